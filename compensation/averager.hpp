@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// Gathers samples into buckets of one second, aligned to whole seconds of the samples' own time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "compensation/sample.hpp"
+
+namespace prism {
+
+inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+
+/// Means over one second of samples. A quantity that no sample of the second carried is kUnknown.
+struct Bucket {
+  std::int64_t second = 0;  ///< whole seconds of the sample time: the bucket covers (second, second + 1] s
+  std::uint32_t samples = 0;
+  std::uint32_t missing_frames = 0;
+  double rate_deg_per_h = kUnknown;  ///< weighted by each sample's interval
+  double temperature_degc = kUnknown;
+  double uhfo_v = kUnknown;
+  std::uint32_t status = 0;  ///< all status bits seen in the second, or-ed
+};
+
+/// push() takes samples in order of time and returns a bucket when a sample of a later second closes it; finish()
+/// returns the one still open. Seconds without samples give no bucket: the conditioner sees the gap.
+class Averager {
+ public:
+  std::optional<Bucket> push(const Sample& sample);
+  std::optional<Bucket> finish();
+
+ private:
+  void open(std::int64_t second);
+  void add(const Sample& sample);
+  Bucket close() const;
+
+  Bucket bucket_;
+  double angle_arcsec_ = 0, rate_time_s_ = 0;
+  double temperature_sum_ = 0, uhfo_sum_ = 0;
+  std::uint32_t temperatures_ = 0, uhfos_ = 0;
+  bool open_ = false;
+};
+
+}  // namespace prism

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// What a model eats: the definition of its features, and one set of them. Part of the model file, not of the daemon.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "compensation/averager.hpp"
+
+namespace prism {
+
+enum class SlopeMethod {
+  kDifference,    ///< (T now − T length_s before) / length_s, each end a mean of end_mean_s: the paper's
+  kLeastSquares,  ///< slope of the line through all bucket means of the window
+};
+
+/// How the 1 s buckets become features. The same definition serves live, replay and training (no skew).
+struct FeatureDefinition {
+  int length_s = 100;  ///< window of the means and of the slope, 1 to 3600 s
+  SlopeMethod slope = SlopeMethod::kDifference;
+  int end_mean_s = 10;  ///< kDifference: length of the mean at each end, 1 s to length_s
+  int max_gap_s = 5;    ///< a longer hole without buckets empties the window, 0 to 3600 s
+  /// One input T − EMA(T) for each time constant, s, > 0: what the body knows of its thermal past.
+  std::vector<double> lag_time_constants_s;
+
+  bool operator==(const FeatureDefinition&) const = default;
+};
+
+/// Seconds of buckets that a full window holds.
+int history_s(const FeatureDefinition& definition);
+
+enum class WindowState {
+  kWarming,  ///< not enough history since the start or the last gap: features are kUnknown
+  kReady,
+};
+
+/// The features at the end of one second. Means are over the last length_s seconds.
+struct Window {
+  Bucket bucket;  ///< the second that completed this window
+  WindowState state = WindowState::kWarming;
+  int warm_s = 0;  ///< seconds of history gathered, up to history_s()
+  int gap_s = 0;   ///< seconds without samples just before this bucket
+  double rate_deg_per_h = kUnknown;
+  double temperature_degc = kUnknown;
+  double slope_degc_per_s = kUnknown;
+  double uhfo_v = kUnknown;
+  std::vector<double> lag_degc;  ///< T − EMA(T), one per time constant
+  bool lag_settling = false;     ///< less than three of the longest time constants since the lag filters began
+};
+
+/// The names of model inputs in files and on command lines: "T", "dTdt", "U", "lag1", "lag2", …
+inline constexpr const char* kInputTemperature = "T";
+inline constexpr const char* kInputSlope = "dTdt";
+inline constexpr const char* kInputUhfo = "U";
+
+/// True where `name` is an input that windows of this definition carry.
+bool has_input(const FeatureDefinition& definition, const std::string& name);
+
+/// The value of one input in a window; kUnknown where the window does not have it. `name` must satisfy has_input.
+double input_value(const Window& window, const std::string& name);
+
+}  // namespace prism

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/model.hpp"
+
+#include <cmath>
+
+namespace prism {
+
+bool Model::outside_domain(std::span<const double> inputs) const {
+  const Domain& domain = info_.domain;
+  for (std::size_t i = 0; i < domain.min.size(); ++i) {
+    if (inputs[i] < domain.min[i] || inputs[i] > domain.max[i]) return true;
+  }
+  return false;
+}
+
+std::vector<double> gather_inputs(const Model& model, const Window& window) {
+  std::vector<double> inputs;
+  for (const std::string& name : model.info().inputs) {
+    const double value = input_value(window, name);
+    if (!std::isfinite(value)) return {};
+    inputs.push_back(value);
+  }
+  return inputs;
+}
+
+}  // namespace prism

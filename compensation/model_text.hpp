@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// The model file: JSON text ⇄ model. docs/formats.md has the grammar and a worked example.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "compensation/model.hpp"
+#include "compensation/result.hpp"
+
+namespace prism {
+
+/// Reads a model of format "prism-model" version 1. `where` names the text in errors (the file's path). Refused in one
+/// line: no JSON, another format, a newer version, a missing or unknown key, a wrong type, a number that is not finite
+/// or out of range, an id that does not match the content.
+Result<ModelPtr> parse_model(std::string_view text, std::string_view where);
+
+/// The file's text: numbers with 17 significant digits, id computed anew. parse_model(format_model(m)) is m.
+std::string format_model(const Model& model);
+
+}  // namespace prism

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// What a function that the world can refuse returns: a value, or where it failed and why.
+#pragma once
+
+#include <string>
+#include <tl/expected.hpp>
+#include <utility>
+
+namespace prism {
+
+/// A refusal in one line. `where` names the place (file:line, file:/json/pointer, device), `what` says what was
+/// found and what was expected.
+struct Error {
+  std::string where;
+  std::string what;
+
+  std::string text() const { return where.empty() ? what : where + ": " + what; }
+};
+
+template <class T>
+using Result = tl::expected<T, Error>;
+
+/// `return refuse(where, what);` from any function that returns a Result.
+inline tl::unexpected<Error> refuse(std::string where, std::string what) {
+  return tl::unexpected<Error>(Error{std::move(where), std::move(what)});
+}
+
+}  // namespace prism

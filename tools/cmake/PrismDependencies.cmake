@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: MIT
+# What Debian 12 provides; tools/setup installs it.
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(Boost 1.81 REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(spdlog REQUIRED)
+find_package(fmt REQUIRED)
+find_package(nlohmann_json 3.11 REQUIRED)
+find_package(tl-expected REQUIRED)
+find_package(CLI11 REQUIRED)
+pkg_check_modules(PCAP REQUIRED IMPORTED_TARGET libpcap)
+pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd)
+pkg_check_modules(NETTLE REQUIRED IMPORTED_TARGET nettle)
+
+# Asio and the other header-only parts of Boost; the fine headers are chosen file by file.
+add_library(prism_boost INTERFACE)
+target_link_libraries(prism_boost INTERFACE Boost::headers Threads::Threads)
+target_compile_definitions(prism_boost INTERFACE BOOST_ASIO_NO_DEPRECATED)

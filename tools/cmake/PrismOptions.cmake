@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: MIT
+# Compiler settings that every target of the project shares.
+option(PRISM_WERROR "Treat warnings as errors" OFF)
+set(PRISM_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them: address,undefined or thread")
+option(PRISM_COVERAGE "Instrument for gcov" OFF)
+option(PRISM_FUZZ "Build the libFuzzer targets (clang only)" OFF)
+
+find_program(CCACHE ccache)
+if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+add_library(prism_settings INTERFACE)
+target_include_directories(prism_settings INTERFACE ${CMAKE_SOURCE_DIR})
+# No fused multiply-add behind our back: the same capture gives the same log on every machine.
+target_compile_options(prism_settings INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -ffp-contract=off)
+if(PRISM_WERROR)
+  target_compile_options(prism_settings INTERFACE -Werror)
+endif()
+if(PRISM_SANITIZE)
+  target_compile_options(prism_settings INTERFACE -fsanitize=${PRISM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(prism_settings INTERFACE -fsanitize=${PRISM_SANITIZE})
+endif()
+if(PRISM_COVERAGE)
+  target_compile_options(prism_settings INTERFACE --coverage -fprofile-update=atomic)
+  target_link_options(prism_settings INTERFACE --coverage)
+endif()
+
+# prism_room(NAME SOURCES a.cpp ... [LINK lib ...]): one static library with the project's settings.
+function(prism_room name)
+  cmake_parse_arguments(ROOM "" "" "SOURCES;LINK" ${ARGN})
+  add_library(${name} STATIC ${ROOM_SOURCES})
+  target_link_libraries(${name} PUBLIC prism_settings ${ROOM_LINK})
+endfunction()
