@@ -15,7 +15,7 @@ namespace prism {
 /// or out of range, an id that does not match the content.
 Result<ModelPtr> parse_model(std::string_view text, std::string_view where);
 
-/// The file's text: numbers with 17 significant digits, id computed anew. parse_model(format_model(m)) is m.
+/// The file's text: every number exact (up to 17 digits), id computed anew. parse_model(format_model(m)) is m.
 std::string format_model(const Model& model);
 
 }  // namespace prism

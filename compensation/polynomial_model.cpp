@@ -1,13 +1,32 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/polynomial_model.hpp"
 
+#include <fmt/format.h>
+
 #include <cassert>
-#include <utility>
+#include <cmath>
+
+#include "compensation/model_id.hpp"
 
 namespace prism {
+namespace {
+
+std::string canonical(const std::vector<Term>& terms, double sd) {
+  std::string text = std::isfinite(sd) ? exact_text(sd) : "";
+  for (const Term& term : terms) text += fmt::format("\n{} {}", fmt::join(term.powers, " "), exact_text(term.coefficient));
+  return text;
+}
+
+// The info with the id that the content gives it.
+ModelInfo identified(ModelInfo info, const std::vector<Term>& terms, double sd) {
+  info.id = model_id(info, canonical(terms, sd));
+  return info;
+}
+
+}  // namespace
 
 PolynomialModel::PolynomialModel(ModelInfo info, std::vector<Term> terms, double sd_deg_per_h)
-    : Model(std::move(info)), terms_(std::move(terms)), sd_deg_per_h_(sd_deg_per_h) {}
+    : Model(identified(std::move(info), terms, sd_deg_per_h)), terms_(std::move(terms)), sd_deg_per_h_(sd_deg_per_h) {}
 
 Prediction PolynomialModel::predict(std::span<const double> inputs) const {
   assert(inputs.size() == info().inputs.size());

@@ -15,7 +15,7 @@ struct Term {
 
 class PolynomialModel : public Model {
  public:
-  /// `info.kind` is "polynomial" or "stepwise"; every term has info.inputs.size() powers. sd_deg_per_h: residual
+  /// The id is computed here, whatever info.id holds. `info.kind` is "polynomial" or "stepwise"; every term has info.inputs.size() powers. sd_deg_per_h: residual
   /// standard deviation of the fit, kUnknown where it is not known.
   PolynomialModel(ModelInfo info, std::vector<Term> terms, double sd_deg_per_h = kUnknown);
 

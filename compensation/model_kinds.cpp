@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/model_kinds.hpp"
+
+namespace prism {
+namespace {
+
+constexpr ModelKind kKinds[] = {
+    {"polynomial", read_polynomial, polynomial_content},
+    {"stepwise", read_polynomial, polynomial_content},
+};
+
+}  // namespace
+
+const ModelKind* find_model_kind(std::string_view name) {
+  for (const ModelKind& kind : kKinds) {
+    if (name == kind.name) return &kind;
+  }
+  return nullptr;
+}
+
+std::string model_kind_names() {
+  std::string names;
+  for (const ModelKind& kind : kKinds) names += std::string(names.empty() ? "" : ", ") + '"' + kind.name + '"';
+  return names;
+}
+
+}  // namespace prism

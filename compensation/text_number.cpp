@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/text_number.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+namespace prism {
+namespace {
+
+constexpr double kPowers[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
+constexpr double kFixedLimit = 9e8;
+
+struct CivilTime {
+  std::int64_t year;
+  int month, day, hour, minute, second;
+};
+
+// Days → civil date after Hinnant (2013), "chrono-compatible low-level date algorithms"; std::chrono in g++ 12 formats none.
+CivilTime civil_time(std::int64_t seconds) {
+  const std::int64_t days = (seconds >= 0 ? seconds : seconds - 86399) / 86400;
+  const int of_day = static_cast<int>(seconds - days * 86400);
+  const std::int64_t z = days + 719468;
+  const std::int64_t era = (z >= 0 ? z : z - 146096) / 146097;
+  const std::int64_t doe = z - era * 146097;
+  const std::int64_t yoe = (doe - doe / 1460 + doe / 36524 - doe / 146096) / 365;
+  const std::int64_t doy = doe - (365 * yoe + yoe / 4 - yoe / 100);
+  const std::int64_t mp = (5 * doy + 2) / 153;
+  const int month = static_cast<int>(mp < 10 ? mp + 3 : mp - 9);
+  return {yoe + era * 400 + (month <= 2), month, static_cast<int>(doy - (153 * mp + 2) / 5 + 1),
+          of_day / 3600, of_day / 60 % 60, of_day % 60};
+}
+
+}  // namespace
+
+void append_integer(std::string& text, std::int64_t value) {
+  char digits[24];
+  const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
+  text.append(digits, end);
+}
+
+void append_fixed(std::string& text, double value, int decimals) {
+  if (!std::isfinite(value)) return;
+  if (std::fabs(value) > kFixedLimit) {
+    fmt::format_to(std::back_inserter(text), "{}", value);
+    return;
+  }
+  const std::int64_t scaled = std::llround(value * kPowers[decimals]);
+  std::uint64_t magnitude = static_cast<std::uint64_t>(scaled < 0 ? -scaled : scaled);
+  char digits[32];
+  char* begin = digits + sizeof digits;
+  for (int i = 0; i < decimals; ++i, magnitude /= 10) *--begin = static_cast<char>('0' + magnitude % 10);
+  if (decimals > 0) *--begin = '.';
+  do {
+    *--begin = static_cast<char>('0' + magnitude % 10);
+    magnitude /= 10;
+  } while (magnitude > 0);
+  if (scaled < 0) *--begin = '-';
+  text.append(begin, digits + sizeof digits);
+}
+
+std::string utc_text(std::int64_t second) {
+  const CivilTime t = civil_time(second);
+  if (t.year < 0 || t.year > 9999) return std::to_string(second);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", t.year, t.month, t.day, t.hour, t.minute, t.second);
+}
+
+std::string utc_file_text(std::int64_t second) {
+  std::string text;
+  for (const char c : utc_text(second)) {
+    if (c != '-' && c != ':') text += c;
+  }
+  return text;
+}
+
+}  // namespace prism
