@@ -64,7 +64,7 @@ Window Conditioner::push(const Bucket& bucket) {
   admit(bucket, window);
   update_lags(bucket, window);
   window.warm_s = static_cast<int>(history_.back().second - history_.front().second + 1);
-  if (window.warm_s >= history_s(definition_)) measure(window);
+  measure(window);
   return window;
 }
 
@@ -79,6 +79,7 @@ void Conditioner::admit(const Bucket& bucket, Window& window) {
   while (history_.front().second <= bucket.second - history_s(definition_)) history_.pop_front();
 }
 
+// Means of what is there, for models that can live without a slope; the slope and "ready" need the full window.
 void Conditioner::measure(Window& window) const {
   const std::int64_t last = window.bucket.second;
   Mean rate, temperature, uhfo;
@@ -88,13 +89,12 @@ void Conditioner::measure(Window& window) const {
     temperature.add(bucket.temperature_degc);
     uhfo.add(bucket.uhfo_v);
   }
-  const double slope_now = slope(last);
-  if (rate.count == 0 || !std::isfinite(slope_now)) return;
-  window.state = WindowState::kReady;
   window.rate_deg_per_h = rate.value();
   window.temperature_degc = temperature.value();
-  window.slope_degc_per_s = slope_now;
   window.uhfo_v = uhfo.value();
+  if (window.warm_s < history_s(definition_)) return;
+  window.slope_degc_per_s = slope(last);
+  if (rate.count > 0 && std::isfinite(window.slope_degc_per_s)) window.state = WindowState::kReady;
 }
 
 double Conditioner::slope(std::int64_t last) const {

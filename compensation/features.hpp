@@ -31,11 +31,11 @@ struct FeatureDefinition {
 int history_s(const FeatureDefinition& definition);
 
 enum class WindowState {
-  kWarming,  ///< not enough history since the start or the last gap: features are kUnknown
+  kWarming,  ///< not enough history since the start or the last gap: no slope; means over what there is
   kReady,
 };
 
-/// The features at the end of one second. Means are over the last length_s seconds.
+/// The features at the end of one second. Means are over the last length_s seconds (fewer while warming).
 struct Window {
   Bucket bucket;  ///< the second that completed this window
   WindowState state = WindowState::kWarming;

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/engine.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace prism {
+
+Result<void> Engine::use(ModelPtr model, ModelPtr fallback) {
+  if (fallback) {
+    for (const std::string& input : fallback->info().inputs) {
+      if (input == kInputTemperature || input == kInputUhfo) continue;
+      return refuse("fallback model", "needs the input " + input + ", expected T and U only: it serves while there is no slope");
+    }
+  }
+  if (model && !(model->info().features == conditioner_.definition())) conditioner_ = Conditioner(model->info().features);
+  model_ = std::move(model);
+  fallback_ = std::move(fallback);
+  correction_ = {kUnknown, kUnknown, model_ ? kWarming : kNoModel};
+  return {};
+}
+
+std::optional<CompensatedWindow> Engine::push(const Sample& sample, Compensated& out) {
+  std::optional<CompensatedWindow> closed;
+  if (const auto bucket = averager_.push(sample)) closed = complete(*bucket);
+  out.sample = sample;
+  out.correction = correction_;
+  out.corrected_deg_per_h = corrected_rate(sample.rate_deg_per_h, correction_);
+  if (!std::isfinite(sample.rate_deg_per_h)) out.correction.quality |= kRateInvalid;
+  return closed;
+}
+
+std::optional<CompensatedWindow> Engine::finish() {
+  if (const auto bucket = averager_.finish()) return complete(*bucket);
+  return std::nullopt;
+}
+
+void Engine::reset() {
+  averager_ = Averager();
+  conditioner_.reset();
+  correction_ = {kUnknown, kUnknown, model_ ? kWarming : kNoModel};
+}
+
+CompensatedWindow Engine::complete(const Bucket& bucket) {
+  CompensatedWindow row;
+  row.window = conditioner_.push(bucket);
+  row.correction = correction_ = correct(row.window);
+  row.corrected_deg_per_h = corrected_rate(bucket.rate_deg_per_h, row.correction);
+  row.corrected_mean_deg_per_h = corrected_rate(row.window.rate_deg_per_h, row.correction);
+  if (!std::isfinite(bucket.rate_deg_per_h)) row.correction.quality |= kRateInvalid;
+  return row;
+}
+
+Correction Engine::correct(const Window& window) const {
+  if (!model_) return {kUnknown, kUnknown, kNoModel};
+  if (window.state == WindowState::kReady) {
+    Correction correction = predict(*model_, window);
+    if (window.lag_settling) correction.quality |= kSettling;
+    return correction;
+  }
+  if (!fallback_) return {kUnknown, kUnknown, kWarming};
+  Correction correction = predict(*fallback_, window);
+  correction.quality |= kWarming | kFallback;
+  return correction;
+}
+
+Correction Engine::predict(const Model& model, const Window& window) const {
+  const std::vector<double> inputs = gather_inputs(model, window);
+  if (inputs.empty()) return {kUnknown, kUnknown, kInputMissing};
+  const Prediction prediction = model.predict(inputs);
+  if (!(std::fabs(prediction.bias_deg_per_h) <= settings_.max_bias_deg_per_h)) return {kUnknown, kUnknown, kOverLimit};
+  return {prediction.bias_deg_per_h, prediction.sd_deg_per_h, prediction.extrapolating ? kExtrapolating : kGood};
+}
+
+}  // namespace prism

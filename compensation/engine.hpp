@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// Sample → Compensated, one for one: buckets, window and model behind one push().
+#pragma once
+
+#include <optional>
+
+#include "compensation/averager.hpp"
+#include "compensation/compensated.hpp"
+#include "compensation/conditioner.hpp"
+#include "compensation/model.hpp"
+#include "compensation/result.hpp"
+
+namespace prism {
+
+struct EngineSettings {
+  /// A predicted bias beyond ± this is not believed (deg/h, > 0).
+  double max_bias_deg_per_h = 100;
+};
+
+/// Deterministic: the same samples and models give the same rows, live or replayed. No model: rows carry kNoModel.
+class Engine {
+ public:
+  explicit Engine(EngineSettings settings = {}) : settings_(settings), conditioner_(FeatureDefinition{}) {}
+
+  /// Takes over `model` (null: none) and `fallback` (null: none), which serves while the window is not full. The window
+  /// is kept where the new model defines its features alike, else it warms anew. A fallback with inputs other than T
+  /// and U is refused, and everything stays as it was.
+  Result<void> use(ModelPtr model, ModelPtr fallback);
+
+  /// Corrects one sample; returns the window of a second that this sample closed.
+  std::optional<CompensatedWindow> push(const Sample& sample, Compensated& out);
+  /// Closes the second still open: the end of a session or of a replay.
+  std::optional<CompensatedWindow> finish();
+  /// A new session of the device: nothing of the past holds.
+  void reset();
+
+  const ModelPtr& model() const { return model_; }
+  const ModelPtr& fallback() const { return fallback_; }
+  const Correction& correction() const { return correction_; }
+
+ private:
+  CompensatedWindow complete(const Bucket& bucket);
+  Correction correct(const Window& window) const;
+  Correction predict(const Model& model, const Window& window) const;
+
+  EngineSettings settings_;
+  ModelPtr model_, fallback_;
+  Averager averager_;
+  Conditioner conditioner_;
+  Correction correction_;
+};
+
+}  // namespace prism
