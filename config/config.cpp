@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include "config/config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "compensation/json_section.hpp"
+#include "config/search_path.hpp"
+
+namespace prism {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array kParities = {"none", "even", "odd"};
+constexpr std::array kClocks = {"host", "device"};
+constexpr std::array kFullPolicies = {"stop", "delete_oldest"};
+constexpr std::array kLevels = {"debug", "info", "warning", "error"};
+
+template <class T>
+std::optional<T> optional_integer(Section& section, const char* key, Range range) {
+  if (!section.has(key)) return std::nullopt;
+  return static_cast<T>(section.integer(key, range));
+}
+
+GyroSettings read_gyro(Section section) {
+  GyroSettings gyro;
+  gyro.serial = section.text("serial", "");
+  gyro.axis = section.text("axis", "");
+  const auto sign = section.integer("sign", {-1, 1}, 1);
+  if (sign == 0) section.fail("sign", "found 0, expected 1 or -1");
+  gyro.sign = static_cast<double>(sign);
+  if (section.has("scale_factor_arcsec_per_pulse")) {
+    gyro.scale_factor_arcsec_per_pulse = section.number("scale_factor_arcsec_per_pulse", {1e-9, 1e6});
+  }
+  return gyro;
+}
+
+LineConfig read_line(Section section, const fs::path& base) {
+  LineConfig line;
+  line.device = section.text("device", "");
+  if (!line.device.empty()) line.device = (base / line.device).lexically_normal().string();
+  line.baud = optional_integer<int>(section, "baud", {50, 20e6});
+  line.data_bits = optional_integer<int>(section, "data_bits", {5, 8});
+  if (section.has("parity")) line.parity = kParities[section.choice("parity", kParities)];
+  line.stop_bits = optional_integer<int>(section, "stop_bits", {1, 2});
+  line.silence_s = section.number("silence_s", {0.1, 3600}, line.silence_s);
+  line.retry_min_s = section.number("retry_min_s", {0.01, 60}, line.retry_min_s);
+  line.retry_max_s = section.number("retry_max_s", {line.retry_min_s, 600}, std::max(line.retry_max_s, line.retry_min_s));
+  return line;
+}
+
+SiteSettings read_site(Section section) {
+  SiteSettings site;
+  site.latitude_deg = section.number("latitude_deg", {-90, 90}, 0.0);
+  if (section.has("elevation_deg")) site.elevation_deg = section.number("elevation_deg", {-90, 90});
+  site.azimuth_deg = section.number("azimuth_deg", {-360, 360}, 0.0);
+  return site;
+}
+
+SegmentSettings read_segments(Section section, const fs::path& base, const std::string& otherwise) {
+  SegmentSettings segments;
+  segments.directory = (base / section.text("directory", otherwise)).lexically_normal().string();
+  constexpr double kMiB = 1 << 20;
+  segments.max_bytes = static_cast<std::int64_t>(section.number("segment_mib", {0.01, 1e6}, 64.0) * kMiB);
+  segments.max_age_s = static_cast<std::int64_t>(section.number("segment_hours", {0.01, 8784}, 24.0) * 3600);
+  segments.keep_bytes = static_cast<std::int64_t>(section.number("keep_mib", {1, 1e9}, 10240.0) * kMiB);
+  segments.keep_days = section.integer("keep_days", {1, 36500}, segments.keep_days);
+  segments.delete_when_full = section.choice("when_full", kFullPolicies, 0) == 1;
+  return segments;
+}
+
+SocketSettings read_socket(Section section, const fs::path& base, const std::string& name) {
+  SocketSettings socket;
+  const std::string path = section.text("path", "/run/prismd/" + name + ".sock");
+  if (!path.empty()) socket.path = (base / path).lexically_normal().string();
+  if (socket.path.size() > 107) section.fail("path", fmt::format("has {} characters, expected at most 107", socket.path.size()));
+  const std::string mode = section.text("mode", "0660");
+  char* end = nullptr;
+  socket.mode = static_cast<int>(std::strtol(mode.c_str(), &end, 8));
+  if (mode.empty() || *end != '\0' || socket.mode < 0 || socket.mode > 0777) {
+    section.fail("mode", fmt::format("found \"{}\", expected an octal mode such as \"0660\"", mode));
+  }
+  socket.client_buffer_bytes = section.integer("client_buffer_kib", {16, 1 << 20}, 256) << 10;
+  socket.max_clients = static_cast<int>(section.integer("max_clients", {1, 10000}, 256));
+  return socket;
+}
+
+std::string environment(const char* name, const std::string& otherwise) {
+  const char* value = std::getenv(name);
+  return value != nullptr && *value != '\0' ? value : otherwise;
+}
+
+Config read_config(Section& top, const fs::path& file) {
+  const fs::path base = fs::absolute(file).parent_path();
+  Config config;
+  config.path = file.string();
+  config.name = top.text("name", file.stem().string());
+  if (config.name.empty() || config.name.find('/') != std::string::npos) {
+    top.fail("name", fmt::format("found \"{}\", expected a name without '/'", config.name));
+  }
+  config.gyro = read_gyro(top.object("gyro"));
+  config.line = read_line(top.object("line"), base);
+  config.frames = find_data_file(top.text("frames", "trplg"), "frames", base);
+  config.device_clock = top.choice("clock", kClocks, 0) == 1;
+  config.site = read_site(top.object("site"));
+  if (const std::string model = top.text("model", ""); !model.empty()) config.model = find_data_file(model, "models", base);
+  if (const std::string model = top.text("fallback_model", ""); !model.empty()) {
+    config.fallback_model = find_data_file(model, "models", base);
+  }
+  config.engine.max_bias_deg_per_h = top.object("correction").number("max_bias_deg_per_h", {1e-6, 1e6}, 100.0);
+  // systemd names the folders it made for this instance.
+  const std::string logs = environment("LOGS_DIRECTORY", "/var/log/prismd/" + config.name);
+  if (top.boolean("write_log", true)) {
+    config.log = read_segments(top.object("log"), base, logs);
+  } else if (top.has("log")) {
+    top.fail("log", "given although \"write_log\" is false");
+  }
+  if (top.has("capture")) config.capture = read_segments(top.object("capture"), base, logs + "/capture");
+  config.socket = read_socket(top.object("socket"), base, config.name);
+  config.event_level = kLevels[top.choice("event_level", kLevels, 1)];
+  return config;
+}
+
+}  // namespace
+
+Result<std::string> read_text_file(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return refuse(path, "is a folder, expected a file");
+  errno = 0;
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return refuse(path, std::string("cannot be read: ") + std::strerror(errno));
+  return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+Result<Config> parse_config(std::string_view text, const std::string& path) {
+  const Result<nlohmann::json> json = parse_json_object(text, path);
+  if (!json) return tl::unexpected<Error>(json.error());
+  Section top(*json, path);
+  top.any("$schema");  // for editors
+  Config config = read_config(top, path);
+  if (auto rest = top.finish(); !rest) return tl::unexpected<Error>(rest.error());
+  return config;
+}
+
+Result<Config> load_config(const std::string& path) {
+  const Result<std::string> text = read_text_file(path);
+  if (!text) return tl::unexpected<Error>(text.error());
+  return parse_config(*text, path);
+}
+
+}  // namespace prism

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismctl/connection.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+namespace prism {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr int kAnswerTimeoutMs = 10'000;
+
+std::vector<fs::path> socket_folders() {
+  std::vector<fs::path> folders = {"/run/prismd"};
+  if (const char* runtime = std::getenv("XDG_RUNTIME_DIR")) folders.push_back(fs::path(runtime) / "prismd");
+  return folders;
+}
+
+int connect_to(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) {
+    errno = ENAMETOOLONG;
+    return -1;
+  }
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (fd >= 0 && ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return fd;
+  const int error = errno;
+  if (fd >= 0) ::close(fd);
+  errno = error;
+  return -1;
+}
+
+}  // namespace
+
+std::vector<std::string> running_sockets() {
+  std::vector<std::string> found;
+  for (const fs::path& folder : socket_folders()) {
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
+      if (entry.path().extension() != ".sock") continue;
+      const int fd = connect_to(entry.path().string());
+      if (fd < 0 && errno != EACCES) continue;  // one that we may not enter is running all the same
+      if (fd >= 0) ::close(fd);
+      found.push_back(entry.path().string());
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+Result<std::string> find_socket(const std::string& socket, const std::string& name) {
+  if (!socket.empty()) return socket;
+  const char* environment = std::getenv("PRISM_SOCKET");
+  if (name.empty() && environment != nullptr && *environment != '\0') return std::string(environment);
+  const std::vector<std::string> running = running_sockets();
+  std::vector<std::string> matching, names;
+  for (const std::string& path : running) {
+    names.push_back(fs::path(path).stem().string());
+    if (name.empty() || names.back() == name) matching.push_back(path);
+  }
+  if (matching.size() == 1) return matching[0];
+  if (running.empty()) return refuse("prismctl", "no prismd answers in /run/prismd; start one, or name its socket with --socket");
+  if (matching.empty()) return refuse("--name", fmt::format("found \"{}\", expected one of: {}", name, fmt::join(names, ", ")));
+  return refuse("prismctl", fmt::format("several instances run, choose one with --name: {}", fmt::join(names, ", ")));
+}
+
+Result<Connection> Connection::open(const std::string& path) {
+  const int fd = connect_to(path);
+  if (fd < 0) return refuse(path, fmt::format("no prismd answers: {}", std::strerror(errno)));
+  return Connection(fd, path);
+}
+
+Connection::Connection(Connection&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), path_(std::move(other.path_)), pending_(std::move(other.pending_)) {}
+
+Connection::~Connection() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+Result<nlohmann::json> Connection::ask(const std::string& method, const nlohmann::json& params) {
+  nlohmann::json request = {{"jsonrpc", "2.0"}, {"id", ++last_id_}, {"method", method}};
+  if (!params.is_null()) request["params"] = params;
+  const std::string line = request.dump() + "\n";
+  for (std::size_t sent = 0; sent < line.size();) {
+    const ssize_t now = ::send(fd_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
+    if (now < 0 && errno == EINTR) continue;
+    if (now <= 0) return refuse(path_, "prismd closed the connection");
+    sent += static_cast<std::size_t>(now);
+  }
+  for (;;) {
+    auto answer = next(kAnswerTimeoutMs);
+    if (!answer) return tl::unexpected<Error>(answer.error());
+    if (!*answer) return refuse(path_, fmt::format("no answer to {} within {} s", method, kAnswerTimeoutMs / 1000));
+    const nlohmann::json& message = **answer;
+    if (message.value("id", nlohmann::json()) != last_id_) continue;
+    if (message.contains("error")) return refuse("prismd", message["error"].value("message", "refused"));
+    return message["result"];
+  }
+}
+
+Result<std::optional<nlohmann::json>> Connection::next(int timeout_ms) {
+  for (;;) {
+    if (const std::size_t end = pending_.find('\n'); end != std::string::npos) {
+      const std::string line = pending_.substr(0, end);
+      pending_.erase(0, end + 1);
+      nlohmann::json message = nlohmann::json::parse(line, nullptr, false);
+      if (message.is_discarded()) return refuse(path_, "sent a line that is no JSON; is this prismd's socket?");
+      return message;
+    }
+    pollfd wait{fd_, POLLIN, 0};
+    const int ready = ::poll(&wait, 1, timeout_ms);
+    if (ready == 0 || (ready < 0 && errno == EINTR)) return std::optional<nlohmann::json>();
+    char buffer[16384];
+    const ssize_t size = ::recv(fd_, buffer, sizeof buffer, 0);
+    if (size <= 0) return refuse(path_, "prismd closed the connection");
+    pending_.append(buffer, static_cast<std::size_t>(size));
+  }
+}
+
+}  // namespace prism

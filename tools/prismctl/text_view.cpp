@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismctl/text_view.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "compensation/text_number.hpp"
+
+namespace prism {
+namespace {
+
+using nlohmann::json;
+
+const json kNull;
+
+const json& at(const json& object, const char* key) {
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  return object.is_object() && found != object.end() ? *found : kNull;
+}
+
+std::string text_of(const json& value, const std::string& otherwise = "-") {
+  return value.is_string() && !value.get<std::string>().empty() ? value.get<std::string>() : otherwise;
+}
+
+std::string line(const char* label, const std::string& value) { return fmt::format("{:<12} {}\n", label, value); }
+
+std::string utc(const json& seconds) {
+  return seconds.is_number() ? utc_text(static_cast<std::int64_t>(seconds.get<double>())) : "-";
+}
+
+std::string model_name(const json& model) {
+  if (!model.is_object()) return "none";
+  return fmt::format("{} ({}), id {:.12}", text_of(at(model, "name"), "unnamed"), text_of(at(model, "kind")), text_of(at(model, "id")));
+}
+
+std::string correction_lines(const json& row) {
+  std::string text = line("rate", value_text(at(row, "rate_deg_per_h"), 4, " deg/h"));
+  std::string bias = value_text(at(row, "bias_deg_per_h"), 5, " deg/h");
+  if (at(row, "sd_deg_per_h").is_number()) bias += " ± " + value_text(at(row, "sd_deg_per_h"), 5);
+  text += line("bias", bias);
+  return text + line("corrected", value_text(at(row, "corrected_deg_per_h"), 4, " deg/h"));
+}
+
+}  // namespace
+
+std::string value_text(const json& value, int decimals, const char* unit) {
+  if (!value.is_number()) return "-";
+  return fmt::format("{:.{}f}{}", value.get<double>(), decimals, unit);
+}
+
+std::string status_view(const json& s) {
+  std::string state = text_of(at(s, "state"));
+  if (at(s, "detail").is_string() && !at(s, "detail").get<std::string>().empty()) state += ": " + text_of(at(s, "detail"));
+  std::string text = line("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
+  text += line("state", fmt::format("{}, since {}", state, utc(at(s, "state_since_s"))));
+  text += line("device", fmt::format("{}, frames {}, clock {}", text_of(at(s, "device"), "none"), text_of(at(s, "frames")), text_of(at(s, "clock"))));
+  text += line("gyro", text_of(at(s, "gyro_serial"), "serial number not configured"));
+  text += line("model", model_name(at(s, "model")));
+  const json& counts = at(s, "line");
+  const auto n = [](const json& value) { return value.is_number() ? value.dump() : std::string("0"); };
+  text += line("line", fmt::format("{} frames good, {} failed their check, {} missing, {} resyncs, {} bytes skipped", n(at(counts, "frames")),
+                                   n(at(counts, "bad_check")), n(at(at(s, "timing"), "missing_frames")), n(at(counts, "resyncs")),
+                                   n(at(counts, "skipped_bytes"))));
+  const json& window = at(s, "window");
+  if (at(s, "sample").is_object()) {
+    text += correction_lines(at(s, "sample"));
+    text += line("temperature", fmt::format("{}, slope {}", value_text(at(window, "mean_temperature_degc"), 3, " degC"),
+                                            value_text(at(window, "slope_degc_per_s"), 6, " degC/s")));
+    text += line("UHFO", value_text(at(window, "mean_uhfo_v"), 4, " V"));
+    std::string quality = text_of(at(at(s, "sample"), "quality"));
+    if (quality.find("warming") != std::string::npos) quality += fmt::format(" ({} s gathered)", n(at(s, "warm_s")));
+    text += line("quality", quality);
+  }
+  if (at(s, "log").is_object()) {
+    text += line("log", fmt::format("{}: {} rows, {} dropped", text_of(at(at(s, "log"), "directory")), n(at(at(s, "log"), "rows")), n(at(at(s, "log"), "dropped"))));
+  }
+  const json& clients = at(s, "clients");
+  return text + line("clients", fmt::format("{} connected, {} rows lost by slow ones", n(at(clients, "connected")), n(at(clients, "lost_rows"))));
+}
+
+std::string bias_view(const json& b) {
+  std::string text = line("time", utc(at(b, "time_s"))) + correction_lines(b);
+  text += line("100 s mean", fmt::format("{} raw, {} corrected", value_text(at(b, "mean_rate_deg_per_h"), 5, " deg/h"),
+                                         value_text(at(b, "corrected_mean_deg_per_h"), 5, " deg/h")));
+  text += line("inputs", fmt::format("T {}, dT/dt {}, U {}", value_text(at(b, "temperature_degc"), 3, " degC"),
+                                     value_text(at(b, "slope_degc_per_s"), 6, " degC/s"), value_text(at(b, "uhfo_v"), 4, " V")));
+  text += line("quality", text_of(at(b, "quality")));
+  return text + line("model", text_of(at(b, "model"), "none").substr(0, 12));
+}
+
+std::string stability_view(const json& s) {
+  const json& raw = at(s, "raw");
+  const json& corrected = at(s, "corrected");
+  const auto count = [](const json& series) { return at(series, "blocks").is_number() ? at(series, "blocks").get<std::int64_t>() : 0; };
+  std::string text = fmt::format("Bias stability: 1 sigma of {} s means, divisor {}\n", at(s, "block_s").dump(), text_of(at(s, "divisor")));
+  text += line("raw", fmt::format("{} over {} blocks", value_text(at(raw, "sd_deg_per_h"), 5, " deg/h"), count(raw)));
+  text += line("corrected", value_text(at(corrected, "sd_deg_per_h"), 5, " deg/h"));
+  const json& improvement = at(s, "improvement");
+  text += line("improvement", improvement.is_number() ? fmt::format("{:.2f} %", 100 * improvement.get<double>()) : "- (needs two blocks)");
+  if (count(at(s, "all")) > count(raw)) text += line("uncorrected", fmt::format("{} blocks more", count(at(s, "all")) - count(raw)));
+  return text + line("model", model_name(at(s, "model")));
+}
+
+std::string model_view(const json& m) {
+  if (!m.is_object()) return "no model is loaded: nothing is corrected\n";
+  std::string inputs;
+  const json& min = at(at(m, "domain"), "min");
+  for (std::size_t i = 0; i < at(m, "inputs").size(); ++i) {
+    inputs += (i ? ", " : "") + m["inputs"][i].get<std::string>();
+    if (i < min.size()) inputs += fmt::format(" {:g}..{:g}", min[i].get<double>(), m["domain"]["max"][i].get<double>());
+  }
+  std::string text = line("model", text_of(at(m, "name"), "unnamed")) + line("kind", text_of(at(m, "kind"))) + line("id", text_of(at(m, "id")));
+  text += line("file", text_of(at(m, "file"))) + line("gyro", text_of(at(m, "gyro_serial"), "any")) + line("inputs", inputs);
+  const json& w = at(m, "window");
+  text += line("window", fmt::format("{} s, slope by {}", at(w, "length_s").dump(), text_of(at(w, "slope"))));
+  for (const auto& [key, value] : at(m, "provenance").items()) {
+    text += line(key.c_str(), value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  return text;
+}
+
+std::string event_line(const json& e) {
+  std::string text = fmt::format("{}  {:<7} {}", utc(at(e, "time_s")), text_of(at(e, "severity")), text_of(at(e, "text")));
+  if (at(e, "repeats").is_number()) text += fmt::format(" ({} more times)", at(e, "repeats").dump());
+  return text + "\n";
+}
+
+std::string window_heading() {
+  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", "time (UTC)", "rate deg/h", "bias deg/h", "corrected", "T degC", "dT/dt", "U V", "quality");
+}
+
+std::string window_line(const json& w) {
+  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", utc(at(w, "time_s")), value_text(at(w, "rate_deg_per_h"), 4),
+                     value_text(at(w, "bias_deg_per_h"), 5), value_text(at(w, "corrected_deg_per_h"), 4),
+                     value_text(at(w, "mean_temperature_degc"), 3), value_text(at(w, "slope_degc_per_s"), 6),
+                     value_text(at(w, "mean_uhfo_v"), 4), text_of(at(w, "quality")));
+}
+
+}  // namespace prism

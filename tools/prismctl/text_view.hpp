@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// prismd's answers as a person reads them.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace prism {
+
+std::string status_view(const nlohmann::json& status);
+std::string bias_view(const nlohmann::json& bias);
+std::string stability_view(const nlohmann::json& stability);
+std::string model_view(const nlohmann::json& model);
+std::string event_line(const nlohmann::json& event);
+/// One line for a window notification's params.
+std::string window_line(const nlohmann::json& window);
+/// What window_line's columns are.
+std::string window_heading();
+
+/// A number with `decimals`, or "-" where it is null; followed by its unit.
+std::string value_text(const nlohmann::json& value, int decimals, const char* unit = "");
+
+}  // namespace prism
