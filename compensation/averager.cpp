@@ -4,18 +4,14 @@
 #include <cmath>
 
 namespace prism {
-namespace {
 
-// A sample's time is the end of its interval, so a sample at exactly 12:00:01.000 belongs to the second that ends there.
-std::int64_t second_of(std::int64_t time_ns) {
-  const std::int64_t before = time_ns - 1;
-  return before / kNanosecondsPerSecond - (before % kNanosecondsPerSecond < 0 ? 1 : 0);
+// A sample at exactly 12:00:01.000 belongs to the second that ends there: ceil(time) - 1.
+std::int64_t bucket_second(std::int64_t time_ns) {
+  return time_ns / kNanosecondsPerSecond - (time_ns % kNanosecondsPerSecond > 0 ? 0 : 1);
 }
 
-}  // namespace
-
 std::optional<Bucket> Averager::push(const Sample& sample) {
-  const std::int64_t second = second_of(sample.time_ns);
+  const std::int64_t second = bucket_second(sample.time_ns);
   std::optional<Bucket> closed;
   if (open_ && second != bucket_.second) closed = close();
   if (!open_ || closed) open(second);

@@ -11,6 +11,9 @@ namespace prism {
 
 inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
+/// The second (s, s + 1] that a sample time lies in: the time is the end of the sample's interval.
+std::int64_t bucket_second(std::int64_t time_ns);
+
 /// Means over one second of samples. A quantity that no sample of the second carried is kUnknown.
 struct Bucket {
   std::int64_t second = 0;  ///< whole seconds of the sample time: the bucket covers (second, second + 1] s

@@ -7,42 +7,43 @@
 namespace prism {
 namespace {
 
-struct Mean {
-  double sum = 0;
+using Quantity = double Bucket::*;
+
+// What the buckets of some seconds know of one quantity.
+struct Known {
+  double mean = kUnknown;
+  double mean_time_s = 0;  // of the buckets that know it, relative to the window's last second
   int count = 0;
-  void add(double value) {
-    if (!std::isfinite(value)) return;
-    sum += value;
-    ++count;
-  }
-  double value() const { return count > 0 ? sum / count : kUnknown; }
+  std::int64_t longest_hole_s = 0;
 };
 
-// Mean temperature of the buckets in (last - length, last]; kUnknown where there is none.
-double mean_temperature(const std::deque<Bucket>& history, std::int64_t last, int length) {
-  Mean mean;
+// The buckets in [first, last]; relative times keep the sums small.
+Known known(const std::deque<Bucket>& history, Quantity quantity, std::int64_t first, std::int64_t last) {
+  Known result;
+  double sum = 0;
+  std::int64_t time_sum_s = 0, next = first;
   for (const Bucket& bucket : history) {
-    if (bucket.second > last - length && bucket.second <= last) mean.add(bucket.temperature_degc);
+    if (bucket.second < first || bucket.second > last || !std::isfinite(bucket.*quantity)) continue;
+    sum += bucket.*quantity;
+    time_sum_s += bucket.second - last;
+    ++result.count;
+    result.longest_hole_s = std::max(result.longest_hole_s, bucket.second - next);
+    next = bucket.second + 1;
   }
-  return mean.value();
+  result.longest_hole_s = std::max(result.longest_hole_s, last + 1 - next);
+  if (result.count == 0) return result;
+  result.mean = sum / result.count;
+  result.mean_time_s = static_cast<double>(time_sum_s) / result.count;
+  return result;
 }
 
-// Slope of the least-squares line through (second, T).
-double least_squares_slope(const std::deque<Bucket>& history, std::int64_t last, int length) {
-  Mean time, temperature;
-  const auto inside = [&](const Bucket& bucket) {
-    return bucket.second > last - length && std::isfinite(bucket.temperature_degc);
-  };
-  for (const Bucket& bucket : history) {
-    if (!inside(bucket)) continue;
-    time.add(static_cast<double>(bucket.second - last));
-    temperature.add(bucket.temperature_degc);
-  }
+// Slope of the least-squares line through (second, T) of the buckets in [first, last].
+double least_squares_slope(const std::deque<Bucket>& history, std::int64_t first, std::int64_t last, const Known& mean) {
   double covariance = 0, variance = 0;
   for (const Bucket& bucket : history) {
-    if (!inside(bucket)) continue;
-    const double dt = static_cast<double>(bucket.second - last) - time.value();
-    covariance += dt * (bucket.temperature_degc - temperature.value());
+    if (bucket.second < first || !std::isfinite(bucket.temperature_degc)) continue;
+    const double dt = static_cast<double>(bucket.second - last) - mean.mean_time_s;
+    covariance += dt * (bucket.temperature_degc - mean.mean);
     variance += dt * dt;
   }
   return variance > 0 ? covariance / variance : kUnknown;
@@ -63,7 +64,8 @@ Window Conditioner::push(const Bucket& bucket) {
   window.bucket = bucket;
   admit(bucket, window);
   update_lags(bucket, window);
-  window.warm_s = static_cast<int>(history_.back().second - history_.front().second + 1);
+  const std::int64_t warm_s = bucket.second - warm_since_ + 1;
+  window.warm_s = static_cast<int>(std::min<std::int64_t>(warm_s, history_s(definition_)));
   measure(window);
   return window;
 }
@@ -75,6 +77,7 @@ void Conditioner::admit(const Bucket& bucket, Window& window) {
     window.gap_s = static_cast<int>(std::clamp<std::int64_t>(step - 1, 0, 1'000'000'000));
     if (step <= 0 || window.gap_s > definition_.max_gap_s) history_.clear();
   }
+  if (history_.empty()) warm_since_ = bucket.second;
   history_.push_back(bucket);
   while (history_.front().second <= bucket.second - history_s(definition_)) history_.pop_front();
 }
@@ -82,27 +85,35 @@ void Conditioner::admit(const Bucket& bucket, Window& window) {
 // Means of what is there, for models that can live without a slope; the slope and "ready" need the full window.
 void Conditioner::measure(Window& window) const {
   const std::int64_t last = window.bucket.second;
-  Mean rate, temperature, uhfo;
-  for (const Bucket& bucket : history_) {
-    if (bucket.second <= last - definition_.length_s) continue;
-    rate.add(bucket.rate_deg_per_h);
-    temperature.add(bucket.temperature_degc);
-    uhfo.add(bucket.uhfo_v);
-  }
-  window.rate_deg_per_h = rate.value();
-  window.temperature_degc = temperature.value();
-  window.uhfo_v = uhfo.value();
+  const std::int64_t first = std::max(last - definition_.length_s + 1, warm_since_);
+  const auto fresh_mean = [&](Quantity quantity) {
+    const Known values = known(history_, quantity, first, last);
+    return values.longest_hole_s > definition_.max_gap_s ? kUnknown : values.mean;
+  };
+  window.rate_deg_per_h = known(history_, &Bucket::rate_deg_per_h, first, last).mean;
+  window.temperature_degc = fresh_mean(&Bucket::temperature_degc);
+  window.uhfo_v = fresh_mean(&Bucket::uhfo_v);
   if (window.warm_s < history_s(definition_)) return;
   window.slope_degc_per_s = slope(last);
-  if (rate.count > 0 && std::isfinite(window.slope_degc_per_s)) window.state = WindowState::kReady;
+  const bool known_all = std::isfinite(window.rate_deg_per_h) && std::isfinite(window.temperature_degc) &&
+                         std::isfinite(window.slope_degc_per_s);
+  if (known_all) window.state = WindowState::kReady;
 }
 
+// On a steady ramp both methods give its slope exactly, with or without holes: the times are those of the data.
 double Conditioner::slope(std::int64_t last) const {
-  const int length = definition_.length_s;
-  if (definition_.slope == SlopeMethod::kLeastSquares) return least_squares_slope(history_, last, length);
-  const double now = mean_temperature(history_, last, definition_.end_mean_s);
-  const double before = mean_temperature(history_, last - length, definition_.end_mean_s);
-  return (now - before) / length;
+  const std::int64_t first = last - definition_.length_s + 1;
+  const auto temperatures = [&](std::int64_t from, std::int64_t to) {
+    return known(history_, &Bucket::temperature_degc, from, to);
+  };
+  if (definition_.slope == SlopeMethod::kLeastSquares) {
+    const Known all = temperatures(first, last);
+    return all.longest_hole_s > definition_.max_gap_s ? kUnknown : least_squares_slope(history_, first, last, all);
+  }
+  const Known now = temperatures(last - definition_.end_mean_s + 1, last);
+  const Known before = temperatures(first - definition_.end_mean_s, first - 1);
+  if (std::max(now.longest_hole_s, before.longest_hole_s) > definition_.max_gap_s) return kUnknown;
+  return (now.mean - before.mean) / (definition_.length_s + now.mean_time_s - before.mean_time_s);
 }
 
 // One-pole mean of T per time constant. Short holes are bridged exactly (the pole decays by the true elapsed time); after

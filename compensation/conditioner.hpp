@@ -11,8 +11,11 @@ namespace prism {
 
 /// Live, replay and training all push their buckets through this class; a second copy would become bias.
 ///
-/// A window is ready when buckets of history_s() seconds stand behind it with no hole longer than max_gap_s, and when
-/// temperature and rate are known there. UHFO may be unknown (devices without one): its mean is then kUnknown.
+/// A window is full (warm_s == history_s()) when buckets of that many seconds stand behind it with no hole longer than
+/// max_gap_s; it is ready when it is full and its mean rate, mean temperature and slope are known. A temperature or a
+/// UHFO voltage that was not known for longer than max_gap_s within the window has no mean (and no slope): what a sensor
+/// said before it failed is not served as news. Devices without UHFO have ready windows with its mean kUnknown.
+/// Shorter holes cost nothing: means are taken over what is there, slopes with the true times of what is there.
 /// Cost: O(history_s) a second; no drift, because nothing is accumulated over windows but the lag filters.
 class Conditioner {
  public:
@@ -30,11 +33,12 @@ class Conditioner {
  private:
   void admit(const Bucket& bucket, Window& window);
   void measure(Window& window) const;
-  double slope(std::int64_t end) const;
+  double slope(std::int64_t last) const;
   void update_lags(const Bucket& bucket, Window& window);
 
   FeatureDefinition definition_;
   std::deque<Bucket> history_;
+  std::int64_t warm_since_ = 0;  ///< second of the first bucket since the window was emptied
   std::vector<double> lag_mean_degc_;
   std::int64_t last_lag_second_ = 0;
   std::int64_t lag_age_s_ = -1;

@@ -31,8 +31,8 @@ struct FeatureDefinition {
 int history_s(const FeatureDefinition& definition);
 
 enum class WindowState {
-  kWarming,  ///< not enough history since the start or the last gap: no slope; means over what there is
-  kReady,
+  kWarming,  ///< not enough history since the start or the last gap, or rate, temperature or slope not known
+  kReady,    ///< a full window with rate, temperature and slope
 };
 
 /// The features at the end of one second. Means are over the last length_s seconds (fewer while warming).

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+// Averager: samples of one second become their weighted means, and nothing else does.
+#include "compensation/averager.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <random>
+#include <vector>
+
+namespace prism {
+namespace {
+
+constexpr double kRounding = 1e-9;  // sums of some hundred doubles near 10
+
+Sample sample_at(std::int64_t time_ns, double rate_deg_per_h = 1, double interval_s = 0.1) {
+  Sample sample;
+  sample.time_ns = time_ns;
+  sample.rate_deg_per_h = rate_deg_per_h;
+  sample.interval_s = interval_s;
+  return sample;
+}
+
+Bucket only_bucket(const std::vector<Sample>& samples) {
+  Averager averager;
+  for (const Sample& sample : samples) EXPECT_FALSE(averager.push(sample));
+  return averager.finish().value_or(Bucket{});
+}
+
+TEST(Averager, WeighsTheRateWithTheIntervalItStandsFor) {
+  const Bucket bucket = only_bucket({sample_at(250'000'000, 1, 0.25), sample_at(1'000'000'000, 3, 0.75)});
+  EXPECT_DOUBLE_EQ(bucket.rate_deg_per_h, 2.5);  // (1 · 0.25 + 3 · 0.75) / 1
+  EXPECT_EQ(bucket.samples, 2u);
+}
+
+TEST(Averager, ASampleBelongsToTheSecondThatItsIntervalEndsIn) {
+  const std::pair<std::int64_t, std::int64_t> rows[] = {{1, 0},
+                                                        {999'999'999, 0},
+                                                        {1'000'000'000, 0},
+                                                        {1'000'000'001, 1},
+                                                        {0, -1},
+                                                        {-1, -1},
+                                                        {-999'999'999, -1},
+                                                        {-1'000'000'000, -2},
+                                                        {-1'000'000'001, -2},
+                                                        {1'795'425'060'000'000'000, 1'795'425'059}};
+  for (const auto& [time_ns, second] : rows) {
+    EXPECT_EQ(only_bucket({sample_at(time_ns)}).second, second) << time_ns;
+    EXPECT_EQ(bucket_second(time_ns), second) << time_ns;
+  }
+}
+
+TEST(Averager, WhatNoSampleOfTheSecondCarriedIsUnknown) {
+  const Bucket bucket = only_bucket({sample_at(1, kUnknown), sample_at(2, kUnknown)});
+  EXPECT_TRUE(std::isnan(bucket.rate_deg_per_h));
+  EXPECT_TRUE(std::isnan(bucket.temperature_degc));
+  EXPECT_TRUE(std::isnan(bucket.uhfo_v));
+  EXPECT_EQ(bucket.samples, 2u);
+}
+
+TEST(Averager, AnUnknownQuantityOfOneSampleLeavesTheOthersMeanAlone) {
+  Sample first = sample_at(1, 4), second = sample_at(2, kUnknown, 100);
+  first.uhfo_v = 5.25;
+  second.temperature_degc = 25;
+  const Bucket bucket = only_bucket({first, second});
+  EXPECT_DOUBLE_EQ(bucket.rate_deg_per_h, 4);
+  EXPECT_DOUBLE_EQ(bucket.temperature_degc, 25);
+  EXPECT_DOUBLE_EQ(bucket.uhfo_v, 5.25);
+}
+
+TEST(Averager, AnInfiniteValueIsNoMeasurement) {
+  Sample broken = sample_at(1, HUGE_VAL);
+  broken.temperature_degc = -HUGE_VAL;
+  const Bucket bucket = only_bucket({broken, sample_at(2, 7)});
+  EXPECT_DOUBLE_EQ(bucket.rate_deg_per_h, 7);
+  EXPECT_TRUE(std::isnan(bucket.temperature_degc));
+}
+
+TEST(Averager, StatusBitsAreOredAndMissingFramesAdded) {
+  Sample first = sample_at(1), second = sample_at(2);
+  first.status = 0x01, second.status = 0x80;
+  first.missing_frames = 3, second.missing_frames = 4;
+  const Bucket bucket = only_bucket({first, second});
+  EXPECT_EQ(bucket.status, 0x81u);
+  EXPECT_EQ(bucket.missing_frames, 7u);
+}
+
+TEST(Averager, SecondsWithoutSamplesGiveNoBucket) {
+  Averager averager;
+  EXPECT_FALSE(averager.push(sample_at(500'000'000, 1)));
+  const auto first = averager.push(sample_at(7'500'000'000, 2));
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->second, 0);
+  const auto second = averager.finish();
+  ASSERT_TRUE(second);
+  EXPECT_EQ(second->second, 7);
+  EXPECT_DOUBLE_EQ(second->rate_deg_per_h, 2);  // nothing of the first second is left in it
+  EXPECT_EQ(second->samples, 1u);
+}
+
+TEST(Averager, FinishGivesTheOpenSecondOnce) {
+  Averager averager;
+  EXPECT_FALSE(averager.finish());
+  averager.push(sample_at(1));
+  EXPECT_TRUE(averager.finish());
+  EXPECT_FALSE(averager.finish());
+  EXPECT_FALSE(averager.push(sample_at(2)));  // the next sample opens a new bucket
+  EXPECT_TRUE(averager.finish());
+}
+
+TEST(Averager, AClockSetBackClosesTheSecond) {
+  Averager averager;
+  averager.push(sample_at(9'500'000'000, 1));
+  const auto closed = averager.push(sample_at(3'500'000'000, 2));
+  ASSERT_TRUE(closed);
+  EXPECT_EQ(closed->second, 9);
+  EXPECT_EQ(averager.finish().value().second, 3);
+}
+
+// Slow and obvious: all samples of a second kept, then averaged.
+TEST(Averager, AgreesWithKeepingEverySample) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::map<std::int64_t, std::vector<Sample>> kept;
+  std::vector<Bucket> buckets;
+  Averager averager;
+  for (std::int64_t time_ns = 0; time_ns < 200 * kNanosecondsPerSecond;) {
+    time_ns += 1 + static_cast<std::int64_t>(unit(random) * (unit(random) < 0.02 ? 3e9 : 2e7));
+    Sample sample = sample_at(time_ns, unit(random) < 0.1 ? kUnknown : 10 * unit(random), 0.001 + unit(random));
+    if (unit(random) < 0.5) sample.temperature_degc = 70 * unit(random);
+    kept[(time_ns + kNanosecondsPerSecond - 1) / kNanosecondsPerSecond - 1].push_back(sample);
+    if (const auto bucket = averager.push(sample)) buckets.push_back(*bucket);
+  }
+  if (const auto bucket = averager.finish()) buckets.push_back(*bucket);
+  ASSERT_EQ(buckets.size(), kept.size());
+  for (const Bucket& bucket : buckets) {
+    double angle = 0, time = 0, temperature = 0, temperatures = 0;
+    for (const Sample& sample : kept.at(bucket.second)) {
+      if (std::isfinite(sample.rate_deg_per_h)) angle += sample.rate_deg_per_h * sample.interval_s, time += sample.interval_s;
+      if (std::isfinite(sample.temperature_degc)) temperature += sample.temperature_degc, ++temperatures;
+    }
+    EXPECT_EQ(bucket.samples, kept.at(bucket.second).size());
+    ASSERT_EQ(std::isfinite(bucket.rate_deg_per_h), time > 0);
+    if (time > 0) {
+      EXPECT_NEAR(bucket.rate_deg_per_h, angle / time, kRounding);
+    }
+    ASSERT_EQ(std::isfinite(bucket.temperature_degc), temperatures > 0);
+    if (temperatures > 0) {
+      EXPECT_NEAR(bucket.temperature_degc, temperature / temperatures, kRounding);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace prism
