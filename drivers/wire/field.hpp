@@ -3,8 +3,8 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -41,17 +41,45 @@ struct Field {
   double preset = 0;  ///< what an encoder writes where nothing else is known, as the raw number
 };
 
-/// The bits as an unsigned number, sign-extended to 64 bits for kSigned; `base` points to the frame's (or item's) byte
-/// that `at` 0 names. No bounds are checked here: the reader of descriptions and the matcher did.
-std::uint64_t load_bits(const Field& field, const std::uint8_t* first);
+/// All bits of the field's bytes, before shift and width are taken; `first` points to the byte that `at` names. Nothing
+/// is checked against bounds here and below: the reader of descriptions and FrameView did.
+inline std::uint64_t assembled(const Field& field, const std::uint8_t* first) {
+  std::uint64_t value = 0;
+  if (field.plain_big) {
+    for (unsigned i = 0; i < field.size; ++i) value = value << 8 | first[i];
+  } else if (field.plain_little) {
+    for (unsigned i = field.size; i-- > 0;) value = value << 8 | first[i];
+  } else {
+    const unsigned low = (1u << field.group_bits) - 1;
+    for (unsigned i = 0; i < field.size; ++i) value = value << field.group_bits | (first[field.order[i]] & low);
+  }
+  return value;
+}
+
+/// The bits that the field names as an unsigned number; sign-extended to 64 bits for kSigned.
+inline std::uint64_t load_bits(const Field& field, const std::uint8_t* first) {
+  const unsigned unused = 64u - field.bits;
+  const std::uint64_t value = (assembled(field, first) >> field.shift) << unused;
+  if (field.type != NumberType::kSigned) return value >> unused;
+  return static_cast<std::uint64_t>(static_cast<std::int64_t>(value) >> unused);
+}
 
 /// The raw number (before scaling) of a binary field.
-double load_number(const Field& field, const std::uint8_t* first);
+inline double load_number(const Field& field, const std::uint8_t* first) {
+  const std::uint64_t bits = load_bits(field, first);
+  switch (field.type) {
+    case NumberType::kSigned: return static_cast<double>(static_cast<std::int64_t>(bits));
+    case NumberType::kFloat32: return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+    case NumberType::kFloat64: return std::bit_cast<double>(bits);
+    default: return static_cast<double>(bits);
+  }
+}
 
 /// Writes the lowest bits of `value` where load_bits reads them; other bits stay.
 void store_bits(const Field& field, std::uint8_t* first, std::uint64_t value);
 
-/// Writes a raw number, rounded to the nearest and held within what the field can say. Returns what was written.
-double store_number(const Field& field, std::uint8_t* first, double number);
+/// Writes a raw number, rounded to the nearest and held within what the field can say; NaN is written as 0.
+/// Accumulated numbers wrap instead: use store_bits.
+void store_number(const Field& field, std::uint8_t* first, double number);
 
 }  // namespace prism

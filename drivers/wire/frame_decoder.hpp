@@ -2,12 +2,14 @@
 // Finds frames in a stream of bytes, however it is cut and damaged, and reads them as the description says.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "drivers/wire/frame_description.hpp"
-#include "drivers/wire/reading.hpp"
+#include "drivers/wire/frame_match.hpp"
+#include "drivers/wire/reading_maker.hpp"
 
 namespace prism {
 
@@ -32,8 +34,10 @@ struct DecoderCounters {
 /// Where the checks of a kind have less than 16 bits together, the first frame after a start (or after a long stretch
 /// without any) is held back until the next one, directly behind it, confirms it.
 ///
-/// A candidate whose end is missing holds up what is behind it. It is given up when the line has been silent for twice
-/// the wire time of the longest frame, at least 25 ms: longer than the 16 ms in which USB adapters cut frames.
+/// A candidate whose end is missing holds up what is behind it. When the line has been silent for twice the wire time
+/// of the longest frame, at least 5 ms, good frames behind the candidate are looked for; where one stands, the
+/// candidate is given up. Where none stands it goes on waiting, so that a frame which a USB adapter (16 ms) or a stalled
+/// machine cut in two is never lost.
 ///
 /// Memory: at most one frame and one slice of input (16 KiB); no allocation per frame.
 class FrameDecoder {
@@ -57,15 +61,57 @@ class FrameDecoder {
   /// Silence after which a waiting candidate is given up, ns.
   std::int64_t timeout_ns() const { return timeout_ns_; }
   /// True while bytes of an unfinished candidate are held: expire() can do something.
-  bool waiting() const { return !buffer_.empty(); }
+  bool waiting() const { return !held_.empty(); }
   const DecoderCounters& counters() const { return counters_; }
   const FrameDescription& description() const { return *description_; }
 
  private:
+  /// The bytes up to stream offset `end` had arrived at `arrival_ns`.
+  struct Mark {
+    std::uint64_t end = 0;
+    std::int64_t arrival_ns = 0;
+  };
+  enum class Mode { kMore, kSilent, kEnd };  ///< what a missing end means: wait; try others meanwhile; give up
+  struct Found {
+    Match match = Match::kNoSync;
+    std::int32_t kind = -1;
+    std::uint32_t length = 0;
+  };
+
+  void scan(Mode mode, std::vector<Reading>& out);
+  bool look_behind(std::vector<Reading>& out);
+  Found look_at(std::size_t at, Mode mode);
+  Found try_kinds(std::size_t at, Mode mode, FrameView& view);
+  bool confirmed(std::size_t at, const Found& found, Mode mode, bool& need_more);
+  bool counter_steps(const FrameView& before, std::int32_t kind_before, const FrameView& behind, std::int32_t kind) const;
+  std::size_t next_possible(std::size_t at) const;
+  bool skip_trailer(std::size_t at);
+  void skip(std::size_t bytes);
+  void accept(std::size_t at, const Found& found, std::vector<Reading>& out);
+  std::int64_t arrival_of(std::uint64_t end) const;
+  void drop_held(std::size_t bytes);
+
   FrameDescriptionPtr description_;
-  std::int64_t timeout_ns_ = 0;
-  std::vector<std::uint8_t> buffer_;
+  ReadingMaker maker_;
+  FrameView view_;
   DecoderCounters counters_;
+  double byte_time_ns_ = 0;
+  std::int64_t timeout_ns_ = 0;
+  std::array<std::uint64_t, 256> kinds_by_first_byte_{};  ///< bit k: kind k may begin with this byte
+  int only_first_byte_ = -1;                              ///< where every kind begins with the same one
+
+  std::vector<std::uint8_t> held_;    ///< bytes not decided yet
+  std::uint64_t held_offset_ = 0;     ///< of held_[0] in the stream
+  int before_held_ = -1;              ///< the byte in front of held_[0]
+  std::vector<Mark> marks_;           ///< of the chunks that reach into held_, oldest first
+  std::int64_t last_arrival_ns_ = 0;
+
+  bool locked_ = false;                  ///< frames of weak kinds are believed at once
+  bool in_run_ = false;                  ///< the byte before was the end of a good frame
+  std::uint64_t last_good_end_ = 0;      ///< in the stream
+  std::int32_t last_kind_ = -1;
+  std::size_t trailer_at_ = 0;           ///< bytes of last_kind_'s trailer seen behind the last frame
+  std::uint64_t lost_after_bytes_ = 0;   ///< without a good frame, until the lock is gone
 };
 
 }  // namespace prism

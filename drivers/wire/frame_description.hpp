@@ -38,6 +38,17 @@ struct CounterRule {
   bool step_varies = false;      ///< externally triggered: a step other than ticks_per_frame is no loss
 };
 
+/// A quantity that not every frame need carry: temperature, UHFO voltage.
+struct SlowChannel {
+  bool present = false;      ///< on the wire at all: a model that eats it can be fed
+  double stale_after_s = 1;  ///< a value is held so long over frames that do not carry the channel
+  /// Where two frames carry a half each: value = (high << low_bits | low) as a number of `bits` bits, then the scaling.
+  int low_bits = 8;
+  int bits = 16;
+  bool is_signed = false;
+  Scaling joined;
+};
+
 /// One frame with the values that stand in it: hex in the description, run by run_test_vectors.
 struct TestVector {
   struct Expectation {
@@ -66,15 +77,15 @@ struct FrameDescription {
   std::vector<std::string> axes;  ///< what GyroChoice::axis may name; the first is the default
   std::optional<CounterRule> counter;
   std::vector<FrameKind> kinds;
+  std::vector<int> sent_kinds;  ///< what an encoder sends, in turn: indices into kinds
   std::vector<TestVector> test_vectors;
   std::vector<std::string> warnings;  ///< one line each: legal, but worth knowing
+  SlowChannel temperature;
+  SlowChannel uhfo;
+  std::uint32_t max_frame_bytes = 0;  ///< the longest frame of any kind
 
   /// Nominal time from one gyro-carrying frame to the next, s.
   double period_s() const { return 1 / rate_hz; }
-  /// True where temperature (or UHFO voltage) is on the wire at all: a model that eats it can be fed.
-  bool has_temperature = false;
-  bool has_uhfo = false;
-  std::uint32_t max_frame_bytes = 0;
 };
 
 using FrameDescriptionPtr = std::shared_ptr<const FrameDescription>;

@@ -47,7 +47,7 @@ struct ItemRule {
   bool length_includes_header = false;
   bool big_endian = true;
   std::vector<std::uint64_t> ids;
-  std::vector<std::uint32_t> lengths;  ///< payload an encoder gives each id
+  std::vector<std::uint64_t> sent;  ///< what an encoder puts in, in this order; empty: all ids that fields name
 };
 
 /// Optional blocks selected by the bits of a mask field, in bit order; each has a fixed size.
@@ -63,6 +63,7 @@ struct TextRule {
   std::string separators;
   bool collapse = false;    ///< runs of separators count as one (blanks)
   std::uint32_t columns = 0;  ///< exactly so many; 0: any number
+  std::string write;          ///< what an encoder prints: text with {field} or {field:9.6} or {field:08x}
 };
 
 /// The gyro's number is valid where (field & mask) == value.
@@ -78,6 +79,11 @@ struct KindRoles {
   std::vector<int> temperature, uhfo;                            ///< whole values
   int temperature_high = -1, temperature_low = -1;               ///< halves in frames that follow each other
   int uhfo_high = -1, uhfo_low = -1;
+
+  bool tells_anything() const {
+    return !gyro.empty() || !counter.empty() || !temperature.empty() || !uhfo.empty() || temperature_high >= 0 ||
+           temperature_low >= 0 || uhfo_high >= 0 || uhfo_low >= 0;
+  }
 };
 
 struct FrameKind {
@@ -97,6 +103,9 @@ struct FrameKind {
   std::uint32_t header_bytes = 1;  ///< what must be there before the length is known
   int check_bits = 0;              ///< all checks together
   int confirmations = 1;           ///< good frames in a row before the first is believed
+  bool weak = false;  ///< recognised by less than 16 bits in all: every break asks for confirmation again
+
+  bool has_structure() const { return items.present || text.present || blocks.mask_field >= 0; }
 };
 
 }  // namespace prism
