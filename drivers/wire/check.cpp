@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// Computing, comparing and storing one check.
+#include "drivers/wire/check.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstring>
+#include <optional>
+
+namespace prism {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+/// First byte of the stored check and the bytes it covers; nothing where the frame cannot hold them.
+struct Place {
+  std::size_t at = 0;
+  std::size_t size = 0;
+  Bytes cover;
+};
+
+std::optional<Place> place_of(const CheckRule& rule, Bytes frame) {
+  const auto length = static_cast<std::ptrdiff_t>(frame.size());
+  std::ptrdiff_t at = rule.at < 0 ? length + rule.at : rule.at;
+  std::ptrdiff_t to = rule.to <= 0 ? length + rule.to : rule.to;
+  const std::ptrdiff_t from = rule.from < 0 ? length + rule.from : rule.from;
+  if (rule.mark != 0) {
+    const auto mark = std::find(frame.rbegin(), frame.rend(), static_cast<std::uint8_t>(rule.mark));
+    if (mark == frame.rend()) return std::nullopt;
+    at = length - (mark - frame.rbegin());
+    to = at - (rule.covers_mark ? 0 : 1);
+  }
+  const bool open_end = rule.stored == CheckRule::Stored::kDecimalText;
+  if (at < 0 || from < 0 || to < from || to > length || at + (open_end ? 1 : rule.size) > length) return std::nullopt;
+  const std::size_t size = open_end ? static_cast<std::size_t>(length - at) : rule.size;
+  return Place{static_cast<std::size_t>(at), size,
+               frame.subspan(static_cast<std::size_t>(from), static_cast<std::size_t>(to - from))};
+}
+
+std::uint64_t computed(const CheckRule& rule, Bytes cover) {
+  std::uint64_t value = rule.init;
+  switch (rule.sum) {
+    case CheckRule::Sum::kCrc: {
+      static constexpr std::array<std::uint8_t, 64> kZeros{};
+      std::uint64_t state = rule.crc->update(rule.crc->start(), cover);
+      if (const std::size_t over = cover.size() % rule.pad_to; over != 0) {
+        state = rule.crc->update(state, {kZeros.data(), rule.pad_to - over});
+      }
+      value = rule.crc->finish(state);
+      break;
+    }
+    case CheckRule::Sum::kSum: value += word_sum(cover, rule.word, rule.word_big_endian); break;
+    case CheckRule::Sum::kXor: value ^= word_xor(cover, rule.word, rule.word_big_endian); break;
+    case CheckRule::Sum::kFletcher: value = fletcher_256(cover); break;
+    case CheckRule::Sum::kParity: {
+      int ones = 0;
+      for (const std::uint8_t byte : cover) ones += std::popcount(byte);
+      return ones % 2 == (rule.odd ? 1 : 0) ? 0 : 1;
+    }
+  }
+  return (rule.negate ? std::uint64_t{0} - value : value) & rule.mask;
+}
+
+std::uint64_t width_mask(unsigned bytes) { return bytes >= 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << 8 * bytes) - 1; }
+
+bool text_holds(const CheckRule& rule, Bytes stored, std::uint64_t expected) {
+  const bool hex = rule.stored == CheckRule::Stored::kHexText;
+  const char* first = reinterpret_cast<const char*>(stored.data());
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(first, first + stored.size(), value, hex ? 16 : 10);
+  if (error != std::errc{} || value != expected) return false;
+  if (hex) return end == first + stored.size();
+  return std::all_of(end, first + stored.size(), [](char c) { return c == '\r' || c == '\n'; });
+}
+
+}  // namespace
+
+bool check_holds(const CheckRule& rule, Bytes frame) {
+  const std::optional<Place> place = place_of(rule, frame);
+  if (!place) return false;
+  const std::uint64_t expected = computed(rule, place->cover);
+  if (rule.sum == CheckRule::Sum::kParity) return expected == 0;
+  const Bytes stored = frame.subspan(place->at, place->size);
+  if (rule.stored != CheckRule::Stored::kBinary) return text_holds(rule, stored, expected);
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < stored.size(); ++i) {
+    value |= std::uint64_t{stored[i]} << 8 * (rule.big_endian ? stored.size() - 1 - i : i);
+  }
+  return value == (expected & width_mask(rule.size));
+}
+
+void store_check(const CheckRule& rule, std::span<std::uint8_t> frame) {
+  const std::optional<Place> place = place_of(rule, frame);
+  if (!place) return;
+  std::uint64_t value = computed(rule, place->cover);
+  std::uint8_t* out = frame.data() + place->at;
+  if (rule.sum == CheckRule::Sum::kParity) {
+    if (value != 0) *out = static_cast<std::uint8_t>(*out ^ rule.mask);
+    return;
+  }
+  if (rule.stored == CheckRule::Stored::kHexText) {
+    for (std::size_t i = place->size; i-- > 0; value >>= 4) out[i] = static_cast<std::uint8_t>("0123456789ABCDEF"[value & 0xF]);
+    return;
+  }
+  for (std::size_t i = 0; i < place->size; ++i) {
+    out[i] = static_cast<std::uint8_t>(value >> 8 * (rule.big_endian ? place->size - 1 - i : i));
+  }
+}
+
+}  // namespace prism

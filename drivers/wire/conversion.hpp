@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// From the number on the wire to the quantity it stands for: linear, polynomial, table, bridge, PT100, thermistor.
+#pragma once
+
+#include <variant>
+#include <vector>
+
+namespace prism {
+
+/// y = c0 + c1 x + c2 x^2 + …
+struct PolynomialStep {
+  std::vector<double> coefficients;
+};
+
+/// Straight lines between points (x strictly increasing, y strictly monotonic); NaN outside the first and last.
+struct TableStep {
+  std::vector<double> x, y;
+};
+
+/// Ratiometric bridge: y = reference x / (full - x), x from 0 to below full.
+struct BridgeStep {
+  double full = 1;
+  double reference = 1;
+};
+
+/// Platinum resistor, IEC 60751: x ohm in, degC out, -200 to 850 degC; NaN outside.
+struct PlatinumStep {
+  double r0_ohm = 100;
+};
+
+/// Thermistor, Steinhart-Hart in full: 1/T = a + b L + c L^2 + d L^3, L = ln(x / ohm), T in kelvin; degC out.
+struct ThermistorStep {
+  double a = 0, b = 0, c = 0, d = 0;
+};
+
+using ConversionStep = std::variant<PolynomialStep, TableStep, BridgeStep, PlatinumStep, ThermistorStep>;
+
+/// One step forward; NaN where x is outside what the step can convert.
+double convert(const ConversionStep& step, double x);
+/// The x that convert() turns into y; NaN where there is none. Polynomials of degree over 1 by Newton from the linear term.
+double convert_back(const ConversionStep& step, double y);
+
+/// IEC 60751: resistance of a platinum resistor at a temperature, and back (error below 1e-6 degC from -200 to 850).
+double platinum_ohm(double temperature_degc, double r0_ohm);
+double platinum_degc(double resistance_ohm, double r0_ohm);
+
+/// number = raw * scale + offset, then the steps in order, then the range.
+struct Scaling {
+  double scale = 1;
+  double offset = 0;
+  std::vector<ConversionStep> steps;
+  double min = -1e300;  ///< of the result; outside the value is unknown
+  double max = 1e300;
+
+  /// Without the range check.
+  double apply(double raw) const;
+  /// Inverse of apply: the raw number, not rounded; NaN where there is none.
+  double invert(double value) const;
+  bool admits(double value) const { return value >= min && value <= max; }
+};
+
+}  // namespace prism

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+// The search for frames. Everything is decided on held_; a chunk is appended there slice by slice.
+#include "drivers/wire/frame_decoder.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace prism {
+namespace {
+
+constexpr std::size_t kSliceBytes = 16 * 1024;
+constexpr double kShortestTimeoutNs = 5e6;
+/// The lock is lost after this many of the longest frames without a good one.
+constexpr std::uint64_t kFramesUntilLost = 8;
+
+}  // namespace
+
+FrameDecoder::FrameDecoder(FrameDescriptionPtr description) : description_(std::move(description)), maker_(description_) {
+  byte_time_ns_ = description_->wire.byte_time_ns();
+  const double longest_ns = byte_time_ns_ * description_->max_frame_bytes;
+  timeout_ns_ = static_cast<std::int64_t>(std::max(kShortestTimeoutNs, 2 * longest_ns));
+  lost_after_bytes_ = kFramesUntilLost * description_->max_frame_bytes;
+  for (std::size_t k = 0; k < description_->kinds.size(); ++k) {
+    const std::vector<ByteRule>& sync = description_->kinds[k].sync;
+    for (unsigned byte = 0; byte < 256; ++byte) {
+      const bool fits = sync.empty() || sync.front().at != 0 || (byte & sync.front().mask) == sync.front().value;
+      if (fits) kinds_by_first_byte_[byte] |= std::uint64_t{1} << k;
+    }
+  }
+  const auto possible = [](std::uint64_t kinds) { return kinds != 0; };
+  if (std::count_if(kinds_by_first_byte_.begin(), kinds_by_first_byte_.end(), possible) == 1) {
+    const auto first = std::find_if(kinds_by_first_byte_.begin(), kinds_by_first_byte_.end(), possible);
+    only_first_byte_ = static_cast<int>(first - kinds_by_first_byte_.begin());
+  }
+  held_.reserve(kSliceBytes + 2 * description_->max_frame_bytes);
+}
+
+void FrameDecoder::reset() {
+  counters_.skipped_bytes += held_.size();
+  drop_held(held_.size());
+  marks_.clear();
+  before_held_ = -1;
+  locked_ = in_run_ = false;
+  last_kind_ = -1;
+  maker_.reset();
+}
+
+void FrameDecoder::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::vector<Reading>& out) {
+  if (bytes.empty()) return;
+  expire(arrival_ns, out);
+  last_arrival_ns_ = arrival_ns;
+  counters_.bytes += bytes.size();
+  marks_.push_back({held_offset_ + held_.size() + bytes.size(), arrival_ns});
+  while (!bytes.empty()) {
+    const auto slice = bytes.first(std::min(bytes.size(), kSliceBytes));
+    held_.insert(held_.end(), slice.begin(), slice.end());
+    scan(Mode::kMore, out);
+    bytes = bytes.subspan(slice.size());
+  }
+}
+
+void FrameDecoder::expire(std::int64_t now_ns, std::vector<Reading>& out) {
+  if (!waiting() || now_ns - last_arrival_ns_ <= timeout_ns_) return;
+  while (look_behind(out)) continue;
+}
+
+void FrameDecoder::finish(std::vector<Reading>& out) { scan(Mode::kEnd, out); }
+
+// What a search behind a waiting candidate counts is kept only where it finds a frame: else the same bytes are searched
+// again later.
+bool FrameDecoder::look_behind(std::vector<Reading>& out) {
+  const DecoderCounters before = counters_;
+  std::size_t at = next_possible(std::min<std::size_t>(1, held_.size()));
+  while (at < held_.size() && look_at(at, Mode::kSilent).match != Match::kYes) at = next_possible(at + 1);
+  counters_ = before;
+  if (at >= held_.size()) return false;
+  ++counters_.timeouts;
+  skip(at);
+  drop_held(at);
+  scan(Mode::kMore, out);
+  return waiting();
+}
+
+void FrameDecoder::scan(Mode mode, std::vector<Reading>& out) {
+  std::size_t at = 0;
+  while (at < held_.size()) {
+    if (skip_trailer(at)) {
+      ++at;
+      continue;
+    }
+    if (const std::size_t possible = next_possible(at); possible != at) {
+      skip(possible - at);
+      at = possible;
+      continue;
+    }
+    const Found found = look_at(at, mode);
+    if (found.match == Match::kNeedMore && mode != Mode::kEnd) break;
+    if (found.match != Match::kYes) {
+      skip(1);
+      ++at;
+      continue;
+    }
+    accept(at, found, out);
+    at += found.length;
+  }
+  drop_held(at);
+}
+
+std::size_t FrameDecoder::next_possible(std::size_t at) const {
+  if (at >= held_.size()) return held_.size();
+  if (only_first_byte_ >= 0) {
+    if (held_[at] == only_first_byte_) return at;
+    const void* found = std::memchr(held_.data() + at, only_first_byte_, held_.size() - at);
+    return found == nullptr ? held_.size() : static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - held_.data());
+  }
+  while (at < held_.size() && kinds_by_first_byte_[held_[at]] == 0) ++at;
+  return at;
+}
+
+/// The first kind that fits wins. One that needs more bytes stops the search here: with them it might fit.
+FrameDecoder::Found FrameDecoder::try_kinds(std::size_t at, Mode mode, FrameView& view) {
+  Found waiting;
+  const std::span<const std::uint8_t> bytes{held_.data() + at, held_.size() - at};
+  const int before = at > 0 ? held_[at - 1] : before_held_;
+  for (std::uint64_t left = kinds_by_first_byte_[bytes[0]]; left != 0; left &= left - 1) {
+    const int k = std::countr_zero(left);
+    const MatchResult result = match_frame(description_->kinds[static_cast<std::size_t>(k)], bytes, before, view);
+    const bool more = result.match == Match::kNeedMore;
+    if (result.match == Match::kYes || (more && mode == Mode::kMore)) return {result.match, k, result.length};
+    if (more) waiting = {result.match, k, result.length};
+    counters_.bad_length += result.match == Match::kBadLength ? 1 : 0;
+    counters_.bad_body += result.match == Match::kBadBody ? 1 : 0;
+    counters_.bad_check += result.match == Match::kBadCheck ? 1 : 0;
+  }
+  return waiting;
+}
+
+FrameDecoder::Found FrameDecoder::look_at(std::size_t at, Mode mode) {
+  Found found = try_kinds(at, mode, view_);
+  if (mode == Mode::kEnd && found.match == Match::kNeedMore) ++counters_.bad_length;
+  if (found.match != Match::kYes) return found;
+  const FrameKind& kind = description_->kinds[static_cast<std::size_t>(found.kind)];
+  if (kind.confirmations <= 1) return found;
+  const std::uint64_t here = held_offset_ + at;
+  if (locked_ && here - last_good_end_ <= lost_after_bytes_ && !(kind.weak && here != last_good_end_ + trailer_at_)) return found;
+  bool need_more = false;
+  if (confirmed(at, found, mode, need_more)) return found;
+  if (need_more && mode != Mode::kEnd) return {Match::kNeedMore, found.kind, found.length};
+  ++counters_.unconfirmed;
+  return {};
+}
+
+/// A weak frame is believed when enough good ones stand right behind it, with the right counter steps.
+bool FrameDecoder::confirmed(std::size_t at, const Found& found, Mode mode, bool& need_more) {
+  const int needed = description_->kinds[static_cast<std::size_t>(found.kind)].confirmations;
+  const DecoderCounters counters = counters_;
+  FrameView before = view_;
+  Found last = found;
+  for (int good = 1; good < needed; ++good) {
+    at += last.length;
+    for (const std::uint8_t byte : description_->kinds[static_cast<std::size_t>(last.kind)].trailer) {
+      if (at < held_.size() && held_[at] == byte) ++at;
+    }
+    need_more = at >= held_.size();
+    if (need_more) return false;
+    FrameView behind;
+    const Found next = try_kinds(at, mode, behind);
+    counters_ = counters;
+    need_more = next.match == Match::kNeedMore && mode != Mode::kEnd;
+    if (next.match != Match::kYes || !counter_steps(before, last.kind, behind, next.kind)) return false;
+    before = behind;
+    last = next;
+  }
+  return true;
+}
+
+bool FrameDecoder::counter_steps(const FrameView& before, std::int32_t kind_before, const FrameView& behind,
+                                 std::int32_t kind) const {
+  const std::vector<int>& first = description_->kinds[static_cast<std::size_t>(kind_before)].roles.counter;
+  const std::vector<int>& second = description_->kinds[static_cast<std::size_t>(kind)].roles.counter;
+  if (first.empty() || second.empty() || description_->counter->step_varies) return true;
+  const CounterRule& rule = *description_->counter;
+  std::uint64_t ticks = behind.bits(second.front()) - before.bits(first.front());
+  if (rule.modulus != 0) ticks = (ticks + (ticks > ~std::uint64_t{0} / 2 ? rule.modulus : 0)) % rule.modulus;
+  return std::abs(static_cast<double>(ticks) - rule.ticks_per_frame) <= 0.25 * rule.ticks_per_frame;
+}
+
+bool FrameDecoder::skip_trailer(std::size_t at) {
+  if (!in_run_ || last_kind_ < 0) return false;
+  const std::vector<std::uint8_t>& trailer = description_->kinds[static_cast<std::size_t>(last_kind_)].trailer;
+  if (trailer_at_ >= trailer.size() || held_[at] != trailer[trailer_at_]) return false;
+  ++trailer_at_;
+  return true;
+}
+
+void FrameDecoder::skip(std::size_t bytes) {
+  if (bytes == 0) return;
+  counters_.skipped_bytes += bytes;
+  if (in_run_) ++counters_.resyncs;
+  in_run_ = false;
+}
+
+void FrameDecoder::accept(std::size_t at, const Found& found, std::vector<Reading>& out) {
+  const std::uint64_t offset = held_offset_ + at;
+  const std::uint64_t end = offset + found.length;
+  Reading& reading = out.emplace_back();
+  if (maker_.make(found.kind, view_, in_run_, reading)) {
+    reading.offset = offset;
+    reading.length = found.length;
+    reading.arrival_ns = arrival_of(end);
+  } else {
+    out.pop_back();
+  }
+  ++counters_.frames;
+  counters_.out_of_range = maker_.out_of_range();
+  locked_ = in_run_ = true;
+  last_kind_ = found.kind;
+  last_good_end_ = end;
+  trailer_at_ = 0;
+}
+
+std::int64_t FrameDecoder::arrival_of(std::uint64_t end) const {
+  for (const Mark& mark : marks_) {
+    if (mark.end >= end) return mark.arrival_ns - std::llround(byte_time_ns_ * static_cast<double>(mark.end - end));
+  }
+  return last_arrival_ns_;
+}
+
+void FrameDecoder::drop_held(std::size_t bytes) {
+  if (bytes == 0) return;
+  before_held_ = held_[bytes - 1];
+  held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(bytes));
+  held_offset_ += bytes;
+  const auto reaches = std::find_if(marks_.begin(), marks_.end(), [&](const Mark& m) { return m.end > held_offset_; });
+  marks_.erase(marks_.begin(), reaches);
+}
+
+}  // namespace prism

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// One kind of frame, compiled: how it is recognised, checked and read. Tables only; frame_match.hpp works on them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "drivers/wire/check.hpp"
+#include "drivers/wire/field.hpp"
+
+namespace prism {
+
+/// (byte at `at` & mask) == value. Used for the sync, and for body rules over single bytes.
+struct ByteRule {
+  std::uint32_t at = 0;
+  std::uint8_t value = 0;
+  std::uint8_t mask = 0xFF;
+};
+
+struct LengthRule {
+  enum class Form { kFixed, kField, kTerminated } form = Form::kFixed;
+  std::uint32_t min = 0, max = 0;  ///< bytes of the whole frame; equal for kFixed
+  Field field;                     ///< kField: length = field * multiply + add
+  std::int32_t multiply = 1, add = 0;
+  std::vector<std::uint8_t> terminator;  ///< kTerminated: the last bytes of the frame
+};
+
+/// Every byte from..to (negative: from the end) has (byte & mask) == value: "bit 7 is clear".
+struct BodyRule {
+  int from = 0, to = 0;
+  std::uint8_t mask = 0, value = 0;
+};
+
+/// A frame is no data where the condition holds although its check is right (sync filler, start-up patterns).
+struct RefuseRule {
+  int field = -1;
+  std::uint64_t mask = 0, value = 0;
+};
+
+/// Tag-length-value items from..to; `ids` are those that fields ask for.
+struct ItemRule {
+  bool present = false;
+  int from = 0, to = 0;
+  std::uint8_t id_size = 1, length_size = 1;
+  bool length_first = false;            ///< {length, id, data}, else {id, length, data}
+  bool length_includes_header = false;
+  bool big_endian = true;
+  std::vector<std::uint64_t> ids;
+  std::vector<std::uint64_t> sent;  ///< what an encoder puts in, in this order; empty: all ids that fields name
+};
+
+/// Optional blocks selected by the bits of a mask field, in bit order; each has a fixed size.
+struct BlockRule {
+  int mask_field = -1;
+  int from = 0;
+  std::vector<std::uint32_t> sizes;
+};
+
+/// A text frame's columns.
+struct TextRule {
+  bool present = false;
+  std::string separators;
+  bool collapse = false;    ///< runs of separators count as one (blanks)
+  std::uint32_t columns = 0;  ///< exactly so many; 0: any number
+  std::string write;          ///< what an encoder prints: text with {field} or {field:9.6} or {field:08x}
+};
+
+/// The gyro's number is valid where (field & mask) == value.
+struct ValidRule {
+  int field = -1;
+  std::uint64_t mask = 0, value = 0;
+};
+
+/// Which fields of this kind feed which part of a Reading; the first that is present in a frame wins.
+struct KindRoles {
+  std::vector<int> gyro, counter, status, latency;
+  std::vector<ValidRule> valid;
+  std::vector<int> temperature, uhfo;                            ///< whole values
+  int temperature_high = -1, temperature_low = -1;               ///< halves in frames that follow each other
+  int uhfo_high = -1, uhfo_low = -1;
+
+  bool tells_anything() const {
+    return !gyro.empty() || !counter.empty() || !temperature.empty() || !uhfo.empty() || temperature_high >= 0 ||
+           temperature_low >= 0 || uhfo_high >= 0 || uhfo_low >= 0;
+  }
+};
+
+struct FrameKind {
+  std::string name;
+  std::vector<ByteRule> sync;
+  int after = -1;  ///< the byte just before the frame; -1: any
+  LengthRule length;
+  std::vector<BodyRule> body;
+  std::vector<RefuseRule> refuse;
+  std::vector<CheckRule> checks;
+  std::vector<std::uint8_t> trailer;  ///< optional bytes behind the frame (CR LF) that are no damage
+  std::vector<Field> fields;
+  ItemRule items;
+  BlockRule blocks;
+  TextRule text;
+  KindRoles roles;
+  std::uint32_t header_bytes = 1;  ///< what must be there before the length is known
+  int check_bits = 0;              ///< all checks together
+  int confirmations = 1;           ///< good frames in a row before the first is believed
+  bool weak = false;  ///< recognised by less than 16 bits in all: every break asks for confirmation again
+
+  bool has_structure() const { return items.present || text.present || blocks.mask_field >= 0; }
+};
+
+}  // namespace prism

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// One decoded frame, before it has a place in time: what the decoder hands to the clock.
+#pragma once
+
+#include <cstdint>
+
+#include "compensation/sample.hpp"
+
+namespace prism {
+
+struct Reading {
+  /// When the frame's last byte had arrived: arrival of its chunk minus the wire time of the bytes behind it there.
+  std::int64_t arrival_ns = 0;
+  std::uint64_t offset = 0;  ///< of its first byte in the stream since the decoder was made
+  std::uint32_t length = 0;  ///< bytes
+  std::int32_t kind = 0;     ///< index into FrameDescription::kinds
+  bool has_gyro = false;     ///< this kind carries the gyro's number (others may carry the counter or temperature)
+  bool has_counter = false;
+  bool valid = false;        ///< the gyro's number is there, finite, in range, and the frame says it is valid
+  std::uint32_t status = 0;  ///< the device's status bits as sent
+  std::uint64_t counter = 0;  ///< as sent, below CounterRule::modulus
+  /// The gyro's number in the description's own unit; GyroRule::scale turns it into deg/h or arcsec. Whole numbers
+  /// (pulses) stay exact, so differences of an accumulated angle are exact too.
+  double gyro = kUnknown;
+  double temperature_degc = kUnknown;  ///< kUnknown: absent, out of range, or older than its limit
+  double uhfo_v = kUnknown;
+  double latency_s = 0;  ///< from the end of the measured interval to the frame's first bit
+};
+
+}  // namespace prism

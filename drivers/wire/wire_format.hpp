@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// How characters travel on a serial line: speed, bits, parity, and the time one byte takes.
+#pragma once
+
+namespace prism {
+
+enum class Parity { kNone, kEven, kOdd };
+
+struct WireFormat {
+  int baud = 921600;  ///< 50 to 20 000 000; any integer, not only the classic ones
+  int data_bits = 8;  ///< 7 or 8
+  Parity parity = Parity::kNone;
+  int stop_bits = 1;  ///< 1 or 2
+
+  /// Bits that one byte occupies on the line, with start, parity and stop bits.
+  int bits_per_byte() const { return 1 + data_bits + (parity == Parity::kNone ? 0 : 1) + stop_bits; }
+  /// Time that one byte occupies on the line, ns.
+  double byte_time_ns() const { return 1e9 * bits_per_byte() / baud; }
+};
+
+}  // namespace prism
