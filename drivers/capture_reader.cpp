@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <pcap/pcap.h>
+#include <stdio_ext.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include "drivers/capture_file.hpp"
+
+namespace prism {
+namespace {
+
+constexpr std::size_t kBufferBytes = 1 << 18;
+constexpr std::size_t kMostBareBytes = 1024;
+constexpr double kMostBareSeconds = 0.010;  // below the decoder's time-out, so that a frame is not taken for cut
+constexpr std::size_t kPcapHeaderBytes = 24;
+
+// The magics of pcap (micro- and nanoseconds, both byte orders) and of pcapng, as they stand in the file.
+bool is_pcap_magic(std::span<const std::uint8_t> first) {
+  constexpr std::array<std::array<std::uint8_t, 4>, 5> kMagics{{{0xD4, 0xC3, 0xB2, 0xA1},
+                                                                {0xA1, 0xB2, 0xC3, 0xD4},
+                                                                {0x4D, 0x3C, 0xB2, 0xA1},
+                                                                {0xA1, 0xB2, 0x3C, 0x4D},
+                                                                {0x0A, 0x0D, 0x0D, 0x0A}}};
+  return std::any_of(kMagics.begin(), kMagics.end(), [&](const auto& magic) {
+    return first.size() >= 4 && std::equal(magic.begin(), magic.end(), first.begin());
+  });
+}
+
+}  // namespace
+
+struct CaptureReader::File {
+  std::string path, damage;
+  std::vector<char> buffer;
+  pcap_t* pcap = nullptr;  // owns the stream once it is there
+  std::FILE* stream = nullptr;
+  std::uint64_t size = 0, foreign = 0;
+  std::optional<BareBytes> bare;
+  std::uint64_t bare_position = 0;
+  std::size_t bare_chunk = 0;
+  std::array<std::uint8_t, kMostBareBytes> bytes{};
+  bool ended = false;
+
+  ~File() {
+    if (pcap) {
+      pcap_close(pcap);
+    } else if (stream) {
+      std::fclose(stream);
+    }
+  }
+
+  std::uint64_t position() const {
+    const long at = std::ftell(stream);
+    return at < 0 ? 0 : static_cast<std::uint64_t>(at);
+  }
+
+  Result<void> open_stream() {
+    stream = std::fopen(path.c_str(), "rbe");
+    struct stat status {};
+    if (!stream || ::fstat(fileno(stream), &status) != 0) {
+      return refuse(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
+    }
+    if (S_ISDIR(status.st_mode)) return refuse(path, "found a folder, expected a capture file");
+    size = static_cast<std::uint64_t>(status.st_size);
+    buffer.resize(kBufferBytes);
+    std::setvbuf(stream, buffer.data(), _IOFBF, buffer.size());
+    __fsetlocking(stream, FSETLOCKING_BYCALLER);  // one thread reads
+    return {};
+  }
+
+  Result<void> open_pcap(std::size_t first_bytes) {
+    if (first_bytes < kPcapHeaderBytes) {  // a capture that was cut in its first breath: there is nothing in it
+      damage = fmt::format("{}: cut within the file header, at byte {}", path, first_bytes);
+      ended = true;
+      return {};
+    }
+    char why[PCAP_ERRBUF_SIZE] = "";
+    pcap = pcap_fopen_offline_with_tstamp_precision(stream, PCAP_TSTAMP_PRECISION_NANO, why);
+    if (!pcap) return refuse(path, fmt::format("found a damaged pcap file ({}), expected a capture", why));
+    const int link = pcap_datalink(pcap);
+    if (link == kCaptureLinkType) return {};
+    const char* name = pcap_datalink_val_to_name(link);
+    return refuse(path, fmt::format("found a capture of link type {} ({}), expected {} (serial line)", link,
+                                    name ? name : "unknown", kCaptureLinkType));
+  }
+
+  Result<void> open_bare(const BareBytes& rate) {
+    if (!(rate.bytes_per_second > 0) || !std::isfinite(rate.bytes_per_second)) {
+      return refuse(path, "found no rate for bare bytes, expected more than 0 bytes/s");
+    }
+    bare = rate;
+    const double most = std::clamp(rate.bytes_per_second * kMostBareSeconds, 1.0, static_cast<double>(kMostBareBytes));
+    bare_chunk = static_cast<std::size_t>(most);
+    return {};
+  }
+
+  std::optional<CapturePacket> next_bare() {
+    const std::size_t got = std::fread(bytes.data(), 1, bare_chunk, stream);
+    if (got == 0) {
+      if (std::ferror(stream)) damage = fmt::format("{}: {} at byte {}", path, std::strerror(errno), bare_position);
+      return std::nullopt;
+    }
+    bare_position += got;
+    const double seconds = static_cast<double>(bare_position) / bare->bytes_per_second;
+    return CapturePacket{bare->start_ns + std::llround(seconds * 1e9), CaptureEvent::kData, {bytes.data(), got}};
+  }
+
+  std::optional<CapturePacket> next_pcap() {
+    while (true) {
+      pcap_pkthdr* header = nullptr;
+      const u_char* data = nullptr;
+      const int result = pcap_next_ex(pcap, &header, &data);
+      if (result != 1) {
+        if (result == PCAP_ERROR) damage = fmt::format("{}: {} (before byte {})", path, pcap_geterr(pcap), position());
+        return std::nullopt;
+      }
+      const std::span<const std::uint8_t> packet(data, header->caplen);
+      const std::optional<CaptureEvent> event = decode_capture_event(packet);
+      if (!event) {
+        ++foreign;
+        continue;
+      }
+      const std::int64_t time_ns = std::int64_t{header->ts.tv_sec} * 1'000'000'000 + header->ts.tv_usec;
+      return CapturePacket{time_ns, *event, packet.subspan(kCaptureRecordBytes)};
+    }
+  }
+};
+
+CaptureReader::CaptureReader(std::unique_ptr<File> file) : file_(std::move(file)) {}
+CaptureReader::CaptureReader(CaptureReader&&) noexcept = default;
+CaptureReader& CaptureReader::operator=(CaptureReader&&) noexcept = default;
+CaptureReader::~CaptureReader() = default;
+
+Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional<BareBytes> bare) {
+  auto file = std::make_unique<File>();
+  file->path = path;
+  if (auto opened = file->open_stream(); !opened) return tl::unexpected<Error>(opened.error());
+  std::array<std::uint8_t, kPcapHeaderBytes> first{};
+  const std::size_t got = std::fread(first.data(), 1, first.size(), file->stream);
+  std::rewind(file->stream);
+  Result<void> ready;
+  if (is_pcap_magic({first.data(), got})) {
+    ready = file->open_pcap(got);
+  } else if (bare) {
+    ready = file->open_bare(*bare);
+  } else {
+    ready = refuse(path, fmt::format("found no pcap file ({} bytes), expected a capture of link type {}", file->size,
+                                     kCaptureLinkType));
+  }
+  if (!ready) return tl::unexpected<Error>(ready.error());
+  return CaptureReader(std::move(file));
+}
+
+std::optional<CapturePacket> CaptureReader::next() {
+  if (file_->ended) return std::nullopt;
+  std::optional<CapturePacket> packet = file_->bare ? file_->next_bare() : file_->next_pcap();
+  file_->ended = !packet;
+  return packet;
+}
+
+const std::string& CaptureReader::tail_damage() const { return file_->damage; }
+std::uint64_t CaptureReader::foreign_packets() const { return file_->foreign; }
+bool CaptureReader::is_bare() const { return file_->bare.has_value(); }
+std::uint64_t CaptureReader::position_bytes() const { return file_->position(); }
+std::uint64_t CaptureReader::size_bytes() const { return file_->size; }
+
+}  // namespace prism

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include "drivers/serial_line.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/serial.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+#include "drivers/line_format.hpp"
+
+namespace prism {
+namespace {
+
+constexpr double kBaudTolerance = 0.02;  // a receiver samples the last bit of ten: 5 % is the end, 2 % leaves margin
+
+const char* parity_name(Parity parity) {
+  return parity == Parity::kNone ? "none" : parity == Parity::kEven ? "even" : "odd";
+}
+
+std::string format_text(const WireFormat& format) {
+  return fmt::format("{} baud, {} data bits, parity {}, {} stop bit{}", format.baud, format.data_bits,
+                     parity_name(format.parity), format.stop_bits, format.stop_bits == 1 ? "" : "s");
+}
+
+std::string why_not_open(int error) {
+  switch (error) {
+    case ENOENT: return "not there; expected a serial device";
+    case EACCES: return "no permission; expected read and write (on Debian the group dialout has it)";
+    case EBUSY: return "held by another program; expected it free";
+    case ENXIO:
+    case ENODEV: return "no device behind it; expected a serial device";
+    default: return fmt::format("cannot be opened: {}", std::strerror(error));
+  }
+}
+
+// Linux gives the slaves of pseudo-terminals the major numbers 136 to 143.
+bool is_pseudo_terminal(int fd) {
+  struct stat status;
+  if (::fstat(fd, &status) != 0) return false;
+  const unsigned number = major(status.st_rdev);
+  return S_ISCHR(status.st_mode) && number >= 136 && number <= 143;
+}
+
+// flock keeps out programs that ask; TIOCEXCL those that do not, root excepted. A pty's other end is our own tests'.
+Result<void> claim(const std::string& device, int fd, bool pseudo) {
+  if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    return refuse(device, errno == EWOULDBLOCK ? why_not_open(EBUSY) : fmt::format("no lock: {}", std::strerror(errno)));
+  }
+  if (!pseudo) ::ioctl(fd, TIOCEXCL);
+  return {};
+}
+
+Result<void> set_and_compare(const LineSettings& settings, int fd, bool pseudo, std::vector<std::string>& notes) {
+  const WireFormat wanted{settings.baud, settings.data_bits, settings.parity, settings.stop_bits};
+  if (!set_line_format(fd, wanted)) {
+    return refuse(settings.device, fmt::format("does not take {}: {}", format_text(wanted), std::strerror(errno)));
+  }
+  const std::optional<WireFormat> found = read_line_format(fd);
+  if (!found) return refuse(settings.device, fmt::format("settings cannot be read back: {}", std::strerror(errno)));
+  const bool same_speed = std::abs(found->baud - wanted.baud) <= kBaudTolerance * wanted.baud;
+  const bool same_characters = found->data_bits == wanted.data_bits && found->parity == wanted.parity &&
+                               found->stop_bits == wanted.stop_bits;
+  if (same_speed && same_characters) return {};
+  const std::string what = fmt::format("found {} in force, expected {}", format_text(*found), format_text(wanted));
+  if (!pseudo) return refuse(settings.device, what);
+  notes.push_back(what + ": a pseudo-terminal, where it makes no difference");
+  return {};
+}
+
+bool set_low_latency(int fd) {
+  struct serial_struct serial;
+  if (::ioctl(fd, TIOCGSERIAL, &serial) != 0) return false;
+  serial.flags |= ASYNC_LOW_LATENCY;
+  return ::ioctl(fd, TIOCSSERIAL, &serial) == 0;
+}
+
+}  // namespace
+
+SerialLine& SerialLine::operator=(SerialLine&& other) noexcept {
+  std::swap(fd_, other.fd_);
+  notes_ = std::move(other.notes_);
+  return *this;
+}
+
+SerialLine::~SerialLine() {
+  if (fd_ < 0) return;
+  ::tcflush(fd_, TCIOFLUSH);  // else close() may wait half a minute for output that nobody takes
+  ::close(fd_);
+}
+
+Result<SerialLine> open_serial_line(const LineSettings& settings) {
+  const int fd = ::open(settings.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return refuse(settings.device, why_not_open(errno));
+  SerialLine line(fd, {});
+  if (!::isatty(fd)) return refuse(settings.device, "no terminal; expected a serial device");
+  const bool pseudo = is_pseudo_terminal(fd);
+  std::vector<std::string> notes;
+  if (settings.exclusive) {
+    if (auto claimed = claim(settings.device, fd, pseudo); !claimed) return tl::unexpected<Error>(claimed.error());
+  }
+  if (auto set = set_and_compare(settings, fd, pseudo, notes); !set) return tl::unexpected<Error>(set.error());
+  ::tcflush(fd, TCIFLUSH);
+  if (settings.low_latency && !pseudo && !set_low_latency(fd)) {
+    notes.push_back(fmt::format("no low latency: {}; bytes may come in bunches (FTDI: set latency_timer by udev)",
+                                std::strerror(errno)));
+  }
+  return SerialLine(line.release(), std::move(notes));
+}
+
+bool line_is_gone(int fd) {
+  struct termios unused;
+  return ::tcgetattr(fd, &unused) != 0;
+}
+
+std::optional<LineCounters> read_line_counters(int fd) {
+  struct serial_icounter_struct counted {};
+  if (::ioctl(fd, TIOCGICOUNT, &counted) != 0) return std::nullopt;
+  return LineCounters{counted.rx, counted.frame, counted.parity, counted.overrun, counted.brk, counted.buf_overrun};
+}
+
+}  // namespace prism

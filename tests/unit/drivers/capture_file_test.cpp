@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+// Captures: what is written is read again to the nanosecond; what is cut, damaged or foreign is said in one line.
+#include "drivers/capture_file.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "tests/unit/drivers/temporary_folder.hpp"
+
+namespace prism {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+struct Kept {
+  std::int64_t time_ns;
+  CaptureEvent event;
+  Bytes bytes;
+  bool operator==(const Kept&) const = default;
+};
+
+std::vector<Kept> read_all(CaptureReader& reader) {
+  std::vector<Kept> all;
+  while (const auto packet = reader.next()) {
+    all.push_back({packet->time_ns, packet->event, Bytes(packet->bytes.begin(), packet->bytes.end())});
+  }
+  return all;
+}
+
+Bytes file_bytes(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return Bytes(std::istreambuf_iterator<char>(in), {});
+}
+
+void write_bytes(const std::string& path, const Bytes& bytes) {
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+const std::vector<Kept> kStory{{1'700'000'000'000'000'000, CaptureEvent::kOpened, {}},
+                               {1'700'000'000'005'000'001, CaptureEvent::kData, {1, 2, 3}},
+                               {1'700'000'000'999'999'999, CaptureEvent::kData, Bytes(300, 0xA5)},
+                               {1'700'000'002'000'000'000, CaptureEvent::kOpened, {}},
+                               {1'700'000'002'000'000'007, CaptureEvent::kData, {9}}};
+
+void write_story(const std::string& path) {
+  auto writer = CaptureWriter::open(path);
+  ASSERT_TRUE(writer) << writer.error().text();
+  for (const Kept& kept : kStory) {
+    ASSERT_TRUE(kept.event == CaptureEvent::kOpened ? writer->opened(kept.time_ns)
+                                                    : writer->data(kept.time_ns, kept.bytes));
+  }
+  ASSERT_TRUE(writer->flush(true));
+  EXPECT_EQ(writer->bytes_written(), std::filesystem::file_size(path));
+}
+
+TEST(CaptureFile, GivesBackEveryPacketToTheNanosecond) {
+  const test::TemporaryFolder folder;
+  write_story(folder.file("a.pcap"));
+  auto reader = CaptureReader::open(folder.file("a.pcap"));
+  ASSERT_TRUE(reader) << reader.error().text();
+  EXPECT_EQ(read_all(*reader), kStory);
+  EXPECT_EQ(reader->tail_damage(), "");
+  EXPECT_EQ(reader->position_bytes(), reader->size_bytes());
+}
+
+// The layout by hand: file header of 24 bytes, packet header of 16, then the 12 bytes of the record.
+TEST(CaptureFile, IsPcapOfLinkType250WithNanoseconds) {
+  const test::TemporaryFolder folder;
+  write_story(folder.file("a.pcap"));
+  const Bytes bytes = file_bytes(folder.file("a.pcap"));
+  ASSERT_GT(bytes.size(), 24u + 28 + 31);
+  EXPECT_EQ(Bytes(bytes.begin(), bytes.begin() + 4), (Bytes{0x4D, 0x3C, 0xB2, 0xA1}));
+  EXPECT_EQ(bytes[20], 250);
+  const Bytes second(bytes.begin() + 24 + 28, bytes.begin() + 24 + 28 + 31);
+  EXPECT_EQ(Bytes(second.begin(), second.begin() + 8), (Bytes{0x00, 0xF1, 0x53, 0x65, 0x41, 0x4B, 0x4C, 0x00}));
+  // 1 700 000 000 s = 6553F100h, 5000 us = 1388h, event 2, control lines 0, two zero bytes, the line's three bytes
+  EXPECT_EQ(Bytes(second.begin() + 16, second.end()),
+            (Bytes{0x65, 0x53, 0xF1, 0x00, 0x00, 0x00, 0x13, 0x88, 2, 0, 0, 0, 1, 2, 3}));
+}
+
+TEST(CaptureFile, KeepsChunksOfAnySize) {
+  const test::TemporaryFolder folder;
+  Bytes large(200'000);
+  for (std::size_t i = 0; i < large.size(); ++i) large[i] = static_cast<std::uint8_t>(i * 7);
+  {
+    auto writer = CaptureWriter::open(folder.file("a.pcap"));
+    ASSERT_TRUE(writer);
+    ASSERT_TRUE(writer->data(5, large));
+  }
+  auto reader = CaptureReader::open(folder.file("a.pcap"));
+  ASSERT_TRUE(reader);
+  Bytes again;
+  for (const Kept& kept : read_all(*reader)) {
+    EXPECT_EQ(kept.time_ns, 5);
+    again.insert(again.end(), kept.bytes.begin(), kept.bytes.end());
+  }
+  EXPECT_EQ(again, large);
+}
+
+// A power cut leaves any length: whole packets before the cut are all there, and the reader says that there was a cut.
+TEST(CaptureFile, GivesEverythingBeforeACutAnywhere) {
+  const test::TemporaryFolder folder;
+  write_story(folder.file("a.pcap"));
+  const Bytes whole = file_bytes(folder.file("a.pcap"));
+  std::vector<std::size_t> ends{24};
+  for (const Kept& kept : kStory) ends.push_back(ends.back() + 16 + 12 + kept.bytes.size());
+  for (std::size_t cut = 4; cut < whole.size(); ++cut) {
+    write_bytes(folder.file("cut.pcap"), Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut)));
+    auto reader = CaptureReader::open(folder.file("cut.pcap"));
+    ASSERT_TRUE(reader) << cut << ": " << reader.error().text();
+    const std::vector<Kept> found = read_all(*reader);
+    std::size_t expected = 0;
+    bool clean = false;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      if (ends[i] <= cut) expected = i;
+      clean = clean || ends[i] == cut;
+    }
+    ASSERT_EQ(found, std::vector<Kept>(kStory.begin(), kStory.begin() + static_cast<std::ptrdiff_t>(expected))) << cut;
+    ASSERT_EQ(reader->tail_damage().empty(), clean) << cut << ": " << reader->tail_damage();
+    ASSERT_FALSE(reader->next());
+  }
+}
+
+TEST(CaptureFile, EndsAtAPacketHeaderThatMakesNoSense) {
+  const test::TemporaryFolder folder;
+  write_story(folder.file("a.pcap"));
+  Bytes bytes = file_bytes(folder.file("a.pcap"));
+  for (int i = 0; i < 4; ++i) bytes[24 + 28 + 8 + static_cast<std::size_t>(i)] = 0xFF;  // caplen of the second packet
+  write_bytes(folder.file("a.pcap"), bytes);
+  auto reader = CaptureReader::open(folder.file("a.pcap"));
+  ASSERT_TRUE(reader);
+  EXPECT_EQ(read_all(*reader), std::vector<Kept>(kStory.begin(), kStory.begin() + 1));
+  EXPECT_NE(reader->tail_damage().find("a.pcap: "), std::string::npos);
+}
+
+TEST(CaptureFile, LeavesOutPacketsThatAreTooShortAndCountsThem) {
+  const test::TemporaryFolder folder;
+  write_story(folder.file("a.pcap"));
+  Bytes bytes = file_bytes(folder.file("a.pcap"));
+  const Bytes header{0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 3, 0, 0, 0, 7, 7, 7};
+  bytes.insert(bytes.begin() + 24, header.begin(), header.end());
+  write_bytes(folder.file("a.pcap"), bytes);
+  auto reader = CaptureReader::open(folder.file("a.pcap"));
+  ASSERT_TRUE(reader);
+  EXPECT_EQ(read_all(*reader), kStory);
+  EXPECT_EQ(reader->foreign_packets(), 1u);
+}
+
+TEST(CaptureFile, RefusesForeignFilesInOneLine) {
+  const test::TemporaryFolder folder;
+  write_bytes(folder.file("log.csv"), Bytes(40, 'x'));
+  write_bytes(folder.file("empty"), {});
+  write_story(folder.file("ethernet.pcap"));
+  Bytes bytes = file_bytes(folder.file("ethernet.pcap"));
+  bytes[20] = 1;
+  write_bytes(folder.file("ethernet.pcap"), bytes);
+  const auto refusal = [&](const std::string& name) {
+    const auto reader = CaptureReader::open(folder.file(name));
+    return reader ? "taken" : reader.error().text().substr(folder.file("").size());
+  };
+  EXPECT_EQ(refusal("log.csv"), "log.csv: found no pcap file (40 bytes), expected a capture of link type 250");
+  EXPECT_EQ(refusal("empty"), "empty: found no pcap file (0 bytes), expected a capture of link type 250");
+  EXPECT_EQ(refusal("ethernet.pcap"),
+            "ethernet.pcap: found a capture of link type 1 (EN10MB), expected 250 (serial line)");
+  EXPECT_EQ(refusal("absent.pcap"), "absent.pcap: cannot be opened: No such file or directory");
+  EXPECT_EQ(refusal("."), ".: found a folder, expected a capture file");
+}
+
+TEST(CaptureFile, PlaysBareBytesAtTheGivenRate) {
+  const test::TemporaryFolder folder;
+  Bytes bytes(5000);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i);
+  write_bytes(folder.file("line.bin"), bytes);
+  auto reader = CaptureReader::open(folder.file("line.bin"), BareBytes{2000, 1'000'000'000});
+  ASSERT_TRUE(reader) << reader.error().text();
+  EXPECT_TRUE(reader->is_bare());
+  Bytes again;
+  std::int64_t last_ns = 0;
+  for (const Kept& kept : read_all(*reader)) {
+    EXPECT_LE(kept.bytes.size(), 20u);  // 10 ms at 2000 bytes/s
+    again.insert(again.end(), kept.bytes.begin(), kept.bytes.end());
+    last_ns = kept.time_ns;
+    EXPECT_EQ(kept.time_ns, 1'000'000'000 + static_cast<std::int64_t>(again.size()) * 500'000);
+  }
+  EXPECT_EQ(again, bytes);
+  EXPECT_EQ(last_ns, 3'500'000'000);
+  const auto still = CaptureReader::open(folder.file("line.bin"), BareBytes{0, 0});
+  ASSERT_FALSE(still);
+  EXPECT_EQ(still.error().what, "found no rate for bare bytes, expected more than 0 bytes/s");
+}
+
+TEST(CaptureFile, SaysThatTheDiskIsFullAndKeepsSayingIt) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  const auto writer = CaptureWriter::open("/dev/full");
+  ASSERT_FALSE(writer);
+  EXPECT_EQ(writer.error().text(), "/dev/full: cannot be written: No space left on device");
+}
+
+// A file size limit stands for the disk that fills up in mid-run.
+TEST(CaptureFile, KeepsWhatWasGoodWhenTheDiskFillsUp) {
+  const test::TemporaryFolder folder;
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit small{5000, before.rlim_max};
+  const auto old_action = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  std::string first, again;
+  {
+    auto writer = CaptureWriter::open(folder.file("a.pcap"));
+    for (int i = 0; writer && i < 100; ++i) {
+      auto done = writer->data(i, Bytes(100, 1));
+      if (done) done = writer->flush();
+      if (!done && first.empty()) first = done.error().what;
+      if (!done) again = done.error().what;
+    }
+  }
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, old_action);
+  EXPECT_EQ(first, "cannot be written: File too large");
+  EXPECT_EQ(again, first);
+  auto reader = CaptureReader::open(folder.file("a.pcap"));
+  ASSERT_TRUE(reader);
+  EXPECT_EQ(read_all(*reader).size(), (5000u - 24) / (16 + 12 + 100));
+  EXPECT_NE(reader->tail_damage(), "");
+}
+
+TEST(CaptureFile, RefusesAFileThatCannotBeCreated) {
+  const auto writer = CaptureWriter::open("/nowhere/a.pcap");
+  ASSERT_FALSE(writer);
+  EXPECT_EQ(writer.error().text(), "/nowhere/a.pcap: cannot be created: No such file or directory");
+}
+
+}  // namespace
+}  // namespace prism

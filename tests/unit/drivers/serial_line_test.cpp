@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+// The serial line on a pseudo-terminal: raw, alone, honest about what it could not set, and aware of being unplugged.
+#include "drivers/serial_line.hpp"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <pty.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <fstream>
+#include <vector>
+
+#include "drivers/line_format.hpp"
+#include "tests/unit/drivers/temporary_folder.hpp"
+
+namespace prism {
+namespace {
+
+// Both ends of a pty; the slave stays open so that the master is not hung up.
+class PseudoTerminal {
+ public:
+  PseudoTerminal() {
+    char name[256] = "";
+    if (::openpty(&master_, &slave_, name, nullptr, nullptr) != 0) master_ = slave_ = -1;
+    device_ = name;
+  }
+  ~PseudoTerminal() {
+    close_master();
+    ::close(slave_);
+  }
+  void close_master() {
+    if (master_ >= 0) ::close(master_);
+    master_ = -1;
+  }
+  int master() const { return master_; }
+  const std::string& device() const { return device_; }
+
+ private:
+  int master_ = -1, slave_ = -1;
+  std::string device_;
+};
+
+LineSettings on(const PseudoTerminal& terminal) {
+  LineSettings settings;
+  settings.device = terminal.device();
+  return settings;
+}
+
+std::vector<std::uint8_t> read_some(int fd) {
+  pollfd readable{fd, POLLIN, 0};
+  std::vector<std::uint8_t> bytes(4096);
+  if (::poll(&readable, 1, 1000) != 1) return {};
+  const ssize_t got = ::read(fd, bytes.data(), bytes.size());
+  bytes.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+  return bytes;
+}
+
+TEST(SerialLine, PassesEveryByteAsItIs) {
+  const PseudoTerminal terminal;
+  const auto line = open_serial_line(on(terminal));
+  ASSERT_TRUE(line) << line.error().text();
+  std::vector<std::uint8_t> every(256);
+  for (std::size_t i = 0; i < every.size(); ++i) every[i] = static_cast<std::uint8_t>(i);  // with ^C, ^S, CR, 0 and FF
+  ASSERT_EQ(::write(terminal.master(), every.data(), every.size()), 256);
+  EXPECT_EQ(read_some(line->fd()), every);
+  pollfd echo{terminal.master(), POLLIN, 0};
+  EXPECT_EQ(::poll(&echo, 1, 50), 0) << "the line echoes";
+}
+
+TEST(SerialLine, TakesSpeedsThatHaveNoName) {
+  for (const int baud : {614'400, 374'400, 1'843'200, 9'600, 921'600, 4'147'200}) {
+    const PseudoTerminal terminal;
+    LineSettings settings = on(terminal);
+    settings.baud = baud;
+    const auto line = open_serial_line(settings);
+    ASSERT_TRUE(line) << line.error().text();
+    ASSERT_TRUE(read_line_format(line->fd()));
+    EXPECT_EQ(read_line_format(line->fd())->baud, baud);
+    EXPECT_THAT(line->notes(), testing::IsEmpty());
+  }
+}
+
+TEST(SerialLine, ThrowsAwayWhatCameBefore) {
+  const PseudoTerminal terminal;
+  ASSERT_EQ(::write(terminal.master(), "old\n", 4), 4);
+  const auto line = open_serial_line(on(terminal));
+  ASSERT_TRUE(line);
+  ASSERT_EQ(::write(terminal.master(), "new", 3), 3);
+  EXPECT_EQ(read_some(line->fd()), (std::vector<std::uint8_t>{'n', 'e', 'w'}));
+}
+
+TEST(SerialLine, NotesThatAPseudoTerminalHasNoParity) {
+  const PseudoTerminal terminal;
+  LineSettings settings = on(terminal);
+  settings.parity = Parity::kEven;
+  const auto line = open_serial_line(settings);
+  ASSERT_TRUE(line) << line.error().text();
+  EXPECT_THAT(line->notes(),
+              testing::ElementsAre("found 921600 baud, 8 data bits, parity none, 1 stop bit in force, expected 921600 "
+                                   "baud, 8 data bits, parity even, 1 stop bit: a pseudo-terminal, where it makes no "
+                                   "difference"));
+}
+
+TEST(SerialLine, KeepsASecondReaderOut) {
+  const PseudoTerminal terminal;
+  auto first = open_serial_line(on(terminal));
+  ASSERT_TRUE(first);
+  const auto second = open_serial_line(on(terminal));
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().text(), terminal.device() + ": held by another program; expected it free");
+  LineSettings shared = on(terminal);
+  shared.exclusive = false;
+  EXPECT_TRUE(open_serial_line(shared));
+  ::close(first->release());
+  EXPECT_TRUE(open_serial_line(on(terminal))) << "the lock outlived its line";
+}
+
+TEST(SerialLine, IsClosedWhenForgottenAndNotInherited) {
+  const PseudoTerminal terminal;
+  int fd = -1;
+  {
+    auto line = open_serial_line(on(terminal));
+    ASSERT_TRUE(line);
+    fd = line->fd();
+    EXPECT_TRUE(::fcntl(fd, F_GETFD) & FD_CLOEXEC);
+    EXPECT_TRUE(::fcntl(fd, F_GETFL) & O_NONBLOCK);
+    const SerialLine moved = std::move(*line);
+    EXPECT_EQ(moved.fd(), fd);
+  }
+  EXPECT_EQ(::fcntl(fd, F_GETFD), -1);
+}
+
+TEST(SerialLine, KnowsAnUnpluggedLineFromAnIdleOne) {
+  PseudoTerminal terminal;
+  const auto line = open_serial_line(on(terminal));
+  ASSERT_TRUE(line);
+  EXPECT_FALSE(line_is_gone(line->fd()));
+  EXPECT_EQ(read_line_counters(line->fd()), std::nullopt);  // a pty counts nothing
+  terminal.close_master();
+  EXPECT_TRUE(line_is_gone(line->fd()));
+}
+
+TEST(SerialLine, RefusesWhatIsNoSerialDevice) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder.file("plain")) << "text";
+  const auto refusal = [](const std::string& device) {
+    LineSettings settings;
+    settings.device = device;
+    const auto line = open_serial_line(settings);
+    return line ? "taken" : line.error().what;
+  };
+  EXPECT_EQ(refusal(folder.file("absent")), "not there; expected a serial device");
+  EXPECT_EQ(refusal(folder.file("plain")), "no terminal; expected a serial device");
+  EXPECT_EQ(refusal("/dev/null"), "no terminal; expected a serial device");
+}
+
+}  // namespace
+}  // namespace prism
