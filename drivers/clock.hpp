@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "compensation/sample.hpp"
+#include "drivers/arrival_hull.hpp"
 #include "drivers/wire/frame_description.hpp"
 #include "drivers/wire/reading.hpp"
 
@@ -32,8 +33,22 @@ struct ClockStatus {
   double residual_s = 0;             ///< host: how late the last frame came, beyond the fitted line
 };
 
-/// One Reading in, at most one Sample out. The first reading of an angle (increment over an unknown time, or accumulated)
-/// gives no sample: there is nothing to take the difference to.
+/// One Reading in, at most one Sample out. A Sample's time is the end of the interval its rate is the mean of.
+///
+/// Host: the counter gives the device's time x, the arrival (less wire time and latency) the host's time y; the line
+/// under all points (arrival_hull.hpp) turns x into stamps and gives the true period. Until the window is long enough to
+/// tell more than the nominal rate and its tolerance do, the nominal rate is used. Two windows take turns, so that the
+/// line always rests on the last one to two times switch_s.
+/// A reading that comes before the line by more than the limit, or later than it for a whole second, shows that the
+/// counter or a clock was set: a new fit begins there.
+///
+/// Device: first arrival + counter x nominal tick. A counter that jumps back by less than half its modulus was restarted;
+/// time goes on by one frame. Nothing but the first arrival and the counters enters.
+///
+/// Without a counter each frame is one period after the one before; frames lost on the line are known from the bytes
+/// that were skipped there (where the stream has one kind of frame).
+///
+/// The first reading of an accumulated angle gives no sample: there is nothing to take the difference to.
 class Clock {
  public:
   Clock(FrameDescriptionPtr description, ClockSettings settings = {});
@@ -46,9 +61,51 @@ class Clock {
   const ClockStatus& status() const { return status_; }
 
  private:
+  /// What the counter says about the way from the reading before to this one.
+  struct Step {
+    double ticks = 0;
+    std::uint32_t missing = 0;  ///< frames
+    bool duplicate = false;
+    bool restarted = false;     ///< the counter cannot have come here by counting
+  };
+
+  Step step_to(const Reading& reading);
+  double counted_ticks(const Reading& reading) const;
+  double uncounted_ticks(const Reading& reading) const;
+  void start(const Reading& reading);
+  std::int64_t stamp_device(const Step& step);
+  std::int64_t stamp_host(const Reading& reading, const Step& step);
+  bool out_of_step(double residual_s, double y);
+  void fit(double y, double residual_s);
+  std::optional<Sample> measure(const Reading& reading, std::int64_t time_ns);
+  std::optional<double> turned(const Reading& reading, double& nominal_s);
+  std::int64_t left_device_ns(const Reading& reading) const;
+
   FrameDescriptionPtr description_;
   ClockSettings settings_;
   ClockStatus status_;
+  double tick_s_ = 0;       ///< nominal
+  double byte_time_ns_ = 0;
+
+  bool running_ = false;
+  Reading last_;            ///< the reading before (any kind)
+  std::uint32_t missing_ = 0;         ///< since the last sample
+  std::int64_t origin_ns_ = 0;        ///< host time where x and y are 0
+  double ticks_ = 0;                  ///< unwrapped, since origin
+  double x_ = 0;                      ///< the same in nominal seconds
+  std::int64_t last_time_ns_ = 0;     ///< of the last sample or stamp: stamps never go below
+
+  ArrivalHull active_, next_;
+  double next_since_x_ = 0;
+  double jitter_s_ = 0;               ///< how far arrivals lie above the line
+  std::uint64_t points_ = 0;
+  double late_since_y_ = -1;          ///< since when every arrival is over the limit; below 0: the last was not
+  double slope_ = 1;                  ///< host seconds per nominal device second, in use
+
+  double gyro_x_ = 0;                 ///< x of the last reading that carried the gyro
+  bool has_angle_ = false;            ///< accumulated: the angle to take the difference to
+  double angle_ = 0;
+  double angle_x_ = 0;
 };
 
 }  // namespace prism

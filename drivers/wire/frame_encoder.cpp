@@ -100,7 +100,11 @@ void FrameEncoder::write_gyro(const KindRoles& roles, const GyroState& state) {
 
 void FrameEncoder::write_channel(const SlowChannel& channel, const std::vector<int>& whole, int high, int low, double value,
                                  Half& half) {
-  for (const int field : whole) put_number(field, kind_->fields[static_cast<std::size_t>(field)].scaling.invert(value));
+  for (const int field : whole) {
+    const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+    if (std::isnan(value) && f.when.values.size() == 1) put_bits(f.when.field, ~f.when.values.front());
+    else put_number(field, f.scaling.invert(value));
+  }
   if (high < 0 || low < 0) return;
   if (place(high) != nullptr) {
     const double raw = channel.joined.invert(value);
@@ -153,13 +157,13 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
     view_.look_at(*kind_, frame_);
   }
   const KindRoles& roles = kind_->roles;
-  write_counter(roles);
+  write_status(roles, state);
   write_selectors(index);
+  write_counter(roles);
   write_gyro(roles, state);
   write_channel(description_->temperature, roles.temperature, roles.temperature_high, roles.temperature_low,
                 state.temperature_degc, temperature_half_);
   write_channel(description_->uhfo, roles.uhfo, roles.uhfo_high, roles.uhfo_low, state.uhfo_v, uhfo_half_);
-  write_status(roles, state);
   if (kind_->text.present) frame_ = print_frame(*kind_, raw_);
   else apply_constants(*kind_, frame_);
   for (const CheckRule& check : kind_->checks) store_check(check, frame_);

@@ -14,8 +14,8 @@ namespace prism {
 struct GyroState {
   double rate_deg_per_h = 0;  ///< mean over the interval
   double interval_s = 0;      ///< > 0
-  double temperature_degc = 0;
-  double uhfo_v = 0;
+  double temperature_degc = 0;  ///< kUnknown: the frame says that it is not there, where it can say so
+  double uhfo_v = 0;            ///< kUnknown: the same
   std::uint32_t status = 0;  ///< bits besides those that say "valid", which the encoder sets
   bool valid = true;
 };

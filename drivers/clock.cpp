@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: MIT
+// Unwrapping the counter, stamping, and turning angles into rates.
+#include "drivers/clock.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace prism {
+namespace {
+
+/// How long every arrival must be late before that is no stall but a shift; and the silence behind which the counter may
+/// have wrapped unseen.
+constexpr double kStallS = 1;
+/// Arrivals are never trusted to be truer than this, s.
+constexpr double kLeastJitterS = 1e-3;
+constexpr std::uint64_t kLeastPoints = 20;
+/// A backward jump is told from lost frames only where the counter holds this many frames.
+constexpr double kTellingModulus = 64;
+/// A stamp goes back by more than this only because a clock was set.
+constexpr std::int64_t kClockSetNs = 1'000'000'000;
+
+}  // namespace
+
+Clock::Clock(FrameDescriptionPtr description, ClockSettings settings)
+    : description_(std::move(description)), settings_(settings) {
+  tick_s_ = description_->counter ? 1 / description_->counter->ticks_per_s : description_->period_s();
+  byte_time_ns_ = description_->wire.byte_time_ns();
+  status_.period_s = description_->period_s();
+}
+
+void Clock::reset() {
+  running_ = false;
+  has_angle_ = false;
+  missing_ = 0;
+  last_time_ns_ = 0;
+  status_.residual_s = 0;
+}
+
+/// When the device had measured what the reading says: before latency and the frame's way over the wire.
+std::int64_t Clock::left_device_ns(const Reading& reading) const {
+  return reading.arrival_ns - std::llround(byte_time_ns_ * reading.length + 1e9 * reading.latency_s);
+}
+
+void Clock::start(const Reading& reading) {
+  running_ = true;
+  has_angle_ = false;
+  origin_ns_ = left_device_ns(reading);
+  ticks_ = x_ = gyro_x_ = 0;
+  active_.clear();
+  next_.clear();
+  active_.push(0, 0);
+  next_since_x_ = 0;
+  jitter_s_ = kLeastJitterS;
+  points_ = 1;
+  late_since_y_ = -1;
+  slope_ = 1;
+  status_.period_s = description_->period_s();
+  status_.period_is_estimated = false;
+}
+
+double Clock::counted_ticks(const Reading& reading) const {
+  const CounterRule& rule = *description_->counter;
+  std::uint64_t ticks = reading.counter - last_.counter;
+  if (rule.modulus == 0) return static_cast<double>(ticks);
+  if (reading.counter < last_.counter) ticks += rule.modulus;
+  const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_.arrival_ns);
+  if (settings_.source == ClockSource::kHost && elapsed_s > kStallS) {
+    const double wraps = std::round((elapsed_s / (tick_s_ * slope_) - static_cast<double>(ticks)) / static_cast<double>(rule.modulus));
+    return static_cast<double>(ticks) + std::max(0.0, wraps) * static_cast<double>(rule.modulus);
+  }
+  return static_cast<double>(ticks);
+}
+
+double Clock::uncounted_ticks(const Reading& reading) const {
+  const std::uint64_t end = last_.offset + last_.length;
+  if (description_->kinds.size() != 1 || reading.offset <= end) return 1;
+  return 1 + std::round(static_cast<double>(reading.offset - end) / reading.length);
+}
+
+Clock::Step Clock::step_to(const Reading& reading) {
+  Step step;
+  if (!description_->counter) {
+    step.ticks = reading.has_gyro ? uncounted_ticks(reading) : 0;
+    step.missing = static_cast<std::uint32_t>(std::max(0.0, step.ticks - 1));
+    return step;
+  }
+  if (!reading.has_counter) return step;
+  const CounterRule& rule = *description_->counter;
+  step.ticks = counted_ticks(reading);
+  step.duplicate = step.ticks == 0;
+  const double modulus = rule.modulus == 0 ? 0x1p64 : static_cast<double>(rule.modulus);
+  if (settings_.source == ClockSource::kDevice && modulus / rule.ticks_per_frame >= kTellingModulus && step.ticks > modulus / 2) {
+    step.restarted = true;
+    step.ticks = rule.ticks_per_frame;
+  }
+  if (!rule.step_varies) {
+    const double frames = std::round(step.ticks / rule.ticks_per_frame);
+    step.missing = static_cast<std::uint32_t>(std::clamp(frames - 1, 0.0, 4e9));
+  }
+  return step;
+}
+
+// Whole ticks over whole milli-ticks a second: exact, so that a day of fast replay ends on the nanosecond.
+std::int64_t Clock::stamp_device(const Step& step) {
+  if (step.restarted) {
+    ++status_.resets;
+    has_angle_ = false;
+  }
+  ticks_ += step.ticks;
+  x_ = ticks_ * tick_s_;
+  const double ticks_per_s = 1 / tick_s_;
+  const auto milli = static_cast<__int128>(std::llround(1000 * ticks_per_s));
+  const auto ticks = static_cast<__int128>(ticks_);
+  const bool exact = static_cast<double>(milli) == 1000 * (description_->counter ? description_->counter->ticks_per_s : description_->rate_hz);
+  const std::int64_t since = exact ? static_cast<std::int64_t>((ticks * 1'000'000'000'000 + milli / 2) / milli) : std::llround(1e9 * x_);
+  return origin_ns_ + since;
+}
+
+/// True where the line no longer explains the arrivals: see the class.
+bool Clock::out_of_step(double residual_s, double y) {
+  if (residual_s < -settings_.residual_limit_s) return true;
+  if (residual_s <= settings_.residual_limit_s) {
+    late_since_y_ = -1;
+    return false;
+  }
+  if (late_since_y_ < 0) late_since_y_ = std::max(y, 0.0);
+  return y - late_since_y_ > kStallS;
+}
+
+void Clock::fit(double y, double residual_s) {
+  active_.push(x_, y);
+  if (x_ - next_since_x_ >= settings_.switch_s) {
+    if (!next_.empty()) {
+      std::swap(active_, next_);
+      next_.clear();
+    }
+    next_since_x_ = x_;
+  }
+  if (next_since_x_ > 0) next_.push(x_, y);
+  ++points_;
+  jitter_s_ = std::max(jitter_s_, residual_s);
+  const double span = active_.span();
+  const double unsure = span > 0 ? jitter_s_ / span : 1;
+  const double slope = active_.edge().slope;
+  const bool telling = unsure < description_->rate_tolerance || std::abs(slope - 1) > 3 * unsure;
+  const bool estimated = points_ >= kLeastPoints && telling && std::abs(slope - 1) < 0.5;
+  slope_ = estimated ? slope : 1;
+  status_.period_is_estimated = estimated;
+  status_.period_s = description_->period_s() * slope_;
+}
+
+std::int64_t Clock::stamp_host(const Reading& reading, const Step& step) {
+  const double y = 1e-9 * static_cast<double>(left_device_ns(reading) - origin_ns_);
+  ticks_ += step.ticks;
+  x_ = ticks_ * tick_s_;
+  const ArrivalHull::Line before = status_.period_is_estimated ? active_.edge() : active_.nominal();
+  const double residual = y - before.at(x_);
+  if (out_of_step(residual, y)) {
+    ++status_.resets;
+    start(reading);
+    status_.residual_s = 0;
+    return origin_ns_;
+  }
+  if (step.ticks > 0 && residual <= settings_.residual_limit_s) fit(y, residual);
+  const ArrivalHull::Line line = status_.period_is_estimated ? active_.edge() : active_.nominal();
+  status_.residual_s = y - line.at(x_);
+  return origin_ns_ + std::llround(1e9 * line.at(x_));
+}
+
+std::optional<Sample> Clock::push(const Reading& reading) {
+  std::int64_t time_ns;
+  if (!running_) {
+    start(reading);
+    time_ns = origin_ns_;
+  } else {
+    const Step step = step_to(reading);
+    if (step.duplicate) {
+      ++status_.duplicates;
+      last_.arrival_ns = reading.arrival_ns;
+      return std::nullopt;
+    }
+    const std::uint64_t resets = status_.resets;
+    time_ns = settings_.source == ClockSource::kDevice ? stamp_device(step) : stamp_host(reading, step);
+    if (status_.resets == resets) {
+      missing_ += step.missing;
+      status_.missing_frames += step.missing;
+    } else if (settings_.source == ClockSource::kHost && last_time_ns_ - time_ns > kClockSetNs) {
+      last_time_ns_ = time_ns;
+    }
+  }
+  last_ = reading;
+  if (last_time_ns_ != 0) time_ns = std::max(time_ns, last_time_ns_);
+  last_time_ns_ = time_ns;
+  return reading.has_gyro ? measure(reading, time_ns) : std::nullopt;
+}
+
+/// The angle in the reading's unit (or the rate), and the nominal seconds it was turned in.
+std::optional<double> Clock::turned(const Reading& reading, double& nominal_s) {
+  const GyroRule& gyro = description_->gyro;
+  const double since_last_s = x_ - std::exchange(gyro_x_, x_);
+  const bool varies = description_->counter && description_->counter->step_varies && gyro.meaning == GyroMeaning::kIncrement;
+  nominal_s = gyro.interval_s > 0 ? gyro.interval_s : varies ? since_last_s : description_->period_s();
+  if (gyro.meaning != GyroMeaning::kAccumulated) return reading.valid ? std::optional(reading.gyro) : std::optional(kUnknown);
+  if (!reading.valid) return has_angle_ ? std::optional(kUnknown) : std::nullopt;
+  const double before = std::exchange(angle_, reading.gyro);
+  const double x_before = std::exchange(angle_x_, x_);
+  if (!std::exchange(has_angle_, true)) return std::nullopt;
+  nominal_s = x_ - x_before;
+  double difference = reading.gyro - before;
+  if (gyro.wrap > 0) difference -= gyro.wrap * std::round(difference / gyro.wrap);
+  return difference;
+}
+
+std::optional<Sample> Clock::measure(const Reading& reading, std::int64_t time_ns) {
+  double nominal_s = 0;
+  const std::optional<double> number = turned(reading, nominal_s);
+  if (!number || !(nominal_s > 0)) return std::nullopt;
+  Sample sample;
+  sample.time_ns = time_ns;
+  sample.interval_s = nominal_s * slope_;
+  const double scaled = *number * description_->gyro.scale;
+  sample.rate_deg_per_h = description_->gyro.meaning == GyroMeaning::kRate ? scaled : scaled / sample.interval_s;
+  sample.temperature_degc = reading.temperature_degc;
+  sample.uhfo_v = reading.uhfo_v;
+  sample.missing_frames = std::exchange(missing_, 0);
+  sample.status = reading.status;
+  ++status_.samples;
+  return sample;
+}
+
+}  // namespace prism

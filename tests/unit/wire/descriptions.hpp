@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Loads shipped frame descriptions for the tests of the wire.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "drivers/wire/frame_decoder.hpp"
+#include "drivers/wire/frame_encoder.hpp"
+#include "tests/support/shared_files.hpp"
+
+namespace prism::test {
+
+inline std::filesystem::path frames_dir() { return std::filesystem::path(PRISM_SOURCE_DIR) / "config" / "frames"; }
+
+inline FrameDescriptionPtr description_of(const std::string& text, const GyroChoice& choice = {}) {
+  auto parsed = parse_frame_description(text, "test.json", choice);
+  if (!parsed) throw std::runtime_error(parsed.error().text());
+  return *parsed;
+}
+
+/// A shipped description by its name: "trplg".
+inline FrameDescriptionPtr shipped(const std::string& name, const GyroChoice& choice = {}) {
+  const auto path = frames_dir() / (name + ".json");
+  auto parsed = parse_frame_description(read_file(path), path.filename().string(), choice);
+  if (!parsed) throw std::runtime_error(parsed.error().text());
+  return *parsed;
+}
+
+/// All readings of a byte stream fed at once, with finish().
+inline std::vector<Reading> decode(const FrameDescriptionPtr& description, const std::vector<std::uint8_t>& bytes) {
+  FrameDecoder decoder(description);
+  std::vector<Reading> readings;
+  decoder.feed(bytes, 0, readings);
+  decoder.finish(readings);
+  return readings;
+}
+
+}  // namespace prism::test

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+// The decoder's promises, on the project's own frame: any chunking, any damage, any garbage.
+#include "drivers/wire/frame_decoder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/unit/wire/descriptions.hpp"
+
+namespace prism {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+Bytes frames_of(const FrameDescriptionPtr& description, int count) {
+  FrameEncoder encoder(description);
+  Bytes out;
+  for (int i = 0; i < count; ++i) {
+    encoder.encode({.rate_deg_per_h = 8.4652 + i, .interval_s = 0.005, .temperature_degc = 25 + 0.01 * i, .uhfo_v = 5.3}, out);
+  }
+  return out;
+}
+
+bool same(const Reading& a, const Reading& b) {
+  return a.offset == b.offset && a.length == b.length && a.kind == b.kind && a.counter == b.counter && a.gyro == b.gyro &&
+         a.temperature_degc == b.temperature_degc && a.uhfo_v == b.uhfo_v && a.status == b.status && a.valid == b.valid;
+}
+
+std::vector<Reading> decode_in_chunks(const FrameDescriptionPtr& description, const Bytes& bytes, unsigned seed, int longest) {
+  std::mt19937 random(seed);
+  FrameDecoder decoder(description);
+  std::vector<Reading> out;
+  for (std::size_t at = 0; at < bytes.size();) {
+    const std::size_t size = std::min<std::size_t>(bytes.size() - at, 1 + random() % static_cast<unsigned>(longest));
+    at += size;
+    decoder.feed({bytes.data() + at - size, size}, static_cast<std::int64_t>(1e3 * static_cast<double>(at)), out);
+  }
+  decoder.finish(out);
+  return out;
+}
+
+Bytes garbage(std::size_t size, unsigned seed) {
+  std::mt19937 random(seed);
+  Bytes bytes(size);
+  for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
+  return bytes;
+}
+
+TEST(FrameDecoder, ReadsWhatTheWorkedExampleSays) {
+  const auto description = test::shipped("trplg");
+  const auto readings = test::decode(description, description->test_vectors[0].bytes);
+  ASSERT_EQ(readings.size(), 1u);
+  EXPECT_EQ(readings[0].counter, 0x1234u);
+  EXPECT_EQ(readings[0].gyro, 1000000);
+  EXPECT_NEAR(readings[0].temperature_degc, 25, 1e-4);
+  EXPECT_DOUBLE_EQ(readings[0].uhfo_v, 5.32);
+  EXPECT_EQ(readings[0].status, 7u);
+  EXPECT_TRUE(readings[0].valid);
+}
+
+TEST(FrameDecoder, HoweverTheBytesAreCutTheSameReadingsComeOut) {
+  const auto description = test::shipped("trplg");
+  Bytes bytes = frames_of(description, 200);
+  std::mt19937 random(5);
+  for (int i = 0; i < 20; ++i) bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1 + random() % 255);
+  const auto whole = test::decode(description, bytes);
+  ASSERT_GT(whole.size(), 170u);
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    const auto cut = decode_in_chunks(description, bytes, seed, 1 + static_cast<int>(seed) * 2);
+    ASSERT_EQ(cut.size(), whole.size()) << "seed " << seed;
+    for (std::size_t i = 0; i < cut.size(); ++i) ASSERT_TRUE(same(cut[i], whole[i])) << "seed " << seed << " frame " << i;
+  }
+}
+
+TEST(FrameDecoder, DamageCostsOnlyTheFrameItHit) {
+  const auto description = test::shipped("trplg");
+  const Bytes good = frames_of(description, 5);
+  for (std::size_t at = 0; at < 20; ++at) {
+    Bytes bytes = good;
+    bytes[40 + at] ^= 0x10;
+    const auto readings = test::decode(description, bytes);
+    ASSERT_EQ(readings.size(), 4u) << "damaged byte " << at;
+    EXPECT_EQ(readings[2].offset, 60u);
+  }
+}
+
+TEST(FrameDecoder, AGoodFrameInsideABadOneIsFound) {
+  const auto description = test::shipped("trplg");
+  const Bytes good = frames_of(description, 2);
+  Bytes bytes(good.begin(), good.begin() + 7);  // a frame whose rest was dropped: the next one begins inside it
+  bytes.insert(bytes.end(), good.begin() + 20, good.end());
+  const auto readings = test::decode(description, bytes);
+  ASSERT_EQ(readings.size(), 1u);
+  EXPECT_EQ(readings[0].offset, 7u);
+}
+
+TEST(FrameDecoder, RandomGarbageGivesNoReadingAndHoldsLittle) {
+  FrameDecoder decoder(test::shipped("trplg"));
+  std::vector<Reading> out;
+  for (unsigned i = 0; i < 200; ++i) decoder.feed(garbage(5000, i), i, out);
+  decoder.finish(out);
+  EXPECT_TRUE(out.empty());
+  EXPECT_FALSE(decoder.waiting());
+  EXPECT_EQ(decoder.counters().skipped_bytes, 1'000'000u);
+  EXPECT_EQ(decoder.counters().bytes, 1'000'000u);
+}
+
+TEST(FrameDecoder, OneDamagedPlaceIsOneResync) {
+  const auto description = test::shipped("trplg");
+  Bytes bytes = frames_of(description, 10);
+  bytes[45] ^= 1;
+  FrameDecoder decoder(description);
+  std::vector<Reading> out;
+  decoder.feed(bytes, 0, out);
+  EXPECT_EQ(decoder.counters().resyncs, 1u);
+  EXPECT_EQ(decoder.counters().bad_check, 1u);
+  EXPECT_EQ(decoder.counters().skipped_bytes, 20u);
+  EXPECT_EQ(decoder.counters().frames, 9u);
+}
+
+TEST(FrameDecoder, ArrivalIsThatOfTheLastByteWithoutTheBytesBehindIt) {
+  const auto description = test::shipped("trplg");
+  const Bytes bytes = frames_of(description, 2);
+  FrameDecoder decoder(description);
+  std::vector<Reading> out;
+  decoder.feed(std::span(bytes).first(30), 1'000'000'000, out);
+  decoder.feed(std::span(bytes).subspan(30), 1'000'200'000, out);
+  ASSERT_EQ(out.size(), 2u);
+  EXPECT_EQ(out[0].arrival_ns, 1'000'000'000 - std::llround(10 * 1e10 / 921600));
+  EXPECT_EQ(out[1].arrival_ns, 1'000'200'000);
+}
+
+TEST(FrameDecoder, AFrameCutByALongSilenceIsNotLost) {
+  const auto description = test::shipped("trplg");
+  const Bytes bytes = frames_of(description, 1);
+  FrameDecoder decoder(description);
+  std::vector<Reading> out;
+  decoder.feed(std::span(bytes).first(12), 0, out);
+  decoder.expire(500'000'000, out);
+  decoder.feed(std::span(bytes).subspan(12), 1'000'000'000, out);
+  EXPECT_EQ(out.size(), 1u);
+  EXPECT_EQ(decoder.counters().timeouts, 0u);
+}
+
+// A frame kind whose length stands in the frame, so that damage can make it wait for bytes that never come.
+constexpr const char* kLengthInFrame = R"({
+  "format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 10,
+  "kinds": [{"name": "k", "sync": {"bytes": "AB"}, "length": {"at": 1, "type": "u8", "min": 6, "max": 255},
+             "checks": {"kind": "crc", "width": 16, "poly": "0x1021", "to": -2, "at": -2},
+             "fields": {"rate": {"at": 2, "type": "s16"}}}],
+  "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "rate"}}})";
+
+TEST(FrameDecoder, WhetherATimerFiredDoesNotChangeTheReadings) {
+  const auto description = test::description_of(kLengthInFrame);
+  Bytes bytes = frames_of(description, 4);
+  bytes[1] = 200;  // the first frame now seems to hold the other three and more
+  for (const bool timer : {false, true}) {
+    FrameDecoder decoder(description);
+    std::vector<Reading> out;
+    decoder.feed(std::span(bytes).first(18), 0, out);
+    EXPECT_TRUE(out.empty());
+    if (timer) decoder.expire(100'000'000, out);
+    EXPECT_EQ(out.size(), timer ? 2u : 0u) << "the timer makes them come sooner";
+    decoder.feed(std::span(bytes).subspan(18), 200'000'000, out);
+    ASSERT_EQ(out.size(), 3u);
+    EXPECT_EQ(out[0].offset, 6u);
+    EXPECT_LE(out[1].arrival_ns, 0) << "late does not mean a late stamp";
+    EXPECT_EQ(decoder.counters().timeouts, 1u);
+  }
+}
+
+TEST(FrameDecoder, AWrongLengthDelaysWhatIsBehindItAtMostUntilItsEnd) {
+  const auto description = test::description_of(kLengthInFrame);
+  Bytes bytes = frames_of(description, 100);
+  bytes[1] = 200;
+  FrameDecoder decoder(description);
+  std::vector<Reading> out;
+  for (std::size_t i = 0; i < 200; ++i) decoder.feed({&bytes[i], 1}, static_cast<std::int64_t>(i) * 86'806, out);
+  EXPECT_EQ(out.size(), 32u);
+  EXPECT_EQ(out[0].arrival_ns, 11 * 86'806) << "stamped when its last byte came, not when it was found";
+}
+
+TEST(FrameDecoder, ResetForgetsHeldBytesAndSlowValues) {
+  const auto description = test::shipped("trplg");
+  const Bytes bytes = frames_of(description, 2);
+  FrameDecoder decoder(description);
+  std::vector<Reading> out;
+  decoder.feed(std::span(bytes).first(15), 0, out);
+  decoder.reset();
+  decoder.feed(std::span(bytes).subspan(15), 1, out);
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].offset, 20u);
+  EXPECT_EQ(decoder.counters().skipped_bytes, 20u);
+}
+
+TEST(FrameDecoder, ASensorThatTheFrameCallsBadIsUnknown) {
+  const auto description = test::shipped("trplg");
+  FrameEncoder encoder(description);
+  Bytes bytes;
+  encoder.encode({.rate_deg_per_h = 8, .interval_s = 0.005, .temperature_degc = 20, .uhfo_v = 5.3}, bytes);
+  encoder.encode({.rate_deg_per_h = 8, .interval_s = 0.005, .temperature_degc = kUnknown, .uhfo_v = 5.3, .valid = false}, bytes);
+  const auto readings = test::decode(description, bytes);
+  ASSERT_EQ(readings.size(), 2u);
+  EXPECT_NEAR(readings[0].temperature_degc, 20, 1e-4);
+  EXPECT_TRUE(std::isnan(readings[1].temperature_degc));
+  EXPECT_DOUBLE_EQ(readings[1].uhfo_v, 5.3);
+  EXPECT_FALSE(readings[1].valid);
+  EXPECT_TRUE(readings[0].valid);
+}
+
+}  // namespace
+}  // namespace prism
