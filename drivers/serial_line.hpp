@@ -21,6 +21,8 @@ struct LineSettings {
   int stop_bits = 1;        ///< 1 or 2
   bool exclusive = true;    ///< no second program may read the line at the same time
   bool low_latency = true;  ///< asks the driver to hand bytes on at once (FTDI: 1 ms instead of 16)
+
+  bool operator==(const LineSettings&) const = default;
 };
 
 /// An open line; closes it when destroyed.

@@ -6,6 +6,7 @@
 #include "drivers/wire/json_section.hpp"
 
 namespace prism {
+inline namespace frame_text {
 namespace {
 
 using Keys = std::map<std::string, std::vector<std::string>, std::less<>>;
@@ -61,4 +62,5 @@ const std::vector<std::string>& section_names() {
   return kNames;
 }
 
+}  // namespace frame_text
 }  // namespace prism

@@ -9,6 +9,7 @@
 #include <cmath>
 
 namespace prism {
+inline namespace frame_text {
 namespace {
 
 const Json kNothing;
@@ -196,4 +197,5 @@ std::vector<std::string> Section::texts(const char* key) const {
   return result;
 }
 
+}  // namespace frame_text
 }  // namespace prism

@@ -13,6 +13,7 @@
 #include "compensation/result.hpp"
 
 namespace prism {
+inline namespace frame_text {
 
 using Json = nlohmann::ordered_json;
 
@@ -78,4 +79,5 @@ class Section {
 /// What stands there, short enough for a message: 3.5, "text", an object …
 std::string found(const Json& json);
 
+}  // namespace frame_text
 }  // namespace prism

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/arrival_clock.hpp"
+
+#include <chrono>
+#include <cstdlib>
+
+namespace prism {
+namespace {
+
+template <class Clock>
+std::int64_t read_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count();
+}
+
+constexpr std::int64_t kFollowNs = 500'000'000;
+
+}  // namespace
+
+void ArrivalClock::begin() { offset_ns_ = read_ns<std::chrono::system_clock>() - read_ns<std::chrono::steady_clock>(); }
+
+std::int64_t ArrivalClock::now_ns() const { return read_ns<std::chrono::steady_clock>() + offset_ns_; }
+
+std::int64_t ArrivalClock::check() {
+  const std::int64_t before = offset_ns_;
+  begin();
+  const std::int64_t step = offset_ns_ - before;
+  if (std::abs(step) > kFollowNs) return step;
+  offset_ns_ = before;
+  return 0;
+}
+
+}  // namespace prism

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// Arrival times that never run backwards: the monotonic clock, laid on UTC.
+#pragma once
+
+#include <cstdint>
+
+namespace prism {
+
+/// now_ns() = CLOCK_MONOTONIC + an offset taken from CLOCK_REALTIME at begin(). A host clock that is set during a
+/// session is followed only in check(), and only where it is off by more than half a second.
+class ArrivalClock {
+ public:
+  ArrivalClock() { begin(); }
+
+  void begin();
+  /// ns since 1970 UTC. Never decreases between begin() and a step that check() follows.
+  std::int64_t now_ns() const;
+  /// Call each second or so. Returns the step, ns, where the host clock was set; else 0.
+  std::int64_t check();
+
+ private:
+  std::int64_t offset_ns_ = 0;
+};
+
+}  // namespace prism

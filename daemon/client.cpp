@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/client.hpp"
+
+#include <fmt/format.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+namespace prism {
+
+Client::Client(Socket socket, std::size_t max_queued_bytes)
+    : socket_(std::move(socket)), max_queued_bytes_(max_queued_bytes) {
+  boost::system::error_code ignored;
+  socket_.non_blocking(true, ignored);
+}
+
+void Client::send(const ReportPtr& report) {
+  if (!open()) return;
+  if (queue_.empty() && lost_ == 0) {
+    const std::size_t sent = send_now(report->text, 0);
+    if (!open() || sent == report->text.size()) return;
+    enqueue(report, sent);
+  } else if (report->rows > 0 && (lost_ > 0 || queued_bytes_ + report->text.size() > max_queued_bytes_)) {
+    lost_ += report->rows;  // once rows are lost, all are until the queue is empty: the client gets one hole, not a sieve
+    lost_total_ += report->rows;
+  } else {
+    enqueue(report, 0);
+  }
+}
+
+void Client::answer(std::string line) {
+  if (queued_bytes_ + line.size() > 4 * max_queued_bytes_) return close();
+  send(std::make_shared<const Report>(Report{std::move(line), 0}));
+}
+
+void Client::close() {
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  queue_.clear();
+  queued_bytes_ = 0;
+}
+
+bool Client::privileged() const {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  auto& socket = const_cast<Socket&>(socket_);
+  if (::getsockopt(socket.native_handle(), SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return false;
+  return peer.uid == 0 || peer.uid == ::geteuid();
+}
+
+// Bytes sent of text from `from` on, all included; a peer that went away closes the client.
+std::size_t Client::send_now(const std::string& text, std::size_t from) {
+  while (from < text.size()) {
+    const ssize_t sent = ::send(socket_.native_handle(), text.data() + from, text.size() - from, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent > 0) {
+      from += static_cast<std::size_t>(sent);
+    } else if (errno != EINTR) {
+      if (errno != EAGAIN && errno != EWOULDBLOCK) close();
+      break;
+    }
+  }
+  return from;
+}
+
+void Client::enqueue(const ReportPtr& report, std::size_t sent) {
+  queue_.push_back({report, sent});
+  queued_bytes_ += report->text.size() - sent;
+  wait_until_writable();
+}
+
+void Client::wait_until_writable() {
+  if (waiting_ || !open()) return;
+  waiting_ = true;
+  socket_.async_wait(Socket::wait_write, [self = shared_from_this()](boost::system::error_code error) {
+    self->waiting_ = false;
+    if (!error) self->drain();
+  });
+}
+
+void Client::drain() {
+  while (open() && !queue_.empty()) {
+    Queued& front = queue_.front();
+    const std::size_t sent = send_now(front.report->text, front.sent);
+    if (!open()) return;
+    queued_bytes_ -= sent - front.sent;
+    front.sent = sent;
+    if (sent < front.report->text.size()) return wait_until_writable();
+    queue_.pop_front();
+  }
+  if (lost_ > 0) tell_loss();
+}
+
+void Client::tell_loss() {
+  const std::uint64_t rows = std::exchange(lost_, 0);
+  answer(fmt::format("{{\"jsonrpc\":\"2.0\",\"method\":\"lost\",\"params\":{{\"rows\":{},\"rows_total\":{}}}}}\n", rows, lost_total_));
+}
+
+}  // namespace prism

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// One client of the socket: its subscriptions and its queue of text to be sent.
+#pragma once
+
+#include <boost/asio/local/stream_protocol.hpp>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+
+namespace prism {
+
+/// Text that several clients send: serialised once, shared by all.
+struct Report {
+  std::string text;        ///< whole lines
+  std::uint64_t rows = 0;  ///< what is lost where it is dropped; 0: an answer, never dropped
+};
+using ReportPtr = std::shared_ptr<const Report>;
+
+struct Subscription {
+  std::uint32_t sample_every = 0;  ///< every n-th sample; 0: none
+  bool windows = false, events = false;
+};
+
+/// Sends at once what the socket takes; queues the rest up to a limit; beyond it drops rows, counts them, and tells the
+/// client how many once it reads again. Never waits.
+class Client : public std::enable_shared_from_this<Client> {
+ public:
+  using Socket = boost::asio::local::stream_protocol::socket;
+
+  Client(Socket socket, std::size_t max_queued_bytes);
+
+  void send(const ReportPtr& report);
+  /// An answer to this client alone. Answers are never dropped: a client that asks without reading is closed when its
+  /// answers alone pass four times the limit.
+  void answer(std::string line);
+  void close();
+
+  bool open() const { return socket_.is_open(); }
+  std::uint64_t lost_rows() const { return lost_total_; }
+  /// Peer of a unix socket may change things: root, or the user the daemon runs as.
+  bool privileged() const;
+
+  Subscription subscription;
+  Socket& socket() { return socket_; }
+
+ private:
+  std::size_t send_now(const std::string& text, std::size_t from);
+  void enqueue(const ReportPtr& report, std::size_t sent);
+  void wait_until_writable();
+  void drain();
+  void tell_loss();
+
+  struct Queued {
+    ReportPtr report;
+    std::size_t sent;
+  };
+  Socket socket_;
+  const std::size_t max_queued_bytes_;
+  std::deque<Queued> queue_;
+  std::size_t queued_bytes_ = 0;
+  std::uint64_t lost_ = 0, lost_total_ = 0;
+  bool waiting_ = false;
+};
+
+}  // namespace prism

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/disk_thread.hpp"
+
+#include <utility>
+
+namespace prism {
+
+DiskThread::DiskThread(std::size_t max_bytes) : max_bytes_(max_bytes), thread_([this] { run(); }) {}
+
+DiskThread::~DiskThread() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  work_.notify_one();
+  thread_.join();
+}
+
+bool DiskThread::post(std::size_t bytes, Task task) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (bytes > 0 && queued_bytes_ + bytes > max_bytes_) return false;
+    queue_.push_back({bytes, std::move(task)});
+    queued_bytes_ += bytes;
+  }
+  work_.notify_one();
+  return true;
+}
+
+void DiskThread::drain() {
+  std::unique_lock lock(mutex_);
+  idle_.wait(lock, [this] { return queue_.empty() && !busy_; });
+}
+
+void DiskThread::run() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    work_.wait(lock, [this] { return stop_ || !queue_.empty(); });
+    if (queue_.empty()) return;
+    Entry entry = std::move(queue_.front());
+    queue_.pop_front();
+    busy_ = true;
+    lock.unlock();
+    entry.task();
+    entry.task = nullptr;
+    lock.lock();
+    queued_bytes_ -= entry.bytes;
+    busy_ = false;
+    if (queue_.empty()) idle_.notify_all();
+  }
+}
+
+}  // namespace prism

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/event_log.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace prism {
+
+const char* severity_name(Severity severity) {
+  constexpr const char* kNames[] = {"debug", "info", "warning", "error"};
+  return kNames[static_cast<int>(severity)];
+}
+
+std::string event_json(const Event& event) {
+  nlohmann::ordered_json json = {{"time_s", static_cast<double>(event.time_ns / 1'000'000) / 1000},
+                                 {"severity", severity_name(event.severity)},
+                                 {"kind", event.kind},
+                                 {"text", event.text}};
+  if (event.repeats > 0) json["repeats"] = event.repeats;
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void EventLog::add(Severity severity, const std::string& kind, const std::string& text, std::int64_t now_ns) {
+  const std::string key = kind + '\n' + text;
+  const auto known = shown_.find(key);
+  std::uint64_t repeats = 0;
+  if (known != shown_.end()) {
+    if (now_ns - known->second.time_ns < kQuietNs) {
+      ++known->second.repeats;
+      return;
+    }
+    repeats = known->second.repeats;
+  }
+  if (shown_.size() >= kKept) shown_.clear();
+  shown_[key] = {now_ns, 0};
+  recent_.push_back({now_ns, severity, kind, text, repeats});
+  if (recent_.size() > kKept) recent_.pop_front();
+  tell_(recent_.back());
+}
+
+}  // namespace prism

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// What happened: one fault, one line, to the journal, to the clients and kept for `prismctl events`.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <string>
+
+namespace prism {
+
+enum class Severity { kDebug, kInfo, kWarning, kError };
+
+struct Event {
+  std::int64_t time_ns = 0;  ///< host time, UTC
+  Severity severity = Severity::kInfo;
+  std::string kind;  ///< one word for programs: line_open, line_lost, model_loaded, …
+  std::string text;  ///< one line for people
+  std::uint64_t repeats = 0;  ///< the same kind and text, suppressed since it was last shown
+};
+
+const char* severity_name(Severity severity);
+
+/// The event as a JSON object, whole numbers and texts only.
+std::string event_json(const Event& event);
+
+/// Keeps the last kKept events. The same kind and text within kQuiet is counted, not shown again.
+class EventLog {
+ public:
+  static constexpr std::size_t kKept = 256;
+  static constexpr std::int64_t kQuietNs = 10'000'000'000;
+
+  using Tell = std::function<void(const Event&)>;
+  explicit EventLog(Tell tell) : tell_(std::move(tell)) {}
+
+  void add(Severity severity, const std::string& kind, const std::string& text, std::int64_t now_ns);
+  const std::deque<Event>& recent() const { return recent_; }
+
+ private:
+  Tell tell_;
+  std::deque<Event> recent_;
+  struct Shown {
+    std::int64_t time_ns;
+    std::uint64_t repeats;
+  };
+  std::map<std::string, Shown> shown_;
+};
+
+}  // namespace prism

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// prismd: acquire, compensate, log, publish.
+#include <fmt/format.h>
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdlib>
+#include <exception>
+
+#include "daemon/service.hpp"
+
+namespace prism {
+namespace {
+
+// "<4>": the syslog priority that the journal reads off the front of a line.
+class JournalPriority : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
+    const char* priority = message.level >= spdlog::level::err     ? "<3>"
+                           : message.level >= spdlog::level::warn ? "<4>"
+                           : message.level >= spdlog::level::info ? "<6>"
+                                                                  : "<7>";
+    out.append(priority, priority + 3);
+  }
+  std::unique_ptr<spdlog::custom_flag_formatter> clone() const override { return std::make_unique<JournalPriority>(); }
+};
+
+// To stderr. Under systemd the journal has its own times and takes the severity from a prefix, "<4>".
+void begin_logging(const std::string& level) {
+  const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
+  auto logger = spdlog::stderr_logger_st("prismd");
+  if (journal) {
+    auto formatter = std::make_unique<spdlog::pattern_formatter>();
+    formatter->add_flag<JournalPriority>('*').set_pattern("%*%v");
+    logger->set_formatter(std::move(formatter));
+  } else {
+    logger->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ prismd %l: %v", spdlog::pattern_time_type::utc);
+  }
+  logger->set_level(spdlog::level::from_str(level));
+  spdlog::set_default_logger(std::move(logger));
+}
+
+int check(const Setup& setup) {
+  const Config& config = setup.config;
+  for (const std::string& note : setup.notes) fmt::print("note: {}\n", note);
+  fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}\n", config.path, setup.frames->name, setup.frames->rate_hz,
+             setup.model ? setup.model->info().id.substr(0, 12) + " " + setup.model->info().name : "none",
+             config.line.device.empty() ? "none" : config.line.device);
+  return kExitDone;
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  if (const auto code = parse_options(argc, argv, options)) return *code;
+  Result<Setup> setup = load_setup(options);
+  if (!setup) {
+    fmt::print(stderr, "prismd: {}\n", setup.error().text());
+    return kExitConfig;
+  }
+  begin_logging(setup->config.event_level);
+  if (options.check) return check(*setup);
+  return options.replay.empty() ? run_live(options, std::move(*setup)) : run_replay(options, std::move(*setup));
+}
+
+}  // namespace
+}  // namespace prism
+
+int main(int argc, char** argv) {
+  try {
+    return prism::run(argc, argv);
+  } catch (const std::exception& bug) {
+    fmt::print(stderr, "prismd: internal error: {}; please report it\n", bug.what());
+    return prism::kExitBug;
+  }
+}

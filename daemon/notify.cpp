@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/notify.hpp"
+
+#include <sys/socket.h>
+#include <systemd/sd-daemon.h>
+#include <time.h>
+
+namespace prism {
+
+void notify_ready(const std::string& status) { sd_notify(0, ("READY=1\nSTATUS=" + status).c_str()); }
+
+// systemd 252 (Debian 12) has no Type=notify-reload: the unit says Type=notify, and this is what 253 and later read too.
+void notify_reloading() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  const auto us = static_cast<std::uint64_t>(now.tv_sec) * 1'000'000 + static_cast<std::uint64_t>(now.tv_nsec) / 1000;
+  sd_notify(0, ("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(us)).c_str());
+}
+
+void notify_stopping() { sd_notify(0, "STOPPING=1"); }
+void notify_status(const std::string& status) { sd_notify(0, ("STATUS=" + status).c_str()); }
+void notify_watchdog() { sd_notify(0, "WATCHDOG=1"); }
+
+std::uint64_t watchdog_half_us() {
+  std::uint64_t period = 0;
+  return sd_watchdog_enabled(0, &period) > 0 ? period / 2 : 0;
+}
+
+int inherited_socket() {
+  const int count = sd_listen_fds(1);
+  if (count < 1) return -1;
+  const int fd = SD_LISTEN_FDS_START;
+  return sd_is_socket(fd, AF_UNIX, SOCK_STREAM, 1) > 0 ? fd : -1;
+}
+
+}  // namespace prism

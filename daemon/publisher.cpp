@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/publisher.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "compensation/compensated_text.hpp"
+
+namespace prism {
+namespace {
+
+constexpr std::size_t kTypicalLine = 256;
+
+std::string notification(const char* method) {
+  return std::string("{\"jsonrpc\":\"2.0\",\"method\":\"") + method + "\",\"params\":";
+}
+
+}  // namespace
+
+void Publisher::add(std::shared_ptr<Client> client) { clients_.push_back(std::move(client)); }
+
+void Publisher::remove(const Client* client) {
+  const auto gone = std::find_if(clients_.begin(), clients_.end(), [&](const auto& c) { return c.get() == client; });
+  if (gone == clients_.end()) return;
+  lost_by_gone_ += (*gone)->lost_rows();
+  clients_.erase(gone);
+  update();
+}
+
+void Publisher::update() {
+  flush();
+  std::vector<Topic> topics;
+  for (const auto& client : clients_) {
+    const std::uint32_t every = client->subscription.sample_every;
+    const auto same = [every](const Topic& topic) { return topic.every == every; };
+    if (every == 0 || std::any_of(topics.begin(), topics.end(), same)) continue;
+    const auto old = std::find_if(topics_.begin(), topics_.end(), same);
+    topics.push_back(old != topics_.end() ? std::move(*old) : Topic{every, 1, 0, {}});
+  }
+  topics_ = std::move(topics);
+}
+
+void Publisher::sample(const Compensated& row) {
+  static const std::string kHead = notification("sample");
+  for (Topic& topic : topics_) {
+    if (--topic.due > 0) continue;
+    topic.due = topic.every;
+    topic.text += kHead;
+    append_json(topic.text, row);
+    topic.text += "}\n";
+    ++topic.rows;
+  }
+}
+
+void Publisher::flush() {
+  for (Topic& topic : topics_) {
+    if (topic.rows == 0) continue;
+    const std::size_t size = topic.text.size();
+    const auto report = std::make_shared<const Report>(Report{std::exchange(topic.text, {}), std::exchange(topic.rows, 0)});
+    topic.text.reserve(std::max(size + size / 4, kTypicalLine));
+    for (const auto& client : clients_) {
+      if (client->subscription.sample_every == topic.every) client->send(report);
+    }
+  }
+}
+
+void Publisher::window(const CompensatedWindow& row) {
+  const bool wanted = std::any_of(clients_.begin(), clients_.end(), [](const auto& c) { return c->subscription.windows; });
+  if (!wanted) return;
+  flush();
+  std::string text = notification("window");
+  append_json(text, row);
+  text += "}\n";
+  const auto report = std::make_shared<const Report>(Report{std::move(text), 1});
+  for (const auto& client : clients_) {
+    if (client->subscription.windows) client->send(report);
+  }
+}
+
+void Publisher::event(const std::string& params) {
+  flush();
+  const auto report = std::make_shared<const Report>(Report{notification("event") + params + "}\n", 1});
+  for (const auto& client : clients_) {
+    if (client->subscription.events) client->send(report);
+  }
+}
+
+std::uint64_t Publisher::lost_rows() const {
+  std::uint64_t lost = lost_by_gone_;
+  for (const auto& client : clients_) lost += client->lost_rows();
+  return lost;
+}
+
+}  // namespace prism

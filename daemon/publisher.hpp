@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// Tells all clients: each report is serialised once, whoever many listen.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compensation/compensated.hpp"
+#include "daemon/client.hpp"
+
+namespace prism {
+
+/// Samples are gathered and go out at flush(), once per chunk of the line: one send for many rows at high rates, and no
+/// delay at low ones. Windows and events go out at once, after the samples before them.
+class Publisher {
+ public:
+  void add(std::shared_ptr<Client> client);
+  void remove(const Client* client);
+  /// Takes note of the client's changed subscription.
+  void update();
+
+  bool wants_samples() const { return !topics_.empty(); }
+  void sample(const Compensated& row);
+  void window(const CompensatedWindow& row);
+  /// `params`: the JSON object of an event notification.
+  void event(const std::string& params);
+  void flush();
+
+  std::size_t clients() const { return clients_.size(); }
+  std::uint64_t lost_rows() const;
+
+ private:
+  // Clients that want every n-th sample share one text.
+  struct Topic {
+    std::uint32_t every;
+    std::uint32_t due = 1;
+    std::uint64_t rows = 0;
+    std::string text;
+  };
+
+  std::vector<std::shared_ptr<Client>> clients_;
+  std::vector<Topic> topics_;
+  std::uint64_t lost_by_gone_ = 0;
+};
+
+}  // namespace prism

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "compensation/text_number.hpp"
+#include "daemon/row_writers.hpp"
+#include "daemon/server.hpp"
+#include "daemon/service.hpp"
+#include "drivers/capture_file.hpp"
+
+namespace prism {
+namespace {
+
+namespace asio = boost::asio;
+using Steady = std::chrono::steady_clock;
+constexpr auto kUse = asio::as_tuple(asio::use_awaitable);
+
+// Virtual time against the steady clock: when the packet of `time_ns` is due.
+class Pace {
+ public:
+  explicit Pace(std::optional<double> speed) : speed_(speed) {}
+  std::optional<Steady::time_point> due(std::int64_t time_ns) {
+    if (!speed_) return std::nullopt;
+    if (!first_ns_) first_ns_ = time_ns, begin_ = Steady::now();
+    const double seconds = static_cast<double>(time_ns - *first_ns_) * 1e-9 / *speed_;
+    return begin_ + std::chrono::duration_cast<Steady::duration>(std::chrono::duration<double>(seconds));
+  }
+
+ private:
+  std::optional<double> speed_;
+  std::optional<std::int64_t> first_ns_;
+  Steady::time_point begin_;
+};
+
+void pass(Station& station, const CapturePacket& packet) {
+  if (packet.event == CaptureEvent::kData) {
+    station.feed(packet.bytes, packet.time_ns);
+  } else if (packet.event == CaptureEvent::kOpened) {
+    station.begin_session(packet.time_ns);
+  }
+}
+
+class Replay {
+ public:
+  Replay(const Options& options, Setup setup) : options_(options), signals_(io_, SIGINT, SIGTERM), timer_(io_) {
+    std::unique_ptr<DirectRowWriter> rows;
+    if (setup.config.log) {
+      rows = std::make_unique<DirectRowWriter>(setup);
+      rows_ = rows.get();
+    }
+    station_ = std::make_unique<Station>(std::move(setup), std::move(rows));
+    rpc_ = std::make_unique<Rpc>(*station_, [](auto done) { done(refuse("reload", "a replay keeps its configuration")); });
+  }
+
+  int run() {
+    if (!options_.socket.empty()) {
+      auto server = Server::open(io_, station_->setup().config.socket, -1, *station_, *rpc_);
+      if (!server) return fail(server.error().text());
+      server_ = std::move(*server);
+      asio::co_spawn(io_, server_->serve(), asio::detached);
+    }
+    asio::co_spawn(io_, heed_signals(), asio::detached);
+    asio::co_spawn(io_, feed_all(), asio::detached);
+    const auto begin = Steady::now();
+    io_.run();
+    const double seconds = std::chrono::duration<double>(Steady::now() - begin).count();
+    if (!fault_.empty()) return fail(fault_);
+    if (rows_ != nullptr && !rows_->first_fault().empty()) return fail(rows_->first_fault());
+    summarise(seconds);
+    return kExitDone;
+  }
+
+ private:
+  static int fail(const std::string& what) {
+    spdlog::error("{}", what);
+    return kExitFailed;
+  }
+
+  asio::awaitable<void> heed_signals() {
+    co_await signals_.async_wait(kUse);
+    stopped_ = true;
+    timer_.cancel();
+  }
+
+  asio::awaitable<void> feed_all() {
+    station_->set_state(LineState::kReplaying);
+    for (const std::string& file : options_.replay) {
+      co_await feed_file(file);
+      if (!fault_.empty() || stopped_) break;
+    }
+    station_->finish();
+    station_->set_state(LineState::kEnded, "the replay is over");
+    io_.stop();
+  }
+
+  asio::awaitable<void> feed_file(const std::string& file) {
+    const FrameDescription& frames = *station_->setup().frames;
+    const BareBytes bare{std::max(frames.rate_hz * frames.max_frame_bytes, 1.0), 0};
+    Result<CaptureReader> reader = CaptureReader::open(file, bare);
+    if (!reader) {
+      fault_ = reader.error().text();
+      co_return;
+    }
+    constexpr int kSlice = 4096;  // packets between two looks at sockets and signals
+    Pace pace(options_.speed);
+    for (int count = 1;; ++count) {
+      const std::optional<CapturePacket> packet = reader->next();
+      if (!packet || stopped_) break;
+      if (const auto due = pace.due(packet->time_ns); due && *due > Steady::now()) {
+        timer_.expires_at(*due);
+        co_await timer_.async_wait(kUse);
+      } else if (count % kSlice == 0) {
+        co_await asio::post(io_, kUse);
+      }
+      pass(*station_, *packet);
+    }
+    if (!reader->tail_damage().empty()) spdlog::warn("{}", reader->tail_damage());
+    if (reader->foreign_packets() > 0) spdlog::warn("{}: {} packets hold no serial record and were left out", file, reader->foreign_packets());
+  }
+
+  void summarise(double seconds) const {
+    const Station& s = *station_;
+    const auto& line = s.pipeline().decoder().counters();
+    fmt::print("replayed {} frames in {:.2f} s ({:.2f} million/s), {} failed their check, {} missing, {} bytes skipped\n", line.frames,
+               seconds, static_cast<double>(line.frames) / std::max(seconds, 1e-9) / 1e6, line.bad_check,
+               s.pipeline().clock().status().missing_frames, line.skipped_bytes);
+    if (stopped_) fmt::print("stopped before the end of the capture\n");
+    if (rows_ != nullptr) fmt::print("log: {} rows in {}\n", rows_->counters().rows.load(), s.setup().config.log->directory);
+    const BlockStability& blocks = s.block_stability();
+    const auto improvement = blocks.improvement();
+    if (!improvement) {
+      fmt::print("bias stability: unknown, it needs two full blocks with a correction, found {}\n", blocks.raw().count());
+      return;
+    }
+    fmt::print("bias stability (1 sigma of {} means, divisor N-1): raw {:.5f} deg/h, corrected {:.5f} deg/h, improvement {:.2f} %\n",
+               blocks.raw().count(), blocks.raw().sd(), blocks.corrected().sd(), 100 * *improvement);
+  }
+
+  asio::io_context io_{1};
+  Options options_;
+  DirectRowWriter* rows_ = nullptr;
+  std::unique_ptr<Station> station_;
+  std::unique_ptr<Rpc> rpc_;
+  std::unique_ptr<Server> server_;
+  asio::signal_set signals_;
+  asio::steady_timer timer_;
+  std::string fault_;
+  bool stopped_ = false;
+};
+
+}  // namespace
+
+int run_replay(const Options& options, Setup setup) { return std::make_unique<Replay>(options, std::move(setup))->run(); }
+
+}  // namespace prism

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/row_writers.hpp"
+
+#include <utility>
+
+namespace prism {
+
+ThreadedRowWriter::ThreadedRowWriter(const Setup& setup, DiskThread& disk, std::function<void(const std::string&)> tell)
+    : disk_(disk),
+      counters_(std::make_shared<LogCounters>()),
+      log_(std::make_shared<RowLog>(*setup.config.log, setup.config.name, log_metadata(setup), *counters_, std::move(tell))) {}
+
+ThreadedRowWriter::~ThreadedRowWriter() {
+  // The last owner closes the segment on the disk thread, after the rows before it.
+  disk_.post(0, [log = std::move(log_), counters = counters_]() mutable { log.reset(); });
+}
+
+void ThreadedRowWriter::append(const CompensatedWindow& row) {
+  const bool taken = disk_.post(sizeof row, [log = log_, row] {
+    log->append(row);
+    log->sync();
+  });
+  if (!taken) ++counters_->dropped;
+}
+
+void ThreadedRowWriter::set_metadata(const std::string& metadata) {
+  disk_.post(0, [log = log_, metadata] { log->set_metadata(metadata); });
+}
+
+DirectRowWriter::DirectRowWriter(const Setup& setup)
+    : log_(*setup.config.log, setup.config.name, log_metadata(setup), counters_, [this](const std::string& what) {
+        if (first_fault_.empty()) first_fault_ = what;
+      }) {}
+
+}  // namespace prism

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// The two ways a row reaches the log: over the disk thread (live), or directly (replay).
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "daemon/disk_thread.hpp"
+#include "daemon/row_log.hpp"
+#include "daemon/station.hpp"
+
+namespace prism {
+
+/// Never waits: each row, and a sync after it, is posted. Rows that the queue cannot take are dropped and counted.
+class ThreadedRowWriter : public RowWriter {
+ public:
+  /// `tell` is called on the disk thread.
+  ThreadedRowWriter(const Setup& setup, DiskThread& disk, std::function<void(const std::string&)> tell);
+  ~ThreadedRowWriter() override;
+
+  void append(const CompensatedWindow& row) override;
+  void set_metadata(const std::string& metadata) override;
+  const LogCounters& counters() const override { return *counters_; }
+
+ private:
+  DiskThread& disk_;
+  std::shared_ptr<LogCounters> counters_;
+  std::shared_ptr<RowLog> log_;
+};
+
+/// Waits for the disk: a replay loses nothing. The first fault is kept.
+class DirectRowWriter : public RowWriter {
+ public:
+  explicit DirectRowWriter(const Setup& setup);
+
+  void append(const CompensatedWindow& row) override { log_.append(row); }
+  void set_metadata(const std::string& metadata) override { log_.set_metadata(metadata); }
+  const LogCounters& counters() const override { return counters_; }
+  const std::string& first_fault() const { return first_fault_; }
+
+ private:
+  LogCounters counters_;
+  std::string first_fault_;
+  RowLog log_;
+};
+
+}  // namespace prism

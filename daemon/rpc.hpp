@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// JSON-RPC 2.0 over newline-delimited JSON: one line in, one line (or none, for a notification) out.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "compensation/result.hpp"
+#include "daemon/client.hpp"
+#include "daemon/station.hpp"
+
+namespace prism {
+
+inline constexpr std::size_t kMaxRequestBytes = 65536;
+
+enum RpcCode {
+  kParseError = -32700,
+  kInvalidRequest = -32600,
+  kMethodNotFound = -32601,
+  kInvalidParams = -32602,
+  kRefused = -32000,       ///< the daemon understood and says no: data of a failed reload, a full table
+  kNotPermitted = -32001,  ///< the peer may not change things
+};
+
+std::string rpc_error(const nlohmann::json& id, int code, const std::string& message);
+std::string rpc_result(const nlohmann::json& id, const nlohmann::ordered_json& result);
+
+/// Answers the requests of one client. `reload` starts a reload and calls back with its outcome when it is done.
+class Rpc {
+ public:
+  using Reload = std::function<void(std::function<void(Result<std::string>)>)>;
+
+  Rpc(Station& station, Reload reload) : station_(station), reload_(std::move(reload)) {}
+
+  /// One line of the client, without its line end. Every answer goes to the client, some later than others.
+  void request(const std::shared_ptr<Client>& client, std::string_view line);
+
+ private:
+  struct Call {
+    std::shared_ptr<Client> client;
+    nlohmann::json id;
+    bool wants_answer;
+    nlohmann::json params;
+  };
+  void one(const std::shared_ptr<Client>& client, const nlohmann::json& request);
+  void dispatch(const std::string& method, const Call& call);
+  void subscribe(const Call& call, bool on);
+  void reload(const Call& call);
+  void reply(const Call& call, const nlohmann::ordered_json& result);
+  void fail(const Call& call, int code, const std::string& message);
+
+  Station& station_;
+  Reload reload_;
+};
+
+}  // namespace prism

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/server.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+namespace prism {
+namespace {
+
+namespace asio = boost::asio;
+using Protocol = asio::local::stream_protocol;
+
+constexpr auto kUse = asio::as_tuple(asio::use_awaitable);
+
+bool answers(asio::io_context& io, const std::string& path) {
+  boost::system::error_code error;
+  Protocol::socket probe(io);
+  probe.connect(Protocol::endpoint(path), error);
+  return !error;
+}
+
+Result<Server::Acceptor> listen(asio::io_context& io, const SocketSettings& settings) {
+  std::error_code folder_error;
+  std::filesystem::create_directories(std::filesystem::path(settings.path).parent_path(), folder_error);
+  struct stat info {};
+  if (::lstat(settings.path.c_str(), &info) == 0) {
+    if (!S_ISSOCK(info.st_mode)) return refuse(settings.path, "is there and is no socket; expected a free path");
+    if (answers(io, settings.path)) return refuse(settings.path, "another prismd answers there; expected a free path");
+    ::unlink(settings.path.c_str());
+  }
+  boost::system::error_code error;
+  Server::Acceptor acceptor(io);
+  acceptor.open(Protocol(), error);
+  const mode_t before = ::umask(0777);  // nobody enters before the mode is right
+  if (!error) acceptor.bind(Protocol::endpoint(settings.path), error);
+  ::umask(before);
+  if (error) return refuse(settings.path, "cannot be made: " + error.message());
+  if (::chmod(settings.path.c_str(), static_cast<mode_t>(settings.mode)) != 0) {
+    return refuse(settings.path, std::string("its mode cannot be set: ") + std::strerror(errno));
+  }
+  acceptor.listen(asio::socket_base::max_listen_connections, error);
+  if (error) return refuse(settings.path, "cannot listen: " + error.message());
+  return acceptor;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const SocketSettings& settings, int inherited,
+                                             Station& station, Rpc& rpc) {
+  if (inherited >= 0) {
+    boost::system::error_code error;
+    Acceptor acceptor(io);
+    acceptor.assign(Protocol(), inherited, error);
+    if (error) return refuse("systemd's socket", error.message());
+    return std::unique_ptr<Server>(new Server(std::move(acceptor), settings, false, station, rpc));
+  }
+  Result<Acceptor> acceptor = listen(io, settings);
+  if (!acceptor) return tl::unexpected<Error>(acceptor.error());
+  return std::unique_ptr<Server>(new Server(std::move(*acceptor), settings, true, station, rpc));
+}
+
+Server::Server(Acceptor acceptor, SocketSettings settings, bool owns_path, Station& station, Rpc& rpc)
+    : acceptor_(std::move(acceptor)), settings_(std::move(settings)), owns_path_(owns_path), station_(station), rpc_(rpc) {}
+
+Server::~Server() {
+  if (owns_path_) ::unlink(settings_.path.c_str());
+}
+
+asio::awaitable<void> Server::serve() {
+  asio::steady_timer pause(acceptor_.get_executor());
+  for (;;) {
+    auto [error, socket] = co_await acceptor_.async_accept(kUse);
+    if (error == asio::error::operation_aborted) co_return;
+    if (error) {  // out of descriptors, most likely: a storm of refusals helps nobody
+      station_.tell(Severity::kWarning, "accept", "socket: a client cannot be accepted: " + error.message());
+      pause.expires_after(std::chrono::seconds(1));
+      co_await pause.async_wait(kUse);
+      continue;
+    }
+    if (station_.publisher.clients() >= static_cast<std::size_t>(settings_.max_clients)) {
+      const std::string full = rpc_error(nullptr, kRefused, fmt::format("{} clients are connected, expected fewer: try again later", settings_.max_clients));
+      boost::system::error_code ignored;
+      socket.non_blocking(true, ignored);
+      socket.write_some(asio::buffer(full), ignored);
+      continue;
+    }
+    auto client = std::make_shared<Client>(std::move(socket), static_cast<std::size_t>(settings_.client_buffer_bytes));
+    station_.publisher.add(client);
+    asio::co_spawn(acceptor_.get_executor(), talk(std::move(client)), asio::detached);
+  }
+}
+
+asio::awaitable<void> Server::talk(std::shared_ptr<Client> client) {
+  std::array<char, 4096> buffer;
+  std::string pending;
+  while (client->open()) {
+    auto [error, size] = co_await client->socket().async_read_some(asio::buffer(buffer), kUse);
+    if (error) break;
+    pending.append(buffer.data(), size);
+    if (!take_lines(client, pending)) break;
+  }
+  client->close();
+  station_.publisher.remove(client.get());
+}
+
+// Passes whole lines on; what is left stays pending. False: the client sent a line without end and is closed.
+bool Server::take_lines(const std::shared_ptr<Client>& client, std::string& pending) {
+  std::size_t begin = 0;
+  for (std::size_t end; (end = pending.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    std::string_view line(pending.data() + begin, end - begin);
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    if (!line.empty()) rpc_.request(client, line);
+  }
+  pending.erase(0, begin);
+  if (pending.size() <= kMaxRequestBytes) return true;
+  client->answer(rpc_error(nullptr, kInvalidRequest, fmt::format("a line of more than {} bytes; the connection is closed", kMaxRequestBytes)));
+  return false;
+}
+
+}  // namespace prism

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// The running daemon: station, line, socket, disk and systemd, tied together on one io_context.
+#pragma once
+
+#include "daemon/options.hpp"
+#include "daemon/setup.hpp"
+
+namespace prism {
+
+inline constexpr int kExitDone = 0, kExitFailed = 1, kExitUsage = 64, kExitBug = 70, kExitConfig = 78;
+
+/// Beside the gyro until SIGTERM or SIGINT. Returns the exit code.
+int run_live(const Options& options, Setup setup);
+
+/// One capture through the pipeline; prints a summary. Returns the exit code.
+int run_replay(const Options& options, Setup setup);
+
+}  // namespace prism

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// Everything that a configuration names, loaded and checked together: all of it holds, or none is taken.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "compensation/model.hpp"
+#include "compensation/result.hpp"
+#include "config/config.hpp"
+#include "daemon/options.hpp"
+#include "drivers/clock.hpp"
+#include "drivers/serial_line.hpp"
+#include "drivers/wire/frame_description.hpp"
+
+namespace prism {
+
+struct Setup {
+  Config config;
+  FrameDescriptionPtr frames;
+  ModelPtr model, fallback;
+  LineSettings line;
+  ClockSettings clock;
+  std::vector<std::string> notes;  ///< legal, but worth knowing: one line each
+};
+
+/// Reads the configuration, its frame description (and runs its test vectors) and its models, and checks that they go
+/// together: a model of another gyro, or one whose inputs the frames do not carry, is refused.
+/// What the command line replaces is replaced before anything is checked.
+Result<Setup> load_setup(const Options& options);
+
+/// The metadata on top of every log segment: what the rows depend on, and nothing of the moment they were written in.
+std::string log_metadata(const Setup& setup);
+
+}  // namespace prism

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// The floor of the live benchmark: poll, read, and for each frame one write of a line as long as prismd's. Nothing else.
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+// usage: bench_relay DEVICE SOCKET FRAME_BYTES LINE_BYTES
+int main(int argc, char** argv) {
+  if (argc != 5) return 64;
+  const std::size_t frame_bytes = std::strtoul(argv[3], nullptr, 10);
+  const std::string line = std::string(std::strtoul(argv[4], nullptr, 10) - 1, 'x') + "\n";
+  const int device = ::open(argv[1], O_RDWR | O_NOCTTY | O_NONBLOCK);
+  termios raw{};
+  ::tcgetattr(device, &raw);
+  ::cfmakeraw(&raw);
+  ::tcsetattr(device, TCSANOW, &raw);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, argv[2], sizeof address.sun_path - 1);
+  const int listener = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  if (::bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 || ::listen(listener, 1) != 0) return 1;
+  const int client = ::accept(listener, nullptr, nullptr);
+  std::vector<char> buffer(65536);
+  std::size_t pending = 0;
+  for (;;) {
+    pollfd wait{device, POLLIN, 0};
+    if (::poll(&wait, 1, -1) < 0) return 1;
+    const ssize_t size = ::read(device, buffer.data(), buffer.size());
+    if (size == 0 || (size < 0 && errno != EAGAIN)) return 0;
+    if (size < 0) continue;
+    for (pending += static_cast<std::size_t>(size); pending >= frame_bytes; pending -= frame_bytes) {
+      if (::write(client, line.data(), line.size()) < 0) return 0;
+    }
+  }
+}

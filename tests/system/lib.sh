@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+# What the system tests share: a folder of their own, the programs, waiting for a condition, checking it, cleaning up.
+# Each test is a script that sources this file, with PRISM_BIN (folder of the programs) and PRISM_SOURCE set by ctest.
+set -euo pipefail
+: "${PRISM_BIN:?set by ctest}" "${PRISM_SOURCE:?set by ctest}"
+PATH=$PRISM_BIN/daemon:$PRISM_BIN/tools/prismctl:$PRISM_BIN/tools/prismsim:$PATH
+dir=$(mktemp -d "${TMPDIR:-/tmp}/prism-test.XXXXXX")
+export PRISM_SOCKET=$dir/gyro.sock
+children=()
+cleanup() {
+  code=$?
+  if [ "$code" -ne 0 ] && [ "$code" -ne 77 ]; then
+    for file in "$dir"/*.err; do [ -f "$file" ] && sed "s|^|$(basename "$file"): |" "$file" | tail -20; done
+  fi
+  [ ${#children[@]} -eq 0 ] || kill -9 "${children[@]}" 2>/dev/null || true
+  wait 2>/dev/null || true
+  rm -rf "$dir"
+  exit "$code"
+}
+trap cleanup EXIT
+
+fail() { echo "FAILED: $*" >&2; exit 1; }
+skip() { echo "skipped: $*"; exit 77; }
+
+# wait_for SECONDS COMMAND...: until the command succeeds.
+wait_for() {
+  local deadline=$(($(date +%s%N) + $1 * 1000000000)); shift
+  until "$@" >/dev/null 2>&1; do
+    [ "$(date +%s%N)" -lt "$deadline" ] || fail "not within time: $*"
+    sleep 0.02
+  done
+}
+
+# same WHAT FOUND EXPECTED / contains WHAT TEXT PART
+same() { [ "$2" = "$3" ] || fail "$1: found '$2', expected '$3'"; }
+contains() { case "$2" in *"$3"*) ;; *) fail "$1: found '$2', expected it to contain '$3'" ;; esac; }
+
+# start NAME COMMAND...: in the background, stderr to NAME.err; its pid in $pid.
+start() {
+  local name=$1; shift
+  "$@" >"$dir/$name.out" 2>>"$dir/$name.err" &
+  pid=$!
+  children+=("$pid")
+}
+
+# A virtual gyro on $dir/tty; further options as given.
+start_sim() { start sim prismsim --link "$dir/tty" --frames "$PRISM_SOURCE/config/frames/trplg.json" "$@"; sim=$pid; wait_for 5 test -e "$dir/tty"; }
+
+# config [EXTRA MEMBERS]: writes $dir/gyro.json for the virtual gyro's line and device time.
+config() {
+  cat >"$dir/gyro.json" <<END
+{"line": {"device": "$dir/tty", "silence_s": 1, "retry_min_s": 0.05, "retry_max_s": 0.2},
+ "frames": "$PRISM_SOURCE/config/frames/trplg.json", "clock": "device",
+ "model": "$PRISM_SOURCE/config/models/tao2019-model2.json",
+ "log": {"directory": "$dir/log"}, "socket": {"path": "$PRISM_SOCKET"}${1:+, $1}}
+END
+}
+start_prismd() { start prismd prismd "$dir/gyro.json" "$@"; prismd=$pid; wait_for 5 prismctl version; }
+
+# ask METHOD [PARAMS]: the raw answer; field FILTER METHOD: one value of prismctl's JSON.
+ask() { printf '{"jsonrpc":"2.0","id":1,"method":"%s","params":%s}\n' "$1" "${2:-null}" | timeout 5 socat -t 2 - "UNIX-CONNECT:$PRISM_SOCKET"; }
+field() { prismctl --json "$2" | jq -r "$1"; }
+field_is() { [ "$(field "$1" "$2")" = "$3" ]; }
+field_above() { [ "$(field "$1 > $3" "$2")" = true ]; }
