@@ -191,18 +191,22 @@ TEST(EngineSwap, AModelOfTheSameFeaturesKeepsTheWindowAndIsInForceAtOnce) {
 }
 
 TEST(EngineSwap, AModelOfOtherFeaturesWarmsAnew) {
-  Session run(temperature_model());
-  run.seconds(20);
-  FeatureDefinition other = short_features();
-  other.length_s = 11;
-  ASSERT_TRUE(run.engine.use(linear_model({"T"}, {0.02}, 0, other), nullptr));
-  for (int second = 1; second <= 12; ++second) {  // the open second, whole, is the first of thirteen
+  for (const int length_s : {9, 11}) {
+    Session run(temperature_model());
+    run.seconds(20);
+    FeatureDefinition other = short_features();
+    other.length_s = length_s;
+    run.use(linear_model({"T"}, {0.02}, 0, other), nullptr);
+    EXPECT_EQ(run.engine.correction().quality, kWarming);
+    for (int second = 1; second < history_s(other); ++second) {  // the open second, whole, is the first of its history
+      run.seconds(1);
+      EXPECT_EQ(run.rows[run.rows.size() - 10].correction.quality, kWarming) << second;
+      EXPECT_EQ(run.last().correction.quality, kWarming) << second;
+      EXPECT_TRUE(std::isnan(run.last().corrected_deg_per_h)) << second;
+    }
     run.seconds(1);
-    EXPECT_EQ(run.last().correction.quality, kWarming) << second;
-    EXPECT_TRUE(std::isnan(run.last().corrected_deg_per_h)) << second;
+    EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.5, kRounding);
   }
-  run.seconds(1);
-  EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.5, kRounding);
 }
 
 TEST(EngineSwap, TakingTheModelAwayEndsTheCorrection) {
