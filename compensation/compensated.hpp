@@ -15,7 +15,7 @@ enum Quality : std::uint32_t {
   kGood = 0,
   kWarming = 1,         ///< the window is not full since the start or the last gap
   kNoModel = 2,         ///< no model is loaded: nothing is corrected
-  kInputMissing = 4,    ///< the stream does not carry an input of the model
+  kInputMissing = 4,    ///< an input of the model is not known: never carried, or no longer
   kExtrapolating = 8,   ///< the model is asked off the data it was trained on
   kFallback = 16,       ///< the fallback model, which needs no slope, gave the bias
   kOverLimit = 32,      ///< the predicted bias exceeded the sanity limit and was ignored

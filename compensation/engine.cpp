@@ -13,16 +13,23 @@ Result<void> Engine::use(ModelPtr model, ModelPtr fallback) {
       return refuse("fallback model", "needs the input " + input + ", expected T and U only: it serves while there is no slope");
     }
   }
-  if (model && !(model->info().features == conditioner_.definition())) conditioner_ = Conditioner(model->info().features);
+  if (model && !(model->info().features == conditioner_.definition())) {
+    conditioner_ = Conditioner(model->info().features);
+    window_.reset();
+  }
   model_ = std::move(model);
   fallback_ = std::move(fallback);
-  correction_ = {kUnknown, kUnknown, model_ ? kWarming : kNoModel};
+  window_ ? void(correction_ = correct(*window_)) : forget_window();
   return {};
 }
 
 std::optional<CompensatedWindow> Engine::push(const Sample& sample, Compensated& out) {
   std::optional<CompensatedWindow> closed;
-  if (const auto bucket = averager_.push(sample)) closed = complete(*bucket);
+  if (const auto bucket = averager_.push(sample)) {
+    closed = complete(*bucket);
+    const std::int64_t step = bucket_second(sample.time_ns) - bucket->second;
+    if (step <= 0 || step - 1 > conditioner_.definition().max_gap_s) forget_window();
+  }
   out.sample = sample;
   out.correction = correction_;
   out.corrected_deg_per_h = corrected_rate(sample.rate_deg_per_h, correction_);
@@ -31,13 +38,20 @@ std::optional<CompensatedWindow> Engine::push(const Sample& sample, Compensated&
 }
 
 std::optional<CompensatedWindow> Engine::finish() {
-  if (const auto bucket = averager_.finish()) return complete(*bucket);
-  return std::nullopt;
+  std::optional<CompensatedWindow> closed;
+  if (const auto bucket = averager_.finish()) closed = complete(*bucket);
+  forget_window();
+  return closed;
 }
 
 void Engine::reset() {
   averager_ = Averager();
   conditioner_.reset();
+  forget_window();
+}
+
+void Engine::forget_window() {
+  window_.reset();
   correction_ = {kUnknown, kUnknown, model_ ? kWarming : kNoModel};
 }
 
@@ -45,6 +59,7 @@ CompensatedWindow Engine::complete(const Bucket& bucket) {
   CompensatedWindow row;
   row.window = conditioner_.push(bucket);
   row.correction = correction_ = correct(row.window);
+  window_ = row.window;
   row.corrected_deg_per_h = corrected_rate(bucket.rate_deg_per_h, row.correction);
   row.corrected_mean_deg_per_h = corrected_rate(row.window.rate_deg_per_h, row.correction);
   if (!std::isfinite(bucket.rate_deg_per_h)) row.correction.quality |= kRateInvalid;
@@ -53,7 +68,7 @@ CompensatedWindow Engine::complete(const Bucket& bucket) {
 
 Correction Engine::correct(const Window& window) const {
   if (!model_) return {kUnknown, kUnknown, kNoModel};
-  if (window.state == WindowState::kReady) {
+  if (window.warm_s >= history_s(model_->info().features)) {
     Correction correction = predict(*model_, window);
     if (window.lag_settling) correction.quality |= kSettling;
     return correction;

@@ -23,13 +23,14 @@ class Engine {
   explicit Engine(EngineSettings settings = {}) : settings_(settings), conditioner_(FeatureDefinition{}) {}
 
   /// Takes over `model` (null: none) and `fallback` (null: none), which serves while the window is not full. The window
-  /// is kept where the new model defines its features alike, else it warms anew. A fallback with inputs other than T
-  /// and U is refused, and everything stays as it was.
+  /// is kept where the new model defines its features alike (its bias is then in force at once), else it warms anew. A
+  /// fallback with inputs other than T and U is refused, and everything stays as it was.
   Result<void> use(ModelPtr model, ModelPtr fallback);
 
-  /// Corrects one sample; returns the window of a second that this sample closed.
+  /// Corrects one sample; returns the window of a second that this sample closed. The first sample behind a gap longer
+  /// than the model's max_gap_s, or behind a clock that was set back, already finds no bias: never the one of before.
   std::optional<CompensatedWindow> push(const Sample& sample, Compensated& out);
-  /// Closes the second still open: the end of a session or of a replay.
+  /// Closes the second still open: the end of a session or of a replay. No bias is in force afterwards.
   std::optional<CompensatedWindow> finish();
   /// A new session of the device: nothing of the past holds.
   void reset();
@@ -40,6 +41,7 @@ class Engine {
 
  private:
   CompensatedWindow complete(const Bucket& bucket);
+  void forget_window();
   Correction correct(const Window& window) const;
   Correction predict(const Model& model, const Window& window) const;
 
@@ -47,6 +49,7 @@ class Engine {
   ModelPtr model_, fallback_;
   Averager averager_;
   Conditioner conditioner_;
+  std::optional<Window> window_;  ///< what correction_ was predicted from; none: no bias in force
   Correction correction_;
 };
 

@@ -9,11 +9,11 @@ namespace {
 
 // "lag2" → 1; nothing for any other name.
 std::optional<std::size_t> lag_index(const std::string& name) {
-  if (name.rfind("lag", 0) != 0) return std::nullopt;
+  if (name.rfind("lag", 0) != 0 || name[3] == '0') return std::nullopt;  // one name for each input: no "lag01"
   std::size_t number = 0;
   const char* end = name.data() + name.size();
   const auto [stop, error] = std::from_chars(name.data() + 3, end, number);
-  if (error != std::errc() || stop != end || number == 0) return std::nullopt;
+  if (error != std::errc() || stop != end) return std::nullopt;
   return number - 1;
 }
 

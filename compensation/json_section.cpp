@@ -14,19 +14,37 @@ using nlohmann::json;
 
 const json kEmptyObject = json::object();
 
-// nlohmann says "… at line 3, column 5: syntax error while parsing value - unexpected …"; keep the place and the reason.
-Error json_error(std::string_view where, const json::parse_error& error) {
-  const std::string message = error.what();
+constexpr int kMaxDepth = 32;  // a file of a million brackets must not recurse a million deep when it is shown or freed
+
+// A refusal is one line of plain text, whatever stood in the file.
+std::string plain(std::string_view text, std::size_t most) {
+  std::string result;
+  for (const char c : text.substr(0, most)) result += c >= 0x20 && c <= 0x7e ? c : '?';
+  return text.size() > most ? result + "..." : result;
+}
+
+// nlohmann says "[…] parse error at line 3, column 5: syntax error while parsing value - unexpected …"; keep the place and
+// the reason.
+Error json_error(std::string_view where, const json::exception& error) {
+  const std::string_view message = error.what();
+  const std::size_t place = message.find("at line "), reason = message.find(": ", place), code = message.find("] ");
   int line = 0, column = 0;
-  const std::size_t place = message.find("at line ");
-  if (place == std::string::npos || std::sscanf(message.c_str() + place, "at line %d, column %d", &line, &column) != 2) {
-    return {std::string(where), "not valid JSON: " + message};
+  if (place != message.npos && reason != message.npos &&
+      std::sscanf(message.data() + place, "at line %d, column %d", &line, &column) == 2) {
+    return {fmt::format("{}:{}:{}", where, line, column), "not valid JSON: " + plain(message.substr(reason + 2), 160)};
   }
-  std::size_t reason = message.find(": ", place);
-  reason = reason == std::string::npos ? 0 : reason + 2;
-  std::string text;
-  for (const char c : message.substr(reason)) text += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-  return {fmt::format("{}:{}:{}", where, line, column), "not valid JSON: " + text};
+  return {std::string(where), "not valid JSON: " + plain(message.substr(code == message.npos ? 0 : code + 2), 160)};
+}
+
+// A key as a step of a JSON pointer (RFC 6901).
+std::string pointer_step(std::string_view key) {
+  std::string step;
+  for (const char c : plain(key, 40)) {
+    if (c == '~') step += "~0";
+    else if (c == '/') step += "~1";
+    else step += c;
+  }
+  return step;
 }
 
 std::string span_text(Range range) { return fmt::format("within {:.10g} to {:.10g}", range.min, range.max); }
@@ -40,24 +58,26 @@ std::string shown(const json& value) {
 
 Result<json> parse_json_object(std::string_view text, std::string_view where) {
   std::vector<std::set<std::string>> keys;
-  std::string repeated;
-  const auto watch = [&](int, json::parse_event_t event, json& parsed) {
+  std::optional<std::string> repeated;
+  bool too_deep = false;
+  const auto watch = [&](int depth, json::parse_event_t event, json& parsed) {
+    too_deep = too_deep || depth > kMaxDepth;
+    if (too_deep) return false;
     if (event == json::parse_event_t::object_start) keys.emplace_back();
     if (event == json::parse_event_t::object_end) keys.pop_back();
-    if (event == json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second) {
+    if (event == json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second && !repeated) {
       repeated = parsed.get<std::string>();
     }
     return true;
   };
   try {
     json value = json::parse(text.begin(), text.end(), watch, true, true);
-    if (!repeated.empty()) return refuse(std::string(where), fmt::format("the key \"{}\" is given twice", repeated));
+    if (too_deep) return refuse(std::string(where), fmt::format("nested deeper than {} levels", kMaxDepth));
+    if (repeated) return refuse(std::string(where), fmt::format("the key \"{}\" is given twice", plain(*repeated, 40)));
     if (!value.is_object()) return refuse(std::string(where), "found " + shown(value) + ", expected a JSON object");
     return value;
-  } catch (const json::parse_error& error) {
+  } catch (const json::exception& error) {  // no JSON, or a number beyond double
     return tl::unexpected<Error>(json_error(where, error));
-  } catch (const json::exception& error) {  // a number beyond double, bad UTF-8 in a key
-    return refuse(std::string(where), std::string("not valid JSON: ") + error.what());
   }
 }
 
@@ -181,7 +201,7 @@ std::size_t Section::choice(const char* key, std::span<const char* const> names,
 Section Section::object(const char* key, bool required) {
   const json* value = take(key, required);
   if (value != nullptr && !value->is_object()) {
-    fail(key, fmt::format("found {}, expected an object {{…}}", shown(*value)));
+    fail(key, fmt::format("found {}, expected an object {{...}}", shown(*value)));
     value = nullptr;
   }
   return {value != nullptr ? *value : kEmptyObject, where_ + "/" + key, state_};
@@ -195,7 +215,7 @@ std::vector<Section> Section::objects(const char* key, bool required) {
   if (!good()) return result;
   for (std::size_t i = 0; i < array->size(); ++i) {
     if (!(*array)[i].is_object()) {
-      fail(fmt::format("{}/{}", key, i), fmt::format("found {}, expected an object {{…}}", shown((*array)[i])));
+      fail(fmt::format("{}/{}", key, i), fmt::format("found {}, expected an object {{...}}", shown((*array)[i])));
       return {};
     }
     result.push_back(Section((*array)[i], fmt::format("{}/{}/{}", where_, key, i), state_));
@@ -212,7 +232,7 @@ Result<void> Section::finish() {
   for (const auto& [object, where] : state_->sections) {
     for (const auto& [key, value] : object->items()) {
       if (state_->used.count({object, key}) == 0 && !state_->error) {
-        state_->error = Error{where + "/" + key, "unknown key"};
+        state_->error = Error{where + "/" + pointer_step(key), "unknown key"};
       }
     }
   }

@@ -3,13 +3,22 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "compensation/sha256.hpp"
 
 namespace prism {
 
-std::string exact_text(double value) { return fmt::format("{}", value); }
+// JSON's "-0" is a whole number and reads back as +0: an id over "-0" would not fit the file that holds it.
+std::string exact_text(double value) {
+  return value == 0 && std::signbit(value) ? "-0.0" : fmt::format("{}", value);
+}
 
-std::string exact_texts(std::span<const double> values) { return fmt::format("[{}]", fmt::join(values, ", ")); }
+std::string exact_texts(std::span<const double> values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : ", ") + exact_text(value);
+  return "[" + text + "]";
+}
 
 std::string model_id(const ModelInfo& info, std::string_view content) {
   const FeatureDefinition& f = info.features;

@@ -3,13 +3,16 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 
 #include "compensation/json_section.hpp"
 #include "compensation/model_kinds.hpp"
 
 namespace prism {
 namespace {
+
+// A text as it stands in the file and in refusals: in quotes, escaped, and not too long for a line.
+std::string in_quotes(const std::string& text) { return shown(nlohmann::json(text)); }
 
 FeatureDefinition read_features(Section section) {
   FeatureDefinition features;
@@ -21,21 +24,38 @@ FeatureDefinition read_features(Section section) {
   return features;
 }
 
+const char* unit_of(const std::string& input) {
+  if (input == kInputSlope) return "degC/s";
+  return input == kInputUhfo ? "V" : "degC";
+}
+
+// Both ends of the training box or none; one end alone would be a box that nobody meant.
+void read_range(Section& input, Domain& domain) {
+  if (!input.has("min") && !input.has("max")) return;
+  const double min = input.number("min", kAnyNumber);
+  domain.max.push_back(input.number("max", kAnyNumber));
+  domain.min.push_back(min);
+  if (domain.max.back() < min) input.fail("max", fmt::format("{} is less than min, {}", domain.max.back(), min));
+}
+
 void read_inputs(Section& top, ModelInfo& info) {
-  bool bounded = true;
   for (Section& input : top.objects("inputs")) {
-    const std::string name = input.text("name", "");
+    const std::string name = input.text("name");
     if (!has_input(info.features, name)) {
-      input.fail("name", fmt::format("found \"{}\", expected T, dTdt, U or a lag that features define", name));
+      input.fail("name", fmt::format("found {}, expected T, dTdt, U or a lag that features define", in_quotes(name)));
     }
-    input.text("unit", "");
+    if (std::count(info.inputs.begin(), info.inputs.end(), name)) input.fail("name", in_quotes(name) + " is given twice");
+    if (const std::string unit = input.text("unit", unit_of(name)); unit != unit_of(name)) {
+      input.fail("unit", fmt::format("found {}, expected \"{}\"", in_quotes(unit), unit_of(name)));
+    }
     info.inputs.push_back(name);
-    bounded = bounded && input.has("min") && input.has("max");
-    info.domain.min.push_back(input.number("min", kAnyNumber, 0.0));
-    info.domain.max.push_back(input.number("max", kAnyNumber, 0.0));
+    read_range(input, info.domain);
   }
-  if (!bounded) info.domain = {};
   if (info.inputs.empty()) top.fail("inputs", "found none, expected at least one input");
+  if (const std::size_t ranges = info.domain.min.size(); ranges != 0 && ranges != info.inputs.size()) {
+    top.fail("inputs", fmt::format("found min and max of {} of {} inputs, expected them of all or of none", ranges,
+                                   info.inputs.size()));
+  }
 }
 
 Result<ModelPtr> read_model(Section& top, const std::string& where) {
@@ -47,23 +67,21 @@ Result<ModelPtr> read_model(Section& top, const std::string& where) {
   info.features = read_features(top.object("features", true));
   read_inputs(top, info);
   const nlohmann::json provenance = top.any("provenance");
+  if (!provenance.is_null() && !provenance.is_object()) {
+    top.fail("provenance", "found " + shown(provenance) + ", expected an object {...}");
+  }
   info.provenance_json = provenance.is_null() ? "{}" : provenance.dump();
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   const std::string stated = info.id;
   const ModelKind* kind = find_model_kind(info.kind);
-  if (kind == nullptr) return refuse(where + ":/kind", fmt::format("found \"{}\", expected {}", info.kind, model_kind_names()));
+  if (kind == nullptr) return refuse(where + ":/kind", fmt::format("found {}, expected {}", in_quotes(info.kind), model_kind_names()));
   Result<ModelPtr> model = kind->read(top, std::move(info));
   if (auto rest = top.finish(); !rest) return tl::unexpected<Error>(rest.error());
   if (model && (*model)->info().id != stated) {
-    return refuse(where + ":/id", fmt::format("found \"{:.12}…\", expected \"{:.12}…\": the content was changed or damaged",
-                                              stated, (*model)->info().id));
+    return refuse(where + ":/id", fmt::format("found {}, but the content gives \"{:.12}...\": it was changed or damaged",
+                                              in_quotes(stated), (*model)->info().id));
   }
   return model;
-}
-
-const char* unit_of(const std::string& input) {
-  if (input == kInputSlope) return "degC/s";
-  return input == kInputUhfo ? "V" : "degC";
 }
 
 }  // namespace
@@ -73,23 +91,27 @@ Result<ModelPtr> parse_model(std::string_view text, std::string_view where) {
   const Result<nlohmann::json> json = parse_json_object(text, where);
   if (!json) return tl::unexpected<Error>(json.error());
   Section top(*json, place);
-  const std::string format = top.text("format", "");
-  if (format != "prism-model") return refuse(place + ":/format", fmt::format("found \"{}\", expected \"prism-model\"", format));
+  const std::string format = top.text("format");
+  if (top.good() && format != "prism-model") top.fail("format", fmt::format("found {}, expected \"prism-model\"", in_quotes(format)));
   const auto version = top.integer("version", {1, 1e9});
   if (top.good() && version > kModelVersion) {
-    return refuse(place + ":/version", fmt::format("found {}, expected at most {}: made by a newer prism", version, kModelVersion));
+    top.fail("version", fmt::format("found {}, expected at most {}: made by a newer prism", version, kModelVersion));
   }
+  if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   return read_model(top, place);
 }
 
 std::string format_model(const Model& model) {
   const ModelInfo& info = model.info();
   const FeatureDefinition& f = info.features;
-  const auto quoted = [](const std::string& s) { return nlohmann::json(s).dump(); };
+  // A text that is not UTF-8 (a name from a command line) is written with replacement characters, not thrown over.
+  const auto whole = [](const std::string& s) {
+    return nlohmann::json(s).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  };
   std::string text = fmt::format(
       "{{\n  \"format\": \"prism-model\",\n  \"version\": {},\n  \"id\": \"{}\",\n  \"kind\": {},\n  \"name\": {},\n", kModelVersion,
-      info.id, quoted(info.kind), quoted(info.name));
-  text += fmt::format("  \"gyro\": {{\"serial\": {}}},\n", quoted(info.gyro_serial));
+      info.id, whole(info.kind), whole(info.name));
+  text += fmt::format("  \"gyro\": {{\"serial\": {}}},\n", whole(info.gyro_serial));
   text += fmt::format(
       "  \"features\": {{\"length_s\": {}, \"slope\": \"{}\", \"end_mean_s\": {}, \"max_gap_s\": {}, "
       "\"lag_time_constants_s\": {}}},\n  \"inputs\": [",
@@ -103,7 +125,7 @@ std::string format_model(const Model& model) {
   }
   text += "\n  ],\n";
   text += find_model_kind(info.kind)->content(model);
-  return text += fmt::format("  \"provenance\": {}\n}}\n", info.provenance_json);
+  return text += fmt::format("  \"provenance\": {}\n}}\n", info.provenance_json.empty() ? "{}" : info.provenance_json);
 }
 
 }  // namespace prism

@@ -79,7 +79,7 @@ TEST(Config, EveryRefusalSaysWhereWhatWasFoundAndWhatWasExpected) {
       {R"({"line": {"silence_s": 0}})", "/etc/prism/gyro1.json:/line/silence_s: 0 is not within 0.1 to 3600"},
       {R"({"line": {"retry_min_s": 3, "retry_max_s": 1}})", "/etc/prism/gyro1.json:/line/retry_max_s: 1 is not within 3 to 600"},
       {R"({"line": {"parity": "mark"}})", "/etc/prism/gyro1.json:/line/parity: found \"mark\", expected \"none\" or \"even\" or \"odd\""},
-      {R"({"line": 5})", "/etc/prism/gyro1.json:/line: found 5, expected an object {…}"},
+      {R"({"line": 5})", "/etc/prism/gyro1.json:/line: found 5, expected an object {...}"},
       {R"({"gyro": {"sign": 0}})", "/etc/prism/gyro1.json:/gyro/sign: found 0, expected 1 or -1"},
       {R"({"name": "a/b"})", "/etc/prism/gyro1.json:/name: found \"a/b\", expected a name without '/'"},
       {R"({"socket": {"mode": "rw"}})", "/etc/prism/gyro1.json:/socket/mode: found \"rw\", expected an octal mode such as \"0660\""},

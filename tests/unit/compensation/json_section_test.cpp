@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+// Sections: every key used once, every refusal one whole line with its place.
+#include "compensation/json_section.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+
+namespace prism {
+namespace {
+
+using nlohmann::json;
+
+// What a reader that asks `read` of the object says about it; "" where it is content.
+template <class Read>
+std::string refusal(const std::string& text, Read&& read) {
+  const Result<json> object = parse_json_object(text, "gyro.json");
+  if (!object) return object.error().text();
+  Section section(*object, "gyro.json");
+  read(section);
+  const Result<void> end = section.finish();
+  return end ? "" : end.error().text();
+}
+
+std::string parse_refusal(const std::string& text) {
+  return refusal(text, [](Section&) {});
+}
+
+TEST(ParseJson, TakesAnObjectWithComments) {
+  EXPECT_EQ(parse_refusal("{}"), "");
+  EXPECT_EQ(parse_refusal("// a note\n{ /* nothing */ }\n"), "");
+}
+
+TEST(ParseJson, SaysFileLineAndColumnOfWhatIsNoJson) {
+  EXPECT_EQ(parse_refusal("{\n  \"a\": 1,\n  b\n}"),
+            "gyro.json:3:3: not valid JSON: syntax error while parsing object key - invalid literal; last read: "
+            "'1,<U+000A>  b'; expected string literal");
+  EXPECT_EQ(parse_refusal(""),
+            "gyro.json:1:1: not valid JSON: syntax error while parsing value - unexpected end of input; expected '[', '{', "
+            "or a literal");
+  EXPECT_EQ(parse_refusal("{\"a\": nan}").substr(0, 30), "gyro.json:1:8: not valid JSON:");
+  EXPECT_EQ(parse_refusal("{\"a\": Infinity}").substr(0, 29), "gyro.json:1:7: not valid JSON");
+  EXPECT_EQ(parse_refusal("{} {}").substr(0, 29), "gyro.json:1:4: not valid JSON");
+}
+
+TEST(ParseJson, RefusesANumberThatIsNotFinite) {
+  EXPECT_EQ(parse_refusal("{\"a\": 1e999}"), "gyro.json: not valid JSON: number overflow parsing '1e999'");
+}
+
+TEST(ParseJson, RefusesWhatIsNoObject) {
+  EXPECT_EQ(parse_refusal("[1, 2]"), "gyro.json: found [1,2], expected a JSON object");
+  EXPECT_EQ(parse_refusal("null"), "gyro.json: found null, expected a JSON object");
+}
+
+TEST(ParseJson, RefusesAKeyGivenTwiceInOneObjectOnly) {
+  EXPECT_EQ(parse_refusal(R"({"a": 1, "b": {"c": 2, "c": 3}})"), "gyro.json: the key \"c\" is given twice");
+  EXPECT_EQ(parse_refusal(R"({"": 1, "": 2})"), "gyro.json: the key \"\" is given twice");
+  const auto nested = parse_json_object(R"({"a": {"x": 1}, "b": [{"x": 1}, {"x": 2}], "x": 3})", "gyro.json");
+  EXPECT_TRUE(nested);
+}
+
+TEST(ParseJson, RefusesAMillionBracketsWithoutRecursion) {
+  for (const std::string open : {"[", "{\"a\":"}) {
+    std::string text = "{\"a\": ", close;
+    for (int i = 0; i < 1'000'000; ++i) text += open;
+    text += "1";
+    for (int i = 0; i < 1'000'000; ++i) text += open == "[" ? "]" : "}";
+    EXPECT_EQ(parse_refusal(text + "}"), "gyro.json: nested deeper than 32 levels");
+  }
+  std::string deep = "1";
+  for (int i = 0; i < 32; ++i) deep = "{\"a\":" + deep + "}";
+  EXPECT_TRUE(parse_json_object(deep, "gyro.json"));
+  EXPECT_FALSE(parse_json_object("{\"a\":" + deep + "}", "gyro.json"));
+}
+
+TEST(ParseJson, ItsRefusalsAreOneShortPlainLine) {
+  const std::string rows[] = {std::string("{\"a\": \"\xff\xfe\"}"), std::string("{\"a\": \"") + std::string(100'000, 'x'),
+                              "{\"k\n\": 1}", "{\"\xc3\xa4\": 1, \"\xc3\xa4\": 2}", "{\"a\\nb\": 1, \"a\\nb\": 2}",
+                              std::string("{\0}", 3), "{\"a\\nb/c\": 1}", "{\"" + std::string(100'000, 'k') + "\": 1}"};
+  for (const std::string& row : rows) {
+    const std::string line = parse_refusal(row);
+    EXPECT_NE(line, "") << row.substr(0, 80);
+    EXPECT_LT(line.size(), 240u) << row.substr(0, 80);
+    for (const char c : line) EXPECT_TRUE(c >= 0x20 && c <= 0x7e) << line;
+  }
+}
+
+TEST(Section, ReadsWhatIsThere) {
+  const char* const kNames[] = {"red", "green"};
+  const std::string text = R"({"n": 1.5, "i": -3, "b": true, "t": "x", "ns": [1, 2.5], "ts": ["p", "q"], "c": "green",
+                               "o": {"k": 1}, "os": [{"k": 2}, {"k": 3}], "any": [null]})";
+  EXPECT_EQ(refusal(text,
+                    [&](Section& s) {
+                      EXPECT_EQ(s.number("n", {1.5, 1.5}), 1.5);
+                      EXPECT_EQ(s.integer("i", {-3, -3}), -3);
+                      EXPECT_TRUE(s.boolean("b"));
+                      EXPECT_EQ(s.text("t"), "x");
+                      EXPECT_EQ(s.numbers("ns", {1, 2.5}), (std::vector<double>{1, 2.5}));
+                      EXPECT_EQ(s.texts("ts"), (std::vector<std::string>{"p", "q"}));
+                      EXPECT_EQ(s.choice("c", kNames), 1u);
+                      EXPECT_EQ(s.object("o").integer("k", {0, 9}), 1);
+                      auto objects = s.objects("os");
+                      ASSERT_EQ(objects.size(), 2u);
+                      EXPECT_EQ(objects[0].integer("k", {0, 9}), 2);
+                      EXPECT_EQ(objects[1].integer("k", {0, 9}), 3);
+                      EXPECT_EQ(s.any("any"), json::parse("[null]"));
+                      EXPECT_TRUE(s.has("any"));
+                      EXPECT_FALSE(s.has("none"));
+                    }),
+            "");
+}
+
+TEST(Section, TakesTheDefaultOfWhatIsAbsent) {
+  const char* const kNames[] = {"red", "green"};
+  EXPECT_EQ(refusal("{}",
+                    [&](Section& s) {
+                      EXPECT_EQ(s.number("n", {0, 2}, 1.25), 1.25);
+                      EXPECT_EQ(s.integer("i", {0, 2}, 2), 2);
+                      EXPECT_TRUE(s.boolean("b", true));
+                      EXPECT_EQ(s.text("t", "d"), "d");
+                      EXPECT_TRUE(s.numbers("ns", {0, 1}, false).empty());
+                      EXPECT_TRUE(s.texts("ts", false).empty());
+                      EXPECT_EQ(s.choice("c", kNames, 1), 1u);
+                      EXPECT_EQ(s.object("o").text("k", "in"), "in");
+                      EXPECT_TRUE(s.objects("os", false).empty());
+                      EXPECT_TRUE(s.any("any").is_null());
+                    }),
+            "");
+}
+
+struct Row {
+  const char* text;
+  void (*read)(Section&);
+  const char* refusal;
+};
+
+constexpr const char* kColours[] = {"red", "green"};
+
+const Row kRows[] = {
+    {R"({})", [](Section& s) { s.number("n", {0, 1}); }, "gyro.json: \"n\" is missing"},
+    {R"({"o": {}})", [](Section& s) { s.object("o").text("t"); }, "gyro.json:/o: \"t\" is missing"},
+    {R"({})", [](Section& s) { s.object("o", true); }, "gyro.json: \"o\" is missing"},
+    {R"({"n": 2})", [](Section& s) { s.number("n", {0, 1}); }, "gyro.json:/n: 2 is not within 0 to 1"},
+    {R"({"n": "2"})", [](Section& s) { s.number("n", {0, 1}); },
+     "gyro.json:/n: found \"2\", expected a number within 0 to 1"},
+    {R"({"n": "2"})", [](Section& s) { s.number("n", {0, 1}, 0.5); },
+     "gyro.json:/n: found \"2\", expected a number within 0 to 1"},
+    {R"({"i": 1.5})", [](Section& s) { s.integer("i", {0, 9}); },
+     "gyro.json:/i: found 1.5, expected a whole number within 0 to 9"},
+    {R"({"i": 10})", [](Section& s) { s.integer("i", {0, 9}); }, "gyro.json:/i: 10 is not within 0 to 9"},
+    {R"({"i": 18446744073709551615})", [](Section& s) { s.integer("i", {0, 9}); },
+     "gyro.json:/i: 18446744073709551615 is not within 0 to 9"},
+    {R"({"b": 1})", [](Section& s) { s.boolean("b"); }, "gyro.json:/b: found 1, expected true or false"},
+    {R"({"t": null})", [](Section& s) { s.text("t"); }, "gyro.json:/t: found null, expected a text in quotes"},
+    {R"({"ns": 1})", [](Section& s) { s.numbers("ns", {0, 1}); }, "gyro.json:/ns: found 1, expected an array of numbers"},
+    {R"({"ns": [1, 2]})", [](Section& s) { s.numbers("ns", {0, 1}); },
+     "gyro.json:/ns/1: found 2, expected a number within 0 to 1"},
+    {R"({"ts": ["a", 1]})", [](Section& s) { s.texts("ts"); },
+     "gyro.json:/ts: found [\"a\",1], expected an array of texts"},
+    {R"({"c": "blue"})", [](Section& s) { s.choice("c", kColours); },
+     "gyro.json:/c: found \"blue\", expected \"red\" or \"green\""},
+    {R"({"o": 1})", [](Section& s) { s.object("o"); }, "gyro.json:/o: found 1, expected an object {...}"},
+    {R"({"os": 1})", [](Section& s) { s.objects("os"); }, "gyro.json:/os: found 1, expected an array of objects"},
+    {R"({"os": [{}, 1]})", [](Section& s) { s.objects("os"); }, "gyro.json:/os/1: found 1, expected an object {...}"},
+    {R"({"a": 1})", [](Section&) {}, "gyro.json:/a: unknown key"},
+    {R"({"a/b~c": 1})", [](Section&) {}, "gyro.json:/a~1b~0c: unknown key"},
+    {R"({"o": {"x": 1}})", [](Section& s) { s.object("o"); }, "gyro.json:/o/x: unknown key"},
+    {R"({"os": [{}, {"x": 1}]})", [](Section& s) { s.objects("os"); }, "gyro.json:/os/1/x: unknown key"},
+    {R"({"t": "0123456789012345678901234567890123456789"})", [](Section& s) { s.boolean("t"); },
+     "gyro.json:/t: found \"012345678901234567890123456789012345..., expected true or false"},
+};
+
+TEST(Section, SaysWhereWhatAndWhatWasExpected) {
+  for (const Row& row : kRows) EXPECT_EQ(refusal(row.text, row.read), row.refusal) << row.text;
+}
+
+TEST(Section, TellsTheFirstThingThatIsWrong) {
+  EXPECT_EQ(refusal(R"({"a": "x", "b": "y", "unknown": 1})",
+                    [](Section& s) {
+                      s.number("a", {0, 1});
+                      EXPECT_FALSE(s.good());
+                      s.number("b", {0, 1});
+                    }),
+            "gyro.json:/a: found \"x\", expected a number within 0 to 1");
+}
+
+TEST(Section, AReaderMayAddItsOwnRefusal) {
+  EXPECT_EQ(refusal(R"({"a": 1})", [](Section& s) { s.fail("a", s.integer("a", {0, 9}) ? "is odd" : ""); }),
+            "gyro.json:/a: is odd");
+  EXPECT_EQ(refusal(R"({})", [](Section& s) { s.fail("", "is empty"); }), "gyro.json: is empty");
+}
+
+}  // namespace
+}  // namespace prism

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// Model ids: the same numbers have the same id, every number counts, and nothing else does.
+#include "compensation/model_id.hpp"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "compensation/polynomial_model.hpp"
+#include "tests/support/models.hpp"
+
+namespace prism {
+namespace {
+
+ModelInfo base_info() {
+  ModelInfo info;
+  info.kind = "polynomial";
+  info.inputs = {"T", "U"};
+  info.domain = {{-40, 5}, {70, 6}};
+  info.features.lag_time_constants_s = {1500};
+  return info;
+}
+
+const std::vector<Term> kTerms = {{{0, 0}, 1.5}, {{1, 0}, -0.25}};
+
+std::string id_of(const ModelInfo& info, const std::vector<Term>& terms = kTerms, double sd = 0.001) {
+  return PolynomialModel(info, terms, sd).info().id;
+}
+
+TEST(ModelId, IsTheSameForTheSameNumbersWhateverTheNames) {
+  ModelInfo other = base_info();
+  other.name = "another name";
+  other.gyro_serial = "70-0042";
+  other.provenance_json = R"({"by": "somebody"})";
+  other.id = "what stood here before";
+  EXPECT_EQ(id_of(other), id_of(base_info()));
+  EXPECT_EQ(id_of(base_info()).size(), 64u);
+}
+
+TEST(ModelId, ChangesWithEveryNumber) {
+  const std::function<void(ModelInfo&)> changes[] = {
+      [](ModelInfo& i) { i.kind = "stepwise"; },
+      [](ModelInfo& i) { i.inputs = {"U", "T"}; },
+      [](ModelInfo& i) { i.features.length_s = 99; },
+      [](ModelInfo& i) { i.features.slope = SlopeMethod::kLeastSquares; },
+      [](ModelInfo& i) { i.features.end_mean_s = 9; },
+      [](ModelInfo& i) { i.features.max_gap_s = 4; },
+      [](ModelInfo& i) { i.features.lag_time_constants_s = {1500.0000000000002}; },
+      [](ModelInfo& i) { i.features.lag_time_constants_s = {}; },
+      [](ModelInfo& i) { i.domain.min[0] = -40.000000000000007; },
+      [](ModelInfo& i) { i.domain.max[1] = 6.0000000000000009; },
+      [](ModelInfo& i) { i.domain = {}; },
+  };
+  std::set<std::string> ids = {id_of(base_info())};
+  for (const auto& change : changes) {
+    ModelInfo info = base_info();
+    change(info);
+    ids.insert(id_of(info));
+  }
+  ids.insert(id_of(base_info(), {{{0, 0}, 1.5}, {{0, 1}, -0.25}}));
+  ids.insert(id_of(base_info(), {{{0, 0}, 1.5000000000000002}, {{1, 0}, -0.25}}));
+  ids.insert(id_of(base_info(), {{{0, 0}, 1.5}}));
+  ids.insert(id_of(base_info(), kTerms, 0.0010000000000000002));
+  ids.insert(id_of(base_info(), kTerms, kUnknown));
+  EXPECT_EQ(ids.size(), 1 + std::size(changes) + 5);
+}
+
+// The id stands in files and logs that outlive this build: sha256sum of the text in the comment gives it, too.
+//   printf 'prism-model 1 polynomial\n100 difference 10 5 []\nT\n[] []\n\n0 1.5\n1 -0.25'
+TEST(ModelId, IsTheDigestThatAnyToolGives) {
+  ModelInfo info;
+  info.kind = "polynomial";
+  info.inputs = {"T"};
+  EXPECT_EQ(id_of(info, {{{0}, 1.5}, {{1}, -0.25}}, kUnknown),
+            "46376c95ae861d40207de889e76c7a0769aa50fac391df9ab0c9be015592b493");
+}
+
+TEST(ExactText, ReadsBackAsTheVeryDoubleAlsoThroughJson) {
+  std::mt19937_64 random(11);
+  std::vector<double> values = {0.0, -0.0, 1, -1, 0.1, 1e15, 9007199254740994, 1e16, 1e17, 123456789012345680, 1e-5, 1e22, 5e-324,
+                                std::numeric_limits<double>::max(), std::numeric_limits<double>::lowest(),
+                                std::numeric_limits<double>::min(), 4.35, 1.7976931348623155e308};
+  while (values.size() < 100'000) {
+    const double value = std::bit_cast<double>(random());
+    if (std::isfinite(value)) values.push_back(value);
+    values.push_back(std::round(1e17 * static_cast<double>(random()) / 1.8e19));
+  }
+  for (const double value : values) {
+    const std::string text = exact_text(value);
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(std::strtod(text.c_str(), nullptr)), std::bit_cast<std::uint64_t>(value)) << text;
+    const double read = nlohmann::json::parse(text).get<double>();
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(read), std::bit_cast<std::uint64_t>(value)) << text;
+    ASSERT_LE(text.size(), 24u) << text;
+  }
+}
+
+TEST(ExactText, ListsAreJsonArrays) {
+  EXPECT_EQ(exact_texts(std::vector<double>{}), "[]");
+  EXPECT_EQ(exact_texts(std::vector<double>{1, -2.5, 1e-7, -0.0}), "[1, -2.5, 1e-07, -0.0]");
+}
+
+}  // namespace
+}  // namespace prism

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: MIT
+// The model file: what is written reads back as the same model, and every damage has its own whole line.
+#include "compensation/model_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+
+#include "compensation/polynomial_model.hpp"
+#include "tests/support/models.hpp"
+#include "tests/support/shared_files.hpp"
+
+namespace prism {
+namespace {
+
+using nlohmann::json;
+
+std::string shipped_text() {
+  return test::read_file(std::filesystem::path(PRISM_SOURCE_DIR) / "config/models/tao2019-model1.json");
+}
+
+std::string refusal(const std::string& text) {
+  const auto model = parse_model(text, "m.json");
+  return model ? "" : model.error().text();
+}
+
+// The first shipped model with one thing changed.
+std::string refusal_after(void (*change)(json&)) {
+  json file = json::parse(shipped_text());
+  change(file);
+  return refusal(file.dump());
+}
+
+const PolynomialModel& polynomial(const ModelPtr& model) { return dynamic_cast<const PolynomialModel&>(*model); }
+
+struct Damage {
+  void (*change)(json& file);
+  const char* refusal;
+};
+
+const Damage kDamages[] = {
+    {[](json& f) { f["format"] = "prism-frame"; }, R"(m.json:/format: found "prism-frame", expected "prism-model")"},
+    {[](json& f) { f["format"] = 1; }, R"(m.json:/format: found 1, expected a text in quotes)"},
+    {[](json& f) { f.erase("format"); }, R"(m.json: "format" is missing)"},
+    {[](json& f) { f["version"] = 2, f["novelty"] = 1; },
+     R"(m.json:/version: found 2, expected at most 1: made by a newer prism)"},
+    {[](json& f) { f["version"] = 0; }, R"(m.json:/version: 0 is not within 1 to 1000000000)"},
+    {[](json& f) { f["version"] = "1"; },
+     R"(m.json:/version: found "1", expected a whole number within 1 to 1000000000)"},
+    {[](json& f) { f.erase("version"); }, R"(m.json: "version" is missing)"},
+    {[](json& f) { f["id"] = std::string(64, '0'); },
+     R"(m.json:/id: found "000000000000000000000000000000000000..., but the content gives "3b5d2cf2e79d...": it was changed or damaged)"},
+    {[](json& f) { f["id"] = "3b5d"; },
+     R"(m.json:/id: found "3b5d", but the content gives "3b5d2cf2e79d...": it was changed or damaged)"},
+    {[](json& f) { f.erase("id"); }, R"(m.json: "id" is missing)"},
+    {[](json& f) { f["extra"] = 1; }, R"(m.json:/extra: unknown key)"},
+    {[](json& f) { f["features"]["extra"] = 1; }, R"(m.json:/features/extra: unknown key)"},
+    {[](json& f) { f["inputs"][1]["extra"] = 1; }, R"(m.json:/inputs/1/extra: unknown key)"},
+    {[](json& f) { f["terms"][5]["extra"] = 1; }, R"(m.json:/terms/5/extra: unknown key)"},
+    {[](json& f) { f["gyro"]["extra"] = 1; }, R"(m.json:/gyro/extra: unknown key)"},
+    {[](json& f) { f.erase("kind"); }, R"(m.json: "kind" is missing)"},
+    {[](json& f) { f.erase("features"); }, R"(m.json: "features" is missing)"},
+    {[](json& f) { f["features"].erase("length_s"); }, R"(m.json:/features: "length_s" is missing)"},
+    {[](json& f) { f["features"]["length_s"] = 0; }, R"(m.json:/features/length_s: 0 is not within 1 to 3600)"},
+    {[](json& f) { f["features"]["length_s"] = 3601; }, R"(m.json:/features/length_s: 3601 is not within 1 to 3600)"},
+    {[](json& f) { f["features"]["end_mean_s"] = 101; }, R"(m.json:/features/end_mean_s: 101 is not within 1 to 100)"},
+    {[](json& f) { f["features"]["max_gap_s"] = -1; }, R"(m.json:/features/max_gap_s: -1 is not within 0 to 3600)"},
+    {[](json& f) { f["features"]["slope"] = "spline"; },
+     R"(m.json:/features/slope: found "spline", expected "difference" or "least_squares")"},
+    {[](json& f) { f["features"]["lag_time_constants_s"] = {1500, 0}; },
+     R"(m.json:/features/lag_time_constants_s/1: found 0, expected a number within 1 to 10000000)"},
+    {[](json& f) { f.erase("inputs"); }, R"(m.json: "inputs" is missing)"},
+    {[](json& f) { f["inputs"] = json::array(); }, R"(m.json:/inputs: found none, expected at least one input)"},
+    {[](json& f) { f["inputs"][0]["name"] = "lag1"; },
+     R"(m.json:/inputs/0/name: found "lag1", expected T, dTdt, U or a lag that features define)"},
+    {[](json& f) { f["inputs"][1] = f["inputs"][0]; }, R"(m.json:/inputs/1/name: "T" is given twice)"},
+    {[](json& f) { f["inputs"][1]["unit"] = "degC/min"; },
+     R"(m.json:/inputs/1/unit: found "degC/min", expected "degC/s")"},
+    {[](json& f) { f["inputs"][0]["min"] = 5; }, R"(m.json:/inputs/0: "max" is missing)"},
+    {[](json& f) { f["inputs"][0]["min"] = 5, f["inputs"][0]["max"] = 4; },
+     R"(m.json:/inputs/0/max: 4 is less than min, 5)"},
+    {[](json& f) { f["inputs"][0]["min"] = 4, f["inputs"][0]["max"] = 5; },
+     R"(m.json:/inputs: found min and max of 1 of 2 inputs, expected them of all or of none)"},
+    {[](json& f) { f.erase("terms"); }, R"(m.json: "terms" is missing)"},
+    {[](json& f) { f["terms"][2]["coefficient"] = "1"; },
+     R"(m.json:/terms/2/coefficient: found "1", expected a number within -1.797693135e+308 to 1.797693135e+308)"},
+    {[](json& f) { f["terms"][2].erase("coefficient"); }, R"(m.json:/terms/2: "coefficient" is missing)"},
+    {[](json& f) { f["terms"][2]["powers"] = {1}; },
+     R"(m.json:/terms/2/powers: found 1 powers, expected 2: one per input)"},
+    {[](json& f) { f["terms"][2]["powers"] = {1, 0.5}; }, R"(m.json:/terms/2/powers: found 0.5, expected whole numbers)"},
+    {[](json& f) { f["terms"][2]["powers"] = {1, 10}; },
+     R"(m.json:/terms/2/powers/1: found 10, expected a number within 0 to 9)"},
+    {[](json& f) { f["sd_deg_per_h"] = -1; }, R"(m.json:/sd_deg_per_h: -1 is not within 0 to 1000000000)"},
+    {[](json& f) { f["provenance"] = "by hand"; }, R"(m.json:/provenance: found "by hand", expected an object {...})"},
+};
+
+TEST(ModelText, EveryDamageIsRefusedInItsOwnLine) {
+  ASSERT_EQ(refusal_after([](json&) {}), "");
+  for (const Damage& damage : kDamages) {
+    json file = json::parse(shipped_text());
+    damage.change(file);
+    EXPECT_EQ(refusal(file.dump()), damage.refusal);
+  }
+}
+
+TEST(ModelText, AnUnknownKindIsToldTheKindsThatThereAre) {
+  const std::string line = refusal_after([](json& f) { f["kind"] = "spline"; });
+  EXPECT_EQ(line.rfind(R"(m.json:/kind: found "spline", expected "polynomial", "stepwise")", 0), 0u) << line;
+}
+
+TEST(ModelText, WhatIsNoJsonIsRefusedWithLineAndColumn) {
+  EXPECT_EQ(refusal("{\n  \"format\": \"prism-model\",,\n}"),
+            "m.json:2:27: not valid JSON: syntax error while parsing object key - unexpected ','; expected string literal");
+  EXPECT_EQ(refusal("{\"format\": \"prism-model\", \"format\": \"prism-model\"}"), "m.json: the key \"format\" is given twice");
+  EXPECT_EQ(refusal("[]"), "m.json: found [], expected a JSON object");
+  EXPECT_EQ(refusal("{}"), "m.json: \"format\" is missing");
+}
+
+TEST(ModelText, ANumberThatIsNotFiniteIsRefused) {
+  std::string text = shipped_text();
+  text.replace(text.find("-0.917"), 6, "-1e309");
+  EXPECT_EQ(refusal(text), "m.json: not valid JSON: number overflow parsing '-1e309'");
+  text.replace(text.find("-1e309"), 6, "   nan");
+  EXPECT_EQ(refusal(text).substr(0, 52), "m.json:17:43: not valid JSON: syntax error while par");
+  text.replace(text.find("   nan"), 6, "  null");
+  EXPECT_EQ(refusal(text), "m.json:/terms/3/coefficient: found null, expected a number within -1.797693135e+308 to "
+                           "1.797693135e+308");
+}
+
+TEST(ModelText, EveryCutIsRefused) {
+  const std::string text = shipped_text();
+  for (std::size_t length = 0; length + 1 < text.size(); ++length) {
+    const std::string line = refusal(text.substr(0, length));
+    ASSERT_NE(line, "") << "cut at " << length;
+    ASSERT_EQ(line.find('\n'), std::string::npos) << line;
+  }
+}
+
+// One changed byte either leaves the numbers as they are (a space, a name, the provenance), or is refused: no changed
+// number is ever served under the old id.
+TEST(ModelText, NoChangedByteChangesTheNumbersUnnoticed) {
+  std::mt19937 random(3);
+  const std::string text = shipped_text();
+  const ModelPtr original = *parse_model(text, "m.json");
+  int refused = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    std::string changed = text;
+    changed[random() % text.size()] = static_cast<char>(random());
+    const auto model = parse_model(changed, "m.json");
+    if (!model) {
+      ++refused;
+      continue;
+    }
+    ASSERT_EQ(polynomial(*model).terms(), polynomial(original).terms()) << changed;
+    ASSERT_EQ((*model)->info().features, original->info().features) << changed;
+    ASSERT_EQ((*model)->info().inputs, original->info().inputs) << changed;
+    ASSERT_EQ((*model)->info().domain, original->info().domain) << changed;
+  }
+  EXPECT_GT(refused, 5'000);
+}
+
+TEST(ModelText, TheShippedFilesAreWhatTheWriterWrites) {
+  for (const char* name : {"tao2019-model1.json", "tao2019-model2.json"}) {
+    const std::string text = test::read_file(std::filesystem::path(PRISM_SOURCE_DIR) / "config/models" / name);
+    const auto model = parse_model(text, name);
+    ASSERT_TRUE(model) << model.error().text();
+    json expected = json::parse(text), written = json::parse(format_model(**model));
+    EXPECT_EQ(written, expected) << name;
+  }
+}
+
+void expect_same(const Model& model, const Model& read) {
+  const ModelInfo &a = model.info(), &b = read.info();
+  EXPECT_EQ(a.id, b.id);
+  EXPECT_EQ(a.kind, b.kind);
+  EXPECT_EQ(a.name, b.name);
+  EXPECT_EQ(a.features, b.features);
+  EXPECT_EQ(a.inputs, b.inputs);
+  EXPECT_EQ(a.domain, b.domain);
+  EXPECT_EQ(a.gyro_serial, b.gyro_serial);
+}
+
+TEST(ModelText, RandomModelsComeBackToTheLastBit) {
+  std::mt19937_64 random(5);
+  const auto number = [&] {
+    for (;;) {
+      const double value = std::bit_cast<double>(random());
+      if (std::isfinite(value)) return random() % 5 == 0 ? std::copysign(0.0, value) : value;
+    }
+  };
+  for (int i = 0; i < 500; ++i) {
+    ModelInfo info;
+    info.kind = i % 2 ? "polynomial" : "stepwise";
+    info.name = "model \"" + std::to_string(i) + "\"\n\\ \xc3\xa4";
+    info.gyro_serial = i % 3 ? "70-\t0042" : "";
+    info.features.length_s = 1 + static_cast<int>(random() % 3600);
+    info.features.end_mean_s = 1 + static_cast<int>(random() % static_cast<unsigned>(info.features.length_s));
+    info.features.max_gap_s = static_cast<int>(random() % 3601);
+    info.features.slope = i % 4 ? SlopeMethod::kDifference : SlopeMethod::kLeastSquares;
+    info.features.lag_time_constants_s = {1 + 1e-3 * static_cast<double>(random() % 1'000'000), 1e7};
+    info.inputs = {"U", "lag2", "T"};
+    if (i % 5) info.domain = {{-1e300, number(), -0.0}, {number(), 0, 0}};
+    for (std::size_t k = 0; k < info.domain.min.size(); ++k) {
+      if (info.domain.min[k] > info.domain.max[k]) std::swap(info.domain.min[k], info.domain.max[k]);
+    }
+    std::vector<Term> terms;
+    for (unsigned t = 0; t < random() % 12; ++t) {
+      terms.push_back({{static_cast<int>(random() % 10), 0, static_cast<int>(random() % 10)}, number()});
+    }
+    const PolynomialModel model(info, terms, i % 2 ? 0.00123 : kUnknown);
+    const auto read = parse_model(format_model(model), "m.json");
+    ASSERT_TRUE(read) << read.error().text() << "\n" << format_model(model);
+    expect_same(model, **read);
+    EXPECT_EQ(polynomial(*read).terms(), terms);
+    EXPECT_EQ(std::isfinite(polynomial(*read).sd_deg_per_h()), i % 2 == 1);
+    EXPECT_EQ(format_model(**read), format_model(model));
+  }
+}
+
+TEST(ModelText, TheProvenanceIsKeptAsItIs) {
+  json file = json::parse(shipped_text());
+  file["provenance"] = {{"inputs", {{{"file", "a.csv"}, {"rows", 924}}}}, {"score", 0.00842}};
+  const auto model = parse_model(file.dump(), "m.json");
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_EQ(json::parse((*model)->info().provenance_json), file["provenance"]);
+  EXPECT_EQ(json::parse(format_model(**model))["provenance"], file["provenance"]);
+}
+
+TEST(ModelText, AModelWithoutNameGyroAndProvenanceIsComplete) {
+  json file = json::parse(shipped_text());
+  file.erase("name"), file.erase("gyro"), file.erase("provenance");
+  const auto model = parse_model(file.dump(), "m.json");
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_EQ((*model)->info().provenance_json, "{}");
+  EXPECT_EQ((*model)->info().gyro_serial, "");
+  const ModelPtr fresh = test::linear_model({"T"}, {1});  // its provenance_json is empty: never set
+  EXPECT_TRUE(parse_model(format_model(*fresh), "m.json"));
+}
+
+TEST(ModelText, ANameThatIsNoUtf8IsWrittenWithReplacements) {
+  ModelInfo info;
+  info.kind = "polynomial";
+  info.inputs = {"T"};
+  info.name = "caf\xe9";
+  const auto model = parse_model(format_model(PolynomialModel(info, {})), "m.json");
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_EQ((*model)->info().name, "caf\xef\xbf\xbd");
+}
+
+}  // namespace
+}  // namespace prism
