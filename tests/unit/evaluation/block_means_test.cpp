@@ -62,6 +62,16 @@ TEST(BlockMeans, CountUnknownRowsAndBridgeShortHoles) {
   EXPECT_EQ(blocks.gaps, 0u);
 }
 
+TEST(BlockMeans, AreNoNeighboursAcrossABlockThatIsMostlyHole) {
+  std::vector<TimedValue> rows = seconds(1, 30);
+  rows.erase(rows.begin() + 11, rows.begin() + 18);  // 12 to 18
+  const BlockMeans blocks = mean_over_blocks(rows, 1, 10, 10, "x").value();
+  ASSERT_EQ(blocks.mean.size(), 2u);
+  EXPECT_DOUBLE_EQ(blocks.time_s[1], 30);
+  EXPECT_FALSE(blocks.follows[1]);
+  EXPECT_EQ(blocks.gaps, 0u);
+}
+
 TEST(BlockMeans, TakeRowsWhoseTimesAreRounded) {
   std::vector<TimedValue> rows;
   for (int i = 1; i <= 400; ++i) rows.push_back({0.505 * i + (i % 2 ? 0.004 : -0.004), 1.0});
