@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/evaluation/allan_coefficients.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace prism {
+namespace {
+
+enum Noise { kQ, kN, kB, kK, kR, kNoises };
+
+/// Variance that a unit coefficient gives at tau, (deg/h)².
+std::array<double, kNoises> unit_variances(double tau_s) {
+  const double tau_h = tau_s / 3600;
+  return {3 / (tau_s * tau_s), 1 / tau_h, kAllanFlicker * kAllanFlicker, tau_h / 3, tau_h * tau_h / 2};
+}
+
+/// Rows: points; columns: the noises of `columns`, as shares of the point's expected variance, times the root of its
+/// edf / 2 (the relative error of a variance with edf degrees of freedom is sqrt(2 / edf)).
+struct Problem {
+  Eigen::MatrixXd design;
+  Eigen::VectorXd target;
+};
+
+Problem relative_problem(const AllanCurve& curve, const std::vector<AllanInterval>& intervals,
+                         const std::vector<double>& expected, bool with_flicker) {
+  const auto points = static_cast<Eigen::Index>(curve.points.size());
+  Problem problem{Eigen::MatrixXd::Zero(points, kNoises), Eigen::VectorXd(points)};
+  for (Eigen::Index i = 0; i < points; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const double weight = std::sqrt(intervals[at].edf / 2) / expected[at];
+    const auto unit = unit_variances(curve.points[at].tau_s);
+    for (Eigen::Index k = 0; k < kNoises; ++k) {
+      if (k != kB || with_flicker) problem.design(i, k) = weight * unit[static_cast<std::size_t>(k)];
+    }
+    problem.target(i) = weight * curve.points[at].deviation * curve.points[at].deviation;
+  }
+  return problem;
+}
+
+/// Least squares with all coefficients >= 0. With five columns all 31 supports can be tried: the best feasible one is
+/// the answer, without an iteration that could stall.
+Eigen::VectorXd non_negative_fit(const Problem& problem) {
+  Eigen::VectorXd best = Eigen::VectorXd::Zero(kNoises);
+  double best_cost = problem.target.squaredNorm();
+  for (unsigned support = 1; support < (1U << kNoises); ++support) {
+    std::vector<Eigen::Index> columns;
+    for (Eigen::Index k = 0; k < kNoises; ++k) {
+      if (support & (1U << k)) columns.push_back(k);
+    }
+    if (static_cast<Eigen::Index>(columns.size()) > problem.design.rows()) continue;
+    Eigen::MatrixXd part = problem.design(Eigen::all, columns);
+    const Eigen::VectorXd scale = part.colwise().norm();
+    if (!(scale.minCoeff() > 0)) continue;
+    part = part * scale.cwiseInverse().asDiagonal();  // columns span many decades of tau
+    const Eigen::VectorXd solved = (part.transpose() * part).ldlt().solve(part.transpose() * problem.target);
+    if (!solved.allFinite() || solved.minCoeff() < 0) continue;
+    const double cost = (part * solved - problem.target).squaredNorm();
+    if (cost >= best_cost) continue;
+    best_cost = cost;
+    best.setZero();
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      best(columns[k]) = solved(static_cast<Eigen::Index>(k)) / scale(static_cast<Eigen::Index>(k));
+    }
+  }
+  return best;
+}
+
+/// The squares of Q, N, B, K, R. The first pass weighs by the points themselves, which favours the ones that came out
+/// low; two more weigh by the fit. Flicker joins only where the curve has a plateau: elsewhere it would only soak up
+/// what belongs to its neighbours.
+Eigen::VectorXd fit_noises(const AllanCurve& curve, const std::vector<AllanInterval>& intervals, bool with_flicker) {
+  std::vector<double> expected;
+  for (const AllanPoint& point : curve.points) expected.push_back(point.deviation * point.deviation);
+  Eigen::VectorXd squares;
+  for (int pass = 0; pass < 3; ++pass) {
+    squares = non_negative_fit(relative_problem(curve, intervals, expected, with_flicker));
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      const auto unit = unit_variances(curve.points[i].tau_s);
+      double total = 0;
+      for (std::size_t k = 0; k < kNoises; ++k) total += squares(static_cast<Eigen::Index>(k)) * unit[k];
+      if (total > 0) expected[i] = total;
+    }
+  }
+  return squares;
+}
+
+/// The coefficient behind a fitted square, if it rules the curve somewhere.
+std::optional<AllanCoefficient> resolve(Noise noise, const Eigen::VectorXd& squares, const AllanCurve& curve,
+                                        const std::vector<AllanInterval>& intervals) {
+  if (!(squares(noise) > 0)) return std::nullopt;
+  AllanCoefficient coefficient{std::sqrt(squares(noise)), 0, 0, 0};
+  double edf = 0;
+  for (std::size_t i = 0; i < curve.points.size(); ++i) {
+    const auto unit = unit_variances(curve.points[i].tau_s);
+    double total = 0;
+    for (std::size_t k = 0; k < kNoises; ++k) total += squares(static_cast<Eigen::Index>(k)) * unit[k];
+    if (squares(noise) * unit[noise] <= 0.5 * total) continue;
+    if (edf == 0) coefficient.from_tau_s = curve.points[i].tau_s;
+    coefficient.to_tau_s = curve.points[i].tau_s;
+    edf = std::max(edf, intervals[i].edf);  // octaves share their data: the best point counts, not the sum
+  }
+  if (edf == 0) return std::nullopt;
+  coefficient.relative_sd = 1 / std::sqrt(2 * edf);
+  return coefficient;
+}
+
+/// log2 of the ratio of neighbours an octave apart is the slope.
+bool flat(const AllanPoint& a, const AllanPoint& b) {
+  return std::abs(std::log(b.deviation / a.deviation) / std::log(b.tau_s / a.tau_s)) <= 0.1;
+}
+
+/// A flat stretch of the curve, first to last point. Longest wins, then lowest.
+struct Stretch {
+  std::size_t first = 0, last = 0;
+  double lowest = 0, tau_s = 0;
+  std::size_t length() const { return last - first; }
+};
+
+/// A stretch that falls off on both sides is a bump: noise with one correlation time, not a bias instability.
+bool is_bump(const AllanCurve& curve, const Stretch& stretch) {
+  const auto& points = curve.points;
+  return stretch.first > 0 && stretch.last + 1 < points.size() &&
+         points[stretch.first - 1].deviation < stretch.lowest && points[stretch.last + 1].deviation < stretch.lowest;
+}
+
+std::optional<Stretch> find_plateau(const AllanCurve& curve) {
+  std::optional<Stretch> best;
+  const auto& points = curve.points;
+  for (std::size_t first = 0; first < points.size();) {
+    Stretch stretch{first, first, points[first].deviation, points[first].tau_s};
+    while (stretch.last + 1 < points.size() && points[stretch.last + 1].clusters >= 9 &&
+           flat(points[stretch.last], points[stretch.last + 1])) {
+      const AllanPoint& next = points[++stretch.last];
+      if (next.deviation < stretch.lowest) stretch.lowest = next.deviation, stretch.tau_s = next.tau_s;
+    }
+    first = stretch.last + 1;
+    if (stretch.length() < 2 || is_bump(curve, stretch)) continue;
+    if (!best || stretch.length() > best->length()) best = stretch;
+  }
+  return best;
+}
+
+AllanFloor find_floor(const AllanCurve& curve) {
+  const auto& points = curve.points;
+  std::size_t lowest = 0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    if (points[i].deviation < points[lowest].deviation) lowest = i;
+  }
+  return {points[lowest].deviation, points[lowest].tau_s, lowest + 1 == points.size(), points[lowest].clusters};
+}
+
+}  // namespace
+
+Result<AllanCoefficients> extract_coefficients(const AllanCurve& curve, const std::vector<AllanInterval>& intervals,
+                                               const std::string& where) {
+  if (curve.points.size() < 3 || intervals.size() != curve.points.size()) {
+    return refuse(where, std::to_string(curve.points.size()) + " points on the Allan curve; expected 3 or more");
+  }
+  for (const AllanPoint& point : curve.points) {
+    if (!(point.deviation > 0)) return refuse(where, "the rate does not move: an Allan deviation is zero");
+  }
+  const auto plateau = find_plateau(curve);
+  const Eigen::VectorXd squares = fit_noises(curve, intervals, plateau.has_value());
+  AllanCoefficients result;
+  result.quantisation_arcsec = resolve(kQ, squares, curve, intervals);
+  result.angle_random_walk_deg_per_sqrt_h = resolve(kN, squares, curve, intervals);
+  result.rate_random_walk_deg_per_h_sqrt_h = resolve(kK, squares, curve, intervals);
+  result.rate_ramp_deg_per_h_h = resolve(kR, squares, curve, intervals);
+  result.floor = find_floor(curve);
+  if (plateau) {
+    const double edf = intervals[plateau->first].edf;
+    result.bias_instability_deg_per_h =
+        AllanCoefficient{plateau->lowest / kAllanFlicker, 1 / std::sqrt(2 * edf), curve.points[plateau->first].tau_s,
+                         curve.points[plateau->last].tau_s};
+  }
+  return result;
+}
+
+}  // namespace prism

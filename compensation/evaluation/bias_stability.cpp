@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/evaluation/bias_stability.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace prism {
+
+std::optional<double> noise_floor(std::span<const double> blocks, const std::vector<bool>& follows) {
+  double squares = 0;
+  std::size_t pairs = 0;
+  for (std::size_t i = 1; i < blocks.size(); ++i) {
+    if (!follows.empty() && !follows[i]) continue;
+    const double step = blocks[i] - blocks[i - 1];
+    squares += step * step;
+    ++pairs;
+  }
+  if (pairs == 0) return std::nullopt;
+  return std::sqrt(squares / (2.0 * static_cast<double>(pairs)));
+}
+
+Result<BiasStability> measure_bias_stability(std::span<const double> raw, std::span<const double> corrected,
+                                             const std::vector<bool>& follows, Divisor divisor,
+                                             const std::string& where) {
+  if (raw.size() != corrected.size() || (!follows.empty() && follows.size() != raw.size())) {
+    return refuse(where, fmt::format("{} raw blocks, {} corrected; expected as many", raw.size(), corrected.size()));
+  }
+  const auto before = measure_spread(raw, divisor, where + ", raw");
+  if (!before) return tl::unexpected(before.error());
+  const auto after = measure_spread(corrected, divisor, where + ", corrected");
+  if (!after) return tl::unexpected(after.error());
+
+  BiasStability result{divisor, *before, *after, {}, noise_floor(raw, follows), {}};
+  if (before->sd > 0) result.improvement = (before->sd - after->sd) / before->sd;
+  if (result.floor_deg_per_h) {
+    const double floor = *result.floor_deg_per_h;
+    const double explainable = before->sd * before->sd - floor * floor;
+    // Below a hundredth of the variance the quotient is one noise divided by another.
+    if (explainable > 0.01 * before->sd * before->sd) {
+      result.explained = (before->sd * before->sd - after->sd * after->sd) / explainable;
+    }
+  }
+  return result;
+}
+
+}  // namespace prism

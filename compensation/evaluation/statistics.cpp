@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/evaluation/statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace prism {
+
+const char* divisor_text(Divisor divisor) { return divisor == Divisor::kN ? "N" : "N-1"; }
+
+double careful_sum(std::span<const double> values) {
+  double sum = 0, lost = 0;
+  for (const double value : values) {
+    const double next = sum + value;
+    lost += std::abs(sum) >= std::abs(value) ? (sum - next) + value : (value - next) + sum;
+    sum = next;
+  }
+  return sum + lost;
+}
+
+Result<Spread> measure_spread(std::span<const double> values, Divisor divisor, const std::string& where) {
+  if (values.size() < 2) {
+    return refuse(where, "a standard deviation needs 2 values or more, found " + std::to_string(values.size()));
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values[i])) return refuse(where, "value " + std::to_string(i) + " is not a finite number");
+  }
+  const double n = static_cast<double>(values.size());
+  Spread spread;
+  spread.count = values.size();
+  spread.mean = careful_sum(values) / n;
+
+  // Two passes: the deviations are small numbers, so nothing cancels; their own sum corrects what rounding left of the
+  // mean (Chan, Golub and LeVeque 1983).
+  double deviations = 0, squares = 0, about_zero = 0;
+  for (const double value : values) {
+    const double deviation = value - spread.mean;
+    deviations += deviation;
+    squares += deviation * deviation;
+    about_zero += value * value;
+  }
+  const double sum_of_squares = std::max(0.0, squares - deviations * deviations / n);
+  spread.sd = std::sqrt(sum_of_squares / (divisor == Divisor::kN ? n : n - 1));
+  spread.rms = std::sqrt(about_zero / n);
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  spread.min = *low;
+  spread.max = *high;
+  spread.peak_to_peak = *high - *low;
+  if (spread.peak_to_peak == 0) spread.sd = 0;  // equal values: no dust from the rounding of their mean
+  return spread;
+}
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+double robust_sd(const std::vector<double>& values) {
+  const double centre = median_of(values);
+  std::vector<double> distances;
+  distances.reserve(values.size());
+  for (const double value : values) distances.push_back(std::abs(value - centre));
+  return 1.4826 * median_of(std::move(distances));
+}
+
+}  // namespace prism

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// Mean, standard deviation with a named divisor, rms, extremes, median: the numbers under every table of a report.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "compensation/result.hpp"
+
+namespace prism {
+
+/// What the sum of squared deviations is divided by. Laser-gyro literature seldom says which; every output names it.
+enum class Divisor {
+  kN,        ///< the population's: σ² = Σ(x − m)² / N
+  kNMinus1,  ///< the sample's:     s² = Σ(x − m)² / (N − 1)
+};
+
+/// "N" or "N-1", as reports print it.
+const char* divisor_text(Divisor divisor);
+
+/// Location and width of one series, in its own unit.
+struct Spread {
+  std::size_t count = 0;
+  double mean = 0;
+  double sd = 0;   ///< about the mean, with the divisor asked for
+  double rms = 0;  ///< about zero, divisor N
+  double min = 0, max = 0;
+  double peak_to_peak = 0;  ///< max − min
+};
+
+/// Refused: fewer than two values; a value that is not finite (its index is named). `where` names the series.
+Result<Spread> measure_spread(std::span<const double> values, Divisor divisor, const std::string& where);
+
+/// Sum with the rounding errors carried along (Neumaier 1974): exact to the last bit or two for any order of values.
+double careful_sum(std::span<const double> values);
+
+/// Middle value, the mean of the two middle ones for an even count. `values` must not be empty or hold NaN.
+double median_of(std::vector<double> values);
+
+/// 1.4826 · median|x − median(x)|: a standard deviation that outliers do not reach (normal data). Not empty, no NaN.
+double robust_sd(const std::vector<double>& values);
+
+}  // namespace prism

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// Allan deviation against the published values of NIST SP 1065 (2008), section 12, to their last printed digit.
+#include "compensation/evaluation/allan.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "tests/unit/evaluation/random_series.hpp"
+
+namespace prism {
+namespace {
+
+/// The 1 000 frequencies of the standard: n ← 16807 n mod 2147483647 from 1234567890, each divided by the modulus.
+std::vector<double> thousand_frequencies() {
+  std::vector<double> values;
+  std::uint64_t n = 1234567890;
+  for (int i = 0; i < 1000; ++i) {
+    values.push_back(static_cast<double>(n) / 2147483647.0);
+    n = 16807 * n % 2147483647;
+  }
+  return values;
+}
+
+std::vector<std::string> printed(const std::vector<double>& rate, std::vector<std::size_t> sizes,
+                                 AllanEstimator estimator, const char* format) {
+  std::vector<std::string> texts;
+  const auto curve = allan_deviation(rate, 1, sizes, estimator, "test");
+  for (const AllanPoint& point : curve->points) texts.push_back(fmt::format(fmt::runtime(format), point.deviation));
+  return texts;
+}
+
+TEST(Allan, MatchesTheStandardsNineFrequencies) {
+  const std::vector<double> nine = {892, 809, 823, 798, 671, 644, 883, 903, 677};
+  EXPECT_EQ(printed(nine, {1, 2}, AllanEstimator::kOverlapping, "{:.5f}"),
+            (std::vector<std::string>{"91.22945", "85.95287"}));
+}
+
+TEST(Allan, MatchesTheStandardsThousandFrequencies) {
+  const std::vector<double> thousand = thousand_frequencies();
+  EXPECT_EQ(printed(thousand, {1, 10, 100}, AllanEstimator::kOverlapping, "{:.6e}"),
+            (std::vector<std::string>{"2.922319e-01", "9.159953e-02", "3.241343e-02"}));
+  EXPECT_EQ(printed(thousand, {1, 10, 100}, AllanEstimator::kNonOverlapping, "{:.6e}"),
+            (std::vector<std::string>{"2.922319e-01", "9.965736e-02", "3.897804e-02"}));
+}
+
+/// The definition, written out: cluster means and their differences.
+double slow_overlapping(const std::vector<double>& y, std::size_t m) {
+  double sum = 0;
+  std::size_t terms = 0;
+  for (std::size_t j = 0; j + 2 * m <= y.size(); ++j, ++terms) {
+    const auto at = y.begin() + static_cast<std::ptrdiff_t>(j), mid = at + static_cast<std::ptrdiff_t>(m);
+    const double first = std::accumulate(at, mid, 0.0) / static_cast<double>(m);
+    const double second = std::accumulate(mid, mid + static_cast<std::ptrdiff_t>(m), 0.0) / static_cast<double>(m);
+    sum += (second - first) * (second - first);
+  }
+  return std::sqrt(sum / (2 * static_cast<double>(terms)));
+}
+
+TEST(Allan, AgreesWithItsDefinitionAtEverySize) {
+  const std::vector<double> rate = test::random_walk(157, 1, 2);
+  for (std::size_t m = 1; 2 * m <= rate.size(); ++m) {
+    const std::vector<std::size_t> size = {m};
+    const auto curve = allan_deviation(rate, 1, size, AllanEstimator::kOverlapping, "test");
+    EXPECT_NEAR(curve->points.at(0).deviation, slow_overlapping(rate, m), 1e-12 * slow_overlapping(rate, m)) << m;
+  }
+}
+
+TEST(Allan, KeepsItsDigitsUnderAnEarthRate) {
+  std::vector<double> rate = test::white_noise(100000, 1e-3, 4), lifted = rate;
+  for (double& value : lifted) value += 15.0;
+  const std::vector<std::size_t> sizes = {1, 1000};
+  const auto a = allan_deviation(rate, 1, sizes, AllanEstimator::kOverlapping, "x");
+  const auto b = allan_deviation(lifted, 1, sizes, AllanEstimator::kOverlapping, "x");
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(b->points[i].deviation / a->points[i].deviation, 1, 1e-8);
+}
+
+TEST(Allan, PoolsTheRunsBetweenHoles) {
+  // Two runs with different levels: a pair across the hole would see the step of 100.
+  std::vector<double> rate = test::white_noise(4000, 1, 7);
+  for (std::size_t i = 2000; i < 4000; ++i) rate[i] += 100;
+  rate[2000] = std::nan("");
+  const std::vector<std::size_t> sizes = {1, 10};
+  const auto curve = allan_deviation(rate, 1, sizes, AllanEstimator::kOverlapping, "x").value();
+  EXPECT_EQ(curve.holes, 1u);
+  EXPECT_EQ(curve.runs, 2u);
+  EXPECT_EQ(curve.values, 3999u);
+  EXPECT_NEAR(curve.points[0].deviation, 1, 0.08);
+  EXPECT_NEAR(curve.points[1].deviation, std::sqrt(0.1), 0.05);
+}
+
+TEST(Allan, GridsAreWhatTheirNamesSay) {
+  EXPECT_EQ(allan_cluster_sizes(AllanGrid::kOctave, 30), (std::vector<std::size_t>{1, 2, 4, 8}));
+  EXPECT_EQ(allan_cluster_sizes(AllanGrid::kDecade, 130), (std::vector<std::size_t>{1, 2, 4, 10, 20, 40}));
+  const auto dense = allan_cluster_sizes(AllanGrid::kDense, 3'000'000);
+  EXPECT_EQ(dense.front(), 1u);
+  EXPECT_GT(dense.size(), 75u);
+  EXPECT_LT(dense.size(), 95u);
+  EXPECT_TRUE(allan_cluster_sizes(AllanGrid::kOctave, 2).empty());
+}
+
+TEST(Allan, RefusesShortAndEmptyRecordsAndABadInterval) {
+  const std::vector<std::size_t> one = {1};
+  EXPECT_EQ(allan_deviation({}, 1, one, AllanEstimator::kOverlapping, "log.csv").error().text(),
+            "log.csv: 0 values in 0 stretches without a hole; an Allan deviation needs 3 in a row");
+  const std::vector<double> ridden = {1, 2, std::nan(""), 1, 2, std::nan(""), 5};
+  EXPECT_FALSE(allan_deviation(ridden, 1, one, AllanEstimator::kOverlapping, "x"));
+  const std::vector<double> good = {1, 2, 3, 4};
+  EXPECT_FALSE(allan_deviation(good, 0, one, AllanEstimator::kOverlapping, "x"));
+  EXPECT_FALSE(allan_deviation(good, std::nan(""), one, AllanEstimator::kOverlapping, "x"));
+}
+
+TEST(Allan, OfAConstantIsZero) {
+  const std::vector<double> constant(100, 0.1);
+  const std::vector<std::size_t> sizes = {1, 4};
+  const auto curve = allan_deviation(constant, 1, sizes, AllanEstimator::kOverlapping, "x").value();
+  for (const AllanPoint& point : curve.points) EXPECT_EQ(point.deviation, 0);
+}
+
+}  // namespace
+}  // namespace prism

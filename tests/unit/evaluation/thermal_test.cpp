@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// Segments and hysteresis of a chamber cycle that was drawn by hand.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "compensation/evaluation/hysteresis.hpp"
+
+namespace prism {
+namespace {
+
+/// 20 blocks at 25 degC, down to −40 in 39, 20 there, up to 70 in 66, 20 there: 1 degC/min in blocks of 100 s.
+struct Cycle {
+  std::vector<double> time_s, temperature_degc;
+
+  Cycle() {
+    double t = 25;
+    const auto hold = [&](int blocks) {
+      for (int i = 0; i < blocks; ++i) push(t);
+    };
+    hold(20);
+    for (int i = 0; i < 39; ++i) push(t -= 65.0 / 39);
+    hold(20);
+    for (int i = 0; i < 66; ++i) push(t += 110.0 / 66);
+    hold(20);
+  }
+  void push(double t) {
+    temperature_degc.push_back(t);
+    time_s.push_back(100.0 * static_cast<double>(time_s.size() + 1));
+  }
+};
+
+TEST(ThermalSegments, FindThePlateausAndRampsOfACycle) {
+  const Cycle cycle;
+  const auto segments = cut_thermal_segments(cycle.time_s, cycle.temperature_degc, {}, "x").value();
+  ASSERT_EQ(segments.size(), 5u);
+  const ThermalKind kinds[] = {ThermalKind::kSoak, ThermalKind::kCooling, ThermalKind::kSoak, ThermalKind::kHeating,
+                               ThermalKind::kSoak};
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(segments[i].kind, kinds[i]) << i;
+  EXPECT_NEAR(static_cast<double>(segments[1].size()), 39, 2);
+  EXPECT_NEAR(segments[2].mean_temperature_degc, -40, 0.2);
+  EXPECT_EQ(segments.front().begin, 0u);
+  EXPECT_EQ(segments.back().end, cycle.time_s.size());
+  for (std::size_t i = 1; i < 5; ++i) EXPECT_EQ(segments[i].begin, segments[i - 1].end);
+}
+
+TEST(ThermalSegments, LetAShortStumbleJoinTheRampAroundIt) {
+  Cycle cycle;
+  cycle.temperature_degc[40] = cycle.temperature_degc[39];
+  cycle.temperature_degc[41] = cycle.temperature_degc[39];
+  EXPECT_EQ(cut_thermal_segments(cycle.time_s, cycle.temperature_degc, {}, "x")->size(), 5u);
+}
+
+TEST(ThermalSegments, RefuseWhatIsNoRecord) {
+  const std::vector<double> one = {1}, two = {1, 2}, back = {2, 1}, hole = {1, std::nan("")};
+  EXPECT_FALSE(cut_thermal_segments(one, one, {}, "x"));
+  EXPECT_FALSE(cut_thermal_segments(two, one, {}, "x"));
+  EXPECT_FALSE(cut_thermal_segments(back, two, {}, "x"));
+  EXPECT_FALSE(cut_thermal_segments(two, hole, {}, "x"));
+}
+
+TEST(Hysteresis, MeasuresTheLoopThatWasBuilt) {
+  const Cycle cycle;
+  const auto kinds = thermal_kinds(cycle.time_s, cycle.temperature_degc, 0.1 / 60);
+  std::vector<double> bias;
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    const double split = kinds[i] == ThermalKind::kHeating ? 0.004 : kinds[i] == ThermalKind::kCooling ? -0.002 : 9;
+    bias.push_back(5e-4 * cycle.temperature_degc[i] + split);  // soaks carry rubbish: they must not take part
+  }
+  const Hysteresis loop = measure_hysteresis(cycle.temperature_degc, bias, kinds, 5, "x").value();
+  EXPECT_NEAR(loop.heating_sensitivity.value(), 5e-4, 1e-12);
+  EXPECT_NEAR(loop.cooling_sensitivity.value(), 5e-4, 1e-12);
+  ASSERT_GE(loop.bins.size(), 13u);  // −40 to 25 in fives, and an edge
+  for (const HysteresisBin& bin : loop.bins) EXPECT_NEAR(bin.gap_deg_per_h(), 0.006, 1.3e-3);  // bin fill differs
+  EXPECT_NEAR(loop.loop_area_deg_per_h_degc, 0.006 * 65, 0.04);
+}
+
+TEST(Hysteresis, OfASoakIsEmptyAndZero) {
+  const std::vector<double> flat(5, 25.0);
+  const std::vector<ThermalKind> kinds(5, ThermalKind::kSoak);
+  const Hysteresis loop = measure_hysteresis(flat, flat, kinds, 5, "x").value();
+  EXPECT_TRUE(loop.bins.empty());
+  EXPECT_EQ(loop.max_gap_deg_per_h, 0);
+  EXPECT_FALSE(loop.heating_sensitivity);
+}
+
+TEST(Hysteresis, RefusesBadInput) {
+  const std::vector<double> one = {1}, hole = {std::nan("")};
+  const std::vector<ThermalKind> kind = {ThermalKind::kHeating}, none;
+  EXPECT_FALSE(measure_hysteresis(one, one, kind, 0, "x"));
+  EXPECT_FALSE(measure_hysteresis(one, one, none, 5, "x"));
+  EXPECT_FALSE(measure_hysteresis(hole, one, kind, 5, "x"));
+}
+
+}  // namespace
+}  // namespace prism
