@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/earth_rate.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace prism {
+
+double earth_rate_deg_per_h(const AxisPlacement& placement) {
+  constexpr double kRadPerDeg = std::numbers::pi / 180;
+  const double phi = placement.latitude_deg * kRadPerDeg;
+  const double e = placement.elevation_deg * kRadPerDeg;
+  const double a = placement.azimuth_deg * kRadPerDeg;
+  return kEarthRateDegPerH * (std::sin(phi) * std::sin(e) + std::cos(phi) * std::cos(e) * std::cos(a));
+}
+
+}  // namespace prism
