@@ -18,6 +18,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -65,7 +66,7 @@ int connect_with_patience(const std::string& path) {
     ::close(fd);
     ::usleep(10'000);
   }
-  fmt::print(stderr, "live_bench: nobody answers on {}\n", path);
+  fmt::print(stderr, "bench_live: nobody answers on {}\n", path);
   std::exit(1);
 }
 
@@ -89,7 +90,9 @@ struct Outcome {
 class Bench {
  public:
   Bench(FrameDescriptionPtr frames, const std::string& name, std::string folder)
-      : frames_(std::move(frames)), pty_(open_pty()), socket_(folder + "/" + name + ".sock"), folder_(std::move(folder)) {
+      : frames_(std::move(frames)), pty_(open_pty()), folder_(std::move(folder)) {
+    static int number = 0;
+    socket_ = fmt::format("{}/{}{}.sock", folder_, name, ++number);
     ::unlink(socket_.c_str());
   }
   ~Bench() {
@@ -105,11 +108,12 @@ class Bench {
     client_ = connect_with_patience(socket_);
   }
 
-  void start_prismd(const char* program, const std::string& description, const std::string& model) {
-    const std::string config = folder_ + "/bench.json";
+  void start_prismd(const char* program, const std::string& description, const char* clock, const std::string& model) {
+    const std::string config = folder_ + "/bench.json", frames = folder_ + "/frames.json";
+    std::ofstream(frames) << description;
     std::ofstream(config) << fmt::format(
-        R"({{"line": {{"device": "{}"}}, "frames": "{}", "model": "{}", "write_log": false, "event_level": "error",
-            "socket": {{"path": "{}", "client_buffer_kib": 4096}}}})", pty_.path, description, model, socket_);
+        R"({{"line": {{"device": "{}"}}, "frames": "{}", "clock": "{}", "model": "{}", "write_log": false, "event_level": "error",
+            "socket": {{"path": "{}", "client_buffer_kib": 4096}}}})", pty_.path, frames, clock, model, socket_);
     spawn({program, config});
     client_ = connect_with_patience(socket_);
     const std::string ask = "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"subscribe\",\"params\":{\"streams\":[\"sample\"]}}\n";
@@ -256,39 +260,70 @@ void print_row(const char* what, double ours, double floor, const char* unit, do
   fmt::print("{:<34} {:>12.2f} {:>12.2f} {:>8.2f}   {} {:.2f}   [{}]\n", what, ours, floor, ours / floor, at_least ? ">=" : "<=", wanted, unit);
 }
 
+// The two programs side by side on frames of one nominal rate.
+struct Pair {
+  std::unique_ptr<Bench> prismd, relay;
+  std::size_t frame_bytes = 0, line_bytes = 0;
+};
+
+struct Programs {
+  const char *prismd, *relay;
+  std::string description, model, folder;
+};
+
+// The template's nominal rate is replaced: a clock that is told 1000 Hz would doubt frames that come at 100.
+Pair start(const Programs& programs, double rate_hz, const char* clock) {
+  std::string description = programs.description;
+  const std::string key = "\"rate_hz\": 1000";
+  description.replace(description.find(key), key.size(), fmt::format("\"rate_hz\": {:g}", rate_hz));
+  const auto frames = prism::parse_frame_description(description, "benchmark");
+  if (!frames) {
+    fmt::print(stderr, "bench_live: {}\n", frames.error().text());
+    std::exit(1);
+  }
+  std::vector<std::uint8_t> one;
+  prism::FrameEncoder(*frames).encode({8.4652, (*frames)->period_s(), 25, 5.32, 0, true}, one);
+  Pair pair{std::make_unique<Bench>(*frames, "prismd", programs.folder), std::make_unique<Bench>(*frames, "relay", programs.folder), one.size()};
+  pair.prismd->start_prismd(programs.prismd, description, clock, programs.model);
+  pair.line_bytes = pair.prismd->line_bytes();
+  pair.relay->start_relay(programs.relay, pair.frame_bytes, pair.line_bytes);
+  return pair;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+void compare_paced(const Programs& programs, double rate_hz) {
+  const Pair pair = start(programs, rate_hz, "host");
+  std::vector<double> ours, floor, our_cpu, floor_cpu;
+  for (int round = 0; round < 5; ++round) {  // interleaved: noise of the machine meets both
+    const Outcome a = pair.prismd->paced(rate_hz, 3), b = pair.relay->paced(rate_hz, 3);
+    ours.push_back(a.latency_us), floor.push_back(b.latency_us);
+    our_cpu.push_back(a.cpu_us_per_frame), floor_cpu.push_back(b.cpu_us_per_frame);
+  }
+  print_row(fmt::format("median latency at {:g} frames/s", rate_hz).c_str(), median(ours), median(floor), "us", 1.1, false);
+  if (rate_hz > 500) print_row("CPU per frame at 1000 frames/s", median(our_cpu), median(floor_cpu), "us", 1.25, false);
+}
+
 }  // namespace
 
-// usage: live_bench PRISMD RELAY DESCRIPTION MODEL FOLDER
+// usage: bench_live PRISMD RELAY DESCRIPTION MODEL FOLDER
 int main(int argc, char** argv) {
   if (argc != 6) return 64;
   ::signal(SIGPIPE, SIG_IGN);
   const auto text = prism::read_text_file(argv[3]);
-  const auto frames = text ? prism::parse_frame_description(*text, argv[3]) : tl::unexpected(text.error());
-  if (!frames) {
-    fmt::print(stderr, "live_bench: {}\n", frames.error().text());
+  if (!text) {
+    fmt::print(stderr, "bench_live: {}\n", text.error().text());
     return 1;
   }
-  std::vector<std::uint8_t> one;
-  prism::FrameEncoder(*frames).encode({8.4652, (*frames)->period_s(), 25, 5.32, 0, true}, one);
-
-  Bench prismd(*frames, "prismd", argv[5]);
-  prismd.start_prismd(argv[1], argv[3], argv[4]);
-  const std::size_t line = prismd.line_bytes();
-  Bench relay(*frames, "relay", argv[5]);
-  relay.start_relay(argv[2], one.size(), line);
-  fmt::print("live: one client, {} bytes a frame, {} bytes a line\n", one.size(), line);
+  const Programs programs{argv[1], argv[2], *text, argv[4], argv[5]};
+  const Pair pair = start(programs, 1000, "device");
+  fmt::print("live: one client, {} bytes a frame, {} bytes a line\n", pair.frame_bytes, pair.line_bytes);
   fmt::print("{:<34} {:>12} {:>12} {:>8}   wanted\n", "", "prismd", "relay", "ratio");
-  for (const double rate : {100.0, 1000.0}) {
-    std::vector<double> ours, floor, our_cpu, floor_cpu;
-    for (int round = 0; round < 3; ++round) {  // interleaved: noise of the machine meets both
-      const Outcome a = prismd.paced(rate, 3), b = relay.paced(rate, 3);
-      ours.push_back(a.latency_us), floor.push_back(b.latency_us), our_cpu.push_back(a.cpu_us_per_frame), floor_cpu.push_back(b.cpu_us_per_frame);
-    }
-    for (auto* values : {&ours, &floor, &our_cpu, &floor_cpu}) std::sort(values->begin(), values->end());
-    print_row(fmt::format("median latency at {:g} frames/s", rate).c_str(), ours[1], floor[1], "us", 1.1, false);
-    if (rate > 500) print_row("CPU per frame at 1000 frames/s", our_cpu[1], floor_cpu[1], "us", 1.25, false);
-  }
-  const Outcome a = prismd.flood(1'000'000), b = relay.flood(1'000'000);
+  for (const double rate_hz : {100.0, 1000.0}) compare_paced(programs, rate_hz);
+  const Outcome a = pair.prismd->flood(1'000'000), b = pair.relay->flood(1'000'000);
   print_row("CPU per frame at full flood", a.cpu_us_per_frame, b.cpu_us_per_frame, "us", 2.0, false);
   print_row("frames/s at full flood", a.lines_per_s, b.lines_per_s, "1/s", 0.6, true);
   fmt::print("lines lost in the flood: prismd {:.3f} %, relay {:.3f} %\n", 100 * a.lost, 100 * b.lost);
