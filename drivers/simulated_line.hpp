@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// The virtual gyro on its wire: truth → noisy frames → bytes, whole, lost, dropped or damaged.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "drivers/simulated_gyro.hpp"
+#include "drivers/wire/frame_encoder.hpp"
+
+namespace prism {
+
+struct SimulationSettings {
+  ChamberProfile profile = paper_profile();
+  std::uint64_t seed = 7;
+  double rate_hz = 200;                 ///< frames a second, > 0
+  double earth_rate_deg_per_h = 0;      ///< added to the bias
+  double outliers_per_h = 0;            ///< jumps of the angle by ±2 to ±10 arcsec within one frame
+  double lose_frames = 0;               ///< part of the frames that the gyro measures but does not send
+  double drop_bytes = 0;                ///< part of the bytes that the line swallows
+  double damage_bytes = 0;              ///< part of the bytes that the line changes
+};
+
+/// White rate noise: 0.0064 deg/h in means of 100 s.
+inline constexpr double kRateNoise_deg_per_h_sqrt_s = 0.064;
+
+/// What was done to the stream so far: a test knows what a decoder must find.
+struct SimulationCounters {
+  std::uint64_t frames = 0;  ///< measured
+  std::uint64_t lost_frames = 0, dropped_bytes = 0, damaged_bytes = 0, outliers = 0;
+};
+
+/// Each fault draws from a stream of random numbers of its own: asking for damage leaves noise and truth as they were.
+class SimulatedLine {
+ public:
+  SimulatedLine(FrameDescriptionPtr description, const SimulationSettings& settings);
+
+  /// The next frame's interval passes; appends the bytes that reach the other end, if any.
+  void next_frame(std::vector<std::uint8_t>& out);
+
+  /// When the last interval ended, ns since the gyro was switched on: frame n at n / rate, without drift.
+  std::int64_t time_ns() const;
+  /// At that moment.
+  const GyroTruth& truth() const { return gyro_.truth(); }
+  const SimulationCounters& counters() const { return counters_; }
+
+ private:
+  double outlier_arcsec();
+  void spoil(std::vector<std::uint8_t>& bytes, std::size_t from);
+
+  SimulationSettings settings_;
+  double period_s_;
+  SimulatedGyro gyro_;
+  FrameEncoder encoder_;
+  RandomSource noise_, outliers_, losses_, line_;
+  SimulationCounters counters_;
+};
+
+}  // namespace prism
