@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: MIT
+# Unplugged and plugged in again: clients hear of it within 100 ms, the daemon stays, the window warms anew.
+. "$(dirname "$0")/lib.sh"
+config
+start_sim --profile steady --rate 50 --speed 200
+start_prismd
+wait_for 20 field_is .sample.quality status good
+prismctl watch --json >"$dir/watch" & children+=("$!")
+wait_for 5 test -s "$dir/watch"
+kill -9 "$sim"; lost=$(date +%s%N)
+wait_for 5 grep -q line_lost "$dir/watch"
+heard=$(($(date +%s%N) - lost))
+[ "$heard" -lt 200000000 ] || fail "clients heard after $((heard / 1000000)) ms, expected 100 (and 100 for this script)"
+wait_for 5 field_is .state status connecting
+rm -f "$dir/tty"
+wait_for 5 grep -q line_absent "$dir/prismd.err"
+start_sim --profile steady --rate 50 --speed 200
+wait_for 5 field_is .state status receiving
+same "sessions" "$(field .sessions status)" 2
+wait_for 20 field_is .sample.quality status good
+kill -0 "$prismd" || fail "the daemon ended"
+same "reports of the loss" "$(grep -c ': lost:' "$dir/prismd.err")" 1

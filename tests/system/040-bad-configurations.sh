@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: MIT
+# Every bad configuration ends with 78 and one line that says where, what was found and what was expected.
+. "$(dirname "$0")/lib.sh"
+refused() {  # refused WHAT PART-OF-THE-LINE
+  code=0
+  prismd "$dir/gyro.json" >"$dir/o" 2>"$dir/e" || code=$?
+  same "$1: exit code" "$code" 78
+  same "$1: lines" "$(wc -l <"$dir/e")" 1
+  contains "$1" "$(cat "$dir/e")" "$2"
+}
+rm -f "$dir/gyro.json"; refused "missing file" "gyro.json: cannot be read: No such file or directory"
+echo '{"lime": 1}' >"$dir/gyro.json"; refused "unknown key" "gyro.json:/lime: unknown key"
+echo '{"line": {"baud": "x"}}' >"$dir/gyro.json"; refused "wrong type" 'gyro.json:/line/baud: found "x", expected a whole number'
+echo '{"line": {"silence_s": -1}}' >"$dir/gyro.json"; refused "out of range" "gyro.json:/line/silence_s: -1 is not within 0.1 to 3600"
+printf '{\n "line": {,}\n}' >"$dir/gyro.json"; refused "no JSON" "gyro.json:2:"
+echo '{"frames": "nope"}' >"$dir/gyro.json"; refused "missing frames" "frames/nope.json: cannot be read"
+echo '{"model": "nope"}' >"$dir/gyro.json"; refused "missing model" "models/nope.json: cannot be read"
+echo '{}' >"$dir/gyro.json"; refused "no device" "gyro.json:/line/device: is missing"
+model=$PRISM_SOURCE/config/models/tao2019-model2.json
+echo '{"model": "./m.json", "line": {"device": "/dev/null"}}' >"$dir/gyro.json"
+sed 's/"version": 1/"version": 9/' "$model" >"$dir/m.json"; refused "newer model" "m.json:/version: found 9, expected at most 1: made by a newer prism"
+sed 's/0.646/0.647/' "$model" >"$dir/m.json"; refused "damaged model" "m.json:/id: found"
+head -c 700 "$model" >"$dir/m.json"; refused "torn model" "m.json:"
+sed 's/"serial": ""/"serial": "70-1"/' "$model" >"$dir/m.json"
+echo '{"model": "./m.json", "gyro": {"serial": "70-2"}, "line": {"device": "/dev/null"}}' >"$dir/gyro.json"
+refused "another gyro's model" 'm.json:/gyro/serial: found "70-1", expected "70-2"'
+echo '{"fallback_model": "tao2019-model2", "line": {"device": "/dev/null"}}' >"$dir/gyro.json"
+refused "fallback that needs a slope" "needs the input dTdt"
+config
+prismd "$dir/gyro.json" --check >"$dir/o"; contains "a good one" "$(cat "$dir/o")" "gyro.json: good: frames trplg"
+code=0; prismd --nonsense 2>"$dir/e" || code=$?; same "usage" "$code" 64

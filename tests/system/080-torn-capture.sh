@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: MIT
+# A capture cut anywhere replays up to the cut and says so; what is no capture is refused in one line.
+. "$(dirname "$0")/lib.sh"
+config
+prismsim --profile steady --hours 0.2 --rate 20 --frames "$PRISM_SOURCE/config/frames/trplg.json" --out "$dir/whole.pcap" >/dev/null
+size=$(stat -c %s "$dir/whole.pcap")
+for part in 3 11 24 25 40 41 67 1000 $((size / 2)) $((size - 1)); do
+  head -c "$part" "$dir/whole.pcap" >"$dir/torn.pcap"
+  code=0
+  prismd "$dir/gyro.json" --replay "$dir/torn.pcap" --out "$dir/r$part" >"$dir/o" 2>"$dir/e" || code=$?
+  [ "$code" -le 1 ] || fail "cut at $part: exit code $code: $(cat "$dir/e")"
+done
+contains "cut one byte before the end" "$(cat "$dir/e")" "torn.pcap"
+contains "frames of it" "$(cat "$dir/o")" "replayed"
+code=0; prismd "$dir/gyro.json" --replay "$dir/none.pcap" 2>"$dir/e" || code=$?
+same "missing capture" "$code" 1
+same "lines" "$(wc -l <"$dir/e")" 1

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: MIT
+# A full disk: rows are dropped and counted, one event says so, and whole rows come again when there is room.
+. "$(dirname "$0")/lib.sh"
+[ "$(id -u)" -eq 0 ] || skip "needs root to mount a small file system"
+mkdir "$dir/small"
+mount -t tmpfs -o size=64k tmpfs "$dir/small" 2>/dev/null || skip "cannot mount a tmpfs here"
+trap 'umount -l "$dir/small"; cleanup' EXIT
+config
+sed -i "s|$dir/log|$dir/small/log|" "$dir/gyro.json"
+start_sim --profile steady --rate 20 --speed 300
+start_prismd
+wait_for 20 field_above .log.dropped status 50
+same "events" "$(grep -c 'cannot be written' "$dir/prismd.err")" 1
+for file in "$dir"/small/log/*.csv; do
+  same "torn rows" "$(grep -v '^#' "$file" | awk -F, 'NF != 17' | wc -l)" 0
+  same "last byte" "$(tail -c 1 "$file" | xxd -p)" 0a
+done
+mount -o remount,size=4m "$dir/small"
+wait_for 5 grep -q 'writing again after' "$dir/prismd.err"
+same "state" "$(field .state status)" receiving
