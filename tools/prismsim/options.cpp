@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismsim/options.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "compensation/earth_rate.hpp"
+#include "config/search_path.hpp"
+#include "config/version.hpp"
+
+namespace prism {
+namespace {
+
+constexpr int kUsage = 64, kBadConfiguration = 78;
+constexpr double kMostHours = 24 * 366;
+
+// What the command line says, before it means something.
+struct Words {
+  std::string profile = "paper", frames = "trplg", axis, speed = "1";
+  std::optional<double> rate_hz, hours;
+  double cycles = 1;
+  AxisPlacement placement;
+};
+
+int complain(int code, const std::string& what) {
+  fmt::print(stderr, "prismsim: {}\n", what);
+  return code;
+}
+
+void declare_gyro(CLI::App& app, Words& words, SimOptions& options) {
+  const CLI::Range part(0.0, 1.0);
+  SimulationSettings& simulation = options.simulation;
+  app.add_option("--profile", words.profile, "thermal cycle: paper, second or steady")->capture_default_str();
+  app.add_option("--seed", simulation.seed, "of all that is random; the same seed gives the same gyro")->capture_default_str();
+  auto* cycles = app.add_option("--cycles", words.cycles, "how many cycles in a row")->check(CLI::Range(1e-6, 1000.0))->capture_default_str();
+  app.add_option("--hours", words.hours, "end after so many hours instead")->check(CLI::Range(1e-6, kMostHours))->excludes(cycles);
+  app.add_option("--frames", words.frames, "frame description: a name or a path")->capture_default_str();
+  app.add_option("--axis", words.axis, "the axis of the description that turns (default: its first)");
+  app.add_option("--rate", words.rate_hz, "frames a second (default: the description's)")->check(CLI::Range(0.01, 100000.0));
+  app.add_option("--latitude", words.placement.latitude_deg, "of the place, degrees north")->check(CLI::Range(-90.0, 90.0))->capture_default_str();
+  app.add_option("--elevation", words.placement.elevation_deg, "of the input axis, degrees above the horizon")->check(CLI::Range(-90.0, 90.0))->capture_default_str();
+  app.add_option("--azimuth", words.placement.azimuth_deg, "of the input axis, degrees from north over east")->check(CLI::Range(-360.0, 360.0))->capture_default_str();
+  app.add_option("--outliers", simulation.outliers_per_h, "jumps of the angle in an hour")->check(CLI::Range(0.0, 1e6));
+  app.add_option("--lose-frames", simulation.lose_frames, "part of the frames that are never sent, 0 to 1")->check(part);
+  app.add_option("--drop-bytes", simulation.drop_bytes, "part of the bytes that the line swallows, 0 to 1")->check(part);
+  app.add_option("--damage-bytes", simulation.damage_bytes, "part of the bytes that the line changes, 0 to 1")->check(part);
+}
+
+void declare_output(CLI::App& app, Words& words, SimOptions& options) {
+  app.add_option("--out", options.out, "write a capture, at full speed")->type_name("FILE");
+  app.add_option("--truth", options.truth, "write the truth once a second, as CSV")->type_name("FILE");
+  app.add_option("--chunk-bytes", options.chunk_bytes, "bytes of a capture packet (default: what arrives of one frame)")->check(CLI::Range(1, 65536));
+  app.add_flag("--pty", options.terminal, "send on a pseudo-terminal and print its path");
+  app.add_option("--link", options.link, "the same, with a symbolic link to it")->type_name("PATH");
+  app.add_flag("--wait", options.wait, "on a pseudo-terminal: begin when somebody reads");
+  app.add_option("--speed", words.speed, "on a pseudo-terminal: 1 real time, 10 ten times as fast, max")->capture_default_str();
+}
+
+std::optional<int> read_frames(const Words& words, SimOptions& options) {
+  const std::string path = find_data_file(words.frames, "frames", ".");
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return complain(kBadConfiguration, path + ": cannot be read; expected a frame description");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  GyroChoice choice;
+  choice.axis = words.axis;
+  const auto frames = parse_frame_description(text, path, choice);
+  if (!frames) return complain(kBadConfiguration, frames.error().text());
+  options.frames = *frames;
+  return std::nullopt;
+}
+
+std::optional<int> understand(const Words& words, SimOptions& options) {
+  const auto profile = find_profile(words.profile);
+  if (!profile) return complain(kUsage, "--profile: " + profile.error().text());
+  options.simulation.profile = *profile;
+  options.terminal = options.terminal || !options.link.empty();
+  if (options.terminal == !options.out.empty()) {
+    return complain(kUsage, "expected either --out FILE (a capture) or --pty (a pseudo-terminal); see prismsim --help");
+  }
+  if (words.speed != "max") {
+    char* end = nullptr;
+    const double factor = std::strtod(words.speed.c_str(), &end);
+    if (words.speed.empty() || *end != '\0' || !(factor >= 1e-3 && factor <= 1e6)) {
+      return complain(kUsage, fmt::format("--speed: found \"{}\", expected max or a number within 0.001 to 1e6", words.speed));
+    }
+    options.speed = factor;
+  }
+  if (auto code = read_frames(words, options)) return code;
+  options.simulation.rate_hz = words.rate_hz.value_or(options.frames->rate_hz);
+  options.simulation.earth_rate_deg_per_h = earth_rate_deg_per_h(words.placement);
+  options.duration_s = words.hours ? *words.hours * 3600 : words.cycles * options.simulation.profile.duration_s();
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::uint64_t SimOptions::total_frames() const {
+  return static_cast<std::uint64_t>(std::ceil(duration_s * simulation.rate_hz - 1e-6));
+}
+
+std::optional<int> parse_sim_options(int argc, char** argv, SimOptions& options) {
+  CLI::App app("prismsim: a simulated laser gyro in a thermal chamber, on a pseudo-terminal or into a capture file");
+  Words words;
+  app.set_version_flag("--version", std::string("prismsim ") + kVersion);
+  declare_gyro(app, words, options);
+  declare_output(app, words, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    return complain(kUsage, fmt::format("{}; see prismsim --help", error.what()));
+  }
+  return understand(words, options);
+}
+
+}  // namespace prism

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismsim/terminal_run.hpp"
+
+#include <time.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <thread>
+#include <vector>
+
+#include "tools/prismsim/stop.hpp"
+#include "tools/prismsim/truth_file.hpp"
+
+namespace prism {
+namespace {
+
+using Steady = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kLookForReader{10}, kSettle{50}, kLeastNap{1}, kDrainFor{5000};
+constexpr std::size_t kMostPending = 4096;  // bytes written in one go: a reader at "max" sees chunks of a real line's size
+
+// steady_clock is CLOCK_MONOTONIC here; unlike sleep_until, this returns when a signal comes.
+void nap_until(Steady::time_point when) {
+  const auto since = std::chrono::duration_cast<std::chrono::nanoseconds>(when.time_since_epoch()).count();
+  const timespec deadline{since / 1'000'000'000, since % 1'000'000'000};
+  ::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr);
+}
+
+// Returns once somebody has opened the terminal and had a moment to set it up (which throws away what is in it).
+void await_reader(const PseudoTerminal& terminal) {
+  while (!terminal.has_reader() && !stop_requested()) nap_until(Steady::now() + kLookForReader);
+  if (!stop_requested()) nap_until(Steady::now() + kSettle);
+}
+
+void drain(const PseudoTerminal& terminal) {
+  const auto patience = Steady::now() + kDrainFor;
+  int quiet = 0;  // the terminal's own queue refills the reader's: once empty is not yet taken
+  while (quiet < 5 && Steady::now() < patience && !stop_requested()) {
+    quiet = terminal.is_drained() ? quiet + 1 : 0;
+    nap_until(Steady::now() + kLookForReader);
+  }
+}
+
+class TerminalRun {
+ public:
+  TerminalRun(const SimOptions& options, PseudoTerminal& terminal)
+      : options_(options), terminal_(terminal), line_(options.frames, options.simulation) {}
+
+  Result<SimulationCounters> run() {
+    if (!options_.truth.empty()) {
+      auto opened = TruthFile::open(options_.truth, options_.simulation);
+      if (!opened) return tl::unexpected<Error>(opened.error());
+      truth_ = std::move(*opened);
+    }
+    if (options_.wait || !options_.speed) await_reader(terminal_);
+    in_bunches_ = options_.speed && options_.simulation.rate_hz * *options_.speed > 1000;
+    start_ = Steady::now();
+    start_ns_ = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+    const std::uint64_t frames = options_.total_frames();
+    while (line_.counters().frames < frames && !stop_requested()) {
+      if (options_.speed) await_next_frame();
+      if (auto done = make_due_frames(frames); !done) return tl::unexpected<Error>(done.error());
+      send();
+    }
+    drain(terminal_);
+    if (truth_) {
+      if (auto done = truth_->flush(); !done) return tl::unexpected<Error>(done.error());
+    }
+    return line_.counters();
+  }
+
+ private:
+  Steady::time_point due(std::uint64_t frame) const {
+    const double seconds = static_cast<double>(frame) / options_.simulation.rate_hz / *options_.speed;
+    return start_ + std::chrono::duration_cast<Steady::duration>(std::chrono::duration<double>(seconds));
+  }
+
+  // Frames that come faster than one a millisecond are sent some at a time, unless the reader is behind anyway.
+  void await_next_frame() {
+    const auto next = due(line_.counters().frames + 1), now = Steady::now();
+    if (next > now) nap_until(in_bunches_ ? std::max(next, now + kLeastNap) : next);
+  }
+
+  // At least one frame, then all that are due by now, up to what is written in one go.
+  Result<void> make_due_frames(std::uint64_t last) {
+    pending_.clear();
+    const auto now = Steady::now();
+    do {
+      line_.next_frame(pending_);
+      if (truth_) {
+        if (auto done = truth_->push(start_ns_ + line_.time_ns(), line_.truth()); !done) return done;
+      }
+    } while (line_.counters().frames < last && pending_.size() < kMostPending &&
+             (!options_.speed || due(line_.counters().frames + 1) <= now));
+    return {};
+  }
+
+  void send() {
+    std::span<const std::uint8_t> rest = pending_;
+    while (!rest.empty() && !stop_requested()) {
+      if (!terminal_.has_reader()) {
+        if (options_.speed) return;  // nobody hears it
+        await_reader(terminal_);
+        continue;
+      }
+      const std::size_t taken = terminal_.write_some(rest);
+      rest = rest.subspan(taken);
+      if (taken == 0) terminal_.wait_for_room(20);
+    }
+  }
+
+  const SimOptions& options_;
+  PseudoTerminal& terminal_;
+  SimulatedLine line_;
+  std::optional<TruthFile> truth_;
+  std::vector<std::uint8_t> pending_;
+  Steady::time_point start_;
+  std::int64_t start_ns_ = 0;
+  bool in_bunches_ = false;
+};
+
+}  // namespace
+
+Result<SimulationCounters> run_terminal(const SimOptions& options, PseudoTerminal& terminal) {
+  return TerminalRun(options, terminal).run();
+}
+
+}  // namespace prism

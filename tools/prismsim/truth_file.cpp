@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismsim/truth_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "compensation/text_number.hpp"
+#include "config/version.hpp"
+
+namespace prism {
+
+TruthFile::TruthFile(std::string path, File file) : path_(std::move(path)), file_(std::move(file)) {}
+
+Result<TruthFile> TruthFile::open(const std::string& path, const SimulationSettings& settings) {
+  File file(std::fopen(path.c_str(), "we"), &std::fclose);
+  if (!file) return refuse(path, fmt::format("cannot be created: {}", std::strerror(errno)));
+  TruthFile truth(path, std::move(file));
+  fmt::print(truth.file_.get(),
+             "# simulated: the truth of a virtual gyro, not a measurement\n"
+             "# tool: prismsim {}\n"
+             "# profile: {}\n# seed: {}\n# frames_per_s: {}\n# earth_rate_deg_per_h: {}\n",
+             kVersion, settings.profile.name, settings.seed, settings.rate_hz, settings.earth_rate_deg_per_h);
+  fmt::print(truth.file_.get(),
+             "time_utc,time_s,elapsed_s,chamber_degc,body_degc,inner_degc,slope_degc_per_s,uhfo_v,bias_deg_per_h\n");
+  if (auto flushed = truth.flush(); !flushed) return tl::unexpected<Error>(flushed.error());
+  return truth;
+}
+
+Result<void> TruthFile::refuse_write() const {
+  return refuse(path_, fmt::format("cannot be written: {}", std::strerror(errno)));
+}
+
+Result<void> TruthFile::push(std::int64_t time_ns, const GyroTruth& truth) {
+  const std::int64_t second = time_ns / 1'000'000'000;
+  if (!std::exchange(begun_, true)) last_second_ = second - (time_ns % 1'000'000'000 == 0 ? 1 : 0);
+  if (second <= last_second_) return {};
+  last_second_ = second;
+  row_ = utc_text(second) + ",";
+  append_integer(row_, second);
+  const std::pair<double, int> columns[]{{truth.time_s, 6},     {truth.chamber_degc, 5},     {truth.body_degc, 6},
+                                         {truth.inner_degc, 6}, {truth.slope_degc_per_s, 9}, {truth.uhfo_v, 6},
+                                         {truth.bias_deg_per_h, 7}};
+  for (const auto& [value, decimals] : columns) {
+    row_ += ',';
+    append_fixed(row_, value, decimals);
+  }
+  row_ += '\n';
+  if (std::fwrite(row_.data(), 1, row_.size(), file_.get()) != row_.size()) return refuse_write();
+  return {};
+}
+
+Result<void> TruthFile::flush() {
+  if (std::fflush(file_.get()) != 0) return refuse_write();
+  return {};
+}
+
+}  // namespace prism

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// What no real gyro tells, beside the capture: the simulated gyro's state and true bias, once a second, as CSV.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "compensation/result.hpp"
+#include "drivers/simulated_line.hpp"
+
+namespace prism {
+
+/// `#` lines that say what was simulated, a line of column names, and a row for each whole second of the stream's time:
+/// time_utc and time_s are those of the log, so that the two files can be laid side by side.
+class TruthFile {
+ public:
+  /// Refused where the file cannot be created. One that is there is replaced.
+  static Result<TruthFile> open(const std::string& path, const SimulationSettings& settings);
+
+  /// Writes a row where a second has ended since the last call. `time_ns`: since 1970 UTC.
+  Result<void> push(std::int64_t time_ns, const GyroTruth& truth);
+  Result<void> flush();
+
+ private:
+  using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+  TruthFile(std::string path, File file);
+  Result<void> refuse_write() const;
+
+  std::string path_, row_;
+  File file_;
+  std::int64_t last_second_ = 0;
+  bool begun_ = false;
+};
+
+}  // namespace prism
