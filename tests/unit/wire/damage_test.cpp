@@ -59,8 +59,10 @@ Damaged damage(const Stream& stream, Damage what, unsigned seed) {
     std::uint64_t shifted = start;
     bool hit = false;
     for (std::size_t i = stream.starts[f]; i < stream.starts[f + 1]; ++i) {
-      const bool here = random() % 1000 == 0;
       const auto byte = stream.bytes[i];
+      // Of two equal bytes nobody can say which one was dropped, so not which frame was hit.
+      const bool twin = what == Damage::kDrop && i + 1 < stream.bytes.size() && stream.bytes[i + 1] == byte;
+      const bool here = random() % 1000 == 0 && !twin;
       if (here && what == Damage::kInsert) {
         result.bytes.push_back(static_cast<std::uint8_t>(random()));
         if (i == stream.starts[f]) shifted = result.bytes.size();  // in front of the frame: it is intact, but moved
