@@ -16,7 +16,7 @@ std::uint64_t reversed(std::uint64_t value, int width) {
   return result;
 }
 
-std::uint64_t load_little(const std::uint8_t* bytes) {
+std::uint64_t load_eight(const std::uint8_t* bytes) {
   std::uint64_t value;
   std::memcpy(&value, bytes, sizeof value);
   return std::endian::native == std::endian::little ? value : __builtin_bswap64(value);
@@ -65,7 +65,7 @@ std::uint64_t Crc::update(std::uint64_t state, std::span<const std::uint8_t> byt
   const auto& t = table_;
   if (parameters_.reflect_in) {
     for (; left >= 8; at += 8, left -= 8) {
-      const std::uint64_t x = state ^ load_little(at);
+      const std::uint64_t x = state ^ load_eight(at);
       state = t[7][x & 0xFF] ^ t[6][x >> 8 & 0xFF] ^ t[5][x >> 16 & 0xFF] ^ t[4][x >> 24 & 0xFF] ^
               t[3][x >> 32 & 0xFF] ^ t[2][x >> 40 & 0xFF] ^ t[1][x >> 48 & 0xFF] ^ t[0][x >> 56];
     }
@@ -73,7 +73,7 @@ std::uint64_t Crc::update(std::uint64_t state, std::span<const std::uint8_t> byt
     return state;
   }
   for (; left >= 8; at += 8, left -= 8) {
-    const std::uint64_t x = state ^ __builtin_bswap64(load_little(at));
+    const std::uint64_t x = state ^ __builtin_bswap64(load_eight(at));
     state = t[7][x >> 56] ^ t[6][x >> 48 & 0xFF] ^ t[5][x >> 40 & 0xFF] ^ t[4][x >> 32 & 0xFF] ^
             t[3][x >> 24 & 0xFF] ^ t[2][x >> 16 & 0xFF] ^ t[1][x >> 8 & 0xFF] ^ t[0][x & 0xFF];
   }

@@ -49,11 +49,15 @@ struct Scaling {
   double scale = 1;
   double offset = 0;
   std::vector<ConversionStep> steps;
-  double min = -1e300;  ///< of the result; outside the value is unknown
+  double min = -1e300;  ///< of the result; outside, and where it is not finite, the value is unknown
   double max = 1e300;
 
   /// Without the range check.
-  double apply(double raw) const;
+  double apply(double raw) const {
+    double value = raw * scale + offset;
+    for (const ConversionStep& step : steps) value = convert(step, value);
+    return value;
+  }
   /// Inverse of apply: the raw number, not rounded; NaN where there is none.
   double invert(double value) const;
   bool admits(double value) const { return value >= min && value <= max; }

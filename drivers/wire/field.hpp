@@ -22,37 +22,60 @@ struct Condition {
   std::vector<std::uint64_t> values;
 };
 
-struct Field {
-  std::string name;
-  std::string unit;
+/// What the decoder touches for every frame comes first, within two cache lines.
+struct alignas(64) Field {
+  int at = 0;     ///< first byte; negative: from the end of the frame. In an item: of its payload. Text: the column
+  int item = -1;  ///< index into FrameKind::items.ids (or of the block); -1: at a place of its own
   NumberType type = NumberType::kUnsigned;
-  int at = 0;      ///< first byte; negative: from the end of the frame. In an item: of its payload. Text: the column
   std::uint8_t size = 1;        ///< bytes, 1 to 8
   std::uint8_t group_bits = 8;  ///< payload bits of each byte: 8, or 7 for the families that keep bit 7 clear
   std::uint8_t shift = 0;       ///< right shift of the assembled number
   std::uint8_t bits = 8;        ///< then this many bits; the sign is the highest of them
+  bool plain_big = false;       ///< whole bytes in order: the quick ways
+  bool plain_little = false;
   /// Offsets from `at`, most significant byte first: {0,1} big, {1,0} little, {1,2,0} as the device likes it.
   std::array<std::uint8_t, 8> order{};
-  bool plain_big = false;     ///< whole bytes, big-endian: the quick ways
-  bool plain_little = false;
   Scaling scaling;
   Condition when;
-  int item = -1;  ///< index into FrameKind::items.ids; -1: at a place of its own
   double preset = 0;  ///< what an encoder writes where nothing else is known, as the raw number
+  std::string name;
+  std::string unit;
 };
+
+/// An unsigned whole number of `size` bytes (1 to 8); the common sizes without a loop.
+inline std::uint64_t load_big(const std::uint8_t* first, unsigned size) {
+  switch (size) {
+    case 1: return first[0];
+    case 2: return std::uint64_t{first[0]} << 8 | first[1];
+    case 3: return std::uint64_t{first[0]} << 16 | std::uint64_t{first[1]} << 8 | first[2];
+    case 4: return std::uint64_t{first[0]} << 24 | std::uint64_t{first[1]} << 16 | std::uint64_t{first[2]} << 8 | first[3];
+    default: break;
+  }
+  std::uint64_t value = 0;
+  for (unsigned i = 0; i < size; ++i) value = value << 8 | first[i];
+  return value;
+}
+
+inline std::uint64_t load_little(const std::uint8_t* first, unsigned size) {
+  switch (size) {
+    case 1: return first[0];
+    case 2: return std::uint64_t{first[1]} << 8 | first[0];
+    case 4: return std::uint64_t{first[3]} << 24 | std::uint64_t{first[2]} << 16 | std::uint64_t{first[1]} << 8 | first[0];
+    default: break;
+  }
+  std::uint64_t value = 0;
+  for (unsigned i = size; i-- > 0;) value = value << 8 | first[i];
+  return value;
+}
 
 /// All bits of the field's bytes, before shift and width are taken; `first` points to the byte that `at` names. Nothing
 /// is checked against bounds here and below: the reader of descriptions and FrameView did.
 inline std::uint64_t assembled(const Field& field, const std::uint8_t* first) {
+  if (field.plain_big) return load_big(first, field.size);
+  if (field.plain_little) return load_little(first, field.size);
   std::uint64_t value = 0;
-  if (field.plain_big) {
-    for (unsigned i = 0; i < field.size; ++i) value = value << 8 | first[i];
-  } else if (field.plain_little) {
-    for (unsigned i = field.size; i-- > 0;) value = value << 8 | first[i];
-  } else {
-    const unsigned low = (1u << field.group_bits) - 1;
-    for (unsigned i = 0; i < field.size; ++i) value = value << field.group_bits | (first[field.order[i]] & low);
-  }
+  const unsigned low = (1u << field.group_bits) - 1;
+  for (unsigned i = 0; i < field.size; ++i) value = value << field.group_bits | (first[field.order[i]] & low);
   return value;
 }
 

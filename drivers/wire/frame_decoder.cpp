@@ -223,7 +223,7 @@ void FrameDecoder::accept(std::size_t at, const Found& found, std::vector<Readin
 
 std::int64_t FrameDecoder::arrival_of(std::uint64_t end) const {
   for (const Mark& mark : marks_) {
-    if (mark.end >= end) return mark.arrival_ns - std::llround(byte_time_ns_ * static_cast<double>(mark.end - end));
+    if (mark.end >= end) return mark.arrival_ns - static_cast<std::int64_t>(byte_time_ns_ * static_cast<double>(mark.end - end) + 0.5);
   }
   return last_arrival_ns_;
 }

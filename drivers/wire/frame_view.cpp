@@ -3,7 +3,6 @@
 #include "drivers/wire/frame_view.hpp"
 
 #include <charconv>
-#include <cmath>
 
 namespace prism {
 namespace {
@@ -91,17 +90,6 @@ bool FrameView::locate_columns() {
   return rule.columns == 0 || count == rule.columns;
 }
 
-bool FrameView::holds(const Condition& condition) const {
-  if (!present(condition.field)) return false;
-  std::uint64_t value = bits(condition.field);
-  if (condition.modulus != 0) value %= condition.modulus;
-  value &= condition.mask;
-  for (const std::uint64_t admitted : condition.values) {
-    if (value == admitted) return true;
-  }
-  return false;
-}
-
 const std::uint8_t* FrameView::find_in_item(const Field& field) const {
   const Bytes place = places_[static_cast<std::size_t>(field.item)];
   const std::int64_t size = static_cast<std::int64_t>(place.size());
@@ -134,25 +122,9 @@ double FrameView::raw_text(const Field& field) const {
   return error == std::errc{} && end == last ? value : kUnknown;
 }
 
-bool FrameView::present(int field) const {
-  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
-  return kind_->text.present ? !column(f).empty() : find(f) != nullptr;
-}
-
-std::uint64_t FrameView::bits(int field) const {
-  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
-  if (!kind_->text.present) {
-    const std::uint8_t* at = find(f);
-    return at == nullptr ? 0 : load_bits(f, at);
-  }
-  const double number = raw_text(f);
+std::uint64_t FrameView::text_bits(const Field& field) const {
+  const double number = raw_text(field);
   return number >= 0 && number < 18446744073709549568.0 ? static_cast<std::uint64_t>(number) : 0;
-}
-
-double FrameView::value(int field) const {
-  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
-  const double value = f.scaling.apply(raw(field));
-  return std::isfinite(value) && f.scaling.admits(value) ? value : kUnknown;
 }
 
 }  // namespace prism

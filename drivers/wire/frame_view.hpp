@@ -27,14 +27,22 @@ class FrameView {
   const std::uint8_t* find(const Field& field) const {
     if (field.when.field >= 0 && !holds(field.when)) return nullptr;
     if (field.item >= 0) return find_in_item(field);
-    const std::int64_t at = field.at >= 0 ? field.at : static_cast<std::int64_t>(frame_.size()) + field.at;
-    const bool fits = at >= 0 && at + field.size <= static_cast<std::int64_t>(frame_.size());
-    return fits ? frame_.data() + at : nullptr;
+    const auto length = static_cast<std::int64_t>(frame_.size());
+    const std::int64_t at = field.at >= 0 ? field.at : length + field.at;
+    return at >= 0 && at + field.size <= length ? frame_.data() + at : nullptr;
   }
 
-  bool present(int field) const;
+  bool present(int field) const {
+    const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+    return kind_->text.present ? !column(f).empty() : find(f) != nullptr;
+  }
   /// The field's bits; 0 where it is absent or no whole number.
-  std::uint64_t bits(int field) const;
+  std::uint64_t bits(int field) const {
+    const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+    if (kind_->text.present) return text_bits(f);
+    const std::uint8_t* at = find(f);
+    return at == nullptr ? 0 : load_bits(f, at);
+  }
   /// The number before scaling; kUnknown where it is absent or no number.
   double raw(int field) const {
     const Field& f = kind_->fields[static_cast<std::size_t>(field)];
@@ -42,17 +50,33 @@ class FrameView {
     const std::uint8_t* at = find(f);
     return at == nullptr ? kUnknown : load_number(f, at);
   }
+  /// The quantity that a raw number of the field stands for; kUnknown where it is not finite or out of its range.
+  double scaled(int field, double raw) const {
+    const Scaling& scaling = kind_->fields[static_cast<std::size_t>(field)].scaling;
+    const double value = scaling.apply(raw);
+    return scaling.admits(value) ? value : kUnknown;
+  }
   /// The quantity; kUnknown where it is absent, no number, not finite or out of its range.
-  double value(int field) const;
+  double value(int field) const { return scaled(field, raw(field)); }
 
  private:
   bool locate();
   bool locate_items();
   bool locate_blocks();
   bool locate_columns();
-  bool holds(const Condition& condition) const;
+  bool holds(const Condition& condition) const {
+    if (!present(condition.field)) return false;
+    std::uint64_t value = bits(condition.field);
+    if (condition.modulus != 0) value %= condition.modulus;
+    value &= condition.mask;
+    for (const std::uint64_t admitted : condition.values) {
+      if (value == admitted) return true;
+    }
+    return false;
+  }
   const std::uint8_t* find_in_item(const Field& field) const;
   double raw_text(const Field& field) const;
+  std::uint64_t text_bits(const Field& field) const;
   std::span<const std::uint8_t> column(const Field& field) const;
 
   const FrameKind* kind_ = nullptr;

@@ -26,7 +26,7 @@ void SlowValue::take_whole(const FrameView& view, int field) {
   if (field != memo_field_ || raw != memo_raw_) {
     memo_field_ = field;
     memo_raw_ = raw;
-    memo_value_ = view.value(field);
+    memo_value_ = view.scaled(field, raw);
   }
   set(memo_value_);
   out_of_range_ = std::isnan(memo_value_);
@@ -81,11 +81,13 @@ void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, b
   adjacent_ = contiguous;
   if (!reading.has_counter) return;
   const CounterRule& rule = *description_->counter;
-  if (rule.modulus != 0) reading.counter %= rule.modulus;
+  if (rule.modulus != 0 && reading.counter >= rule.modulus) reading.counter %= rule.modulus;
   if (last_counter_) {
     std::uint64_t ticks = reading.counter - *last_counter_;
     if (rule.modulus != 0 && reading.counter < *last_counter_) ticks += rule.modulus;
-    steps_ = static_cast<std::uint64_t>(std::max(1.0, std::nearbyint(static_cast<double>(ticks) / rule.ticks_per_frame)));
+    if (static_cast<double>(ticks) != rule.ticks_per_frame) {
+      steps_ = static_cast<std::uint64_t>(std::max(1.0, std::nearbyint(static_cast<double>(ticks) / rule.ticks_per_frame)));
+    }
     if (!rule.step_varies && steps_ != 1) adjacent_ = false;
   }
   last_counter_ = reading.counter;

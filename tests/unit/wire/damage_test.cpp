@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+// Properties of every shipped description: what its encoder says its decoder reads, and no intact frame is ever lost.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <set>
+
+#include "tests/unit/wire/descriptions.hpp"
+
+namespace prism {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+std::vector<std::string> shipped_names() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(test::frames_dir())) {
+    if (entry.path().extension() == ".json" && entry.path().stem() != "frame.schema") names.push_back(entry.path().stem());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+struct Stream {
+  Bytes bytes;
+  std::vector<std::size_t> starts;  ///< of the frames; one more at the end
+};
+
+double below(std::mt19937& random, unsigned limit) { return static_cast<double>(random() % limit); }
+
+Stream stream_of(const FrameDescriptionPtr& description, int frames) {
+  FrameEncoder encoder(description);
+  Stream stream;
+  std::mt19937 random(11);
+  for (int i = 0; i < frames; ++i) {
+    stream.starts.push_back(stream.bytes.size());
+    const double rate = 30 * std::sin(0.01 * i) + 1e-3 * below(random, 1000);
+    encoder.encode({.rate_deg_per_h = rate, .interval_s = description->period_s(), .temperature_degc = 20 + 1e-3 * below(random, 10000),
+                    .uhfo_v = 2 + 1e-4 * below(random, 1000)}, stream.bytes);
+  }
+  stream.starts.push_back(stream.bytes.size());
+  return stream;
+}
+
+enum class Damage { kFlip, kDrop, kInsert };
+
+/// The stream after damage to one byte in a thousand, and where the frames that nothing happened to begin in it.
+struct Damaged {
+  Bytes bytes;
+  std::vector<std::uint64_t> intact;
+};
+
+Damaged damage(const Stream& stream, Damage what, unsigned seed) {
+  std::mt19937 random(seed);
+  Damaged result;
+  for (std::size_t f = 0; f + 1 < stream.starts.size(); ++f) {
+    const std::uint64_t start = result.bytes.size();
+    std::uint64_t shifted = start;
+    bool hit = false;
+    for (std::size_t i = stream.starts[f]; i < stream.starts[f + 1]; ++i) {
+      const auto byte = stream.bytes[i];
+      // Of two equal bytes nobody can say which one was dropped, so not which frame was hit.
+      const bool twin = what == Damage::kDrop && i + 1 < stream.bytes.size() && stream.bytes[i + 1] == byte;
+      const bool here = random() % 1000 == 0 && !twin;
+      if (here && what == Damage::kInsert) {
+        result.bytes.push_back(static_cast<std::uint8_t>(random()));
+        if (i == stream.starts[f]) shifted = result.bytes.size();  // in front of the frame: it is intact, but moved
+        else hit = true;
+      }
+      if (here && what != Damage::kInsert) hit = true;
+      if (!(here && what == Damage::kDrop)) result.bytes.push_back(here && what == Damage::kFlip ? static_cast<std::uint8_t>(byte ^ (1 + random() % 255)) : byte);
+    }
+    if (!hit) result.intact.push_back(shifted);
+  }
+  return result;
+}
+
+class Shipped : public testing::TestWithParam<std::string> {};
+
+constexpr double kRateDegPerH = -7250.5;
+constexpr int kFrames = 600;
+
+/// kFrames frames of a steady gyro, fed frame by frame.
+std::vector<Reading> readings_of(const FrameDescriptionPtr& description, double interval_s, DecoderCounters& counters) {
+  FrameEncoder encoder(description);
+  FrameDecoder decoder(description);
+  Bytes bytes;
+  std::vector<Reading> readings;
+  for (int i = 0; i < kFrames; ++i) {
+    bytes.clear();
+    encoder.encode({.rate_deg_per_h = kRateDegPerH, .interval_s = interval_s, .temperature_degc = 21.5, .uhfo_v = 2.31}, bytes);
+    decoder.feed(bytes, i, readings);
+  }
+  decoder.finish(readings);
+  counters = decoder.counters();
+  return readings;
+}
+
+/// What one unit of the wire is worth in deg/h or arcsec; for floats a small part of the value.
+double resolution(const FrameDescription& description) {
+  for (const FrameKind& kind : description.kinds) {
+    if (kind.roles.gyro.empty()) continue;
+    const Field& field = kind.fields[static_cast<std::size_t>(kind.roles.gyro[0])];
+    const bool whole = field.type == NumberType::kSigned || field.type == NumberType::kUnsigned;
+    if (whole) return std::abs(description.gyro.scale * field.scaling.scale);
+  }
+  return 0.02;
+}
+
+TEST_P(Shipped, WhatTheEncoderSaysTheDecoderReads) {
+  const std::vector<std::string> axes = test::shipped(GetParam())->axes;
+  for (const std::string& axis : axes) {
+    GyroChoice choice;
+    choice.axis = axis;
+    const auto description = test::shipped(GetParam(), choice);
+    const double interval_s = description->period_s() / static_cast<double>(description->sent_kinds.size());
+    const double lsb = resolution(*description);
+    DecoderCounters counters;
+    double turned = 0;
+    double temperature = kUnknown;
+    const auto readings = readings_of(description, interval_s, counters);
+    ASSERT_GE(readings.size(), static_cast<std::size_t>(kFrames - 20)) << axis;
+    for (const Reading& reading : readings) {
+      if (!std::isnan(reading.temperature_degc)) temperature = reading.temperature_degc;
+      if (!reading.has_gyro) continue;
+      ASSERT_TRUE(reading.valid) << axis << " at " << reading.offset;
+      const double value = reading.gyro * description->gyro.scale;
+      if (description->gyro.meaning == GyroMeaning::kRate) {
+        ASSERT_NEAR(value, kRateDegPerH, 0.51 * lsb);
+      }
+      turned += value;
+    }
+    const double angle = kRateDegPerH * interval_s * kFrames;
+    if (description->gyro.meaning == GyroMeaning::kIncrement) {
+      EXPECT_NEAR(turned, angle, 0.02 * std::abs(angle) + 2 * lsb) << axis;
+    }
+    if (description->temperature.present) {
+      EXPECT_NEAR(temperature, 21.5, 1.0) << axis;
+    }
+    EXPECT_EQ(counters.skipped_bytes, 0u) << axis;
+    EXPECT_EQ(counters.resyncs, 0u) << axis;
+  }
+}
+
+TEST_P(Shipped, NoIntactFrameIsLostWhateverHappensToOthers) {
+  const auto description = test::shipped(GetParam());
+  const Stream stream = stream_of(description, 3000);
+  for (const Damage what : {Damage::kFlip, Damage::kDrop, Damage::kInsert}) {
+    const Damaged damaged = damage(stream, what, 17 + static_cast<unsigned>(what));
+    std::set<std::uint64_t> found;
+    for (const Reading& reading : test::decode(description, damaged.bytes)) found.insert(reading.offset);
+    std::size_t lost = 0;
+    std::size_t seen = 0;
+    for (const std::uint64_t offset : damaged.intact) {
+      if (found.contains(offset)) ++seen; else ++lost;
+    }
+    const bool weak = description->kinds[static_cast<std::size_t>(description->sent_kinds[0])].weak;
+    const double allowed = weak ? 0.25 * static_cast<double>(seen) : 0;  // weak: less than 16 bits say "frame"
+    EXPECT_LE(static_cast<double>(lost), allowed) << seen << " found after damage " << static_cast<int>(what);
+    EXPECT_GT(seen, 0u);
+  }
+}
+
+TEST_P(Shipped, HoweverTheBytesAreCutTheSameFramesComeOut) {
+  const auto description = test::shipped(GetParam());
+  const Damaged damaged = damage(stream_of(description, 300), Damage::kDrop, 5);
+  const auto whole = test::decode(description, damaged.bytes);
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    std::mt19937 random(seed);
+    FrameDecoder decoder(description);
+    std::vector<Reading> cut;
+    for (std::size_t at = 0; at < damaged.bytes.size();) {
+      const std::size_t size = std::min<std::size_t>(damaged.bytes.size() - at, 1 + random() % 50);
+      decoder.feed({damaged.bytes.data() + at, size}, 0, cut);
+      at += size;
+    }
+    decoder.finish(cut);
+    ASSERT_EQ(cut.size(), whole.size()) << "seed " << seed;
+    for (std::size_t i = 0; i < cut.size(); ++i) ASSERT_EQ(cut[i].offset, whole[i].offset) << "seed " << seed;
+  }
+}
+
+TEST_P(Shipped, GarbageIsNoFrameOfAStrongKind) {
+  const auto description = test::shipped(GetParam());
+  std::mt19937 random(23);
+  Bytes bytes(300'000);
+  for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
+  const auto readings = test::decode(description, bytes);
+  int least_bits = 64;
+  for (const FrameKind& kind : description->kinds) {
+    int sync_bits = 0;
+    for (const ByteRule& rule : kind.sync) sync_bits += std::popcount(rule.mask);
+    if (kind.roles.tells_anything()) least_bits = std::min(least_bits, (sync_bits + kind.check_bits) * kind.confirmations);
+  }
+  const double expected = 300'000 * static_cast<double>(description->kinds.size()) * std::pow(2.0, -least_bits);
+  EXPECT_LE(static_cast<double>(readings.size()), 10 + 20 * expected) << "kinds of " << least_bits << " bits";
+  if (least_bits >= 32) {
+    EXPECT_TRUE(readings.empty());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Descriptions, Shipped, testing::ValuesIn(shipped_names()),
+                         [](const auto& one) {
+                           std::string name = one.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace prism
