@@ -66,7 +66,7 @@ class Live {
       server_ = std::move(*server);
       asio::co_spawn(io_, server_->serve(), asio::detached);
     }
-    for (const std::string& note : station_.setup().notes) station_.tell(Severity::kWarning, "note", note);
+    for (const std::string& note : station_.setup().notes) station_.tell(Severity::kInfo, "note", note);
     if (!station_.setup().model) station_.tell(Severity::kWarning, "no_model", "no model is configured: rates are published uncorrected, marked no_model");
     asio::co_spawn(io_, line_.run(), asio::detached);
     asio::co_spawn(io_, heed_signals(), asio::detached);
@@ -102,7 +102,7 @@ class Live {
     for (;;) {
       tick_.expires_after(period);
       co_await tick_.async_wait(kUse);
-      if (station_.recorder) station_.recorder->flush();
+      station_.sync();
       if (half_us == 0 && !under_systemd_) continue;
       if (std::string now = station_.summary(); now != shown) notify_status(shown = std::move(now));
       const auto& line = station_.setup().config.line;

@@ -34,6 +34,13 @@ class Recorder::Writer {
     if (file_) keep(file_->flush(true));
   }
 
+  // The queue was full: the disk is slower than the line.
+  void overrun(std::size_t bytes) {
+    *dropped_ += bytes;
+    lost_ = true;
+    tell_(fmt::format("capture: the disk cannot keep up with the line; {} bytes dropped so far", dropped_->load()));
+  }
+
  private:
   bool put(const Chunk& chunk, std::span<const std::uint8_t> bytes) {
     const std::int64_t second = chunk.time_ns / kNanosecondsPerSecond;
@@ -74,8 +81,6 @@ class Recorder::Writer {
   SegmentClock clock_;
   std::optional<CaptureWriter> file_;
   bool faulty_ = false, lost_ = false;
-
-  friend class Recorder;
 };
 
 Recorder::Recorder(SegmentSettings settings, std::string name, DiskThread& disk, std::function<void(const std::string&)> tell)
@@ -103,8 +108,7 @@ void Recorder::flush() {
   const std::size_t bytes = batch->bytes.size();
   const bool taken = disk_.post(bytes + 1, [writer = writer_, batch] { writer->write(*batch); });
   if (taken) return;
-  *dropped_ += bytes;
-  disk_.post(0, [writer = writer_] { writer->lost_ = true; });
+  disk_.post(0, [writer = writer_, bytes] { writer->overrun(bytes); });
 }
 
 }  // namespace prism

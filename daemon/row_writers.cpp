@@ -16,11 +16,15 @@ ThreadedRowWriter::~ThreadedRowWriter() {
 }
 
 void ThreadedRowWriter::append(const CompensatedWindow& row) {
-  const bool taken = disk_.post(sizeof row, [log = log_, row] {
-    log->append(row);
-    log->sync();
-  });
-  if (!taken) ++counters_->dropped;
+  if (disk_.post(sizeof row, [log = log_, row] { log->append(row); })) {
+    unsynced_ = true;
+  } else {
+    ++counters_->dropped;
+  }
+}
+
+void ThreadedRowWriter::sync() {
+  if (std::exchange(unsynced_, false)) disk_.post(0, [log = log_] { log->sync(); });
 }
 
 void ThreadedRowWriter::set_metadata(const std::string& metadata) {

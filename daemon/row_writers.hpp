@@ -11,7 +11,7 @@
 
 namespace prism {
 
-/// Never waits: each row, and a sync after it, is posted. Rows that the queue cannot take are dropped and counted.
+/// Never waits: rows and syncs are posted. Rows that the queue cannot take are dropped and counted.
 class ThreadedRowWriter : public RowWriter {
  public:
   /// `tell` is called on the disk thread.
@@ -19,6 +19,7 @@ class ThreadedRowWriter : public RowWriter {
   ~ThreadedRowWriter() override;
 
   void append(const CompensatedWindow& row) override;
+  void sync() override;
   void set_metadata(const std::string& metadata) override;
   const LogCounters& counters() const override { return *counters_; }
 
@@ -26,6 +27,7 @@ class ThreadedRowWriter : public RowWriter {
   DiskThread& disk_;
   std::shared_ptr<LogCounters> counters_;
   std::shared_ptr<RowLog> log_;
+  bool unsynced_ = false;
 };
 
 /// Waits for the disk: a replay loses nothing. The first fault is kept.
@@ -34,6 +36,7 @@ class DirectRowWriter : public RowWriter {
   explicit DirectRowWriter(const Setup& setup);
 
   void append(const CompensatedWindow& row) override { log_.append(row); }
+  void sync() override {}  // a replay can be run again; the segment is synced when it closes
   void set_metadata(const std::string& metadata) override { log_.set_metadata(metadata); }
   const LogCounters& counters() const override { return counters_; }
   const std::string& first_fault() const { return first_fault_; }

@@ -63,6 +63,11 @@ void Station::finish() {
   if (recorder) recorder->flush();
 }
 
+void Station::sync() {
+  if (rows_) rows_->sync();
+  if (recorder) recorder->flush();
+}
+
 void Station::set_state(LineState state, const std::string& detail) {
   if (state != state_) state_since_ns_ = host_time_ns();
   state_ = state;

@@ -25,6 +25,8 @@ class RowWriter {
  public:
   virtual ~RowWriter() = default;
   virtual void append(const CompensatedWindow& row) = 0;
+  /// Puts what was appended on the disk; called once a second of real time, however fast the data's time runs.
+  virtual void sync() = 0;
   virtual void set_metadata(const std::string& metadata) = 0;
   virtual const LogCounters& counters() const = 0;
 };
@@ -40,6 +42,8 @@ class Station : public RowSink {
   void feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
   void expire(std::int64_t now_ns);
   void finish();
+  /// Once a second: what was written goes to the disk.
+  void sync();
   void set_state(LineState state, const std::string& detail = {});
   void tell(Severity severity, const std::string& kind, const std::string& text);
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 # From the serial line to the corrected rate: a virtual gyro in fast time, its bias compensated, in a log and on a socket.
 . "$(dirname "$0")/lib.sh"
+frames 50
 config
-start_sim --profile paper --hours 1 --rate 50 --speed 600 --wait
+start_sim --profile paper --hours 1 --speed 600 --wait
 start_prismd
 wait_for 20 field_is .sample.quality status good
 same "state" "$(field .state status)" receiving

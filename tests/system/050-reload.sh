@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
 # A reload takes over a good model, refuses a bad one with one line and keeps the old, by request and by SIGHUP.
 . "$(dirname "$0")/lib.sh"
+frames 50
 config
 sed -i "s|$PRISM_SOURCE/config/models/tao2019-model2.json|./m.json|" "$dir/gyro.json"
 models=$PRISM_SOURCE/config/models
 cp "$models/tao2019-model2.json" "$dir/m.json"
-start_sim --profile steady --rate 50 --speed 100
+start_sim --profile steady --speed 100
 start_prismd
 wait_for 20 field_is .sample.quality status good
 old=$(field .id model)

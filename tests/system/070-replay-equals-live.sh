@@ -4,12 +4,12 @@
 . "$(dirname "$0")/lib.sh"
 config '"capture": {"directory": "'"$dir"'/capture"}'
 sed -i 's/"clock": "device"/"clock": "host"/; s/"silence_s": 1/"silence_s": 0.5/' "$dir/gyro.json"
-start_sim --profile steady --rate 200 --speed 1 --damage-bytes 1e-4 --drop-bytes 1e-4
+start_sim --profile steady --speed 1 --damage-bytes 1e-4 --drop-bytes 1e-4
 start_prismd
 sleep 3
 kill -9 "$sim"; rm -f "$dir/tty"
 wait_for 5 field_is .state status connecting
-start_sim --profile steady --rate 200 --speed 1
+start_sim --profile steady --speed 1
 sleep 3
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 cat "$dir"/log/*.csv >"$dir/live.csv"

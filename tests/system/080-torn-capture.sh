@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 # A capture cut anywhere replays up to the cut and says so; what is no capture is refused in one line.
 . "$(dirname "$0")/lib.sh"
+frames 20
 config
-prismsim --profile steady --hours 0.2 --rate 20 --frames "$PRISM_SOURCE/config/frames/trplg.json" --out "$dir/whole.pcap" >/dev/null
+prismsim --profile steady --hours 0.2 --frames "$dir/frames.json" --out "$dir/whole.pcap" >/dev/null
 size=$(stat -c %s "$dir/whole.pcap")
 for part in 3 11 24 25 40 41 67 1000 $((size / 2)) $((size - 1)); do
   head -c "$part" "$dir/whole.pcap" >"$dir/torn.pcap"

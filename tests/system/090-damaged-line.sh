@@ -2,7 +2,7 @@
 # Garbage, dropped and damaged bytes cost the frames they hit and are counted; nothing crashes.
 . "$(dirname "$0")/lib.sh"
 config
-start_sim --profile steady --rate 200 --speed 50 --drop-bytes 1e-3 --damage-bytes 1e-3
+start_sim --profile steady --speed 50 --drop-bytes 1e-3 --damage-bytes 1e-3
 start_prismd
 wait_for 20 field_is .sample.quality status good
 wait_for 5 field_above .line.bad_check status 10

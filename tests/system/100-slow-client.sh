@@ -2,7 +2,7 @@
 # 64 clients, one of which never reads: it costs the others nothing, loses rows by count and is told how many.
 . "$(dirname "$0")/lib.sh"
 config
-start_sim --profile steady --rate 200 --speed 40
+start_sim --profile steady --speed 40
 start_prismd
 python3 - "$PRISM_SOCKET" <<'END' || fail "see above"
 import json, socket, sys, threading, time

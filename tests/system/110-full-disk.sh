@@ -5,9 +5,10 @@
 mkdir "$dir/small"
 mount -t tmpfs -o size=64k tmpfs "$dir/small" 2>/dev/null || skip "cannot mount a tmpfs here"
 trap 'umount -l "$dir/small"; cleanup' EXIT
+frames 20
 config
 sed -i "s|$dir/log|$dir/small/log|" "$dir/gyro.json"
-start_sim --profile steady --rate 20 --speed 300
+start_sim --profile steady --speed 300
 start_prismd
 wait_for 20 field_above .log.dropped status 50
 same "events" "$(grep -c 'cannot be written' "$dir/prismd.err")" 1

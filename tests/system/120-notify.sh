@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 # systemd's protocol without systemd: READY, STATUS, WATCHDOG, RELOADING, STOPPING, and a socket handed over.
 . "$(dirname "$0")/lib.sh"
+frames 50
 config
-start_sim --profile steady --rate 50 --speed 1
+start_sim --profile steady --speed 1
 python3 - "$dir" <<'END' || fail "see above"
 import os, signal, socket, subprocess, sys, time
 folder = sys.argv[1]

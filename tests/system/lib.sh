@@ -43,14 +43,18 @@ start() {
   children+=("$pid")
 }
 
+# frames HZ: the default frame at another nominal rate; the virtual gyro and prismd both speak it. Device time counts frames.
+frames() { sed "s/\"rate_hz\": 200/\"rate_hz\": $1/" "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/frames.json"; }
+frames 200
+
 # A virtual gyro on $dir/tty; further options as given.
-start_sim() { start sim prismsim --link "$dir/tty" --frames "$PRISM_SOURCE/config/frames/trplg.json" "$@"; sim=$pid; wait_for 5 test -e "$dir/tty"; }
+start_sim() { start sim prismsim --link "$dir/tty" --frames "$dir/frames.json" "$@"; sim=$pid; wait_for 5 test -e "$dir/tty"; }
 
 # config [EXTRA MEMBERS]: writes $dir/gyro.json for the virtual gyro's line and device time.
 config() {
   cat >"$dir/gyro.json" <<END
 {"line": {"device": "$dir/tty", "silence_s": 1, "retry_min_s": 0.05, "retry_max_s": 0.2},
- "frames": "$PRISM_SOURCE/config/frames/trplg.json", "clock": "device",
+ "frames": "$dir/frames.json", "clock": "device",
  "model": "$PRISM_SOURCE/config/models/tao2019-model2.json",
  "log": {"directory": "$dir/log"}, "socket": {"path": "$PRISM_SOCKET"}${1:+, $1}}
 END

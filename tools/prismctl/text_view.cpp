@@ -127,12 +127,12 @@ std::string event_line(const json& e) {
 }
 
 std::string window_heading() {
-  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", "time (UTC)", "rate deg/h", "bias deg/h", "corrected", "T degC", "dT/dt", "U V", "quality");
+  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", "time (UTC)", "rate deg/h", "bias", "corrected", "T degC", "dT/dt", "U V", "quality");
 }
 
 std::string window_line(const json& w) {
-  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", utc(at(w, "time_s")), value_text(at(w, "rate_deg_per_h"), 4),
-                     value_text(at(w, "bias_deg_per_h"), 5), value_text(at(w, "corrected_deg_per_h"), 4),
+  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", utc(at(w, "time_s")), value_text(at(w, "mean_rate_deg_per_h"), 5),
+                     value_text(at(w, "bias_deg_per_h"), 5), value_text(at(w, "corrected_mean_deg_per_h"), 5),
                      value_text(at(w, "mean_temperature_degc"), 3), value_text(at(w, "slope_degc_per_s"), 6),
                      value_text(at(w, "mean_uhfo_v"), 4), text_of(at(w, "quality")));
 }

@@ -12,7 +12,7 @@ std::string bias_view(const nlohmann::json& bias);
 std::string stability_view(const nlohmann::json& stability);
 std::string model_view(const nlohmann::json& model);
 std::string event_line(const nlohmann::json& event);
-/// One line for a window notification's params.
+/// One line for a window notification's params: the 100 s means, as the model sees them.
 std::string window_line(const nlohmann::json& window);
 /// What window_line's columns are.
 std::string window_heading();

@@ -169,6 +169,8 @@ void print_row(const std::string& method, const json& params, const WatchSetting
   if (method == "lost") return void(fmt::print("# {} rows lost: this reader was too slow\n", params.value("rows", 0)));
   json row = params;
   if (method == "sample") {
+    row["mean_rate_deg_per_h"] = row.value("rate_deg_per_h", json());
+    row["corrected_mean_deg_per_h"] = row.value("corrected_deg_per_h", json());
     row["mean_temperature_degc"] = row.value("temperature_degc", json());
     row["mean_uhfo_v"] = row.value("uhfo_v", json());
   }
