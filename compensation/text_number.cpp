@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kPowers[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
 constexpr double kFixedLimit = 9e8;
+constexpr std::int64_t kYear0 = -62'167'219'200, kYear10000 = 253'402'300'800;  // seconds since 1970
 
 struct CivilTime {
   std::int64_t year;
@@ -61,12 +62,13 @@ void append_fixed(std::string& text, double value, int decimals) {
 }
 
 std::string utc_text(std::int64_t second) {
+  if (second < kYear0 || second >= kYear10000) return std::to_string(second);
   const CivilTime t = civil_time(second);
-  if (t.year < 0 || t.year > 9999) return std::to_string(second);
   return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", t.year, t.month, t.day, t.hour, t.minute, t.second);
 }
 
 std::string utc_file_text(std::int64_t second) {
+  if (second < kYear0 || second >= kYear10000) return std::to_string(second);
   std::string text;
   for (const char c : utc_text(second)) {
     if (c != '-' && c != ':') text += c;
