@@ -58,7 +58,7 @@ const std::array kColumns = {
            [](std::string_view field, CompensatedWindow& row) {
              std::int64_t end_s = 0;
              const bool good = parse_integer(field, end_s) && end_s >= -kFarthestSecond && end_s <= kFarthestSecond;
-             row.window.bucket.second = end_s - 1;
+             if (good) row.window.bucket.second = end_s - 1;
              return good;
            }},
     PRISM_INTEGER("samples", window.bucket.samples),
