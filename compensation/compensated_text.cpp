@@ -37,14 +37,14 @@ bool parse_real(std::string_view field, double& value) {
   return error == std::errc() && end == field.data() + field.size() && std::isfinite(value);
 }
 
-#define PRISM_REAL(name, member, decimals)                                                             \
-  Column {                                                                                             \
+#define PRISM_REAL(name, member, decimals)                                                                   \
+  Column {                                                                                                   \
     name, [](std::string& text, const CompensatedWindow& row) { append_fixed(text, row.member, decimals); }, \
-        [](std::string_view field, CompensatedWindow& row) { return parse_real(field, row.member); }   \
+        [](std::string_view field, CompensatedWindow& row) { return parse_real(field, row.member); }         \
   }
-#define PRISM_INTEGER(name, member)                                                                  \
-  Column {                                                                                           \
-    name, [](std::string& text, const CompensatedWindow& row) { append_integer(text, row.member); }, \
+#define PRISM_INTEGER(name, member)                                                                     \
+  Column {                                                                                              \
+    name, [](std::string& text, const CompensatedWindow& row) { append_integer(text, row.member); },    \
         [](std::string_view field, CompensatedWindow& row) { return parse_integer(field, row.member); } \
   }
 
@@ -137,7 +137,8 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
     const std::size_t end = std::min(line.find(',', begin), line.size());
     const std::string_view field = line.substr(begin, end - begin);
     if (count < kColumns.size() && !kColumns[count].parse(field, row)) {
-      return refuse(std::string(where), fmt::format("column {}: \"{}\" is not a value", kColumns[count].name, plain_text(field)));
+      return refuse(std::string(where),
+                    fmt::format("column {}: \"{}\" is not a value", kColumns[count].name, plain_text(field)));
     }
     if (end == line.size()) break;
     begin = end + 1;

@@ -18,7 +18,8 @@ struct CivilTime {
   int month, day, hour, minute, second;
 };
 
-// Days → civil date after Hinnant (2013), "chrono-compatible low-level date algorithms"; std::chrono in g++ 12 formats none.
+// Days → civil date after Hinnant (2013), "chrono-compatible low-level date algorithms"; std::chrono in g++ 12 formats
+// none.
 CivilTime civil_time(std::int64_t seconds) {
   const std::int64_t days = (seconds >= 0 ? seconds : seconds - 86399) / 86400;
   const int of_day = static_cast<int>(seconds - days * 86400);
@@ -29,8 +30,12 @@ CivilTime civil_time(std::int64_t seconds) {
   const std::int64_t doy = doe - (365 * yoe + yoe / 4 - yoe / 100);
   const std::int64_t mp = (5 * doy + 2) / 153;
   const int month = static_cast<int>(mp < 10 ? mp + 3 : mp - 9);
-  return {yoe + era * 400 + (month <= 2), month, static_cast<int>(doy - (153 * mp + 2) / 5 + 1),
-          of_day / 3600, of_day / 60 % 60, of_day % 60};
+  return {yoe + era * 400 + (month <= 2),
+          month,
+          static_cast<int>(doy - (153 * mp + 2) / 5 + 1),
+          of_day / 3600,
+          of_day / 60 % 60,
+          of_day % 60};
 }
 
 }  // namespace

@@ -113,7 +113,8 @@ TEST(BlockStability, AMissingSecondAtABlocksEndMovesTheGridButDoesNotOverlap) {
 TEST(BlockStability, ComparesRawAndCorrectedOverTheSameBlocks) {
   BlockStability stability;
   for (int block = 0; block < 10; ++block) {  // the first five blocks have no correction and a wild rate
-    stability.add(row_at(100 * block, block < 5 ? 1000 * block : block % 2, block < 5 ? kUnknown : 0.1 * (block % 2)), 100);
+    stability.add(row_at(100 * block, block < 5 ? 1000 * block : block % 2, block < 5 ? kUnknown : 0.1 * (block % 2)),
+                  100);
   }
   EXPECT_EQ(stability.all().count(), 10);
   EXPECT_EQ(stability.raw().count(), 5);

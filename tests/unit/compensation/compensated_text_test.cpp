@@ -98,8 +98,12 @@ TEST(Csv, RandomRowsComeBackToTheirLastDecimal) {
   };
   for (int i = 0; i < 20'000; ++i) {
     CompensatedWindow row;
-    row.window.bucket = {static_cast<std::int64_t>(random() % 4'000'000'000), static_cast<std::uint32_t>(random()),
-                         static_cast<std::uint32_t>(random()), maybe(1e6), maybe(100), maybe(10),
+    row.window.bucket = {static_cast<std::int64_t>(random() % 4'000'000'000),
+                         static_cast<std::uint32_t>(random()),
+                         static_cast<std::uint32_t>(random()),
+                         maybe(1e6),
+                         maybe(100),
+                         maybe(10),
                          static_cast<std::uint32_t>(random())};
     row.window.rate_deg_per_h = maybe(1e6);
     row.window.temperature_degc = maybe(100);
@@ -134,6 +138,7 @@ TEST(Csv, EveryBadFieldIsRefusedByItsName) {
     std::size_t field;
     const char *text, *refusal;
   };
+  // clang-format off
   const Row rows[] = {
       {1, "", R"(g.csv:7: column time_s: "" is not a value)"},
       {1, "1.5", R"(g.csv:7: column time_s: "1.5" is not a value)"},
@@ -155,6 +160,7 @@ TEST(Csv, EveryBadFieldIsRefusedByItsName) {
       {14, "\n\xff", R"(g.csv:7: column corrected_deg_per_h: "??" is not a value)"},
       {16, "good,", R"(g.csv:7: found 18 columns, expected 17)"},
   };
+  // clang-format on
   for (const Row& row : rows) {
     const auto read = parse_csv(with_field(row.field, row.text), "g.csv:7");
     ASSERT_FALSE(read) << row.text;
@@ -179,11 +185,12 @@ TEST(Csv, EveryTornRowIsRefused) {
 TEST(Json, AWindowCarriesItsNumbers) {
   std::string text;
   append_json(text, full_row());
-  EXPECT_EQ(text,
-            R"({"time_s":1795425060,"samples":200,"missing":3,"rate_deg_per_h":8.465213,"mean_rate_deg_per_h":8.465250,)"
-            R"("mean_temperature_degc":25.01000,"slope_degc_per_s":-0.01666667,"mean_uhfo_v":5.250500,)"
-            R"("corrected_mean_deg_per_h":8.477017,"bias_deg_per_h":-0.011767,"sd_deg_per_h":0.008400,)"
-            R"("corrected_deg_per_h":8.476980,"quality":"extrapolating+settling"})");
+  EXPECT_EQ(
+      text,
+      R"({"time_s":1795425060,"samples":200,"missing":3,"rate_deg_per_h":8.465213,"mean_rate_deg_per_h":8.465250,)"
+      R"("mean_temperature_degc":25.01000,"slope_degc_per_s":-0.01666667,"mean_uhfo_v":5.250500,)"
+      R"("corrected_mean_deg_per_h":8.477017,"bias_deg_per_h":-0.011767,"sd_deg_per_h":0.008400,)"
+      R"("corrected_deg_per_h":8.476980,"quality":"extrapolating+settling"})");
   EXPECT_TRUE(json::accept(text));
 }
 
@@ -201,16 +208,21 @@ Compensated sample_row(std::int64_t time_ns) {
 TEST(Json, ASampleCarriesItsNumbers) {
   std::string text;
   append_json(text, sample_row(1'795'425'060'012'345'678));
-  EXPECT_EQ(text, R"({"time_s":1795425060.012345,"rate_deg_per_h":8.500000,"temperature_degc":25.00000,"uhfo_v":5.250000,)"
-                  R"("bias_deg_per_h":0.250000,"sd_deg_per_h":0.001000,"corrected_deg_per_h":8.250000,"quality":"good"})");
+  EXPECT_EQ(text,
+            R"({"time_s":1795425060.012345,"rate_deg_per_h":8.500000,"temperature_degc":25.00000,"uhfo_v":5.250000,)"
+            R"("bias_deg_per_h":0.250000,"sd_deg_per_h":0.001000,"corrected_deg_per_h":8.250000,"quality":"good"})");
   EXPECT_TRUE(json::accept(text));
 }
 
 TEST(Json, TimesKeepTheirMicrosecondsOnBothSidesOfZero) {
-  const std::pair<std::int64_t, const char*> rows[] = {
-      {0, "0.000000"},           {999, "0.000000"},           {1'000, "0.000001"},
-      {999'999'999, "0.999999"}, {1'000'000'000, "1.000000"}, {1'100'000'000, "1.100000"},
-      {-1'000, "-0.000001"},     {-1'500'000'000, "-1.500000"}};
+  const std::pair<std::int64_t, const char*> rows[] = {{0, "0.000000"},
+                                                       {999, "0.000000"},
+                                                       {1'000, "0.000001"},
+                                                       {999'999'999, "0.999999"},
+                                                       {1'000'000'000, "1.000000"},
+                                                       {1'100'000'000, "1.100000"},
+                                                       {-1'000, "-0.000001"},
+                                                       {-1'500'000'000, "-1.500000"}};
   for (const auto& [time_ns, expected] : rows) {
     std::string text;
     append_json(text, sample_row(time_ns));

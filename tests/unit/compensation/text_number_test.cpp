@@ -46,7 +46,8 @@ TEST(AppendFixed, WritesWhatPrintfWrites) {
     if (near_tie(value, decimals)) {
       ++ties;
       const double error = std::fabs(std::strtod(fixed(value, decimals).c_str(), nullptr) - value);
-      ASSERT_LE(error, 0.5 * std::pow(10, -decimals) + 4e-16 * std::fabs(value)) << value;  // a half and two last digits
+      ASSERT_LE(error, 0.5 * std::pow(10, -decimals) + 4e-16 * std::fabs(value))
+          << value;  // a half and two last digits
       continue;
     }
     ASSERT_EQ(fixed(value, decimals), by_printf(value, decimals)) << decimals;
@@ -95,8 +96,8 @@ TEST(AppendFixed, WhatIsNotFiniteIsNothing) {
 
 TEST(AppendInteger, WritesEveryWholeNumber) {
   std::mt19937_64 random(19);
-  std::vector<std::int64_t> values = {0, 1, -1, 9, 10, -10, std::numeric_limits<std::int64_t>::max(),
-                                      std::numeric_limits<std::int64_t>::min()};
+  std::vector<std::int64_t> values = {
+      0, 1, -1, 9, 10, -10, std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()};
   for (int i = 0; i < 10'000; ++i) values.push_back(static_cast<std::int64_t>(random()) >> (random() % 64));
   for (const std::int64_t value : values) {
     std::string text;
@@ -110,12 +111,12 @@ std::string by_gmtime(std::int64_t second) {
   std::tm parts{};
   gmtime_r(&time, &parts);
   char text[64];
-  std::snprintf(text, sizeof text, "%04d-%02d-%02dT%02d:%02d:%02dZ", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday,
-                parts.tm_hour, parts.tm_min, parts.tm_sec);
+  std::snprintf(text, sizeof text, "%04d-%02d-%02dT%02d:%02d:%02dZ", parts.tm_year + 1900, parts.tm_mon + 1,
+                parts.tm_mday, parts.tm_hour, parts.tm_min, parts.tm_sec);
   return text;
 }
 
-constexpr std::int64_t kYear0 = -62'167'219'200;    // 0000-01-01T00:00:00Z
+constexpr std::int64_t kYear0 = -62'167'219'200;      // 0000-01-01T00:00:00Z
 constexpr std::int64_t kYear10000 = 253'402'300'800;  // 10000-01-01T00:00:00Z
 
 TEST(UtcText, IsWhatGmtimeSays) {
@@ -141,8 +142,8 @@ TEST(UtcText, KnowsTheDaysThatCalendarsGetWrong) {
 }
 
 TEST(UtcText, OutsideFourDigitYearsIsTheNumber) {
-  for (const std::int64_t second : {kYear0 - 1, kYear10000, std::numeric_limits<std::int64_t>::min(),
-                                    std::numeric_limits<std::int64_t>::max()}) {
+  for (const std::int64_t second :
+       {kYear0 - 1, kYear10000, std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
     EXPECT_EQ(utc_text(second), std::to_string(second));
   }
 }

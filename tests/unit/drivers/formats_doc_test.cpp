@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // docs/formats.md shows a capture in hex: the very bytes that the writer writes.
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <array>
