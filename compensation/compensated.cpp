@@ -8,9 +8,14 @@ namespace prism {
 namespace {
 
 constexpr std::pair<std::uint32_t, const char*> kNames[] = {
-    {kWarming, "warming"},         {kNoModel, "no_model"},   {kInputMissing, "input_missing"},
-    {kExtrapolating, "extrapolating"}, {kFallback, "fallback"}, {kOverLimit, "over_limit"},
-    {kSettling, "settling"},       {kRateInvalid, "rate_invalid"},
+    {kWarming, "warming"},
+    {kNoModel, "no_model"},
+    {kInputMissing, "input_missing"},
+    {kExtrapolating, "extrapolating"},
+    {kFallback, "fallback"},
+    {kOverLimit, "over_limit"},
+    {kSettling, "settling"},
+    {kRateInvalid, "rate_invalid"},
 };
 
 }  // namespace

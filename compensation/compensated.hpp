@@ -13,14 +13,14 @@ namespace prism {
 /// Bits; 0 is a correction without reservation.
 enum Quality : std::uint32_t {
   kGood = 0,
-  kWarming = 1,         ///< the window is not full since the start or the last gap
-  kNoModel = 2,         ///< no model is loaded: nothing is corrected
-  kInputMissing = 4,    ///< an input of the model is not known: never carried, or no longer
-  kExtrapolating = 8,   ///< the model is asked off the data it was trained on
-  kFallback = 16,       ///< the fallback model, which needs no slope, gave the bias
-  kOverLimit = 32,      ///< the predicted bias exceeded the sanity limit and was ignored
-  kSettling = 64,       ///< the lag filters have not forgotten how they began
-  kRateInvalid = 128,   ///< the device says that the rate is not valid
+  kWarming = 1,        ///< the window is not full since the start or the last gap
+  kNoModel = 2,        ///< no model is loaded: nothing is corrected
+  kInputMissing = 4,   ///< an input of the model is not known: never carried, or no longer
+  kExtrapolating = 8,  ///< the model is asked off the data it was trained on
+  kFallback = 16,      ///< the fallback model, which needs no slope, gave the bias
+  kOverLimit = 32,     ///< the predicted bias exceeded the sanity limit and was ignored
+  kSettling = 64,      ///< the lag filters have not forgotten how they began
+  kRateInvalid = 128,  ///< the device says that the rate is not valid
 };
 
 /// "good", or the names of the bits joined by '+': "warming+fallback".

@@ -7,13 +7,16 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 
+#include "compensation/plain_text.hpp"
 #include "compensation/text_number.hpp"
 
 namespace prism {
 namespace {
 
 constexpr int kRateDecimals = 6, kTemperatureDecimals = 5, kUhfoDecimals = 6, kSlopeDecimals = 8;
+constexpr std::int64_t kFarthestSecond = 9'223'372'036;  // what std::int64_t nanoseconds reach
 
 // How one column of the log is written and read; the table below is the format.
 struct Column {
@@ -34,14 +37,14 @@ bool parse_real(std::string_view field, double& value) {
   return error == std::errc() && end == field.data() + field.size() && std::isfinite(value);
 }
 
-#define PRISM_REAL(name, member, decimals)                                                             \
-  Column {                                                                                             \
+#define PRISM_REAL(name, member, decimals)                                                                   \
+  Column {                                                                                                   \
     name, [](std::string& text, const CompensatedWindow& row) { append_fixed(text, row.member, decimals); }, \
-        [](std::string_view field, CompensatedWindow& row) { return parse_real(field, row.member); }   \
+        [](std::string_view field, CompensatedWindow& row) { return parse_real(field, row.member); }         \
   }
-#define PRISM_INTEGER(name, member)                                                                  \
-  Column {                                                                                           \
-    name, [](std::string& text, const CompensatedWindow& row) { append_integer(text, row.member); }, \
+#define PRISM_INTEGER(name, member)                                                                     \
+  Column {                                                                                              \
+    name, [](std::string& text, const CompensatedWindow& row) { append_integer(text, row.member); },    \
         [](std::string_view field, CompensatedWindow& row) { return parse_integer(field, row.member); } \
   }
 
@@ -53,8 +56,9 @@ const std::array kColumns = {
     Column{"time_s",
            [](std::string& text, const CompensatedWindow& row) { append_integer(text, row.window.bucket.second + 1); },
            [](std::string_view field, CompensatedWindow& row) {
-             const bool good = parse_integer(field, row.window.bucket.second);
-             --row.window.bucket.second;
+             std::int64_t end_s = 0;
+             const bool good = parse_integer(field, end_s) && end_s >= -kFarthestSecond && end_s <= kFarthestSecond;
+             if (good) row.window.bucket.second = end_s - 1;
              return good;
            }},
     PRISM_INTEGER("samples", window.bucket.samples),
@@ -75,7 +79,7 @@ const std::array kColumns = {
            [](std::string& text, const CompensatedWindow& row) { text += quality_text(row.correction.quality); },
            [](std::string_view field, CompensatedWindow& row) {
              row.correction.quality = parse_quality(std::string(field));
-             return !field.empty();
+             return quality_text(row.correction.quality) == field;  // a torn or unknown name must not read as "good"
            }},
 };
 
@@ -98,8 +102,9 @@ void append_correction(std::string& text, const Correction& correction, double c
 
 // Seconds with microseconds; append_fixed would round the large number through a double's last digits.
 void append_time(std::string& text, std::int64_t time_ns) {
+  if (time_ns < 0 && time_ns > -kNanosecondsPerSecond) text += '-';
   append_integer(text, time_ns / kNanosecondsPerSecond);
-  const std::int64_t micros = time_ns % kNanosecondsPerSecond / 1000;
+  const std::int64_t micros = std::abs(time_ns % kNanosecondsPerSecond) / 1000;
   char digits[7] = {'.', '0', '0', '0', '0', '0', '0'};
   for (std::int64_t rest = micros, i = 6; rest > 0; rest /= 10, --i) digits[i] = static_cast<char>('0' + rest % 10);
   text.append(digits, sizeof digits);
@@ -132,7 +137,8 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
     const std::size_t end = std::min(line.find(',', begin), line.size());
     const std::string_view field = line.substr(begin, end - begin);
     if (count < kColumns.size() && !kColumns[count].parse(field, row)) {
-      return refuse(std::string(where), fmt::format("column {}: \"{}\" is not a value", kColumns[count].name, field));
+      return refuse(std::string(where),
+                    fmt::format("column {}: \"{}\" is not a value", kColumns[count].name, plain_text(field)));
     }
     if (end == line.size()) break;
     begin = end + 1;
@@ -140,7 +146,9 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
   if (count + 1 != kColumns.size()) {
     return refuse(std::string(where), fmt::format("found {} columns, expected {}", count + 1, kColumns.size()));
   }
-  const bool ready = std::isfinite(row.window.slope_degc_per_s) && std::isfinite(row.window.rate_deg_per_h);
+  const Window& window = row.window;
+  const bool ready = std::isfinite(window.slope_degc_per_s) && std::isfinite(window.temperature_degc) &&
+                     std::isfinite(window.rate_deg_per_h);
   row.window.state = ready ? WindowState::kReady : WindowState::kWarming;
   return row;
 }

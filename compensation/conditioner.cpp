@@ -38,7 +38,8 @@ Known known(const std::deque<Bucket>& history, Quantity quantity, std::int64_t f
 }
 
 // Slope of the least-squares line through (second, T) of the buckets in [first, last].
-double least_squares_slope(const std::deque<Bucket>& history, std::int64_t first, std::int64_t last, const Known& mean) {
+double least_squares_slope(const std::deque<Bucket>& history, std::int64_t first, std::int64_t last,
+                           const Known& mean) {
   double covariance = 0, variance = 0;
   for (const Bucket& bucket : history) {
     if (bucket.second < first || !std::isfinite(bucket.temperature_degc)) continue;
@@ -116,8 +117,8 @@ double Conditioner::slope(std::int64_t last) const {
   return (now.mean - before.mean) / (definition_.length_s + now.mean_time_s - before.mean_time_s);
 }
 
-// One-pole mean of T per time constant. Short holes are bridged exactly (the pole decays by the true elapsed time); after
-// an emptied window longer than a tenth of the shortest constant the past is unknown and the filters begin anew.
+// One-pole mean of T per time constant. Short holes are bridged exactly (the pole decays by the true elapsed time);
+// after an emptied window longer than a tenth of the shortest constant the past is unknown and the filters begin anew.
 void Conditioner::update_lags(const Bucket& bucket, Window& window) {
   const auto& constants = definition_.lag_time_constants_s;
   if (constants.empty() || !std::isfinite(bucket.temperature_degc)) return;

@@ -10,7 +10,8 @@ Result<void> Engine::use(ModelPtr model, ModelPtr fallback) {
   if (fallback) {
     for (const std::string& input : fallback->info().inputs) {
       if (input == kInputTemperature || input == kInputUhfo) continue;
-      return refuse("fallback model", "needs the input " + input + ", expected T and U only: it serves while there is no slope");
+      return refuse("fallback model",
+                    "needs the input " + input + ", expected T and U only: it serves while there is no slope");
     }
   }
   if (model && !(model->info().features == conditioner_.definition())) {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "compensation/plain_text.hpp"
+
 namespace prism {
 namespace {
 
@@ -16,34 +18,25 @@ const json kEmptyObject = json::object();
 
 constexpr int kMaxDepth = 32;  // a file of a million brackets must not recurse a million deep when it is shown or freed
 
-// A refusal is one line of plain text, whatever stood in the file.
-std::string plain(std::string_view text, std::size_t most) {
-  std::string result;
-  for (const char c : text.substr(0, most)) result += c >= 0x20 && c <= 0x7e ? c : '?';
-  return text.size() > most ? result + "..." : result;
-}
-
-// nlohmann says "[…] parse error at line 3, column 5: syntax error while parsing value - unexpected …"; keep the place and
-// the reason.
+// nlohmann says "[…] parse error at line 3, column 5: syntax error while parsing value - unexpected …"; keep the place
+// and the reason.
 Error json_error(std::string_view where, const json::exception& error) {
   const std::string_view message = error.what();
   const std::size_t place = message.find("at line "), reason = message.find(": ", place), code = message.find("] ");
   int line = 0, column = 0;
   if (place != message.npos && reason != message.npos &&
       std::sscanf(message.data() + place, "at line %d, column %d", &line, &column) == 2) {
-    return {fmt::format("{}:{}:{}", where, line, column), "not valid JSON: " + plain(message.substr(reason + 2), 160)};
+    return {fmt::format("{}:{}:{}", where, line, column),
+            "not valid JSON: " + plain_text(message.substr(reason + 2), 160)};
   }
-  return {std::string(where), "not valid JSON: " + plain(message.substr(code == message.npos ? 0 : code + 2), 160)};
+  return {std::string(where),
+          "not valid JSON: " + plain_text(message.substr(code == message.npos ? 0 : code + 2), 160)};
 }
 
 // A key as a step of a JSON pointer (RFC 6901).
 std::string pointer_step(std::string_view key) {
   std::string step;
-  for (const char c : plain(key, 40)) {
-    if (c == '~') step += "~0";
-    else if (c == '/') step += "~1";
-    else step += c;
-  }
+  for (const char c : plain_text(key)) step += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
   return step;
 }
 
@@ -73,7 +66,8 @@ Result<json> parse_json_object(std::string_view text, std::string_view where) {
   try {
     json value = json::parse(text.begin(), text.end(), watch, true, true);
     if (too_deep) return refuse(std::string(where), fmt::format("nested deeper than {} levels", kMaxDepth));
-    if (repeated) return refuse(std::string(where), fmt::format("the key \"{}\" is given twice", plain(*repeated, 40)));
+    if (repeated)
+      return refuse(std::string(where), fmt::format("the key \"{}\" is given twice", plain_text(*repeated)));
     if (!value.is_object()) return refuse(std::string(where), "found " + shown(value) + ", expected a JSON object");
     return value;
   } catch (const json::exception& error) {  // no JSON, or a number beyond double
@@ -180,7 +174,8 @@ std::vector<std::string> Section::texts(const char* key, bool required) {
   std::vector<std::string> result;
   const json* array = take(key, required);
   if (array == nullptr) return result;
-  const bool fits = array->is_array() && std::all_of(array->begin(), array->end(), [](const json& v) { return v.is_string(); });
+  const bool fits =
+      array->is_array() && std::all_of(array->begin(), array->end(), [](const json& v) { return v.is_string(); });
   if (!fits) {
     fail(key, fmt::format("found {}, expected an array of texts", shown(*array)));
     return result;

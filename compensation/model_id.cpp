@@ -10,9 +10,7 @@
 namespace prism {
 
 // JSON's "-0" is a whole number and reads back as +0: an id over "-0" would not fit the file that holds it.
-std::string exact_text(double value) {
-  return value == 0 && std::signbit(value) ? "-0.0" : fmt::format("{}", value);
-}
+std::string exact_text(double value) { return value == 0 && std::signbit(value) ? "-0.0" : fmt::format("{}", value); }
 
 std::string exact_texts(std::span<const double> values) {
   std::string text;
@@ -22,9 +20,9 @@ std::string exact_texts(std::span<const double> values) {
 
 std::string model_id(const ModelInfo& info, std::string_view content) {
   const FeatureDefinition& f = info.features;
-  std::string canonical = fmt::format("prism-model {} {}\n{} {} {} {} {}\n{}\n{} {}\n", kModelVersion, info.kind, f.length_s,
-                                      kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s,
-                                      exact_texts(f.lag_time_constants_s), fmt::join(info.inputs, " "),
+  std::string canonical = fmt::format("prism-model {} {}\n{} {} {} {} {}\n{}\n{} {}\n", kModelVersion, info.kind,
+                                      f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s,
+                                      f.max_gap_s, exact_texts(f.lag_time_constants_s), fmt::join(info.inputs, " "),
                                       exact_texts(info.domain.min), exact_texts(info.domain.max));
   return sha256_hex(canonical += content);
 }

@@ -44,7 +44,8 @@ void read_inputs(Section& top, ModelInfo& info) {
     if (!has_input(info.features, name)) {
       input.fail("name", fmt::format("found {}, expected T, dTdt, U or a lag that features define", in_quotes(name)));
     }
-    if (std::count(info.inputs.begin(), info.inputs.end(), name)) input.fail("name", in_quotes(name) + " is given twice");
+    if (std::count(info.inputs.begin(), info.inputs.end(), name))
+      input.fail("name", in_quotes(name) + " is given twice");
     if (const std::string unit = input.text("unit", unit_of(name)); unit != unit_of(name)) {
       input.fail("unit", fmt::format("found {}, expected \"{}\"", in_quotes(unit), unit_of(name)));
     }
@@ -74,12 +75,14 @@ Result<ModelPtr> read_model(Section& top, const std::string& where) {
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   const std::string stated = info.id;
   const ModelKind* kind = find_model_kind(info.kind);
-  if (kind == nullptr) return refuse(where + ":/kind", fmt::format("found {}, expected {}", in_quotes(info.kind), model_kind_names()));
+  if (kind == nullptr)
+    return refuse(where + ":/kind", fmt::format("found {}, expected {}", in_quotes(info.kind), model_kind_names()));
   Result<ModelPtr> model = kind->read(top, std::move(info));
   if (auto rest = top.finish(); !rest) return tl::unexpected<Error>(rest.error());
   if (model && (*model)->info().id != stated) {
-    return refuse(where + ":/id", fmt::format("found {}, but the content gives \"{:.12}...\": it was changed or damaged",
-                                              in_quotes(stated), (*model)->info().id));
+    return refuse(where + ":/id",
+                  fmt::format("found {}, but the content gives \"{:.12}...\": it was changed or damaged",
+                              in_quotes(stated), (*model)->info().id));
   }
   return model;
 }
@@ -92,7 +95,8 @@ Result<ModelPtr> parse_model(std::string_view text, std::string_view where) {
   if (!json) return tl::unexpected<Error>(json.error());
   Section top(*json, place);
   const std::string format = top.text("format");
-  if (top.good() && format != "prism-model") top.fail("format", fmt::format("found {}, expected \"prism-model\"", in_quotes(format)));
+  if (top.good() && format != "prism-model")
+    top.fail("format", fmt::format("found {}, expected \"prism-model\"", in_quotes(format)));
   const auto version = top.integer("version", {1, 1e9});
   if (top.good() && version > kModelVersion) {
     top.fail("version", fmt::format("found {}, expected at most {}: made by a newer prism", version, kModelVersion));
@@ -109,15 +113,17 @@ std::string format_model(const Model& model) {
     return nlohmann::json(s).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   };
   std::string text = fmt::format(
-      "{{\n  \"format\": \"prism-model\",\n  \"version\": {},\n  \"id\": \"{}\",\n  \"kind\": {},\n  \"name\": {},\n", kModelVersion,
-      info.id, whole(info.kind), whole(info.name));
+      "{{\n  \"format\": \"prism-model\",\n  \"version\": {},\n  \"id\": \"{}\",\n  \"kind\": {},\n  \"name\": {},\n",
+      kModelVersion, info.id, whole(info.kind), whole(info.name));
   text += fmt::format("  \"gyro\": {{\"serial\": {}}},\n", whole(info.gyro_serial));
   text += fmt::format(
       "  \"features\": {{\"length_s\": {}, \"slope\": \"{}\", \"end_mean_s\": {}, \"max_gap_s\": {}, "
       "\"lag_time_constants_s\": {}}},\n  \"inputs\": [",
-      f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s, exact_texts(f.lag_time_constants_s));
+      f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s,
+      exact_texts(f.lag_time_constants_s));
   for (std::size_t i = 0; i < info.inputs.size(); ++i) {
-    text += fmt::format("{}\n    {{\"name\": \"{}\", \"unit\": \"{}\"", i ? "," : "", info.inputs[i], unit_of(info.inputs[i]));
+    text += fmt::format("{}\n    {{\"name\": \"{}\", \"unit\": \"{}\"", i ? "," : "", info.inputs[i],
+                        unit_of(info.inputs[i]));
     if (!info.domain.min.empty()) {
       text += fmt::format(", \"min\": {}, \"max\": {}", exact_text(info.domain.min[i]), exact_text(info.domain.max[i]));
     }

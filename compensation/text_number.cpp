@@ -11,13 +11,15 @@ namespace {
 
 constexpr double kPowers[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
 constexpr double kFixedLimit = 9e8;
+constexpr std::int64_t kYear0 = -62'167'219'200, kYear10000 = 253'402'300'800;  // seconds since 1970
 
 struct CivilTime {
   std::int64_t year;
   int month, day, hour, minute, second;
 };
 
-// Days → civil date after Hinnant (2013), "chrono-compatible low-level date algorithms"; std::chrono in g++ 12 formats none.
+// Days → civil date after Hinnant (2013), "chrono-compatible low-level date algorithms"; std::chrono in g++ 12 formats
+// none.
 CivilTime civil_time(std::int64_t seconds) {
   const std::int64_t days = (seconds >= 0 ? seconds : seconds - 86399) / 86400;
   const int of_day = static_cast<int>(seconds - days * 86400);
@@ -28,8 +30,12 @@ CivilTime civil_time(std::int64_t seconds) {
   const std::int64_t doy = doe - (365 * yoe + yoe / 4 - yoe / 100);
   const std::int64_t mp = (5 * doy + 2) / 153;
   const int month = static_cast<int>(mp < 10 ? mp + 3 : mp - 9);
-  return {yoe + era * 400 + (month <= 2), month, static_cast<int>(doy - (153 * mp + 2) / 5 + 1),
-          of_day / 3600, of_day / 60 % 60, of_day % 60};
+  return {yoe + era * 400 + (month <= 2),
+          month,
+          static_cast<int>(doy - (153 * mp + 2) / 5 + 1),
+          of_day / 3600,
+          of_day / 60 % 60,
+          of_day % 60};
 }
 
 }  // namespace
@@ -61,12 +67,13 @@ void append_fixed(std::string& text, double value, int decimals) {
 }
 
 std::string utc_text(std::int64_t second) {
+  if (second < kYear0 || second >= kYear10000) return std::to_string(second);
   const CivilTime t = civil_time(second);
-  if (t.year < 0 || t.year > 9999) return std::to_string(second);
   return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", t.year, t.month, t.day, t.hour, t.minute, t.second);
 }
 
 std::string utc_file_text(std::int64_t second) {
+  if (second < kYear0 || second >= kYear10000) return std::to_string(second);
   std::string text;
   for (const char c : utc_text(second)) {
     if (c != '-' && c != ':') text += c;

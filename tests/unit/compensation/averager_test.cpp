@@ -137,7 +137,8 @@ TEST(Averager, AgreesWithKeepingEverySample) {
   for (const Bucket& bucket : buckets) {
     double angle = 0, time = 0, temperature = 0, temperatures = 0;
     for (const Sample& sample : kept.at(bucket.second)) {
-      if (std::isfinite(sample.rate_deg_per_h)) angle += sample.rate_deg_per_h * sample.interval_s, time += sample.interval_s;
+      if (std::isfinite(sample.rate_deg_per_h))
+        angle += sample.rate_deg_per_h * sample.interval_s, time += sample.interval_s;
       if (std::isfinite(sample.temperature_degc)) temperature += sample.temperature_degc, ++temperatures;
     }
     EXPECT_EQ(bucket.samples, kept.at(bucket.second).size());

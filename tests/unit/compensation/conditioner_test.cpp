@@ -46,8 +46,10 @@ Window push_ramp(Conditioner& conditioner, std::int64_t from, std::int64_t to, d
 }
 
 class BothMethods : public testing::TestWithParam<SlopeMethod> {};
-INSTANTIATE_TEST_SUITE_P(Conditioner, BothMethods, testing::Values(SlopeMethod::kDifference, SlopeMethod::kLeastSquares),
-                         [](const auto& row) { return row.param == SlopeMethod::kDifference ? "Difference" : "LeastSquares"; });
+INSTANTIATE_TEST_SUITE_P(Conditioner, BothMethods,
+                         testing::Values(SlopeMethod::kDifference, SlopeMethod::kLeastSquares), [](const auto& row) {
+                           return row.param == SlopeMethod::kDifference ? "Difference" : "LeastSquares";
+                         });
 
 TEST_P(BothMethods, FindTheSlopeOfARamp) {
   for (const double slope : {1.0 / 60, -1.0 / 60, 0.0, 1e-6}) {

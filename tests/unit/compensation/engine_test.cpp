@@ -64,8 +64,10 @@ TEST(Engine, GivesOneRowForEachSampleAndOneWindowForEachSecond) {
   run.seconds(20);
   EXPECT_EQ(run.rows.size(), 200u);
   ASSERT_EQ(run.windows.size(), 19u);  // the twentieth second is still open
-  for (std::size_t i = 0; i < run.windows.size(); ++i) EXPECT_EQ(run.windows[i].window.bucket.second, static_cast<int>(i));
-  for (std::size_t i = 0; i < run.rows.size(); ++i) EXPECT_EQ(run.rows[i].sample.time_ns, static_cast<int>(i + 1) * kPeriodNs);
+  for (std::size_t i = 0; i < run.windows.size(); ++i)
+    EXPECT_EQ(run.windows[i].window.bucket.second, static_cast<int>(i));
+  for (std::size_t i = 0; i < run.rows.size(); ++i)
+    EXPECT_EQ(run.rows[i].sample.time_ns, static_cast<int>(i + 1) * kPeriodNs);
 }
 
 TEST(Engine, FindsTheBiasThatWasPutIn) {
@@ -332,8 +334,8 @@ TEST(EngineInputs, AnInvalidRateIsMarkedOnItsOwnSampleOnly) {
   EXPECT_TRUE(std::isnan(run.windows.back().corrected_deg_per_h));
 }
 
-// A random life: gaps, clocks set back, lost sensors, new models, ends of sessions. Whatever happens, a corrected rate is
-// the rate minus a bias that the row states, with a quality that allows for one.
+// A random life: gaps, clocks set back, lost sensors, new models, ends of sessions. Whatever happens, a corrected rate
+// is the rate minus a bias that the row states, with a quality that allows for one.
 TEST(Engine, NeverPublishesASilentlyUncorrectedNumber) {
   std::mt19937_64 random(7);
   const auto chance = [&](int one_in) { return random() % static_cast<unsigned>(one_in) == 0; };
@@ -352,7 +354,8 @@ TEST(Engine, NeverPublishesASilentlyUncorrectedNumber) {
   int corrected_rows = 0;
   for (int i = 0; i < 200'000; ++i) {
     if (chance(3000)) run.skip(static_cast<int>(random() % 8) - 1);
-    if (chance(4000)) run.next.temperature_degc = chance(2) ? kUnknown : 25 + 0.001 * static_cast<double>(random() % 100);
+    if (chance(4000))
+      run.next.temperature_degc = chance(2) ? kUnknown : 25 + 0.001 * static_cast<double>(random() % 100);
     if (chance(4000)) run.next.uhfo_v = chance(2) ? kUnknown : 5.2;
     if (chance(2000)) run.next.rate_deg_per_h = chance(2) ? kUnknown : 8;
     if (chance(9000)) run.use(both, nullptr);

@@ -17,12 +17,13 @@ FeatureDefinition with_two_lags() {
 }
 
 TEST(Features, KnowTheThreeInputsOfThePaperAndTheLagsThatAreDefined) {
-  for (const std::string name : {"T", "dTdt", "U", "lag1", "lag2"}) EXPECT_TRUE(has_input(with_two_lags(), name)) << name;
+  for (const std::string name : {"T", "dTdt", "U", "lag1", "lag2"})
+    EXPECT_TRUE(has_input(with_two_lags(), name)) << name;
 }
 
 TEST(Features, RefuseEveryOtherName) {
-  const std::string names[] = {"",      "t",     "u",    "dT/dt", "lag",   "lag0",   "lag3",
-                               "lag-1", "lag 1", "lag1 ", "lag01", "lag1x", "Lag1",  "lag99999999999999999999"};
+  const std::string names[] = {"",      "t",     "u",     "dT/dt", "lag",   "lag0", "lag3",
+                               "lag-1", "lag 1", "lag1 ", "lag01", "lag1x", "Lag1", "lag99999999999999999999"};
   for (const std::string& name : names) EXPECT_FALSE(has_input(with_two_lags(), name)) << '"' << name << '"';
   EXPECT_FALSE(has_input(FeatureDefinition{}, "lag1"));
 }

@@ -36,9 +36,10 @@ TEST(ParseJson, SaysFileLineAndColumnOfWhatIsNoJson) {
   EXPECT_EQ(parse_refusal("{\n  \"a\": 1,\n  b\n}"),
             "gyro.json:3:3: not valid JSON: syntax error while parsing object key - invalid literal; last read: "
             "'1,<U+000A>  b'; expected string literal");
-  EXPECT_EQ(parse_refusal(""),
-            "gyro.json:1:1: not valid JSON: syntax error while parsing value - unexpected end of input; expected '[', '{', "
-            "or a literal");
+  EXPECT_EQ(
+      parse_refusal(""),
+      "gyro.json:1:1: not valid JSON: syntax error while parsing value - unexpected end of input; expected '[', '{', "
+      "or a literal");
   EXPECT_EQ(parse_refusal("{\"a\": nan}").substr(0, 30), "gyro.json:1:8: not valid JSON:");
   EXPECT_EQ(parse_refusal("{\"a\": Infinity}").substr(0, 29), "gyro.json:1:7: not valid JSON");
   EXPECT_EQ(parse_refusal("{} {}").substr(0, 29), "gyro.json:1:4: not valid JSON");
@@ -75,9 +76,14 @@ TEST(ParseJson, RefusesAMillionBracketsWithoutRecursion) {
 }
 
 TEST(ParseJson, ItsRefusalsAreOneShortPlainLine) {
-  const std::string rows[] = {std::string("{\"a\": \"\xff\xfe\"}"), std::string("{\"a\": \"") + std::string(100'000, 'x'),
-                              "{\"k\n\": 1}", "{\"\xc3\xa4\": 1, \"\xc3\xa4\": 2}", "{\"a\\nb\": 1, \"a\\nb\": 2}",
-                              std::string("{\0}", 3), "{\"a\\nb/c\": 1}", "{\"" + std::string(100'000, 'k') + "\": 1}"};
+  const std::string rows[] = {std::string("{\"a\": \"\xff\xfe\"}"),
+                              std::string("{\"a\": \"") + std::string(100'000, 'x'),
+                              "{\"k\n\": 1}",
+                              "{\"\xc3\xa4\": 1, \"\xc3\xa4\": 2}",
+                              "{\"a\\nb\": 1, \"a\\nb\": 2}",
+                              std::string("{\0}", 3),
+                              "{\"a\\nb/c\": 1}",
+                              "{\"" + std::string(100'000, 'k') + "\": 1}"};
   for (const std::string& row : rows) {
     const std::string line = parse_refusal(row);
     EXPECT_NE(line, "") << row.substr(0, 80);
@@ -137,6 +143,7 @@ struct Row {
 
 constexpr const char* kColours[] = {"red", "green"};
 
+// clang-format off
 const Row kRows[] = {
     {R"({})", [](Section& s) { s.number("n", {0, 1}); }, "gyro.json: \"n\" is missing"},
     {R"({"o": {}})", [](Section& s) { s.object("o").text("t"); }, "gyro.json:/o: \"t\" is missing"},
@@ -170,6 +177,7 @@ const Row kRows[] = {
     {R"({"t": "0123456789012345678901234567890123456789"})", [](Section& s) { s.boolean("t"); },
      "gyro.json:/t: found \"012345678901234567890123456789012345..., expected true or false"},
 };
+// clang-format on
 
 TEST(Section, SaysWhereWhatAndWhatWasExpected) {
   for (const Row& row : kRows) EXPECT_EQ(refusal(row.text, row.read), row.refusal) << row.text;
@@ -186,7 +194,10 @@ TEST(Section, TellsTheFirstThingThatIsWrong) {
 }
 
 TEST(Section, AReaderMayAddItsOwnRefusal) {
-  EXPECT_EQ(refusal(R"({"a": 1})", [](Section& s) { s.fail("a", s.integer("a", {0, 9}) ? "is odd" : ""); }),
+  EXPECT_EQ(refusal(R"({"a": 1})",
+                    [](Section& s) {
+                      s.fail("a", s.integer("a", {0, 9}) ? "is odd" : "");
+                    }),
             "gyro.json:/a: is odd");
   EXPECT_EQ(refusal(R"({})", [](Section& s) { s.fail("", "is empty"); }), "gyro.json: is empty");
 }

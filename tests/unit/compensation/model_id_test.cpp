@@ -48,7 +48,9 @@ TEST(ModelId, IsTheSameForTheSameNumbersWhateverTheNames) {
 TEST(ModelId, ChangesWithEveryNumber) {
   const std::function<void(ModelInfo&)> changes[] = {
       [](ModelInfo& i) { i.kind = "stepwise"; },
-      [](ModelInfo& i) { i.inputs = {"U", "T"}; },
+      [](ModelInfo& i) {
+        i.inputs = {"U", "T"};
+      },
       [](ModelInfo& i) { i.features.length_s = 99; },
       [](ModelInfo& i) { i.features.slope = SlopeMethod::kLeastSquares; },
       [](ModelInfo& i) { i.features.end_mean_s = 9; },
@@ -85,9 +87,24 @@ TEST(ModelId, IsTheDigestThatAnyToolGives) {
 
 TEST(ExactText, ReadsBackAsTheVeryDoubleAlsoThroughJson) {
   std::mt19937_64 random(11);
-  std::vector<double> values = {0.0, -0.0, 1, -1, 0.1, 1e15, 9007199254740994, 1e16, 1e17, 123456789012345680, 1e-5, 1e22, 5e-324,
-                                std::numeric_limits<double>::max(), std::numeric_limits<double>::lowest(),
-                                std::numeric_limits<double>::min(), 4.35, 1.7976931348623155e308};
+  std::vector<double> values = {0.0,
+                                -0.0,
+                                1,
+                                -1,
+                                0.1,
+                                1e15,
+                                9007199254740994,
+                                1e16,
+                                1e17,
+                                123456789012345680,
+                                1e-5,
+                                1e22,
+                                5e-324,
+                                std::numeric_limits<double>::max(),
+                                std::numeric_limits<double>::lowest(),
+                                std::numeric_limits<double>::min(),
+                                4.35,
+                                1.7976931348623155e308};
   while (values.size() < 100'000) {
     const double value = std::bit_cast<double>(random());
     if (std::isfinite(value)) values.push_back(value);
@@ -95,7 +112,8 @@ TEST(ExactText, ReadsBackAsTheVeryDoubleAlsoThroughJson) {
   }
   for (const double value : values) {
     const std::string text = exact_text(value);
-    ASSERT_EQ(std::bit_cast<std::uint64_t>(std::strtod(text.c_str(), nullptr)), std::bit_cast<std::uint64_t>(value)) << text;
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(std::strtod(text.c_str(), nullptr)), std::bit_cast<std::uint64_t>(value))
+        << text;
     const double read = nlohmann::json::parse(text).get<double>();
     ASSERT_EQ(std::bit_cast<std::uint64_t>(read), std::bit_cast<std::uint64_t>(value)) << text;
     ASSERT_LE(text.size(), 24u) << text;

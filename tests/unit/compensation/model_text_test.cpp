@@ -42,6 +42,7 @@ struct Damage {
   const char* refusal;
 };
 
+// clang-format off
 const Damage kDamages[] = {
     {[](json& f) { f["format"] = "prism-frame"; }, R"(m.json:/format: found "prism-frame", expected "prism-model")"},
     {[](json& f) { f["format"] = 1; }, R"(m.json:/format: found 1, expected a text in quotes)"},
@@ -97,6 +98,7 @@ const Damage kDamages[] = {
     {[](json& f) { f["sd_deg_per_h"] = -1; }, R"(m.json:/sd_deg_per_h: -1 is not within 0 to 1000000000)"},
     {[](json& f) { f["provenance"] = "by hand"; }, R"(m.json:/provenance: found "by hand", expected an object {...})"},
 };
+// clang-format on
 
 TEST(ModelText, EveryDamageIsRefusedInItsOwnLine) {
   ASSERT_EQ(refusal_after([](json&) {}), "");
@@ -113,9 +115,11 @@ TEST(ModelText, AnUnknownKindIsToldTheKindsThatThereAre) {
 }
 
 TEST(ModelText, WhatIsNoJsonIsRefusedWithLineAndColumn) {
-  EXPECT_EQ(refusal("{\n  \"format\": \"prism-model\",,\n}"),
-            "m.json:2:27: not valid JSON: syntax error while parsing object key - unexpected ','; expected string literal");
-  EXPECT_EQ(refusal("{\"format\": \"prism-model\", \"format\": \"prism-model\"}"), "m.json: the key \"format\" is given twice");
+  EXPECT_EQ(
+      refusal("{\n  \"format\": \"prism-model\",,\n}"),
+      "m.json:2:27: not valid JSON: syntax error while parsing object key - unexpected ','; expected string literal");
+  EXPECT_EQ(refusal("{\"format\": \"prism-model\", \"format\": \"prism-model\"}"),
+            "m.json: the key \"format\" is given twice");
   EXPECT_EQ(refusal("[]"), "m.json: found [], expected a JSON object");
   EXPECT_EQ(refusal("{}"), "m.json: \"format\" is missing");
 }
@@ -127,8 +131,9 @@ TEST(ModelText, ANumberThatIsNotFiniteIsRefused) {
   text.replace(text.find("-1e309"), 6, "   nan");
   EXPECT_EQ(refusal(text).substr(0, 52), "m.json:17:43: not valid JSON: syntax error while par");
   text.replace(text.find("   nan"), 6, "  null");
-  EXPECT_EQ(refusal(text), "m.json:/terms/3/coefficient: found null, expected a number within -1.797693135e+308 to "
-                           "1.797693135e+308");
+  EXPECT_EQ(refusal(text),
+            "m.json:/terms/3/coefficient: found null, expected a number within -1.797693135e+308 to "
+            "1.797693135e+308");
 }
 
 TEST(ModelText, EveryCutIsRefused) {

@@ -1,0 +1,225 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+# Reads the tree and keeps the rules of the house: who includes whom, first lines, waiting, sizes. With --self-test it
+# plants one breach of each rule in an empty tree and sees it found.
+import os
+import re
+import sys
+import tempfile
+
+sys.dont_write_bytecode = True
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+SKIPPED_DIRS = {"build", "prism-demo"}
+LINES_MAX = 400
+SPDX = "SPDX-License-Identifier: MIT"
+
+CORE, TRAINING, EVALUATION = "compensation", "compensation/training", "compensation/evaluation"
+WIRE, DRIVERS, CONFIG, DAEMON, TOOLS, TESTS = "drivers/wire", "drivers", "config", "daemon", "tools", "tests"
+ROOMS = [TRAINING, EVALUATION, CORE, WIRE, DRIVERS, CONFIG, DAEMON, TOOLS, TESTS]  # the first that fits is the room
+VOCABULARY = {"compensation/sample.hpp", "compensation/result.hpp", "compensation/json_section.hpp"}
+
+# room: (rooms it may include, standard and foreign headers it may never include)
+SLOW = r"boost/asio|spdlog/|CLI/|pcap|systemd/"
+PURE = SLOW + r"|thread$|mutex$|future$|condition_variable$|fstream$|iostream$|filesystem$"
+MAY = {
+    CORE: ({CORE}, PURE + "|boost/"),
+    TRAINING: ({CORE, TRAINING, EVALUATION}, SLOW + r"|fstream$|iostream$|filesystem$|boost/(?!math/)"),
+    EVALUATION: ({CORE, EVALUATION}, PURE + "|boost/(?!math/)"),
+    WIRE: ({WIRE}, PURE + "|boost/"),
+    DRIVERS: ({WIRE, DRIVERS}, "spdlog/|CLI/|systemd/"),
+    CONFIG: ({CORE, WIRE, DRIVERS, CONFIG}, "boost/asio|spdlog/|CLI/"),
+    DAEMON: ({CORE, WIRE, DRIVERS, CONFIG, DAEMON}, "(?!)"),
+    TOOLS: ({CORE, TRAINING, EVALUATION, WIRE, DRIVERS, CONFIG, TOOLS}, "(?!)"),
+    TESTS: (set(ROOMS), "(?!)"),
+}
+CLOCKLESS = {CORE, TRAINING, EVALUATION, WIRE}
+CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
+JSON_READERS = re.compile(r"^compensation/(json_section|model_kinds|[a-z]+_text)\.[ch]pp$")
+
+
+def room_of(path):
+    return next((room for room in ROOMS if path.startswith(room + "/")), None)
+
+
+def is_code(path):
+    return path.endswith((".cpp", ".hpp"))
+
+
+def is_script(path, text):
+    return text.startswith("#!") or path.endswith((".py", ".sh"))
+
+
+def line_of(text, offset):
+    return text.count("\n", 0, offset) + 1
+
+
+def blank(match):
+    """Same length, same lines, nothing in it."""
+    return re.sub(r"[^\n]", " ", match.group())
+
+
+def without_comments_and_texts(text):
+    token = r'R"([^(]{0,16})\((?:.|\n)*?\)\1"|"(?:\\.|[^"\\\n])*"|(?<![0-9A-Fa-f])\'(?:\\.|[^\'\\\n])+\'|//[^\n]*|/\*(?:.|\n)*?\*/'
+    return re.sub(token, blank, text)
+
+
+def check_includes(path, text):
+    room = room_of(path)
+    if not is_code(path) or room is None:
+        return
+    rooms, never = MAY[room]
+    for match in re.finditer(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', text, re.M):
+        line, mark, name = line_of(text, match.start()), match.group(1), match.group(2)
+        if mark == "<":
+            if re.match(never, name):
+                yield line, f"{room} may not include <{name}>"
+            if room == CORE and name.startswith("nlohmann/") and not JSON_READERS.match(path):
+                yield line, "in compensation only the readers of JSON include nlohmann"
+            continue
+        target = room_of(name)
+        if target is None or "../" in name:
+            yield line, f'"{name}" is not written from the top of the tree'
+        elif target not in rooms and not (room in (WIRE, DRIVERS) and name in VOCABULARY):
+            yield line, f"{room} may not include {target} ({name})"
+
+
+def check_clocks(path, text):
+    if is_code(path) and room_of(path) in CLOCKLESS:
+        for match in CLOCK.finditer(without_comments_and_texts(text)):
+            yield line_of(text, match.start()), f"{room_of(path)} may not ask the time ({match.group().strip()})"
+
+
+def check_first_lines(path, text):
+    cmake = path.endswith((".cmake", "CMakeLists.txt"))
+    if not (is_code(path) or is_script(path, text) or cmake):
+        return
+    lines = text.split("\n")
+    at = 1 if lines[0].startswith("#!") else 0
+    comment = "// " if is_code(path) else "# "
+    if len(lines) <= at or lines[at] != comment + SPDX:
+        yield at + 1, f"expected the line '{comment}{SPDX}'"
+    elif path.endswith(".hpp") and not re.match(r"// \S.{15,}", lines[at + 1] if len(lines) > at + 1 else ""):
+        yield at + 2, "expected one line that says what the header is for"
+
+
+def check_words(path, text):
+    if not (is_code(path) or is_script(path, text)):
+        return
+    for match in re.finditer(r"\b(?:TO" r"DO|FIX" r"ME|XX" r"X)\b", text):
+        yield line_of(text, match.start()), f"'{match.group()}' is work for an issue, not for a comment"
+    if is_code(path):
+        for match in re.finditer(r"\busing\s+namespace\s+std\b", without_comments_and_texts(text)):
+            yield line_of(text, match.start()), "'using namespace std' brings in every name"
+
+
+def check_size(path, text):
+    lines = text.count("\n")
+    if (is_code(path) or is_script(path, text)) and lines > LINES_MAX:
+        yield lines, f"{lines} lines, expected at most {LINES_MAX}: split it"
+
+
+def opens_block(before):
+    """True where a '{' behind the text `before` opens a block and not a value."""
+    before = before.rstrip()
+    word = re.search(r"(\w+)$", before)
+    if word:
+        return word.group() in {"else", "do", "try", "const", "noexcept", "mutable", "override", "final"}
+    return not before or before[-1] in ");{}>"
+
+
+def statement_around(code, offset):
+    """The bounds of the statement that the co_await at `offset` stands in; for an if or a while, of its condition."""
+    begin, depth = offset, 0
+    while begin > 0:
+        c = code[begin - 1]
+        if c in ")]}":
+            depth += 1
+        elif c in "([":
+            depth -= 1
+        elif c == "{":
+            if depth <= 0 and opens_block(code[: begin - 1]):
+                break
+            depth -= 1
+        elif c == ";" and depth <= 0:
+            break
+        if c == "}" and depth == 1 and re.match(r"\s*[\w*]", code[begin:]):
+            break  # the block before this statement
+        begin -= 1
+    end, depth = offset, 0
+    while end < len(code):
+        c = code[end]
+        if c == ";" and depth <= 0 or c == "{" and opens_block(code[:end]) and depth <= 0:
+            break
+        depth += (c in "([{") - (c in ")]}")
+        end += 1
+    return begin, end
+
+
+def check_waiting(path, text):
+    """g++ 12.2 destroys twice what is made by braces or by a capturing lambda in the full expression of a co_await."""
+    if not is_code(path) or "co_await" not in text:
+        return
+    code, seen = without_comments_and_texts(text), set()
+    for match in re.finditer(r"\bco_await\b", code):
+        begin, end = statement_around(code, match.start())
+        statement, line = code[begin:end], line_of(code, match.start())
+        if begin in seen:
+            yield line, "a second co_await in one statement"
+        seen.add(begin)
+        if re.search(r"(?<![\w\])])\[[^\]]+\]\s*[({m]", statement.replace("auto [", "auto  ").replace("auto& [", "auto&  ")):
+            yield line, "a capturing lambda in the statement of a co_await: name it first"
+        elif "{" in statement:
+            yield line, "a brace in the statement of a co_await: name it first"
+
+
+def check_executable(path, text, mode):
+    if not path.startswith(("tools/", "tests/", ".ci/")):
+        return
+    executable = bool(mode & 0o100)
+    if text.startswith("#!") and not executable:
+        yield 1, "a script that cannot be run: chmod +x"
+    if executable and not text.startswith("#!"):
+        yield 1, "an executable file without '#!'"
+
+
+RULES = [check_includes, check_clocks, check_first_lines, check_words, check_size, check_waiting]
+
+
+def files_of(root):
+    for folder, folders, names in os.walk(root):
+        hidden = {name for name in folders if name.startswith(".") and name != ".ci"}
+        folders[:] = sorted(set(folders) - SKIPPED_DIRS - hidden)
+        for name in sorted(names):
+            path = os.path.join(folder, name)
+            if os.path.isfile(path) and not os.path.islink(path):
+                yield os.path.relpath(path, root).replace(os.sep, "/"), path
+
+
+def breaches(root):
+    for path, full in files_of(root):
+        with open(full, "rb") as file:
+            data = file.read()
+        text = data.decode("utf-8", errors="replace")
+        found = [breach for rule in RULES for breach in rule(path, text)]
+        found += check_executable(path, text, os.stat(full).st_mode)
+        for line, what in sorted(found):
+            yield f"{path}:{line}: {what}"
+
+
+def main(arguments):
+    if arguments == ["--self-test"]:
+        import house_rules_cases
+
+        return house_rules_cases.run(sys.modules[__name__], tempfile)
+    if arguments:
+        print("usage: house_rules.py [--self-test]", file=sys.stderr)
+        return 64
+    found = list(breaches(ROOT))
+    for line in found:
+        print(line)
+    print(f"house rules: {len(found)} breaches in {sum(1 for _ in files_of(ROOT))} files")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+# The breaches that house_rules.py --self-test plants, one a tree, and the sound code that it must leave in peace.
+import os
+
+CPP = "// SPDX-License-Identifier: MIT\n"
+HPP = CPP + "// A header that says what it is for.\n#pragma once\n"
+SH = "#!/bin/sh\n# SPDX-License-Identifier: MIT\n"
+TASK = CPP + "awaitable<void> task() {\n"
+
+# path, content, and what must be said about it
+BREACHES = [
+    ("compensation/a.cpp", CPP + '#include "drivers/clock.hpp"\n', ":2: compensation may not include drivers"),
+    ("compensation/a.cpp", CPP + '#include "compensation/training/fit.hpp"\n', "may not include compensation/training"),
+    ("compensation/a.cpp", CPP + "#include <thread>\n", "may not include <thread>"),
+    ("compensation/a.cpp", CPP + "#include <fstream>\n", "may not include <fstream>"),
+    ("compensation/a.cpp", CPP + "#include <boost/math/tools.hpp>\n", "may not include <boost/math/tools.hpp>"),
+    ("compensation/a.cpp", CPP + "#include <spdlog/spdlog.h>\n", "may not include <spdlog/spdlog.h>"),
+    ("compensation/engine.cpp", CPP + "#include <nlohmann/json.hpp>\n", "only the readers of JSON"),
+    ("compensation/a.cpp", CPP + "auto t = std::chrono::steady_clock::now();\n", ":2: compensation may not ask the time"),
+    ("compensation/a.cpp", CPP + "auto t = std::time(nullptr);\n", "may not ask the time"),
+    ("compensation/training/a.cpp", CPP + "#include <boost/asio/io_context.hpp>\n", "may not include <boost/asio"),
+    ("compensation/training/a.cpp", CPP + "#include <fstream>\n", "may not include <fstream>"),
+    ("compensation/evaluation/a.cpp", CPP + "#include <thread>\n", "may not include <thread>"),
+    ("compensation/evaluation/a.cpp", CPP + '#include "compensation/training/a.hpp"\n', "may not include"),
+    ("drivers/wire/a.cpp", CPP + "#include <boost/asio/post.hpp>\n", "drivers/wire may not include <boost/asio"),
+    ("drivers/wire/a.cpp", CPP + '#include "drivers/clock.hpp"\n', "drivers/wire may not include drivers "),
+    ("drivers/a.cpp", CPP + '#include "compensation/engine.hpp"\n', "drivers may not include compensation"),
+    ("drivers/a.cpp", CPP + '#include "config/config.hpp"\n', "drivers may not include config"),
+    ("drivers/a.cpp", CPP + "#include <spdlog/spdlog.h>\n", "may not include <spdlog/spdlog.h>"),
+    ("config/a.cpp", CPP + '#include "daemon/live.hpp"\n', "config may not include daemon"),
+    ("daemon/a.cpp", CPP + '#include "compensation/training/fit.hpp"\n', "daemon may not include compensation/training"),
+    ("daemon/a.cpp", CPP + '#include "compensation/evaluation/allan.hpp"\n', "may not include compensation/evaluation"),
+    ("daemon/a.cpp", CPP + '#include "tools/a.hpp"\n', "daemon may not include tools"),
+    ("tools/a.cpp", CPP + '#include "daemon/live.hpp"\n', "tools may not include daemon"),
+    ("tools/a.cpp", CPP + '#include "../config/config.hpp"\n', "not written from the top"),
+    ("tools/a.cpp", CPP + '#include "connection.hpp"\n', "not written from the top"),
+    ("daemon/a.cpp", "// What it is for.\n" + CPP, ":1: expected the line '// SPDX"),
+    ("daemon/a.cpp", "", ":1: expected the line '// SPDX"),
+    ("daemon/CMakeLists.txt", "# The room that tells.\n", "expected the line '# SPDX"),
+    ("tools/cmake/A.cmake", "set(a 1)\n", "expected the line '# SPDX"),
+    ("tools/a.py", "# About.\n", "expected the line '# SPDX"),
+    ("tools/a", "#!/bin/sh\necho\n", ":2: expected the line '# SPDX"),
+    ("daemon/a.hpp", CPP + "#pragma once\n", ":2: expected one line that says what the header is for"),
+    ("daemon/a.hpp", CPP, ":2: expected one line"),
+    ("daemon/a.cpp", CPP + "// TO" + "DO: later\n", ":2: 'TO" + "DO' is work for an issue"),
+    ("tools/a.py", "# SPDX-License-Identifier: MIT\n# FIX" + "ME\n", "is work for an issue"),
+    ("daemon/a.cpp", CPP + "using namespace std;\n", "'using namespace std'"),
+    ("daemon/a.cpp", CPP + "using  namespace  std::chrono_literals;\n", "'using namespace std'"),
+    ("daemon/a.cpp", CPP + "\n" * 400, "401 lines, expected at most 400"),
+    ("daemon/a.cpp", TASK + "  co_await write(Frame{1, 2});\n}\n", ":3: a brace in the statement of a co_await"),
+    ("daemon/a.cpp", TASK + "  co_await write(\n    {1, 2});\n}\n", ":3: a brace"),
+    ("daemon/a.cpp", TASK + "  Row row{co_await read()};\n}\n", ":3: a brace"),
+    ("daemon/a.cpp", TASK + "  if (co_await write({1})) return;\n}\n", ":3: a brace"),
+    ("daemon/a.cpp", TASK + "  auto x = std::string{\"a\"} + co_await read();\n}\n", ":3: a brace"),
+    ("daemon/a.cpp", TASK + "  co_await run([this] { stop(); });\n}\n", ":3: a capturing lambda"),
+    ("daemon/a.cpp", TASK + "  co_await run([&](int n) { stop(n); });\n}\n", ":3: a capturing lambda"),
+    ("daemon/a.cpp", TASK + "  use(co_await a(), co_await b());\n}\n", ":3: a second co_await"),
+]
+
+# Nothing may be said about these. tools/a is made executable.
+SOUND = [
+    ("compensation/model_text.cpp", CPP + '#include <nlohmann/json.hpp>\n#include "compensation/model.hpp"\n'),
+    ("compensation/a.cpp", CPP + "// no steady_clock::now() here, and no <thread>\nconst char* text = \"std::time(x)\";\n"),
+    ("compensation/training/a.cpp", CPP + "#include <thread>\n#include <boost/math/distributions/fisher_f.hpp>\n"),
+    ("drivers/wire/a.cpp", CPP + '#include "compensation/sample.hpp"\n#include "drivers/wire/field.hpp"\n'),
+    ("drivers/a.cpp", CPP + '#include <boost/asio/post.hpp>\n#include "compensation/result.hpp"\n'),
+    ("daemon/a.cpp", CPP + '#include <thread>\n#include "config/config.hpp"\n#include "compensation/engine.hpp"\n'),
+    ("tools/a.hpp", HPP + '#include "compensation/evaluation/allan.hpp"\n#include "config/version.hpp"\n'),
+    ("tests/unit/a_test.cpp", CPP + '#include "daemon/live.hpp"\n#include "tools/a.hpp"\n'),
+    ("tools/a", SH + "echo\n"),
+    ("docs/a.md", "no SPDX line, and a word like TO" + "DO\n"),
+    ("build/dev/a.cpp", "generated\n"),
+    ("daemon/b.cpp", TASK + """  // co_await write({1});
+  for (;;) {
+    auto [error, size] = co_await socket.async_read_some(buffer, kUse);
+    if (error) { close(); }
+    const Row row{size, 1};
+    if (co_await ready()) {
+      items[size] = co_await take(row.next()[0]);
+    } else { co_await pause(); }
+    while (!co_await done()) { step(); }
+    if (flag) co_await once();
+    co_await (read() || stop());
+    try { co_await last(); } catch (const Error& e) { told = {e}; }
+  }
+}
+auto lambda = [this]() -> awaitable<void> { co_await run(); };
+"""),
+]
+
+
+def plant(rules, folder, path, content):
+    full = os.path.join(folder, path)
+    os.makedirs(os.path.dirname(full), exist_ok=True)
+    with open(full, "w", encoding="utf-8") as file:
+        file.write(content)
+    os.chmod(full, 0o755 if content.startswith("#!") else 0o644)
+    return full
+
+
+def run(rules, tempfile):
+    failures = []
+    for path, content, expected in BREACHES:
+        with tempfile.TemporaryDirectory() as folder:
+            plant(rules, folder, path, content)
+            found = list(rules.breaches(folder))
+            if len(found) != 1 or expected not in found[0] or not found[0].startswith(path + ":"):
+                failures.append(f"{path}: expected one '{expected}', found {found}\n{content[:200]}")
+    with tempfile.TemporaryDirectory() as folder:
+        for path, content in SOUND:
+            plant(rules, folder, path, content)
+        failures += [f"sound code refused: {line}" for line in rules.breaches(folder)]
+    for mode, path, content in ((0o644, "tools/a", SH), (0o755, "tools/a.cpp", CPP), (0o644, "tests/system/1.sh", SH)):
+        with tempfile.TemporaryDirectory() as folder:
+            os.chmod(plant(rules, folder, path, content), mode)
+            if len(list(rules.breaches(folder))) != 1:
+                failures.append(f"mode {mode:o} of {path} was not noticed")
+    for failure in failures:
+        print(failure)
+    print(f"house rules, self-test: {len(failures)} failures in {len(BREACHES)} planted breaches and {len(SOUND)} sound files")
+    return 1 if failures else 0

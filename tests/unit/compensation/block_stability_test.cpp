@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+// Bias stability over blocks: against a plain computation with two passes, on the grid that the windows allow.
+#include "compensation/block_stability.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+namespace prism {
+namespace {
+
+constexpr double kRounding = 1e-12;
+
+CompensatedWindow row_at(std::int64_t second, double rate_deg_per_h, double corrected_deg_per_h,
+                         WindowState state = WindowState::kReady) {
+  CompensatedWindow row;
+  row.window.bucket.second = second;
+  row.window.state = state;
+  row.window.rate_deg_per_h = rate_deg_per_h;
+  row.corrected_mean_deg_per_h = corrected_deg_per_h;
+  return row;
+}
+
+double plain_mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+double plain_sd(const std::vector<double>& values) {
+  double squares = 0;
+  for (const double value : values) squares += (value - plain_mean(values)) * (value - plain_mean(values));
+  return std::sqrt(squares / static_cast<double>(values.size() - 1));
+}
+
+TEST(RunningVariance, AgreesWithTwoPasses) {
+  std::mt19937_64 random(31);
+  std::normal_distribution<double> normal(8.4652, 0.0185);
+  RunningVariance running;
+  std::vector<double> values;
+  for (int i = 0; i < 924; ++i) {
+    values.push_back(normal(random));
+    running.add(values.back());
+  }
+  EXPECT_EQ(running.count(), 924);
+  EXPECT_NEAR(running.mean(), plain_mean(values), kRounding);
+  EXPECT_NEAR(running.sd(), plain_sd(values), kRounding);
+}
+
+TEST(RunningVariance, KeepsItsDigitsOnALargeOffset) {
+  RunningVariance running;
+  for (int i = 0; i < 1'000'000; ++i) running.add(1e9 + (i % 2));  // sums of squares would leave nothing of the 0.5
+  EXPECT_NEAR(running.sd(), 0.5, 1e-6);
+}
+
+TEST(RunningVariance, BelowTwoValuesThereIsNoDeviation) {
+  RunningVariance running;
+  EXPECT_TRUE(std::isnan(running.mean()));
+  EXPECT_TRUE(std::isnan(running.sd()));
+  running.add(3);
+  EXPECT_EQ(running.mean(), 3);
+  EXPECT_TRUE(std::isnan(running.sd()));
+  running.add(5);
+  EXPECT_NEAR(running.sd(), std::sqrt(2.0), kRounding);  // divisor N − 1
+}
+
+TEST(BlockStability, TakesEveryHundredthWindowAndNoneBetween) {
+  BlockStability stability;
+  std::vector<double> raw, corrected;
+  std::mt19937_64 random(37);
+  std::normal_distribution<double> normal(0, 0.02);
+  for (int s = 0; s < 10'000; ++s) {
+    const bool ready = s >= 109;
+    const double rate = 8 + normal(random), rest = 8 + 0.4 * normal(random);
+    stability.add(row_at(s, rate, ready ? rest : kUnknown, ready ? WindowState::kReady : WindowState::kWarming), 100);
+    if (ready && (s - 109) % 100 == 0) raw.push_back(rate), corrected.push_back(rest);
+  }
+  EXPECT_EQ(stability.raw().count(), 99);
+  EXPECT_NEAR(stability.raw().sd(), plain_sd(raw), kRounding);
+  EXPECT_NEAR(stability.corrected().sd(), plain_sd(corrected), kRounding);
+  EXPECT_NEAR(stability.all().sd(), plain_sd(raw), kRounding);
+  EXPECT_NEAR(stability.improvement().value(), 1 - plain_sd(corrected) / plain_sd(raw), kRounding);
+}
+
+TEST(BlockStability, AGapBeginsTheGridAnewSoThatNoBlockSpansIt) {
+  BlockStability stability;
+  for (int s = 0; s <= 250; ++s) stability.add(row_at(s, s, s), 100);  // blocks end at 0, 100, 200
+  for (int s = 260; s < 300; ++s) stability.add(row_at(s, 1e6, 1e6, WindowState::kWarming), 100);
+  for (int s = 370; s <= 470; ++s) stability.add(row_at(s, s, s), 100);  // blocks end at 370, 470
+  EXPECT_EQ(stability.all().count(), 5);
+  EXPECT_NEAR(stability.all().mean(), (0 + 100 + 200 + 370 + 470) / 5.0, kRounding);
+}
+
+TEST(BlockStability, AClockSetBackBeginsTheGridAnew) {
+  BlockStability stability;
+  for (int s = 10'000; s <= 10'100; ++s) stability.add(row_at(s, 1, 1), 100);
+  stability.add(row_at(0, 1, 1, WindowState::kWarming), 100);
+  for (int s = 109; s <= 209; ++s) stability.add(row_at(s, 1, 1), 100);
+  EXPECT_EQ(stability.all().count(), 4);
+}
+
+TEST(BlockStability, AMissingSecondAtABlocksEndMovesTheGridButDoesNotOverlap) {
+  BlockStability stability;
+  for (int s = 0; s <= 205; ++s) {
+    if (s != 100 && s != 101) stability.add(row_at(s, s, s), 100);
+  }
+  EXPECT_EQ(stability.all().count(), 3);  // 0, 102, 202
+  EXPECT_NEAR(stability.all().mean(), (0 + 102 + 202) / 3.0, kRounding);
+}
+
+TEST(BlockStability, ComparesRawAndCorrectedOverTheSameBlocks) {
+  BlockStability stability;
+  for (int block = 0; block < 10; ++block) {  // the first five blocks have no correction and a wild rate
+    stability.add(row_at(100 * block, block < 5 ? 1000 * block : block % 2, block < 5 ? kUnknown : 0.1 * (block % 2)),
+                  100);
+  }
+  EXPECT_EQ(stability.all().count(), 10);
+  EXPECT_EQ(stability.raw().count(), 5);
+  EXPECT_EQ(stability.corrected().count(), 5);
+  EXPECT_NEAR(stability.improvement().value(), 0.9, kRounding);
+}
+
+TEST(BlockStability, WithoutMovementThereIsNoImprovement) {
+  BlockStability stability;
+  EXPECT_FALSE(stability.improvement());
+  stability.add(row_at(0, 8, 8), 100);
+  EXPECT_FALSE(stability.improvement());
+  stability.add(row_at(100, 8, 8.1), 100);
+  EXPECT_FALSE(stability.improvement());  // raw did not move at all
+  stability.reset();
+  EXPECT_EQ(stability.all().count(), 0);
+  stability.add(row_at(110, 8, 8), 100);  // the grid is forgotten, too
+  EXPECT_EQ(stability.all().count(), 1);
+}
+
+TEST(BlockStability, AWorseCorrectionIsANegativeImprovement) {
+  BlockStability stability;
+  for (int block = 0; block < 4; ++block) stability.add(row_at(100 * block, block % 2, 3 * (block % 2)), 100);
+  EXPECT_NEAR(stability.improvement().value(), -2, kRounding);
+}
+
+TEST(BlockStability, ABlockWithoutARateIsLeftOut) {
+  BlockStability stability;
+  stability.add(row_at(0, kUnknown, kUnknown), 100);
+  stability.add(row_at(50, 8, 8), 100);
+  EXPECT_EQ(stability.all().count(), 0);
+}
+
+}  // namespace
+}  // namespace prism

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: MIT
+// Rows as text: the log's CSV and back, the socket's JSON, and nothing unknown that looks like a number.
+#include "compensation/compensated_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+
+namespace prism {
+namespace {
+
+using nlohmann::json;
+
+CompensatedWindow full_row() {
+  CompensatedWindow row;
+  Window& window = row.window;
+  window.state = WindowState::kReady;
+  window.bucket = {1'795'425'059, 200, 3, 8.4652125, 25.0375, 5.251, 0x21};
+  window.rate_deg_per_h = 8.46525;
+  window.temperature_degc = 25.01;
+  window.slope_degc_per_s = -0.01666667;
+  window.uhfo_v = 5.2505;
+  row.correction = {-0.011767, 0.0084, kExtrapolating | kSettling};
+  row.corrected_deg_per_h = 8.4769795;
+  row.corrected_mean_deg_per_h = 8.477017;
+  return row;
+}
+
+std::string csv(const CompensatedWindow& row) {
+  std::string text;
+  append_csv(text, row);
+  return text;
+}
+
+const std::string kFullLine =
+    "2026-11-23T09:11:00Z,1795425060,200,3,8.465213,25.03750,5.251000,33,8.465250,25.01000,-0.01666667,5.250500,"
+    "-0.011767,0.008400,8.476980,8.477017,extrapolating+settling";
+
+TEST(Csv, TheColumnsAreTheFormat) {
+  EXPECT_EQ(csv_columns(),
+            "time_utc,time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,"
+            "mean_temperature_degc,slope_degc_per_s,mean_uhfo_v,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,"
+            "corrected_mean_deg_per_h,quality");
+}
+
+TEST(Csv, ARowStandsUnderTheEndOfItsSecond) { EXPECT_EQ(csv(full_row()), kFullLine + "\n"); }
+
+TEST(Csv, WhatIsUnknownIsAnEmptyField) {
+  CompensatedWindow row;
+  row.window.bucket.second = -1;
+  EXPECT_EQ(csv(row), "1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model\n");
+}
+
+TEST(Csv, ARowAppendsToWhatIsThere) {
+  std::string text = "before\n";
+  append_csv(text, full_row());
+  EXPECT_EQ(text, "before\n" + kFullLine + "\n");
+}
+
+TEST(Csv, ReadsARowBack) {
+  for (const char* end : {"", "\n", "\r\n"}) {
+    const auto row = parse_csv(kFullLine + end, "g.csv:7");
+    ASSERT_TRUE(row) << row.error().text();
+    EXPECT_EQ(csv(*row), kFullLine + "\n");
+    EXPECT_EQ(row->window.bucket.second, 1'795'425'059);
+    EXPECT_EQ(row->window.bucket.samples, 200u);
+    EXPECT_EQ(row->window.bucket.missing_frames, 3u);
+    EXPECT_EQ(row->window.bucket.status, 0x21u);
+    EXPECT_EQ(row->window.bucket.rate_deg_per_h, 8.465213);
+    EXPECT_EQ(row->window.slope_degc_per_s, -0.01666667);
+    EXPECT_EQ(row->correction.bias_deg_per_h, -0.011767);
+    EXPECT_EQ(row->correction.quality, kExtrapolating | kSettling);
+    EXPECT_EQ(row->window.state, WindowState::kReady);
+  }
+}
+
+TEST(Csv, AnEmptyFieldReadsAsUnknownAndTheWindowAsNotReady) {
+  const auto row = parse_csv("1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model", "g.csv:7");
+  ASSERT_TRUE(row) << row.error().text();
+  EXPECT_TRUE(std::isnan(row->window.bucket.rate_deg_per_h));
+  EXPECT_TRUE(std::isnan(row->correction.bias_deg_per_h));
+  EXPECT_EQ(row->window.state, WindowState::kWarming);
+  CompensatedWindow no_temperature = full_row();
+  no_temperature.window.temperature_degc = kUnknown;
+  EXPECT_EQ(parse_csv(csv(no_temperature), "g.csv:7")->window.state, WindowState::kWarming);
+}
+
+TEST(Csv, RandomRowsComeBackToTheirLastDecimal) {
+  std::mt19937_64 random(29);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto maybe = [&](double scale) { return random() % 4 == 0 ? kUnknown : scale * unit(random); };
+  const auto agree = [](double read, double written, double half_unit) {
+    return std::isnan(written) ? std::isnan(read) : std::fabs(read - written) <= half_unit * 1.001;
+  };
+  for (int i = 0; i < 20'000; ++i) {
+    CompensatedWindow row;
+    row.window.bucket = {static_cast<std::int64_t>(random() % 4'000'000'000),
+                         static_cast<std::uint32_t>(random()),
+                         static_cast<std::uint32_t>(random()),
+                         maybe(1e6),
+                         maybe(100),
+                         maybe(10),
+                         static_cast<std::uint32_t>(random())};
+    row.window.rate_deg_per_h = maybe(1e6);
+    row.window.temperature_degc = maybe(100);
+    row.window.slope_degc_per_s = maybe(1);
+    row.window.uhfo_v = maybe(10);
+    row.correction = {maybe(100), maybe(1), static_cast<std::uint32_t>(random() % 256)};
+    row.corrected_deg_per_h = maybe(1e6);
+    row.corrected_mean_deg_per_h = maybe(1e6);
+    const std::string line = csv(row);
+    const auto read = parse_csv(line, "g.csv:7");
+    ASSERT_TRUE(read) << read.error().text();
+    EXPECT_EQ(csv(*read), line);
+    EXPECT_EQ(read->window.bucket.second, row.window.bucket.second);
+    EXPECT_EQ(read->correction.quality, row.correction.quality);
+    EXPECT_TRUE(agree(read->window.bucket.rate_deg_per_h, row.window.bucket.rate_deg_per_h, 5e-7));
+    EXPECT_TRUE(agree(read->window.bucket.temperature_degc, row.window.bucket.temperature_degc, 5e-6));
+    EXPECT_TRUE(agree(read->window.slope_degc_per_s, row.window.slope_degc_per_s, 5e-9));
+    EXPECT_TRUE(agree(read->corrected_mean_deg_per_h, row.corrected_mean_deg_per_h, 5e-7));
+  }
+}
+
+// kFullLine with the field `index` replaced.
+std::string with_field(std::size_t index, const std::string& field) {
+  std::size_t begin = 0;
+  for (; index > 0; --index) begin = kFullLine.find(',', begin) + 1;
+  std::string line = kFullLine;
+  return line.replace(begin, std::min(kFullLine.find(',', begin), kFullLine.size()) - begin, field);
+}
+
+TEST(Csv, EveryBadFieldIsRefusedByItsName) {
+  struct Row {
+    std::size_t field;
+    const char *text, *refusal;
+  };
+  // clang-format off
+  const Row rows[] = {
+      {1, "", R"(g.csv:7: column time_s: "" is not a value)"},
+      {1, "1.5", R"(g.csv:7: column time_s: "1.5" is not a value)"},
+      {1, "-9223372036854775808", R"(g.csv:7: column time_s: "-9223372036854775808" is not a value)"},
+      {1, "9223372036854775807", R"(g.csv:7: column time_s: "9223372036854775807" is not a value)"},
+      {2, "-1", R"(g.csv:7: column samples: "-1" is not a value)"},
+      {2, "4294967296", R"(g.csv:7: column samples: "4294967296" is not a value)"},
+      {4, "nan", R"(g.csv:7: column rate_deg_per_h: "nan" is not a value)"},
+      {4, "-nan", R"(g.csv:7: column rate_deg_per_h: "-nan" is not a value)"},
+      {5, "inf", R"(g.csv:7: column temperature_degc: "inf" is not a value)"},
+      {6, "1e999", R"(g.csv:7: column uhfo_v: "1e999" is not a value)"},
+      {12, "0.1 ", R"(g.csv:7: column bias_deg_per_h: "0.1 " is not a value)"},
+      {12, "+0.1", R"(g.csv:7: column bias_deg_per_h: "+0.1" is not a value)"},
+      {14, "0x1", R"(g.csv:7: column corrected_deg_per_h: "0x1" is not a value)"},
+      {16, "", R"(g.csv:7: column quality: "" is not a value)"},
+      {16, "goo", R"(g.csv:7: column quality: "goo" is not a value)"},
+      {16, "extrapolating+sett", R"(g.csv:7: column quality: "extrapolating+sett" is not a value)"},
+      {16, "good+warming", R"(g.csv:7: column quality: "good+warming" is not a value)"},
+      {14, "\n\xff", R"(g.csv:7: column corrected_deg_per_h: "??" is not a value)"},
+      {16, "good,", R"(g.csv:7: found 18 columns, expected 17)"},
+  };
+  // clang-format on
+  for (const Row& row : rows) {
+    const auto read = parse_csv(with_field(row.field, row.text), "g.csv:7");
+    ASSERT_FALSE(read) << row.text;
+    EXPECT_EQ(read.error().text(), row.refusal);
+  }
+}
+
+TEST(Csv, EveryTornRowIsRefused) {
+  for (const CompensatedWindow& row : {full_row(), CompensatedWindow{}}) {
+    const std::string line = csv(row);
+    for (std::size_t length = 0; length + 1 < line.size(); ++length) {
+      const auto read = parse_csv(line.substr(0, length), "g.csv:7");
+      // One cut cannot be seen in the row itself: between two names of the quality. The line end tells, so readers of
+      // files take no last line without one.
+      if (line.substr(length) == "+settling\n") continue;
+      ASSERT_FALSE(read) << line.substr(0, length);
+    }
+  }
+  EXPECT_EQ(parse_csv("", "g.csv:7").error().text(), "g.csv:7: found 1 columns, expected 17");
+}
+
+TEST(Json, AWindowCarriesItsNumbers) {
+  std::string text;
+  append_json(text, full_row());
+  EXPECT_EQ(
+      text,
+      R"({"time_s":1795425060,"samples":200,"missing":3,"rate_deg_per_h":8.465213,"mean_rate_deg_per_h":8.465250,)"
+      R"("mean_temperature_degc":25.01000,"slope_degc_per_s":-0.01666667,"mean_uhfo_v":5.250500,)"
+      R"("corrected_mean_deg_per_h":8.477017,"bias_deg_per_h":-0.011767,"sd_deg_per_h":0.008400,)"
+      R"("corrected_deg_per_h":8.476980,"quality":"extrapolating+settling"})");
+  EXPECT_TRUE(json::accept(text));
+}
+
+Compensated sample_row(std::int64_t time_ns) {
+  Compensated row;
+  row.sample.time_ns = time_ns;
+  row.sample.rate_deg_per_h = 8.5;
+  row.sample.temperature_degc = 25;
+  row.sample.uhfo_v = 5.25;
+  row.correction = {0.25, 0.001, kGood};
+  row.corrected_deg_per_h = 8.25;
+  return row;
+}
+
+TEST(Json, ASampleCarriesItsNumbers) {
+  std::string text;
+  append_json(text, sample_row(1'795'425'060'012'345'678));
+  EXPECT_EQ(text,
+            R"({"time_s":1795425060.012345,"rate_deg_per_h":8.500000,"temperature_degc":25.00000,"uhfo_v":5.250000,)"
+            R"("bias_deg_per_h":0.250000,"sd_deg_per_h":0.001000,"corrected_deg_per_h":8.250000,"quality":"good"})");
+  EXPECT_TRUE(json::accept(text));
+}
+
+TEST(Json, TimesKeepTheirMicrosecondsOnBothSidesOfZero) {
+  const std::pair<std::int64_t, const char*> rows[] = {{0, "0.000000"},
+                                                       {999, "0.000000"},
+                                                       {1'000, "0.000001"},
+                                                       {999'999'999, "0.999999"},
+                                                       {1'000'000'000, "1.000000"},
+                                                       {1'100'000'000, "1.100000"},
+                                                       {-1'000, "-0.000001"},
+                                                       {-1'500'000'000, "-1.500000"}};
+  for (const auto& [time_ns, expected] : rows) {
+    std::string text;
+    append_json(text, sample_row(time_ns));
+    EXPECT_EQ(text.substr(0, text.find(",\"rate")), std::string("{\"time_s\":") + expected);
+  }
+}
+
+TEST(Json, WhatIsUnknownOrInfiniteIsNull) {
+  CompensatedWindow window;
+  window.window.bucket.rate_deg_per_h = HUGE_VAL;
+  Compensated sample;
+  sample.corrected_deg_per_h = -HUGE_VAL;
+  std::string texts[2];
+  append_json(texts[0], window);
+  append_json(texts[1], sample);
+  for (const std::string& text : texts) {
+    const json read = json::parse(text, nullptr, false);
+    ASSERT_FALSE(read.is_discarded()) << text;
+    for (const char* key : {"rate_deg_per_h", "bias_deg_per_h", "sd_deg_per_h", "corrected_deg_per_h"}) {
+      EXPECT_TRUE(read.at(key).is_null()) << key << " in " << text;
+    }
+    EXPECT_EQ(read.at("quality"), "no_model");
+  }
+}
+
+}  // namespace
+}  // namespace prism

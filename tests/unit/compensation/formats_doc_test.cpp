@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// docs/formats.md says what the code does: the columns of the log, the names of the qualities, both worked examples.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "compensation/compensated_text.hpp"
+#include "compensation/model_text.hpp"
+#include "compensation/sha256.hpp"
+#include "tests/support/document.hpp"
+
+namespace prism {
+namespace {
+
+const std::string kDocument = "formats.md";
+
+std::string example(const char* chapter, const char* kind) {
+  return test::fenced_block(test::document_section(kDocument, chapter), kind);
+}
+
+TEST(FormatsDocument, ListsTheColumnsOfTheLog) {
+  std::string columns;
+  for (const auto& row : test::table(test::document_section(kDocument, "### Columns"), "column")) {
+    columns += (columns.empty() ? "" : ",") + row.at(0);
+  }
+  EXPECT_EQ(columns, csv_columns());
+}
+
+TEST(FormatsDocument, ListsTheDecimalsOfTheColumns) {
+  CompensatedWindow row;
+  const double value = 1.23456789;
+  row.window.bucket = {0, 1, 1, value, value, value, 1};
+  row.window.rate_deg_per_h = row.window.temperature_degc = row.window.slope_degc_per_s = row.window.uhfo_v = value;
+  row.correction = {value, value, kGood};
+  row.corrected_deg_per_h = row.corrected_mean_deg_per_h = value;
+  std::string text;
+  append_csv(text, row);
+  std::istringstream fields(text);
+  for (const auto& cells : test::table(test::document_section(kDocument, "### Columns"), "column")) {
+    std::string field;
+    ASSERT_TRUE(std::getline(fields, field, ','));
+    const std::size_t point = field.find('.');
+    const std::string decimals = std::to_string(point == std::string::npos ? 0 : field.size() - point - 1);
+    EXPECT_EQ(cells.at(2), cells.at(0) == "time_utc" || cells.at(0) == "quality" ? "" : decimals) << cells.at(0);
+  }
+}
+
+TEST(FormatsDocument, ListsTheQualities) {
+  const auto rows = test::table(test::document_section(kDocument, "### Columns"), "quality");
+  ASSERT_EQ(rows.size(), 8u);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].at(0), quality_text(1u << i));
+    EXPECT_EQ(rows[i].at(1), std::to_string(1u << i));
+  }
+}
+
+TEST(FormatsDocument, ItsModelIsAModel) {
+  const std::string text = example("## The model file", "json");
+  const auto model = parse_model(text, kDocument);
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_EQ(format_model(**model), text);
+  EXPECT_NEAR((*model)->predict(std::vector<double>{25.0125}).bias_deg_per_h, -0.000125, 1e-15);
+}
+
+TEST(FormatsDocument, ItsShellLineGivesTheModelsId) {
+  const std::string command = example("## The model file", "sh");
+  const std::size_t begin = command.find('\'') + 1;
+  std::string text = command.substr(begin, command.rfind('\'') - begin);
+  for (std::size_t at; (at = text.find("\\n")) != std::string::npos;) text.replace(at, 2, "\n");
+  EXPECT_EQ(sha256_hex(text), (*parse_model(example("## The model file", "json"), kDocument))->info().id);
+}
+
+TEST(FormatsDocument, ItsLogIsALog) {
+  const auto model = parse_model(example("## The model file", "json"), kDocument);
+  ASSERT_TRUE(model) << model.error().text();
+  std::istringstream lines(example("## The data log", "csv"));
+  int rows = 0;
+  bool columns = false, names_the_model = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("# ", 0) == 0) {
+      names_the_model = names_the_model || line.find((*model)->info().id) != std::string::npos;
+      EXPECT_FALSE(columns) << "metadata below the columns";
+      continue;
+    }
+    if (line == csv_columns()) {
+      columns = true;
+      continue;
+    }
+    const auto row = parse_csv(line, kDocument);
+    ASSERT_TRUE(row) << row.error().text();
+    std::string again;
+    append_csv(again, *row);
+    EXPECT_EQ(again, line + "\n");
+    if (row->correction.quality == kGood) {
+      const std::vector<double> inputs = gather_inputs(**model, row->window);
+      EXPECT_NEAR(row->correction.bias_deg_per_h, (*model)->predict(inputs).bias_deg_per_h, 5e-7);
+      EXPECT_NEAR(row->corrected_deg_per_h, corrected_rate(row->window.bucket.rate_deg_per_h, row->correction), 5e-7);
+    }
+    ++rows;
+  }
+  EXPECT_TRUE(columns);
+  EXPECT_TRUE(names_the_model);
+  EXPECT_EQ(rows, 2);
+}
+
+}  // namespace
+}  // namespace prism

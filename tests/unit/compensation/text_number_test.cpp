@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// Numbers as text: against printf over many random numbers, at the limits and at ties; times against gmtime.
+#include "compensation/text_number.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cinttypes>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <limits>
+#include <random>
+#include <string>
+
+namespace prism {
+namespace {
+
+std::string fixed(double value, int decimals) {
+  std::string text = "x";  // something that must stay
+  append_fixed(text, value, decimals);
+  return text.substr(1);
+}
+
+std::string by_printf(double value, int decimals) {
+  char text[400];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  if (std::strtod(text, nullptr) == 0 && text[0] == '-') return text + 1;  // printf keeps the sign of a zero
+  return text;
+}
+
+// True where value · 10^decimals lies so near to a half that its product in doubles may round to the other side, or
+// where it has no room for decimals at all (beyond 2^52).
+bool near_tie(double value, int decimals) {
+  const long double scaled = std::fabs(static_cast<long double>(value)) * std::pow(10.0L, decimals);
+  return std::fabs(scaled - std::floor(scaled) - 0.5L) <= scaled * 1.2e-16L;
+}
+
+TEST(AppendFixed, WritesWhatPrintfWrites) {
+  std::mt19937_64 random(17);
+  std::uniform_real_distribution<double> mantissa(-1, 1);
+  int ties = 0;
+  for (int i = 0; i < 400'000; ++i) {
+    const int decimals = static_cast<int>(random() % 10);
+    const double value = mantissa(random) * std::pow(10.0, static_cast<double>(random() % 9));
+    if (near_tie(value, decimals)) {
+      ++ties;
+      const double error = std::fabs(std::strtod(fixed(value, decimals).c_str(), nullptr) - value);
+      ASSERT_LE(error, 0.5 * std::pow(10, -decimals) + 4e-16 * std::fabs(value))
+          << value;  // a half and two last digits
+      continue;
+    }
+    ASSERT_EQ(fixed(value, decimals), by_printf(value, decimals)) << decimals;
+  }
+  EXPECT_LT(ties, 40'000);
+}
+
+TEST(AppendFixed, TiesGoAwayFromZero) {
+  EXPECT_EQ(fixed(0.5, 0), "1");
+  EXPECT_EQ(fixed(1.5, 0), "2");
+  EXPECT_EQ(fixed(2.5, 0), "3");  // printf says 2
+  EXPECT_EQ(fixed(-0.5, 0), "-1");
+  EXPECT_EQ(fixed(-2.5, 0), "-3");
+  EXPECT_EQ(fixed(0.125, 2), "0.13");
+  EXPECT_EQ(fixed(-0.375, 2), "-0.38");
+}
+
+TEST(AppendFixed, CarriesAndPads) {
+  EXPECT_EQ(fixed(0, 0), "0");
+  EXPECT_EQ(fixed(0, 6), "0.000000");
+  EXPECT_EQ(fixed(9.9999996, 6), "10.000000");
+  EXPECT_EQ(fixed(0.05, 3), "0.050");
+  EXPECT_EQ(fixed(-0.0049, 5), "-0.00490");
+  EXPECT_EQ(fixed(1e-9, 9), "0.000000001");
+}
+
+TEST(AppendFixed, ANegativeThatRoundsToNothingHasNoSign) {
+  EXPECT_EQ(fixed(-0.0, 3), "0.000");
+  EXPECT_EQ(fixed(-1e-7, 6), "0.000000");
+  EXPECT_EQ(fixed(-5e-7, 6), "-0.000001");
+}
+
+TEST(AppendFixed, BeyondTheLimitShortestDigitsThatReadBack) {
+  EXPECT_EQ(fixed(9e8, 9), "900000000.000000000");
+  EXPECT_EQ(fixed(-9e8, 9), "-900000000.000000000");
+  for (const double value : {900000000.1, -900000000.1, 1e17, -1e300, std::numeric_limits<double>::max()}) {
+    EXPECT_EQ(std::strtod(fixed(value, 6).c_str(), nullptr), value) << fixed(value, 6);
+  }
+}
+
+TEST(AppendFixed, WhatIsNotFiniteIsNothing) {
+  EXPECT_EQ(fixed(std::nan(""), 6), "");
+  EXPECT_EQ(fixed(HUGE_VAL, 6), "");
+  EXPECT_EQ(fixed(-HUGE_VAL, 6), "");
+}
+
+TEST(AppendInteger, WritesEveryWholeNumber) {
+  std::mt19937_64 random(19);
+  std::vector<std::int64_t> values = {
+      0, 1, -1, 9, 10, -10, std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()};
+  for (int i = 0; i < 10'000; ++i) values.push_back(static_cast<std::int64_t>(random()) >> (random() % 64));
+  for (const std::int64_t value : values) {
+    std::string text;
+    append_integer(text, value);
+    ASSERT_EQ(text, std::to_string(value));
+  }
+}
+
+std::string by_gmtime(std::int64_t second) {
+  const std::time_t time = second;
+  std::tm parts{};
+  gmtime_r(&time, &parts);
+  char text[64];
+  std::snprintf(text, sizeof text, "%04d-%02d-%02dT%02d:%02d:%02dZ", parts.tm_year + 1900, parts.tm_mon + 1,
+                parts.tm_mday, parts.tm_hour, parts.tm_min, parts.tm_sec);
+  return text;
+}
+
+constexpr std::int64_t kYear0 = -62'167'219'200;      // 0000-01-01T00:00:00Z
+constexpr std::int64_t kYear10000 = 253'402'300'800;  // 10000-01-01T00:00:00Z
+
+TEST(UtcText, IsWhatGmtimeSays) {
+  std::mt19937_64 random(23);
+  std::uniform_int_distribution<std::int64_t> any(kYear0, kYear10000 - 1);
+  for (int i = 0; i < 100'000; ++i) {
+    const std::int64_t second = any(random);
+    ASSERT_EQ(utc_text(second), by_gmtime(second)) << second;
+  }
+  for (std::int64_t day = -1000 * 365; day < 1000 * 365; ++day) {  // both sides of every midnight of two thousand years
+    ASSERT_EQ(utc_text(day * 86400), by_gmtime(day * 86400));
+    ASSERT_EQ(utc_text(day * 86400 - 1), by_gmtime(day * 86400 - 1));
+  }
+}
+
+TEST(UtcText, KnowsTheDaysThatCalendarsGetWrong) {
+  EXPECT_EQ(utc_text(0), "1970-01-01T00:00:00Z");
+  EXPECT_EQ(utc_text(-1), "1969-12-31T23:59:59Z");
+  EXPECT_EQ(utc_text(951'782'400), "2000-02-29T00:00:00Z");
+  EXPECT_EQ(utc_text(4'107'542'400), "2100-03-01T00:00:00Z");
+  EXPECT_EQ(utc_text(kYear0), "0000-01-01T00:00:00Z");
+  EXPECT_EQ(utc_text(kYear10000 - 1), "9999-12-31T23:59:59Z");
+}
+
+TEST(UtcText, OutsideFourDigitYearsIsTheNumber) {
+  for (const std::int64_t second :
+       {kYear0 - 1, kYear10000, std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
+    EXPECT_EQ(utc_text(second), std::to_string(second));
+  }
+}
+
+TEST(UtcText, InFileNamesHasNeitherHyphenNorColon) {
+  EXPECT_EQ(utc_file_text(1'795'425'060), "20261123T091100Z");
+  EXPECT_EQ(utc_file_text(-1), "19691231T235959Z");
+  EXPECT_EQ(utc_file_text(kYear0 - 1), "-62167219201");
+}
+
+}  // namespace
+}  // namespace prism
