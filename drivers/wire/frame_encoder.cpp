@@ -166,7 +166,10 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
   write_channel(description_->uhfo, roles.uhfo, roles.uhfo_high, roles.uhfo_low, state.uhfo_v, uhfo_half_);
   if (kind_->text.present) frame_ = print_frame(*kind_, raw_);
   else apply_constants(*kind_, frame_);
-  for (const CheckRule& check : kind_->checks) store_check(check, frame_);
+  // A check may cover another one: as many rounds as checks leave all of them right.
+  for (std::size_t round = 0; round < kind_->checks.size(); ++round) {
+    for (const CheckRule& check : kind_->checks) store_check(check, frame_);
+  }
   out.insert(out.end(), frame_.begin(), frame_.end());
   out.insert(out.end(), kind_->trailer.begin(), kind_->trailer.end());
 }

@@ -64,20 +64,20 @@ void read_valids(const Section& s, FrameDescription& description) {
   }
 }
 
+/// deg/h or arcsec for one unit of the gyro's number. Pulses have the gyro's own scale factor, which the choice may give.
 double read_unit(const Section& s, GyroMeaning meaning, const GyroChoice& choice) {
-  if (meaning == GyroMeaning::kRate) {
-    if (choice.scale_factor_arcsec_per_pulse) s.refuse("unit", "is a rate: a scale factor in arcsec/pulse has no use here");
-    const std::string unit = s.choice("unit", {"deg/h", "arcsec/s", "deg/s", "rad/s"}, true);
-    return unit == "deg/s" ? kArcsecPerDegree : unit == "rad/s" ? kArcsecPerRadian : 1;
-  }
-  const std::string unit = s.choice("unit", {"pulse", "arcsec", "deg", "rad"}, true);
-  if (unit == "pulse") {
+  const bool rate = meaning == GyroMeaning::kRate;
+  const std::string unit = rate ? s.choice("unit", {"deg/h", "arcsec/s", "deg/s", "rad/s", "pulse/s"}, true)
+                                : s.choice("unit", {"pulse", "arcsec", "deg", "rad"}, true);
+  if (unit.starts_with("pulse")) {
     const double scale = s.number("arcsec_per_pulse", 1e-9, 1e6);
     return choice.scale_factor_arcsec_per_pulse.value_or(scale);
   }
   if (s.has("arcsec_per_pulse")) s.refuse("arcsec_per_pulse", "has no meaning with this unit; expected unit \"pulse\"");
-  if (choice.scale_factor_arcsec_per_pulse) s.refuse("unit", "is not \"pulse\": a scale factor in arcsec/pulse has no use here");
-  return unit == "deg" ? kArcsecPerDegree : unit == "rad" ? kArcsecPerRadian : 1;
+  if (choice.scale_factor_arcsec_per_pulse) {
+    s.refuse("unit", fmt::format("is \"{}\": a scale factor in arcsec/pulse has no use here", unit));
+  }
+  return unit.starts_with("deg/s") || unit == "deg" ? kArcsecPerDegree : unit.starts_with("rad") ? kArcsecPerRadian : 1;
 }
 
 void read_axis(const Section& gyro, const GyroChoice& choice, FrameDescription& description) {
