@@ -3,8 +3,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <vector>
 
+#include "compensation/kernel.hpp"
 #include "compensation/model.hpp"
+#include "compensation/result.hpp"
 
 namespace prism {
 
@@ -14,15 +18,59 @@ struct Normalisation {
   double target_shift = 0, target_scale = 1;
 };
 
+/// What the standard deviation and the guard need beyond the centres; variances in units of the normalised target.
+struct LssvmUncertainty {
+  double prior_variance = 1;  ///< s_f² of the Gaussian-process reading of the same matrices, > 0
+  double sd_scale = 1;        ///< the sd is multiplied by this: what held-out residuals say about the model's own sd, >= 1
+  /// A variance above this fraction of prior_variance is `extrapolating`; > 0.
+  double guard_fraction = 1;
+  /// Sparse models: diag(I/c, 0) + Φ V Φᵀ over the training rows, Φ = [L⁻¹ k; 1], (r + 1) × (r + 1); dense ones: empty.
+  Eigen::MatrixXd gram;
+};
+
 /// f(x) = Σ alpha_k exp(−‖n(x) − centre_k‖² / (2 sigma2)) + b;  bias = f · target_scale + target_shift.
 struct LssvmParameters {
   Eigen::MatrixXd centres;  ///< d × N, normalised, one centre a column
   Eigen::VectorXd alpha;    ///< N
-  Eigen::VectorXd weight;   ///< N, the v_k of eq. 14, > 0; all 1 when not re-weighted
+  Eigen::VectorXd weight;   ///< N, the v_k of eq. 14, > 0; all 1 when not re-weighted; empty for sparse models and SVR
   double b = 0;
   double c = 1;       ///< > 0
   double sigma2 = 1;  ///< > 0, in normalised units
   Normalisation normalisation;
+  /// Off the data the blend policy leans on linear · n(x) + linear_b (normalised); empty: on the target's mean.
+  Eigen::VectorXd linear;
+  double linear_b = 0;
+  std::optional<LssvmUncertainty> uncertainty;  ///< none: the model has no standard deviation (SVR)
+};
+
+class LssvmModel : public Model {
+ public:
+  /// Factorises K + diag(1/(c v)) once, O(N³/3), if there is an uncertainty. Refuses (where: the model's name) shapes that
+  /// do not agree and a matrix that is not positive definite. info.kind: "lssvm", "ir_lssvm", "sparse_lssvm" or "svr".
+  static Result<ModelPtr> make(ModelInfo info, LssvmParameters parameters);
+
+  Prediction predict(std::span<const double> inputs) const override;
+  /// The bias alone: one kernel sum, no standard deviation. Same number as predict().bias_deg_per_h.
+  double bias_deg_per_h(std::span<const double> inputs) const;
+
+  const LssvmParameters& parameters() const { return parameters_; }
+
+ private:
+  LssvmModel(ModelInfo info, LssvmParameters parameters);
+  bool factorise();
+  bool factorise_dense();
+  bool factorise_sparse();
+  std::vector<double> normalised(std::span<const double> inputs) const;
+  double variance_fraction(std::span<const double> point) const;
+  double linear_part(std::span<const double> point) const;
+
+  LssvmParameters parameters_;
+  KernelCentres centres_;
+  std::vector<double> alpha_;        // padded for the kernel sum
+  Eigen::MatrixXd factor_;           // dense: of K + diag(1/(c v)); sparse: of K over the centres
+  Eigen::MatrixXd gram_factor_;      // sparse only
+  Eigen::VectorXd nu_;               // dense: H⁻¹ 1
+  double ones_ = 0;                  // dense: 1ᵀ H⁻¹ 1
 };
 
 }  // namespace prism

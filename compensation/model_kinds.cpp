@@ -7,6 +7,10 @@ namespace {
 constexpr ModelKind kKinds[] = {
     {"polynomial", read_polynomial, polynomial_content},
     {"stepwise", read_polynomial, polynomial_content},
+    {"lssvm", read_lssvm, lssvm_content},
+    {"ir_lssvm", read_lssvm, lssvm_content},
+    {"sparse_lssvm", read_lssvm, lssvm_content},
+    {"svr", read_lssvm, lssvm_content},
 };
 
 }  // namespace

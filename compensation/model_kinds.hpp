@@ -29,5 +29,7 @@ std::string model_kind_names();
 
 Result<ModelPtr> read_polynomial(Section& top, ModelInfo info);
 std::string polynomial_content(const Model& model);
+Result<ModelPtr> read_lssvm(Section& top, ModelInfo info);
+std::string lssvm_content(const Model& model);
 
 }  // namespace prism

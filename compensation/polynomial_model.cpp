@@ -38,7 +38,11 @@ Prediction PolynomialModel::predict(std::span<const double> inputs) const {
     }
     bias += product;
   }
-  return {bias, sd_deg_per_h_, outside_domain(inputs)};
+  Prediction prediction;
+  prediction.bias_deg_per_h = bias;
+  prediction.sd_deg_per_h = sd_deg_per_h_;
+  prediction.extrapolating = outside_domain(inputs);
+  return prediction;
 }
 
 }  // namespace prism

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/lssvm_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "compensation/dense.hpp"
+#include "compensation/model_id.hpp"
+
+namespace prism {
+namespace {
+
+std::string numbers(const Eigen::MatrixXd& m) { return exact_texts({m.data(), static_cast<std::size_t>(m.size())}); }
+
+std::string canonical(const LssvmParameters& p) {
+  std::string text = fmt::format("{} {} {}\n{} {}\n{} {}\n", p.c, p.sigma2, p.b, numbers(p.normalisation.input_shift),
+                                 numbers(p.normalisation.input_scale), p.normalisation.target_shift, p.normalisation.target_scale);
+  text += numbers(p.centres) + '\n' + numbers(p.alpha) + '\n' + numbers(p.weight) + '\n';
+  text += fmt::format("{} {}\n", numbers(p.linear), p.linear_b);
+  if (const auto& u = p.uncertainty) {
+    text += fmt::format("{} {} {} {}\n", u->prior_variance, u->sd_scale, u->guard_fraction, numbers(u->gram));
+  }
+  return text;
+}
+
+ModelInfo identified(ModelInfo info, const LssvmParameters& parameters) {
+  info.id = model_id(info, canonical(parameters));
+  return info;
+}
+
+std::string wrong_shape(const ModelInfo& info, const LssvmParameters& p) {
+  const Eigen::Index d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
+  if (p.centres.rows() != d || n < 1) return fmt::format("centres are {} x {}, expected {} inputs a centre", p.centres.rows(), n, d);
+  if (p.alpha.size() != n) return fmt::format("found {} alphas, expected {}", p.alpha.size(), n);
+  if (p.normalisation.input_shift.size() != d || p.normalisation.input_scale.size() != d) {
+    return fmt::format("found {} input scales, expected {}", p.normalisation.input_scale.size(), d);
+  }
+  if (p.linear.size() != 0 && p.linear.size() != d) return fmt::format("found {} linear coefficients, expected {}", p.linear.size(), d);
+  if (!p.uncertainty) return {};
+  const Eigen::Index gram = p.uncertainty->gram.rows();
+  if (gram != 0 && (gram != n + 1 || p.uncertainty->gram.cols() != n + 1)) return fmt::format("gram has {} rows, expected {}", gram, n + 1);
+  if (gram == 0 && p.weight.size() != n) return fmt::format("found {} weights, expected {}", p.weight.size(), n);
+  return {};
+}
+
+}  // namespace
+
+LssvmModel::LssvmModel(ModelInfo info, LssvmParameters parameters)
+    : Model(identified(std::move(info), parameters)),
+      parameters_(std::move(parameters)),
+      centres_(parameters_.centres),
+      alpha_(centres_.padded(parameters_.alpha)) {}
+
+Result<ModelPtr> LssvmModel::make(ModelInfo info, LssvmParameters parameters) {
+  const std::string where = info.name.empty() ? info.kind : info.name;
+  if (std::string wrong = wrong_shape(info, parameters); !wrong.empty()) return refuse(where, std::move(wrong));
+  std::shared_ptr<LssvmModel> model(new LssvmModel(std::move(info), std::move(parameters)));
+  if (model->parameters_.uncertainty && !model->factorise()) {
+    return refuse(where, "the kernel matrix of the centres is not positive definite: c is too large or centres repeat");
+  }
+  return ModelPtr(std::move(model));
+}
+
+bool LssvmModel::factorise() { return parameters_.uncertainty->gram.size() > 0 ? factorise_sparse() : factorise_dense(); }
+
+// H = K + diag(1/(c v)) = L Lᵀ, nu = H⁻¹ 1.
+bool LssvmModel::factorise_dense() {
+  factor_ = kernel_matrix(parameters_.centres, parameters_.sigma2);
+  factor_.diagonal().array() += 1 / (parameters_.c * parameters_.weight.array());
+  if (!cholesky(factor_)) return false;
+  nu_ = Eigen::VectorXd::Ones(parameters_.alpha.size());
+  solve_cholesky(factor_, nu_);
+  ones_ = nu_.sum();
+  return ones_ > 0;
+}
+
+bool LssvmModel::factorise_sparse() {
+  factor_ = kernel_matrix(parameters_.centres, parameters_.sigma2);
+  gram_factor_ = parameters_.uncertainty->gram;
+  return cholesky(factor_) && cholesky(gram_factor_);
+}
+
+std::vector<double> LssvmModel::normalised(std::span<const double> inputs) const {
+  assert(inputs.size() == info().inputs.size());
+  const Normalisation& n = parameters_.normalisation;
+  std::vector<double> point(inputs.size());
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const Eigen::Index row = static_cast<Eigen::Index>(i);
+    point[i] = (inputs[i] - n.input_shift[row]) / n.input_scale[row];
+  }
+  return point;
+}
+
+double LssvmModel::bias_deg_per_h(std::span<const double> inputs) const {
+  const Normalisation& n = parameters_.normalisation;
+  return (centres_.sum(normalised(inputs), parameters_.sigma2, alpha_) + parameters_.b) * n.target_scale + n.target_shift;
+}
+
+// Var f(x) / s_f². Dense: 1 − kᵀ H⁻¹ k + (1 − nuᵀ k)² / 1ᵀ nu, the quadratic form of the bordered inverse (eq. 14), with b
+// unknown beforehand. Sparse: 1 − φᵀφ + [φ; 1]ᵀ gram⁻¹ [φ; 1] / c, φ = L⁻¹ k: what the centres cannot express stays prior.
+double LssvmModel::variance_fraction(std::span<const double> point) const {
+  const Eigen::Index n = parameters_.alpha.size();
+  Eigen::VectorXd k(n);
+  centres_.row(point, parameters_.sigma2, k.data());
+  if (gram_factor_.size() == 0) {
+    const double level = 1 - nu_.dot(k);
+    solve_lower(factor_, k);
+    return std::max(0.0, 1 - k.squaredNorm() + level * level / ones_);
+  }
+  solve_lower(factor_, k);
+  Eigen::VectorXd phi(n + 1);
+  phi << k, 1.0;
+  solve_lower(gram_factor_, phi);
+  return std::max(0.0, 1 - k.squaredNorm()) + phi.squaredNorm() / parameters_.c;
+}
+
+double LssvmModel::linear_part(std::span<const double> point) const {
+  const Normalisation& n = parameters_.normalisation;
+  if (parameters_.linear.size() == 0) return n.target_shift;
+  const Eigen::Map<const Eigen::VectorXd> x(point.data(), static_cast<Eigen::Index>(point.size()));
+  return (parameters_.linear.dot(x) + parameters_.linear_b) * n.target_scale + n.target_shift;
+}
+
+Prediction LssvmModel::predict(std::span<const double> inputs) const {
+  const std::vector<double> point = normalised(inputs);
+  Prediction prediction;
+  prediction.bias_deg_per_h = bias_deg_per_h(inputs);
+  prediction.extrapolating = outside_domain(inputs);
+  prediction.mean_deg_per_h = linear_part(point);
+  if (const auto& u = parameters_.uncertainty) {
+    const double fraction = variance_fraction(point);
+    prediction.sd_deg_per_h = std::sqrt(u->prior_variance * fraction) * u->sd_scale * parameters_.normalisation.target_scale;
+    prediction.trust = std::clamp(1 - fraction, 0.0, 1.0);
+    prediction.extrapolating = prediction.extrapolating || fraction > u->guard_fraction;
+  }
+  return prediction;
+}
+
+}  // namespace prism

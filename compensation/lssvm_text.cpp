@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// The LSSVM part of the model file: normalisation, hyper-parameters, centres, alphas, weights and the uncertainty.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "compensation/lssvm_model.hpp"
+#include "compensation/model_kinds.hpp"
+
+namespace prism {
+namespace {
+
+constexpr Range kPositive{1e-300, 1e300};
+
+Eigen::VectorXd vector_of(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+Normalisation read_normalisation(Section section) {
+  Normalisation n;
+  n.input_shift = vector_of(section.numbers("input_shift", kAnyNumber));
+  n.input_scale = vector_of(section.numbers("input_scale", kPositive));
+  n.target_shift = section.number("target_shift", kAnyNumber);
+  n.target_scale = section.number("target_scale", kPositive);
+  return n;
+}
+
+// The lower triangle, row by row → the whole symmetric matrix.
+Eigen::MatrixXd symmetric(Section& section, const std::vector<double>& lower) {
+  const auto n = static_cast<Eigen::Index>((std::sqrt(8.0 * static_cast<double>(lower.size()) + 1) - 1) / 2 + 0.5);
+  if (static_cast<std::size_t>(n * (n + 1) / 2) != lower.size()) {
+    section.fail("gram", fmt::format("found {} numbers, expected n (n + 1) / 2", lower.size()));
+    return {};
+  }
+  Eigen::MatrixXd m(n, n);
+  std::size_t at = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) m(i, j) = m(j, i) = lower[at++];
+  }
+  return m;
+}
+
+LssvmUncertainty read_uncertainty(Section section) {
+  LssvmUncertainty u;
+  u.prior_variance = section.number("prior_variance", kPositive);
+  u.sd_scale = section.number("sd_scale", {1, 1e6}, 1.0);
+  u.guard_fraction = section.number("guard_fraction", kPositive);
+  u.gram = symmetric(section, section.numbers("gram", kAnyNumber, false));
+  return u;
+}
+
+void append_rows(std::string& text, const char* key, const double* values, Eigen::Index count, Eigen::Index width) {
+  text += fmt::format("  \"{}\": [", key);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (i % width == 0) text += i > 0 ? ",\n    " : "\n    ";
+    text += fmt::format("{}{}", i % width ? ", " : "", exact_text(values[i]));
+  }
+  text += "\n  ],\n";
+}
+
+std::string list(const Eigen::VectorXd& v) { return exact_texts({v.data(), static_cast<std::size_t>(v.size())}); }
+
+std::string uncertainty_text(const LssvmUncertainty& u) {
+  std::string text = fmt::format("  \"uncertainty\": {{\"prior_variance\": {}, \"sd_scale\": {}, \"guard_fraction\": {}",
+                                 exact_text(u.prior_variance), exact_text(u.sd_scale), exact_text(u.guard_fraction));
+  for (Eigen::Index i = 0; i < u.gram.rows(); ++i) {
+    text += i == 0 ? ", \"gram\": [\n    " : ",\n    ";
+    for (Eigen::Index j = 0; j <= i; ++j) text += (j ? ", " : "") + exact_text(u.gram(i, j));
+  }
+  return text + (u.gram.rows() > 0 ? "]},\n" : "},\n");
+}
+
+}  // namespace
+
+Result<ModelPtr> read_lssvm(Section& top, ModelInfo info) {
+  LssvmParameters p;
+  p.c = top.number("c", kPositive);
+  p.sigma2 = top.number("sigma2", kPositive);
+  p.b = top.number("b", kAnyNumber);
+  p.normalisation = read_normalisation(top.object("normalisation", true));
+  p.linear = vector_of(top.numbers("linear", kAnyNumber, false));
+  p.linear_b = top.number("linear_b", kAnyNumber, 0.0);
+  if (top.has("uncertainty")) p.uncertainty = read_uncertainty(top.object("uncertainty"));
+  const std::vector<double> centres = top.numbers("centres", kAnyNumber);
+  p.alpha = vector_of(top.numbers("alpha", kAnyNumber));
+  p.weight = vector_of(top.numbers("weight", kPositive, false));
+  const auto d = static_cast<Eigen::Index>(info.inputs.size()), n = p.alpha.size();
+  if (top.good() && static_cast<Eigen::Index>(centres.size()) != d * n) {
+    top.fail("centres", fmt::format("found {} numbers, expected {}: {} inputs for each of {} alphas", centres.size(), d * n, d, n));
+  }
+  if (!top.good()) return tl::unexpected<Error>(top.finish().error());
+  p.centres = Eigen::Map<const Eigen::MatrixXd>(centres.data(), d, n);
+  return LssvmModel::make(std::move(info), std::move(p));
+}
+
+std::string lssvm_content(const Model& model) {
+  const LssvmParameters& p = static_cast<const LssvmModel&>(model).parameters();
+  const Normalisation& n = p.normalisation;
+  std::string text = fmt::format("  \"c\": {},\n  \"sigma2\": {},\n  \"b\": {},\n", exact_text(p.c), exact_text(p.sigma2), exact_text(p.b));
+  text += fmt::format(
+      "  \"normalisation\": {{\"input_shift\": {}, \"input_scale\": {}, \"target_shift\": {}, \"target_scale\": {}}},\n",
+      list(n.input_shift), list(n.input_scale), exact_text(n.target_shift), exact_text(n.target_scale));
+  if (p.linear.size() > 0) text += fmt::format("  \"linear\": {},\n  \"linear_b\": {},\n", list(p.linear), exact_text(p.linear_b));
+  if (p.uncertainty) text += uncertainty_text(*p.uncertainty);
+  append_rows(text, "centres", p.centres.data(), p.centres.size(), p.centres.rows());
+  append_rows(text, "alpha", p.alpha.data(), p.alpha.size(), 4);
+  if (p.weight.size() > 0) append_rows(text, "weight", p.weight.data(), p.weight.size(), 4);
+  return text;
+}
+
+}  // namespace prism

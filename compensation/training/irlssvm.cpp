@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/training/irlssvm.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace prism {
+namespace {
+
+struct Solve {
+  LssvmSolution solution;
+  Eigen::VectorXd residual;
+  std::vector<Eigen::Index> kept;
+  LssvmFactor factor;
+};
+
+// A weight of zero makes 1/(c v) infinite: the sample leaves the system, alpha = 0 (eq. 16 in eq. 14).
+Result<Solve> solve_weighted(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c, const Eigen::VectorXd& weight,
+                             const ExtendedMatrix* extended) {
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    if (weight[i] > 0) kept.push_back(i);
+  }
+  if (kept.size() < 2) return refuse("IR-LSSVM", fmt::format("{} of {} samples have a weight, expected at least 2", kept.size(), y.size()));
+  const bool all = static_cast<Eigen::Index>(kept.size()) == y.size();
+  const Eigen::VectorXd inverse_cv = 1 / (c * weight(kept).array());
+  auto factor = all ? LssvmFactor::make(kernel, inverse_cv, y) : LssvmFactor::make(kernel(kept, kept), inverse_cv, y(kept));
+  if (!factor) return tl::unexpected<Error>(factor.error());
+  LssvmSolution solution = factor->solution();
+  if (extended) {
+    all ? refine(*extended, inverse_cv, y, *factor, solution) : refine((*extended)(kept, kept), inverse_cv, y(kept), *factor, solution);
+  }
+  Eigen::VectorXd residual = solution.alpha.cwiseProduct(inverse_cv);
+  if (!all) {
+    const Eigen::VectorXd alpha = solution.alpha;
+    solution.alpha = Eigen::VectorXd::Zero(y.size());
+    solution.alpha(kept) = alpha;
+    const Eigen::VectorXd inside = residual;
+    residual = y - kernel * solution.alpha;
+    residual.array() -= solution.b;
+    residual(kept) = inside;
+  }
+  return Solve{std::move(solution), std::move(residual), std::move(kept), std::move(*factor)};
+}
+
+// Two states in turn: far from each other, while every second one is the same.
+bool alternates(const Eigen::VectorXd& now, const Eigen::VectorXd& last, const Eigen::VectorXd& before, int solves) {
+  constexpr int kPatience = 20;
+  if (solves < kPatience || before.size() == 0) return false;
+  return (now - before).norm() < 1e-3 * (now - last).norm();
+}
+
+// Below the floor a change is noise once it no longer falls.
+bool stands_still(const std::vector<double>& change, double tolerance, double floor) {
+  const double last = change.back();
+  if (last <= tolerance) return true;
+  return last <= floor && change.size() > 1 && last > 0.8 * change[change.size() - 2];
+}
+
+}  // namespace
+
+double rounding_floor(double c, const Eigen::VectorXd& alpha) {
+  constexpr double kRounding = 2e-16;
+  return kRounding * c * static_cast<double>(alpha.size()) * alpha.norm();
+}
+
+Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c, const ReweightSettings& settings,
+                               const Eigen::VectorXd* start) {
+  Eigen::VectorXd weight = start ? *start : Eigen::VectorXd::Ones(y.size());
+  auto solve = solve_weighted(kernel, y, c, weight, settings.extended);
+  if (!solve) return tl::unexpected<Error>(solve.error());
+  ReweightReport report;
+  report.converged = settings.weight.kind == WeightKind::kNone;
+  Eigen::VectorXd before;
+  while (!report.converged && report.solves < settings.limit) {
+    report.scale = robust_scale(solve->residual, settings.scale);
+    Eigen::VectorXd next = weights_of(solve->residual, report.scale, settings.weight);
+    if (report.oscillating) next = (next + weight) / 2;
+    weight = std::move(next);
+    auto again = solve_weighted(kernel, y, c, weight, settings.extended);
+    if (!again) return tl::unexpected<Error>(again.error());
+    ++report.solves;
+    report.change.push_back((again->solution.alpha - solve->solution.alpha).norm());
+    report.converged = stands_still(report.change, settings.tolerance, rounding_floor(c, again->solution.alpha));
+    const bool stop = report.oscillating;
+    if (settings.tolerance > 0 && alternates(again->solution.alpha, solve->solution.alpha, before, report.solves)) report.oscillating = true;
+    before = std::move(solve->solution.alpha);
+    solve = std::move(again);
+    if (stop) break;
+  }
+  for (const double v : weight) report.dropped += v > 0 ? 0 : 1;
+  return IrlssvmFit{std::move(solve->solution), std::move(weight),        std::move(solve->residual),
+                    std::move(solve->kept),     std::move(solve->factor), std::move(report)};
+}
+
+int refine_fit(const ExtendedMatrix& kernel, double c, const Eigen::VectorXd& y, IrlssvmFit& fit) {
+  const Eigen::VectorXd inverse_cv = 1 / (c * fit.weight(fit.kept).array());
+  LssvmSolution kept{fit.solution.alpha(fit.kept), fit.solution.b};
+  const int steps = refine(kernel(fit.kept, fit.kept), inverse_cv, y(fit.kept), fit.factor, kept);
+  fit.solution.alpha(fit.kept) = kept.alpha;
+  fit.solution.b = kept.b;
+  fit.residual(fit.kept) = kept.alpha.cwiseProduct(inverse_cv);
+  return steps;
+}
+
+}  // namespace prism

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/training/low_rank.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "compensation/dense.hpp"
+#include "compensation/kernel.hpp"
+
+namespace prism {
+namespace {
+
+std::span<const double> column(const Eigen::MatrixXd& m, Eigen::Index j) {
+  return {m.data() + j * m.rows(), static_cast<std::size_t>(m.rows())};
+}
+
+// Pivoted Cholesky of K over all points; rows of `features` grow as pivots come in (features: capacity × N).
+struct Pivoting {
+  std::vector<Eigen::Index> pivots;
+  Eigen::MatrixXd features;
+  double left = 1;
+};
+
+Pivoting pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank) {
+  const Eigen::Index n = points.cols();
+  const KernelCentres centres(points);
+  Pivoting p;
+  p.features.resize(std::min<Eigen::Index>(64, max_rank + 1), n);
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Ones(n), row(n);
+  // Below this the diagonal is rounding, and its root would be noise.
+  const double floor = std::max(tolerance, 1e-14);
+  while (static_cast<Eigen::Index>(p.pivots.size()) < max_rank) {
+    Eigen::Index next = 0;
+    p.left = diagonal.maxCoeff(&next);
+    if (!(p.left > floor)) break;
+    const auto r = static_cast<Eigen::Index>(p.pivots.size());
+    if (r + 1 >= p.features.rows()) p.features.conservativeResize(std::min(2 * p.features.rows(), max_rank + 1), n);
+    centres.row(column(points, next), sigma2, row.data());
+    const Eigen::VectorXd own = p.features.col(next).head(r);
+    const double root = std::sqrt(p.left);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double value = (row[i] - p.features.col(i).head(r).dot(own)) / root;
+      p.features(r, i) = value;
+      diagonal[i] -= value * value;
+    }
+    diagonal[next] = 0;
+    p.pivots.push_back(next);
+  }
+  p.left = diagonal.maxCoeff();
+  return p;
+}
+
+std::vector<Eigen::Index> drawn(Eigen::Index n, Eigen::Index count, std::uint64_t seed) {
+  std::vector<Eigen::Index> all(static_cast<std::size_t>(n));
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  std::mt19937_64 random(seed);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) std::swap(all[i], all[i + random() % (all.size() - i)]);
+  all.resize(static_cast<std::size_t>(count));
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+// φ(x) = L⁻¹ k(x) for every point, L the factor over the pivots.
+Eigen::MatrixXd features_of(const Eigen::MatrixXd& points, const std::vector<Eigen::Index>& pivots, double sigma2) {
+  const auto r = static_cast<Eigen::Index>(pivots.size());
+  const Eigen::MatrixXd chosen = points(Eigen::all, pivots);
+  Eigen::MatrixXd l = kernel_matrix(chosen, sigma2);
+  l.diagonal().array() += 1e-15;
+  Eigen::MatrixXd phi(r + 1, points.cols());
+  if (!cholesky(l)) return {};
+  const KernelCentres centres(chosen);
+  Eigen::VectorXd k(r);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    centres.row(column(points, i), sigma2, k.data());
+    solve_lower(l, k);
+    phi.col(i).head(r) = k;
+  }
+  phi.row(r).setOnes();
+  return phi;
+}
+
+}  // namespace
+
+LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank, std::uint64_t seed) {
+  LowRank result;
+  max_rank = std::min(max_rank, points.cols());
+  if (points.cols() <= kPivotSample) {
+    Pivoting p = pivot(points, sigma2, tolerance, max_rank);
+    result.pivots = std::move(p.pivots);
+    result.left = p.left;
+    const Eigen::Index r = result.rank();
+    result.phi.resize(r + 1, points.cols());
+    result.phi.topRows(r) = p.features.topRows(r);
+    result.phi.row(r).setOnes();
+    return result;
+  }
+  const std::vector<Eigen::Index> sample = drawn(points.cols(), kPivotSample, seed);
+  const Pivoting p = pivot(points(Eigen::all, sample), sigma2, std::max(tolerance, 1e-12), max_rank);
+  for (const Eigen::Index i : p.pivots) result.pivots.push_back(sample[static_cast<std::size_t>(i)]);
+  result.phi = features_of(points, result.pivots, sigma2);
+  const Eigen::Index r = result.rank();
+  result.left = (1 - result.phi.topRows(r).colwise().squaredNorm().array()).maxCoeff();
+  return result;
+}
+
+PrimalLssvm::PrimalLssvm(const LowRank& system, const Eigen::VectorXd& y, double c) : system_(system), y_(y), c_(c) {}
+
+Eigen::MatrixXd PrimalLssvm::gram(const Eigen::VectorXd& weight) const {
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(system_.phi.rows(), system_.phi.rows());
+  add_gram(system_.phi, gram, &weight);
+  return gram;
+}
+
+bool PrimalLssvm::solve(const Eigen::VectorXd& weight) {
+  return solve(gram(weight), system_.phi * weight.cwiseProduct(y_));
+}
+
+bool PrimalLssvm::solve(const Eigen::MatrixXd& gram, const Eigen::VectorXd& moment) {
+  factor_ = gram;
+  factor_.diagonal().head(system_.rank()).array() += 1 / c_;
+  if (!cholesky(factor_)) return false;
+  theta_ = moment;
+  solve_cholesky(factor_, theta_);
+  return theta_.allFinite();
+}
+
+Eigen::VectorXd PrimalLssvm::residuals() const { return y_ - system_.phi.transpose() * theta_; }
+
+Eigen::VectorXd PrimalLssvm::leverages() const {
+  Eigen::VectorXd h(y_.size()), z;
+  for (Eigen::Index i = 0; i < h.size(); ++i) {
+    z = system_.phi.col(i);
+    solve_lower(factor_, z);
+    h[i] = z.squaredNorm();
+  }
+  return h;
+}
+
+double PrimalLssvm::log_determinant() const { return 2 * factor_.diagonal().array().log().sum(); }
+
+}  // namespace prism

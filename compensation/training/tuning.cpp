@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/training/tuning.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "compensation/training/parallel.hpp"
+#include "compensation/training/simplex.hpp"
+
+namespace prism {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kHuberStart = 1.345, kMyriadStart = 1.5;  // 95 % efficiency at the normal; the middle of what tunings end at
+constexpr int kGridC = 7, kGridSigma2 = 8;
+
+double parameter_start(WeightKind kind) { return kind == WeightKind::kHuber ? kHuberStart : kMyriadStart; }
+
+class Search {
+ public:
+  Search(const TuningCost& cost, Eigen::Index samples, const TuningSettings& settings, const TuningProgress& progress,
+         const std::atomic<bool>* stop)
+      : cost_(cost), samples_(samples), settings_(settings), progress_(progress), stop_(stop) {
+    with_parameter_ = cost.robust() && cost.settings().weight.has_parameter();
+  }
+
+  Result<TuningResult> run() {
+    survey();
+    descend();
+    if (!std::isfinite(result_.best.cost)) return refuse("tuning", "no choice of c and sigma2 gave a finite cost");
+    if (!stopped()) result_.best.cost = cost_.final_cost(result_.best);
+    result_.stopped = stopped();
+    judge();
+    return std::move(result_);
+  }
+
+ private:
+  bool stopped() const { return stop_ != nullptr && stop_->load(); }
+
+  double evaluated(const TuningPoint& point, bool survey) {
+    const double cost = survey ? cost_.survey(point) : cost_.evaluate(point);
+    const std::lock_guard lock(mutex_);
+    ++result_.evaluations;
+    TuningPoint shown = point;
+    shown.cost = cost;
+    if (cost < shown_.cost) shown_ = shown;
+    if (progress_) progress_(result_.evaluations, expected_, shown_);
+    return cost;
+  }
+
+  std::vector<double> axis(const std::optional<double>& fixed, double low, double high, int count) const {
+    if (fixed) return {*fixed};
+    std::vector<double> values;
+    for (int i = 0; i < count; ++i) values.push_back(std::pow(10.0, low + (high - low) * i / (count - 1)));
+    return values;
+  }
+
+  // Every (sigma2, c) of the grid, and every parameter of a few, with weights frozen in the folds.
+  void survey() {
+    const TuningBounds& b = settings_.bounds;
+    const auto sigmas = axis(settings_.sigma2, b.sigma2_min, b.sigma2_max, kGridSigma2);
+    const auto cs = axis(settings_.c, b.c_min, b.c_max, kGridC);
+    std::vector<double> parameters = {settings_.parameter.value_or(parameter_start(cost_.settings().weight.kind))};
+    if (with_parameter_ && !settings_.parameter && small_data()) parameters = {0.2, 0.6, parameters[0], 4};
+    for (const double parameter : parameters) {
+      for (const double sigma2 : sigmas) {
+        for (const double c : cs) result_.surface.push_back({c, sigma2, parameter, kNever});
+      }
+    }
+    const int count = static_cast<int>(result_.surface.size());
+    expected_ = count + starts() * simplex_evaluations();
+    parallel_for(count, settings_.threads, [&](int i) {
+      if (stopped()) return;
+      TuningPoint& point = result_.surface[static_cast<std::size_t>(i)];
+      point.cost = evaluated(point, true);
+    });
+    // With everything given there is nothing to search: the one point is priced as it is.
+    result_.best = *std::min_element(result_.surface.begin(), result_.surface.end(),
+                                     [](const TuningPoint& x, const TuningPoint& y) { return x.cost < y.cost; });
+  }
+
+  bool small_data() const { return samples_ <= 400; }
+  int starts() const { return settings_.starts > 0 ? settings_.starts : small_data() ? 8 : 3; }
+  int simplex_evaluations() const { return with_parameter_ ? 60 : 45; }
+
+  // The best cells of the grid, no two of them neighbours.
+  std::vector<TuningPoint> best_cells() const {
+    std::vector<TuningPoint> sorted = result_.surface, chosen;
+    std::stable_sort(sorted.begin(), sorted.end(), [](const auto& x, const auto& y) { return x.cost < y.cost; });
+    for (const TuningPoint& p : sorted) {
+      const bool near = std::any_of(chosen.begin(), chosen.end(), [&](const TuningPoint& q) {
+        return std::fabs(std::log10(p.c / q.c)) + 1.5 * std::fabs(std::log10(p.sigma2 / q.sigma2)) < 1.8 &&
+               std::fabs(std::log10(p.parameter / q.parameter)) < 0.3;
+      });
+      if (!near && std::isfinite(p.cost)) chosen.push_back(p);
+      if (static_cast<int>(chosen.size()) == starts()) break;
+    }
+    return chosen;
+  }
+
+  // Search coordinates: the log10 of what is free.
+  Eigen::VectorXd coordinates(const TuningPoint& p) const {
+    std::vector<double> x;
+    if (!settings_.c) x.push_back(std::log10(p.c));
+    if (!settings_.sigma2) x.push_back(std::log10(p.sigma2));
+    if (with_parameter_ && !settings_.parameter) x.push_back(std::log10(p.parameter));
+    return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
+  }
+
+  TuningPoint point_at(const Eigen::VectorXd& x, TuningPoint p) const {
+    Eigen::Index i = 0;
+    if (!settings_.c) p.c = std::pow(10.0, x[i++]);
+    if (!settings_.sigma2) p.sigma2 = std::pow(10.0, x[i++]);
+    if (with_parameter_ && !settings_.parameter) p.parameter = std::pow(10.0, x[i++]);
+    return p;
+  }
+
+  SimplexSettings simplex_settings(double step) const {
+    const TuningBounds& b = settings_.bounds;
+    SimplexSettings s;
+    s.lower = coordinates({std::pow(10, b.c_min), std::pow(10, b.sigma2_min), std::pow(10, b.parameter_min), 0});
+    s.upper = coordinates({std::pow(10, b.c_max), std::pow(10, b.sigma2_max), std::pow(10, b.parameter_max), 0});
+    s.step = Eigen::VectorXd::Constant(s.lower.size(), step);
+    s.max_evaluations = simplex_evaluations();
+    s.x_tolerance = 0.02;
+    s.f_tolerance = 1e-6;
+    return s;
+  }
+
+  TuningPoint descended(const TuningPoint& from, double step) {
+    const auto f = [&](const Eigen::VectorXd& x) { return evaluated(point_at(x, from), false); };
+    const SimplexResult end = minimise(f, coordinates(from), simplex_settings(step), [&] { return stopped(); });
+    TuningPoint p = point_at(end.x, from);
+    p.cost = end.value;
+    return p;
+  }
+
+  void descend() {
+    if (coordinates(result_.best).size() == 0) {
+      if (!stopped()) result_.best.cost = evaluated(result_.best, false);
+      return;
+    }
+    std::vector<TuningPoint> cells = best_cells();
+    parallel_for(static_cast<int>(cells.size()), settings_.threads, [&](int i) {
+      TuningPoint& cell = cells[static_cast<std::size_t>(i)];
+      cell = descended(cell, 0.6);
+    });
+    const auto better = [](const TuningPoint& x, const TuningPoint& y) { return x.cost < y.cost; };
+    if (!cells.empty()) result_.best = *std::min_element(cells.begin(), cells.end(), better);
+    // Once more from the winner: a simplex that has collapsed in a curved valley goes on with new edges.
+    if (!stopped() && !cells.empty()) result_.best = std::min(result_.best, descended(result_.best, 0.3), better);
+  }
+
+  void judge() {
+    const TuningBounds& b = settings_.bounds;
+    const auto edge = [&](const char* name, double value, double low, double high) {
+      const double x = std::log10(value);
+      if (x < low + 0.02 || x > high - 0.02) {
+        result_.warnings.push_back(fmt::format("{} = {:.4g} lies on the edge of the search ({:.3g} to {:.3g}): the data do not hold it", name,
+                                               value, std::pow(10, low), std::pow(10, high)));
+      }
+    };
+    if (!settings_.c) edge("c", result_.best.c, b.c_min, b.c_max);
+    if (!settings_.sigma2) edge("sigma2", result_.best.sigma2, b.sigma2_min, b.sigma2_max);
+    if (with_parameter_ && !settings_.parameter) edge("weight parameter", result_.best.parameter, b.parameter_min, b.parameter_max);
+    judge_flatness();
+  }
+
+  // Flat: choices of c a hundredfold apart cost the same within half a percent.
+  void judge_flatness() {
+    if (settings_.c) return;
+    const double best = std::min_element(result_.surface.begin(), result_.surface.end(), [](const auto& x, const auto& y) {
+                          return x.cost < y.cost;
+                        })->cost;
+    double low = kNever, high = 0;
+    for (const TuningPoint& p : result_.surface) {
+      if (p.cost - best > 0.005 * std::fabs(best)) continue;
+      low = std::min(low, p.c);
+      high = std::max(high, p.c);
+    }
+    if (high >= 1000 * low) {
+      result_.warnings.push_back(fmt::format("the cost is flat: c from {:.3g} to {:.3g} cost the same within 0.5 %; any of them is as good", low, high));
+    }
+  }
+
+  const TuningCost& cost_;
+  Eigen::Index samples_;
+  const TuningSettings& settings_;
+  const TuningProgress& progress_;
+  const std::atomic<bool>* stop_;
+  bool with_parameter_ = false;
+  int expected_ = 0;
+  std::mutex mutex_;
+  TuningPoint shown_{1, 1, 1, kNever};
+  TuningResult result_;
+};
+
+}  // namespace
+
+TuningBounds bounds_for(Eigen::Index inputs) {
+  TuningBounds bounds;
+  if (inputs == 1) bounds.sigma2_min = -3.5;
+  return bounds;
+}
+
+Result<TuningResult> tune(const TuningCost& cost, Eigen::Index samples, const TuningSettings& settings, const TuningProgress& progress,
+                          const std::atomic<bool>* stop) {
+  return Search(cost, samples, settings, progress, stop).run();
+}
+
+}  // namespace prism

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/training/tuning_cost.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "compensation/dense.hpp"
+#include "compensation/kernel.hpp"
+
+namespace prism {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kSearchAccuracy = 1e-2, kFinalAccuracy = 1e-6;  // c · what the low rank leaves of K
+constexpr Eigen::Index kDenseSamples = 3000;  // beyond it the whole matrix never pays
+constexpr Eigen::Index kRefitRank = 160;      // beyond it the search freezes the weights in the folds
+constexpr int kDenseSolves = 8;
+
+// Re-weights until the residuals stand still to `still` scales, `limit` solves at most. Samples outside `inside` have no
+// weight and no say in the scale. `weight` is where it begins, and where it ends.
+bool reweight(PrimalLssvm& primal, const ReweightSettings& settings, const WeightFunction& function, int limit, double still,
+              const std::vector<Eigen::Index>* inside, Eigen::VectorXd& weight) {
+  if (!primal.solve(weight)) return false;
+  Eigen::VectorXd residual = primal.residuals();
+  for (int i = 0; i < limit; ++i) {
+    const double scale = robust_scale(inside ? Eigen::VectorXd(residual(*inside)) : residual, settings.scale);
+    if (inside) {
+      weight(*inside) = weights_of(residual(*inside), scale, function);
+    } else {
+      weight = weights_of(residual, scale, function);
+    }
+    if (!primal.solve(weight)) return false;
+    const Eigen::VectorXd next = primal.residuals();
+    const double change = (next - residual).cwiseAbs().maxCoeff();
+    residual = next;
+    if (change <= still * scale) break;
+  }
+  return true;
+}
+
+std::vector<Eigen::Index> others(const std::vector<Eigen::Index>& fold, Eigen::Index n) {
+  std::vector<char> out(static_cast<std::size_t>(n), 0);
+  for (const Eigen::Index i : fold) out[static_cast<std::size_t>(i)] = 1;
+  std::vector<Eigen::Index> rest;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!out[static_cast<std::size_t>(i)]) rest.push_back(i);
+  }
+  return rest;
+}
+
+Eigen::VectorXd nothing(Eigen::Index n) { return Eigen::VectorXd::Constant(n, kNever); }
+
+}  // namespace
+
+TuningCost::TuningCost(const Eigen::MatrixXd& points, const Eigen::VectorXd& y, double scale, Tuning kind, Folds folds,
+                       ReweightSettings settings)
+    : points_(points), y_(y), scale_(scale), kind_(kind), folds_(std::move(folds)), members_(fold_members(folds_)), settings_(settings) {}
+
+double TuningCost::evaluate(const TuningPoint& point) const { return price(point, kSearchAccuracy, false, false); }
+double TuningCost::survey(const TuningPoint& point) const { return price(point, kSearchAccuracy, true, false); }
+double TuningCost::final_cost(const TuningPoint& point) const { return price(point, kFinalAccuracy, false, true); }
+
+double TuningCost::price(const TuningPoint& point, double accuracy, bool frozen, bool exact) const {
+  const Eigen::Index n = y_.size();
+  const bool dense_pays = !exact && n <= kDenseSamples;
+  const LowRank system = low_rank(points_, point.sigma2, accuracy / point.c, dense_pays ? n / 2 : n);
+  const bool dense = dense_pays && system.left > accuracy / point.c && system.rank() == n / 2;
+  if (kind_ == Tuning::kReml) return dense ? reml(point) : reml(system, point.c);
+  const bool costly = system.rank() > kRefitRank;
+  const Eigen::VectorXd residual = dense ? held_out(point) : held_out(system, point, frozen || (costly && !exact), exact);
+  const double cost = kind_ == Tuning::kLoo ? residual.cwiseAbs().mean() : mean_of_folds(residual);
+  return std::isfinite(cost) ? cost * scale_ : kNever;
+}
+
+// Where the low rank would be no lower than half: the whole matrix, weights frozen in the folds.
+Eigen::VectorXd TuningCost::held_out(const TuningPoint& point) const {
+  const Eigen::MatrixXd kernel = kernel_matrix(points_, point.sigma2);
+  ReweightSettings settings = settings_;
+  settings.weight.parameter = point.parameter;
+  settings.limit = std::min(settings.limit, kDenseSolves);
+  if (!robust()) settings.weight.kind = WeightKind::kNone;
+  settings.tolerance = 1e-3 * point.c;
+  settings.weight.hampel_floor = std::max(settings.weight.hampel_floor, 1e-7);
+  const auto fit = fit_irlssvm(kernel, y_, point.c, settings);
+  if (!fit) return nothing(y_.size());
+  return kind_ == Tuning::kLoo ? fit->factor.leave_one_out() : fit->factor.leave_fold_out(folds_);
+}
+
+double TuningCost::reml(const TuningPoint& point) const {
+  const auto factor = LssvmFactor::make(kernel_matrix(points_, point.sigma2), Eigen::VectorXd::Constant(y_.size(), 1 / point.c), y_);
+  return factor ? -factor->restricted_log_likelihood() / static_cast<double>(y_.size()) : kNever;
+}
+
+double TuningCost::mean_of_folds(const Eigen::VectorXd& residual) const {
+  double total = 0;
+  for (const auto& fold : members_) total += residual(fold).cwiseAbs().mean();
+  return total / static_cast<double>(members_.size());
+}
+
+Eigen::VectorXd TuningCost::held_out(const LowRank& system, const TuningPoint& point, bool frozen, bool exact) const {
+  const Eigen::Index n = y_.size();
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(n);
+  PrimalLssvm primal(system, y_, point.c);
+  if (robust()) {
+    WeightFunction function = settings_.weight;
+    function.parameter = point.parameter;
+    const double still = exact ? 1e-9 : 1e-4;
+    if (!reweight(primal, settings_, function, std::min(settings_.limit, kRobustSolves), still, nullptr, weight)) return nothing(n);
+    if (kind_ != Tuning::kLoo && !frozen) return refitted_folds(system, point, exact ? Eigen::VectorXd::Ones(n) : weight, exact);
+  } else if (!primal.solve(weight)) {
+    return nothing(n);
+  }
+  if (kind_ != Tuning::kLoo) return frozen_folds(system, point.c, weight);
+  // Leave-one-out with frozen weights: ξ / (1 − v h).
+  return primal.residuals().array() / (1 - weight.array() * primal.leverages().array()).max(1e-12);
+}
+
+// The matrix of the others is that of all less that of the fold: one downdate and one small factor a fold.
+Eigen::VectorXd TuningCost::frozen_folds(const LowRank& system, double c, const Eigen::VectorXd& weight) const {
+  PrimalLssvm primal(system, y_, c);
+  const Eigen::MatrixXd all = primal.gram(weight);
+  const Eigen::VectorXd moment = system.phi * weight.cwiseProduct(y_);
+  Eigen::VectorXd residual(y_.size());
+  for (const auto& fold : members_) {
+    const Eigen::MatrixXd phi = system.phi(Eigen::all, fold);
+    const Eigen::VectorXd v = weight(fold);
+    Eigen::MatrixXd gram = all;
+    add_gram(phi, gram, &v, -1);
+    if (!primal.solve(gram, moment - phi * v.cwiseProduct(y_(fold)))) return nothing(y_.size());
+    residual(fold) = y_(fold) - phi.transpose() * primal.theta();
+  }
+  return residual;
+}
+
+Eigen::VectorXd TuningCost::refitted_folds(const LowRank& system, const TuningPoint& point, const Eigen::VectorXd& start, bool exact) const {
+  WeightFunction function = settings_.weight;
+  function.parameter = point.parameter;
+  const bool once = settings_.limit == 1;
+  Eigen::VectorXd residual(y_.size());
+  for (const auto& fold : members_) {
+    const std::vector<Eigen::Index> inside = others(fold, y_.size());
+    Eigen::VectorXd weight = once ? Eigen::VectorXd::Ones(y_.size()) : start;
+    weight(fold).setZero();
+    PrimalLssvm primal(system, y_, point.c);
+    const int limit = std::min(settings_.limit, kRobustSolves);
+    if (!reweight(primal, settings_, function, limit, exact ? 1e-9 : 1e-4, &inside, weight)) return nothing(y_.size());
+    residual(fold) = y_(fold) - system.phi(Eigen::all, fold).transpose() * primal.theta();
+  }
+  return residual;
+}
+
+// −restricted log-likelihood per sample. In the primal log|H| + log(1ᵀ H⁻¹ 1) = (r + 1 − N) log c + log|diag(I/c, 0) + Φ Φᵀ|
+// and s_f² = c yᵀ ξ / (N − 1).
+double TuningCost::reml(const LowRank& system, double c) const {
+  PrimalLssvm primal(system, y_, c);
+  if (!primal.solve(Eigen::VectorXd::Ones(y_.size()))) return kNever;
+  const double n = static_cast<double>(y_.size()), r = static_cast<double>(system.rank());
+  const double prior = c * y_.dot(primal.residuals()) / (n - 1);
+  if (!(prior > 0)) return kNever;
+  const double determinants = (r + 1 - n) * std::log(c) + primal.log_determinant();
+  return 0.5 * ((n - 1) * (std::log(2 * std::numbers::pi * prior) + 1) + determinants) / n;
+}
+
+}  // namespace prism

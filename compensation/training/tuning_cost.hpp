@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// The price of one choice of (c, sigma2, weight parameter): held-out errors, from a low-rank system where that is exact enough.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "compensation/training/cross_validation.hpp"
+#include "compensation/training/low_rank.hpp"
+
+namespace prism {
+
+enum class Tuning {
+  kBlocked,   ///< contiguous blocks of each run held out together: the default for time series
+  kShuffled,  ///< folds drawn by the seed: the paper's ten-fold cross-validation
+  kGiven,     ///< folds that the user gives
+  kLoo,       ///< leave-one-out (weights frozen, where there are any)
+  kReml,      ///< restricted likelihood, unweighted
+};
+
+struct TuningPoint {
+  double c = 1, sigma2 = 1;
+  double parameter = 1;  ///< of Huber or myriad; without meaning for the others
+  double cost = 0;       ///< mean absolute held-out error in the target's units; kReml: −log-likelihood per sample
+};
+
+/// Thread-safe: evaluations share nothing but the data.
+class TuningCost {
+ public:
+  /// `scale` turns normalised errors into the target's units. Folds are used by the fold kinds only.
+  TuningCost(const Eigen::MatrixXd& points, const Eigen::VectorXd& y, double scale, Tuning kind, Folds folds, ReweightSettings settings);
+
+  /// The search's price. Fold kinds with weights: IRLS inside each fold, begun at the weights of the whole data.
+  double evaluate(const TuningPoint& point) const;
+  /// A cheaper one for a first survey: the weights of the whole data stay frozen in the folds.
+  double survey(const TuningPoint& point) const;
+  /// The price as the reference defines it (30 re-weightings in each fold, from the unweighted solution), to ~1e-6.
+  double final_cost(const TuningPoint& point) const;
+
+  bool robust() const { return settings_.weight.kind != WeightKind::kNone && kind_ != Tuning::kReml; }
+  Tuning kind() const { return kind_; }
+  const ReweightSettings& settings() const { return settings_; }
+
+ private:
+  double price(const TuningPoint& point, double accuracy, bool frozen, bool exact) const;
+  Eigen::VectorXd held_out(const LowRank& system, const TuningPoint& point, bool frozen, bool exact) const;
+  Eigen::VectorXd frozen_folds(const LowRank& system, double c, const Eigen::VectorXd& weight) const;
+  Eigen::VectorXd refitted_folds(const LowRank& system, const TuningPoint& point, const Eigen::VectorXd& start, bool exact) const;
+  double reml(const LowRank& system, double c) const;
+  Eigen::VectorXd held_out(const TuningPoint& point) const;
+  double reml(const TuningPoint& point) const;
+  double mean_of_folds(const Eigen::VectorXd& residual) const;
+
+  const Eigen::MatrixXd& points_;
+  const Eigen::VectorXd& y_;
+  double scale_;
+  Tuning kind_;
+  Folds folds_;
+  std::vector<std::vector<Eigen::Index>> members_;
+  ReweightSettings settings_;
+};
+
+}  // namespace prism

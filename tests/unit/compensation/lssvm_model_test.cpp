@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// The LSSVM as the daemon uses it: bias, standard deviation, guard, policies, and its file.
+#include "compensation/lssvm_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <chrono>
+#include <cmath>
+#include <random>
+
+#include "compensation/extrapolation.hpp"
+#include "compensation/model_text.hpp"
+
+namespace prism {
+namespace {
+
+ModelInfo info_of(Eigen::Index inputs) {
+  ModelInfo info;
+  info.kind = "ir_lssvm";
+  info.provenance_json = "{}";
+  const char* names[] = {"T", "dTdt", "U"};
+  for (Eigen::Index i = 0; i < inputs; ++i) info.inputs.push_back(names[i]);
+  return info;
+}
+
+LssvmParameters random_parameters(Eigen::Index d, Eigen::Index n) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  LssvmParameters p;
+  p.centres = Eigen::MatrixXd::NullaryExpr(d, n, [&] { return normal(random); });
+  p.alpha = Eigen::VectorXd::NullaryExpr(n, [&] { return normal(random); });
+  p.alpha.array() -= p.alpha.mean();
+  p.weight = Eigen::VectorXd::NullaryExpr(n, [&] { return 0.1 + 0.9 * std::fabs(std::sin(normal(random))); });
+  p.b = 0.3;
+  p.c = 20;
+  p.sigma2 = 0.7;
+  p.normalisation.input_shift = Eigen::VectorXd::LinSpaced(d, 1, 2);
+  p.normalisation.input_scale = Eigen::VectorXd::LinSpaced(d, 3, 4);
+  p.normalisation.target_shift = 0.01;
+  p.normalisation.target_scale = 0.02;
+  p.uncertainty = LssvmUncertainty{2.5, 1.5, 0.3, {}};
+  return p;
+}
+
+ModelPtr made(ModelInfo info, LssvmParameters p) {
+  auto model = LssvmModel::make(std::move(info), std::move(p));
+  EXPECT_TRUE(model) << model.error().text();
+  return *model;
+}
+
+// Var = s_f² (1 − qᵀ A⁻¹ q) with the bordered matrix of eq. 14 written out: slow and obvious.
+TEST(LssvmModel, BiasAndVarianceAreThoseOfTheBorderedSystem) {
+  const Eigen::Index d = 3, n = 40;
+  const LssvmParameters p = random_parameters(d, n);
+  const ModelPtr model = made(info_of(d), p);
+  Eigen::MatrixXd bordered = Eigen::MatrixXd::Ones(n + 1, n + 1);
+  bordered(0, 0) = 0;
+  bordered.bottomRightCorner(n, n) = kernel_matrix(p.centres, p.sigma2);
+  bordered.diagonal().tail(n).array() += 1 / (p.c * p.weight.array());
+  for (const double at : {-1.0, 0.0, 2.0, 30.0}) {
+    const Eigen::VectorXd x = Eigen::VectorXd::Constant(d, at);
+    const Eigen::VectorXd point = (x - p.normalisation.input_shift).cwiseQuotient(p.normalisation.input_scale);
+    Eigen::VectorXd q = Eigen::VectorXd::Ones(n + 1);
+    for (Eigen::Index k = 0; k < n; ++k) q[k + 1] = std::exp(-(p.centres.col(k) - point).squaredNorm() / (2 * p.sigma2));
+    const Prediction found = model->predict({x.data(), static_cast<std::size_t>(d)});
+    const double fraction = 1 - q.dot(bordered.partialPivLu().solve(q));
+    EXPECT_NEAR(found.bias_deg_per_h, (q.tail(n).dot(p.alpha) + p.b) * 0.02 + 0.01, 1e-15);
+    EXPECT_NEAR(found.sd_deg_per_h, std::sqrt(2.5 * fraction) * 1.5 * 0.02, 1e-12);
+    EXPECT_EQ(found.extrapolating, fraction > 0.3);
+  }
+}
+
+TEST(LssvmModel, FarFromTheDataThePriorIsLeftAndTheBlendIsTheMean) {
+  const ModelPtr model = made(info_of(2), random_parameters(2, 30));
+  const std::vector<double> far = {1e3, 1e3};
+  const Prediction flagged = predict_within(*model, far, Extrapolation::kFlag);
+  EXPECT_TRUE(flagged.extrapolating);
+  EXPECT_NEAR(flagged.bias_deg_per_h, 0.3 * 0.02 + 0.01, 1e-15);
+  const Prediction blend = predict_within(*model, far, Extrapolation::kBlend);
+  EXPECT_EQ(blend.trust, 0);
+  EXPECT_DOUBLE_EQ(blend.bias_deg_per_h, 0.01);
+}
+
+TEST(LssvmModel, TheBlendLeansOnTheLinearPart) {
+  LssvmParameters p = random_parameters(1, 30);
+  p.linear = Eigen::VectorXd::Constant(1, 2.0);
+  p.linear_b = 0.5;
+  const ModelPtr model = made(info_of(1), p);
+  const std::vector<double> far = {402};  // shift 2, scale 4: normalised 100
+  EXPECT_NEAR(predict_within(*model, far, Extrapolation::kBlend).bias_deg_per_h, (2 * 100 + 0.5) * 0.02 + 0.01, 1e-12);
+}
+
+TEST(LssvmModel, ClampingAsksAtTheEdgeOfTheBox) {
+  ModelInfo info = info_of(2);
+  info.domain = {{0, 0}, {2, 3}};
+  const ModelPtr model = made(info, random_parameters(2, 30));
+  const Prediction edge = model->predict(std::vector<double>{2, 1});
+  const Prediction clamped = predict_within(*model, std::vector<double>{7, 1}, Extrapolation::kClamp);
+  EXPECT_EQ(clamped.bias_deg_per_h, edge.bias_deg_per_h);
+  EXPECT_TRUE(clamped.extrapolating);
+  EXPECT_GE(clamped.sd_deg_per_h, edge.sd_deg_per_h);
+}
+
+TEST(LssvmModel, ItsFileGivesTheSameModelBack) {
+  LssvmParameters p = random_parameters(3, 25);
+  p.linear = Eigen::VectorXd::LinSpaced(3, -1, 1) / 3;
+  const ModelPtr model = made(info_of(3), p);
+  const std::string text = format_model(*model);
+  const auto read = parse_model(text, "m.json");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(format_model(**read), text);
+  EXPECT_EQ((*read)->info().id, model->info().id);
+  const std::vector<double> x = {1, 2, 3};
+  EXPECT_EQ((*read)->predict(x).bias_deg_per_h, model->predict(x).bias_deg_per_h);
+  EXPECT_EQ((*read)->predict(x).sd_deg_per_h, model->predict(x).sd_deg_per_h);
+}
+
+TEST(LssvmModel, AChangedAlphaIsRefusedByItsId) {
+  std::string text = format_model(*made(info_of(1), random_parameters(1, 5)));
+  const std::size_t digit = text.find('.', text.find("\"alpha\"")) + 1;
+  text[digit] = text[digit] == '7' ? '8' : '7';
+  const auto read = parse_model(text, "m.json");
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().text().find("m.json:/id"), std::string::npos) << read.error().text();
+}
+
+TEST(LssvmModel, RepeatedCentresWithAHugeCAreRefused) {
+  LssvmParameters p = random_parameters(1, 4);
+  p.centres.setZero();
+  p.c = 1e300;
+  const auto model = LssvmModel::make(info_of(1), p);
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().what.find("not positive definite"), std::string::npos);
+}
+
+TEST(LssvmModel, AWindowAtTheSizeOfThePaperCostsLessThanAMillisecond) {
+  const ModelPtr model = made(info_of(3), random_parameters(3, 924));
+  const std::vector<double> x = {1, 2, 3};
+  double best_ms = 1e9;
+  for (int i = 0; i < 20; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_TRUE(std::isfinite(model->predict(x).sd_deg_per_h));
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+    best_ms = std::min(best_ms, took.count());
+  }
+  EXPECT_LT(best_ms, 1);
+}
+
+}  // namespace
+}  // namespace prism

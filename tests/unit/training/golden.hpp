@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// The reference numbers beside the project: one case = data, folds and what LS-SVMlab's conventions give for it.
+#pragma once
+
+#include <Eigen/Core>
+#include <charconv>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "compensation/training/folds.hpp"
+#include "compensation/training/weights.hpp"
+#include "tests/support/shared_files.hpp"
+
+namespace prism::test {
+
+using Columns = std::map<std::string, std::vector<double>>;
+
+inline Columns read_columns(const std::filesystem::path& path) {
+  std::istringstream in(read_file(path));
+  std::string line, field;
+  std::vector<std::string> names;
+  std::getline(in, line);
+  for (std::istringstream header(line); std::getline(header, field, ',');) names.push_back(field);
+  Columns columns;
+  while (std::getline(in, line)) {
+    std::istringstream row(line);
+    for (const std::string& name : names) {
+      std::getline(row, field, ',');
+      columns[name].push_back(std::strtod(field.c_str(), nullptr));
+    }
+  }
+  return columns;
+}
+
+inline Eigen::VectorXd vector_of(const std::vector<double>& v) {
+  return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
+}
+
+/// One case with one set of hyper-parameters.
+struct Golden {
+  nlohmann::json about, expected;
+  Columns train, test, train_expected, test_expected;
+  double c, sigma2, tolerance, scale;
+  Eigen::MatrixXd x, x_test;  ///< normalised, d × N
+  Eigen::VectorXd y;
+  Folds folds;
+
+  Golden(const std::string& name, const std::string& id) {
+    const auto dir = shared_dir() / "golden" / name;
+    about = nlohmann::json::parse(read_file(dir / "case.json"));
+    expected = nlohmann::json::parse(read_file(dir / (id + ".json")));
+    train = read_columns(dir / "train.csv");
+    test = read_columns(dir / "test.csv");
+    train_expected = read_columns(dir / (id + "_train.csv"));
+    test_expected = read_columns(dir / (id + "_test.csv"));
+    c = expected["hyperparameters"]["c"];
+    sigma2 = expected["hyperparameters"]["sigma2"];
+    scale = about["y_scale"];
+    tolerance = std::max(1e-10, 1e-14 * expected["unweighted"]["cond_est"].get<double>());
+    x = inputs(train, "n_");
+    x_test = inputs(test, "n_");
+    y = vector_of(train["n_y"]);
+    folds = *folds_from(train["fold"]);
+  }
+
+  Eigen::MatrixXd inputs(Columns& from, const std::string& prefix) const {
+    const auto names = about["inputs"].get<std::vector<std::string>>();
+    Eigen::MatrixXd m(names.size(), from[prefix + names[0]].size());
+    for (std::size_t i = 0; i < names.size(); ++i) m.row(static_cast<Eigen::Index>(i)) = vector_of(from[prefix + names[i]]).transpose();
+    return m;
+  }
+
+  Eigen::VectorXd column(const std::string& name) { return vector_of(train_expected[name]); }
+
+  /// In original units, as the pred_* columns are.
+  Eigen::VectorXd predict(const Eigen::VectorXd& alpha, double b) const {
+    Eigen::VectorXd f(x_test.cols());
+    for (Eigen::Index j = 0; j < f.size(); ++j) {
+      f[j] = b;
+      for (Eigen::Index k = 0; k < x.cols(); ++k) f[j] += alpha[k] * std::exp(-(x.col(k) - x_test.col(j)).squaredNorm() / (2 * sigma2));
+    }
+    return (f.array() * scale + about["y_shift"].get<double>()).matrix();
+  }
+
+  WeightFunction weight(WeightKind kind) const {
+    const auto& h = expected["hyperparameters"];
+    const double parameter = kind == WeightKind::kHuber ? h["huber_beta"] : h["myriad_delta"];
+    return {kind, parameter, h["hampel_floor"]};
+  }
+};
+
+/// Largest difference, relative to the largest magnitude expected.
+inline double relative(const Eigen::VectorXd& found, const Eigen::VectorXd& expected) {
+  return (found - expected).cwiseAbs().maxCoeff() / std::max(1e-300, expected.cwiseAbs().maxCoeff());
+}
+inline double relative(double found, double expected) { return std::fabs(found - expected) / std::max(1e-300, std::fabs(expected)); }
+
+struct GoldenName {
+  std::string name, id;
+};
+inline void PrintTo(const GoldenName& g, std::ostream* out) { *out << g.name << '_' << g.id; }
+
+inline const std::vector<GoldenName> kGoldenNames = {
+    {"boston400_auto", "A"}, {"boston400_auto", "B"}, {"gyro924", "A"},   {"gyro924", "B"}, {"gyro924", "C"},
+    {"gyro924_T", "A"},      {"gyro924_U", "A"},      {"mcycle133", "A"}, {"mcycle133", "B"}, {"sinc150", "A"},
+    {"sinc150", "B"},        {"yacht250", "A"},       {"yacht250", "B"}};
+
+}  // namespace prism::test

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+// Cubic least squares and stepwise regression against 60-digit arithmetic.
+#include <gtest/gtest.h>
+
+#include "compensation/training/least_squares.hpp"
+#include "compensation/training/stepwise.hpp"
+#include "tests/unit/training/golden.hpp"
+
+namespace prism {
+namespace {
+
+using test::relative;
+
+constexpr double kCoefficientTolerance = 1e-9;
+
+void expect_path(const StepwiseResult& found, const nlohmann::json& expected, const std::vector<std::string>& names) {
+  ASSERT_EQ(found.path.size(), expected["path"].size());
+  for (std::size_t i = 0; i < found.path.size(); ++i) {
+    const StepwiseStep& step = found.path[i];
+    const nlohmann::json& wanted = expected["path"][i];
+    EXPECT_EQ(step.action, wanted["action"]);
+    std::vector<std::string> terms;
+    for (const int term : step.terms) terms.push_back(names[static_cast<std::size_t>(term)]);
+    auto wanted_terms = wanted["terms"].get<std::vector<std::string>>();
+    std::sort(terms.begin(), terms.end());
+    std::sort(wanted_terms.begin(), wanted_terms.end());
+    EXPECT_EQ(terms, wanted_terms) << "step " << i;
+    if (!wanted.contains("term")) continue;
+    EXPECT_EQ(names[static_cast<std::size_t>(step.term)], wanted["term"]);
+    EXPECT_LT(relative(step.p, wanted["p"]), 1e-7);
+    EXPECT_NEAR(std::fabs(step.t), std::fabs(wanted["t"].get<double>()), 1e-9 * std::fabs(step.t) + 1e-9);
+  }
+}
+
+void expect_result(const StepwiseResult& found, const nlohmann::json& expected, const std::vector<std::string>& names) {
+  expect_path(found, expected, names);
+  EXPECT_EQ(found.terms.size(), expected["final_terms"].size());
+  EXPECT_LT(relative(found.fit.intercept, expected["intercept"]), kCoefficientTolerance);
+  EXPECT_LT(relative(found.fit.sse, expected["sse"]), kCoefficientTolerance);
+  EXPECT_EQ(found.fit.df, expected["df"]);
+  for (std::size_t i = 0; i < found.terms.size(); ++i) {
+    const std::string& name = names[static_cast<std::size_t>(found.terms[i])];
+    const auto at = static_cast<Eigen::Index>(i);
+    EXPECT_LT(relative(found.fit.coefficient[at], expected["coef"][name]), kCoefficientTolerance) << name;
+    EXPECT_LT(relative(found.fit.standard_error[at], expected["se"][name]), kCoefficientTolerance) << name;
+  }
+}
+
+std::vector<int> positions(const nlohmann::json& wanted, const std::vector<std::string>& names) {
+  std::vector<int> at;
+  for (const std::string name : wanted) at.push_back(static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin()));
+  return at;
+}
+
+TEST(Stepwise, TakesTheReferencesPathInEveryRandomProblem) {
+  PRISM_NEEDS_SHARED("golden/stepwise");
+  const auto dir = test::shared_dir() / "golden" / "stepwise";
+  const auto all = nlohmann::json::parse(test::read_file(dir / "golden.json"));
+  ASSERT_GE(all.size(), 8u);
+  for (const auto& expected : all) {
+    SCOPED_TRACE(expected["id"].get<std::string>());
+    test::Columns data = test::read_columns(dir / (expected["id"].get<std::string>() + ".csv"));
+    const auto names = expected["candidates"].get<std::vector<std::string>>();
+    Eigen::MatrixXd columns(data["y"].size(), names.size());
+    for (std::size_t j = 0; j < names.size(); ++j) columns.col(static_cast<Eigen::Index>(j)) = test::vector_of(data[names[j]]);
+    const auto found = fit_stepwise(columns, test::vector_of(data["y"]), {positions(expected["initial"], names), 0.05, 0.10});
+    ASSERT_TRUE(found) << found.error().text();
+    expect_result(*found, expected, names);
+  }
+}
+
+// "T", "T^2", "T*R": the value of a term by its name.
+Eigen::VectorXd term_column(const std::string& name, test::Columns& data) {
+  if (name.find("^2") != std::string::npos) return test::vector_of(data[name.substr(0, 1)]).cwiseAbs2();
+  if (name.size() == 3) return test::vector_of(data[name.substr(0, 1)]).cwiseProduct(test::vector_of(data[name.substr(2, 1)]));
+  return test::vector_of(data[name]);
+}
+
+TEST(Stepwise, FindsThePapersTwoModels) {
+  PRISM_NEEDS_SHARED("golden/gyro924");
+  const auto dir = test::shared_dir() / "golden" / "gyro924";
+  const auto all = nlohmann::json::parse(test::read_file(dir / "linear_models.json"))["stepwise"];
+  test::Columns data = test::read_columns(dir / "train.csv");
+  for (const char* model : {"model1", "model2"}) {
+    SCOPED_TRACE(model);
+    const auto names = all[model]["candidates"].get<std::vector<std::string>>();
+    Eigen::MatrixXd columns(data["y"].size(), names.size());
+    for (std::size_t j = 0; j < names.size(); ++j) columns.col(static_cast<Eigen::Index>(j)) = term_column(names[j], data);
+    const auto found = fit_stepwise(columns, test::vector_of(data["y"]), {positions(all[model]["initial"], names), 0.05, 0.10});
+    ASSERT_TRUE(found) << found.error().text();
+    expect_result(*found, all[model], names);
+  }
+}
+
+TEST(LeastSquares, CubicFitsAreTheReferences) {
+  PRISM_NEEDS_SHARED("golden/gyro924");
+  const auto dir = test::shared_dir() / "golden" / "gyro924";
+  const auto cubic = nlohmann::json::parse(test::read_file(dir / "linear_models.json"))["cubic"];
+  test::Columns data = test::read_columns(dir / "train.csv");
+  for (const char* input : {"T", "R", "U"}) {
+    const Eigen::ArrayXd x = test::vector_of(data[input]).array();
+    Eigen::MatrixXd columns(x.size(), 3);
+    columns << x.matrix(), x.square().matrix(), x.cube().matrix();
+    const LinearProblem problem(columns, test::vector_of(data["y"]));
+    const auto fit = problem.fit({0, 1, 2});
+    ASSERT_TRUE(fit);
+    EXPECT_LT(relative(fit->intercept, cubic[input]["k"][0]), kCoefficientTolerance);
+    for (int j = 0; j < 3; ++j) EXPECT_LT(relative(fit->coefficient[j], cubic[input]["k"][j + 1]), kCoefficientTolerance);
+    EXPECT_LT(relative(fit->sse, cubic[input]["sse"]), 1e-12);
+    EXPECT_GT(problem.condition({0, 1, 2}), 1);
+  }
+}
+
+// Columns of known angle: two unit vectors and an intercept orthogonal to both; singular values √(1 ± cos).
+TEST(LeastSquares, TheConditionNumberIsThatOfTheScaledDesign) {
+  Eigen::MatrixXd columns(4, 2);
+  columns << 1, 1, -1, -1, 0, 1, 0, -1;
+  const double cosine = 2 / std::sqrt(2.0 * 4.0);
+  const LinearProblem problem(columns, Eigen::VectorXd::LinSpaced(4, 0, 1));
+  EXPECT_NEAR(problem.condition({0, 1}), std::sqrt((1 + cosine) / (1 - cosine)), 1e-12);
+}
+
+TEST(LeastSquares, DependentColumnsAreRefused) {
+  Eigen::MatrixXd columns(5, 2);
+  columns << 1, 3, 2, 5, 3, 7, 4, 9, 5, 11;
+  EXPECT_FALSE(LinearProblem(columns, Eigen::VectorXd::LinSpaced(5, 0, 1)).fit({0, 1}));
+  columns.col(1).setConstant(0.1);
+  EXPECT_FALSE(LinearProblem(columns, Eigen::VectorXd::LinSpaced(5, 0, 1)).fit({1}));
+}
+
+TEST(Stepwise, ThresholdsOutOfOrderAreRefused) {
+  const Eigen::MatrixXd columns = Eigen::VectorXd::LinSpaced(5, 0, 1);
+  const auto found = fit_stepwise(columns, Eigen::VectorXd::Ones(5), {{}, 0.2, 0.1});
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().text(), "stepwise: found p-enter 0.2 and p-remove 0.1, expected 0 < p-enter <= p-remove <= 1");
+}
+
+}  // namespace
+}  // namespace prism
