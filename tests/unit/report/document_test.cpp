@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+// The three texts of a report carry the same numbers, and none of them ever a NaN.
+#include "tools/prismcal/report/document.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "tools/prismcal/report/html.hpp"
+#include "tools/prismcal/report/machine_text.hpp"
+
+namespace prism::report {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(Cell, PrintsWhatItIsTold) {
+  EXPECT_EQ(fixed_cell(0.018504, 5).text, "0.01850");
+  EXPECT_EQ(fixed_cell(-0.0000001, 3).text, "0.000");
+  EXPECT_EQ(fixed_cell(-0.5, 3).text, "-0.500");
+  EXPECT_EQ(general_cell(405800, 5).text, "4.058e+05");
+  EXPECT_EQ(percent_cell(0.6119).text, "61.19");
+  EXPECT_DOUBLE_EQ(*percent_cell(0.6119).value, 61.19);
+}
+
+TEST(Cell, ShowsADashForWhatDoesNotExist) {
+  for (const Cell& cell : {fixed_cell(std::nullopt, 2), fixed_cell(std::numeric_limits<double>::quiet_NaN(), 2),
+                           general_cell(std::numeric_limits<double>::infinity(), 3), percent_cell(std::nullopt)}) {
+    EXPECT_EQ(cell.text, kNothing);
+    EXPECT_FALSE(cell.value);
+  }
+}
+
+Report sample() {
+  Report report;
+  report.title = "Gyro <7> & \"friends\"";
+  report.tool = "prismcal 0.1.0";
+  report.facts = {{"files", "a,b.csv"}};
+  Table table{"ls", "LS model", "Divisor N-1.", {{"Input", "", false}, {"After", "deg/h"}}, {}};
+  table.rows = {{text_cell("T"), fixed_cell(0.011941, 5)}, {text_cell("U, \"volts\""), fixed_cell(std::nullopt, 5)}};
+  Figure figure{"fig_ls", "Residual", "100 s means.", {}};
+  report.sections = {{"one", "First", {Paragraph{"Well."}, table, figure}}};
+  return report;
+}
+
+Result<std::string> no_drawing(const Plot&, const std::string& name) { return "<svg id=\"" + name + "\"></svg>"; }
+
+TEST(HtmlPage, HoldsEverythingAndEscapesIt) {
+  const std::string page = html_page(sample(), no_drawing).value();
+  EXPECT_THAT(page, HasSubstr("<h1>Gyro &lt;7&gt; &amp; &quot;friends&quot;</h1>"));
+  EXPECT_THAT(page, HasSubstr("<b>Table 1.</b> LS model."));
+  EXPECT_THAT(page, HasSubstr("Divisor N-1."));
+  EXPECT_THAT(page, HasSubstr("0.01194"));
+  EXPECT_THAT(page, HasSubstr("<svg id=\"fig_ls\"></svg>"));
+  EXPECT_THAT(page, Not(HasSubstr("SIMULATED")));
+}
+
+TEST(HtmlPage, NeedsNothingFromTheNetwork) {
+  const std::string page = html_page(sample(), no_drawing).value();
+  for (const char* outside : {"src=", "http://", "https://", "@import", "url("})
+    EXPECT_THAT(page, Not(HasSubstr(outside)));
+}
+
+TEST(HtmlPage, SaysOnTopAndInEveryCaptionThatDataAreSimulated) {
+  Report report = sample();
+  report.simulated = true;
+  const std::string page = html_page(report, no_drawing).value();
+  EXPECT_THAT(page, HasSubstr("SIMULATED DATA"));
+  std::size_t captions = 0;
+  for (std::size_t at = 0; (at = page.find("Simulated data.", at)) != std::string::npos; ++at) ++captions;
+  EXPECT_EQ(captions, 2u);
+}
+
+TEST(HtmlPage, IsRefusedWhenAFigureCannotBeDrawn) {
+  const Draw broken = [](const Plot&, const std::string&) -> Result<std::string> { return refuse("gnuplot", "gone"); };
+  EXPECT_EQ(html_page(sample(), broken).error().text(), "gnuplot: gone");
+}
+
+TEST(MachineText, QuotesFieldsAndLeavesUnknownOnesEmpty) {
+  EXPECT_EQ(csv_text(sample()),
+            "# report,\"Gyro <7> & \"\"friends\"\"\"\n# tool,prismcal 0.1.0\n# fact,files,\"a,b.csv\"\n"
+            "\n# table,ls,LS model\nInput,After [deg/h]\nT,0.01194\n\"U, \"\"volts\"\"\",\n");
+}
+
+TEST(MachineText, GivesAllDigitsAndTheSameTextInJson) {
+  const auto json = nlohmann::json::parse(json_text(sample()));
+  const auto& cell = json["tables"]["ls"]["rows"][0][1];
+  EXPECT_EQ(cell["text"], "0.01194");
+  EXPECT_DOUBLE_EQ(cell["value"], 0.011941);
+  EXPECT_FALSE(json["tables"]["ls"]["rows"][1][1].contains("value"));
+  EXPECT_EQ(json["format"], "prism-report");
+}
+
+}  // namespace
+}  // namespace prism::report

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/evaluation/study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace prism {
+namespace {
+
+constexpr const char* kT = kInputTemperature;
+constexpr const char* kR = kInputSlope;
+constexpr const char* kU = kInputUhfo;
+
+bool needs_uhfo(const ModelSpec& spec) {
+  return std::find(spec.inputs.begin(), spec.inputs.end(), kU) != spec.inputs.end();
+}
+
+}  // namespace
+
+std::string ModelSpec::key() const {
+  std::string text = fmt::format("{} {}", method, fmt::join(inputs, ","));
+  if (!weight.empty()) text += " " + weight;
+  if (!tune.empty()) text += " " + tune;
+  return text;
+}
+
+std::string ModelSpec::inputs_text() const {
+  std::string text;
+  for (const std::string& input : inputs) {
+    text += (text.empty() ? "" : ", ") + (input == kInputSlope ? std::string("dT/dt") : input);
+  }
+  return text;
+}
+
+const StudyRow* Study::find(const std::string& key) const {
+  const auto found = std::find_if(rows.begin(), rows.end(), [&](const StudyRow& row) { return row.spec.key() == key; });
+  return found == rows.end() ? nullptr : &*found;
+}
+
+std::vector<ModelSpec> paper_models(bool with_uhfo) {
+  const std::vector<std::vector<std::string>> singles = {{kT}, {kR}, {kU}};
+  const std::vector<std::vector<std::string>> composites = {{kT, kR}, {kT, kU}, {kR, kU}, {kT, kR, kU}};
+  const std::vector<std::string> weights = {"huber", "hampel", "logistic", "myriad"};
+  std::vector<ModelSpec> specs;
+  for (const auto& inputs : singles) specs.push_back({"ls", inputs, "", ""});
+  specs.push_back({"stepwise", {kT, kR}, "", ""});
+  specs.push_back({"stepwise", {kT, kR, kU}, "", ""});
+  for (const auto* group : {&singles, &composites}) {
+    for (const auto& inputs : *group) {
+      for (const auto& weight : weights) specs.push_back({"ir-lssvm", inputs, weight, "shuffled"});
+    }
+  }
+  const std::vector<std::string> all = with_uhfo ? composites.back() : composites.front();
+  for (const char* tune : {"loo", "shuffled", "blocked"}) specs.push_back({"lssvm", all, "", tune});
+  for (const auto& weight : weights) specs.push_back({"ir-lssvm", all, weight, "blocked"});
+  if (!with_uhfo) std::erase_if(specs, needs_uhfo);
+  return specs;
+}
+
+Result<Study> run_study(StudyData data, const std::vector<ModelSpec>& specs, Divisor divisor, const Trainer& train,
+                        const std::function<void(std::size_t, std::size_t, const std::string&)>& progress) {
+  Study study{std::move(data), divisor, {}};
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    if (progress) progress(i, specs.size(), specs[i].key());
+    const auto begin = std::chrono::steady_clock::now();
+    auto trained = train(study.data.training, specs[i]);
+    if (!trained) return refuse(specs[i].key(), trained.error().text());
+    trained->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    auto fitted = judge(*trained->model, study.data.training, divisor);
+    if (!fitted) return tl::unexpected(fitted.error());
+    StudyRow row{specs[i], std::move(*trained), std::move(*fitted), {}};
+    for (const BlockTable& table : study.data.evaluated) {
+      auto judged = judge(*row.trained.model, table, divisor);
+      if (!judged) return tl::unexpected(judged.error());
+      row.judged.push_back(std::move(*judged));
+    }
+    study.rows.push_back(std::move(row));
+  }
+  if (progress) progress(specs.size(), specs.size(), "done");
+  return study;
+}
+
+}  // namespace prism

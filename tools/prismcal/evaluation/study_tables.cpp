@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/evaluation/study_tables.hpp"
+
+#include <fmt/format.h>
+
+#include "compensation/evaluation/correlation.hpp"
+#include "tools/prismcal/evaluation/paper_numbers.hpp"
+
+namespace prism {
+namespace {
+
+using report::Cell;
+using report::fixed_cell;
+using report::general_cell;
+using report::percent_cell;
+using report::Table;
+using report::text_cell;
+
+/// "IR-LSSVM, myriad", "stepwise model 2": the method as people call it.
+std::string method_text(const ModelSpec& spec) {
+  if (spec.method == "ls") return "LS, cubic";
+  if (spec.method == "stepwise") return spec.inputs.size() == 3 ? "stepwise, model 2" : "stepwise, model 1";
+  if (spec.method == "lssvm") return "LSSVM";
+  return "IR-LSSVM, " + spec.weight;
+}
+
+std::string tune_text(const std::string& tune) {
+  if (tune == "shuffled") return "ten-fold, shuffled";
+  if (tune == "loo") return "leave-one-out";
+  if (tune == "blocked") return "contiguous blocks";
+  return report::kNothing;
+}
+
+std::optional<double> milli(std::optional<double> value) { return value ? std::optional(1e3 * *value) : std::nullopt; }
+
+std::vector<const StudyRow*> rows_of(const Study& study, const std::string& method, const std::string& tune) {
+  std::vector<const StudyRow*> rows;
+  for (const StudyRow& row : study.rows) {
+    if (row.spec.method == method && row.spec.tune == tune) rows.push_back(&row);
+  }
+  return rows;
+}
+
+const BiasStability& on_repeat(const StudyRow& row) { return row.judged.front().stability; }
+
+/// before, after, improvement, then the paper's after and improvement.
+void append_effect(std::vector<Cell>& cells, const StudyRow& row, report::Mark mark = report::Mark::kNone) {
+  const BiasStability& s = on_repeat(row);
+  const auto paper = paper_row(row.spec);
+  cells.push_back(fixed_cell(s.before.sd, 5));
+  cells.push_back(fixed_cell(s.after.sd, 5, mark));
+  cells.push_back(percent_cell(s.improvement, mark));
+  cells.push_back(fixed_cell(paper ? std::optional(paper->after_deg_per_h) : std::nullopt, 5, report::Mark::kMuted));
+  cells.push_back(percent_cell(paper ? std::optional(paper->improvement) : std::nullopt, report::Mark::kMuted));
+}
+
+std::vector<report::Column> effect_columns(std::vector<report::Column> first) {
+  for (report::Column column :
+       {report::Column{"before", "deg/h"}, report::Column{"after", "deg/h"}, report::Column{"improvement", "%"},
+        report::Column{"paper: after", "deg/h"}, report::Column{"paper: improvement", "%"}}) {
+    first.push_back(std::move(column));
+  }
+  return first;
+}
+
+Table kernel_table(const Study& study, std::string id, std::string title, std::size_t from, std::size_t to) {
+  Table table{std::move(id), std::move(title), {}, {}, {}};
+  table.caption =
+      basis_text(study) +
+      ", trained on one cycle and judged on its repeat. c and sigma2 belong to normalised data; F(x) is the "
+      "held-out mean absolute error of the tuning. The paper's columns are another gyro's.";
+  table.columns =
+      effect_columns({{"inputs", "", false}, {"weights", "", false}, {"c"}, {"sigma2"}, {"F(x)", "1e-3 deg/h"}});
+  std::vector<const StudyRow*> rows = rows_of(study, "ir-lssvm", "shuffled");
+  for (const StudyRow* row : rows_of(study, "lssvm", "loo")) rows.push_back(row);
+  std::erase_if(rows,
+                [=](const StudyRow* row) { return row->spec.inputs.size() < from || row->spec.inputs.size() > to; });
+  const StudyRow* best = nullptr;
+  for (const StudyRow* row : rows) {
+    if (!best || on_repeat(*row).after.sd < on_repeat(*best).after.sd) best = row;
+  }
+  for (const StudyRow* row : rows) {
+    const Trained& t = row->trained;
+    std::vector<Cell> cells = {text_cell(row->spec.inputs_text()),
+                               text_cell(row->spec.weight.empty() ? "unweighted" : row->spec.weight),
+                               general_cell(t.c, 5), general_cell(t.sigma2, 4), fixed_cell(milli(t.cost_deg_per_h), 4)};
+    append_effect(cells, *row, row == best ? report::Mark::kBest : report::Mark::kNone);
+    table.rows.push_back(std::move(cells));
+  }
+  return table;
+}
+
+}  // namespace
+
+std::string basis_text(const Study& study) {
+  return fmt::format("1 sigma of {} s means, divisor {}", study.data.training.features.length_s,
+                     divisor_text(study.divisor));
+}
+
+const StudyRow* best_of(const Study& study, const std::string& method, const std::string& tune) {
+  const StudyRow* best = nullptr;
+  for (const StudyRow* row : rows_of(study, method, tune)) {
+    if (!best || on_repeat(*row).after.sd < on_repeat(*best).after.sd) best = row;
+  }
+  return best;
+}
+
+Table correlation_table(const Study& study) {
+  Table table{"correlation", "Correlation with the gyro's output", {}, {{"", "", false}}, {}};
+  table.caption =
+      fmt::format("Pearson's coefficient over {} blocks of {} s, training recording. The paper's gyro is another.",
+                  study.data.training.size(), study.data.training.features.length_s);
+  std::vector<Cell> ours = {text_cell("this gyro")}, theirs = {text_cell("the paper's", report::Mark::kMuted)};
+  const char* const inputs[] = {kInputTemperature, kInputSlope, kInputUhfo};
+  const char* const names[] = {"temperature", "slope of temperature", "UHFO"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    table.columns.push_back({names[i]});
+    const auto r = correlate(study.data.training.column(inputs[i]), study.data.training.bias_deg_per_h, names[i]);
+    ours.push_back(fixed_cell(r ? std::optional(*r) : std::nullopt, 2));
+    theirs.push_back(fixed_cell(kPaperCorrelation[i], 2, report::Mark::kMuted));
+  }
+  table.rows = {ours, theirs};
+  return table;
+}
+
+Table least_squares_table(const Study& study) {
+  Table table{"least_squares", "LS model (eq. 21), one input", {}, effect_columns({{"input", "", false}}), {}};
+  table.caption = basis_text(study) + ", trained on one cycle and judged on its repeat.";
+  for (const StudyRow* row : rows_of(study, "ls", "")) {
+    std::vector<Cell> cells = {text_cell(row->spec.inputs_text())};
+    append_effect(cells, *row);
+    table.rows.push_back(std::move(cells));
+  }
+  return table;
+}
+
+Table stepwise_table(const Study& study) {
+  Table table{"stepwise",
+              "Stepwise regression (eqs. 22 to 25)",
+              {},
+              effect_columns({{"model", "", false}, {"inputs", "", false}}),
+              {}};
+  table.caption = basis_text(study) +
+                  ", trained on one cycle and judged on its repeat. Terms enter at p < 0.05 and leave at p > 0.10.";
+  for (const StudyRow* row : rows_of(study, "stepwise", "")) {
+    std::vector<Cell> cells = {text_cell(row->spec.inputs.size() == 3 ? "model 2" : "model 1"),
+                               text_cell(row->spec.inputs_text())};
+    append_effect(cells, *row);
+    table.rows.push_back(std::move(cells));
+  }
+  return table;
+}
+
+Table stepwise_terms_table(const Study& study) {
+  Table table{"stepwise_terms",
+              "What stepwise regression kept",
+              "Coefficients in deg/h over the units of the term: T in degC, dT/dt in degC/s, U in V.",
+              {{"model", "", false}, {"term", "", false}, {"coefficient"}},
+              {}};
+  for (const StudyRow* row : rows_of(study, "stepwise", "")) {
+    for (const auto& [term, coefficient] : row->trained.terms) {
+      table.rows.push_back({text_cell(row->spec.inputs.size() == 3 ? "model 2" : "model 1"), text_cell(term),
+                            general_cell(coefficient, 6)});
+    }
+  }
+  return table;
+}
+
+Table single_input_table(const Study& study) {
+  return kernel_table(study, "ir_lssvm_single", "IR-LSSVM, one input", 1, 1);
+}
+
+Table composite_table(const Study& study) {
+  return kernel_table(study, "ir_lssvm_composite", "IR-LSSVM, composite inputs", 2, 3);
+}
+
+Table ladder_table(const Study& study) {
+  Table table{
+      "ladder", "From LS to IR-LSSVM", {}, {{"method", "", false}, {"inputs", "", false}, {"tuned by", "", false}}, {}};
+  table.caption = basis_text(study) + ". The best of each kind on the repeated profile, and the same model elsewhere.";
+  for (const BlockTable& recording : study.data.evaluated) {
+    table.columns.push_back({recording.name + ": before", "deg/h"});
+    table.columns.push_back({"after", "deg/h"});
+    table.columns.push_back({"improvement", "%"});
+  }
+  std::vector<const StudyRow*> rows = {best_of(study, "ls", "")};
+  for (const StudyRow* row : rows_of(study, "stepwise", "")) rows.push_back(row);
+  for (const char* tune : {"loo", "blocked"}) rows.push_back(best_of(study, "lssvm", tune));
+  for (const char* tune : {"shuffled", "blocked"}) rows.push_back(best_of(study, "ir-lssvm", tune));
+  for (const StudyRow* row : rows) {
+    if (!row) continue;
+    std::vector<Cell> cells = {text_cell(method_text(row->spec)), text_cell(row->spec.inputs_text()),
+                               text_cell(tune_text(row->spec.tune))};
+    for (const Judgement& judged : row->judged) {
+      const BiasStability& s = judged.stability;
+      const bool worse = s.improvement && *s.improvement < 0;
+      cells.push_back(fixed_cell(s.before.sd, 5));
+      cells.push_back(fixed_cell(s.after.sd, 5));
+      cells.push_back(percent_cell(s.improvement, worse ? report::Mark::kBad : report::Mark::kNone));
+    }
+    table.rows.push_back(std::move(cells));
+  }
+  return table;
+}
+
+Table profiles_table(const Study& study) {
+  Table table{"profiles",
+              "Every model on every recording",
+              {},
+              {{"method", "", false}, {"inputs", "", false}, {"tuned by", "", false}},
+              {}};
+  table.caption =
+      basis_text(study) +
+      ". \"off\" is the share of blocks that the model itself calls extrapolation. Red: worse than no compensation.";
+  for (const BlockTable& recording : study.data.evaluated) {
+    table.columns.push_back({recording.name + ": after", "deg/h"});
+    table.columns.push_back({"improvement", "%"});
+    table.columns.push_back({"off", "%"});
+  }
+  for (const StudyRow& row : study.rows) {
+    std::vector<Cell> cells = {text_cell(method_text(row.spec)), text_cell(row.spec.inputs_text()),
+                               text_cell(tune_text(row.spec.tune))};
+    for (const Judgement& judged : row.judged) {
+      const BiasStability& s = judged.stability;
+      const bool worse = s.improvement && *s.improvement < 0;
+      cells.push_back(fixed_cell(s.after.sd, 5));
+      cells.push_back(percent_cell(s.improvement, worse ? report::Mark::kBad : report::Mark::kNone));
+      const double blocks = static_cast<double>(judged.extrapolating.size());
+      cells.push_back(fixed_cell(100 * static_cast<double>(judged.extrapolated) / blocks, 1));
+    }
+    table.rows.push_back(std::move(cells));
+  }
+  return table;
+}
+
+Table tuning_table(const Study& study) {
+  Table table{"tuning",
+              "How the tuning decides what a model learns",
+              {},
+              {{"method", "", false}, {"tuned by", "", false}, {"c"}, {"sigma2"}, {"F(x)", "1e-3 deg/h"}},
+              {}};
+  table.caption = basis_text(study) +
+                  ", all inputs. Shuffled folds and leave-one-out leave a sample's neighbours in the training data: on "
+                  "a time series they "
+                  "prefer narrow kernels that remember the profile. Contiguous blocks ask for what carries over.";
+  for (const BlockTable& recording : study.data.evaluated)
+    table.columns.push_back({recording.name + ": improvement", "%"});
+  std::size_t most = 0;
+  for (const StudyRow& row : study.rows) most = std::max(most, row.spec.inputs.size());
+  for (const char* method : {"lssvm", "ir-lssvm"}) {
+    for (const char* tune : {"shuffled", "loo", "blocked"}) {
+      for (const StudyRow* row : rows_of(study, method, tune)) {
+        if (row->spec.inputs.size() != most) continue;
+        std::vector<Cell> cells = {text_cell(method_text(row->spec)), text_cell(tune_text(tune)),
+                                   general_cell(row->trained.c, 4), general_cell(row->trained.sigma2, 4),
+                                   fixed_cell(milli(row->trained.cost_deg_per_h), 4)};
+        for (const Judgement& judged : row->judged) {
+          const auto& gain = judged.stability.improvement;
+          cells.push_back(percent_cell(gain, gain && *gain < 0 ? report::Mark::kBad : report::Mark::kNone));
+        }
+        table.rows.push_back(std::move(cells));
+      }
+    }
+  }
+  return table;
+}
+
+}  // namespace prism

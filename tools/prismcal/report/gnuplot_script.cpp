@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/report/gnuplot_script.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string_view>
+
+#include "tools/prismcal/report/gnuplot_data.hpp"
+
+namespace prism::report {
+namespace {
+
+using Out = std::back_insert_iterator<std::string>;
+
+/// Colour, width (px) and dash of an ink.
+struct Look {
+  const char* colour;
+  double width;
+  const char* dash;
+  int point, open_point;
+};
+
+Look look(Ink ink) {
+  switch (ink) {
+    case Ink::kRaw:
+      return {"#9db2c7", 1.3, "solid", 7, 6};
+    case Ink::kModel:
+      return {"#c2410c", 1.8, "solid", 5, 4};
+    case Ink::kCorrected:
+      return {"#12385f", 1.4, "solid", 7, 6};
+    case Ink::kAccent1:
+      return {"#1f7a5c", 1.5, "(9,4)", 9, 8};
+    case Ink::kAccent2:
+      return {"#7a4fa3", 1.5, "(3,3)", 11, 10};
+    case Ink::kAccent3:
+      return {"#b8860b", 1.5, "(12,3,2,3)", 13, 12};
+    case Ink::kGuide:
+      return {"#6b7280", 1.0, "(5,4)", 1, 1};
+  }
+  return {"#000000", 1, "solid", 7, 6};
+}
+
+/// Single quotes hold everything in gnuplot but themselves; a backslash keeps its text markup from reading the rest.
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) {
+    if (std::string_view("_^{}@&~\\").find(c) != std::string_view::npos) result += '\\';
+    result += c == '\'' ? std::string("''") : std::string(1, c);
+  }
+  return result + "'";
+}
+
+void write_axis(std::string& script, const char* which, const Axis& axis) {
+  Out out(script);
+  fmt::format_to(out, "set {}label {} textcolor rgb '#374151' offset {}\n", which, quoted(axis.label),
+                 which[0] == 'x'   ? "0,0.4"
+                 : which[1] == '2' ? "-1,0"
+                                   : "0.8,0");
+  fmt::format_to(out, "{} logscale {}\n", axis.logarithmic ? "set" : "unset", which);
+  fmt::format_to(out, "set {}range [{}:{}]\n", which, axis.min ? fmt::format("{:.7g}", *axis.min) : "*",
+                 axis.max ? fmt::format("{:.7g}", *axis.max) : "*");
+  fmt::format_to(out, "set format {} {}\n", which, axis.logarithmic ? "'10^{%T}'" : "'%g'");
+}
+
+std::string drawn(const Series& series, std::size_t panel, std::size_t index) {
+  const Look l = look(series.ink);
+  const std::string data = fmt::format("$d{}_{}", panel, index);
+  const std::string line = fmt::format("lw {} dt {} lc rgb '{}'", l.width, l.dash, l.colour);
+  const std::string title = series.name.empty() ? "notitle" : "title " + quoted(series.name);
+  const std::string axes = series.right_axis ? "axes x1y2 " : "";
+  switch (series.form) {
+    case Form::kLine:
+      return fmt::format("{} using 1:2 {}with lines {} {}", data, axes, line, title);
+    case Form::kPoints:
+      return fmt::format("{} using 1:2 {}with points pt {} ps 0.28 lc rgb '{}' {}", data, axes, l.point, l.colour,
+                         title);
+    case Form::kOpenPoints:
+      return fmt::format("{} using 1:2 {}with points pt {} ps 0.42 lw 0.8 lc rgb '{}' {}", data, axes, l.open_point,
+                         l.colour, title);
+    case Form::kLinePoints:
+      return fmt::format("{} using 1:2 {}with linespoints pt {} ps 0.4 {} {}", data, axes, l.point, line, title);
+    case Form::kBand:
+      return fmt::format("{} using 1:2:3 {}with filledcurves fs transparent solid 0.22 noborder lc rgb '{}' {}", data,
+                         axes, l.colour, title);
+    case Form::kBars:
+      return fmt::format("{} using 1:2 {}with boxes fs solid 0.75 noborder lc rgb '{}' {}", data, axes, l.colour,
+                         title);
+    case Form::kHeat:
+      return fmt::format("{} using 1:2:3:4:5:6:7 with boxxyerror fs solid 1 noborder lc palette {}", data, title);
+  }
+  return {};
+}
+
+/// gnuplot refuses to choose a range for nothing at all: an axis of an empty panel gets one.
+Axis with_range(Axis axis) {
+  if (!axis.min) axis.min = axis.logarithmic ? 1 : 0;
+  if (!axis.max) axis.max = axis.logarithmic ? 10 : 1;
+  return axis;
+}
+
+bool is_empty(const Panel& panel) {
+  for (const Series& series : panel.series) {
+    for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
+      if (std::isfinite(series.x[i]) && std::isfinite(series.y[i])) return false;
+    }
+  }
+  return true;
+}
+
+bool uses_right_axis(const Panel& panel) {
+  return std::any_of(panel.series.begin(), panel.series.end(), [](const Series& s) { return s.right_axis; });
+}
+
+/// True where title and key do not fit on one line above the panel, at about 6.5 px a letter.
+bool needs_two_lines(const Panel& panel, double width) {
+  double letters = static_cast<double>(panel.title.size()) + 2;
+  for (const Series& series : panel.series) {
+    if (!series.name.empty()) letters += static_cast<double>(series.name.size()) + 8;
+  }
+  return 6.5 * letters > width;
+}
+
+/// Where a panel stands, in shares of the picture: left, right, bottom, top.
+struct Place {
+  double left, right, bottom, top;
+  bool two_lines;  ///< the title stands above the key, not beside it
+};
+
+/// Margins in pixels leave room for labels and the key line above each panel.
+Place place_of(const Plot& plot, std::size_t index) {
+  constexpr double kWidth = 960, kLeft = 72, kBottom = 50;
+  const int columns = std::max(1, plot.columns);
+  const int rows = (static_cast<int>(plot.panels.size()) + columns - 1) / columns;
+  const bool heat = std::any_of(plot.panels[index].series.begin(), plot.panels[index].series.end(),
+                                [](const Series& s) { return s.form == Form::kHeat; });
+  const double right = heat ? 78 : std::any_of(plot.panels.begin(), plot.panels.end(), uses_right_axis) ? 66 : 14;
+  const double panel_width = kWidth / columns - kLeft - right;
+  const bool crowded = std::any_of(plot.panels.begin(), plot.panels.end(),
+                                   [=](const Panel& panel) { return needs_two_lines(panel, panel_width); });
+  const double above = crowded ? 48 : 34;
+  const double cell = kWidth / columns, height = plot.panel_height * rows;
+  const double x = cell * static_cast<double>(static_cast<int>(index) % columns);
+  const double y = plot.panel_height * static_cast<double>(static_cast<int>(index) / columns);
+  return {(x + kLeft) / kWidth, (x + cell - right) / kWidth, 1 - (y + plot.panel_height - kBottom) / height,
+          1 - (y + above) / height, needs_two_lines(plot.panels[index], panel_width)};
+}
+
+void write_panel(std::string& script, const Panel& panel, std::size_t index, const Place& place) {
+  Out out(script);
+  fmt::format_to(out, "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\n", place.left, place.right);
+  fmt::format_to(out, "set bmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n", place.bottom, place.top);
+  fmt::format_to(out, "set label 1 {} at graph 0,1 left offset 0,{} textcolor rgb '#1b2733'\n", quoted(panel.title),
+                 place.two_lines ? 2.0 : 0.75);
+  const bool empty = is_empty(panel);
+  write_axis(script, "x", empty ? with_range(panel.x) : panel.x);
+  write_axis(script, "y", empty ? with_range(panel.y) : panel.y);
+  const bool right = uses_right_axis(panel);
+  script += right ? "set y2tics nomirror\n" : "unset y2tics\nset y2label ''\n";
+  if (right) write_axis(script, "y2", empty ? with_range(panel.right) : panel.right);
+  const bool named =
+      std::any_of(panel.series.begin(), panel.series.end(), [](const Series& s) { return !s.name.empty(); });
+  script += named ? "set key at graph 1,1 bottom right horizontal samplen 2.2 width 1\n" : "unset key\n";
+  script += panel.series.empty() ? "plot NaN notitle" : "plot ";
+  for (std::size_t s = 0; s < panel.series.size(); ++s) {
+    if (s > 0) script += ", \\\n     ";
+    script += drawn(panel.series[s], index, s);
+  }
+  script += '\n';
+}
+
+}  // namespace
+
+std::string gnuplot_script(const Plot& plot, const std::string& name, const std::string& svg_file) {
+  std::string script;
+  const int columns = std::max(1, plot.columns);
+  const int rows = (static_cast<int>(plot.panels.size()) + columns - 1) / columns;
+  fmt::format_to(
+      Out(script),
+      "set terminal svg enhanced dynamic size 960,{:.0f} font 'sans-serif,{}' name '{}' linewidth 1 dashlength 0.6\n"
+      "set output {}\n",
+      plot.panel_height * std::max(1, rows), columns > 1 ? 12 : 12.5, name, quoted(svg_file));
+  script +=
+      "set encoding utf8\n"
+      "set autoscale xfix\nset border linewidth 0.7 linecolor rgb '#9ca3af'\n"
+      "set grid linecolor rgb '#e5e7eb' linewidth 0.6 dashtype solid\n"
+      "set tics textcolor rgb '#374151' scale 0.5 nomirror\n"
+      "set style fill noborder\nset boxwidth 0.9 relative\n"
+      "set palette defined (0 '#12385f', 0.5 '#7fa3c7', 1 '#f6f0e4')\n";
+  write_gnuplot_data(script, plot);
+  script += "set multiplot\n";
+  for (std::size_t p = 0; p < plot.panels.size(); ++p) write_panel(script, plot.panels[p], p, place_of(plot, p));
+  script += "unset multiplot\n";
+  return script;
+}
+
+}  // namespace prism::report

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/report/html.hpp"
+
+#include <fmt/format.h>
+
+#include "tools/prismcal/report/html_style.hpp"
+
+namespace prism::report {
+namespace {
+
+const char* css_class(Mark mark) {
+  switch (mark) {
+    case Mark::kNone:
+      return "";
+    case Mark::kGood:
+      return "good";
+    case Mark::kBad:
+      return "bad";
+    case Mark::kWarn:
+      return "warn";
+    case Mark::kMuted:
+      return "muted";
+    case Mark::kBest:
+      return "best";
+  }
+  return "";
+}
+
+/// Writes the page from top to bottom, counting tables and figures.
+class Page {
+ public:
+  Page(const Report& report, const Draw& draw) : report_(report), draw_(draw) {}
+
+  Result<std::string> write() {
+    head();
+    for (const Section& section : report_.sections) {
+      text_ += fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n", section.id, html_escaped(section.heading));
+      for (const Block& block : section.blocks) {
+        const auto done = std::visit([this](const auto& b) { return add(b); }, block);
+        if (!done) return tl::unexpected(done.error());
+      }
+      text_ += "</section>\n";
+    }
+    text_ += fmt::format("<footer>{}</footer>\n</body>\n</html>\n", html_escaped(report_.tool));
+    return std::move(text_);
+  }
+
+ private:
+  void head() {
+    text_ += fmt::format(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+        "<meta name=\"viewport\" content=\"width=device-width, "
+        "initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n"
+        "</head>\n<body>\n<header>\n<h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n",
+        html_escaped(report_.title), kStyle, html_escaped(report_.title), html_escaped(report_.subtitle));
+    if (report_.simulated) text_ += "<div class=\"simulated\">SIMULATED DATA: no gyro was measured</div>\n";
+    text_ += "<nav>\n";
+    for (const Section& s : report_.sections)
+      text_ += fmt::format("<a href=\"#{}\">{}</a>\n", s.id, html_escaped(s.heading));
+    text_ += "</nav>\n</header>\n<table class=\"facts\">\n";
+    for (const auto& [name, value] : report_.facts) {
+      text_ += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", html_escaped(name), html_escaped(value));
+    }
+    text_ += "</table>\n";
+  }
+
+  /// "Table 3. Title. Caption", with the word simulated where it belongs.
+  std::string caption(const char* kind, int number, const std::string& title, const std::string& more) const {
+    return fmt::format("<b>{} {}.</b> {}.{}{}", kind, number, html_escaped(title),
+                       more.empty() ? "" : " <span class=\"note\">" + html_escaped(more) + "</span>",
+                       report_.simulated ? " <span class=\"note\">Simulated data.</span>" : "");
+  }
+
+  Result<void> add(const Paragraph& paragraph) {
+    text_ += fmt::format("<p class=\"{}\">{}</p>\n", css_class(paragraph.mark), html_escaped(paragraph.text));
+    return {};
+  }
+
+  Result<void> add(const Table& table) {
+    text_ += fmt::format("<div class=\"wide\" id=\"{}\">\n<table class=\"data\">\n<caption>{}</caption>\n<thead><tr>",
+                         table.id, caption("Table", ++tables_, table.title, table.caption));
+    for (const Column& column : table.columns) {
+      const std::string unit =
+          column.unit.empty() ? "" : fmt::format(" <span class=\"unit\">{}</span>", html_escaped(column.unit));
+      text_ +=
+          fmt::format("<th class=\"{}\">{}{}</th>", column.number ? "number" : "text", html_escaped(column.name), unit);
+    }
+    text_ += "</tr></thead>\n<tbody>\n";
+    for (const auto& row : table.rows) {
+      text_ += "<tr>";
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        const bool number = i < table.columns.size() && table.columns[i].number;
+        text_ += fmt::format("<td class=\"{} {}\">{}</td>", number ? "number" : "text", css_class(row[i].mark),
+                             html_escaped(row[i].text));
+      }
+      text_ += "</tr>\n";
+    }
+    text_ += "</tbody>\n</table>\n</div>\n";
+    return {};
+  }
+
+  Result<void> add(const Figure& figure) {
+    const auto svg = draw_(figure.plot, figure.id);
+    if (!svg) return tl::unexpected(svg.error());
+    text_ += fmt::format("<figure id=\"{}\">\n{}\n<figcaption>{}</figcaption>\n</figure>\n", figure.id, *svg,
+                         caption("Figure", ++figures_, figure.title, figure.caption));
+    return {};
+  }
+
+  const Report& report_;
+  const Draw& draw_;
+  std::string text_;
+  int tables_ = 0, figures_ = 0;
+};
+
+}  // namespace
+
+std::string html_escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  }
+  return result;
+}
+
+Result<std::string> html_page(const Report& report, const Draw& draw) { return Page(report, draw).write(); }
+
+}  // namespace prism::report

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// The same report for machines: CSV for spreadsheets, JSON for programs.
+#pragma once
+
+#include <string>
+
+#include "tools/prismcal/report/document.hpp"
+
+namespace prism::report {
+
+/// All tables, one after the other: a line "# table,ID,TITLE", the column line ("name [unit]"), the rows, an empty
+/// line. The header facts stand in front as "# fact,NAME,VALUE". Fields are quoted where they must be (RFC 4180).
+std::string csv_text(const Report& report);
+
+/// {"title":…,"simulated":…,"facts":{…},"tables":{ID:{"title":…,"columns":[…],"rows":[[{"text":…,"value":…}…]…]}…}}.
+/// A cell's "value" is the number with all its digits, "text" what HTML and CSV show; no number: no "value".
+std::string json_text(const Report& report);
+
+}  // namespace prism::report
