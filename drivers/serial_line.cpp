@@ -92,9 +92,7 @@ SerialLine& SerialLine::operator=(SerialLine&& other) noexcept {
 }
 
 SerialLine::~SerialLine() {
-  if (fd_ < 0) return;
-  ::tcflush(fd_, TCIOFLUSH);  // else close() may wait half a minute for output that nobody takes
-  ::close(fd_);
+  if (fd_ >= 0) ::close(fd_);
 }
 
 Result<SerialLine> open_serial_line(const LineSettings& settings) {
