@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -85,15 +84,16 @@ void PseudoTerminal::wait_for_room(int milliseconds) const {
   ::poll(&room, 1, milliseconds);
 }
 
-// Nothing tells a master how much its reader has not taken; the other end, opened for a moment, does.
+// Nothing tells a master how much its reader has not taken; the other end, opened for a moment, does: poll() there first
+// carries over what is still on its way, then says whether there is anything.
 bool PseudoTerminal::is_drained() const {
   if (!has_reader()) return true;
   const int slave = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (slave < 0) return true;
-  int waiting = 0;
-  const bool known = ::ioctl(slave, FIONREAD, &waiting) == 0;
+  pollfd waiting{slave, POLLIN, 0};
+  const bool readable = ::poll(&waiting, 1, 0) == 1;
   ::close(slave);
-  return !known || waiting == 0;
+  return !readable;
 }
 
 }  // namespace prism

@@ -19,7 +19,7 @@ using Steady = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kLookForReader{10}, kSettle{50}, kLeastNap{1}, kDrainFor{5000};
-constexpr std::size_t kMostPending = 4096;  // bytes written in one go: a reader at "max" sees chunks of a real line's size
+constexpr std::size_t kMostPending = 2048;  // bytes written in one go: a reader at "max" sees chunks of a real line's size
 
 // steady_clock is CLOCK_MONOTONIC here; unlike sleep_until, this returns when a signal comes.
 void nap_until(Steady::time_point when) {
@@ -36,11 +36,8 @@ void await_reader(const PseudoTerminal& terminal) {
 
 void drain(const PseudoTerminal& terminal) {
   const auto patience = Steady::now() + kDrainFor;
-  int quiet = 0;  // the terminal's own queue refills the reader's: once empty is not yet taken
-  while (quiet < 5 && Steady::now() < patience && !stop_requested()) {
-    quiet = terminal.is_drained() ? quiet + 1 : 0;
-    nap_until(Steady::now() + kLookForReader);
-  }
+  while (!terminal.is_drained() && Steady::now() < patience && !stop_requested()) nap_until(Steady::now() + kLookForReader);
+  nap_until(Steady::now() + kLookForReader);  // for a reader that has taken the bytes and looks at the line once more
 }
 
 class TerminalRun {
