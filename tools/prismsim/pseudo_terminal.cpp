@@ -21,7 +21,8 @@ namespace fs = std::filesystem;
 Result<void> make_link(const std::string& link, const std::string& target) {
   std::error_code error;
   const fs::file_status status = fs::symlink_status(link, error);
-  if (fs::exists(status) && !fs::is_symlink(status)) return refuse(link, "is there and no symbolic link; expected a free name");
+  if (fs::exists(status) && !fs::is_symlink(status))
+    return refuse(link, "is there and no symbolic link; expected a free name");
   fs::remove(link, error);
   fs::create_symlink(target, link, error);
   if (error) return refuse(link, fmt::format("the link cannot be made: {}", error.message()));
@@ -84,8 +85,8 @@ void PseudoTerminal::wait_for_room(int milliseconds) const {
   ::poll(&room, 1, milliseconds);
 }
 
-// Nothing tells a master how much its reader has not taken; the other end, opened for a moment, does: poll() there first
-// carries over what is still on its way, then says whether there is anything.
+// Nothing tells a master how much its reader has not taken; the other end, opened for a moment, does: poll() there
+// first carries over what is still on its way, then says whether there is anything.
 bool PseudoTerminal::is_drained() const {
   if (!has_reader()) return true;
   const int slave = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);

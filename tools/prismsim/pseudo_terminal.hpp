@@ -12,8 +12,8 @@ namespace prism {
 
 class PseudoTerminal {
  public:
-  /// A new terminal, raw before anybody opens it; `link`, where not empty, becomes a symbolic link to it. A link that is
-  /// there is replaced, anything else there is a refusal.
+  /// A new terminal, raw before anybody opens it; `link`, where not empty, becomes a symbolic link to it. A link that
+  /// is there is replaced, anything else there is a refusal.
   static Result<PseudoTerminal> open(const std::string& link);
 
   PseudoTerminal(PseudoTerminal&& other) noexcept;
