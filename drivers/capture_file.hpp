@@ -57,7 +57,8 @@ struct BareBytes {
 class CaptureReader {
  public:
   /// Opens a pcap or pcapng file of link type 250; with `bare`, a file of any other kind as bare bytes at that rate, in
-  /// chunks of at most 1024 bytes or 10 ms. Refused in one line: not there, another link type, no pcap file and no `bare`.
+  /// chunks of at most 1024 bytes or 10 ms. Refused in one line: not there, another link type, no pcap file and no
+  /// `bare`.
   static Result<CaptureReader> open(const std::string& path, std::optional<BareBytes> bare = std::nullopt);
 
   CaptureReader(CaptureReader&&) noexcept;

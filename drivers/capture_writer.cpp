@@ -80,7 +80,8 @@ Result<CaptureWriter> CaptureWriter::open(const std::string& path) {
   __fsetlocking(file->stream, FSETLOCKING_BYCALLER);  // one thread writes
   file->pcap = pcap_open_dead_with_tstamp_precision(kCaptureLinkType, kSnapBytes, PCAP_TSTAMP_PRECISION_NANO);
   if (file->pcap) file->dumper = pcap_dump_fopen(file->pcap, file->stream);
-  if (!file->dumper) return refuse(path, file->pcap ? pcap_geterr(file->pcap) : "libpcap gave no handle: out of memory");
+  if (!file->dumper)
+    return refuse(path, file->pcap ? pcap_geterr(file->pcap) : "libpcap gave no handle: out of memory");
   CaptureWriter writer(std::move(file));
   if (auto written = writer.flush(); !written) return tl::unexpected<Error>(written.error());
   return writer;

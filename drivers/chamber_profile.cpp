@@ -36,14 +36,25 @@ double ChamberProfile::temperature_degc(double time_s) const {
 }
 
 ChamberProfile paper_profile() {
-  return {"paper", 25, {hold(2, 25), ramp(25, -40, 1), hold(6, -40), ramp(-40, 70, 1), hold(10, 70), ramp(70, 25, 1), hold(4, 25)}};
+  return {"paper",
+          25,
+          {hold(2, 25), ramp(25, -40, 1), hold(6, -40), ramp(-40, 70, 1), hold(10, 70), ramp(70, 25, 1), hold(4, 25)}};
 }
 
 ChamberProfile second_profile() {
   return {"second",
           25,
-          {hold(1.5, 25), ramp(25, 55, 0.8), hold(5, 55), ramp(55, -15, 1.2), hold(5.5, -15), ramp(-15, -35, 0.5),
-           hold(3, -35), ramp(-35, 40, 0.9), hold(4, 40), ramp(40, 25, 0.5), {9050, 25}}};
+          {hold(1.5, 25),
+           ramp(25, 55, 0.8),
+           hold(5, 55),
+           ramp(55, -15, 1.2),
+           hold(5.5, -15),
+           ramp(-15, -35, 0.5),
+           hold(3, -35),
+           ramp(-35, 40, 0.9),
+           hold(4, 40),
+           ramp(40, 25, 0.5),
+           {9050, 25}}};
 }
 
 ChamberProfile steady_profile() { return {"steady", 25, {{92400, 25}}}; }

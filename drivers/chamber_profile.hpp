@@ -26,9 +26,11 @@ struct ChamberProfile {
   double temperature_degc(double time_s) const;
 };
 
-/// The paper's cycle: 2 h at 25 degC, −1 degC/min to −40, 6 h, +1 degC/min to 70, 10 h, −1 degC/min to 25, 4 h: 92 400 s.
+/// The paper's cycle: 2 h at 25 degC, −1 degC/min to −40, 6 h, +1 degC/min to 70, 10 h, −1 degC/min to 25, 4 h: 92 400
+/// s.
 ChamberProfile paper_profile();
-/// Another day within the range of the first: plateaus at 55, −15, −35, 40 degC, ramps of 0.5 to 1.2 degC/min: 92 400 s.
+/// Another day within the range of the first: plateaus at 55, −15, −35, 40 degC, ramps of 0.5 to 1.2 degC/min: 92 400
+/// s.
 ChamberProfile second_profile();
 /// 25 degC for 92 400 s.
 ChamberProfile steady_profile();

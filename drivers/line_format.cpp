@@ -5,11 +5,14 @@
 #include <asm/termbits.h>
 #include <sys/ioctl.h>
 
+#include <algorithm>
+
 namespace prism {
 namespace {
 
 unsigned character_flags(const WireFormat& format) {
-  unsigned flags = format.data_bits == 7 ? CS7 : CS8;
+  constexpr unsigned kSizes[]{CS5, CS6, CS7, CS8};
+  unsigned flags = kSizes[std::clamp(format.data_bits, 5, 8) - 5];
   if (format.parity != Parity::kNone) flags |= PARENB;
   if (format.parity == Parity::kOdd) flags |= PARODD;
   if (format.stop_bits == 2) flags |= CSTOPB;
@@ -18,9 +21,9 @@ unsigned character_flags(const WireFormat& format) {
 
 }  // namespace
 
-// BOTHER with a number in c_ospeed is the only way to 614 400 or 374 400 baud. CIBAUD stays 0: the input's speed follows
-// the output's. INPCK stays off: a byte with a bad parity comes through as it is and the frame's check finds it, where
-// IGNPAR would shift the rest of the frame.
+// BOTHER with a number in c_ospeed is the only way to 614 400 or 374 400 baud. CIBAUD stays 0: the input's speed
+// follows the output's. INPCK stays off: a byte with a bad parity comes through as it is and the frame's check finds
+// it, where IGNPAR would shift the rest of the frame.
 bool set_line_format(int fd, const WireFormat& format) {
   struct termios2 line;
   if (::ioctl(fd, TCGETS2, &line) != 0) return false;
@@ -39,7 +42,8 @@ std::optional<WireFormat> read_line_format(int fd) {
   if (::ioctl(fd, TCGETS2, &line) != 0) return std::nullopt;
   WireFormat format;
   format.baud = static_cast<int>(line.c_ospeed);
-  format.data_bits = (line.c_cflag & CSIZE) == CS7 ? 7 : 8;
+  const unsigned size = line.c_cflag & CSIZE;
+  format.data_bits = size == CS5 ? 5 : size == CS6 ? 6 : size == CS7 ? 7 : 8;
   format.parity = !(line.c_cflag & PARENB) ? Parity::kNone : (line.c_cflag & PARODD) ? Parity::kOdd : Parity::kEven;
   format.stop_bits = (line.c_cflag & CSTOPB) ? 2 : 1;
   return format;

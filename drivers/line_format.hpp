@@ -8,8 +8,8 @@
 
 namespace prism {
 
-/// Makes the line raw (no echo, no flow control, no translation; VMIN 1, VTIME 0), with this speed and character format.
-/// False, with errno, where the driver refuses; true says little: read the format back.
+/// Makes the line raw (no echo, no flow control, no translation; VMIN 1, VTIME 0), with this speed and character
+/// format. False, with errno, where the driver refuses; true says little: read the format back.
 bool set_line_format(int fd, const WireFormat& format);
 
 /// The format that the driver says is in force; nothing, with errno, where it cannot say (EIO: unplugged).

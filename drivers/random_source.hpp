@@ -11,7 +11,8 @@ namespace prism {
 class RandomSource {
  public:
   /// Different streams of one seed are independent: drawing more from one leaves the others as they were.
-  RandomSource(std::uint64_t seed, std::uint64_t stream) : engine_(scramble(seed + 0x9E3779B97F4A7C15u * (stream + 1))) {}
+  RandomSource(std::uint64_t seed, std::uint64_t stream)
+      : engine_(scramble(seed + 0x9E3779B97F4A7C15u * (stream + 1))) {}
 
   /// Evenly from [0, 1).
   double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }

@@ -33,12 +33,17 @@ std::string format_text(const WireFormat& format) {
 
 std::string why_not_open(int error) {
   switch (error) {
-    case ENOENT: return "not there; expected a serial device";
-    case EACCES: return "no permission; expected read and write (on Debian the group dialout has it)";
-    case EBUSY: return "held by another program; expected it free";
+    case ENOENT:
+      return "not there; expected a serial device";
+    case EACCES:
+      return "no permission; expected read and write (on Debian the group dialout has it)";
+    case EBUSY:
+      return "held by another program; expected it free";
     case ENXIO:
-    case ENODEV: return "no device behind it; expected a serial device";
-    default: return fmt::format("cannot be opened: {}", std::strerror(error));
+    case ENODEV:
+      return "no device behind it; expected a serial device";
+    default:
+      return fmt::format("cannot be opened: {}", std::strerror(error));
   }
 }
 
@@ -53,7 +58,8 @@ bool is_pseudo_terminal(int fd) {
 // flock keeps out programs that ask; TIOCEXCL those that do not, root excepted. A pty's other end is our own tests'.
 Result<void> claim(const std::string& device, int fd, bool pseudo) {
   if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
-    return refuse(device, errno == EWOULDBLOCK ? why_not_open(EBUSY) : fmt::format("no lock: {}", std::strerror(errno)));
+    return refuse(device,
+                  errno == EWOULDBLOCK ? why_not_open(EBUSY) : fmt::format("no lock: {}", std::strerror(errno)));
   }
   if (!pseudo) ::ioctl(fd, TIOCEXCL);
   return {};
@@ -67,8 +73,8 @@ Result<void> set_and_compare(const LineSettings& settings, int fd, bool pseudo, 
   const std::optional<WireFormat> found = read_line_format(fd);
   if (!found) return refuse(settings.device, fmt::format("settings cannot be read back: {}", std::strerror(errno)));
   const bool same_speed = std::abs(found->baud - wanted.baud) <= kBaudTolerance * wanted.baud;
-  const bool same_characters = found->data_bits == wanted.data_bits && found->parity == wanted.parity &&
-                               found->stop_bits == wanted.stop_bits;
+  const bool same_characters =
+      found->data_bits == wanted.data_bits && found->parity == wanted.parity && found->stop_bits == wanted.stop_bits;
   if (same_speed && same_characters) return {};
   const std::string what = fmt::format("found {} in force, expected {}", format_text(*found), format_text(wanted));
   if (!pseudo) return refuse(settings.device, what);
@@ -92,9 +98,7 @@ SerialLine& SerialLine::operator=(SerialLine&& other) noexcept {
 }
 
 SerialLine::~SerialLine() {
-  if (fd_ < 0) return;
-  ::tcflush(fd_, TCIOFLUSH);  // else close() may wait half a minute for output that nobody takes
-  ::close(fd_);
+  if (fd_ >= 0) ::close(fd_);
 }
 
 Result<SerialLine> open_serial_line(const LineSettings& settings) {

@@ -16,7 +16,7 @@ namespace prism {
 struct LineSettings {
   std::string device;  ///< path of a tty; /dev/serial/by-id/… survives replugging
   int baud = 921600;   ///< any integer the hardware can come within 2 % of
-  int data_bits = 8;   ///< 7 or 8
+  int data_bits = 8;   ///< 5 to 8
   Parity parity = Parity::kNone;
   int stop_bits = 1;        ///< 1 or 2
   bool exclusive = true;    ///< no second program may read the line at the same time

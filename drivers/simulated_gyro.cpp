@@ -16,7 +16,8 @@ constexpr double kGrid_s = 1;
 struct Bump {
   double height_deg_per_h, temperature_degc, width_degc, uhfo_v, width_v;
 };
-constexpr Bump kBumps[]{{-0.010, -25, 14, 5.400, 0.063}, {-0.012, 43, 12, 5.200, 0.033}, {-0.019, 76, 10, 5.255, 0.035}};
+constexpr Bump kBumps[]{
+    {-0.010, -25, 14, 5.400, 0.063}, {-0.012, 43, 12, 5.200, 0.033}, {-0.019, 76, 10, 5.255, 0.035}};
 
 GyroTruth between(const GyroTruth& a, const GyroTruth& b, double part) {
   const auto mix = [part](double x, double y) { return x + (y - x) * part; };

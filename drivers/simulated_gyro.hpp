@@ -27,15 +27,15 @@ struct GyroTruth {
 ///   U    = 5.32 − 0.0027 (body − 25) − 0.0018 (inner − body) + n    V; n: Ornstein-Uhlenbeck, 0.039 V, 73 min
 ///   bias = eq25(body, d body/dt, U) − 1.83 d body/dt + local(body, U)    deg/h
 ///
-/// eq25 is equation 25 of Tao et al. 2019, the paper's stepwise model 2. local() is what no quadratic in (T, dT/dt, U) can
-/// follow; see local_nonlinearity_deg_per_h. The gyro is switched on cold: body and inner temperature begin at the
+/// eq25 is equation 25 of Tao et al. 2019, the paper's stepwise model 2. local() is what no quadratic in (T, dT/dt, U)
+/// can follow; see local_nonlinearity_deg_per_h. The gyro is switched on cold: body and inner temperature begin at the
 /// chamber's. Over seeds 1 to 8 one paper cycle of 100 s means,
 /// rate noise included, has correlations with the bias of 0.66 (T), −0.37 (dT/dt) and −0.74 (U) and a 1-sigma of 0.0192
-/// deg/h (the paper's gyro: 0.71, −0.43, −0.82 and 0.0185); single seeds scatter, for the noise of U has only some twenty
-/// correlation times in a cycle.
+/// deg/h (the paper's gyro: 0.71, −0.43, −0.82 and 0.0185); single seeds scatter, for the noise of U has only some
+/// twenty correlation times in a cycle.
 ///
-/// The equations are advanced on a grid of whole seconds and read by straight lines in between, so that a seed gives the
-/// same truth at every frame rate.
+/// The equations are advanced on a grid of whole seconds and read by straight lines in between, so that a seed gives
+/// the same truth at every frame rate.
 class SimulatedGyro {
  public:
   SimulatedGyro(ChamberProfile profile, std::uint64_t seed);
@@ -62,8 +62,8 @@ class SimulatedGyro {
 ///   local = Σ h exp(−((T − T0)/w)² / 2 − ((U − U0)/v)² / 2)
 ///   h, T0, w, U0, v = −0.010, −25, 14, 5.400, 0.063;  −0.012, 43, 12, 5.200, 0.033;  −0.019, 76, 10, 5.255, 0.035
 ///
-/// A choice of ours. The best quadratic in (T, dT/dt, U) leaves 0.0070 deg/h of a cycle, of which 0.0064 are rate noise;
-/// a kernel can follow, and on a repeat of the cycle takes off some 5 % more than the quadratic does.
+/// A choice of ours. The best quadratic in (T, dT/dt, U) leaves 0.0070 deg/h of a cycle, of which 0.0064 are rate
+/// noise; a kernel can follow, and on a repeat of the cycle takes off some 5 % more than the quadratic does.
 double local_nonlinearity_deg_per_h(double temperature_degc, double uhfo_v);
 
 /// Equation 25 of the paper, deg/h, of T (degC), dT/dt (degC/s) and U (V).

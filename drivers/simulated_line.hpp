@@ -13,12 +13,12 @@ namespace prism {
 struct SimulationSettings {
   ChamberProfile profile = paper_profile();
   std::uint64_t seed = 7;
-  double rate_hz = 200;                 ///< frames a second, > 0
-  double earth_rate_deg_per_h = 0;      ///< added to the bias
-  double outliers_per_h = 0;            ///< jumps of the angle by ±2 to ±10 arcsec within one frame
-  double lose_frames = 0;               ///< part of the frames that the gyro measures but does not send
-  double drop_bytes = 0;                ///< part of the bytes that the line swallows
-  double damage_bytes = 0;              ///< part of the bytes that the line changes
+  double rate_hz = 200;             ///< frames a second, > 0
+  double earth_rate_deg_per_h = 0;  ///< added to the bias
+  double outliers_per_h = 0;        ///< jumps of the angle by ±2 to ±10 arcsec within one frame
+  double lose_frames = 0;           ///< part of the frames that the gyro measures but does not send
+  double drop_bytes = 0;            ///< part of the bytes that the line swallows
+  double damage_bytes = 0;          ///< part of the bytes that the line changes
 };
 
 /// White rate noise: 0.0064 deg/h in means of 100 s.

@@ -22,7 +22,8 @@ class Packets {
         byte_ns_(options.frames->wire.byte_time_ns()),
         latency_ns_(options.frames->latency_s * 1e9) {}
 
-  // `offset_ns` since the gyro was switched on: a day of nanoseconds is exact in a double, the years since 1970 are not.
+  // `offset_ns` since the gyro was switched on: a day of nanoseconds is exact in a double, the years since 1970 are
+  // not.
   Result<void> add(std::int64_t offset_ns, const std::vector<std::uint8_t>& bytes) {
     const double first_bit_ns = std::max(static_cast<double>(offset_ns) + latency_ns_, line_free_ns_);
     line_free_ns_ = first_bit_ns + static_cast<double>(bytes.size()) * byte_ns_;

@@ -34,33 +34,61 @@ int complain(int code, const std::string& what) {
   return code;
 }
 
+// CLI::Range lets "nan" through.
+CLI::Validator within(double least, double most) {
+  const auto check = [least, most](std::string& word) {
+    char* end = nullptr;
+    const double number = std::strtod(word.c_str(), &end);
+    if (!word.empty() && *end == '\0' && number >= least && number <= most) return std::string();
+    return fmt::format("found \"{}\", expected a number within {} to {}", word, least, most);
+  };
+  return CLI::Validator(check, fmt::format("{} to {}", least, most));
+}
+
 void declare_gyro(CLI::App& app, Words& words, SimOptions& options) {
-  const CLI::Range part(0.0, 1.0);
+  const CLI::Validator part = within(0, 1);
   SimulationSettings& simulation = options.simulation;
   app.add_option("--profile", words.profile, "thermal cycle: paper, second or steady")->capture_default_str();
-  app.add_option("--seed", simulation.seed, "of all that is random; the same seed gives the same gyro")->capture_default_str();
-  auto* cycles = app.add_option("--cycles", words.cycles, "how many cycles in a row")->check(CLI::Range(1e-6, 1000.0))->capture_default_str();
-  app.add_option("--hours", words.hours, "end after so many hours instead")->check(CLI::Range(1e-6, kMostHours))->excludes(cycles);
+  app.add_option("--seed", simulation.seed, "of all that is random; the same seed gives the same gyro")
+      ->capture_default_str();
+  auto* cycles = app.add_option("--cycles", words.cycles, "how many cycles in a row")
+                     ->check(within(1e-6, 1000.0))
+                     ->capture_default_str();
+  app.add_option("--hours", words.hours, "end after so many hours instead")
+      ->check(within(1e-6, kMostHours))
+      ->excludes(cycles);
   app.add_option("--frames", words.frames, "frame description: a name or a path")->capture_default_str();
   app.add_option("--axis", words.axis, "the axis of the description that turns (default: its first)");
-  app.add_option("--rate", words.rate_hz, "frames a second (default: the description's)")->check(CLI::Range(0.01, 100000.0));
-  app.add_option("--latitude", words.placement.latitude_deg, "of the place, degrees north")->check(CLI::Range(-90.0, 90.0))->capture_default_str();
-  app.add_option("--elevation", words.placement.elevation_deg, "of the input axis, degrees above the horizon")->check(CLI::Range(-90.0, 90.0))->capture_default_str();
-  app.add_option("--azimuth", words.placement.azimuth_deg, "of the input axis, degrees from north over east")->check(CLI::Range(-360.0, 360.0))->capture_default_str();
-  app.add_option("--outliers", simulation.outliers_per_h, "jumps of the angle in an hour")->check(CLI::Range(0.0, 1e6));
-  app.add_option("--lose-frames", simulation.lose_frames, "part of the frames that are never sent, 0 to 1")->check(part);
-  app.add_option("--drop-bytes", simulation.drop_bytes, "part of the bytes that the line swallows, 0 to 1")->check(part);
-  app.add_option("--damage-bytes", simulation.damage_bytes, "part of the bytes that the line changes, 0 to 1")->check(part);
+  app.add_option("--rate", words.rate_hz, "frames a second (default: the description's)")
+      ->check(within(0.01, 100000.0));
+  app.add_option("--latitude", words.placement.latitude_deg, "of the place, degrees north")
+      ->check(within(-90.0, 90.0))
+      ->capture_default_str();
+  app.add_option("--elevation", words.placement.elevation_deg, "of the input axis, degrees above the horizon")
+      ->check(within(-90.0, 90.0))
+      ->capture_default_str();
+  app.add_option("--azimuth", words.placement.azimuth_deg, "of the input axis, degrees from north over east")
+      ->check(within(-360.0, 360.0))
+      ->capture_default_str();
+  app.add_option("--outliers", simulation.outliers_per_h, "jumps of the angle in an hour")->check(within(0.0, 1e6));
+  app.add_option("--lose-frames", simulation.lose_frames, "part of the frames that are never sent, 0 to 1")
+      ->check(part);
+  app.add_option("--drop-bytes", simulation.drop_bytes, "part of the bytes that the line swallows, 0 to 1")
+      ->check(part);
+  app.add_option("--damage-bytes", simulation.damage_bytes, "part of the bytes that the line changes, 0 to 1")
+      ->check(part);
 }
 
 void declare_output(CLI::App& app, Words& words, SimOptions& options) {
   app.add_option("--out", options.out, "write a capture, at full speed")->type_name("FILE");
   app.add_option("--truth", options.truth, "write the truth once a second, as CSV")->type_name("FILE");
-  app.add_option("--chunk-bytes", options.chunk_bytes, "bytes of a capture packet (default: what arrives of one frame)")->check(CLI::Range(1, 65536));
+  app.add_option("--chunk-bytes", options.chunk_bytes, "bytes of a capture packet (default: what arrives of one frame)")
+      ->check(within(1, 65536));
   app.add_flag("--pty", options.terminal, "send on a pseudo-terminal and print its path");
   app.add_option("--link", options.link, "the same, with a symbolic link to it")->type_name("PATH");
   app.add_flag("--wait", options.wait, "on a pseudo-terminal: begin when somebody reads");
-  app.add_option("--speed", words.speed, "on a pseudo-terminal: 1 real time, 10 ten times as fast, max")->capture_default_str();
+  app.add_option("--speed", words.speed, "on a pseudo-terminal: 1 real time, 10 ten times as fast, max")
+      ->capture_default_str();
 }
 
 std::optional<int> read_frames(const Words& words, SimOptions& options) {
@@ -88,7 +116,8 @@ std::optional<int> understand(const Words& words, SimOptions& options) {
     char* end = nullptr;
     const double factor = std::strtod(words.speed.c_str(), &end);
     if (words.speed.empty() || *end != '\0' || !(factor >= 1e-3 && factor <= 1e6)) {
-      return complain(kUsage, fmt::format("--speed: found \"{}\", expected max or a number within 0.001 to 1e6", words.speed));
+      return complain(kUsage,
+                      fmt::format("--speed: found \"{}\", expected max or a number within 0.001 to 1e6", words.speed));
     }
     options.speed = factor;
   }

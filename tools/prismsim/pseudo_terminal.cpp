@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -22,7 +21,8 @@ namespace fs = std::filesystem;
 Result<void> make_link(const std::string& link, const std::string& target) {
   std::error_code error;
   const fs::file_status status = fs::symlink_status(link, error);
-  if (fs::exists(status) && !fs::is_symlink(status)) return refuse(link, "is there and no symbolic link; expected a free name");
+  if (fs::exists(status) && !fs::is_symlink(status))
+    return refuse(link, "is there and no symbolic link; expected a free name");
   fs::remove(link, error);
   fs::create_symlink(target, link, error);
   if (error) return refuse(link, fmt::format("the link cannot be made: {}", error.message()));
@@ -85,15 +85,16 @@ void PseudoTerminal::wait_for_room(int milliseconds) const {
   ::poll(&room, 1, milliseconds);
 }
 
-// Nothing tells a master how much its reader has not taken; the other end, opened for a moment, does.
+// Nothing tells a master how much its reader has not taken; the other end, opened for a moment, does: poll() there
+// first carries over what is still on its way, then says whether there is anything.
 bool PseudoTerminal::is_drained() const {
   if (!has_reader()) return true;
   const int slave = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (slave < 0) return true;
-  int waiting = 0;
-  const bool known = ::ioctl(slave, FIONREAD, &waiting) == 0;
+  pollfd waiting{slave, POLLIN, 0};
+  const bool readable = ::poll(&waiting, 1, 0) == 1;
   ::close(slave);
-  return !known || waiting == 0;
+  return !readable;
 }
 
 }  // namespace prism

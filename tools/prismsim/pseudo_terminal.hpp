@@ -12,8 +12,8 @@ namespace prism {
 
 class PseudoTerminal {
  public:
-  /// A new terminal, raw before anybody opens it; `link`, where not empty, becomes a symbolic link to it. A link that is
-  /// there is replaced, anything else there is a refusal.
+  /// A new terminal, raw before anybody opens it; `link`, where not empty, becomes a symbolic link to it. A link that
+  /// is there is replaced, anything else there is a refusal.
   static Result<PseudoTerminal> open(const std::string& link);
 
   PseudoTerminal(PseudoTerminal&& other) noexcept;
@@ -26,11 +26,11 @@ class PseudoTerminal {
   /// True while some program has the other end open.
   bool has_reader() const;
 
-  /// Writes what fits without waiting; the number of bytes taken.
+  /// Writes what there is room for without waiting; the number of bytes taken.
   std::size_t write_some(std::span<const std::uint8_t> bytes);
   /// Waits until there is room or the time is over (or a signal came).
   void wait_for_room(int milliseconds) const;
-  /// True where the reader has taken everything (or is gone).
+  /// True where the reader has taken everything, or nobody reads.
   bool is_drained() const;
 
  private:

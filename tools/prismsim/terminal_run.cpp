@@ -19,7 +19,8 @@ using Steady = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kLookForReader{10}, kSettle{50}, kLeastNap{1}, kDrainFor{5000};
-constexpr std::size_t kMostPending = 4096;  // bytes written in one go: a reader at "max" sees chunks of a real line's size
+constexpr std::size_t kMostPending =
+    2048;  // bytes written in one go: a reader at "max" sees chunks of a real line's size
 
 // steady_clock is CLOCK_MONOTONIC here; unlike sleep_until, this returns when a signal comes.
 void nap_until(Steady::time_point when) {
@@ -36,11 +37,9 @@ void await_reader(const PseudoTerminal& terminal) {
 
 void drain(const PseudoTerminal& terminal) {
   const auto patience = Steady::now() + kDrainFor;
-  int quiet = 0;  // the terminal's own queue refills the reader's: once empty is not yet taken
-  while (quiet < 5 && Steady::now() < patience && !stop_requested()) {
-    quiet = terminal.is_drained() ? quiet + 1 : 0;
+  while (!terminal.is_drained() && Steady::now() < patience && !stop_requested())
     nap_until(Steady::now() + kLookForReader);
-  }
+  nap_until(Steady::now() + kLookForReader);  // for a reader that has taken the bytes and looks at the line once more
 }
 
 class TerminalRun {
@@ -57,7 +56,9 @@ class TerminalRun {
     if (options_.wait || !options_.speed) await_reader(terminal_);
     in_bunches_ = options_.speed && options_.simulation.rate_hz * *options_.speed > 1000;
     start_ = Steady::now();
-    start_ns_ = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+    start_ns_ =
+        std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+            .count();
     const std::uint64_t frames = options_.total_frames();
     while (line_.counters().frames < frames && !stop_requested()) {
       if (options_.speed) await_next_frame();

@@ -40,8 +40,8 @@ Result<void> TruthFile::push(std::int64_t time_ns, const GyroTruth& truth) {
   last_second_ = second;
   row_ = utc_text(second) + ",";
   append_integer(row_, second);
-  const std::pair<double, int> columns[]{{truth.time_s, 6},     {truth.chamber_degc, 5},     {truth.body_degc, 6},
-                                         {truth.inner_degc, 6}, {truth.slope_degc_per_s, 9}, {truth.uhfo_v, 6},
+  const std::pair<double, int> columns[]{{truth.time_s, 6},        {truth.chamber_degc, 5},     {truth.body_degc, 6},
+                                         {truth.inner_degc, 6},    {truth.slope_degc_per_s, 9}, {truth.uhfo_v, 6},
                                          {truth.bias_deg_per_h, 7}};
   for (const auto& [value, decimals] : columns) {
     row_ += ',';

@@ -11,9 +11,7 @@ namespace {
 
 constexpr double kRounding = 1e-9;  // degC
 
-TEST(ChamberProfile, ThePapersCycleIs924BlocksOfHundredSeconds) {
-  EXPECT_EQ(paper_profile().duration_s(), 92400);
-}
+TEST(ChamberProfile, ThePapersCycleIs924BlocksOfHundredSeconds) { EXPECT_EQ(paper_profile().duration_s(), 92400); }
 
 // 2 h at 25; 65 min down to −40; 6 h; 110 min up to 70; 10 h; 45 min down to 25; 4 h.
 TEST(ChamberProfile, ThePapersCycleKeepsItsTimetable) {

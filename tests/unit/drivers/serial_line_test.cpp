@@ -119,6 +119,19 @@ TEST(SerialLine, KeepsASecondReaderOut) {
   EXPECT_TRUE(open_serial_line(on(terminal))) << "the lock outlived its line";
 }
 
+// Two daemons were given the same device by mistake: the one that was refused flushed the other one's bytes on its way
+// out, at every retry.
+TEST(SerialLine, ARefusedReaderTakesNothingFromTheOther) {
+  const PseudoTerminal terminal;
+  const auto line = open_serial_line(on(terminal));
+  ASSERT_TRUE(line);
+  ASSERT_EQ(::write(terminal.master(), "frame", 5), 5);
+  pollfd arrived{line->fd(), POLLIN, 0};
+  ASSERT_EQ(::poll(&arrived, 1, 1000), 1);
+  ASSERT_FALSE(open_serial_line(on(terminal)));
+  EXPECT_EQ(read_some(line->fd()), (std::vector<std::uint8_t>{'f', 'r', 'a', 'm', 'e'}));
+}
+
 TEST(SerialLine, IsClosedWhenForgottenAndNotInherited) {
   const PseudoTerminal terminal;
   int fd = -1;

@@ -52,7 +52,9 @@ Cycle record(const ChamberProfile& profile, std::uint64_t seed) {
   return cycle;
 }
 
-double sd(const Eigen::VectorXd& x) { return std::sqrt((x.array() - x.mean()).square().sum() / static_cast<double>(x.size() - 1)); }
+double sd(const Eigen::VectorXd& x) {
+  return std::sqrt((x.array() - x.mean()).square().sum() / static_cast<double>(x.size() - 1));
+}
 
 double correlation(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   const Eigen::VectorXd a = x.array() - x.mean(), b = y.array() - y.mean();
@@ -72,7 +74,8 @@ TEST(SimulatedGyro, BodyAndInnerFollowTheChamberWithTheirLags) {
   SimulatedGyro gyro(steady_profile(), 1);
   EXPECT_EQ(gyro.truth().body_degc, 25);
   for (int s = 0; s < 65 * 60; ++s) gyro.step(1);
-  // x = 4 (1 − e^−1) after one lag of 65 min; inner: driven by x, with a lag of 240 min, worked out for two lags in a row
+  // x = 4 (1 − e^−1) after one lag of 65 min; inner: driven by x, with a lag of 240 min, worked out for two lags in a
+  // row
   EXPECT_NEAR(gyro.truth().body_degc, 25 + 4 * (1 - std::exp(-1.0)), 1e-6);
   const double inner = 4 * (1 - (240 * std::exp(-65.0 / 240) - 65 * std::exp(-1.0)) / (240 - 65));
   EXPECT_NEAR(gyro.truth().inner_degc, 25 + inner, 1e-4);
@@ -114,7 +117,8 @@ TEST(SimulatedGyro, UhfoNoiseHasItsSizeAndItsTime) {
   for (int minute = 0; minute < 100 * 24 * 60; ++minute) {
     for (int s = 0; s < 60; ++s) gyro.step(1);
     const GyroTruth& truth = gyro.truth();
-    noise.push_back(truth.uhfo_v - 5.32 + 0.0027 * (truth.body_degc - 25) + 0.0018 * (truth.inner_degc - truth.body_degc));
+    noise.push_back(truth.uhfo_v - 5.32 + 0.0027 * (truth.body_degc - 25) +
+                    0.0018 * (truth.inner_degc - truth.body_degc));
   }
   double squares = 0, products = 0;
   for (std::size_t i = 73; i < noise.size(); ++i) {

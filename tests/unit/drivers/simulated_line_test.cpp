@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the virtual gyro puts on the wire is what the decoder and the clock take off it: rate, temperature, voltage, faults.
+// What the virtual gyro puts on the wire is what the decoder and the clock take off it: rate, temperature, voltage,
+// faults.
 #include "drivers/simulated_line.hpp"
 
 #include <gtest/gtest.h>
@@ -87,7 +88,8 @@ TEST(SimulatedLine, HasTheNoiseOfThePapersGyro) {
   double squares = 0;
   for (int k = 0; k < blocks; ++k) {
     double rate = 0, bias = 0;
-    for (int i = 0; i < per_block; ++i) rate += received.samples[static_cast<std::size_t>(k * per_block + i)].rate_deg_per_h / per_block;
+    for (int i = 0; i < per_block; ++i)
+      rate += received.samples[static_cast<std::size_t>(k * per_block + i)].rate_deg_per_h / per_block;
     for (int s = 0; s < 100; ++s) bias += gyro.step(1).bias_deg_per_h / 100;
     squares += (rate - bias) * (rate - bias) / blocks;
   }

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// prismsim's command line: what it means, and what it is refused for.
+#include "tools/prismsim/options.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "tests/support/shared_files.hpp"
+
+namespace prism {
+namespace {
+
+struct Parsed {
+  SimOptions options;
+  std::optional<int> code;
+  std::string complaint;
+};
+
+Parsed parse(std::vector<std::string> words) {
+  words.insert(words.begin(), "prismsim");
+  words.insert(words.end(), {"--frames", std::string(PRISM_SOURCE_DIR) + "/config/frames/trplg.json"});
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  Parsed parsed;
+  testing::internal::CaptureStderr();
+  parsed.code = parse_sim_options(static_cast<int>(argv.size()), argv.data(), parsed.options);
+  parsed.complaint = testing::internal::GetCapturedStderr();
+  return parsed;
+}
+
+TEST(SimOptions, DefaultToOnePaperCycleAtTheDescribedRateInXian) {
+  const Parsed parsed = parse({"--out", "a.pcap"});
+  ASSERT_FALSE(parsed.code) << parsed.complaint;
+  EXPECT_EQ(parsed.options.simulation.profile.name, "paper");
+  EXPECT_EQ(parsed.options.simulation.rate_hz, 200);
+  EXPECT_NEAR(parsed.options.simulation.earth_rate_deg_per_h, 8.4652, 5e-5);
+  EXPECT_EQ(parsed.options.total_frames(), 18'480'000u);
+  EXPECT_FALSE(parsed.options.terminal);
+  EXPECT_EQ(parsed.options.speed, 1.0);
+}
+
+TEST(SimOptions, TakeLengthAndFaultsAndPlace) {
+  const Parsed parsed =
+      parse({"--link", "gyro", "--speed", "max", "--hours", "0.5", "--rate", "1000", "--elevation", "-90", "--outliers",
+             "3", "--lose-frames", "0.25", "--drop-bytes", "1e-3", "--damage-bytes", "1e-4"});
+  ASSERT_FALSE(parsed.code) << parsed.complaint;
+  const SimulationSettings& simulation = parsed.options.simulation;
+  EXPECT_TRUE(parsed.options.terminal);
+  EXPECT_EQ(parsed.options.speed, std::nullopt);
+  EXPECT_EQ(parsed.options.total_frames(), 1'800'000u);
+  EXPECT_NEAR(simulation.earth_rate_deg_per_h, -8.4652, 5e-5);
+  EXPECT_EQ(simulation.outliers_per_h, 3);
+  EXPECT_EQ(simulation.lose_frames, 0.25);
+  EXPECT_EQ(simulation.drop_bytes, 1e-3);
+  EXPECT_EQ(simulation.damage_bytes, 1e-4);
+  EXPECT_EQ(parse({"--out", "a", "--cycles", "2"}).options.duration_s, 2 * 92400);
+}
+
+TEST(SimOptions, WrongOnesAreRefusedInOneLine) {
+  const auto refused = [](std::vector<std::string> words, int code, const std::string& complaint) {
+    const Parsed parsed = parse(std::move(words));
+    EXPECT_EQ(parsed.code, code) << complaint;
+    EXPECT_EQ(parsed.complaint, "prismsim: " + complaint + "\n");
+  };
+  const std::string where = "expected either --out FILE (a capture) or --pty (a pseudo-terminal); see prismsim --help";
+  refused({}, 64, where);
+  refused({"--out", "a", "--pty"}, 64, where);
+  refused({"--out", "a", "--profile", "third"}, 64,
+          "--profile: found profile \"third\", expected paper, second or steady");
+  refused({"--pty", "--speed", "fast"}, 64, "--speed: found \"fast\", expected max or a number within 0.001 to 1e6");
+  refused({"--pty", "--speed", "0"}, 64, "--speed: found \"0\", expected max or a number within 0.001 to 1e6");
+  refused({"--pty", "--speed", "nan"}, 64, "--speed: found \"nan\", expected max or a number within 0.001 to 1e6");
+  refused({"--out", "a", "--hours", "1", "--cycles", "2"}, 64, "--cycles excludes --hours; see prismsim --help");
+  refused({"--out", "a", "--drop-bytes", "1.5"}, 64,
+          "--drop-bytes: found \"1.5\", expected a number within 0 to 1; see prismsim --help");
+  refused({"--out", "a", "--rate", "nan"}, 64,
+          "--rate: found \"nan\", expected a number within 0.01 to 100000; see prismsim --help");
+  refused({"--out", "a", "--chunk-bytes", "-3"}, 64,
+          "--chunk-bytes: found \"-3\", expected a number within 1 to 65536; see prismsim --help");
+  EXPECT_EQ(parse({"--out", "a", "--axis", "q"}).code, 78);
+}
+
+TEST(SimOptions, ADescriptionThatCannotBeReadIsABadConfiguration) {
+  std::vector<std::string> words{"prismsim", "--out", "a", "--frames", "/nowhere/x.json"};
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  SimOptions options;
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(parse_sim_options(static_cast<int>(argv.size()), argv.data(), options), 78);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "prismsim: /nowhere/x.json: cannot be read; expected a frame description\n");
+}
+
+}  // namespace
+}  // namespace prism

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// The truth beside a capture: one row for each whole second, said to be simulated.
+#include "tools/prismsim/truth_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/shared_files.hpp"
+#include "tests/unit/drivers/temporary_folder.hpp"
+
+namespace prism {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+GyroTruth truth_at(double elapsed_s) { return {elapsed_s, 25, 25.5, 25.25, 0.001, 5.32, 0.0123456}; }
+
+std::string rows_of(const std::string& text) { return text.substr(text.find("time_utc")); }
+
+TEST(TruthFile, SaysWhatWasSimulatedAndWritesOneRowASecond) {
+  const test::TemporaryFolder folder;
+  SimulationSettings settings;
+  settings.seed = 42;
+  {
+    auto file = TruthFile::open(folder.file("truth.csv"), settings);
+    ASSERT_TRUE(file) << file.error().text();
+    for (int i = 1; i <= 5; ++i) ASSERT_TRUE(file->push(1'767'225'600 * kSecond + i * kSecond / 2, truth_at(i * 0.5)));
+    ASSERT_TRUE(file->flush());
+  }
+  const std::string text = test::read_file(folder.file("truth.csv"));
+  EXPECT_EQ(text.find("# simulated: "), 0u);
+  EXPECT_NE(text.find("\n# profile: paper\n# seed: 42\n"), std::string::npos);
+  EXPECT_EQ(rows_of(text),
+            "time_utc,time_s,elapsed_s,chamber_degc,body_degc,inner_degc,slope_degc_per_s,uhfo_v,bias_deg_per_h\n"
+            "2026-01-01T00:00:01Z,1767225601,1.000000,25.00000,25.500000,25.250000,0.001000000,5.320000,0.0123456\n"
+            "2026-01-01T00:00:02Z,1767225602,2.000000,25.00000,25.500000,25.250000,0.001000000,5.320000,0.0123456\n");
+}
+
+// A terminal's time begins anywhere within a second: the first row is at the first second that ends.
+TEST(TruthFile, BeginsWithTheFirstWholeSecond) {
+  const test::TemporaryFolder folder;
+  {
+    auto file = TruthFile::open(folder.file("truth.csv"), {});
+    ASSERT_TRUE(file);
+    ASSERT_TRUE(file->push(1'767'225'600 * kSecond + kSecond / 4, truth_at(0.1)));
+    ASSERT_TRUE(file->push(1'767'225'601 * kSecond + kSecond / 4, truth_at(1.1)));
+  }
+  const std::string rows = rows_of(test::read_file(folder.file("truth.csv")));
+  EXPECT_EQ(rows.find("2026-01-01T00:00:01Z,1767225601,1.100000,"), rows.find('\n') + 1);
+}
+
+TEST(TruthFile, IsRefusedWhereItCannotBeWritten) {
+  const auto absent = TruthFile::open("/nowhere/truth.csv", {});
+  ASSERT_FALSE(absent);
+  EXPECT_EQ(absent.error().text(), "/nowhere/truth.csv: cannot be created: No such file or directory");
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  const auto full = TruthFile::open("/dev/full", {});
+  ASSERT_FALSE(full);
+  EXPECT_EQ(full.error().text(), "/dev/full: cannot be written: No space left on device");
+}
+
+}  // namespace
+}  // namespace prism
