@@ -2,10 +2,11 @@
 // As much of JSON Schema (draft 7) as frame.schema.json uses; enough to hold it to the reader.
 #pragma once
 
+#include <regex.h>
+
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <stdexcept>
 #include <string>
 
@@ -49,7 +50,7 @@ class SchemaValidator {
     if (key == "minItems") return !value.is_array() || value.size() >= rule.get<std::size_t>();
     if (key == "maxItems") return !value.is_array() || value.size() <= rule.get<std::size_t>();
     if (key == "minProperties") return !value.is_object() || value.size() >= rule.get<std::size_t>();
-    if (key == "pattern") return !value.is_string() || std::regex_search(value.get<std::string>(), pattern(rule));
+    if (key == "pattern") return !value.is_string() || matches(rule, value);
     if (key == "anyOf") return std::any_of(rule.begin(), rule.end(), [&](const Json& one) { return valid(one, value); });
     if (key == "allOf") return std::all_of(rule.begin(), rule.end(), [&](const Json& one) { return valid(one, value); });
     if (key == "items") return !value.is_array() || std::all_of(value.begin(), value.end(), [&](const Json& one) { return valid(rule, one); });
@@ -59,9 +60,12 @@ class SchemaValidator {
     throw std::runtime_error("the validator does not know " + key);
   }
 
-  const std::regex& pattern(const std::string& text) const {
-    const auto known = patterns_.find(text);
-    return known != patterns_.end() ? known->second : patterns_.emplace(text, std::regex(text)).first->second;
+  /// The patterns of the schema are POSIX expressions too. Compiled once and kept until the tests end.
+  static bool matches(const std::string& pattern, const std::string& text) {
+    static std::map<std::string, regex_t> compiled;
+    const auto [at, is_new] = compiled.try_emplace(pattern);
+    if (is_new && regcomp(&at->second, pattern.c_str(), REG_EXTENDED | REG_NOSUB) != 0) throw std::runtime_error("no pattern: " + pattern);
+    return regexec(&at->second, text.c_str(), 0, nullptr, 0) == 0;
   }
 
   static bool has_all(const Json& required, const Json& value) {
@@ -83,7 +87,6 @@ class SchemaValidator {
   }
 
   Json root_;
-  mutable std::map<std::string, std::regex> patterns_;
 };
 
 }  // namespace prism::test
