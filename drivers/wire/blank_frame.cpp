@@ -13,6 +13,22 @@
 namespace prism {
 namespace {
 
+/// {field:form} of a template.
+struct Placeholder {
+  std::string_view field, form;
+};
+
+Placeholder placeholder(std::string_view inner) {
+  const std::size_t colon = inner.find(':');
+  return {inner.substr(0, colon), colon == std::string_view::npos ? std::string_view() : inner.substr(colon + 1)};
+}
+
+std::string print_number(std::string_view form, double number) {
+  const bool whole = form.ends_with('d') || form.ends_with('x') || form.ends_with('X');
+  const std::string pattern = fmt::format("{{:{}}}", form);
+  return whole ? fmt::format(fmt::runtime(pattern), std::llround(number)) : fmt::format(fmt::runtime(pattern), number);
+}
+
 void append_number(std::vector<std::uint8_t>& out, std::uint64_t value, std::size_t size, bool big_endian) {
   for (std::size_t i = 0; i < size; ++i) out.push_back(static_cast<std::uint8_t>(value >> 8 * (big_endian ? size - 1 - i : i)));
 }
@@ -102,6 +118,23 @@ std::vector<std::uint8_t> blank_frame(const FrameKind& kind) {
   return frame;
 }
 
+std::string template_fault(const FrameKind& kind) {
+  const std::string_view text = kind.text.write;
+  for (std::size_t at = text.find_first_of("{}"); at != std::string_view::npos; at = text.find_first_of("{}", at)) {
+    const std::size_t close = text.find('}', at);
+    if (text[at] == '}' || close == std::string_view::npos) return "has a brace without its partner";
+    const Placeholder place = placeholder(text.substr(at + 1, close - at - 1));
+    if (field_index(kind, place.field) < 0) return fmt::format("names \"{}\", which is no field of this kind", place.field);
+    try {
+      print_number(place.form, 0);
+    } catch (const fmt::format_error&) {
+      return fmt::format("has the form \"{}\"; expected one like 9.6f, d or 08x", place.form);
+    }
+    at = close + 1;
+  }
+  return {};
+}
+
 std::vector<std::uint8_t> print_frame(const FrameKind& kind, std::span<const double> raw) {
   std::string out;
   std::string_view left = kind.text.write;
@@ -110,14 +143,8 @@ std::vector<std::uint8_t> print_frame(const FrameKind& kind, std::span<const dou
     out += left.substr(0, open);
     if (open == std::string_view::npos) break;
     const std::size_t close = left.find('}', open);
-    const std::string_view inner = left.substr(open + 1, close - open - 1);
-    const std::size_t colon = inner.find(':');
-    const int field = field_index(kind, inner.substr(0, colon));
-    const std::string_view form = colon == std::string_view::npos ? "" : inner.substr(colon + 1);
-    const double number = raw[static_cast<std::size_t>(field)];
-    const bool whole = form.ends_with('d') || form.ends_with('x') || form.ends_with('X');
-    const std::string pattern = fmt::format("{{:{}}}", form);
-    out += whole ? fmt::format(fmt::runtime(pattern), std::llround(number)) : fmt::format(fmt::runtime(pattern), number);
+    const Placeholder place = placeholder(left.substr(open + 1, close - open - 1));
+    out += print_number(place.form, raw[static_cast<std::size_t>(field_index(kind, place.field))]);
     left.remove_prefix(close + 1);
   }
   for (const CheckRule& check : kind.checks) {

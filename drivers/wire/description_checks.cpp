@@ -8,6 +8,8 @@
 #include <bit>
 #include <set>
 
+#include "drivers/wire/blank_frame.hpp"
+
 namespace prism {
 namespace {
 
@@ -22,7 +24,10 @@ class KindCheck {
   void check_all() {
     check_sync();
     for (const CheckRule& check : kind_.checks) check_coverage(check);
-    if (kind_.text.present) return;
+    if (kind_.text.present) {
+      const std::string fault = template_fault(kind_);
+      return fault.empty() ? void() : refuse("/text/write", fault);
+    }
     for (const Field& field : kind_.fields) check_inside(field);
     if (problems_.any()) return;
     check_overlaps();

@@ -64,6 +64,9 @@ class FrameDecoder {
   bool waiting() const { return !held_.empty(); }
   const DecoderCounters& counters() const { return counters_; }
   const FrameDescription& description() const { return *description_; }
+  const FrameDescriptionPtr& description_ptr() const { return description_; }
+  /// Bytes that are not decided yet.
+  std::size_t held_bytes() const { return held_.size(); }
 
  private:
   /// The bytes up to stream offset `end` had arrived at `arrival_ns`.

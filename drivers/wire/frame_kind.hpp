@@ -102,6 +102,7 @@ struct FrameKind {
   KindRoles roles;
   std::uint32_t header_bytes = 1;  ///< what must be there before the length is known
   int check_bits = 0;              ///< all checks together
+  int known_bits = 0;              ///< checks, sync, terminator and (at most 16) body rules: what says "frame"
   int confirmations = 1;           ///< good frames in a row before the first is believed
   bool weak = false;  ///< recognised by less than 16 bits in all: every break asks for confirmation again
 

@@ -170,15 +170,17 @@ void measure(FrameKind& kind) {
   kind.header_bytes = header;
 }
 
-/// Check bits, and how many good frames in a row it takes to believe a weak kind: until 32 bits have spoken.
+/// How many bits say that this is a frame, and how many good ones in a row it takes to believe a weak kind: until 32 bits
+/// have spoken.
 void weigh(FrameKind& kind) {
   for (const CheckRule& check : kind.checks) kind.check_bits += check.bits;
-  int all_bits = kind.check_bits;
-  for (const ByteRule& rule : kind.sync) all_bits += std::popcount(rule.mask);
+  kind.known_bits = kind.check_bits + 8 * static_cast<int>(kind.length.terminator.size());
+  for (const ByteRule& rule : kind.sync) kind.known_bits += std::popcount(rule.mask);
   const int body_bits = kind.text.present ? 8 * static_cast<int>(kind.length.min) : static_cast<int>(kind.body.size());
-  all_bits += std::min(body_bits, 16);
-  kind.weak = all_bits < 16;
-  kind.confirmations = kind.check_bits >= 16 ? 1 : std::clamp((31 + all_bits) / std::max(all_bits, 1), 2, 16);
+  kind.known_bits += std::min(body_bits, 16);
+  kind.weak = kind.known_bits < 16;
+  const int frames = (31 + kind.known_bits) / std::max(kind.known_bits, 1);
+  kind.confirmations = kind.check_bits >= 16 ? 1 : std::clamp(frames, 2, 16);
 }
 
 }  // namespace

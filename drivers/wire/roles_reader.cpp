@@ -80,27 +80,34 @@ double read_unit(const Section& s, GyroMeaning meaning, const GyroChoice& choice
   return unit.starts_with("deg/s") || unit == "deg" ? kArcsecPerDegree : unit.starts_with("rad") ? kArcsecPerRadian : 1;
 }
 
-void read_axis(const Section& gyro, const GyroChoice& choice, FrameDescription& description) {
-  const Json& axes = gyro.at("axes");
-  if (!axes.is_object() || axes.empty()) return gyro.refuse("axes", found(axes) + " is not an object of at least one axis");
-  for (const auto& [name, json] : axes.items()) description.axes.push_back(name);
-  GyroRule& rule = description.gyro;
-  rule.axis = choice.axis.empty() ? description.axes.front() : choice.axis;
-  if (!axes.contains(rule.axis)) {
-    return gyro.refuse("axes", fmt::format("has no axis \"{}\"; expected one of {}", rule.axis, fmt::join(description.axes, ", ")));
-  }
-  const Json& axis = axes[rule.axis];
-  const std::string pointer = gyro.pointer("axes/" + rule.axis);
-  if (!axis.is_object()) {
-    const Json wrapped = {{"field", axis}};
-    return assign(Section(gyro.problems(), wrapped, pointer, "axis"), "field", description, &KindRoles::gyro);
-  }
-  const Section s(gyro.problems(), axis, pointer, "axis");
+/// One axis: its fields, its sign and its validity. `json` is the name of a field, several, or an object.
+void read_axis(const Section& gyro, const std::string& name, const Json& json, FrameDescription& description) {
+  const Json wrapped = json.is_object() ? Json() : Json{{"field", json}};
+  const Section s(gyro.problems(), json.is_object() ? json : wrapped, gyro.pointer("axes/" + name), "axis");
   assign(s, "field", description, &KindRoles::gyro);
   const double sign = s.number("sign", -1, 1, 1);
   if (std::abs(sign) != 1) s.refuse("sign", fmt::format("{} is neither 1 nor -1", sign));
-  rule.scale *= sign;
+  description.gyro.scale *= sign;
   read_valids(s, description);
+}
+
+/// The chosen axis goes into the description; the others are read all the same, so that a slip in them is not first found
+/// by whoever chooses them.
+void read_axes(const Section& gyro, const GyroChoice& choice, FrameDescription& description) {
+  const Json& axes = gyro.at("axes");
+  if (!axes.is_object() || axes.empty()) return gyro.refuse("axes", found(axes) + " is not an object of at least one axis");
+  for (const auto& [name, json] : axes.items()) description.axes.push_back(name);
+  std::string& chosen = description.gyro.axis;
+  chosen = choice.axis.empty() ? description.axes.front() : choice.axis;
+  if (!axes.contains(chosen)) {
+    return gyro.refuse("axes", fmt::format("has no axis \"{}\"; expected one of {}", chosen, fmt::join(description.axes, ", ")));
+  }
+  for (const auto& [name, json] : axes.items()) {
+    if (name == chosen) continue;
+    FrameDescription scratch = description;
+    read_axis(gyro, name, json, scratch);
+  }
+  read_axis(gyro, chosen, axes[chosen], description);
 }
 
 void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& description) {
@@ -112,7 +119,7 @@ void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& des
   rule.interval_s = s.number("interval_s", 1e-6, 1e4, 0);
   if (rule.interval_s != 0 && rule.meaning != GyroMeaning::kIncrement) s.refuse("interval_s", "belongs to an increment only");
   read_valids(s, description);
-  read_axis(s, choice, description);
+  read_axes(s, choice, description);
   const Field* field = first_with(description, &KindRoles::gyro);
   if (rule.meaning != GyroMeaning::kAccumulated) {
     if (s.has("wrap")) s.refuse("wrap", "belongs to an accumulated angle only");

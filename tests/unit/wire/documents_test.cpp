@@ -24,5 +24,48 @@ TEST(Documents, TheWorkedExamplesOfTheWirePageAreTestVectors) {
   }
 }
 
+std::string frames_page() { return test::read_file(std::filesystem::path(PRISM_SOURCE_DIR) / "docs" / "frames.md"); }
+
+/// The JSON of the course in docs/frames.md.
+std::string course_description() {
+  const std::string page = frames_page();
+  const std::size_t begin = page.find("```json\n") + 8;
+  return page.substr(begin, page.find("```\n", begin) - begin);
+}
+
+TEST(Documents, TheDescriptionOfTheCourseLoadsAndDecodesItsVector) {
+  const auto description = test::description_of(course_description());
+  ASSERT_EQ(description->test_vectors.size(), 1u);
+  const auto proved = run_test_vectors(*description);
+  EXPECT_TRUE(proved) << proved.error().text();
+}
+
+/// What the reader says to the course's description after one change.
+std::string refusal(const std::string& from, const std::string& to) {
+  std::string text = course_description();
+  text.replace(text.find(from), from.size(), to);
+  const auto parsed = parse_frame_description(text, "ex-1.json");
+  if (!parsed) return parsed.error().text();
+  const auto proved = run_test_vectors(**parsed);
+  return proved ? "accepted" : proved.error().text();
+}
+
+TEST(Documents, TheRefusalsThatTheCourseShowsAreTheReadersOwn) {
+  const std::string page = frames_page();
+  for (const auto& [from, to] : {std::pair{"\"at\": 4, \"type\": \"u8\"", "\"at\": 4, \"type\": \"u16\""},
+                                 std::pair{"\"rate_hz\": 100", "\"rate_hz\": 2000"},
+                                 std::pair{"FF DF 07 2A 98 01 01 41", "FF DF 06 2A 98 01 01 23"}}) {
+    EXPECT_NE(page.find("    " + refusal(from, to) + "\n"), std::string::npos) << refusal(from, to);
+  }
+}
+
+TEST(Documents, EveryShippedDescriptionIsListed) {
+  const std::string page = frames_page();
+  for (const auto& entry : std::filesystem::directory_iterator(test::frames_dir())) {
+    if (entry.path().stem() == "frame.schema") continue;
+    EXPECT_NE(page.find("`" + entry.path().stem().string() + "`"), std::string::npos) << entry.path().stem();
+  }
+}
+
 }  // namespace
 }  // namespace prism

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// Conversions against published tables, and back.
+#include "drivers/wire/conversion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace prism {
+namespace {
+
+// IEC 60751, table 1 (PT100), printed to 0.01 ohm; the middle three to 0.0001 ohm.
+TEST(Platinum, GivesTheTableOfIec60751) {
+  EXPECT_NEAR(platinum_ohm(-200, 100), 18.52, 0.005);
+  EXPECT_NEAR(platinum_ohm(-100, 100), 60.26, 0.005);
+  EXPECT_NEAR(platinum_ohm(-40, 100), 84.2707, 5e-5);
+  EXPECT_NEAR(platinum_ohm(0, 100), 100, 1e-12);
+  EXPECT_NEAR(platinum_ohm(25, 100), 109.7347, 5e-5);
+  EXPECT_NEAR(platinum_ohm(70, 100), 127.0751, 5e-5);
+  EXPECT_NEAR(platinum_ohm(850, 100), 390.48, 0.005);
+}
+
+TEST(Platinum, IsInvertedToAMicrokelvinOverItsWholeRange) {
+  for (double t = -199.9; t < 850; t += 0.37) {
+    ASSERT_NEAR(platinum_degc(platinum_ohm(t, 100), 100), t, 1e-6) << t;
+    ASSERT_NEAR(platinum_degc(platinum_ohm(t, 1000), 1000), t, 1e-6) << t;
+  }
+  EXPECT_TRUE(std::isnan(platinum_degc(10, 100))) << "below -200 degC";
+  EXPECT_TRUE(std::isnan(platinum_degc(400, 100))) << "above 850 degC";
+}
+
+TEST(Bridge, IsTheRatioOfItsArms) {
+  const ConversionStep bridge = BridgeStep{32767, 10000};
+  EXPECT_DOUBLE_EQ(convert(bridge, 16383.5), 10000);
+  EXPECT_NEAR(convert_back(bridge, 10000), 16383.5, 1e-9);
+  EXPECT_TRUE(std::isnan(convert(bridge, 32767))) << "an open bridge";
+  EXPECT_TRUE(std::isnan(convert(bridge, -1)));
+}
+
+// Steinhart and Hart's equation with the coefficients of a common 10 kohm thermistor: 25 degC at 10 kohm.
+TEST(Thermistor, GivesItsNominalPointAndIsInverted) {
+  const ConversionStep ntc = ThermistorStep{1.129241e-3, 2.341077e-4, 0, 8.775468e-8};
+  EXPECT_NEAR(convert(ntc, 10'000), 25, 0.01);
+  for (const double degc : {-40.0, 0.0, 25.0, 70.0, 110.0}) EXPECT_NEAR(convert(ntc, convert_back(ntc, degc)), degc, 1e-9);
+  EXPECT_TRUE(std::isnan(convert(ntc, 0)));
+}
+
+TEST(Table, IsStraightBetweenItsPointsAndUnknownOutside) {
+  const ConversionStep table = TableStep{{0, 10, 20}, {100, 50, 40}};
+  EXPECT_DOUBLE_EQ(convert(table, 0), 100);
+  EXPECT_DOUBLE_EQ(convert(table, 5), 75);
+  EXPECT_DOUBLE_EQ(convert(table, 15), 45);
+  EXPECT_DOUBLE_EQ(convert(table, 20), 40);
+  EXPECT_DOUBLE_EQ(convert_back(table, 45), 15);
+  EXPECT_TRUE(std::isnan(convert(table, 20.1)));
+  EXPECT_TRUE(std::isnan(convert(table, std::nan(""))));
+}
+
+TEST(Polynomial, IsInverted) {
+  const ConversionStep cubic = PolynomialStep{{1, 2, 0.03, -0.001}};
+  EXPECT_DOUBLE_EQ(convert(cubic, 2), 1 + 4 + 0.12 - 0.008);
+  for (const double x : {-5.0, 0.0, 3.0, 12.0}) EXPECT_NEAR(convert_back(cubic, convert(cubic, x)), x, 1e-9);
+  EXPECT_TRUE(std::isnan(convert_back(PolynomialStep{{5}}, 5))) << "a constant has no inverse";
+}
+
+TEST(Scaling, ChainsItsStepsAndUndoesThem) {
+  const Scaling scaling{25e-6, 0, {PlatinumStep{100}}, -100, 150};
+  EXPECT_NEAR(scaling.apply(4389386), 25, 1e-4);
+  EXPECT_NEAR(scaling.invert(25), 4389386, 0.5);
+  EXPECT_TRUE(scaling.admits(25));
+  EXPECT_FALSE(scaling.admits(151));
+  EXPECT_FALSE(scaling.admits(std::nan("")));
+}
+
+}  // namespace
+}  // namespace prism

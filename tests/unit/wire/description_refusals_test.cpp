@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// Every slip in a description is refused in one line that says where, what was found and what was expected.
+#include <gtest/gtest.h>
+
+#include "tests/unit/wire/descriptions.hpp"
+
+namespace prism {
+namespace {
+
+// A small good description; each row of the table below breaks it in one place.
+constexpr const char* kGood = R"({
+  "format": "prism-frames", "version": 1, "name": "small", "line": {"baud": 9600}, "rate_hz": 10,
+  "kinds": [{"name": "k", "sync": {"bytes": "AB CD"}, "length": 12,
+             "checks": {"kind": "crc", "width": 16, "poly": "0x1021", "to": -2, "at": -2},
+             "fields": {"rate": {"at": 2, "type": "s32"}, "flags": {"at": 6, "type": "u8"}, "low": {"at": 6, "type": "u4"},
+                        "t": {"at": 7, "type": "s16", "when": {"field": "low", "values": [1, 2]}}, "n": {"at": 9, "type": "u8"}}}],
+  "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "rate"}},
+  "counter": {"field": "n"}, "temperature": {"field": "t"}})";
+
+std::string refusal(const std::string& from, const std::string& to) {
+  std::string text = kGood;
+  const std::size_t at = text.find(from);
+  if (at == std::string::npos) return "the test's own text has no " + from;
+  text.replace(at, from.size(), to);
+  const auto parsed = parse_frame_description(text, "f.json");
+  return parsed ? "accepted" : parsed.error().text();
+}
+
+TEST(Description, AGoodOneIsTakenWithItsTables) {
+  const auto parsed = parse_frame_description(kGood, "f.json");
+  ASSERT_TRUE(parsed) << parsed.error().text();
+  const FrameDescription& d = **parsed;
+  EXPECT_EQ(d.name, "small");
+  EXPECT_EQ(d.max_frame_bytes, 12u);
+  EXPECT_EQ(d.wire.bits_per_byte(), 10);
+  EXPECT_EQ(d.counter->modulus, 256u);
+  EXPECT_TRUE(d.temperature.present);
+  EXPECT_FALSE(d.uhfo.present);
+  EXPECT_EQ(d.id.size(), 16u);
+  EXPECT_EQ(d.kinds[0].check_bits, 16);
+}
+
+struct Slip {
+  const char* from;
+  const char* to;
+  const char* message;
+};
+
+class Refusals : public testing::TestWithParam<Slip> {};
+
+TEST_P(Refusals, SayWhereWhatAndWhatWasExpected) { EXPECT_EQ(refusal(GetParam().from, GetParam().to), GetParam().message); }
+
+INSTANTIATE_TEST_SUITE_P(
+    Slips, Refusals,
+    testing::Values(
+        Slip{"\"version\": 1", "\"version\": 2", "f.json:/version: 2 is not a whole number from 1 to 1"},
+        Slip{"\"baud\": 9600", "\"baud\": 9600, \"bauds\": 1", "f.json:/line/bauds: unknown key; expected one of baud, data_bits, parity, stop_bits"},
+        Slip{"\"baud\": 9600", "\"baud\": \"fast\"", "f.json:/line/baud: \"fast\" is not a whole number from 50 to 20000000"},
+        Slip{"\"rate_hz\": 10", "\"rate_hz\": 1000", "f.json:/rate_hz: 1000 frames/s of 12 bytes need 1250 % of a line of 9600 baud; expected at most 100 %"},
+        Slip{"\"AB CD\"", "\"AB C\"", "f.json:/kinds/0/sync/bytes: \"AB C\" is not text of hex bytes like \"A5 5A\""},
+        Slip{"\"bytes\": \"AB CD\"", "\"bytes\": \"AB CD\", \"mask\": \"FF\"", "f.json:/kinds/0/sync/mask: has 1 bytes; expected 2 as in \"bytes\""},
+        Slip{"{\"bytes\": \"AB CD\"}", "[{\"bytes\": \"AB\"}, {\"bytes\": \"CD\"}]", "f.json:/kinds/0/sync: says byte 0 twice"},
+        Slip{"{\"bytes\": \"AB CD\"}", "{\"at\": 20, \"bytes\": \"AB\"}", "f.json:/kinds/0/sync: byte 20 is outside the frame of 12 bytes"},
+        Slip{"\"length\": 12", "\"length\": {\"at\": 1, \"type\": \"u8\", \"min\": 9, \"max\": 8}", "f.json:/kinds/0/length/max: 8 is below min 9"},
+        Slip{"\"to\": -2, \"at\": -2", "\"to\": 0, \"at\": -2", "f.json:/kinds/0/checks: the CRC at -2 stands inside the bytes 0 to 0 that it covers"},
+        Slip{"\"to\": -2, \"at\": -2", "\"to\": -2, \"at\": 11", "f.json:/kinds/0/checks: a check of 2 bytes at 11 is outside the frame of 12 bytes"},
+        Slip{"\"n\": {\"at\": 9", "\"n\": {\"at\": 10", "f.json:/kinds/0/fields/n: overlaps a check"},
+        Slip{"\"n\": {\"at\": 9", "\"n\": {\"at\": 12", "f.json:/kinds/0/fields/n: bytes 12 to 12 are outside its 12 bytes"},
+        Slip{"\"flags\": {\"at\": 6, \"type\": \"u8\"}", "\"flags\": {\"at\": 5, \"type\": \"u16\"}",
+             "f.json:/kinds/0/fields/flags: overlaps a part of \"rate\"; expected none of it or all"},
+        Slip{"\"type\": \"s32\"", "\"type\": \"int32\"", "f.json:/kinds/0/fields/rate/type: \"int32\" is none of u1 to u64, s2 to s64, f32, f64, decimal, hex"},
+        Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"order\": [0, 1, 2, 2]", "f.json:/kinds/0/fields/rate/order: is not an order of the bytes 0 to 3, the most significant first"},
+        Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"scale\": 0", "f.json:/kinds/0/fields/rate/scale: 0 makes every value the same; expected another number"},
+        Slip{"\"field\": \"low\"", "\"field\": \"n\"", "f.json:/kinds/0/fields/t/when/field: no field \"n\" stands before this one"},
+        Slip{"{\"z\": \"rate\"}", "{\"z\": \"speed\"}", "f.json:/gyro/axes/z/field: \"speed\" is a field of no kind"},
+        Slip{"{\"z\": \"rate\"}", "{}", "f.json:/gyro/axes: an object is not an object of at least one axis"},
+        Slip{"\"unit\": \"deg/h\"", "\"unit\": \"deg\"", "f.json:/gyro/unit: \"deg\" is not one of deg/h, arcsec/s, deg/s, rad/s, pulse/s"},
+        Slip{"{\"field\": \"n\"}", "{\"field\": \"n\", \"modulus\": 512}", "f.json:/counter/modulus: 512 is more than the field's 256"},
+        Slip{"{\"field\": \"n\"}", "{\"field\": \"n\", \"step\": 300}", "f.json:/counter/modulus: 256 is not above the step of 300 ticks a frame"},
+        Slip{"{\"field\": \"t\"}", "{\"field\": \"t\", \"high\": \"n\"}", "f.json:/temperature/high: belongs to halves (\"high\", \"low\"); with \"field\" the field itself says it"}));
+
+TEST(Description, WhatIsNoJsonIsRefusedWithItsLine) {
+  const auto parsed = parse_frame_description("{\n  \"format\": \"prism-frames\",\n  oops\n}", "f.json");
+  ASSERT_FALSE(parsed);
+  EXPECT_EQ(parsed.error().text(), "f.json:3: is not JSON here; expected a frame description (docs/frames.md)");
+}
+
+TEST(Description, AChoiceMustFit) {
+  GyroChoice axis;
+  axis.axis = "w";
+  EXPECT_EQ(parse_frame_description(kGood, "f.json", axis).error().text(), "f.json:/gyro/axes: has no axis \"w\"; expected one of z");
+  GyroChoice scale;
+  scale.scale_factor_arcsec_per_pulse = 0.5;
+  EXPECT_EQ(parse_frame_description(kGood, "f.json", scale).error().text(),
+            "f.json:/gyro/unit: is \"deg/h\": a scale factor in arcsec/pulse has no use here");
+}
+
+TEST(Description, AChoiceReachesTheScale) {
+  GyroChoice choice;
+  choice.scale_factor_arcsec_per_pulse = 0.25;
+  choice.sign = -1;
+  EXPECT_EQ(test::shipped("trplg", choice)->gyro.scale, -0.25);
+  choice = {};
+  choice.axis = "y";
+  EXPECT_NEAR(test::shipped("novatel-rawimusx", choice)->gyro.scale, -206264.806, 1e-3) << "the log carries minus y";
+}
+
+TEST(Description, TheIdFollowsTheMeaningAndNotTheComments) {
+  const std::string with_comment = std::string("// a comment\n") + kGood;
+  EXPECT_EQ(test::description_of(with_comment)->id, test::description_of(kGood)->id);
+  std::string other = kGood;
+  other.replace(other.find("\"small\""), 7, "\"other\"");
+  EXPECT_NE(test::description_of(other)->id, test::description_of(kGood)->id);
+}
+
+}  // namespace
+}  // namespace prism

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+// frame.schema.json (for editors) and the reader say the same: the same keys, and no text that the one takes and the other
+// refuses for its form. The reader knows more (references, overlaps, speeds), so it may refuse more.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <set>
+
+#include "drivers/wire/json_section.hpp"
+#include "tests/unit/wire/descriptions.hpp"
+#include "tests/unit/wire/schema_validator.hpp"
+
+namespace prism {
+namespace {
+
+Json load(const std::filesystem::path& path) { return Json::parse(test::read_file(path), nullptr, true, true); }
+
+/// With one test vector only: they are all alike, and each change costs a run of both readers.
+Json load_short(const std::string& name) {
+  Json description = load(test::frames_dir() / (name + ".json"));
+  if (description.contains("vectors")) description["vectors"].get_ref<Json::array_t&>().resize(1);
+  return description;
+}
+
+Json schema() { return load(test::frames_dir() / "frame.schema.json"); }
+
+std::vector<std::pair<std::string, Json>> shipped_json() {
+  std::vector<std::pair<std::string, Json>> all;
+  for (const auto& entry : std::filesystem::directory_iterator(test::frames_dir())) {
+    if (entry.path().extension() == ".json" && entry.path().stem() != "frame.schema") all.emplace_back(entry.path().stem(), load(entry.path()));
+  }
+  return all;
+}
+
+bool reader_accepts(const Json& description) { return parse_frame_description(description.dump(), "x").has_value(); }
+
+TEST(Schema, HasTheKeysOfTheReaderAndNoOthers) {
+  const Json whole = schema();
+  std::set<std::string> sections;
+  for (const std::string& section : section_names()) {
+    const Json& object = section == "description" ? whole : whole.at("definitions").at(section);
+    std::set<std::string> written;
+    for (const auto& [key, value] : object.at("properties").items()) written.insert(key);
+    const std::vector<std::string>& known = section_keys(section);
+    EXPECT_EQ(written, std::set<std::string>(known.begin(), known.end())) << section;
+    sections.insert(section);
+  }
+  for (const auto& [name, definition] : whole.at("definitions").items()) {
+    EXPECT_TRUE(!definition.contains("properties") || sections.contains(name)) << name << " is no section of the reader";
+  }
+}
+
+TEST(Schema, TakesEveryShippedDescription) {
+  const test::SchemaValidator validator(schema());
+  for (const auto& [name, description] : shipped_json()) EXPECT_TRUE(validator.accepts(description)) << name;
+}
+
+/// Calls visit(pointer) for every value of a document.
+void walk(const Json& json, const Json::json_pointer& at, const std::function<void(const Json::json_pointer&)>& visit) {
+  if (!at.empty()) visit(at);
+  if (json.is_object()) {
+    for (const auto& [key, value] : json.items()) walk(value, at / key, visit);
+  } else if (json.is_array()) {
+    for (std::size_t i = 0; i < json.size(); ++i) walk(json[i], at / i, visit);
+  }
+}
+
+std::vector<Json> wrong_values() {
+  return {nullptr, -1, 3, 1e12, "", "0x7", Json::array({1, 2}), Json{{"what", 1}}};
+}
+
+// Every value of a description is replaced by values of every type, one at a time. Where the schema refuses the result,
+// the reader does too; where the reader takes it, the schema does too.
+TEST(Schema, RefusesNoFormThatTheReaderTakes) {
+  const test::SchemaValidator validator(schema());
+  int refused_by_both = 0;
+  for (const char* name : {"trplg", "fizoptika", "microstrain-mip", "ixblue-phins-nmea"}) {
+    const Json original = load_short(name);
+    ASSERT_TRUE(reader_accepts(original));
+    walk(original, Json::json_pointer(), [&](const Json::json_pointer& at) {
+      for (const Json& wrong : wrong_values()) {
+        Json changed = original;
+        changed[at] = wrong;
+        const bool read = reader_accepts(changed);
+        const bool formed = validator.accepts(changed);
+        EXPECT_FALSE(read && !formed) << name << at.to_string() << " = " << wrong.dump() << ": only the schema refuses it";
+        refused_by_both += !read && !formed ? 1 : 0;
+      }
+    });
+  }
+  EXPECT_GT(refused_by_both, 1500);
+}
+
+// What the schema takes the reader may refuse, but not for a key or a type: those belong into the schema.
+TEST(Schema, RefusesTheTypesAndKeysThatTheReaderRefuses) {
+  const test::SchemaValidator validator(schema());
+  for (const char* name : {"trplg", "fizoptika", "microstrain-mip", "dsp3000-ascii"}) {
+    const Json original = load_short(name);
+    walk(original, Json::json_pointer(), [&](const Json::json_pointer& at) {
+      for (const Json& wrong : {Json(nullptr), Json(true), Json::object({{"what", 1}})}) {
+        if (original.at(at).type() == wrong.type()) continue;
+        Json changed = original;
+        changed[at] = wrong;
+        EXPECT_FALSE(validator.accepts(changed)) << name << at.to_string() << " = " << wrong.dump();
+        EXPECT_FALSE(reader_accepts(changed)) << name << at.to_string() << " = " << wrong.dump();
+      }
+    });
+  }
+}
+
+}  // namespace
+}  // namespace prism
