@@ -32,6 +32,18 @@ MAY = {
     TOOLS: ({CORE, TRAINING, EVALUATION, WIRE, DRIVERS, CONFIG, TOOLS}, "(?!)"),
     TESTS: (set(ROOMS), "(?!)"),
 }
+# room: libraries that its CMakeLists.txt may never name
+ASYNC = r"prism_boost|spdlog|PCAP|SYSTEMD|CLI11"
+MAY_NOT_LINK = {
+    CORE: ASYNC + "|Boost::|Threads::|prism_(?:wire|clock|drivers|simulation|config|daemon|training|evaluation)",
+    TRAINING: ASYNC + "|prism_(?:wire|clock|drivers|simulation|config|daemon)",
+    EVALUATION: ASYNC + "|Threads::|prism_(?:wire|clock|drivers|simulation|config|daemon|training)",
+    WIRE: ASYNC + "|Threads::|prism_(?:compensation|training|evaluation|drivers|config|daemon)",
+    DRIVERS: "spdlog|SYSTEMD|CLI11|prism_(?:compensation|training|evaluation|config|daemon)",
+    CONFIG: ASYNC + "|prism_(?:daemon|training|evaluation)",
+    DAEMON: "prism_(?:training|evaluation|simulation)",
+    TOOLS: "prism_daemon",
+}
 CLOCKLESS = {CORE, TRAINING, EVALUATION, WIRE}
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
 JSON_READERS = re.compile(r"^compensation/(json_section|model_kinds|[a-z]+_text)\.[ch]pp$")
@@ -81,6 +93,15 @@ def check_includes(path, text):
             yield line, f'"{name}" is not written from the top of the tree'
         elif target not in rooms and not (room in (WIRE, DRIVERS) and name in VOCABULARY):
             yield line, f"{room} may not include {target} ({name})"
+
+
+def check_links(path, text):
+    room = room_of(path)
+    if not path.endswith("CMakeLists.txt") or room not in MAY_NOT_LINK:
+        return
+    for command in re.finditer(r"(?:\bLINK\b|target_link_libraries)[^)]*", re.sub(r"#[^\n]*", blank, text)):
+        for match in re.finditer(rf"\b(?:{MAY_NOT_LINK[room]})\w*", command.group()):
+            yield line_of(text, command.start() + match.start()), f"{room} may not link {match.group()}"
 
 
 def check_clocks(path, text):
@@ -182,7 +203,7 @@ def check_executable(path, text, mode):
         yield 1, "an executable file without '#!'"
 
 
-RULES = [check_includes, check_clocks, check_first_lines, check_words, check_size, check_waiting]
+RULES = [check_includes, check_links, check_clocks, check_first_lines, check_words, check_size, check_waiting]
 
 
 def files_of(root):

@@ -5,6 +5,7 @@ import os
 CPP = "// SPDX-License-Identifier: MIT\n"
 HPP = CPP + "// A header that says what it is for.\n#pragma once\n"
 SH = "#!/bin/sh\n# SPDX-License-Identifier: MIT\n"
+CMAKE = "# SPDX-License-Identifier: MIT\n"
 TASK = CPP + "awaitable<void> task() {\n"
 
 # path, content, and what must be said about it
@@ -34,6 +35,10 @@ BREACHES = [
     ("tools/a.cpp", CPP + '#include "daemon/live.hpp"\n', "tools may not include daemon"),
     ("tools/a.cpp", CPP + '#include "../config/config.hpp"\n', "not written from the top"),
     ("tools/a.cpp", CPP + '#include "connection.hpp"\n', "not written from the top"),
+    ("daemon/CMakeLists.txt", CMAKE + "prism_room(d\n  LINK prism_config prism_training)\n", ":3: daemon may not link prism_training"),
+    ("compensation/CMakeLists.txt", CMAKE + "prism_room(c LINK prism_boost)\n", "compensation may not link prism_boost"),
+    ("drivers/wire/CMakeLists.txt", CMAKE + "prism_room(w LINK prism_compensation)\n", "may not link prism_compensation"),
+    ("tools/a/CMakeLists.txt", CMAKE + "target_link_libraries(a PRIVATE prism_daemon)\n", "tools may not link prism_daemon"),
     ("daemon/a.cpp", "// What it is for.\n" + CPP, ":1: expected the line '// SPDX"),
     ("daemon/a.cpp", "", ":1: expected the line '// SPDX"),
     ("daemon/CMakeLists.txt", "# The room that tells.\n", "expected the line '# SPDX"),
@@ -67,6 +72,7 @@ SOUND = [
     ("daemon/a.cpp", CPP + '#include <thread>\n#include "config/config.hpp"\n#include "compensation/engine.hpp"\n'),
     ("tools/a.hpp", HPP + '#include "compensation/evaluation/allan.hpp"\n#include "config/version.hpp"\n'),
     ("tests/unit/a_test.cpp", CPP + '#include "daemon/live.hpp"\n#include "tools/a.hpp"\n'),
+    ("daemon/CMakeLists.txt", CMAKE + "# not prism_training\nprism_room(d LINK prism_config prism_boost)\nadd_test(prism_training)\n"),
     ("tools/a", SH + "echo\n"),
     ("docs/a.md", "no SPDX line, and a word like TO" + "DO\n"),
     ("build/dev/a.cpp", "generated\n"),
