@@ -117,7 +117,9 @@ Result<ModelPtr> parse_model(std::string_view text, std::string_view where) {
   return read_model(top, place);
 }
 
-std::string format_model(const Model& model) {
+std::string format_model(const Model& model) { return format_model(model, model.info().provenance_json); }
+
+std::string format_model(const Model& model, const std::string& provenance_json) {
   const ModelInfo& info = model.info();
   // A text that is not UTF-8 (a name from a command line) is written with replacement characters, not thrown over.
   const auto whole = [](const std::string& s) {
@@ -139,7 +141,7 @@ std::string format_model(const Model& model) {
   }
   text += "\n  ],\n";
   text += find_model_kind(info.kind)->content(model);
-  return text += fmt::format("  \"provenance\": {}\n}}\n", info.provenance_json.empty() ? "{}" : info.provenance_json);
+  return text += fmt::format("  \"provenance\": {}\n}}\n", provenance_json.empty() ? "{}" : provenance_json);
 }
 
 }  // namespace prism
