@@ -7,6 +7,9 @@
 namespace prism {
 
 Result<void> Engine::use(ModelPtr model, ModelPtr fallback) {
+  for (const ModelPtr& wanted : {model, fallback}) {
+    if (wanted && wanted->info().table) return refuse("model", "was trained on a plain table, expected one trained on recordings");
+  }
   if (fallback) {
     for (const std::string& input : fallback->info().inputs) {
       if (input == kInputTemperature || input == kInputUhfo) continue;
@@ -83,7 +86,7 @@ Correction Engine::correct(const Window& window) const {
 Correction Engine::predict(const Model& model, const Window& window) const {
   const std::vector<double> inputs = gather_inputs(model, window);
   if (inputs.empty()) return {kUnknown, kUnknown, kInputMissing};
-  const Prediction prediction = model.predict(inputs);
+  const Prediction prediction = predict_within(model, inputs, settings_.extrapolation);
   if (!(std::fabs(prediction.bias_deg_per_h) <= settings_.max_bias_deg_per_h)) return {kUnknown, kUnknown, kOverLimit};
   return {prediction.bias_deg_per_h, prediction.sd_deg_per_h, prediction.extrapolating ? kExtrapolating : kGood};
 }

@@ -7,6 +7,7 @@
 #include "compensation/averager.hpp"
 #include "compensation/compensated.hpp"
 #include "compensation/conditioner.hpp"
+#include "compensation/extrapolation.hpp"
 #include "compensation/model.hpp"
 #include "compensation/result.hpp"
 
@@ -15,6 +16,8 @@ namespace prism {
 struct EngineSettings {
   /// A predicted bias beyond ± this is not believed (deg/h, > 0).
   double max_bias_deg_per_h = 100;
+  /// What is published where the model is asked off its data.
+  Extrapolation extrapolation = Extrapolation::kFlag;
 };
 
 /// Deterministic: the same samples and models give the same rows, live or replayed. No model: rows carry kNoModel.

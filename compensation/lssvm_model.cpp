@@ -16,12 +16,12 @@ namespace {
 std::string numbers(const Eigen::MatrixXd& m) { return exact_texts({m.data(), static_cast<std::size_t>(m.size())}); }
 
 std::string canonical(const LssvmParameters& p) {
-  std::string text = fmt::format("{} {} {}\n{} {}\n{} {}\n", p.c, p.sigma2, p.b, numbers(p.normalisation.input_shift),
-                                 numbers(p.normalisation.input_scale), p.normalisation.target_shift, p.normalisation.target_scale);
+  std::string text = fmt::format("{} {}\n{} {}\n", exact_texts(std::vector{p.c, p.sigma2, p.b, p.linear_b}), numbers(p.linear),
+                                 numbers(p.normalisation.input_shift), numbers(p.normalisation.input_scale));
+  text += exact_texts(std::vector{p.normalisation.target_shift, p.normalisation.target_scale}) + '\n';
   text += numbers(p.centres) + '\n' + numbers(p.alpha) + '\n' + numbers(p.weight) + '\n';
-  text += fmt::format("{} {}\n", numbers(p.linear), p.linear_b);
   if (const auto& u = p.uncertainty) {
-    text += fmt::format("{} {} {} {}\n", u->prior_variance, u->sd_scale, u->guard_fraction, numbers(u->gram));
+    text += exact_texts(std::vector{u->prior_variance, u->sd_scale, u->guard_fraction}) + ' ' + numbers(u->gram);
   }
   return text;
 }

@@ -32,6 +32,8 @@ struct ModelInfo {
   std::string kind;  ///< "polynomial", "stepwise", "lssvm", "ir_lssvm", …
   std::string name;  ///< for people; not part of the id
   std::string id;    ///< SHA-256 of the canonical numeric content, 64 hex digits
+  /// Trained on a plain table: inputs have any names, there are no features, and no stream can feed it.
+  bool table = false;
   FeatureDefinition features;
   std::vector<std::string> inputs;  ///< in the order predict() takes them
   Domain domain;

@@ -24,6 +24,7 @@ std::string model_id(const ModelInfo& info, std::string_view content) {
                                       f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s,
                                       f.max_gap_s, exact_texts(f.lag_time_constants_s), fmt::join(info.inputs, " "),
                                       exact_texts(info.domain.min), exact_texts(info.domain.max));
+  if (info.table) canonical += "table\n";
   return sha256_hex(canonical += content);
 }
 

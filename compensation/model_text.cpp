@@ -24,7 +24,9 @@ FeatureDefinition read_features(Section section) {
   return features;
 }
 
-const char* unit_of(const std::string& input) {
+// The inputs of a table model carry whatever unit the table had.
+const char* unit_of(const ModelInfo& info, const std::string& input) {
+  if (info.table) return "";
   if (input == kInputSlope) return "degC/s";
   return input == kInputUhfo ? "V" : "degC";
 }
@@ -41,13 +43,14 @@ void read_range(Section& input, Domain& domain) {
 void read_inputs(Section& top, ModelInfo& info) {
   for (Section& input : top.objects("inputs")) {
     const std::string name = input.text("name");
-    if (!has_input(info.features, name)) {
+    if (!info.table && !has_input(info.features, name)) {
       input.fail("name", fmt::format("found {}, expected T, dTdt, U or a lag that features define", in_quotes(name)));
     }
     if (std::count(info.inputs.begin(), info.inputs.end(), name))
       input.fail("name", in_quotes(name) + " is given twice");
-    if (const std::string unit = input.text("unit", unit_of(name)); unit != unit_of(name)) {
-      input.fail("unit", fmt::format("found {}, expected \"{}\"", in_quotes(unit), unit_of(name)));
+    const char* const expected = unit_of(info, name);
+    if (const std::string unit = input.text("unit", expected); unit != expected) {
+      input.fail("unit", fmt::format("found {}, expected \"{}\"", in_quotes(unit), expected));
     }
     info.inputs.push_back(name);
     read_range(input, info.domain);
@@ -65,7 +68,8 @@ Result<ModelPtr> read_model(Section& top, const std::string& where) {
   info.name = top.text("name", "");
   info.id = top.text("id");
   info.gyro_serial = top.object("gyro").text("serial", "");
-  info.features = read_features(top.object("features", true));
+  info.table = top.boolean("table", false);
+  if (!info.table) info.features = read_features(top.object("features", true));
   read_inputs(top, info);
   const nlohmann::json provenance = top.any("provenance");
   if (!provenance.is_null() && !provenance.is_object()) {
@@ -87,6 +91,14 @@ Result<ModelPtr> read_model(Section& top, const std::string& where) {
   return model;
 }
 
+std::string features_text(const FeatureDefinition& f) {
+  return fmt::format(
+      "  \"features\": {{\"length_s\": {}, \"slope\": \"{}\", \"end_mean_s\": {}, \"max_gap_s\": {}, "
+      "\"lag_time_constants_s\": {}}},\n",
+      f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s,
+      exact_texts(f.lag_time_constants_s));
+}
+
 }  // namespace
 
 Result<ModelPtr> parse_model(std::string_view text, std::string_view where) {
@@ -105,9 +117,10 @@ Result<ModelPtr> parse_model(std::string_view text, std::string_view where) {
   return read_model(top, place);
 }
 
-std::string format_model(const Model& model) {
+std::string format_model(const Model& model) { return format_model(model, model.info().provenance_json); }
+
+std::string format_model(const Model& model, const std::string& provenance_json) {
   const ModelInfo& info = model.info();
-  const FeatureDefinition& f = info.features;
   // A text that is not UTF-8 (a name from a command line) is written with replacement characters, not thrown over.
   const auto whole = [](const std::string& s) {
     return nlohmann::json(s).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -116,14 +129,11 @@ std::string format_model(const Model& model) {
       "{{\n  \"format\": \"prism-model\",\n  \"version\": {},\n  \"id\": \"{}\",\n  \"kind\": {},\n  \"name\": {},\n",
       kModelVersion, info.id, whole(info.kind), whole(info.name));
   text += fmt::format("  \"gyro\": {{\"serial\": {}}},\n", whole(info.gyro_serial));
-  text += fmt::format(
-      "  \"features\": {{\"length_s\": {}, \"slope\": \"{}\", \"end_mean_s\": {}, \"max_gap_s\": {}, "
-      "\"lag_time_constants_s\": {}}},\n  \"inputs\": [",
-      f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s,
-      exact_texts(f.lag_time_constants_s));
+  text += info.table ? "  \"table\": true,\n" : features_text(info.features);
+  text += "  \"inputs\": [";
   for (std::size_t i = 0; i < info.inputs.size(); ++i) {
-    text += fmt::format("{}\n    {{\"name\": \"{}\", \"unit\": \"{}\"", i ? "," : "", info.inputs[i],
-                        unit_of(info.inputs[i]));
+    text += fmt::format("{}\n    {{\"name\": {}, \"unit\": \"{}\"", i ? "," : "", whole(info.inputs[i]),
+                        unit_of(info, info.inputs[i]));
     if (!info.domain.min.empty()) {
       text += fmt::format(", \"min\": {}, \"max\": {}", exact_text(info.domain.min[i]), exact_text(info.domain.max[i]));
     }
@@ -131,7 +141,7 @@ std::string format_model(const Model& model) {
   }
   text += "\n  ],\n";
   text += find_model_kind(info.kind)->content(model);
-  return text += fmt::format("  \"provenance\": {}\n}}\n", info.provenance_json.empty() ? "{}" : info.provenance_json);
+  return text += fmt::format("  \"provenance\": {}\n}}\n", provenance_json.empty() ? "{}" : provenance_json);
 }
 
 }  // namespace prism

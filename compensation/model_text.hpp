@@ -17,5 +17,7 @@ Result<ModelPtr> parse_model(std::string_view text, std::string_view where);
 
 /// The file's text: every number exact (up to 17 digits), id computed anew. parse_model(format_model(m)) is m.
 std::string format_model(const Model& model);
+/// The same with another provenance (a JSON object as text), which is no part of the id.
+std::string format_model(const Model& model, const std::string& provenance_json);
 
 }  // namespace prism

@@ -76,16 +76,16 @@ class Search {
     parallel_for(count, settings_.threads, [&](int i) {
       if (stopped()) return;
       TuningPoint& point = result_.surface[static_cast<std::size_t>(i)];
-      point.cost = evaluated(point, true);
+      point.cost = evaluated(point, !small_data());
     });
     // With everything given there is nothing to search: the one point is priced as it is.
     result_.best = *std::min_element(result_.surface.begin(), result_.surface.end(),
                                      [](const TuningPoint& x, const TuningPoint& y) { return x.cost < y.cost; });
   }
 
-  bool small_data() const { return samples_ <= 400; }
+  bool small_data() const { return samples_ <= 500; }
   int starts() const { return settings_.starts > 0 ? settings_.starts : small_data() ? 8 : 3; }
-  int simplex_evaluations() const { return with_parameter_ ? 60 : 45; }
+  int simplex_evaluations() const { return with_parameter_ ? 70 : 50; }
 
   // The best cells of the grid, no two of them neighbours.
   std::vector<TuningPoint> best_cells() const {
@@ -126,7 +126,7 @@ class Search {
     s.upper = coordinates({std::pow(10, b.c_max), std::pow(10, b.sigma2_max), std::pow(10, b.parameter_max), 0});
     s.step = Eigen::VectorXd::Constant(s.lower.size(), step);
     s.max_evaluations = simplex_evaluations();
-    s.x_tolerance = 0.02;
+    s.x_tolerance = 0.01;
     s.f_tolerance = 1e-6;
     return s;
   }
@@ -152,7 +152,9 @@ class Search {
     const auto better = [](const TuningPoint& x, const TuningPoint& y) { return x.cost < y.cost; };
     if (!cells.empty()) result_.best = *std::min_element(cells.begin(), cells.end(), better);
     // Once more from the winner: a simplex that has collapsed in a curved valley goes on with new edges.
-    if (!stopped() && !cells.empty()) result_.best = std::min(result_.best, descended(result_.best, 0.3), better);
+    for (const double step : {0.3, 0.05}) {
+      if (!stopped() && !cells.empty()) result_.best = std::min(result_.best, descended(result_.best, step), better);
+    }
   }
 
   void judge() {

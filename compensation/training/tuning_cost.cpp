@@ -16,6 +16,9 @@ constexpr double kSearchAccuracy = 1e-2, kFinalAccuracy = 1e-6;  // c · what th
 constexpr Eigen::Index kDenseSamples = 3000;  // beyond it the whole matrix never pays
 constexpr Eigen::Index kRefitRank = 160;      // beyond it the search freezes the weights in the folds
 constexpr int kDenseSolves = 8;
+// Up to here the search pays the final price, each fold begun unweighted: few samples have many standstills under Hampel's and
+// myriad's weights, and the one that the whole data lead to need not be the fold's own.
+constexpr Eigen::Index kFreshSamples = 500;
 
 // Re-weights until the residuals stand still to `still` scales, `limit` solves at most. Samples outside `inside` have no
 // weight and no say in the scale. `weight` is where it begins, and where it ends.
@@ -57,7 +60,9 @@ TuningCost::TuningCost(const Eigen::MatrixXd& points, const Eigen::VectorXd& y, 
                        ReweightSettings settings)
     : points_(points), y_(y), scale_(scale), kind_(kind), folds_(std::move(folds)), members_(fold_members(folds_)), settings_(settings) {}
 
-double TuningCost::evaluate(const TuningPoint& point) const { return price(point, kSearchAccuracy, false, false); }
+double TuningCost::evaluate(const TuningPoint& point) const {
+  return y_.size() <= kFreshSamples ? final_cost(point) : price(point, kSearchAccuracy, false, false);
+}
 double TuningCost::survey(const TuningPoint& point) const { return price(point, kSearchAccuracy, true, false); }
 double TuningCost::final_cost(const TuningPoint& point) const { return price(point, kFinalAccuracy, false, true); }
 
@@ -106,8 +111,10 @@ Eigen::VectorXd TuningCost::held_out(const LowRank& system, const TuningPoint& p
     WeightFunction function = settings_.weight;
     function.parameter = point.parameter;
     const double still = exact ? 1e-9 : 1e-4;
+    const bool refit = kind_ != Tuning::kLoo && !frozen;
+    if (refit && exact) return refitted_folds(system, point, weight, exact);
     if (!reweight(primal, settings_, function, std::min(settings_.limit, kRobustSolves), still, nullptr, weight)) return nothing(n);
-    if (kind_ != Tuning::kLoo && !frozen) return refitted_folds(system, point, exact ? Eigen::VectorXd::Ones(n) : weight, exact);
+    if (refit) return refitted_folds(system, point, weight, exact);
   } else if (!primal.solve(weight)) {
     return nothing(n);
   }

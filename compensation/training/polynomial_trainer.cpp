@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// The paper's LS and stepwise models (eqs. 21 to 25).
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "compensation/polynomial_model.hpp"
+#include "compensation/training/trainer.hpp"
+
+namespace prism {
+namespace {
+
+Eigen::MatrixXd columns_of(const TrainingData& data, const TermPowers& terms) {
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Ones(data.target.size(), static_cast<Eigen::Index>(terms.size()));
+  for (std::size_t j = 0; j < terms.size(); ++j) {
+    for (std::size_t i = 0; i < terms[j].size(); ++i) {
+      for (int power = 0; power < terms[j][i]; ++power) {
+        columns.col(static_cast<Eigen::Index>(j)).array() *= data.inputs.row(static_cast<Eigen::Index>(i)).transpose().array();
+      }
+    }
+  }
+  return columns;
+}
+
+std::vector<Term> terms_of(const TermPowers& powers, const std::vector<int>& chosen, const LinearFit& fit, std::size_t inputs) {
+  std::vector<Term> terms = {{std::vector<int>(inputs, 0), fit.intercept}};
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    terms.push_back({powers[static_cast<std::size_t>(chosen[i])], fit.coefficient[static_cast<Eigen::Index>(i)]});
+  }
+  return terms;
+}
+
+}  // namespace
+
+TermPowers cubic_terms() { return {{1}, {2}, {3}}; }
+
+TermPowers plain_terms(std::size_t d) {
+  TermPowers terms;
+  for (std::size_t i = 0; i < d; ++i) {
+    terms.emplace_back(d, 0);
+    terms.back()[i] = 1;
+  }
+  return terms;
+}
+
+TermPowers second_order_terms(std::size_t d) {
+  TermPowers terms;
+  const auto add = [&](std::size_t i, std::size_t j) {
+    terms.emplace_back(d, 0);
+    ++terms.back()[i];
+    if (j < d) ++terms.back()[j];
+  };
+  for (std::size_t i = 0; i < d; ++i) add(i, d), add(i, i);
+  for (std::size_t i = 0; i < d; ++i) {
+    for (std::size_t j = i + 1; j < d; ++j) add(i, j);
+  }
+  return terms;
+}
+
+std::string term_name(const std::vector<int>& powers, const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < powers.size(); ++i) {
+    if (powers[i] == 0) continue;
+    text += (text.empty() ? "" : "*") + names[i];
+    if (powers[i] > 1) text += fmt::format("^{}", powers[i]);
+  }
+  return text.empty() ? "intercept" : text;
+}
+
+Result<TrainedModel> train_polynomial(const TrainingData& data, ModelInfo info, const TrainingSettings& settings) {
+  if (!data.inputs.allFinite() || !data.target.allFinite()) return refuse("training data", "found a number that is not finite");
+  for (const auto& powers : settings.terms) {
+    if (powers.size() != data.names.size()) return refuse("terms", fmt::format("found {} powers, expected {}", powers.size(), data.names.size()));
+  }
+  const Eigen::MatrixXd columns = columns_of(data, settings.terms);
+  TrainedModel trained;
+  std::vector<int> chosen(settings.terms.size());
+  std::iota(chosen.begin(), chosen.end(), 0);
+  if (settings.method == Method::kStepwise) {
+    auto result = fit_stepwise(columns, data.target, settings.stepwise);
+    if (!result) return tl::unexpected<Error>(result.error());
+    chosen = result->terms;
+    trained.linear = result->fit;
+    trained.condition = result->condition;
+    trained.stepwise = std::move(*result);
+    info.kind = "stepwise";
+  } else {
+    const LinearProblem problem(columns, data.target);
+    auto fit = problem.fit(chosen);
+    if (!fit) return tl::unexpected<Error>(fit.error());
+    trained.linear = std::move(*fit);
+    trained.condition = problem.condition(chosen);
+    info.kind = "polynomial";
+  }
+  trained.samples.fitted = Eigen::VectorXd::Constant(data.target.size(), trained.linear->intercept);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    trained.samples.fitted += columns.col(chosen[i]) * trained.linear->coefficient[static_cast<Eigen::Index>(i)];
+  }
+  trained.samples.weight = Eigen::VectorXd::Ones(data.target.size());
+  const std::size_t inputs = data.names.size();
+  trained.model = std::make_shared<PolynomialModel>(std::move(info), terms_of(settings.terms, chosen, *trained.linear, inputs), trained.linear->sd());
+  return trained;
+}
+
+}  // namespace prism

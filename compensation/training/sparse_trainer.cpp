@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+// Long records: robust weights in the primal over a low-rank kernel; the pivots become the centres.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "compensation/dense.hpp"
+#include "compensation/kernel.hpp"
+#include "compensation/training/low_rank.hpp"
+#include "compensation/training/trainer.hpp"
+
+namespace prism {
+namespace {
+
+constexpr double kAccuracy = 1e-3;  // c · what the centres may leave of K
+constexpr double kStill = 1e-5;     // change of a residual, in scales, that ends the re-weighting
+
+// alpha over the pivots: w · φ(x) = w · L⁻¹ k(x) = (L⁻ᵀ w) · k(x).
+Eigen::VectorXd alpha_of(const Eigen::MatrixXd& centres, double sigma2, const Eigen::VectorXd& w) {
+  Eigen::MatrixXd l = kernel_matrix(centres, sigma2);
+  l.diagonal().array() += 1e-15;
+  Eigen::VectorXd alpha = w;
+  if (cholesky(l)) solve_lower_transposed(l, alpha);
+  return alpha;
+}
+
+ReweightReport reweight(PrimalLssvm& primal, const ReweightSettings& settings, Eigen::VectorXd& weight) {
+  ReweightReport report;
+  Eigen::VectorXd residual = primal.residuals();
+  report.converged = settings.weight.kind == WeightKind::kNone;
+  while (!report.converged && report.solves < settings.limit) {
+    report.scale = robust_scale(residual, settings.scale);
+    const Eigen::VectorXd before = weight;
+    weight = weights_of(residual, report.scale, settings.weight);
+    if (!primal.solve(weight)) {
+      weight = before;
+      break;
+    }
+    ++report.solves;
+    const Eigen::VectorXd next = primal.residuals();
+    report.change.push_back((next - residual).norm());
+    report.converged = (next - residual).cwiseAbs().maxCoeff() <= kStill * report.scale;
+    residual = next;
+  }
+  report.dropped = static_cast<int>((weight.array() <= 0).count());
+  return report;
+}
+
+double guard_of(const Eigen::VectorXd& leverages, double c) {
+  std::vector<double> values(leverages.begin(), leverages.end());
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return std::max(1e-12, 1.5 * *at / c);
+}
+
+}  // namespace
+
+Result<TrainedModel> train_sparse(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
+                                  const ResourcePlan& plan, const TuningPoint& point) {
+  const LowRank system = low_rank(data.x, point.sigma2, kAccuracy / point.c, plan.max_rank, settings.seed);
+  if (system.phi.size() == 0) return refuse("sparse LSSVM", "the pivots' kernel matrix is not positive definite");
+  PrimalLssvm primal(system, data.y, point.c);
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(data.y.size());
+  if (!primal.solve(weight)) return refuse("sparse LSSVM", "the system is not positive definite in double precision: c is too large");
+  TrainedModel trained;
+  trained.reweight = reweight(primal, settings.reweight, weight);
+  const Eigen::Index r = system.rank();
+  LssvmParameters p;
+  p.centres = data.x(Eigen::all, system.pivots);
+  p.alpha = alpha_of(p.centres, point.sigma2, primal.theta().head(r));
+  p.b = primal.theta()[r];
+  p.c = point.c;
+  p.sigma2 = point.sigma2;
+  p.normalisation = data.constants;
+  LssvmUncertainty uncertainty;
+  const Eigen::VectorXd residual = primal.residuals();
+  const double n = static_cast<double>(data.y.size());
+  uncertainty.prior_variance = std::max(1e-30, point.c * data.y.dot(weight.cwiseProduct(residual)) / (n - 1));
+  uncertainty.gram = primal.gram(weight);
+  uncertainty.gram.triangularView<Eigen::StrictlyUpper>() = uncertainty.gram.transpose();
+  uncertainty.gram.diagonal().head(r).array() += 1 / point.c;
+  const Eigen::VectorXd leverages = primal.leverages();
+  uncertainty.guard_fraction = guard_of(leverages, point.c);
+  p.uncertainty = std::move(uncertainty);
+  add_linear_part(data, weight, p);
+  const Normalisation& c = data.constants;
+  trained.samples.alpha = Eigen::VectorXd::Zero(data.y.size());
+  trained.samples.alpha(system.pivots) = p.alpha;
+  trained.samples.weight = weight;
+  trained.samples.fitted = (data.y - residual).array() * c.target_scale + c.target_shift;
+  trained.samples.leave_one_out = c.target_scale * residual.array() / (1 - weight.array() * leverages.array()).max(1e-12);
+  trained.centres = static_cast<int>(r);
+  if (system.left * point.c > 10 * kAccuracy) {
+    trained.notes.push_back(fmt::format("{} centres leave {:.2g} of the kernel: a wider kernel or more memory would represent it whole", r, system.left));
+  }
+  info.kind = "sparse_lssvm";
+  auto model = LssvmModel::make(std::move(info), std::move(p));
+  if (!model) return tl::unexpected<Error>(model.error());
+  trained.model = std::move(*model);
+  return trained;
+}
+
+}  // namespace prism

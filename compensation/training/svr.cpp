@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// ε-SVR through libsvm (paper eqs. 2 to 4): the baseline that the paper starts from. Tuned on a log grid.
+#include <fmt/format.h>
+#include <libsvm/svm.h>
+
+#include <cmath>
+#include <memory>
+#include <mutex>
+
+#include "compensation/training/parallel.hpp"
+#include "compensation/training/trainer.hpp"
+
+namespace prism {
+namespace {
+
+// libsvm's sparse rows: (index, value) pairs, closed by index −1; they must outlive the model.
+class Rows {
+ public:
+  Rows(const Eigen::MatrixXd& x, const std::vector<Eigen::Index>& samples) : width_(static_cast<std::size_t>(x.rows()) + 1) {
+    nodes_.resize(samples.size() * width_);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      svm_node* row = nodes_.data() + i * width_;
+      for (int j = 0; j < x.rows(); ++j) row[j] = {j + 1, x(j, samples[i])};
+      row[x.rows()] = {-1, 0};
+      rows_.push_back(row);
+    }
+  }
+  svm_node** pointers() { return rows_.data(); }
+  int count() const { return static_cast<int>(rows_.size()); }
+
+ private:
+  std::size_t width_;
+  std::vector<svm_node> nodes_;
+  std::vector<svm_node*> rows_;
+};
+
+struct Freed {
+  void operator()(svm_model* model) const { svm_free_and_destroy_model(&model); }
+};
+using SvmModel = std::unique_ptr<svm_model, Freed>;
+
+SvmModel fit(Rows& rows, Eigen::VectorXd y, const TuningPoint& point, double epsilon) {
+  svm_parameter parameter{};
+  parameter.svm_type = EPSILON_SVR;
+  parameter.kernel_type = RBF;
+  parameter.gamma = 0.5 / point.sigma2;
+  parameter.C = point.c;
+  parameter.p = epsilon;
+  parameter.eps = 1e-3;
+  parameter.cache_size = 100;
+  parameter.shrinking = 1;
+  const svm_problem problem{rows.count(), y.data(), rows.pointers()};
+  return SvmModel(svm_train(&problem, &parameter));
+}
+
+std::vector<Eigen::Index> samples_of(const Folds& folds, int fold, bool inside) {
+  std::vector<Eigen::Index> samples;
+  for (std::size_t i = 0; i < folds.size(); ++i) {
+    if ((folds[i] == fold) == inside) samples.push_back(static_cast<Eigen::Index>(i));
+  }
+  return samples;
+}
+
+// Mean over folds of the held-out mean absolute error.
+double fold_cost(const NormalisedData& data, const Folds& folds, const TuningPoint& point, double epsilon) {
+  double total = 0;
+  const int count = fold_count(folds);
+  for (int f = 0; f < count; ++f) {
+    const auto training = samples_of(folds, f, false), held_out = samples_of(folds, f, true);
+    Rows rows(data.x, training), test(data.x, held_out);
+    const SvmModel model = fit(rows, data.y(training), point, epsilon);
+    double sum = 0;
+    for (std::size_t i = 0; i < held_out.size(); ++i) sum += std::fabs(data.y[held_out[i]] - svm_predict(model.get(), test.pointers()[i]));
+    total += sum / static_cast<double>(held_out.size());
+  }
+  return total / count * data.constants.target_scale;
+}
+
+TuningResult tune_svr(const NormalisedData& data, const Folds& folds, const TrainingSettings& settings, const TuningProgress& progress,
+                      const std::atomic<bool>* stop) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  TuningResult result;
+  for (const double log_sigma2 : {-1.0, -0.25, 0.5, 1.25}) {
+    for (const double log_c : {-0.5, 0.5, 1.5, 2.5}) {
+      result.surface.push_back({std::pow(10, log_c), std::pow(10, log_sigma2), 1, kNever});
+    }
+  }
+  std::mutex mutex;
+  result.best.cost = kNever;
+  const int count = static_cast<int>(result.surface.size());
+  parallel_for(count, settings.threads, [&](int i) {
+    if (stop != nullptr && stop->load()) return;
+    TuningPoint& point = result.surface[static_cast<std::size_t>(i)];
+    point.cost = fold_cost(data, folds, point, settings.epsilon);
+    const std::lock_guard lock(mutex);
+    ++result.evaluations;
+    if (point.cost < result.best.cost) result.best = point;
+    if (progress) progress(result.evaluations, count, result.best);
+  });
+  result.stopped = stop != nullptr && stop->load();
+  return result;
+}
+
+}  // namespace
+
+Result<TrainedModel> train_svr(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings, const Folds& folds,
+                               const TuningProgress& progress, const std::atomic<bool>* stop) {
+  svm_set_print_string_function([](const char*) {});
+  if (!(settings.epsilon >= 0)) return refuse("epsilon", fmt::format("found {}, expected at least 0", settings.epsilon));
+  TrainedModel trained;
+  TuningPoint point{settings.c.value_or(1), settings.sigma2.value_or(1), 1, 0};
+  if (!settings.c) {
+    if (settings.tuning == Tuning::kLoo || settings.tuning == Tuning::kReml) {
+      return refuse("tuning", "found leave-one-out or reml for svr, expected folds: blocked or shuffled");
+    }
+    trained.tuning = tune_svr(data, folds, settings, progress, stop);
+    point = trained.tuning->best;
+    if (!std::isfinite(point.cost)) return refuse("tuning", "stopped before the first choice of c and sigma2 was priced");
+  }
+  Rows rows(data.x, samples_of(folds, -1, false));
+  const SvmModel svm = fit(rows, data.y, point, settings.epsilon);
+  std::vector<Eigen::Index> vectors;
+  for (int i = 0; i < svm->l; ++i) vectors.push_back(svm->sv_indices[i] - 1);
+  if (vectors.empty()) return refuse("svr", "found no support vector: epsilon covers the whole record");
+  LssvmParameters p;
+  p.centres = data.x(Eigen::all, vectors);
+  p.alpha = Eigen::Map<const Eigen::VectorXd>(svm->sv_coef[0], svm->l);
+  p.b = -svm->rho[0];
+  p.c = point.c;
+  p.sigma2 = point.sigma2;
+  p.normalisation = data.constants;
+  trained.samples.alpha = Eigen::VectorXd::Zero(data.y.size());
+  trained.samples.alpha(vectors) = p.alpha;
+  trained.samples.weight = Eigen::VectorXd::Ones(data.y.size());
+  trained.samples.fitted.resize(data.y.size());
+  for (Eigen::Index i = 0; i < data.y.size(); ++i) {
+    trained.samples.fitted[i] = svm_predict(svm.get(), rows.pointers()[i]) * data.constants.target_scale + data.constants.target_shift;
+  }
+  add_linear_part(data, trained.samples.weight, p);
+  trained.c = point.c;
+  trained.sigma2 = point.sigma2;
+  trained.centres = svm->l;
+  info.kind = "svr";
+  auto model = LssvmModel::make(std::move(info), std::move(p));
+  if (!model) return tl::unexpected<Error>(model.error());
+  trained.model = std::move(*model);
+  return trained;
+}
+
+}  // namespace prism

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Recordings → training samples: one per block, features by the conditioner that serves live, the earth's rate taken off.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compensation/training/trainer.hpp"
+#include "tools/prismcal/evaluation/block_table.hpp"
+#include "tools/prismcal/training/source.hpp"
+
+namespace prism {
+
+struct RecordingOptions {
+  SourceOptions source;
+  FeatureDefinition features;
+  std::string slope = "difference";
+  std::optional<double> latitude_deg, elevation_deg, azimuth_deg;  ///< instead of what a log states
+  bool no_earth_rate = false;
+};
+
+void add_recording_options(CLI::App& command, RecordingOptions& options);
+
+struct RecordingSet {
+  TrainingData data;              ///< one run per recording
+  FeatureDefinition features;
+  std::string serial;             ///< of the gyro, where the recordings name one; empty: unknown
+  nlohmann::ordered_json facts;   ///< one object per recording: files with SHA-256, blocks, gaps, earth rate
+  std::vector<std::string> notes; ///< gaps and blocks left out, for people
+};
+
+/// Refuses recordings of two gyros, inputs that the features do not carry, and what read_source refuses.
+Result<RecordingSet> read_recordings(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
+                                     const RecordingOptions& options);
+
+/// The samples of one table, appended as a run of their own; blocks in which an input is unknown are left out and counted.
+std::size_t append_blocks(const BlockTable& table, TrainingData& data);
+
+}  // namespace prism
