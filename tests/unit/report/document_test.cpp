@@ -10,6 +10,7 @@
 
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/machine_text.hpp"
+#include "tools/prismcal/report/plain_text.hpp"
 
 namespace prism::report {
 namespace {
@@ -92,6 +93,12 @@ TEST(MachineText, GivesAllDigitsAndTheSameTextInJson) {
   EXPECT_DOUBLE_EQ(cell["value"], 0.011941);
   EXPECT_FALSE(json["tables"]["ls"]["rows"][1][1].contains("value"));
   EXPECT_EQ(json["format"], "prism-report");
+}
+
+TEST(PlainText, AlignsColumnsByCharactersNotBytes) {
+  Table table{"t", "Noise", "Caption.", {{"name", "", false}, {"walk", "deg/√h"}}, {}};
+  table.rows = {{text_cell("größe"), fixed_cell(0.5, 1)}, {text_cell("b"), fixed_cell(std::nullopt, 1)}};
+  EXPECT_EQ(plain_text(table), "Noise\nname     walk\n       deg/√h\ngröße     0.5\nb           —\nCaption.\n");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "compensation/evaluation/correlation.hpp"
 #include "tools/prismcal/evaluation/paper_numbers.hpp"
+#include "tools/prismcal/evaluation/study_words.hpp"
 
 namespace prism {
 namespace {
@@ -15,33 +16,6 @@ using report::general_cell;
 using report::percent_cell;
 using report::Table;
 using report::text_cell;
-
-/// "IR-LSSVM, myriad", "stepwise model 2": the method as people call it.
-std::string method_text(const ModelSpec& spec) {
-  if (spec.method == "ls") return "LS, cubic";
-  if (spec.method == "stepwise") return spec.inputs.size() == 3 ? "stepwise, model 2" : "stepwise, model 1";
-  if (spec.method == "lssvm") return "LSSVM";
-  return "IR-LSSVM, " + spec.weight;
-}
-
-std::string tune_text(const std::string& tune) {
-  if (tune == "shuffled") return "ten-fold, shuffled";
-  if (tune == "loo") return "leave-one-out";
-  if (tune == "blocked") return "contiguous blocks";
-  return report::kNothing;
-}
-
-std::optional<double> milli(std::optional<double> value) { return value ? std::optional(1e3 * *value) : std::nullopt; }
-
-std::vector<const StudyRow*> rows_of(const Study& study, const std::string& method, const std::string& tune) {
-  std::vector<const StudyRow*> rows;
-  for (const StudyRow& row : study.rows) {
-    if (row.spec.method == method && row.spec.tune == tune) rows.push_back(&row);
-  }
-  return rows;
-}
-
-const BiasStability& on_repeat(const StudyRow& row) { return row.judged.front().stability; }
 
 /// before, after, improvement, then the paper's after and improvement.
 void append_effect(std::vector<Cell>& cells, const StudyRow& row, report::Mark mark = report::Mark::kNone) {
@@ -91,19 +65,6 @@ Table kernel_table(const Study& study, std::string id, std::string title, std::s
 }
 
 }  // namespace
-
-std::string basis_text(const Study& study) {
-  return fmt::format("1 sigma of {} s means, divisor {}", study.data.training.features.length_s,
-                     divisor_text(study.divisor));
-}
-
-const StudyRow* best_of(const Study& study, const std::string& method, const std::string& tune) {
-  const StudyRow* best = nullptr;
-  for (const StudyRow* row : rows_of(study, method, tune)) {
-    if (!best || on_repeat(*row).after.sd < on_repeat(*best).after.sd) best = row;
-  }
-  return best;
-}
 
 Table correlation_table(const Study& study) {
   Table table{"correlation", "Correlation with the gyro's output", {}, {{"", "", false}}, {}};
@@ -172,97 +133,6 @@ Table single_input_table(const Study& study) {
 
 Table composite_table(const Study& study) {
   return kernel_table(study, "ir_lssvm_composite", "IR-LSSVM, composite inputs", 2, 3);
-}
-
-Table ladder_table(const Study& study) {
-  Table table{
-      "ladder", "From LS to IR-LSSVM", {}, {{"method", "", false}, {"inputs", "", false}, {"tuned by", "", false}}, {}};
-  table.caption = basis_text(study) + ". The best of each kind on the repeated profile, and the same model elsewhere.";
-  for (const BlockTable& recording : study.data.evaluated) {
-    table.columns.push_back({recording.name + ": before", "deg/h"});
-    table.columns.push_back({"after", "deg/h"});
-    table.columns.push_back({"improvement", "%"});
-  }
-  std::vector<const StudyRow*> rows = {best_of(study, "ls", "")};
-  for (const StudyRow* row : rows_of(study, "stepwise", "")) rows.push_back(row);
-  for (const char* tune : {"loo", "blocked"}) rows.push_back(best_of(study, "lssvm", tune));
-  for (const char* tune : {"shuffled", "blocked"}) rows.push_back(best_of(study, "ir-lssvm", tune));
-  for (const StudyRow* row : rows) {
-    if (!row) continue;
-    std::vector<Cell> cells = {text_cell(method_text(row->spec)), text_cell(row->spec.inputs_text()),
-                               text_cell(tune_text(row->spec.tune))};
-    for (const Judgement& judged : row->judged) {
-      const BiasStability& s = judged.stability;
-      const bool worse = s.improvement && *s.improvement < 0;
-      cells.push_back(fixed_cell(s.before.sd, 5));
-      cells.push_back(fixed_cell(s.after.sd, 5));
-      cells.push_back(percent_cell(s.improvement, worse ? report::Mark::kBad : report::Mark::kNone));
-    }
-    table.rows.push_back(std::move(cells));
-  }
-  return table;
-}
-
-Table profiles_table(const Study& study) {
-  Table table{"profiles",
-              "Every model on every recording",
-              {},
-              {{"method", "", false}, {"inputs", "", false}, {"tuned by", "", false}},
-              {}};
-  table.caption =
-      basis_text(study) +
-      ". \"off\" is the share of blocks that the model itself calls extrapolation. Red: worse than no compensation.";
-  for (const BlockTable& recording : study.data.evaluated) {
-    table.columns.push_back({recording.name + ": after", "deg/h"});
-    table.columns.push_back({"improvement", "%"});
-    table.columns.push_back({"off", "%"});
-  }
-  for (const StudyRow& row : study.rows) {
-    std::vector<Cell> cells = {text_cell(method_text(row.spec)), text_cell(row.spec.inputs_text()),
-                               text_cell(tune_text(row.spec.tune))};
-    for (const Judgement& judged : row.judged) {
-      const BiasStability& s = judged.stability;
-      const bool worse = s.improvement && *s.improvement < 0;
-      cells.push_back(fixed_cell(s.after.sd, 5));
-      cells.push_back(percent_cell(s.improvement, worse ? report::Mark::kBad : report::Mark::kNone));
-      const double blocks = static_cast<double>(judged.extrapolating.size());
-      cells.push_back(fixed_cell(100 * static_cast<double>(judged.extrapolated) / blocks, 1));
-    }
-    table.rows.push_back(std::move(cells));
-  }
-  return table;
-}
-
-Table tuning_table(const Study& study) {
-  Table table{"tuning",
-              "How the tuning decides what a model learns",
-              {},
-              {{"method", "", false}, {"tuned by", "", false}, {"c"}, {"sigma2"}, {"F(x)", "1e-3 deg/h"}},
-              {}};
-  table.caption = basis_text(study) +
-                  ", all inputs. Shuffled folds and leave-one-out leave a sample's neighbours in the training data: on "
-                  "a time series they "
-                  "prefer narrow kernels that remember the profile. Contiguous blocks ask for what carries over.";
-  for (const BlockTable& recording : study.data.evaluated)
-    table.columns.push_back({recording.name + ": improvement", "%"});
-  std::size_t most = 0;
-  for (const StudyRow& row : study.rows) most = std::max(most, row.spec.inputs.size());
-  for (const char* method : {"lssvm", "ir-lssvm"}) {
-    for (const char* tune : {"shuffled", "loo", "blocked"}) {
-      for (const StudyRow* row : rows_of(study, method, tune)) {
-        if (row->spec.inputs.size() != most) continue;
-        std::vector<Cell> cells = {text_cell(method_text(row->spec)), text_cell(tune_text(tune)),
-                                   general_cell(row->trained.c, 4), general_cell(row->trained.sigma2, 4),
-                                   fixed_cell(milli(row->trained.cost_deg_per_h), 4)};
-        for (const Judgement& judged : row->judged) {
-          const auto& gain = judged.stability.improvement;
-          cells.push_back(percent_cell(gain, gain && *gain < 0 ? report::Mark::kBad : report::Mark::kNone));
-        }
-        table.rows.push_back(std::move(cells));
-      }
-    }
-  }
-  return table;
 }
 
 }  // namespace prism

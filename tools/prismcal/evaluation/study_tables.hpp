@@ -25,11 +25,4 @@ report::Table profiles_table(const Study& study);
 /// The same method tuned by shuffled folds, leave-one-out and contiguous blocks.
 report::Table tuning_table(const Study& study);
 
-/// The row of a kind ("ls", "stepwise", …; weighted or not; tune) with the lowest bias stability on the first evaluated
-/// recording; null where the study has none.
-const StudyRow* best_of(const Study& study, const std::string& method, const std::string& tune);
-
-/// "100 s means, divisor N-1": what every caption must say.
-std::string basis_text(const Study& study);
-
 }  // namespace prism

@@ -88,6 +88,8 @@ std::string drawn(const Series& series, std::size_t panel, std::size_t index) {
     case Form::kBars:
       return fmt::format("{} using 1:2 {}with boxes fs solid 0.75 noborder lc rgb '{}' {}", data, axes, l.colour,
                          title);
+    case Form::kMark:
+      return fmt::format("{} using 1:2 {}with points pt 2 ps 1.3 lw 2.5 lc rgb '{}' {}", data, axes, l.colour, title);
     case Form::kHeat:
       return fmt::format("{} using 1:2:3:4:5:6:7 with boxxyerror fs solid 1 noborder lc palette {}", data, title);
   }

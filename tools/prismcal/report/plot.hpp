@@ -20,7 +20,8 @@ enum class Ink {
   kGuide,  ///< limits and reference lines: thin, grey, dashed
 };
 
-enum class Form { kLine, kPoints, kOpenPoints, kLinePoints, kBand, kBars, kHeat };
+/// kMark: a large cross for one point that matters.
+enum class Form { kLine, kPoints, kOpenPoints, kLinePoints, kBand, kBars, kHeat, kMark };
 
 struct Series {
   std::string name;  ///< in the key; empty: not there

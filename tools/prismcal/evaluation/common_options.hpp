@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// What evaluate, compare and report ask alike: where the gyro stood, the divisor, which files come out.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <optional>
+#include <string>
+
+#include "compensation/evaluation/statistics.hpp"
+#include "compensation/model.hpp"
+#include "tools/prismcal/evaluation/block_table.hpp"
+#include "tools/prismcal/evaluation/recording.hpp"
+#include "tools/prismcal/report/document.hpp"
+
+namespace prism {
+
+struct CommonOptions {
+  std::optional<double> latitude_deg, elevation_deg, azimuth_deg;  ///< instead of what the log states
+  bool no_earth_rate = false;
+  Divisor divisor = Divisor::kNMinus1;
+  std::string out;  ///< folder for report.html, report.csv, report.json; empty: none
+  bool simulated = false;
+  bool any_gyro = false;
+  bool json = false;
+};
+
+void add_common_options(CLI::App& command, CommonOptions& options);
+
+/// The earth rate of a recording by its log or the options, deg/h; 0 with --no-earth-rate.
+Result<double> earth_rate_of(const Recording& recording, const CommonOptions& options);
+
+/// Said by --simulated, or by the log: a gyro serial or an instance that begins with "sim".
+bool is_simulated(const Recording& recording, const CommonOptions& options);
+
+/// Reads a recording and puts it on the grid of `features`. With a model: refuses another gyro's, unless any gyro will
+/// do.
+struct Loaded {
+  Recording recording;
+  BlockTable table;
+};
+Result<Loaded> load_blocks(const std::string& path, const FeatureDefinition& features, const ModelInfo* model,
+                           const CommonOptions& options);
+
+/// Reads a model file.
+Result<ModelPtr> load_model(const std::string& path);
+
+/// The header facts of a recording: file, SHA-256, serial, site, earth rate, blocks, gaps.
+void append_recording_facts(std::vector<std::pair<std::string, std::string>>& facts, const Loaded& loaded,
+                            const std::string& role);
+
+/// The recordings in one table: length, blocks, holes, temperature span.
+report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);
+
+/// Writes report.html, report.csv and report.json into options.out, if any; says where on stderr.
+Result<void> write_report(const report::Report& report, const CommonOptions& options);
+
+}  // namespace prism

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// The quality gate of a recording as a table.
+#pragma once
+
+#include "compensation/evaluation/quality_gate.hpp"
+#include "tools/prismcal/evaluation/block_table.hpp"
+#include "tools/prismcal/report/document.hpp"
+
+namespace prism {
+
+Result<GateReport> judge_blocks(const BlockTable& table, const GateSettings& settings = {});
+report::Table gate_table(const GateReport& gate, const std::string& recording);
+
+/// One line: "fit for training", or why not.
+report::Paragraph gate_paragraph(const GateReport& gate, const std::string& recording);
+
+}  // namespace prism
