@@ -12,8 +12,8 @@ for seed in 1 2; do
     prismd "$dir/gyro.json" --replay "$dir/$seed.pcap" --model "$models/tao2019-model$model.json" --out "$dir/$seed-$model" >"$dir/summary"
     read -r raw corrected < <(sed -n 's/.*raw \([0-9.]*\) deg.h, corrected \([0-9.]*\) deg.h.*/\1 \2/p' "$dir/summary")
     echo "seed $seed model $model: raw $raw corrected $corrected"
-    within "raw stability" "$raw" 0.0165 0.0215
-    if [ "$model" = 1 ]; then within "model 1" "$corrected" 0.0125 0.0175; else within "model 2" "$corrected" 0.0075 0.0125; fi
+    within "raw stability" "$raw" 0.013 0.024
+    if [ "$model" = 1 ]; then within "model 1" "$corrected" 0.011 0.018; else within "model 2" "$corrected" 0.007 0.0125; fi
   done
 done
 # What the daemon took away against the truth that it could not see, second by second.
