@@ -203,15 +203,28 @@ TEST(CaptureFile, SaysThatTheDiskIsFullAndKeepsSayingIt) {
 }
 
 // A file size limit stands for the disk that fills up in mid-run.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) : old_action_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit small{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &small);
+  }
+  ~FullDisk() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, old_action_);
+  }
+
+ private:
+  void (*old_action_)(int);
+  rlimit before_{};
+};
+
 TEST(CaptureFile, KeepsWhatWasGoodWhenTheDiskFillsUp) {
   const test::TemporaryFolder folder;
-  rlimit before{};
-  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
-  const rlimit small{5000, before.rlim_max};
-  const auto old_action = std::signal(SIGXFSZ, SIG_IGN);
-  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
   std::string first, again;
   {
+    const FullDisk disk(5000);
     auto writer = CaptureWriter::open(folder.file("a.pcap"));
     for (int i = 0; writer && i < 100; ++i) {
       auto done = writer->data(i, Bytes(100, 1));
@@ -220,14 +233,24 @@ TEST(CaptureFile, KeepsWhatWasGoodWhenTheDiskFillsUp) {
       if (!done) again = done.error().what;
     }
   }
-  ::setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, old_action);
   EXPECT_EQ(first, "cannot be written: File too large");
   EXPECT_EQ(again, first);
   auto reader = CaptureReader::open(folder.file("a.pcap"));
   ASSERT_TRUE(reader);
   EXPECT_EQ(read_all(*reader).size(), (5000u - 24) / (16 + 12 + 100));
   EXPECT_NE(reader->tail_damage(), "");
+}
+
+// Nobody flushes: the buffer does, within a megabyte.
+TEST(CaptureFile, NoticesAFullDiskWithoutBeingAsked) {
+  const test::TemporaryFolder folder;
+  const FullDisk disk(5000);
+  auto writer = CaptureWriter::open(folder.file("a.pcap"));
+  ASSERT_TRUE(writer);
+  int written = 0;
+  while (written < 10'000 && writer->data(written, Bytes(100, 1))) ++written;
+  EXPECT_LT(written, 10'000);
+  EXPECT_FALSE(writer->flush());
 }
 
 TEST(CaptureFile, RefusesAFileThatCannotBeCreated) {
