@@ -267,6 +267,66 @@ TEST(Clock, ResetStartsASessionThatMayBeginAnywhere) {
   EXPECT_LT(sample->time_ns, kEpochNs);
 }
 
+TEST(Clock, AStreamWithoutItsCounterGoesOnByFrames) {
+  const auto description = test::shipped("trplg");
+  Clock clock(description);
+  std::vector<Sample> samples;
+  for (int i = 0; i < 500; ++i) {
+    Reading reading = reading_of(description, {}, i);
+    reading.has_counter = false;
+    reading.counter = 0;
+    if (i == 100) continue;  // its 20 bytes were damaged: the offset tells
+    if (const auto sample = clock.push(reading)) samples.push_back(*sample);
+  }
+  EXPECT_EQ(clock.status().missing_frames, 1u);
+  EXPECT_NEAR(seconds(samples.back().time_ns), 499.0 / 200, 2e-6);
+}
+
+TEST(Clock, AnUncountedReadingBetweenCountedOnesDoesNotDisturbTheCounter) {
+  const auto description = test::shipped("trplg");
+  Clock clock(description);
+  std::vector<Sample> samples;
+  for (int i = 0; i < 300; ++i) {
+    const Reading reading = reading_of(description, {.first_counter = 40'000}, i);
+    if (const auto sample = clock.push(reading)) samples.push_back(*sample);
+    Reading other = reading;
+    other.has_counter = other.has_gyro = false;
+    other.counter = 0;
+    EXPECT_FALSE(clock.push(other));
+  }
+  EXPECT_EQ(clock.status().missing_frames, 0u);
+  EXPECT_EQ(clock.status().resets, 0u);
+  EXPECT_NEAR(seconds(samples.back().time_ns), 299.0 / 200, 2e-6);
+}
+
+// HG4930: six messages a delta angle, a two-bit counter over all of them, temperature in every other status word.
+TEST(Clock, MessagesOfSeveralKindsShareACounter) {
+  const auto description = test::shipped("hg4930");
+  FrameEncoder encoder(description);
+  FrameDecoder decoder(description);
+  Clock clock(description);
+  std::vector<std::uint8_t> bytes;
+  std::vector<Reading> readings;
+  std::vector<Sample> samples;
+  for (int i = 0; i < 6000; ++i) {
+    bytes.clear();
+    encoder.encode({.rate_deg_per_h = 3600, .interval_s = 1.0 / 600, .temperature_degc = 31}, bytes);
+    readings.clear();
+    decoder.feed(bytes, kEpochNs + std::llround(i * 1e9 / 600), readings);
+    for (const Reading& reading : readings) {
+      if (const auto sample = clock.push(reading)) samples.push_back(*sample);
+    }
+  }
+  ASSERT_EQ(samples.size(), 1000u);
+  EXPECT_EQ(clock.status().missing_frames, 0u);
+  EXPECT_NEAR(samples.back().interval_s, 0.01, 1e-6);
+  EXPECT_EQ(samples.back().temperature_degc, 31);
+  double angle = 0;
+  for (const Sample& sample : samples) angle += sample.rate_deg_per_h * sample.interval_s;
+  EXPECT_NEAR(angle, 36'000, 0.1);
+  EXPECT_NEAR(seconds(samples.back().time_ns - samples.front().time_ns + kEpochNs), 9.99, 1e-4);
+}
+
 TEST(Clock, AnInvalidFrameHasNoRateAndTheNextOneHasTheWholeAngle) {
   const auto description = test::shipped("trplg");
   Clock clock(description);
