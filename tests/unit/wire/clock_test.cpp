@@ -193,8 +193,19 @@ TEST(Clock, AWrongFirstStampDoesNotPoisonTheRest) {
     line.delay_s = [&](int i) { return i == 0 ? wrong_s : 0.0; };
     const auto samples = run(clock, description, line, 1000);
     EXPECT_NEAR(seconds(samples.back().time_ns), 999.0 / 200, 1e-5) << "first stamp wrong by " << wrong_s << " s";
+    for (std::size_t i = 1; i < samples.size() && wrong_s < 1; ++i) ASSERT_GE(samples[i].time_ns, samples[i - 1].time_ns);
     EXPECT_EQ(clock.status().resets, 1u);
   }
+}
+
+TEST(Clock, StampsWaitRatherThanGoBack) {
+  const auto description = test::shipped("trplg");
+  Clock clock(description);
+  Line line;
+  line.delay_s = [](int i) { return i < 40 ? 0.3 : 0.0; };  // a backlog, read at once when the line was opened
+  const auto samples = run(clock, description, line, 1000);
+  for (std::size_t i = 1; i < samples.size(); ++i) ASSERT_GE(samples[i].time_ns, samples[i - 1].time_ns) << i;
+  EXPECT_NEAR(seconds(samples.back().time_ns), 999.0 / 200, 1e-5);
 }
 
 TEST(Clock, AStalledHostIsNoReset) {
