@@ -156,13 +156,18 @@ TEST(Clock, BatchesOfAUsbAdapterAreSeenThrough) {
   EXPECT_EQ(clock.status().resets, 0u);
 }
 
-// yoos/kvh_1750_troubleshooting: an IMU on its internal clock ran at 962.4 Hz instead of 1000, and angles that were
-// computed with the nominal rate were 3.9 % short.
-TEST(Clock, AGyroThatRunsAt962HzInsteadOf1000GetsItsRatesRight) {
+/// trplg at another nominal rate, from a device whose clock may be off by 5 %.
+FrameDescriptionPtr loose_thousand_hz() {
   std::string text = test::read_file(test::frames_dir() / "trplg.json");
   text.replace(text.find("\"rate_hz\": 200"), 14, "\"rate_hz\": 1000");
   text.replace(text.find("\"rate_tolerance\": "), 24, "\"rate_tolerance\": 0.05,");
-  const auto description = test::description_of(text);
+  return test::description_of(text);
+}
+
+// yoos/kvh_1750_troubleshooting: an IMU on its internal clock ran at 962.4 Hz instead of 1000, and angles that were
+// computed with the nominal rate were 3.9 % short.
+TEST(Clock, AGyroThatRunsAt962HzInsteadOf1000GetsItsRatesRight) {
+  const auto description = loose_thousand_hz();
   Clock clock(description);
   std::mt19937 random(3);
   std::exponential_distribution<double> delay(1 / 0.3e-3);
@@ -183,6 +188,34 @@ TEST(Clock, AGyroThatRunsAt962HzInsteadOf1000GetsItsRatesRight) {
   EXPECT_NEAR(angle / time_s / kRateDegPerH, 1, 1e-4);
   EXPECT_NEAR(clock.status().period_s * 962.4, 1, 1e-5);
   EXPECT_TRUE(clock.status().period_is_estimated);
+}
+
+TEST(Clock, AStallDoesNotCostTheEstimateOfThePeriod) {
+  const auto description = loose_thousand_hz();
+  Clock clock(description);
+  Line line;
+  line.true_rate_hz = 962.4;
+  line.delay_s = [](int i) { return i >= 2000 && i < 2400 ? (2400 - i) / 962.4 : 0.0; };
+  run(clock, description, line, 10'000);
+  EXPECT_NEAR(clock.status().period_s * 962.4, 1, 1e-5);
+  EXPECT_EQ(clock.status().resets, 0u);
+}
+
+TEST(Clock, TheWindowsForgetAnOldPeriod) {
+  const auto description = test::shipped("trplg");
+  Clock clock(description, {.switch_s = 20});
+  // The device's clock gets faster by 1e-4 after a minute: 5 us less a frame.
+  double measured_s = 0;
+  std::optional<Sample> last;
+  for (int i = 0; i < 40'000; ++i) {
+    measured_s += i < 12'000 ? 1.0 / 200 : 1.0 / 200.02;
+    Reading reading = reading_of(description, {}, i);
+    reading.arrival_ns = kEpochNs + std::llround(1e9 * (measured_s + wire_s(*description)));
+    last = clock.push(reading);
+  }
+  ASSERT_TRUE(last);
+  EXPECT_NEAR(clock.status().period_s * 200.02, 1, 1e-9);
+  EXPECT_NEAR(seconds(last->time_ns), measured_s, 2e-6);
 }
 
 TEST(Clock, AWrongFirstStampDoesNotPoisonTheRest) {
