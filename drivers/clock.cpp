@@ -31,6 +31,7 @@ Clock::Clock(FrameDescriptionPtr description, ClockSettings settings)
 
 void Clock::reset() {
   running_ = false;
+  last_counter_.reset();
   has_angle_ = false;
   missing_ = 0;
   last_time_ns_ = 0;
@@ -61,9 +62,9 @@ void Clock::start(const Reading& reading) {
 
 double Clock::counted_ticks(const Reading& reading) const {
   const CounterRule& rule = *description_->counter;
-  std::uint64_t ticks = reading.counter - last_.counter;
+  std::uint64_t ticks = reading.counter - *last_counter_;
   if (rule.modulus == 0) return static_cast<double>(ticks);
-  if (reading.counter < last_.counter) ticks += rule.modulus;
+  if (reading.counter < *last_counter_) ticks += rule.modulus;
   const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_.arrival_ns);
   if (settings_.source == ClockSource::kHost && elapsed_s > kStallS) {
     const double wraps = std::round((elapsed_s / (tick_s_ * slope_) - static_cast<double>(ticks)) / static_cast<double>(rule.modulus));
@@ -72,7 +73,7 @@ double Clock::counted_ticks(const Reading& reading) const {
   return static_cast<double>(ticks);
 }
 
-double Clock::uncounted_ticks(const Reading& reading) const {
+double Clock::uncounted_frames(const Reading& reading) const {
   const std::uint64_t end = last_.offset + last_.length;
   if (description_->kinds.size() != 1 || reading.offset <= end) return 1;
   return 1 + std::round(static_cast<double>(reading.offset - end) / reading.length);
@@ -80,12 +81,13 @@ double Clock::uncounted_ticks(const Reading& reading) const {
 
 Clock::Step Clock::step_to(const Reading& reading) {
   Step step;
-  if (!description_->counter) {
-    step.ticks = reading.has_gyro ? uncounted_ticks(reading) : 0;
-    step.missing = static_cast<std::uint32_t>(std::max(0.0, step.ticks - 1));
+  if (!reading.has_counter || !last_counter_) {
+    // Between counted frames an uncounted one takes no time of its own.
+    const double frames = reading.has_gyro && !last_counter_ ? uncounted_frames(reading) : 0;
+    step.ticks = frames * (description_->counter ? description_->period_s() / tick_s_ : 1);
+    step.missing = static_cast<std::uint32_t>(std::max(0.0, frames - 1));
     return step;
   }
-  if (!reading.has_counter) return step;
   const CounterRule& rule = *description_->counter;
   step.ticks = counted_ticks(reading);
   step.duplicate = step.ticks == 0;
@@ -190,6 +192,7 @@ std::optional<Sample> Clock::push(const Reading& reading) {
     }
   }
   last_ = reading;
+  if (reading.has_counter) last_counter_ = reading.counter;
   if (last_time_ns_ != 0) time_ns = std::max(time_ns, last_time_ns_);
   last_time_ns_ = time_ns;
   return reading.has_gyro ? measure(reading, time_ns) : std::nullopt;

@@ -45,7 +45,7 @@ struct ClockStatus {
 /// Device: first arrival + counter x nominal tick. A counter that jumps back by less than half its modulus was restarted;
 /// time goes on by one frame. Nothing but the first arrival and the counters enters.
 ///
-/// Without a counter each frame is one period after the one before; frames lost on the line are known from the bytes
+/// Without a counter (in this stream) each frame is one period after the one before; frames lost on the line are known from the bytes
 /// that were skipped there (where the stream has one kind of frame).
 ///
 /// The first reading of an accumulated angle gives no sample: there is nothing to take the difference to.
@@ -71,7 +71,7 @@ class Clock {
 
   Step step_to(const Reading& reading);
   double counted_ticks(const Reading& reading) const;
-  double uncounted_ticks(const Reading& reading) const;
+  double uncounted_frames(const Reading& reading) const;
   void start(const Reading& reading);
   std::int64_t stamp_device(const Step& step);
   std::int64_t stamp_host(const Reading& reading, const Step& step);
@@ -89,6 +89,7 @@ class Clock {
 
   bool running_ = false;
   Reading last_;            ///< the reading before (any kind)
+  std::optional<std::uint64_t> last_counter_;  ///< of the last reading that had one
   std::uint32_t missing_ = 0;         ///< since the last sample
   std::int64_t origin_ns_ = 0;        ///< host time where x and y are 0
   double ticks_ = 0;                  ///< unwrapped, since origin

@@ -15,6 +15,8 @@ namespace prism {
 namespace {
 
 constexpr std::size_t kMaxKinds = 64;
+constexpr double kLeastRateHz = 0.01;
+constexpr double kMostRateHz = 100'000;
 
 WireFormat read_line(const Section& s) {
   WireFormat wire;
@@ -102,7 +104,7 @@ void read_all(const Section& s, const std::string& file, const GyroChoice& choic
   description.source = s.text("source", "");
   s.text("proved", "");
   description.wire = read_line(s.sub("line", "line"));
-  description.rate_hz = s.number("rate_hz", 0.01, 100'000);
+  description.rate_hz = choice.rate_hz.value_or(s.number("rate_hz", kLeastRateHz, kMostRateHz));
   description.rate_tolerance = s.number("rate_tolerance", 0, 0.5, 0.01);
   description.latency_s = 1e-6 * s.number("latency_us", 0, 1e6, 0);
   read_kinds(s, description);
@@ -134,6 +136,9 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
   if (choice.sign != 1 && choice.sign != -1) return refuse(file, fmt::format("sign {} is neither 1 nor -1", choice.sign));
   if (const auto scale = choice.scale_factor_arcsec_per_pulse; scale && !(*scale > 0 && std::isfinite(*scale))) {
     return refuse(file, fmt::format("scale factor {} arcsec/pulse is not above 0", *scale));
+  }
+  if (const auto rate = choice.rate_hz; rate && !(*rate >= kLeastRateHz && *rate <= kMostRateHz)) {
+    return refuse(file, fmt::format("a rate of {} Hz is not within {} to {}", *rate, kLeastRateHz, kMostRateHz));
   }
   auto description = std::make_shared<FrameDescription>();
   Problems problems(file);

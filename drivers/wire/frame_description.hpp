@@ -86,15 +86,18 @@ struct FrameDescription {
 
   /// Nominal time from one gyro-carrying frame to the next, s.
   double period_s() const { return 1 / rate_hz; }
+  /// Nominal frames a second that the counter counts (of any kind); rate_hz without a counter.
+  double counted_rate_hz() const { return counter ? counter->ticks_per_s / counter->ticks_per_frame : rate_hz; }
 };
 
 using FrameDescriptionPtr = std::shared_ptr<const FrameDescription>;
 
 /// What a configuration may choose or override.
 struct GyroChoice {
-  std::string axis;                                   ///< empty: the description's first
+  std::string axis;  ///< empty: the description's first
   std::optional<double> scale_factor_arcsec_per_pulse;  ///< refused where the gyro's number is not in pulses
-  double sign = 1;                                    ///< +1 or -1
+  double sign = 1;                                      ///< +1 or -1
+  std::optional<double> rate_hz;  ///< the gyro's own set-up, where the description's rate is another one
 };
 
 /// Reads, checks and compiles a description. Refusals name `where` (the file) and the JSON pointer or line, what was

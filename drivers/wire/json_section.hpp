@@ -17,6 +17,9 @@ inline namespace frame_text {
 
 using Json = nlohmann::ordered_json;
 
+/// What stands there, short enough for a message: 3.5, "text", an object …
+std::string found(const Json& json);
+
 /// The first thing that was wrong. Readers go on with harmless values after it, so that they need no branches.
 class Problems {
  public:
@@ -76,8 +79,17 @@ class Section {
   std::string pointer_;
 };
 
-/// What stands there, short enough for a message: 3.5, "text", an object …
-std::string found(const Json& json);
+/// Calls read(Section) for each object of an array (or for one object that stands alone).
+template <class Read>
+void for_each_section(const Section& s, const char* key, std::string_view section, Read read) {
+  if (!s.has(key)) return;
+  const Json& json = s.at(key);
+  if (json.is_object()) return read(Section(s.problems(), json, s.pointer(key), section));
+  if (!json.is_array()) return s.refuse(key, found(json) + " is neither an object nor an array of objects");
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    read(Section(s.problems(), json[i], s.pointer(std::string(key) + "/" + std::to_string(i)), section));
+  }
+}
 
 }  // namespace frame_text
 }  // namespace prism

@@ -61,8 +61,8 @@ void SlowValue::push(const FrameView& view, const std::vector<int>& fields, int 
 
 ReadingMaker::ReadingMaker(FrameDescriptionPtr description)
     : description_(std::move(description)),
-      temperature_(description_->temperature, description_->rate_hz),
-      uhfo_(description_->uhfo, description_->rate_hz) {}
+      temperature_(description_->temperature, description_->counted_rate_hz()),
+      uhfo_(description_->uhfo, description_->counted_rate_hz()) {}
 
 void ReadingMaker::reset() {
   temperature_.reset();

@@ -14,7 +14,8 @@ namespace prism {
 /// The last value of a slow channel and its age in frames.
 class SlowValue {
  public:
-  explicit SlowValue(const SlowChannel& channel, double rate_hz);
+  /// `rate_hz`: frames a second of the kind that `steps` counts.
+  SlowValue(const SlowChannel& channel, double rate_hz);
 
   /// One frame; `steps` is how many frames the device made since the last one, `adjacent` whether none is missing
   /// between. Whole values come from `fields`; halves are joined only when their frames are adjacent.

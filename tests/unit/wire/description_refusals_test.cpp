@@ -105,6 +105,16 @@ TEST(Description, AChoiceReachesTheScale) {
   EXPECT_NEAR(test::shipped("novatel-rawimusx", choice)->gyro.scale, -206264.806, 1e-3) << "the log carries minus y";
 }
 
+TEST(Description, TheGyrosOwnRateReplacesTheNominalOne) {
+  GyroChoice choice;
+  choice.rate_hz = 125;
+  const auto stim = test::shipped("stim300", choice);
+  EXPECT_EQ(stim->rate_hz, 125);
+  EXPECT_EQ(stim->counter->ticks_per_frame, 16) << "2000 samples a second";
+  choice.rate_hz = 0;
+  EXPECT_EQ(parse_frame_description(kGood, "f.json", choice).error().text(), "f.json: a rate of 0 Hz is not within 0.01 to 100000");
+}
+
 TEST(Description, TheIdFollowsTheMeaningAndNotTheComments) {
   const std::string with_comment = std::string("// a comment\n") + kGood;
   EXPECT_EQ(test::description_of(with_comment)->id, test::description_of(kGood)->id);

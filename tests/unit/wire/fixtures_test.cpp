@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <random>
+#include <set>
 #include <sstream>
 
 #include "drivers/wire/inspect.hpp"
@@ -329,6 +331,58 @@ TEST(Fixtures, FizoptikaHalvesAreJoinedOnlyWhenAdjacent) {
   ASSERT_EQ(torn.size(), 7u);
   EXPECT_TRUE(std::isnan(torn.back().temperature_degc));
   EXPECT_NEAR(torn.back().uhfo_v, 5.0, 1e-9);
+}
+
+/// One byte in a thousand flipped, dropped or followed by another; and the stream offsets of the frames it did not touch.
+struct Damaged {
+  Bytes bytes;
+  std::vector<std::uint64_t> intact;
+};
+
+enum class Damage { kFlip, kDrop, kInsert };
+
+Damaged damage(const Bytes& good, const std::vector<Reading>& frames, Damage what) {
+  std::mt19937 random(99);
+  Damaged result;
+  std::vector<std::uint64_t> new_offset(good.size() + 1);
+  std::vector<bool> hit(good.size(), false);
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    const bool twin = i + 1 < good.size() && good[i] == good[i + 1];
+    hit[i] = random() % 1000 == 0 && !(what == Damage::kDrop && twin);
+    new_offset[i] = result.bytes.size();
+    if (hit[i] && what == Damage::kDrop) continue;
+    result.bytes.push_back(hit[i] && what == Damage::kFlip ? static_cast<std::uint8_t>(good[i] ^ (1 + random() % 255)) : good[i]);
+    if (hit[i] && what == Damage::kInsert) result.bytes.push_back(static_cast<std::uint8_t>(random()));
+  }
+  for (const Reading& frame : frames) {
+    bool touched = false;
+    for (std::uint64_t i = frame.offset; i < frame.offset + frame.length; ++i) {
+      const bool behind_the_end = what == Damage::kInsert && i + 1 == frame.offset + frame.length;
+      touched = touched || (hit[i] && !behind_the_end);
+    }
+    if (!touched) result.intact.push_back(new_offset[frame.offset]);
+  }
+  return result;
+}
+
+// frames.md, section 4: on these captures other decoders lose up to one frame in eight.
+TEST(Fixtures, NoIntactFrameOfACaptureIsLostBetweenDamagedOnes) {
+  PRISM_NEEDS_SHARED("frames/mip_data.bin");
+  for (const auto& [file, name] : {std::pair{"mip_data.bin", "microstrain-mip"}, {"xsens_mtdata2_1.bin", "xsens-mtdata2"},
+                                   {"xsens_mtdata2_2.bin", "xsens-mtdata2"}, {"ixblue_stdbin_v3.bin", "ixblue-stdbin"}}) {
+    const auto description = test::shipped(name);
+    const Bytes good = bytes_of(file);
+    const auto frames = test::decode(description, good);
+    ASSERT_GT(frames.size(), 10u) << file;
+    for (const Damage what : {Damage::kFlip, Damage::kDrop, Damage::kInsert}) {
+      const Damaged damaged = damage(good, frames, what);
+      std::set<std::uint64_t> found;
+      for (const Reading& reading : test::decode(description, damaged.bytes)) found.insert(reading.offset);
+      std::size_t lost = 0;
+      for (const std::uint64_t offset : damaged.intact) lost += found.contains(offset) ? 0 : 1;
+      EXPECT_EQ(lost, 0u) << file << " damage " << static_cast<int>(what) << " of " << damaged.intact.size();
+    }
+  }
 }
 
 }  // namespace

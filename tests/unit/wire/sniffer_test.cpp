@@ -55,6 +55,18 @@ TEST(Sniffer, NothingFitsGarbage) {
   for (const SniffScore& score : sniffer.ranking()) EXPECT_FALSE(score.fits) << sniff_line(score);
 }
 
+TEST(Sniffer, FramesAmongMuchElseDoNotFit) {
+  const auto description = test::shipped("trplg");
+  std::vector<std::uint8_t> bytes(10'000, 0x5A);
+  const auto frames = second_of(description);
+  bytes.insert(bytes.end(), frames.begin(), frames.end());
+  Sniffer sniffer({description});
+  sniffer.feed(bytes, 0);
+  const SniffScore score = sniffer.ranking()[0];
+  EXPECT_EQ(score.frames, 199u);
+  EXPECT_FALSE(score.fits) << "most of the line is something else";
+}
+
 TEST(Sniffer, TellsCountsAndTheRate) {
   const auto description = test::shipped("trplg");
   const auto bytes = second_of(description);

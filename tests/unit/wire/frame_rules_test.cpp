@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+// The rules by which a frame is recognised, one by one: what each of them is there to refuse.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "drivers/wire/inspect.hpp"
+#include "tests/unit/wire/descriptions.hpp"
+
+namespace prism {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+Bytes text(const std::string& line) { return {line.begin(), line.end()}; }
+
+/// One kind "k" with the given members, a rate r and nothing else.
+FrameDescriptionPtr one_kind(const std::string& members) {
+  return test::description_of(R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 1,
+    "kinds": [{"name": "k", )" + members + R"(}], "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "r"}}})");
+}
+
+bool decodes(const FrameDescriptionPtr& description, const Bytes& bytes) { return inspect_frame(*description, bytes).has_value(); }
+
+TEST(FrameRules, ALineOfTextThatWasJoinedInTheMiddleIsNotBelieved) {
+  const auto readings = test::decode(test::shipped("dsp3000-ascii"), text("5733   1\r\n    0.015733   1\r\n    0.015734   1\r\n    0.015735   1\r\n"));
+  ASSERT_EQ(readings.size(), 3u);
+  EXPECT_EQ(readings[0].gyro, 0.015733) << "not 5733";
+}
+
+TEST(FrameRules, ALengthBelowItsMinimumIsNoFrame) {
+  const auto description = one_kind(R"("sync": {"bytes": "AB"}, "length": {"at": 1, "type": "u8", "min": 5, "max": 9},
+    "checks": {"kind": "sum", "to": -1, "at": -1}, "fields": {"r": {"at": 2, "type": "u8"}})");
+  EXPECT_TRUE(decodes(description, {0xAB, 5, 1, 2, 0xB3}));
+  EXPECT_FALSE(decodes(description, {0xAB, 3, 0xAE}));
+  EXPECT_FALSE(decodes(description, {0xAB, 10, 1, 2, 3, 4, 5, 6, 7, 0xD1}));
+}
+
+TEST(FrameRules, ABodyRuleRefusesWhatTheCheckLetsThrough) {
+  const auto description = test::shipped("xor7-f50b");
+  EXPECT_TRUE(decodes(description, {0x80, 1, 2, 3, 4, 5, 1}));
+  EXPECT_FALSE(decodes(description, {0x80, 0x81, 2, 3, 4, 5, 1})) << "bit 7 inside the frame; the 7-bit XOR does not see it";
+}
+
+TEST(FrameRules, FillerWithARightChecksumIsNoData) {
+  const auto hg = test::shipped("hg4930");
+  Bytes frame = {0x0E, 0x01, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x01, 0x00, 0x05, 0x02, 0x12, 0x04};
+  unsigned sum = 0;
+  for (std::size_t i = 0; i < 18; i += 2) sum += frame[i] + 256u * frame[i + 1];
+  frame[18] = static_cast<std::uint8_t>(sum);
+  frame[19] = static_cast<std::uint8_t>(sum >> 8);
+  EXPECT_FALSE(decodes(hg, frame));
+  frame[17] = 0x00;  // data have started
+  sum -= 0x0200;
+  frame[18] = static_cast<std::uint8_t>(sum);
+  frame[19] = static_cast<std::uint8_t>(sum >> 8);
+  EXPECT_TRUE(decodes(hg, frame));
+}
+
+TEST(FrameRules, ItemsThatRunOverTheEndAreNoFrame) {
+  const auto description = one_kind(R"("sync": {"bytes": "AB"}, "length": 6, "checks": {"kind": "sum", "to": -1, "at": -1},
+    "items": {"from": 1, "to": -1}, "fields": {"r": {"item": 7, "at": 0, "type": "u16"}})");
+  EXPECT_TRUE(decodes(description, {0xAB, 7, 2, 0, 9, 0xBD}));
+  EXPECT_FALSE(decodes(description, {0xAB, 7, 3, 0, 9, 0xBE}));
+  EXPECT_FALSE(decodes(description, {0xAB, 1, 0, 1, 1, 0xAE})) << "an id that promises a byte that is the check";
+}
+
+TEST(FrameRules, AHeaderCheckIsAskedBeforeTheLengthIsBelieved) {
+  // ANPP: a header that is none must not make the decoder wait for its 260 bytes.
+  FrameDecoder decoder(test::shipped("kvh-geo-fog"));
+  std::vector<Reading> out;
+  const Bytes noise = {0x00, 0x07, 0xFF, 0x12, 0x34};  // length 255, header sum wrong
+  decoder.feed(noise, 0, out);
+  EXPECT_EQ(decoder.counters().bad_check, 1u);
+  EXPECT_LT(decoder.held_bytes(), 5u);
+}
+
+TEST(FrameRules, TheFirstWeakFrameWaitsForASecond) {
+  const auto description = test::shipped("xor7-10");
+  FrameEncoder encoder(description);
+  Bytes bytes;
+  for (int i = 0; i < 3; ++i) encoder.encode({.rate_deg_per_h = 10, .interval_s = 1e-3, .temperature_degc = 20}, bytes);
+  FrameDecoder decoder(description);
+  std::vector<Reading> out;
+  decoder.feed(std::span(bytes).first(10), 0, out);
+  EXPECT_TRUE(out.empty()) << "14 bits of check may be chance";
+  decoder.feed(std::span(bytes).subspan(10, 10), 1'000'000, out);
+  ASSERT_EQ(out.size(), 2u);
+  EXPECT_EQ(out[0].arrival_ns, 0) << "held back, but stamped when it came";
+  decoder.feed(std::span(bytes).subspan(20), 2'000'000, out);
+  EXPECT_EQ(out.size(), 3u) << "and now each one at once";
+}
+
+TEST(FrameRules, AWeakFrameWithoutASecondIsNotBelieved) {
+  const auto description = test::shipped("xor7-10");
+  FrameEncoder encoder(description);
+  Bytes bytes;
+  encoder.encode({.rate_deg_per_h = 10, .interval_s = 1e-3, .temperature_degc = 20}, bytes);
+  bytes.resize(40, 0x55);
+  EXPECT_TRUE(test::decode(description, bytes).empty());
+}
+
+TEST(FrameRules, ASlowChannelIsHeldUntilItsLimitAndNotAcrossSessions) {
+  const auto description = test::shipped("fizoptika");
+  FrameEncoder encoder(description);
+  FrameDecoder decoder(description);
+  std::vector<Reading> out;
+  const auto send = [&](int frames) {
+    Bytes bytes;
+    for (int i = 0; i < frames; ++i) encoder.encode({.rate_deg_per_h = 10, .interval_s = 1e-3, .temperature_degc = 30, .uhfo_v = 5}, bytes);
+    decoder.feed(bytes, 0, out);
+  };
+  send(48);
+  EXPECT_NEAR(out.back().temperature_degc, 30, 0.01);
+  decoder.reset();
+  send(1);
+  EXPECT_TRUE(std::isnan(out.back().temperature_degc)) << "of the session before";
+}
+
+TEST(FrameRules, AStaleChannelIsUnknown) {
+  const auto description = test::description_of(R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 100,
+    "kinds": [{"name": "k", "sync": {"bytes": "AB CD"}, "length": 8, "checks": {"kind": "crc", "width": 16, "poly": "0x1021", "to": -2, "at": -2},
+      "fields": {"r": {"at": 2, "type": "u8"}, "has_t": {"at": 3, "type": "u1"}, "t": {"at": 4, "type": "s16", "when": {"field": "has_t", "values": 1}}}}],
+    "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "r"}}, "temperature": {"field": "t", "stale_after_s": 0.05}})");
+  const Crc crc({16, 0x1021, 0, false, false, 0});
+  Bytes bytes;
+  for (int i = 0; i < 10; ++i) {
+    Bytes frame = {0xAB, 0xCD, 1, static_cast<std::uint8_t>(i == 0), 0, 25};
+    const auto check = crc.compute(frame);
+    frame.push_back(static_cast<std::uint8_t>(check >> 8));
+    frame.push_back(static_cast<std::uint8_t>(check));
+    bytes.insert(bytes.end(), frame.begin(), frame.end());
+  }
+  const auto readings = test::decode(description, bytes);
+  ASSERT_EQ(readings.size(), 10u);
+  EXPECT_EQ(readings[5].temperature_degc, 25) << "50 ms are five frames";
+  EXPECT_TRUE(std::isnan(readings[6].temperature_degc));
+}
+
+}  // namespace
+}  // namespace prism
