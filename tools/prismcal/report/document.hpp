@@ -34,7 +34,7 @@ Cell percent_cell(std::optional<double> share, Mark mark = Mark::kNone);
 
 struct Column {
   std::string name;
-  std::string unit;    ///< empty: none
+  std::string unit{};  ///< empty: none
   bool number = true;  ///< numbers stand at the right
 };
 
