@@ -146,6 +146,7 @@ class Search {
     }
     std::vector<TuningPoint> cells = best_cells();
     parallel_for(static_cast<int>(cells.size()), settings_.threads, [&](int i) {
+      if (stopped()) return;
       TuningPoint& cell = cells[static_cast<std::size_t>(i)];
       cell = descended(cell, 0.6);
     });

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+// The search: as good as the independent one of the reference, the same on any number of threads, stoppable.
+#include "compensation/training/tuning.hpp"
+
+#include <gtest/gtest.h>
+
+#include "compensation/kernel.hpp"
+#include "compensation/training/simplex.hpp"
+#include "tests/unit/training/golden.hpp"
+
+namespace prism {
+namespace {
+
+TEST(Simplex, FindsTheValleyOfRosenbrock) {
+  const auto f = [](const Eigen::VectorXd& x) { return 100 * std::pow(x[1] - x[0] * x[0], 2) + std::pow(1 - x[0], 2); };
+  SimplexSettings settings;
+  settings.lower = Eigen::Vector2d(-3, -3);
+  settings.upper = Eigen::Vector2d(3, 3);
+  settings.step = Eigen::Vector2d(0.5, 0.5);
+  settings.max_evaluations = 400;
+  settings.x_tolerance = 1e-6;
+  const SimplexResult end = minimise(f, Eigen::Vector2d(-1.2, 1), settings, [] { return false; });
+  EXPECT_NEAR(end.x[0], 1, 1e-4);
+  EXPECT_NEAR(end.x[1], 1, 1e-4);
+}
+
+TEST(Simplex, StaysInItsBox) {
+  SimplexSettings settings;
+  settings.lower = Eigen::VectorXd::Constant(1, 0.0);
+  settings.upper = Eigen::VectorXd::Constant(1, 2.0);
+  settings.step = Eigen::VectorXd::Constant(1, 1.0);
+  const auto f = [](const Eigen::VectorXd& x) {
+    EXPECT_GE(x[0], 0);
+    EXPECT_LE(x[0], 2);
+    return -x[0];
+  };
+  EXPECT_NEAR(minimise(f, Eigen::VectorXd::Constant(1, 0.5), settings, [] { return false; }).x[0], 2, 1e-6);
+}
+
+// gyro924, its own folds: the cost of the reference's long search (tune_reference.json), and never above its 6.2277e-3.
+TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
+  PRISM_NEEDS_SHARED("golden/gyro924");
+  const test::Golden g("gyro924", "A");
+  const auto reference = nlohmann::json::parse(test::read_file(test::shared_dir() / "golden/gyro924/tune_reference.json"));
+  ReweightSettings settings;
+  settings.weight.kind = WeightKind::kMyriad;
+  const TuningCost cost(g.x, g.y, g.scale, Tuning::kGiven, g.folds, settings);
+  const auto found = tune(cost, g.y.size(), {});
+  ASSERT_TRUE(found) << found.error().text();
+  EXPECT_LT(found->best.cost, reference["myriad"]["cost"].get<double>() * 1.00005);
+  // The low-rank price is the price of 30 whole re-weightings in every fold.
+  ReweightSettings whole = settings;
+  whole.weight.parameter = found->best.parameter;
+  whole.limit = kRobustSolves;
+  whole.tolerance = 0;
+  const auto exact = cross_validate_robust(kernel_matrix(g.x, found->best.sigma2), g.y, found->best.c, whole, g.folds, g.scale);
+  ASSERT_TRUE(exact);
+  EXPECT_LT(test::relative(found->best.cost, exact->mae), 1e-5);
+}
+
+// Few samples, many minima: here the survey must not miss the valley.
+TEST(Tuning, RobustTenFoldOnTheMotorcycleEndsWhereTheReferenceEnds) {
+  PRISM_NEEDS_SHARED("golden/mcycle133");
+  const test::Golden g("mcycle133", "A");
+  const auto reference = nlohmann::json::parse(test::read_file(test::shared_dir() / "golden/mcycle133/tune_reference.json"));
+  for (const WeightKind kind : {WeightKind::kHampel}) {
+    ReweightSettings settings;
+    settings.weight.kind = kind;
+    TuningSettings search;
+    search.bounds = bounds_for(1);
+    const TuningCost cost(g.x, g.y, g.scale, Tuning::kGiven, g.folds, settings);
+    const auto found = tune(cost, g.y.size(), search);
+    ASSERT_TRUE(found);
+    EXPECT_LT(found->best.cost, reference[weight_name(kind)]["cost"].get<double>() * 1.0002) << weight_name(kind);
+  }
+}
+
+class TuningOnWaves : public testing::Test {
+ protected:
+  TuningOnWaves() : x_(1, 120), y_(120) {
+    for (Eigen::Index i = 0; i < 120; ++i) {
+      x_(0, i) = (static_cast<double>(i) - 60) / 35;
+      y_[i] = std::sin(3 * x_(0, i)) + 0.1 * std::sin(997.0 * static_cast<double>(i));
+    }
+  }
+  TuningCost cost(Tuning kind) { return {x_, y_, 1, kind, shuffled_folds(120, 10, 3), {}}; }
+  Eigen::MatrixXd x_;
+  Eigen::VectorXd y_;
+};
+
+TEST_F(TuningOnWaves, TheNumberOfThreadsChangesNothing) {
+  for (const Tuning kind : {Tuning::kShuffled, Tuning::kLoo, Tuning::kReml}) {
+    TuningSettings one, four;
+    one.threads = 1;
+    four.threads = 4;
+    const TuningCost price = cost(kind);
+    const auto a = tune(price, 120, one), b = tune(price, 120, four);
+    ASSERT_TRUE(a && b);
+    EXPECT_EQ(a->best.c, b->best.c);
+    EXPECT_EQ(a->best.sigma2, b->best.sigma2);
+    EXPECT_EQ(a->best.cost, b->best.cost);
+    EXPECT_EQ(a->evaluations, b->evaluations);
+  }
+}
+
+TEST_F(TuningOnWaves, PlainPricesAreThoseOfTheWholeMatrix) {
+  const TuningPoint point{40, 0.3, 1, 0};
+  const Eigen::MatrixXd kernel = kernel_matrix(x_, point.sigma2);
+  EXPECT_NEAR(cost(Tuning::kShuffled).final_cost(point), cross_validate(kernel, y_, point.c, shuffled_folds(120, 10, 3), 1)->mae, 1e-7);
+  EXPECT_NEAR(cost(Tuning::kLoo).final_cost(point), leave_one_out(kernel, y_, point.c, 1)->mae, 1e-7);
+  const auto factor = LssvmFactor::make(kernel, Eigen::VectorXd::Constant(120, 1 / point.c), y_);
+  EXPECT_NEAR(cost(Tuning::kReml).final_cost(point), -factor->restricted_log_likelihood() / 120, 1e-6);
+}
+
+TEST_F(TuningOnWaves, AStopFlagGivesTheBestSoFar) {
+  std::atomic<bool> stop{false};
+  const auto found = tune(cost(Tuning::kShuffled), 120, {},
+                          [&](int done, int, const TuningPoint&) { stop = stop || done >= 30; }, &stop);
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->stopped);
+  EXPECT_LT(found->evaluations, 40);
+  EXPECT_TRUE(std::isfinite(found->best.cost));
+}
+
+TEST_F(TuningOnWaves, AnOptimumOnTheEdgeIsSaid) {
+  TuningSettings narrow;
+  narrow.bounds.sigma2_min = 1.5;
+  narrow.bounds.sigma2_max = 2;
+  const auto found = tune(cost(Tuning::kShuffled), 120, narrow);
+  ASSERT_TRUE(found);
+  ASSERT_FALSE(found->warnings.empty());
+  EXPECT_NE(found->warnings[0].find("edge of the search"), std::string::npos) << found->warnings[0];
+}
+
+}  // namespace
+}  // namespace prism
