@@ -83,7 +83,7 @@ class Search {
                                      [](const TuningPoint& x, const TuningPoint& y) { return x.cost < y.cost; });
   }
 
-  bool small_data() const { return samples_ <= 500; }
+  bool small_data() const { return samples_ <= 200; }
   int starts() const { return settings_.starts > 0 ? settings_.starts : small_data() ? 8 : 3; }
   int simplex_evaluations() const { return with_parameter_ ? 70 : 50; }
 

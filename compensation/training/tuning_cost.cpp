@@ -18,7 +18,7 @@ constexpr Eigen::Index kRefitRank = 160;      // beyond it the search freezes th
 constexpr int kDenseSolves = 8;
 // Up to here the search pays the final price, each fold begun unweighted: few samples have many standstills under Hampel's and
 // myriad's weights, and the one that the whole data lead to need not be the fold's own.
-constexpr Eigen::Index kFreshSamples = 500;
+constexpr Eigen::Index kFreshSamples = 200;
 
 // Re-weights until the residuals stand still to `still` scales, `limit` solves at most. Samples outside `inside` have no
 // weight and no say in the scale. `weight` is where it begins, and where it ends.
