@@ -79,6 +79,17 @@ TEST(Clock, MissingFramesAreKnownAndTheirAngleIsNotLost) {
   EXPECT_NEAR(angle, kRateDegPerH * 399 / 200, 0.1 + 1e-9) << "within one pulse";
 }
 
+TEST(Clock, ASilenceLongerThanTheCounterIsMeasuredByTheArrival) {
+  const auto description = test::shipped("trplg");
+  Clock clock(description);
+  Line line;
+  line.lost = [](int i) { return i >= 1000 && i < 81'000; };  // 400 s; the counter wraps after 327.68
+  const auto samples = run(clock, description, line, 82'000);
+  EXPECT_EQ(clock.status().missing_frames, 80'000u);
+  EXPECT_NEAR(seconds(samples.back().time_ns), 81'999.0 / 200, 1e-5);
+  EXPECT_EQ(clock.status().resets, 0u);
+}
+
 TEST(Clock, TheCounterWrapsWithoutATrace) {
   const auto description = test::shipped("trplg");
   Clock clock(description);
