@@ -382,6 +382,26 @@ TEST(Clock, MessagesOfSeveralKindsShareACounter) {
   EXPECT_NEAR(seconds(samples.back().time_ns - samples.front().time_ns + kEpochNs), 9.99, 1e-4);
 }
 
+TEST(Clock, AnExternallyTriggeredIncrementCoversTheStepOfTheCounter) {
+  std::string text = test::read_file(test::frames_dir() / "trplg-increment.json");
+  const std::string counter = "\"counter\": {\"field\": \"counter\",";
+  text.replace(text.find(counter), counter.size(), counter + " \"ticks_per_s\": 2000, \"step_varies\": true,");
+  const auto description = test::description_of(text);
+  Clock clock(description);
+  Reading reading = reading_of(description, {}, 0);
+  clock.push(reading);
+  for (const int step : {10, 25, 7}) {  // samples at 2000 Hz between triggers
+    reading.counter += static_cast<std::uint64_t>(step);
+    reading.arrival_ns += step * 500'000;
+    reading.gyro = 100;
+    const auto sample = clock.push(reading);
+    ASSERT_TRUE(sample);
+    EXPECT_NEAR(sample->interval_s, step / 2000.0, 1e-9);
+    EXPECT_NEAR(sample->rate_deg_per_h, 100 * 0.1 / (step / 2000.0), 1e-6);
+  }
+  EXPECT_EQ(clock.status().missing_frames, 0u);
+}
+
 TEST(Clock, AnInvalidFrameHasNoRateAndTheNextOneHasTheWholeAngle) {
   const auto description = test::shipped("trplg");
   Clock clock(description);
