@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Unwrapping the counter, stamping, and turning angles into rates.
+// Stamping readings, and turning their angles into rates.
 #include "drivers/clock.hpp"
 
 #include <algorithm>
@@ -9,21 +9,18 @@
 namespace prism {
 namespace {
 
-/// How long every arrival must be late before that is no stall but a shift; and the silence behind which the counter may
-/// have wrapped unseen.
+/// How long every arrival must be late before that is no stall but a shift.
 constexpr double kStallS = 1;
 /// Arrivals are never trusted to be truer than this, s.
 constexpr double kLeastJitterS = 1e-3;
 constexpr std::uint64_t kLeastPoints = 20;
-/// A backward jump is told from lost frames only where the counter holds this many frames.
-constexpr double kTellingModulus = 64;
 /// A stamp goes back by more than this only because a clock was set.
 constexpr std::int64_t kClockSetNs = 1'000'000'000;
 
 }  // namespace
 
 Clock::Clock(FrameDescriptionPtr description, ClockSettings settings)
-    : description_(std::move(description)), settings_(settings) {
+    : description_(std::move(description)), settings_(settings), steps_(description_, settings.source == ClockSource::kHost) {
   tick_s_ = description_->counter ? 1 / description_->counter->ticks_per_s : description_->period_s();
   byte_time_ns_ = description_->wire.byte_time_ns();
   status_.period_s = description_->period_s();
@@ -31,7 +28,7 @@ Clock::Clock(FrameDescriptionPtr description, ClockSettings settings)
 
 void Clock::reset() {
   running_ = false;
-  last_counter_.reset();
+  steps_.reset();
   has_angle_ = false;
   missing_ = 0;
   last_time_ns_ = 0;
@@ -60,51 +57,8 @@ void Clock::start(const Reading& reading) {
   status_.period_is_estimated = false;
 }
 
-double Clock::counted_ticks(const Reading& reading) const {
-  const CounterRule& rule = *description_->counter;
-  std::uint64_t ticks = reading.counter - *last_counter_;
-  if (rule.modulus == 0) return static_cast<double>(ticks);
-  if (reading.counter < *last_counter_) ticks += rule.modulus;
-  const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_.arrival_ns);
-  if (settings_.source == ClockSource::kHost && elapsed_s > kStallS) {
-    const double wraps = std::round((elapsed_s / (tick_s_ * slope_) - static_cast<double>(ticks)) / static_cast<double>(rule.modulus));
-    return static_cast<double>(ticks) + std::max(0.0, wraps) * static_cast<double>(rule.modulus);
-  }
-  return static_cast<double>(ticks);
-}
-
-double Clock::uncounted_frames(const Reading& reading) const {
-  const std::uint64_t end = last_.offset + last_.length;
-  if (description_->kinds.size() != 1 || reading.offset <= end) return 1;
-  return 1 + std::round(static_cast<double>(reading.offset - end) / reading.length);
-}
-
-Clock::Step Clock::step_to(const Reading& reading) {
-  Step step;
-  if (!reading.has_counter || !last_counter_) {
-    // Between counted frames an uncounted one takes no time of its own.
-    const double frames = reading.has_gyro && !last_counter_ ? uncounted_frames(reading) : 0;
-    step.ticks = frames * (description_->counter ? description_->period_s() / tick_s_ : 1);
-    step.missing = static_cast<std::uint32_t>(std::max(0.0, frames - 1));
-    return step;
-  }
-  const CounterRule& rule = *description_->counter;
-  step.ticks = counted_ticks(reading);
-  step.duplicate = step.ticks == 0;
-  const double modulus = rule.modulus == 0 ? 0x1p64 : static_cast<double>(rule.modulus);
-  if (settings_.source == ClockSource::kDevice && modulus / rule.ticks_per_frame >= kTellingModulus && step.ticks > modulus / 2) {
-    step.restarted = true;
-    step.ticks = rule.ticks_per_frame;
-  }
-  if (!rule.step_varies) {
-    const double frames = std::round(step.ticks / rule.ticks_per_frame);
-    step.missing = static_cast<std::uint32_t>(std::clamp(frames - 1, 0.0, 4e9));
-  }
-  return step;
-}
-
 // Whole ticks over whole milli-ticks a second: exact, so that a day of fast replay ends on the nanosecond.
-std::int64_t Clock::stamp_device(const Step& step) {
+std::int64_t Clock::stamp_device(const FrameStep& step) {
   if (step.restarted) {
     ++status_.resets;
     has_angle_ = false;
@@ -152,7 +106,7 @@ void Clock::fit(double y, double residual_s) {
   status_.period_s = description_->period_s() * slope_;
 }
 
-std::int64_t Clock::stamp_host(const Reading& reading, const Step& step) {
+std::int64_t Clock::stamp_host(const Reading& reading, const FrameStep& step) {
   const double y = 1e-9 * static_cast<double>(left_device_ns(reading) - origin_ns_);
   ticks_ += step.ticks;
   x_ = ticks_ * tick_s_;
@@ -172,14 +126,13 @@ std::int64_t Clock::stamp_host(const Reading& reading, const Step& step) {
 
 std::optional<Sample> Clock::push(const Reading& reading) {
   std::int64_t time_ns;
+  const FrameStep step = steps_.push(reading, slope_);
   if (!running_) {
     start(reading);
     time_ns = origin_ns_;
   } else {
-    const Step step = step_to(reading);
     if (step.duplicate) {
       ++status_.duplicates;
-      last_.arrival_ns = reading.arrival_ns;
       return std::nullopt;
     }
     const std::uint64_t resets = status_.resets;
@@ -191,8 +144,6 @@ std::optional<Sample> Clock::push(const Reading& reading) {
       last_time_ns_ = time_ns;
     }
   }
-  last_ = reading;
-  if (reading.has_counter) last_counter_ = reading.counter;
   if (last_time_ns_ != 0) time_ns = std::max(time_ns, last_time_ns_);
   last_time_ns_ = time_ns;
   return reading.has_gyro ? measure(reading, time_ns) : std::nullopt;

@@ -7,6 +7,7 @@
 
 #include "compensation/sample.hpp"
 #include "drivers/arrival_hull.hpp"
+#include "drivers/frame_steps.hpp"
 #include "drivers/wire/frame_description.hpp"
 #include "drivers/wire/reading.hpp"
 
@@ -61,20 +62,9 @@ class Clock {
   const ClockStatus& status() const { return status_; }
 
  private:
-  /// What the counter says about the way from the reading before to this one.
-  struct Step {
-    double ticks = 0;
-    std::uint32_t missing = 0;  ///< frames
-    bool duplicate = false;
-    bool restarted = false;     ///< the counter cannot have come here by counting
-  };
-
-  Step step_to(const Reading& reading);
-  double counted_ticks(const Reading& reading) const;
-  double uncounted_frames(const Reading& reading) const;
   void start(const Reading& reading);
-  std::int64_t stamp_device(const Step& step);
-  std::int64_t stamp_host(const Reading& reading, const Step& step);
+  std::int64_t stamp_device(const FrameStep& step);
+  std::int64_t stamp_host(const Reading& reading, const FrameStep& step);
   bool out_of_step(double residual_s, double y);
   void fit(double y, double residual_s);
   std::optional<Sample> measure(const Reading& reading, std::int64_t time_ns);
@@ -83,13 +73,12 @@ class Clock {
 
   FrameDescriptionPtr description_;
   ClockSettings settings_;
+  FrameSteps steps_;
   ClockStatus status_;
   double tick_s_ = 0;       ///< nominal
   double byte_time_ns_ = 0;
 
   bool running_ = false;
-  Reading last_;            ///< the reading before (any kind)
-  std::optional<std::uint64_t> last_counter_;  ///< of the last reading that had one
   std::uint32_t missing_ = 0;         ///< since the last sample
   std::int64_t origin_ns_ = 0;        ///< host time where x and y are 0
   double ticks_ = 0;                  ///< unwrapped, since origin

@@ -14,7 +14,7 @@ using Keys = std::map<std::string, std::vector<std::string>, std::less<>>;
 const Keys& all_keys() {
   static const Keys kKeys = {
       {"description",
-       {"format", "version", "name", "title", "source", "proved", "line", "rate_hz", "rate_tolerance", "latency_us", "order",
+       {"$schema", "format", "version", "name", "title", "source", "proved", "line", "rate_hz", "rate_tolerance", "latency_us", "order",
         "parts", "kinds", "send", "gyro", "counter", "temperature", "uhfo", "status", "latency", "vectors"}},
       {"line", {"baud", "data_bits", "parity", "stop_bits"}},
       {"part", {"size", "fields"}},

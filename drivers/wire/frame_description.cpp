@@ -97,6 +97,7 @@ void read_send(const Section& s, FrameDescription& description) {
 }
 
 void read_all(const Section& s, const std::string& file, const GyroChoice& choice, FrameDescription& description) {
+  s.text("$schema", "");  // for editors
   s.choice("format", {"prism-frames"}, true);
   s.whole("version", 1, 1);
   description.name = s.text("name");
@@ -145,6 +146,7 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
   read_all(Section(problems, json, "", "description"), file, choice, *description);
   if (!problems.any()) check_description(problems, *description);
   if (problems.any()) return tl::unexpected<Error>(*problems.first());
+  json.erase("$schema");
   description->id = id_of(json.dump());
   return FrameDescriptionPtr(std::move(description));
 }

@@ -5,24 +5,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <tuple>
 
 namespace prism {
 namespace {
 
 constexpr std::uint64_t kLeastFrames = 3;
-constexpr double kTimesChance = 10;
 constexpr double kLeastShare = 0.5;
-
-/// Frames that `bytes` random bytes would give: each kind at each offset, with the bits that say "frame".
-double chance_frames(const FrameDescription& description, std::uint64_t bytes) {
-  double frames = 0;
-  for (const FrameKind& kind : description.kinds) {
-    frames += static_cast<double>(bytes) * std::exp2(-kind.known_bits * kind.confirmations);
-  }
-  return frames;
-}
 
 }  // namespace
 
@@ -49,11 +38,9 @@ std::vector<SniffScore> Sniffer::ranking() const {
     score.frames = counters.frames;
     score.bytes = counters.bytes;
     score.framed_bytes = counters.bytes - counters.skipped_bytes - decoder.held_bytes();
-    score.by_chance = chance_frames(decoder.description(), counters.bytes);
     const double seconds = 1e-9 * static_cast<double>(last_ns_ - first_ns_);
     score.rate_hz = seconds > 0 ? static_cast<double>(counters.frames) / seconds : 0;
-    score.fits = score.frames >= kLeastFrames && static_cast<double>(score.frames) >= kTimesChance * score.by_chance &&
-                 score.share() >= kLeastShare;
+    score.fits = score.frames >= kLeastFrames && score.share() >= kLeastShare;
   }
   const auto rank = [](const SniffScore& s) { return std::tuple(s.fits, s.share(), s.frames); };
   std::stable_sort(scores.begin(), scores.end(), [&](const SniffScore& a, const SniffScore& b) { return rank(a) > rank(b); });

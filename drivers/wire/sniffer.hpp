@@ -16,7 +16,6 @@ struct SniffScore {
   std::uint64_t frames = 0;        ///< good ones, of every kind
   std::uint64_t bytes = 0;         ///< seen
   std::uint64_t framed_bytes = 0;  ///< of them within good frames (or their trailers)
-  double by_chance = 0;            ///< frames that random bytes of that number would give
   double rate_hz = 0;              ///< frames a second as they arrived; 0 where the times say nothing
   bool fits = false;
 
@@ -26,8 +25,9 @@ struct SniffScore {
 /// Feeds the same bytes to a decoder of each description. One Sniffer a speed and parity: bytes that were received with
 /// other settings are other bytes.
 ///
-/// A description fits when at least three frames were seen, ten times as many as chance would give, and at least half
-/// of the bytes stand in them. Several may fit (devices share frames); the line cannot tell more.
+/// A description fits when at least three frames were seen and at least half of the bytes stand in them; random bytes
+/// never come near that, because the decoder asks weak frames for confirmation. Several may fit (devices share frames);
+/// the line cannot tell more.
 class Sniffer {
  public:
   explicit Sniffer(const std::vector<FrameDescriptionPtr>& descriptions);

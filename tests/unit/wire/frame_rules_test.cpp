@@ -2,7 +2,10 @@
 // The rules by which a frame is recognised, one by one: what each of them is there to refuse.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <random>
 
 #include "drivers/wire/inspect.hpp"
 #include "tests/unit/wire/descriptions.hpp"
@@ -23,9 +26,9 @@ FrameDescriptionPtr one_kind(const std::string& members) {
 bool decodes(const FrameDescriptionPtr& description, const Bytes& bytes) { return inspect_frame(*description, bytes).has_value(); }
 
 TEST(FrameRules, ALineOfTextThatWasJoinedInTheMiddleIsNotBelieved) {
-  const auto readings = test::decode(test::shipped("dsp3000-ascii"), text("5733   1\r\n    0.015733   1\r\n    0.015734   1\r\n    0.015735   1\r\n"));
+  const auto readings = test::decode(test::shipped("dsp3000-ascii"), text("15.015733    1\r\n    0.015733   1\r\n    0.015734   1\r\n    0.015735   1\r\n"));
   ASSERT_EQ(readings.size(), 3u);
-  EXPECT_EQ(readings[0].gyro, 0.015733) << "not 5733";
+  EXPECT_EQ(readings[0].gyro, 0.015733) << "not the rest of -115.015733";
 }
 
 TEST(FrameRules, ALengthBelowItsMinimumIsNoFrame) {
@@ -98,6 +101,79 @@ TEST(FrameRules, AWeakFrameWithoutASecondIsNotBelieved) {
   encoder.encode({.rate_deg_per_h = 10, .interval_s = 1e-3, .temperature_degc = 20}, bytes);
   bytes.resize(40, 0x55);
   EXPECT_TRUE(test::decode(description, bytes).empty());
+}
+
+TEST(FrameRules, WordsThatHardlyHaveASyncAreConfirmedAfterEveryBreak) {
+  const auto description = test::shipped("dsp3000");
+  FrameEncoder encoder(description);
+  Bytes bytes;
+  for (int i = 0; i < 100; ++i) encoder.encode({.rate_deg_per_h = 1000.0 + i, .interval_s = 1e-3}, bytes);
+  const std::size_t good = bytes.size();
+  std::mt19937 random(6);
+  for (int i = 0; i < 2000; ++i) bytes.push_back(static_cast<std::uint8_t>(random()));
+  const auto readings = test::decode(description, bytes);
+  const auto in_garbage = std::count_if(readings.begin(), readings.end(), [&](const Reading& r) { return r.offset >= good; });
+  EXPECT_EQ(readings.size() - static_cast<std::size_t>(in_garbage), 100u);
+  EXPECT_LE(in_garbage, 3) << "a word or two that happen to fit at the end of the good ones";
+}
+
+TEST(FrameRules, WeakFramesConfirmEachOtherOnlyWithTheRightCounterStep) {
+  const auto description = test::shipped("stim210");
+  FrameEncoder encoder(description);
+  const GyroState state{.rate_deg_per_h = 10, .interval_s = 1e-3, .temperature_degc = 20};
+  Bytes bytes;
+  encoder.encode(state, bytes);
+  encoder.skip(state, 5);
+  encoder.encode(state, bytes);
+  EXPECT_TRUE(test::decode(description, bytes).empty()) << "two with six steps between them";
+  encoder.encode(state, bytes);
+  EXPECT_EQ(test::decode(description, bytes).size(), 2u) << "the second and third confirm each other";
+}
+
+/// Frames of a description with halves of a temperature: counter, 1 (high), 2 (low) or 0 (neither), the half.
+Bytes half_frames(const std::vector<std::array<std::uint8_t, 3>>& frames) {
+  const Crc crc({16, 0x1021, 0, false, false, 0});
+  Bytes bytes;
+  for (const auto& [counter, which, half] : frames) {
+    const Bytes frame = {0xAB, 0xCD, counter, which, half};
+    const auto check = crc.compute(frame);
+    bytes.insert(bytes.end(), frame.begin(), frame.end());
+    bytes.push_back(static_cast<std::uint8_t>(check >> 8));
+    bytes.push_back(static_cast<std::uint8_t>(check));
+  }
+  return bytes;
+}
+
+FrameDescriptionPtr halves_description(const std::string& counter) {
+  return test::description_of(R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 921600}, "rate_hz": 100,
+    "kinds": [{"name": "k", "sync": {"bytes": "AB CD"}, "length": 7, "checks": {"kind": "crc", "width": 16, "poly": "0x1021", "to": -2, "at": -2},
+      "fields": {"n": {"at": 2, "type": "u8"}, "which": {"at": 3, "type": "u8"},
+                 "high": {"at": 4, "type": "u8", "when": {"field": "which", "values": 1}},
+                 "low": {"at": 4, "type": "u8", "when": {"field": "which", "values": 2}}}}],
+    "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "n"}}, "counter": )" + counter + R"(,
+    "temperature": {"high": "high", "low": "low", "stale_after_s": 0.05}})");
+}
+
+TEST(FrameRules, HalvesWithSomethingBetweenThemAreNotJoined) {
+  const auto description = halves_description(R"({"field": "n"})");
+  EXPECT_EQ(test::decode(description, half_frames({{7, 1, 1}, {8, 2, 2}}))[1].temperature_degc, 258);
+  EXPECT_TRUE(std::isnan(test::decode(description, half_frames({{7, 1, 1}, {9, 2, 2}}))[1].temperature_degc)) << "the counter knows of one between";
+  Bytes bytes = half_frames({{7, 1, 1}, {8, 2, 2}});
+  bytes.insert(bytes.begin() + 7, {1, 2, 3});
+  const auto apart = test::decode(description, bytes);
+  ASSERT_EQ(apart.size(), 2u);
+  EXPECT_TRUE(std::isnan(apart[1].temperature_degc)) << "bytes between them, whole turns of the counter perhaps";
+}
+
+TEST(FrameRules, ASlowChannelAgesByTheFramesThatTheCounterCounts) {
+  // 600 counted frames a second, of which 100 carry the gyro: 50 ms are 30 of them.
+  const auto description = halves_description(R"({"field": "n", "ticks_per_s": 600, "step": 1})");
+  std::vector<std::array<std::uint8_t, 3>> frames = {{0, 1, 1}, {1, 2, 2}};
+  for (std::uint8_t n = 2; n < 40; ++n) frames.push_back({n, 0, 0});
+  const auto readings = test::decode(description, half_frames(frames));
+  ASSERT_EQ(readings.size(), 40u);
+  EXPECT_EQ(readings[31].temperature_degc, 258);
+  EXPECT_TRUE(std::isnan(readings[32].temperature_degc));
 }
 
 TEST(FrameRules, ASlowChannelIsHeldUntilItsLimitAndNotAcrossSessions) {

@@ -15,11 +15,12 @@ TEST(ShippedDescriptions, LoadAndDecodeTheirOwnTestVectors) {
     ASSERT_TRUE(parsed) << parsed.error().text();
     EXPECT_EQ((*parsed)->name, entry.path().stem()) << "the file is named after the description";
     EXPECT_FALSE((*parsed)->source.empty()) << entry.path();
+    EXPECT_FALSE((*parsed)->test_vectors.empty()) << entry.path();
     const auto vectors = run_test_vectors(**parsed);
     EXPECT_TRUE(vectors) << vectors.error().text();
     ++count;
   }
-  EXPECT_GE(count, 2);
+  EXPECT_GE(count, 24);
 }
 
 TEST(ShippedDescriptions, AVectorWithAWrongValueIsRefusedWithItsPlace) {
@@ -30,6 +31,16 @@ TEST(ShippedDescriptions, AVectorWithAWrongValueIsRefusedWithItsPlace) {
   const auto result = run_test_vectors(*test::description_of(text));
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().text(), "test.json:/vectors/0: counter is 4660; expected 4661");
+}
+
+TEST(ShippedDescriptions, AVectorMustBeOneWholeFrame) {
+  std::string text = test::read_file(test::frames_dir() / "trplg.json");
+  const std::size_t at = text.find("00 07 63 4D");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, 11, "00 07 63 4D A5");
+  const auto result = run_test_vectors(*test::description_of(text));
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().text(), "test.json:/vectors/0: 20 of 21 bytes are a frame; expected all of them to be one of kind data");
 }
 
 }  // namespace

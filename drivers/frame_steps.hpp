@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// How far the device has come from one reading to the next: its counter unwrapped, lost and repeated frames known.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "drivers/wire/frame_description.hpp"
+#include "drivers/wire/reading.hpp"
+
+namespace prism {
+
+struct FrameStep {
+  double ticks = 0;           ///< of CounterRule; without a counter in the description: frames
+  std::uint32_t missing = 0;  ///< frames between, known to be lost
+  bool duplicate = false;     ///< the same counter again
+  bool restarted = false;     ///< the counter cannot have come here by counting; `ticks` is one frame then
+};
+
+/// The counter's difference modulo its modulus. Where arrivals may be asked, a silence of more than a second may hide
+/// whole turns of the counter: as many are added as the arrivals say. Where they may not, a counter that comes back by
+/// less than half its modulus was restarted (if it holds at least 64 frames; a smaller one cannot tell that from loss).
+///
+/// In a stream without a counter each frame that carries the gyro is one step; frames lost on the line are known from
+/// the bytes skipped there, where the stream has one kind of frame. An uncounted frame between counted ones takes no step.
+class FrameSteps {
+ public:
+  FrameSteps(FrameDescriptionPtr description, bool by_arrival);
+
+  /// `slope`: host seconds per nominal device second, as far as known. The first reading's step is 0.
+  FrameStep push(const Reading& reading, double slope);
+  void reset();
+
+ private:
+  FrameStep step_to(const Reading& reading, double slope) const;
+  FrameStep uncounted(const Reading& reading) const;
+  double counted_ticks(const Reading& reading, double slope) const;
+  double frames_by_offset(const Reading& reading) const;
+
+  FrameDescriptionPtr description_;
+  bool by_arrival_;
+  bool running_ = false;
+  Reading last_;  ///< of any kind
+  std::optional<std::uint64_t> last_counter_;
+};
+
+}  // namespace prism
