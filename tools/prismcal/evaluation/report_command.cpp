@@ -127,7 +127,9 @@ void add_report_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand(
       "report", "the paper's experiment: train all its models, judge them on a repeat and on other profiles");
   const auto choice = std::make_shared<Choice>();
-  command->add_option("training", choice->training, "recording to train on: a log of prismd, or a folder of segments")
+  command
+      ->add_option("training", choice->training,
+                   "recording to train on: prismd's log (file or folder), a capture, or CSV with --map")
       ->required();
   command->add_option("repeat", choice->repeat, "recording of the same profile, to judge by")->required();
   command->add_option("others", choice->others, "recordings of other profiles");
