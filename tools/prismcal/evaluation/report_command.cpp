@@ -26,6 +26,7 @@ struct Choice {
   std::vector<std::string> others;
   StudyTraining study;
   bool force = false;
+  std::string models = "paper";
   CommonOptions common;
 };
 
@@ -104,8 +105,8 @@ Result<bool> make_report(Choice choice) {
     if (i > 0) data.evaluated.push_back(loaded[i].table);
   }
   choice.study.gyro_serial = loaded.front().recording.value("gyro_serial");
-  const auto study =
-      run_study(std::move(data), paper_models(uhfo), choice.common.divisor, study_trainer(choice.study), show_progress);
+  const auto study = run_study(std::move(data), choice.models == "paper" ? paper_models(uhfo) : ladder_models(uhfo),
+                               choice.common.divisor, study_trainer(choice.study), show_progress);
   if (!study) return tl::unexpected(study.error());
 
   report::Report report = begin_report(recordings, choice, *gate);
@@ -133,6 +134,10 @@ void add_report_command(CLI::App& app, int& code) {
       ->required();
   command->add_option("repeat", choice->repeat, "recording of the same profile, to judge by")->required();
   command->add_option("others", choice->others, "recordings of other profiles");
+  command
+      ->add_option("--models", choice->models,
+                   "paper (default): all of its tables; ladder: one of each kind, in a tenth of the time")
+      ->check(CLI::IsMember({"paper", "ladder"}));
   command->add_option("--limits", choice->limits,
                       "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL");
   command->add_option("--seed", choice->study.seed, "of the shuffled folds");

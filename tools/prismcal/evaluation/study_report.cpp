@@ -41,9 +41,10 @@ Section summary(const Study& study) {
   for (const StudyRow& row : study.rows) {
     for (std::size_t i = 0; i < row.judged.size(); ++i) {
       if (row.judged[i].stability.improvement.value_or(0) >= 0) continue;
+      const std::string tuned = row.spec.tune.empty() ? "" : ", tuned by " + tune_text(row.spec.tune) + ",";
       section.blocks.push_back(
-          Paragraph{fmt::format("{} on {} ({}) ends worse than no compensation on {}.", method_text(row.spec),
-                                row.spec.inputs_text(), tune_text(row.spec.tune), study.data.evaluated[i].name),
+          Paragraph{fmt::format("{} on {}{} ends worse than no compensation on {}.", method_text(row.spec),
+                                row.spec.inputs_text(), tuned, study.data.evaluated[i].name),
                     Mark::kWarn});
     }
   }
@@ -71,6 +72,14 @@ Section tuning_section(const Study& study) {
   return section;
 }
 
+/// A section of its own, unless the study trained nothing of the kind.
+void add_kernel_section(std::vector<Section>& sections, Section section, report::Table table, report::Figure figure) {
+  if (table.rows.empty()) return;
+  section.blocks.push_back(std::move(table));
+  if (!figure.plot.panels.empty()) section.blocks.push_back(std::move(figure));
+  sections.push_back(std::move(section));
+}
+
 }  // namespace
 
 const StudyRow* chosen_row(const Study& study) {
@@ -90,9 +99,11 @@ std::vector<Section> study_sections(const Study& study, const std::vector<Limit>
       summary(study),
       {"correlation", "What the bias moves with", {correlation_table(study), inputs_figure(study.data.training)}},
       {"least_squares", "Least squares", {least_squares_table(study), least_squares_figure(study)}},
-      stepwise_section(study),
-      {"single", "IR-LSSVM with one input", {single_input_table(study), weights_by_inputs_figure(study, 1, 1)}},
-      {"composite", "IR-LSSVM with composite inputs", {composite_table(study), weights_by_inputs_figure(study, 2, 3)}}};
+      stepwise_section(study)};
+  add_kernel_section(sections, {"single", "IR-LSSVM with one input", {}}, single_input_table(study),
+                     weights_by_inputs_figure(study, 1, 1));
+  add_kernel_section(sections, {"composite", "IR-LSSVM with composite inputs", {}}, composite_table(study),
+                     weights_by_inputs_figure(study, 2, 3));
   if (const auto figure = lssvm_figure(study)) sections.back().blocks.push_back(*figure);
   sections.push_back({"profiles", "Other profiles", {profiles_table(study)}});
   sections.push_back(tuning_section(study));
