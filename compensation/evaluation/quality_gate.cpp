@@ -13,6 +13,8 @@ namespace {
 
 /// Noise sds that no chance reaches in a day of blocks.
 constexpr double kStandsOut = 8;
+/// Blocks from which on steps and noise mean something.
+constexpr std::size_t kEnoughForNoise = 8;
 
 /// sd of the white part of blocks [begin, end): second differences have variance 6 sd², and neither a drift nor a ramp
 /// reaches them; the median keeps outliers out.
@@ -111,7 +113,7 @@ Result<GateReport> judge_record(std::span<const double> temperature_degc, std::s
   if (temperature_degc.size() != count || (!follows.empty() && follows.size() != count)) {
     return refuse(where, fmt::format("{} temperatures, {} rates; expected as many", temperature_degc.size(), count));
   }
-  if (count < 8) return refuse(where, fmt::format("{} blocks; nothing can be said below 8", count));
+  if (count < 2) return refuse(where, fmt::format("{} blocks; nothing can be said of fewer than 2", count));
   const auto temperature = measure_spread(temperature_degc, Divisor::kNMinus1, where + ", temperature");
   if (!temperature) return tl::unexpected(temperature.error());
   const auto rate = measure_spread(rate_deg_per_h, Divisor::kNMinus1, where + ", rate");
@@ -132,7 +134,9 @@ Result<GateReport> judge_record(std::span<const double> temperature_degc, std::s
   findings.push_back(find("explainable", still ? 0 : explainable, "", settings.min_explainable, true,
                           still ? "the temperature stands still, so nothing can be blamed on it"
                                 : "the rate hardly moves above its own noise"));
-  if (noise > 0) {
+  if (count < kEnoughForNoise) {
+    findings[1].text += "; its noise cannot be judged";
+  } else if (noise > 0) {
     const double step = largest_step(rate_deg_per_h);
     findings.push_back(find("moved", step > kStandsOut * noise ? step / rate->sd : 0, "sd", settings.max_step, false,
                             "the earth rate in the record is not constant: was the gyro turned?"));

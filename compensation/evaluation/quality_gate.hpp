@@ -49,11 +49,11 @@ struct Finding {
 struct GateReport {
   Verdict verdict = Verdict::kPass;    ///< the worst finding's
   bool nothing_to_compensate = false;  ///< no thermal movement above the noise
-  std::vector<Finding> findings;       ///< always all of them, in the order above
+  std::vector<Finding> findings;       ///< in the order above; below eight blocks without the last three
 };
 
 /// Blocks of one record: means of temperature and rate, as training takes them. `follows` as in block_means.hpp, or
-/// empty. Refused: lengths that differ, values not finite, fewer than eight blocks (nothing can be said).
+/// empty. Refused: lengths that differ, values not finite, fewer than two blocks.
 Result<GateReport> judge_record(std::span<const double> temperature_degc, std::span<const double> rate_deg_per_h,
                                 const std::vector<bool>& follows, const GateSettings& settings,
                                 const std::string& where);

@@ -10,6 +10,9 @@
 
 #include "config/version.hpp"
 #include "tools/prismcal/evaluation/allan_command.hpp"
+#include "tools/prismcal/evaluation/compare_command.hpp"
+#include "tools/prismcal/evaluation/evaluate_command.hpp"
+#include "tools/prismcal/evaluation/report_command.hpp"
 #include "tools/prismcal/training/cv_command.hpp"
 #include "tools/prismcal/training/fit_command.hpp"
 #include "tools/prismcal/training/predict_command.hpp"
@@ -29,6 +32,9 @@ int run(int argc, char** argv) {
   add_fit_command(app, code);
   add_cv_command(app, code);
   add_predict_command(app, code);
+  add_evaluate_command(app, code);
+  add_compare_command(app, code);
+  add_report_command(app, code);
   add_allan_command(app, code);
   try {
     app.parse(argc, argv);

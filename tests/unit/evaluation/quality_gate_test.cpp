@@ -88,11 +88,20 @@ TEST(QualityGate, FindsNothingToCompensateInWhiteNoise) {
 }
 
 TEST(QualityGate, RefusesWhatItCannotJudge) {
-  const std::vector<double> seven(7, 1.0), eight = {1, 2, 3, 4, 5, 6, 7, std::nan("")}, good = {1, 2, 3, 4, 5, 6, 7, 8};
-  EXPECT_EQ(judge_record(seven, seven, {}, {}, "log.csv").error().text(),
-            "log.csv: 7 blocks; nothing can be said below 8");
-  EXPECT_FALSE(judge_record(good, seven, {}, {}, "x"));
+  const std::vector<double> one = {1.0}, eight = {1, 2, 3, 4, 5, 6, 7, std::nan("")}, good = {1, 2, 3, 4, 5, 6, 7, 8};
+  EXPECT_EQ(judge_record(one, one, {}, {}, "log.csv").error().text(),
+            "log.csv: 1 blocks; nothing can be said of fewer than 2");
+  EXPECT_FALSE(judge_record(good, one, {}, {}, "x"));
   EXPECT_FALSE(judge_record(good, eight, {}, {}, "x"));
+}
+
+TEST(QualityGate, SaysOfAFewBlocksWhatCanBeSaid) {
+  const std::vector<double> warm = {25.0, 25.1, 25.2, 25.1}, rate = {1, 2, 1, 3};
+  const GateReport report = judge_record(warm, rate, {}, {}, "x").value();
+  EXPECT_TRUE(report.nothing_to_compensate);
+  EXPECT_EQ(report.verdict, Verdict::kRefuse);
+  EXPECT_EQ(report.findings.size(), 3u);
+  EXPECT_NE(named(report, "length").text.find("its noise cannot be judged"), std::string::npos);
 }
 
 /// Blocks of `length_s` of columns 1 (degC) and 2 (deg/s) of a real record.
@@ -129,8 +138,8 @@ TEST(QualityGate, LetsARealChamberCycleThrough) {
 
 TEST(QualityGate, FindsNothingToCompensateInARealRoom) {
   PRISM_NEEDS_SHARED("data/mpu6050_roomtemp_sunsided.csv");
-  for (int column = 2; column <= 4; ++column) {
-    const GateReport report = judge_real("mpu6050_roomtemp_sunsided.csv", 0.5, 10, column);
+  for (const auto& [column, length_s] : {std::pair{2, 10}, {3, 10}, {4, 10}, {2, 100}, {3, 100}, {4, 100}}) {
+    const GateReport report = judge_real("mpu6050_roomtemp_sunsided.csv", 0.5, length_s, column);
     EXPECT_TRUE(report.nothing_to_compensate);
     EXPECT_EQ(report.verdict, Verdict::kRefuse);
   }

@@ -36,6 +36,13 @@ Result<void> write_file(const std::filesystem::path& path, const std::string& te
 
 void add_common_options(CLI::App& command, CommonOptions& options) {
   const std::map<std::string, Divisor> divisors = {{"N", Divisor::kN}, {"N-1", Divisor::kNMinus1}};
+  command
+      .add_option("--map", options.source.map,
+                  "any CSV: QUANTITY=COLUMN:UNIT for rate, temperature, uhfo, time; repeat or list")
+      ->delimiter(',');
+  command.add_option("--interval", options.source.interval_s, "seconds between rows, where a mapped CSV has no time")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--config", options.source.config, "captures: the prismd.json they were recorded with");
   command.add_option("--latitude", options.latitude_deg, "of the place, deg (default: what the log states)")
       ->check(CLI::Range(-90.0, 90.0));
   command.add_option("--elevation", options.elevation_deg, "of the input axis above the horizon, deg")
@@ -72,10 +79,11 @@ bool is_simulated(const Recording& recording, const CommonOptions& options) {
 
 Result<Loaded> load_blocks(const std::string& path, const FeatureDefinition& features, const ModelInfo* model,
                            const CommonOptions& options) {
-  auto recording = read_recording(path);
+  auto recording = read_source(path, options.source);
   if (!recording) return tl::unexpected(recording.error());
   const std::string serial = recording->value("gyro_serial");
-  if (model && !options.any_gyro && !model->gyro_serial.empty() && !serial.empty() && serial != model->gyro_serial) {
+  if (model && !options.any_gyro && !model->gyro_serial.empty() && !serial.empty() && serial != "unknown" &&
+      serial != model->gyro_serial) {
     return refuse(
         path, fmt::format("recorded from gyro \"{}\", the model is bound to \"{}\"; --any-gyro judges it all the same",
                           serial, model->gyro_serial));

@@ -11,10 +11,12 @@
 #include "tools/prismcal/evaluation/block_table.hpp"
 #include "tools/prismcal/evaluation/recording.hpp"
 #include "tools/prismcal/report/document.hpp"
+#include "tools/prismcal/training/source.hpp"
 
 namespace prism {
 
 struct CommonOptions {
+  SourceOptions source;
   std::optional<double> latitude_deg, elevation_deg, azimuth_deg;  ///< instead of what the log states
   bool no_earth_rate = false;
   Divisor divisor = Divisor::kNMinus1;

@@ -118,7 +118,8 @@ void add_compare_command(CLI::App& app, int& code) {
   const auto choice = std::make_shared<Choice>();
   command->add_option("models", choice->models, "model files; the first is the one that others are measured against")
       ->required();
-  command->add_option("--on", choice->recordings, "logs of prismd: files, or folders of segments")->required();
+  command->add_option("--on", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")
+      ->required();
   add_common_options(*command, choice->common);
   command->callback([choice, &code] {
     const auto done = compare(*choice);

@@ -122,7 +122,8 @@ void add_evaluate_command(CLI::App& app, int& code) {
       app.add_subcommand("evaluate", "judge a model on recordings: stability, Allan deviation, limits, report");
   const auto choice = std::make_shared<Choice>();
   command->add_option("model", choice->model, "model file")->required();
-  command->add_option("recordings", choice->recordings, "logs of prismd: files, or folders of segments")->required();
+  command->add_option("recordings", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")
+      ->required();
   command->add_option("--training", choice->training,
                       "the recording that the model was trained on, for the domain figure");
   command->add_option("--limits", choice->limits,

@@ -139,7 +139,7 @@ Panel plane_panel(const char* title, const char* label, const std::string& input
 Figure record_figure(const BlockTable& table, const std::string& id) {
   const auto hours = table.hours();
   Figure figure{id + "_record", "The recording " + table.name, fmt::format("{} s means.", table.features.length_s), {}};
-  figure.plot.panel_height = 170;
+  figure.plot.panel_height = 180;
   auto& panels = figure.plot.panels;
   panels.push_back(
       time_panel("temperature", "T, °C", {curve("", Ink::kModel, hours, table.column(kInputTemperature))}));

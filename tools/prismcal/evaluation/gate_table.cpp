@@ -32,6 +32,21 @@ report::Table gate_table(const GateReport& gate, const std::string& recording) {
   return table;
 }
 
+nlohmann::ordered_json gate_json(const GateReport& gate) {
+  nlohmann::ordered_json findings = nlohmann::ordered_json::array();
+  for (const Finding& f : gate.findings) {
+    findings.push_back({{"name", f.name},
+                        {"verdict", verdict_text(f.verdict)},
+                        {"value", f.value},
+                        {"unit", f.unit},
+                        {f.at_least ? "warn_below" : "warn_above", f.threshold.warn},
+                        {f.at_least ? "refuse_below" : "refuse_above", f.threshold.refuse}});
+  }
+  return {{"verdict", verdict_text(gate.verdict)},
+          {"nothing_to_compensate", gate.nothing_to_compensate},
+          {"findings", findings}};
+}
+
 report::Paragraph gate_paragraph(const GateReport& gate, const std::string& recording) {
   if (gate.nothing_to_compensate)
     return {recording + ": nothing to compensate. " + "No movement above the noise can be blamed on temperature.",

@@ -2,6 +2,8 @@
 // The quality gate of a recording as a table.
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include "compensation/evaluation/quality_gate.hpp"
 #include "tools/prismcal/evaluation/block_table.hpp"
 #include "tools/prismcal/report/document.hpp"
@@ -10,6 +12,9 @@ namespace prism {
 
 Result<GateReport> judge_blocks(const BlockTable& table, const GateSettings& settings = {});
 report::Table gate_table(const GateReport& gate, const std::string& recording);
+
+/// {"verdict":…,"nothing_to_compensate":…,"findings":[{"name":…,"verdict":…,"value":…,"unit":…,"warn":…,"refuse":…}…]}
+nlohmann::ordered_json gate_json(const GateReport& gate);
 
 /// One line: "fit for training", or why not.
 report::Paragraph gate_paragraph(const GateReport& gate, const std::string& recording);

@@ -59,6 +59,17 @@ std::vector<ModelSpec> paper_models(bool with_uhfo) {
   return specs;
 }
 
+std::vector<ModelSpec> ladder_models(bool with_uhfo) {
+  std::vector<ModelSpec> specs = paper_models(with_uhfo);
+  const std::size_t most = with_uhfo ? 3 : 2;
+  std::erase_if(specs, [=](const ModelSpec& spec) {
+    const bool tuned = !spec.tune.empty();
+    const bool other_weight = !spec.weight.empty() && spec.weight != "myriad";
+    return tuned && (spec.inputs.size() != most || other_weight);
+  });
+  return specs;
+}
+
 Result<Study> run_study(StudyData data, const std::vector<ModelSpec>& specs, Divisor divisor, const Trainer& train,
                         const std::function<void(std::size_t, std::size_t, const std::string&)>& progress) {
   Study study{std::move(data), divisor, {}};

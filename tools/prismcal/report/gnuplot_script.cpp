@@ -116,38 +116,82 @@ bool uses_right_axis(const Panel& panel) {
   return std::any_of(panel.series.begin(), panel.series.end(), [](const Series& s) { return s.right_axis; });
 }
 
-/// True where title and key do not fit on one line above the panel, at about 6.5 px a letter.
-bool needs_two_lines(const Panel& panel, double width) {
-  double letters = static_cast<double>(panel.title.size()) + 2;
+constexpr double kLetter = 6.7;  // pixels, about
+
+/// How many lines stand above a panel: the key wraps, and the title goes over it where both do not fit on one line.
+struct Heading {
+  int key_lines = 0;
+  bool title_above = false;
+  int lines() const { return std::max(1, key_lines + (title_above ? 1 : 0)); }
+};
+
+Heading heading_of(const Panel& panel, double width) {
+  std::size_t longest = 0;
+  int entries = 0;
   for (const Series& series : panel.series) {
-    if (!series.name.empty()) letters += static_cast<double>(series.name.size()) + 8;
+    if (series.name.empty()) continue;
+    longest = std::max(longest, series.name.size());
+    ++entries;
   }
-  return 6.5 * letters > width;
+  if (entries == 0) return {};
+  const double entry = kLetter * (static_cast<double>(longest) + 7);  // gnuplot makes all as wide as the widest
+  const int in_a_line = std::max(1, static_cast<int>(width / entry));
+  const double title = kLetter * (static_cast<double>(panel.title.size()) + 2);
+  return {(entries + in_a_line - 1) / in_a_line, !panel.title.empty() && entries * entry + title > width};
+}
+
+/// 1, 2 or 5 times a power of ten, so that about `count` steps cover `span`.
+double nice_step(double span, double count) {
+  const double raw = span / std::max(1.0, count), power = std::pow(10, std::floor(std::log10(raw)));
+  const double digit = raw / power;
+  return power * (digit <= 1 ? 1 : digit <= 2 ? 2 : digit <= 5 ? 5 : 10);
+}
+
+/// "set ytics STEP" that leaves each label its room; gnuplot's own choice crowds low panels.
+void write_tic_step(std::string& script, const char* which, const Panel& panel, bool right, double height) {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const Series& series : panel.series) {
+    if (series.right_axis != right) continue;
+    for (const auto* values : {&series.y, &series.high}) {
+      for (const double value : *values) {
+        if (!std::isfinite(value)) continue;
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+    }
+  }
+  const bool logarithmic = right ? panel.right.logarithmic : panel.y.logarithmic;
+  if (logarithmic || !(high > low)) {
+    fmt::format_to(Out(script), "set {}tics autofreq\n", which);
+  } else {
+    fmt::format_to(Out(script), "set {}tics {:.6g}\n", which, nice_step(high - low, height / 30));
+  }
 }
 
 /// Where a panel stands, in shares of the picture: left, right, bottom, top.
 struct Place {
   double left, right, bottom, top;
-  bool two_lines;  ///< the title stands above the key, not beside it
+  double height;  ///< of the panel's inside, pixels
+  Heading heading;
 };
 
 /// Margins in pixels leave room for labels and the key line above each panel.
 Place place_of(const Plot& plot, std::size_t index) {
-  constexpr double kWidth = 960, kLeft = 72, kBottom = 50;
+  constexpr double kWidth = 960, kLeft = 80, kBottom = 50;
   const int columns = std::max(1, plot.columns);
   const int rows = (static_cast<int>(plot.panels.size()) + columns - 1) / columns;
   const bool heat = std::any_of(plot.panels[index].series.begin(), plot.panels[index].series.end(),
                                 [](const Series& s) { return s.form == Form::kHeat; });
   const double right = heat ? 78 : std::any_of(plot.panels.begin(), plot.panels.end(), uses_right_axis) ? 66 : 14;
   const double panel_width = kWidth / columns - kLeft - right;
-  const bool crowded = std::any_of(plot.panels.begin(), plot.panels.end(),
-                                   [=](const Panel& panel) { return needs_two_lines(panel, panel_width); });
-  const double above = crowded ? 48 : 34;
+  int lines = 1;
+  for (const Panel& panel : plot.panels) lines = std::max(lines, heading_of(panel, panel_width).lines());
+  const double above = 20 + 15 * lines;
   const double cell = kWidth / columns, height = plot.panel_height * rows;
   const double x = cell * static_cast<double>(static_cast<int>(index) % columns);
   const double y = plot.panel_height * static_cast<double>(static_cast<int>(index) / columns);
-  return {(x + kLeft) / kWidth, (x + cell - right) / kWidth, 1 - (y + plot.panel_height - kBottom) / height,
-          1 - (y + above) / height, needs_two_lines(plot.panels[index], panel_width)};
+  return {(x + kLeft) / kWidth,     (x + cell - right) / kWidth,         1 - (y + plot.panel_height - kBottom) / height,
+          1 - (y + above) / height, plot.panel_height - above - kBottom, heading_of(plot.panels[index], panel_width)};
 }
 
 void write_panel(std::string& script, const Panel& panel, std::size_t index, const Place& place) {
@@ -155,12 +199,14 @@ void write_panel(std::string& script, const Panel& panel, std::size_t index, con
   fmt::format_to(out, "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\n", place.left, place.right);
   fmt::format_to(out, "set bmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n", place.bottom, place.top);
   fmt::format_to(out, "set label 1 {} at graph 0,1 left offset 0,{} textcolor rgb '#1b2733'\n", quoted(panel.title),
-                 place.two_lines ? 2.0 : 0.75);
+                 0.75 + 1.15 * (place.heading.title_above ? place.heading.key_lines : 0));
   const bool empty = is_empty(panel);
   write_axis(script, "x", empty ? with_range(panel.x) : panel.x);
   write_axis(script, "y", empty ? with_range(panel.y) : panel.y);
   const bool right = uses_right_axis(panel);
-  script += right ? "set y2tics nomirror\n" : "unset y2tics\nset y2label ''\n";
+  script += right ? "" : "unset y2tics\nset y2label ''\n";
+  write_tic_step(script, "y", panel, false, place.height);
+  if (right) write_tic_step(script, "y2", panel, true, place.height);
   if (right) write_axis(script, "y2", empty ? with_range(panel.right) : panel.right);
   const bool named =
       std::any_of(panel.series.begin(), panel.series.end(), [](const Series& s) { return !s.name.empty(); });
@@ -190,7 +236,7 @@ std::string gnuplot_script(const Plot& plot, const std::string& name, const std:
       "set grid linecolor rgb '#e5e7eb' linewidth 0.6 dashtype solid\n"
       "set tics textcolor rgb '#374151' scale 0.5 nomirror\n"
       "set style fill noborder\nset boxwidth 0.9 relative\n"
-      "set palette defined (0 '#12385f', 0.5 '#7fa3c7', 1 '#f6f0e4')\n";
+      "set format cb '%.2f'\nset palette defined (0 '#12385f', 0.5 '#7fa3c7', 1 '#f6f0e4')\n";
   write_gnuplot_data(script, plot);
   script += "set multiplot\n";
   for (std::size_t p = 0; p < plot.panels.size(); ++p) write_panel(script, plot.panels[p], p, place_of(plot, p));

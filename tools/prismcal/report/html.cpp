@@ -90,8 +90,8 @@ class Page {
       text_ += "<tr>";
       for (std::size_t i = 0; i < row.size(); ++i) {
         const bool number = i < table.columns.size() && table.columns[i].number;
-        text_ += fmt::format("<td class=\"{} {}\">{}</td>", number ? "number" : "text", css_class(row[i].mark),
-                             html_escaped(row[i].text));
+        const char* kind = number ? "number" : row[i].text.size() > 36 ? "text long" : "text";
+        text_ += fmt::format("<td class=\"{} {}\">{}</td>", kind, css_class(row[i].mark), html_escaped(row[i].text));
       }
       text_ += "</tr>\n";
     }

@@ -29,7 +29,7 @@ figcaption b, caption b { color: var(--blue); } .note { color: var(--soft); }
 table.data { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; min-width: 50%; }
 table.data th { font-weight: 600; text-align: left; padding: .35rem .8rem; border-top: 2px solid var(--ink); border-bottom: 1px solid var(--ink); vertical-align: bottom; }
 table.data td { padding: .26rem .8rem; border-bottom: 1px solid var(--line); white-space: nowrap; }
-table.data .text { white-space: normal; }
+table.data .long { white-space: normal; }
 table.data tr:last-child td { border-bottom: 2px solid var(--ink); }
 table.data .number { text-align: right; } table.data .unit { display: block; font-weight: 400; color: var(--soft); font-size: .82rem; }
 tr.group td { font-weight: 600; background: var(--pale); }
@@ -40,7 +40,7 @@ footer { margin-top: 3rem; padding-top: .6rem; border-top: 1px solid var(--line)
 @media print {
   @page { size: A4; margin: 16mm 14mm; }
   html { font-size: 9.6pt; } body { max-width: none; padding: 0; } nav { display: none; }
-  h2 { break-after: avoid; } .wide { overflow: visible; } a { color: inherit; }
+  h2 { break-after: avoid; } .wide { overflow: visible; } table.data { font-size: .82rem; } table.data td, table.data th { padding: .2rem .42rem; } a { color: inherit; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }
 @media (max-width: 45rem) { body { padding: 1.2rem .8rem; } nav { columns: 1; } table.data td, table.data th { padding: .22rem .45rem; } }

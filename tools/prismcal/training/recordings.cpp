@@ -100,12 +100,13 @@ Result<RecordingSet> read_recordings(const std::vector<std::string>& paths, cons
     if (auto taken = take_serial(*recording, set); !taken) return tl::unexpected<Error>(taken.error());
     const auto earth_rate = earth_rate_of(*recording, options);
     if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
-    const auto table = make_block_table(recording->buckets, set.features, *earth_rate, recording->name);
+    auto table = make_block_table(recording->buckets, set.features, *earth_rate, recording->name);
     if (!table) return tl::unexpected<Error>(table.error());
     const std::size_t left_out = append_blocks(*table, set.data);
     set.facts.push_back(facts_of(*recording, *table, left_out));
     set.notes.push_back(fmt::format("{}: {} blocks of {} s; {} gaps of {} s in all; {} blocks left out (an input unknown, or lags not settled)",
                                     recording->name, table->size() - left_out, set.features.length_s, table->gaps, table->missing_s, left_out));
+    set.tables.push_back(std::move(*table));
   }
   if (set.data.target.size() == 0) return refuse("recordings", "found no block in which every input is known");
   return set;

@@ -29,6 +29,7 @@ struct RecordingSet {
   FeatureDefinition features;
   std::string serial;             ///< of the gyro, where the recordings name one; empty: unknown
   nlohmann::ordered_json facts;   ///< one object per recording: files with SHA-256, blocks, gaps, earth rate
+  std::vector<BlockTable> tables; ///< one per recording, as the quality gate takes them
   std::vector<std::string> notes; ///< gaps and blocks left out, for people
 };
 

@@ -11,6 +11,8 @@
 #include "compensation/model_text.hpp"
 #include "compensation/text_number.hpp"
 #include "config/version.hpp"
+#include "tools/prismcal/evaluation/gate_table.hpp"
+#include "tools/prismcal/report/plain_text.hpp"
 #include "tools/prismcal/training/csv_table.hpp"
 #include "tools/prismcal/training/method_options.hpp"
 #include "tools/prismcal/training/recordings.hpp"
@@ -23,7 +25,24 @@ struct Choice {
   std::string inputs = "T,dTdt,U", out, serial, name;
   RecordingOptions recordings;
   MethodOptions method;
+  bool force = false;
 };
+
+// The quality gate over every recording, before a model is made: its answers go into the facts, and onto the terminal
+// where a recording does not simply pass.
+Result<void> ask_gate(RecordingSet& set, const Choice& choice) {
+  std::optional<Error> refused;
+  for (std::size_t i = 0; i < set.tables.size(); ++i) {
+    const BlockTable& table = set.tables[i];
+    const auto gate = judge_blocks(table);
+    if (!gate) return tl::unexpected<Error>(gate.error());
+    set.facts[i]["quality_gate"] = gate_json(*gate);
+    if (gate->verdict != Verdict::kPass && !choice.method.quiet) fmt::print(stderr, "{}\n", report::plain_text(gate_table(*gate, table.name)));
+    if (gate->verdict == Verdict::kRefuse || gate->nothing_to_compensate) refused = Error{choice.files[i], gate_paragraph(*gate, table.name).text};
+  }
+  if (refused && !choice.force) return refuse(refused->where, refused->what + " --force trains all the same");
+  return {};
+}
 
 // LS: a cubic of the only input (eq. 21). Stepwise: all terms of second order (eqs. 22, 24), begun with T, T² and dT/dt.
 Result<void> set_terms(const Choice& choice, const std::vector<std::string>& names, TrainingSettings& settings) {
@@ -67,6 +86,7 @@ Result<int> run(const Choice& choice) {
   if (!choice.method.quiet) {
     for (const std::string& note : set->notes) fmt::print(stderr, "{}\n", note);
   }
+  if (auto fit = ask_gate(*set, choice); !fit) return tl::unexpected<Error>(fit.error());
   const auto plan = plan_resources(set->data.inputs.cols(), set->data.inputs.rows(), *settings);
   if (!plan) return tl::unexpected<Error>(plan.error());
   if (!choice.method.quiet && plan->seconds > 0.5) fmt::print(stderr, "{}\n", plan->text());
@@ -95,6 +115,7 @@ void add_train_command(CLI::App& app, int& code) {
   command->add_option("--out", choice->out, "model file to write")->required();
   command->add_option("--serial", choice->serial, "of the gyro (default: what the recordings say)");
   command->add_option("--name", choice->name, "of the model, for people");
+  command->add_flag("--force", choice->force, "train although the quality gate refuses a recording");
   add_recording_options(*command, choice->recordings);
   add_method_options(*command, choice->method);
   command->callback([choice, &code] {

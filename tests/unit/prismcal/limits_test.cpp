@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Limits: what is refused, what passes, and that nothing unmeasured passes.
+#include "tools/prismcal/evaluation/limits.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/prismcal/simulated_day.hpp"
+
+namespace prism {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Limits, AreReadWithComments) {
+  const auto limits = parse_limits(R"({ "bias_stability_deg_per_h": {"max": 0.01}, // acceptance
+                                        "mean_deg_per_h": {"min": -0.1, "max": 0.1} })",
+                                   "limits.json")
+                          .value();
+  ASSERT_EQ(limits.size(), 2u);
+  EXPECT_EQ(limits[0].quantity, "bias_stability_deg_per_h");
+  EXPECT_FALSE(limits[0].min);
+  EXPECT_EQ(limits[0].max, 0.01);
+}
+
+TEST(Limits, AreRefusedWithTheirPlace) {
+  const auto said = [](const char* text) { return parse_limits(text, "l.json").error().text(); };
+  EXPECT_EQ(said("[]"), "l.json: not a JSON object of limits");
+  EXPECT_EQ(said("{"), "l.json: not a JSON object of limits");
+  EXPECT_EQ(said("{}"), "l.json: no limit in it");
+  EXPECT_THAT(said(R"({"bias": {"max": 1}})"),
+              HasSubstr("l.json:/bias: no such quantity; expected one of mean_deg_per_h"));
+  EXPECT_THAT(said(R"({"mean_deg_per_h": {"maximum": 1}})"), HasSubstr("/mean_deg_per_h/maximum: unknown key"));
+  EXPECT_THAT(said(R"({"mean_deg_per_h": {"max": "1"}})"), HasSubstr("/mean_deg_per_h/max: expected a number"));
+  EXPECT_THAT(said(R"({"mean_deg_per_h": {}})"), HasSubstr("neither min nor max"));
+  EXPECT_THAT(said(R"({"mean_deg_per_h": 3})"), HasSubstr("one or both"));
+}
+
+TEST(Limits, PassOnTheirEdgeAndFailBeyondIt) {
+  const std::vector<Measured> measured = {
+      {"rms_deg_per_h", "deg/h", 0.5}, {"improvement_percent", "%", 60}, {"explained_percent", "%", {}}};
+  const auto pass = [&](Limit limit) { return check_limits({limit}, measured)[0].pass; };
+  EXPECT_TRUE(pass({"rms_deg_per_h", {}, 0.5}));
+  EXPECT_FALSE(pass({"rms_deg_per_h", {}, 0.49}));
+  EXPECT_TRUE(pass({"improvement_percent", 60, {}}));
+  EXPECT_FALSE(pass({"improvement_percent", 61, {}}));
+  EXPECT_FALSE(pass({"explained_percent", {}, 100}));  // not measured: not passed
+  EXPECT_FALSE(pass({"extrapolating_percent", {}, 100}));
+}
+
+TEST(Limits, CoverEveryQuantityOfADay) {
+  const auto table = make_block_table(test::simulated_day(24000, 0.07, 2), {}, test::kDayEarthRate, "day").value();
+  const auto judged = judge(*test::linear_model(test::kDaySensitivity), table, Divisor::kNMinus1).value();
+  const auto measured = measure_all({"r1", &table, &judged, nullptr, nullptr});
+  ASSERT_EQ(measured.size(), measured_names().size());
+  for (const Measured& m : measured) EXPECT_TRUE(m.value) << m.quantity;
+  EXPECT_NEAR(*measured[1].value, 0.007, 0.001);       // bias_stability
+  EXPECT_NEAR(*measured[7].value, 0.07 / 60, 0.0001);  // angle random walk
+}
+
+}  // namespace
+}  // namespace prism

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// A short day of buckets with a known bias, for the tests of the workbench.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "compensation/averager.hpp"
+#include "compensation/polynomial_model.hpp"
+#include "tests/unit/evaluation/random_series.hpp"
+
+namespace prism::test {
+
+inline constexpr double kDayEarthRate = 8.4652, kDaySensitivity = 5e-4;
+
+/// `seconds` of 1 Hz rows: T swings by ±40 degC about 15 in 8 000 s, U falls with it, the bias is kDaySensitivity · T,
+/// the noise of a second `noise_deg_per_h`.
+inline std::vector<Bucket> simulated_day(int seconds, double noise_deg_per_h, std::uint64_t seed) {
+  Normal normal(seed);
+  std::vector<Bucket> buckets;
+  for (int i = 0; i < seconds; ++i) {
+    Bucket bucket;
+    bucket.second = 1767225600 + i;
+    bucket.samples = 1;
+    bucket.temperature_degc = 15 + 40 * std::sin(i * 2 * std::numbers::pi / 8000);
+    bucket.uhfo_v = 5.5 - 0.003 * bucket.temperature_degc + 0.001 * normal();
+    bucket.rate_deg_per_h = kDayEarthRate + kDaySensitivity * bucket.temperature_degc + noise_deg_per_h * normal();
+    buckets.push_back(bucket);
+  }
+  return buckets;
+}
+
+/// bias = sensitivity · T
+inline ModelPtr linear_model(double sensitivity, const FeatureDefinition& features = {}) {
+  ModelInfo info;
+  info.kind = "polynomial";
+  info.name = "line";
+  info.features = features;
+  info.inputs = {"T"};
+  return std::make_shared<PolynomialModel>(info, std::vector<Term>{{{1}, sensitivity}});
+}
+
+}  // namespace prism::test

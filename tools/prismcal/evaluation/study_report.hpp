@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// A study as a report: the paper's tables and figures, what it lacks, and the evidence for the model chosen.
+#pragma once
+
+#include "tools/prismcal/evaluation/limits.hpp"
+#include "tools/prismcal/evaluation/study.hpp"
+#include "tools/prismcal/report/document.hpp"
+
+namespace prism {
+
+/// The model that one would fly: IR-LSSVM tuned by contiguous blocks, the one best on the evaluated recordings
+/// together; without one, the best of the study. Never null for a study with rows.
+const StudyRow* chosen_row(const Study& study);
+
+/// All sections but the recordings' own. `kept` is false afterwards where a limit was not kept.
+std::vector<report::Section> study_sections(const Study& study, const std::vector<Limit>& limits, bool& kept);
+
+}  // namespace prism
