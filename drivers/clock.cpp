@@ -20,7 +20,9 @@ constexpr std::int64_t kClockSetNs = 1'000'000'000;
 }  // namespace
 
 Clock::Clock(FrameDescriptionPtr description, ClockSettings settings)
-    : description_(std::move(description)), settings_(settings), steps_(description_, settings.source == ClockSource::kHost) {
+    : description_(std::move(description)),
+      settings_(settings),
+      steps_(description_, settings.source == ClockSource::kHost) {
   tick_s_ = description_->counter ? 1 / description_->counter->ticks_per_s : description_->period_s();
   byte_time_ns_ = description_->wire.byte_time_ns();
   status_.period_s = description_->period_s();
@@ -65,12 +67,11 @@ std::int64_t Clock::stamp_device(const FrameStep& step) {
   }
   ticks_ += step.ticks;
   x_ = ticks_ * tick_s_;
-  const double ticks_per_s = 1 / tick_s_;
+  const double ticks_per_s = description_->counter ? description_->counter->ticks_per_s : description_->rate_hz;
   const auto milli = static_cast<__int128>(std::llround(1000 * ticks_per_s));
-  const auto ticks = static_cast<__int128>(ticks_);
-  const bool exact = static_cast<double>(milli) == 1000 * (description_->counter ? description_->counter->ticks_per_s : description_->rate_hz);
-  const std::int64_t since = exact ? static_cast<std::int64_t>((ticks * 1'000'000'000'000 + milli / 2) / milli) : std::llround(1e9 * x_);
-  return origin_ns_ + since;
+  if (static_cast<double>(milli) != 1000 * ticks_per_s) return origin_ns_ + std::llround(1e9 * x_);
+  const __int128 since_ns = (static_cast<__int128>(ticks_) * 1'000'000'000'000 + milli / 2) / milli;
+  return origin_ns_ + static_cast<std::int64_t>(since_ns);
 }
 
 /// True where the line no longer explains the arrivals: see the class.
@@ -153,9 +154,11 @@ std::optional<Sample> Clock::push(const Reading& reading) {
 std::optional<double> Clock::turned(const Reading& reading, double& nominal_s) {
   const GyroRule& gyro = description_->gyro;
   const double since_last_s = x_ - std::exchange(gyro_x_, x_);
-  const bool varies = description_->counter && description_->counter->step_varies && gyro.meaning == GyroMeaning::kIncrement;
+  const bool varies =
+      description_->counter && description_->counter->step_varies && gyro.meaning == GyroMeaning::kIncrement;
   nominal_s = gyro.interval_s > 0 ? gyro.interval_s : varies ? since_last_s : description_->period_s();
-  if (gyro.meaning != GyroMeaning::kAccumulated) return reading.valid ? std::optional(reading.gyro) : std::optional(kUnknown);
+  if (gyro.meaning != GyroMeaning::kAccumulated)
+    return reading.valid ? std::optional(reading.gyro) : std::optional(kUnknown);
   if (!reading.valid) return has_angle_ ? std::optional(kUnknown) : std::nullopt;
   const double before = std::exchange(angle_, reading.gyro);
   const double x_before = std::exchange(angle_x_, x_);

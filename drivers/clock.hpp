@@ -20,7 +20,7 @@ enum class ClockSource {
 
 struct ClockSettings {
   ClockSource source = ClockSource::kHost;
-  double switch_s = 100;  ///< host: the two windows of the fit take turns after this many seconds; 10 to 3600
+  double switch_s = 100;            ///< host: the two windows of the fit take turns after this many seconds; 10 to 3600
   double residual_limit_s = 0.020;  ///< host: a stamp that is off by more begins a new fit; > 0
 };
 
@@ -37,17 +37,16 @@ struct ClockStatus {
 /// One Reading in, at most one Sample out. A Sample's time is the end of the interval its rate is the mean of.
 ///
 /// Host: the counter gives the device's time x, the arrival (less wire time and latency) the host's time y; the line
-/// under all points (arrival_hull.hpp) turns x into stamps and gives the true period. Until the window is long enough to
-/// tell more than the nominal rate and its tolerance do, the nominal rate is used. Two windows take turns, so that the
-/// line always rests on the last one to two times switch_s.
-/// A reading that comes before the line by more than the limit, or later than it for a whole second, shows that the
-/// counter or a clock was set: a new fit begins there.
+/// under all points (arrival_hull.hpp) turns x into stamps and gives the true period. Until the window is long enough
+/// to tell more than the nominal rate and its tolerance do, the nominal rate is used. Two windows take turns, so that
+/// the line always rests on the last one to two times switch_s. A reading that comes before the line by more than the
+/// limit, or later than it for a whole second, shows that the counter or a clock was set: a new fit begins there.
 ///
-/// Device: first arrival + counter x nominal tick. A counter that jumps back by less than half its modulus was restarted;
-/// time goes on by one frame. Nothing but the first arrival and the counters enters.
+/// Device: first arrival + counter x nominal tick. A counter that jumps back by less than half its modulus was
+/// restarted; time goes on by one frame. Nothing but the first arrival and the counters enters.
 ///
-/// Without a counter (in this stream) each frame is one period after the one before; frames lost on the line are known from the bytes
-/// that were skipped there (where the stream has one kind of frame).
+/// Without a counter (in this stream) each frame is one period after the one before; frames lost on the line are known
+/// from the bytes that were skipped there (where the stream has one kind of frame).
 ///
 /// The first reading of an accumulated angle gives no sample: there is nothing to take the difference to.
 class Clock {
@@ -75,25 +74,25 @@ class Clock {
   ClockSettings settings_;
   FrameSteps steps_;
   ClockStatus status_;
-  double tick_s_ = 0;       ///< nominal
+  double tick_s_ = 0;  ///< nominal
   double byte_time_ns_ = 0;
 
   bool running_ = false;
-  std::uint32_t missing_ = 0;         ///< since the last sample
-  std::int64_t origin_ns_ = 0;        ///< host time where x and y are 0
-  double ticks_ = 0;                  ///< unwrapped, since origin
-  double x_ = 0;                      ///< the same in nominal seconds
-  std::int64_t last_time_ns_ = 0;     ///< of the last sample or stamp: stamps never go below
+  std::uint32_t missing_ = 0;      ///< since the last sample
+  std::int64_t origin_ns_ = 0;     ///< host time where x and y are 0
+  double ticks_ = 0;               ///< unwrapped, since origin
+  double x_ = 0;                   ///< the same in nominal seconds
+  std::int64_t last_time_ns_ = 0;  ///< of the last sample or stamp: stamps never go below
 
   ArrivalHull active_, next_;
   double next_since_x_ = 0;
-  double jitter_s_ = 0;               ///< how far arrivals lie above the line
+  double jitter_s_ = 0;  ///< how far arrivals lie above the line
   std::uint64_t points_ = 0;
-  double late_since_y_ = -1;          ///< since when every arrival is over the limit; below 0: the last was not
-  double slope_ = 1;                  ///< host seconds per nominal device second, in use
+  double late_since_y_ = -1;  ///< since when every arrival is over the limit; below 0: the last was not
+  double slope_ = 1;          ///< host seconds per nominal device second, in use
 
-  double gyro_x_ = 0;                 ///< x of the last reading that carried the gyro
-  bool has_angle_ = false;            ///< accumulated: the angle to take the difference to
+  double gyro_x_ = 0;       ///< x of the last reading that carried the gyro
+  bool has_angle_ = false;  ///< accumulated: the angle to take the difference to
   double angle_ = 0;
   double angle_x_ = 0;
 };

@@ -22,7 +22,8 @@ struct FrameStep {
 /// less than half its modulus was restarted (if it holds at least 64 frames; a smaller one cannot tell that from loss).
 ///
 /// In a stream without a counter each frame that carries the gyro is one step; frames lost on the line are known from
-/// the bytes skipped there, where the stream has one kind of frame. An uncounted frame between counted ones takes no step.
+/// the bytes skipped there, where the stream has one kind of frame. An uncounted frame between counted ones takes no
+/// step.
 class FrameSteps {
  public:
   FrameSteps(FrameDescriptionPtr description, bool by_arrival);

@@ -30,14 +30,16 @@ std::string print_number(std::string_view form, double number) {
 }
 
 void append_number(std::vector<std::uint8_t>& out, std::uint64_t value, std::size_t size, bool big_endian) {
-  for (std::size_t i = 0; i < size; ++i) out.push_back(static_cast<std::uint8_t>(value >> 8 * (big_endian ? size - 1 - i : i)));
+  for (std::size_t i = 0; i < size; ++i)
+    out.push_back(static_cast<std::uint8_t>(value >> 8 * (big_endian ? size - 1 - i : i)));
 }
 
 /// As many bytes as the fields of an item reach.
 std::uint32_t payload_of(const FrameKind& kind, std::size_t item) {
   std::uint32_t size = 0;
   for (const Field& field : kind.fields) {
-    if (field.item == static_cast<int>(item) && field.at >= 0) size = std::max(size, static_cast<std::uint32_t>(field.at) + field.size);
+    if (field.item == static_cast<int>(item) && field.at >= 0)
+      size = std::max(size, static_cast<std::uint32_t>(field.at) + field.size);
   }
   return size;
 }
@@ -48,7 +50,8 @@ std::vector<std::uint8_t> items_of(const FrameKind& kind) {
   for (const std::uint64_t id : rule.sent.empty() ? rule.ids : rule.sent) {
     const auto index = static_cast<std::size_t>(std::find(rule.ids.begin(), rule.ids.end(), id) - rule.ids.begin());
     const std::uint32_t payload = payload_of(kind, index);
-    const std::uint32_t length = payload + (rule.length_includes_header ? std::uint32_t{rule.id_size} + rule.length_size : 0);
+    const std::uint32_t length =
+        payload + (rule.length_includes_header ? std::uint32_t{rule.id_size} + rule.length_size : 0);
     if (rule.length_first) append_number(out, length, rule.length_size, rule.big_endian);
     append_number(out, id, rule.id_size, rule.big_endian);
     if (!rule.length_first) append_number(out, length, rule.length_size, rule.big_endian);
@@ -76,7 +79,8 @@ void write_presets(const FrameKind& kind, std::vector<std::uint8_t>& frame) {
   FrameView view;
   for (const Field& field : kind.fields) {
     if (field.preset == 0 || !view.look_at(kind, frame)) continue;
-    if (const std::uint8_t* at = view.find(field)) store_number(field, frame.data() + (at - frame.data()), field.preset);
+    if (const std::uint8_t* at = view.find(field))
+      store_number(field, frame.data() + (at - frame.data()), field.preset);
   }
 }
 
@@ -124,7 +128,8 @@ std::string template_fault(const FrameKind& kind) {
     const std::size_t close = text.find('}', at);
     if (text[at] == '}' || close == std::string_view::npos) return "has a brace without its partner";
     const Placeholder place = placeholder(text.substr(at + 1, close - at - 1));
-    if (field_index(kind, place.field) < 0) return fmt::format("names \"{}\", which is no field of this kind", place.field);
+    if (field_index(kind, place.field) < 0)
+      return fmt::format("names \"{}\", which is no field of this kind", place.field);
     try {
       print_number(place.form, 0);
     } catch (const fmt::format_error&) {

@@ -50,9 +50,15 @@ std::uint64_t computed(const CheckRule& rule, Bytes cover) {
       value = rule.crc->finish(state);
       break;
     }
-    case CheckRule::Sum::kSum: value += word_sum(cover, rule.word, rule.word_big_endian); break;
-    case CheckRule::Sum::kXor: value ^= word_xor(cover, rule.word, rule.word_big_endian); break;
-    case CheckRule::Sum::kFletcher: value = fletcher_256(cover); break;
+    case CheckRule::Sum::kSum:
+      value += word_sum(cover, rule.word, rule.word_big_endian);
+      break;
+    case CheckRule::Sum::kXor:
+      value ^= word_xor(cover, rule.word, rule.word_big_endian);
+      break;
+    case CheckRule::Sum::kFletcher:
+      value = fletcher_256(cover);
+      break;
     case CheckRule::Sum::kParity: {
       int ones = 0;
       for (const std::uint8_t byte : cover) ones += std::popcount(byte);
@@ -62,7 +68,9 @@ std::uint64_t computed(const CheckRule& rule, Bytes cover) {
   return (rule.negate ? std::uint64_t{0} - value : value) & rule.mask;
 }
 
-std::uint64_t width_mask(unsigned bytes) { return bytes >= 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << 8 * bytes) - 1; }
+std::uint64_t width_mask(unsigned bytes) {
+  return bytes >= 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << 8 * bytes) - 1;
+}
 
 bool text_holds(const CheckRule& rule, Bytes stored, std::uint64_t expected) {
   const bool hex = rule.stored == CheckRule::Stored::kHexText;
@@ -100,7 +108,8 @@ void store_check(const CheckRule& rule, std::span<std::uint8_t> frame) {
     return;
   }
   if (rule.stored == CheckRule::Stored::kHexText) {
-    for (std::size_t i = place->size; i-- > 0; value >>= 4) out[i] = static_cast<std::uint8_t>("0123456789ABCDEF"[value & 0xF]);
+    for (std::size_t i = place->size; i-- > 0; value >>= 4)
+      out[i] = static_cast<std::uint8_t>("0123456789ABCDEF"[value & 0xF]);
     return;
   }
   for (std::size_t i = 0; i < place->size; ++i) {

@@ -15,16 +15,16 @@ struct CheckRule {
   enum class Sum { kCrc, kSum, kXor, kFletcher, kParity } sum = Sum::kSum;
   enum class Stored { kBinary, kHexText, kDecimalText } stored = Stored::kBinary;
 
-  int from = 0, to = 0;  ///< bytes covered, `to` excluded; negative: from the end of the frame; to 0: the end
-  int at = 0;            ///< where it is stored; negative: from the end
+  int from = 0, to = 0;   ///< bytes covered, `to` excluded; negative: from the end of the frame; to 0: the end
+  int at = 0;             ///< where it is stored; negative: from the end
   std::uint8_t size = 1;  ///< bytes stored (text: digits; decimal text: up to the end of the frame)
   bool big_endian = true;
   std::uint8_t word = 1;  ///< kSum, kXor: bytes added at a time, in word_big_endian order
   bool word_big_endian = false;
-  bool negate = false;     ///< kSum: the check is what makes the sum 0
-  std::uint64_t init = 0;  ///< kSum, kXor, kFletcher
+  bool negate = false;                     ///< kSum: the check is what makes the sum 0
+  std::uint64_t init = 0;                  ///< kSum, kXor, kFletcher
   std::uint64_t mask = ~std::uint64_t{0};  ///< of the result: 0x7F in the 7-bit family
-  std::uint32_t pad_to = 1;  ///< kCrc: zero bytes are thought behind up to a multiple of this
+  std::uint32_t pad_to = 1;                ///< kCrc: zero bytes are thought behind up to a multiple of this
   char mark = 0;             ///< text: the check stands behind the last `mark`; the cover ends before it ...
   bool covers_mark = false;  ///< ... or behind it
   bool odd = true;           ///< kParity: ones in the cover, the stored bit among them

@@ -52,9 +52,10 @@ CheckRule read_check(const Section& s, bool big_endian) {
     rule.sum = CheckRule::Sum::kCrc;
     read_crc(s, rule);
   } else {
-    rule.sum = kind == "sum"   ? CheckRule::Sum::kSum
-               : kind == "xor" ? CheckRule::Sum::kXor
-               : kind == "fletcher" ? CheckRule::Sum::kFletcher : CheckRule::Sum::kParity;
+    rule.sum = kind == "sum"        ? CheckRule::Sum::kSum
+               : kind == "xor"      ? CheckRule::Sum::kXor
+               : kind == "fletcher" ? CheckRule::Sum::kFletcher
+                                    : CheckRule::Sum::kParity;
     rule.init = s.bits("init", 0);
     if (kind == "fletcher") rule.size = 2;
   }

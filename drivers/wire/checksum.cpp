@@ -40,7 +40,8 @@ Crc::Crc(const CrcParameters& parameters) : parameters_(parameters) {
   const int width = parameters.width;
   mask_ = width == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << width) - 1;
   const bool reflect = parameters.reflect_in;
-  const std::uint64_t poly = reflect ? reversed(parameters.poly & mask_, width) : (parameters.poly & mask_) << (64 - width);
+  const std::uint64_t poly =
+      reflect ? reversed(parameters.poly & mask_, width) : (parameters.poly & mask_) << (64 - width);
   start_ = reflect ? reversed(parameters.init & mask_, width) : (parameters.init & mask_) << (64 - width);
   for (unsigned byte = 0; byte < 256; ++byte) {
     std::uint64_t state = reflect ? byte : std::uint64_t{byte} << 56;
@@ -74,8 +75,8 @@ std::uint64_t Crc::update(std::uint64_t state, std::span<const std::uint8_t> byt
   }
   for (; left >= 8; at += 8, left -= 8) {
     const std::uint64_t x = state ^ __builtin_bswap64(load_eight(at));
-    state = t[7][x >> 56] ^ t[6][x >> 48 & 0xFF] ^ t[5][x >> 40 & 0xFF] ^ t[4][x >> 32 & 0xFF] ^
-            t[3][x >> 24 & 0xFF] ^ t[2][x >> 16 & 0xFF] ^ t[1][x >> 8 & 0xFF] ^ t[0][x & 0xFF];
+    state = t[7][x >> 56] ^ t[6][x >> 48 & 0xFF] ^ t[5][x >> 40 & 0xFF] ^ t[4][x >> 32 & 0xFF] ^ t[3][x >> 24 & 0xFF] ^
+            t[2][x >> 16 & 0xFF] ^ t[1][x >> 8 & 0xFF] ^ t[0][x & 0xFF];
   }
   for (; left > 0; ++at, --left) state = t[0][(state >> 56) ^ *at] ^ (state << 8);
   return state;

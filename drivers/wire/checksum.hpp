@@ -10,7 +10,7 @@ namespace prism {
 
 /// The parameters of Ross Williams' model (A Painless Guide to CRC Error Detection Algorithms, 1993).
 struct CrcParameters {
-  int width = 16;  ///< bits, 3 to 64
+  int width = 16;               ///< bits, 3 to 64
   std::uint64_t poly = 0x1021;  ///< without the leading one, not reflected
   std::uint64_t init = 0;
   bool reflect_in = false;

@@ -37,7 +37,8 @@ using ConversionStep = std::variant<PolynomialStep, TableStep, BridgeStep, Plati
 
 /// One step forward; NaN where x is outside what the step can convert.
 double convert(const ConversionStep& step, double x);
-/// The x that convert() turns into y; NaN where there is none. Polynomials of degree over 1 by Newton from the linear term.
+/// The x that convert() turns into y; NaN where there is none. Polynomials of degree over 1 by Newton from the linear
+/// term.
 double convert_back(const ConversionStep& step, double y);
 
 /// IEC 60751: resistance of a platinum resistor at a temperature, and back (error below 1e-6 degC from -200 to 850).

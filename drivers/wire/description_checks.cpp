@@ -44,7 +44,8 @@ class KindCheck {
       }
       if (!seen.insert(rule.at).second) refuse("/sync", fmt::format("says byte {} twice", rule.at));
     }
-    if (kind_.header_bytes > kind_.length.max) refuse("/length", fmt::format("{} bytes do not hold the header of {}", kind_.length.max, kind_.header_bytes));
+    if (kind_.header_bytes > kind_.length.max)
+      refuse("/length", fmt::format("{} bytes do not hold the header of {}", kind_.length.max, kind_.header_bytes));
     if (kind_.sync.empty() && kind_.checks.empty() && !kind_.text.present) {
       refuse("", "has neither sync nor checks: every byte would begin a frame");
     }
@@ -56,25 +57,33 @@ class KindCheck {
     const int from = absolute(check.from);
     const int to = check.to <= 0 ? length_ + check.to : check.to;
     if (at < 0 || at + check.size > length_) {
-      return refuse("/checks", fmt::format("a check of {} bytes at {} is outside the frame of {} bytes", check.size, check.at, length_));
+      return refuse("/checks", fmt::format("a check of {} bytes at {} is outside the frame of {} bytes", check.size,
+                                           check.at, length_));
     }
     if (from < 0 || to > length_ || to < from) {
-      return refuse("/checks", fmt::format("covers {} to {}; expected a part of the frame of {} bytes", check.from, check.to, length_));
+      return refuse("/checks", fmt::format("covers {} to {}; expected a part of the frame of {} bytes", check.from,
+                                           check.to, length_));
     }
     const bool inside = from < at + check.size && to > at;
     if (inside && check.sum != CheckRule::Sum::kParity && check.sum != CheckRule::Sum::kCrc) {
-      refuse("/checks", fmt::format("the check at {} stands inside the bytes {} to {} that it covers", check.at, check.from, check.to));
+      refuse("/checks", fmt::format("the check at {} stands inside the bytes {} to {} that it covers", check.at,
+                                    check.from, check.to));
     }
     if (inside && check.sum == CheckRule::Sum::kCrc) {
-      refuse("/checks", fmt::format("the CRC at {} stands inside the bytes {} to {} that it covers", check.at, check.from, check.to));
+      refuse("/checks", fmt::format("the CRC at {} stands inside the bytes {} to {} that it covers", check.at,
+                                    check.from, check.to));
     }
   }
 
   void check_inside(const Field& field) {
-    const int limit = field.item < 0 ? length_ : kind_.blocks.sizes.empty() ? 65535 : static_cast<int>(kind_.blocks.sizes[static_cast<std::size_t>(field.item)]);
+    const int limit = field.item < 0 ? length_
+                      : kind_.blocks.sizes.empty()
+                          ? 65535
+                          : static_cast<int>(kind_.blocks.sizes[static_cast<std::size_t>(field.item)]);
     const int at = field.at < 0 ? limit + field.at : field.at;
     if (at < 0 || at + field.size > limit) {
-      refuse("/fields/" + field.name, fmt::format("bytes {} to {} are outside its {} bytes", field.at, field.at + field.size - 1, limit));
+      refuse("/fields/" + field.name,
+             fmt::format("bytes {} to {} are outside its {} bytes", field.at, field.at + field.size - 1, limit));
     }
   }
 
@@ -87,9 +96,11 @@ class KindCheck {
       if (common(own, checks) != 0) refuse("/fields/" + field.name, "overlaps a check");
       for (const auto& [other, bits] : seen) {
         const auto shared = common(own, bits);
-        const bool view = shared == std::count(own.begin(), own.end(), true) || shared == std::count(bits.begin(), bits.end(), true);
+        const bool view =
+            shared == std::count(own.begin(), own.end(), true) || shared == std::count(bits.begin(), bits.end(), true);
         if (shared != 0 && !view) {
-          refuse("/fields/" + field.name, fmt::format("overlaps a part of \"{}\"; expected none of it or all", other->name));
+          refuse("/fields/" + field.name,
+                 fmt::format("overlaps a part of \"{}\"; expected none of it or all", other->name));
         }
       }
       seen.emplace_back(&field, own);
@@ -137,12 +148,14 @@ void check_line_speed(Problems& problems, const FrameDescription& description) {
   for (const int k : description.sent_kinds) bytes += description.kinds[static_cast<std::size_t>(k)].length.min;
   if (description.sent_kinds.empty()) return problems.add("/gyro/axes", "the chosen field is in no kind");
   double gyro_kinds = 0;
-  for (const int k : description.sent_kinds) gyro_kinds += description.kinds[static_cast<std::size_t>(k)].roles.gyro.empty() ? 0 : 1;
+  for (const int k : description.sent_kinds)
+    gyro_kinds += description.kinds[static_cast<std::size_t>(k)].roles.gyro.empty() ? 0 : 1;
   if (gyro_kinds == 0) return problems.add("/send", "sends no kind that carries the gyro");
   const double load = bytes / gyro_kinds * description.rate_hz * description.wire.byte_time_ns() * 1e-9;
   if (load > 1) {
-    problems.add("/rate_hz", fmt::format("{} frames/s of {:.0f} bytes need {:.0f} % of a line of {} baud; expected at most 100 %",
-                                         description.rate_hz, bytes / gyro_kinds, 100 * load, description.wire.baud));
+    problems.add("/rate_hz",
+                 fmt::format("{} frames/s of {:.0f} bytes need {:.0f} % of a line of {} baud; expected at most 100 %",
+                             description.rate_hz, bytes / gyro_kinds, 100 * load, description.wire.baud));
   }
 }
 
@@ -151,19 +164,22 @@ void warn(FrameDescription& description) {
     int sync_bits = 0;
     for (const ByteRule& rule : kind.sync) sync_bits += std::popcount(rule.mask);
     if (kind.check_bits < 16 && sync_bits <= 8 && !kind.text.present) {
-      description.warnings.push_back(fmt::format(
-          "kind {}: {} bits of sync and {} bits of checks can occur inside its own body; {} good frames in a row are asked for",
-          kind.name, sync_bits, kind.check_bits, kind.confirmations));
+      description.warnings.push_back(
+          fmt::format("kind {}: {} bits of sync and {} bits of checks can occur inside its own body; {} good frames in "
+                      "a row are asked for",
+                      kind.name, sync_bits, kind.check_bits, kind.confirmations));
     }
   }
   if (description.gyro.meaning != GyroMeaning::kRate || description.axes.size() > 1) {
-    description.warnings.push_back("the frame cannot prove the unit and meaning of the gyro's number: they are the device's set-up");
+    description.warnings.push_back(
+        "the frame cannot prove the unit and meaning of the gyro's number: they are the device's set-up");
   }
 }
 
 void check_references(Problems& problems, const FrameDescription& description) {
   for (const TestVector& vector : description.test_vectors) {
-    const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(), [&](const FrameKind& k) { return k.name == vector.kind; });
+    const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
+                                   [&](const FrameKind& k) { return k.name == vector.kind; });
     if (!vector.kind.empty() && kind == description.kinds.end()) {
       problems.add("/vectors", fmt::format("vector \"{}\" names kind \"{}\", which is none", vector.name, vector.kind));
     }

@@ -25,7 +25,8 @@ void store_number(const Field& field, std::uint8_t* first, double number) {
     store_bits(field, first, std::bit_cast<std::uint64_t>(number));
   } else if (field.type == NumberType::kSigned) {
     const double limit = std::ldexp(1.0, field.bits - 1);
-    const double held = std::clamp(std::nearbyint(number), -limit, field.bits == 64 ? 9223372036854774784.0 : limit - 1);
+    const double held =
+        std::clamp(std::nearbyint(number), -limit, field.bits == 64 ? 9223372036854774784.0 : limit - 1);
     store_bits(field, first, static_cast<std::uint64_t>(static_cast<std::int64_t>(held)));
   } else {
     const double limit = field.bits == 64 ? 18446744073709549568.0 : std::ldexp(1.0, field.bits) - 1;

@@ -45,11 +45,16 @@ struct alignas(64) Field {
 /// An unsigned whole number of `size` bytes (1 to 8); the common sizes without a loop.
 inline std::uint64_t load_big(const std::uint8_t* first, unsigned size) {
   switch (size) {
-    case 1: return first[0];
-    case 2: return std::uint64_t{first[0]} << 8 | first[1];
-    case 3: return std::uint64_t{first[0]} << 16 | std::uint64_t{first[1]} << 8 | first[2];
-    case 4: return std::uint64_t{first[0]} << 24 | std::uint64_t{first[1]} << 16 | std::uint64_t{first[2]} << 8 | first[3];
-    default: break;
+    case 1:
+      return first[0];
+    case 2:
+      return std::uint64_t{first[0]} << 8 | first[1];
+    case 3:
+      return std::uint64_t{first[0]} << 16 | std::uint64_t{first[1]} << 8 | first[2];
+    case 4:
+      return std::uint64_t{first[0]} << 24 | std::uint64_t{first[1]} << 16 | std::uint64_t{first[2]} << 8 | first[3];
+    default:
+      break;
   }
   std::uint64_t value = 0;
   for (unsigned i = 0; i < size; ++i) value = value << 8 | first[i];
@@ -58,10 +63,14 @@ inline std::uint64_t load_big(const std::uint8_t* first, unsigned size) {
 
 inline std::uint64_t load_little(const std::uint8_t* first, unsigned size) {
   switch (size) {
-    case 1: return first[0];
-    case 2: return std::uint64_t{first[1]} << 8 | first[0];
-    case 4: return std::uint64_t{first[3]} << 24 | std::uint64_t{first[2]} << 16 | std::uint64_t{first[1]} << 8 | first[0];
-    default: break;
+    case 1:
+      return first[0];
+    case 2:
+      return std::uint64_t{first[1]} << 8 | first[0];
+    case 4:
+      return std::uint64_t{first[3]} << 24 | std::uint64_t{first[2]} << 16 | std::uint64_t{first[1]} << 8 | first[0];
+    default:
+      break;
   }
   std::uint64_t value = 0;
   for (unsigned i = size; i-- > 0;) value = value << 8 | first[i];
@@ -91,10 +100,14 @@ inline std::uint64_t load_bits(const Field& field, const std::uint8_t* first) {
 inline double load_number(const Field& field, const std::uint8_t* first) {
   const std::uint64_t bits = load_bits(field, first);
   switch (field.type) {
-    case NumberType::kSigned: return static_cast<double>(static_cast<std::int64_t>(bits));
-    case NumberType::kFloat32: return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
-    case NumberType::kFloat64: return std::bit_cast<double>(bits);
-    default: return static_cast<double>(bits);
+    case NumberType::kSigned:
+      return static_cast<double>(static_cast<std::int64_t>(bits));
+    case NumberType::kFloat32:
+      return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+    case NumberType::kFloat64:
+      return std::bit_cast<double>(bits);
+    default:
+      return static_cast<double>(bits);
   }
 }
 

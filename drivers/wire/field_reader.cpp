@@ -43,13 +43,15 @@ ConversionStep read_step(const Section& s) {
 void read_order(const Section& s, bool big_endian, Field& field) {
   const bool listed = s.has("order") && s.at("order").is_array();
   const bool big = s.has("order") && !listed ? s.choice("order", {"big", "little"}) == "big" : big_endian;
-  for (std::uint8_t i = 0; i < field.size; ++i) field.order[i] = static_cast<std::uint8_t>(big ? i : field.size - 1 - i);
+  for (std::uint8_t i = 0; i < field.size; ++i)
+    field.order[i] = static_cast<std::uint8_t>(big ? i : field.size - 1 - i);
   if (listed) {
     unsigned seen = 0;
     const std::vector<std::uint64_t> order = s.bit_list("order");
     for (const std::uint64_t byte : order) seen |= byte < 8 ? 1u << byte : 1u << 31;
     if (order.size() != field.size || seen != (1u << field.size) - 1) {
-      s.refuse("order", fmt::format("is not an order of the bytes 0 to {}, the most significant first", field.size - 1));
+      s.refuse("order",
+               fmt::format("is not an order of the bytes 0 to {}, the most significant first", field.size - 1));
       return;
     }
     for (std::size_t i = 0; i < order.size(); ++i) field.order[i] = static_cast<std::uint8_t>(order[i]);
@@ -101,8 +103,8 @@ void read_number_type(const Section& s, bool big_endian, Field& field) {
   const bool text = field.type == NumberType::kDecimalText || field.type == NumberType::kHexText;
   const auto size = text ? 1 : s.has("bytes") ? s.whole("bytes", 1, 8) : needed;
   if (!text && (size > 8 || size < needed || size * field.group_bits > 64)) {
-    s.refuse("type", fmt::format("{} bits after a shift of {} need {} bytes; expected at most 8 bytes and 64 bits", field.bits,
-                                 field.shift, needed));
+    s.refuse("type", fmt::format("{} bits after a shift of {} need {} bytes; expected at most 8 bytes and 64 bits",
+                                 field.bits, field.shift, needed));
     field.bits = 8, field.shift = 0, field.size = 1;
   } else {
     field.size = static_cast<std::uint8_t>(size);
@@ -122,7 +124,8 @@ Scaling read_scaling(const Section& s) {
   const Json& steps = s.at("convert");
   if (!steps.is_array()) s.refuse("convert", found(steps) + " is not an array of steps");
   for (std::size_t i = 0; steps.is_array() && i < steps.size(); ++i) {
-    scaling.steps.push_back(read_step(Section(s.problems(), steps[i], s.pointer(fmt::format("convert/{}", i)), "convert")));
+    scaling.steps.push_back(
+        read_step(Section(s.problems(), steps[i], s.pointer(fmt::format("convert/{}", i)), "convert")));
   }
   return scaling;
 }
@@ -136,10 +139,13 @@ FieldDraft read_field(Problems& problems, const Json& json, const std::string& p
   field.name = name;
   read_number_type(s, big_endian, field);
   const bool is_text = field.type == NumberType::kDecimalText || field.type == NumberType::kHexText;
-  if (is_text != text) s.refuse("type", text ? "is no text type; expected decimal or hex in a text frame" : "is a text type; expected it in a kind with \"text\" only");
+  if (is_text != text)
+    s.refuse("type", text ? "is no text type; expected decimal or hex in a text frame"
+                          : "is a text type; expected it in a kind with \"text\" only");
   const char* place = text ? "column" : "at";
   field.at = static_cast<int>(s.whole(place, text ? 0 : -kMaxFrameBytes, text ? 63 : kMaxFrameBytes));
-  if (s.has(text ? "at" : "column")) s.refuse(text ? "at" : "column", fmt::format("is no place in this kind; expected \"{}\"", place));
+  if (s.has(text ? "at" : "column"))
+    s.refuse(text ? "at" : "column", fmt::format("is no place in this kind; expected \"{}\"", place));
   if (field.at >= 0) field.at += shift_at;
   if (s.has("item")) draft.item = s.bits("item");
   if (s.has("block")) draft.block = s.bits("block");

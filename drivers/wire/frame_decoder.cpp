@@ -17,7 +17,8 @@ constexpr std::uint64_t kFramesUntilLost = 8;
 
 }  // namespace
 
-FrameDecoder::FrameDecoder(FrameDescriptionPtr description) : description_(std::move(description)), maker_(description_) {
+FrameDecoder::FrameDecoder(FrameDescriptionPtr description)
+    : description_(std::move(description)), maker_(description_) {
   byte_time_ns_ = description_->wire.byte_time_ns();
   const double longest_ns = byte_time_ns_ * description_->max_frame_bytes;
   timeout_ns_ = static_cast<std::int64_t>(std::max(kShortestTimeoutNs, 2 * longest_ns));
@@ -113,7 +114,8 @@ std::size_t FrameDecoder::next_possible(std::size_t at) const {
   if (only_first_byte_ >= 0) {
     if (held_[at] == only_first_byte_) return at;
     const void* found = std::memchr(held_.data() + at, only_first_byte_, held_.size() - at);
-    return found == nullptr ? held_.size() : static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - held_.data());
+    return found == nullptr ? held_.size()
+                            : static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - held_.data());
   }
   while (at < held_.size() && kinds_by_first_byte_[held_[at]] == 0) ++at;
   return at;
@@ -144,7 +146,8 @@ FrameDecoder::Found FrameDecoder::look_at(std::size_t at, Mode mode) {
   const FrameKind& kind = description_->kinds[static_cast<std::size_t>(found.kind)];
   if (kind.confirmations <= 1) return found;
   const std::uint64_t here = held_offset_ + at;
-  if (locked_ && here - last_good_end_ <= lost_after_bytes_ && !(kind.weak && here != last_good_end_ + trailer_at_)) return found;
+  if (locked_ && here - last_good_end_ <= lost_after_bytes_ && !(kind.weak && here != last_good_end_ + trailer_at_))
+    return found;
   bool need_more = false;
   if (confirmed(at, found, mode, need_more)) return found;
   if (need_more && mode != Mode::kEnd) return {Match::kNeedMore, found.kind, found.length};
@@ -223,7 +226,8 @@ void FrameDecoder::accept(std::size_t at, const Found& found, std::vector<Readin
 
 std::int64_t FrameDecoder::arrival_of(std::uint64_t end) const {
   for (const Mark& mark : marks_) {
-    if (mark.end >= end) return mark.arrival_ns - static_cast<std::int64_t>(byte_time_ns_ * static_cast<double>(mark.end - end) + 0.5);
+    if (mark.end >= end)
+      return mark.arrival_ns - static_cast<std::int64_t>(byte_time_ns_ * static_cast<double>(mark.end - end) + 0.5);
   }
   return last_arrival_ns_;
 }

@@ -36,8 +36,8 @@ struct DecoderCounters {
 ///
 /// A candidate whose end is missing holds up what is behind it. When the line has been silent for twice the wire time
 /// of the longest frame, at least 5 ms, good frames behind the candidate are looked for; where one stands, the
-/// candidate is given up. Where none stands it goes on waiting, so that a frame which a USB adapter (16 ms) or a stalled
-/// machine cut in two is never lost.
+/// candidate is given up. Where none stands it goes on waiting, so that a frame which a USB adapter (16 ms) or a
+/// stalled machine cut in two is never lost.
 ///
 /// Memory: at most one frame and one slice of input (16 KiB); no allocation per frame.
 class FrameDecoder {
@@ -86,7 +86,8 @@ class FrameDecoder {
   Found look_at(std::size_t at, Mode mode);
   Found try_kinds(std::size_t at, Mode mode, FrameView& view);
   bool confirmed(std::size_t at, const Found& found, Mode mode, bool& need_more);
-  bool counter_steps(const FrameView& before, std::int32_t kind_before, const FrameView& behind, std::int32_t kind) const;
+  bool counter_steps(const FrameView& before, std::int32_t kind_before, const FrameView& behind,
+                     std::int32_t kind) const;
   std::size_t next_possible(std::size_t at) const;
   bool skip_trailer(std::size_t at);
   void skip(std::size_t bytes);
@@ -103,18 +104,18 @@ class FrameDecoder {
   std::array<std::uint64_t, 256> kinds_by_first_byte_{};  ///< bit k: kind k may begin with this byte
   int only_first_byte_ = -1;                              ///< where every kind begins with the same one
 
-  std::vector<std::uint8_t> held_;    ///< bytes not decided yet
-  std::uint64_t held_offset_ = 0;     ///< of held_[0] in the stream
-  int before_held_ = -1;              ///< the byte in front of held_[0]
-  std::vector<Mark> marks_;           ///< of the chunks that reach into held_, oldest first
+  std::vector<std::uint8_t> held_;  ///< bytes not decided yet
+  std::uint64_t held_offset_ = 0;   ///< of held_[0] in the stream
+  int before_held_ = -1;            ///< the byte in front of held_[0]
+  std::vector<Mark> marks_;         ///< of the chunks that reach into held_, oldest first
   std::int64_t last_arrival_ns_ = 0;
 
-  bool locked_ = false;                  ///< frames of weak kinds are believed at once
-  bool in_run_ = false;                  ///< the byte before was the end of a good frame
-  std::uint64_t last_good_end_ = 0;      ///< in the stream
+  bool locked_ = false;              ///< frames of weak kinds are believed at once
+  bool in_run_ = false;              ///< the byte before was the end of a good frame
+  std::uint64_t last_good_end_ = 0;  ///< in the stream
   std::int32_t last_kind_ = -1;
-  std::size_t trailer_at_ = 0;           ///< bytes of last_kind_'s trailer seen behind the last frame
-  std::uint64_t lost_after_bytes_ = 0;   ///< without a good frame, until the lock is gone
+  std::size_t trailer_at_ = 0;          ///< bytes of last_kind_'s trailer seen behind the last frame
+  std::uint64_t lost_after_bytes_ = 0;  ///< without a good frame, until the lock is gone
 };
 
 }  // namespace prism

@@ -49,8 +49,10 @@ TestVector read_vector(const Section& s, const std::string& file) {
   const Json& values = s.at("values");
   if (!values.is_object()) s.refuse("values", found(values) + " is not an object of numbers");
   for (const auto& [field, value] : values.items()) {
-    if (!value.is_number()) s.refuse("values/" + field, found(value) + " is not a number");
-    else vector.expected.push_back({field, value.get<double>(), tolerance});
+    if (!value.is_number())
+      s.refuse("values/" + field, found(value) + " is not a number");
+    else
+      vector.expected.push_back({field, value.get<double>(), tolerance});
   }
   return vector;
 }
@@ -81,7 +83,8 @@ void read_kinds(const Section& s, FrameDescription& description) {
 /// Which kinds an encoder sends, in turn: as "send" says, else the first that carries the gyro.
 void read_send(const Section& s, FrameDescription& description) {
   const auto index_of = [&](const std::string& name) {
-    const auto it = std::find_if(description.kinds.begin(), description.kinds.end(), [&](const FrameKind& k) { return k.name == name; });
+    const auto it = std::find_if(description.kinds.begin(), description.kinds.end(),
+                                 [&](const FrameKind& k) { return k.name == name; });
     return it == description.kinds.end() ? -1 : static_cast<int>(it - description.kinds.begin());
   };
   if (s.has("send")) {
@@ -124,7 +127,8 @@ std::string id_of(const std::string& canonical) {
 
 }  // namespace
 
-Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::string_view where, const GyroChoice& choice) {
+Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::string_view where,
+                                                    const GyroChoice& choice) {
   const std::string file(where);
   Json json;
   try {
@@ -134,7 +138,8 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
     const auto line = 1 + std::count(text.begin(), end, '\n');
     return refuse(fmt::format("{}:{}", file, line), "is not JSON here; expected a frame description (docs/frames.md)");
   }
-  if (choice.sign != 1 && choice.sign != -1) return refuse(file, fmt::format("sign {} is neither 1 nor -1", choice.sign));
+  if (choice.sign != 1 && choice.sign != -1)
+    return refuse(file, fmt::format("sign {} is neither 1 nor -1", choice.sign));
   if (const auto scale = choice.scale_factor_arcsec_per_pulse; scale && !(*scale > 0 && std::isfinite(*scale))) {
     return refuse(file, fmt::format("scale factor {} arcsec/pulse is not above 0", *scale));
   }

@@ -25,17 +25,17 @@ enum class GyroMeaning {
 struct GyroRule {
   std::string axis;  ///< the chosen one of FrameDescription::axes
   GyroMeaning meaning = GyroMeaning::kRate;
-  double scale = 1;  ///< one unit of Reading::gyro in deg/h (rate) or arcsec (angle); carries the chosen sign
-  double wrap = 0;   ///< accumulated: Reading::gyro is known modulo this; 0 where it never wraps
+  double scale = 1;       ///< one unit of Reading::gyro in deg/h (rate) or arcsec (angle); carries the chosen sign
+  double wrap = 0;        ///< accumulated: Reading::gyro is known modulo this; 0 where it never wraps
   double interval_s = 0;  ///< increment: what a number covers where the description says so; 0: from counter or period
 };
 
 /// A counter that the device sends: frames, samples or time ticks.
 struct CounterRule {
-  std::uint64_t modulus = 0;     ///< the counter runs 0 .. modulus-1; 0 stands for 2^64
-  double ticks_per_frame = 1;    ///< nominal step from one counted frame to the next
-  double ticks_per_s = 0;        ///< nominal speed
-  bool step_varies = false;      ///< externally triggered: a step other than ticks_per_frame is no loss
+  std::uint64_t modulus = 0;   ///< the counter runs 0 .. modulus-1; 0 stands for 2^64
+  double ticks_per_frame = 1;  ///< nominal step from one counted frame to the next
+  double ticks_per_s = 0;      ///< nominal speed
+  bool step_varies = false;    ///< externally triggered: a step other than ticks_per_frame is no loss
 };
 
 /// A quantity that not every frame need carry: temperature, UHFO voltage.
@@ -94,7 +94,7 @@ using FrameDescriptionPtr = std::shared_ptr<const FrameDescription>;
 
 /// What a configuration may choose or override.
 struct GyroChoice {
-  std::string axis;  ///< empty: the description's first
+  std::string axis;                                     ///< empty: the description's first
   std::optional<double> scale_factor_arcsec_per_pulse;  ///< refused where the gyro's number is not in pulses
   double sign = 1;                                      ///< +1 or -1
   std::optional<double> rate_hz;  ///< the gyro's own set-up, where the description's rate is another one

@@ -32,17 +32,21 @@ void FrameEncoder::find_selectors() {
       const int selector = field.when.field;
       const auto& counters = kind.roles.counter;
       if (selector < 0 || std::find(counters.begin(), counters.end(), selector) != counters.end()) continue;
-      auto known = std::find_if(selectors.begin(), selectors.end(), [&](const Selector& s) { return s.field == selector; });
+      auto known =
+          std::find_if(selectors.begin(), selectors.end(), [&](const Selector& s) { return s.field == selector; });
       if (known == selectors.end()) known = selectors.insert(selectors.end(), Selector{selector, {}});
       for (const std::uint64_t value : field.when.values) {
-        if (std::find(known->values.begin(), known->values.end(), value) == known->values.end()) known->values.push_back(value);
+        if (std::find(known->values.begin(), known->values.end(), value) == known->values.end())
+          known->values.push_back(value);
       }
     }
     for (Selector& selector : selectors) std::sort(selector.values.begin(), selector.values.end());
   }
 }
 
-const std::uint8_t* FrameEncoder::place(int field) const { return view_.find(kind_->fields[static_cast<std::size_t>(field)]); }
+const std::uint8_t* FrameEncoder::place(int field) const {
+  return view_.find(kind_->fields[static_cast<std::size_t>(field)]);
+}
 
 void FrameEncoder::put_number(int field, double raw) {
   const auto index = static_cast<std::size_t>(field);
@@ -77,7 +81,8 @@ void FrameEncoder::write_counter(const KindRoles& roles) {
 double FrameEncoder::wrapped(double angle, const Field& field) const {
   const double wrap = description_->gyro.wrap;
   if (wrap == 0) return angle;
-  const bool centred = field.type == NumberType::kSigned || field.type == NumberType::kFloat32 || field.type == NumberType::kFloat64;
+  const bool centred =
+      field.type == NumberType::kSigned || field.type == NumberType::kFloat32 || field.type == NumberType::kFloat64;
   return centred && angle >= wrap / 2 ? angle - wrap : angle;
 }
 
@@ -91,25 +96,30 @@ void FrameEncoder::write_gyro(const KindRoles& roles, const GyroState& state) {
     double raw = field.scaling.invert(value);
     if (whole) raw = std::nearbyint(raw);
     const bool signed_wrap = gyro.meaning == GyroMeaning::kAccumulated && whole;
-    if (signed_wrap) put_bits(index, static_cast<std::uint64_t>(static_cast<std::int64_t>(raw)));
-    else put_number(index, raw);
+    if (signed_wrap)
+      put_bits(index, static_cast<std::uint64_t>(static_cast<std::int64_t>(raw)));
+    else
+      put_number(index, raw);
     sent = field.scaling.apply(raw);
   }
   if (gyro.meaning == GyroMeaning::kIncrement && !roles.gyro.empty()) angle_ -= sent;
 }
 
-void FrameEncoder::write_channel(const SlowChannel& channel, const std::vector<int>& whole, int high, int low, double value,
-                                 Half& half) {
+void FrameEncoder::write_channel(const SlowChannel& channel, const std::vector<int>& whole, int high, int low,
+                                 double value, Half& half) {
   for (const int field : whole) {
     const Field& f = kind_->fields[static_cast<std::size_t>(field)];
-    if (std::isnan(value) && f.when.values.size() == 1) put_bits(f.when.field, ~f.when.values.front());
-    else put_number(field, f.scaling.invert(value));
+    if (std::isnan(value) && f.when.values.size() == 1)
+      put_bits(f.when.field, ~f.when.values.front());
+    else
+      put_number(field, f.scaling.invert(value));
   }
   if (high < 0 || low < 0) return;
   if (place(high) != nullptr) {
     const double raw = channel.joined.invert(value);
     const double limit = std::ldexp(1.0, channel.bits - (channel.is_signed ? 1 : 0));
-    const double held = std::clamp(std::nearbyint(std::isfinite(raw) ? raw : 0), channel.is_signed ? -limit : 0.0, limit - 1);
+    const double held =
+        std::clamp(std::nearbyint(std::isfinite(raw) ? raw : 0), channel.is_signed ? -limit : 0.0, limit - 1);
     half.latched = static_cast<std::uint64_t>(static_cast<std::int64_t>(held));
     put_bits(high, half.latched >> channel.low_bits);
   }
@@ -164,8 +174,10 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
   write_channel(description_->temperature, roles.temperature, roles.temperature_high, roles.temperature_low,
                 state.temperature_degc, temperature_half_);
   write_channel(description_->uhfo, roles.uhfo, roles.uhfo_high, roles.uhfo_low, state.uhfo_v, uhfo_half_);
-  if (kind_->text.present) frame_ = print_frame(*kind_, raw_);
-  else apply_constants(*kind_, frame_);
+  if (kind_->text.present)
+    frame_ = print_frame(*kind_, raw_);
+  else
+    apply_constants(*kind_, frame_);
   // A check may cover another one: as many rounds as checks leave all of them right.
   for (std::size_t round = 0; round < kind_->checks.size(); ++round) {
     for (const CheckRule& check : kind_->checks) store_check(check, frame_);

@@ -12,11 +12,11 @@ namespace prism {
 
 /// What the device would measure over one frame's interval.
 struct GyroState {
-  double rate_deg_per_h = 0;  ///< mean over the interval
-  double interval_s = 0;      ///< > 0
+  double rate_deg_per_h = 0;    ///< mean over the interval
+  double interval_s = 0;        ///< > 0
   double temperature_degc = 0;  ///< kUnknown: the frame says that it is not there, where it can say so
   double uhfo_v = 0;            ///< kUnknown: the same
-  std::uint32_t status = 0;  ///< bits besides those that say "valid", which the encoder sets
+  std::uint32_t status = 0;     ///< bits besides those that say "valid", which the encoder sets
   bool valid = true;
 };
 
@@ -50,7 +50,8 @@ class FrameEncoder {
   void write_selectors(int kind);
   void write_counter(const KindRoles& roles);
   void write_gyro(const KindRoles& roles, const GyroState& state);
-  void write_channel(const SlowChannel& channel, const std::vector<int>& whole, int high, int low, double value, Half& half);
+  void write_channel(const SlowChannel& channel, const std::vector<int>& whole, int high, int low, double value,
+                     Half& half);
   void write_status(const KindRoles& roles, const GyroState& state);
   double wrapped(double angle, const Field& field) const;
   const std::uint8_t* place(int field) const;
@@ -58,17 +59,17 @@ class FrameEncoder {
   void put_bits(int field, std::uint64_t bits);
 
   FrameDescriptionPtr description_;
-  std::vector<std::vector<std::uint8_t>> blanks_;     ///< by kind; empty for text kinds
-  std::vector<std::vector<Selector>> selectors_;      ///< by kind
+  std::vector<std::vector<std::uint8_t>> blanks_;  ///< by kind; empty for text kinds
+  std::vector<std::vector<Selector>> selectors_;   ///< by kind
   std::uint64_t frame_number_ = 0;
-  double ticks_ = 0;      ///< of the counter, modulo its modulus
-  double angle_ = 0;      ///< units of Reading::gyro: accumulated, or what increments have not carried yet
+  double ticks_ = 0;  ///< of the counter, modulo its modulus
+  double angle_ = 0;  ///< units of Reading::gyro: accumulated, or what increments have not carried yet
   Half temperature_half_;
   Half uhfo_half_;
 
-  const FrameKind* kind_ = nullptr;   ///< of the frame in work
+  const FrameKind* kind_ = nullptr;  ///< of the frame in work
   std::vector<std::uint8_t> frame_;
-  std::vector<double> raw_;           ///< a text frame's numbers by field
+  std::vector<double> raw_;  ///< a text frame's numbers by field
   FrameView view_;
 };
 

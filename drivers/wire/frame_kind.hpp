@@ -43,7 +43,7 @@ struct ItemRule {
   bool present = false;
   int from = 0, to = 0;
   std::uint8_t id_size = 1, length_size = 1;
-  bool length_first = false;            ///< {length, id, data}, else {id, length, data}
+  bool length_first = false;  ///< {length, id, data}, else {id, length, data}
   bool length_includes_header = false;
   bool big_endian = true;
   std::vector<std::uint64_t> ids;
@@ -61,7 +61,7 @@ struct BlockRule {
 struct TextRule {
   bool present = false;
   std::string separators;
-  bool collapse = false;    ///< runs of separators count as one (blanks)
+  bool collapse = false;      ///< runs of separators count as one (blanks)
   std::uint32_t columns = 0;  ///< exactly so many; 0: any number
   std::string write;          ///< what an encoder prints: text with {field} or {field:9.6} or {field:08x}
 };
@@ -76,8 +76,8 @@ struct ValidRule {
 struct KindRoles {
   std::vector<int> gyro, counter, status, latency;
   std::vector<ValidRule> valid;
-  std::vector<int> temperature, uhfo;                            ///< whole values
-  int temperature_high = -1, temperature_low = -1;               ///< halves in frames that follow each other
+  std::vector<int> temperature, uhfo;               ///< whole values
+  int temperature_high = -1, temperature_low = -1;  ///< halves in frames that follow each other
   int uhfo_high = -1, uhfo_low = -1;
 
   bool tells_anything() const {
@@ -104,7 +104,7 @@ struct FrameKind {
   int check_bits = 0;              ///< all checks together
   int known_bits = 0;              ///< checks, sync, terminator and (at most 16) body rules: what says "frame"
   int confirmations = 1;           ///< good frames in a row before the first is believed
-  bool weak = false;  ///< recognised by less than 16 bits in all: every break asks for confirmation again
+  bool weak = false;               ///< recognised by less than 16 bits in all: every break asks for confirmation again
 
   bool has_structure() const { return items.present || text.present || blocks.mask_field >= 0; }
 };

@@ -25,7 +25,8 @@ MatchResult terminated_length(const LengthRule& rule, Bytes bytes) {
     const bool open = bytes.size() < rule.max;
     return {open ? Match::kNeedMore : Match::kBadLength, rule.max};
   }
-  const auto length = static_cast<std::uint32_t>(found - window.begin() + static_cast<std::ptrdiff_t>(rule.terminator.size()));
+  const auto length =
+      static_cast<std::uint32_t>(found - window.begin() + static_cast<std::ptrdiff_t>(rule.terminator.size()));
   return {length < rule.min ? Match::kBadLength : Match::kYes, length};
 }
 

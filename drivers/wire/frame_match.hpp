@@ -12,7 +12,7 @@ namespace prism {
 
 enum class Match {
   kYes,
-  kNeedMore,   ///< everything fits so far, but the frame goes on behind the bytes at hand
+  kNeedMore,  ///< everything fits so far, but the frame goes on behind the bytes at hand
   kNoSync,
   kBadLength,  ///< length field out of bounds, or no terminator within the longest length
   kBadBody,    ///< a body or refuse rule, or broken items or columns

@@ -32,7 +32,8 @@ Result<void> run_vector(const FrameDescription& description, const TestVector& v
     if (value == inspected->values.end()) return refuse(vector.where, fmt::format("has no field {}", expected.field));
     const double allowed = expected.tolerance * std::abs(expected.value) + 1e-12;
     if (!(std::abs(value->value - expected.value) <= allowed)) {
-      return refuse(vector.where, fmt::format("{} is {:.12g}; expected {:.12g}", expected.field, value->value, expected.value));
+      return refuse(vector.where,
+                    fmt::format("{} is {:.12g}; expected {:.12g}", expected.field, value->value, expected.value));
     }
   }
   return {};

@@ -61,7 +61,9 @@ Section::Section(Problems& problems, const Json& json, std::string pointer, std:
 
 bool Section::has(const char* key) const { return json_->contains(key); }
 
-std::string Section::pointer(std::string_view key) const { return key.empty() ? pointer_ : fmt::format("{}/{}", pointer_, key); }
+std::string Section::pointer(std::string_view key) const {
+  return key.empty() ? pointer_ : fmt::format("{}/{}", pointer_, key);
+}
 
 const Json* Section::find(const char* key) const {
   const auto it = json_->find(key);
@@ -89,7 +91,8 @@ double Section::number(const char* key, double low, double high, std::optional<d
   return preset.value_or(low);
 }
 
-std::int64_t Section::whole(const char* key, std::int64_t low, std::int64_t high, std::optional<std::int64_t> preset) const {
+std::int64_t Section::whole(const char* key, std::int64_t low, std::int64_t high,
+                            std::optional<std::int64_t> preset) const {
   const Json& json = at(key);
   if (!has(key) && preset) return *preset;
   if (json.is_number_integer() && !(json.is_number_unsigned() && json.get<std::uint64_t>() > INT64_MAX)) {
@@ -122,7 +125,8 @@ std::string Section::choice(const char* key, std::initializer_list<const char*> 
 
 std::optional<std::uint64_t> Section::unsigned_value(const Json& json) const {
   if (json.is_number_unsigned()) return json.get<std::uint64_t>();
-  if (json.is_number_integer() && json.get<std::int64_t>() >= 0) return static_cast<std::uint64_t>(json.get<std::int64_t>());
+  if (json.is_number_integer() && json.get<std::int64_t>() >= 0)
+    return static_cast<std::uint64_t>(json.get<std::int64_t>());
   if (json.is_string()) return parse_unsigned(json.get_ref<const std::string&>());
   return std::nullopt;
 }

@@ -51,7 +51,8 @@ class Section {
 
   std::string text(const char* key, std::optional<std::string> preset = {}) const;
   double number(const char* key, double low, double high, std::optional<double> preset = {}) const;
-  std::int64_t whole(const char* key, std::int64_t low, std::int64_t high, std::optional<std::int64_t> preset = {}) const;
+  std::int64_t whole(const char* key, std::int64_t low, std::int64_t high,
+                     std::optional<std::int64_t> preset = {}) const;
   bool flag(const char* key, bool preset) const;
   /// One of `choices`; the first is the preset where `required` is false.
   std::string choice(const char* key, std::initializer_list<const char*> choices, bool required = false) const;

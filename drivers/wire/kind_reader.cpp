@@ -25,26 +25,31 @@ void place_field(const FieldDraft& draft, Problems& problems, FrameKind& kind) {
     const auto at = std::find(ids.begin(), ids.end(), *draft.item);
     field.item = static_cast<int>(at - ids.begin());
     if (at == ids.end()) ids.push_back(*draft.item);
-    if (ids.size() > FrameView::kMaxPlaces) problems.add(draft.pointer, "is in a 65th item; expected at most 64"), ids.pop_back();
+    if (ids.size() > FrameView::kMaxPlaces)
+      problems.add(draft.pointer, "is in a 65th item; expected at most 64"), ids.pop_back();
   }
   if (draft.block) {
     field.item = static_cast<int>(std::min<std::uint64_t>(*draft.block, FrameView::kMaxPlaces - 1));
     const std::size_t blocks = kind.blocks.sizes.size();
-    if (*draft.block >= blocks) problems.add(draft.pointer + "/block", fmt::format("{} is no block; this kind has {}", *draft.block, blocks));
+    if (*draft.block >= blocks)
+      problems.add(draft.pointer + "/block", fmt::format("{} is no block; this kind has {}", *draft.block, blocks));
   }
   if (!draft.when_field.empty()) {
     field.when.field = field_index(kind, draft.when_field);
     if (field.when.field < 0) {
-      problems.add(draft.pointer + "/when/field", fmt::format("no field \"{}\" stands before this one", draft.when_field));
+      problems.add(draft.pointer + "/when/field",
+                   fmt::format("no field \"{}\" stands before this one", draft.when_field));
     }
   }
   kind.fields.push_back(std::move(field));
 }
 
-void read_fields(Problems& problems, const Json& json, const std::string& pointer, bool big_endian, int at, FrameKind& kind) {
+void read_fields(Problems& problems, const Json& json, const std::string& pointer, bool big_endian, int at,
+                 FrameKind& kind) {
   if (!json.is_object()) return problems.add(pointer, found(json) + " is not an object of fields");
   for (const auto& [name, field] : json.items()) {
-    place_field(read_field(problems, field, pointer + "/" + name, name, big_endian, kind.text.present, at), problems, kind);
+    place_field(read_field(problems, field, pointer + "/" + name, name, big_endian, kind.text.present, at), problems,
+                kind);
   }
 }
 
@@ -101,7 +106,8 @@ Parts read_parts(const Section& description) {
   return parts;
 }
 
-FrameKind read_kind(Problems& problems, const Json& json, const std::string& pointer, bool big_endian, const Parts& parts) {
+FrameKind read_kind(Problems& problems, const Json& json, const std::string& pointer, bool big_endian,
+                    const Parts& parts) {
   const Section s(problems, json, pointer, "kind");
   FrameKind kind;
   kind.name = s.text("name");
@@ -116,7 +122,8 @@ FrameKind read_kind(Problems& problems, const Json& json, const std::string& poi
   if (s.has("text")) read_text(s.sub("text", "text"), kind);
   if (s.has("items")) read_items(s.sub("items", "items"), big_endian, kind);
   if (s.has("blocks")) read_blocks(s.sub("blocks", "blocks"), kind);
-  if (kind.text.present && kind.length.form != LengthRule::Form::kTerminated) s.refuse("text", "needs a length with a terminator");
+  if (kind.text.present && kind.length.form != LengthRule::Form::kTerminated)
+    s.refuse("text", "needs a length with a terminator");
   if (s.has("layout")) read_layout(s.sub("layout", "layout"), big_endian, parts, kind);
   if (s.has("fields")) read_fields(problems, s.at("fields"), s.pointer("fields"), big_endian, 0, kind);
   if (s.has("blocks")) {
@@ -125,7 +132,8 @@ FrameKind read_kind(Problems& problems, const Json& json, const std::string& poi
     if (kind.blocks.mask_field < 0) b.refuse("mask", "this kind has no such field");
   }
   read_rules(s, kind);
-  for_each_section(s, "checks", "check", [&](const Section& one) { kind.checks.push_back(read_check(one, big_endian)); });
+  for_each_section(s, "checks", "check",
+                   [&](const Section& one) { kind.checks.push_back(read_check(one, big_endian)); });
   measure_header(kind);
   weigh(kind);
   return kind;

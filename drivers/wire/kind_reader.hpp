@@ -23,7 +23,8 @@ using Parts = std::map<std::string, Part>;
 Parts read_parts(const Section& description);
 
 /// Without roles: frame_description.cpp gives them. `big_endian` is the description's byte order.
-FrameKind read_kind(Problems& problems, const Json& json, const std::string& pointer, bool big_endian, const Parts& parts);
+FrameKind read_kind(Problems& problems, const Json& json, const std::string& pointer, bool big_endian,
+                    const Parts& parts);
 
 /// Index of a field by its name; -1 where the kind has none of that name.
 int field_index(const FrameKind& kind, std::string_view name);

@@ -15,9 +15,12 @@ void measure_header(FrameKind& kind) {
     header = std::max(header, static_cast<std::uint32_t>(kind.length.field.at) + kind.length.field.size);
   }
   for (CheckRule& check : kind.checks) {
-    const bool early = check.from >= 0 && check.to > 0 && check.at >= 0 && check.mark == 0 && check.to <= 8 && check.at < 8;
+    const bool early =
+        check.from >= 0 && check.to > 0 && check.at >= 0 && check.mark == 0 && check.to <= 8 && check.at < 8;
     check.in_header = early && kind.length.form == LengthRule::Form::kField;
-    if (check.in_header) header = std::max({header, static_cast<std::uint32_t>(check.to), static_cast<std::uint32_t>(check.at) + check.size});
+    if (check.in_header)
+      header =
+          std::max({header, static_cast<std::uint32_t>(check.to), static_cast<std::uint32_t>(check.at) + check.size});
   }
   kind.header_bytes = header;
 }

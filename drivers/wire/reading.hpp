@@ -16,8 +16,8 @@ struct Reading {
   std::int32_t kind = 0;     ///< index into FrameDescription::kinds
   bool has_gyro = false;     ///< this kind carries the gyro's number (others may carry the counter or temperature)
   bool has_counter = false;
-  bool valid = false;        ///< the gyro's number is there, finite, in range, and the frame says it is valid
-  std::uint32_t status = 0;  ///< the device's status bits as sent
+  bool valid = false;         ///< the gyro's number is there, finite, in range, and the frame says it is valid
+  std::uint32_t status = 0;   ///< the device's status bits as sent
   std::uint64_t counter = 0;  ///< as sent, below CounterRule::modulus
   /// The gyro's number in the description's own unit; GyroRule::scale turns it into deg/h or arcsec. Whole numbers
   /// (pulses) stay exact, so differences of an accumulated angle are exact too.

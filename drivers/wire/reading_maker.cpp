@@ -86,7 +86,8 @@ void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, b
     std::uint64_t ticks = reading.counter - *last_counter_;
     if (rule.modulus != 0 && reading.counter < *last_counter_) ticks += rule.modulus;
     if (static_cast<double>(ticks) != rule.ticks_per_frame) {
-      steps_ = static_cast<std::uint64_t>(std::max(1.0, std::nearbyint(static_cast<double>(ticks) / rule.ticks_per_frame)));
+      steps_ =
+          static_cast<std::uint64_t>(std::max(1.0, std::nearbyint(static_cast<double>(ticks) / rule.ticks_per_frame)));
     }
     if (!rule.step_varies && steps_ != 1) adjacent_ = false;
   }

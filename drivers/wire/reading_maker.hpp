@@ -19,7 +19,8 @@ class SlowValue {
 
   /// One frame; `steps` is how many frames the device made since the last one, `adjacent` whether none is missing
   /// between. Whole values come from `fields`; halves are joined only when their frames are adjacent.
-  void push(const FrameView& view, const std::vector<int>& fields, int high, int low, std::uint64_t steps, bool adjacent);
+  void push(const FrameView& view, const std::vector<int>& fields, int high, int low, std::uint64_t steps,
+            bool adjacent);
   double value() const { return age_frames_ <= limit_frames_ ? value_ : kUnknown; }
   bool out_of_range() const { return out_of_range_; }
   void reset();

@@ -18,7 +18,7 @@ constexpr double kArcsecPerDegree = 3600;
 constexpr double kArcsecPerRadian = 180 / std::numbers::pi * kArcsecPerDegree;
 
 /// Adds the named fields to a role of every kind that has them; refuses a name that no kind has.
-void assign(const Section& s, const char* key, FrameDescription& description, std::vector<int> KindRoles::* role) {
+void assign(const Section& s, const char* key, FrameDescription& description, std::vector<int> KindRoles::*role) {
   for (const std::string& name : s.texts(key)) {
     bool known = false;
     for (FrameKind& kind : description.kinds) {
@@ -32,7 +32,7 @@ void assign(const Section& s, const char* key, FrameDescription& description, st
 }
 
 /// The first field that has a role, in whatever kind.
-const Field* first_with(const FrameDescription& description, std::vector<int> KindRoles::* role) {
+const Field* first_with(const FrameDescription& description, std::vector<int> KindRoles::*role) {
   for (const FrameKind& kind : description.kinds) {
     if (!(kind.roles.*role).empty()) return &kind.fields[static_cast<std::size_t>((kind.roles.*role).front())];
   }
@@ -64,7 +64,8 @@ void read_valids(const Section& s, FrameDescription& description) {
   }
 }
 
-/// deg/h or arcsec for one unit of the gyro's number. Pulses have the gyro's own scale factor, which the choice may give.
+/// deg/h or arcsec for one unit of the gyro's number. Pulses have the gyro's own scale factor, which the choice may
+/// give.
 double read_unit(const Section& s, GyroMeaning meaning, const GyroChoice& choice) {
   const bool rate = meaning == GyroMeaning::kRate;
   const std::string unit = rate ? s.choice("unit", {"deg/h", "arcsec/s", "deg/s", "rad/s", "pulse/s"}, true)
@@ -91,16 +92,18 @@ void read_axis(const Section& gyro, const std::string& name, const Json& json, F
   read_valids(s, description);
 }
 
-/// The chosen axis goes into the description; the others are read all the same, so that a slip in them is not first found
-/// by whoever chooses them.
+/// The chosen axis goes into the description; the others are read all the same, so that a slip in them is not first
+/// found by whoever chooses them.
 void read_axes(const Section& gyro, const GyroChoice& choice, FrameDescription& description) {
   const Json& axes = gyro.at("axes");
-  if (!axes.is_object() || axes.empty()) return gyro.refuse("axes", found(axes) + " is not an object of at least one axis");
+  if (!axes.is_object() || axes.empty())
+    return gyro.refuse("axes", found(axes) + " is not an object of at least one axis");
   for (const auto& [name, json] : axes.items()) description.axes.push_back(name);
   std::string& chosen = description.gyro.axis;
   chosen = choice.axis.empty() ? description.axes.front() : choice.axis;
   if (!axes.contains(chosen)) {
-    return gyro.refuse("axes", fmt::format("has no axis \"{}\"; expected one of {}", chosen, fmt::join(description.axes, ", ")));
+    return gyro.refuse(
+        "axes", fmt::format("has no axis \"{}\"; expected one of {}", chosen, fmt::join(description.axes, ", ")));
   }
   for (const auto& [name, json] : axes.items()) {
     if (name == chosen) continue;
@@ -113,11 +116,13 @@ void read_axes(const Section& gyro, const GyroChoice& choice, FrameDescription& 
 void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& description) {
   GyroRule& rule = description.gyro;
   const std::string meaning = s.choice("meaning", {"rate", "increment", "accumulated"}, true);
-  rule.meaning = meaning == "rate" ? GyroMeaning::kRate
-                 : meaning == "increment" ? GyroMeaning::kIncrement : GyroMeaning::kAccumulated;
+  rule.meaning = meaning == "rate"        ? GyroMeaning::kRate
+                 : meaning == "increment" ? GyroMeaning::kIncrement
+                                          : GyroMeaning::kAccumulated;
   rule.scale = read_unit(s, rule.meaning, choice) * choice.sign;
   rule.interval_s = s.number("interval_s", 1e-6, 1e4, 0);
-  if (rule.interval_s != 0 && rule.meaning != GyroMeaning::kIncrement) s.refuse("interval_s", "belongs to an increment only");
+  if (rule.interval_s != 0 && rule.meaning != GyroMeaning::kIncrement)
+    s.refuse("interval_s", "belongs to an increment only");
   read_valids(s, description);
   read_axes(s, choice, description);
   const Field* field = first_with(description, &KindRoles::gyro);
@@ -135,19 +140,21 @@ void read_counter(const Section& s, FrameDescription& description) {
   const Field* field = first_with(description, &KindRoles::counter);
   const std::uint64_t own = field == nullptr || field->bits >= 64 ? 0 : std::uint64_t{1} << field->bits;
   rule.modulus = s.bits("modulus", own);
-  if (own != 0 && rule.modulus > own) s.refuse("modulus", fmt::format("{} is more than the field's {}", rule.modulus, own));
+  if (own != 0 && rule.modulus > own)
+    s.refuse("modulus", fmt::format("{} is more than the field's {}", rule.modulus, own));
   rule.step_varies = s.flag("step_varies", false);
   rule.ticks_per_s = s.number("ticks_per_s", 1e-3, 1e10, 0);
   const double step = rule.ticks_per_s > 0 ? rule.ticks_per_s / description.rate_hz : 1;
   rule.ticks_per_frame = s.number("step", 1e-3, 1e10, step);
   if (rule.ticks_per_s == 0) rule.ticks_per_s = rule.ticks_per_frame * description.rate_hz;
   if (rule.modulus != 0 && rule.ticks_per_frame >= static_cast<double>(rule.modulus)) {
-    s.refuse("modulus", fmt::format("{} is not above the step of {} ticks a frame", rule.modulus, rule.ticks_per_frame));
+    s.refuse("modulus",
+             fmt::format("{} is not above the step of {} ticks a frame", rule.modulus, rule.ticks_per_frame));
   }
   description.counter = rule;
 }
 
-void assign_half(const Section& s, const char* key, FrameDescription& description, int KindRoles::* role) {
+void assign_half(const Section& s, const char* key, FrameDescription& description, int KindRoles::*role) {
   const std::string name = s.text(key);
   bool known = false;
   for (FrameKind& kind : description.kinds) {
@@ -159,8 +166,8 @@ void assign_half(const Section& s, const char* key, FrameDescription& descriptio
   if (!known) s.refuse(key, fmt::format("\"{}\" is a field of no kind", name));
 }
 
-void read_channel(const Section& s, FrameDescription& description, SlowChannel FrameDescription::* channel,
-                  std::vector<int> KindRoles::* whole, int KindRoles::* high, int KindRoles::* low) {
+void read_channel(const Section& s, FrameDescription& description, SlowChannel FrameDescription::*channel,
+                  std::vector<int> KindRoles::*whole, int KindRoles::*high, int KindRoles::*low) {
   SlowChannel& slow = description.*channel;
   slow.present = true;
   slow.stale_after_s = s.number("stale_after_s", 0, 3600, 1);
@@ -188,8 +195,8 @@ void read_roles(const Section& s, const GyroChoice& choice, FrameDescription& de
                  &KindRoles::temperature_high, &KindRoles::temperature_low);
   }
   if (s.has("uhfo")) {
-    read_channel(s.sub("uhfo", "channel"), description, &FrameDescription::uhfo, &KindRoles::uhfo, &KindRoles::uhfo_high,
-                 &KindRoles::uhfo_low);
+    read_channel(s.sub("uhfo", "channel"), description, &FrameDescription::uhfo, &KindRoles::uhfo,
+                 &KindRoles::uhfo_high, &KindRoles::uhfo_low);
   }
   if (s.has("status")) assign(s.sub("status", "role"), "field", description, &KindRoles::status);
   if (s.has("latency")) assign(s.sub("latency", "role"), "field", description, &KindRoles::latency);

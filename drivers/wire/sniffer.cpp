@@ -43,13 +43,14 @@ std::vector<SniffScore> Sniffer::ranking() const {
     score.fits = score.frames >= kLeastFrames && score.share() >= kLeastShare;
   }
   const auto rank = [](const SniffScore& s) { return std::tuple(s.fits, s.share(), s.frames); };
-  std::stable_sort(scores.begin(), scores.end(), [&](const SniffScore& a, const SniffScore& b) { return rank(a) > rank(b); });
+  std::stable_sort(scores.begin(), scores.end(),
+                   [&](const SniffScore& a, const SniffScore& b) { return rank(a) > rank(b); });
   return scores;
 }
 
 std::string sniff_line(const SniffScore& score) {
-  std::string line = fmt::format("{:<18} {:<5} {} frames, {:.1f} % of {} bytes", score.description->name, score.fits ? "fits" : "-",
-                                 score.frames, 100 * score.share(), score.bytes);
+  std::string line = fmt::format("{:<18} {:<5} {} frames, {:.1f} % of {} bytes", score.description->name,
+                                 score.fits ? "fits" : "-", score.frames, 100 * score.share(), score.bytes);
   if (score.frames > 0 && score.rate_hz > 0) line += fmt::format(", {:.4g} Hz", score.rate_hz);
   return line;
 }

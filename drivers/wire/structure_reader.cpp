@@ -69,8 +69,10 @@ void read_text(const Section& s, FrameKind& kind) {
 
 void read_blocks(const Section& s, FrameKind& kind) {
   kind.blocks.from = static_cast<int>(s.whole("from", 0, kMaxFrameBytes));
-  for (const std::uint64_t size : s.bit_list("sizes")) kind.blocks.sizes.push_back(static_cast<std::uint32_t>(size & 0xFFFF));
-  if (kind.blocks.sizes.size() > FrameView::kMaxPlaces) s.refuse("sizes", "has more than 64 blocks"), kind.blocks.sizes.resize(1);
+  for (const std::uint64_t size : s.bit_list("sizes"))
+    kind.blocks.sizes.push_back(static_cast<std::uint32_t>(size & 0xFFFF));
+  if (kind.blocks.sizes.size() > FrameView::kMaxPlaces)
+    s.refuse("sizes", "has more than 64 blocks"), kind.blocks.sizes.resize(1);
 }
 
 }  // namespace prism

@@ -20,7 +20,7 @@ using prism::FrameDescriptionPtr;
 using prism::Reading;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr int kFrames = 20'000;        // of about 1 MB: the engine is measured, not the memory
+constexpr int kFrames = 20'000;  // of about 1 MB: the engine is measured, not the memory
 constexpr std::size_t kChunkBytes = 4096;
 constexpr int kRounds = 60;
 
@@ -48,7 +48,11 @@ Bytes encoded(const FrameDescriptionPtr& description) {
   prism::FrameEncoder encoder(description);
   Bytes bytes;
   for (int i = 0; i < kFrames; ++i) {
-    encoder.encode({.rate_deg_per_h = 8.4652, .interval_s = description->period_s(), .temperature_degc = 25 + 1e-6 * i, .uhfo_v = 5.3}, bytes);
+    encoder.encode({.rate_deg_per_h = 8.4652,
+                    .interval_s = description->period_s(),
+                    .temperature_degc = 25 + 1e-6 * i,
+                    .uhfo_v = 5.3},
+                   bytes);
   }
   return bytes;
 }
@@ -104,8 +108,8 @@ int main(int argc, char** argv) {
   if (argc < 2) return std::fprintf(stderr, "usage: bench_wire FRAMES_DIR [NAME ...]\n"), 64;
   std::vector<std::string> names(argv + 2, argv + argc);
   if (names.empty()) names = {"trplg", "trplg-increment", "kvh1750", "stim300", "xor7-10", "xsens-mtdata2"};
-  std::printf("%-18s %8s %8s %12s %10s\n%-18s %8s %8s %12s %10s\n", "frames", "decode", "", "and stamp", "encode", "", "M/s", "MB/s",
-              "M/s", "M/s");
+  std::printf("%-18s %8s %8s %12s %10s\n%-18s %8s %8s %12s %10s\n", "frames", "decode", "", "and stamp", "encode", "",
+              "M/s", "MB/s", "M/s", "M/s");
   for (const std::string& name : names) measure(argv[1], name);
   std::printf("\n%-18s %17s\n", "random garbage", "MB/s");
   for (const std::string& name : names) measure_garbage(argv[1], name);

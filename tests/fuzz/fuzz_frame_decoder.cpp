@@ -27,7 +27,8 @@ std::vector<FrameDescriptionPtr> load_all() {
   return all;
 }
 
-std::vector<Reading> decode(const FrameDescriptionPtr& description, const std::uint8_t* bytes, std::size_t size, std::size_t chunk) {
+std::vector<Reading> decode(const FrameDescriptionPtr& description, const std::uint8_t* bytes, std::size_t size,
+                            std::size_t chunk) {
   FrameDecoder decoder(description);
   std::vector<Reading> out;
   for (std::size_t at = 0; at < size; at += chunk) decoder.feed({bytes + at, std::min(chunk, size - at)}, 0, out);

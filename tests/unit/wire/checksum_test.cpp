@@ -11,7 +11,9 @@
 namespace prism {
 namespace {
 
-std::span<const std::uint8_t> bytes(std::string_view text) { return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}; }
+std::span<const std::uint8_t> bytes(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
 
 // Greg Cook's catalogue of parametrised CRC algorithms.
 TEST(Crc, GivesTheCatalogueValues) {

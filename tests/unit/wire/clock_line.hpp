@@ -23,7 +23,9 @@ struct Line {
   std::uint64_t first_counter = 0;
 };
 
-inline double wire_s(const FrameDescription& description) { return 1e-9 * description.wire.byte_time_ns() * description.max_frame_bytes; }
+inline double wire_s(const FrameDescription& description) {
+  return 1e-9 * description.wire.byte_time_ns() * description.max_frame_bytes;
+}
 
 /// Frame i is measured at i / true_rate and arrives one wire time and its delay later.
 inline Reading reading_of(const FrameDescriptionPtr& description, const Line& line, int i) {

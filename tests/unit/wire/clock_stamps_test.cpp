@@ -125,7 +125,8 @@ TEST(Clock, AWrongFirstStampDoesNotPoisonTheRest) {
     line.delay_s = [&](int i) { return i == 0 ? wrong_s : 0.0; };
     const auto samples = run(clock, description, line, 1000);
     EXPECT_NEAR(seconds(samples.back().time_ns), 999.0 / 200, 1e-5) << "first stamp wrong by " << wrong_s << " s";
-    for (std::size_t i = 1; i < samples.size() && wrong_s < 1; ++i) ASSERT_GE(samples[i].time_ns, samples[i - 1].time_ns);
+    for (std::size_t i = 1; i < samples.size() && wrong_s < 1; ++i)
+      ASSERT_GE(samples[i].time_ns, samples[i - 1].time_ns);
     EXPECT_EQ(clock.status().resets, 1u);
   }
 }

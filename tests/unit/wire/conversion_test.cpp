@@ -41,7 +41,8 @@ TEST(Bridge, IsTheRatioOfItsArms) {
 TEST(Thermistor, GivesItsNominalPointAndIsInverted) {
   const ConversionStep ntc = ThermistorStep{1.129241e-3, 2.341077e-4, 0, 8.775468e-8};
   EXPECT_NEAR(convert(ntc, 10'000), 25, 0.01);
-  for (const double degc : {-40.0, 0.0, 25.0, 70.0, 110.0}) EXPECT_NEAR(convert(ntc, convert_back(ntc, degc)), degc, 1e-9);
+  for (const double degc : {-40.0, 0.0, 25.0, 70.0, 110.0})
+    EXPECT_NEAR(convert(ntc, convert_back(ntc, degc)), degc, 1e-9);
   EXPECT_TRUE(std::isnan(convert(ntc, 0)));
 }
 

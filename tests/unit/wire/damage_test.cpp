@@ -16,7 +16,8 @@ using Bytes = std::vector<std::uint8_t>;
 std::vector<std::string> shipped_names() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(test::frames_dir())) {
-    if (entry.path().extension() == ".json" && entry.path().stem() != "frame.schema") names.push_back(entry.path().stem());
+    if (entry.path().extension() == ".json" && entry.path().stem() != "frame.schema")
+      names.push_back(entry.path().stem());
   }
   std::sort(names.begin(), names.end());
   return names;
@@ -36,8 +37,11 @@ Stream stream_of(const FrameDescriptionPtr& description, int frames) {
   for (int i = 0; i < frames; ++i) {
     stream.starts.push_back(stream.bytes.size());
     const double rate = 30 * std::sin(0.01 * i) + 1e-3 * below(random, 1000);
-    encoder.encode({.rate_deg_per_h = rate, .interval_s = description->period_s(), .temperature_degc = 20 + 1e-3 * below(random, 10000),
-                    .uhfo_v = 2 + 1e-4 * below(random, 1000)}, stream.bytes);
+    encoder.encode({.rate_deg_per_h = rate,
+                    .interval_s = description->period_s(),
+                    .temperature_degc = 20 + 1e-3 * below(random, 10000),
+                    .uhfo_v = 2 + 1e-4 * below(random, 1000)},
+                   stream.bytes);
   }
   stream.starts.push_back(stream.bytes.size());
   return stream;
@@ -65,11 +69,15 @@ Damaged damage(const Stream& stream, Damage what, unsigned seed) {
       const bool here = random() % 1000 == 0 && !twin;
       if (here && what == Damage::kInsert) {
         result.bytes.push_back(static_cast<std::uint8_t>(random()));
-        if (i == stream.starts[f]) shifted = result.bytes.size();  // in front of the frame: it is intact, but moved
-        else hit = true;
+        if (i == stream.starts[f])
+          shifted = result.bytes.size();  // in front of the frame: it is intact, but moved
+        else
+          hit = true;
       }
       if (here && what != Damage::kInsert) hit = true;
-      if (!(here && what == Damage::kDrop)) result.bytes.push_back(here && what == Damage::kFlip ? static_cast<std::uint8_t>(byte ^ (1 + random() % 255)) : byte);
+      if (!(here && what == Damage::kDrop))
+        result.bytes.push_back(here && what == Damage::kFlip ? static_cast<std::uint8_t>(byte ^ (1 + random() % 255))
+                                                             : byte);
     }
     if (!hit) result.intact.push_back(shifted);
   }
@@ -89,7 +97,8 @@ std::vector<Reading> readings_of(const FrameDescriptionPtr& description, double 
   std::vector<Reading> readings;
   for (int i = 0; i < kFrames; ++i) {
     bytes.clear();
-    encoder.encode({.rate_deg_per_h = kRateDegPerH, .interval_s = interval_s, .temperature_degc = 21.5, .uhfo_v = 2.31}, bytes);
+    encoder.encode({.rate_deg_per_h = kRateDegPerH, .interval_s = interval_s, .temperature_degc = 21.5, .uhfo_v = 2.31},
+                   bytes);
     decoder.feed(bytes, i, readings);
   }
   decoder.finish(readings);
@@ -155,7 +164,10 @@ TEST_P(Shipped, NoIntactFrameIsLostWhateverHappensToOthers) {
     std::size_t lost = 0;
     std::size_t seen = 0;
     for (const std::uint64_t offset : damaged.intact) {
-      if (found.contains(offset)) ++seen; else ++lost;
+      if (found.contains(offset))
+        ++seen;
+      else
+        ++lost;
     }
     // Less than 16 bits say "frame"; or a frame needs the end of the one before, which may be hit.
     const FrameKind& kind = description->kinds[static_cast<std::size_t>(description->sent_kinds[0])];
@@ -194,7 +206,8 @@ TEST_P(Shipped, GarbageIsNoFrameOfAStrongKind) {
   for (const FrameKind& kind : description->kinds) {
     int sync_bits = 0;
     for (const ByteRule& rule : kind.sync) sync_bits += std::popcount(rule.mask);
-    if (kind.roles.tells_anything()) least_bits = std::min(least_bits, (sync_bits + kind.check_bits) * kind.confirmations);
+    if (kind.roles.tells_anything())
+      least_bits = std::min(least_bits, (sync_bits + kind.check_bits) * kind.confirmations);
   }
   const double expected = 300'000 * static_cast<double>(description->kinds.size()) * std::pow(2.0, -least_bits);
   EXPECT_LE(static_cast<double>(readings.size()), 10 + 20 * expected) << "kinds of " << least_bits << " bits";
@@ -203,12 +216,11 @@ TEST_P(Shipped, GarbageIsNoFrameOfAStrongKind) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Descriptions, Shipped, testing::ValuesIn(shipped_names()),
-                         [](const auto& one) {
-                           std::string name = one.param;
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Descriptions, Shipped, testing::ValuesIn(shipped_names()), [](const auto& one) {
+  std::string name = one.param;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+});
 
 }  // namespace
 }  // namespace prism

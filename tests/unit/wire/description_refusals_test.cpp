@@ -48,36 +48,57 @@ struct Slip {
 
 class Refusals : public testing::TestWithParam<Slip> {};
 
-TEST_P(Refusals, SayWhereWhatAndWhatWasExpected) { EXPECT_EQ(refusal(GetParam().from, GetParam().to), GetParam().message); }
+TEST_P(Refusals, SayWhereWhatAndWhatWasExpected) {
+  EXPECT_EQ(refusal(GetParam().from, GetParam().to), GetParam().message);
+}
 
 INSTANTIATE_TEST_SUITE_P(
     Slips, Refusals,
     testing::Values(
         Slip{"\"version\": 1", "\"version\": 2", "f.json:/version: 2 is not a whole number from 1 to 1"},
-        Slip{"\"baud\": 9600", "\"baud\": 9600, \"bauds\": 1", "f.json:/line/bauds: unknown key; expected one of baud, data_bits, parity, stop_bits"},
-        Slip{"\"baud\": 9600", "\"baud\": \"fast\"", "f.json:/line/baud: \"fast\" is not a whole number from 50 to 20000000"},
-        Slip{"\"rate_hz\": 10", "\"rate_hz\": 1000", "f.json:/rate_hz: 1000 frames/s of 12 bytes need 1250 % of a line of 9600 baud; expected at most 100 %"},
+        Slip{"\"baud\": 9600", "\"baud\": 9600, \"bauds\": 1",
+             "f.json:/line/bauds: unknown key; expected one of baud, data_bits, parity, stop_bits"},
+        Slip{"\"baud\": 9600", "\"baud\": \"fast\"",
+             "f.json:/line/baud: \"fast\" is not a whole number from 50 to 20000000"},
+        Slip{"\"rate_hz\": 10", "\"rate_hz\": 1000",
+             "f.json:/rate_hz: 1000 frames/s of 12 bytes need 1250 % of a line of 9600 baud; expected at most 100 %"},
         Slip{"\"AB CD\"", "\"AB C\"", "f.json:/kinds/0/sync/bytes: \"AB C\" is not text of hex bytes like \"A5 5A\""},
-        Slip{"\"bytes\": \"AB CD\"", "\"bytes\": \"AB CD\", \"mask\": \"FF\"", "f.json:/kinds/0/sync/mask: has 1 bytes; expected 2 as in \"bytes\""},
-        Slip{"{\"bytes\": \"AB CD\"}", "[{\"bytes\": \"AB\"}, {\"bytes\": \"CD\"}]", "f.json:/kinds/0/sync: says byte 0 twice"},
-        Slip{"{\"bytes\": \"AB CD\"}", "{\"at\": 20, \"bytes\": \"AB\"}", "f.json:/kinds/0/sync: byte 20 is outside the frame of 12 bytes"},
-        Slip{"\"length\": 12", "\"length\": {\"at\": 1, \"type\": \"u8\", \"min\": 9, \"max\": 8}", "f.json:/kinds/0/length/max: 8 is below min 9"},
-        Slip{"\"to\": -2, \"at\": -2", "\"to\": 0, \"at\": -2", "f.json:/kinds/0/checks: the CRC at -2 stands inside the bytes 0 to 0 that it covers"},
-        Slip{"\"to\": -2, \"at\": -2", "\"to\": -2, \"at\": 11", "f.json:/kinds/0/checks: a check of 2 bytes at 11 is outside the frame of 12 bytes"},
+        Slip{"\"bytes\": \"AB CD\"", "\"bytes\": \"AB CD\", \"mask\": \"FF\"",
+             "f.json:/kinds/0/sync/mask: has 1 bytes; expected 2 as in \"bytes\""},
+        Slip{"{\"bytes\": \"AB CD\"}", "[{\"bytes\": \"AB\"}, {\"bytes\": \"CD\"}]",
+             "f.json:/kinds/0/sync: says byte 0 twice"},
+        Slip{"{\"bytes\": \"AB CD\"}", "{\"at\": 20, \"bytes\": \"AB\"}",
+             "f.json:/kinds/0/sync: byte 20 is outside the frame of 12 bytes"},
+        Slip{"\"length\": 12", "\"length\": {\"at\": 1, \"type\": \"u8\", \"min\": 9, \"max\": 8}",
+             "f.json:/kinds/0/length/max: 8 is below min 9"},
+        Slip{"\"to\": -2, \"at\": -2", "\"to\": 0, \"at\": -2",
+             "f.json:/kinds/0/checks: the CRC at -2 stands inside the bytes 0 to 0 that it covers"},
+        Slip{"\"to\": -2, \"at\": -2", "\"to\": -2, \"at\": 11",
+             "f.json:/kinds/0/checks: a check of 2 bytes at 11 is outside the frame of 12 bytes"},
         Slip{"\"n\": {\"at\": 9", "\"n\": {\"at\": 10", "f.json:/kinds/0/fields/n: overlaps a check"},
-        Slip{"\"n\": {\"at\": 9", "\"n\": {\"at\": 12", "f.json:/kinds/0/fields/n: bytes 12 to 12 are outside its 12 bytes"},
+        Slip{"\"n\": {\"at\": 9", "\"n\": {\"at\": 12",
+             "f.json:/kinds/0/fields/n: bytes 12 to 12 are outside its 12 bytes"},
         Slip{"\"flags\": {\"at\": 6, \"type\": \"u8\"}", "\"flags\": {\"at\": 5, \"type\": \"u16\"}",
              "f.json:/kinds/0/fields/flags: overlaps a part of \"rate\"; expected none of it or all"},
-        Slip{"\"type\": \"s32\"", "\"type\": \"int32\"", "f.json:/kinds/0/fields/rate/type: \"int32\" is none of u1 to u64, s2 to s64, f32, f64, decimal, hex"},
-        Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"order\": [0, 1, 2, 2]", "f.json:/kinds/0/fields/rate/order: is not an order of the bytes 0 to 3, the most significant first"},
-        Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"scale\": 0", "f.json:/kinds/0/fields/rate/scale: 0 makes every value the same; expected another number"},
-        Slip{"\"field\": \"low\"", "\"field\": \"n\"", "f.json:/kinds/0/fields/t/when/field: no field \"n\" stands before this one"},
+        Slip{"\"type\": \"s32\"", "\"type\": \"int32\"",
+             "f.json:/kinds/0/fields/rate/type: \"int32\" is none of u1 to u64, s2 to s64, f32, f64, decimal, hex"},
+        Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"order\": [0, 1, 2, 2]",
+             "f.json:/kinds/0/fields/rate/order: is not an order of the bytes 0 to 3, the most significant first"},
+        Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"scale\": 0",
+             "f.json:/kinds/0/fields/rate/scale: 0 makes every value the same; expected another number"},
+        Slip{"\"field\": \"low\"", "\"field\": \"n\"",
+             "f.json:/kinds/0/fields/t/when/field: no field \"n\" stands before this one"},
         Slip{"{\"z\": \"rate\"}", "{\"z\": \"speed\"}", "f.json:/gyro/axes/z/field: \"speed\" is a field of no kind"},
         Slip{"{\"z\": \"rate\"}", "{}", "f.json:/gyro/axes: an object is not an object of at least one axis"},
-        Slip{"\"unit\": \"deg/h\"", "\"unit\": \"deg\"", "f.json:/gyro/unit: \"deg\" is not one of deg/h, arcsec/s, deg/s, rad/s, pulse/s"},
-        Slip{"{\"field\": \"n\"}", "{\"field\": \"n\", \"modulus\": 512}", "f.json:/counter/modulus: 512 is more than the field's 256"},
-        Slip{"{\"field\": \"n\"}", "{\"field\": \"n\", \"step\": 300}", "f.json:/counter/modulus: 256 is not above the step of 300 ticks a frame"},
-        Slip{"{\"field\": \"t\"}", "{\"field\": \"t\", \"high\": \"n\"}", "f.json:/temperature/high: belongs to halves (\"high\", \"low\"); with \"field\" the field itself says it"}));
+        Slip{"\"unit\": \"deg/h\"", "\"unit\": \"deg\"",
+             "f.json:/gyro/unit: \"deg\" is not one of deg/h, arcsec/s, deg/s, rad/s, pulse/s"},
+        Slip{"{\"field\": \"n\"}", "{\"field\": \"n\", \"modulus\": 512}",
+             "f.json:/counter/modulus: 512 is more than the field's 256"},
+        Slip{"{\"field\": \"n\"}", "{\"field\": \"n\", \"step\": 300}",
+             "f.json:/counter/modulus: 256 is not above the step of 300 ticks a frame"},
+        Slip{"{\"field\": \"t\"}", "{\"field\": \"t\", \"high\": \"n\"}",
+             "f.json:/temperature/high: belongs to halves (\"high\", \"low\"); with \"field\" the field itself says "
+             "it"}));
 
 TEST(Description, WhatIsNoJsonIsRefusedWithItsLine) {
   const auto parsed = parse_frame_description("{\n  \"format\": \"prism-frames\",\n  oops\n}", "f.json");
@@ -88,7 +109,8 @@ TEST(Description, WhatIsNoJsonIsRefusedWithItsLine) {
 TEST(Description, AChoiceMustFit) {
   GyroChoice axis;
   axis.axis = "w";
-  EXPECT_EQ(parse_frame_description(kGood, "f.json", axis).error().text(), "f.json:/gyro/axes: has no axis \"w\"; expected one of z");
+  EXPECT_EQ(parse_frame_description(kGood, "f.json", axis).error().text(),
+            "f.json:/gyro/axes: has no axis \"w\"; expected one of z");
   GyroChoice scale;
   scale.scale_factor_arcsec_per_pulse = 0.5;
   EXPECT_EQ(parse_frame_description(kGood, "f.json", scale).error().text(),
@@ -112,7 +134,8 @@ TEST(Description, TheGyrosOwnRateReplacesTheNominalOne) {
   EXPECT_EQ(stim->rate_hz, 125);
   EXPECT_EQ(stim->counter->ticks_per_frame, 16) << "2000 samples a second";
   choice.rate_hz = 0;
-  EXPECT_EQ(parse_frame_description(kGood, "f.json", choice).error().text(), "f.json: a rate of 0 Hz is not within 0.01 to 100000");
+  EXPECT_EQ(parse_frame_description(kGood, "f.json", choice).error().text(),
+            "f.json: a rate of 0 Hz is not within 0.01 to 100000");
 }
 
 TEST(Description, TheIdFollowsTheMeaningAndNotTheComments) {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the documents print in hex is what the descriptions decode.
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include "tests/unit/wire/descriptions.hpp"
 

@@ -24,23 +24,28 @@ TEST(Field, ReadsOrdersAndSigns) {
   EXPECT_EQ(number(R"({"at": 0, "type": "u16"})", {0x12, 0x34}), 0x1234);
   EXPECT_EQ(number(R"({"at": 0, "type": "u16", "order": "little"})", {0x12, 0x34}), 0x3412);
   EXPECT_EQ(number(R"({"at": 0, "type": "s24"})", {0xFF, 0xFF, 0xFE}), -2);
-  EXPECT_EQ(number(R"({"at": 0, "type": "s24", "order": [1, 2, 0]})", {0x18, 0xFF, 0xFC}), -1000) << "Fizoptika: low, high, middle";
+  EXPECT_EQ(number(R"({"at": 0, "type": "s24", "order": [1, 2, 0]})", {0x18, 0xFF, 0xFC}), -1000)
+      << "Fizoptika: low, high, middle";
   EXPECT_EQ(number(R"({"at": 0, "type": "u8"})", {0xFF}), 255);
   EXPECT_EQ(number(R"({"at": 0, "type": "s32"})", {0x80, 0, 0, 0}), -2147483648.0);
 }
 
 TEST(Field, ReadsSevenBitGroups) {
-  EXPECT_EQ(number(R"({"at": 0, "type": "s32", "group": 7, "order": "little"})", {0x47, 0x1F, 0x7F, 0x7F, 0x0F}), -12345);
-  EXPECT_EQ(number(R"({"at": 0, "type": "s28", "group": 7})", {0x7F, 0x7B, 0x5D, 0x10}), -70000) << "most significant first";
+  EXPECT_EQ(number(R"({"at": 0, "type": "s32", "group": 7, "order": "little"})", {0x47, 0x1F, 0x7F, 0x7F, 0x0F}),
+            -12345);
+  EXPECT_EQ(number(R"({"at": 0, "type": "s28", "group": 7})", {0x7F, 0x7B, 0x5D, 0x10}), -70000)
+      << "most significant first";
   EXPECT_EQ(number(R"({"at": 0, "type": "s14", "group": 7, "order": "little"})", {0x30, 0x7B}), -592);
 }
 
 TEST(Field, ReadsPartsOfBytesAndFloats) {
   EXPECT_EQ(number(R"({"at": 0, "type": "u2", "shift": 3})", {0b00011000}), 3);
-  EXPECT_EQ(number(R"({"at": 0, "type": "s26", "bytes": 4})", {0x83, 0xFF, 0xFF, 0xFF}), -1) << "DSP-3000: flags above the sign";
+  EXPECT_EQ(number(R"({"at": 0, "type": "s26", "bytes": 4})", {0x83, 0xFF, 0xFF, 0xFF}), -1)
+      << "DSP-3000: flags above the sign";
   EXPECT_EQ(number(R"({"at": 0, "type": "f32"})", {0x3F, 0xC0, 0, 0}), 1.5);
   EXPECT_EQ(number(R"({"at": 0, "type": "f64", "order": "little"})", {0, 0, 0, 0, 0, 0, 0xF8, 0xBF}), -1.5);
-  EXPECT_EQ(number(R"({"at": 0, "type": "s48", "order": [4, 5, 0, 1, 2, 3]})", {0x80, 0, 0, 0, 0x00, 0x01}), 1.5 * 4294967296)
+  EXPECT_EQ(number(R"({"at": 0, "type": "s48", "order": [4, 5, 0, 1, 2, 3]})", {0x80, 0, 0, 0, 0x00, 0x01}),
+            1.5 * 4294967296)
       << "Xsens 16.32: the fraction first, then the whole part";
 }
 
@@ -50,9 +55,9 @@ TEST(Field, WritesWhereItReadsAndNothingElse) {
     const int group = random() % 3 == 0 ? 7 : 8;
     const int shift = static_cast<int>(random() % 5);
     const int bits = 2 + static_cast<int>(random() % static_cast<unsigned>(group == 7 ? 50 : 55));
-    const std::string json = "{\"at\": 0, \"type\": \"" + std::string(random() % 2 ? "u" : "s") + std::to_string(bits) + "\", \"group\": " +
-                             std::to_string(group) + ", \"shift\": " + std::to_string(shift) + ", \"order\": \"" +
-                             (random() % 2 ? "big" : "little") + "\"}";
+    const std::string json = "{\"at\": 0, \"type\": \"" + std::string(random() % 2 ? "u" : "s") + std::to_string(bits) +
+                             "\", \"group\": " + std::to_string(group) + ", \"shift\": " + std::to_string(shift) +
+                             ", \"order\": \"" + (random() % 2 ? "big" : "little") + "\"}";
     const Field field = field_of(json.c_str());
     std::array<std::uint8_t, 8> before{};
     for (auto& byte : before) byte = static_cast<std::uint8_t>(random());

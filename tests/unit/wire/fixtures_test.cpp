@@ -32,7 +32,8 @@ std::vector<std::pair<std::string, Bytes>> hex_frames(const std::string& file) {
       words >> frames.emplace_back().first;
     } else if (!line.empty() && line[0] != '#') {
       std::istringstream words(line);
-      for (std::string word; words >> word;) frames.back().second.push_back(static_cast<std::uint8_t>(std::stoi(word, nullptr, 16)));
+      for (std::string word; words >> word;)
+        frames.back().second.push_back(static_cast<std::uint8_t>(std::stoi(word, nullptr, 16)));
     }
   }
   return frames;
@@ -135,9 +136,12 @@ TEST(Fixtures, TheUtilityLinesOfTheStim300HaveTheRightCrc) {
     if (line.empty() || line.starts_with("# ")) continue;
     while (!line.empty() && line.back() == '\r') line.pop_back();
     line += '\r';
-    EXPECT_TRUE(inspect_frame(*description, std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size()))) << line;
+    EXPECT_TRUE(inspect_frame(*description, std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size())))
+        << line;
     line[1] ^= 1;
-    EXPECT_FALSE(inspect_frame(*description, std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size()))) << line;
+    EXPECT_FALSE(
+        inspect_frame(*description, std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size())))
+        << line;
     ++count;
   }
   EXPECT_EQ(count, 6);
@@ -202,7 +206,8 @@ TEST(Fixtures, NovatelBinaryAndAsciiSayTheSame) {
     auto ascii = values_of(description, std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size()));
     auto binary = values_of(description, frames[i].second);
     ASSERT_FALSE(ascii.empty() || binary.empty()) << line;
-    for (const char* field : {"info", "imu_type", "week", "status", "accel_z", "accel_minus_y", "accel_x", "gyro_z", "gyro_minus_y", "gyro_x"}) {
+    for (const char* field : {"info", "imu_type", "week", "status", "accel_z", "accel_minus_y", "accel_x", "gyro_z",
+                              "gyro_minus_y", "gyro_x"}) {
       EXPECT_EQ(ascii[std::string("text_") + field], binary[field]) << field;
     }
     EXPECT_NEAR(ascii["text_seconds"], binary["seconds"], 1e-9);
@@ -219,7 +224,8 @@ TEST(Fixtures, VectorNavFramesRead) {
   std::string line = test::read_file(test::shared_dir() / "frames/vectornav_vnimu.txt");
   while (!line.empty() && (line.back() == '\r' || line.back() == '\n')) line.pop_back();
   line += "\r\n";
-  values = values_of(test::shipped("vectornav"), std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size()));
+  values =
+      values_of(test::shipped("vectornav"), std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size()));
   EXPECT_DOUBLE_EQ(values["text_rate_z"], -0.044656);
 }
 
@@ -229,8 +235,10 @@ std::vector<double> golden_rates(const std::string& file) {
   std::vector<double> rates;
   int left = 0;
   for (std::string line; std::getline(in, line);) {
-    if (line.starts_with("RateOfTurn")) left = 3;
-    else if (left > 0) rates.push_back(std::stod(line.substr(line.find(':') + 1))), --left;
+    if (line.starts_with("RateOfTurn"))
+      left = 3;
+    else if (left > 0)
+      rates.push_back(std::stod(line.substr(line.find(':') + 1))), --left;
   }
   return rates;
 }
@@ -244,7 +252,8 @@ TEST(Fixtures, XsensRatesEqualTheGoldenOnes) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       GyroChoice choice;
       choice.axis = std::string(1, "xyz"[axis]);
-      const auto readings = test::decode(test::shipped("xsens-mtdata2", choice), bytes_of("xsens_mtdata2_" + number + ".bin"));
+      const auto readings =
+          test::decode(test::shipped("xsens-mtdata2", choice), bytes_of("xsens_mtdata2_" + number + ".bin"));
       ASSERT_EQ(readings.size(), 100u);
       std::size_t next = axis;
       for (std::size_t i = 0; i < readings.size(); ++i) {
@@ -299,10 +308,15 @@ TEST(Fixtures, TheMipExampleReads) {
 TEST(Fixtures, GeneratedFramesOfEveryListedDeviceDecode) {
   PRISM_NEEDS_SHARED("frames/synthetic/spec_frames.hex");
   const std::map<std::string, std::string> description_by_frame = {
-      {"cn80_10_two_checks", "xor7-10"}, {"avic_f50b_7", "xor7-f50b"}, {"ls_fog_01", "ls-fog-01"}, {"mostatech", "mostatech"},
-      {"fizoptika", "fizoptika"}, {"hg4930_01", "hg4930"}, {"hg4930_02", "hg4930"}, {"hg1120_04", "hg1120"},
-      {"stim210_a8", "stim210"}, {"dmu11", "dmu11"}, {"stim300_90", "stim300"}, {"stim300_91", "stim300"},
-      {"stim300_94", "stim300"}, {"stim300_a5", "stim300"}, {"stim300_a7", "stim300"}, {"stim300_f4", "stim300"}, {"stim300_f7", "stim300"}};
+      {"cn80_10_two_checks", "xor7-10"}, {"avic_f50b_7", "xor7-f50b"},
+      {"ls_fog_01", "ls-fog-01"},        {"mostatech", "mostatech"},
+      {"fizoptika", "fizoptika"},        {"hg4930_01", "hg4930"},
+      {"hg4930_02", "hg4930"},           {"hg1120_04", "hg1120"},
+      {"stim210_a8", "stim210"},         {"dmu11", "dmu11"},
+      {"stim300_90", "stim300"},         {"stim300_91", "stim300"},
+      {"stim300_94", "stim300"},         {"stim300_a5", "stim300"},
+      {"stim300_a7", "stim300"},         {"stim300_f4", "stim300"},
+      {"stim300_f7", "stim300"}};
   int decoded = 0;
   for (const auto& [name, bytes] : hex_frames("synthetic/spec_frames.hex")) {
     const auto known = description_by_frame.find(name);
@@ -333,7 +347,8 @@ TEST(Fixtures, FizoptikaHalvesAreJoinedOnlyWhenAdjacent) {
   EXPECT_NEAR(torn.back().uhfo_v, 5.0, 1e-9);
 }
 
-/// One byte in a thousand flipped, dropped or followed by another; and the stream offsets of the frames it did not touch.
+/// One byte in a thousand flipped, dropped or followed by another; and the stream offsets of the frames it did not
+/// touch.
 struct Damaged {
   Bytes bytes;
   std::vector<std::uint64_t> intact;
@@ -351,7 +366,8 @@ Damaged damage(const Bytes& good, const std::vector<Reading>& frames, Damage wha
     hit[i] = random() % 1000 == 0 && !(what == Damage::kDrop && twin);
     new_offset[i] = result.bytes.size();
     if (hit[i] && what == Damage::kDrop) continue;
-    result.bytes.push_back(hit[i] && what == Damage::kFlip ? static_cast<std::uint8_t>(good[i] ^ (1 + random() % 255)) : good[i]);
+    result.bytes.push_back(hit[i] && what == Damage::kFlip ? static_cast<std::uint8_t>(good[i] ^ (1 + random() % 255))
+                                                           : good[i]);
     if (hit[i] && what == Damage::kInsert) result.bytes.push_back(static_cast<std::uint8_t>(random()));
   }
   for (const Reading& frame : frames) {
@@ -368,8 +384,10 @@ Damaged damage(const Bytes& good, const std::vector<Reading>& frames, Damage wha
 // frames.md, section 4: on these captures other decoders lose up to one frame in eight.
 TEST(Fixtures, NoIntactFrameOfACaptureIsLostBetweenDamagedOnes) {
   PRISM_NEEDS_SHARED("frames/mip_data.bin");
-  for (const auto& [file, name] : {std::pair{"mip_data.bin", "microstrain-mip"}, {"xsens_mtdata2_1.bin", "xsens-mtdata2"},
-                                   {"xsens_mtdata2_2.bin", "xsens-mtdata2"}, {"ixblue_stdbin_v3.bin", "ixblue-stdbin"}}) {
+  for (const auto& [file, name] : {std::pair{"mip_data.bin", "microstrain-mip"},
+                                   {"xsens_mtdata2_1.bin", "xsens-mtdata2"},
+                                   {"xsens_mtdata2_2.bin", "xsens-mtdata2"},
+                                   {"ixblue_stdbin_v3.bin", "ixblue-stdbin"}}) {
     const auto description = test::shipped(name);
     const Bytes good = bytes_of(file);
     const auto frames = test::decode(description, good);

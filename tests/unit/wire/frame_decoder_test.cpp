@@ -17,17 +17,20 @@ Bytes frames_of(const FrameDescriptionPtr& description, int count) {
   FrameEncoder encoder(description);
   Bytes out;
   for (int i = 0; i < count; ++i) {
-    encoder.encode({.rate_deg_per_h = 8.4652 + i, .interval_s = 0.005, .temperature_degc = 25 + 0.01 * i, .uhfo_v = 5.3}, out);
+    encoder.encode(
+        {.rate_deg_per_h = 8.4652 + i, .interval_s = 0.005, .temperature_degc = 25 + 0.01 * i, .uhfo_v = 5.3}, out);
   }
   return out;
 }
 
 bool same(const Reading& a, const Reading& b) {
-  return a.offset == b.offset && a.length == b.length && a.kind == b.kind && a.counter == b.counter && a.gyro == b.gyro &&
-         a.temperature_degc == b.temperature_degc && a.uhfo_v == b.uhfo_v && a.status == b.status && a.valid == b.valid;
+  return a.offset == b.offset && a.length == b.length && a.kind == b.kind && a.counter == b.counter &&
+         a.gyro == b.gyro && a.temperature_degc == b.temperature_degc && a.uhfo_v == b.uhfo_v && a.status == b.status &&
+         a.valid == b.valid;
 }
 
-std::vector<Reading> decode_in_chunks(const FrameDescriptionPtr& description, const Bytes& bytes, unsigned seed, int longest) {
+std::vector<Reading> decode_in_chunks(const FrameDescriptionPtr& description, const Bytes& bytes, unsigned seed,
+                                      int longest) {
   std::mt19937 random(seed);
   FrameDecoder decoder(description);
   std::vector<Reading> out;
@@ -69,7 +72,8 @@ TEST(FrameDecoder, HoweverTheBytesAreCutTheSameReadingsComeOut) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     const auto cut = decode_in_chunks(description, bytes, seed, 1 + static_cast<int>(seed) * 2);
     ASSERT_EQ(cut.size(), whole.size()) << "seed " << seed;
-    for (std::size_t i = 0; i < cut.size(); ++i) ASSERT_TRUE(same(cut[i], whole[i])) << "seed " << seed << " frame " << i;
+    for (std::size_t i = 0; i < cut.size(); ++i)
+      ASSERT_TRUE(same(cut[i], whole[i])) << "seed " << seed << " frame " << i;
   }
 }
 
@@ -199,7 +203,8 @@ TEST(FrameDecoder, ASensorThatTheFrameCallsBadIsUnknown) {
   FrameEncoder encoder(description);
   Bytes bytes;
   encoder.encode({.rate_deg_per_h = 8, .interval_s = 0.005, .temperature_degc = 20, .uhfo_v = 5.3}, bytes);
-  encoder.encode({.rate_deg_per_h = 8, .interval_s = 0.005, .temperature_degc = kUnknown, .uhfo_v = 5.3, .valid = false}, bytes);
+  encoder.encode(
+      {.rate_deg_per_h = 8, .interval_s = 0.005, .temperature_degc = kUnknown, .uhfo_v = 5.3, .valid = false}, bytes);
   const auto readings = test::decode(description, bytes);
   ASSERT_EQ(readings.size(), 2u);
   EXPECT_NEAR(readings[0].temperature_degc, 20, 1e-4);

@@ -19,14 +19,20 @@ Bytes text(const std::string& line) { return {line.begin(), line.end()}; }
 
 /// One kind "k" with the given members, a rate r and nothing else.
 FrameDescriptionPtr one_kind(const std::string& members) {
-  return test::description_of(R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 1,
-    "kinds": [{"name": "k", )" + members + R"(}], "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "r"}}})");
+  return test::description_of(
+      R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 1,
+    "kinds": [{"name": "k", )" +
+      members + R"(}], "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "r"}}})");
 }
 
-bool decodes(const FrameDescriptionPtr& description, const Bytes& bytes) { return inspect_frame(*description, bytes).has_value(); }
+bool decodes(const FrameDescriptionPtr& description, const Bytes& bytes) {
+  return inspect_frame(*description, bytes).has_value();
+}
 
 TEST(FrameRules, ALineOfTextThatWasJoinedInTheMiddleIsNotBelieved) {
-  const auto readings = test::decode(test::shipped("dsp3000-ascii"), text("15.015733    1\r\n    0.015733   1\r\n    0.015734   1\r\n    0.015735   1\r\n"));
+  const auto readings =
+      test::decode(test::shipped("dsp3000-ascii"),
+                   text("15.015733    1\r\n    0.015733   1\r\n    0.015734   1\r\n    0.015735   1\r\n"));
   ASSERT_EQ(readings.size(), 3u);
   EXPECT_EQ(readings[0].gyro, 0.015733) << "not the rest of -115.015733";
 }
@@ -42,12 +48,14 @@ TEST(FrameRules, ALengthBelowItsMinimumIsNoFrame) {
 TEST(FrameRules, ABodyRuleRefusesWhatTheCheckLetsThrough) {
   const auto description = test::shipped("xor7-f50b");
   EXPECT_TRUE(decodes(description, {0x80, 1, 2, 3, 4, 5, 1}));
-  EXPECT_FALSE(decodes(description, {0x80, 0x81, 2, 3, 4, 5, 1})) << "bit 7 inside the frame; the 7-bit XOR does not see it";
+  EXPECT_FALSE(decodes(description, {0x80, 0x81, 2, 3, 4, 5, 1}))
+      << "bit 7 inside the frame; the 7-bit XOR does not see it";
 }
 
 TEST(FrameRules, FillerWithARightChecksumIsNoData) {
   const auto hg = test::shipped("hg4930");
-  Bytes frame = {0x0E, 0x01, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x01, 0x00, 0x05, 0x02, 0x12, 0x04};
+  Bytes frame = {0x0E, 0x01, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55,
+                 0x55, 0x55, 0x55, 0x55, 0x01, 0x00, 0x05, 0x02, 0x12, 0x04};
   unsigned sum = 0;
   for (std::size_t i = 0; i < 18; i += 2) sum += frame[i] + 256u * frame[i + 1];
   frame[18] = static_cast<std::uint8_t>(sum);
@@ -61,7 +69,8 @@ TEST(FrameRules, FillerWithARightChecksumIsNoData) {
 }
 
 TEST(FrameRules, ItemsThatRunOverTheEndAreNoFrame) {
-  const auto description = one_kind(R"("sync": {"bytes": "AB"}, "length": 6, "checks": {"kind": "sum", "to": -1, "at": -1},
+  const auto description =
+      one_kind(R"("sync": {"bytes": "AB"}, "length": 6, "checks": {"kind": "sum", "to": -1, "at": -1},
     "items": {"from": 1, "to": -1}, "fields": {"r": {"item": 7, "at": 0, "type": "u16"}})");
   EXPECT_TRUE(decodes(description, {0xAB, 7, 2, 0, 9, 0xBD}));
   EXPECT_FALSE(decodes(description, {0xAB, 7, 3, 0, 9, 0xBE}));
@@ -112,7 +121,8 @@ TEST(FrameRules, WordsThatHardlyHaveASyncAreConfirmedAfterEveryBreak) {
   std::mt19937 random(6);
   for (int i = 0; i < 2000; ++i) bytes.push_back(static_cast<std::uint8_t>(random()));
   const auto readings = test::decode(description, bytes);
-  const auto in_garbage = std::count_if(readings.begin(), readings.end(), [&](const Reading& r) { return r.offset >= good; });
+  const auto in_garbage =
+      std::count_if(readings.begin(), readings.end(), [&](const Reading& r) { return r.offset >= good; });
   EXPECT_EQ(readings.size() - static_cast<std::size_t>(in_garbage), 100u);
   EXPECT_LE(in_garbage, 3) << "a word or two that happen to fit at the end of the good ones";
 }
@@ -145,19 +155,22 @@ Bytes half_frames(const std::vector<std::array<std::uint8_t, 3>>& frames) {
 }
 
 FrameDescriptionPtr halves_description(const std::string& counter) {
-  return test::description_of(R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 921600}, "rate_hz": 100,
+  return test::description_of(
+      R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 921600}, "rate_hz": 100,
     "kinds": [{"name": "k", "sync": {"bytes": "AB CD"}, "length": 7, "checks": {"kind": "crc", "width": 16, "poly": "0x1021", "to": -2, "at": -2},
       "fields": {"n": {"at": 2, "type": "u8"}, "which": {"at": 3, "type": "u8"},
                  "high": {"at": 4, "type": "u8", "when": {"field": "which", "values": 1}},
                  "low": {"at": 4, "type": "u8", "when": {"field": "which", "values": 2}}}}],
-    "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "n"}}, "counter": )" + counter + R"(,
+    "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "n"}}, "counter": )" +
+      counter + R"(,
     "temperature": {"high": "high", "low": "low", "stale_after_s": 0.05}})");
 }
 
 TEST(FrameRules, HalvesWithSomethingBetweenThemAreNotJoined) {
   const auto description = halves_description(R"({"field": "n"})");
   EXPECT_EQ(test::decode(description, half_frames({{7, 1, 1}, {8, 2, 2}}))[1].temperature_degc, 258);
-  EXPECT_TRUE(std::isnan(test::decode(description, half_frames({{7, 1, 1}, {9, 2, 2}}))[1].temperature_degc)) << "the counter knows of one between";
+  EXPECT_TRUE(std::isnan(test::decode(description, half_frames({{7, 1, 1}, {9, 2, 2}}))[1].temperature_degc))
+      << "the counter knows of one between";
   Bytes bytes = half_frames({{7, 1, 1}, {8, 2, 2}});
   bytes.insert(bytes.begin() + 7, {1, 2, 3});
   const auto apart = test::decode(description, bytes);
@@ -183,7 +196,8 @@ TEST(FrameRules, ASlowChannelIsHeldUntilItsLimitAndNotAcrossSessions) {
   std::vector<Reading> out;
   const auto send = [&](int frames) {
     Bytes bytes;
-    for (int i = 0; i < frames; ++i) encoder.encode({.rate_deg_per_h = 10, .interval_s = 1e-3, .temperature_degc = 30, .uhfo_v = 5}, bytes);
+    for (int i = 0; i < frames; ++i)
+      encoder.encode({.rate_deg_per_h = 10, .interval_s = 1e-3, .temperature_degc = 30, .uhfo_v = 5}, bytes);
     decoder.feed(bytes, 0, out);
   };
   send(48);
@@ -194,7 +208,8 @@ TEST(FrameRules, ASlowChannelIsHeldUntilItsLimitAndNotAcrossSessions) {
 }
 
 TEST(FrameRules, AStaleChannelIsUnknown) {
-  const auto description = test::description_of(R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 100,
+  const auto description = test::description_of(
+      R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 100,
     "kinds": [{"name": "k", "sync": {"bytes": "AB CD"}, "length": 8, "checks": {"kind": "crc", "width": 16, "poly": "0x1021", "to": -2, "at": -2},
       "fields": {"r": {"at": 2, "type": "u8"}, "has_t": {"at": 3, "type": "u1"}, "t": {"at": 4, "type": "s16", "when": {"field": "has_t", "values": 1}}}}],
     "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "r"}}, "temperature": {"field": "t", "stale_after_s": 0.05}})");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// frame.schema.json (for editors) and the reader say the same: the same keys, and no text that the one takes and the other
-// refuses for its form. The reader knows more (references, overlaps, speeds), so it may refuse more.
+// frame.schema.json (for editors) and the reader say the same: the same keys, and no text that the one takes and the
+// other refuses for its form. The reader knows more (references, overlaps, speeds), so it may refuse more.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,8 @@ Json schema() { return load(test::frames_dir() / "frame.schema.json"); }
 std::vector<std::pair<std::string, Json>> shipped_json() {
   std::vector<std::pair<std::string, Json>> all;
   for (const auto& entry : std::filesystem::directory_iterator(test::frames_dir())) {
-    if (entry.path().extension() == ".json" && entry.path().stem() != "frame.schema") all.emplace_back(entry.path().stem(), load(entry.path()));
+    if (entry.path().extension() == ".json" && entry.path().stem() != "frame.schema")
+      all.emplace_back(entry.path().stem(), load(entry.path()));
   }
   return all;
 }
@@ -47,7 +48,8 @@ TEST(Schema, HasTheKeysOfTheReaderAndNoOthers) {
     sections.insert(section);
   }
   for (const auto& [name, definition] : whole.at("definitions").items()) {
-    EXPECT_TRUE(!definition.contains("properties") || sections.contains(name)) << name << " is no section of the reader";
+    EXPECT_TRUE(!definition.contains("properties") || sections.contains(name))
+        << name << " is no section of the reader";
   }
 }
 
@@ -66,9 +68,7 @@ void walk(const Json& json, const Json::json_pointer& at, const std::function<vo
   }
 }
 
-std::vector<Json> wrong_values() {
-  return {nullptr, -1, 3, 1e12, "", "0x7", Json::array({1, 2}), Json{{"what", 1}}};
-}
+std::vector<Json> wrong_values() { return {nullptr, -1, 3, 1e12, "", "0x7", Json::array({1, 2}), Json{{"what", 1}}}; }
 
 // Every value of a description is replaced by values of every type, one at a time. Where the schema refuses the result,
 // the reader does too; where the reader takes it, the schema does too.
@@ -84,7 +84,8 @@ TEST(Schema, RefusesNoFormThatTheReaderTakes) {
         changed[at] = wrong;
         const bool read = reader_accepts(changed);
         const bool formed = validator.accepts(changed);
-        EXPECT_FALSE(read && !formed) << name << at.to_string() << " = " << wrong.dump() << ": only the schema refuses it";
+        EXPECT_FALSE(read && !formed) << name << at.to_string() << " = " << wrong.dump()
+                                      << ": only the schema refuses it";
         refused_by_both += !read && !formed ? 1 : 0;
       }
     });

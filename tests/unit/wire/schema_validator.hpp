@@ -51,12 +51,17 @@ class SchemaValidator {
     if (key == "maxItems") return !value.is_array() || value.size() <= rule.get<std::size_t>();
     if (key == "minProperties") return !value.is_object() || value.size() >= rule.get<std::size_t>();
     if (key == "pattern") return !value.is_string() || matches(rule, value);
-    if (key == "anyOf") return std::any_of(rule.begin(), rule.end(), [&](const Json& one) { return valid(one, value); });
-    if (key == "allOf") return std::all_of(rule.begin(), rule.end(), [&](const Json& one) { return valid(one, value); });
-    if (key == "items") return !value.is_array() || std::all_of(value.begin(), value.end(), [&](const Json& one) { return valid(rule, one); });
+    if (key == "anyOf")
+      return std::any_of(rule.begin(), rule.end(), [&](const Json& one) { return valid(one, value); });
+    if (key == "allOf")
+      return std::all_of(rule.begin(), rule.end(), [&](const Json& one) { return valid(one, value); });
+    if (key == "items")
+      return !value.is_array() ||
+             std::all_of(value.begin(), value.end(), [&](const Json& one) { return valid(rule, one); });
     if (key == "required") return has_all(rule, value);
     if (key == "properties" || key == "additionalProperties") return members_hold(schema, value);
-    if (key == "$schema" || key == "$comment" || key == "title" || key == "description" || key == "definitions") return true;
+    if (key == "$schema" || key == "$comment" || key == "title" || key == "description" || key == "definitions")
+      return true;
     throw std::runtime_error("the validator does not know " + key);
   }
 
@@ -64,12 +69,14 @@ class SchemaValidator {
   static bool matches(const std::string& pattern, const std::string& text) {
     static std::map<std::string, regex_t> compiled;
     const auto [at, is_new] = compiled.try_emplace(pattern);
-    if (is_new && regcomp(&at->second, pattern.c_str(), REG_EXTENDED | REG_NOSUB) != 0) throw std::runtime_error("no pattern: " + pattern);
+    if (is_new && regcomp(&at->second, pattern.c_str(), REG_EXTENDED | REG_NOSUB) != 0)
+      throw std::runtime_error("no pattern: " + pattern);
     return regexec(&at->second, text.c_str(), 0, nullptr, 0) == 0;
   }
 
   static bool has_all(const Json& required, const Json& value) {
-    return !value.is_object() || std::all_of(required.begin(), required.end(), [&](const Json& key) { return value.contains(key.get<std::string>()); });
+    return !value.is_object() || std::all_of(required.begin(), required.end(),
+                                             [&](const Json& key) { return value.contains(key.get<std::string>()); });
   }
 
   bool members_hold(const Json& schema, const Json& value) const {

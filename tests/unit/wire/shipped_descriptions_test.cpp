@@ -40,7 +40,8 @@ TEST(ShippedDescriptions, AVectorMustBeOneWholeFrame) {
   text.replace(at, 11, "00 07 63 4D A5");
   const auto result = run_test_vectors(*test::description_of(text));
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().text(), "test.json:/vectors/0: 20 of 21 bytes are a frame; expected all of them to be one of kind data");
+  EXPECT_EQ(result.error().text(),
+            "test.json:/vectors/0: 20 of 21 bytes are a frame; expected all of them to be one of kind data");
 }
 
 }  // namespace

@@ -15,7 +15,8 @@ namespace {
 std::vector<FrameDescriptionPtr> all_shipped() {
   std::vector<FrameDescriptionPtr> all;
   for (const auto& entry : std::filesystem::directory_iterator(test::frames_dir())) {
-    if (entry.path().extension() == ".json" && entry.path().stem() != "frame.schema") all.push_back(test::shipped(entry.path().stem()));
+    if (entry.path().extension() == ".json" && entry.path().stem() != "frame.schema")
+      all.push_back(test::shipped(entry.path().stem()));
   }
   return all;
 }
@@ -26,7 +27,8 @@ std::vector<std::uint8_t> second_of(const FrameDescriptionPtr& description) {
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < 200; ++i) {
     const double rate = 10 + 0.01 * static_cast<double>(random() % 100);
-    encoder.encode({.rate_deg_per_h = rate, .interval_s = description->period_s(), .temperature_degc = 30, .uhfo_v = 3}, bytes);
+    encoder.encode({.rate_deg_per_h = rate, .interval_s = description->period_s(), .temperature_degc = 30, .uhfo_v = 3},
+                   bytes);
   }
   bytes.erase(bytes.begin(), bytes.begin() + 7);  // the line was joined in the middle of a frame
   return bytes;
@@ -38,7 +40,8 @@ TEST(Sniffer, RecognisesEveryShippedDescriptionAmongAllOthers) {
     Sniffer sniffer(all);
     sniffer.feed(second_of(truth), 0);
     const auto ranking = sniffer.ranking();
-    const auto found = std::find_if(ranking.begin(), ranking.end(), [&](const SniffScore& s) { return s.description->name == truth->name; });
+    const auto found = std::find_if(ranking.begin(), ranking.end(),
+                                    [&](const SniffScore& s) { return s.description->name == truth->name; });
     EXPECT_TRUE(found->fits) << sniff_line(*found);
     EXPECT_GE(found->share() + 0.02, ranking[0].share()) << truth->name << " behind " << sniff_line(ranking[0]);
     const auto fitting = std::count_if(ranking.begin(), ranking.end(), [](const SniffScore& s) { return s.fits; });
