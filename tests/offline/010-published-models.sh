@@ -2,7 +2,7 @@
 # The science end to end: a virtual gyro with a known bias through one thermal cycle of the paper, compensated with the
 # paper's two published models. The bounds hold over seeds; the figures of one run are in docs/decisions.md.
 . "$(dirname "$0")/../system/lib.sh"
-frames 5
+frames 2
 models=$PRISM_SOURCE/config/models
 within() { awk -v x="$2" -v lo="$3" -v hi="$4" 'BEGIN {exit !(x > lo && x < hi)}' || fail "$1: found $2, expected within $3 to $4"; }
 for seed in 1 2; do
