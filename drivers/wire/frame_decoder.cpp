@@ -69,13 +69,9 @@ void FrameDecoder::expire(std::int64_t now_ns, std::vector<Reading>& out) {
 
 void FrameDecoder::finish(std::vector<Reading>& out) { scan(Mode::kEnd, out); }
 
-// What a search behind a waiting candidate counts is kept only where it finds a frame: else the same bytes are searched
-// again later.
 bool FrameDecoder::look_behind(std::vector<Reading>& out) {
-  const DecoderCounters before = counters_;
   std::size_t at = next_possible(std::min<std::size_t>(1, held_.size()));
   while (at < held_.size() && look_at(at, Mode::kSilent).match != Match::kYes) at = next_possible(at + 1);
-  counters_ = before;
   if (at >= held_.size()) return false;
   ++counters_.timeouts;
   skip(at);
@@ -98,6 +94,7 @@ void FrameDecoder::scan(Mode mode, std::vector<Reading>& out) {
     }
     const Found found = look_at(at, mode);
     if (found.match == Match::kNeedMore && mode != Mode::kEnd) break;
+    count(found);
     if (found.match != Match::kYes) {
       skip(1);
       ++at;
@@ -123,25 +120,28 @@ std::size_t FrameDecoder::next_possible(std::size_t at) const {
 
 /// The first kind that fits wins. One that needs more bytes stops the search here: with them it might fit.
 FrameDecoder::Found FrameDecoder::try_kinds(std::size_t at, Mode mode, FrameView& view) {
-  Found waiting;
+  Found found;
   const std::span<const std::uint8_t> bytes{held_.data() + at, held_.size() - at};
   const int before = at > 0 ? held_[at - 1] : before_held_;
   for (std::uint64_t left = kinds_by_first_byte_[bytes[0]]; left != 0; left &= left - 1) {
     const int k = std::countr_zero(left);
     const MatchResult result = match_frame(description_->kinds[static_cast<std::size_t>(k)], bytes, before, view);
+    found.bad_length += result.match == Match::kBadLength ? 1 : 0;
+    found.bad_body += result.match == Match::kBadBody ? 1 : 0;
+    found.bad_check += result.match == Match::kBadCheck ? 1 : 0;
     const bool more = result.match == Match::kNeedMore;
-    if (result.match == Match::kYes || (more && mode == Mode::kMore)) return {result.match, k, result.length};
-    if (more) waiting = {result.match, k, result.length};
-    counters_.bad_length += result.match == Match::kBadLength ? 1 : 0;
-    counters_.bad_body += result.match == Match::kBadBody ? 1 : 0;
-    counters_.bad_check += result.match == Match::kBadCheck ? 1 : 0;
+    if (result.match != Match::kYes && !more) continue;
+    found.match = result.match;
+    found.kind = k;
+    found.length = result.length;
+    if (!more || mode == Mode::kMore) break;
   }
-  return waiting;
+  return found;
 }
 
 FrameDecoder::Found FrameDecoder::look_at(std::size_t at, Mode mode) {
   Found found = try_kinds(at, mode, view_);
-  if (mode == Mode::kEnd && found.match == Match::kNeedMore) ++counters_.bad_length;
+  if (mode == Mode::kEnd && found.match == Match::kNeedMore) ++found.bad_length;
   if (found.match != Match::kYes) return found;
   const FrameKind& kind = description_->kinds[static_cast<std::size_t>(found.kind)];
   if (kind.confirmations <= 1) return found;
@@ -150,15 +150,22 @@ FrameDecoder::Found FrameDecoder::look_at(std::size_t at, Mode mode) {
     return found;
   bool need_more = false;
   if (confirmed(at, found, mode, need_more)) return found;
-  if (need_more && mode != Mode::kEnd) return {Match::kNeedMore, found.kind, found.length};
-  ++counters_.unconfirmed;
-  return {};
+  found.match = need_more && mode != Mode::kEnd ? Match::kNeedMore : Match::kNoSync;
+  found.unconfirmed = 1;
+  return found;
+}
+
+/// Once for each place, when it is decided: a place that is looked at again with more bytes is not counted twice.
+void FrameDecoder::count(const Found& found) {
+  counters_.bad_length += found.bad_length;
+  counters_.bad_body += found.bad_body;
+  counters_.bad_check += found.bad_check;
+  counters_.unconfirmed += found.unconfirmed;
 }
 
 /// A weak frame is believed when enough good ones stand right behind it, with the right counter steps.
 bool FrameDecoder::confirmed(std::size_t at, const Found& found, Mode mode, bool& need_more) {
   const int needed = description_->kinds[static_cast<std::size_t>(found.kind)].confirmations;
-  const DecoderCounters counters = counters_;
   FrameView before = view_;
   Found last = found;
   for (int good = 1; good < needed; ++good) {
@@ -170,7 +177,6 @@ bool FrameDecoder::confirmed(std::size_t at, const Found& found, Mode mode, bool
     if (need_more) return false;
     FrameView behind;
     const Found next = try_kinds(at, mode, behind);
-    counters_ = counters;
     need_more = next.match == Match::kNeedMore && mode != Mode::kEnd;
     if (next.match != Match::kYes || !counter_steps(before, last.kind, behind, next.kind)) return false;
     before = behind;

@@ -79,6 +79,7 @@ class FrameDecoder {
     Match match = Match::kNoSync;
     std::int32_t kind = -1;
     std::uint32_t length = 0;
+    std::uint32_t bad_length = 0, bad_body = 0, bad_check = 0, unconfirmed = 0;  ///< kinds that failed here, by cause
   };
 
   void scan(Mode mode, std::vector<Reading>& out);
@@ -88,6 +89,7 @@ class FrameDecoder {
   bool confirmed(std::size_t at, const Found& found, Mode mode, bool& need_more);
   bool counter_steps(const FrameView& before, std::int32_t kind_before, const FrameView& behind,
                      std::int32_t kind) const;
+  void count(const Found& found);
   std::size_t next_possible(std::size_t at) const;
   bool skip_trailer(std::size_t at);
   void skip(std::size_t bytes);
