@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstdint>
 #include <vector>
 
 #include "compensation/kernel.hpp"
@@ -10,10 +11,14 @@
 namespace prism {
 namespace {
 
+// Aligned to a cache line: no load of a packed sliver then crosses one.
 double* workspace(std::size_t n) {
+  constexpr std::size_t kLine = 64;
   thread_local std::vector<double> work;
-  if (work.size() < lanes::product_work(n)) work.resize(lanes::product_work(n));
-  return work.data();
+  const std::size_t wanted = lanes::product_work(n) + kLine / sizeof(double);
+  if (work.size() < wanted) work.resize(wanted);
+  const auto address = reinterpret_cast<std::uintptr_t>(work.data());
+  return work.data() + (kLine - address % kLine) % kLine / sizeof(double);
 }
 
 std::size_t size(Eigen::Index n) { return static_cast<std::size_t>(n); }

@@ -21,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::array kParities = {"none", "even", "odd"};
+constexpr std::array kExtrapolations = {"flag", "clamp", "blend"};  // in the order of Extrapolation
 constexpr std::array kClocks = {"host", "device"};
 constexpr std::array kFullPolicies = {"stop", "delete_oldest"};
 constexpr std::array kLevels = {"debug", "info", "warning", "error"};
@@ -116,7 +117,9 @@ Config read_config(Section& top, const fs::path& file) {
   if (const std::string model = top.text("fallback_model", ""); !model.empty()) {
     config.fallback_model = find_data_file(model, "models", base);
   }
-  config.engine.max_bias_deg_per_h = top.object("correction").number("max_bias_deg_per_h", {1e-6, 1e6}, 100.0);
+  Section correction = top.object("correction");
+  config.engine.max_bias_deg_per_h = correction.number("max_bias_deg_per_h", {1e-6, 1e6}, 100.0);
+  config.engine.extrapolation = static_cast<Extrapolation>(correction.choice("extrapolation", kExtrapolations, 0));
   // systemd names the folders it made for this instance.
   const std::string logs = environment("LOGS_DIRECTORY", "/var/log/prismd/" + config.name);
   if (top.boolean("write_log", true)) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "compensation/dense.hpp"
 
@@ -20,9 +21,9 @@ std::vector<std::vector<Eigen::Index>> members(const std::vector<int>& folds) {
 
 }  // namespace
 
-Result<LssvmFactor> LssvmFactor::make(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y) {
+Result<LssvmFactor> LssvmFactor::make(Eigen::MatrixXd kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y) {
   LssvmFactor f;
-  f.factor_ = kernel;
+  f.factor_ = std::move(kernel);
   f.factor_.diagonal() += inverse_cv;
   if (!cholesky(f.factor_)) {
     return refuse("LSSVM", "the kernel matrix is not positive definite in double precision: c is too large for this sigma2");

@@ -19,8 +19,8 @@ struct LssvmSolution {
 /// exact held-out residuals without refits: alpha_i / C_ii (Cawley and Talbot 2004), C_VV⁻¹ alpha_V for a block V.
 class LssvmFactor {
  public:
-  /// Refuses a matrix that is not positive definite in double precision. `inverse_cv` is 1/(c v_k), finite, > 0. `y`: N.
-  static Result<LssvmFactor> make(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y);
+  /// Refuses a matrix that is not positive definite in double precision. `kernel` becomes the factor: move it in. `inverse_cv` is 1/(c v_k), finite, > 0. `y`: N.
+  static Result<LssvmFactor> make(Eigen::MatrixXd kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y);
 
   const LssvmSolution& solution() const { return solution_; }
   /// The same system with another right-hand side [top; y].

@@ -44,6 +44,8 @@ Result<TuningResult> tune_on_part(const NormalisedData& data, const TrainingSett
   return tune(cost, x.cols(), tuning, progress, stop);
 }
 
+bool kernels(Method method) { return method != Method::kLeastSquares && method != Method::kStepwise; }
+
 Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
   const auto n = static_cast<std::size_t>(data.inputs.cols());
   if (data.names.size() != static_cast<std::size_t>(data.inputs.rows()) || static_cast<std::size_t>(data.target.size()) != n) {
@@ -54,7 +56,8 @@ Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
   for (const auto& value : {settings.c, settings.sigma2, settings.parameter}) {
     if (value && !(*value > 0 && std::isfinite(*value))) return refuse("c, sigma2 and the weight's parameter", fmt::format("found {}, expected a positive number", *value));
   }
-  if (settings.folds < 2 || static_cast<std::size_t>(settings.folds) > n) {
+  const bool folded = kernels(settings.method) && !settings.c && (settings.tuning == Tuning::kBlocked || settings.tuning == Tuning::kShuffled);
+  if (folded && (settings.folds < 2 || static_cast<std::size_t>(settings.folds) > n)) {
     return refuse("folds", fmt::format("found {}, expected 2 to the number of samples, {}", settings.folds, n));
   }
   if (settings.tuning == Tuning::kGiven && (!settings.given_folds || settings.given_folds->size() != n)) {
@@ -90,12 +93,13 @@ Result<TrainedModel> train(const TrainingData& data, ModelInfo info, const Train
                            const std::atomic<bool>* stop) {
   if (auto good = check(data, wanted); !good) return tl::unexpected<Error>(good.error());
   set_domain(data, info);
-  if (wanted.method == Method::kLeastSquares || wanted.method == Method::kStepwise) return train_polynomial(data, std::move(info), wanted);
+  if (!kernels(wanted.method)) return train_polynomial(data, std::move(info), wanted);
   const auto plan = plan_resources(data.inputs.cols(), data.inputs.rows(), wanted);
   if (!plan) return tl::unexpected<Error>(plan.error());
   const auto normalised = normalise(data.inputs, data.target, wanted.scaling, data.names);
   if (!normalised) return tl::unexpected<Error>(normalised.error());
   TrainingSettings settings = wanted;
+  settings.folds = static_cast<int>(std::min<Eigen::Index>(wanted.folds, data.target.size()));
   if (settings.method != Method::kIrlssvm) settings.reweight.weight.kind = WeightKind::kNone;
   const std::vector<int> runs = data.runs.empty() ? std::vector<int>(static_cast<std::size_t>(data.target.size()), 0) : data.runs;
   const Folds folds = folds_of(settings, runs);

@@ -154,6 +154,7 @@ class Search {
     if (!cells.empty()) result_.best = *std::min_element(cells.begin(), cells.end(), better);
     // Once more from the winner: a simplex that has collapsed in a curved valley goes on with new edges.
     for (const double step : {0.3, 0.05}) {
+      if (step < 0.1 && !small_data()) break;
       if (!stopped() && !cells.empty()) result_.best = std::min(result_.best, descended(result_.best, step), better);
     }
   }

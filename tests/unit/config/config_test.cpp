@@ -45,7 +45,7 @@ TEST(Config, CommentsAreAllowedAndEverythingIsTakenOver) {
     "line": {"device": "/dev/ttyUSB0", "baud": 614400, "parity": "even", "silence_s": 0.5},
     "clock": "device", "site": {"latitude_deg": 34.25, "elevation_deg": 90},
     "log": {"directory": "logs", "segment_mib": 1, "segment_hours": 1, "when_full": "delete_oldest"},
-    "capture": {}, "socket": {"path": "table.sock", "mode": "0600"}, "correction": {"max_bias_deg_per_h": 5}
+    "capture": {}, "socket": {"path": "table.sock", "mode": "0600"}, "correction": {"max_bias_deg_per_h": 5, "extrapolation": "blend"}
   })");
   EXPECT_EQ(config.name, "table");
   EXPECT_EQ(config.gyro.serial, "70-123");
@@ -63,6 +63,7 @@ TEST(Config, CommentsAreAllowedAndEverythingIsTakenOver) {
   EXPECT_EQ(config.socket.path, "/etc/prism/table.sock");
   EXPECT_EQ(config.socket.mode, 0600);
   EXPECT_EQ(config.engine.max_bias_deg_per_h, 5);
+  EXPECT_EQ(config.engine.extrapolation, Extrapolation::kBlend);
 }
 
 struct Refused {

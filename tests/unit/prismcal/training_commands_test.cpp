@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+// train, fit, cv and predict as a user types them: the reference's numbers come out at the far end, refusals in one line.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "compensation/compensated_text.hpp"
+#include "compensation/engine.hpp"
+#include "compensation/model_text.hpp"
+#include "tests/support/shared_files.hpp"
+#include "tools/prismcal/training/csv_table.hpp"
+#include "tools/prismcal/training/cv_command.hpp"
+#include "tools/prismcal/training/fit_command.hpp"
+#include "tools/prismcal/training/predict_command.hpp"
+#include "tools/prismcal/training/source.hpp"
+#include "tools/prismcal/training/train_command.hpp"
+
+namespace prism {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Prismcal : public testing::Test {
+ protected:
+  Prismcal() : folder_(fs::temp_directory_path() / ("prismcal-test-" + std::to_string(getpid()))) { fs::create_directories(folder_); }
+  ~Prismcal() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  void write(const std::string& name, const std::string& text) { ASSERT_TRUE(write_file(path(name), text)); }
+
+  // Runs a command line; what it prints goes to out_ and err_.
+  int run(std::vector<std::string> words) {
+    CLI::App app("prismcal");
+    int code = 0;
+    add_train_command(app, code);
+    add_fit_command(app, code);
+    add_cv_command(app, code);
+    add_predict_command(app, code);
+    std::reverse(words.begin(), words.end());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    try {
+      app.parse(words);
+    } catch (const CLI::ParseError& error) {
+      code = 64;
+    }
+    out_ = testing::internal::GetCapturedStdout();
+    err_ = testing::internal::GetCapturedStderr();
+    return code;
+  }
+
+  fs::path folder_;
+  std::string out_, err_;
+};
+
+TEST_F(Prismcal, FitAndPredictGiveTheReferencesPredictions) {
+  PRISM_NEEDS_SHARED("golden/mcycle133");
+  const fs::path dir = test::shared_dir() / "golden/mcycle133";
+  ASSERT_EQ(run({"fit", dir / "train.csv", "--inputs", "times", "--target", "y", "--weight", "huber", "--c", "10", "--sigma2", "0.1", "--beta", "1.345",
+                 "--out", path("m.json"), "--diagnostics", path("d.csv"), "--json"}), 0) << err_;
+  const auto summary = nlohmann::json::parse(out_);
+  EXPECT_EQ(summary["reweighting"]["solves"], 15);
+  EXPECT_EQ(summary["beta"], 1.345);
+  ASSERT_EQ(run({"predict", path("m.json"), dir / "test.csv", "--out", path("p.csv")}), 0) << err_;
+  const auto found = CsvTable::read(path("p.csv"))->column("prediction"), expected = CsvTable::read(dir / "A_test.csv")->column("pred_huber");
+  ASSERT_TRUE(found && expected);
+  for (std::size_t i = 0; i < found->size(); ++i) EXPECT_NEAR((*found)[i], (*expected)[i], 1e-9);
+  const auto alpha = CsvTable::read(path("d.csv"))->column("alpha"), wanted = CsvTable::read(dir / "A_train.csv")->column("huber_alpha");
+  ASSERT_TRUE(alpha && wanted);
+  for (std::size_t i = 0; i < alpha->size(); ++i) EXPECT_NEAR((*alpha)[i], (*wanted)[i], 1e-9);
+}
+
+TEST_F(Prismcal, CvPrintsEveryFoldsCost) {
+  PRISM_NEEDS_SHARED("golden/mcycle133");
+  const fs::path dir = test::shared_dir() / "golden/mcycle133";
+  const auto expected = nlohmann::json::parse(test::read_file(dir / "A.json"));
+  ASSERT_EQ(run({"cv", dir / "train.csv", "--inputs", "times", "--target", "y", "--fold-column", "fold", "--weight", "hampel", "--c", "10", "--sigma2", "0.1",
+                 "--json"}), 0) << err_;
+  const auto found = nlohmann::json::parse(out_);
+  EXPECT_NEAR(found["unweighted"]["mse"], expected["unweighted"]["cv_mse"], 1e-7);
+  EXPECT_NEAR(found["mae"], expected["robust"]["hampel"]["rcv10"]["mae_30iter"], 1e-9);
+  EXPECT_EQ(found["weighted"]["fold_mae"].size(), 10u);
+}
+
+TEST_F(Prismcal, StepwisePrintsCoefficientsAndItsPath) {
+  write("t.csv", "a,b,y\n1,5,2.1\n2,3,4.0\n3,8,6.1\n4,1,8.0\n5,9,9.9\n6,2,12.1\n7,7,14.0\n");
+  ASSERT_EQ(run({"fit", path("t.csv"), "--inputs", "a,b", "--target", "y", "--method", "stepwise", "--start", "none", "--json"}), 0) << err_;
+  const auto found = nlohmann::json::parse(out_);
+  EXPECT_NEAR(found["coefficients"]["a"], 2, 0.05);
+  EXPECT_FALSE(found["coefficients"].contains("b"));
+  EXPECT_EQ(found["path"][1]["action"], "add");
+  EXPECT_EQ(found["path"][1]["term"], "a");
+}
+
+TEST_F(Prismcal, RefusalsAreOneLineWithTheirPlace) {
+  write("t.csv", "a,y\n1,2\n# a remark\n2,three\n");
+  EXPECT_EQ(run({"fit", path("t.csv"), "--inputs", "a", "--target", "y"}), 1);
+  EXPECT_EQ(err_, "prismcal: " + path("t.csv") + ":4: column y: found \"three\", expected a finite number\n");
+  EXPECT_EQ(run({"fit", path("t.csv"), "--inputs", "a,z", "--target", "y"}), 1);
+  EXPECT_EQ(err_, "prismcal: " + path("t.csv") + ": found no column \"z\", expected one of a, y\n");
+  EXPECT_EQ(run({"fit", path("t.csv"), "--inputs", "a", "--target", "y", "--method", "magic"}), 64);
+  write("r.csv", "a,y\n1,2,3\n");
+  EXPECT_EQ(run({"fit", path("r.csv"), "--inputs", "a", "--target", "y"}), 1);
+  EXPECT_EQ(err_, "prismcal: " + path("r.csv") + ":2: found 3 fields, expected 2\n");
+}
+
+// A drift with T and dT/dt as a foreign CSV in other units: three hours at 1 Hz.
+std::string foreign_csv() {
+  std::string text = "t_ms,x_dps,temp_K\n";
+  for (int i = 1; i <= 10800; ++i) {
+    const double t = 20 + 15 * std::sin(i / 2000.0), bias = 0.5 + 0.01 * t + 0.001 * std::sin(i * 12.9898);
+    text += fmt::format("{},{:.12f},{:.6f}\n", i * 1000LL, (bias + 3) / 3600, t + 273.15);
+  }
+  return text;
+}
+
+TEST_F(Prismcal, TrainOnAnyCsvMakesAModelThatTheEngineTakes) {
+  write("foreign.csv", foreign_csv());
+  ASSERT_EQ(run({"train", path("foreign.csv"), "--map", "rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms", "--inputs", "T,dTdt", "--weight", "huber", "--c",
+                 "100", "--sigma2", "1", "--no-earth-rate", "--serial", "X1", "--out", path("m.json"), "--quiet"}), 0) << err_;
+  const auto model = parse_model(*read_file(path("m.json")), "m.json");
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_EQ((*model)->info().gyro_serial, "X1");
+  EXPECT_NEAR((*model)->predict(std::vector{20.0, 0.0}).bias_deg_per_h, 3.7, 0.01);
+  Engine engine;
+  EXPECT_TRUE(engine.use(*model, nullptr));
+  const auto provenance = nlohmann::json::parse((*model)->info().provenance_json);
+  EXPECT_EQ(provenance["recordings"][0]["files"][0]["sha256"].get<std::string>().size(), 64u);
+}
+
+TEST_F(Prismcal, AModelOfATableIsNotForAStream) {
+  write("t.csv", "T,y\n1,1\n2,2.1\n3,2.9\n4,4.2\n5,5\n");
+  ASSERT_EQ(run({"fit", path("t.csv"), "--inputs", "T", "--target", "y", "--method", "lssvm", "--c", "10", "--sigma2", "1", "--out", path("m.json")}), 0)
+      << err_;
+  const auto model = parse_model(*read_file(path("m.json")), "m.json");
+  ASSERT_TRUE(model) << model.error().text();
+  Engine engine;
+  EXPECT_FALSE(engine.use(*model, nullptr));
+}
+
+TEST_F(Prismcal, AMapThatSaysNothingIsRefused) {
+  write("foreign.csv", "a,b\n1,2\n");
+  SourceOptions options;
+  options.map = {"rate=a:furlong"};
+  const auto source = read_source(path("foreign.csv"), options);
+  ASSERT_FALSE(source);
+  EXPECT_EQ(source.error().text().find('\n'), std::string::npos);
+  EXPECT_NE(source.error().text().find("rate in deg/h"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace prism
