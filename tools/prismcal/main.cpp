@@ -11,6 +11,7 @@
 #include "config/version.hpp"
 #include "tools/prismcal/evaluation/allan_command.hpp"
 #include "tools/prismcal/evaluation/compare_command.hpp"
+#include "tools/prismcal/evaluation/convert_command.hpp"
 #include "tools/prismcal/evaluation/evaluate_command.hpp"
 #include "tools/prismcal/evaluation/report_command.hpp"
 #include "tools/prismcal/training/cv_command.hpp"
@@ -36,6 +37,7 @@ int run(int argc, char** argv) {
   add_compare_command(app, code);
   add_report_command(app, code);
   add_allan_command(app, code);
+  add_convert_command(app, code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

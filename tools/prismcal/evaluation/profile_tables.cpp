@@ -25,8 +25,8 @@ Table ladder_table(const Study& study) {
   }
   std::vector<const StudyRow*> rows = {best_of(study, "ls", "")};
   for (const StudyRow* row : rows_of(study, "stepwise", "")) rows.push_back(row);
-  for (const char* tune : {"loo", "blocked"}) rows.push_back(best_of(study, "lssvm", tune));
-  for (const char* tune : {"shuffled", "blocked"}) rows.push_back(best_of(study, "ir-lssvm", tune));
+  for (const char* tune : {"loo", "blocked", "reml"}) rows.push_back(best_of(study, "lssvm", tune));
+  for (const char* tune : {"shuffled", "blocked", "reml"}) rows.push_back(best_of(study, "ir-lssvm", tune));
   for (const StudyRow* row : rows) {
     if (!row) continue;
     std::vector<Cell> cells = {text_cell(method_text(row->spec)), text_cell(row->spec.inputs_text()),
@@ -82,13 +82,14 @@ Table tuning_table(const Study& study) {
   table.caption = basis_text(study) +
                   ", all inputs. Shuffled folds and leave-one-out leave a sample's neighbours in the training data: on "
                   "a time series they "
-                  "prefer narrow kernels that remember the profile. Contiguous blocks ask for what carries over.";
+                  "prefer narrow kernels that remember the profile. Contiguous blocks and the likelihood ask for what "
+                  "carries over.";
   for (const BlockTable& recording : study.data.evaluated)
     table.columns.push_back({recording.name + ": improvement", "%"});
   std::size_t most = 0;
   for (const StudyRow& row : study.rows) most = std::max(most, row.spec.inputs.size());
   for (const char* method : {"lssvm", "ir-lssvm"}) {
-    for (const char* tune : {"shuffled", "loo", "blocked"}) {
+    for (const char* tune : {"shuffled", "loo", "blocked", "reml"}) {
       for (const StudyRow* row : rows_of(study, method, tune)) {
         if (row->spec.inputs.size() != most) continue;
         std::vector<Cell> cells = {text_cell(method_text(row->spec)), text_cell(tune_text(tune)),

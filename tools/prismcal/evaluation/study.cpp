@@ -53,8 +53,9 @@ std::vector<ModelSpec> paper_models(bool with_uhfo) {
     }
   }
   const std::vector<std::string> all = with_uhfo ? composites.back() : composites.front();
-  for (const char* tune : {"loo", "shuffled", "blocked"}) specs.push_back({"lssvm", all, "", tune});
+  for (const char* tune : {"loo", "shuffled", "blocked", "reml"}) specs.push_back({"lssvm", all, "", tune});
   for (const auto& weight : weights) specs.push_back({"ir-lssvm", all, weight, "blocked"});
+  specs.push_back({"ir-lssvm", all, "myriad", "reml"});
   if (!with_uhfo) std::erase_if(specs, needs_uhfo);
   return specs;
 }

@@ -16,7 +16,7 @@ struct ModelSpec {
   std::string method;               ///< "ls", "stepwise", "lssvm", "ir-lssvm"
   std::vector<std::string> inputs;  ///< "T", "dTdt", "U"
   std::string weight;               ///< "huber", "hampel", "logistic", "myriad"; empty: none
-  std::string tune;                 ///< "shuffled" (ten-fold), "loo", "blocked"; empty: nothing to tune
+  std::string tune;                 ///< "shuffled" (ten-fold), "loo", "blocked", "reml"; empty: nothing to tune
 
   std::string key() const;          ///< unique in a study: "ir-lssvm T,dTdt,U myriad shuffled"
   std::string inputs_text() const;  ///< "T, dT/dt, U"
@@ -62,11 +62,11 @@ struct Study {
   const StudyRow* find(const std::string& key) const;
 };
 
-/// The models of the paper's tables 2 to 5 with the paper's tuning, then those that the paper lacks: LSSVM by all three
-/// tunings, and all weights tuned by contiguous blocks. `with_uhfo` false leaves out all that need U.
+/// The models of the paper's tables 2 to 5 with the paper's tuning, then those that the paper lacks: LSSVM by all four
+/// tunings, all weights tuned by contiguous blocks, and myriad by REML. `with_uhfo` false leaves out all that need U.
 std::vector<ModelSpec> paper_models(bool with_uhfo);
 
-/// One of each kind with all inputs, in a tenth of the time: LS, stepwise, LSSVM and myriad IR-LSSVM.
+/// One of each kind with all inputs, in a quarter of the time: LS, stepwise, LSSVM and myriad IR-LSSVM.
 std::vector<ModelSpec> ladder_models(bool with_uhfo);
 
 /// Trains and judges all of `specs` in order; `progress` hears (done, all, what is next). The first refusal ends it.

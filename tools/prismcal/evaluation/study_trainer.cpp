@@ -43,7 +43,10 @@ Result<TrainingSettings> settings_of(const ModelSpec& spec, const StudyTraining&
     settings.reweight.weight.kind = *weight;
   }
   settings.reweight.limit = study.reweight_limit;
-  settings.tuning = spec.tune == "shuffled" ? Tuning::kShuffled : spec.tune == "loo" ? Tuning::kLoo : Tuning::kBlocked;
+  settings.tuning = spec.tune == "shuffled" ? Tuning::kShuffled
+                    : spec.tune == "loo"    ? Tuning::kLoo
+                    : spec.tune == "reml"   ? Tuning::kReml
+                                            : Tuning::kBlocked;
   settings.folds = study.folds;
   settings.seed = study.seed;
   settings.threads = study.threads;
@@ -76,7 +79,7 @@ Trained told(TrainedModel&& made, const ModelSpec& spec, const TrainingSettings&
   trained.c = made.c;
   trained.sigma2 = made.sigma2;
   if (settings.reweight.weight.has_parameter()) trained.parameter = made.parameter;
-  if (made.tuning) {
+  if (made.tuning && settings.tuning != Tuning::kReml) {  // a likelihood is no error in deg/h
     trained.cost_deg_per_h = made.tuning->best.cost;
     for (const TuningPoint& point : made.tuning->surface)
       trained.surface.push_back({point.c, point.sigma2, point.cost});

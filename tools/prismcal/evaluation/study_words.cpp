@@ -18,6 +18,7 @@ std::string tune_text(const std::string& tune) {
   if (tune == "shuffled") return "ten-fold, shuffled";
   if (tune == "loo") return "leave-one-out";
   if (tune == "blocked") return "contiguous blocks";
+  if (tune == "reml") return "likelihood (REML)";
   return report::kNothing;
 }
 
