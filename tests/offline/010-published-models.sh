@@ -18,7 +18,7 @@ for seed in 1 2; do
 done
 # What the daemon took away against the truth that it could not see, second by second.
 python3 - "$dir" <<'END' || fail "see above"
-import csv, glob, math, sys
+import csv, glob, statistics, sys
 folder = sys.argv[1]
 def rows(path):
     with open(path) as f: yield from csv.DictReader(line for line in f if not line.startswith("#"))
@@ -28,8 +28,7 @@ first = int(log[0]["time_s"])
 pairs = [(truth[int(r["time_s"]) - first], float(r["bias_deg_per_h"])) for r in log
          if r["bias_deg_per_h"] and int(r["time_s"]) - first < len(truth)]
 n = len(pairs); assert n > 92000, n
-sd = lambda v: math.sqrt(sum((x - sum(v) / n) ** 2 for x in v) / (n - 1))
-before, after = sd([t for t, _ in pairs]), sd([t - b for t, b in pairs])
+before, after = statistics.stdev(t for t, _ in pairs), statistics.stdev(t - b for t, b in pairs)
 print(f"true bias: 1 sigma {before:.5f} deg/h, left {after:.5f}")
 assert after < 0.6 * before, (before, after)
 END
