@@ -32,6 +32,13 @@ Result<void> write_file(const std::filesystem::path& path, const std::string& te
   return {};
 }
 
+/// Median over the seconds, so that lost frames and a cut second do not show.
+double samples_per_second(const Recording& recording) {
+  std::vector<double> samples;
+  for (const Bucket& bucket : recording.buckets) samples.push_back(static_cast<double>(bucket.samples));
+  return samples.empty() ? kUnknown : median_of(std::move(samples));
+}
+
 }  // namespace
 
 void add_common_options(CLI::App& command, CommonOptions& options) {
@@ -116,9 +123,17 @@ void append_recording_facts(std::vector<std::pair<std::string, std::string>>& fa
 
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings) {
   report::Table table{"recordings", "The recordings", "", {}, {}};
-  table.columns = {
-      {"role", "", false}, {"recording", "", false}, {"rows", "s"},      {"length", "h"}, {"blocks"}, {"gaps"},
-      {"missing", "s"},    {"lost frames"},          {"T from", "degC"}, {"T to", "degC"}};
+  table.columns = {{"role", "", false},
+                   {"recording", "", false},
+                   {"rows", "s"},
+                   {"samples", "1/s"},
+                   {"length", "h"},
+                   {"blocks"},
+                   {"gaps"},
+                   {"missing", "s"},
+                   {"lost frames"},
+                   {"T from", "degC"},
+                   {"T to", "degC"}};
   for (const auto& [role, loaded] : recordings) {
     const BlockTable& t = loaded->table;
     const auto temperature = t.column(kInputTemperature);
@@ -128,7 +143,8 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
                                 t.features.max_gap_s);
     table.rows.push_back({report::text_cell(role), report::text_cell(t.name),
                           report::fixed_cell(static_cast<double>(loaded->recording.buckets.size()), 0),
-                          report::fixed_cell(hours, 2), report::fixed_cell(static_cast<double>(t.size()), 0),
+                          report::general_cell(samples_per_second(loaded->recording), 6), report::fixed_cell(hours, 2),
+                          report::fixed_cell(static_cast<double>(t.size()), 0),
                           report::fixed_cell(static_cast<double>(t.gaps), 0),
                           report::fixed_cell(static_cast<double>(t.missing_s), 0),
                           report::fixed_cell(static_cast<double>(t.missing_frames), 0), report::fixed_cell(*low, 1),

@@ -23,7 +23,7 @@ void append_effect(std::vector<Cell>& cells, const StudyRow& row, report::Mark m
   const auto paper = paper_row(row.spec);
   cells.push_back(fixed_cell(s.before.sd, 5));
   cells.push_back(fixed_cell(s.after.sd, 5, mark));
-  cells.push_back(percent_cell(s.improvement, mark));
+  cells.push_back(percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? report::Mark::kBad : mark));
   cells.push_back(fixed_cell(paper ? std::optional(paper->after_deg_per_h) : std::nullopt, 5, report::Mark::kMuted));
   cells.push_back(percent_cell(paper ? std::optional(paper->improvement) : std::nullopt, report::Mark::kMuted));
 }
