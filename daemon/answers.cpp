@@ -91,6 +91,21 @@ ordered_json Station::status() const {
   return json;
 }
 
+ordered_json Station::line() const {
+  ordered_json json = {{"device", setup_.config.line.device}, {"state", state_name(state_)}, {"detail", state_detail_},
+                       {"sessions", sessions_},               {"baud", setup_.line.baud},   {"notes", line_notes_}};
+  json["decoder"] = counters_json(pipeline_->decoder().counters());
+  json["timing"] = clock_json(pipeline_->clock().status());
+  json["nominal_period_s"] = setup_.frames->period_s();
+  json["hardware"] = nullptr;
+  if (hardware_) {
+    json["hardware"] = {{"received", hardware_->received},       {"framing_errors", hardware_->framing_errors},
+                        {"parity_errors", hardware_->parity_errors}, {"overruns", hardware_->overruns},
+                        {"breaks", hardware_->breaks},           {"buffer_overruns", hardware_->buffer_overruns}};
+  }
+  return json;
+}
+
 ordered_json Station::bias() const {
   const Correction& correction = pipeline_->engine().correction();
   ordered_json json = {{"time_s", has_last_ ? ordered_json(seconds(last_.sample.time_ns)) : ordered_json()},

@@ -65,6 +65,8 @@ bool LiveLine::open() {
   begun_ = false;
   arrival_.begin();
   last_data_ = last_progress_ = Clock::now();
+  station_.line_notes(line->notes());
+  station_.line_hardware(std::nullopt);
   if (complaint_kind_ == "line_silent") return true;  // one silence, one line, however often the line is opened in it
   station_.set_state(LineState::kConnecting, "open, no data yet");
   station_.tell(Severity::kInfo, "line_open", station_.setup().config.line.device + ": open");
@@ -131,6 +133,7 @@ asio::awaitable<void> LiveLine::watch() {
     co_await watch_timer_.async_wait(kUse);
     if (stopping_ || !stream_.is_open()) continue;
     station_.expire(arrival_.now_ns());
+    station_.line_hardware(read_line_counters(stream_.native_handle()));
     if (const std::int64_t step = arrival_.check()) {
       station_.tell(Severity::kWarning, "host_clock", fmt::format("the host clock was set by {:+.3f} s; the window begins anew", static_cast<double>(step) * 1e-9));
       station_.begin_session(arrival_.now_ns());

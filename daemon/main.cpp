@@ -9,6 +9,7 @@
 #include <exception>
 
 #include "daemon/service.hpp"
+#include "daemon/sniff.hpp"
 
 namespace prism {
 namespace {
@@ -53,6 +54,10 @@ int check(const Setup& setup) {
 int run(int argc, char** argv) {
   Options options;
   if (const auto code = parse_options(argc, argv, options)) return *code;
+  if (!options.sniff.empty()) return run_sniff(options.sniff);
+  if (options.check) {
+    if (const int code = check_document(options.config); code >= 0) return code;
+  }
   Result<Setup> setup = load_setup(options);
   if (!setup) {
     fmt::print(stderr, "prismd: {}\n", setup.error().text());

@@ -19,8 +19,9 @@ constexpr int kUsage = 64;
 std::optional<int> parse_options(int argc, char** argv, Options& options) {
   CLI::App app("prismd: reads a laser gyro on a serial line, removes its bias drift, logs and publishes the corrected rate");
   app.set_version_flag("--version", std::string("prismd ") + kVersion);
-  app.add_option("CONFIG", options.config, "configuration file, see prismd.json(5)")->required();
-  app.add_flag("--check", options.check, "validate the configuration and all it names, then exit (0 good, 78 bad)");
+  app.add_option("CONFIG", options.config, "configuration file, see prismd.json(5)");
+  app.add_flag("--check", options.check, "validate the configuration (or frame description, or model) and all it names, then exit (0 good, 78 bad)");
+  app.add_option("--sniff", options.sniff, "listen on a serial device, or read a file of bytes, and say which frame description fits");
   app
       .add_option("--replay", options.replay, "run a recorded capture through the pipeline instead of the live line; again for the next one")
       ->expected(1)
@@ -37,6 +38,10 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     std::fprintf(stderr, "prismd: %s; see prismd --help\n", error.what());
+    return kUsage;
+  }
+  if (options.config.empty() == options.sniff.empty()) {
+    std::fprintf(stderr, "prismd: expected either CONFIG or --sniff DEVICE; see prismd --help\n");
     return kUsage;
   }
   if (options.replay.empty() && (*speed_option || !options.out.empty())) {

@@ -13,6 +13,7 @@ struct Options {
   bool check = false;
   std::vector<std::string> replay;  ///< captures to replay, in order; empty: live
   std::optional<double> speed;     ///< absent: max
+  std::string sniff;                ///< device or file to recognise
   std::string out;                 ///< replay: folder of the log
   std::string socket;              ///< replaces socket/path
   std::string model;               ///< replaces the configuration's model

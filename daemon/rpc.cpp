@@ -15,7 +15,7 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr const char* kMethods = "version, status, bias, stability, model, config, history, events, subscribe, unsubscribe, reload";
+constexpr const char* kMethods = "version, status, bias, stability, line, model, config, history, events, subscribe, unsubscribe, reload";
 
 // Whatever bytes a client sent, what goes back is UTF-8.
 std::string line_of(const ordered_json& message) {
@@ -74,6 +74,7 @@ void Rpc::dispatch(const std::string& method, const Call& call) {
   if (method == "status") return reply(call, station_.status());
   if (method == "bias") return reply(call, station_.bias());
   if (method == "stability") return reply(call, station_.stability());
+  if (method == "line") return reply(call, station_.line());
   if (method == "model") return reply(call, station_.model());
   if (method == "config") return reply(call, station_.config());
   if (method == "subscribe") return subscribe(call, true);

@@ -78,6 +78,16 @@ void Station::tell(Severity severity, const std::string& kind, const std::string
   events_.add(severity, kind, text, host_time_ns());
 }
 
+void Station::line_hardware(const std::optional<LineCounters>& counters) {
+  const auto errors = [](const LineCounters& c) {
+    return c.framing_errors + c.parity_errors + c.overruns + c.breaks + c.buffer_overruns;
+  };
+  if (counters && hardware_ && errors(*counters) > errors(*hardware_)) {
+    tell(Severity::kWarning, "line_errors", "the serial hardware reports errors on the line; prismctl line counts them");
+  }
+  hardware_ = counters;
+}
+
 void Station::sample(const Compensated& row) {
   last_ = row;
   has_last_ = true;

@@ -45,6 +45,10 @@ class Station : public RowSink {
   /// Once a second: what was written goes to the disk.
   void sync();
   void set_state(LineState state, const std::string& detail = {});
+  /// What the hardware counted so far; nothing where it does not count. New errors are an event.
+  void line_hardware(const std::optional<LineCounters>& counters);
+  /// What the line could not be given when it was opened.
+  void line_notes(std::vector<std::string> notes) { line_notes_ = std::move(notes); }
   void tell(Severity severity, const std::string& kind, const std::string& text);
 
   /// Takes over a new setup, all of it or none: another frame description, another axis or clock begin a new pipeline;
@@ -55,6 +59,7 @@ class Station : public RowSink {
   nlohmann::ordered_json status() const;
   nlohmann::ordered_json bias() const;
   nlohmann::ordered_json stability() const;
+  nlohmann::ordered_json line() const;
   nlohmann::ordered_json model() const;
   nlohmann::ordered_json config() const;
   nlohmann::ordered_json history(std::size_t seconds) const;
@@ -91,6 +96,8 @@ class Station : public RowSink {
   std::int64_t state_since_ns_ = 0, started_ns_ = 0;
   std::uint64_t sessions_ = 0, bytes_before_ = 0, frames_before_ = 0;
   std::uint32_t last_quality_ = kNoModel;
+  std::optional<LineCounters> hardware_;
+  std::vector<std::string> line_notes_;
 };
 
 /// This machine's UTC, ns since 1970.

@@ -63,6 +63,7 @@ int run(int argc, char** argv) {
   question("status", "state of the line, last values, counters", status_view);
   question("bias", "the corrected bias now", bias_view);
   question("stability", "bias stability raw and corrected since the start", stability_view);
+  question("line", "health of the serial line: frames, refusals, clock, hardware errors", line_view);
   question("model", "the model in use and where it is from", model_view);
   question("config", "the configuration in force", [](const nlohmann::json& c) { return c.dump(2) + "\n"; });
 

@@ -102,6 +102,27 @@ std::string stability_view(const json& s) {
   return text + line("model", model_name(at(s, "model")));
 }
 
+std::string line_view(const json& l) {
+  const auto n = [](const json& value) { return value.is_number() ? value.dump() : std::string("-"); };
+  std::string text = line("device", fmt::format("{} at {} baud", text_of(at(l, "device"), "none"), n(at(l, "baud"))));
+  text += line("state", text_of(at(l, "state")) + (at(l, "detail") == "" ? "" : ": " + text_of(at(l, "detail"))));
+  for (const json& note : at(l, "notes")) text += line("note", text_of(note));
+  const json& d = at(l, "decoder");
+  text += line("frames", fmt::format("{} good of {} bytes; refused: {} by check, {} by length, {} by body", n(at(d, "frames")),
+                                     n(at(d, "bytes")), n(at(d, "bad_check")), n(at(d, "bad_length")), n(at(d, "bad_body"))));
+  text += line("", fmt::format("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range", n(at(d, "skipped_bytes")),
+                               n(at(d, "resyncs")), n(at(d, "timeouts")), n(at(d, "out_of_range"))));
+  const json& t = at(l, "timing");
+  text += line("counter", fmt::format("{} frames missing, {} duplicates, {} resets", n(at(t, "missing_frames")), n(at(t, "duplicates")), n(at(t, "resets"))));
+  const bool estimated = at(t, "period_is_estimated") == true;
+  text += line("period", fmt::format("{:.6f} ms ({}), nominal {:.6f} ms", 1e3 * t.value("period_s", 0.0),
+                                     estimated ? "estimated" : "nominal", 1e3 * l.value("nominal_period_s", 0.0)));
+  const json& h = at(l, "hardware");
+  return text + line("hardware", h.is_object() ? fmt::format("{} parity, {} framing, {} overrun, {} buffer overrun errors, {} breaks", n(at(h, "parity_errors")),
+                                                             n(at(h, "framing_errors")), n(at(h, "overruns")), n(at(h, "buffer_overruns")), n(at(h, "breaks")))
+                                               : "this device does not count errors");
+}
+
 std::string model_view(const json& m) {
   if (!m.is_object()) return "no model is loaded: nothing is corrected\n";
   std::string inputs;
