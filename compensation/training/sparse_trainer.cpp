@@ -91,7 +91,7 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, ModelInfo info, co
   trained.samples.fitted = (data.y - residual).array() * c.target_scale + c.target_shift;
   trained.samples.leave_one_out = c.target_scale * residual.array() / (1 - weight.array() * leverages.array()).max(1e-12);
   trained.centres = static_cast<int>(r);
-  if (system.left * point.c > 10 * kAccuracy) {
+  if (r == plan.max_rank && system.left * point.c > 10 * kAccuracy) {
     trained.notes.push_back(fmt::format("{} centres leave {:.2g} of the kernel: a wider kernel or more memory would represent it whole", r, system.left));
   }
   info.kind = "sparse_lssvm";
