@@ -31,8 +31,8 @@ class Client : public std::enable_shared_from_this<Client> {
   Client(Socket socket, std::size_t max_queued_bytes);
 
   void send(const ReportPtr& report);
-  /// An answer to this client alone. Answers are never dropped: a client that asks without reading is closed when its
-  /// answers alone pass four times the limit.
+  /// An answer to this client alone. Answers are never dropped: a client that goes on asking without
+  /// reading is closed when four times the limit waits for it.
   void answer(std::string line);
   void close();
 

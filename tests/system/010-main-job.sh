@@ -11,6 +11,7 @@ contains "bias" "$(prismctl bias)" "deg/h"
 field_is '.bias_deg_per_h | type' bias number || fail "bias is no number: $(prismctl --json bias)"
 wait "$sim"
 wait_for 5 field_above .log.rows status 3500
+[ "$(prismctl history --seconds 3600 | wc -l)" -gt 3500 ] || fail "an hour of history: $(prismctl history --seconds 3600 2>&1 | tail -1)"
 same "lost frames" "$(field .line.bad_check status)" 0
 kill -TERM "$prismd"
 wait "$prismd" || fail "SIGTERM: exit code $?"
