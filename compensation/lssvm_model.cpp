@@ -13,6 +13,8 @@
 namespace prism {
 namespace {
 
+constexpr Eigen::Index kMaxCentres = 8000;
+
 std::string numbers(const Eigen::MatrixXd& m) { return exact_texts({m.data(), static_cast<std::size_t>(m.size())}); }
 
 std::string canonical(const LssvmParameters& p) {
@@ -34,6 +36,7 @@ ModelInfo identified(ModelInfo info, const LssvmParameters& parameters) {
 std::string wrong_shape(const ModelInfo& info, const LssvmParameters& p) {
   const Eigen::Index d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
   if (p.centres.rows() != d || n < 1) return fmt::format("centres are {} x {}, expected {} inputs a centre", p.centres.rows(), n, d);
+  if (n > kMaxCentres) return fmt::format("found {} centres, expected at most {}: its factor would take gigabytes", n, kMaxCentres);
   if (p.alpha.size() != n) return fmt::format("found {} alphas, expected {}", p.alpha.size(), n);
   if (p.normalisation.input_shift.size() != d || p.normalisation.input_scale.size() != d) {
     return fmt::format("found {} input scales, expected {}", p.normalisation.input_scale.size(), d);

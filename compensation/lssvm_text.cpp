@@ -80,7 +80,7 @@ Result<ModelPtr> read_lssvm(Section& top, ModelInfo info) {
   p.normalisation = read_normalisation(top.object("normalisation", true));
   p.linear = vector_of(top.numbers("linear", kAnyNumber, false));
   p.linear_b = top.number("linear_b", kAnyNumber, 0.0);
-  if (top.has("uncertainty")) p.uncertainty = read_uncertainty(top.object("uncertainty"));
+  if (top.has("uncertainty")) p.uncertainty.emplace(read_uncertainty(top.object("uncertainty")));
   const std::vector<double> centres = top.numbers("centres", kAnyNumber);
   p.alpha = vector_of(top.numbers("alpha", kAnyNumber));
   p.weight = vector_of(top.numbers("weight", kPositive, false));

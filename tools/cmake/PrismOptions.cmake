@@ -18,6 +18,8 @@ if(PRISM_WERROR)
   target_compile_options(prism_settings INTERFACE -Werror)
 endif()
 if(PRISM_SANITIZE)
+  # g++ 12 sees optionals uninitialised where a sanitizer keeps it from following them.
+  target_compile_options(prism_settings INTERFACE -Wno-maybe-uninitialized)
   target_compile_options(prism_settings INTERFACE -fsanitize=${PRISM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(prism_settings INTERFACE -fsanitize=${PRISM_SANITIZE})
 endif()

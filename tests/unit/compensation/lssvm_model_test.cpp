@@ -134,6 +134,20 @@ TEST(LssvmModel, RepeatedCentresWithAHugeCAreRefused) {
   EXPECT_NE(model.error().what.find("not positive definite"), std::string::npos);
 }
 
+TEST(LssvmModel, ShapesThatDoNotAgreeAreRefused) {
+  LssvmParameters p = random_parameters(2, 6);
+  p.alpha.conservativeResize(5);
+  EXPECT_EQ(LssvmModel::make(info_of(2), p).error().what, "found 5 alphas, expected 6");
+  p = random_parameters(2, 6);
+  EXPECT_FALSE(LssvmModel::make(info_of(3), p));
+  p.uncertainty->gram = Eigen::MatrixXd::Identity(6, 6);
+  EXPECT_EQ(LssvmModel::make(info_of(2), p).error().what, "gram has 6 rows, expected 7");
+  p = random_parameters(2, 6);
+  p.centres.resize(2, 0);
+  p.alpha.resize(0);
+  EXPECT_FALSE(LssvmModel::make(info_of(2), p));
+}
+
 TEST(LssvmModel, AWindowAtTheSizeOfThePaperCostsLessThanAMillisecond) {
   const ModelPtr model = made(info_of(3), random_parameters(3, 924));
   const std::vector<double> x = {1, 2, 3};

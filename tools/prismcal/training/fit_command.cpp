@@ -70,6 +70,9 @@ Result<int> run(const Choice& choice) {
   data.inputs = std::move(*inputs);
   data.target = target->row(0).transpose();
   if (!choice.fold_column.empty()) {
+    if (settings->tuning == Tuning::kLoo || settings->tuning == Tuning::kReml) {
+      return refuse("--fold-column", fmt::format("found it with --tune {}, which has no folds", choice.method.tune));
+    }
     const auto column = table->column(choice.fold_column);
     if (!column) return tl::unexpected<Error>(column.error());
     auto folds = folds_from(*column);

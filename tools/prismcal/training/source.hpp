@@ -22,4 +22,9 @@ struct SourceOptions {
 /// through the same averager as live ones. Refused in one line, with file and line where there is one.
 Result<Recording> read_source(const std::string& path, const SourceOptions& options);
 
+/// The parts, one file each. is_capture: pcap or pcapng by its first bytes.
+Result<Recording> read_mapped(const std::string& path, const SourceOptions& options);
+bool is_capture(const std::string& path);
+Result<Recording> read_capture(const std::string& path, const SourceOptions& options);
+
 }  // namespace prism
