@@ -113,7 +113,9 @@ Eigen::VectorXd TuningCost::held_out(const LowRank& system, const TuningPoint& p
     const double still = exact ? 1e-9 : 1e-4;
     const bool refit = kind_ != Tuning::kLoo && !frozen;
     if (refit && exact) return refitted_folds(system, point, weight, exact);
-    if (!reweight(primal, settings_, function, std::min(settings_.limit, kRobustSolves), still, nullptr, weight)) return nothing(n);
+    // A costly rank gets what the whole matrix gets: the search only has to see that it is no better there.
+    const int limit = !exact && system.rank() > kRefitRank ? kDenseSolves : kRobustSolves;
+    if (!reweight(primal, settings_, function, std::min(settings_.limit, limit), still, nullptr, weight)) return nothing(n);
     if (refit) return refitted_folds(system, point, weight, exact);
   } else if (!primal.solve(weight)) {
     return nothing(n);
