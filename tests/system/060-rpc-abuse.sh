@@ -16,7 +16,8 @@ same "empty batch" "$(code_of '[]')" -32600
 same "batch" "$(say '[{"jsonrpc":"2.0","id":1,"method":"version"},{"jsonrpc":"2.0","id":2,"method":"version"}]' | wc -l)" 2
 same "notification" "$(say '{"jsonrpc":"2.0","method":"status"}' | wc -c)" 0
 same "bytes that are no UTF-8" "$(printf '{"jsonrpc":"2.0","id":1,"method":"\xff\xfe"}\n' | timeout 5 socat -t 1 - "UNIX-CONNECT:$PRISM_SOCKET" | jq -c .error.code)" -32700
-long=$(head -c 70000 /dev/zero | tr '\0' 'x' | timeout 5 socat -t 2 - "UNIX-CONNECT:$PRISM_SOCKET" 2>/dev/null | jq -c .error.code)
+# No more than the daemon reads before it closes: a writer that is cut off may miss the answer.
+long=$(head -c 65537 /dev/zero | tr '\0' 'x' | timeout 5 socat -t 2 - "UNIX-CONNECT:$PRISM_SOCKET" 2>/dev/null | jq -c .error.code || true)
 same "a line without end" "$long" -32600
 head -c 200000 /dev/urandom | timeout 5 socat -u - "UNIX-CONNECT:$PRISM_SOCKET" 2>/dev/null || true
 same "a request after all that" "$(ask version | jq -r .result.name)" prismd
