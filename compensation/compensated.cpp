@@ -2,12 +2,13 @@
 #include "compensation/compensated.hpp"
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
 namespace prism {
 namespace {
 
-constexpr std::pair<std::uint32_t, const char*> kNames[] = {
+constexpr std::pair<std::uint32_t, std::string_view> kNames[] = {
     {kWarming, "warming"},
     {kNoModel, "no_model"},
     {kInputMissing, "input_missing"},
@@ -20,13 +21,20 @@ constexpr std::pair<std::uint32_t, const char*> kNames[] = {
 
 }  // namespace
 
-std::string quality_text(std::uint32_t quality) {
-  if (quality == kGood) return "good";
-  std::string text;
+char* put_quality(char* at, std::uint32_t quality) {
+  if (quality == kGood) return std::copy_n("good", 4, at);
+  char* end = at;
   for (const auto& [bit, name] : kNames) {
-    if (quality & bit) text += (text.empty() ? "" : "+") + std::string(name);
+    if (!(quality & bit)) continue;
+    if (end != at) *end++ = '+';
+    end = std::copy(name.begin(), name.end(), end);
   }
-  return text;
+  return end;
+}
+
+std::string quality_text(std::uint32_t quality) {
+  char text[kQualityChars];
+  return std::string(text, put_quality(text, quality));
 }
 
 std::uint32_t parse_quality(const std::string& text) {

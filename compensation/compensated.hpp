@@ -26,6 +26,10 @@ enum Quality : std::uint32_t {
 /// "good", or the names of the bits joined by '+': "warming+fallback".
 std::string quality_text(std::uint32_t quality);
 
+/// The same, written at `at`, which has room for kQualityChars; returns its end.
+inline constexpr int kQualityChars = 128;
+char* put_quality(char* at, std::uint32_t quality);
+
 /// The bits that quality_text wrote; bits of unknown names are dropped.
 std::uint32_t parse_quality(const std::string& text);
 

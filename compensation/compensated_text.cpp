@@ -86,29 +86,50 @@ const std::array kColumns = {
 #undef PRISM_REAL
 #undef PRISM_INTEGER
 
-void append_member(std::string& text, const char* key, double value, int decimals) {
-  text += key;
-  std::isfinite(value) ? append_fixed(text, value, decimals) : void(text += "null");
-}
+// One JSON object, built in place and appended at once: a std::string grown piece by piece costs a frame more than its
+// numbers do. kLineChars is above the sum of all keys and numbers of the longest one.
+constexpr std::size_t kLineChars = 1024;
+class Line {
+ public:
+  template <std::size_t size>
+  void put(const char (&literal)[size]) {
+    end_ = std::copy_n(literal, size - 1, end_);
+  }
+  void integer(std::int64_t value) { end_ = put_integer(end_, value); }
+  template <std::size_t size>
+  void member(const char (&key)[size], double value, int decimals) {
+    put(key);
+    if (std::isfinite(value)) {
+      end_ = put_fixed(end_, value, decimals);
+    } else {
+      put("null");
+    }
+  }
+  // Seconds with microseconds; fixed decimals would round the large number through a double's last digits.
+  void time(std::int64_t time_ns) {
+    if (time_ns < 0 && time_ns > -kNanosecondsPerSecond) put("-");
+    integer(time_ns / kNanosecondsPerSecond);
+    char* digit = end_ + 7;
+    for (std::int64_t rest = std::abs(time_ns % kNanosecondsPerSecond) / 1000; digit > end_ + 1; rest /= 10) {
+      *--digit = static_cast<char>('0' + rest % 10);
+    }
+    *end_ = '.';
+    end_ += 7;
+  }
+  void correction(const Correction& correction, double corrected) {
+    member(",\"bias_deg_per_h\":", correction.bias_deg_per_h, kRateDecimals);
+    member(",\"sd_deg_per_h\":", correction.sd_deg_per_h, kRateDecimals);
+    member(",\"corrected_deg_per_h\":", corrected, kRateDecimals);
+    put(",\"quality\":\"");
+    end_ = put_quality(end_, correction.quality);
+    put("\"}");
+  }
+  void append_to(std::string& text) const { text.append(text_, static_cast<std::size_t>(end_ - text_)); }
 
-void append_correction(std::string& text, const Correction& correction, double corrected) {
-  append_member(text, ",\"bias_deg_per_h\":", correction.bias_deg_per_h, kRateDecimals);
-  append_member(text, ",\"sd_deg_per_h\":", correction.sd_deg_per_h, kRateDecimals);
-  append_member(text, ",\"corrected_deg_per_h\":", corrected, kRateDecimals);
-  text += ",\"quality\":\"";
-  correction.quality == kGood ? void(text += "good") : void(text += quality_text(correction.quality));
-  text += "\"}";
-}
-
-// Seconds with microseconds; append_fixed would round the large number through a double's last digits.
-void append_time(std::string& text, std::int64_t time_ns) {
-  if (time_ns < 0 && time_ns > -kNanosecondsPerSecond) text += '-';
-  append_integer(text, time_ns / kNanosecondsPerSecond);
-  const std::int64_t micros = std::abs(time_ns % kNanosecondsPerSecond) / 1000;
-  char digits[7] = {'.', '0', '0', '0', '0', '0', '0'};
-  for (std::int64_t rest = micros, i = 6; rest > 0; rest /= 10, --i) digits[i] = static_cast<char>('0' + rest % 10);
-  text.append(digits, sizeof digits);
-}
+ private:
+  char text_[kLineChars];
+  char* end_ = text_;
+};
 
 }  // namespace
 
@@ -154,29 +175,33 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
 }
 
 void append_json(std::string& text, const Compensated& row) {
-  text += "{\"time_s\":";
-  append_time(text, row.sample.time_ns);
-  append_member(text, ",\"rate_deg_per_h\":", row.sample.rate_deg_per_h, kRateDecimals);
-  append_member(text, ",\"temperature_degc\":", row.sample.temperature_degc, kTemperatureDecimals);
-  append_member(text, ",\"uhfo_v\":", row.sample.uhfo_v, kUhfoDecimals);
-  append_correction(text, row.correction, row.corrected_deg_per_h);
+  Line line;
+  line.put("{\"time_s\":");
+  line.time(row.sample.time_ns);
+  line.member(",\"rate_deg_per_h\":", row.sample.rate_deg_per_h, kRateDecimals);
+  line.member(",\"temperature_degc\":", row.sample.temperature_degc, kTemperatureDecimals);
+  line.member(",\"uhfo_v\":", row.sample.uhfo_v, kUhfoDecimals);
+  line.correction(row.correction, row.corrected_deg_per_h);
+  line.append_to(text);
 }
 
 void append_json(std::string& text, const CompensatedWindow& row) {
   const Window& window = row.window;
-  text += "{\"time_s\":";
-  append_integer(text, window.bucket.second + 1);
-  text += ",\"samples\":";
-  append_integer(text, window.bucket.samples);
-  text += ",\"missing\":";
-  append_integer(text, window.bucket.missing_frames);
-  append_member(text, ",\"rate_deg_per_h\":", window.bucket.rate_deg_per_h, kRateDecimals);
-  append_member(text, ",\"mean_rate_deg_per_h\":", window.rate_deg_per_h, kRateDecimals);
-  append_member(text, ",\"mean_temperature_degc\":", window.temperature_degc, kTemperatureDecimals);
-  append_member(text, ",\"slope_degc_per_s\":", window.slope_degc_per_s, kSlopeDecimals);
-  append_member(text, ",\"mean_uhfo_v\":", window.uhfo_v, kUhfoDecimals);
-  append_member(text, ",\"corrected_mean_deg_per_h\":", row.corrected_mean_deg_per_h, kRateDecimals);
-  append_correction(text, row.correction, row.corrected_deg_per_h);
+  Line line;
+  line.put("{\"time_s\":");
+  line.integer(window.bucket.second + 1);
+  line.put(",\"samples\":");
+  line.integer(window.bucket.samples);
+  line.put(",\"missing\":");
+  line.integer(window.bucket.missing_frames);
+  line.member(",\"rate_deg_per_h\":", window.bucket.rate_deg_per_h, kRateDecimals);
+  line.member(",\"mean_rate_deg_per_h\":", window.rate_deg_per_h, kRateDecimals);
+  line.member(",\"mean_temperature_degc\":", window.temperature_degc, kTemperatureDecimals);
+  line.member(",\"slope_degc_per_s\":", window.slope_degc_per_s, kSlopeDecimals);
+  line.member(",\"mean_uhfo_v\":", window.uhfo_v, kUhfoDecimals);
+  line.member(",\"corrected_mean_deg_per_h\":", row.corrected_mean_deg_per_h, kRateDecimals);
+  line.correction(row.correction, row.corrected_deg_per_h);
+  line.append_to(text);
 }
 
 }  // namespace prism

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -40,30 +41,36 @@ CivilTime civil_time(std::int64_t seconds) {
 
 }  // namespace
 
-void append_integer(std::string& text, std::int64_t value) {
-  char digits[24];
-  const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
-  text.append(digits, end);
-}
+char* put_integer(char* at, std::int64_t value) { return std::to_chars(at, at + kNumberChars, value).ptr; }
 
-void append_fixed(std::string& text, double value, int decimals) {
-  if (!std::isfinite(value)) return;
-  if (std::fabs(value) > kFixedLimit) {
-    fmt::format_to(std::back_inserter(text), "{}", value);
-    return;
-  }
-  const std::int64_t scaled = std::llround(value * kPowers[decimals]);
-  std::uint64_t magnitude = static_cast<std::uint64_t>(scaled < 0 ? -scaled : scaled);
-  char digits[32];
-  char* begin = digits + sizeof digits;
+char* put_fixed(char* at, double value, int decimals) {
+  if (!std::isfinite(value)) return at;
+  if (std::fabs(value) > kFixedLimit) return fmt::format_to(at, "{}", value);
+  // Truncating what was moved by a half is llround without the call: exact below 2^52, above it as exact as the double.
+  const double scaled = std::fabs(value) * kPowers[decimals] + 0.5;
+  auto magnitude = static_cast<std::uint64_t>(scaled);
+  char digits[kNumberChars];
+  char* const end = digits + sizeof digits;
+  char* begin = end;
+  const bool negative = value < 0 && magnitude > 0;
   for (int i = 0; i < decimals; ++i, magnitude /= 10) *--begin = static_cast<char>('0' + magnitude % 10);
   if (decimals > 0) *--begin = '.';
   do {
     *--begin = static_cast<char>('0' + magnitude % 10);
     magnitude /= 10;
   } while (magnitude > 0);
-  if (scaled < 0) *--begin = '-';
-  text.append(begin, digits + sizeof digits);
+  if (negative) *--begin = '-';
+  return std::copy(begin, end, at);
+}
+
+void append_integer(std::string& text, std::int64_t value) {
+  char digits[kNumberChars];
+  text.append(digits, static_cast<std::size_t>(put_integer(digits, value) - digits));
+}
+
+void append_fixed(std::string& text, double value, int decimals) {
+  char digits[kNumberChars];
+  text.append(digits, static_cast<std::size_t>(put_fixed(digits, value, decimals) - digits));
 }
 
 std::string utc_text(std::int64_t second) {

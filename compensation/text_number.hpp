@@ -7,8 +7,16 @@
 
 namespace prism {
 
+/// What put_fixed and put_integer need at most.
+inline constexpr int kNumberChars = 32;
+
+/// Writes at `at`, which has room for kNumberChars, and returns the end of what was written.
+char* put_fixed(char* at, double value, int decimals);
+char* put_integer(char* at, std::int64_t value);
+
 /// Appends `value` rounded to `decimals` (0 to 9) places; halves away from zero. A value that is not finite appends
 /// nothing: callers write what stands for "unknown" in their format. Beyond ±9e8 it falls back to shortest digits.
+/// put_fixed does the same in a buffer of the caller's.
 void append_fixed(std::string& text, double value, int decimals);
 
 void append_integer(std::string& text, std::int64_t value);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/arrival_clock.hpp"
 
-#include <chrono>
 #include <cstdlib>
 
 namespace prism {
@@ -18,7 +17,9 @@ constexpr std::int64_t kFollowNs = 500'000'000;
 
 void ArrivalClock::begin() { offset_ns_ = read_ns<std::chrono::system_clock>() - read_ns<std::chrono::steady_clock>(); }
 
-std::int64_t ArrivalClock::now_ns() const { return read_ns<std::chrono::steady_clock>() + offset_ns_; }
+std::int64_t ArrivalClock::at(std::chrono::steady_clock::time_point time) const {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count() + offset_ns_;
+}
 
 std::int64_t ArrivalClock::check() {
   const std::int64_t before = offset_ns_;

@@ -2,6 +2,7 @@
 // Arrival times that never run backwards: the monotonic clock, laid on UTC.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 
 namespace prism {
@@ -14,7 +15,8 @@ class ArrivalClock {
 
   void begin();
   /// ns since 1970 UTC. Never decreases between begin() and a step that check() follows.
-  std::int64_t now_ns() const;
+  std::int64_t now_ns() const { return at(std::chrono::steady_clock::now()); }
+  std::int64_t at(std::chrono::steady_clock::time_point time) const;
   /// Call each second or so. Returns the step, ns, where the host clock was set; else 0.
   std::int64_t check();
 

@@ -17,17 +17,19 @@ Client::Client(Socket socket, std::size_t max_queued_bytes)
 }
 
 void Client::send(const ReportPtr& report) {
-  if (!open()) return;
+  if (const auto sent = offer(report->text, report->rows)) enqueue(report, *sent);
+}
+
+std::optional<std::size_t> Client::offer(std::string_view text, std::uint64_t rows) {
+  if (!open()) return std::nullopt;
   if (queue_.empty() && lost_ == 0) {
-    const std::size_t sent = send_now(report->text, 0);
-    if (!open() || sent == report->text.size()) return;
-    enqueue(report, sent);
-  } else if (report->rows > 0 && (lost_ > 0 || queued_bytes_ + report->text.size() > max_queued_bytes_)) {
-    lost_ += report->rows;  // once rows are lost, all are until the queue is empty: the client gets one hole, not a sieve
-    lost_total_ += report->rows;
-  } else {
-    enqueue(report, 0);
+    const std::size_t sent = send_now(text, 0);
+    return open() && sent < text.size() ? std::optional(sent) : std::nullopt;
   }
+  if (rows == 0 || (lost_ == 0 && queued_bytes_ + text.size() <= max_queued_bytes_)) return 0;
+  lost_ += rows;  // once rows are lost, all are until the queue is empty: the client gets one hole, not a sieve
+  lost_total_ += rows;
+  return std::nullopt;
 }
 
 void Client::answer(std::string line) {
@@ -51,7 +53,7 @@ bool Client::privileged() const {
 }
 
 // Bytes sent of text from `from` on, all included; a peer that went away closes the client.
-std::size_t Client::send_now(const std::string& text, std::size_t from) {
+std::size_t Client::send_now(std::string_view text, std::size_t from) {
   while (from < text.size()) {
     const ssize_t sent = ::send(socket_.native_handle(), text.data() + from, text.size() - from, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent > 0) {

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace prism {
 
@@ -31,6 +33,10 @@ class Client : public std::enable_shared_from_this<Client> {
   Client(Socket socket, std::size_t max_queued_bytes);
 
   void send(const ReportPtr& report);
+  /// Sends what the socket takes at once. Returns from where on `text` is still to be sent: the caller puts it into a
+  /// report and hands that to enqueue(). Nothing where all is sent, or dropped and counted as `rows` lost.
+  std::optional<std::size_t> offer(std::string_view text, std::uint64_t rows);
+  void enqueue(const ReportPtr& report, std::size_t sent);
   /// An answer to this client alone. Answers are never dropped: a client that goes on asking without
   /// reading is closed when four times the limit waits for it.
   void answer(std::string line);
@@ -45,8 +51,7 @@ class Client : public std::enable_shared_from_this<Client> {
   Socket& socket() { return socket_; }
 
  private:
-  std::size_t send_now(const std::string& text, std::size_t from);
-  void enqueue(const ReportPtr& report, std::size_t sent);
+  std::size_t send_now(std::string_view text, std::size_t from);
   void wait_until_writable();
   void drain();
   void tell_loss();

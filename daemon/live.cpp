@@ -7,14 +7,13 @@
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
 #include <utility>
 
+#include "daemon/event_loop.hpp"
 #include "daemon/live_line.hpp"
 #include "daemon/notify.hpp"
 #include "daemon/recorder.hpp"
@@ -31,9 +30,9 @@ constexpr auto kUse = asio::as_tuple(asio::use_awaitable);
 constexpr std::size_t kDiskQueueBytes = 4 << 20;
 
 // Faults found on the disk thread are told on the live one.
-std::function<void(const std::string&)> teller(asio::io_context& io, Station*& station) {
-  return [&io, &station](const std::string& what) {
-    asio::post(io, [&station, what] {
+std::function<void(const std::string&)> teller(EventLoop& loop, Station*& station) {
+  return [&loop, &station](const std::string& what) {
+    loop.post([&station, what] {
       if (station != nullptr) station->tell(Severity::kWarning, "disk", what);
     });
   };
@@ -43,36 +42,36 @@ class Live {
  public:
   Live(const Options& options, Setup setup)
       : disk_(kDiskQueueBytes),
-        station_(setup, setup.config.log ? std::make_unique<ThreadedRowWriter>(setup, disk_, teller(io_, alive_)) : nullptr),
-        line_(io_, station_),
-        reloader_(io_, disk_, options, station_, [this] { line_.reopen(); }),
+        station_(setup, setup.config.log ? std::make_unique<ThreadedRowWriter>(setup, disk_, teller(loop_, alive_)) : nullptr),
+        line_(loop_.io(), station_),
+        reloader_(loop_, disk_, options, station_, [this] { line_.reopen(); }),
         rpc_(station_, [this](Reloader::Done done) { reloader_.reload(std::move(done)); }),
-        signals_(io_, SIGINT, SIGTERM, SIGHUP),
-        tick_(io_) {
+        signals_(loop_.io(), SIGINT, SIGTERM, SIGHUP),
+        tick_(loop_.io()) {
     alive_ = &station_;
     const Config& config = station_.setup().config;
-    if (config.capture) station_.recorder = std::make_unique<Recorder>(*config.capture, config.name, disk_, teller(io_, alive_));
+    if (config.capture) station_.recorder = std::make_unique<Recorder>(*config.capture, config.name, disk_, teller(loop_, alive_));
   }
 
   int run() {
     const Config& config = station_.setup().config;
     const int inherited = inherited_socket();
     if (!config.socket.path.empty() || inherited >= 0) {
-      auto server = Server::open(io_, config.socket, inherited, station_, rpc_);
+      auto server = Server::open(loop_.io(), config.socket, inherited, station_, rpc_);
       if (!server) {
         spdlog::error("{}", server.error().text());
         return kExitFailed;
       }
       server_ = std::move(*server);
-      asio::co_spawn(io_, server_->serve(), asio::detached);
+      asio::co_spawn(loop_.io(), server_->serve(), asio::detached);
     }
     for (const std::string& note : station_.setup().notes) station_.tell(Severity::kInfo, "note", note);
     if (!station_.setup().model) station_.tell(Severity::kWarning, "no_model", "no model is configured: rates are published uncorrected, marked no_model");
-    asio::co_spawn(io_, line_.run(), asio::detached);
-    asio::co_spawn(io_, heed_signals(), asio::detached);
-    asio::co_spawn(io_, tick(), asio::detached);
+    line_.start();
+    asio::co_spawn(loop_.io(), heed_signals(), asio::detached);
+    asio::co_spawn(loop_.io(), tick(), asio::detached);
     notify_ready(station_.summary());
-    io_.run();
+    loop_.run(line_);
     notify_stopping();
     station_.finish();
     alive_ = nullptr;
@@ -89,7 +88,7 @@ class Live {
     }
     notify_stopping();
     line_.stop();
-    io_.stop();
+    loop_.stop();
   }
 
   // STATUS= once a second; WATCHDOG= only while the line's loop makes progress: data, or a pause that is meant to be.
@@ -111,7 +110,7 @@ class Live {
     }
   }
 
-  asio::io_context io_{1};
+  EventLoop loop_;
   Station* alive_ = nullptr;
   DiskThread disk_;
   Station station_;

@@ -2,14 +2,15 @@
 #include "daemon/live_line.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <boost/asio/as_tuple.hpp>
-#include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/error.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <cerrno>
+#include <cstring>
 #include <utility>
 
 namespace prism {
@@ -25,52 +26,50 @@ auto as_steady(std::chrono::duration<double> seconds) {
 }  // namespace
 
 LiveLine::LiveLine(asio::io_context& io, Station& station)
-    : io_(io), station_(station), stream_(io), watch_timer_(io), pause_timer_(io), last_progress_(Clock::now()) {}
+    : io_(io), station_(station), watch_timer_(io), pause_timer_(io), last_progress_(Clock::now()) {}
 
-asio::awaitable<void> LiveLine::run() {
+void LiveLine::start() {
   asio::co_spawn(io_, watch(), asio::detached);
   retry_ = std::chrono::duration<double>(station_.setup().config.line.retry_min_s);
-  while (!stopping_) {
-    if (open()) co_await read_until_lost();
-    if (stopping_) break;
-    if (!std::exchange(reopen_, false)) co_await pause();
-  }
+  open_or_pause();
 }
 
 void LiveLine::stop() {
   stopping_ = true;
-  boost::system::error_code ignored;
-  stream_.close(ignored);
+  line_.reset();
   watch_timer_.cancel();
   pause_timer_.cancel();
 }
 
 void LiveLine::reopen() {
-  reopen_ = true;
-  boost::system::error_code ignored;
-  stream_.close(ignored);
   pause_timer_.cancel();
+  line_.reset();
+  resting_ = false;
+  open_or_pause();
+}
+
+void LiveLine::open_or_pause() {
+  if (!open()) pause();
 }
 
 bool LiveLine::open() {
   Result<SerialLine> line = open_serial_line(station_.setup().line);
-  boost::system::error_code error;
-  if (line) stream_.assign(line->release(), error);
-  if (!line || error) {
-    const std::string why = line ? station_.setup().config.line.device + ": " + error.message() : line.error().text();
+  if (!line) {
+    const std::string& why = line.error().text();
     station_.set_state(LineState::kConnecting, why);
     complain("line_absent", why + "; trying again until it is there");
     return false;
   }
+  line_ = std::move(*line);
   begun_ = false;
   arrival_.begin();
   last_data_ = last_progress_ = Clock::now();
-  station_.line_notes(line->notes());
+  station_.line_notes(line_->notes());
   station_.line_hardware(std::nullopt);
   if (complaint_kind_ == "line_silent") return true;  // one silence, one line, however often the line is opened in it
   station_.set_state(LineState::kConnecting, "open, no data yet");
   station_.tell(Severity::kInfo, "line_open", station_.setup().config.line.device + ": open");
-  for (const std::string& note : line->notes()) station_.tell(Severity::kInfo, "line_note", note);
+  for (const std::string& note : line_->notes()) station_.tell(Severity::kInfo, "line_note", note);
   return true;
 }
 
@@ -82,60 +81,56 @@ void LiveLine::complain(const char* kind, const std::string& text) {
   station_.tell(Severity::kWarning, kind, text);
 }
 
-asio::awaitable<void> LiveLine::read_until_lost() {
-  while (stream_.is_open()) {
-    const auto target = asio::buffer(buffer_);
-    auto [error, size] = co_await stream_.async_read_some(target, kUse);
-    if (size > 0) take(size);
-    if (!error) continue;
-    if (stopping_ || error == asio::error::operation_aborted) break;
-    // A pty and some drivers say "end of file" for an empty read; only a line that is really gone ends the session.
-    if (error == asio::error::eof && !line_is_gone(stream_.native_handle())) {
-      pause_timer_.expires_after(std::chrono::milliseconds(20));
-      co_await pause_timer_.async_wait(kUse);
-      continue;
-    }
-    const std::string why = error == asio::error::eof ? "unplugged (end of file)" : error.message();
-    station_.set_state(LineState::kConnecting, why);
-    lose("line_lost", "lost: " + why);
+void LiveLine::readable() {
+  const ssize_t size = ::read(line_->fd(), buffer_.data(), buffer_.size());
+  if (size > 0) {
+    last_data_ = last_progress_ = Clock::now();
+    const std::int64_t arrival_ns = arrival_.at(last_data_);
+    if (!begun_) begin_receiving(arrival_ns);
+    station_.feed({buffer_.data(), static_cast<std::size_t>(size)}, arrival_ns);
+    return;
   }
+  if (size < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
+  // A pty and some drivers say "end of file" for an empty read; only a line that is really gone ends the session.
+  if (size == 0 && !line_is_gone(line_->fd())) return rest();
+  const std::string why = size == 0 ? "unplugged (end of file)" : std::strerror(errno);
+  station_.set_state(LineState::kConnecting, why);
+  lose("line_lost", "lost: " + why);
 }
 
-void LiveLine::take(std::size_t size) {
-  const std::int64_t arrival_ns = arrival_.now_ns();
-  last_data_ = last_progress_ = Clock::now();
-  if (!begun_) {
-    begun_ = true;
-    station_.begin_session(arrival_ns);
-    station_.set_state(LineState::kReceiving);
-    station_.tell(Severity::kInfo, "line_receiving", station_.setup().config.line.device + ": receiving");
-    retry_ = std::chrono::duration<double>(station_.setup().config.line.retry_min_s);
-    complaint_.clear();
-    complaint_kind_.clear();
-  }
-  station_.feed({buffer_.data(), size}, arrival_ns);
+void LiveLine::begin_receiving(std::int64_t arrival_ns) {
+  begun_ = true;
+  station_.begin_session(arrival_ns);
+  station_.set_state(LineState::kReceiving);
+  station_.tell(Severity::kInfo, "line_receiving", station_.setup().config.line.device + ": receiving");
+  retry_ = std::chrono::duration<double>(station_.setup().config.line.retry_min_s);
+  complaint_.clear();
+  complaint_kind_.clear();
 }
 
 void LiveLine::lose(const char* kind, const std::string& why) {
   complain(kind, station_.setup().config.line.device + ": " + why + "; opening it again until data comes");
-  boost::system::error_code ignored;
-  stream_.close(ignored);
+  line_.reset();
   station_.finish();
+  pause();
 }
 
 // One wake-up a second at most, not one per read: silence, waiting candidates, and a host clock that was set.
 asio::awaitable<void> LiveLine::watch() {
   while (!stopping_) {
     const auto silence = as_steady(std::chrono::duration<double>(station_.setup().config.line.silence_s));
-    const auto due = stream_.is_open() ? last_data_ + silence : Clock::now() + silence;
-    const auto next = std::clamp(due, Clock::now() + std::chrono::milliseconds(10), Clock::now() + std::chrono::seconds(1));
+    const auto due = line_ ? last_data_ + silence : Clock::now() + silence;
+    const auto next =
+        std::clamp(due, Clock::now() + std::chrono::milliseconds(10), Clock::now() + std::chrono::seconds(1));
     watch_timer_.expires_at(next);
     co_await watch_timer_.async_wait(kUse);
-    if (stopping_ || !stream_.is_open()) continue;
+    if (stopping_ || !line_) continue;
     station_.expire(arrival_.now_ns());
-    station_.line_hardware(read_line_counters(stream_.native_handle()));
+    station_.line_hardware(read_line_counters(line_->fd()));
     if (const std::int64_t step = arrival_.check()) {
-      station_.tell(Severity::kWarning, "host_clock", fmt::format("the host clock was set by {:+.3f} s; the window begins anew", static_cast<double>(step) * 1e-9));
+      station_.tell(
+          Severity::kWarning, "host_clock",
+          fmt::format("the host clock was set by {:+.3f} s; the window begins anew", static_cast<double>(step) * 1e-9));
       station_.begin_session(arrival_.now_ns());
     }
     if (Clock::now() - last_data_ < silence) continue;
@@ -145,10 +140,22 @@ asio::awaitable<void> LiveLine::watch() {
   }
 }
 
-asio::awaitable<void> LiveLine::pause() {
+// An idle line that is readable all the same would be read without end.
+void LiveLine::rest() {
+  resting_ = true;
+  pause_timer_.expires_after(std::chrono::milliseconds(20));
+  pause_timer_.async_wait([this](boost::system::error_code error) {
+    if (!error) resting_ = false;
+  });
+}
+
+void LiveLine::pause() {
   last_progress_ = Clock::now() + as_steady(retry_);
+  resting_ = false;
   pause_timer_.expires_after(as_steady(retry_));
-  co_await pause_timer_.async_wait(kUse);
+  pause_timer_.async_wait([this](boost::system::error_code error) {
+    if (!error && !stopping_ && !line_) open_or_pause();
+  });
   retry_ = std::min(retry_ * 2, std::chrono::duration<double>(station_.setup().config.line.retry_max_s));
 }
 

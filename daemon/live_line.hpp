@@ -5,28 +5,33 @@
 #include <array>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "daemon/arrival_clock.hpp"
+#include "daemon/event_loop.hpp"
 #include "daemon/station.hpp"
+#include "drivers/serial_line.hpp"
 
 namespace prism {
 
 /// One session: from open to the moment the line is lost (error, end of file, silence). Between sessions it pauses, at
 /// first for retry_min_s, doubling up to retry_max_s, and anew from the start once data has come.
-class LiveLine {
+class LiveLine : public UrgentSource {
  public:
   LiveLine(boost::asio::io_context& io, Station& station);
 
-  /// Runs until stop().
-  boost::asio::awaitable<void> run();
+  /// Opens the line, now or as soon as it is there, until stop().
+  void start();
   void stop();
   /// Ends the session and opens the line at once, with the station's settings of then.
   void reopen();
+
+  int descriptor() const override { return line_ && !resting_ ? line_->fd() : -1; }
+  void readable() override;
 
   /// When something last went as it should: data came, or a pause that was meant to be began. For the watchdog.
   std::chrono::steady_clock::time_point last_progress() const { return last_progress_; }
@@ -34,23 +39,24 @@ class LiveLine {
  private:
   using Clock = std::chrono::steady_clock;
 
-  boost::asio::awaitable<void> read_until_lost();
   boost::asio::awaitable<void> watch();
-  boost::asio::awaitable<void> pause();
+  void open_or_pause();
   bool open();
+  void rest();
+  void pause();
   void lose(const char* kind, const std::string& why);
   void complain(const char* kind, const std::string& text);
-  void take(std::size_t size);
+  void begin_receiving(std::int64_t arrival_ns);
 
   boost::asio::io_context& io_;
   Station& station_;
-  boost::asio::posix::stream_descriptor stream_;
+  std::optional<SerialLine> line_;
   boost::asio::steady_timer watch_timer_, pause_timer_;
   ArrivalClock arrival_;
   std::array<std::uint8_t, 65536> buffer_;
   Clock::time_point last_data_, last_progress_;
   std::chrono::duration<double> retry_{0};
-  bool stopping_ = false, reopen_ = false, begun_ = false;
+  bool stopping_ = false, begun_ = false, resting_ = false;
   std::string complaint_, complaint_kind_;
 };
 

@@ -9,8 +9,6 @@
 namespace prism {
 namespace {
 
-constexpr std::size_t kTypicalLine = 256;
-
 std::string notification(const char* method) {
   return std::string("{\"jsonrpc\":\"2.0\",\"method\":\"") + method + "\",\"params\":";
 }
@@ -55,12 +53,16 @@ void Publisher::sample(const Compensated& row) {
 void Publisher::flush() {
   for (Topic& topic : topics_) {
     if (topic.rows == 0) continue;
-    const std::size_t size = topic.text.size();
-    const auto report = std::make_shared<const Report>(Report{std::exchange(topic.text, {}), std::exchange(topic.rows, 0)});
-    topic.text.reserve(std::max(size + size / 4, kTypicalLine));
+    ReportPtr report;  // made for the first client that cannot take all at once; most can, and cost no allocation
     for (const auto& client : clients_) {
-      if (client->subscription.sample_every == topic.every) client->send(report);
+      if (client->subscription.sample_every != topic.every) continue;
+      const auto sent = client->offer(topic.text, topic.rows);
+      if (!sent) continue;
+      if (!report) report = std::make_shared<const Report>(Report{topic.text, topic.rows});
+      client->enqueue(report, *sent);
     }
+    topic.text.clear();
+    topic.rows = 0;
   }
 }
 

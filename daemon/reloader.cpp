@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/reloader.hpp"
 
-#include <boost/asio/post.hpp>
 #include <memory>
 #include <utility>
 
@@ -10,9 +9,9 @@
 
 namespace prism {
 
-Reloader::Reloader(boost::asio::io_context& io, DiskThread& disk, Options options, Station& station,
+Reloader::Reloader(EventLoop& loop, DiskThread& disk, Options options, Station& station,
                    std::function<void()> line_changed)
-    : io_(io), disk_(disk), options_(std::move(options)), station_(station), line_changed_(std::move(line_changed)) {}
+    : loop_(loop), disk_(disk), options_(std::move(options)), station_(station), line_changed_(std::move(line_changed)) {}
 
 void Reloader::reload(Done done) {
   waiting_.push_back(std::move(done));
@@ -24,7 +23,7 @@ void Reloader::begin() {
   notify_reloading();
   disk_.post(0, [this] {
     auto setup = std::make_shared<Result<Setup>>(load_setup(options_));
-    boost::asio::post(io_, [this, setup] { finish(std::move(*setup)); });
+    loop_.post([this, setup] { finish(std::move(*setup)); });
   });
 }
 

@@ -2,12 +2,12 @@
 // Reload: read everything on the disk thread, take it over on the live one; a bad configuration leaves all as it was.
 #pragma once
 
-#include <boost/asio/io_context.hpp>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "daemon/disk_thread.hpp"
+#include "daemon/event_loop.hpp"
 #include "daemon/options.hpp"
 #include "daemon/station.hpp"
 
@@ -18,7 +18,7 @@ class Reloader {
   using Done = std::function<void(Result<std::string>)>;
 
   /// `line_changed` is called when the line has to be opened anew.
-  Reloader(boost::asio::io_context& io, DiskThread& disk, Options options, Station& station, std::function<void()> line_changed);
+  Reloader(EventLoop& loop, DiskThread& disk, Options options, Station& station, std::function<void()> line_changed);
 
   /// A request that comes while a reload runs gets a reload of its own right after: it may be about a newer file.
   void reload(Done done);
@@ -27,7 +27,7 @@ class Reloader {
   void begin();
   void finish(Result<Setup> setup);
 
-  boost::asio::io_context& io_;
+  EventLoop& loop_;
   DiskThread& disk_;
   Options options_;
   Station& station_;

@@ -26,6 +26,10 @@ TEST(Quality, EverySetOfBitsComesBack) {
   for (std::uint32_t quality = 0; quality < 256; ++quality) EXPECT_EQ(parse_quality(quality_text(quality)), quality);
 }
 
+TEST(Quality, AllNamesTogetherFitTheBuffer) {
+  EXPECT_LT(quality_text(~0u).size(), static_cast<std::size_t>(kQualityChars));
+}
+
 TEST(Quality, WholeNamesOnly) {
   EXPECT_EQ(parse_quality("warm"), kGood);
   EXPECT_EQ(parse_quality("warming_up+settling"), kSettling);

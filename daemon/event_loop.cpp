@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/event_loop.hpp"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+
+#include <array>
+#include <boost/asio/detail/epoll_reactor.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/system/system_error.hpp>
+#include <cerrno>
+#include <utility>
+
+namespace prism {
+namespace {
+
+namespace asio = boost::asio;
+using asio::detail::epoll_reactor;
+
+// Asio has no public way to its epoll descriptor. An explicit instantiation may name a private member
+// ([temp.spec.general] of C++20), so that another Boost without this member fails to compile here and does nothing else
+// by surprise.
+template <int epoll_reactor::*member>
+struct Opened {
+  friend int epoll_descriptor(const epoll_reactor& reactor) { return reactor.*member; }
+};
+template struct Opened<&epoll_reactor::epoll_fd_>;
+int epoll_descriptor(const epoll_reactor& reactor);
+
+[[noreturn]] void fail(const char* what) {
+  throw boost::system::system_error(errno, boost::system::system_category(), what);
+}
+
+int make_bell() {
+  const int bell = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  if (bell < 0) fail("eventfd");
+  return bell;
+}
+
+}  // namespace
+
+EventLoop::EventLoop() : bell_(io_, make_bell()), reactor_(epoll_descriptor(asio::use_service<epoll_reactor>(io_))) {
+  hear_bell();
+}
+
+void EventLoop::hear_bell() {
+  bell_.async_wait(asio::posix::stream_descriptor::wait_read, [this](boost::system::error_code error) {
+    if (error) return;
+    eventfd_t rings = 0;
+    ::eventfd_read(bell_.native_handle(), &rings);
+    hear_bell();
+  });
+}
+
+void EventLoop::post(std::function<void()> task) {
+  asio::post(io_, std::move(task));
+  ::eventfd_write(bell_.native_handle(), 1);
+}
+
+void EventLoop::run(UrgentSource& source) {
+  io_.poll();  // what was started before: nothing rings for it
+  while (!stopped_) {
+    std::array<pollfd, 2> wait{{{source.descriptor(), POLLIN, 0}, {reactor_, POLLIN, 0}}};
+    if (::poll(wait.data(), wait.size(), -1) < 0) {
+      if (errno == EINTR) continue;
+      fail("poll");
+    }
+    if (wait[0].revents != 0) source.readable();
+    if (wait[1].revents != 0) io_.poll();
+  }
+}
+
+}  // namespace prism
