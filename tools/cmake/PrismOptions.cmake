@@ -17,6 +17,10 @@ target_compile_options(prism_settings INTERFACE -Wall -Wextra -Wshadow -Wconvers
 if(PRISM_WERROR)
   target_compile_options(prism_settings INTERFACE -Werror)
 endif()
+if(CMAKE_BUILD_TYPE STREQUAL Release)  # the same program from whatever folder it was built in
+  target_compile_options(prism_settings INTERFACE
+    -ffile-prefix-map=${CMAKE_BINARY_DIR}=build -ffile-prefix-map=${CMAKE_SOURCE_DIR}=.)
+endif()
 if(PRISM_SANITIZE)
   # g++ 12 sees optionals uninitialised where a sanitizer keeps it from following them.
   target_compile_options(prism_settings INTERFACE -Wno-maybe-uninitialized)
