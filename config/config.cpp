@@ -67,9 +67,9 @@ SiteSettings read_site(Section section) {
   return site;
 }
 
-SegmentSettings read_segments(Section section, const fs::path& base, const std::string& otherwise) {
+SegmentSettings read_segments(Section section, const fs::path& root, const std::string& otherwise) {
   SegmentSettings segments;
-  segments.directory = (base / section.text("directory", otherwise)).lexically_normal().string();
+  segments.directory = (root / section.text("directory", otherwise)).lexically_normal().string();
   constexpr double kMiB = 1 << 20;
   segments.max_bytes = static_cast<std::int64_t>(section.number("segment_mib", {0.01, 1e6}, 64.0) * kMiB);
   segments.max_age_s = static_cast<std::int64_t>(section.number("segment_hours", {0.01, 8784}, 24.0) * 3600);
@@ -95,11 +95,6 @@ SocketSettings read_socket(Section section, const fs::path& base, const std::str
   return socket;
 }
 
-std::string environment(const char* name, const std::string& otherwise) {
-  const char* value = std::getenv(name);
-  return value != nullptr && *value != '\0' ? value : otherwise;
-}
-
 Config read_config(Section& top, const fs::path& file) {
   const fs::path base = fs::absolute(file).parent_path();
   Config config;
@@ -120,14 +115,17 @@ Config read_config(Section& top, const fs::path& file) {
   Section correction = top.object("correction");
   config.engine.max_bias_deg_per_h = correction.number("max_bias_deg_per_h", {1e-6, 1e6}, 100.0);
   config.engine.extrapolation = static_cast<Extrapolation>(correction.choice("extrapolation", kExtrapolations, 0));
-  // systemd names the folders it made for this instance.
-  const std::string logs = environment("LOGS_DIRECTORY", "/var/log/prismd/" + config.name);
+  // systemd names the folder it made for this instance; the configuration's own is read-only there.
+  const char* made = std::getenv("LOGS_DIRECTORY");
+  const bool given = made != nullptr && *made != '\0';
+  const fs::path root = given ? fs::path(made) : base;
+  const std::string logs = given ? made : "/var/log/prismd/" + config.name;
   if (top.boolean("write_log", true)) {
-    config.log = read_segments(top.object("log"), base, logs);
+    config.log = read_segments(top.object("log"), root, logs);
   } else if (top.has("log")) {
     top.fail("log", "given although \"write_log\" is false");
   }
-  if (top.has("capture")) config.capture = read_segments(top.object("capture"), base, logs + "/capture");
+  if (top.has("capture")) config.capture = read_segments(top.object("capture"), root, logs + "/capture");
   config.socket = read_socket(top.object("socket"), base, config.name);
   config.event_level = kLevels[top.choice("event_level", kLevels, 1)];
   return config;

@@ -10,12 +10,26 @@ if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
 endif()
 
+# The date of man pages and changelogs: what the environment says, else the last commit's.
+set(PRISM_EPOCH $ENV{SOURCE_DATE_EPOCH})
+if(NOT PRISM_EPOCH)
+  execute_process(COMMAND git -C ${CMAKE_SOURCE_DIR} log -1 --format=%ct
+    OUTPUT_VARIABLE PRISM_EPOCH OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+if(NOT PRISM_EPOCH)
+  set(PRISM_EPOCH 0)
+endif()
+
 add_library(prism_settings INTERFACE)
 target_include_directories(prism_settings INTERFACE ${CMAKE_SOURCE_DIR})
 # No fused multiply-add behind our back: the same capture gives the same log on every machine.
 target_compile_options(prism_settings INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -ffp-contract=off)
 if(PRISM_WERROR)
   target_compile_options(prism_settings INTERFACE -Werror)
+endif()
+if(CMAKE_BUILD_TYPE STREQUAL Release)  # the same program from whatever folder it was built in
+  target_compile_options(prism_settings INTERFACE
+    -ffile-prefix-map=${CMAKE_BINARY_DIR}=build -ffile-prefix-map=${CMAKE_SOURCE_DIR}=.)
 endif()
 if(PRISM_SANITIZE)
   # g++ 12 sees optionals uninitialised where a sanitizer keeps it from following them.

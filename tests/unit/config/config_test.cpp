@@ -108,6 +108,17 @@ TEST(Config, AMissingFileIsRefusedByItsName) {
   EXPECT_EQ(load_config("/tmp").error().text(), "/tmp: is a folder, expected a file");
 }
 
+TEST(Config, UnderSystemdLogAndCaptureAreInTheFolderThatItMade) {
+  ::setenv("LOGS_DIRECTORY", "/var/log/prismd/table", 1);
+  const Config preset = good(R"({"capture": {}})");
+  const Config relative = good(R"({"log": {"directory": "rows"}, "capture": {"directory": "/data/bytes"}})");
+  ::unsetenv("LOGS_DIRECTORY");
+  EXPECT_EQ(preset.log->directory, "/var/log/prismd/table");
+  EXPECT_EQ(preset.capture->directory, "/var/log/prismd/table/capture");
+  EXPECT_EQ(relative.log->directory, "/var/log/prismd/table/rows");
+  EXPECT_EQ(relative.capture->directory, "/data/bytes");
+}
+
 TEST(Config, BareNamesAreFoundBesideTheConfigurationFirst) {
   const auto folder = std::filesystem::temp_directory_path() / "prism-config-test";
   std::filesystem::create_directories(folder / "frames");

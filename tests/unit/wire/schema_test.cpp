@@ -9,7 +9,7 @@
 
 #include "drivers/wire/json_section.hpp"
 #include "tests/unit/wire/descriptions.hpp"
-#include "tests/unit/wire/schema_validator.hpp"
+#include "tests/support/schema_validator.hpp"
 
 namespace prism {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// As much of JSON Schema (draft 7) as frame.schema.json uses; enough to hold it to the reader.
+// As much of JSON Schema (drafts 7 and 2020-12) as the schemas of the project use; enough to hold them to the readers.
 #pragma once
 
 #include <regex.h>
@@ -60,7 +60,8 @@ class SchemaValidator {
              std::all_of(value.begin(), value.end(), [&](const Json& one) { return valid(rule, one); });
     if (key == "required") return has_all(rule, value);
     if (key == "properties" || key == "additionalProperties") return members_hold(schema, value);
-    if (key == "$schema" || key == "$comment" || key == "title" || key == "description" || key == "definitions")
+    if (key == "$schema" || key == "$comment" || key == "title" || key == "description" || key == "definitions" ||
+        key == "$defs")
       return true;
     throw std::runtime_error("the validator does not know " + key);
   }

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: MIT
+# Made by tools/completions.
+_prismctl() {
+  local word words command= current=${COMP_WORDS[COMP_CWORD]}
+  for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
+    case $word in status|bias|stability|line|model|config|events|history|reload|version|watch) command=$word && break ;; esac
+  done
+  case $command in
+    status) words='-h --help' ;;
+    bias) words='-h --help' ;;
+    stability) words='-h --help' ;;
+    line) words='-h --help' ;;
+    model) words='-h --help' ;;
+    config) words='-h --help' ;;
+    events) words='-h --help --count' ;;
+    history) words='-h --help --seconds' ;;
+    reload) words='-h --help' ;;
+    version) words='-h --help' ;;
+    watch) words='-h --help --samples --every --count' ;;
+    *) words='-h --help --version -s --socket -n --name --json status bias stability line model config events history reload version watch' ;;
+  esac
+  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
+  [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()
+}
+complete -o default -F _prismctl prismctl

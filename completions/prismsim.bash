@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: MIT
+# Made by tools/completions.
+_prismsim() {
+  local word words command= current=${COMP_WORDS[COMP_CWORD]}
+  case $command in
+    *) words='-h --help --version --profile --seed --cycles --hours --frames --axis --rate --latitude --elevation --azimuth --outliers --lose-frames --drop-bytes --damage-bytes --out --truth --chunk-bytes --pty --link --wait --speed' ;;
+  esac
+  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
+  [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()
+}
+complete -o default -F _prismsim prismsim

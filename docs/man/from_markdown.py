@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+# A page of docs/ as a scdoc source, so that a man page is no second copy. usage: from_markdown.py NAME SECTION "WHAT IT IS" FILE...
+# Knows the Markdown that docs/ uses: headings, tables, lists, quotes, fenced and indented code,
+# `code`, **bold**, *italic*, [links](to).
+import re
+import sys
+
+
+def plain(text):
+    return re.sub(r"([\\*_])", r"\\\1", text)
+
+
+def inline(text):
+    """`code` and **bold** become bold, links their text; what scdoc would read as formatting is escaped."""
+    out = ""
+    for part in re.split(r"(`[^`]+`|\*\*[^*]+\*\*|\B\*\w[^*]*\*|\[[^\]]+\]\([^)]+\))", text):
+        if part.startswith("`"):
+            out += f"*{plain(part[1:-1])}*"
+        elif part.startswith("**"):
+            out += f"*{plain(part[2:-2])}*"
+        elif part.startswith("*"):
+            out += f"_{plain(part[1:-1])}_"
+        elif re.fullmatch(r"\[[^\]]+\]\([^)]+\)", part):
+            out += inline(re.match(r"\[([^\]]+)\]", part)[1])
+        else:
+            out += plain(part)
+    return re.sub(r"^([.'#-])", r"\\\1", out)
+
+
+def cells(line):
+    return [cell.strip() for cell in re.split(r"(?<!\\)\|", line.strip().strip("|"))]
+
+
+def table(rows):
+    """The first cell and what stands behind it; a heading where the table has one. A wide one stays as it is."""
+    heading, lines = cells(rows[0]), []
+    if len(heading) > 4:
+        return ["", "```", rows[0], *rows[2:], "```", ""]
+    if any(heading[1:]):
+        lines += [f"_{plain(' – '.join(h for h in heading if h))}_", ""]
+    for row in map(cells, rows[2:]):
+        rest = " – ".join(inline(cell) for cell in row[1:] if cell)
+        lines += [inline(row[0]) or r"\-", "\t" + (rest or r"\-"), ""]
+    return lines
+
+
+def blocks(text):
+    """(kind, lines) of a document: code without its marks, a table, or one line of text."""
+    lines = text.split("\n")
+    while lines:
+        line = lines.pop(0)
+        if line.startswith("```"):
+            end = next(i for i, l in enumerate(lines) if l.startswith("```"))
+            yield "code", lines[:end]
+            del lines[:end + 1]
+        elif line.startswith("    "):
+            end = next((i for i, l in enumerate(lines) if l and not l.startswith("    ")), len(lines))
+            code = [l[4:] for l in [line, *lines[:end]]]
+            del lines[:end]
+            while not code[-1]:
+                code.pop()
+            yield "code", code
+        elif line.startswith("|"):
+            end = next((i for i, l in enumerate(lines) if not l.startswith("|")), len(lines))
+            yield "table", [line, *lines[:end]]
+            del lines[:end]
+        else:
+            yield "text", [line]
+
+
+def page(text):
+    out = []
+    for kind, lines in blocks(text):
+        if kind == "code":
+            out += ["", "```", *lines, "```", ""]
+        elif kind == "table":
+            out += table(lines)
+        elif lines[0].startswith("#"):
+            marks, title = lines[0].split(" ", 1)
+            out += ["", "# " + plain(title).upper() if len(marks) < 3 else "## " + plain(title), ""]
+        elif re.match(r"- |\d+\. ", lines[0]):
+            out += ["", "- " + inline(re.sub(r"^(- |\d+\. )", "", lines[0]))]
+        else:
+            out.append(inline(re.sub(r"^> ", "", lines[0]).strip()))
+    return out
+
+
+def main():
+    name, section, what, *files = sys.argv[1:]
+    out = [f"{name}({section})", "", "# NAME", "", f"{name} - {what}", ""]
+    for file in files:
+        out += page(open(file, encoding="utf-8").read())
+    out += ["", "# SEE ALSO", "", "*prismd*(8), *prismd.json*(5), *prismctl*(1)"]
+    # scdoc takes one empty line at most, and a list item's further lines indented.
+    text = re.sub(r"\n{3,}", "\n\n", "\n".join(out))
+    text = re.sub(r"(?m)^(- .*)\n((?:(?!- |```|#|\t|$).+\n)+)", lambda m: m[1] + "\n" + re.sub("(?m)^", "  ", m[2].rstrip("\n")) + "\n", text)
+    print(text)
+
+
+main()

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// prismd.schema.json (for editors), prismd.json(5) and the reader say the same.
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "config/config.hpp"
+#include "tests/support/schema_keys.hpp"
+
+namespace prism {
+namespace {
+
+using Json = test::SchemaValidator::Json;
+const std::filesystem::path kSource = PRISM_SOURCE_DIR;
+
+// Every key once.
+constexpr const char* kWhole = R"({
+  "$schema": "prismd.schema.json", "name": "table",
+  "gyro": {"serial": "70-1", "axis": "z", "sign": -1, "scale_factor_arcsec_per_pulse": 0.1},
+  "line": {"device": "/dev/ttyS0", "baud": 9600, "data_bits": 8, "parity": "none", "stop_bits": 1, "silence_s": 2.5,
+           "retry_min_s": 0.5, "retry_max_s": 5.5},
+  "frames": "trplg", "clock": "host", "model": "m", "fallback_model": "n",
+  "correction": {"max_bias_deg_per_h": 5.5, "extrapolation": "clamp"},
+  "site": {"latitude_deg": 34.25, "elevation_deg": 90.0, "azimuth_deg": 0.5},
+  "write_log": true,
+  "log": {"directory": "d", "segment_mib": 1.5, "segment_hours": 1.5, "keep_mib": 1.5, "keep_days": 1, "when_full": "stop"},
+  "capture": {"directory": "c", "segment_mib": 1.5, "segment_hours": 1.5, "keep_mib": 1.5, "keep_days": 1, "when_full": "stop"},
+  "socket": {"path": "/run/x", "mode": "0600", "client_buffer_kib": 16, "max_clients": 1},
+  "event_level": "info"
+})";
+
+Json load(const std::filesystem::path& path) { return Json::parse(test::read_file(path), nullptr, true, true); }
+Json schema() { return load(kSource / "config/prismd.schema.json"); }
+bool reader_accepts(const Json& config) { return parse_config(config.dump(), "/etc/prism/x.json").has_value(); }
+
+void walk(const Json& json, const Json::json_pointer& at, const std::function<void(const Json::json_pointer&)>& visit) {
+  if (!at.empty()) visit(at);
+  if (!json.is_object()) return;
+  for (const auto& [key, value] : json.items()) walk(value, at / key, visit);
+}
+
+TEST(ConfigSchema, HasTheKeysOfTheReaderAndNoOthers) {
+  std::set<std::string> written, asked, tried;
+  test::add_schema_keys(schema(), written);
+  test::add_reader_keys("config/config.cpp", asked);
+  walk(Json::parse(kWhole), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });
+  EXPECT_EQ(written, asked);
+  EXPECT_EQ(tried, asked);
+  EXPECT_TRUE(reader_accepts(Json::parse(kWhole)));
+}
+
+TEST(ConfigSchema, TakesWhatIsShipped) {
+  const test::SchemaValidator validator(schema());
+  for (const char* shipped : {"config/prismd.json", "config/examples/gyro1.json"}) {
+    const Json config = load(kSource / shipped);
+    EXPECT_TRUE(validator.accepts(config)) << shipped;
+    EXPECT_TRUE(reader_accepts(config)) << shipped;
+  }
+}
+
+// Every value in turn becomes one of every type. What the reader takes the schema takes; a wrong type both refuse.
+TEST(ConfigSchema, TakesAndRefusesTheFormsThatTheReaderDoes) {
+  const test::SchemaValidator validator(schema());
+  const Json whole = Json::parse(kWhole);
+  ASSERT_TRUE(validator.accepts(whole));
+  const Json wrongs = Json::array({nullptr, -1, 0, 3, 0.25, 1e12, "", "7", "even", true, Json::array({1}), Json{{"what", 1}}});
+  walk(whole, Json::json_pointer(), [&](const Json::json_pointer& at) {
+    if (at.to_string() == "/$schema") return;
+    for (const Json& wrong : wrongs) {
+      Json changed = whole;
+      changed[at] = wrong;
+      const bool read = reader_accepts(changed), formed = validator.accepts(changed);
+      EXPECT_FALSE(read && !formed) << at.to_string() << " = " << wrong.dump() << ": only the schema refuses it";
+      const bool same_type = whole.at(at).type_name() == std::string(wrong.type_name());
+      EXPECT_FALSE(!same_type && formed) << at.to_string() << " = " << wrong.dump() << ": the schema takes another type";
+      EXPECT_FALSE(!same_type && read) << at.to_string() << " = " << wrong.dump() << ": the reader takes another type";
+    }
+  });
+}
+
+TEST(ConfigSchema, EveryKeyStandsInTheManPage) {
+  const std::string page = test::read_file(kSource / "docs/man/prismd.json.5.scd");
+  walk(Json::parse(kWhole), Json::json_pointer(), [&](const Json::json_pointer& at) {
+    const std::string key = at.to_string().substr(1);
+    if (Json::parse(kWhole).at(at).is_object() || key.rfind("capture/", 0) == 0 || key == "$schema") return;
+    EXPECT_NE(page.find("*" + key + "*"), std::string::npos) << key;
+  });
+}
+
+}  // namespace
+}  // namespace prism

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: MIT
+# What the programs say of themselves in --help, as a tree: the source of completions, and the measure of the man pages.
+import re
+import subprocess
+
+PROGRAMS = {
+    "prismd": "daemon/prismd",
+    "prismctl": "tools/prismctl/prismctl",
+    "prismcal": "tools/prismcal/prismcal",
+    "prismsim": "tools/prismsim/prismsim",
+}
+
+
+def read(program, words=()):
+    """{"options": [(names, takes a value, help)], "commands": {name: (help, tree)}} of a program or its subcommand."""
+    text = subprocess.run([program, *words, "--help"], check=True, capture_output=True, text=True).stdout
+    options, commands, section = [], {}, ""
+    for line in text.splitlines():
+        if re.match(r"\S.*:$", line):
+            section = line[:-1]
+        entry = re.match(r"  (\S+)(.*)", line)
+        if entry and section == "Options":
+            parts = re.split(r"\s{2,}", entry[2], maxsplit=1)
+            # Without a description of the value, the help follows the name behind at least two blanks.
+            value, help_text = parts[0].strip(), parts[1] if len(parts) > 1 else ""
+            options.append([entry[1].split(","), value != "", help_text])
+        elif entry and section == "Subcommands":
+            commands[entry[1]] = (entry[2].strip(), read(program, (*words, entry[1])))
+        elif section == "Options" and options and re.match(r" {10,}\S", line):
+            options[-1][2] = (options[-1][2] + " " + line.strip()).strip()
+    return {"options": options, "commands": commands}
+
+
+def names(tree):
+    """Every option and every command in a tree."""
+    found = {name for option in tree["options"] for name in option[0]}
+    for command, (_, below) in tree["commands"].items():
+        found |= {command} | names(below)
+    return found
