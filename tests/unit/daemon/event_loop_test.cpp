@@ -18,7 +18,7 @@ namespace prism {
 namespace {
 
 namespace asio = boost::asio;
-using namespace std::chrono_literals;
+using std::chrono::milliseconds;
 
 class Pipe : public UrgentSource {
  public:
@@ -65,7 +65,7 @@ TEST(EventLoop, IsWokenByAnotherThreadsPost) {
   EventLoop loop;
   Pipe pipe;
   std::thread other([&] {
-    std::this_thread::sleep_for(20ms);  // the loop waits by now; where it does not, the test is merely easier
+    std::this_thread::sleep_for(milliseconds(20));  // the loop waits by now; where it does not, the test is merely easier
     loop.post([&] { loop.stop(); });
   });
   loop.run(pipe);
@@ -84,7 +84,7 @@ TEST(EventLoop, IsWokenByATimerAndByASocket) {
     received = size;
     loop.stop();
   });
-  asio::steady_timer timer(loop.io(), 5ms);
+  asio::steady_timer timer(loop.io(), milliseconds(5));
   timer.async_wait([&](auto) { ASSERT_EQ(::write(theirs.native_handle(), "abc", 3), 3); });
   loop.run(pipe);
   EXPECT_EQ(received, 3u);
@@ -105,7 +105,7 @@ TEST(EventLoop, ABusySourceDoesNotStarveTheRest) {
   Pipe pipe;
   pipe.on_byte = [&] { pipe.say('x'); };  // readable for ever
   pipe.say('x');
-  asio::steady_timer timer(loop.io(), 5ms);
+  asio::steady_timer timer(loop.io(), milliseconds(5));
   timer.async_wait([&](auto) { loop.stop(); });
   loop.run(pipe);
   EXPECT_GT(pipe.heard.size(), 1u);
