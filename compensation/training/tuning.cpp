@@ -165,7 +165,7 @@ class Search {
     // The weights stay frozen in the folds until the last descent: a tenth of the work, and nearly the same valley.
     // Their parameter must stay, too: frozen weights have seen what is held out, and a small one would make the most of
     // it.
-    surveying_ = cost_.robust() && !small_data();
+    surveying_ = cost_.robust() && !small_data() && !(settings_.c && settings_.sigma2);
     std::vector<TuningPoint> cells = best_cells();
     parallel_for(static_cast<int>(cells.size()), settings_.threads, [&](int i) {
       if (stopped()) return;
@@ -177,6 +177,8 @@ class Search {
     const auto better = [](const TuningPoint& x, const TuningPoint& y) { return x.cost < y.cost; };
     if (!cells.empty()) result_.best = *std::min_element(cells.begin(), cells.end(), better);
     usual_ = result_.best;
+    if (cost_.robust() && cost_.kind() != Tuning::kLoo && !cost_.refits(result_.best))
+      return;  // nothing that the survey did not ask
     // Once more from the winner: a simplex that has collapsed in a curved valley goes on with new edges.
     for (const double step : {0.3, 0.05}) {
       if (step < 0.1 && !small_data()) break;

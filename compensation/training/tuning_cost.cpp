@@ -83,6 +83,10 @@ void TuningCost::survey(std::span<TuningPoint> row) const {
   }
 }
 
+bool TuningCost::refits(const TuningPoint& point) const {
+  return y_.size() <= kFreshSamples || system_for(point.sigma2, kSearchAccuracy / point.c, false).rank() <= kRefitRank;
+}
+
 double TuningCost::final_cost(const TuningPoint& point) const {
   return price(system_for(point.sigma2, kFinalAccuracy / point.c, true), point, kFinalAccuracy, false, true);
 }

@@ -40,6 +40,10 @@ class TuningCost {
   /// The price as the reference defines it (30 re-weightings in each fold, from the unweighted solution), to ~1e-6.
   double final_cost(const TuningPoint& point) const;
 
+  /// Whether evaluate() re-weights inside the folds there; where the rank is costly it leaves the weights frozen as
+  /// survey() does.
+  bool refits(const TuningPoint& point) const;
+
   bool robust() const { return settings_.weight.kind != WeightKind::kNone && kind_ != Tuning::kReml; }
   Tuning kind() const { return kind_; }
   const ReweightSettings& settings() const { return settings_; }
