@@ -2,6 +2,7 @@
 #include "compensation/training/low_rank.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -12,6 +13,8 @@
 namespace prism {
 namespace {
 
+constexpr double kRounding = 1e-14;  // a diagonal below it is rounding, and its root would be noise
+
 std::span<const double> column(const Eigen::MatrixXd& m, Eigen::Index j) {
   return {m.data() + j * m.rows(), static_cast<std::size_t>(m.rows())};
 }
@@ -19,6 +22,7 @@ std::span<const double> column(const Eigen::MatrixXd& m, Eigen::Index j) {
 // Pivoted Cholesky of K over all points; rows of `features` grow as pivots come in (features: capacity × N).
 struct Pivoting {
   std::vector<Eigen::Index> pivots;
+  std::vector<double> left_before;
   Eigen::MatrixXd features;
   double left = 1;
 };
@@ -29,8 +33,7 @@ Pivoting pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, E
   Pivoting p;
   p.features.resize(std::min<Eigen::Index>(64, max_rank + 1), n);
   Eigen::VectorXd diagonal = Eigen::VectorXd::Ones(n), row(n);
-  // Below this the diagonal is rounding, and its root would be noise.
-  const double floor = std::max(tolerance, 1e-14);
+  const double floor = std::max(tolerance, kRounding);
   while (static_cast<Eigen::Index>(p.pivots.size()) < max_rank) {
     Eigen::Index next = 0;
     p.left = diagonal.maxCoeff(&next);
@@ -47,6 +50,7 @@ Pivoting pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, E
     }
     diagonal[next] = 0;
     p.pivots.push_back(next);
+    p.left_before.push_back(p.left);
   }
   p.left = diagonal.maxCoeff();
   return p;
@@ -89,6 +93,7 @@ LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance,
   if (points.cols() <= kPivotSample) {
     Pivoting p = pivot(points, sigma2, tolerance, max_rank);
     result.pivots = std::move(p.pivots);
+    result.left_before = std::move(p.left_before);
     result.left = p.left;
     const Eigen::Index r = result.rank();
     result.phi.resize(r + 1, points.cols());
@@ -102,6 +107,20 @@ LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance,
   result.phi = features_of(points, result.pivots, sigma2);
   const Eigen::Index r = result.rank();
   result.left = (1 - result.phi.topRows(r).colwise().squaredNorm().array()).maxCoeff();
+  return result;
+}
+
+LowRank coarser(const LowRank& fine, double tolerance) {
+  assert(fine.left_before.size() == fine.pivots.size());
+  const auto stop = std::find_if(fine.left_before.begin(), fine.left_before.end(),
+                                 [&](double left) { return !(left > std::max(tolerance, kRounding)); });
+  const auto r = static_cast<Eigen::Index>(stop - fine.left_before.begin());
+  LowRank result{{fine.pivots.begin(), fine.pivots.begin() + r},
+                 Eigen::MatrixXd(r + 1, fine.phi.cols()),
+                 fine.left,
+                 {fine.left_before.begin(), stop}};
+  if (stop != fine.left_before.end()) result.left = *stop;
+  result.phi << fine.phi.topRows(r), fine.phi.bottomRows(1);
   return result;
 }
 

@@ -16,6 +16,8 @@ struct LowRank {
   std::vector<Eigen::Index> pivots;  ///< the samples that became centres, in order
   Eigen::MatrixXd phi;               ///< (r + 1) × N
   double left = 0;                   ///< largest diagonal entry of K − G Gᵀ
+  std::vector<double>
+      left_before;  ///< the same before each pivot was taken; empty where pivots came from a part of the points
   Eigen::Index rank() const { return static_cast<Eigen::Index>(pivots.size()); }
 };
 
@@ -23,6 +25,8 @@ struct LowRank {
 /// Cost O(N r²), 8 N r bytes. With more than kPivotSample samples the pivots are sought among that many, drawn by the seed.
 LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank, std::uint64_t seed = 1);
 inline constexpr Eigen::Index kPivotSample = 4000;
+/// What low_rank() would have given with this coarser tolerance: pivots are nested. `fine` must hold left_before.
+LowRank coarser(const LowRank& fine, double tolerance);
 
 /// The primal problem  min wᵀw/2 + c/2 Σ v_k (y_k − w·φ_k − b)²: (diag(I/c, 0) + Φ V Φᵀ) [w; b] = Φ V y.
 class PrimalLssvm {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <span>
 
 #include "compensation/training/parallel.hpp"
 #include "compensation/training/simplex.hpp"
@@ -16,6 +17,7 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kHuberStart = 1.345, kMyriadStart = 1.5;  // 95 % efficiency at the normal; the middle of what tunings end at
+constexpr double kTolerance = 0.01;                        // of a simplex's edges, log10
 constexpr int kGridC = 7, kGridSigma2 = 8;
 
 double parameter_start(WeightKind kind) { return kind == WeightKind::kHuber ? kHuberStart : kMyriadStart; }
@@ -25,14 +27,16 @@ class Search {
   Search(const TuningCost& cost, Eigen::Index samples, const TuningSettings& settings, const TuningProgress& progress,
          const std::atomic<bool>* stop)
       : cost_(cost), samples_(samples), settings_(settings), progress_(progress), stop_(stop) {
-    with_parameter_ = cost.robust() && cost.settings().weight.has_parameter();
+    // Leave-one-out freezes the weights, and frozen weights have seen what is held out: it would choose a parameter so
+    // small that a few samples that agree with each other are all the data.
+    with_parameter_ = cost.robust() && cost.settings().weight.has_parameter() && cost.kind() != Tuning::kLoo;
   }
 
   Result<TuningResult> run() {
     survey();
     descend();
     if (!std::isfinite(result_.best.cost)) return refuse("tuning", "no choice of c and sigma2 gave a finite cost");
-    if (!stopped()) result_.best.cost = cost_.final_cost(result_.best);
+    if (!stopped()) settle();
     result_.stopped = stopped();
     judge();
     return std::move(result_);
@@ -43,13 +47,17 @@ class Search {
 
   double evaluated(const TuningPoint& point, bool survey) {
     const double cost = survey ? cost_.survey(point) : cost_.evaluate(point);
+    count(point, cost);
+    return cost;
+  }
+
+  void count(const TuningPoint& point, double cost) {
     const std::lock_guard lock(mutex_);
     ++result_.evaluations;
     TuningPoint shown = point;
     shown.cost = cost;
     if (cost < shown_.cost) shown_ = shown;
     if (progress_) progress_(result_.evaluations, expected_, shown_);
-    return cost;
   }
 
   std::vector<double> axis(const std::optional<double>& fixed, double low, double high, int count) const {
@@ -71,19 +79,27 @@ class Search {
         for (const double c : cs) result_.surface.push_back({c, sigma2, parameter, kNever});
       }
     }
-    const int count = static_cast<int>(result_.surface.size());
-    expected_ = count + starts() * simplex_evaluations();
-    parallel_for(count, settings_.threads, [&](int i) {
-      if (stopped()) return;
-      TuningPoint& point = result_.surface[static_cast<std::size_t>(i)];
-      point.cost = evaluated(point, !small_data());
+    expected_ = static_cast<int>(result_.surface.size()) + starts() * simplex_evaluations();
+    const int rows = static_cast<int>(result_.surface.size() / cs.size());
+    parallel_for(rows, settings_.threads, [&](int i) {
+      if (!stopped())
+        survey_row(std::span(result_.surface).subspan(static_cast<std::size_t>(i) * cs.size(), cs.size()));
     });
     // With everything given there is nothing to search: the one point is priced as it is.
     result_.best = *std::min_element(result_.surface.begin(), result_.surface.end(),
                                      [](const TuningPoint& x, const TuningPoint& y) { return x.cost < y.cost; });
   }
 
+  void survey_row(std::span<TuningPoint> row) {
+    if (!small_data()) cost_.survey(row);
+    for (TuningPoint& point : row) {
+      if (small_data() && !stopped()) point.cost = cost_.evaluate(point);
+      count(point, point.cost);
+    }
+  }
+
   bool small_data() const { return samples_ <= 200; }
+  bool parameter_moves() const { return with_parameter_ && !settings_.parameter && !surveying_; }
   int starts() const { return settings_.starts > 0 ? settings_.starts : small_data() ? 8 : 3; }
   int simplex_evaluations() const { return with_parameter_ ? 70 : 50; }
 
@@ -107,7 +123,7 @@ class Search {
     std::vector<double> x;
     if (!settings_.c) x.push_back(std::log10(p.c));
     if (!settings_.sigma2) x.push_back(std::log10(p.sigma2));
-    if (with_parameter_ && !settings_.parameter) x.push_back(std::log10(p.parameter));
+    if (parameter_moves()) x.push_back(std::log10(p.parameter));
     return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
   }
 
@@ -115,7 +131,7 @@ class Search {
     Eigen::Index i = 0;
     if (!settings_.c) p.c = std::pow(10.0, x[i++]);
     if (!settings_.sigma2) p.sigma2 = std::pow(10.0, x[i++]);
-    if (with_parameter_ && !settings_.parameter) p.parameter = std::pow(10.0, x[i++]);
+    if (parameter_moves()) p.parameter = std::pow(10.0, x[i++]);
     return p;
   }
 
@@ -126,14 +142,16 @@ class Search {
     s.upper = coordinates({std::pow(10, b.c_max), std::pow(10, b.sigma2_max), std::pow(10, b.parameter_max), 0});
     s.step = Eigen::VectorXd::Constant(s.lower.size(), step);
     s.max_evaluations = simplex_evaluations();
-    s.x_tolerance = 0.01;
+    s.x_tolerance = kTolerance;
     s.f_tolerance = 1e-6;
     return s;
   }
 
-  TuningPoint descended(const TuningPoint& from, double step) {
-    const auto f = [&](const Eigen::VectorXd& x) { return evaluated(point_at(x, from), false); };
-    const SimplexResult end = minimise(f, coordinates(from), simplex_settings(step), [&] { return stopped(); });
+  TuningPoint descended(const TuningPoint& from, double step, bool survey) {
+    const auto f = [&](const Eigen::VectorXd& x) { return evaluated(point_at(x, from), survey); };
+    SimplexSettings settings = simplex_settings(step);
+    if (survey) settings.x_tolerance = 5 * kTolerance, settings.f_tolerance = 1e-4;
+    const SimplexResult end = minimise(f, coordinates(from), settings, [&] { return stopped(); });
     TuningPoint p = point_at(end.x, from);
     p.cost = end.value;
     return p;
@@ -144,19 +162,40 @@ class Search {
       if (!stopped()) result_.best.cost = evaluated(result_.best, false);
       return;
     }
+    // The weights stay frozen in the folds until the last descent: a tenth of the work, and nearly the same valley.
+    // Their parameter must stay, too: frozen weights have seen what is held out, and a small one would make the most of
+    // it.
+    surveying_ = cost_.robust() && !small_data() && !(settings_.c && settings_.sigma2);
     std::vector<TuningPoint> cells = best_cells();
     parallel_for(static_cast<int>(cells.size()), settings_.threads, [&](int i) {
       if (stopped()) return;
       TuningPoint& cell = cells[static_cast<std::size_t>(i)];
-      cell = descended(cell, 0.6);
+      cell = descended(cell, 0.6, surveying_);
+      if (surveying_ && !stopped()) cell.cost = evaluated(cell, false);
     });
+    surveying_ = false;
     const auto better = [](const TuningPoint& x, const TuningPoint& y) { return x.cost < y.cost; };
     if (!cells.empty()) result_.best = *std::min_element(cells.begin(), cells.end(), better);
+    usual_ = result_.best;
+    if (cost_.robust() && cost_.kind() != Tuning::kLoo && !cost_.refits(result_.best))
+      return;  // nothing that the survey did not ask
     // Once more from the winner: a simplex that has collapsed in a curved valley goes on with new edges.
     for (const double step : {0.3, 0.05}) {
       if (step < 0.1 && !small_data()) break;
-      if (!stopped() && !cells.empty()) result_.best = std::min(result_.best, descended(result_.best, step), better);
+      if (!stopped() && !cells.empty())
+        result_.best = std::min(result_.best, descended(result_.best, step, false), better);
     }
+  }
+
+  // The final price. Where the rank is costly the search's price leaves the weights frozen in the folds; when that
+  // flattered the parameter it chose, the best place with the usual parameter may be better.
+  void settle() {
+    const double promised = result_.best.cost;
+    result_.best.cost = cost_.final_cost(result_.best);
+    if (!with_parameter_ || usual_.parameter == result_.best.parameter || !std::isfinite(usual_.cost)) return;
+    if (result_.best.cost <= 1.01 * promised) return;
+    usual_.cost = cost_.final_cost(usual_);
+    if (usual_.cost < result_.best.cost) result_.best = usual_;
   }
 
   void judge() {
@@ -168,6 +207,11 @@ class Search {
                                                value, std::pow(10, low), std::pow(10, high)));
       }
     };
+    if (cost_.robust() && cost_.kind() == Tuning::kLoo && cost_.settings().weight.has_parameter() &&
+        !settings_.parameter) {
+      result_.warnings.push_back(
+          fmt::format("leave-one-out cannot judge the weight's parameter: it stays at {:.4g}", result_.best.parameter));
+    }
     if (!settings_.c) edge("c", result_.best.c, b.c_min, b.c_max);
     if (!settings_.sigma2) edge("sigma2", result_.best.sigma2, b.sigma2_min, b.sigma2_max);
     if (with_parameter_ && !settings_.parameter) edge("weight parameter", result_.best.parameter, b.parameter_min, b.parameter_max);
@@ -196,10 +240,11 @@ class Search {
   const TuningSettings& settings_;
   const TuningProgress& progress_;
   const std::atomic<bool>* stop_;
-  bool with_parameter_ = false;
+  bool with_parameter_ = false, surveying_ = false;
   int expected_ = 0;
   std::mutex mutex_;
   TuningPoint shown_{1, 1, 1, kNever};
+  TuningPoint usual_{1, 1, 1, kNever};  ///< the best before the parameter moved
   TuningResult result_;
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/training/tuning_cost.hpp"
 
+#include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -13,6 +15,8 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kSearchAccuracy = 1e-2, kFinalAccuracy = 1e-6;  // c · what the low rank leaves of K
+constexpr double kFinalStill =
+    1e-6;  // of a scale: no residual moves by more between the last two solves of a final price
 constexpr Eigen::Index kDenseSamples = 3000;  // beyond it the whole matrix never pays
 constexpr Eigen::Index kRefitRank = 160;      // beyond it the search freezes the weights in the folds
 constexpr int kDenseSolves = 8;
@@ -61,16 +65,41 @@ TuningCost::TuningCost(const Eigen::MatrixXd& points, const Eigen::VectorXd& y, 
     : points_(points), y_(y), scale_(scale), kind_(kind), folds_(std::move(folds)), members_(fold_members(folds_)), settings_(settings) {}
 
 double TuningCost::evaluate(const TuningPoint& point) const {
-  return y_.size() <= kFreshSamples ? final_cost(point) : price(point, kSearchAccuracy, false, false);
+  if (y_.size() <= kFreshSamples) return final_cost(point);
+  return price(system_for(point.sigma2, kSearchAccuracy / point.c, false), point, kSearchAccuracy, false, false);
 }
-double TuningCost::survey(const TuningPoint& point) const { return price(point, kSearchAccuracy, true, false); }
-double TuningCost::final_cost(const TuningPoint& point) const { return price(point, kFinalAccuracy, false, true); }
 
-double TuningCost::price(const TuningPoint& point, double accuracy, bool frozen, bool exact) const {
-  const Eigen::Index n = y_.size();
-  const bool dense_pays = !exact && n <= kDenseSamples;
-  const LowRank system = low_rank(points_, point.sigma2, accuracy / point.c, dense_pays ? n / 2 : n);
-  const bool dense = dense_pays && system.left > accuracy / point.c && system.rank() == n / 2;
+double TuningCost::survey(const TuningPoint& point) const {
+  return price(system_for(point.sigma2, kSearchAccuracy / point.c, false), point, kSearchAccuracy, true, false);
+}
+
+void TuningCost::survey(std::span<TuningPoint> row) const {
+  double c_max = 0;
+  for (const TuningPoint& point : row) c_max = std::max(c_max, point.c);
+  const LowRank finest = system_for(row.front().sigma2, kSearchAccuracy / c_max, false);
+  for (TuningPoint& point : row) {
+    assert(point.sigma2 == row.front().sigma2);
+    point.cost = price(coarser(finest, kSearchAccuracy / point.c), point, kSearchAccuracy, true, false);
+  }
+}
+
+bool TuningCost::refits(const TuningPoint& point) const {
+  return y_.size() <= kFreshSamples || system_for(point.sigma2, kSearchAccuracy / point.c, false).rank() <= kRefitRank;
+}
+
+double TuningCost::final_cost(const TuningPoint& point) const {
+  return price(system_for(point.sigma2, kFinalAccuracy / point.c, true), point, kFinalAccuracy, false, true);
+}
+
+bool TuningCost::dense_pays(bool exact) const { return !exact && y_.size() <= kDenseSamples; }
+
+LowRank TuningCost::system_for(double sigma2, double tolerance, bool exact) const {
+  return low_rank(points_, sigma2, tolerance, dense_pays(exact) ? y_.size() / 2 : y_.size());
+}
+
+double TuningCost::price(const LowRank& system, const TuningPoint& point, double accuracy, bool frozen,
+                         bool exact) const {
+  const bool dense = dense_pays(exact) && system.left > accuracy / point.c && system.rank() == y_.size() / 2;
   if (kind_ == Tuning::kReml) return dense ? reml(point) : reml(system, point.c);
   const bool costly = system.rank() > kRefitRank;
   const Eigen::VectorXd residual = dense ? held_out(point) : held_out(system, point, frozen || (costly && !exact), exact);
@@ -110,7 +139,7 @@ Eigen::VectorXd TuningCost::held_out(const LowRank& system, const TuningPoint& p
   if (robust()) {
     WeightFunction function = settings_.weight;
     function.parameter = point.parameter;
-    const double still = exact ? 1e-9 : 1e-4;
+    const double still = exact ? kFinalStill : frozen ? 1e-3 : 1e-4;
     const bool refit = kind_ != Tuning::kLoo && !frozen;
     if (refit && exact) return refitted_folds(system, point, weight, exact);
     // A costly rank gets what the whole matrix gets: the search only has to see that it is no better there.
@@ -153,7 +182,8 @@ Eigen::VectorXd TuningCost::refitted_folds(const LowRank& system, const TuningPo
     weight(fold).setZero();
     PrimalLssvm primal(system, y_, point.c);
     const int limit = std::min(settings_.limit, kRobustSolves);
-    if (!reweight(primal, settings_, function, limit, exact ? 1e-9 : 1e-4, &inside, weight)) return nothing(y_.size());
+    if (!reweight(primal, settings_, function, limit, exact ? kFinalStill : 1e-4, &inside, weight))
+      return nothing(y_.size());
     residual(fold) = y_(fold) - system.phi(Eigen::all, fold).transpose() * primal.theta();
   }
   return residual;

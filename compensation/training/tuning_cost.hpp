@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "compensation/training/cross_validation.hpp"
@@ -34,15 +35,23 @@ class TuningCost {
   double evaluate(const TuningPoint& point) const;
   /// A cheaper one for a first survey: the weights of the whole data stay frozen in the folds.
   double survey(const TuningPoint& point) const;
+  /// survey() of points of one sigma2, into their costs; the decomposition is made once, for the largest c.
+  void survey(std::span<TuningPoint> row) const;
   /// The price as the reference defines it (30 re-weightings in each fold, from the unweighted solution), to ~1e-6.
   double final_cost(const TuningPoint& point) const;
+
+  /// Whether evaluate() re-weights inside the folds there; where the rank is costly it leaves the weights frozen as
+  /// survey() does.
+  bool refits(const TuningPoint& point) const;
 
   bool robust() const { return settings_.weight.kind != WeightKind::kNone && kind_ != Tuning::kReml; }
   Tuning kind() const { return kind_; }
   const ReweightSettings& settings() const { return settings_; }
 
  private:
-  double price(const TuningPoint& point, double accuracy, bool frozen, bool exact) const;
+  bool dense_pays(bool exact) const;
+  LowRank system_for(double sigma2, double tolerance, bool exact) const;
+  double price(const LowRank& system, const TuningPoint& point, double accuracy, bool frozen, bool exact) const;
   Eigen::VectorXd held_out(const LowRank& system, const TuningPoint& point, bool frozen, bool exact) const;
   Eigen::VectorXd frozen_folds(const LowRank& system, double c, const Eigen::VectorXd& weight) const;
   Eigen::VectorXd refitted_folds(const LowRank& system, const TuningPoint& point, const Eigen::VectorXd& start, bool exact) const;

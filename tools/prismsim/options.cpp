@@ -14,6 +14,7 @@
 #include "compensation/earth_rate.hpp"
 #include "config/search_path.hpp"
 #include "config/version.hpp"
+#include "tools/number_check.hpp"
 
 namespace prism {
 namespace {
@@ -32,17 +33,6 @@ struct Words {
 int complain(int code, const std::string& what) {
   fmt::print(stderr, "prismsim: {}\n", what);
   return code;
-}
-
-// CLI::Range lets "nan" through.
-CLI::Validator within(double least, double most) {
-  const auto check = [least, most](std::string& word) {
-    char* end = nullptr;
-    const double number = std::strtod(word.c_str(), &end);
-    if (!word.empty() && *end == '\0' && number >= least && number <= most) return std::string();
-    return fmt::format("found \"{}\", expected a number within {} to {}", word, least, most);
-  };
-  return CLI::Validator(check, fmt::format("{} to {}", least, most));
 }
 
 void declare_gyro(CLI::App& app, Words& words, SimOptions& options) {

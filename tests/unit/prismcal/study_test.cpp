@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/prismcal/evaluation/gate_table.hpp"
 #include "tools/prismcal/evaluation/paper_numbers.hpp"
@@ -27,7 +29,7 @@ TEST(PaperModels, AreThoseOfItsTablesAndWhatItLacks) {
   int with_paper_row = 0;
   for (const ModelSpec& spec : specs) with_paper_row += paper_row(spec).has_value();
   EXPECT_EQ(with_paper_row, 3 + 2 + 12 + 16 + 1);  // tables 2, 3, 4, 5 and the unweighted row
-  EXPECT_EQ(specs.size(), 34u + 8u);
+  EXPECT_EQ(specs.size(), 34u + 11u);
   for (const ModelSpec& spec : paper_models(false)) EXPECT_THAT(spec.inputs, Not(testing::Contains("U")));
   EXPECT_EQ(ladder_models(true).size(), 12u);
 }
@@ -67,6 +69,44 @@ TEST(Study, TrainsJudgesAndFindsItsRows) {
   const StudyRow& row = *study.find("ls T");
   EXPECT_NEAR(row.judged[0].stability.after.sd, 0.007, 0.0015);  // 0.07 deg/h a second, 100 s means
   EXPECT_EQ(row.trained.terms.size(), 4u);
+}
+
+TEST(Study, OrderAndNumbersDoNotDependOnTheThreads) {
+  const StudyData data{day(1, "first"), {day(2, "again")}};
+  const std::vector<ModelSpec> specs = {
+      {"ls", {"T"}, "", ""}, {"lssvm", {"T"}, "", "reml"}, {"ls", {"U"}, "", ""}, {"ls", {"dTdt"}, "", ""}};
+  const auto one = run_study(data, specs, Divisor::kN, study_trainer({}), {}, 1).value();
+  const auto three = run_study(data, specs, Divisor::kN, study_trainer({}), {}, 3).value();
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    EXPECT_EQ(three.rows[i].spec.key(), specs[i].key());
+    EXPECT_EQ(three.rows[i].trained.model->info().id, one.rows[i].trained.model->info().id);
+    EXPECT_EQ(three.rows[i].judged[0].stability.after.sd, one.rows[i].judged[0].stability.after.sd);
+  }
+}
+
+TEST(Study, AnInterruptedTrainingIsNoModel) {
+  const std::atomic<bool> stop{true};
+  StudyTraining settings;
+  settings.stop = &stop;
+  const auto table = day(1, "first");
+  const auto study =
+      run_study({table, {table}}, {{"lssvm", {"T"}, "", "reml"}}, Divisor::kN, study_trainer(settings), {});
+  ASSERT_FALSE(study);
+  EXPECT_EQ(study.error().text(), "lssvm T reml: tuning: interrupted");
+}
+
+TEST(StudyReport, TheChosenModelAndTheLadderDoNotLookAtTheRepeat) {
+  Study study = short_study();
+  StudyRow row = study.rows[0];
+  row.judged[0].stability.after.sd = 1;  // far worse than all others on the repeat
+  for (const char* weight : {"myriad", "huber"}) {
+    row.spec = {"ir-lssvm", {"T"}, weight, "reml"};
+    study.rows.push_back(row);
+  }
+  EXPECT_EQ(chosen_row(study)->spec.weight, "huber");
+  const report::Table ladder = ladder_table(study);
+  ASSERT_EQ(ladder.rows.size(), 4u);
+  EXPECT_EQ(ladder.rows[3][0].text, "IR-LSSVM, huber");
 }
 
 TEST(Study, StopsAtTheFirstRefusalAndSaysWhichModel) {

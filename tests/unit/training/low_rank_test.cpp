@@ -39,6 +39,19 @@ TEST(LowRank, LeavesNoMoreOfTheKernelThanItSays) {
   }
 }
 
+TEST(LowRank, ACoarserOneIsTheBeginningOfAFineOne) {
+  Eigen::MatrixXd x(2, 90);
+  for (Eigen::Index i = 0; i < 90; ++i)
+    x.col(i) << std::sin(0.7 * static_cast<double>(i)), std::cos(1.3 * static_cast<double>(i));
+  const LowRank fine = low_rank(x, 0.3, 1e-9, 90);
+  for (const double tolerance : {1e-9, 1e-6, 1e-2, 0.5}) {
+    const LowRank direct = low_rank(x, 0.3, tolerance, 90), cut = coarser(fine, tolerance);
+    EXPECT_EQ(cut.pivots, direct.pivots);
+    EXPECT_EQ(cut.phi, direct.phi);
+    EXPECT_EQ(cut.left, direct.left);
+  }
+}
+
 TEST(LowRank, ThePrimalIsTheWholeSystemToItsTolerance) {
   const Problem p = noisy_waves(200);
   const double c = 30, sigma2 = 1.5;

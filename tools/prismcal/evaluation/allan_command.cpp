@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 
+#include "tools/number_check.hpp"
 #include "tools/prismcal/evaluation/allan_text.hpp"
 
 namespace prism {
@@ -58,13 +59,13 @@ void add_allan_command(CLI::App& app, int& code) {
   command->add_option("--time", choice->series.time_column,
                       "the time in seconds: name or number (default: time_s or t_s)");
   command->add_option("--interval", choice->interval_s, "seconds between rows, where the file has no time")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   command->add_option("--grid", choice->grid, "averaging times: octave, decade (1, 2, 4, 10, …) or dense")
       ->transform(CLI::CheckedTransformer(grids));
   command->add_option("--estimator", choice->estimator, "overlapping or non-overlapping")
       ->transform(CLI::CheckedTransformer(estimators));
   command->add_option("--confidence", choice->probability, "probability of the intervals, 0.5 to 0.999 (default 0.683)")
-      ->check(CLI::Range(0.5, 0.999));
+      ->check(within(0.5, 0.999));
   command->add_flag("--json", choice->json, "print JSON");
   command->callback([choice, &code] { code = run(*choice); });
 }

@@ -11,6 +11,7 @@
 
 #include "compensation/model_text.hpp"
 #include "config/config.hpp"
+#include "tools/number_check.hpp"
 #include "tools/prismcal/report/gnuplot.hpp"
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/machine_text.hpp"
@@ -48,13 +49,14 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
                   "any CSV: QUANTITY=COLUMN:UNIT for rate, temperature, uhfo, time; repeat or list")
       ->delimiter(',');
   command.add_option("--interval", options.source.interval_s, "seconds between rows, where a mapped CSV has no time")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   command.add_option("--config", options.source.config, "captures: the prismd.json they were recorded with");
   command.add_option("--latitude", options.latitude_deg, "of the place, deg (default: what the log states)")
-      ->check(CLI::Range(-90.0, 90.0));
+      ->check(within(-90, 90));
   command.add_option("--elevation", options.elevation_deg, "of the input axis above the horizon, deg")
-      ->check(CLI::Range(-90.0, 90.0));
-  command.add_option("--azimuth", options.azimuth_deg, "of the input axis from north over east, deg");
+      ->check(within(-90, 90));
+  command.add_option("--azimuth", options.azimuth_deg, "of the input axis from north over east, deg")
+      ->check(within(-360, 360));
   command.add_flag("--no-earth-rate", options.no_earth_rate,
                    "take no earth rate off: means are then offsets, sigmas stay");
   command.add_option("--divisor", options.divisor, "of the variance: N or N-1 (default)")

@@ -11,6 +11,7 @@
 #include "config/search_path.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/wire/frame_encoder.hpp"
+#include "tools/number_check.hpp"
 #include "tools/prismcal/training/source.hpp"
 
 namespace prism {
@@ -84,7 +85,7 @@ void add_convert_command(CLI::App& app, int& code) {
                    "any CSV: QUANTITY=COLUMN:UNIT for rate, temperature, uhfo, time; repeat or list")
       ->delimiter(',');
   command->add_option("--interval", choice->source.interval_s, "seconds between rows, where a mapped CSV has no time")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   command->add_option("--config", choice->source.config, "captures: the prismd.json they were recorded with");
   command->callback([choice, &code] {
     const auto frames = convert(*choice);

@@ -17,6 +17,7 @@
 #include "tools/prismcal/evaluation/study_tables.hpp"
 #include "tools/prismcal/evaluation/study_trainer.hpp"
 #include "tools/prismcal/report/plain_text.hpp"
+#include "tools/prismcal/training/interrupt.hpp"
 
 namespace prism {
 namespace {
@@ -25,6 +26,7 @@ struct Choice {
   std::string training, repeat, limits;
   std::vector<std::string> others;
   StudyTraining study;
+  int threads = 2;
   bool force = false;
   std::string models = "paper";
   CommonOptions common;
@@ -105,8 +107,9 @@ Result<bool> make_report(Choice choice) {
     if (i > 0) data.evaluated.push_back(loaded[i].table);
   }
   choice.study.gyro_serial = loaded.front().recording.value("gyro_serial");
-  const auto study = run_study(std::move(data), choice.models == "paper" ? paper_models(uhfo) : ladder_models(uhfo),
-                               choice.common.divisor, study_trainer(choice.study), show_progress);
+  const auto specs = choice.models == "paper" ? paper_models(uhfo) : ladder_models(uhfo);
+  const auto study = run_study(std::move(data), specs, choice.common.divisor, study_trainer(choice.study),
+                               show_progress, choice.threads);
   if (!study) return tl::unexpected(study.error());
 
   report::Report report = begin_report(recordings, choice, *gate);
@@ -146,13 +149,19 @@ void add_report_command(CLI::App& app, int& code) {
       ->add_option("--reweight", choice->study.reweight_limit,
                    "weighted solves at most: 1 is the paper's, 500 (default) converges")
       ->check(CLI::Range(1, 10000));
-  command->add_option("--threads", choice->study.threads, "of the tuning")->check(CLI::Range(1, 64));
+  command->add_option("--threads", choice->threads, "models trained at a time")->check(CLI::Range(1, 64));
   command->add_flag("--force", choice->force, "train although the quality gate refuses the recording");
   add_common_options(*command, choice->common);
   command->callback([choice, &code] {
+    choice->study.stop = stop_on_interrupt();
     const auto kept = make_report(*choice);
-    if (!kept) fmt::print(stderr, "prismcal: {}\n", kept.error().text());
-    code = kept && *kept ? 0 : 1;
+    const bool interrupted = !kept && choice->study.stop->load();
+    if (interrupted) {
+      fmt::print(stderr, "{}prismcal: interrupted while training: no report was written\n", isatty(2) ? "\n" : "");
+    } else if (!kept) {
+      fmt::print(stderr, "prismcal: {}\n", kept.error().text());
+    }
+    code = interrupted ? kInterrupted : kept && *kept ? 0 : 1;
   });
 }
 

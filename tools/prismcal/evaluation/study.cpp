@@ -5,6 +5,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <mutex>
+#include <optional>
+
+#include "compensation/training/parallel.hpp"
 
 namespace prism {
 namespace {
@@ -15,6 +19,22 @@ constexpr const char* kU = kInputUhfo;
 
 bool needs_uhfo(const ModelSpec& spec) {
   return std::find(spec.inputs.begin(), spec.inputs.end(), kU) != spec.inputs.end();
+}
+
+Result<StudyRow> make_row(const StudyData& data, const ModelSpec& spec, Divisor divisor, const Trainer& train) {
+  const auto begin = std::chrono::steady_clock::now();
+  auto trained = train(data.training, spec);
+  if (!trained) return refuse(spec.key(), trained.error().text());
+  trained->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  auto fitted = judge(*trained->model, data.training, divisor);
+  if (!fitted) return tl::unexpected(fitted.error());
+  StudyRow row{spec, std::move(*trained), std::move(*fitted), {}};
+  for (const BlockTable& table : data.evaluated) {
+    auto judged = judge(*row.trained.model, table, divisor);
+    if (!judged) return tl::unexpected(judged.error());
+    row.judged.push_back(std::move(*judged));
+  }
+  return row;
 }
 
 }  // namespace
@@ -55,7 +75,7 @@ std::vector<ModelSpec> paper_models(bool with_uhfo) {
   const std::vector<std::string> all = with_uhfo ? composites.back() : composites.front();
   for (const char* tune : {"loo", "shuffled", "blocked", "reml"}) specs.push_back({"lssvm", all, "", tune});
   for (const auto& weight : weights) specs.push_back({"ir-lssvm", all, weight, "blocked"});
-  specs.push_back({"ir-lssvm", all, "myriad", "reml"});
+  for (const auto& weight : weights) specs.push_back({"ir-lssvm", all, weight, "reml"});
   if (!with_uhfo) std::erase_if(specs, needs_uhfo);
   return specs;
 }
@@ -65,31 +85,38 @@ std::vector<ModelSpec> ladder_models(bool with_uhfo) {
   const std::size_t most = with_uhfo ? 3 : 2;
   std::erase_if(specs, [=](const ModelSpec& spec) {
     const bool tuned = !spec.tune.empty();
-    const bool other_weight = !spec.weight.empty() && spec.weight != "myriad";
+    const bool other_weight = !spec.weight.empty() && spec.weight != kUsualWeight;
     return tuned && (spec.inputs.size() != most || other_weight);
   });
   return specs;
 }
 
 Result<Study> run_study(StudyData data, const std::vector<ModelSpec>& specs, Divisor divisor, const Trainer& train,
-                        const std::function<void(std::size_t, std::size_t, const std::string&)>& progress) {
+                        const std::function<void(std::size_t, std::size_t, const std::string&)>& progress,
+                        int threads) {
   Study study{std::move(data), divisor, {}};
-  for (std::size_t i = 0; i < specs.size(); ++i) {
-    if (progress) progress(i, specs.size(), specs[i].key());
-    const auto begin = std::chrono::steady_clock::now();
-    auto trained = train(study.data.training, specs[i]);
-    if (!trained) return refuse(specs[i].key(), trained.error().text());
-    trained->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    auto fitted = judge(*trained->model, study.data.training, divisor);
-    if (!fitted) return tl::unexpected(fitted.error());
-    StudyRow row{specs[i], std::move(*trained), std::move(*fitted), {}};
-    for (const BlockTable& table : study.data.evaluated) {
-      auto judged = judge(*row.trained.model, table, divisor);
-      if (!judged) return tl::unexpected(judged.error());
-      row.judged.push_back(std::move(*judged));
+  std::vector<std::optional<StudyRow>> rows(specs.size());
+  std::optional<Error> refusal;
+  std::size_t done = 0;
+  std::mutex mutex;
+  parallel_for(static_cast<int>(specs.size()), threads, [&](int number) {
+    const auto i = static_cast<std::size_t>(number);
+    {
+      const std::lock_guard lock(mutex);
+      if (refusal) return;
+      if (progress) progress(done, specs.size(), specs[i].key());
     }
-    study.rows.push_back(std::move(row));
-  }
+    auto row = make_row(study.data, specs[i], divisor, train);
+    const std::lock_guard lock(mutex);
+    if (!row) {
+      if (!refusal) refusal = row.error();
+      return;
+    }
+    rows[i] = std::move(*row);
+    ++done;
+  });
+  if (refusal) return tl::unexpected(*refusal);
+  for (auto& row : rows) study.rows.push_back(std::move(*row));
   if (progress) progress(specs.size(), specs.size(), "done");
   return study;
 }

@@ -24,6 +24,18 @@ double relative_sum(const StudyRow& row) {
   return sum;
 }
 
+bool is_usual(const ModelSpec& spec) { return spec.weight == kUsualWeight && spec.tune == kUsualTune; }
+
+std::vector<std::string> worse_than_nothing(const Study& study, std::size_t recording) {
+  std::vector<std::string> worse;
+  for (const StudyRow& row : study.rows) {
+    if (row.judged[recording].stability.improvement.value_or(0) >= 0) continue;
+    const std::string tuned = row.spec.tune.empty() ? "" : fmt::format(" ({})", tune_text(row.spec.tune));
+    worse.push_back(fmt::format("{} on {}{}", method_text(row.spec), row.spec.inputs_text(), tuned));
+  }
+  return worse;
+}
+
 Section summary(const Study& study) {
   Section section{"summary", "Summary", {}};
   const StudyRow& chosen = *chosen_row(study);
@@ -37,18 +49,17 @@ Section summary(const Study& study) {
     text += fmt::format(" On {} it is {:.1f} %: {:.5f} → {:.5f} deg/h.", study.data.evaluated[i].name,
                         100 * other.improvement.value_or(0), other.before.sd, other.after.sd);
   }
-  if (chosen.spec.tune == "blocked")
-    text += " It was chosen by its F(x) on the training recording, without a look at the others.";
+  if (is_usual(chosen.spec))
+    text +=
+        " It was chosen beforehand, for its method, and tuned on the training recording without a look at the others.";
   section.blocks = {Paragraph{text, Mark::kGood}, ladder_table(study)};
-  for (const StudyRow& row : study.rows) {
-    for (std::size_t i = 0; i < row.judged.size(); ++i) {
-      if (row.judged[i].stability.improvement.value_or(0) >= 0) continue;
-      const std::string tuned = row.spec.tune.empty() ? "" : ", tuned by " + tune_text(row.spec.tune) + ",";
-      section.blocks.push_back(
-          Paragraph{fmt::format("{} on {}{} ends worse than no compensation on {}.", method_text(row.spec),
-                                row.spec.inputs_text(), tuned, study.data.evaluated[i].name),
-                    Mark::kWarn});
-    }
+  for (std::size_t i = 0; i < study.data.evaluated.size(); ++i) {
+    const std::vector<std::string> worse = worse_than_nothing(study, i);
+    if (worse.empty()) continue;
+    section.blocks.push_back(
+        Paragraph{fmt::format("{} of {} models end worse than no compensation on {}: {}.", worse.size(),
+                              study.rows.size(), study.data.evaluated[i].name, fmt::join(worse, "; ")),
+                  Mark::kWarn});
   }
   return section;
 }
@@ -86,11 +97,8 @@ void add_kernel_section(std::vector<Section>& sections, Section section, report:
 
 const StudyRow* chosen_row(const Study& study) {
   const StudyRow* best = nullptr;
-  for (const StudyRow* row : rows_of(study, "ir-lssvm", "blocked")) {
-    if (!best || row->trained.cost_deg_per_h < best->trained.cost_deg_per_h) best = row;
-  }
-  if (best) return best;
   for (const StudyRow& row : study.rows) {
+    if (is_usual(row.spec)) return &row;
     if (!best || relative_sum(row) < relative_sum(*best)) best = &row;
   }
   return best;

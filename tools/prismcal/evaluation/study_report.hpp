@@ -8,8 +8,8 @@
 
 namespace prism {
 
-/// The model that one would fly, chosen by the training recording alone: IR-LSSVM tuned by contiguous blocks with the
-/// lowest F(x); without one, the row that is best on the evaluated recordings. Never null for a study with rows.
+/// The model that one would fly: IR-LSSVM with the usual weight and tuning (study.hpp); without it, the row that is
+/// best on the evaluated recordings. Never null for a study with rows.
 const StudyRow* chosen_row(const Study& study);
 
 /// All sections but the recordings' own. `kept` is false afterwards where a limit was not kept.

@@ -49,7 +49,7 @@ Result<TrainingSettings> settings_of(const ModelSpec& spec, const StudyTraining&
                                             : Tuning::kBlocked;
   settings.folds = study.folds;
   settings.seed = study.seed;
-  settings.threads = study.threads;
+  settings.threads = 1;  // the study trains several models at a time
   return settings;
 }
 
@@ -99,6 +99,7 @@ Trainer study_trainer(StudyTraining study) {
     info.features = training.features;
     info.gyro_serial = study.gyro_serial;
     auto made = train(data_of(training, spec.inputs), std::move(info), *settings, {}, study.stop);
+    if (study.stop && study.stop->load()) return refuse("tuning", "interrupted");
     if (!made) return tl::unexpected(made.error());
     return told(std::move(*made), spec, *settings);
   };

@@ -14,8 +14,7 @@ struct StudyTraining {
   std::uint64_t seed = 1;   ///< of the shuffled folds
   int folds = 10;
   int reweight_limit = 500;  ///< weighted solves at most; 1: the paper's single re-weighting
-  int threads = 2;
-  const std::atomic<bool>* stop = nullptr;  ///< set: tuning ends with the best so far (not owned)
+  const std::atomic<bool>* stop = nullptr;  ///< set: the training under way ends soon, and is refused (not owned)
 };
 
 /// Ready to hand to run_study().

@@ -7,7 +7,7 @@ const char* const kStyle = R"css(
 :root { --ink: #1b2733; --soft: #5b6875; --line: #d9dfe6; --pale: #f4f6f8; --blue: #12385f; --warm: #c2410c; }
 * { box-sizing: border-box; }
 html { font: 15px/1.5 "Helvetica Neue", Helvetica, Arial, "Liberation Sans", sans-serif; color: var(--ink); }
-body { max-width: 62rem; margin: 0 auto; padding: 2.5rem 1.5rem 4rem; background: #fff; }
+body { max-width: 68rem; margin: 0 auto; padding: 2.5rem 1.5rem 4rem; background: #fff; }
 header { border-bottom: 3px solid var(--blue); padding-bottom: 1rem; margin-bottom: 1.5rem; }
 h1 { font-size: 1.75rem; line-height: 1.2; margin: 0 0 .3rem; color: var(--blue); letter-spacing: -.01em; }
 h2 { font-size: 1.25rem; margin: 2.8rem 0 .6rem; color: var(--blue); border-bottom: 1px solid var(--line); padding-bottom: .25rem; }
@@ -19,7 +19,7 @@ nav { columns: 2; font-size: .92rem; margin: 1rem 0 0; } nav a { color: var(--bl
 .facts { width: 100%; border-collapse: collapse; font-size: .9rem; margin: 0 0 1rem; }
 .facts th { text-align: left; font-weight: 600; color: var(--soft); white-space: nowrap; padding: .2rem 1.2rem .2rem 0; vertical-align: top; width: 1%; }
 .facts td { padding: .2rem 0; overflow-wrap: anywhere; }
-figure { margin: 1.6rem 0 2.2rem; break-inside: avoid; }
+figure { max-width: 62rem; margin: 1.6rem 0 2.2rem; break-inside: avoid; }
 figure svg { display: block; width: 100%; height: auto; }
 figure svg text { font-family: inherit !important; }
 figcaption, caption { font-size: .9rem; color: var(--ink); text-align: left; }
@@ -27,8 +27,8 @@ figcaption { margin-top: .4rem; max-width: 52rem; } caption { margin-bottom: .4r
 figcaption b, caption b { color: var(--blue); } .note { color: var(--soft); }
 .wide { overflow-x: auto; margin: 1.4rem 0 2rem; break-inside: avoid; }
 table.data { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; min-width: 50%; }
-table.data th { font-weight: 600; text-align: left; padding: .35rem .8rem; border-top: 2px solid var(--ink); border-bottom: 1px solid var(--ink); vertical-align: bottom; }
-table.data td { padding: .26rem .8rem; border-bottom: 1px solid var(--line); white-space: nowrap; }
+table.data th { font-weight: 600; text-align: left; padding: .35rem .5rem; border-top: 2px solid var(--ink); border-bottom: 1px solid var(--ink); vertical-align: bottom; }
+table.data td { padding: .26rem .5rem; border-bottom: 1px solid var(--line); white-space: nowrap; }
 table.data .long { white-space: normal; }
 table.data tr:last-child td { border-bottom: 2px solid var(--ink); }
 table.data .number { text-align: right; } table.data .unit { display: block; font-weight: 400; color: var(--soft); font-size: .82rem; }

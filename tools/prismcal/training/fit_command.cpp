@@ -10,6 +10,7 @@
 #include "compensation/model_text.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/training/csv_table.hpp"
+#include "tools/prismcal/training/interrupt.hpp"
 #include "tools/prismcal/training/method_options.hpp"
 
 namespace prism {

@@ -6,19 +6,14 @@
 
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
-#include <csignal>
 #include <cstdio>
+
+#include "tools/number_check.hpp"
 
 namespace prism {
 namespace {
 
-std::atomic<bool> interrupted{false};
 std::atomic<bool> bar_drawn{false};
-
-void interrupt(int) {
-  interrupted = true;
-  std::signal(SIGINT, SIG_DFL);
-}
 
 }  // namespace
 
@@ -28,27 +23,36 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
       ->capture_default_str();
   command.add_option("--weight", o.weight, "ir-lssvm: huber, hampel, logistic or myriad (default)")
       ->check(CLI::IsMember({"huber", "hampel", "logistic", "myriad"}));
-  command.add_option("--c", o.c, "regularisation, normalised units; with --sigma2: nothing is tuned")->check(CLI::PositiveNumber);
-  command.add_option("--sigma2", o.sigma2, "kernel width squared, normalised units")->check(CLI::PositiveNumber);
-  command.add_option("--beta", o.beta, "Huber's parameter")->check(CLI::PositiveNumber);
-  command.add_option("--delta", o.delta, "myriad's parameter")->check(CLI::PositiveNumber);
-  command.add_option("--epsilon", o.epsilon, "svr: half width of the tube, in sd of the target")->check(CLI::NonNegativeNumber)->capture_default_str();
+  command.add_option("--c", o.c, "regularisation, normalised units; with --sigma2: nothing is tuned")
+      ->check(positive());
+  command.add_option("--sigma2", o.sigma2, "kernel width squared, normalised units")->check(positive());
+  command.add_option("--beta", o.beta, "Huber's parameter")->check(positive());
+  command.add_option("--delta", o.delta, "myriad's parameter")->check(positive());
+  command.add_option("--epsilon", o.epsilon, "svr: half width of the tube, in sd of the target")
+      ->check(not_negative())
+      ->capture_default_str();
   command.add_option("--tune", o.tune, "by blocked or shuffled folds, loo, or reml")
       ->check(CLI::IsMember({"blocked", "shuffled", "loo", "reml"}))
       ->capture_default_str();
   command.add_option("--folds", o.folds, "how many")->check(CLI::Range(2, 1000000))->capture_default_str();
   command.add_option("--reweight", o.reweight, "1 (the paper) or converge")->check(CLI::IsMember({"1", "converge"}))->capture_default_str();
   command.add_option("--scale", o.scale, "of the residuals: mad or iqr")->check(CLI::IsMember({"mad", "iqr"}))->capture_default_str();
-  command.add_option("--hampel-floor", o.hampel_floor, "Hampel's weight far out; 0 drops the sample")->check(CLI::Range(0.0, 1.0))->capture_default_str();
+  command.add_option("--hampel-floor", o.hampel_floor, "Hampel's weight far out; 0 drops the sample")
+      ->check(within(0, 1))
+      ->capture_default_str();
   command.add_option("--normalise", o.normalise, "zscore, auto (by column, as LS-SVMlab) or none")
       ->check(CLI::IsMember({"zscore", "auto", "none"}))
       ->capture_default_str();
   command.add_option("--seed", o.seed, "of everything drawn")->capture_default_str();
   command.add_option("--threads", o.threads, "at most")->check(CLI::Range(1, 64))->capture_default_str();
   command.add_option("--start", o.start, "stepwise: terms to begin with, or none");
-  command.add_option("--p-enter", o.p_enter, "stepwise: a term with a smaller p may enter")->check(CLI::Range(0.0, 1.0))->capture_default_str();
-  command.add_option("--p-remove", o.p_remove, "stepwise: a term with a larger p may leave")->check(CLI::Range(0.0, 1.0))->capture_default_str();
-  command.add_option("--memory", o.memory_mb, "MB that training may take")->check(CLI::PositiveNumber)->capture_default_str();
+  command.add_option("--p-enter", o.p_enter, "stepwise: a term with a smaller p may enter")
+      ->check(within(0, 1))
+      ->capture_default_str();
+  command.add_option("--p-remove", o.p_remove, "stepwise: a term with a larger p may leave")
+      ->check(within(0, 1))
+      ->capture_default_str();
+  command.add_option("--memory", o.memory_mb, "MB that training may take")->check(positive())->capture_default_str();
   command.add_flag("--json", o.json, "print JSON, for programs");
   command.add_flag("--quiet", o.quiet, "no progress on stderr");
 }
@@ -94,11 +98,6 @@ TuningProgress progress_bar(bool quiet) {
 
 void end_progress() {
   if (bar_drawn.exchange(false)) fmt::print(stderr, "\n");
-}
-
-const std::atomic<bool>* stop_on_interrupt() {
-  std::signal(SIGINT, interrupt);
-  return &interrupted;
 }
 
 int failed(const Error& error) {

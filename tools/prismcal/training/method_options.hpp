@@ -38,9 +38,6 @@ std::string summary_text(const TrainedModel& trained, const TrainingSettings& se
 TuningProgress progress_bar(bool quiet);
 void end_progress();
 
-/// From now on Ctrl-C sets this flag; a second one ends the program.
-const std::atomic<bool>* stop_on_interrupt();
-
 /// "prismcal: …" on stderr, exit code 1.
 int failed(const Error& error);
 

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "compensation/earth_rate.hpp"
+#include "tools/number_check.hpp"
 
 namespace prism {
 namespace {
@@ -48,17 +49,23 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
 
 void add_recording_options(CLI::App& command, RecordingOptions& o) {
   command.add_option("--map", o.source.map, "any CSV: QUANTITY=COLUMN:UNIT for rate, temperature, uhfo, time; repeat or list")->delimiter(',');
-  command.add_option("--interval", o.source.interval_s, "seconds between rows, where a mapped CSV has no time")->check(CLI::PositiveNumber);
+  command.add_option("--interval", o.source.interval_s, "seconds between rows, where a mapped CSV has no time")
+      ->check(positive());
   command.add_option("--config", o.source.config, "captures: the prismd.json they were recorded with");
-  command.add_option("--latitude", o.latitude_deg, "of the place, deg (default: what the log states)")->check(CLI::Range(-90.0, 90.0));
-  command.add_option("--elevation", o.elevation_deg, "of the input axis above the horizon, deg")->check(CLI::Range(-90.0, 90.0));
-  command.add_option("--azimuth", o.azimuth_deg, "of the input axis from north over east, deg");
+  command.add_option("--latitude", o.latitude_deg, "of the place, deg (default: what the log states)")
+      ->check(within(-90, 90));
+  command.add_option("--elevation", o.elevation_deg, "of the input axis above the horizon, deg")
+      ->check(within(-90, 90));
+  command.add_option("--azimuth", o.azimuth_deg, "of the input axis from north over east, deg")
+      ->check(within(-360, 360));
   command.add_flag("--no-earth-rate", o.no_earth_rate, "take no earth rate off: it stays in the bias");
   command.add_option("--window", o.features.length_s, "seconds of the means and of the slope")->check(CLI::Range(1, 3600))->capture_default_str();
   command.add_option("--slope", o.slope, "difference (the paper) or least_squares")->check(CLI::IsMember({"difference", "least_squares"}))->capture_default_str();
   command.add_option("--end-mean", o.features.end_mean_s, "seconds averaged at each end of a difference")->check(CLI::Range(1, 3600))->capture_default_str();
   command.add_option("--max-gap", o.features.max_gap_s, "seconds of a hole that empties the window")->check(CLI::Range(0, 3600))->capture_default_str();
-  command.add_option("--lag", o.features.lag_time_constants_s, "time constants of lag1, lag2, …, s")->delimiter(',')->check(CLI::Range(1.0, 1e7));
+  command.add_option("--lag", o.features.lag_time_constants_s, "time constants of lag1, lag2, …, s")
+      ->delimiter(',')
+      ->check(within(1, 1e7));
 }
 
 std::size_t append_blocks(const BlockTable& table, TrainingData& data) {

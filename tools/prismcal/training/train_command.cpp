@@ -14,6 +14,7 @@
 #include "tools/prismcal/evaluation/gate_table.hpp"
 #include "tools/prismcal/report/plain_text.hpp"
 #include "tools/prismcal/training/csv_table.hpp"
+#include "tools/prismcal/training/interrupt.hpp"
 #include "tools/prismcal/training/method_options.hpp"
 #include "tools/prismcal/training/recordings.hpp"
 

@@ -1,0 +1,4 @@
+# SPDX-License-Identifier: MIT
+add_executable(bench_allan EXCLUDE_FROM_ALL allan_bench.cpp)
+target_link_libraries(bench_allan PRIVATE prism_evaluation fmt::fmt)
+add_dependencies(benchmarks bench_allan)
