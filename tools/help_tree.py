@@ -9,24 +9,32 @@ PROGRAMS = {
     "prismcal": "tools/prismcal/prismcal",
     "prismsim": "tools/prismsim/prismsim",
 }
+HELP_COLUMN = 30  # where a value leaves one blank only, the column alone tells the help from it
+
+
+def is_continued(line):
+    return re.match(r" {10,}\S", line)
 
 
 def read(program, words=()):
     """{"options": [(names, takes a value, help)], "commands": {name: (help, tree)}} of a program or its subcommand."""
     text = subprocess.run([program, *words, "--help"], check=True, capture_output=True, text=True).stdout
     options, commands, section = [], {}, ""
-    for line in text.splitlines():
+    lines = text.splitlines()
+    for line, following in zip(lines, [*lines[1:], ""]):
         if re.match(r"\S.*:$", line):
             section = line[:-1]
         entry = re.match(r"  (\S+)(.*)", line)
         if entry and section == "Options":
             parts = re.split(r"\s{2,}", entry[2], maxsplit=1)
+            if len(parts) == 1 and line[HELP_COLUMN - 1 : HELP_COLUMN] == " " and not is_continued(following):
+                parts = [line[:HELP_COLUMN].split(maxsplit=1)[1], line[HELP_COLUMN:]]
             # Without a description of the value, the help follows the name behind at least two blanks.
             value, help_text = parts[0].strip(), parts[1] if len(parts) > 1 else ""
             options.append([entry[1].split(","), value != "", help_text])
         elif entry and section == "Subcommands":
             commands[entry[1]] = (entry[2].strip(), read(program, (*words, entry[1])))
-        elif section == "Options" and options and re.match(r" {10,}\S", line):
+        elif section == "Options" and options and is_continued(line):
             options[-1][2] = (options[-1][2] + " " + line.strip()).strip()
     return {"options": options, "commands": commands}
 
