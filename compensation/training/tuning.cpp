@@ -17,10 +17,14 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kHuberStart = 1.345, kMyriadStart = 1.5;  // 95 % efficiency at the normal; the middle of what tunings end at
+constexpr double kHuberHeld = 3;  // where nothing can judge it: beyond three sigma an outlier is one, and clean data lose nothing
 constexpr double kTolerance = 0.01;                        // of a simplex's edges, log10
 constexpr int kGridC = 7, kGridSigma2 = 8;
 
-double parameter_start(WeightKind kind) { return kind == WeightKind::kHuber ? kHuberStart : kMyriadStart; }
+double parameter_start(WeightKind kind, bool searched) {
+  if (kind != WeightKind::kHuber) return kMyriadStart;
+  return searched ? kHuberStart : kHuberHeld;
+}
 
 class Search {
  public:
@@ -72,7 +76,7 @@ class Search {
     const TuningBounds& b = settings_.bounds;
     const auto sigmas = axis(settings_.sigma2, b.sigma2_min, b.sigma2_max, kGridSigma2);
     const auto cs = axis(settings_.c, b.c_min, b.c_max, kGridC);
-    std::vector<double> parameters = {settings_.parameter.value_or(parameter_start(cost_.settings().weight.kind))};
+    std::vector<double> parameters = {settings_.parameter.value_or(parameter_start(cost_.settings().weight.kind, with_parameter_))};
     if (with_parameter_ && !settings_.parameter && small_data()) parameters = {0.2, 0.6, parameters[0], 4};
     for (const double parameter : parameters) {
       for (const double sigma2 : sigmas) {

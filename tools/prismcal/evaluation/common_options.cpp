@@ -60,7 +60,7 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("--no-earth-rate", options.no_earth_rate,
                    "take no earth rate off: means are then offsets, sigmas stay");
   command.add_option("--divisor", options.divisor, "of the variance: N or N-1 (default)")
-      ->transform(CLI::CheckedTransformer(divisors));
+      ->transform(CLI::CheckedTransformer(divisors).description("N|N-1"));
   command.add_option("--out", options.out, "folder for report.html, report.csv and report.json");
   command.add_flag("--simulated", options.simulated, "say on every page that the data are simulated");
   command.add_flag("--any-gyro", options.any_gyro, "judge a recording of another gyro than the model's");

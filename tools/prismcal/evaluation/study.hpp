@@ -64,7 +64,7 @@ struct Study {
 };
 
 /// The ladder's own choice. REML needs no folds, so that a single profile can be learned whole; Huber's weights have
-/// one standstill only and at 1.345 need no tuning. docs/decisions-training.md has the figures.
+/// one standstill only and at three sigma need no tuning. docs/decisions-training.md has the figures.
 inline constexpr const char* kUsualWeight = "huber";
 inline constexpr const char* kUsualTune = "reml";
 
