@@ -4,12 +4,13 @@
 #include <poll.h>
 #include <sys/eventfd.h>
 
-#include <array>
 #include <boost/asio/detail/epoll_reactor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/system/system_error.hpp>
 #include <cerrno>
 #include <utility>
+
+#include "daemon/reactor_watch.hpp"
 
 namespace prism {
 namespace {
@@ -58,16 +59,33 @@ void EventLoop::post(std::function<void()> task) {
 }
 
 void EventLoop::run(UrgentSource& source) {
+  ReactorWatch watch(reactor_);
   io_.poll();  // what was started before: nothing rings for it
   while (!stopped_) {
-    std::array<pollfd, 2> wait{{{source.descriptor(), POLLIN, 0}, {reactor_, POLLIN, 0}}};
-    if (::poll(wait.data(), wait.size(), -1) < 0) {
-      if (errno == EINTR) continue;
-      fail("poll");
+    if (watch.rung()) {
+      io_.poll();
+      watch.answer();
+    } else if (source.listening()) {
+      read(source, watch);
+    } else {
+      wait_for_reactor();
     }
-    if (wait[0].revents != 0) source.readable();
-    if (wait[1].revents != 0) io_.poll();
   }
+}
+
+void EventLoop::read(UrgentSource& source, ReactorWatch& watch) {
+  watch.begin_read();
+  if (watch.rung()) return watch.end_read();
+  const ssize_t size = source.read();
+  const int error = size < 0 ? errno : 0;
+  watch.end_read();
+  if (error != EINTR) source.received(size, error);
+}
+
+void EventLoop::wait_for_reactor() {
+  pollfd wait{reactor_, POLLIN, 0};
+  if (::poll(&wait, 1, -1) < 0 && errno != EINTR) fail("poll");
+  io_.poll();
 }
 
 }  // namespace prism

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The live path's one wait: the gyro's line and everything that Asio watches, in a single poll(2).
+// The live path's one wait: a read of the gyro's line, interrupted when Asio has something to do.
 #pragma once
+
+#include <sys/types.h>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
@@ -8,19 +10,24 @@
 
 namespace prism {
 
-/// The descriptor that must be served first and at the lowest cost.
+class ReactorWatch;
+
+/// What must be served first and at the lowest cost. All calls come from the loop's thread.
 class UrgentSource {
  public:
   virtual ~UrgentSource() = default;
-  /// -1: nothing to wait for now.
-  virtual int descriptor() const = 0;
-  /// The descriptor is readable, closed or in error. Called on the loop's thread.
-  virtual void readable() = 0;
+  /// False: nothing to read from now.
+  virtual bool listening() const = 0;
+  /// One read(2) from a descriptor that blocks, with its result and errno.
+  virtual ssize_t read() = 0;
+  /// What read() gave: > 0 bytes, 0 end of file, -1 with `error` from errno, never EINTR.
+  virtual void received(ssize_t size, int error) = 0;
 };
 
-/// Asio's reactor tries each read before it waits and once more after it: a system call a frame that finds nothing.
-/// Here the line stays outside: poll(2) waits for the line and for the reactor's own descriptor, the line is read
-/// once for each time it is readable, and Asio's handlers run when Asio has something to do.
+/// Asio's reactor tries each read before it waits and once more after it: system calls that find nothing. Here the
+/// thread waits in the read itself, so that a frame costs one read and one send; a second thread (ReactorWatch) waits
+/// for the reactor's own descriptor and interrupts the read when there are handlers to run. They run on the loop's
+/// thread, in between: nothing else in prismd has to know of threads.
 ///
 /// Since the thread waits outside of Asio, Asio cannot wake it: what other threads have to say goes through post().
 class EventLoop {
@@ -30,16 +37,19 @@ class EventLoop {
   boost::asio::io_context& io() { return io_; }
   /// Runs `task` on the loop's thread. Any thread may call it, before run() and during it.
   void post(std::function<void()> task);
-  /// Returns after stop(). Throws boost::system::system_error where poll(2) fails: our own bug.
+  /// Returns after stop(). Interrupts the calling thread's reads by SIGURG meanwhile. Throws
+  /// boost::system::system_error where the kernel has no descriptor or no thread to give.
   void run(UrgentSource& source);
   /// From the loop's thread.
   void stop() { stopped_ = true; }
 
  private:
   void hear_bell();
+  static void read(UrgentSource& source, ReactorWatch& watch);
+  void wait_for_reactor();
 
   boost::asio::io_context io_{1};
-  bool stopped_ = false;  ///< io_.stopped() would lock a mutex for each frame
+  bool stopped_ = false;                        ///< io_.stopped() would lock a mutex for each frame
   boost::asio::posix::stream_descriptor bell_;  ///< eventfd: post() has something
   const int reactor_;                           ///< epoll descriptor of io_, readable when a handler has to run
 };

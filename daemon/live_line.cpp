@@ -9,7 +9,6 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/use_awaitable.hpp>
-#include <cerrno>
 #include <cstring>
 #include <utility>
 
@@ -61,6 +60,7 @@ bool LiveLine::open() {
     return false;
   }
   line_ = std::move(*line);
+  line_->block();
   begun_ = false;
   arrival_.begin();
   last_data_ = last_progress_ = Clock::now();
@@ -81,8 +81,9 @@ void LiveLine::complain(const char* kind, const std::string& text) {
   station_.tell(Severity::kWarning, kind, text);
 }
 
-void LiveLine::readable() {
-  const ssize_t size = ::read(line_->fd(), buffer_.data(), buffer_.size());
+ssize_t LiveLine::read() { return ::read(line_->fd(), buffer_.data(), buffer_.size()); }
+
+void LiveLine::received(ssize_t size, int error) {
   if (size > 0) {
     last_data_ = last_progress_ = Clock::now();
     const std::int64_t arrival_ns = arrival_.at(last_data_);
@@ -90,10 +91,9 @@ void LiveLine::readable() {
     station_.feed({buffer_.data(), static_cast<std::size_t>(size)}, arrival_ns);
     return;
   }
-  if (size < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
   // A pty and some drivers say "end of file" for an empty read; only a line that is really gone ends the session.
   if (size == 0 && !line_is_gone(line_->fd())) return rest();
-  const std::string why = size == 0 ? "unplugged (end of file)" : std::strerror(errno);
+  const std::string why = size == 0 ? "unplugged (end of file)" : std::strerror(error);
   station_.set_state(LineState::kConnecting, why);
   lose("line_lost", "lost: " + why);
 }

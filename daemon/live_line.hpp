@@ -30,8 +30,9 @@ class LiveLine : public UrgentSource {
   /// Ends the session and opens the line at once, with the station's settings of then.
   void reopen();
 
-  int descriptor() const override { return line_ && !resting_ ? line_->fd() : -1; }
-  void readable() override;
+  bool listening() const override { return line_ && !resting_; }
+  ssize_t read() override;
+  void received(ssize_t size, int error) override;
 
   /// When something last went as it should: data came, or a pause that was meant to be began. For the watchdog.
   std::chrono::steady_clock::time_point last_progress() const { return last_progress_; }

@@ -27,21 +27,22 @@ class Pipe : public UrgentSource {
     ::close(ends_[0]);
     ::close(ends_[1]);
   }
-  int descriptor() const override { return listening ? ends_[0] : -1; }
-  void readable() override {
-    char byte = 0;
-    ASSERT_EQ(::read(ends_[0], &byte, 1), 1);
-    heard += byte;
+  bool listening() const override { return heeded; }
+  ssize_t read() override { return ::read(ends_[0], &byte_, 1); }
+  void received(ssize_t size, int error) override {
+    ASSERT_EQ(size, 1) << error;
+    heard += byte_;
     if (on_byte) on_byte();
   }
   void say(char byte) { ASSERT_EQ(::write(ends_[1], &byte, 1), 1); }
 
-  bool listening = true;
+  bool heeded = true;
   std::string heard;
   std::function<void()> on_byte;
 
  private:
   std::array<int, 2> ends_{};
+  char byte_ = 0;
 };
 
 TEST(EventLoop, ReadsTheSourceOnceForEachTimeItIsReadable) {
@@ -65,7 +66,8 @@ TEST(EventLoop, IsWokenByAnotherThreadsPost) {
   EventLoop loop;
   Pipe pipe;
   std::thread other([&] {
-    std::this_thread::sleep_for(milliseconds(20));  // the loop waits by now; where it does not, the test is merely easier
+    std::this_thread::sleep_for(
+        milliseconds(20));  // the loop waits by now; where it does not, the test is merely easier
     loop.post([&] { loop.stop(); });
   });
   loop.run(pipe);
@@ -75,7 +77,7 @@ TEST(EventLoop, IsWokenByAnotherThreadsPost) {
 TEST(EventLoop, IsWokenByATimerAndByASocket) {
   EventLoop loop;
   Pipe pipe;
-  pipe.listening = false;
+  pipe.heeded = false;
   asio::local::stream_protocol::socket ours(loop.io()), theirs(loop.io());
   asio::local::connect_pair(ours, theirs);
   std::array<char, 8> buffer{};
@@ -88,6 +90,28 @@ TEST(EventLoop, IsWokenByATimerAndByASocket) {
   timer.async_wait([&](auto) { ASSERT_EQ(::write(theirs.native_handle(), "abc", 3), 3); });
   loop.run(pipe);
   EXPECT_EQ(received, 3u);
+}
+
+TEST(EventLoop, ASilentSourceIsLeftForATimer) {
+  EventLoop loop;
+  Pipe pipe;
+  asio::steady_timer timer(loop.io(), milliseconds(5));
+  timer.async_wait([&](auto) { pipe.say('a'); });
+  pipe.on_byte = [&] { loop.stop(); };
+  loop.run(pipe);
+  EXPECT_EQ(pipe.heard, "a");
+}
+
+TEST(EventLoop, ASourceThatStartsToListenIsHeard) {
+  EventLoop loop;
+  Pipe pipe;
+  pipe.heeded = false;
+  pipe.say('a');
+  pipe.on_byte = [&] { loop.stop(); };
+  asio::steady_timer timer(loop.io(), milliseconds(5));
+  timer.async_wait([&](auto) { pipe.heeded = true; });
+  loop.run(pipe);
+  EXPECT_EQ(pipe.heard, "a");
 }
 
 TEST(EventLoop, RunsHandlersThatHandlersPost) {
