@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "drivers/line_format.hpp"
+#include "tests/support/emulated.hpp"
 #include "tests/unit/drivers/temporary_folder.hpp"
 
 namespace prism {
@@ -44,6 +45,13 @@ class PseudoTerminal {
   std::string device_;
 };
 
+class OpenSerialLine : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
+  }
+};
+
 LineSettings on(const PseudoTerminal& terminal) {
   LineSettings settings;
   settings.device = terminal.device();
@@ -59,7 +67,7 @@ std::vector<std::uint8_t> read_some(int fd) {
   return bytes;
 }
 
-TEST(SerialLine, PassesEveryByteAsItIs) {
+TEST_F(OpenSerialLine, PassesEveryByteAsItIs) {
   const PseudoTerminal terminal;
   const auto line = open_serial_line(on(terminal));
   ASSERT_TRUE(line) << line.error().text();
@@ -71,7 +79,7 @@ TEST(SerialLine, PassesEveryByteAsItIs) {
   EXPECT_EQ(::poll(&echo, 1, 50), 0) << "the line echoes";
 }
 
-TEST(SerialLine, TakesSpeedsThatHaveNoName) {
+TEST_F(OpenSerialLine, TakesSpeedsThatHaveNoName) {
   for (const int baud : {614'400, 374'400, 1'843'200, 9'600, 921'600, 4'147'200}) {
     const PseudoTerminal terminal;
     LineSettings settings = on(terminal);
@@ -84,7 +92,7 @@ TEST(SerialLine, TakesSpeedsThatHaveNoName) {
   }
 }
 
-TEST(SerialLine, ThrowsAwayWhatCameBefore) {
+TEST_F(OpenSerialLine, ThrowsAwayWhatCameBefore) {
   const PseudoTerminal terminal;
   ASSERT_EQ(::write(terminal.master(), "old\n", 4), 4);
   const auto line = open_serial_line(on(terminal));
@@ -93,7 +101,7 @@ TEST(SerialLine, ThrowsAwayWhatCameBefore) {
   EXPECT_EQ(read_some(line->fd()), (std::vector<std::uint8_t>{'n', 'e', 'w'}));
 }
 
-TEST(SerialLine, NotesThatAPseudoTerminalHasNoParity) {
+TEST_F(OpenSerialLine, NotesThatAPseudoTerminalHasNoParity) {
   const PseudoTerminal terminal;
   LineSettings settings = on(terminal);
   settings.parity = Parity::kEven;
@@ -105,7 +113,7 @@ TEST(SerialLine, NotesThatAPseudoTerminalHasNoParity) {
                                    "difference"));
 }
 
-TEST(SerialLine, KeepsASecondReaderOut) {
+TEST_F(OpenSerialLine, KeepsASecondReaderOut) {
   const PseudoTerminal terminal;
   auto first = open_serial_line(on(terminal));
   ASSERT_TRUE(first);
@@ -121,7 +129,7 @@ TEST(SerialLine, KeepsASecondReaderOut) {
 
 // Two daemons were given the same device by mistake: the one that was refused flushed the other one's bytes on its way
 // out, at every retry.
-TEST(SerialLine, ARefusedReaderTakesNothingFromTheOther) {
+TEST_F(OpenSerialLine, ARefusedReaderTakesNothingFromTheOther) {
   const PseudoTerminal terminal;
   const auto line = open_serial_line(on(terminal));
   ASSERT_TRUE(line);
@@ -132,7 +140,7 @@ TEST(SerialLine, ARefusedReaderTakesNothingFromTheOther) {
   EXPECT_EQ(read_some(line->fd()), (std::vector<std::uint8_t>{'f', 'r', 'a', 'm', 'e'}));
 }
 
-TEST(SerialLine, IsClosedWhenForgottenAndNotInherited) {
+TEST_F(OpenSerialLine, IsClosedWhenForgottenAndNotInherited) {
   const PseudoTerminal terminal;
   int fd = -1;
   {
@@ -147,7 +155,7 @@ TEST(SerialLine, IsClosedWhenForgottenAndNotInherited) {
   EXPECT_EQ(::fcntl(fd, F_GETFD), -1);
 }
 
-TEST(SerialLine, KnowsAnUnpluggedLineFromAnIdleOne) {
+TEST_F(OpenSerialLine, KnowsAnUnpluggedLineFromAnIdleOne) {
   PseudoTerminal terminal;
   const auto line = open_serial_line(on(terminal));
   ASSERT_TRUE(line);

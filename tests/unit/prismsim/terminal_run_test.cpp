@@ -13,6 +13,7 @@
 
 #include "drivers/serial_line.hpp"
 #include "drivers/wire/frame_decoder.hpp"
+#include "tests/support/emulated.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/unit/drivers/temporary_folder.hpp"
 
@@ -65,6 +66,7 @@ SimulationCounters run(const SimOptions& options, PseudoTerminal& terminal) {
 }
 
 TEST(TerminalRun, ASlowReaderLosesNothing) {
+  if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
   DecoderCounters read;
   std::thread reader([&, device = terminal->path()] { read = read_frames(device, milliseconds(1)); });
@@ -77,6 +79,7 @@ TEST(TerminalRun, ASlowReaderLosesNothing) {
 }
 
 TEST(TerminalRun, AReaderThatComesBackGetsTheRest) {
+  if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
   DecoderCounters first, second;
   std::thread reader([&, device = terminal->path()] {
@@ -94,6 +97,7 @@ TEST(TerminalRun, AReaderThatComesBackGetsTheRest) {
 
 // 3 s of gyro time at three times real time take one second, however long a frame takes to make.
 TEST(TerminalRun, KeepsItsDeadlines) {
+  if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
   DecoderCounters read;
   std::thread reader([&, device = terminal->path()] { read = read_frames(device, milliseconds(0)); });
@@ -119,6 +123,7 @@ TEST(TerminalRun, AnAbsentReaderDoesNotHoldAPacedGyroUp) {
 }
 
 TEST(PseudoTerminal, LinksAndUnlinksItsPath) {
+  if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
   const test::TemporaryFolder folder;
   const std::string link = folder.file("gyro");
   fs::create_symlink("/dev/pts/none", link);  // what a killed run left
