@@ -11,7 +11,6 @@
 
 #include "compensation/model_text.hpp"
 #include "config/config.hpp"
-#include "tools/number_check.hpp"
 #include "tools/prismcal/report/gnuplot.hpp"
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/machine_text.hpp"
@@ -44,41 +43,14 @@ double samples_per_second(const Recording& recording) {
 
 void add_common_options(CLI::App& command, CommonOptions& options) {
   const std::map<std::string, Divisor> divisors = {{"N", Divisor::kN}, {"N-1", Divisor::kNMinus1}};
-  command
-      .add_option("--map", options.source.map,
-                  "any CSV: QUANTITY=COLUMN:UNIT for rate, temperature, uhfo, time; repeat or list")
-      ->delimiter(',');
-  command.add_option("--interval", options.source.interval_s, "seconds between rows, where a mapped CSV has no time")
-      ->check(positive());
-  command.add_option("--config", options.source.config, "captures: the prismd.json they were recorded with");
-  command.add_option("--latitude", options.latitude_deg, "of the place, deg (default: what the log states)")
-      ->check(within(-90, 90));
-  command.add_option("--elevation", options.elevation_deg, "of the input axis above the horizon, deg")
-      ->check(within(-90, 90));
-  command.add_option("--azimuth", options.azimuth_deg, "of the input axis from north over east, deg")
-      ->check(within(-360, 360));
-  command.add_flag("--no-earth-rate", options.no_earth_rate,
-                   "take no earth rate off: means are then offsets, sigmas stay");
+  add_source_options(command, options.source);
+  add_place_options(command, options.place);
   command.add_option("--divisor", options.divisor, "of the variance: N or N-1 (default)")
       ->transform(CLI::CheckedTransformer(divisors).description("N|N-1"));
   command.add_option("--out", options.out, "folder for report.html, report.csv and report.json");
   command.add_flag("--simulated", options.simulated, "say on every page that the data are simulated");
   command.add_flag("--any-gyro", options.any_gyro, "judge a recording of another gyro than the model's");
   command.add_flag("--json", options.json, "print the report's JSON");
-}
-
-Result<double> earth_rate_of(const Recording& recording, const CommonOptions& options) {
-  if (options.no_earth_rate) return 0.0;
-  AxisPlacement placement;
-  if (!options.latitude_deg || !options.elevation_deg) {
-    const auto site = site_of(recording);
-    if (!site) return tl::unexpected(site.error());
-    placement = *site;
-  }
-  placement.latitude_deg = options.latitude_deg.value_or(placement.latitude_deg);
-  placement.elevation_deg = options.elevation_deg.value_or(placement.elevation_deg);
-  placement.azimuth_deg = options.azimuth_deg.value_or(placement.azimuth_deg);
-  return earth_rate_deg_per_h(placement);
 }
 
 bool is_simulated(const Recording& recording, const CommonOptions& options) {
@@ -97,7 +69,7 @@ Result<Loaded> load_blocks(const std::string& path, const FeatureDefinition& fea
         path, fmt::format("recorded from gyro \"{}\", the model is bound to \"{}\"; --any-gyro judges it all the same",
                           serial, model->gyro_serial));
   }
-  const auto earth = earth_rate_of(*recording, options);
+  const auto earth = earth_rate_of(*recording, options.place);
   if (!earth) return tl::unexpected(earth.error());
   auto table = make_block_table(recording->buckets, features, *earth, recording->name);
   if (!table) return tl::unexpected(table.error());

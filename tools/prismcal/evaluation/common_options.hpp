@@ -3,7 +3,6 @@
 #pragma once
 
 #include <CLI/App.hpp>
-#include <optional>
 #include <string>
 
 #include "compensation/evaluation/statistics.hpp"
@@ -11,14 +10,13 @@
 #include "tools/prismcal/evaluation/block_table.hpp"
 #include "tools/prismcal/evaluation/recording.hpp"
 #include "tools/prismcal/report/document.hpp"
-#include "tools/prismcal/training/source.hpp"
+#include "tools/prismcal/training/source_options.hpp"
 
 namespace prism {
 
 struct CommonOptions {
   SourceOptions source;
-  std::optional<double> latitude_deg, elevation_deg, azimuth_deg;  ///< instead of what the log states
-  bool no_earth_rate = false;
+  PlaceOptions place;
   Divisor divisor = Divisor::kNMinus1;
   std::string out;  ///< folder for report.html, report.csv, report.json; empty: none
   bool simulated = false;
@@ -27,9 +25,6 @@ struct CommonOptions {
 };
 
 void add_common_options(CLI::App& command, CommonOptions& options);
-
-/// The earth rate of a recording by its log or the options, deg/h; 0 with --no-earth-rate.
-Result<double> earth_rate_of(const Recording& recording, const CommonOptions& options);
 
 /// Said by --simulated, or by the log: a gyro serial or an instance that begins with "sim".
 bool is_simulated(const Recording& recording, const CommonOptions& options);

@@ -11,8 +11,7 @@
 #include "config/search_path.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/wire/frame_encoder.hpp"
-#include "tools/number_check.hpp"
-#include "tools/prismcal/training/source.hpp"
+#include "tools/prismcal/training/source_options.hpp"
 
 namespace prism {
 namespace {
@@ -80,13 +79,7 @@ void add_convert_command(CLI::App& app, int& code) {
   command->add_option("--out", choice->out, "capture to write")->required();
   command->add_option("--frames", choice->frames, "frame description of one frame a second: a name or a path")
       ->capture_default_str();
-  command
-      ->add_option("--map", choice->source.map,
-                   "any CSV: QUANTITY=COLUMN:UNIT for rate, temperature, uhfo, time; repeat or list")
-      ->delimiter(',');
-  command->add_option("--interval", choice->source.interval_s, "seconds between rows, where a mapped CSV has no time")
-      ->check(positive());
-  command->add_option("--config", choice->source.config, "captures: the prismd.json they were recorded with");
+  add_source_options(*command, choice->source);
   command->callback([choice, &code] {
     const auto frames = convert(*choice);
     frames ? fmt::print("{}: {} frames\n", choice->out, *frames)

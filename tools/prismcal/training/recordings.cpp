@@ -7,25 +7,10 @@
 #include <CLI/Formatter.hpp>
 #include <cmath>
 
-#include "compensation/earth_rate.hpp"
 #include "tools/number_check.hpp"
 
 namespace prism {
 namespace {
-
-Result<double> earth_rate_of(const Recording& recording, const RecordingOptions& options) {
-  if (options.no_earth_rate) return 0.0;
-  AxisPlacement placement;
-  if (!options.latitude_deg || !options.elevation_deg) {
-    const auto site = site_of(recording);
-    if (!site) return tl::unexpected<Error>(site.error());
-    placement = *site;
-  }
-  placement.latitude_deg = options.latitude_deg.value_or(placement.latitude_deg);
-  placement.elevation_deg = options.elevation_deg.value_or(placement.elevation_deg);
-  placement.azimuth_deg = options.azimuth_deg.value_or(placement.azimuth_deg);
-  return earth_rate_deg_per_h(placement);
-}
 
 Result<void> take_serial(const Recording& recording, RecordingSet& set) {
   const std::string serial = recording.value("gyro_serial");
@@ -48,17 +33,8 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
 }  // namespace
 
 void add_recording_options(CLI::App& command, RecordingOptions& o) {
-  command.add_option("--map", o.source.map, "any CSV: QUANTITY=COLUMN:UNIT for rate, temperature, uhfo, time; repeat or list")->delimiter(',');
-  command.add_option("--interval", o.source.interval_s, "seconds between rows, where a mapped CSV has no time")
-      ->check(positive());
-  command.add_option("--config", o.source.config, "captures: the prismd.json they were recorded with");
-  command.add_option("--latitude", o.latitude_deg, "of the place, deg (default: what the log states)")
-      ->check(within(-90, 90));
-  command.add_option("--elevation", o.elevation_deg, "of the input axis above the horizon, deg")
-      ->check(within(-90, 90));
-  command.add_option("--azimuth", o.azimuth_deg, "of the input axis from north over east, deg")
-      ->check(within(-360, 360));
-  command.add_flag("--no-earth-rate", o.no_earth_rate, "take no earth rate off: it stays in the bias");
+  add_source_options(command, o.source);
+  add_place_options(command, o.place);
   command.add_option("--window", o.features.length_s, "seconds of the means and of the slope")->check(CLI::Range(1, 3600))->capture_default_str();
   command.add_option("--slope", o.slope, "difference (the paper) or least_squares")->check(CLI::IsMember({"difference", "least_squares"}))->capture_default_str();
   command.add_option("--end-mean", o.features.end_mean_s, "seconds averaged at each end of a difference")->check(CLI::Range(1, 3600))->capture_default_str();
@@ -105,7 +81,7 @@ Result<RecordingSet> read_recordings(const std::vector<std::string>& paths, cons
     const auto recording = read_source(path, options.source);
     if (!recording) return tl::unexpected<Error>(recording.error());
     if (auto taken = take_serial(*recording, set); !taken) return tl::unexpected<Error>(taken.error());
-    const auto earth_rate = earth_rate_of(*recording, options);
+    const auto earth_rate = earth_rate_of(*recording, options.place);
     if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
     auto table = make_block_table(recording->buckets, set.features, *earth_rate, recording->name);
     if (!table) return tl::unexpected<Error>(table.error());

@@ -4,13 +4,12 @@
 
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "compensation/training/trainer.hpp"
 #include "tools/prismcal/evaluation/block_table.hpp"
-#include "tools/prismcal/training/source.hpp"
+#include "tools/prismcal/training/source_options.hpp"
 
 namespace prism {
 
@@ -18,8 +17,7 @@ struct RecordingOptions {
   SourceOptions source;
   FeatureDefinition features;
   std::string slope = "difference";
-  std::optional<double> latitude_deg, elevation_deg, azimuth_deg;  ///< instead of what a log states
-  bool no_earth_rate = false;
+  PlaceOptions place;
 };
 
 void add_recording_options(CLI::App& command, RecordingOptions& options);
