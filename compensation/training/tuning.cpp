@@ -97,7 +97,10 @@ class Search {
   void survey_row(std::span<TuningPoint> row) {
     if (!small_data()) cost_.survey(row);
     for (TuningPoint& point : row) {
-      if (small_data() && !stopped()) point.cost = cost_.evaluate(point);
+      if (small_data()) {
+        if (stopped()) return;  // what was not priced is not counted
+        point.cost = cost_.evaluate(point);
+      }
       count(point, point.cost);
     }
   }
