@@ -28,19 +28,9 @@ struct Opened {
 template struct Opened<&epoll_reactor::epoll_fd_>;
 int epoll_descriptor(const epoll_reactor& reactor);
 
-[[noreturn]] void fail(const char* what) {
-  throw boost::system::system_error(errno, boost::system::system_category(), what);
-}
-
-int make_bell() {
-  const int bell = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-  if (bell < 0) fail("eventfd");
-  return bell;
-}
-
 }  // namespace
 
-EventLoop::EventLoop() : bell_(io_, make_bell()), reactor_(epoll_descriptor(asio::use_service<epoll_reactor>(io_))) {
+EventLoop::EventLoop() : bell_(io_, make_eventfd()), reactor_(epoll_descriptor(asio::use_service<epoll_reactor>(io_))) {
   hear_bell();
 }
 
@@ -84,7 +74,9 @@ void EventLoop::read(UrgentSource& source, ReactorWatch& watch) {
 
 void EventLoop::wait_for_reactor() {
   pollfd wait{reactor_, POLLIN, 0};
-  if (::poll(&wait, 1, -1) < 0 && errno != EINTR) fail("poll");
+  if (::poll(&wait, 1, -1) < 0 && errno != EINTR) {
+    throw boost::system::system_error(errno, boost::system::system_category(), "poll");
+  }
   io_.poll();
 }
 

@@ -15,13 +15,13 @@ namespace {
 
 constexpr std::chrono::milliseconds kAgain{1};  // a signal may come before the read that it is meant for
 
+}  // namespace
+
 int make_eventfd() {
   const int made = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   if (made < 0) throw boost::system::system_error(errno, boost::system::system_category(), "eventfd");
   return made;
 }
-
-}  // namespace
 
 ReactorWatch::ReactorWatch(int descriptor) : descriptor_(descriptor), quit_(make_eventfd()), reader_(::pthread_self()) {
   struct sigaction interrupts {};

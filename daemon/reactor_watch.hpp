@@ -11,6 +11,9 @@
 
 namespace prism {
 
+/// An eventfd(2) that does not block and is not inherited. Throws boost::system::system_error where there is none to have.
+int make_eventfd();
+
 /// A thread that waits for a descriptor (Asio's epoll set) in the place of one that reads from another. When the
 /// descriptor is readable it rings, and interrupts the reader with SIGURG until that answers: a signal that comes just
 /// before the read begins would be missed, so that one is not enough.

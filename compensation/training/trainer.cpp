@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::array kMethodNames = {"ls", "stepwise", "lssvm", "ir-lssvm", "svr"};
 constexpr Eigen::Index kTuningSamples = 3000;  // of a longer record every n-th sample tunes as well
-constexpr double kHuberDefault = 1.345, kMyriadDefault = 1;
 
 Folds folds_of(const TrainingSettings& settings, const std::vector<int>& runs) {
   if (settings.tuning == Tuning::kGiven && settings.given_folds) return *settings.given_folds;
@@ -75,8 +74,6 @@ void set_domain(const TrainingData& data, ModelInfo& info) {
   }
   if (info.provenance_json.empty()) info.provenance_json = "{}";
 }
-
-double usual_parameter(WeightKind kind) { return kind == WeightKind::kHuber ? kHuberDefault : kMyriadDefault; }
 
 }  // namespace
 

@@ -16,14 +16,14 @@ namespace prism {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kHuberStart = 1.345, kMyriadStart = 1.5;  // 95 % efficiency at the normal; the middle of what tunings end at
+constexpr double kMyriadStart = 1.5;  // the middle of what tunings end at
 constexpr double kHuberHeld = 3;  // where nothing can judge it: beyond three sigma an outlier is one, and clean data lose nothing
 constexpr double kTolerance = 0.01;                        // of a simplex's edges, log10
 constexpr int kGridC = 7, kGridSigma2 = 8;
 
 double parameter_start(WeightKind kind, bool searched) {
   if (kind != WeightKind::kHuber) return kMyriadStart;
-  return searched ? kHuberStart : kHuberHeld;
+  return searched ? usual_parameter(kind) : kHuberHeld;
 }
 
 class Search {

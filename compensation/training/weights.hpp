@@ -25,6 +25,9 @@ struct WeightFunction {
   bool has_parameter() const { return kind == WeightKind::kHuber || kind == WeightKind::kMyriad; }
 };
 
+/// The parameter where nobody gave or tuned one: Huber 1.345 (95 % efficiency at the normal), myriad 1.
+inline double usual_parameter(WeightKind kind) { return kind == WeightKind::kHuber ? 1.345 : 1; }
+
 enum class ScaleKind {
   kMad,  ///< eq. 20: 1.483 · median |r − median r|
   kIqr,  ///< eq. 19: (q75 − q25) / (2 · 0.6745), quartiles at n p + 0.5

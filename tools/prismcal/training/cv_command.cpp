@@ -86,7 +86,7 @@ Result<int> run(const Choice& choice) {
   if (settings->method == Method::kIrlssvm) {
     if (loo) return refuse("--tune", "found loo with ir-lssvm, expected folds");
     ReweightSettings reweight = settings->reweight;
-    reweight.weight.parameter = settings->parameter.value_or(reweight.weight.kind == WeightKind::kHuber ? 1.345 : 1);
+    reweight.weight.parameter = settings->parameter.value_or(usual_parameter(reweight.weight.kind));
     if (reweight.limit > 1) reweight.limit = kRobustSolves, reweight.tolerance = 0;
     ExtendedMatrix extended;
     if (data.y.size() <= kRefined) reweight.extended = &(extended = extended_kernel_matrix(data.x, *settings->sigma2));
