@@ -8,6 +8,8 @@
 #include <cstring>
 #include <optional>
 
+#include "drivers/wire/checksum.hpp"
+
 namespace prism {
 namespace {
 
@@ -20,7 +22,7 @@ struct Place {
   Bytes cover;
 };
 
-std::optional<Place> place_of(const CheckRule& rule, Bytes frame) {
+[[gnu::hot]] std::optional<Place> place_of(const CheckRule& rule, Bytes frame) {
   const auto length = static_cast<std::ptrdiff_t>(frame.size());
   std::ptrdiff_t at = rule.at < 0 ? length + rule.at : rule.at;
   std::ptrdiff_t to = rule.to <= 0 ? length + rule.to : rule.to;
@@ -38,7 +40,7 @@ std::optional<Place> place_of(const CheckRule& rule, Bytes frame) {
                frame.subspan(static_cast<std::size_t>(from), static_cast<std::size_t>(to - from))};
 }
 
-std::uint64_t computed(const CheckRule& rule, Bytes cover) {
+[[gnu::hot]] std::uint64_t computed(const CheckRule& rule, Bytes cover) {
   std::uint64_t value = rule.init;
   switch (rule.sum) {
     case CheckRule::Sum::kCrc: {
@@ -84,7 +86,7 @@ bool text_holds(const CheckRule& rule, Bytes stored, std::uint64_t expected) {
 
 }  // namespace
 
-bool check_holds(const CheckRule& rule, Bytes frame) {
+[[gnu::hot]] bool check_holds(const CheckRule& rule, Bytes frame) {
   const std::optional<Place> place = place_of(rule, frame);
   if (!place) return false;
   const std::uint64_t expected = computed(rule, place->cover);

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "drivers/wire/checksum.hpp"
+#include "drivers/wire/crc.hpp"
 
 namespace prism {
 
