@@ -21,13 +21,13 @@ constexpr std::pair<std::uint32_t, std::string_view> kNames[] = {
 
 }  // namespace
 
-char* put_quality(char* at, std::uint32_t quality) {
+[[gnu::hot]] char* put_quality(char* at, std::uint32_t quality) {
   if (quality == kGood) return std::copy_n("good", 4, at);
   char* end = at;
   for (const auto& [bit, name] : kNames) {
     if (!(quality & bit)) continue;
     if (end != at) *end++ = '+';
-    end = std::copy(name.begin(), name.end(), end);
+    for (const char c : name) *end++ = c;  // no call for a few characters
   }
   return end;
 }

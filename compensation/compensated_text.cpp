@@ -86,11 +86,11 @@ const std::array kColumns = {
 #undef PRISM_REAL
 #undef PRISM_INTEGER
 
-// One JSON object, built in place and appended at once: a std::string grown piece by piece costs a frame more than its
-// numbers do. kLineChars is above the sum of all keys and numbers of the longest one.
-constexpr std::size_t kLineChars = 1024;
+// One JSON object, built in place: a std::string grown piece by piece costs a frame more than its numbers do.
+// kJsonChars is above the sum of all keys and numbers of the longest one.
 class Line {
  public:
+  explicit Line(char* at) : end_(at) {}
   template <std::size_t size>
   void put(const char (&literal)[size]) {
     end_ = std::copy_n(literal, size - 1, end_);
@@ -124,11 +124,10 @@ class Line {
     end_ = put_quality(end_, correction.quality);
     put("\"}");
   }
-  void append_to(std::string& text) const { text.append(text_, static_cast<std::size_t>(end_ - text_)); }
+  char* end() const { return end_; }
 
  private:
-  char text_[kLineChars];
-  char* end_ = text_;
+  char* end_;
 };
 
 }  // namespace
@@ -174,20 +173,26 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
   return row;
 }
 
-void append_json(std::string& text, const Compensated& row) {
-  Line line;
+[[gnu::hot]] char* put_json(char* at, const Compensated& row) {
+  Line line(at);
   line.put("{\"time_s\":");
   line.time(row.sample.time_ns);
   line.member(",\"rate_deg_per_h\":", row.sample.rate_deg_per_h, kRateDecimals);
   line.member(",\"temperature_degc\":", row.sample.temperature_degc, kTemperatureDecimals);
   line.member(",\"uhfo_v\":", row.sample.uhfo_v, kUhfoDecimals);
   line.correction(row.correction, row.corrected_deg_per_h);
-  line.append_to(text);
+  return line.end();
+}
+
+void append_json(std::string& text, const Compensated& row) {
+  char json[kJsonChars];
+  text.append(json, static_cast<std::size_t>(put_json(json, row) - json));
 }
 
 void append_json(std::string& text, const CompensatedWindow& row) {
   const Window& window = row.window;
-  Line line;
+  char json[kJsonChars];
+  Line line(json);
   line.put("{\"time_s\":");
   line.integer(window.bucket.second + 1);
   line.put(",\"samples\":");
@@ -201,7 +206,7 @@ void append_json(std::string& text, const CompensatedWindow& row) {
   line.member(",\"mean_uhfo_v\":", window.uhfo_v, kUhfoDecimals);
   line.member(",\"corrected_mean_deg_per_h\":", row.corrected_mean_deg_per_h, kRateDecimals);
   line.correction(row.correction, row.corrected_deg_per_h);
-  line.append_to(text);
+  text.append(json, static_cast<std::size_t>(line.end() - json));
 }
 
 }  // namespace prism

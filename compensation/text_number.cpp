@@ -3,9 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <charconv>
 #include <cmath>
+#include <cstring>
 
 namespace prism {
 namespace {
@@ -39,28 +38,49 @@ CivilTime civil_time(std::int64_t seconds) {
           of_day % 60};
 }
 
+// A number's characters, the last one first. No table of digits and no call: a live frame finds both cold.
+class Digits {
+ public:
+  void character(char c) { *--begin_ = c; }
+  void whole(std::uint64_t value) {
+    do {
+      character(static_cast<char>('0' + value % 10));
+      value /= 10;
+    } while (value > 0);
+  }
+  // All kNumberChars are copied, which is two moves of known size; what stands behind the number means nothing.
+  char* copy_to(char* at) const {
+    std::memcpy(at, begin_, kNumberChars);
+    return at + (text_ + kNumberChars - begin_);
+  }
+
+ private:
+  char text_[2 * kNumberChars];
+  char* begin_ = text_ + kNumberChars;
+};
+
 }  // namespace
 
-char* put_integer(char* at, std::int64_t value) { return std::to_chars(at, at + kNumberChars, value).ptr; }
+[[gnu::hot]] char* put_integer(char* at, std::int64_t value) {
+  Digits digits;
+  digits.whole(value < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value));
+  if (value < 0) digits.character('-');
+  return digits.copy_to(at);
+}
 
-char* put_fixed(char* at, double value, int decimals) {
+[[gnu::hot]] char* put_fixed(char* at, double value, int decimals) {
   if (!std::isfinite(value)) return at;
   if (std::fabs(value) > kFixedLimit) return fmt::format_to(at, "{}", value);
   // Truncating what was moved by a half is llround without the call: exact below 2^52, above it as exact as the double.
   const double scaled = std::fabs(value) * kPowers[decimals] + 0.5;
   auto magnitude = static_cast<std::uint64_t>(scaled);
-  char digits[kNumberChars];
-  char* const end = digits + sizeof digits;
-  char* begin = end;
+  Digits digits;
   const bool negative = value < 0 && magnitude > 0;
-  for (int i = 0; i < decimals; ++i, magnitude /= 10) *--begin = static_cast<char>('0' + magnitude % 10);
-  if (decimals > 0) *--begin = '.';
-  do {
-    *--begin = static_cast<char>('0' + magnitude % 10);
-    magnitude /= 10;
-  } while (magnitude > 0);
-  if (negative) *--begin = '-';
-  return std::copy(begin, end, at);
+  for (int i = 0; i < decimals; ++i, magnitude /= 10) digits.character(static_cast<char>('0' + magnitude % 10));
+  if (decimals > 0) digits.character('.');
+  digits.whole(magnitude);
+  if (negative) digits.character('-');
+  return digits.copy_to(at);
 }
 
 void append_integer(std::string& text, std::int64_t value) {

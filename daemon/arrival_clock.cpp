@@ -17,10 +17,6 @@ constexpr std::int64_t kFollowNs = 500'000'000;
 
 void ArrivalClock::begin() { offset_ns_ = read_ns<std::chrono::system_clock>() - read_ns<std::chrono::steady_clock>(); }
 
-std::int64_t ArrivalClock::at(std::chrono::steady_clock::time_point time) const {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count() + offset_ns_;
-}
-
 std::int64_t ArrivalClock::check() {
   const std::int64_t before = offset_ns_;
   begin();

@@ -20,7 +20,7 @@ void Client::send(const ReportPtr& report) {
   if (const auto sent = offer(report->text, report->rows)) enqueue(report, *sent);
 }
 
-std::optional<std::size_t> Client::offer(std::string_view text, std::uint64_t rows) {
+[[gnu::hot]] std::optional<std::size_t> Client::offer(std::string_view text, std::uint64_t rows) {
   if (!open()) return std::nullopt;
   if (queue_.empty() && lost_ == 0) {
     const std::size_t sent = send_now(text, 0);
@@ -53,7 +53,7 @@ bool Client::privileged() const {
 }
 
 // Bytes sent of text from `from` on, all included; a peer that went away closes the client.
-std::size_t Client::send_now(std::string_view text, std::size_t from) {
+[[gnu::hot]] std::size_t Client::send_now(std::string_view text, std::size_t from) {
   while (from < text.size()) {
     const ssize_t sent = ::send(socket_.native_handle(), text.data() + from, text.size() - from, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent > 0) {

@@ -48,7 +48,7 @@ void EventLoop::post(std::function<void()> task) {
   ::eventfd_write(bell_.native_handle(), 1);
 }
 
-void EventLoop::run(UrgentSource& source) {
+[[gnu::hot]] void EventLoop::run(UrgentSource& source) {
   ReactorWatch watch(reactor_);
   io_.poll();  // what was started before: nothing rings for it
   while (!stopped_) {
@@ -63,7 +63,7 @@ void EventLoop::run(UrgentSource& source) {
   }
 }
 
-void EventLoop::read(UrgentSource& source, ReactorWatch& watch) {
+[[gnu::hot]] void EventLoop::read(UrgentSource& source, ReactorWatch& watch) {
   watch.begin_read();
   if (watch.rung()) return watch.end_read();
   const ssize_t size = source.read();

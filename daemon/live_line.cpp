@@ -81,11 +81,11 @@ void LiveLine::complain(const char* kind, const std::string& text) {
   station_.tell(Severity::kWarning, kind, text);
 }
 
-ssize_t LiveLine::read() { return ::read(line_->fd(), buffer_.data(), buffer_.size()); }
+[[gnu::hot]] ssize_t LiveLine::read() { return ::read(line_->fd(), buffer_.data(), buffer_.size()); }
 
-void LiveLine::received(ssize_t size, int error) {
+[[gnu::hot]] void LiveLine::received(ssize_t size, int error) {
   if (size > 0) {
-    last_data_ = last_progress_ = Clock::now();
+    last_data_ = last_progress_ = steady_now();
     const std::int64_t arrival_ns = arrival_.at(last_data_);
     if (!begun_) begin_receiving(arrival_ns);
     station_.feed({buffer_.data(), static_cast<std::size_t>(size)}, arrival_ns);

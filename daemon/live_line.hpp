@@ -54,11 +54,11 @@ class LiveLine : public UrgentSource {
   std::optional<SerialLine> line_;
   boost::asio::steady_timer watch_timer_, pause_timer_;
   ArrivalClock arrival_;
-  std::array<std::uint8_t, 65536> buffer_;
   Clock::time_point last_data_, last_progress_;
   std::chrono::duration<double> retry_{0};
   bool stopping_ = false, begun_ = false, resting_ = false;
   std::string complaint_, complaint_kind_;
+  std::array<std::uint8_t, 65536> buffer_;  // behind the rest, which stands close together then
 };
 
 }  // namespace prism

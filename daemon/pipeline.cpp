@@ -19,7 +19,7 @@ void Pipeline::begin_session() {
   engine_.reset();
 }
 
-void Pipeline::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
+[[gnu::hot]] void Pipeline::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
   readings_.clear();
   decoder_.feed(bytes, arrival_ns, readings_);
   pass(readings_);
@@ -38,7 +38,7 @@ void Pipeline::finish() {
   if (const auto row = engine_.finish()) sink_.window(*row);
 }
 
-void Pipeline::pass(const std::vector<Reading>& readings) {
+[[gnu::hot]] void Pipeline::pass(const std::vector<Reading>& readings) {
   Compensated row;
   for (const Reading& reading : readings) {
     const std::optional<Sample> sample = clock_.push(reading);

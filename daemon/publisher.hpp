@@ -9,6 +9,7 @@
 
 #include "compensation/compensated.hpp"
 #include "daemon/client.hpp"
+#include "daemon/row_text.hpp"
 
 namespace prism {
 
@@ -37,7 +38,7 @@ class Publisher {
     std::uint32_t every;
     std::uint32_t due = 1;
     std::uint64_t rows = 0;
-    std::string text;
+    RowText text;
   };
 
   std::vector<std::shared_ptr<Client>> clients_;

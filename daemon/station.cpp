@@ -46,7 +46,7 @@ void Station::begin_session(std::int64_t now_ns) {
   ++sessions_;
 }
 
-void Station::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
+[[gnu::hot]] void Station::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
   if (recorder) recorder->data(bytes, arrival_ns);
   pipeline_->feed(bytes, arrival_ns);
   publisher.flush();
@@ -88,7 +88,7 @@ void Station::line_hardware(const std::optional<LineCounters>& counters) {
   hardware_ = counters;
 }
 
-void Station::sample(const Compensated& row) {
+[[gnu::hot]] void Station::sample(const Compensated& row) {
   last_ = row;
   has_last_ = true;
   if (publisher.wants_samples()) publisher.sample(row);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/nearest.hpp"
+
 namespace prism {
 namespace {
 
@@ -13,7 +15,10 @@ constexpr double kStallS = 1;
 /// A backward jump is told from lost frames only where the counter holds this many frames.
 constexpr double kTellingFrames = 64;
 
-std::uint32_t frames_between(double frames) { return static_cast<std::uint32_t>(std::clamp(frames - 1, 0.0, 4e9)); }
+/// Of the nearest whole number of frames.
+std::uint32_t frames_between(double frames) {
+  return static_cast<std::uint32_t>(nearest(std::clamp(frames - 1, 0.0, 4e9)));
+}
 
 }  // namespace
 
@@ -25,7 +30,7 @@ void FrameSteps::reset() {
   last_counter_.reset();
 }
 
-FrameStep FrameSteps::push(const Reading& reading, double slope) {
+[[gnu::hot]] FrameStep FrameSteps::push(const Reading& reading, double slope) {
   const FrameStep step = running_ ? step_to(reading, slope) : FrameStep{};
   running_ = true;
   last_ = reading;
@@ -33,7 +38,7 @@ FrameStep FrameSteps::push(const Reading& reading, double slope) {
   return step;
 }
 
-double FrameSteps::counted_ticks(const Reading& reading, double slope) const {
+[[gnu::hot]] double FrameSteps::counted_ticks(const Reading& reading, double slope) const {
   const CounterRule& rule = *description_->counter;
   std::uint64_t ticks = reading.counter - *last_counter_;
   if (rule.modulus == 0) return static_cast<double>(ticks);
@@ -60,7 +65,7 @@ FrameStep FrameSteps::uncounted(const Reading& reading) const {
   return step;
 }
 
-FrameStep FrameSteps::step_to(const Reading& reading, double slope) const {
+[[gnu::hot]] FrameStep FrameSteps::step_to(const Reading& reading, double slope) const {
   if (!reading.has_counter || !last_counter_) return uncounted(reading);
   const CounterRule& rule = *description_->counter;
   FrameStep step;
@@ -71,7 +76,7 @@ FrameStep FrameSteps::step_to(const Reading& reading, double slope) const {
     step.restarted = true;
     step.ticks = rule.ticks_per_frame;
   }
-  if (!rule.step_varies) step.missing = frames_between(std::round(step.ticks / rule.ticks_per_frame));
+  if (!rule.step_varies) step.missing = frames_between(step.ticks / rule.ticks_per_frame);
   return step;
 }
 

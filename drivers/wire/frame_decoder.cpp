@@ -48,7 +48,7 @@ void FrameDecoder::reset() {
   maker_.reset();
 }
 
-void FrameDecoder::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::vector<Reading>& out) {
+[[gnu::hot]] void FrameDecoder::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::vector<Reading>& out) {
   if (bytes.empty()) return;
   expire(arrival_ns, out);
   last_arrival_ns_ = arrival_ns;
@@ -80,7 +80,7 @@ bool FrameDecoder::look_behind(std::vector<Reading>& out) {
   return waiting();
 }
 
-void FrameDecoder::scan(Mode mode, std::vector<Reading>& out) {
+[[gnu::hot]] void FrameDecoder::scan(Mode mode, std::vector<Reading>& out) {
   std::size_t at = 0;
   while (at < held_.size()) {
     if (skip_trailer(at)) {
@@ -106,7 +106,7 @@ void FrameDecoder::scan(Mode mode, std::vector<Reading>& out) {
   drop_held(at);
 }
 
-std::size_t FrameDecoder::next_possible(std::size_t at) const {
+[[gnu::hot]] std::size_t FrameDecoder::next_possible(std::size_t at) const {
   if (at >= held_.size()) return held_.size();
   if (only_first_byte_ >= 0) {
     if (held_[at] == only_first_byte_) return at;
@@ -119,7 +119,7 @@ std::size_t FrameDecoder::next_possible(std::size_t at) const {
 }
 
 /// The first kind that fits wins. One that needs more bytes stops the search here: with them it might fit.
-FrameDecoder::Found FrameDecoder::try_kinds(std::size_t at, Mode mode, FrameView& view) {
+[[gnu::hot]] FrameDecoder::Found FrameDecoder::try_kinds(std::size_t at, Mode mode, FrameView& view) {
   Found found;
   const std::span<const std::uint8_t> bytes{held_.data() + at, held_.size() - at};
   const int before = at > 0 ? held_[at - 1] : before_held_;
@@ -139,7 +139,7 @@ FrameDecoder::Found FrameDecoder::try_kinds(std::size_t at, Mode mode, FrameView
   return found;
 }
 
-FrameDecoder::Found FrameDecoder::look_at(std::size_t at, Mode mode) {
+[[gnu::hot]] FrameDecoder::Found FrameDecoder::look_at(std::size_t at, Mode mode) {
   Found found = try_kinds(at, mode, view_);
   if (mode == Mode::kEnd && found.match == Match::kNeedMore) ++found.bad_length;
   if (found.match != Match::kYes) return found;
@@ -156,7 +156,7 @@ FrameDecoder::Found FrameDecoder::look_at(std::size_t at, Mode mode) {
 }
 
 /// Once for each place, when it is decided: a place that is looked at again with more bytes is not counted twice.
-void FrameDecoder::count(const Found& found) {
+[[gnu::hot]] void FrameDecoder::count(const Found& found) {
   counters_.bad_length += found.bad_length;
   counters_.bad_body += found.bad_body;
   counters_.bad_check += found.bad_check;
@@ -196,7 +196,7 @@ bool FrameDecoder::counter_steps(const FrameView& before, std::int32_t kind_befo
   return std::abs(static_cast<double>(ticks) - rule.ticks_per_frame) <= 0.25 * rule.ticks_per_frame;
 }
 
-bool FrameDecoder::skip_trailer(std::size_t at) {
+[[gnu::hot]] bool FrameDecoder::skip_trailer(std::size_t at) {
   if (!in_run_ || last_kind_ < 0) return false;
   const std::vector<std::uint8_t>& trailer = description_->kinds[static_cast<std::size_t>(last_kind_)].trailer;
   if (trailer_at_ >= trailer.size() || held_[at] != trailer[trailer_at_]) return false;
@@ -211,7 +211,7 @@ void FrameDecoder::skip(std::size_t bytes) {
   in_run_ = false;
 }
 
-void FrameDecoder::accept(std::size_t at, const Found& found, std::vector<Reading>& out) {
+[[gnu::hot]] void FrameDecoder::accept(std::size_t at, const Found& found, std::vector<Reading>& out) {
   const std::uint64_t offset = held_offset_ + at;
   const std::uint64_t end = offset + found.length;
   Reading& reading = out.emplace_back();
@@ -230,7 +230,7 @@ void FrameDecoder::accept(std::size_t at, const Found& found, std::vector<Readin
   trailer_at_ = 0;
 }
 
-std::int64_t FrameDecoder::arrival_of(std::uint64_t end) const {
+[[gnu::hot]] std::int64_t FrameDecoder::arrival_of(std::uint64_t end) const {
   for (const Mark& mark : marks_) {
     if (mark.end >= end)
       return mark.arrival_ns - static_cast<std::int64_t>(byte_time_ns_ * static_cast<double>(mark.end - end) + 0.5);
@@ -238,7 +238,7 @@ std::int64_t FrameDecoder::arrival_of(std::uint64_t end) const {
   return last_arrival_ns_;
 }
 
-void FrameDecoder::drop_held(std::size_t bytes) {
+[[gnu::hot]] void FrameDecoder::drop_held(std::size_t bytes) {
   if (bytes == 0) return;
   before_held_ = held_[bytes - 1];
   held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(bytes));

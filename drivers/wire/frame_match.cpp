@@ -57,7 +57,7 @@ bool refused(const FrameKind& kind, const FrameView& view) {
 
 }  // namespace
 
-MatchResult match_frame(const FrameKind& kind, Bytes bytes, int before, FrameView& view) {
+[[gnu::hot]] MatchResult match_frame(const FrameKind& kind, Bytes bytes, int before, FrameView& view) {
   if (kind.after >= 0 && before != kind.after) return {Match::kNoSync, 0};
   const Match sync = match_sync(kind, bytes);
   if (sync != Match::kYes) return {sync, kind.length.max};

@@ -21,7 +21,7 @@ void SlowValue::set(double value) {
   age_frames_ = 0;
 }
 
-void SlowValue::take_whole(const FrameView& view, int field) {
+[[gnu::hot]] void SlowValue::take_whole(const FrameView& view, int field) {
   const double raw = view.raw(field);
   if (field != memo_field_ || raw != memo_raw_) {
     memo_field_ = field;
@@ -47,7 +47,7 @@ void SlowValue::take_halves(const FrameView& view, int high, int low, bool adjac
   if (has_high) high_ = view.bits(high);
 }
 
-void SlowValue::push(const FrameView& view, const std::vector<int>& fields, int high, int low, std::uint64_t steps,
+[[gnu::hot]] void SlowValue::push(const FrameView& view, const std::vector<int>& fields, int high, int low, std::uint64_t steps,
                      bool adjacent) {
   out_of_range_ = false;
   age_frames_ += steps;
@@ -70,7 +70,7 @@ void ReadingMaker::reset() {
   last_counter_.reset();
 }
 
-void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, bool contiguous, Reading& reading) {
+[[gnu::hot]] void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, bool contiguous, Reading& reading) {
   for (const int field : roles.counter) {
     if (!view.present(field)) continue;
     reading.has_counter = true;
@@ -94,7 +94,7 @@ void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, b
   last_counter_ = reading.counter;
 }
 
-void ReadingMaker::read_gyro(const KindRoles& roles, const FrameView& view, Reading& reading) {
+[[gnu::hot]] void ReadingMaker::read_gyro(const KindRoles& roles, const FrameView& view, Reading& reading) {
   reading.has_gyro = !roles.gyro.empty();
   for (const int field : roles.gyro) {
     if (!view.present(field)) continue;
@@ -108,7 +108,7 @@ void ReadingMaker::read_gyro(const KindRoles& roles, const FrameView& view, Read
   }
 }
 
-bool ReadingMaker::make(std::int32_t kind, const FrameView& view, bool contiguous, Reading& reading) {
+[[gnu::hot]] bool ReadingMaker::make(std::int32_t kind, const FrameView& view, bool contiguous, Reading& reading) {
   const KindRoles& roles = description_->kinds[static_cast<std::size_t>(kind)].roles;
   if (!roles.tells_anything()) return false;
   reading.kind = kind;
