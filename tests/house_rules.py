@@ -25,7 +25,7 @@ MAY = {
     CORE: ({CORE}, PURE + "|boost/"),
     TRAINING: ({CORE, TRAINING, EVALUATION}, SLOW + r"|fstream$|iostream$|filesystem$|boost/(?!math/)"),
     EVALUATION: ({CORE, EVALUATION}, PURE + "|boost/(?!math/)"),
-    WIRE: ({WIRE}, PURE + "|boost/"),
+    WIRE: ({WIRE}, PURE + "|boost/(?!container/)"),
     DRIVERS: ({WIRE, DRIVERS}, "spdlog/|CLI/|systemd/"),
     CONFIG: ({CORE, WIRE, DRIVERS, CONFIG}, "boost/asio|spdlog/|CLI/"),
     DAEMON: ({CORE, WIRE, DRIVERS, CONFIG, DAEMON}, "(?!)"),

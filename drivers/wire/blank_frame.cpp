@@ -102,12 +102,12 @@ void apply_constants(const FrameKind& kind, std::span<std::uint8_t> frame) {
 
 std::vector<std::uint8_t> blank_frame(const FrameKind& kind) {
   std::vector<std::uint8_t> frame(kind.length.min);
-  if (kind.items.present) {
+  if (kind.structure == Structure::kItems) {
     frame.assign(static_cast<std::size_t>(kind.items.from), 0);
     const std::vector<std::uint8_t> items = items_of(kind);
     frame.insert(frame.end(), items.begin(), items.end());
     frame.resize(std::max<std::size_t>(frame.size() + static_cast<std::size_t>(-kind.items.to), kind.length.min));
-  } else if (kind.blocks.mask_field >= 0) {
+  } else if (kind.structure == Structure::kBlocks) {
     frame.assign(static_cast<std::size_t>(kind.blocks.from) + blocks_length(kind) + tail_of(kind), 0);
     const Field& mask = kind.fields[static_cast<std::size_t>(kind.blocks.mask_field)];
     store_number(mask, frame.data() + mask.at, mask.preset);

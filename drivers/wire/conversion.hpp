@@ -49,9 +49,9 @@ double platinum_degc(double resistance_ohm, double r0_ohm);
 struct Scaling {
   double scale = 1;
   double offset = 0;
-  std::vector<ConversionStep> steps;
   double min = -1e300;  ///< of the result; outside, and where it is not finite, the value is unknown
   double max = 1e300;
+  std::vector<ConversionStep> steps;
 
   /// Without the range check.
   double apply(double raw) const {

@@ -24,7 +24,7 @@ class KindCheck {
   void check_all() {
     check_sync();
     for (const CheckRule& check : kind_.checks) check_coverage(check);
-    if (kind_.text.present) {
+    if (kind_.structure == Structure::kColumns) {
       const std::string fault = template_fault(kind_);
       return fault.empty() ? void() : refuse("/text/write", fault);
     }
@@ -46,7 +46,7 @@ class KindCheck {
     }
     if (kind_.header_bytes > kind_.length.max)
       refuse("/length", fmt::format("{} bytes do not hold the header of {}", kind_.length.max, kind_.header_bytes));
-    if (kind_.sync.empty() && kind_.checks.empty() && !kind_.text.present) {
+    if (kind_.sync.empty() && kind_.checks.empty() && kind_.structure != Structure::kColumns) {
       refuse("", "has neither sync nor checks: every byte would begin a frame");
     }
   }
@@ -163,7 +163,7 @@ void warn(FrameDescription& description) {
   for (const FrameKind& kind : description.kinds) {
     int sync_bits = 0;
     for (const ByteRule& rule : kind.sync) sync_bits += std::popcount(rule.mask);
-    if (kind.check_bits < 16 && sync_bits <= 8 && !kind.text.present) {
+    if (kind.check_bits < 16 && sync_bits <= 8 && kind.structure != Structure::kColumns) {
       description.warnings.push_back(
           fmt::format("kind {}: {} bits of sync and {} bits of checks can occur inside its own body; {} good frames in "
                       "a row are asked for",

@@ -4,9 +4,9 @@
 
 #include <array>
 #include <bit>
+#include <boost/container/small_vector.hpp>
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "drivers/wire/conversion.hpp"
 
@@ -19,10 +19,11 @@ struct Condition {
   int field = -1;  ///< index into FrameKind::fields, before the field that has the condition
   std::uint64_t modulus = 0;
   std::uint64_t mask = ~std::uint64_t{0};
-  std::vector<std::uint64_t> values;
+  boost::container::small_vector<std::uint64_t, 1> values;
 };
 
-/// What the decoder touches for every frame comes first, within two cache lines.
+/// What the decoder touches for every frame comes first: one cache line for a field of whole numbers without scaling, two
+/// for the others.
 struct alignas(64) Field {
   int at = 0;     ///< first byte; negative: from the end of the frame. In an item: of its payload. Text: the column
   int item = -1;  ///< index into FrameKind::items.ids (or of the block); -1: at a place of its own
@@ -35,8 +36,8 @@ struct alignas(64) Field {
   bool plain_little = false;
   /// Offsets from `at`, most significant byte first: {0,1} big, {1,0} little, {1,2,0} as the device likes it.
   std::array<std::uint8_t, 8> order{};
-  Scaling scaling;
   Condition when;
+  Scaling scaling;
   double preset = 0;  ///< what an encoder writes where nothing else is known, as the raw number
   std::string name;
   std::string unit;

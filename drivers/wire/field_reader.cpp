@@ -85,7 +85,8 @@ Condition read_condition(const Section& s, std::string& field) {
   field = s.text("field");
   when.modulus = s.bits("modulus", 0);
   when.mask = s.bits("mask", ~std::uint64_t{0});
-  when.values = s.bit_list("values");
+  const std::vector<std::uint64_t> values = s.bit_list("values");
+  when.values.assign(values.begin(), values.end());
   return when;
 }
 

@@ -24,7 +24,7 @@ FrameDecoder::FrameDecoder(FrameDescriptionPtr description)
   timeout_ns_ = static_cast<std::int64_t>(std::max(kShortestTimeoutNs, 2 * longest_ns));
   lost_after_bytes_ = kFramesUntilLost * description_->max_frame_bytes;
   for (std::size_t k = 0; k < description_->kinds.size(); ++k) {
-    const std::vector<ByteRule>& sync = description_->kinds[k].sync;
+    const auto& sync = description_->kinds[k].sync;
     for (unsigned byte = 0; byte < 256; ++byte) {
       const bool fits = sync.empty() || sync.front().at != 0 || (byte & sync.front().mask) == sync.front().value;
       if (fits) kinds_by_first_byte_[byte] |= std::uint64_t{1} << k;
@@ -187,8 +187,8 @@ bool FrameDecoder::confirmed(std::size_t at, const Found& found, Mode mode, bool
 
 bool FrameDecoder::counter_steps(const FrameView& before, std::int32_t kind_before, const FrameView& behind,
                                  std::int32_t kind) const {
-  const std::vector<int>& first = description_->kinds[static_cast<std::size_t>(kind_before)].roles.counter;
-  const std::vector<int>& second = description_->kinds[static_cast<std::size_t>(kind)].roles.counter;
+  const FieldList& first = description_->kinds[static_cast<std::size_t>(kind_before)].roles.counter;
+  const FieldList& second = description_->kinds[static_cast<std::size_t>(kind)].roles.counter;
   if (first.empty() || second.empty() || description_->counter->step_varies) return true;
   const CounterRule& rule = *description_->counter;
   std::uint64_t ticks = behind.bits(second.front()) - before.bits(first.front());

@@ -20,7 +20,7 @@ double modulo(double x, double m) {
 
 FrameEncoder::FrameEncoder(FrameDescriptionPtr description) : description_(std::move(description)) {
   for (const FrameKind& kind : description_->kinds) {
-    blanks_.push_back(kind.text.present ? std::vector<std::uint8_t>{} : blank_frame(kind));
+    blanks_.push_back(kind.structure == Structure::kColumns ? std::vector<std::uint8_t>{} : blank_frame(kind));
   }
   find_selectors();
 }
@@ -50,7 +50,7 @@ const std::uint8_t* FrameEncoder::place(int field) const {
 
 void FrameEncoder::put_number(int field, double raw) {
   const auto index = static_cast<std::size_t>(field);
-  if (kind_->text.present) {
+  if (kind_->structure == Structure::kColumns) {
     raw_[index] = raw;
   } else if (const std::uint8_t* at = place(field)) {
     store_number(kind_->fields[index], frame_.data() + (at - frame_.data()), raw);
@@ -59,7 +59,7 @@ void FrameEncoder::put_number(int field, double raw) {
 
 void FrameEncoder::put_bits(int field, std::uint64_t bits) {
   const auto index = static_cast<std::size_t>(field);
-  if (kind_->text.present) {
+  if (kind_->structure == Structure::kColumns) {
     raw_[index] = static_cast<double>(bits);
   } else if (const std::uint8_t* at = place(field)) {
     store_bits(kind_->fields[index], frame_.data() + (at - frame_.data()), bits);
@@ -105,7 +105,7 @@ void FrameEncoder::write_gyro(const KindRoles& roles, const GyroState& state) {
   if (gyro.meaning == GyroMeaning::kIncrement && !roles.gyro.empty()) angle_ -= sent;
 }
 
-void FrameEncoder::write_channel(const SlowChannel& channel, const std::vector<int>& whole, int high, int low,
+void FrameEncoder::write_channel(const SlowChannel& channel, const FieldList& whole, int high, int low,
                                  double value, Half& half) {
   for (const int field : whole) {
     const Field& f = kind_->fields[static_cast<std::size_t>(field)];
@@ -129,7 +129,7 @@ void FrameEncoder::write_channel(const SlowChannel& channel, const std::vector<i
 void FrameEncoder::write_status(const KindRoles& roles, const GyroState& state) {
   for (const int field : roles.status) put_bits(field, state.status);
   for (const ValidRule& rule : roles.valid) {
-    const std::uint64_t old = kind_->text.present ? 0 : view_.bits(rule.field);
+    const std::uint64_t old = kind_->structure == Structure::kColumns ? 0 : view_.bits(rule.field);
     const std::uint64_t bits = state.valid ? rule.value : ~rule.value;
     put_bits(rule.field, (old & ~rule.mask) | (bits & rule.mask));
   }
@@ -160,7 +160,7 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
   turn(state);
   kind_ = &description_->kinds[static_cast<std::size_t>(index)];
   frame_ = blanks_[static_cast<std::size_t>(index)];
-  if (kind_->text.present) {
+  if (kind_->structure == Structure::kColumns) {
     raw_.resize(kind_->fields.size());
     for (std::size_t f = 0; f < raw_.size(); ++f) raw_[f] = kind_->fields[f].preset;
   } else {
@@ -174,7 +174,7 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
   write_channel(description_->temperature, roles.temperature, roles.temperature_high, roles.temperature_low,
                 state.temperature_degc, temperature_half_);
   write_channel(description_->uhfo, roles.uhfo, roles.uhfo_high, roles.uhfo_low, state.uhfo_v, uhfo_half_);
-  if (kind_->text.present)
+  if (kind_->structure == Structure::kColumns)
     frame_ = print_frame(*kind_, raw_);
   else
     apply_constants(*kind_, frame_);

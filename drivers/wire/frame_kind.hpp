@@ -21,9 +21,9 @@ struct ByteRule {
 struct LengthRule {
   enum class Form { kFixed, kField, kTerminated } form = Form::kFixed;
   std::uint32_t min = 0, max = 0;  ///< bytes of the whole frame; equal for kFixed
-  Field field;                     ///< kField: length = field * multiply + add
   std::int32_t multiply = 1, add = 0;
   std::vector<std::uint8_t> terminator;  ///< kTerminated: the last bytes of the frame
+  Field field;                           ///< kField: length = field * multiply + add
 };
 
 /// Every byte from..to (negative: from the end) has (byte & mask) == value: "bit 7 is clear".
@@ -40,7 +40,6 @@ struct RefuseRule {
 
 /// Tag-length-value items from..to; `ids` are those that fields ask for.
 struct ItemRule {
-  bool present = false;
   int from = 0, to = 0;
   std::uint8_t id_size = 1, length_size = 1;
   bool length_first = false;  ///< {length, id, data}, else {id, length, data}
@@ -59,7 +58,6 @@ struct BlockRule {
 
 /// A text frame's columns.
 struct TextRule {
-  bool present = false;
   std::string separators;
   bool collapse = false;      ///< runs of separators count as one (blanks)
   std::uint32_t columns = 0;  ///< exactly so many; 0: any number
@@ -72,13 +70,16 @@ struct ValidRule {
   std::uint64_t mask = 0, value = 0;
 };
 
+/// Indices into FrameKind::fields. Nearly always one, which then stands here and not in a place of its own.
+using FieldList = boost::container::small_vector<std::int32_t, 2>;
+
 /// Which fields of this kind feed which part of a Reading; the first that is present in a frame wins.
 struct KindRoles {
-  std::vector<int> gyro, counter, status, latency;
-  std::vector<ValidRule> valid;
-  std::vector<int> temperature, uhfo;               ///< whole values
+  FieldList gyro, counter, status, latency;
+  FieldList temperature, uhfo;                      ///< whole values
   int temperature_high = -1, temperature_low = -1;  ///< halves in frames that follow each other
   int uhfo_high = -1, uhfo_low = -1;
+  boost::container::small_vector<ValidRule, 1> valid;
 
   bool tells_anything() const {
     return !gyro.empty() || !counter.empty() || !temperature.empty() || !uhfo.empty() || temperature_high >= 0 ||
@@ -86,27 +87,30 @@ struct KindRoles {
   }
 };
 
+/// How fields stand in a frame: at fixed places, or in one of the forms that a rule describes.
+enum class Structure : std::uint8_t { kPlain, kItems, kBlocks, kColumns };
+
+/// In the order in which a frame is recognised and read: what a live frame needs stands close together.
 struct FrameKind {
-  std::string name;
-  std::vector<ByteRule> sync;
-  int after = -1;  ///< the byte just before the frame; -1: any
   LengthRule length;
-  std::vector<BodyRule> body;
-  std::vector<RefuseRule> refuse;
-  std::vector<CheckRule> checks;
-  std::vector<std::uint8_t> trailer;  ///< optional bytes behind the frame (CR LF) that are no damage
-  std::vector<Field> fields;
-  ItemRule items;
-  BlockRule blocks;
-  TextRule text;
-  KindRoles roles;
+  boost::container::small_vector<ByteRule, 4> sync;
+  int after = -1;                  ///< the byte just before the frame; -1: any
   std::uint32_t header_bytes = 1;  ///< what must be there before the length is known
-  int check_bits = 0;              ///< all checks together
-  int known_bits = 0;              ///< checks, sync, terminator and (at most 16) body rules: what says "frame"
   int confirmations = 1;           ///< good frames in a row before the first is believed
   bool weak = false;               ///< recognised by less than 16 bits in all: every break asks for confirmation again
-
-  bool has_structure() const { return items.present || text.present || blocks.mask_field >= 0; }
+  Structure structure = Structure::kPlain;
+  std::vector<CheckRule> checks;
+  std::vector<BodyRule> body;
+  std::vector<RefuseRule> refuse;
+  std::vector<std::uint8_t> trailer;  ///< optional bytes behind the frame (CR LF) that are no damage
+  std::vector<Field> fields;
+  KindRoles roles;
+  ItemRule items;    ///< kItems
+  BlockRule blocks;  ///< kBlocks
+  TextRule text;     ///< kColumns
+  int check_bits = 0;  ///< all checks together
+  int known_bits = 0;  ///< checks, sync, terminator and (at most 16) body rules: what says "frame"
+  std::string name;
 };
 
 }  // namespace prism

@@ -29,8 +29,8 @@ bool is_separator(const TextRule& rule, std::uint8_t byte) {
 
 bool FrameView::locate() {
   places_.fill({});
-  if (kind_->items.present) return locate_items();
-  if (kind_->text.present) return locate_columns();
+  if (kind_->structure == Structure::kItems) return locate_items();
+  if (kind_->structure == Structure::kColumns) return locate_columns();
   return locate_blocks();
 }
 
@@ -88,6 +88,44 @@ bool FrameView::locate_columns() {
     start = i + 1;
   }
   return rule.columns == 0 || count == rule.columns;
+}
+
+[[gnu::hot]] bool FrameView::holds(const Condition& condition) const {
+  std::uint64_t value = bits(condition.field);
+  if (value == 0 && !present(condition.field)) return false;
+  if (condition.modulus != 0) value %= condition.modulus;
+  value &= condition.mask;
+  for (const std::uint64_t admitted : condition.values) {
+    if (value == admitted) return true;
+  }
+  return false;
+}
+
+[[gnu::hot]] const std::uint8_t* FrameView::find(const Field& field) const {
+  if (field.when.field >= 0 && !holds(field.when)) return nullptr;
+  if (field.item >= 0) return find_in_item(field);
+  const auto length = static_cast<std::int64_t>(frame_.size());
+  const std::int64_t at = field.at >= 0 ? field.at : length + field.at;
+  return at >= 0 && at + field.size <= length ? frame_.data() + at : nullptr;
+}
+
+bool FrameView::present(int field) const {
+  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+  return kind_->structure == Structure::kColumns ? !column(f).empty() : find(f) != nullptr;
+}
+
+[[gnu::hot]] std::uint64_t FrameView::bits(int field) const {
+  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+  if (kind_->structure == Structure::kColumns) return text_bits(f);
+  const std::uint8_t* at = find(f);
+  return at == nullptr ? 0 : load_bits(f, at);
+}
+
+[[gnu::hot]] double FrameView::raw(int field) const {
+  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+  if (kind_->structure == Structure::kColumns) return raw_text(f);
+  const std::uint8_t* at = find(f);
+  return at == nullptr ? kUnknown : load_number(f, at);
 }
 
 const std::uint8_t* FrameView::find_in_item(const Field& field) const {

@@ -20,7 +20,7 @@ void place_field(const FieldDraft& draft, Problems& problems, FrameKind& kind) {
   if (field_index(kind, field.name) >= 0) problems.add(draft.pointer, "this kind has a field of that name already");
   if (draft.item && draft.block) problems.add(draft.pointer, "stands in an item and in a block; expected one of them");
   if (draft.item) {
-    if (!kind.items.present) problems.add(draft.pointer + "/item", "this kind has no \"items\"");
+    if (kind.structure != Structure::kItems) problems.add(draft.pointer + "/item", "this kind has no \"items\"");
     auto& ids = kind.items.ids;
     const auto at = std::find(ids.begin(), ids.end(), *draft.item);
     field.item = static_cast<int>(at - ids.begin());
@@ -48,7 +48,7 @@ void read_fields(Problems& problems, const Json& json, const std::string& pointe
                  FrameKind& kind) {
   if (!json.is_object()) return problems.add(pointer, found(json) + " is not an object of fields");
   for (const auto& [name, field] : json.items()) {
-    place_field(read_field(problems, field, pointer + "/" + name, name, big_endian, kind.text.present, at), problems,
+    place_field(read_field(problems, field, pointer + "/" + name, name, big_endian, kind.structure == Structure::kColumns, at), problems,
                 kind);
   }
 }
@@ -119,10 +119,11 @@ FrameKind read_kind(Problems& problems, const Json& json, const std::string& poi
   }
   read_length(s, big_endian, kind);
   kind.trailer = s.bytes("trailer", false);
+  if (s.has("text") + s.has("items") + s.has("blocks") > 1) s.refuse("", "has more than one of \"text\", \"items\", \"blocks\"; expected at most one");
   if (s.has("text")) read_text(s.sub("text", "text"), kind);
   if (s.has("items")) read_items(s.sub("items", "items"), big_endian, kind);
   if (s.has("blocks")) read_blocks(s.sub("blocks", "blocks"), kind);
-  if (kind.text.present && kind.length.form != LengthRule::Form::kTerminated)
+  if (kind.structure == Structure::kColumns && kind.length.form != LengthRule::Form::kTerminated)
     s.refuse("text", "needs a length with a terminator");
   if (s.has("layout")) read_layout(s.sub("layout", "layout"), big_endian, parts, kind);
   if (s.has("fields")) read_fields(problems, s.at("fields"), s.pointer("fields"), big_endian, 0, kind);

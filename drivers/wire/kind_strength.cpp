@@ -30,7 +30,7 @@ namespace {
 /// Text has to parse; body rules fix bits of each byte they cover. Neither is a check: at most 16 bits are counted.
 int body_bits(const FrameKind& kind) {
   const auto length = static_cast<int>(kind.length.min);
-  int bits = kind.text.present ? 8 * length : 0;
+  int bits = kind.structure == Structure::kColumns ? 8 * length : 0;
   for (const BodyRule& rule : kind.body) {
     const int from = rule.from < 0 ? length + rule.from : rule.from;
     const int to = rule.to <= 0 ? length + rule.to : std::min(rule.to, length);

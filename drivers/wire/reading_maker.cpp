@@ -21,8 +21,7 @@ void SlowValue::set(double value) {
   age_frames_ = 0;
 }
 
-[[gnu::hot]] void SlowValue::take_whole(const FrameView& view, int field) {
-  const double raw = view.raw(field);
+[[gnu::hot]] void SlowValue::take_whole(const FrameView& view, int field, double raw) {
   if (field != memo_field_ || raw != memo_raw_) {
     memo_field_ = field;
     memo_raw_ = raw;
@@ -47,13 +46,14 @@ void SlowValue::take_halves(const FrameView& view, int high, int low, bool adjac
   if (has_high) high_ = view.bits(high);
 }
 
-[[gnu::hot]] void SlowValue::push(const FrameView& view, const std::vector<int>& fields, int high, int low, std::uint64_t steps,
+[[gnu::hot]] void SlowValue::push(const FrameView& view, const FieldList& fields, int high, int low, std::uint64_t steps,
                      bool adjacent) {
   out_of_range_ = false;
   age_frames_ += steps;
   for (const int field : fields) {
-    if (!view.present(field)) continue;
-    take_whole(view, field);
+    const double raw = view.raw(field);
+    if (std::isnan(raw) && !view.present(field)) continue;
+    take_whole(view, field, raw);
     return;
   }
   if (high >= 0 || low >= 0 || high_) take_halves(view, high, low, adjacent);
@@ -72,9 +72,9 @@ void ReadingMaker::reset() {
 
 [[gnu::hot]] void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, bool contiguous, Reading& reading) {
   for (const int field : roles.counter) {
-    if (!view.present(field)) continue;
-    reading.has_counter = true;
     reading.counter = view.bits(field);
+    if (reading.counter == 0 && !view.present(field)) continue;
+    reading.has_counter = true;
     break;
   }
   steps_ = 1;
@@ -97,8 +97,9 @@ void ReadingMaker::reset() {
 [[gnu::hot]] void ReadingMaker::read_gyro(const KindRoles& roles, const FrameView& view, Reading& reading) {
   reading.has_gyro = !roles.gyro.empty();
   for (const int field : roles.gyro) {
-    if (!view.present(field)) continue;
-    const double value = view.value(field);
+    const double raw = view.raw(field);
+    if (std::isnan(raw) && !view.present(field)) continue;
+    const double value = view.scaled(field, raw);
     if (std::isnan(value)) ++out_of_range_;
     bool valid = !std::isnan(value);
     for (const ValidRule& rule : roles.valid) valid = valid && (view.bits(rule.field) & rule.mask) == rule.value;
@@ -115,7 +116,8 @@ void ReadingMaker::reset() {
   read_counter(roles, view, contiguous, reading);
   read_gyro(roles, view, reading);
   for (const int field : roles.status) {
-    if (view.present(field)) reading.status = static_cast<std::uint32_t>(view.bits(field));
+    const std::uint64_t status = view.bits(field);
+    if (status != 0 || view.present(field)) reading.status = static_cast<std::uint32_t>(status);
   }
   reading.latency_s = description_->latency_s;
   for (const int field : roles.latency) {

@@ -19,14 +19,13 @@ class SlowValue {
 
   /// One frame; `steps` is how many frames the device made since the last one, `adjacent` whether none is missing
   /// between. Whole values come from `fields`; halves are joined only when their frames are adjacent.
-  void push(const FrameView& view, const std::vector<int>& fields, int high, int low, std::uint64_t steps,
-            bool adjacent);
+  void push(const FrameView& view, const FieldList& fields, int high, int low, std::uint64_t steps, bool adjacent);
   double value() const { return age_frames_ <= limit_frames_ ? value_ : kUnknown; }
   bool out_of_range() const { return out_of_range_; }
   void reset();
 
  private:
-  void take_whole(const FrameView& view, int field);
+  void take_whole(const FrameView& view, int field, double raw);
   void take_halves(const FrameView& view, int high, int low, bool adjacent);
   void set(double value);
 

@@ -18,7 +18,7 @@ constexpr double kArcsecPerDegree = 3600;
 constexpr double kArcsecPerRadian = 180 / std::numbers::pi * kArcsecPerDegree;
 
 /// Adds the named fields to a role of every kind that has them; refuses a name that no kind has.
-void assign(const Section& s, const char* key, FrameDescription& description, std::vector<int> KindRoles::*role) {
+void assign(const Section& s, const char* key, FrameDescription& description, FieldList KindRoles::*role) {
   for (const std::string& name : s.texts(key)) {
     bool known = false;
     for (FrameKind& kind : description.kinds) {
@@ -32,7 +32,7 @@ void assign(const Section& s, const char* key, FrameDescription& description, st
 }
 
 /// The first field that has a role, in whatever kind.
-const Field* first_with(const FrameDescription& description, std::vector<int> KindRoles::*role) {
+const Field* first_with(const FrameDescription& description, FieldList KindRoles::*role) {
   for (const FrameKind& kind : description.kinds) {
     if (!(kind.roles.*role).empty()) return &kind.fields[static_cast<std::size_t>((kind.roles.*role).front())];
   }
@@ -167,7 +167,7 @@ void assign_half(const Section& s, const char* key, FrameDescription& descriptio
 }
 
 void read_channel(const Section& s, FrameDescription& description, SlowChannel FrameDescription::*channel,
-                  std::vector<int> KindRoles::*whole, int KindRoles::*high, int KindRoles::*low) {
+                  FieldList KindRoles::*whole, int KindRoles::*high, int KindRoles::*low) {
   SlowChannel& slow = description.*channel;
   slow.present = true;
   slow.stale_after_s = s.number("stale_after_s", 0, 3600, 1);

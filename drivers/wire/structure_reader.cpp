@@ -47,7 +47,7 @@ void read_length(const Section& s, bool big_endian, FrameKind& kind) {
 
 void read_items(const Section& s, bool big_endian, FrameKind& kind) {
   ItemRule& items = kind.items;
-  items.present = true;
+  kind.structure = Structure::kItems;
   items.from = static_cast<int>(s.whole("from", 0, kMaxFrameBytes));
   items.to = static_cast<int>(s.whole("to", -kMaxFrameBytes, 0, 0));
   items.id_size = static_cast<std::uint8_t>(s.whole("id_size", 1, 4, 1));
@@ -59,7 +59,7 @@ void read_items(const Section& s, bool big_endian, FrameKind& kind) {
 }
 
 void read_text(const Section& s, FrameKind& kind) {
-  kind.text.present = true;
+  kind.structure = Structure::kColumns;
   kind.text.separators = s.text("separators");
   kind.text.collapse = s.flag("collapse", false);
   kind.text.columns = static_cast<std::uint32_t>(s.whole("columns", 0, 64, 0));
@@ -68,6 +68,7 @@ void read_text(const Section& s, FrameKind& kind) {
 }
 
 void read_blocks(const Section& s, FrameKind& kind) {
+  kind.structure = Structure::kBlocks;
   kind.blocks.from = static_cast<int>(s.whole("from", 0, kMaxFrameBytes));
   for (const std::uint64_t size : s.bit_list("sizes"))
     kind.blocks.sizes.push_back(static_cast<std::uint32_t>(size & 0xFFFF));

@@ -65,7 +65,7 @@ TEST(Polynomial, IsInverted) {
 }
 
 TEST(Scaling, ChainsItsStepsAndUndoesThem) {
-  const Scaling scaling{25e-6, 0, {PlatinumStep{100}}, -100, 150};
+  const Scaling scaling{25e-6, 0, -100, 150, {PlatinumStep{100}}};
   EXPECT_NEAR(scaling.apply(4389386), 25, 1e-4);
   EXPECT_NEAR(scaling.invert(25), 4389386, 0.5);
   EXPECT_TRUE(scaling.admits(25));
