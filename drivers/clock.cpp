@@ -167,7 +167,10 @@ void Clock::start(const Reading& reading) {
   if (!std::exchange(has_angle_, true)) return std::nullopt;
   nominal_s = x_ - x_before;
   double difference = reading.gyro - before;
-  if (gyro.wrap > 0) difference -= gyro.wrap * static_cast<double>(nearest(difference / gyro.wrap));
+  if (gyro.wrap > 0) {
+    const double turns = difference / gyro.wrap;
+    if (std::abs(turns) >= 0.5) difference -= gyro.wrap * std::round(turns);  // hardly ever: no call for most frames
+  }
   return difference;
 }
 

@@ -79,6 +79,20 @@ TEST(Clock, AnAccumulatedAngleWrapsWithoutATrace) {
   EXPECT_NEAR(sample->rate_deg_per_h, 2 * 0.1 / 0.005, 1e-6);
 }
 
+// A frame of floating-point angles may say anything that passes its check.
+TEST(Clock, ALeapBeyondAnyWholeNumberIsWrappedToo) {
+  const auto description = test::shipped("trplg");
+  Clock clock(description);
+  Reading reading = reading_of(description, {}, 0);
+  reading.gyro = 0;
+  clock.push(reading);
+  reading = reading_of(description, {}, 1);
+  reading.gyro = 0x1p100;  // a multiple of the wrap
+  const auto sample = clock.push(reading);
+  ASSERT_TRUE(sample);
+  EXPECT_EQ(sample->rate_deg_per_h, 0);
+}
+
 TEST(Clock, ADuplicateGivesNoSample) {
   const auto description = test::shipped("trplg");
   Clock clock(description);
