@@ -13,16 +13,19 @@ std::uint64_t aligned(const CrcParameters& parameters, std::uint64_t bits) {
   return parameters.reflect_in ? reversed(bits, width) : bits << (64 - width);
 }
 
+CrcPolynomial polynomial_of(const CrcParameters& parameters) {
+  return {aligned(parameters, parameters.poly), parameters.reflect_in};
+}
+
 }  // namespace
 
 Crc::Crc(const CrcParameters& parameters, Way way)
     : parameters_(parameters),
       start_(aligned(parameters, parameters.init)),
       mask_(mask_of(parameters.width)),
-      product_({aligned(parameters, parameters.poly), parameters.reflect_in}) {
+      product_(polynomial_of(parameters)) {
   if (way == Way::kBest && CrcProduct::possible()) return;
-  const CrcPolynomial polynomial{aligned(parameters, parameters.poly), parameters.reflect_in};
-  tables_ = std::make_unique<const CrcTables>(polynomial);
+  tables_ = std::make_unique<const CrcTables>(polynomial_of(parameters));
 }
 
 [[gnu::hot]] std::uint64_t Crc::update(std::uint64_t state, std::span<const std::uint8_t> bytes) const {
