@@ -83,6 +83,11 @@ struct Outcome {
   double lost = 0;  // part of the frames that gave no line
 };
 
+inline Outcome outcome_of(std::size_t frames, std::size_t lines, double seconds, double cpu_s) {
+  const auto count = static_cast<double>(frames);
+  return {0, 1e6 * cpu_s / count, static_cast<double>(lines) / seconds, 1 - static_cast<double>(lines) / count};
+}
+
 // The program under test, its line and the one client.
 class Bench {
  public:
@@ -119,7 +124,7 @@ class Bench {
     if (::read(client_, answer, sizeof answer) <= 0) std::exit(1);
   }
 
-  /// Median bytes of a line, from `frames` frames.
+  /// Bytes of the first line that comes for three frames; 0 where none does.
   std::size_t line_bytes() {
     std::vector<std::uint8_t> bytes;
     for (int i = 0; i < 3; ++i) {
@@ -157,10 +162,7 @@ class Bench {
     const double cpu = cpu_s() - cpu_before;
     done = true;
     reader.join();
-    Outcome outcome;
-    outcome.cpu_us_per_frame = 1e6 * cpu / static_cast<double>(count);
-    outcome.lines_per_s = static_cast<double>(arrived.size()) / seconds;
-    outcome.lost = 1 - static_cast<double>(arrived.size()) / static_cast<double>(count);
+    Outcome outcome = outcome_of(count, arrived.size(), seconds, cpu);
     // A line belongs to the last frame written before it came: frames are many latencies apart. Counting would not do,
     // since some frames give no line (a first one, and one where the clock begins anew after a pause).
     std::vector<double> latency;
@@ -185,19 +187,15 @@ class Bench {
     std::thread reader([&] { read_lines(done, [&](std::size_t n, double time) { lines += n, last = time; }); });
     const double cpu_before = cpu_s(), begin = now_s();
     write_all(pty_.master, bytes.data(), bytes.size());
+    std::size_t seen = 0;
     for (double quiet = now_s(); now_s() - quiet < 0.3;) {
-      static std::size_t seen = 0;
       if (lines != seen) seen = lines, quiet = now_s();
       ::usleep(10'000);
     }
     const double cpu = cpu_s() - cpu_before;
     done = true;
     reader.join();
-    Outcome outcome;
-    outcome.cpu_us_per_frame = 1e6 * cpu / static_cast<double>(count);
-    outcome.lines_per_s = static_cast<double>(lines) / (last - begin);
-    outcome.lost = 1 - static_cast<double>(lines) / static_cast<double>(count);
-    return outcome;
+    return outcome_of(count, lines, last - begin, cpu);
   }
 
  private:
