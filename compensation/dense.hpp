@@ -6,7 +6,8 @@
 
 namespace prism {
 
-/// c += sign · a aᵀ over the rows' common columns, lower triangle only; with weights: a diag(w) aᵀ. a is n × k, c n × n.
+/// c += sign · a aᵀ over the rows' common columns, lower triangle only; with weights: a diag(w) aᵀ. a is n × k, c n ×
+/// n.
 void add_gram(const Eigen::MatrixXd& a, Eigen::MatrixXd& c, const Eigen::VectorXd* weights = nullptr, double sign = 1);
 /// The same over the columns [first, first + count) of a only.
 void add_gram(const Eigen::MatrixXd& a, Eigen::Index first, Eigen::Index count, Eigen::MatrixXd& c,

@@ -8,7 +8,8 @@ namespace prism {
 
 Result<void> Engine::use(ModelPtr model, ModelPtr fallback) {
   for (const ModelPtr& wanted : {model, fallback}) {
-    if (wanted && wanted->info().table) return refuse("model", "was trained on a plain table, expected one trained on recordings");
+    if (wanted && wanted->info().table)
+      return refuse("model", "was trained on a plain table, expected one trained on recordings");
   }
   if (fallback) {
     for (const std::string& input : fallback->info().inputs) {

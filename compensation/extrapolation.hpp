@@ -14,7 +14,8 @@ enum class Extrapolation {
   kBlend,  ///< trust · prediction + (1 − trust) · the model's linear part or mean, marked; trust = 1 − variance / prior
 };
 
-/// predict(), then the policy where the prediction says `extrapolating`. Models without a box or a variance keep theirs.
+/// predict(), then the policy where the prediction says `extrapolating`. Models without a box or a variance keep
+/// theirs.
 Prediction predict_within(const Model& model, std::span<const double> inputs, Extrapolation policy);
 
 /// The blend alone, a pure function of the prediction; a prediction that states no mean stays as it is.

@@ -49,12 +49,16 @@ KernelPath best_path() {
 const lanes::Table* table_of(KernelPath path) {
   static const lanes::Table kScalarTable = scalar_table();
   switch (path) {
-    case KernelPath::kScalar: return &kScalarTable;
+    case KernelPath::kScalar:
+      return &kScalarTable;
 #if defined(__x86_64__)
-    case KernelPath::kAvx2: return &lanes::kAvx2;
-    case KernelPath::kAvx512: return &lanes::kAvx512;
+    case KernelPath::kAvx2:
+      return &lanes::kAvx2;
+    case KernelPath::kAvx512:
+      return &lanes::kAvx512;
 #endif
-    default: return &lanes::kBaseline;
+    default:
+      return &lanes::kBaseline;
   }
 }
 

@@ -18,8 +18,9 @@ constexpr Eigen::Index kMaxCentres = 8000;
 std::string numbers(const Eigen::MatrixXd& m) { return exact_texts({m.data(), static_cast<std::size_t>(m.size())}); }
 
 std::string canonical(const LssvmParameters& p) {
-  std::string text = fmt::format("{} {}\n{} {}\n", exact_texts(std::vector{p.c, p.sigma2, p.b, p.linear_b}), numbers(p.linear),
-                                 numbers(p.normalisation.input_shift), numbers(p.normalisation.input_scale));
+  std::string text =
+      fmt::format("{} {}\n{} {}\n", exact_texts(std::vector{p.c, p.sigma2, p.b, p.linear_b}), numbers(p.linear),
+                  numbers(p.normalisation.input_shift), numbers(p.normalisation.input_scale));
   text += exact_texts(std::vector{p.normalisation.target_shift, p.normalisation.target_scale}) + '\n';
   text += numbers(p.centres) + '\n' + numbers(p.alpha) + '\n' + numbers(p.weight) + '\n';
   if (const auto& u = p.uncertainty) {
@@ -35,16 +36,20 @@ ModelInfo identified(ModelInfo info, const LssvmParameters& parameters) {
 
 std::string wrong_shape(const ModelInfo& info, const LssvmParameters& p) {
   const Eigen::Index d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
-  if (p.centres.rows() != d || n < 1) return fmt::format("centres are {} x {}, expected {} inputs a centre", p.centres.rows(), n, d);
-  if (n > kMaxCentres) return fmt::format("found {} centres, expected at most {}: its factor would take gigabytes", n, kMaxCentres);
+  if (p.centres.rows() != d || n < 1)
+    return fmt::format("centres are {} x {}, expected {} inputs a centre", p.centres.rows(), n, d);
+  if (n > kMaxCentres)
+    return fmt::format("found {} centres, expected at most {}: its factor would take gigabytes", n, kMaxCentres);
   if (p.alpha.size() != n) return fmt::format("found {} alphas, expected {}", p.alpha.size(), n);
   if (p.normalisation.input_shift.size() != d || p.normalisation.input_scale.size() != d) {
     return fmt::format("found {} input scales, expected {}", p.normalisation.input_scale.size(), d);
   }
-  if (p.linear.size() != 0 && p.linear.size() != d) return fmt::format("found {} linear coefficients, expected {}", p.linear.size(), d);
+  if (p.linear.size() != 0 && p.linear.size() != d)
+    return fmt::format("found {} linear coefficients, expected {}", p.linear.size(), d);
   if (!p.uncertainty) return {};
   const Eigen::Index gram = p.uncertainty->gram.rows();
-  if (gram != 0 && (gram != n + 1 || p.uncertainty->gram.cols() != n + 1)) return fmt::format("gram has {} rows, expected {}", gram, n + 1);
+  if (gram != 0 && (gram != n + 1 || p.uncertainty->gram.cols() != n + 1))
+    return fmt::format("gram has {} rows, expected {}", gram, n + 1);
   if (gram == 0 && p.weight.size() != n) return fmt::format("found {} weights, expected {}", p.weight.size(), n);
   return {};
 }
@@ -67,7 +72,9 @@ Result<ModelPtr> LssvmModel::make(ModelInfo info, LssvmParameters parameters) {
   return ModelPtr(std::move(model));
 }
 
-bool LssvmModel::factorise() { return parameters_.uncertainty->gram.size() > 0 ? factorise_sparse() : factorise_dense(); }
+bool LssvmModel::factorise() {
+  return parameters_.uncertainty->gram.size() > 0 ? factorise_sparse() : factorise_dense();
+}
 
 // H = K + diag(1/(c v)) = L Lᵀ, nu = H⁻¹ 1.
 bool LssvmModel::factorise_dense() {
@@ -99,11 +106,13 @@ std::vector<double> LssvmModel::normalised(std::span<const double> inputs) const
 
 double LssvmModel::bias_deg_per_h(std::span<const double> inputs) const {
   const Normalisation& n = parameters_.normalisation;
-  return (centres_.sum(normalised(inputs), parameters_.sigma2, alpha_) + parameters_.b) * n.target_scale + n.target_shift;
+  return (centres_.sum(normalised(inputs), parameters_.sigma2, alpha_) + parameters_.b) * n.target_scale +
+         n.target_shift;
 }
 
-// Var f(x) / s_f². Dense: 1 − kᵀ H⁻¹ k + (1 − nuᵀ k)² / 1ᵀ nu, the quadratic form of the bordered inverse (eq. 14), with b
-// unknown beforehand. Sparse: 1 − φᵀφ + [φ; 1]ᵀ gram⁻¹ [φ; 1] / c, φ = L⁻¹ k: what the centres cannot express stays prior.
+// Var f(x) / s_f². Dense: 1 − kᵀ H⁻¹ k + (1 − nuᵀ k)² / 1ᵀ nu, the quadratic form of the bordered inverse (eq. 14),
+// with b unknown beforehand. Sparse: 1 − φᵀφ + [φ; 1]ᵀ gram⁻¹ [φ; 1] / c, φ = L⁻¹ k: what the centres cannot express
+// stays prior.
 double LssvmModel::variance_fraction(std::span<const double> point) const {
   const Eigen::Index n = parameters_.alpha.size();
   Eigen::VectorXd k(n);
@@ -135,7 +144,8 @@ Prediction LssvmModel::predict(std::span<const double> inputs) const {
   prediction.mean_deg_per_h = linear_part(point);
   if (const auto& u = parameters_.uncertainty) {
     const double fraction = variance_fraction(point);
-    prediction.sd_deg_per_h = std::sqrt(u->prior_variance * fraction) * u->sd_scale * parameters_.normalisation.target_scale;
+    prediction.sd_deg_per_h =
+        std::sqrt(u->prior_variance * fraction) * u->sd_scale * parameters_.normalisation.target_scale;
     prediction.trust = std::clamp(1 - fraction, 0.0, 1.0);
     prediction.extrapolating = prediction.extrapolating || fraction > u->guard_fraction;
   }

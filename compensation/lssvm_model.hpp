@@ -21,7 +21,7 @@ struct Normalisation {
 /// What the standard deviation and the guard need beyond the centres; variances in units of the normalised target.
 struct LssvmUncertainty {
   double prior_variance = 1;  ///< s_f² of the Gaussian-process reading of the same matrices, > 0
-  double sd_scale = 1;        ///< the sd is multiplied by this: what held-out residuals say about the model's own sd, >= 1
+  double sd_scale = 1;  ///< the sd is multiplied by this: what held-out residuals say about the model's own sd, >= 1
   /// A variance above this fraction of prior_variance is `extrapolating`; > 0.
   double guard_fraction = 1;
   /// Sparse models: diag(I/c, 0) + Φ V Φᵀ over the training rows, Φ = [L⁻¹ k; 1], (r + 1) × (r + 1); dense ones: empty.
@@ -45,8 +45,9 @@ struct LssvmParameters {
 
 class LssvmModel : public Model {
  public:
-  /// Factorises K + diag(1/(c v)) once, O(N³/3), if there is an uncertainty. Refuses (where: the model's name) shapes that
-  /// do not agree and a matrix that is not positive definite. info.kind: "lssvm", "ir_lssvm", "sparse_lssvm" or "svr".
+  /// Factorises K + diag(1/(c v)) once, O(N³/3), if there is an uncertainty. Refuses (where: the model's name) shapes
+  /// that do not agree and a matrix that is not positive definite. info.kind: "lssvm", "ir_lssvm", "sparse_lssvm" or
+  /// "svr".
   static Result<ModelPtr> make(ModelInfo info, LssvmParameters parameters);
 
   Prediction predict(std::span<const double> inputs) const override;
@@ -66,11 +67,11 @@ class LssvmModel : public Model {
 
   LssvmParameters parameters_;
   KernelCentres centres_;
-  std::vector<double> alpha_;        // padded for the kernel sum
-  Eigen::MatrixXd factor_;           // dense: of K + diag(1/(c v)); sparse: of K over the centres
-  Eigen::MatrixXd gram_factor_;      // sparse only
-  Eigen::VectorXd nu_;               // dense: H⁻¹ 1
-  double ones_ = 0;                  // dense: 1ᵀ H⁻¹ 1
+  std::vector<double> alpha_;    // padded for the kernel sum
+  Eigen::MatrixXd factor_;       // dense: of K + diag(1/(c v)); sparse: of K over the centres
+  Eigen::MatrixXd gram_factor_;  // sparse only
+  Eigen::VectorXd nu_;           // dense: H⁻¹ 1
+  double ones_ = 0;              // dense: 1ᵀ H⁻¹ 1
 };
 
 }  // namespace prism

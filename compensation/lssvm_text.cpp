@@ -61,8 +61,9 @@ void append_rows(std::string& text, const char* key, const double* values, Eigen
 std::string list(const Eigen::VectorXd& v) { return exact_texts({v.data(), static_cast<std::size_t>(v.size())}); }
 
 std::string uncertainty_text(const LssvmUncertainty& u) {
-  std::string text = fmt::format("  \"uncertainty\": {{\"prior_variance\": {}, \"sd_scale\": {}, \"guard_fraction\": {}",
-                                 exact_text(u.prior_variance), exact_text(u.sd_scale), exact_text(u.guard_fraction));
+  std::string text =
+      fmt::format("  \"uncertainty\": {{\"prior_variance\": {}, \"sd_scale\": {}, \"guard_fraction\": {}",
+                  exact_text(u.prior_variance), exact_text(u.sd_scale), exact_text(u.guard_fraction));
   for (Eigen::Index i = 0; i < u.gram.rows(); ++i) {
     text += i == 0 ? ", \"gram\": [\n    " : ",\n    ";
     for (Eigen::Index j = 0; j <= i; ++j) text += (j ? ", " : "") + exact_text(u.gram(i, j));
@@ -86,7 +87,8 @@ Result<ModelPtr> read_lssvm(Section& top, ModelInfo info) {
   p.weight = vector_of(top.numbers("weight", kPositive, false));
   const auto d = static_cast<Eigen::Index>(info.inputs.size()), n = p.alpha.size();
   if (top.good() && static_cast<Eigen::Index>(centres.size()) != d * n) {
-    top.fail("centres", fmt::format("found {} numbers, expected {}: {} inputs for each of {} alphas", centres.size(), d * n, d, n));
+    top.fail("centres", fmt::format("found {} numbers, expected {}: {} inputs for each of {} alphas", centres.size(),
+                                    d * n, d, n));
   }
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   p.centres = Eigen::Map<const Eigen::MatrixXd>(centres.data(), d, n);
@@ -96,11 +98,14 @@ Result<ModelPtr> read_lssvm(Section& top, ModelInfo info) {
 std::string lssvm_content(const Model& model) {
   const LssvmParameters& p = static_cast<const LssvmModel&>(model).parameters();
   const Normalisation& n = p.normalisation;
-  std::string text = fmt::format("  \"c\": {},\n  \"sigma2\": {},\n  \"b\": {},\n", exact_text(p.c), exact_text(p.sigma2), exact_text(p.b));
+  std::string text = fmt::format("  \"c\": {},\n  \"sigma2\": {},\n  \"b\": {},\n", exact_text(p.c),
+                                 exact_text(p.sigma2), exact_text(p.b));
   text += fmt::format(
-      "  \"normalisation\": {{\"input_shift\": {}, \"input_scale\": {}, \"target_shift\": {}, \"target_scale\": {}}},\n",
+      "  \"normalisation\": {{\"input_shift\": {}, \"input_scale\": {}, \"target_shift\": {}, \"target_scale\": "
+      "{}}},\n",
       list(n.input_shift), list(n.input_scale), exact_text(n.target_shift), exact_text(n.target_scale));
-  if (p.linear.size() > 0) text += fmt::format("  \"linear\": {},\n  \"linear_b\": {},\n", list(p.linear), exact_text(p.linear_b));
+  if (p.linear.size() > 0)
+    text += fmt::format("  \"linear\": {},\n  \"linear_b\": {},\n", list(p.linear), exact_text(p.linear_b));
   if (p.uncertainty) text += uncertainty_text(*p.uncertainty);
   append_rows(text, "centres", p.centres.data(), p.centres.size(), p.centres.rows());
   append_rows(text, "alpha", p.alpha.data(), p.alpha.size(), 4);

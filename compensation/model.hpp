@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The bias model's contract: inputs of one window → bias, its standard deviation, and whether it was asked off its data.
+// The bias model's contract: inputs of one window → bias, its standard deviation, and whether it was asked off its
+// data.
 #pragma once
 
 #include <memory>
@@ -15,8 +16,8 @@ struct Prediction {
   double bias_deg_per_h = kUnknown;
   double sd_deg_per_h = kUnknown;  ///< predictive standard deviation of the bias; kUnknown where the model has none
   bool extrapolating = false;      ///< outside the training box, or where the model's own variance says so
-  /// For the blend policy: how far the data reach here, 1 (at the data) to 0 (prior only), and the model's own linear part
-  /// or mean, which it falls back on; kUnknown where the model has none.
+  /// For the blend policy: how far the data reach here, 1 (at the data) to 0 (prior only), and the model's own linear
+  /// part or mean, which it falls back on; kUnknown where the model has none.
   double trust = 1;
   double mean_deg_per_h = kUnknown;
 };

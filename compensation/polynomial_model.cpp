@@ -13,7 +13,8 @@ namespace {
 
 std::string canonical(const std::vector<Term>& terms, double sd) {
   std::string text = std::isfinite(sd) ? exact_text(sd) : "";
-  for (const Term& term : terms) text += fmt::format("\n{} {}", fmt::join(term.powers, " "), exact_text(term.coefficient));
+  for (const Term& term : terms)
+    text += fmt::format("\n{} {}", fmt::join(term.powers, " "), exact_text(term.coefficient));
   return text;
 }
 

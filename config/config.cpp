@@ -55,7 +55,8 @@ LineConfig read_line(Section section, const fs::path& base) {
   line.stop_bits = optional_integer<int>(section, "stop_bits", {1, 2});
   line.silence_s = section.number("silence_s", {0.1, 3600}, line.silence_s);
   line.retry_min_s = section.number("retry_min_s", {0.01, 60}, line.retry_min_s);
-  line.retry_max_s = section.number("retry_max_s", {line.retry_min_s, 600}, std::max(line.retry_max_s, line.retry_min_s));
+  line.retry_max_s =
+      section.number("retry_max_s", {line.retry_min_s, 600}, std::max(line.retry_max_s, line.retry_min_s));
   return line;
 }
 
@@ -83,7 +84,8 @@ SocketSettings read_socket(Section section, const fs::path& base, const std::str
   SocketSettings socket;
   const std::string path = section.text("path", "/run/prismd/" + name + ".sock");
   if (!path.empty()) socket.path = (base / path).lexically_normal().string();
-  if (socket.path.size() > 107) section.fail("path", fmt::format("has {} characters, expected at most 107", socket.path.size()));
+  if (socket.path.size() > 107)
+    section.fail("path", fmt::format("has {} characters, expected at most 107", socket.path.size()));
   const std::string mode = section.text("mode", "0660");
   char* end = nullptr;
   socket.mode = static_cast<int>(std::strtol(mode.c_str(), &end, 8));
@@ -108,7 +110,8 @@ Config read_config(Section& top, const fs::path& file) {
   config.frames = find_data_file(top.text("frames", "trplg"), "frames", base);
   config.device_clock = top.choice("clock", kClocks, 0) == 1;
   config.site = read_site(top.object("site"));
-  if (const std::string model = top.text("model", ""); !model.empty()) config.model = find_data_file(model, "models", base);
+  if (const std::string model = top.text("model", ""); !model.empty())
+    config.model = find_data_file(model, "models", base);
   if (const std::string model = top.text("fallback_model", ""); !model.empty()) {
     config.fallback_model = find_data_file(model, "models", base);
   }

@@ -13,9 +13,9 @@
 namespace prism {
 
 struct GyroSettings {
-  std::string serial;         ///< of the gyro on the line; a model bound to another serial is refused; empty: unknown
-  std::string axis;           ///< of a multi-axis device, as its frame description names them; empty: its first
-  double sign = 1;            ///< 1 or −1: the mounting
+  std::string serial;  ///< of the gyro on the line; a model bound to another serial is refused; empty: unknown
+  std::string axis;    ///< of a multi-axis device, as its frame description names them; empty: its first
+  double sign = 1;     ///< 1 or −1: the mounting
   std::optional<double> scale_factor_arcsec_per_pulse;  ///< of this very gyro; default: the description's
 };
 
@@ -26,30 +26,30 @@ struct LineConfig {
   std::optional<int> data_bits;
   std::optional<std::string> parity;  ///< "none", "even" or "odd"
   std::optional<int> stop_bits;
-  double silence_s = 2;           ///< no byte for so long: the line counts as lost and is opened again, 0.1 to 3600 s
-  double retry_min_s = 0.1;       ///< first pause before the line is opened again; doubles up to retry_max_s
+  double silence_s = 2;      ///< no byte for so long: the line counts as lost and is opened again, 0.1 to 3600 s
+  double retry_min_s = 0.1;  ///< first pause before the line is opened again; doubles up to retry_max_s
   double retry_max_s = 5;
 };
 
 struct SiteSettings {
-  double latitude_deg = 0;            ///< north positive, −90 to 90
+  double latitude_deg = 0;              ///< north positive, −90 to 90
   std::optional<double> elevation_deg;  ///< of the input axis above the horizon; absent: earth rate is not reported
-  double azimuth_deg = 0;             ///< of the input axis, from north through east
+  double azimuth_deg = 0;               ///< of the input axis, from north through east
 };
 
 /// Files written in segments: the log and the capture.
 struct SegmentSettings {
   std::string directory;
-  std::int64_t max_bytes = 64 << 20;  ///< a segment that would grow beyond it is closed
-  std::int64_t max_age_s = 86400;     ///< of data time; segments begin at multiples of it (midnight UTC for a day)
+  std::int64_t max_bytes = 64 << 20;     ///< a segment that would grow beyond it is closed
+  std::int64_t max_age_s = 86400;        ///< of data time; segments begin at multiples of it (midnight UTC for a day)
   std::int64_t keep_bytes = 10LL << 30;  ///< the oldest segments are deleted beyond this sum
   std::int64_t keep_days = 3650;
   bool delete_when_full = false;  ///< disk full: delete the oldest segments (true) or drop rows and count them (false)
 };
 
 struct SocketSettings {
-  std::string path;                        ///< empty: no socket
-  int mode = 0660;                         ///< ignored where systemd hands the socket over
+  std::string path;                              ///< empty: no socket
+  int mode = 0660;                               ///< ignored where systemd hands the socket over
   std::int64_t client_buffer_bytes = 256 << 10;  ///< what a client may lag behind before it loses rows
   int max_clients = 256;
 };

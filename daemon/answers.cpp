@@ -35,16 +35,25 @@ ordered_json row_json(const CompensatedWindow& row) {
 }
 
 ordered_json counters_json(const DecoderCounters& c) {
-  return {{"bytes", c.bytes},           {"frames", c.frames},       {"bad_check", c.bad_check},
-          {"bad_length", c.bad_length}, {"bad_body", c.bad_body},   {"skipped_bytes", c.skipped_bytes},
-          {"resyncs", c.resyncs},       {"timeouts", c.timeouts},   {"unconfirmed", c.unconfirmed},
+  return {{"bytes", c.bytes},
+          {"frames", c.frames},
+          {"bad_check", c.bad_check},
+          {"bad_length", c.bad_length},
+          {"bad_body", c.bad_body},
+          {"skipped_bytes", c.skipped_bytes},
+          {"resyncs", c.resyncs},
+          {"timeouts", c.timeouts},
+          {"unconfirmed", c.unconfirmed},
           {"out_of_range", c.out_of_range}};
 }
 
 ordered_json clock_json(const ClockStatus& c) {
-  return {{"samples", c.samples},   {"missing_frames", c.missing_frames},
-          {"duplicates", c.duplicates}, {"resets", c.resets},
-          {"period_s", known(c.period_s)}, {"period_is_estimated", c.period_is_estimated},
+  return {{"samples", c.samples},
+          {"missing_frames", c.missing_frames},
+          {"duplicates", c.duplicates},
+          {"resets", c.resets},
+          {"period_s", known(c.period_s)},
+          {"period_is_estimated", c.period_is_estimated},
           {"residual_s", known(c.residual_s)}};
 }
 
@@ -86,22 +95,31 @@ ordered_json Station::status() const {
                    {"dropped", log.dropped.load()},
                    {"segments", log.segments.load()}};
   }
-  if (recorder) json["capture"] = {{"directory", c.capture ? c.capture->directory : ""}, {"dropped_bytes", recorder->dropped_bytes()}};
+  if (recorder)
+    json["capture"] = {{"directory", c.capture ? c.capture->directory : ""},
+                       {"dropped_bytes", recorder->dropped_bytes()}};
   json["clients"] = {{"connected", publisher.clients()}, {"lost_rows", publisher.lost_rows()}};
   return json;
 }
 
 ordered_json Station::line() const {
-  ordered_json json = {{"device", setup_.config.line.device}, {"state", state_name(state_)}, {"detail", state_detail_},
-                       {"sessions", sessions_},               {"baud", setup_.line.baud},   {"notes", line_notes_}};
+  ordered_json json = {{"device", setup_.config.line.device},
+                       {"state", state_name(state_)},
+                       {"detail", state_detail_},
+                       {"sessions", sessions_},
+                       {"baud", setup_.line.baud},
+                       {"notes", line_notes_}};
   json["decoder"] = counters_json(pipeline_->decoder().counters());
   json["timing"] = clock_json(pipeline_->clock().status());
   json["nominal_period_s"] = setup_.frames->period_s();
   json["hardware"] = nullptr;
   if (hardware_) {
-    json["hardware"] = {{"received", hardware_->received},       {"framing_errors", hardware_->framing_errors},
-                        {"parity_errors", hardware_->parity_errors}, {"overruns", hardware_->overruns},
-                        {"breaks", hardware_->breaks},           {"buffer_overruns", hardware_->buffer_overruns}};
+    json["hardware"] = {{"received", hardware_->received},
+                        {"framing_errors", hardware_->framing_errors},
+                        {"parity_errors", hardware_->parity_errors},
+                        {"overruns", hardware_->overruns},
+                        {"breaks", hardware_->breaks},
+                        {"buffer_overruns", hardware_->buffer_overruns}};
   }
   return json;
 }
@@ -155,12 +173,21 @@ ordered_json Station::model() const {
 ordered_json Station::config() const {
   const Config& c = setup_.config;
   ordered_json json = {{"file", c.path}, {"name", c.name}};
-  json["gyro"] = {{"serial", c.gyro.serial}, {"axis", setup_.frames->gyro.axis}, {"sign", c.gyro.sign}, {"unit_scale", setup_.frames->gyro.scale}};
-  json["line"] = {{"device", c.line.device},          {"baud", setup_.line.baud},
-                  {"data_bits", setup_.line.data_bits}, {"stop_bits", setup_.line.stop_bits},
-                  {"silence_s", c.line.silence_s},    {"retry_min_s", c.line.retry_min_s},
+  json["gyro"] = {{"serial", c.gyro.serial},
+                  {"axis", setup_.frames->gyro.axis},
+                  {"sign", c.gyro.sign},
+                  {"unit_scale", setup_.frames->gyro.scale}};
+  json["line"] = {{"device", c.line.device},
+                  {"baud", setup_.line.baud},
+                  {"data_bits", setup_.line.data_bits},
+                  {"stop_bits", setup_.line.stop_bits},
+                  {"silence_s", c.line.silence_s},
+                  {"retry_min_s", c.line.retry_min_s},
                   {"retry_max_s", c.line.retry_max_s}};
-  json["frames"] = {{"file", c.frames}, {"name", setup_.frames->name}, {"id", setup_.frames->id}, {"rate_hz", setup_.frames->rate_hz}};
+  json["frames"] = {{"file", c.frames},
+                    {"name", setup_.frames->name},
+                    {"id", setup_.frames->id},
+                    {"rate_hz", setup_.frames->rate_hz}};
   json["clock"] = c.device_clock ? "device" : "host";
   json["model"] = c.model;
   json["fallback_model"] = c.fallback_model;

@@ -9,12 +9,13 @@
 
 namespace prism {
 
-/// std::chrono::steady_clock::now(), which is CLOCK_MONOTONIC here, without the way through libstdc++: its pages are cold
-/// when a frame comes after milliseconds of nothing.
+/// std::chrono::steady_clock::now(), which is CLOCK_MONOTONIC here, without the way through libstdc++: its pages are
+/// cold when a frame comes after milliseconds of nothing.
 inline std::chrono::steady_clock::time_point steady_now() {
   timespec now{};
   ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::chrono::steady_clock::time_point(std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec));
+  return std::chrono::steady_clock::time_point(std::chrono::seconds(now.tv_sec) +
+                                               std::chrono::nanoseconds(now.tv_nsec));
 }
 
 /// now_ns() = CLOCK_MONOTONIC + an offset taken from CLOCK_REALTIME at begin(). A host clock that is set during a

@@ -33,7 +33,8 @@ void Client::send(const ReportPtr& report) {
 }
 
 void Client::answer(std::string line) {
-  if (queued_bytes_ > 4 * max_queued_bytes_) return close();  // what waits counts, not the answer: an hour of history is long
+  if (queued_bytes_ > 4 * max_queued_bytes_)
+    return close();  // what waits counts, not the answer: an hour of history is long
   send(std::make_shared<const Report>(Report{std::move(line), 0}));
 }
 
@@ -55,7 +56,8 @@ bool Client::privileged() const {
 // Bytes sent of text from `from` on, all included; a peer that went away closes the client.
 [[gnu::hot]] std::size_t Client::send_now(std::string_view text, std::size_t from) {
   while (from < text.size()) {
-    const ssize_t sent = ::send(socket_.native_handle(), text.data() + from, text.size() - from, MSG_NOSIGNAL | MSG_DONTWAIT);
+    const ssize_t sent =
+        ::send(socket_.native_handle(), text.data() + from, text.size() - from, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent > 0) {
       from += static_cast<std::size_t>(sent);
     } else if (errno != EINTR) {
@@ -96,7 +98,8 @@ void Client::drain() {
 
 void Client::tell_loss() {
   const std::uint64_t rows = std::exchange(lost_, 0);
-  answer(fmt::format("{{\"jsonrpc\":\"2.0\",\"method\":\"lost\",\"params\":{{\"rows\":{},\"rows_total\":{}}}}}\n", rows, lost_total_));
+  answer(fmt::format("{{\"jsonrpc\":\"2.0\",\"method\":\"lost\",\"params\":{{\"rows\":{},\"rows_total\":{}}}}}\n", rows,
+                     lost_total_));
 }
 
 }  // namespace prism

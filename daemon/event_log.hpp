@@ -15,8 +15,8 @@ enum class Severity { kDebug, kInfo, kWarning, kError };
 struct Event {
   std::int64_t time_ns = 0;  ///< host time, UTC
   Severity severity = Severity::kInfo;
-  std::string kind;  ///< one word for programs: line_open, line_lost, model_loaded, …
-  std::string text;  ///< one line for people
+  std::string kind;           ///< one word for programs: line_open, line_lost, model_loaded, …
+  std::string text;           ///< one line for people
   std::uint64_t repeats = 0;  ///< the same kind and text, suppressed since it was last shown
 };
 

@@ -42,7 +42,8 @@ class Live {
  public:
   Live(const Options& options, Setup setup)
       : disk_(kDiskQueueBytes),
-        station_(setup, setup.config.log ? std::make_unique<ThreadedRowWriter>(setup, disk_, teller(loop_, alive_)) : nullptr),
+        station_(setup,
+                 setup.config.log ? std::make_unique<ThreadedRowWriter>(setup, disk_, teller(loop_, alive_)) : nullptr),
         line_(loop_.io(), station_),
         reloader_(loop_, disk_, options, station_, [this] { line_.reopen(); }),
         rpc_(station_, [this](Reloader::Done done) { reloader_.reload(std::move(done)); }),
@@ -50,7 +51,8 @@ class Live {
         tick_(loop_.io()) {
     alive_ = &station_;
     const Config& config = station_.setup().config;
-    if (config.capture) station_.recorder = std::make_unique<Recorder>(*config.capture, config.name, disk_, teller(loop_, alive_));
+    if (config.capture)
+      station_.recorder = std::make_unique<Recorder>(*config.capture, config.name, disk_, teller(loop_, alive_));
   }
 
   int run() {
@@ -66,7 +68,9 @@ class Live {
       asio::co_spawn(loop_.io(), server_->serve(), asio::detached);
     }
     for (const std::string& note : station_.setup().notes) station_.tell(Severity::kInfo, "note", note);
-    if (!station_.setup().model) station_.tell(Severity::kWarning, "no_model", "no model is configured: rates are published uncorrected, marked no_model");
+    if (!station_.setup().model)
+      station_.tell(Severity::kWarning, "no_model",
+                    "no model is configured: rates are published uncorrected, marked no_model");
     line_.start();
     asio::co_spawn(loop_.io(), heed_signals(), asio::detached);
     asio::co_spawn(loop_.io(), tick(), asio::detached);
@@ -95,8 +99,9 @@ class Live {
   asio::awaitable<void> tick() {
     using std::chrono::steady_clock;
     const std::uint64_t half_us = watchdog_half_us();
-    const auto period = half_us > 0 ? std::min<steady_clock::duration>(std::chrono::microseconds(half_us), std::chrono::seconds(1))
-                                    : steady_clock::duration(std::chrono::seconds(1));
+    const auto period =
+        half_us > 0 ? std::min<steady_clock::duration>(std::chrono::microseconds(half_us), std::chrono::seconds(1))
+                    : steady_clock::duration(std::chrono::seconds(1));
     std::string shown;
     for (;;) {
       tick_.expires_after(period);
@@ -127,7 +132,8 @@ class Live {
 
 int run_live(const Options& options, Setup setup) {
   if (setup.config.line.device.empty()) {
-    spdlog::error("{}:/line/device: is missing, expected the gyro's serial device (or use --replay)", setup.config.path);
+    spdlog::error("{}:/line/device: is missing, expected the gyro's serial device (or use --replay)",
+                  setup.config.path);
     return kExitConfig;
   }
   const auto live = std::make_unique<Live>(options, std::move(setup));

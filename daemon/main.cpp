@@ -18,7 +18,7 @@ namespace {
 class JournalPriority : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
-    const char* priority = message.level >= spdlog::level::err     ? "<3>"
+    const char* priority = message.level >= spdlog::level::err    ? "<3>"
                            : message.level >= spdlog::level::warn ? "<4>"
                            : message.level >= spdlog::level::info ? "<6>"
                                                                   : "<7>";
@@ -45,7 +45,8 @@ void begin_logging(const std::string& level) {
 int check(const Setup& setup) {
   const Config& config = setup.config;
   for (const std::string& note : setup.notes) fmt::print("note: {}\n", note);
-  fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}\n", config.path, setup.frames->name, setup.frames->rate_hz,
+  fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}\n", config.path, setup.frames->name,
+             setup.frames->rate_hz,
              setup.model ? setup.model->info().id.substr(0, 12) + " " + setup.model->info().name : "none",
              config.line.device.empty() ? "none" : config.line.device);
   return kExitDone;

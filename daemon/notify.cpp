@@ -9,7 +9,8 @@ namespace prism {
 
 void notify_ready(const std::string& status) { sd_notify(0, ("READY=1\nSTATUS=" + status).c_str()); }
 
-// systemd 252 (Debian 12) has no Type=notify-reload: the unit says Type=notify, and this is what 253 and later read too.
+// systemd 252 (Debian 12) has no Type=notify-reload: the unit says Type=notify, and this is what 253 and later read
+// too.
 void notify_reloading() {
   timespec now{};
   ::clock_gettime(CLOCK_MONOTONIC, &now);

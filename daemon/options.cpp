@@ -17,20 +17,26 @@ constexpr int kUsage = 64;
 }  // namespace
 
 std::optional<int> parse_options(int argc, char** argv, Options& options) {
-  CLI::App app("prismd: reads a laser gyro on a serial line, removes its bias drift, logs and publishes the corrected rate");
+  CLI::App app(
+      "prismd: reads a laser gyro on a serial line, removes its bias drift, logs and publishes the corrected rate");
   app.set_version_flag("--version", std::string("prismd ") + kVersion);
   app.add_option("CONFIG", options.config, "configuration file, see prismd.json(5)");
-  app.add_flag("--check", options.check, "validate the configuration (or frame description, or model) and all it names, then exit (0 good, 78 bad)");
-  app.add_option("--sniff", options.sniff, "listen on a serial device, or read a file of bytes, and say which frame description fits");
-  app
-      .add_option("--replay", options.replay, "run a recorded capture through the pipeline instead of the live line; again for the next one")
+  app.add_flag(
+      "--check", options.check,
+      "validate the configuration (or frame description, or model) and all it names, then exit (0 good, 78 bad)");
+  app.add_option("--sniff", options.sniff,
+                 "listen on a serial device, or read a file of bytes, and say which frame description fits");
+  app.add_option("--replay", options.replay,
+                 "run a recorded capture through the pipeline instead of the live line; again for the next one")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("FILE");
   std::string speed = "max";
-  auto* speed_option = app.add_option("--speed", speed, "of the replay: 1 as recorded, 10 ten times as fast, max (the default)");
+  auto* speed_option =
+      app.add_option("--speed", speed, "of the replay: 1 as recorded, 10 ten times as fast, max (the default)");
   app.add_option("--out", options.out, "folder of the replay's log (default: prism-replay)");
-  app.add_option("--socket", options.socket, "path of the socket instead of the configuration's; a replay makes none without it");
+  app.add_option("--socket", options.socket,
+                 "path of the socket instead of the configuration's; a replay makes none without it");
   app.add_option("--model", options.model, "model file instead of the configuration's");
   app.add_option("--device", options.device, "serial device instead of the configuration's");
   try {
@@ -52,7 +58,8 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   char* end = nullptr;
   const double factor = std::strtod(speed.c_str(), &end);
   if (*end != '\0' || !(factor >= 1e-3 && factor <= 1e6)) {
-    std::fprintf(stderr, "prismd: --speed: found \"%s\", expected max or a number within 0.001 to 1e6\n", speed.c_str());
+    std::fprintf(stderr, "prismd: --speed: found \"%s\", expected max or a number within 0.001 to 1e6\n",
+                 speed.c_str());
     return kUsage;
   }
   options.speed = factor;

@@ -12,12 +12,12 @@ struct Options {
   std::string config;
   bool check = false;
   std::vector<std::string> replay;  ///< captures to replay, in order; empty: live
-  std::optional<double> speed;     ///< absent: max
+  std::optional<double> speed;      ///< absent: max
   std::string sniff;                ///< device or file to recognise
-  std::string out;                 ///< replay: folder of the log
-  std::string socket;              ///< replaces socket/path
-  std::string model;               ///< replaces the configuration's model
-  std::string device;              ///< replaces line/device
+  std::string out;                  ///< replay: folder of the log
+  std::string socket;               ///< replaces socket/path
+  std::string model;                ///< replaces the configuration's model
+  std::string device;               ///< replaces line/device
 };
 
 /// Parses argv; prints help, version and usage errors itself. A value: the exit code to end with at once.

@@ -70,7 +70,8 @@ void Publisher::update() {
 }
 
 void Publisher::window(const CompensatedWindow& row) {
-  const bool wanted = std::any_of(clients_.begin(), clients_.end(), [](const auto& c) { return c->subscription.windows; });
+  const bool wanted =
+      std::any_of(clients_.begin(), clients_.end(), [](const auto& c) { return c->subscription.windows; });
   if (!wanted) return;
   flush();
   std::string text(kWindowHead);

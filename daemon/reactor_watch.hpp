@@ -11,7 +11,8 @@
 
 namespace prism {
 
-/// An eventfd(2) that does not block and is not inherited. Throws boost::system::system_error where there is none to have.
+/// An eventfd(2) that does not block and is not inherited. Throws boost::system::system_error where there is none to
+/// have.
 int make_eventfd();
 
 /// A thread that waits for a descriptor (Asio's epoll set) in the place of one that reads from another. When the

@@ -22,7 +22,11 @@ class Recorder::Writer {
  public:
   Writer(SegmentSettings settings, std::string name, std::shared_ptr<std::atomic<std::uint64_t>> dropped,
          std::function<void(const std::string&)> tell)
-      : settings_(std::move(settings)), name_(std::move(name)), dropped_(std::move(dropped)), tell_(std::move(tell)), clock_(settings_) {}
+      : settings_(std::move(settings)),
+        name_(std::move(name)),
+        dropped_(std::move(dropped)),
+        tell_(std::move(tell)),
+        clock_(settings_) {}
 
   void write(const Batch& batch) {
     std::size_t begin = 0;
@@ -62,7 +66,8 @@ class Recorder::Writer {
     return true;
   }
 
-  // A fault ends the segment: what stands in it is good; the next chunk tries a new one. Told once until it works again.
+  // A fault ends the segment: what stands in it is good; the next chunk tries a new one. Told once until it works
+  // again.
   bool keep(Result<void> result) {
     if (result) {
       faulty_ = false;
@@ -70,7 +75,8 @@ class Recorder::Writer {
     }
     file_.reset();
     lost_ = true;
-    if (!std::exchange(faulty_, true)) tell_("capture: " + result.error().text() + "; bytes are dropped and counted until it works again");
+    if (!std::exchange(faulty_, true))
+      tell_("capture: " + result.error().text() + "; bytes are dropped and counted until it works again");
     return false;
   }
 
@@ -83,7 +89,8 @@ class Recorder::Writer {
   bool faulty_ = false, lost_ = false;
 };
 
-Recorder::Recorder(SegmentSettings settings, std::string name, DiskThread& disk, std::function<void(const std::string&)> tell)
+Recorder::Recorder(SegmentSettings settings, std::string name, DiskThread& disk,
+                   std::function<void(const std::string&)> tell)
     : disk_(disk),
       dropped_(std::make_shared<std::atomic<std::uint64_t>>(0)),
       writer_(std::make_shared<Writer>(std::move(settings), std::move(name), dropped_, std::move(tell))) {}

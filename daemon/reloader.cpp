@@ -11,7 +11,11 @@ namespace prism {
 
 Reloader::Reloader(EventLoop& loop, DiskThread& disk, Options options, Station& station,
                    std::function<void()> line_changed)
-    : loop_(loop), disk_(disk), options_(std::move(options)), station_(station), line_changed_(std::move(line_changed)) {}
+    : loop_(loop),
+      disk_(disk),
+      options_(std::move(options)),
+      station_(station),
+      line_changed_(std::move(line_changed)) {}
 
 void Reloader::reload(Done done) {
   waiting_.push_back(std::move(done));
@@ -29,15 +33,18 @@ void Reloader::begin() {
 
 void Reloader::finish(Result<Setup> setup) {
   Result<std::string> outcome = std::string();
-  Result<bool> taken = setup ? station_.reconfigure(std::move(*setup)) : Result<bool>(tl::unexpected<Error>(setup.error()));
+  Result<bool> taken =
+      setup ? station_.reconfigure(std::move(*setup)) : Result<bool>(tl::unexpected<Error>(setup.error()));
   if (taken) {
     const ModelPtr& model = station_.setup().model;
-    *outcome = station_.setup().config.path + " in force, model " + (model ? model->info().id.substr(0, 12) + " " + model->info().name : "none");
+    *outcome = station_.setup().config.path + " in force, model " +
+               (model ? model->info().id.substr(0, 12) + " " + model->info().name : "none");
     station_.tell(Severity::kInfo, "reloaded", "reloaded: " + *outcome);
     if (*taken) line_changed_();
   } else {
     outcome = tl::unexpected<Error>(taken.error());
-    station_.tell(Severity::kError, "reload_refused", "reload refused, everything stays as it was: " + taken.error().text());
+    station_.tell(Severity::kError, "reload_refused",
+                  "reload refused, everything stays as it was: " + taken.error().text());
   }
   notify_ready(station_.summary());
   for (const Done& done : std::exchange(running_, {})) done(outcome);

@@ -62,7 +62,8 @@ class Replay {
       rows_ = rows.get();
     }
     station_ = std::make_unique<Station>(std::move(setup), std::move(rows));
-    rpc_ = std::make_unique<Rpc>(*station_, [](auto done) { done(refuse("reload", "a replay keeps its configuration")); });
+    rpc_ =
+        std::make_unique<Rpc>(*station_, [](auto done) { done(refuse("reload", "a replay keeps its configuration")); });
   }
 
   int run() {
@@ -128,25 +129,31 @@ class Replay {
       pass(*station_, *packet);
     }
     if (!reader->tail_damage().empty()) spdlog::warn("{}", reader->tail_damage());
-    if (reader->foreign_packets() > 0) spdlog::warn("{}: {} packets hold no serial record and were left out", file, reader->foreign_packets());
+    if (reader->foreign_packets() > 0)
+      spdlog::warn("{}: {} packets hold no serial record and were left out", file, reader->foreign_packets());
   }
 
   void summarise(double seconds) const {
     const Station& s = *station_;
     const auto& line = s.pipeline().decoder().counters();
-    fmt::print("replayed {} frames in {:.2f} s ({:.2f} million/s), {} failed their check, {} missing, {} bytes skipped\n", line.frames,
-               seconds, static_cast<double>(line.frames) / std::max(seconds, 1e-9) / 1e6, line.bad_check,
-               s.pipeline().clock().status().missing_frames, line.skipped_bytes);
+    fmt::print(
+        "replayed {} frames in {:.2f} s ({:.2f} million/s), {} failed their check, {} missing, {} bytes skipped\n",
+        line.frames, seconds, static_cast<double>(line.frames) / std::max(seconds, 1e-9) / 1e6, line.bad_check,
+        s.pipeline().clock().status().missing_frames, line.skipped_bytes);
     if (stopped_) fmt::print("stopped before the end of the capture\n");
-    if (rows_ != nullptr) fmt::print("log: {} rows in {}\n", rows_->counters().rows.load(), s.setup().config.log->directory);
+    if (rows_ != nullptr)
+      fmt::print("log: {} rows in {}\n", rows_->counters().rows.load(), s.setup().config.log->directory);
     const BlockStability& blocks = s.block_stability();
     const auto improvement = blocks.improvement();
     if (!improvement) {
-      fmt::print("bias stability: unknown, it needs two full blocks with a correction, found {}\n", blocks.raw().count());
+      fmt::print("bias stability: unknown, it needs two full blocks with a correction, found {}\n",
+                 blocks.raw().count());
       return;
     }
-    fmt::print("bias stability (1 sigma of {} means, divisor N-1): raw {:.5f} deg/h, corrected {:.5f} deg/h, improvement {:.2f} %\n",
-               blocks.raw().count(), blocks.raw().sd(), blocks.corrected().sd(), 100 * *improvement);
+    fmt::print(
+        "bias stability (1 sigma of {} means, divisor N-1): raw {:.5f} deg/h, corrected {:.5f} deg/h, improvement "
+        "{:.2f} %\n",
+        blocks.raw().count(), blocks.raw().sd(), blocks.corrected().sd(), 100 * *improvement);
   }
 
   asio::io_context io_{1};
@@ -163,6 +170,8 @@ class Replay {
 
 }  // namespace
 
-int run_replay(const Options& options, Setup setup) { return std::make_unique<Replay>(options, std::move(setup))->run(); }
+int run_replay(const Options& options, Setup setup) {
+  return std::make_unique<Replay>(options, std::move(setup))->run();
+}
 
 }  // namespace prism

@@ -8,7 +8,8 @@ namespace prism {
 ThreadedRowWriter::ThreadedRowWriter(const Setup& setup, DiskThread& disk, std::function<void(const std::string&)> tell)
     : disk_(disk),
       counters_(std::make_shared<LogCounters>()),
-      log_(std::make_shared<RowLog>(*setup.config.log, setup.config.name, log_metadata(setup), *counters_, std::move(tell))) {}
+      log_(std::make_shared<RowLog>(*setup.config.log, setup.config.name, log_metadata(setup), *counters_,
+                                    std::move(tell))) {}
 
 ThreadedRowWriter::~ThreadedRowWriter() {
   // The last owner closes the segment on the disk thread, after the rows before it.

@@ -15,7 +15,8 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr const char* kMethods = "version, status, bias, stability, line, model, config, history, events, subscribe, unsubscribe, reload";
+constexpr const char* kMethods =
+    "version, status, bias, stability, line, model, config, history, events, subscribe, unsubscribe, reload";
 
 // Whatever bytes a client sent, what goes back is UTF-8.
 std::string line_of(const ordered_json& message) {
@@ -46,10 +47,12 @@ void Rpc::request(const std::shared_ptr<Client>& client, std::string_view line) 
   try {
     parsed = json::parse(line);
   } catch (const json::exception&) {
-    return client->answer(rpc_error(nullptr, kParseError, "the line is not valid JSON; expected one JSON-RPC 2.0 request a line"));
+    return client->answer(
+        rpc_error(nullptr, kParseError, "the line is not valid JSON; expected one JSON-RPC 2.0 request a line"));
   }
   if (!parsed.is_array()) return one(client, parsed);
-  if (parsed.empty()) return client->answer(rpc_error(nullptr, kInvalidRequest, "found an empty batch, expected requests"));
+  if (parsed.empty())
+    return client->answer(rpc_error(nullptr, kInvalidRequest, "found an empty batch, expected requests"));
   for (const json& request : parsed) one(client, request);
 }
 
@@ -85,7 +88,9 @@ void Rpc::dispatch(const std::string& method, const Call& call) {
     const std::size_t most = history ? 3600 : EventLog::kKept;
     const auto count = count_param(call.params, history ? "seconds" : "count", history ? 100 : most, most);
     if (!count) {
-      return fail(call, kInvalidParams, fmt::format("found {}, expected {{\"{}\": 1 to {}}}", shown(call.params), history ? "seconds" : "count", most));
+      return fail(call, kInvalidParams,
+                  fmt::format("found {}, expected {{\"{}\": 1 to {}}}", shown(call.params),
+                              history ? "seconds" : "count", most));
     }
     return reply(call, history ? station_.history(*count) : station_.events(*count));
   }
@@ -114,7 +119,8 @@ void Rpc::subscribe(const Call& call, bool on) {
   }
   if (!known) {
     return fail(call, kInvalidParams,
-                "found " + shown(call.params) + R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to 1000000})");
+                "found " + shown(call.params) +
+                    R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to 1000000})");
   }
   reply(call, {{"sample_every", wanted.sample_every}, {"window", wanted.windows}, {"event", wanted.events}});
   call.client->subscription = wanted;

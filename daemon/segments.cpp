@@ -20,7 +20,8 @@ struct Segment {
 };
 
 // Oldest first. The stamp has a fixed width, so names sort by time.
-std::vector<Segment> list_segments(const SegmentSettings& settings, const std::string& name, const std::string& extension) {
+std::vector<Segment> list_segments(const SegmentSettings& settings, const std::string& name,
+                                   const std::string& extension) {
   constexpr std::size_t kStampLength = 16;
   std::vector<Segment> segments;
   std::error_code error;

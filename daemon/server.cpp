@@ -74,7 +74,11 @@ Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const SocketS
 }
 
 Server::Server(Acceptor acceptor, SocketSettings settings, bool owns_path, Station& station, Rpc& rpc)
-    : acceptor_(std::move(acceptor)), settings_(std::move(settings)), owns_path_(owns_path), station_(station), rpc_(rpc) {}
+    : acceptor_(std::move(acceptor)),
+      settings_(std::move(settings)),
+      owns_path_(owns_path),
+      station_(station),
+      rpc_(rpc) {}
 
 Server::~Server() {
   if (owns_path_) ::unlink(settings_.path.c_str());
@@ -92,7 +96,9 @@ asio::awaitable<void> Server::serve() {
       continue;
     }
     if (station_.publisher.clients() >= static_cast<std::size_t>(settings_.max_clients)) {
-      const std::string full = rpc_error(nullptr, kRefused, fmt::format("{} clients are connected, expected fewer: try again later", settings_.max_clients));
+      const std::string full =
+          rpc_error(nullptr, kRefused,
+                    fmt::format("{} clients are connected, expected fewer: try again later", settings_.max_clients));
       boost::system::error_code ignored;
       socket.non_blocking(true, ignored);
       socket.write_some(asio::buffer(full), ignored);
@@ -127,7 +133,8 @@ bool Server::take_lines(const std::shared_ptr<Client>& client, std::string& pend
   }
   pending.erase(0, begin);
   if (pending.size() <= kMaxRequestBytes) return true;
-  client->answer(rpc_error(nullptr, kInvalidRequest, fmt::format("a line of more than {} bytes; the connection is closed", kMaxRequestBytes)));
+  client->answer(rpc_error(nullptr, kInvalidRequest,
+                           fmt::format("a line of more than {} bytes; the connection is closed", kMaxRequestBytes)));
   return false;
 }
 

@@ -19,8 +19,8 @@ class Server {
 
   /// `inherited`: a listening socket from systemd, or −1: make one at settings.path. A socket file that nobody answers
   /// on is a leftover and is replaced; one that answers belongs to a running daemon, and this one is refused.
-  static Result<std::unique_ptr<Server>> open(boost::asio::io_context& io, const SocketSettings& settings, int inherited,
-                                              Station& station, Rpc& rpc);
+  static Result<std::unique_ptr<Server>> open(boost::asio::io_context& io, const SocketSettings& settings,
+                                              int inherited, Station& station, Rpc& rpc);
   ~Server();
 
   /// Accepts until the context stops.

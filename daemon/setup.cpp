@@ -17,7 +17,8 @@ WireFormat wire_format(const LineConfig& line, WireFormat wire) {
   wire.baud = line.baud.value_or(wire.baud);
   wire.data_bits = line.data_bits.value_or(wire.data_bits);
   wire.stop_bits = line.stop_bits.value_or(wire.stop_bits);
-  if (line.parity) wire.parity = *line.parity == "even" ? Parity::kEven : *line.parity == "odd" ? Parity::kOdd : Parity::kNone;
+  if (line.parity)
+    wire.parity = *line.parity == "even" ? Parity::kEven : *line.parity == "odd" ? Parity::kOdd : Parity::kNone;
   return wire;
 }
 
@@ -91,7 +92,8 @@ Result<Setup> load_setup(const Options& options) {
   const Result<FrameDescriptionPtr> frames = load_frames(setup.config);
   if (!frames) return tl::unexpected<Error>(frames.error());
   setup.frames = *frames;
-  for (auto [path, model] : {std::pair(&setup.config.model, &setup.model), {&setup.config.fallback_model, &setup.fallback}}) {
+  for (auto [path, model] :
+       {std::pair(&setup.config.model, &setup.model), {&setup.config.fallback_model, &setup.fallback}}) {
     Result<ModelPtr> loaded = load_model(setup.config, *path, *setup.frames);
     if (!loaded) return tl::unexpected<Error>(loaded.error());
     *model = std::move(*loaded);
@@ -115,18 +117,20 @@ std::string log_metadata(const Setup& setup) {
   const auto model_line = [](const ModelPtr& model) {
     return model ? fmt::format("{} {}", model->info().id, model->info().name) : std::string("none");
   };
-  std::string text = fmt::format("# prism {} data log, format 1\n# instance: {}\n# gyro_serial: {}\n", kVersion, config.name,
-                                 config.gyro.serial.empty() ? "unknown" : config.gyro.serial);
+  std::string text = fmt::format("# prism {} data log, format 1\n# instance: {}\n# gyro_serial: {}\n", kVersion,
+                                 config.name, config.gyro.serial.empty() ? "unknown" : config.gyro.serial);
   text += fmt::format("# frames: {} {}\n# axis: {}\n# clock: {}\n", setup.frames->name, setup.frames->id,
-                      setup.frames->gyro.axis.empty() ? "-" : setup.frames->gyro.axis, config.device_clock ? "device" : "host");
-  text += fmt::format("# gyro_unit: {}\n# model: {}\n# fallback_model: {}\n", setup.frames->gyro.scale, model_line(setup.model),
-                      model_line(setup.fallback));
+                      setup.frames->gyro.axis.empty() ? "-" : setup.frames->gyro.axis,
+                      config.device_clock ? "device" : "host");
+  text += fmt::format("# gyro_unit: {}\n# model: {}\n# fallback_model: {}\n", setup.frames->gyro.scale,
+                      model_line(setup.model), model_line(setup.fallback));
   if (config.site.elevation_deg) {
     text += fmt::format("# site: latitude_deg {} elevation_deg {} azimuth_deg {}\n", config.site.latitude_deg,
                         *config.site.elevation_deg, config.site.azimuth_deg);
   }
   const FeatureDefinition features = setup.model ? setup.model->info().features : FeatureDefinition{};
-  text += fmt::format("# window: length_s {} end_mean_s {} max_gap_s {}\n", features.length_s, features.end_mean_s, features.max_gap_s);
+  text += fmt::format("# window: length_s {} end_mean_s {} max_gap_s {}\n", features.length_s, features.end_mean_s,
+                      features.max_gap_s);
   return text;
 }
 

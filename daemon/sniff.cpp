@@ -60,7 +60,10 @@ bool same(const WireFormat& a, const WireFormat& b) { return format_text(a) == f
 bool print_ranking(const Sniffer& sniffer, const std::string& heading) {
   const std::vector<SniffScore> ranking = sniffer.ranking();
   const bool any = !ranking.empty() && ranking.front().fits;
-  fmt::print("{}: {}\n", heading, any ? "fits" : ranking.empty() || ranking.front().bytes == 0 ? "no byte came" : "nothing fits");
+  fmt::print("{}: {}\n", heading,
+             any                                             ? "fits"
+             : ranking.empty() || ranking.front().bytes == 0 ? "no byte came"
+                                                             : "nothing fits");
   std::size_t shown = 0;
   for (const SniffScore& score : ranking) {
     const bool worth = score.fits || (!any && score.frames > 0 && shown < kShownMisses);
@@ -86,7 +89,8 @@ bool sniff_file(const std::string& path, const std::vector<FrameDescriptionPtr>&
 std::vector<WireFormat> wire_formats(const std::vector<FrameDescriptionPtr>& descriptions) {
   std::vector<std::pair<int, WireFormat>> counted;
   for (const FrameDescriptionPtr& description : descriptions) {
-    const auto known = std::find_if(counted.begin(), counted.end(), [&](const auto& c) { return same(c.second, description->wire); });
+    const auto known =
+        std::find_if(counted.begin(), counted.end(), [&](const auto& c) { return same(c.second, description->wire); });
     if (known != counted.end()) {
       ++known->first;
     } else {
@@ -99,7 +103,8 @@ std::vector<WireFormat> wire_formats(const std::vector<FrameDescriptionPtr>& des
   return formats;
 }
 
-Result<bool> sniff_line_at(const std::string& device, const WireFormat& wire, const std::vector<FrameDescriptionPtr>& descriptions) {
+Result<bool> sniff_line_at(const std::string& device, const WireFormat& wire,
+                           const std::vector<FrameDescriptionPtr>& descriptions) {
   LineSettings settings;
   settings.device = device;
   settings.baud = wire.baud;
@@ -126,7 +131,8 @@ Result<bool> sniff_line_at(const std::string& device, const WireFormat& wire, co
 int run_sniff(const std::string& path) {
   const std::vector<FrameDescriptionPtr> descriptions = shipped_descriptions();
   struct stat info {};
-  if (::stat(path.c_str(), &info) != 0 || !S_ISCHR(info.st_mode)) return sniff_file(path, descriptions) ? kExitDone : kExitFailed;
+  if (::stat(path.c_str(), &info) != 0 || !S_ISCHR(info.st_mode))
+    return sniff_file(path, descriptions) ? kExitDone : kExitFailed;
   for (const WireFormat& wire : wire_formats(descriptions)) {
     const Result<bool> fits = sniff_line_at(path, wire, descriptions);
     if (!fits) {
@@ -142,7 +148,8 @@ int check_document(const std::string& path) {
   const Result<std::string> text = read_text_file(path);
   if (!text) return -1;
   const auto json = nlohmann::json::parse(*text, nullptr, false, true);
-  const std::string format = json.is_object() && json.contains("format") && json["format"].is_string() ? json["format"] : "";
+  const std::string format =
+      json.is_object() && json.contains("format") && json["format"].is_string() ? json["format"] : "";
   const auto refused = [](const Error& error) {
     fmt::print(stderr, "prismd: {}\n", error.text());
     return kExitConfig;
@@ -158,7 +165,8 @@ int check_document(const std::string& path) {
   if (!description) return refused(description.error());
   if (auto proved = run_test_vectors(**description); !proved) return refused(proved.error());
   for (const std::string& warning : (*description)->warnings) fmt::print("note: {}\n", warning);
-  fmt::print("{}: good: frames {}, {} test vectors hold\n", path, (*description)->name, (*description)->test_vectors.size());
+  fmt::print("{}: good: frames {}, {} test vectors hold\n", path, (*description)->name,
+             (*description)->test_vectors.size());
   return kExitDone;
 }
 

@@ -25,7 +25,8 @@ void to_log(const Event& event) {
 }  // namespace
 
 std::int64_t host_time_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
 }
 
 Station::Station(Setup setup, std::unique_ptr<RowWriter> rows)
@@ -83,7 +84,8 @@ void Station::line_hardware(const std::optional<LineCounters>& counters) {
     return c.framing_errors + c.parity_errors + c.overruns + c.breaks + c.buffer_overruns;
   };
   if (counters && hardware_ && errors(*counters) > errors(*hardware_)) {
-    tell(Severity::kWarning, "line_errors", "the serial hardware reports errors on the line; prismctl line counts them");
+    tell(Severity::kWarning, "line_errors",
+         "the serial hardware reports errors on the line; prismctl line counts them");
   }
   hardware_ = counters;
 }
@@ -124,8 +126,9 @@ Result<bool> Station::reconfigure(Setup setup) {
   if (directory(after.log) != directory(before.log) || directory(after.capture) != directory(before.capture)) {
     return refuse(after.path, "log or capture folder changed, expected as before: that needs a restart of prismd");
   }
-  const bool same_stream = setup.frames->id == setup_.frames->id && setup.frames->gyro.axis == setup_.frames->gyro.axis &&
-                           setup.frames->gyro.scale == setup_.frames->gyro.scale && setup.clock.source == setup_.clock.source;
+  const bool same_stream =
+      setup.frames->id == setup_.frames->id && setup.frames->gyro.axis == setup_.frames->gyro.axis &&
+      setup.frames->gyro.scale == setup_.frames->gyro.scale && setup.clock.source == setup_.clock.source;
   const bool same_line = same_stream && setup.line == setup_.line;
   const bool same_engine = after.engine.max_bias_deg_per_h == before.engine.max_bias_deg_per_h;
   if (same_stream && same_engine) {
@@ -147,7 +150,8 @@ std::string Station::summary() const {
   const std::string device = setup_.config.line.device.empty() ? "no line" : setup_.config.line.device;
   switch (state_) {
     case LineState::kReceiving:
-      return fmt::format("receiving from {}, {} frames, quality {}", device, frames(), quality_text(correction.quality));
+      return fmt::format("receiving from {}, {} frames, quality {}", device, frames(),
+                         quality_text(correction.quality));
     case LineState::kReplaying:
       return fmt::format("replaying, {} frames", frames());
     default:

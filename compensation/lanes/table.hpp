@@ -29,7 +29,8 @@ struct Centres {
 };
 inline constexpr std::size_t kPadding = 32;
 
-/// exp(−gamma ‖point − centre‖²) for every centre: the sum weighted by alpha (padded with zeros to kPadding), or the row.
+/// exp(−gamma ‖point − centre‖²) for every centre: the sum weighted by alpha (padded with zeros to kPadding), or the
+/// row.
 struct Table {
   double (*kernel_sum)(const Centres& centres, const double* point, double gamma, const double* alpha);
   void (*kernel_row)(const Centres& centres, const double* point, double gamma, double* row);

@@ -19,7 +19,8 @@ CrossValidation fold_costs(const Eigen::VectorXd& residual, const Folds& folds, 
   return cv;
 }
 
-Result<CrossValidation> cross_validate(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c, const Folds& folds, double scale) {
+Result<CrossValidation> cross_validate(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c,
+                                       const Folds& folds, double scale) {
   const auto factor = LssvmFactor::make(kernel, Eigen::VectorXd::Constant(y.size(), 1 / c), y);
   if (!factor) return tl::unexpected<Error>(factor.error());
   return fold_costs(factor->leave_fold_out(folds), folds, scale);
@@ -54,7 +55,8 @@ Result<CrossValidation> cross_validate_robust(const Eigen::MatrixXd& kernel, con
     const auto fit = fit_irlssvm(kernel(training, training), y(training), c, inside);
     if (!fit) return tl::unexpected<Error>(fit.error());
     const Eigen::MatrixXd across = kernel(training, members[f]);
-    residual(members[f]) = y(members[f]) - across.transpose() * fit->solution.alpha - Eigen::VectorXd::Constant(across.cols(), fit->solution.b);
+    residual(members[f]) = y(members[f]) - across.transpose() * fit->solution.alpha -
+                           Eigen::VectorXd::Constant(across.cols(), fit->solution.b);
     solves.push_back(fit->report.solves);
   }
   CrossValidation cv = fold_costs(residual, folds, scale);

@@ -10,8 +10,8 @@
 
 namespace prism {
 
-/// Unweighted errors of the held-out samples. Costs are plain means over folds of the fold's own mean (the paper's F(x) is
-/// such an mae); leave-one-out counts every sample as a fold.
+/// Unweighted errors of the held-out samples. Costs are plain means over folds of the fold's own mean (the paper's F(x)
+/// is such an mae); leave-one-out counts every sample as a fold.
 struct CrossValidation {
   Eigen::VectorXd residual;  ///< y minus the prediction of the model that did not see it; units of y
   std::vector<double> fold_mse, fold_mae;
@@ -23,7 +23,8 @@ struct CrossValidation {
 CrossValidation fold_costs(const Eigen::VectorXd& residual, const Folds& folds, double scale);
 
 /// Plain LSSVM (no weights): every fold, or every sample, from one factorisation.
-Result<CrossValidation> cross_validate(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c, const Folds& folds, double scale);
+Result<CrossValidation> cross_validate(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c,
+                                       const Folds& folds, double scale);
 Result<CrossValidation> leave_one_out(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c, double scale);
 
 /// IR-LSSVM: inside each fold the re-weighting of `settings` runs on the training part alone. LS-SVMlab's cost is

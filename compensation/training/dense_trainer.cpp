@@ -11,8 +11,9 @@ namespace prism {
 namespace {
 
 constexpr Eigen::Index kRefinedSamples = 4000;
-constexpr double kGuardFactor = 1.5, kGuardQuantile = 0.99;  // measured in domain tests: separates data from holes 20 to 1
-constexpr double kTrustedWeight = 0.01;                      // variances at samples nearly dropped say nothing of the data
+constexpr double kGuardFactor = 1.5,
+                 kGuardQuantile = 0.99;  // measured in domain tests: separates data from holes 20 to 1
+constexpr double kTrustedWeight = 0.01;  // variances at samples nearly dropped say nothing of the data
 
 double guard_of(const Eigen::VectorXd& fractions, const Eigen::VectorXd& weight) {
   std::vector<double> trusted;
@@ -20,13 +21,14 @@ double guard_of(const Eigen::VectorXd& fractions, const Eigen::VectorXd& weight)
     if (weight[i] > kTrustedWeight && fractions[i] > 0) trusted.push_back(fractions[i]);
   }
   if (trusted.empty()) return 1;
-  const auto at = trusted.begin() + static_cast<std::ptrdiff_t>(kGuardQuantile * static_cast<double>(trusted.size() - 1));
+  const auto at =
+      trusted.begin() + static_cast<std::ptrdiff_t>(kGuardQuantile * static_cast<double>(trusted.size() - 1));
   std::nth_element(trusted.begin(), at, trusted.end());
   return kGuardFactor * *at;
 }
 
-// Held-out residuals over their own standard deviations: robustly 1 for an honest model, more for one that does not know
-// its hidden states. The sd is never made smaller than the model says.
+// Held-out residuals over their own standard deviations: robustly 1 for an honest model, more for one that does not
+// know its hidden states. The sd is never made smaller than the model says.
 double sd_scale_of(const LssvmFactor& factor, const Folds& folds, double prior) {
   Eigen::VectorXd variance;
   const Eigen::VectorXd residual = factor.leave_fold_out(folds, variance);
@@ -69,8 +71,8 @@ void add_linear_part(const NormalisedData& data, const Eigen::VectorXd& weight, 
   parameters.linear_b = fit->intercept;
 }
 
-Result<TrainedModel> train_dense(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings, const Folds& folds,
-                                 const TuningPoint& point) {
+Result<TrainedModel> train_dense(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
+                                 const Folds& folds, const TuningPoint& point) {
   const Eigen::MatrixXd kernel = kernel_matrix(data.x, point.sigma2);
   auto fit = fit_irlssvm(kernel, data.y, point.c, settings.reweight);
   if (!fit) return tl::unexpected<Error>(fit.error());
@@ -101,7 +103,8 @@ Result<TrainedModel> train_dense(const NormalisedData& data, ModelInfo info, con
   trained.model = std::move(*model);
   trained.centres = static_cast<int>(fit->kept.size());
   trained.reweight = fit->report;
-  if (fit->report.oscillating) trained.notes.push_back("the weights alternated between two states; the mean of both was taken");
+  if (fit->report.oscillating)
+    trained.notes.push_back("the weights alternated between two states; the mean of both was taken");
   if (!fit->report.converged && settings.reweight.limit > 1) {
     trained.notes.push_back("the re-weighting did not stand still within its limit");
   }

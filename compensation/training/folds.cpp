@@ -43,10 +43,12 @@ Folds blocked_folds(const std::vector<int>& runs, int k) {
 Result<Folds> folds_from(const std::vector<double>& column) {
   std::map<double, int> numbers;
   for (const double value : column) {
-    if (value != std::floor(value)) return refuse("fold column", fmt::format("found {}, expected whole numbers", value));
+    if (value != std::floor(value))
+      return refuse("fold column", fmt::format("found {}, expected whole numbers", value));
     numbers.emplace(value, 0);
   }
-  if (numbers.size() < 2) return refuse("fold column", fmt::format("found {} folds, expected at least 2", numbers.size()));
+  if (numbers.size() < 2)
+    return refuse("fold column", fmt::format("found {} folds, expected at least 2", numbers.size()));
   int next = 0;
   for (auto& [value, fold] : numbers) fold = next++;
   Folds folds;
@@ -58,7 +60,8 @@ int fold_count(const Folds& folds) { return folds.empty() ? 0 : *std::max_elemen
 
 std::vector<std::vector<Eigen::Index>> fold_members(const Folds& folds) {
   std::vector<std::vector<Eigen::Index>> members(static_cast<std::size_t>(fold_count(folds)));
-  for (std::size_t i = 0; i < folds.size(); ++i) members[static_cast<std::size_t>(folds[i])].push_back(static_cast<Eigen::Index>(i));
+  for (std::size_t i = 0; i < folds.size(); ++i)
+    members[static_cast<std::size_t>(folds[i])].push_back(static_cast<Eigen::Index>(i));
   return members;
 }
 

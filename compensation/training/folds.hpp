@@ -16,8 +16,8 @@ using Folds = std::vector<int>;
 /// A permutation by the seed, cut in k runs of floor(n / k); the last takes the rest (LS-SVMlab's cut).
 Folds shuffled_folds(std::size_t n, int k, std::uint64_t seed);
 
-/// k contiguous blocks that never straddle two runs: each run is cut in its share of the k (at least one). `runs` holds the
-/// run of each sample, in order of time. For a time series: neighbours are held out together.
+/// k contiguous blocks that never straddle two runs: each run is cut in its share of the k (at least one). `runs` holds
+/// the run of each sample, in order of time. For a time series: neighbours are held out together.
 Folds blocked_folds(const std::vector<int>& runs, int k);
 
 /// Numbers of a column (any whole numbers) → 0 to k − 1. Refuses fewer than two folds.

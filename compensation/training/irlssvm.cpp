@@ -16,20 +16,24 @@ struct Solve {
 };
 
 // A weight of zero makes 1/(c v) infinite: the sample leaves the system, alpha = 0 (eq. 16 in eq. 14).
-Result<Solve> solve_weighted(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c, const Eigen::VectorXd& weight,
-                             const ExtendedMatrix* extended) {
+Result<Solve> solve_weighted(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c,
+                             const Eigen::VectorXd& weight, const ExtendedMatrix* extended) {
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     if (weight[i] > 0) kept.push_back(i);
   }
-  if (kept.size() < 2) return refuse("IR-LSSVM", fmt::format("{} of {} samples have a weight, expected at least 2", kept.size(), y.size()));
+  if (kept.size() < 2)
+    return refuse("IR-LSSVM",
+                  fmt::format("{} of {} samples have a weight, expected at least 2", kept.size(), y.size()));
   const bool all = static_cast<Eigen::Index>(kept.size()) == y.size();
   const Eigen::VectorXd inverse_cv = 1 / (c * weight(kept).array());
-  auto factor = all ? LssvmFactor::make(kernel, inverse_cv, y) : LssvmFactor::make(kernel(kept, kept), inverse_cv, y(kept));
+  auto factor =
+      all ? LssvmFactor::make(kernel, inverse_cv, y) : LssvmFactor::make(kernel(kept, kept), inverse_cv, y(kept));
   if (!factor) return tl::unexpected<Error>(factor.error());
   LssvmSolution solution = factor->solution();
   if (extended) {
-    all ? refine(*extended, inverse_cv, y, *factor, solution) : refine((*extended)(kept, kept), inverse_cv, y(kept), *factor, solution);
+    all ? refine(*extended, inverse_cv, y, *factor, solution)
+        : refine((*extended)(kept, kept), inverse_cv, y(kept), *factor, solution);
   }
   Eigen::VectorXd residual = solution.alpha.cwiseProduct(inverse_cv);
   if (!all) {
@@ -65,8 +69,8 @@ double rounding_floor(double c, const Eigen::VectorXd& alpha) {
   return kRounding * c * static_cast<double>(alpha.size()) * alpha.norm();
 }
 
-Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c, const ReweightSettings& settings,
-                               const Eigen::VectorXd* start) {
+Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c,
+                               const ReweightSettings& settings, const Eigen::VectorXd* start) {
   Eigen::VectorXd weight = start ? *start : Eigen::VectorXd::Ones(y.size());
   auto solve = solve_weighted(kernel, y, c, weight, settings.extended);
   if (!solve) return tl::unexpected<Error>(solve.error());
@@ -84,7 +88,8 @@ Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::Vecto
     report.change.push_back((again->solution.alpha - solve->solution.alpha).norm());
     report.converged = stands_still(report.change, settings.tolerance, rounding_floor(c, again->solution.alpha));
     const bool stop = report.oscillating;
-    if (settings.tolerance > 0 && alternates(again->solution.alpha, solve->solution.alpha, before, report.solves)) report.oscillating = true;
+    if (settings.tolerance > 0 && alternates(again->solution.alpha, solve->solution.alpha, before, report.solves))
+      report.oscillating = true;
     before = std::move(solve->solution.alpha);
     solve = std::move(again);
     if (stop) break;

@@ -27,25 +27,25 @@ struct ReweightSettings {
 struct ReweightReport {
   int solves = 0;  ///< weighted solves done
   bool converged = false;
-  bool oscillating = false;   ///< the weights alternated between two states; the mean of both was taken
-  double scale = 0;           ///< robust scale that gave the last weights
-  int dropped = 0;            ///< samples of weight zero
+  bool oscillating = false;    ///< the weights alternated between two states; the mean of both was taken
+  double scale = 0;            ///< robust scale that gave the last weights
+  int dropped = 0;             ///< samples of weight zero
   std::vector<double> change;  ///< 2-norm of the change of alpha, one per solve
 };
 
 struct IrlssvmFit {
-  LssvmSolution solution;     ///< alpha is 0 for dropped samples
-  Eigen::VectorXd weight;     ///< v_k used in the last solve; 0: dropped
-  Eigen::VectorXd residual;   ///< y − f(x_k), dropped samples too
+  LssvmSolution solution;          ///< alpha is 0 for dropped samples
+  Eigen::VectorXd weight;          ///< v_k used in the last solve; 0: dropped
+  Eigen::VectorXd residual;        ///< y − f(x_k), dropped samples too
   std::vector<Eigen::Index> kept;  ///< samples with a weight, in order; the factor's rows
-  LssvmFactor factor;         ///< of the last system, over `kept`
+  LssvmFactor factor;              ///< of the last system, over `kept`
   ReweightReport report;
 };
 
 /// K is the kernel matrix over the samples, y their targets. Zero weights drop samples; at least two must stay.
 /// The first solve is unweighted unless `start` gives weights to begin with. Refuses what LssvmFactor refuses.
-Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c, const ReweightSettings& settings,
-                               const Eigen::VectorXd* start = nullptr);
+Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c,
+                               const ReweightSettings& settings, const Eigen::VectorXd* start = nullptr);
 
 /// refine() for the last system of a fit, `kernel` over all samples; the residuals follow. Returns the number of steps.
 int refine_fit(const ExtendedMatrix& kernel, double c, const Eigen::VectorXd& y, IrlssvmFit& fit);

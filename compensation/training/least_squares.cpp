@@ -56,7 +56,9 @@ Result<LinearFit> LinearProblem::fit(const std::vector<int>& subset) const {
   const Eigen::HouseholderQR<Matrix> qr(x);
   const Matrix r = qr.matrixQR().topRows(m).template triangularView<Eigen::Upper>();
   for (Eigen::Index j = 0; j < m; ++j) {
-    if (!(std::fabs(r(j, j)) > kDependent)) return refuse("least squares", fmt::format("term {} depends on the others", subset[static_cast<std::size_t>(j)] + 1));
+    if (!(std::fabs(r(j, j)) > kDependent))
+      return refuse("least squares",
+                    fmt::format("term {} depends on the others", subset[static_cast<std::size_t>(j)] + 1));
   }
   const Vector qty = qr.householderQ().adjoint() * y;
   const Vector beta = r.template triangularView<Eigen::Upper>().solve(qty.head(m));

@@ -12,20 +12,22 @@ namespace prism {
 /// y = intercept + Σ coefficient_j · column_j, over the columns of one subset.
 struct LinearFit {
   double intercept = 0;
-  Eigen::VectorXd coefficient, standard_error, t, p;  ///< one per column of the subset; p two-sided, Student's t with df
-  double sse = 0;                                     ///< sum of squared residuals
-  int df = 0;                                         ///< N − 1 − columns
-  double sd() const;                                  ///< √(sse / df); 0 where df is 0
+  Eigen::VectorXd coefficient, standard_error, t,
+      p;              ///< one per column of the subset; p two-sided, Student's t with df
+  double sse = 0;     ///< sum of squared residuals
+  int df = 0;         ///< N − 1 − columns
+  double sd() const;  ///< √(sse / df); 0 where df is 0
 };
 
-/// One QR of all centred and scaled columns in long double; every subset is then solved from its small triangle, exactly as
-/// from the data.
+/// One QR of all centred and scaled columns in long double; every subset is then solved from its small triangle,
+/// exactly as from the data.
 class LinearProblem {
  public:
   /// `columns` is N × m, finite, y N; N > m + 1 is expected of every subset that is fitted.
   LinearProblem(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y);
 
-  /// Refuses a subset whose columns depend linearly on each other (or do not move), and one with more terms than data allow.
+  /// Refuses a subset whose columns depend linearly on each other (or do not move), and one with more terms than data
+  /// allow.
   Result<LinearFit> fit(const std::vector<int>& subset) const;
   /// Condition number of the subset's design matrix, intercept included, columns scaled to length 1.
   double condition(const std::vector<int>& subset) const;

@@ -60,7 +60,8 @@ std::vector<Eigen::Index> drawn(Eigen::Index n, Eigen::Index count, std::uint64_
   std::vector<Eigen::Index> all(static_cast<std::size_t>(n));
   std::iota(all.begin(), all.end(), Eigen::Index{0});
   std::mt19937_64 random(seed);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) std::swap(all[i], all[i + random() % (all.size() - i)]);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+    std::swap(all[i], all[i + random() % (all.size() - i)]);
   all.resize(static_cast<std::size_t>(count));
   std::sort(all.begin(), all.end());
   return all;
@@ -87,7 +88,8 @@ Eigen::MatrixXd features_of(const Eigen::MatrixXd& points, const std::vector<Eig
 
 }  // namespace
 
-LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank, std::uint64_t seed) {
+LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank,
+                 std::uint64_t seed) {
   LowRank result;
   max_rank = std::min(max_rank, points.cols());
   if (points.cols() <= kPivotSample) {

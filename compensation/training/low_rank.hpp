@@ -21,9 +21,11 @@ struct LowRank {
   Eigen::Index rank() const { return static_cast<Eigen::Index>(pivots.size()); }
 };
 
-/// Pivots are taken, largest diagonal first, until it falls to `tolerance` or `max_rank` pivots are used. points: d × N.
-/// Cost O(N r²), 8 N r bytes. With more than kPivotSample samples the pivots are sought among that many, drawn by the seed.
-LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank, std::uint64_t seed = 1);
+/// Pivots are taken, largest diagonal first, until it falls to `tolerance` or `max_rank` pivots are used. points: d ×
+/// N. Cost O(N r²), 8 N r bytes. With more than kPivotSample samples the pivots are sought among that many, drawn by
+/// the seed.
+LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank,
+                 std::uint64_t seed = 1);
 inline constexpr Eigen::Index kPivotSample = 4000;
 /// What low_rank() would have given with this coarser tolerance: pivots are nested. `fine` must hold left_before.
 LowRank coarser(const LowRank& fine, double tolerance);

@@ -14,19 +14,23 @@ namespace prism {
 namespace {
 
 std::vector<std::vector<Eigen::Index>> members(const std::vector<int>& folds) {
-  std::vector<std::vector<Eigen::Index>> lists(static_cast<std::size_t>(*std::max_element(folds.begin(), folds.end()) + 1));
-  for (std::size_t i = 0; i < folds.size(); ++i) lists[static_cast<std::size_t>(folds[i])].push_back(static_cast<Eigen::Index>(i));
+  std::vector<std::vector<Eigen::Index>> lists(
+      static_cast<std::size_t>(*std::max_element(folds.begin(), folds.end()) + 1));
+  for (std::size_t i = 0; i < folds.size(); ++i)
+    lists[static_cast<std::size_t>(folds[i])].push_back(static_cast<Eigen::Index>(i));
   return lists;
 }
 
 }  // namespace
 
-Result<LssvmFactor> LssvmFactor::make(Eigen::MatrixXd kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y) {
+Result<LssvmFactor> LssvmFactor::make(Eigen::MatrixXd kernel, const Eigen::VectorXd& inverse_cv,
+                                      const Eigen::VectorXd& y) {
   LssvmFactor f;
   f.factor_ = std::move(kernel);
   f.factor_.diagonal() += inverse_cv;
   if (!cholesky(f.factor_)) {
-    return refuse("LSSVM", "the kernel matrix is not positive definite in double precision: c is too large for this sigma2");
+    return refuse("LSSVM",
+                  "the kernel matrix is not positive definite in double precision: c is too large for this sigma2");
   }
   f.inverse_cv_ = inverse_cv;
   f.y_ = y;
@@ -115,8 +119,8 @@ ExtendedMatrix extended_kernel_matrix(const Eigen::MatrixXd& points, double sigm
   return k;
 }
 
-int refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y, const LssvmFactor& factor,
-           LssvmSolution& solution) {
+int refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y,
+           const LssvmFactor& factor, LssvmSolution& solution) {
   using Extended = long double;
   Eigen::Matrix<Extended, Eigen::Dynamic, 1> alpha = solution.alpha.cast<Extended>();
   Extended b = solution.b;

@@ -15,11 +15,13 @@ struct LssvmSolution {
 };
 
 /// [0 1ᵀ; 1 H] [b; alpha] = [0; y], H = K + diag(1/(c v)), K the kernel matrix. With H = L Lᵀ, nu = H⁻¹ 1, eta = H⁻¹ y:
-/// b = 1ᵀ eta / 1ᵀ nu, alpha = eta − nu b. C = H⁻¹ − nu nuᵀ / 1ᵀ nu is the sample block of the bordered inverse; it gives
-/// exact held-out residuals without refits: alpha_i / C_ii (Cawley and Talbot 2004), C_VV⁻¹ alpha_V for a block V.
+/// b = 1ᵀ eta / 1ᵀ nu, alpha = eta − nu b. C = H⁻¹ − nu nuᵀ / 1ᵀ nu is the sample block of the bordered inverse; it
+/// gives exact held-out residuals without refits: alpha_i / C_ii (Cawley and Talbot 2004), C_VV⁻¹ alpha_V for a block
+/// V.
 class LssvmFactor {
  public:
-  /// Refuses a matrix that is not positive definite in double precision. `kernel` becomes the factor: move it in. `inverse_cv` is 1/(c v_k), finite, > 0. `y`: N.
+  /// Refuses a matrix that is not positive definite in double precision. `kernel` becomes the factor: move it in.
+  /// `inverse_cv` is 1/(c v_k), finite, > 0. `y`: N.
   static Result<LssvmFactor> make(Eigen::MatrixXd kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y);
 
   const LssvmSolution& solution() const { return solution_; }
@@ -58,9 +60,10 @@ class LssvmFactor {
 using ExtendedMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 ExtendedMatrix extended_kernel_matrix(const Eigen::MatrixXd& points, double sigma2);
 
-/// Improves a solution by residuals in extended precision until they stagnate, so that it no longer depends on the machine.
-/// `kernel` over the samples of the factor; inverse_cv, y as the factor has them. Returns the number of steps, O(N²) each.
-int refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y, const LssvmFactor& factor,
-           LssvmSolution& solution);
+/// Improves a solution by residuals in extended precision until they stagnate, so that it no longer depends on the
+/// machine. `kernel` over the samples of the factor; inverse_cv, y as the factor has them. Returns the number of steps,
+/// O(N²) each.
+int refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y,
+           const LssvmFactor& factor, LssvmSolution& solution);
 
 }  // namespace prism

@@ -43,7 +43,8 @@ Constants constants_of(const Eigen::VectorXd& v, Scaling scaling, bool target) {
 Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target, Scaling scaling,
                                  const std::vector<std::string>& names) {
   if (inputs.cols() < 2 || inputs.rows() < 1) {
-    return refuse("training data", fmt::format("found {} samples of {} inputs, expected at least 2 of 1", inputs.cols(), inputs.rows()));
+    return refuse("training data",
+                  fmt::format("found {} samples of {} inputs, expected at least 2 of 1", inputs.cols(), inputs.rows()));
   }
   if (!inputs.allFinite() || !target.allFinite()) return refuse("training data", "found a number that is not finite");
   NormalisedData data;
@@ -54,7 +55,8 @@ Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::Vec
     const Constants c = constants_of(inputs.row(i), scaling, false);
     // A column that repeats one decimal number has a standard deviation of rounding noise, not of zero.
     if (!(c.scale > 1e-14 * std::fabs(c.shift)) || !(c.scale > 0)) {
-      return refuse(names[static_cast<std::size_t>(i)], "the input does not move at all: nothing can be learnt from it");
+      return refuse(names[static_cast<std::size_t>(i)],
+                    "the input does not move at all: nothing can be learnt from it");
     }
     n.input_shift[i] = c.shift;
     n.input_scale[i] = c.scale;

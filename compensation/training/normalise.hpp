@@ -26,8 +26,8 @@ struct NormalisedData {
   std::vector<ColumnKind> kinds;  ///< d inputs, then the target
 };
 
-/// `inputs` is d × N in engineering units. Refuses fewer than two samples, numbers that are not finite and, where it must
-/// be scaled, an input that does not move (where: its name). A target that does not move keeps the scale 1.
+/// `inputs` is d × N in engineering units. Refuses fewer than two samples, numbers that are not finite and, where it
+/// must be scaled, an input that does not move (where: its name). A target that does not move keeps the scale 1.
 Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target, Scaling scaling,
                                  const std::vector<std::string>& names);
 

@@ -16,14 +16,16 @@ Eigen::MatrixXd columns_of(const TrainingData& data, const TermPowers& terms) {
   for (std::size_t j = 0; j < terms.size(); ++j) {
     for (std::size_t i = 0; i < terms[j].size(); ++i) {
       for (int power = 0; power < terms[j][i]; ++power) {
-        columns.col(static_cast<Eigen::Index>(j)).array() *= data.inputs.row(static_cast<Eigen::Index>(i)).transpose().array();
+        columns.col(static_cast<Eigen::Index>(j)).array() *=
+            data.inputs.row(static_cast<Eigen::Index>(i)).transpose().array();
       }
     }
   }
   return columns;
 }
 
-std::vector<Term> terms_of(const TermPowers& powers, const std::vector<int>& chosen, const LinearFit& fit, std::size_t inputs) {
+std::vector<Term> terms_of(const TermPowers& powers, const std::vector<int>& chosen, const LinearFit& fit,
+                           std::size_t inputs) {
   std::vector<Term> terms = {{std::vector<int>(inputs, 0), fit.intercept}};
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     terms.push_back({powers[static_cast<std::size_t>(chosen[i])], fit.coefficient[static_cast<Eigen::Index>(i)]});
@@ -69,9 +71,11 @@ std::string term_name(const std::vector<int>& powers, const std::vector<std::str
 }
 
 Result<TrainedModel> train_polynomial(const TrainingData& data, ModelInfo info, const TrainingSettings& settings) {
-  if (!data.inputs.allFinite() || !data.target.allFinite()) return refuse("training data", "found a number that is not finite");
+  if (!data.inputs.allFinite() || !data.target.allFinite())
+    return refuse("training data", "found a number that is not finite");
   for (const auto& powers : settings.terms) {
-    if (powers.size() != data.names.size()) return refuse("terms", fmt::format("found {} powers, expected {}", powers.size(), data.names.size()));
+    if (powers.size() != data.names.size())
+      return refuse("terms", fmt::format("found {} powers, expected {}", powers.size(), data.names.size()));
   }
   const Eigen::MatrixXd columns = columns_of(data, settings.terms);
   TrainedModel trained;
@@ -99,7 +103,8 @@ Result<TrainedModel> train_polynomial(const TrainingData& data, ModelInfo info, 
   }
   trained.samples.weight = Eigen::VectorXd::Ones(data.target.size());
   const std::size_t inputs = data.names.size();
-  trained.model = std::make_shared<PolynomialModel>(std::move(info), terms_of(settings.terms, chosen, *trained.linear, inputs), trained.linear->sd());
+  trained.model = std::make_shared<PolynomialModel>(
+      std::move(info), terms_of(settings.terms, chosen, *trained.linear, inputs), trained.linear->sd());
   return trained;
 }
 

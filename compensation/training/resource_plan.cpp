@@ -17,7 +17,8 @@ constexpr double kFlops = 4e9;  // of one core, without luck
 }  // namespace
 
 std::string ResourcePlan::text() const {
-  return fmt::format("{}, about {:.0f} MB and {:.1f} s", sparse ? fmt::format("sparse model of at most {} centres", max_rank) : "one centre a sample",
+  return fmt::format("{}, about {:.0f} MB and {:.1f} s",
+                     sparse ? fmt::format("sparse model of at most {} centres", max_rank) : "one centre a sample",
                      std::ceil(bytes / 1e6), seconds);
 }
 
@@ -40,16 +41,19 @@ Result<ResourcePlan> plan_resources(Eigen::Index samples, Eigen::Index inputs, c
     const double rank = (0.8 * settings.memory_limit_bytes - fixed) / (8 * n) - 2;
     plan.max_rank = std::min<Eigen::Index>(kMaxRank, static_cast<Eigen::Index>(rank));
     if (plan.max_rank < kMinRank) {
-      return refuse("memory", fmt::format("{} samples leave room for {} centres within {:.0f} MB, expected at least {}: thin the record out",
-                                          samples, std::max<Eigen::Index>(0, plan.max_rank), settings.memory_limit_bytes / 1e6, kMinRank));
+      return refuse(
+          "memory",
+          fmt::format(
+              "{} samples leave room for {} centres within {:.0f} MB, expected at least {}: thin the record out",
+              samples, std::max<Eigen::Index>(0, plan.max_rank), settings.memory_limit_bytes / 1e6, kMinRank));
     }
     const double r = static_cast<double>(plan.max_rank);
     plan.bytes = fixed + n * 8 * (r + 1) + 6 * 8 * r * r;
     plan.seconds = n * r * r * 25 / kFlops;
   }
   if (plan.bytes > settings.memory_limit_bytes) {
-    return refuse("memory", fmt::format("{} samples need about {:.0f} MB, expected at most {:.0f} MB", samples, plan.bytes / 1e6,
-                                        settings.memory_limit_bytes / 1e6));
+    return refuse("memory", fmt::format("{} samples need about {:.0f} MB, expected at most {:.0f} MB", samples,
+                                        plan.bytes / 1e6, settings.memory_limit_bytes / 1e6));
   }
   return plan;
 }

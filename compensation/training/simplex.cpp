@@ -15,7 +15,8 @@ struct Vertex {
 
 class Simplex {
  public:
-  Simplex(const std::function<double(const Eigen::VectorXd&)>& f, const SimplexSettings& settings) : f_(f), settings_(settings) {}
+  Simplex(const std::function<double(const Eigen::VectorXd&)>& f, const SimplexSettings& settings)
+      : f_(f), settings_(settings) {}
 
   SimplexResult run(const Eigen::VectorXd& start, const std::function<bool()>& stop) {
     begin(start);
@@ -42,7 +43,8 @@ class Simplex {
   }
 
   void sort() {
-    std::stable_sort(vertices_.begin(), vertices_.end(), [](const Vertex& a, const Vertex& b) { return a.value < b.value; });
+    std::stable_sort(vertices_.begin(), vertices_.end(),
+                     [](const Vertex& a, const Vertex& b) { return a.value < b.value; });
   }
 
   bool small() const {

@@ -62,7 +62,8 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, ModelInfo info, co
   if (system.phi.size() == 0) return refuse("sparse LSSVM", "the pivots' kernel matrix is not positive definite");
   PrimalLssvm primal(system, data.y, point.c);
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(data.y.size());
-  if (!primal.solve(weight)) return refuse("sparse LSSVM", "the system is not positive definite in double precision: c is too large");
+  if (!primal.solve(weight))
+    return refuse("sparse LSSVM", "the system is not positive definite in double precision: c is too large");
   TrainedModel trained;
   trained.reweight = reweight(primal, settings.reweight, weight);
   const Eigen::Index r = system.rank();
@@ -89,10 +90,13 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, ModelInfo info, co
   trained.samples.alpha(system.pivots) = p.alpha;
   trained.samples.weight = weight;
   trained.samples.fitted = (data.y - residual).array() * c.target_scale + c.target_shift;
-  trained.samples.leave_one_out = c.target_scale * residual.array() / (1 - weight.array() * leverages.array()).max(1e-12);
+  trained.samples.leave_one_out =
+      c.target_scale * residual.array() / (1 - weight.array() * leverages.array()).max(1e-12);
   trained.centres = static_cast<int>(r);
   if (r == plan.max_rank && system.left * point.c > 10 * kAccuracy) {
-    trained.notes.push_back(fmt::format("{} centres leave {:.2g} of the kernel: a wider kernel or more memory would represent it whole", r, system.left));
+    trained.notes.push_back(
+        fmt::format("{} centres leave {:.2g} of the kernel: a wider kernel or more memory would represent it whole", r,
+                    system.left));
   }
   info.kind = "sparse_lssvm";
   auto model = LssvmModel::make(std::move(info), std::move(p));

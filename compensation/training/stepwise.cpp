@@ -39,7 +39,9 @@ class Search {
       path_.push_back({"stop", -1, 0, 0, candidate_p_, in_model_p(), terms_});
       return StepwiseResult{terms_, fit_, problem_.condition(terms_), path_};
     }
-    return refuse("stepwise", fmt::format("terms still come and go after {} steps: p-enter and p-remove let it run in circles", limit));
+    return refuse(
+        "stepwise",
+        fmt::format("terms still come and go after {} steps: p-enter and p-remove let it run in circles", limit));
   }
 
  private:
@@ -84,7 +86,8 @@ class Search {
 
   std::vector<double> in_model_p() const {
     std::vector<double> p(static_cast<std::size_t>(count_), kNone);
-    for (std::size_t i = 0; i < terms_.size(); ++i) p[static_cast<std::size_t>(terms_[i])] = fit_.p[static_cast<Eigen::Index>(i)];
+    for (std::size_t i = 0; i < terms_.size(); ++i)
+      p[static_cast<std::size_t>(terms_[i])] = fit_.p[static_cast<Eigen::Index>(i)];
     return p;
   }
 
@@ -99,12 +102,14 @@ class Search {
 
 }  // namespace
 
-Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y, const StepwiseSettings& settings) {
+Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y,
+                                    const StepwiseSettings& settings) {
   if (!(settings.p_enter > 0 && settings.p_enter <= settings.p_remove && settings.p_remove <= 1)) {
-    return refuse("stepwise", fmt::format("found p-enter {} and p-remove {}, expected 0 < p-enter <= p-remove <= 1", settings.p_enter,
-                                          settings.p_remove));
+    return refuse("stepwise", fmt::format("found p-enter {} and p-remove {}, expected 0 < p-enter <= p-remove <= 1",
+                                          settings.p_enter, settings.p_remove));
   }
-  if (columns.rows() < 3) return refuse("stepwise", fmt::format("found {} samples, expected at least 3", columns.rows()));
+  if (columns.rows() < 3)
+    return refuse("stepwise", fmt::format("found {} samples, expected at least 3", columns.rows()));
   const LinearProblem problem(columns, y);
   return Search(problem, static_cast<int>(columns.cols()), settings).run();
 }

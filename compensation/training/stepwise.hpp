@@ -17,14 +17,14 @@ struct StepwiseSettings {
   double p_remove = 0.10;  ///< a term inside with a larger p may leave, p_enter to 1
 };
 
-/// One entry of the trace. p holds what was decided by: for "add" the terms outside, else those inside; NaN where a term
-/// is not concerned or depends linearly on the model.
+/// One entry of the trace. p holds what was decided by: for "add" the terms outside, else those inside; NaN where a
+/// term is not concerned or depends linearly on the model.
 struct StepwiseStep {
-  std::string action;      ///< "initial", "add", "remove", "stop"
-  int term = -1;           ///< added or removed
-  double p = 0, t = 0;     ///< of that term
+  std::string action;                           ///< "initial", "add", "remove", "stop"
+  int term = -1;                                ///< added or removed
+  double p = 0, t = 0;                          ///< of that term
   std::vector<double> candidate_p, in_model_p;  ///< one per term
-  std::vector<int> terms;  ///< in the model after the step, ascending
+  std::vector<int> terms;                       ///< in the model after the step, ascending
 };
 
 struct StepwiseResult {
@@ -34,9 +34,10 @@ struct StepwiseResult {
   std::vector<StepwiseStep> path;
 };
 
-/// While a term outside has p < p_enter, the one with the smallest p enters; else, if a term inside has p > p_remove, the one
-/// with the largest p leaves; else it stops. `columns` is N × m, one term a column; the intercept always stays in.
-/// Refuses settings out of range, linearly dependent start terms, and a search that runs in circles.
-Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y, const StepwiseSettings& settings);
+/// While a term outside has p < p_enter, the one with the smallest p enters; else, if a term inside has p > p_remove,
+/// the one with the largest p leaves; else it stops. `columns` is N × m, one term a column; the intercept always stays
+/// in. Refuses settings out of range, linearly dependent start terms, and a search that runs in circles.
+Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y,
+                                    const StepwiseSettings& settings);
 
 }  // namespace prism

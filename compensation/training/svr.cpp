@@ -16,7 +16,8 @@ namespace {
 // libsvm's sparse rows: (index, value) pairs, closed by index −1; they must outlive the model.
 class Rows {
  public:
-  Rows(const Eigen::MatrixXd& x, const std::vector<Eigen::Index>& samples) : width_(static_cast<std::size_t>(x.rows()) + 1) {
+  Rows(const Eigen::MatrixXd& x, const std::vector<Eigen::Index>& samples)
+      : width_(static_cast<std::size_t>(x.rows()) + 1) {
     nodes_.resize(samples.size() * width_);
     for (std::size_t i = 0; i < samples.size(); ++i) {
       svm_node* row = nodes_.data() + i * width_;
@@ -70,14 +71,15 @@ double fold_cost(const NormalisedData& data, const Folds& folds, const TuningPoi
     Rows rows(data.x, training), test(data.x, held_out);
     const SvmModel model = fit(rows, data.y(training), point, epsilon);
     double sum = 0;
-    for (std::size_t i = 0; i < held_out.size(); ++i) sum += std::fabs(data.y[held_out[i]] - svm_predict(model.get(), test.pointers()[i]));
+    for (std::size_t i = 0; i < held_out.size(); ++i)
+      sum += std::fabs(data.y[held_out[i]] - svm_predict(model.get(), test.pointers()[i]));
     total += sum / static_cast<double>(held_out.size());
   }
   return total / count * data.constants.target_scale;
 }
 
-TuningResult tune_svr(const NormalisedData& data, const Folds& folds, const TrainingSettings& settings, const TuningProgress& progress,
-                      const std::atomic<bool>* stop) {
+TuningResult tune_svr(const NormalisedData& data, const Folds& folds, const TrainingSettings& settings,
+                      const TuningProgress& progress, const std::atomic<bool>* stop) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   TuningResult result;
   for (const double log_sigma2 : {-1.0, -0.25, 0.5, 1.25}) {
@@ -103,10 +105,11 @@ TuningResult tune_svr(const NormalisedData& data, const Folds& folds, const Trai
 
 }  // namespace
 
-Result<TrainedModel> train_svr(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings, const Folds& folds,
-                               const TuningProgress& progress, const std::atomic<bool>* stop) {
+Result<TrainedModel> train_svr(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
+                               const Folds& folds, const TuningProgress& progress, const std::atomic<bool>* stop) {
   svm_set_print_string_function([](const char*) {});
-  if (!(settings.epsilon >= 0)) return refuse("epsilon", fmt::format("found {}, expected at least 0", settings.epsilon));
+  if (!(settings.epsilon >= 0))
+    return refuse("epsilon", fmt::format("found {}, expected at least 0", settings.epsilon));
   TrainedModel trained;
   TuningPoint point{settings.c.value_or(1), settings.sigma2.value_or(1), 1, 0};
   if (!settings.c) {
@@ -115,7 +118,8 @@ Result<TrainedModel> train_svr(const NormalisedData& data, ModelInfo info, const
     }
     trained.tuning = tune_svr(data, folds, settings, progress, stop);
     point = trained.tuning->best;
-    if (!std::isfinite(point.cost)) return refuse("tuning", "stopped before the first choice of c and sigma2 was priced");
+    if (!std::isfinite(point.cost))
+      return refuse("tuning", "stopped before the first choice of c and sigma2 was priced");
   }
   Rows rows(data.x, samples_of(folds, -1, false));
   const SvmModel svm = fit(rows, data.y, point, settings.epsilon);
@@ -134,7 +138,8 @@ Result<TrainedModel> train_svr(const NormalisedData& data, ModelInfo info, const
   trained.samples.weight = Eigen::VectorXd::Ones(data.y.size());
   trained.samples.fitted.resize(data.y.size());
   for (Eigen::Index i = 0; i < data.y.size(); ++i) {
-    trained.samples.fitted[i] = svm_predict(svm.get(), rows.pointers()[i]) * data.constants.target_scale + data.constants.target_shift;
+    trained.samples.fitted[i] =
+        svm_predict(svm.get(), rows.pointers()[i]) * data.constants.target_scale + data.constants.target_shift;
   }
   add_linear_part(data, trained.samples.weight, p);
   trained.c = point.c;

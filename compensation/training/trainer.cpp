@@ -47,15 +47,21 @@ bool kernels(Method method) { return method != Method::kLeastSquares && method !
 
 Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
   const auto n = static_cast<std::size_t>(data.inputs.cols());
-  if (data.names.size() != static_cast<std::size_t>(data.inputs.rows()) || static_cast<std::size_t>(data.target.size()) != n) {
-    return refuse("training data", fmt::format("found {} names, {} x {} inputs, {} targets: they do not belong together", data.names.size(),
-                                               data.inputs.rows(), n, data.target.size()));
+  if (data.names.size() != static_cast<std::size_t>(data.inputs.rows()) ||
+      static_cast<std::size_t>(data.target.size()) != n) {
+    return refuse("training data",
+                  fmt::format("found {} names, {} x {} inputs, {} targets: they do not belong together",
+                              data.names.size(), data.inputs.rows(), n, data.target.size()));
   }
-  if (settings.c.has_value() != settings.sigma2.has_value()) return refuse("c and sigma2", "found one of them, expected both or none");
+  if (settings.c.has_value() != settings.sigma2.has_value())
+    return refuse("c and sigma2", "found one of them, expected both or none");
   for (const auto& value : {settings.c, settings.sigma2, settings.parameter}) {
-    if (value && !(*value > 0 && std::isfinite(*value))) return refuse("c, sigma2 and the weight's parameter", fmt::format("found {}, expected a positive number", *value));
+    if (value && !(*value > 0 && std::isfinite(*value)))
+      return refuse("c, sigma2 and the weight's parameter",
+                    fmt::format("found {}, expected a positive number", *value));
   }
-  const bool folded = kernels(settings.method) && !settings.c && (settings.tuning == Tuning::kBlocked || settings.tuning == Tuning::kShuffled);
+  const bool folded = kernels(settings.method) && !settings.c &&
+                      (settings.tuning == Tuning::kBlocked || settings.tuning == Tuning::kShuffled);
   if (folded && (settings.folds < 2 || static_cast<std::size_t>(settings.folds) > n)) {
     return refuse("folds", fmt::format("found {}, expected 2 to the number of samples, {}", settings.folds, n));
   }
@@ -86,8 +92,8 @@ Result<Method> parse_method(std::string_view name) {
   return refuse("method", fmt::format("found \"{}\", expected ls, stepwise, lssvm, ir-lssvm or svr", name));
 }
 
-Result<TrainedModel> train(const TrainingData& data, ModelInfo info, const TrainingSettings& wanted, const TuningProgress& progress,
-                           const std::atomic<bool>* stop) {
+Result<TrainedModel> train(const TrainingData& data, ModelInfo info, const TrainingSettings& wanted,
+                           const TuningProgress& progress, const std::atomic<bool>* stop) {
   if (auto good = check(data, wanted); !good) return tl::unexpected<Error>(good.error());
   set_domain(data, info);
   if (!kernels(wanted.method)) return train_polynomial(data, std::move(info), wanted);
@@ -98,13 +104,15 @@ Result<TrainedModel> train(const TrainingData& data, ModelInfo info, const Train
   TrainingSettings settings = wanted;
   settings.folds = static_cast<int>(std::min<Eigen::Index>(wanted.folds, data.target.size()));
   if (settings.method != Method::kIrlssvm) settings.reweight.weight.kind = WeightKind::kNone;
-  const std::vector<int> runs = data.runs.empty() ? std::vector<int>(static_cast<std::size_t>(data.target.size()), 0) : data.runs;
+  const std::vector<int> runs =
+      data.runs.empty() ? std::vector<int>(static_cast<std::size_t>(data.target.size()), 0) : data.runs;
   const Folds folds = folds_of(settings, runs);
   if (settings.method == Method::kSvr) return train_svr(*normalised, std::move(info), settings, folds, progress, stop);
   TuningPoint point;
   std::optional<TuningResult> tuning;
   if (settings.c && settings.sigma2) {
-    point = {*settings.c, *settings.sigma2, settings.parameter.value_or(usual_parameter(settings.reweight.weight.kind)), 0};
+    point = {*settings.c, *settings.sigma2, settings.parameter.value_or(usual_parameter(settings.reweight.weight.kind)),
+             0};
   } else {
     auto found = tune_on_part(*normalised, settings, folds, progress, stop);
     if (!found) return tl::unexpected<Error>(found.error());

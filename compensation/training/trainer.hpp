@@ -43,8 +43,8 @@ struct TrainingSettings {
   // Polynomials.
   TermPowers terms;
   StepwiseSettings stepwise;
-  // Kernels. What is not given is tuned: c and sigma2 both or none; the weight's parameter falls back on its usual value
-  // (Huber 1.345, myriad 1) where c and sigma2 are given.
+  // Kernels. What is not given is tuned: c and sigma2 both or none; the weight's parameter falls back on its usual
+  // value (Huber 1.345, myriad 1) where c and sigma2 are given.
   ReweightSettings reweight;  ///< weight kNone for kLssvm and kSvr
   std::optional<double> c, sigma2, parameter;
   double epsilon = 0.1;  ///< of SVR, in units of the normalised target
@@ -69,9 +69,9 @@ struct TrainedModel {
   double c = 0, sigma2 = 0, parameter = 0;  ///< kernels only
   std::optional<TuningResult> tuning;       ///< where something was tuned
   std::optional<ReweightReport> reweight;
-  std::optional<StepwiseResult> stepwise;   ///< terms by number, as settings.terms lists them
-  std::optional<LinearFit> linear;          ///< polynomials
-  double condition = 0;                     ///< of the design matrix (polynomials)
+  std::optional<StepwiseResult> stepwise;  ///< terms by number, as settings.terms lists them
+  std::optional<LinearFit> linear;         ///< polynomials
+  double condition = 0;                    ///< of the design matrix (polynomials)
   SampleDiagnostics samples;
   int centres = 0;
   int refinement_steps = 0;
@@ -80,7 +80,7 @@ struct TrainedModel {
 
 /// What a training of this size takes, before it is begun.
 struct ResourcePlan {
-  bool sparse = false;     ///< a low-rank model instead of one centre a sample
+  bool sparse = false;  ///< a low-rank model instead of one centre a sample
   Eigen::Index max_rank = 0;
   double bytes = 0, seconds = 0;  ///< seconds: a rough order on one core
   std::string text() const;
@@ -94,12 +94,12 @@ Result<TrainedModel> train(const TrainingData& data, ModelInfo info, const Train
 
 // The parts, one file each; `info` is complete but for its id.
 Result<TrainedModel> train_polynomial(const TrainingData& data, ModelInfo info, const TrainingSettings& settings);
-Result<TrainedModel> train_dense(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings, const Folds& folds,
-                                 const TuningPoint& point);
+Result<TrainedModel> train_dense(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
+                                 const Folds& folds, const TuningPoint& point);
 Result<TrainedModel> train_sparse(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
                                   const ResourcePlan& plan, const TuningPoint& point);
-Result<TrainedModel> train_svr(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings, const Folds& folds,
-                               const TuningProgress& progress, const std::atomic<bool>* stop);
+Result<TrainedModel> train_svr(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
+                               const Folds& folds, const TuningProgress& progress, const std::atomic<bool>* stop);
 /// The linear model that the blend policy falls back on; nothing where the inputs do not allow one.
 void add_linear_part(const NormalisedData& data, const Eigen::VectorXd& weight, LssvmParameters& parameters);
 

@@ -17,8 +17,9 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kMyriadStart = 1.5;  // the middle of what tunings end at
-constexpr double kHuberHeld = 3;  // where nothing can judge it: beyond three sigma an outlier is one, and clean data lose nothing
-constexpr double kTolerance = 0.01;                        // of a simplex's edges, log10
+constexpr double kHuberHeld =
+    3;  // where nothing can judge it: beyond three sigma an outlier is one, and clean data lose nothing
+constexpr double kTolerance = 0.01;  // of a simplex's edges, log10
 constexpr int kGridC = 7, kGridSigma2 = 8;
 
 double parameter_start(WeightKind kind, bool searched) {
@@ -76,7 +77,8 @@ class Search {
     const TuningBounds& b = settings_.bounds;
     const auto sigmas = axis(settings_.sigma2, b.sigma2_min, b.sigma2_max, kGridSigma2);
     const auto cs = axis(settings_.c, b.c_min, b.c_max, kGridC);
-    std::vector<double> parameters = {settings_.parameter.value_or(parameter_start(cost_.settings().weight.kind, with_parameter_))};
+    std::vector<double> parameters = {
+        settings_.parameter.value_or(parameter_start(cost_.settings().weight.kind, with_parameter_))};
     if (with_parameter_ && !settings_.parameter && small_data()) parameters = {0.2, 0.6, parameters[0], 4};
     for (const double parameter : parameters) {
       for (const double sigma2 : sigmas) {
@@ -210,8 +212,9 @@ class Search {
     const auto edge = [&](const char* name, double value, double low, double high) {
       const double x = std::log10(value);
       if (x < low + 0.02 || x > high - 0.02) {
-        result_.warnings.push_back(fmt::format("{} = {:.4g} lies on the edge of the search ({:.3g} to {:.3g}): the data do not hold it", name,
-                                               value, std::pow(10, low), std::pow(10, high)));
+        result_.warnings.push_back(
+            fmt::format("{} = {:.4g} lies on the edge of the search ({:.3g} to {:.3g}): the data do not hold it", name,
+                        value, std::pow(10, low), std::pow(10, high)));
       }
     };
     if (cost_.robust() && cost_.kind() == Tuning::kLoo && cost_.settings().weight.has_parameter() &&
@@ -221,16 +224,18 @@ class Search {
     }
     if (!settings_.c) edge("c", result_.best.c, b.c_min, b.c_max);
     if (!settings_.sigma2) edge("sigma2", result_.best.sigma2, b.sigma2_min, b.sigma2_max);
-    if (with_parameter_ && !settings_.parameter) edge("weight parameter", result_.best.parameter, b.parameter_min, b.parameter_max);
+    if (with_parameter_ && !settings_.parameter)
+      edge("weight parameter", result_.best.parameter, b.parameter_min, b.parameter_max);
     judge_flatness();
   }
 
   // Flat: choices of c a hundredfold apart cost the same within half a percent.
   void judge_flatness() {
     if (settings_.c) return;
-    const double best = std::min_element(result_.surface.begin(), result_.surface.end(), [](const auto& x, const auto& y) {
-                          return x.cost < y.cost;
-                        })->cost;
+    const double best =
+        std::min_element(result_.surface.begin(), result_.surface.end(), [](const auto& x, const auto& y) {
+          return x.cost < y.cost;
+        })->cost;
     double low = kNever, high = 0;
     for (const TuningPoint& p : result_.surface) {
       if (p.cost - best > 0.005 * std::fabs(best)) continue;
@@ -238,7 +243,8 @@ class Search {
       high = std::max(high, p.c);
     }
     if (high >= 1000 * low) {
-      result_.warnings.push_back(fmt::format("the cost is flat: c from {:.3g} to {:.3g} cost the same within 0.5 %; any of them is as good", low, high));
+      result_.warnings.push_back(fmt::format(
+          "the cost is flat: c from {:.3g} to {:.3g} cost the same within 0.5 %; any of them is as good", low, high));
     }
   }
 
@@ -263,8 +269,8 @@ TuningBounds bounds_for(Eigen::Index inputs) {
   return bounds;
 }
 
-Result<TuningResult> tune(const TuningCost& cost, Eigen::Index samples, const TuningSettings& settings, const TuningProgress& progress,
-                          const std::atomic<bool>* stop) {
+Result<TuningResult> tune(const TuningCost& cost, Eigen::Index samples, const TuningSettings& settings,
+                          const TuningProgress& progress, const std::atomic<bool>* stop) {
   return Search(cost, samples, settings, progress, stop).run();
 }
 

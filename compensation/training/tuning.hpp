@@ -33,8 +33,8 @@ struct TuningSettings {
 using TuningProgress = std::function<void(int done, int expected, const TuningPoint& best)>;
 
 struct TuningResult {
-  TuningPoint best;                   ///< cost is final_cost()
-  std::vector<TuningPoint> surface;   ///< the survey's grid, in rows of equal sigma2; costs are the survey's
+  TuningPoint best;                  ///< cost is final_cost()
+  std::vector<TuningPoint> surface;  ///< the survey's grid, in rows of equal sigma2; costs are the survey's
   int evaluations = 0;
   bool stopped = false;               ///< ended early by the stop flag: the best so far
   std::vector<std::string> warnings;  ///< a flat surface, an optimum on the edge of the search

@@ -20,14 +20,14 @@ constexpr double kFinalStill =
 constexpr Eigen::Index kDenseSamples = 3000;  // beyond it the whole matrix never pays
 constexpr Eigen::Index kRefitRank = 160;      // beyond it the search freezes the weights in the folds
 constexpr int kDenseSolves = 8;
-// Up to here the search pays the final price, each fold begun unweighted: few samples have many standstills under Hampel's and
-// myriad's weights, and the one that the whole data lead to need not be the fold's own.
+// Up to here the search pays the final price, each fold begun unweighted: few samples have many standstills under
+// Hampel's and myriad's weights, and the one that the whole data lead to need not be the fold's own.
 constexpr Eigen::Index kFreshSamples = 200;
 
-// Re-weights until the residuals stand still to `still` scales, `limit` solves at most. Samples outside `inside` have no
-// weight and no say in the scale. `weight` is where it begins, and where it ends.
-bool reweight(PrimalLssvm& primal, const ReweightSettings& settings, const WeightFunction& function, int limit, double still,
-              const std::vector<Eigen::Index>* inside, Eigen::VectorXd& weight) {
+// Re-weights until the residuals stand still to `still` scales, `limit` solves at most. Samples outside `inside` have
+// no weight and no say in the scale. `weight` is where it begins, and where it ends.
+bool reweight(PrimalLssvm& primal, const ReweightSettings& settings, const WeightFunction& function, int limit,
+              double still, const std::vector<Eigen::Index>* inside, Eigen::VectorXd& weight) {
   if (!primal.solve(weight)) return false;
   Eigen::VectorXd residual = primal.residuals();
   for (int i = 0; i < limit; ++i) {
@@ -62,7 +62,13 @@ Eigen::VectorXd nothing(Eigen::Index n) { return Eigen::VectorXd::Constant(n, kN
 
 TuningCost::TuningCost(const Eigen::MatrixXd& points, const Eigen::VectorXd& y, double scale, Tuning kind, Folds folds,
                        ReweightSettings settings)
-    : points_(points), y_(y), scale_(scale), kind_(kind), folds_(std::move(folds)), members_(fold_members(folds_)), settings_(settings) {}
+    : points_(points),
+      y_(y),
+      scale_(scale),
+      kind_(kind),
+      folds_(std::move(folds)),
+      members_(fold_members(folds_)),
+      settings_(settings) {}
 
 double TuningCost::evaluate(const TuningPoint& point) const {
   if (y_.size() <= kFreshSamples) return final_cost(point);
@@ -102,7 +108,8 @@ double TuningCost::price(const LowRank& system, const TuningPoint& point, double
   const bool dense = dense_pays(exact) && system.left > accuracy / point.c && system.rank() == y_.size() / 2;
   if (kind_ == Tuning::kReml) return dense ? reml(point) : reml(system, point.c);
   const bool costly = system.rank() > kRefitRank;
-  const Eigen::VectorXd residual = dense ? held_out(point) : held_out(system, point, frozen || (costly && !exact), exact);
+  const Eigen::VectorXd residual =
+      dense ? held_out(point) : held_out(system, point, frozen || (costly && !exact), exact);
   const double cost = kind_ == Tuning::kLoo ? residual.cwiseAbs().mean() : mean_of_folds(residual);
   return std::isfinite(cost) ? cost * scale_ : kNever;
 }
@@ -122,7 +129,8 @@ Eigen::VectorXd TuningCost::held_out(const TuningPoint& point) const {
 }
 
 double TuningCost::reml(const TuningPoint& point) const {
-  const auto factor = LssvmFactor::make(kernel_matrix(points_, point.sigma2), Eigen::VectorXd::Constant(y_.size(), 1 / point.c), y_);
+  const auto factor =
+      LssvmFactor::make(kernel_matrix(points_, point.sigma2), Eigen::VectorXd::Constant(y_.size(), 1 / point.c), y_);
   return factor ? -factor->restricted_log_likelihood() / static_cast<double>(y_.size()) : kNever;
 }
 
@@ -144,7 +152,8 @@ Eigen::VectorXd TuningCost::held_out(const LowRank& system, const TuningPoint& p
     if (refit && exact) return refitted_folds(system, point, weight, exact);
     // A costly rank gets what the whole matrix gets: the search only has to see that it is no better there.
     const int limit = !exact && system.rank() > kRefitRank ? kDenseSolves : kRobustSolves;
-    if (!reweight(primal, settings_, function, std::min(settings_.limit, limit), still, nullptr, weight)) return nothing(n);
+    if (!reweight(primal, settings_, function, std::min(settings_.limit, limit), still, nullptr, weight))
+      return nothing(n);
     if (refit) return refitted_folds(system, point, weight, exact);
   } else if (!primal.solve(weight)) {
     return nothing(n);
@@ -171,7 +180,8 @@ Eigen::VectorXd TuningCost::frozen_folds(const LowRank& system, double c, const 
   return residual;
 }
 
-Eigen::VectorXd TuningCost::refitted_folds(const LowRank& system, const TuningPoint& point, const Eigen::VectorXd& start, bool exact) const {
+Eigen::VectorXd TuningCost::refitted_folds(const LowRank& system, const TuningPoint& point,
+                                           const Eigen::VectorXd& start, bool exact) const {
   WeightFunction function = settings_.weight;
   function.parameter = point.parameter;
   const bool once = settings_.limit == 1;
@@ -189,8 +199,8 @@ Eigen::VectorXd TuningCost::refitted_folds(const LowRank& system, const TuningPo
   return residual;
 }
 
-// −restricted log-likelihood per sample. In the primal log|H| + log(1ᵀ H⁻¹ 1) = (r + 1 − N) log c + log|diag(I/c, 0) + Φ Φᵀ|
-// and s_f² = c yᵀ ξ / (N − 1).
+// −restricted log-likelihood per sample. In the primal log|H| + log(1ᵀ H⁻¹ 1) = (r + 1 − N) log c + log|diag(I/c, 0) +
+// Φ Φᵀ| and s_f² = c yᵀ ξ / (N − 1).
 double TuningCost::reml(const LowRank& system, double c) const {
   PrimalLssvm primal(system, y_, c);
   if (!primal.solve(Eigen::VectorXd::Ones(y_.size()))) return kNever;

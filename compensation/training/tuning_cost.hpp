@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The price of one choice of (c, sigma2, weight parameter): held-out errors, from a low-rank system where that is exact enough.
+// The price of one choice of (c, sigma2, weight parameter): held-out errors, from a low-rank system where that is exact
+// enough.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,7 +30,8 @@ struct TuningPoint {
 class TuningCost {
  public:
   /// `scale` turns normalised errors into the target's units. Folds are used by the fold kinds only.
-  TuningCost(const Eigen::MatrixXd& points, const Eigen::VectorXd& y, double scale, Tuning kind, Folds folds, ReweightSettings settings);
+  TuningCost(const Eigen::MatrixXd& points, const Eigen::VectorXd& y, double scale, Tuning kind, Folds folds,
+             ReweightSettings settings);
 
   /// The search's price. Fold kinds with weights: IRLS inside each fold, begun at the weights of the whole data.
   double evaluate(const TuningPoint& point) const;
@@ -54,7 +56,8 @@ class TuningCost {
   double price(const LowRank& system, const TuningPoint& point, double accuracy, bool frozen, bool exact) const;
   Eigen::VectorXd held_out(const LowRank& system, const TuningPoint& point, bool frozen, bool exact) const;
   Eigen::VectorXd frozen_folds(const LowRank& system, double c, const Eigen::VectorXd& weight) const;
-  Eigen::VectorXd refitted_folds(const LowRank& system, const TuningPoint& point, const Eigen::VectorXd& start, bool exact) const;
+  Eigen::VectorXd refitted_folds(const LowRank& system, const TuningPoint& point, const Eigen::VectorXd& start,
+                                 bool exact) const;
   double reml(const LowRank& system, double c) const;
   Eigen::VectorXd held_out(const TuningPoint& point) const;
   double reml(const TuningPoint& point) const;

@@ -43,13 +43,17 @@ Result<WeightKind> parse_weight(std::string_view name) {
 double WeightFunction::operator()(double u) const {
   const double a = std::fabs(u);
   switch (kind) {
-    case WeightKind::kHuber: return a < parameter ? 1 : parameter / a;
+    case WeightKind::kHuber:
+      return a < parameter ? 1 : parameter / a;
     case WeightKind::kHampel:
       if (a <= kHampelB1) return 1;
       return a <= kHampelB2 ? std::max((kHampelB2 - a) / (kHampelB2 - kHampelB1), hampel_floor) : hampel_floor;
-    case WeightKind::kLogistic: return a > 0 ? std::tanh(a) / a : 1;
-    case WeightKind::kMyriad: return parameter * parameter / (parameter * parameter + u * u);
-    default: return 1;
+    case WeightKind::kLogistic:
+      return a > 0 ? std::tanh(a) / a : 1;
+    case WeightKind::kMyriad:
+      return parameter * parameter / (parameter * parameter + u * u);
+    default:
+      return 1;
   }
 }
 

@@ -18,7 +18,8 @@ struct WeightFunction {
   WeightKind kind = WeightKind::kNone;
   /// Huber's beta (1 if |u| < beta, else beta / |u|) or myriad's delta (delta² / (delta² + u²)); > 0; others have none.
   double parameter = 1;
-  /// Hampel: 1 to |u| = 2.5, falling to 0 at 3; beyond it this. 0 drops the sample as eq. 16 says; LS-SVMlab keeps 1e-7.
+  /// Hampel: 1 to |u| = 2.5, falling to 0 at 3; beyond it this. 0 drops the sample as eq. 16 says; LS-SVMlab keeps
+  /// 1e-7.
   double hampel_floor = 1e-7;
 
   double operator()(double u) const;

@@ -53,7 +53,7 @@ PRISM_PRODUCT std::uint64_t mirrored_remainder(std::uint64_t x, std::uint64_t po
 bool CrcProduct::possible() { return __builtin_cpu_supports("pclmul"); }
 
 [[gnu::hot, gnu::target("pclmul")]] std::uint64_t CrcProduct::update(std::uint64_t state,
-                                                           std::span<const std::uint8_t> bytes) const {
+                                                                     std::span<const std::uint8_t> bytes) const {
   const std::uint8_t* at = bytes.data();
   std::size_t left = bytes.size();
   std::uint64_t word = 0;  // the last bytes, fewer than eight: as many leave the state

@@ -22,8 +22,8 @@ struct Condition {
   boost::container::small_vector<std::uint64_t, 1> values;
 };
 
-/// What the decoder touches for every frame comes first: one cache line for a field of whole numbers without scaling, two
-/// for the others.
+/// What the decoder touches for every frame comes first: one cache line for a field of whole numbers without scaling,
+/// two for the others.
 struct alignas(64) Field {
   int at = 0;     ///< first byte; negative: from the end of the frame. In an item: of its payload. Text: the column
   int item = -1;  ///< index into FrameKind::items.ids (or of the block); -1: at a place of its own

@@ -48,7 +48,8 @@ void FrameDecoder::reset() {
   maker_.reset();
 }
 
-[[gnu::hot]] void FrameDecoder::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::vector<Reading>& out) {
+[[gnu::hot]] void FrameDecoder::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns,
+                                     std::vector<Reading>& out) {
   if (bytes.empty()) return;
   expire(arrival_ns, out);
   last_arrival_ns_ = arrival_ns;

@@ -105,8 +105,8 @@ void FrameEncoder::write_gyro(const KindRoles& roles, const GyroState& state) {
   if (gyro.meaning == GyroMeaning::kIncrement && !roles.gyro.empty()) angle_ -= sent;
 }
 
-void FrameEncoder::write_channel(const SlowChannel& channel, const FieldList& whole, int high, int low,
-                                 double value, Half& half) {
+void FrameEncoder::write_channel(const SlowChannel& channel, const FieldList& whole, int high, int low, double value,
+                                 Half& half) {
   for (const int field : whole) {
     const Field& f = kind_->fields[static_cast<std::size_t>(field)];
     if (std::isnan(value) && f.when.values.size() == 1)

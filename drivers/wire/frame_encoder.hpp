@@ -50,8 +50,7 @@ class FrameEncoder {
   void write_selectors(int kind);
   void write_counter(const KindRoles& roles);
   void write_gyro(const KindRoles& roles, const GyroState& state);
-  void write_channel(const SlowChannel& channel, const FieldList& whole, int high, int low, double value,
-                     Half& half);
+  void write_channel(const SlowChannel& channel, const FieldList& whole, int high, int low, double value, Half& half);
   void write_status(const KindRoles& roles, const GyroState& state);
   double wrapped(double angle, const Field& field) const;
   const std::uint8_t* place(int field) const;

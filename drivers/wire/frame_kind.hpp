@@ -105,9 +105,9 @@ struct FrameKind {
   std::vector<std::uint8_t> trailer;  ///< optional bytes behind the frame (CR LF) that are no damage
   std::vector<Field> fields;
   KindRoles roles;
-  ItemRule items;    ///< kItems
-  BlockRule blocks;  ///< kBlocks
-  TextRule text;     ///< kColumns
+  ItemRule items;      ///< kItems
+  BlockRule blocks;    ///< kBlocks
+  TextRule text;       ///< kColumns
   int check_bits = 0;  ///< all checks together
   int known_bits = 0;  ///< checks, sync, terminator and (at most 16) body rules: what says "frame"
   std::string name;

@@ -48,8 +48,9 @@ void read_fields(Problems& problems, const Json& json, const std::string& pointe
                  FrameKind& kind) {
   if (!json.is_object()) return problems.add(pointer, found(json) + " is not an object of fields");
   for (const auto& [name, field] : json.items()) {
-    place_field(read_field(problems, field, pointer + "/" + name, name, big_endian, kind.structure == Structure::kColumns, at), problems,
-                kind);
+    place_field(
+        read_field(problems, field, pointer + "/" + name, name, big_endian, kind.structure == Structure::kColumns, at),
+        problems, kind);
   }
 }
 
@@ -119,7 +120,8 @@ FrameKind read_kind(Problems& problems, const Json& json, const std::string& poi
   }
   read_length(s, big_endian, kind);
   kind.trailer = s.bytes("trailer", false);
-  if (s.has("text") + s.has("items") + s.has("blocks") > 1) s.refuse("", "has more than one of \"text\", \"items\", \"blocks\"; expected at most one");
+  if (s.has("text") + s.has("items") + s.has("blocks") > 1)
+    s.refuse("", "has more than one of \"text\", \"items\", \"blocks\"; expected at most one");
   if (s.has("text")) read_text(s.sub("text", "text"), kind);
   if (s.has("items")) read_items(s.sub("items", "items"), big_endian, kind);
   if (s.has("blocks")) read_blocks(s.sub("blocks", "blocks"), kind);

@@ -46,8 +46,8 @@ void SlowValue::take_halves(const FrameView& view, int high, int low, bool adjac
   if (has_high) high_ = view.bits(high);
 }
 
-[[gnu::hot]] void SlowValue::push(const FrameView& view, const FieldList& fields, int high, int low, std::uint64_t steps,
-                     bool adjacent) {
+[[gnu::hot]] void SlowValue::push(const FrameView& view, const FieldList& fields, int high, int low,
+                                  std::uint64_t steps, bool adjacent) {
   out_of_range_ = false;
   age_frames_ += steps;
   for (const int field : fields) {
@@ -70,7 +70,8 @@ void ReadingMaker::reset() {
   last_counter_.reset();
 }
 
-[[gnu::hot]] void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, bool contiguous, Reading& reading) {
+[[gnu::hot]] void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, bool contiguous,
+                                             Reading& reading) {
   for (const int field : roles.counter) {
     reading.counter = view.bits(field);
     if (reading.counter == 0 && !view.present(field)) continue;

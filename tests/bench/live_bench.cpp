@@ -20,8 +20,10 @@ using prism::FrameDescriptionPtr;
 using prism::bench::Bench;
 using prism::bench::Outcome;
 
-void print_row(const char* what, double ours, double floor, double ratio, const char* unit, double wanted, bool at_least) {
-  fmt::print("{:<34} {:>12.2f} {:>12.2f} {:>8.2f}   {} {:.2f}   [{}]\n", what, ours, floor, ratio, at_least ? ">=" : "<=", wanted, unit);
+void print_row(const char* what, double ours, double floor, double ratio, const char* unit, double wanted,
+               bool at_least) {
+  fmt::print("{:<34} {:>12.2f} {:>12.2f} {:>8.2f}   {} {:.2f}   [{}]\n", what, ours, floor, ratio,
+             at_least ? ">=" : "<=", wanted, unit);
 }
 
 struct Programs {
@@ -127,7 +129,8 @@ int main(int argc, char** argv) {
   const auto [a, b] = compare_flood(programs);
   fmt::print("{:<34} {:>12} {:>12} {:>8}   wanted\n", "", "prismd", "relay", "ratio");
   for (const double rate_hz : {100.0, 1000.0}) compare_paced(programs, rate_hz);
-  print_row("CPU per frame at full flood", a.cpu_us_per_frame, b.cpu_us_per_frame, a.cpu_us_per_frame / b.cpu_us_per_frame, "us", 2.0, false);
+  print_row("CPU per frame at full flood", a.cpu_us_per_frame, b.cpu_us_per_frame,
+            a.cpu_us_per_frame / b.cpu_us_per_frame, "us", 2.0, false);
   print_row("frames/s at full flood", a.lines_per_s, b.lines_per_s, a.lines_per_s / b.lines_per_s, "1/s", 0.6, true);
   fmt::print("lines lost in the flood: prismd {:.3f} %, relay {:.3f} %\n", 100 * a.lost, 100 * b.lost);
   return 0;

@@ -115,10 +115,12 @@ class Bench {
     std::ofstream(frames) << description;
     std::ofstream(config) << fmt::format(
         R"({{"line": {{"device": "{}"}}, "frames": "{}", "clock": "{}", "model": "{}", "write_log": false, "event_level": "error",
-            "socket": {{"path": "{}", "client_buffer_kib": 4096}}}})", pty_.path, frames, clock, model, socket_);
+            "socket": {{"path": "{}", "client_buffer_kib": 4096}}}})",
+        pty_.path, frames, clock, model, socket_);
     spawn({program, config});
     client_ = connect_with_patience(socket_);
-    const std::string ask = "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"subscribe\",\"params\":{\"streams\":[\"sample\"]}}\n";
+    const std::string ask =
+        "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"subscribe\",\"params\":{\"streams\":[\"sample\"]}}\n";
     if (::write(client_, ask.data(), ask.size()) < 0) std::exit(1);
     char answer[512];
     if (::read(client_, answer, sizeof answer) <= 0) std::exit(1);
@@ -135,7 +137,8 @@ class Bench {
     }
     char buffer[4096];
     const ssize_t size = ::read(client_, buffer, sizeof buffer);
-    const char* end = static_cast<const char*>(std::memchr(buffer, '\n', static_cast<std::size_t>(std::max<ssize_t>(size, 0))));
+    const char* end =
+        static_cast<const char*>(std::memchr(buffer, '\n', static_cast<std::size_t>(std::max<ssize_t>(size, 0))));
     return end != nullptr ? static_cast<std::size_t>(end - buffer + 1) : 0;
   }
 
@@ -146,7 +149,8 @@ class Bench {
     arrived.reserve(count);
     std::atomic<bool> done = false;
     drain(0.2);
-    std::thread reader([&] { read_lines(done, [&](std::size_t lines, double time) { arrived.insert(arrived.end(), lines, time); }); });
+    std::thread reader(
+        [&] { read_lines(done, [&](std::size_t lines, double time) { arrived.insert(arrived.end(), lines, time); }); });
     const double cpu_before = cpu_s(), begin = now_s();
     std::vector<std::uint8_t> bytes;
     for (std::size_t i = 0; i < count; ++i) {
@@ -171,7 +175,8 @@ class Bench {
       if (behind != written.begin()) latency.push_back(time - *(behind - 1));
     }
     if (!latency.empty()) {
-      std::nth_element(latency.begin(), latency.begin() + static_cast<std::ptrdiff_t>(latency.size() / 2), latency.end());
+      std::nth_element(latency.begin(), latency.begin() + static_cast<std::ptrdiff_t>(latency.size() / 2),
+                       latency.end());
       outcome.latency_us = 1e6 * latency[latency.size() / 2];
     }
     return outcome;

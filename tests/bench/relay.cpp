@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The floor of the live benchmark: poll, read, and for each frame one write of a line as long as prismd's. Nothing else.
+// The floor of the live benchmark: poll, read, and for each frame one write of a line as long as prismd's. Nothing
+// else.
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -27,7 +28,8 @@ int main(int argc, char** argv) {
   address.sun_family = AF_UNIX;
   std::strncpy(address.sun_path, argv[2], sizeof address.sun_path - 1);
   const int listener = ::socket(AF_UNIX, SOCK_STREAM, 0);
-  if (::bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 || ::listen(listener, 1) != 0) return 1;
+  if (::bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 || ::listen(listener, 1) != 0)
+    return 1;
   const int client = ::accept(listener, nullptr, nullptr);
   std::vector<char> buffer(65536);
   std::size_t pending = 0;

@@ -52,7 +52,8 @@ TrainingData made_up(Eigen::Index n) {
   data.target.resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double phase = 12.566 * static_cast<double>(i) / static_cast<double>(n);
-    const double t = 55 * std::sin(phase), slope = 0.017 * std::tanh(4 * std::cos(phase)), u = 5.6 - 0.002 * t + 0.01 * normal(random);
+    const double t = 55 * std::sin(phase), slope = 0.017 * std::tanh(4 * std::cos(phase)),
+                 u = 5.6 - 0.002 * t + 0.01 * normal(random);
     data.inputs.col(i) << t, slope, u;
     data.target[i] = 0.0004 * t - 0.9 * slope - 0.1 * (u - 5.6) + 0.006 * normal(random) + (i % 33 == 5 ? 0.05 : 0);
   }
@@ -93,7 +94,8 @@ void measure_prediction(const NormalisedData& data) {
   const auto padded = centres.padded(alpha);
   const double point[3] = {0.1, 0.2, 0.3};
   const double native = best_s(20, 2000, [&] { sink = native_kernel_sum(rows.data(), n, point, 0.3, alpha.data()); });
-  fmt::print("kernel sum, {} centres, 3 inputs; bare sum by Eigen built for this machine: {:.2f} us\n", n, native * 1e6);
+  fmt::print("kernel sum, {} centres, 3 inputs; bare sum by Eigen built for this machine: {:.2f} us\n", n,
+             native * 1e6);
   for (const KernelPath path : {KernelPath::kScalar, KernelPath::kBaseline, KernelPath::kAvx2, KernelPath::kAvx512}) {
     if (!use_kernel_path(path)) continue;
     const double took = best_s(20, 1000, [&] { sink = centres.sum(point, 0.5, padded); });
@@ -112,10 +114,14 @@ void measure_fit(const NormalisedData& data) {
     sink = cholesky(l) ? l(n - 1, n - 1) : 0;
   });
   const double fit = best_s(7, 2, [&] {
-    sink = LssvmFactor::make(kernel_matrix(data.x, 0.1458), Eigen::VectorXd::Constant(n, 1 / 76.0796), data.y)->solution().b;
+    sink = LssvmFactor::make(kernel_matrix(data.x, 0.1458), Eigen::VectorXd::Constant(n, 1 / 76.0796), data.y)
+               ->solution()
+               .b;
   });
-  fmt::print("one LSSVM fit, N = {}: {:.2f} ms (factor {:.2f}); Eigen's LLT {:.2f} ms built for this machine, {:.2f} ms for any x86-64\n", n,
-             fit * 1e3, own * 1e3, native * 1e3, eigen * 1e3);
+  fmt::print(
+      "one LSSVM fit, N = {}: {:.2f} ms (factor {:.2f}); Eigen's LLT {:.2f} ms built for this machine, {:.2f} ms for "
+      "any x86-64\n",
+      n, fit * 1e3, own * 1e3, native * 1e3, eigen * 1e3);
   fmt::print("  ratio {:.2f} and {:.2f}\n", fit / native, fit / eigen);
 }
 
@@ -126,7 +132,8 @@ void measure_window(const TrainingData& data) {
   const auto trained = train(data, {}, settings);
   const std::vector<double> x = {25, 0.001, 5.6};
   const auto& model = static_cast<const LssvmModel&>(*trained->model);
-  fmt::print("a window of prismd: {:.1f} us with its standard deviation, {:.2f} us without\n", best_s(10, 50, [&] { sink = model.predict(x).sd_deg_per_h; }) * 1e6,
+  fmt::print("a window of prismd: {:.1f} us with its standard deviation, {:.2f} us without\n",
+             best_s(10, 50, [&] { sink = model.predict(x).sd_deg_per_h; }) * 1e6,
              best_s(10, 1000, [&] { sink = model.bias_deg_per_h(x); }) * 1e6);
 }
 
@@ -140,8 +147,8 @@ void measure_tuning(const TrainingData& data, const char* name, Tuning tuning, W
   const auto trained = train(data, {}, settings);
   const double took = cpu_s() - begin;
   if (!trained) return void(fmt::print("  {}: {}\n", name, trained.error().text()));
-  fmt::print("  {:<28} {:6.2f} CPU s, cost {:.7g} at c {:.4g}, sigma2 {:.4g}, {} prices\n", name, took, trained->tuning->best.cost, trained->c,
-             trained->sigma2, trained->tuning->evaluations);
+  fmt::print("  {:<28} {:6.2f} CPU s, cost {:.7g} at c {:.4g}, sigma2 {:.4g}, {} prices\n", name, took,
+             trained->tuning->best.cost, trained->c, trained->sigma2, trained->tuning->evaluations);
 }
 
 // Tables 4 and 5: four weights on every subset of the inputs, and the unweighted model: 29 tunings.

@@ -26,6 +26,6 @@ inline std::string read_file(const std::filesystem::path& path) {
 }  // namespace prism::test
 
 /// Skips the running test where a file or folder of the shared data is not there.
-#define PRISM_NEEDS_SHARED(relative)                                                          \
-  if (!std::filesystem::exists(prism::test::shared_dir() / (relative)))                        \
+#define PRISM_NEEDS_SHARED(relative)                                    \
+  if (!std::filesystem::exists(prism::test::shared_dir() / (relative))) \
   GTEST_SKIP() << "no " << (prism::test::shared_dir() / (relative)) << "; set PRISM_SHARED to run this test"

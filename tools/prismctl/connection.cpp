@@ -71,8 +71,10 @@ Result<std::string> find_socket(const std::string& socket, const std::string& na
     if (name.empty() || names.back() == name) matching.push_back(path);
   }
   if (matching.size() == 1) return matching[0];
-  if (running.empty()) return refuse("prismctl", "no prismd answers in /run/prismd; start one, or name its socket with --socket");
-  if (matching.empty()) return refuse("--name", fmt::format("found \"{}\", expected one of: {}", name, fmt::join(names, ", ")));
+  if (running.empty())
+    return refuse("prismctl", "no prismd answers in /run/prismd; start one, or name its socket with --socket");
+  if (matching.empty())
+    return refuse("--name", fmt::format("found \"{}\", expected one of: {}", name, fmt::join(names, ", ")));
   return refuse("prismctl", fmt::format("several instances run, choose one with --name: {}", fmt::join(names, ", ")));
 }
 

@@ -51,7 +51,8 @@ int run(int argc, char** argv) {
   Choice choice;
   int code = kDone;
   app.set_version_flag("--version", std::string("prismctl ") + kVersion);
-  app.add_option("-s,--socket", choice.socket, "path of the daemon's socket (default: $PRISM_SOCKET, or the only one running)");
+  app.add_option("-s,--socket", choice.socket,
+                 "path of the daemon's socket (default: $PRISM_SOCKET, or the only one running)");
   app.add_option("-n,--name", choice.name, "instance, where several run");
   app.add_flag("--json", choice.json, "print JSON, for programs");
   app.require_subcommand(1);

@@ -32,7 +32,8 @@ std::vector<double> columns_of(const std::vector<double>& values, int columns) {
 }
 
 std::string utf8(unsigned code) {
-  return {static_cast<char>(0xE0 | code >> 12), static_cast<char>(0x80 | (code >> 6 & 0x3F)), static_cast<char>(0x80 | (code & 0x3F))};
+  return {static_cast<char>(0xE0 | code >> 12), static_cast<char>(0x80 | (code >> 6 & 0x3F)),
+          static_cast<char>(0x80 | (code & 0x3F))};
 }
 
 // Unicode braille: dots 1-3 and 7 in the left column, 4-6 and 8 in the right one.
@@ -64,12 +65,16 @@ std::vector<std::string> plot(const std::vector<double>& values, const PlotSize&
     const double height = (means[i] - middle) / (2 * half) + 0.5;
     const int dot = std::clamp(static_cast<int>((1 - height) * dot_rows), 0, dot_rows - 1);
     const int column = offset + static_cast<int>(i);
-    cells[static_cast<std::size_t>(dot / kDotRows * size.columns + column / kDotColumns)] |= braille_bit(column % kDotColumns, dot % kDotRows);
+    cells[static_cast<std::size_t>(dot / kDotRows * size.columns + column / kDotColumns)] |=
+        braille_bit(column % kDotColumns, dot % kDotRows);
   }
   std::vector<std::string> lines;
   for (int row = 0; row < size.rows; ++row) {
     const bool top = row == 0, bottom = row == size.rows - 1;
-    std::string line = empty ? std::string(11, ' ') : top ? fmt::format("{:>10.5f} ", middle + half) : bottom ? fmt::format("{:>10.5f} ", middle - half) : std::string(11, ' ');
+    std::string line = empty    ? std::string(11, ' ')
+                       : top    ? fmt::format("{:>10.5f} ", middle + half)
+                       : bottom ? fmt::format("{:>10.5f} ", middle - half)
+                                : std::string(11, ' ');
     line += size.utf8 ? "│" : "|";
     for (int column = 0; column < size.columns; ++column) {
       const unsigned dots = cells[static_cast<std::size_t>(row * size.columns + column)];

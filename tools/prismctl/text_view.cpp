@@ -31,7 +31,8 @@ std::string utc(const json& seconds) {
 
 std::string model_name(const json& model) {
   if (!model.is_object()) return "none";
-  return fmt::format("{} ({}), id {:.12}", text_of(at(model, "name"), "unnamed"), text_of(at(model, "kind")), text_of(at(model, "id")));
+  return fmt::format("{} ({}), id {:.12}", text_of(at(model, "name"), "unnamed"), text_of(at(model, "kind")),
+                     text_of(at(model, "id")));
 }
 
 std::string correction_lines(const json& row) {
@@ -51,17 +52,20 @@ std::string value_text(const json& value, int decimals, const char* unit) {
 
 std::string status_view(const json& s) {
   std::string state = text_of(at(s, "state"));
-  if (at(s, "detail").is_string() && !at(s, "detail").get<std::string>().empty()) state += ": " + text_of(at(s, "detail"));
+  if (at(s, "detail").is_string() && !at(s, "detail").get<std::string>().empty())
+    state += ": " + text_of(at(s, "detail"));
   std::string text = line("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
   text += line("state", fmt::format("{}, since {}", state, utc(at(s, "state_since_s"))));
-  text += line("device", fmt::format("{}, frames {}, clock {}", text_of(at(s, "device"), "none"), text_of(at(s, "frames")), text_of(at(s, "clock"))));
+  text += line("device", fmt::format("{}, frames {}, clock {}", text_of(at(s, "device"), "none"),
+                                     text_of(at(s, "frames")), text_of(at(s, "clock"))));
   text += line("gyro", text_of(at(s, "gyro_serial"), "serial number not configured"));
   text += line("model", model_name(at(s, "model")));
   const json& counts = at(s, "line");
   const auto n = [](const json& value) { return value.is_number() ? value.dump() : std::string("0"); };
-  text += line("line", fmt::format("{} frames good, {} failed their check, {} missing, {} resyncs, {} bytes skipped", n(at(counts, "frames")),
-                                   n(at(counts, "bad_check")), n(at(at(s, "timing"), "missing_frames")), n(at(counts, "resyncs")),
-                                   n(at(counts, "skipped_bytes"))));
+  text += line(
+      "line", fmt::format("{} frames good, {} failed their check, {} missing, {} resyncs, {} bytes skipped",
+                          n(at(counts, "frames")), n(at(counts, "bad_check")), n(at(at(s, "timing"), "missing_frames")),
+                          n(at(counts, "resyncs")), n(at(counts, "skipped_bytes"))));
   const json& window = at(s, "window");
   if (at(s, "sample").is_object()) {
     text += correction_lines(at(s, "sample"));
@@ -73,18 +77,21 @@ std::string status_view(const json& s) {
     text += line("quality", quality);
   }
   if (at(s, "log").is_object()) {
-    text += line("log", fmt::format("{}: {} rows, {} dropped", text_of(at(at(s, "log"), "directory")), n(at(at(s, "log"), "rows")), n(at(at(s, "log"), "dropped"))));
+    text += line("log", fmt::format("{}: {} rows, {} dropped", text_of(at(at(s, "log"), "directory")),
+                                    n(at(at(s, "log"), "rows")), n(at(at(s, "log"), "dropped"))));
   }
   const json& clients = at(s, "clients");
-  return text + line("clients", fmt::format("{} connected, {} rows lost by slow ones", n(at(clients, "connected")), n(at(clients, "lost_rows"))));
+  return text + line("clients", fmt::format("{} connected, {} rows lost by slow ones", n(at(clients, "connected")),
+                                            n(at(clients, "lost_rows"))));
 }
 
 std::string bias_view(const json& b) {
   std::string text = line("time", utc(at(b, "time_s"))) + correction_lines(b);
   text += line("100 s mean", fmt::format("{} raw, {} corrected", value_text(at(b, "mean_rate_deg_per_h"), 5, " deg/h"),
                                          value_text(at(b, "corrected_mean_deg_per_h"), 5, " deg/h")));
-  text += line("inputs", fmt::format("T {}, dT/dt {}, U {}", value_text(at(b, "temperature_degc"), 3, " degC"),
-                                     value_text(at(b, "slope_degc_per_s"), 6, " degC/s"), value_text(at(b, "uhfo_v"), 4, " V")));
+  text += line("inputs",
+               fmt::format("T {}, dT/dt {}, U {}", value_text(at(b, "temperature_degc"), 3, " degC"),
+                           value_text(at(b, "slope_degc_per_s"), 6, " degC/s"), value_text(at(b, "uhfo_v"), 4, " V")));
   text += line("quality", text_of(at(b, "quality")));
   return text + line("model", text_of(at(b, "model"), "none").substr(0, 12));
 }
@@ -92,13 +99,18 @@ std::string bias_view(const json& b) {
 std::string stability_view(const json& s) {
   const json& raw = at(s, "raw");
   const json& corrected = at(s, "corrected");
-  const auto count = [](const json& series) { return at(series, "blocks").is_number() ? at(series, "blocks").get<std::int64_t>() : 0; };
-  std::string text = fmt::format("Bias stability: 1 sigma of {} s means, divisor {}\n", at(s, "block_s").dump(), text_of(at(s, "divisor")));
+  const auto count = [](const json& series) {
+    return at(series, "blocks").is_number() ? at(series, "blocks").get<std::int64_t>() : 0;
+  };
+  std::string text = fmt::format("Bias stability: 1 sigma of {} s means, divisor {}\n", at(s, "block_s").dump(),
+                                 text_of(at(s, "divisor")));
   text += line("raw", fmt::format("{} over {} blocks", value_text(at(raw, "sd_deg_per_h"), 5, " deg/h"), count(raw)));
   text += line("corrected", value_text(at(corrected, "sd_deg_per_h"), 5, " deg/h"));
   const json& improvement = at(s, "improvement");
-  text += line("improvement", improvement.is_number() ? fmt::format("{:.2f} %", 100 * improvement.get<double>()) : "- (needs two blocks)");
-  if (count(at(s, "all")) > count(raw)) text += line("uncorrected", fmt::format("{} blocks more", count(at(s, "all")) - count(raw)));
+  text += line("improvement", improvement.is_number() ? fmt::format("{:.2f} %", 100 * improvement.get<double>())
+                                                      : "- (needs two blocks)");
+  if (count(at(s, "all")) > count(raw))
+    text += line("uncorrected", fmt::format("{} blocks more", count(at(s, "all")) - count(raw)));
   return text + line("model", model_name(at(s, "model")));
 }
 
@@ -108,19 +120,25 @@ std::string line_view(const json& l) {
   text += line("state", text_of(at(l, "state")) + (at(l, "detail") == "" ? "" : ": " + text_of(at(l, "detail"))));
   for (const json& note : at(l, "notes")) text += line("note", text_of(note));
   const json& d = at(l, "decoder");
-  text += line("frames", fmt::format("{} good of {} bytes; refused: {} by check, {} by length, {} by body", n(at(d, "frames")),
-                                     n(at(d, "bytes")), n(at(d, "bad_check")), n(at(d, "bad_length")), n(at(d, "bad_body"))));
-  text += line("", fmt::format("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range", n(at(d, "skipped_bytes")),
-                               n(at(d, "resyncs")), n(at(d, "timeouts")), n(at(d, "out_of_range"))));
+  text += line("frames",
+               fmt::format("{} good of {} bytes; refused: {} by check, {} by length, {} by body", n(at(d, "frames")),
+                           n(at(d, "bytes")), n(at(d, "bad_check")), n(at(d, "bad_length")), n(at(d, "bad_body"))));
+  text += line(
+      "", fmt::format("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range", n(at(d, "skipped_bytes")),
+                      n(at(d, "resyncs")), n(at(d, "timeouts")), n(at(d, "out_of_range"))));
   const json& t = at(l, "timing");
-  text += line("counter", fmt::format("{} frames missing, {} duplicates, {} resets", n(at(t, "missing_frames")), n(at(t, "duplicates")), n(at(t, "resets"))));
+  text += line("counter", fmt::format("{} frames missing, {} duplicates, {} resets", n(at(t, "missing_frames")),
+                                      n(at(t, "duplicates")), n(at(t, "resets"))));
   const bool estimated = at(t, "period_is_estimated") == true;
   text += line("period", fmt::format("{:.6f} ms ({}), nominal {:.6f} ms", 1e3 * t.value("period_s", 0.0),
                                      estimated ? "estimated" : "nominal", 1e3 * l.value("nominal_period_s", 0.0)));
   const json& h = at(l, "hardware");
-  return text + line("hardware", h.is_object() ? fmt::format("{} parity, {} framing, {} overrun, {} buffer overrun errors, {} breaks", n(at(h, "parity_errors")),
-                                                             n(at(h, "framing_errors")), n(at(h, "overruns")), n(at(h, "buffer_overruns")), n(at(h, "breaks")))
-                                               : "this device does not count errors");
+  return text +
+         line("hardware", h.is_object()
+                              ? fmt::format("{} parity, {} framing, {} overrun, {} buffer overrun errors, {} breaks",
+                                            n(at(h, "parity_errors")), n(at(h, "framing_errors")), n(at(h, "overruns")),
+                                            n(at(h, "buffer_overruns")), n(at(h, "breaks")))
+                              : "this device does not count errors");
 }
 
 std::string model_view(const json& m) {
@@ -131,8 +149,10 @@ std::string model_view(const json& m) {
     inputs += (i ? ", " : "") + m["inputs"][i].get<std::string>();
     if (i < min.size()) inputs += fmt::format(" {:g}..{:g}", min[i].get<double>(), m["domain"]["max"][i].get<double>());
   }
-  std::string text = line("model", text_of(at(m, "name"), "unnamed")) + line("kind", text_of(at(m, "kind"))) + line("id", text_of(at(m, "id")));
-  text += line("file", text_of(at(m, "file"))) + line("gyro", text_of(at(m, "gyro_serial"), "any")) + line("inputs", inputs);
+  std::string text = line("model", text_of(at(m, "name"), "unnamed")) + line("kind", text_of(at(m, "kind"))) +
+                     line("id", text_of(at(m, "id")));
+  text += line("file", text_of(at(m, "file"))) + line("gyro", text_of(at(m, "gyro_serial"), "any")) +
+          line("inputs", inputs);
   const json& w = at(m, "window");
   text += line("window", fmt::format("{} s, slope by {}", at(w, "length_s").dump(), text_of(at(w, "slope"))));
   for (const auto& [key, value] : at(m, "provenance").items()) {
@@ -142,20 +162,23 @@ std::string model_view(const json& m) {
 }
 
 std::string event_line(const json& e) {
-  std::string text = fmt::format("{}  {:<7} {}", utc(at(e, "time_s")), text_of(at(e, "severity")), text_of(at(e, "text")));
+  std::string text =
+      fmt::format("{}  {:<7} {}", utc(at(e, "time_s")), text_of(at(e, "severity")), text_of(at(e, "text")));
   if (at(e, "repeats").is_number()) text += fmt::format(" ({} more times)", at(e, "repeats").dump());
   return text + "\n";
 }
 
 std::string window_heading() {
-  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", "time (UTC)", "rate deg/h", "bias", "corrected", "T degC", "dT/dt", "U V", "quality");
+  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", "time (UTC)", "rate deg/h", "bias",
+                     "corrected", "T degC", "dT/dt", "U V", "quality");
 }
 
 std::string window_line(const json& w) {
-  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", utc(at(w, "time_s")), value_text(at(w, "mean_rate_deg_per_h"), 5),
-                     value_text(at(w, "bias_deg_per_h"), 5), value_text(at(w, "corrected_mean_deg_per_h"), 5),
-                     value_text(at(w, "mean_temperature_degc"), 3), value_text(at(w, "slope_degc_per_s"), 6),
-                     value_text(at(w, "mean_uhfo_v"), 4), text_of(at(w, "quality")));
+  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", utc(at(w, "time_s")),
+                     value_text(at(w, "mean_rate_deg_per_h"), 5), value_text(at(w, "bias_deg_per_h"), 5),
+                     value_text(at(w, "corrected_mean_deg_per_h"), 5), value_text(at(w, "mean_temperature_degc"), 3),
+                     value_text(at(w, "slope_degc_per_s"), 6), value_text(at(w, "mean_uhfo_v"), 4),
+                     text_of(at(w, "quality")));
 }
 
 }  // namespace prism

@@ -37,7 +37,8 @@ void stop_on_signal() {
 bool utf8_terminal() {
   for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
     const char* value = std::getenv(name);
-    if (value != nullptr && *value != '\0') return std::strstr(value, "UTF-8") != nullptr || std::strstr(value, "utf8") != nullptr;
+    if (value != nullptr && *value != '\0')
+      return std::strstr(value, "UTF-8") != nullptr || std::strstr(value, "utf8") != nullptr;
   }
   return false;
 }
@@ -180,8 +181,9 @@ void print_row(const std::string& method, const json& params, const WatchSetting
 int watch_lines(const std::string& socket, const WatchSettings& settings) {
   auto connection = Connection::open(socket);
   const std::string stream = settings.samples ? "sample" : "window";
-  auto subscribed = connection ? connection->ask("subscribe", {{"streams", {stream, "event"}}, {"every", settings.every}})
-                               : Result<json>(tl::unexpected<Error>(connection.error()));
+  auto subscribed = connection
+                        ? connection->ask("subscribe", {{"streams", {stream, "event"}}, {"every", settings.every}})
+                        : Result<json>(tl::unexpected<Error>(connection.error()));
   if (!subscribed) {
     fmt::print(stderr, "prismctl: {}\n", subscribed.error().text());
     return 1;

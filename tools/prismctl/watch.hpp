@@ -8,12 +8,13 @@ namespace prism {
 
 struct WatchSettings {
   bool json = false;
-  bool samples = false;         ///< lines and JSON: every sample instead of one row a second
-  std::uint64_t count = 0;      ///< end after so many rows; 0: never
-  int every = 1;                ///< of samples
+  bool samples = false;     ///< lines and JSON: every sample instead of one row a second
+  std::uint64_t count = 0;  ///< end after so many rows; 0: never
+  int every = 1;            ///< of samples
 };
 
-/// Runs until Ctrl-C (exit code 0), the count, or the daemon goes away (it waits for it to come back on a terminal; else 1).
+/// Runs until Ctrl-C (exit code 0), the count, or the daemon goes away (it waits for it to come back on a terminal;
+/// else 1).
 int watch(const std::string& socket, const WatchSettings& settings);
 
 }  // namespace prism

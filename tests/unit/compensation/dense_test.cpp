@@ -44,7 +44,8 @@ TEST_P(DenseOnEveryPath, GramsOfAllShapesAreRight) {
       add_gram(a, c, &w, -1);
       for (Eigen::Index j = 0; j < n; ++j) {
         for (Eigen::Index i = 0; i < n; ++i) {
-          ASSERT_NEAR(c(i, j), i >= j ? expected(i, j) : before(i, j), 1e-12 * static_cast<double>(k + 1)) << n << ' ' << k;
+          ASSERT_NEAR(c(i, j), i >= j ? expected(i, j) : before(i, j), 1e-12 * static_cast<double>(k + 1))
+              << n << ' ' << k;
         }
       }
     }

@@ -24,7 +24,8 @@ class OnEveryPath : public testing::TestWithParam<KernelPath> {
 };
 
 INSTANTIATE_TEST_SUITE_P(KernelPaths, OnEveryPath,
-                         testing::Values(KernelPath::kScalar, KernelPath::kBaseline, KernelPath::kAvx2, KernelPath::kAvx512),
+                         testing::Values(KernelPath::kScalar, KernelPath::kBaseline, KernelPath::kAvx2,
+                                         KernelPath::kAvx512),
                          [](const auto& path) { return kernel_path_name(path.param); });
 
 // 0 to 100 centres, so that every length of a tail occurs; distances from 0 to far beyond where exp underflows.
@@ -53,7 +54,8 @@ TEST_P(OnEveryPath, TheSumEqualsTheObviousOne) {
   }
 }
 
-// The relative error of a single value is what alpha ~ 1e5 amplifies. Arguments that are exact in double, so that exp alone errs.
+// The relative error of a single value is what alpha ~ 1e5 amplifies. Arguments that are exact in double, so that exp
+// alone errs.
 TEST_P(OnEveryPath, ExpErrsByLessThanTwoUnitsInTheLastPlace) {
   double worst = 0;
   for (int i = 0; i <= 20000; ++i) {

@@ -63,7 +63,8 @@ TEST(LssvmModel, BiasAndVarianceAreThoseOfTheBorderedSystem) {
     const Eigen::VectorXd x = Eigen::VectorXd::Constant(d, at);
     const Eigen::VectorXd point = (x - p.normalisation.input_shift).cwiseQuotient(p.normalisation.input_scale);
     Eigen::VectorXd q = Eigen::VectorXd::Ones(n + 1);
-    for (Eigen::Index k = 0; k < n; ++k) q[k + 1] = std::exp(-(p.centres.col(k) - point).squaredNorm() / (2 * p.sigma2));
+    for (Eigen::Index k = 0; k < n; ++k)
+      q[k + 1] = std::exp(-(p.centres.col(k) - point).squaredNorm() / (2 * p.sigma2));
     const Prediction found = model->predict({x.data(), static_cast<std::size_t>(d)});
     const double fraction = 1 - q.dot(bordered.partialPivLu().solve(q));
     EXPECT_NEAR(found.bias_deg_per_h, (q.tail(n).dot(p.alpha) + p.b) * 0.02 + 0.01, 1e-15);

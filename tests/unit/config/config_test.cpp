@@ -75,15 +75,19 @@ TEST(Config, EveryRefusalSaysWhereWhatWasFoundAndWhatWasExpected) {
   const Refused table[] = {
       {R"({"lime": {}})", "/etc/prism/gyro1.json:/lime: unknown key"},
       {R"({"line": {"bauds": 1}})", "/etc/prism/gyro1.json:/line/bauds: unknown key"},
-      {R"({"line": {"baud": "fast"}})", "/etc/prism/gyro1.json:/line/baud: found \"fast\", expected a whole number within 50 to 20000000"},
+      {R"({"line": {"baud": "fast"}})",
+       "/etc/prism/gyro1.json:/line/baud: found \"fast\", expected a whole number within 50 to 20000000"},
       {R"({"line": {"baud": 7}})", "/etc/prism/gyro1.json:/line/baud: 7 is not within 50 to 20000000"},
       {R"({"line": {"silence_s": 0}})", "/etc/prism/gyro1.json:/line/silence_s: 0 is not within 0.1 to 3600"},
-      {R"({"line": {"retry_min_s": 3, "retry_max_s": 1}})", "/etc/prism/gyro1.json:/line/retry_max_s: 1 is not within 3 to 600"},
-      {R"({"line": {"parity": "mark"}})", "/etc/prism/gyro1.json:/line/parity: found \"mark\", expected \"none\" or \"even\" or \"odd\""},
+      {R"({"line": {"retry_min_s": 3, "retry_max_s": 1}})",
+       "/etc/prism/gyro1.json:/line/retry_max_s: 1 is not within 3 to 600"},
+      {R"({"line": {"parity": "mark"}})",
+       "/etc/prism/gyro1.json:/line/parity: found \"mark\", expected \"none\" or \"even\" or \"odd\""},
       {R"({"line": 5})", "/etc/prism/gyro1.json:/line: found 5, expected an object {...}"},
       {R"({"gyro": {"sign": 0}})", "/etc/prism/gyro1.json:/gyro/sign: found 0, expected 1 or -1"},
       {R"({"name": "a/b"})", "/etc/prism/gyro1.json:/name: found \"a/b\", expected a name without '/'"},
-      {R"({"socket": {"mode": "rw"}})", "/etc/prism/gyro1.json:/socket/mode: found \"rw\", expected an octal mode such as \"0660\""},
+      {R"({"socket": {"mode": "rw"}})",
+       "/etc/prism/gyro1.json:/socket/mode: found \"rw\", expected an octal mode such as \"0660\""},
       {R"({"write_log": false, "log": {}})", "/etc/prism/gyro1.json:/log: given although \"write_log\" is false"},
       {R"({"clock": "host", "clock": "device"})", "/etc/prism/gyro1.json: the key \"clock\" is given twice"},
       {R"([])", "/etc/prism/gyro1.json: found [], expected a JSON object"},
@@ -98,7 +102,8 @@ TEST(Config, BrokenJsonIsRefusedWithLineAndColumn) {
 
 TEST(Config, ASocketPathTooLongForAUnixSocketIsRefused) {
   const std::string path(120, 'x');
-  EXPECT_THAT(refusal(R"({"socket": {"path": "/)" + path + R"("}})"), HasSubstr("has 121 characters, expected at most 107"));
+  EXPECT_THAT(refusal(R"({"socket": {"path": "/)" + path + R"("}})"),
+              HasSubstr("has 121 characters, expected at most 107"));
 }
 
 TEST(Config, AMissingFileIsRefusedByItsName) {
@@ -123,7 +128,8 @@ TEST(Config, BareNamesAreFoundBesideTheConfigurationFirst) {
   const auto folder = std::filesystem::temp_directory_path() / "prism-config-test";
   std::filesystem::create_directories(folder / "frames");
   std::ofstream(folder / "frames" / "trplg.json") << "{}";
-  const Result<Config> config = parse_config(R"({"frames": "trplg", "model": "tao2019-model2"})", (folder / "g.json").string());
+  const Result<Config> config =
+      parse_config(R"({"frames": "trplg", "model": "tao2019-model2"})", (folder / "g.json").string());
   ASSERT_TRUE(config) << config.error().text();
   EXPECT_EQ(config->frames, (folder / "frames" / "trplg.json").string());
   EXPECT_THAT(config->model, HasSubstr("config/models/tao2019-model2.json"));

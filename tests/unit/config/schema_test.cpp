@@ -63,7 +63,8 @@ TEST(ConfigSchema, TakesAndRefusesTheFormsThatTheReaderDoes) {
   const test::SchemaValidator validator(schema());
   const Json whole = Json::parse(kWhole);
   ASSERT_TRUE(validator.accepts(whole));
-  const Json wrongs = Json::array({nullptr, -1, 0, 3, 0.25, 1e12, "", "7", "even", true, Json::array({1}), Json{{"what", 1}}});
+  const Json wrongs =
+      Json::array({nullptr, -1, 0, 3, 0.25, 1e12, "", "7", "even", true, Json::array({1}), Json{{"what", 1}}});
   walk(whole, Json::json_pointer(), [&](const Json::json_pointer& at) {
     if (at.to_string() == "/$schema") return;
     for (const Json& wrong : wrongs) {
@@ -72,7 +73,8 @@ TEST(ConfigSchema, TakesAndRefusesTheFormsThatTheReaderDoes) {
       const bool read = reader_accepts(changed), formed = validator.accepts(changed);
       EXPECT_FALSE(read && !formed) << at.to_string() << " = " << wrong.dump() << ": only the schema refuses it";
       const bool same_type = whole.at(at).type_name() == std::string(wrong.type_name());
-      EXPECT_FALSE(!same_type && formed) << at.to_string() << " = " << wrong.dump() << ": the schema takes another type";
+      EXPECT_FALSE(!same_type && formed) << at.to_string() << " = " << wrong.dump()
+                                         << ": the schema takes another type";
       EXPECT_FALSE(!same_type && read) << at.to_string() << " = " << wrong.dump() << ": the reader takes another type";
     }
   });

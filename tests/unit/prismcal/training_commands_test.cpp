@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// train, fit, cv and predict as a user types them: the reference's numbers come out at the far end, refusals in one line.
+// train, fit, cv and predict as a user types them: the reference's numbers come out at the far end, refusals in one
+// line.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -30,7 +31,9 @@ namespace fs = std::filesystem;
 
 class Prismcal : public testing::Test {
  protected:
-  Prismcal() : folder_(fs::temp_directory_path() / ("prismcal-test-" + std::to_string(getpid()))) { fs::create_directories(folder_); }
+  Prismcal() : folder_(fs::temp_directory_path() / ("prismcal-test-" + std::to_string(getpid()))) {
+    fs::create_directories(folder_);
+  }
   ~Prismcal() override { fs::remove_all(folder_); }
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
@@ -64,16 +67,21 @@ class Prismcal : public testing::Test {
 TEST_F(Prismcal, FitAndPredictGiveTheReferencesPredictions) {
   PRISM_NEEDS_SHARED("golden/mcycle133");
   const fs::path dir = test::shared_dir() / "golden/mcycle133";
-  ASSERT_EQ(run({"fit", dir / "train.csv", "--inputs", "times", "--target", "y", "--weight", "huber", "--c", "10", "--sigma2", "0.1", "--beta", "1.345",
-                 "--out", path("m.json"), "--diagnostics", path("d.csv"), "--json"}), 0) << err_;
+  ASSERT_EQ(
+      run({"fit", dir / "train.csv", "--inputs", "times", "--target", "y", "--weight", "huber", "--c", "10", "--sigma2",
+           "0.1", "--beta", "1.345", "--out", path("m.json"), "--diagnostics", path("d.csv"), "--json"}),
+      0)
+      << err_;
   const auto summary = nlohmann::json::parse(out_);
   EXPECT_EQ(summary["reweighting"]["solves"], 15);
   EXPECT_EQ(summary["beta"], 1.345);
   ASSERT_EQ(run({"predict", path("m.json"), dir / "test.csv", "--out", path("p.csv")}), 0) << err_;
-  const auto found = CsvTable::read(path("p.csv"))->column("prediction"), expected = CsvTable::read(dir / "A_test.csv")->column("pred_huber");
+  const auto found = CsvTable::read(path("p.csv"))->column("prediction"),
+             expected = CsvTable::read(dir / "A_test.csv")->column("pred_huber");
   ASSERT_TRUE(found && expected);
   for (std::size_t i = 0; i < found->size(); ++i) EXPECT_NEAR((*found)[i], (*expected)[i], 1e-9);
-  const auto alpha = CsvTable::read(path("d.csv"))->column("alpha"), wanted = CsvTable::read(dir / "A_train.csv")->column("huber_alpha");
+  const auto alpha = CsvTable::read(path("d.csv"))->column("alpha"),
+             wanted = CsvTable::read(dir / "A_train.csv")->column("huber_alpha");
   ASSERT_TRUE(alpha && wanted);
   for (std::size_t i = 0; i < alpha->size(); ++i) EXPECT_NEAR((*alpha)[i], (*wanted)[i], 1e-9);
 }
@@ -82,8 +90,10 @@ TEST_F(Prismcal, CvPrintsEveryFoldsCost) {
   PRISM_NEEDS_SHARED("golden/mcycle133");
   const fs::path dir = test::shared_dir() / "golden/mcycle133";
   const auto expected = nlohmann::json::parse(test::read_file(dir / "A.json"));
-  ASSERT_EQ(run({"cv", dir / "train.csv", "--inputs", "times", "--target", "y", "--fold-column", "fold", "--weight", "hampel", "--c", "10", "--sigma2", "0.1",
-                 "--json"}), 0) << err_;
+  ASSERT_EQ(run({"cv", dir / "train.csv", "--inputs", "times", "--target", "y", "--fold-column", "fold", "--weight",
+                 "hampel", "--c", "10", "--sigma2", "0.1", "--json"}),
+            0)
+      << err_;
   const auto found = nlohmann::json::parse(out_);
   EXPECT_NEAR(found["unweighted"]["mse"], expected["unweighted"]["cv_mse"], 1e-7);
   EXPECT_NEAR(found["mae"], expected["robust"]["hampel"]["rcv10"]["mae_30iter"], 1e-9);
@@ -92,7 +102,10 @@ TEST_F(Prismcal, CvPrintsEveryFoldsCost) {
 
 TEST_F(Prismcal, StepwisePrintsCoefficientsAndItsPath) {
   write("t.csv", "a,b,y\n1,5,2.1\n2,3,4.0\n3,8,6.1\n4,1,8.0\n5,9,9.9\n6,2,12.1\n7,7,14.0\n");
-  ASSERT_EQ(run({"fit", path("t.csv"), "--inputs", "a,b", "--target", "y", "--method", "stepwise", "--start", "none", "--json"}), 0) << err_;
+  ASSERT_EQ(run({"fit", path("t.csv"), "--inputs", "a,b", "--target", "y", "--method", "stepwise", "--start", "none",
+                 "--json"}),
+            0)
+      << err_;
   const auto found = nlohmann::json::parse(out_);
   EXPECT_NEAR(found["coefficients"]["a"], 2, 0.05);
   EXPECT_FALSE(found["coefficients"].contains("b"));
@@ -124,8 +137,11 @@ std::string foreign_csv() {
 
 TEST_F(Prismcal, TrainOnAnyCsvMakesAModelThatTheEngineTakes) {
   write("foreign.csv", foreign_csv());
-  ASSERT_EQ(run({"train", path("foreign.csv"), "--map", "rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms", "--inputs", "T,dTdt", "--weight", "huber", "--c",
-                 "100", "--sigma2", "1", "--no-earth-rate", "--serial", "X1", "--out", path("m.json"), "--quiet"}), 0) << err_;
+  ASSERT_EQ(run({"train", path("foreign.csv"), "--map", "rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms",
+                 "--inputs", "T,dTdt", "--weight", "huber", "--c", "100", "--sigma2", "1", "--no-earth-rate",
+                 "--serial", "X1", "--out", path("m.json"), "--quiet"}),
+            0)
+      << err_;
   const auto model = parse_model(*read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_EQ((*model)->info().gyro_serial, "X1");
@@ -138,7 +154,9 @@ TEST_F(Prismcal, TrainOnAnyCsvMakesAModelThatTheEngineTakes) {
 
 TEST_F(Prismcal, AModelOfATableIsNotForAStream) {
   write("t.csv", "T,y\n1,1\n2,2.1\n3,2.9\n4,4.2\n5,5\n");
-  ASSERT_EQ(run({"fit", path("t.csv"), "--inputs", "T", "--target", "y", "--method", "lssvm", "--c", "10", "--sigma2", "1", "--out", path("m.json")}), 0)
+  ASSERT_EQ(run({"fit", path("t.csv"), "--inputs", "T", "--target", "y", "--method", "lssvm", "--c", "10", "--sigma2",
+                 "1", "--out", path("m.json")}),
+            0)
       << err_;
   const auto model = parse_model(*read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();

@@ -47,8 +47,8 @@ TEST(GnuplotScript, DrawsASurfaceAsCellsThatTouch) {
 }
 
 TEST(Gnuplot, DrawsEveryForm) {
-  for (const Form form :
-       {Form::kLine, Form::kPoints, Form::kOpenPoints, Form::kLinePoints, Form::kBand, Form::kBars, Form::kHeat, Form::kMark}) {
+  for (const Form form : {Form::kLine, Form::kPoints, Form::kOpenPoints, Form::kLinePoints, Form::kBand, Form::kBars,
+                          Form::kHeat, Form::kMark}) {
     Plot plot = one_panel(form);
     plot.panels[0].x.logarithmic = form != Form::kBars;  // bars have no width on a logarithmic axis
     const auto svg = draw_svg(plot, "fig");

@@ -69,7 +69,8 @@ struct Golden {
   Eigen::MatrixXd inputs(Columns& from, const std::string& prefix) const {
     const auto names = about["inputs"].get<std::vector<std::string>>();
     Eigen::MatrixXd m(names.size(), from[prefix + names[0]].size());
-    for (std::size_t i = 0; i < names.size(); ++i) m.row(static_cast<Eigen::Index>(i)) = vector_of(from[prefix + names[i]]).transpose();
+    for (std::size_t i = 0; i < names.size(); ++i)
+      m.row(static_cast<Eigen::Index>(i)) = vector_of(from[prefix + names[i]]).transpose();
     return m;
   }
 
@@ -80,7 +81,8 @@ struct Golden {
     Eigen::VectorXd f(x_test.cols());
     for (Eigen::Index j = 0; j < f.size(); ++j) {
       f[j] = b;
-      for (Eigen::Index k = 0; k < x.cols(); ++k) f[j] += alpha[k] * std::exp(-(x.col(k) - x_test.col(j)).squaredNorm() / (2 * sigma2));
+      for (Eigen::Index k = 0; k < x.cols(); ++k)
+        f[j] += alpha[k] * std::exp(-(x.col(k) - x_test.col(j)).squaredNorm() / (2 * sigma2));
     }
     return (f.array() * scale + about["y_shift"].get<double>()).matrix();
   }
@@ -96,7 +98,9 @@ struct Golden {
 inline double relative(const Eigen::VectorXd& found, const Eigen::VectorXd& expected) {
   return (found - expected).cwiseAbs().maxCoeff() / std::max(1e-300, expected.cwiseAbs().maxCoeff());
 }
-inline double relative(double found, double expected) { return std::fabs(found - expected) / std::max(1e-300, std::fabs(expected)); }
+inline double relative(double found, double expected) {
+  return std::fabs(found - expected) / std::max(1e-300, std::fabs(expected));
+}
 
 struct GoldenName {
   std::string name, id;
@@ -104,7 +108,7 @@ struct GoldenName {
 inline void PrintTo(const GoldenName& g, std::ostream* out) { *out << g.name << '_' << g.id; }
 
 inline const std::vector<GoldenName> kGoldenNames = {
-    {"boston400_auto", "A"}, {"boston400_auto", "B"}, {"gyro924", "A"},   {"gyro924", "B"}, {"gyro924", "C"},
+    {"boston400_auto", "A"}, {"boston400_auto", "B"}, {"gyro924", "A"},   {"gyro924", "B"},   {"gyro924", "C"},
     {"gyro924_T", "A"},      {"gyro924_U", "A"},      {"mcycle133", "A"}, {"mcycle133", "B"}, {"sinc150", "A"},
     {"sinc150", "B"},        {"yacht250", "A"},       {"yacht250", "B"}};
 

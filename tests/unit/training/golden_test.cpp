@@ -56,7 +56,8 @@ TEST_P(GoldenCase, TheUnweightedModelIsTheReferences) {
   EXPECT_LT(relative(f.solution().b, expected["b"]), g.tolerance);
   EXPECT_LT(relative(f.residuals(), g.column("resid")), g.tolerance);
   const Eigen::VectorXd predicted = g.predict(f.solution().alpha, f.solution().b);
-  EXPECT_LT((predicted - test::vector_of(g.test_expected["pred_unweighted"])).cwiseAbs().maxCoeff() / g.scale, g.tolerance);
+  EXPECT_LT((predicted - test::vector_of(g.test_expected["pred_unweighted"])).cwiseAbs().maxCoeff() / g.scale,
+            g.tolerance);
   EXPECT_LT(relative(f.degrees_of_freedom(), expected["dof"]), g.tolerance);
   EXPECT_LT(relative(robust_scale(f.residuals(), ScaleKind::kMad), expected["s_mad"]), g.tolerance);
   EXPECT_LT(relative(robust_scale(f.residuals(), ScaleKind::kIqr), expected["s_iqr_hazen"]), g.tolerance);
@@ -76,11 +77,12 @@ TEST_P(GoldenCase, HeldOutResidualsComeFromOneFactorisation) {
   EXPECT_LT(relative(cv->residual, held_out), g.tolerance);
   EXPECT_LT(relative(cv->mse, expected["cv_mse"]), g.tolerance);
   EXPECT_LT(relative(cv->mae, expected["cv_mae"]), g.tolerance);
-  for (std::size_t i = 0; i < cv->fold_mae.size(); ++i) EXPECT_LT(relative(cv->fold_mae[i], expected["fold_mae"][i]), g.tolerance);
+  for (std::size_t i = 0; i < cv->fold_mae.size(); ++i)
+    EXPECT_LT(relative(cv->fold_mae[i], expected["fold_mae"][i]), g.tolerance);
 }
 
-// Extended-precision residuals take the machine out of the result: where plain double keeps four digits, what is left is
-// the uncertainty of the reference itself.
+// Extended-precision residuals take the machine out of the result: where plain double keeps four digits, what is left
+// is the uncertainty of the reference itself.
 TEST_P(GoldenCase, RefiningRecoversTheDigitsThatDoubleLoses) {
   Golden& g = *golden_;
   const LssvmFactor f = factor();
@@ -115,8 +117,8 @@ class GoldenWeight : public testing::TestWithParam<std::tuple<test::GoldenName, 
 
 INSTANTIATE_TEST_SUITE_P(Shared, GoldenWeight,
                          testing::Combine(testing::ValuesIn(test::kGoldenNames),
-                                          testing::Values(WeightKind::kHuber, WeightKind::kHampel, WeightKind::kLogistic,
-                                                          WeightKind::kMyriad)),
+                                          testing::Values(WeightKind::kHuber, WeightKind::kHampel,
+                                                          WeightKind::kLogistic, WeightKind::kMyriad)),
                          [](const auto& golden) {
                            const test::GoldenName& name = std::get<0>(golden.param);
                            return name.name + "_" + name.id + "_" + weight_name(std::get<1>(golden.param));

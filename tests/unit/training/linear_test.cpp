@@ -48,7 +48,8 @@ void expect_result(const StepwiseResult& found, const nlohmann::json& expected, 
 
 std::vector<int> positions(const nlohmann::json& wanted, const std::vector<std::string>& names) {
   std::vector<int> at;
-  for (const std::string name : wanted) at.push_back(static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin()));
+  for (const std::string name : wanted)
+    at.push_back(static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin()));
   return at;
 }
 
@@ -62,8 +63,10 @@ TEST(Stepwise, TakesTheReferencesPathInEveryRandomProblem) {
     test::Columns data = test::read_columns(dir / (expected["id"].get<std::string>() + ".csv"));
     const auto names = expected["candidates"].get<std::vector<std::string>>();
     Eigen::MatrixXd columns(data["y"].size(), names.size());
-    for (std::size_t j = 0; j < names.size(); ++j) columns.col(static_cast<Eigen::Index>(j)) = test::vector_of(data[names[j]]);
-    const auto found = fit_stepwise(columns, test::vector_of(data["y"]), {positions(expected["initial"], names), 0.05, 0.10});
+    for (std::size_t j = 0; j < names.size(); ++j)
+      columns.col(static_cast<Eigen::Index>(j)) = test::vector_of(data[names[j]]);
+    const auto found =
+        fit_stepwise(columns, test::vector_of(data["y"]), {positions(expected["initial"], names), 0.05, 0.10});
     ASSERT_TRUE(found) << found.error().text();
     expect_result(*found, expected, names);
   }
@@ -72,7 +75,8 @@ TEST(Stepwise, TakesTheReferencesPathInEveryRandomProblem) {
 // "T", "T^2", "T*R": the value of a term by its name.
 Eigen::VectorXd term_column(const std::string& name, test::Columns& data) {
   if (name.find("^2") != std::string::npos) return test::vector_of(data[name.substr(0, 1)]).cwiseAbs2();
-  if (name.size() == 3) return test::vector_of(data[name.substr(0, 1)]).cwiseProduct(test::vector_of(data[name.substr(2, 1)]));
+  if (name.size() == 3)
+    return test::vector_of(data[name.substr(0, 1)]).cwiseProduct(test::vector_of(data[name.substr(2, 1)]));
   return test::vector_of(data[name]);
 }
 
@@ -85,8 +89,10 @@ TEST(Stepwise, FindsThePapersTwoModels) {
     SCOPED_TRACE(model);
     const auto names = all[model]["candidates"].get<std::vector<std::string>>();
     Eigen::MatrixXd columns(data["y"].size(), names.size());
-    for (std::size_t j = 0; j < names.size(); ++j) columns.col(static_cast<Eigen::Index>(j)) = term_column(names[j], data);
-    const auto found = fit_stepwise(columns, test::vector_of(data["y"]), {positions(all[model]["initial"], names), 0.05, 0.10});
+    for (std::size_t j = 0; j < names.size(); ++j)
+      columns.col(static_cast<Eigen::Index>(j)) = term_column(names[j], data);
+    const auto found =
+        fit_stepwise(columns, test::vector_of(data["y"]), {positions(all[model]["initial"], names), 0.05, 0.10});
     ASSERT_TRUE(found) << found.error().text();
     expect_result(*found, all[model], names);
   }
@@ -105,7 +111,8 @@ TEST(LeastSquares, CubicFitsAreTheReferences) {
     const auto fit = problem.fit({0, 1, 2});
     ASSERT_TRUE(fit);
     EXPECT_LT(relative(fit->intercept, cubic[input]["k"][0]), kCoefficientTolerance);
-    for (int j = 0; j < 3; ++j) EXPECT_LT(relative(fit->coefficient[j], cubic[input]["k"][j + 1]), kCoefficientTolerance);
+    for (int j = 0; j < 3; ++j)
+      EXPECT_LT(relative(fit->coefficient[j], cubic[input]["k"][j + 1]), kCoefficientTolerance);
     EXPECT_LT(relative(fit->sse, cubic[input]["sse"]), 1e-12);
     EXPECT_GT(problem.condition({0, 1, 2}), 1);
   }
@@ -132,7 +139,8 @@ TEST(Stepwise, ThresholdsOutOfOrderAreRefused) {
   const Eigen::MatrixXd columns = Eigen::VectorXd::LinSpaced(5, 0, 1);
   const auto found = fit_stepwise(columns, Eigen::VectorXd::Ones(5), {{}, 0.2, 0.1});
   ASSERT_FALSE(found);
-  EXPECT_EQ(found.error().text(), "stepwise: found p-enter 0.2 and p-remove 0.1, expected 0 < p-enter <= p-remove <= 1");
+  EXPECT_EQ(found.error().text(),
+            "stepwise: found p-enter 0.2 and p-remove 0.1, expected 0 < p-enter <= p-remove <= 1");
 }
 
 }  // namespace

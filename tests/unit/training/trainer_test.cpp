@@ -26,7 +26,8 @@ TrainingData drift(Eigen::Index n, bool outliers = true) {
   data.inputs.resize(2, n);
   data.target.resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double t = 60 * std::sin(static_cast<double>(i) * 0.05), u = 5.5 + 0.1 * std::cos(static_cast<double>(i) * 0.031);
+    const double t = 60 * std::sin(static_cast<double>(i) * 0.05),
+                 u = 5.5 + 0.1 * std::cos(static_cast<double>(i) * 0.031);
     data.inputs.col(i) << t, u;
     data.target[i] = truth(t, u) + 0.02 * kNoise * normal(random) + (outliers && i % 33 == 7 ? 0.2 : 0);
   }
@@ -36,7 +37,8 @@ TrainingData drift(Eigen::Index n, bool outliers = true) {
 double worst_error(const Model& model) {
   double worst = 0;
   for (double t = -50; t <= 50; t += 5) {
-    for (double u = 5.45; u < 5.56; u += 0.05) worst = std::max(worst, std::fabs(model.predict(std::vector{t, u}).bias_deg_per_h - truth(t, u)));
+    for (double u = 5.45; u < 5.56; u += 0.05)
+      worst = std::max(worst, std::fabs(model.predict(std::vector{t, u}).bias_deg_per_h - truth(t, u)));
   }
   return worst;
 }
@@ -81,7 +83,8 @@ TEST(Trainer, TheGuardTellsHolesInTheDataFromTheData) {
   const auto trained = train(data, {}, settings);
   ASSERT_TRUE(trained);
   int flagged = 0;
-  for (Eigen::Index i = 0; i < 400; ++i) flagged += trained->model->predict(std::vector{data.inputs(0, i), data.inputs(1, i)}).extrapolating;
+  for (Eigen::Index i = 0; i < 400; ++i)
+    flagged += trained->model->predict(std::vector{data.inputs(0, i), data.inputs(1, i)}).extrapolating;
   EXPECT_LT(flagged, 12);
   EXPECT_TRUE(trained->model->predict(std::vector{200.0, 5.5}).extrapolating);  // outside the box
   EXPECT_TRUE(trained->model->predict(std::vector{0.0, 5.9}).extrapolating);
@@ -96,7 +99,8 @@ TEST(Trainer, LongRecordsBecomeSparseModelsThatPredictAlike) {
   EXPECT_EQ(sparse->model->info().kind, "sparse_lssvm");
   EXPECT_LT(sparse->centres, 400);
   EXPECT_LT(worst_error(*sparse->model), 0.0005);
-  const Prediction near = sparse->model->predict(std::vector{0.0, 5.5}), far = sparse->model->predict(std::vector{0.0, 7.5});
+  const Prediction near = sparse->model->predict(std::vector{0.0, 5.5}),
+                   far = sparse->model->predict(std::vector{0.0, 7.5});
   EXPECT_GT(near.sd_deg_per_h, 0);
   EXPECT_GT(far.sd_deg_per_h, 10 * near.sd_deg_per_h);
   EXPECT_TRUE(far.extrapolating);
@@ -113,7 +117,8 @@ TEST(Trainer, SupportVectorsFindTheDriftToo) {
   ASSERT_TRUE(trained) << trained.error().text();
   EXPECT_LT(worst_error(*trained->model), 0.003);
   EXPECT_LT(trained->centres, 300);
-  EXPECT_EQ(trained->model->predict(std::vector{0.0, 5.5}).bias_deg_per_h, trained->model->predict(std::vector{0.0, 5.5}).bias_deg_per_h);
+  EXPECT_EQ(trained->model->predict(std::vector{0.0, 5.5}).bias_deg_per_h,
+            trained->model->predict(std::vector{0.0, 5.5}).bias_deg_per_h);
   EXPECT_TRUE(std::isnan(trained->model->predict(std::vector{0.0, 5.5}).sd_deg_per_h));
 }
 
@@ -127,7 +132,8 @@ TEST(Trainer, StepwiseFindsTheTermsThatWerePutIn) {
   const auto trained = train(data, {}, settings);
   ASSERT_TRUE(trained) << trained.error().text();
   std::vector<std::string> names;
-  for (const int term : trained->stepwise->terms) names.push_back(term_name(settings.terms[static_cast<std::size_t>(term)], data.names));
+  for (const int term : trained->stepwise->terms)
+    names.push_back(term_name(settings.terms[static_cast<std::size_t>(term)], data.names));
   EXPECT_EQ(std::vector(names.begin(), names.begin() + 2), (std::vector<std::string>{"T", "T^2"}));
   EXPECT_NEAR(trained->model->predict(std::vector{40.0, 5.5}).bias_deg_per_h, 0.1 + 0.08 - 0.016, 1e-4);
 }
@@ -136,7 +142,8 @@ TEST(Trainer, SaysWhatItCannotUse) {
   TrainingSettings settings;
   TrainingData still = drift(100);
   still.inputs.row(0).setConstant(25.1);
-  EXPECT_EQ(train(still, {}, settings).error().text(), "T: the input does not move at all: nothing can be learnt from it");
+  EXPECT_EQ(train(still, {}, settings).error().text(),
+            "T: the input does not move at all: nothing can be learnt from it");
   TrainingData hole = drift(100);
   hole.target[3] = std::nan("");
   EXPECT_EQ(train(hole, {}, settings).error().text(), "training data: found a number that is not finite");

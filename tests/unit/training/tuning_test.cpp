@@ -43,7 +43,8 @@ TEST(Simplex, StaysInItsBox) {
 TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
   PRISM_NEEDS_SHARED("golden/gyro924");
   const test::Golden g("gyro924", "A");
-  const auto reference = nlohmann::json::parse(test::read_file(test::shared_dir() / "golden/gyro924/tune_reference.json"));
+  const auto reference =
+      nlohmann::json::parse(test::read_file(test::shared_dir() / "golden/gyro924/tune_reference.json"));
   ReweightSettings settings;
   settings.weight.kind = WeightKind::kMyriad;
   const TuningCost cost(g.x, g.y, g.scale, Tuning::kGiven, g.folds, settings);
@@ -55,7 +56,8 @@ TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
   whole.weight.parameter = found->best.parameter;
   whole.limit = kRobustSolves;
   whole.tolerance = 0;
-  const auto exact = cross_validate_robust(kernel_matrix(g.x, found->best.sigma2), g.y, found->best.c, whole, g.folds, g.scale);
+  const auto exact =
+      cross_validate_robust(kernel_matrix(g.x, found->best.sigma2), g.y, found->best.c, whole, g.folds, g.scale);
   ASSERT_TRUE(exact);
   EXPECT_LT(test::relative(found->best.cost, exact->mae), 1e-5);
 }
@@ -64,7 +66,8 @@ TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
 TEST(Tuning, RobustTenFoldOnTheMotorcycleEndsWhereTheReferenceEnds) {
   PRISM_NEEDS_SHARED("golden/mcycle133");
   const test::Golden g("mcycle133", "A");
-  const auto reference = nlohmann::json::parse(test::read_file(test::shared_dir() / "golden/mcycle133/tune_reference.json"));
+  const auto reference =
+      nlohmann::json::parse(test::read_file(test::shared_dir() / "golden/mcycle133/tune_reference.json"));
   for (const WeightKind kind : {WeightKind::kHampel}) {
     ReweightSettings settings;
     settings.weight.kind = kind;
@@ -108,7 +111,8 @@ TEST_F(TuningOnWaves, TheNumberOfThreadsChangesNothing) {
 TEST_F(TuningOnWaves, PlainPricesAreThoseOfTheWholeMatrix) {
   const TuningPoint point{40, 0.3, 1, 0};
   const Eigen::MatrixXd kernel = kernel_matrix(x_, point.sigma2);
-  EXPECT_NEAR(cost(Tuning::kShuffled).final_cost(point), cross_validate(kernel, y_, point.c, shuffled_folds(120, 10, 3), 1)->mae, 1e-7);
+  EXPECT_NEAR(cost(Tuning::kShuffled).final_cost(point),
+              cross_validate(kernel, y_, point.c, shuffled_folds(120, 10, 3), 1)->mae, 1e-7);
   EXPECT_NEAR(cost(Tuning::kLoo).final_cost(point), leave_one_out(kernel, y_, point.c, 1)->mae, 1e-7);
   const auto factor = LssvmFactor::make(kernel, Eigen::VectorXd::Constant(120, 1 / point.c), y_);
   EXPECT_NEAR(cost(Tuning::kReml).final_cost(point), -factor->restricted_log_likelihood() / 120, 1e-6);
@@ -149,8 +153,8 @@ TEST(Tuning, LeaveOneOutDoesNotChooseAMinorityOfTheSamples) {
 
 TEST_F(TuningOnWaves, AStopFlagGivesTheBestSoFar) {
   std::atomic<bool> stop{false};
-  const auto found = tune(cost(Tuning::kShuffled), 120, {},
-                          [&](int done, int, const TuningPoint&) { stop = stop || done >= 30; }, &stop);
+  const auto found = tune(
+      cost(Tuning::kShuffled), 120, {}, [&](int done, int, const TuningPoint&) { stop = stop || done >= 30; }, &stop);
   ASSERT_TRUE(found);
   EXPECT_TRUE(found->stopped);
   EXPECT_LT(found->evaluations, 40);

@@ -20,7 +20,9 @@ std::span<const std::uint8_t> bytes(std::string_view text) {
 
 // Greg Cook's catalogue of parametrised CRC algorithms.
 TEST_P(CrcWays, GivesTheCatalogueValues) {
-  const auto check = [&](const CrcParameters& parameters) { return Crc(parameters, GetParam()).compute(bytes("123456789")); };
+  const auto check = [&](const CrcParameters& parameters) {
+    return Crc(parameters, GetParam()).compute(bytes("123456789"));
+  };
   EXPECT_EQ(check({8, 0x07, 0x00, false, false, 0}), 0xF4u) << "CRC-8/SMBUS";
   EXPECT_EQ(check({8, 0x31, 0x00, true, true, 0}), 0xA1u) << "CRC-8/MAXIM-DOW";
   EXPECT_EQ(check({16, 0x1021, 0xFFFF, false, false, 0}), 0x29B1u) << "CRC-16/IBM-3740";

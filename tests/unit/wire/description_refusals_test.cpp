@@ -56,7 +56,9 @@ INSTANTIATE_TEST_SUITE_P(
     Slips, Refusals,
     testing::Values(
         Slip{"\"version\": 1", "\"version\": 2", "f.json:/version: 2 is not a whole number from 1 to 1"},
-        Slip{"\"length\": 12,", "\"length\": 12, \"items\": {\"from\": 2, \"to\": -2}, \"blocks\": {\"from\": 2, \"mask\": \"flags\", \"sizes\": [1]},",
+        Slip{"\"length\": 12,",
+             "\"length\": 12, \"items\": {\"from\": 2, \"to\": -2}, \"blocks\": {\"from\": 2, \"mask\": \"flags\", "
+             "\"sizes\": [1]},",
              "f.json:/kinds/0: has more than one of \"text\", \"items\", \"blocks\"; expected at most one"},
         Slip{"\"baud\": 9600", "\"baud\": 9600, \"bauds\": 1",
              "f.json:/line/bauds: unknown key; expected one of baud, data_bits, parity, stop_bits"},

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "drivers/wire/json_section.hpp"
-#include "tests/unit/wire/descriptions.hpp"
 #include "tests/support/schema_validator.hpp"
+#include "tests/unit/wire/descriptions.hpp"
 
 namespace prism {
 namespace {

@@ -77,11 +77,13 @@ bool is_capture(const std::string& path) {
   unsigned char magic[4] = {};
   in.read(reinterpret_cast<char*>(magic), sizeof magic);
   const std::uint32_t value = magic[0] | magic[1] << 8 | magic[2] << 16 | static_cast<std::uint32_t>(magic[3]) << 24;
-  return value == 0xa1b23c4d || value == 0xa1b2c3d4 || value == 0x4d3cb2a1 || value == 0xd4c3b2a1 || value == 0x0a0d0d0a;
+  return value == 0xa1b23c4d || value == 0xa1b2c3d4 || value == 0x4d3cb2a1 || value == 0xd4c3b2a1 ||
+         value == 0x0a0d0d0a;
 }
 
 Result<Recording> read_capture(const std::string& path, const SourceOptions& options) {
-  if (options.config.empty()) return refuse(path, "is a capture: say --config PRISMD.JSON, so that its frames can be read");
+  if (options.config.empty())
+    return refuse(path, "is a capture: say --config PRISMD.JSON, so that its frames can be read");
   const auto config = load_config(options.config);
   if (!config) return tl::unexpected<Error>(config.error());
   const auto frames = frames_of(*config);
@@ -93,8 +95,9 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   recording.name = std::filesystem::path(path).stem().string();
   recording.metadata["gyro_serial"] = config->gyro.serial.empty() ? "unknown" : config->gyro.serial;
   if (config->site.elevation_deg) {
-    recording.metadata["site"] = fmt::format("latitude_deg {} elevation_deg {} azimuth_deg {}", config->site.latitude_deg,
-                                             *config->site.elevation_deg, config->site.azimuth_deg);
+    recording.metadata["site"] =
+        fmt::format("latitude_deg {} elevation_deg {} azimuth_deg {}", config->site.latitude_deg,
+                    *config->site.elevation_deg, config->site.azimuth_deg);
   }
   ClockSettings clock;
   clock.source = config->device_clock ? ClockSource::kDevice : ClockSource::kHost;

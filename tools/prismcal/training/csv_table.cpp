@@ -73,13 +73,15 @@ Result<CsvTable> CsvTable::parse(std::string text, const std::string& where) {
       }
       for (std::size_t i = 0; i < count_fields(line, table.separator_); ++i) {
         const std::string name(field(line, table.separator_, i));
-        if (table.has(name)) return refuse(fmt::format("{}:{}", where, number), fmt::format("the column \"{}\" is named twice", name));
+        if (table.has(name))
+          return refuse(fmt::format("{}:{}", where, number), fmt::format("the column \"{}\" is named twice", name));
         table.names_.push_back(name);
       }
       continue;
     }
     if (const std::size_t found = count_fields(line, table.separator_); found != table.names_.size()) {
-      return refuse(fmt::format("{}:{}", where, number), fmt::format("found {} fields, expected {}", found, table.names_.size()));
+      return refuse(fmt::format("{}:{}", where, number),
+                    fmt::format("found {} fields, expected {}", found, table.names_.size()));
     }
     table.lines_.push_back({line, number});
   }
@@ -87,11 +89,14 @@ Result<CsvTable> CsvTable::parse(std::string text, const std::string& where) {
   return table;
 }
 
-bool CsvTable::has(const std::string& name) const { return std::find(names_.begin(), names_.end(), name) != names_.end(); }
+bool CsvTable::has(const std::string& name) const {
+  return std::find(names_.begin(), names_.end(), name) != names_.end();
+}
 
 Result<std::vector<double>> CsvTable::column(const std::string& name) const {
   const auto at = std::find(names_.begin(), names_.end(), name);
-  if (at == names_.end()) return refuse(where_, fmt::format("found no column \"{}\", expected one of {}", name, fmt::join(names_, ", ")));
+  if (at == names_.end())
+    return refuse(where_, fmt::format("found no column \"{}\", expected one of {}", name, fmt::join(names_, ", ")));
   const auto index = static_cast<std::size_t>(at - names_.begin());
   std::vector<double> values;
   values.reserve(lines_.size());
@@ -99,7 +104,8 @@ Result<std::vector<double>> CsvTable::column(const std::string& name) const {
     double value = 0;
     const std::string_view text = field(line.text, separator_, index);
     if (!parse_number(text, value)) {
-      return refuse(fmt::format("{}:{}", where_, line.number), fmt::format("column {}: found \"{}\", expected a finite number", name, text));
+      return refuse(fmt::format("{}:{}", where_, line.number),
+                    fmt::format("column {}: found \"{}\", expected a finite number", name, text));
     }
     values.push_back(value);
   }
@@ -111,7 +117,8 @@ Result<Eigen::MatrixXd> CsvTable::columns(const std::vector<std::string>& names)
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto values = column(names[i]);
     if (!values) return tl::unexpected<Error>(values.error());
-    for (std::size_t j = 0; j < values->size(); ++j) matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = (*values)[j];
+    for (std::size_t j = 0; j < values->size(); ++j)
+      matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = (*values)[j];
   }
   return matrix;
 }

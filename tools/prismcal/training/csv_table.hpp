@@ -13,8 +13,8 @@ namespace prism {
 
 class CsvTable {
  public:
-  /// Reads comma-, semicolon- or tab-separated text with a line of names. '#' lines and empty lines are skipped. Refused
-  /// with file and line: no such file, no row, a row with another number of fields, a name given twice.
+  /// Reads comma-, semicolon- or tab-separated text with a line of names. '#' lines and empty lines are skipped.
+  /// Refused with file and line: no such file, no row, a row with another number of fields, a name given twice.
   static Result<CsvTable> read(const std::string& path);
   static Result<CsvTable> parse(std::string text, const std::string& where);
 

@@ -31,7 +31,8 @@ nlohmann::ordered_json costs_json(const CrossValidation& cv) {
 
 std::string costs_text(const char* name, const CrossValidation& cv) {
   std::string text = fmt::format("{}: mse {:.6g}, mae {:.6g}\n", name, cv.mse, cv.mae);
-  for (std::size_t i = 0; i < cv.fold_mae.size(); ++i) text += fmt::format("  fold {:>2}: mse {:.6g}, mae {:.6g}\n", i + 1, cv.fold_mse[i], cv.fold_mae[i]);
+  for (std::size_t i = 0; i < cv.fold_mae.size(); ++i)
+    text += fmt::format("  fold {:>2}: mse {:.6g}, mae {:.6g}\n", i + 1, cv.fold_mse[i], cv.fold_mae[i]);
   return text;
 }
 
@@ -52,9 +53,11 @@ Result<Problem> read_problem(const Choice& choice, const TrainingSettings& setti
   if (!data) return tl::unexpected<Error>(data.error());
   const std::size_t n = table->rows();
   if (choice.fold_column.empty()) {
-    if (static_cast<std::size_t>(settings.folds) > n) return refuse("--folds", fmt::format("found {}, expected at most {} rows", settings.folds, n));
+    if (static_cast<std::size_t>(settings.folds) > n)
+      return refuse("--folds", fmt::format("found {}, expected at most {} rows", settings.folds, n));
     const bool shuffled = settings.tuning == Tuning::kShuffled;
-    return Problem{std::move(*data), shuffled ? shuffled_folds(n, settings.folds, settings.seed) : blocked_folds(std::vector<int>(n, 0), settings.folds)};
+    return Problem{std::move(*data), shuffled ? shuffled_folds(n, settings.folds, settings.seed)
+                                              : blocked_folds(std::vector<int>(n, 0), settings.folds)};
   }
   const auto column = table->column(choice.fold_column);
   if (!column) return tl::unexpected<Error>(column.error());
@@ -75,11 +78,14 @@ Result<int> run(const Choice& choice) {
   const NormalisedData& data = problem->data;
   const auto fits = plan_resources(data.y.size(), data.x.rows(), *settings);
   if (!fits) return tl::unexpected<Error>(fits.error());
-  if (fits->sparse) return refuse(choice.file, fmt::format("found {} rows, expected at most 5000 for exact cross-validation", data.y.size()));
+  if (fits->sparse)
+    return refuse(choice.file,
+                  fmt::format("found {} rows, expected at most 5000 for exact cross-validation", data.y.size()));
   const Eigen::MatrixXd kernel = kernel_matrix(data.x, *settings->sigma2);
   const double scale = data.constants.target_scale;
   const bool loo = settings->tuning == Tuning::kLoo;
-  const auto plain = loo ? leave_one_out(kernel, data.y, *settings->c, scale) : cross_validate(kernel, data.y, *settings->c, problem->folds, scale);
+  const auto plain = loo ? leave_one_out(kernel, data.y, *settings->c, scale)
+                         : cross_validate(kernel, data.y, *settings->c, problem->folds, scale);
   if (!plain) return tl::unexpected<Error>(plain.error());
   nlohmann::ordered_json json = costs_json(*plain);
   std::string text = costs_text("unweighted", *plain);

@@ -24,7 +24,9 @@ struct Choice {
 // Stepwise: the inputs as they are; LS: a cubic of the only input.
 Result<void> set_terms(const Choice& choice, const std::vector<std::string>& names, TrainingSettings& settings) {
   if (settings.method == Method::kLeastSquares) {
-    if (names.size() != 1) return refuse("--inputs", fmt::format("found {} with --method ls, expected one: it is a cubic of one input", names.size()));
+    if (names.size() != 1)
+      return refuse("--inputs",
+                    fmt::format("found {} with --method ls, expected one: it is a cubic of one input", names.size()));
     settings.terms = cubic_terms();
   }
   if (settings.method != Method::kStepwise) return {};
@@ -40,9 +42,12 @@ Result<void> set_terms(const Choice& choice, const std::vector<std::string>& nam
 
 std::string diagnostics_csv(const SampleDiagnostics& d) {
   std::string text = "alpha,weight,fitted,loo_residual\n";
-  const auto value = [](const Eigen::VectorXd& v, Eigen::Index i) { return i < v.size() && std::isfinite(v[i]) ? fmt::format("{}", v[i]) : ""; };
+  const auto value = [](const Eigen::VectorXd& v, Eigen::Index i) {
+    return i < v.size() && std::isfinite(v[i]) ? fmt::format("{}", v[i]) : "";
+  };
   for (Eigen::Index i = 0; i < d.fitted.size(); ++i) {
-    text += fmt::format("{},{},{},{}\n", value(d.alpha, i), value(d.weight, i), value(d.fitted, i), value(d.leave_one_out, i));
+    text += fmt::format("{},{},{},{}\n", value(d.alpha, i), value(d.weight, i), value(d.fitted, i),
+                        value(d.leave_one_out, i));
   }
   return text;
 }
@@ -95,7 +100,8 @@ Result<int> run(const Choice& choice) {
     if (auto done = write_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
   }
   if (!choice.diagnostics.empty()) {
-    if (auto done = write_file(choice.diagnostics, diagnostics_csv(trained->samples)); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = write_file(choice.diagnostics, diagnostics_csv(trained->samples)); !done)
+      return tl::unexpected<Error>(done.error());
   }
   fmt::print("{}", choice.method.json ? summary.dump(2) + "\n" : summary_text(*trained, *settings, data.names));
   return 0;
@@ -111,7 +117,8 @@ void add_fit_command(CLI::App& app, int& code) {
   command->add_option("--target", choice->target, "column")->required();
   command->add_option("--fold-column", choice->fold_column, "column of fold numbers to tune by");
   command->add_option("--out", choice->out, "model file to write");
-  command->add_option("--diagnostics", choice->diagnostics, "CSV to write: alpha, weight, fitted, leave-one-out residual of each row");
+  command->add_option("--diagnostics", choice->diagnostics,
+                      "CSV to write: alpha, weight, fitted, leave-one-out residual of each row");
   add_method_options(*command, choice->method);
   command->callback([choice, &code] {
     const auto done = run(*choice);

@@ -22,12 +22,18 @@ struct Unit {
 };
 
 constexpr Unit kUnits[] = {
-    {"rate", "deg/h", 1, 0},          {"rate", "arcsec/s", 1, 0},
-    {"rate", "deg/s", 3600, 0},       {"rate", "rad/s", 3600 * 180 / std::numbers::pi, 0},
-    {"temperature", "degC", 1, 0},    {"temperature", "K", 1, -273.15},
-    {"temperature", "degF", 5.0 / 9, -160.0 / 9}, {"uhfo", "V", 1, 0},
-    {"uhfo", "mV", 1e-3, 0},          {"time", "s", 1, 0},
-    {"time", "ms", 1e-3, 0},          {"time", "us", 1e-6, 0},
+    {"rate", "deg/h", 1, 0},
+    {"rate", "arcsec/s", 1, 0},
+    {"rate", "deg/s", 3600, 0},
+    {"rate", "rad/s", 3600 * 180 / std::numbers::pi, 0},
+    {"temperature", "degC", 1, 0},
+    {"temperature", "K", 1, -273.15},
+    {"temperature", "degF", 5.0 / 9, -160.0 / 9},
+    {"uhfo", "V", 1, 0},
+    {"uhfo", "mV", 1e-3, 0},
+    {"time", "s", 1, 0},
+    {"time", "ms", 1e-3, 0},
+    {"time", "us", 1e-6, 0},
     {"time", "ns", 1e-9, 0},
 };
 
@@ -45,7 +51,8 @@ Result<Map> parse_map(const std::vector<std::string>& entries) {
       return refuse("--map", fmt::format("found \"{}\", expected QUANTITY=COLUMN:UNIT, as rate=rate_x:deg/s", entry));
     }
     const std::string quantity = entry.substr(0, equals), unit = entry.substr(colon + 1);
-    const auto* found = std::find_if(std::begin(kUnits), std::end(kUnits), [&](const Unit& u) { return quantity == u.quantity && unit == u.name; });
+    const auto* found = std::find_if(std::begin(kUnits), std::end(kUnits),
+                                     [&](const Unit& u) { return quantity == u.quantity && unit == u.name; });
     if (found == std::end(kUnits)) {
       std::string known;
       for (const Unit& u : kUnits) known += fmt::format("{}{} in {}", known.empty() ? "" : ", ", u.quantity, u.name);
@@ -81,15 +88,20 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
     if (!*column) return tl::unexpected<Error>(column->error());
   }
   const bool timed = map->contains("time");
-  if (!timed && !(options.interval_s > 0)) return refuse(path, "found no time, expected --map time=COLUMN:UNIT or --interval SECONDS");
+  if (!timed && !(options.interval_s > 0))
+    return refuse(path, "found no time, expected --map time=COLUMN:UNIT or --interval SECONDS");
   Recording recording;
   recording.name = std::filesystem::path(path).stem().string();
   recording.files.push_back({path, table->sha256(), table->rows()});
   Averager averager;
   for (std::size_t i = 0; i < table->rows(); ++i) {
     const double now = timed ? (*time)[i] : static_cast<double>(i + 1) * options.interval_s;
-    const double before = timed ? (i > 0 ? (*time)[i - 1] : table->rows() > 1 ? now - ((*time)[1] - now) : now - 1) : now - options.interval_s;
-    if (!(now > before)) return refuse(fmt::format("{}, row {}", path, i + 1), fmt::format("time {} does not come after {}", now, before));
+    const double before = timed ? (i > 0               ? (*time)[i - 1]
+                                   : table->rows() > 1 ? now - ((*time)[1] - now)
+                                                       : now - 1)
+                                : now - options.interval_s;
+    if (!(now > before))
+      return refuse(fmt::format("{}, row {}", path, i + 1), fmt::format("time {} does not come after {}", now, before));
     Sample sample;
     sample.time_ns = std::llround(now * 1e9);
     sample.interval_s = now - before;

@@ -35,8 +35,12 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
       ->check(CLI::IsMember({"blocked", "shuffled", "loo", "reml"}))
       ->capture_default_str();
   command.add_option("--folds", o.folds, "how many")->check(CLI::Range(2, 1000000))->capture_default_str();
-  command.add_option("--reweight", o.reweight, "1 (the paper) or converge")->check(CLI::IsMember({"1", "converge"}))->capture_default_str();
-  command.add_option("--scale", o.scale, "of the residuals: mad or iqr")->check(CLI::IsMember({"mad", "iqr"}))->capture_default_str();
+  command.add_option("--reweight", o.reweight, "1 (the paper) or converge")
+      ->check(CLI::IsMember({"1", "converge"}))
+      ->capture_default_str();
+  command.add_option("--scale", o.scale, "of the residuals: mad or iqr")
+      ->check(CLI::IsMember({"mad", "iqr"}))
+      ->capture_default_str();
   command.add_option("--hampel-floor", o.hampel_floor, "Hampel's weight far out; 0 drops the sample")
       ->check(within(0, 1))
       ->capture_default_str();
@@ -63,7 +67,8 @@ Result<TrainingSettings> settings_of(const MethodOptions& o) {
   if (s.method == Method::kIrlssvm) {
     s.reweight.weight.kind = *parse_weight(o.weight.empty() ? "myriad" : o.weight);
   } else if (!o.weight.empty()) {
-    return refuse("--weight", fmt::format("found \"{}\" with --method {}, expected it with ir-lssvm only", o.weight, o.method));
+    return refuse("--weight",
+                  fmt::format("found \"{}\" with --method {}, expected it with ir-lssvm only", o.weight, o.method));
   }
   if (o.beta && s.reweight.weight.kind != WeightKind::kHuber) return refuse("--beta", "belongs to --weight huber");
   if (o.delta && s.reweight.weight.kind != WeightKind::kMyriad) return refuse("--delta", "belongs to --weight myriad");
@@ -75,7 +80,10 @@ Result<TrainingSettings> settings_of(const MethodOptions& o) {
   s.c = o.c;
   s.sigma2 = o.sigma2;
   s.epsilon = o.epsilon;
-  s.tuning = o.tune == "shuffled" ? Tuning::kShuffled : o.tune == "loo" ? Tuning::kLoo : o.tune == "reml" ? Tuning::kReml : Tuning::kBlocked;
+  s.tuning = o.tune == "shuffled" ? Tuning::kShuffled
+             : o.tune == "loo"    ? Tuning::kLoo
+             : o.tune == "reml"   ? Tuning::kReml
+                                  : Tuning::kBlocked;
   s.folds = o.folds;
   s.seed = o.seed;
   s.threads = o.threads;
@@ -90,8 +98,8 @@ TuningProgress progress_bar(bool quiet) {
   return [](int done, int expected, const TuningPoint& best) {
     constexpr int kWidth = 30;
     const int filled = kWidth * std::min(done, expected) / std::max(1, expected);
-    fmt::print(stderr, "\r[{:#<{}}{:{}}] {} of about {}, best cost {:.6g} at c {:.4g}, sigma2 {:.4g}   ", "", filled, "", kWidth - filled, done,
-               expected, best.cost, best.c, best.sigma2);
+    fmt::print(stderr, "\r[{:#<{}}{:{}}] {} of about {}, best cost {:.6g} at c {:.4g}, sigma2 {:.4g}   ", "", filled,
+               "", kWidth - filled, done, expected, best.cost, best.c, best.sigma2);
     bar_drawn = true;
   };
 }

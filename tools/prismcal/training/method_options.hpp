@@ -30,9 +30,11 @@ void add_method_options(CLI::App& command, MethodOptions& options);
 Result<TrainingSettings> settings_of(const MethodOptions& options);
 
 /// What a training came to, for --json and for the model's provenance. Numbers exact; unknown ones null.
-nlohmann::ordered_json summary_json(const TrainedModel& trained, const TrainingSettings& settings, const std::vector<std::string>& names);
+nlohmann::ordered_json summary_json(const TrainedModel& trained, const TrainingSettings& settings,
+                                    const std::vector<std::string>& names);
 /// The same for people: a few lines.
-std::string summary_text(const TrainedModel& trained, const TrainingSettings& settings, const std::vector<std::string>& names);
+std::string summary_text(const TrainedModel& trained, const TrainingSettings& settings,
+                         const std::vector<std::string>& names);
 
 /// Draws on stderr where that is a terminal; the best cost so far.
 TuningProgress progress_bar(bool quiet);

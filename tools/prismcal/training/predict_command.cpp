@@ -32,20 +32,25 @@ Result<int> run(const Choice& choice) {
   if (!table) return tl::unexpected<Error>(table.error());
   const auto inputs = table->columns((*model)->info().inputs);
   if (!inputs) return tl::unexpected<Error>(inputs.error());
-  const Extrapolation policy = choice.policy == "clamp" ? Extrapolation::kClamp : choice.policy == "blend" ? Extrapolation::kBlend : Extrapolation::kFlag;
+  const Extrapolation policy = choice.policy == "clamp"   ? Extrapolation::kClamp
+                               : choice.policy == "blend" ? Extrapolation::kBlend
+                                                          : Extrapolation::kFlag;
   const char comma = table->separator();
   std::string out = fmt::format("{}{}prediction{}sd\n", table->header(), comma, comma);
   std::size_t extrapolating = 0;
   for (std::size_t i = 0; i < table->rows(); ++i) {
-    const std::span<const double> point(inputs->data() + static_cast<Eigen::Index>(i) * inputs->rows(), static_cast<std::size_t>(inputs->rows()));
+    const std::span<const double> point(inputs->data() + static_cast<Eigen::Index>(i) * inputs->rows(),
+                                        static_cast<std::size_t>(inputs->rows()));
     const Prediction p = predict_within(**model, point, policy);
     extrapolating += p.extrapolating ? 1 : 0;
     out += fmt::format("{}{}{}{}{}\n", table->row(i), comma, number(p.bias_deg_per_h), comma, number(p.sd_deg_per_h));
   }
   if (auto done = write_file(choice.out, out); !done) return tl::unexpected<Error>(done.error());
-  const nlohmann::ordered_json json = {{"rows", table->rows()}, {"extrapolating", extrapolating}, {"model", (*model)->info().id}, {"out", choice.out}};
-  fmt::print("{}", choice.json ? json.dump(2) + "\n"
-                               : fmt::format("{} rows, {} of them off the training data\n", table->rows(), extrapolating));
+  const nlohmann::ordered_json json = {
+      {"rows", table->rows()}, {"extrapolating", extrapolating}, {"model", (*model)->info().id}, {"out", choice.out}};
+  fmt::print("{}", choice.json
+                       ? json.dump(2) + "\n"
+                       : fmt::format("{} rows, {} of them off the training data\n", table->rows(), extrapolating));
   return 0;
 }
 
@@ -57,7 +62,9 @@ void add_predict_command(CLI::App& app, int& code) {
   command->add_option("model", choice->model, "model file")->required();
   command->add_option("table", choice->file, "CSV whose columns bear the names of the model's inputs")->required();
   command->add_option("--out", choice->out, "CSV to write: the table's columns, prediction and sd")->required();
-  command->add_option("--extrapolation", choice->policy, "flag, clamp or blend")->check(CLI::IsMember({"flag", "clamp", "blend"}))->capture_default_str();
+  command->add_option("--extrapolation", choice->policy, "flag, clamp or blend")
+      ->check(CLI::IsMember({"flag", "clamp", "blend"}))
+      ->capture_default_str();
   command->add_flag("--json", choice->json, "print JSON");
   command->callback([choice, &code] {
     const auto done = run(*choice);

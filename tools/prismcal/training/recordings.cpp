@@ -16,7 +16,8 @@ Result<void> take_serial(const Recording& recording, RecordingSet& set) {
   const std::string serial = recording.value("gyro_serial");
   if (serial.empty() || serial == "unknown") return {};
   if (!set.serial.empty() && set.serial != serial) {
-    return refuse(recording.name, fmt::format("recorded from gyro \"{}\", expected \"{}\" as the recordings before it", serial, set.serial));
+    return refuse(recording.name, fmt::format("recorded from gyro \"{}\", expected \"{}\" as the recordings before it",
+                                              serial, set.serial));
   }
   set.serial = serial;
   return {};
@@ -24,8 +25,12 @@ Result<void> take_serial(const Recording& recording, RecordingSet& set) {
 
 nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& table, std::size_t left_out) {
   nlohmann::ordered_json facts = {{"name", recording.name}, {"files", nlohmann::ordered_json::array()}};
-  for (const SourceFile& file : recording.files) facts["files"].push_back({{"path", file.path}, {"sha256", file.sha256}, {"rows", file.rows}});
-  facts.update({{"blocks", table.size()}, {"blocks_left_out", left_out}, {"gaps", table.gaps}, {"missing_s", table.missing_s},
+  for (const SourceFile& file : recording.files)
+    facts["files"].push_back({{"path", file.path}, {"sha256", file.sha256}, {"rows", file.rows}});
+  facts.update({{"blocks", table.size()},
+                {"blocks_left_out", left_out},
+                {"gaps", table.gaps},
+                {"missing_s", table.missing_s},
                 {"earth_rate_deg_per_h", table.earth_rate_deg_per_h}});
   return facts;
 }
@@ -35,10 +40,18 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
 void add_recording_options(CLI::App& command, RecordingOptions& o) {
   add_source_options(command, o.source);
   add_place_options(command, o.place);
-  command.add_option("--window", o.features.length_s, "seconds of the means and of the slope")->check(CLI::Range(1, 3600))->capture_default_str();
-  command.add_option("--slope", o.slope, "difference (the paper) or least_squares")->check(CLI::IsMember({"difference", "least_squares"}))->capture_default_str();
-  command.add_option("--end-mean", o.features.end_mean_s, "seconds averaged at each end of a difference")->check(CLI::Range(1, 3600))->capture_default_str();
-  command.add_option("--max-gap", o.features.max_gap_s, "seconds of a hole that empties the window")->check(CLI::Range(0, 3600))->capture_default_str();
+  command.add_option("--window", o.features.length_s, "seconds of the means and of the slope")
+      ->check(CLI::Range(1, 3600))
+      ->capture_default_str();
+  command.add_option("--slope", o.slope, "difference (the paper) or least_squares")
+      ->check(CLI::IsMember({"difference", "least_squares"}))
+      ->capture_default_str();
+  command.add_option("--end-mean", o.features.end_mean_s, "seconds averaged at each end of a difference")
+      ->check(CLI::Range(1, 3600))
+      ->capture_default_str();
+  command.add_option("--max-gap", o.features.max_gap_s, "seconds of a hole that empties the window")
+      ->check(CLI::Range(0, 3600))
+      ->capture_default_str();
   command.add_option("--lag", o.features.lag_time_constants_s, "time constants of lag1, lag2, …, s")
       ->delimiter(',')
       ->check(within(1, 1e7));
@@ -59,7 +72,8 @@ std::size_t append_blocks(const BlockTable& table, TrainingData& data) {
   data.target.conservativeResize(before + added);
   for (Eigen::Index j = 0; j < added; ++j) {
     const std::size_t i = good[static_cast<std::size_t>(j)];
-    for (std::size_t d = 0; d < columns.size(); ++d) data.inputs(static_cast<Eigen::Index>(d), before + j) = columns[d][i];
+    for (std::size_t d = 0; d < columns.size(); ++d)
+      data.inputs(static_cast<Eigen::Index>(d), before + j) = columns[d][i];
     data.target[before + j] = table.bias_deg_per_h[i];
     data.runs.push_back(run);
   }
@@ -75,7 +89,8 @@ Result<RecordingSet> read_recordings(const std::vector<std::string>& paths, cons
   set.data.names = inputs;
   set.facts = nlohmann::ordered_json::array();
   for (const std::string& name : inputs) {
-    if (!has_input(set.features, name)) return refuse("--inputs", fmt::format("found \"{}\", expected T, dTdt, U or a lag that --lag defines", name));
+    if (!has_input(set.features, name))
+      return refuse("--inputs", fmt::format("found \"{}\", expected T, dTdt, U or a lag that --lag defines", name));
   }
   for (const std::string& path : paths) {
     const auto recording = read_source(path, options.source);
@@ -87,8 +102,9 @@ Result<RecordingSet> read_recordings(const std::vector<std::string>& paths, cons
     if (!table) return tl::unexpected<Error>(table.error());
     const std::size_t left_out = append_blocks(*table, set.data);
     set.facts.push_back(facts_of(*recording, *table, left_out));
-    set.notes.push_back(fmt::format("{}: {} blocks of {} s; {} gaps of {} s in all; {} blocks left out (an input unknown, or lags not settled)",
-                                    recording->name, table->size() - left_out, set.features.length_s, table->gaps, table->missing_s, left_out));
+    set.notes.push_back(fmt::format(
+        "{}: {} blocks of {} s; {} gaps of {} s in all; {} blocks left out (an input unknown, or lags not settled)",
+        recording->name, table->size() - left_out, set.features.length_s, table->gaps, table->missing_s, left_out));
     set.tables.push_back(std::move(*table));
   }
   if (set.data.target.size() == 0) return refuse("recordings", "found no block in which every input is known");

@@ -11,8 +11,8 @@
 namespace prism {
 
 struct SourceOptions {
-  /// "rate=NAME:UNIT", "temperature=…", "uhfo=…", "time=…": rate in deg/h, deg/s, rad/s or arcsec/s; temperature in degC, K
-  /// or degF; uhfo in V or mV; time in s, ms, us or ns. Empty: no mapped CSV.
+  /// "rate=NAME:UNIT", "temperature=…", "uhfo=…", "time=…": rate in deg/h, deg/s, rad/s or arcsec/s; temperature in
+  /// degC, K or degF; uhfo in V or mV; time in s, ms, us or ns. Empty: no mapped CSV.
   std::vector<std::string> map;
   double interval_s = 0;  ///< mapped CSV without a time column: seconds between rows, > 0
   std::string config;     ///< capture: the prismd.json that it was recorded with (its frames, axis, mounting and clock)

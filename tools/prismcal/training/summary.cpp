@@ -20,11 +20,13 @@ std::string named(const TrainingSettings& settings, int term, const std::vector<
 
 ordered_json coefficients_json(const TrainedModel& trained, const std::vector<std::string>& names) {
   ordered_json json = ordered_json::object();
-  for (const Term& term : static_cast<const PolynomialModel&>(*trained.model).terms()) json[term_name(term.powers, names)] = term.coefficient;
+  for (const Term& term : static_cast<const PolynomialModel&>(*trained.model).terms())
+    json[term_name(term.powers, names)] = term.coefficient;
   return json;
 }
 
-ordered_json p_values(const std::vector<double>& p, const TrainingSettings& settings, const std::vector<std::string>& names) {
+ordered_json p_values(const std::vector<double>& p, const TrainingSettings& settings,
+                      const std::vector<std::string>& names) {
   ordered_json json = ordered_json::object();
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (std::isfinite(p[i])) json[named(settings, static_cast<int>(i), names)] = p[i];
@@ -32,11 +34,16 @@ ordered_json p_values(const std::vector<double>& p, const TrainingSettings& sett
   return json;
 }
 
-ordered_json path_json(const StepwiseResult& result, const TrainingSettings& settings, const std::vector<std::string>& names) {
+ordered_json path_json(const StepwiseResult& result, const TrainingSettings& settings,
+                       const std::vector<std::string>& names) {
   ordered_json path = ordered_json::array();
   for (const StepwiseStep& step : result.path) {
     ordered_json entry = {{"action", step.action}};
-    if (step.term >= 0) entry.update({{"term", named(settings, step.term, names)}, {"p", number(step.p)}, {"t", number(step.t)}, {"F", number(step.t * step.t)}});
+    if (step.term >= 0)
+      entry.update({{"term", named(settings, step.term, names)},
+                    {"p", number(step.p)},
+                    {"t", number(step.t)},
+                    {"F", number(step.t * step.t)}});
     if (!step.candidate_p.empty()) entry["candidate_p"] = p_values(step.candidate_p, settings, names);
     if (!step.in_model_p.empty()) entry["in_model_p"] = p_values(step.in_model_p, settings, names);
     entry["terms"] = ordered_json::array();
@@ -55,16 +62,24 @@ void add_kernel(ordered_json& json, const TrainedModel& trained, const TrainingS
   json["centres"] = trained.centres;
   if (trained.reweight && settings.method == Method::kIrlssvm) {
     const ReweightReport& r = *trained.reweight;
-    json["reweighting"] = {{"solves", r.solves}, {"converged", r.converged}, {"oscillating", r.oscillating}, {"scale", number(r.scale)}, {"dropped", r.dropped}};
+    json["reweighting"] = {{"solves", r.solves},
+                           {"converged", r.converged},
+                           {"oscillating", r.oscillating},
+                           {"scale", number(r.scale)},
+                           {"dropped", r.dropped}};
   }
   if (!trained.tuning) return;
-  json["tuning"] = {{"evaluations", trained.tuning->evaluations}, {"stopped", trained.tuning->stopped}, {"surface", ordered_json::array()}};
+  json["tuning"] = {{"evaluations", trained.tuning->evaluations},
+                    {"stopped", trained.tuning->stopped},
+                    {"surface", ordered_json::array()}};
   for (const TuningPoint& p : trained.tuning->surface) {
-    json["tuning"]["surface"].push_back({{"sigma2", p.sigma2}, {"c", p.c}, {"parameter", p.parameter}, {"cost", number(p.cost)}});
+    json["tuning"]["surface"].push_back(
+        {{"sigma2", p.sigma2}, {"c", p.c}, {"parameter", p.parameter}, {"cost", number(p.cost)}});
   }
 }
 
-void add_polynomial(ordered_json& json, const TrainedModel& trained, const TrainingSettings& settings, const std::vector<std::string>& names) {
+void add_polynomial(ordered_json& json, const TrainedModel& trained, const TrainingSettings& settings,
+                    const std::vector<std::string>& names) {
   json["coefficients"] = coefficients_json(trained, names);
   json["sse"] = trained.linear->sse;
   json["df"] = trained.linear->df;
@@ -75,18 +90,25 @@ void add_polynomial(ordered_json& json, const TrainedModel& trained, const Train
 
 const char* tuning_words(Tuning tuning) {
   switch (tuning) {
-    case Tuning::kBlocked: return "blocked folds";
-    case Tuning::kShuffled: return "shuffled folds";
-    case Tuning::kGiven: return "given folds";
-    case Tuning::kLoo: return "leave-one-out";
-    default: return "reml";
+    case Tuning::kBlocked:
+      return "blocked folds";
+    case Tuning::kShuffled:
+      return "shuffled folds";
+    case Tuning::kGiven:
+      return "given folds";
+    case Tuning::kLoo:
+      return "leave-one-out";
+    default:
+      return "reml";
   }
 }
 
 }  // namespace
 
-ordered_json summary_json(const TrainedModel& trained, const TrainingSettings& settings, const std::vector<std::string>& names) {
-  ordered_json json = {{"method", method_name(settings.method)}, {"inputs", names}, {"samples", trained.samples.fitted.size()}};
+ordered_json summary_json(const TrainedModel& trained, const TrainingSettings& settings,
+                          const std::vector<std::string>& names) {
+  ordered_json json = {
+      {"method", method_name(settings.method)}, {"inputs", names}, {"samples", trained.samples.fitted.size()}};
   if (settings.method == Method::kIrlssvm) {
     json["weight"] = weight_name(settings.reweight.weight.kind);
     json["reweight"] = settings.reweight.limit == 1 ? "1" : "converge";
@@ -102,31 +124,36 @@ ordered_json summary_json(const TrainedModel& trained, const TrainingSettings& s
   return json;
 }
 
-std::string summary_text(const TrainedModel& trained, const TrainingSettings& settings, const std::vector<std::string>& names) {
-  std::string text = fmt::format("{} on {}: {} samples\n", method_name(settings.method), fmt::join(names, ", "), trained.samples.fitted.size());
+std::string summary_text(const TrainedModel& trained, const TrainingSettings& settings,
+                         const std::vector<std::string>& names) {
+  std::string text = fmt::format("{} on {}: {} samples\n", method_name(settings.method), fmt::join(names, ", "),
+                                 trained.samples.fitted.size());
   if (trained.linear) {
     for (const Term& term : static_cast<const PolynomialModel&>(*trained.model).terms()) {
       text += fmt::format("  {:<12} {: .6g}\n", term_name(term.powers, names), term.coefficient);
     }
     if (trained.stepwise) {
       for (const StepwiseStep& step : trained.stepwise->path) {
-        if (step.term >= 0) text += fmt::format("  {:<7} {:<10} p {:.3g}\n", step.action, named(settings, step.term, names), step.p);
+        if (step.term >= 0)
+          text += fmt::format("  {:<7} {:<10} p {:.3g}\n", step.action, named(settings, step.term, names), step.p);
       }
     }
     text += fmt::format("  residual sd {:.6g}, condition number {:.3g}\n", trained.linear->sd(), trained.condition);
   } else {
     text += fmt::format("  c {:.6g}, sigma2 {:.6g}", trained.c, trained.sigma2);
     if (settings.reweight.weight.has_parameter() && settings.method == Method::kIrlssvm) {
-      text += fmt::format(", {} {:.4g}", settings.reweight.weight.kind == WeightKind::kHuber ? "beta" : "delta", trained.parameter);
+      text += fmt::format(", {} {:.4g}", settings.reweight.weight.kind == WeightKind::kHuber ? "beta" : "delta",
+                          trained.parameter);
     }
     text += fmt::format(", {} centres\n", trained.centres);
     if (trained.tuning) {
-      text += fmt::format("  cost {:.6g} ({}, {} evaluations{})\n", trained.tuning->best.cost, tuning_words(settings.tuning), trained.tuning->evaluations,
+      text += fmt::format("  cost {:.6g} ({}, {} evaluations{})\n", trained.tuning->best.cost,
+                          tuning_words(settings.tuning), trained.tuning->evaluations,
                           trained.tuning->stopped ? ", stopped early" : "");
     }
     if (trained.reweight && settings.method == Method::kIrlssvm) {
-      text += fmt::format("  {} re-weightings, scale {:.4g} (normalised), {} samples dropped\n", trained.reweight->solves, trained.reweight->scale,
-                          trained.reweight->dropped);
+      text += fmt::format("  {} re-weightings, scale {:.4g} (normalised), {} samples dropped\n",
+                          trained.reweight->solves, trained.reweight->scale, trained.reweight->dropped);
     }
   }
   for (const std::string& note : trained.notes) text += "  note: " + note + "\n";

@@ -38,22 +38,27 @@ Result<void> ask_gate(RecordingSet& set, const Choice& choice) {
     const auto gate = judge_blocks(table);
     if (!gate) return tl::unexpected<Error>(gate.error());
     set.facts[i]["quality_gate"] = gate_json(*gate);
-    if (gate->verdict != Verdict::kPass && !choice.method.quiet) fmt::print(stderr, "{}\n", report::plain_text(gate_table(*gate, table.name)));
-    if (gate->verdict == Verdict::kRefuse || gate->nothing_to_compensate) refused = Error{choice.files[i], gate_paragraph(*gate, table.name).text};
+    if (gate->verdict != Verdict::kPass && !choice.method.quiet)
+      fmt::print(stderr, "{}\n", report::plain_text(gate_table(*gate, table.name)));
+    if (gate->verdict == Verdict::kRefuse || gate->nothing_to_compensate)
+      refused = Error{choice.files[i], gate_paragraph(*gate, table.name).text};
   }
   if (refused && !choice.force) return refuse(refused->where, refused->what + " --force trains all the same");
   return {};
 }
 
-// LS: a cubic of the only input (eq. 21). Stepwise: all terms of second order (eqs. 22, 24), begun with T, T² and dT/dt.
+// LS: a cubic of the only input (eq. 21). Stepwise: all terms of second order (eqs. 22, 24), begun with T, T² and
+// dT/dt.
 Result<void> set_terms(const Choice& choice, const std::vector<std::string>& names, TrainingSettings& settings) {
   if (settings.method == Method::kLeastSquares) {
-    if (names.size() != 1) return refuse("--inputs", fmt::format("found {} with --method ls, expected one: it is a cubic of one input", names.size()));
+    if (names.size() != 1)
+      return refuse("--inputs",
+                    fmt::format("found {} with --method ls, expected one: it is a cubic of one input", names.size()));
     settings.terms = cubic_terms();
   }
   if (settings.method != Method::kStepwise) return {};
   settings.terms = second_order_terms(names.size());
-  const std::vector<std::string> start = choice.method.start.empty()    ? std::vector<std::string>{"T", "T^2", "dTdt"}
+  const std::vector<std::string> start = choice.method.start.empty()     ? std::vector<std::string>{"T", "T^2", "dTdt"}
                                          : choice.method.start == "none" ? std::vector<std::string>{}
                                                                          : split_names(choice.method.start);
   for (const std::string& wanted : start) {
@@ -63,13 +68,15 @@ Result<void> set_terms(const Choice& choice, const std::vector<std::string>& nam
       settings.stepwise.start.push_back(static_cast<int>(i));
       found = true;
     }
-    if (!found && !choice.method.start.empty()) return refuse("--start", fmt::format("found \"{}\", expected terms such as T, T^2 or T*dTdt", wanted));
+    if (!found && !choice.method.start.empty())
+      return refuse("--start", fmt::format("found \"{}\", expected terms such as T, T^2 or T*dTdt", wanted));
   }
   return {};
 }
 
 std::string provenance(const RecordingSet& set, const nlohmann::ordered_json& summary) {
-  nlohmann::ordered_json json = {{"tool", fmt::format("prismcal {}", kVersion)}, {"made", utc_text(std::time(nullptr))}};
+  nlohmann::ordered_json json = {{"tool", fmt::format("prismcal {}", kVersion)},
+                                 {"made", utc_text(std::time(nullptr))}};
   json["recordings"] = set.facts;
   json["training"] = summary;
   json["training"].erase("id");
@@ -111,7 +118,8 @@ Result<int> run(const Choice& choice) {
 void add_train_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("train", "train a model on recordings, ready for prismd");
   const auto choice = std::make_shared<Choice>();
-  command->add_option("recordings", choice->files, "prismd's logs (files or folders), captures, or CSV with --map")->required();
+  command->add_option("recordings", choice->files, "prismd's logs (files or folders), captures, or CSV with --map")
+      ->required();
   command->add_option("--inputs", choice->inputs, "T, dTdt, U, lag1, lag2, …")->capture_default_str();
   command->add_option("--out", choice->out, "model file to write")->required();
   command->add_option("--serial", choice->serial, "of the gyro (default: what the recordings say)");
