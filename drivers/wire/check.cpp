@@ -43,15 +43,9 @@ struct Place {
 [[gnu::hot]] std::uint64_t computed(const CheckRule& rule, Bytes cover) {
   std::uint64_t value = rule.init;
   switch (rule.sum) {
-    case CheckRule::Sum::kCrc: {
-      static constexpr std::array<std::uint8_t, 64> kZeros{};
-      std::uint64_t state = rule.crc->update(rule.crc->start(), cover);
-      if (const std::size_t over = cover.size() % rule.pad_to; over != 0) {
-        state = rule.crc->update(state, {kZeros.data(), rule.pad_to - over});
-      }
-      value = rule.crc->finish(state);
+    case CheckRule::Sum::kCrc:
+      value = rule.crc->compute(cover, (rule.pad_to - cover.size() % rule.pad_to) % rule.pad_to);
       break;
-    }
     case CheckRule::Sum::kSum:
       value += word_sum(cover, rule.word, rule.word_big_endian);
       break;

@@ -2,12 +2,9 @@
 // Cyclic redundancy checks of any width and reflection.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
-
-#include "drivers/wire/crc_product.hpp"
-#include "drivers/wire/crc_tables.hpp"
 
 namespace prism {
 
@@ -21,29 +18,26 @@ struct CrcParameters {
   std::uint64_t xor_out = 0;
 };
 
-/// Eight bytes a step: by carry-less products where the processor has them, else through tables of 16 KiB. Both give
-/// the same. Immutable: one object serves every thread.
+/// Whether this processor multiplies without carries in one instruction: x86-64 with PCLMULQDQ.
+bool has_carryless_product();
+
+/// Eight bytes a step, by two carry-less products and no table. Without the instruction the products are made of
+/// shifts: the same result, slower. Immutable: one object serves every thread.
 class Crc {
  public:
-  enum class Way { kBest, kTables };
+  explicit Crc(const CrcParameters& parameters, bool by_instruction = has_carryless_product());
 
-  explicit Crc(const CrcParameters& parameters, Way way = Way::kBest);
-
-  std::uint64_t compute(std::span<const std::uint8_t> bytes) const { return finish(update(start(), bytes)); }
-
-  /// In pieces: start, any number of updates, finish.
-  std::uint64_t start() const { return start_; }
-  std::uint64_t update(std::uint64_t state, std::span<const std::uint8_t> bytes) const;
-  std::uint64_t finish(std::uint64_t state) const;
-
-  const CrcParameters& parameters() const { return parameters_; }
+  /// Of `bytes` and `zeros` bytes of zero behind them.
+  std::uint64_t compute(std::span<const std::uint8_t> bytes, std::size_t zeros = 0) const;
 
  private:
+  std::uint64_t remainder(std::uint64_t x) const;
+  std::uint64_t push(std::uint64_t state, std::uint64_t word, std::size_t bytes) const;
+
   CrcParameters parameters_;
-  std::uint64_t start_ = 0;
-  std::uint64_t mask_ = 0;
-  CrcProduct product_;
-  std::unique_ptr<const CrcTables> tables_;  ///< null where product_ does the work
+  bool by_instruction_;
+  std::uint64_t polynomial_;    ///< left-aligned: the highest power below the leading one at the top
+  std::uint64_t quotient_ = 0;  ///< floor(t^128 / P) without its leading t^64
 };
 
 }  // namespace prism
