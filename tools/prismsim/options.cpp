@@ -6,6 +6,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -49,7 +50,7 @@ void declare_gyro(CLI::App& app, Words& words, SimOptions& options) {
       ->excludes(cycles);
   app.add_option("--frames", words.frames, "frame description: a name or a path")->capture_default_str();
   app.add_option("--axis", words.axis, "the axis of the description that turns (default: its first)");
-  app.add_option("--rate", words.rate_hz, "frames a second (default: the description's)")
+  app.add_option("--rate", words.rate_hz, "frames a second, of every kind (default: the description's)")
       ->check(within(0.01, 100000.0));
   app.add_option("--latitude", words.placement.latitude_deg, "of the place, degrees north")
       ->check(within(-90.0, 90.0))
@@ -94,6 +95,14 @@ std::optional<int> read_frames(const Words& words, SimOptions& options) {
   return std::nullopt;
 }
 
+/// Frames of every kind that the device sends in a second; the description's rate counts those that carry the gyro.
+double sent_rate_hz(const FrameDescription& frames) {
+  const auto with_gyro = std::count_if(frames.sent_kinds.begin(), frames.sent_kinds.end(), [&](int kind) {
+    return !frames.kinds[static_cast<std::size_t>(kind)].roles.gyro.empty();
+  });
+  return frames.rate_hz * static_cast<double>(frames.sent_kinds.size()) / static_cast<double>(with_gyro);
+}
+
 std::optional<int> understand(const Words& words, SimOptions& options) {
   const auto profile = find_profile(words.profile);
   if (!profile) return complain(kUsage, "--profile: " + profile.error().text());
@@ -112,7 +121,7 @@ std::optional<int> understand(const Words& words, SimOptions& options) {
     options.speed = factor;
   }
   if (auto code = read_frames(words, options)) return code;
-  options.simulation.rate_hz = words.rate_hz.value_or(options.frames->rate_hz);
+  options.simulation.rate_hz = words.rate_hz.value_or(sent_rate_hz(*options.frames));
   options.simulation.earth_rate_deg_per_h = earth_rate_deg_per_h(words.placement);
   options.duration_s = words.hours ? *words.hours * 3600 : words.cycles * options.simulation.profile.duration_s();
   return std::nullopt;

@@ -17,9 +17,9 @@ struct Parsed {
   std::string complaint;
 };
 
-Parsed parse(std::vector<std::string> words) {
+Parsed parse(std::vector<std::string> words, const std::string& frames = "trplg") {
   words.insert(words.begin(), "prismsim");
-  words.insert(words.end(), {"--frames", std::string(PRISM_SOURCE_DIR) + "/config/frames/trplg.json"});
+  words.insert(words.end(), {"--frames", std::string(PRISM_SOURCE_DIR) + "/config/frames/" + frames + ".json"});
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   Parsed parsed;
@@ -38,6 +38,12 @@ TEST(SimOptions, DefaultToOnePaperCycleAtTheDescribedRateInXian) {
   EXPECT_EQ(parsed.options.total_frames(), 18'480'000u);
   EXPECT_FALSE(parsed.options.terminal);
   EXPECT_EQ(parsed.options.speed, 1.0);
+}
+
+// Five of six messages of this device carry no delta angle. Sent at 100 a second in all, they turned a gyro of 8.5
+// deg/h into one of 51, because the counter of messages runs at 600 a second.
+TEST(SimOptions, TheDescribedRateIsThatOfTheFramesWithTheGyro) {
+  EXPECT_EQ(parse({"--out", "a.pcap"}, "hg4930").options.simulation.rate_hz, 600);
 }
 
 TEST(SimOptions, TakeLengthAndFaultsAndPlace) {
