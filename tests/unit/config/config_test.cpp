@@ -9,6 +9,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/temporary_folder.hpp"
+
 namespace prism {
 namespace {
 
@@ -125,15 +127,14 @@ TEST(Config, UnderSystemdLogAndCaptureAreInTheFolderThatItMade) {
 }
 
 TEST(Config, BareNamesAreFoundBesideTheConfigurationFirst) {
-  const auto folder = std::filesystem::temp_directory_path() / "prism-config-test";
-  std::filesystem::create_directories(folder / "frames");
-  std::ofstream(folder / "frames" / "trplg.json") << "{}";
+  const test::TemporaryFolder folder;
+  std::filesystem::create_directories(folder.file("frames"));
+  std::ofstream(folder.file("frames/trplg.json")) << "{}";
   const Result<Config> config =
-      parse_config(R"({"frames": "trplg", "model": "tao2019-model2"})", (folder / "g.json").string());
+      parse_config(R"({"frames": "trplg", "model": "tao2019-model2"})", folder.file("g.json"));
   ASSERT_TRUE(config) << config.error().text();
-  EXPECT_EQ(config->frames, (folder / "frames" / "trplg.json").string());
+  EXPECT_EQ(config->frames, folder.file("frames/trplg.json"));
   EXPECT_THAT(config->model, HasSubstr("config/models/tao2019-model2.json"));
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

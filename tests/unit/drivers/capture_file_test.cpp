@@ -10,7 +10,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "tests/unit/drivers/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace prism {
 namespace {

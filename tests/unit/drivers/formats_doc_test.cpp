@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 // docs/formats.md shows a capture in hex: the very bytes that the writer writes.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
-#include <filesystem>
 #include <sstream>
 
 #include "drivers/capture_file.hpp"
 #include "tests/support/document.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace prism {
 namespace {
@@ -28,9 +27,10 @@ std::string documented_bytes() {
 }
 
 TEST(FormatsDocument, ItsCaptureIsWhatTheWriterWrites) {
-  const auto path = std::filesystem::temp_directory_path() / ("prism-formats-" + std::to_string(::getpid()) + ".pcap");
+  const test::TemporaryFolder folder;
+  const std::string path = folder.file("written.pcap");
   {
-    auto writer = CaptureWriter::open(path.string());
+    auto writer = CaptureWriter::open(path);
     ASSERT_TRUE(writer) << writer.error().text();
     constexpr std::int64_t kOpened = 1'795'425'060'000'000'000;
     const std::array<std::uint8_t, 3> bytes = {0x24, 0x58, 0x07};
@@ -39,7 +39,6 @@ TEST(FormatsDocument, ItsCaptureIsWhatTheWriterWrites) {
     ASSERT_TRUE(writer->flush());
   }
   const std::string written = test::read_file(path);
-  std::filesystem::remove(path);
   ASSERT_FALSE(written.empty());
   EXPECT_EQ(written, documented_bytes());
 }

@@ -16,7 +16,7 @@
 
 #include "drivers/line_format.hpp"
 #include "tests/support/emulated.hpp"
-#include "tests/unit/drivers/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace prism {
 namespace {

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/shared_files.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/evaluation/allan_text.hpp"
 
 namespace prism {
@@ -19,14 +20,21 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-std::string written(const std::string& text) {
-  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  const auto path = std::filesystem::path(testing::TempDir()) / (std::string("prismcal_") + info->name() + ".csv");
-  std::ofstream(path, std::ios::binary) << text;
-  return path.string();
-}
+class RateSeries : public testing::Test {
+ protected:
+  std::string written(const std::string& text) {
+    const std::string path = folder_.file("series.csv");
+    std::ofstream(path, std::ios::binary) << text;
+    return path;
+  }
 
-TEST(RateSeries, ReadsPrismdsLog) {
+ private:
+  const test::TemporaryFolder folder_;
+};
+
+class AllanText : public RateSeries {};
+
+TEST_F(RateSeries, ReadsPrismdsLog) {
   const auto series = read_rate_series(
       written("# prism 0.1.0 data log, format 1\ntime_utc,time_s,rate_deg_per_h\na,10,8.5\nb,11,\nc,12,8.7\n"), {});
   ASSERT_TRUE(series) << series.error().text();
@@ -37,7 +45,7 @@ TEST(RateSeries, ReadsPrismdsLog) {
   EXPECT_EQ(series->rate_deg_per_h[2], 8.7);
 }
 
-TEST(RateSeries, ReadsABareColumn) {
+TEST_F(RateSeries, ReadsABareColumn) {
   const auto series = read_rate_series(written("1\n2\n\n3\r\n"), {}).value();
   EXPECT_THAT(series.rate_deg_per_h, ElementsAre(1, 2, 3));
   EXPECT_EQ(series.interval_source, "assumed: the file has no time");
@@ -46,7 +54,7 @@ TEST(RateSeries, ReadsABareColumn) {
   EXPECT_EQ(read_rate_series(written("1\n2\n3\n"), tenth)->interval_s, 0.1);
 }
 
-TEST(RateSeries, ConvertsUnitsByNameOrByWord) {
+TEST_F(RateSeries, ConvertsUnitsByNameOrByWord) {
   EXPECT_THAT(read_rate_series(written("t_s;rate_x_dps\n0;1\n1;2\n"), {})->rate_deg_per_h, ElementsAre(3600, 7200));
   RateSeriesChoice radians;
   radians.unit = "rad/s";
@@ -56,13 +64,13 @@ TEST(RateSeries, ConvertsUnitsByNameOrByWord) {
               HasSubstr("unit \"furlong\"; expected deg/h"));
 }
 
-TEST(RateSeries, MakesAHoleOfAJumpInTime) {
+TEST_F(RateSeries, MakesAHoleOfAJumpInTime) {
   const auto series = read_rate_series(written("time_s\trate\n1\t5\n2\t5\n3\t5\n9\t5\n10\t5\n"), {}).value();
   ASSERT_EQ(series.rate_deg_per_h.size(), 6u);
   EXPECT_TRUE(std::isnan(series.rate_deg_per_h[3]));
 }
 
-TEST(RateSeries, SaysWhereAndWhatIsWrong) {
+TEST_F(RateSeries, SaysWhereAndWhatIsWrong) {
   EXPECT_THAT(read_rate_series("/nowhere.csv", {}).error().text(), "/nowhere.csv: cannot be opened");
   EXPECT_THAT(read_rate_series(written(""), {}).error().text(), HasSubstr("no row of numbers"));
   EXPECT_THAT(read_rate_series(written("time_s,rate\n1,2\n2,x\n"), {}).error().text(),
@@ -77,7 +85,7 @@ TEST(RateSeries, SaysWhereAndWhatIsWrong) {
               HasSubstr("no column \"z\"; found a, b"));
 }
 
-TEST(AllanText, PrintsTheStandardsNineFrequencies) {
+TEST_F(AllanText, PrintsTheStandardsNineFrequencies) {
   const std::string path = written("892\n809\n823\n798\n671\n644\n883\n903\n677\n");
   const auto series = read_rate_series(path, {}).value();
   const auto analysis = analyse_allan(series, AllanGrid::kOctave, AllanEstimator::kOverlapping, 0.683, "nine").value();
@@ -88,7 +96,7 @@ TEST(AllanText, PrintsTheStandardsNineFrequencies) {
   EXPECT_THAT(json["no_coefficients_because"].get<std::string>(), HasSubstr("expected 3 or more"));
 }
 
-TEST(AllanText, AnswersAConstantWithoutNan) {
+TEST_F(AllanText, AnswersAConstantWithoutNan) {
   std::string text;
   for (int i = 0; i < 100; ++i) text += "8.4652\n";
   const auto series = read_rate_series(written(text), {}).value();
@@ -98,7 +106,7 @@ TEST(AllanText, AnswersAConstantWithoutNan) {
   EXPECT_THAT(both, testing::Not(HasSubstr("nan")));
 }
 
-TEST(AllanText, RefusesARecordThatIsAllHoles) {
+TEST_F(AllanText, RefusesARecordThatIsAllHoles) {
   std::string text = "time_s,rate\n";
   for (int i = 0; i < 50; ++i) text += std::to_string(10 * i) + ",1\n" + std::to_string(10 * i + 1) + ",2\n";
   RateSeriesChoice choice;
@@ -108,7 +116,7 @@ TEST(AllanText, RefusesARecordThatIsAllHoles) {
               HasSubstr("needs 3 in a row"));
 }
 
-TEST(AllanText, ReadsARealRecord) {
+TEST_F(AllanText, ReadsARealRecord) {
   PRISM_NEEDS_SHARED("data/mems_chamber_tofupilot.csv");
   RateSeriesChoice choice;
   choice.column = "rate_y_dps";

@@ -15,7 +15,7 @@
 #include "drivers/wire/frame_decoder.hpp"
 #include "tests/support/emulated.hpp"
 #include "tests/support/shared_files.hpp"
-#include "tests/unit/drivers/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace prism {
 namespace {

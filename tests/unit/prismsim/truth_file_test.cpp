@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/shared_files.hpp"
-#include "tests/unit/drivers/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace prism {
 namespace {
