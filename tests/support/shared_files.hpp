@@ -18,6 +18,12 @@ inline std::filesystem::path shared_dir() {
   return std::filesystem::path(PRISM_SOURCE_DIR) / ".." / "shared";
 }
 
+/// The reference numbers `name`: those that stand in the project (tests/golden), else those of the full set beside it.
+inline std::filesystem::path golden_dir(const std::string& name) {
+  const auto here = std::filesystem::path(PRISM_SOURCE_DIR) / "tests" / "golden" / name;
+  return std::filesystem::exists(here) ? here : shared_dir() / "golden" / name;
+}
+
 inline std::string read_file(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
@@ -25,7 +31,8 @@ inline std::string read_file(const std::filesystem::path& path) {
 
 }  // namespace prism::test
 
-/// Skips the running test where a file or folder of the shared data is not there.
-#define PRISM_NEEDS_SHARED(relative)                                    \
-  if (!std::filesystem::exists(prism::test::shared_dir() / (relative))) \
-  GTEST_SKIP() << "no " << (prism::test::shared_dir() / (relative)) << "; set PRISM_SHARED to run this test"
+/// Skips the running test where a file or folder is not there; for what may stand beside the project, and only that.
+#define PRISM_NEEDS(path) \
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << (path) << "; set PRISM_SHARED to run this test"
+
+#define PRISM_NEEDS_SHARED(relative) PRISM_NEEDS(prism::test::shared_dir() / (relative))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The reference numbers beside the project: one case = data, folds and what LS-SVMlab's conventions give for it.
+// The reference numbers: one case = data, folds and what LS-SVMlab's conventions give for it (tests/golden/README.md).
 #pragma once
 
 #include <Eigen/Core>
@@ -49,7 +49,7 @@ struct Golden {
   Folds folds;
 
   Golden(const std::string& name, const std::string& id) {
-    const auto dir = shared_dir() / "golden" / name;
+    const auto dir = golden_dir(name);
     about = nlohmann::json::parse(read_file(dir / "case.json"));
     expected = nlohmann::json::parse(read_file(dir / (id + ".json")));
     train = read_columns(dir / "train.csv");
@@ -60,21 +60,35 @@ struct Golden {
     sigma2 = expected["hyperparameters"]["sigma2"];
     scale = about["y_scale"];
     tolerance = std::max(1e-10, 1e-14 * expected["unweighted"]["cond_est"].get<double>());
-    x = inputs(train, "n_");
-    x_test = inputs(test, "n_");
-    y = vector_of(train["n_y"]);
+    x = normalised(inputs(train));
+    x_test = normalised(inputs(test));
+    y = ((vector_of(train["y"]).array() - about["y_shift"].get<double>()) / scale).matrix();
     folds = *folds_from(train["fold"]);
   }
 
-  Eigen::MatrixXd inputs(Columns& from, const std::string& prefix) const {
+  /// Raw, d × N.
+  Eigen::MatrixXd inputs(Columns& from) const {
     const auto names = about["inputs"].get<std::vector<std::string>>();
-    Eigen::MatrixXd m(names.size(), from[prefix + names[0]].size());
+    Eigen::MatrixXd m(names.size(), from[names[0]].size());
     for (std::size_t i = 0; i < names.size(); ++i)
-      m.row(static_cast<Eigen::Index>(i)) = vector_of(from[prefix + names[i]]).transpose();
+      m.row(static_cast<Eigen::Index>(i)) = vector_of(from[names[i]]).transpose();
     return m;
   }
 
+  /// By the case's own constants; gives the n_ columns of the full set, bit for bit.
+  Eigen::MatrixXd normalised(Eigen::MatrixXd m) const {
+    const auto shift = about["x_shift"].get<std::vector<double>>(), by = about["x_scale"].get<std::vector<double>>();
+    return (m.colwise() - vector_of(shift)).array().colwise() / vector_of(by).array();
+  }
+
   Eigen::VectorXd column(const std::string& name) { return vector_of(train_expected[name]); }
+
+  /// Of N values those whose expected ones are kept: column() has them at the samples i = 1 … N that it names.
+  Eigen::VectorXd kept(const Eigen::VectorXd& all) {
+    std::vector<Eigen::Index> rows;
+    for (const double i : train_expected["i"]) rows.push_back(static_cast<Eigen::Index>(i) - 1);
+    return all(rows);
+  }
 
   /// In original units, as the pred_* columns are.
   Eigen::VectorXd predict(const Eigen::VectorXd& alpha, double b) const {

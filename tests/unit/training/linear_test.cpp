@@ -54,8 +54,8 @@ std::vector<int> positions(const nlohmann::json& wanted, const std::vector<std::
 }
 
 TEST(Stepwise, TakesTheReferencesPathInEveryRandomProblem) {
-  PRISM_NEEDS_SHARED("golden/stepwise");
-  const auto dir = test::shared_dir() / "golden" / "stepwise";
+  const auto dir = test::golden_dir("stepwise");
+  PRISM_NEEDS(dir);
   const auto all = nlohmann::json::parse(test::read_file(dir / "golden.json"));
   ASSERT_GE(all.size(), 8u);
   for (const auto& expected : all) {
@@ -81,8 +81,7 @@ Eigen::VectorXd term_column(const std::string& name, test::Columns& data) {
 }
 
 TEST(Stepwise, FindsThePapersTwoModels) {
-  PRISM_NEEDS_SHARED("golden/gyro924");
-  const auto dir = test::shared_dir() / "golden" / "gyro924";
+  const auto dir = test::golden_dir("gyro924");
   const auto all = nlohmann::json::parse(test::read_file(dir / "linear_models.json"))["stepwise"];
   test::Columns data = test::read_columns(dir / "train.csv");
   for (const char* model : {"model1", "model2"}) {
@@ -99,8 +98,7 @@ TEST(Stepwise, FindsThePapersTwoModels) {
 }
 
 TEST(LeastSquares, CubicFitsAreTheReferences) {
-  PRISM_NEEDS_SHARED("golden/gyro924");
-  const auto dir = test::shared_dir() / "golden" / "gyro924";
+  const auto dir = test::golden_dir("gyro924");
   const auto cubic = nlohmann::json::parse(test::read_file(dir / "linear_models.json"))["cubic"];
   test::Columns data = test::read_columns(dir / "train.csv");
   for (const char* input : {"T", "R", "U"}) {

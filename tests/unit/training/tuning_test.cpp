@@ -41,10 +41,8 @@ TEST(Simplex, StaysInItsBox) {
 
 // gyro924, its own folds: the cost of the reference's long search (tune_reference.json), and never above its 6.2277e-3.
 TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
-  PRISM_NEEDS_SHARED("golden/gyro924");
   const test::Golden g("gyro924", "A");
-  const auto reference =
-      nlohmann::json::parse(test::read_file(test::shared_dir() / "golden/gyro924/tune_reference.json"));
+  const auto reference = nlohmann::json::parse(test::read_file(test::golden_dir("gyro924") / "tune_reference.json"));
   ReweightSettings settings;
   settings.weight.kind = WeightKind::kMyriad;
   const TuningCost cost(g.x, g.y, g.scale, Tuning::kGiven, g.folds, settings);
@@ -64,10 +62,9 @@ TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
 
 // Few samples, many minima: here the survey must not miss the valley.
 TEST(Tuning, RobustTenFoldOnTheMotorcycleEndsWhereTheReferenceEnds) {
-  PRISM_NEEDS_SHARED("golden/mcycle133");
+  PRISM_NEEDS(test::golden_dir("mcycle133"));
   const test::Golden g("mcycle133", "A");
-  const auto reference =
-      nlohmann::json::parse(test::read_file(test::shared_dir() / "golden/mcycle133/tune_reference.json"));
+  const auto reference = nlohmann::json::parse(test::read_file(test::golden_dir("mcycle133") / "tune_reference.json"));
   for (const WeightKind kind : {WeightKind::kHampel}) {
     ReweightSettings settings;
     settings.weight.kind = kind;
