@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: MIT
+# Replay goldens of the shipped frame descriptions: frames/NAME.pcap, which prismsim made through the description, gives
+# frames/NAME.expected. Descriptions run in slow motion, at most 10 frames a second, so that a capture of twelve seconds is
+# small; the bytes of a frame are those at full speed. Where real bytes of the device stand beside the project, they give
+# frames/NAME.real.expected, at the described rate.
+# usage: shipped.sh NAME | shipped.sh NAME FILE-OF-REAL-BYTES (in ../shared/frames, or where PRISM_SHARED says)
+# PRISM_REGENERATE=1 rewrites the expected logs, PRISM_REGENERATE=captures the captures too; read the diff as code.
+. "$(dirname "$0")/../system/lib.sh"
+name=$1
+here=$PRISM_SOURCE/tests/replay/frames
+description=$PRISM_SOURCE/config/frames/$name.json
+
+# The rate, and the ticks of a counter with it, divided by what brings the rate to 10 a second.
+slow_motion() {
+  awk -v most=10 '
+    function number(line) { sub(/.*: */, "", line); return line + 0 }
+    /^  "rate_hz": / { rate = number($0); slower = rate > most ? rate / most : 1; sub(/: *[0-9.e]+/, ": " rate / slower) }
+    match($0, /"ticks_per_s": *[0-9.e]+/) {
+      ticks = number(substr($0, RSTART, RLENGTH))
+      $0 = substr($0, 1, RSTART - 1) sprintf("\"ticks_per_s\": %.12g", ticks / slower) substr($0, RSTART + RLENGTH)
+    }
+    { print }' "$description"
+}
+
+# A model of 5 s that takes in what the description has: T and U, T, or no model at all.
+model() {
+  local inputs=
+  ! grep -q '^  "temperature":' "$description" || inputs=T
+  ! grep -q '^  "uhfo":' "$description" || inputs+=U
+  case "$inputs" in T | TU) echo ", \"model\": \"$here/models/$inputs.json\"" ;; esac
+}
+
+if [ $# -eq 2 ]; then
+  capture=${PRISM_SHARED:-$PRISM_SOURCE/../shared}/frames/$2
+  expected=$here/$name.real.expected
+  cp "$description" "$dir/frames.json"
+  [ -e "$capture" ] || skip "no $capture; set PRISM_SHARED to run this test"
+  case "$capture" in *.hex) sed 's/#.*//' "$capture" | xxd -r -p >"$dir/bytes"; capture=$dir/bytes ;; esac
+else
+  capture=$here/$name.pcap
+  expected=$here/$name.expected
+  slow_motion >"$dir/frames.json"
+  if [ "${PRISM_REGENERATE:-}" = captures ]; then
+    prismsim --profile second --hours 0.0034 --lose-frames 0.02 --damage-bytes 5e-4 --frames "$dir/frames.json" \
+      --out "$capture" 2>"$dir/prismsim.err" || fail "prismsim: exit code $?"
+  fi
+  [ -e "$capture" ] || fail "$name: no capture; PRISM_REGENERATE=captures makes it (ctest -R replay.frames.$name)"
+  [ "$(stat -c %s "$capture")" -le 60000 ] || fail "$capture: found $(stat -c %s "$capture") bytes, expected at most 60000"
+fi
+echo "{\"name\": \"$name\", \"frames\": \"$dir/frames.json\", \"clock\": \"host\"$(model)}" >"$dir/gyro.json"
+prismd "$dir/gyro.json" --replay "$capture" --out "$dir/log" >"$dir/summary" 2>"$dir/prismd.err" || fail "exit code $?"
+{
+  cat "$dir"/log/*.csv | sed '1s/^# prism [^ ]*/# prism VERSION/'
+  sed -n '1s/^replayed \([0-9]* frames\).*million\/s)/# \1/p' "$dir/summary"
+} >"$dir/found"
+[ -z "${PRISM_REGENERATE:-}" ] || cp "$dir/found" "$expected"
+[ -e "$expected" ] || fail "$name: no $expected; PRISM_REGENERATE=1 makes it"
+diff -u "$expected" "$dir/found" >"$dir/diff" || { head -40 "$dir/diff"; fail "$name: the log differs from $expected"; }
