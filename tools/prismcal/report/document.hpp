@@ -70,7 +70,7 @@ struct Report {
   std::string title;
   std::string subtitle;
   bool simulated = false;                                  ///< said on top of the page and in every caption
-  std::string tool;                                        ///< "prismcal 0.1.0"
+  std::string tool;                                        ///< "prismcal 0.2.0"
   std::vector<std::pair<std::string, std::string>> facts;  ///< the header table: serial, files, divisor, …
   std::vector<Section> sections;
 };
