@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace prism {
+namespace prism::compensation {
 
 // A sample at exactly 12:00:01.000 belongs to the second that ends there: ceil(time) - 1.
 std::int64_t bucket_second(std::int64_t time_ns) {
@@ -57,4 +57,4 @@ Bucket Averager::close() const {
   return closed;
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

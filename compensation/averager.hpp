@@ -7,7 +7,7 @@
 
 #include "compensation/sample.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
@@ -44,4 +44,4 @@ class Averager {
   bool open_ = false;
 };
 
-}  // namespace prism
+}  // namespace prism::compensation

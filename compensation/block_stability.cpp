@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace prism {
+namespace prism::compensation {
 
 void RunningVariance::add(double value) {
   ++count_;
@@ -36,4 +36,4 @@ std::optional<double> BlockStability::improvement() const {
   return 1 - corrected_.sd() / raw_.sd();
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

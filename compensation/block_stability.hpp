@@ -7,7 +7,7 @@
 
 #include "compensation/compensated.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 /// Running mean and variance of one series (Welford 1962), numerically safe for long records.
 class RunningVariance {
@@ -41,4 +41,4 @@ class BlockStability {
   RunningVariance raw_, corrected_, all_;
 };
 
-}  // namespace prism
+}  // namespace prism::compensation

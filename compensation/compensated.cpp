@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr std::pair<std::uint32_t, std::string_view> kNames[] = {
@@ -49,4 +49,4 @@ std::uint32_t parse_quality(const std::string& text) {
   return quality;
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -8,7 +8,7 @@
 #include "compensation/features.hpp"
 #include "compensation/sample.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 /// Bits; 0 is a correction without reservation.
 enum Quality : std::uint32_t {
@@ -60,4 +60,4 @@ struct CompensatedWindow {
   double corrected_mean_deg_per_h = kUnknown;  ///< the window's mean rate − bias
 };
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -12,7 +12,7 @@
 #include "compensation/plain_text.hpp"
 #include "compensation/text_number.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr int kRateDecimals = 6, kTemperatureDecimals = 5, kUhfoDecimals = 6, kSlopeDecimals = 8;
@@ -209,4 +209,4 @@ void append_json(std::string& text, const CompensatedWindow& row) {
   text.append(json, static_cast<std::size_t>(line.end() - json));
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -8,7 +8,7 @@
 #include "compensation/compensated.hpp"
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 /// The column line of the log, without its line end.
 std::string_view csv_columns();
@@ -30,4 +30,4 @@ void append_json(std::string& text, const Compensated& row);
 /// The "params" of a window notification.
 void append_json(std::string& text, const CompensatedWindow& row);
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 using Quantity = double Bucket::*;
@@ -141,4 +141,4 @@ void Conditioner::update_lags(const Bucket& bucket, Window& window) {
   window.lag_settling = static_cast<double>(lag_age_s_) < 3 * longest;
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

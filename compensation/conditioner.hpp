@@ -7,7 +7,7 @@
 
 #include "compensation/features.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 /// Live, replay and training all push their buckets through this class; a second copy would become bias.
 ///
@@ -44,4 +44,4 @@ class Conditioner {
   std::int64_t lag_age_s_ = -1;
 };
 
-}  // namespace prism
+}  // namespace prism::compensation

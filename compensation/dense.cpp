@@ -8,7 +8,7 @@
 
 #include "compensation/kernel.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 // Aligned to a cache line: no load of a packed sliver then crosses one.
@@ -96,4 +96,4 @@ Eigen::MatrixXd inverse_lower(const Eigen::MatrixXd& l) {
   return w;
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

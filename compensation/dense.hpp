@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-namespace prism {
+namespace prism::compensation {
 
 /// c += sign · a aᵀ over the rows' common columns, lower triangle only; with weights: a diag(w) aᵀ. a is n × k, c n ×
 /// n.
@@ -25,4 +25,4 @@ void solve_cholesky(const Eigen::MatrixXd& l, Eigen::VectorXd& x);
 /// L⁻¹, with zeros above its diagonal.
 Eigen::MatrixXd inverse_lower(const Eigen::MatrixXd& l);
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace prism {
+namespace prism::compensation {
 
 double earth_rate_deg_per_h(const AxisPlacement& placement) {
   constexpr double kRadPerDeg = std::numbers::pi / 180;
@@ -14,4 +14,4 @@ double earth_rate_deg_per_h(const AxisPlacement& placement) {
   return kEarthRateDegPerH * (std::sin(phi) * std::sin(e) + std::cos(phi) * std::cos(e) * std::cos(a));
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -2,7 +2,7 @@
 // The part of the earth's rotation that a gyro at rest sees: what must go before the rest is bias.
 #pragma once
 
-namespace prism {
+namespace prism::compensation {
 
 /// The earth's rotation against the stars, deg/h: 360 deg in a sidereal day of 23 h 56 min 4.0905 s (IERS; 7.292115e-5
 /// rad/s).
@@ -18,4 +18,4 @@ struct AxisPlacement {
 /// Ω (sin φ sin e + cos φ cos e cos a), deg/h.
 double earth_rate_deg_per_h(const AxisPlacement& placement);
 
-}  // namespace prism
+}  // namespace prism::compensation

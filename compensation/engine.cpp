@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace prism {
+namespace prism::compensation {
 
 Result<void> Engine::use(ModelPtr model, ModelPtr fallback) {
   for (const ModelPtr& wanted : {model, fallback}) {
@@ -92,4 +92,4 @@ Correction Engine::predict(const Model& model, const Window& window) const {
   return {prediction.bias_deg_per_h, prediction.sd_deg_per_h, prediction.extrapolating ? kExtrapolating : kGood};
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -11,7 +11,7 @@
 #include "compensation/model.hpp"
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 struct EngineSettings {
   /// A predicted bias beyond ± this is not believed (deg/h, > 0).
@@ -56,4 +56,4 @@ class Engine {
   Correction correction_;
 };
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 Prediction clamped(const Model& model, std::span<const double> inputs, const Prediction& outside) {
@@ -34,4 +34,4 @@ Prediction predict_within(const Model& model, std::span<const double> inputs, Ex
   return policy == Extrapolation::kClamp ? clamped(model, inputs, prediction) : blended(prediction);
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

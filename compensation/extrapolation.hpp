@@ -6,7 +6,7 @@
 
 #include "compensation/model.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 enum class Extrapolation {
   kFlag,   ///< the prediction as it is, marked
@@ -21,4 +21,4 @@ Prediction predict_within(const Model& model, std::span<const double> inputs, Ex
 /// The blend alone, a pure function of the prediction; a prediction that states no mean stays as it is.
 Prediction blended(Prediction prediction);
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <optional>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 // "lag2" → 1; nothing for any other name.
@@ -38,4 +38,4 @@ double input_value(const Window& window, const std::string& name) {
   return lag && *lag < window.lag_degc.size() ? window.lag_degc[*lag] : kUnknown;
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -8,7 +8,7 @@
 
 #include "compensation/averager.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 enum class SlopeMethod {
   kDifference,    ///< (T now − T length_s before) / length_s, each end a mean of end_mean_s: the paper's
@@ -60,4 +60,4 @@ bool has_input(const FeatureDefinition& definition, const std::string& name);
 /// The value of one input in a window; kUnknown where the window does not have it. `name` must satisfy has_input.
 double input_value(const Window& window, const std::string& name);
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -7,7 +7,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr std::array kPathNames = {"scalar", "baseline", "avx2", "avx512"};
@@ -155,4 +155,4 @@ Eigen::MatrixXd kernel_matrix(const Eigen::MatrixXd& points, double sigma2) {
   return k;
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

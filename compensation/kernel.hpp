@@ -10,7 +10,7 @@
 #include "compensation/lanes/table.hpp"
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 /// The ways to the same sum. kScalar is the reference: one std::exp a centre, in order. The others differ from it by at
 /// most kKernelTolerance · Σ|alpha_k| in a sum, and by kKernelTolerance in a single value.
@@ -55,4 +55,4 @@ class KernelCentres {
 /// K of eq. 9 for points in columns (d × N): symmetric, ones on its diagonal.
 Eigen::MatrixXd kernel_matrix(const Eigen::MatrixXd& points, double sigma2);
 
-}  // namespace prism
+}  // namespace prism::compensation

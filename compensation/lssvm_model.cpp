@@ -10,7 +10,7 @@
 #include "compensation/dense.hpp"
 #include "compensation/model_id.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr Eigen::Index kMaxCentres = 8000;
@@ -152,4 +152,4 @@ Prediction LssvmModel::predict(std::span<const double> inputs) const {
   return prediction;
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

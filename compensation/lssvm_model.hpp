@@ -10,7 +10,7 @@
 #include "compensation/model.hpp"
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 /// Shift and scale between engineering units and the units the kernel works in: n = (x − shift) / scale.
 struct Normalisation {
@@ -74,4 +74,4 @@ class LssvmModel : public Model {
   double ones_ = 0;              // dense: 1ᵀ H⁻¹ 1
 };
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -7,7 +7,7 @@
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model_kinds.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr Range kPositive{1e-300, 1e300};
@@ -113,4 +113,4 @@ std::string lssvm_content(const Model& model) {
   return text;
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace prism {
+namespace prism::compensation {
 
 bool Model::outside_domain(std::span<const double> inputs) const {
   const Domain& domain = info_.domain;
@@ -23,4 +23,4 @@ std::vector<double> gather_inputs(const Model& model, const Window& window) {
   return inputs;
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

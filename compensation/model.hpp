@@ -10,7 +10,7 @@
 
 #include "compensation/features.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 struct Prediction {
   double bias_deg_per_h = kUnknown;
@@ -64,4 +64,4 @@ using ModelPtr = std::shared_ptr<const Model>;
 /// The inputs of `model` taken from a window, in the model's order; empty where any is unknown.
 std::vector<double> gather_inputs(const Model& model, const Window& window);
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -7,7 +7,7 @@
 
 #include "compensation/sha256.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 // JSON's "-0" is a whole number and reads back as +0: an id over "-0" would not fit the file that holds it.
 std::string exact_text(double value) { return value == 0 && std::signbit(value) ? "-0.0" : fmt::format("{}", value); }
@@ -28,4 +28,4 @@ std::string model_id(const ModelInfo& info, std::string_view content) {
   return sha256_hex(canonical += content);
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -9,7 +9,7 @@
 
 #include "compensation/model.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 inline constexpr int kModelVersion = 1;
 inline constexpr std::array kSlopeNames = {"difference", "least_squares"};  ///< in the order of SlopeMethod
@@ -22,4 +22,4 @@ std::string model_id(const ModelInfo& info, std::string_view content);
 std::string exact_text(double value);
 std::string exact_texts(std::span<const double> values);
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/model_kinds.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr ModelKind kKinds[] = {
@@ -28,4 +28,4 @@ std::string model_kind_names() {
   return names;
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

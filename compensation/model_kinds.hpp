@@ -10,7 +10,7 @@
 #include "compensation/model.hpp"
 #include "compensation/model_id.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 inline constexpr Range kAnyNumber{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
 
@@ -32,4 +32,4 @@ std::string polynomial_content(const Model& model);
 Result<ModelPtr> read_lssvm(Section& top, ModelInfo info);
 std::string lssvm_content(const Model& model);
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -8,7 +8,7 @@
 #include "compensation/json_section.hpp"
 #include "compensation/model_kinds.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 // A text as it stands in the file and in refusals: in quotes, escaped, and not too long for a line.
@@ -144,4 +144,4 @@ std::string format_model(const Model& model, const std::string& provenance_json)
   return text += fmt::format("  \"provenance\": {}\n}}\n", provenance_json.empty() ? "{}" : provenance_json);
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -8,7 +8,7 @@
 #include "compensation/model.hpp"
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 /// Reads a model of format "prism-model" version 1. `where` names the text in errors (the file's path). Refused in one
 /// line: no JSON, another format, a newer version, a missing or unknown key, a wrong type, a number that is not finite
@@ -20,4 +20,4 @@ std::string format_model(const Model& model);
 /// The same with another provenance (a JSON object as text), which is no part of the id.
 std::string format_model(const Model& model, const std::string& provenance_json);
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -8,7 +8,7 @@
 
 #include "compensation/model_id.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 std::string canonical(const std::vector<Term>& terms, double sd) {
@@ -46,4 +46,4 @@ Prediction PolynomialModel::predict(std::span<const double> inputs) const {
   return prediction;
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

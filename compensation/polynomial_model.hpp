@@ -4,7 +4,7 @@
 
 #include "compensation/model.hpp"
 
-namespace prism {
+namespace prism::compensation {
 
 /// coefficient · Π inputs[i]^powers[i]
 struct Term {
@@ -28,4 +28,4 @@ class PolynomialModel : public Model {
   double sd_deg_per_h_;
 };
 
-}  // namespace prism
+}  // namespace prism::compensation

@@ -7,7 +7,7 @@
 #include "compensation/model_kinds.hpp"
 #include "compensation/polynomial_model.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr double kMaxPower = 9;
@@ -54,4 +54,4 @@ std::string polynomial_content(const Model& model) {
   return text + "\n  ],\n";
 }
 
-}  // namespace prism
+}  // namespace prism::compensation

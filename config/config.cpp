@@ -15,7 +15,7 @@
 #include "compensation/json_section.hpp"
 #include "config/search_path.hpp"
 
-namespace prism {
+namespace prism::config {
 namespace {
 
 namespace fs = std::filesystem;
@@ -117,7 +117,8 @@ Config read_config(Section& top, const fs::path& file) {
   }
   Section correction = top.object("correction");
   config.engine.max_bias_deg_per_h = correction.number("max_bias_deg_per_h", {1e-6, 1e6}, 100.0);
-  config.engine.extrapolation = static_cast<Extrapolation>(correction.choice("extrapolation", kExtrapolations, 0));
+  config.engine.extrapolation =
+      static_cast<compensation::Extrapolation>(correction.choice("extrapolation", kExtrapolations, 0));
   // systemd names the folder it made for this instance; the configuration's own is read-only there.
   const char* made = std::getenv("LOGS_DIRECTORY");
   const bool given = made != nullptr && *made != '\0';
@@ -161,4 +162,4 @@ Result<Config> load_config(const std::string& path) {
   return parse_config(*text, path);
 }
 
-}  // namespace prism
+}  // namespace prism::config

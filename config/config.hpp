@@ -10,7 +10,7 @@
 #include "compensation/engine.hpp"
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::config {
 
 struct GyroSettings {
   std::string serial;  ///< of the gyro on the line; a model bound to another serial is refused; empty: unknown
@@ -63,7 +63,7 @@ struct Config {
   bool device_clock = false;
   SiteSettings site;
   std::string model, fallback_model;  ///< paths; empty: none
-  EngineSettings engine;
+  compensation::EngineSettings engine;
   std::optional<SegmentSettings> log, capture;
   SocketSettings socket;
   std::string event_level = "info";
@@ -79,4 +79,4 @@ Result<Config> load_config(const std::string& path);
 /// A whole file's text; refused where it cannot be read.
 Result<std::string> read_text_file(const std::string& path);
 
-}  // namespace prism
+}  // namespace prism::config

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <vector>
 
-namespace prism {
+namespace prism::config {
 
 namespace fs = std::filesystem;
 
@@ -38,4 +38,4 @@ std::string find_data_file(const std::string& name, const std::string& folder, c
   return (base / folder / (name + ".json")).lexically_normal().string();
 }
 
-}  // namespace prism
+}  // namespace prism::config

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-namespace prism {
+namespace prism::config {
 
 /// `name` with a '/' or ending in ".json" is a path, relative to `base`. A bare name is NAME.json in `folder`
 /// ("frames", "models") beside the configuration, of $PRISM_DATA, of /etc/prism, and of the project's own data; the
@@ -14,4 +14,4 @@ namespace prism {
 /// prefix that it is installed in, wherever that was moved to, or of the build tree.
 std::string find_data_file(const std::string& name, const std::string& folder, const std::filesystem::path& base);
 
-}  // namespace prism
+}  // namespace prism::config

@@ -8,7 +8,7 @@
 #include "config/version.hpp"
 #include "daemon/station.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 using nlohmann::ordered_json;
@@ -22,19 +22,19 @@ const char* state_name(LineState state) {
   return kNames[static_cast<int>(state)];
 }
 
-ordered_json row_json(const Compensated& row) {
+ordered_json row_json(const compensation::Compensated& row) {
   std::string text;
-  append_json(text, row);
+  compensation::append_json(text, row);
   return ordered_json::parse(text);
 }
 
-ordered_json row_json(const CompensatedWindow& row) {
+ordered_json row_json(const compensation::CompensatedWindow& row) {
   std::string text;
-  append_json(text, row);
+  compensation::append_json(text, row);
   return ordered_json::parse(text);
 }
 
-ordered_json counters_json(const DecoderCounters& c) {
+ordered_json counters_json(const wire::DecoderCounters& c) {
   return {{"bytes", c.bytes},
           {"frames", c.frames},
           {"bad_check", c.bad_check},
@@ -47,7 +47,7 @@ ordered_json counters_json(const DecoderCounters& c) {
           {"out_of_range", c.out_of_range}};
 }
 
-ordered_json clock_json(const ClockStatus& c) {
+ordered_json clock_json(const drivers::ClockStatus& c) {
   return {{"samples", c.samples},
           {"missing_frames", c.missing_frames},
           {"duplicates", c.duplicates},
@@ -57,19 +57,19 @@ ordered_json clock_json(const ClockStatus& c) {
           {"residual_s", known(c.residual_s)}};
 }
 
-ordered_json model_brief(const ModelPtr& model) {
+ordered_json model_brief(const compensation::ModelPtr& model) {
   if (!model) return nullptr;
   return {{"id", model->info().id}, {"kind", model->info().kind}, {"name", model->info().name}};
 }
 
-ordered_json series_json(const RunningVariance& series) {
+ordered_json series_json(const compensation::RunningVariance& series) {
   return {{"blocks", series.count()}, {"mean_deg_per_h", known(series.mean())}, {"sd_deg_per_h", known(series.sd())}};
 }
 
 }  // namespace
 
 ordered_json Station::status() const {
-  const Config& c = setup_.config;
+  const config::Config& c = setup_.config;
   ordered_json json = {{"name", c.name},
                        {"version", kVersion},
                        {"state", state_name(state_)},
@@ -125,7 +125,7 @@ ordered_json Station::line() const {
 }
 
 ordered_json Station::bias() const {
-  const Correction& correction = pipeline_->engine().correction();
+  const compensation::Correction& correction = pipeline_->engine().correction();
   ordered_json json = {{"time_s", has_last_ ? ordered_json(seconds(last_.sample.time_ns)) : ordered_json()},
                        {"rate_deg_per_h", known(has_last_ ? last_.sample.rate_deg_per_h : kUnknown)},
                        {"bias_deg_per_h", known(correction.bias_deg_per_h)},
@@ -137,7 +137,7 @@ ordered_json Station::bias() const {
   json["temperature_degc"] = known(windowed ? history_.back().window.temperature_degc : kUnknown);
   json["slope_degc_per_s"] = known(windowed ? history_.back().window.slope_degc_per_s : kUnknown);
   json["uhfo_v"] = known(windowed ? history_.back().window.uhfo_v : kUnknown);
-  json["quality"] = quality_text(correction.quality);
+  json["quality"] = compensation::quality_text(correction.quality);
   json["model"] = setup_.model ? ordered_json(setup_.model->info().id) : ordered_json();
   return json;
 }
@@ -155,23 +155,24 @@ ordered_json Station::stability() const {
 
 ordered_json Station::model() const {
   if (!setup_.model) return nullptr;
-  const ModelInfo& info = setup_.model->info();
+  const compensation::ModelInfo& info = setup_.model->info();
   ordered_json json = model_brief(setup_.model);
   json["file"] = setup_.config.model;
   json["gyro_serial"] = info.gyro_serial;
   json["inputs"] = info.inputs;
-  json["window"] = {{"length_s", info.features.length_s},
-                    {"slope", info.features.slope == SlopeMethod::kDifference ? "difference" : "least_squares"},
-                    {"end_mean_s", info.features.end_mean_s},
-                    {"max_gap_s", info.features.max_gap_s},
-                    {"lag_time_constants_s", info.features.lag_time_constants_s}};
+  json["window"] = {
+      {"length_s", info.features.length_s},
+      {"slope", info.features.slope == compensation::SlopeMethod::kDifference ? "difference" : "least_squares"},
+      {"end_mean_s", info.features.end_mean_s},
+      {"max_gap_s", info.features.max_gap_s},
+      {"lag_time_constants_s", info.features.lag_time_constants_s}};
   json["domain"] = {{"min", info.domain.min}, {"max", info.domain.max}};
   json["provenance"] = ordered_json::parse(info.provenance_json);
   return json;
 }
 
 ordered_json Station::config() const {
-  const Config& c = setup_.config;
+  const config::Config& c = setup_.config;
   ordered_json json = {{"file", c.path}, {"name", c.name}};
   json["gyro"] = {{"serial", c.gyro.serial},
                   {"axis", setup_.frames->gyro.axis},
@@ -213,4 +214,4 @@ ordered_json Station::events(std::size_t count) const {
   return list;
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -3,7 +3,7 @@
 
 #include <cstdlib>
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 template <class Clock>
@@ -26,4 +26,4 @@ std::int64_t ArrivalClock::check() {
   return 0;
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <cstdint>
 
-namespace prism {
+namespace prism::daemon {
 
 /// std::chrono::steady_clock::now(), which is CLOCK_MONOTONIC here, without the way through libstdc++: its pages are
 /// cold when a frame comes after milliseconds of nothing.
@@ -37,4 +37,4 @@ class ArrivalClock {
   std::int64_t offset_ns_ = 0;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <utility>
 
-namespace prism {
+namespace prism::daemon {
 
 Client::Client(Socket socket, std::size_t max_queued_bytes)
     : socket_(std::move(socket)), max_queued_bytes_(max_queued_bytes) {
@@ -102,4 +102,4 @@ void Client::tell_loss() {
                      lost_total_));
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-namespace prism {
+namespace prism::daemon {
 
 /// Text that several clients send: serialised once, shared by all.
 struct Report {
@@ -68,4 +68,4 @@ class Client : public std::enable_shared_from_this<Client> {
   bool waiting_ = false;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-namespace prism {
+namespace prism::daemon {
 
 DiskThread::DiskThread(std::size_t max_bytes) : max_bytes_(max_bytes), thread_([this] { run(); }) {}
 
@@ -50,4 +50,4 @@ void DiskThread::run() {
   }
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -10,7 +10,7 @@
 #include <mutex>
 #include <thread>
 
-namespace prism {
+namespace prism::daemon {
 
 /// Runs the tasks posted, in order. The destructor runs what is queued and joins.
 class DiskThread {
@@ -46,4 +46,4 @@ class DiskThread {
   std::thread thread_;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace prism {
+namespace prism::daemon {
 
 const char* severity_name(Severity severity) {
   constexpr const char* kNames[] = {"debug", "info", "warning", "error"};
@@ -37,4 +37,4 @@ void EventLog::add(Severity severity, const std::string& kind, const std::string
   tell_(recent_.back());
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -8,7 +8,7 @@
 #include <map>
 #include <string>
 
-namespace prism {
+namespace prism::daemon {
 
 enum class Severity { kDebug, kInfo, kWarning, kError };
 
@@ -47,4 +47,4 @@ class EventLog {
   std::map<std::string, Shown> shown_;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -12,7 +12,7 @@
 
 #include "daemon/reactor_watch.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 namespace asio = boost::asio;
@@ -80,4 +80,4 @@ void EventLoop::wait_for_reactor() {
   io_.poll();
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -8,7 +8,7 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <functional>
 
-namespace prism {
+namespace prism::daemon {
 
 class ReactorWatch;
 
@@ -54,4 +54,4 @@ class EventLoop {
   const int reactor_;                           ///< epoll descriptor of io_, readable when a handler has to run
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -22,7 +22,7 @@
 #include "daemon/server.hpp"
 #include "daemon/service.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 namespace asio = boost::asio;
@@ -50,13 +50,13 @@ class Live {
         signals_(loop_.io(), SIGINT, SIGTERM, SIGHUP),
         tick_(loop_.io()) {
     alive_ = &station_;
-    const Config& config = station_.setup().config;
+    const config::Config& config = station_.setup().config;
     if (config.capture)
       station_.recorder = std::make_unique<Recorder>(*config.capture, config.name, disk_, teller(loop_, alive_));
   }
 
   int run() {
-    const Config& config = station_.setup().config;
+    const config::Config& config = station_.setup().config;
     const int inherited = inherited_socket();
     if (!config.socket.path.empty() || inherited >= 0) {
       auto server = Server::open(loop_.io(), config.socket, inherited, station_, rpc_);
@@ -140,4 +140,4 @@ int run_live(const Options& options, Setup setup) {
   return live->run();
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

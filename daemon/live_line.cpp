@@ -12,7 +12,7 @@
 #include <cstring>
 #include <utility>
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 namespace asio = boost::asio;
@@ -52,7 +52,7 @@ void LiveLine::open_or_pause() {
 }
 
 bool LiveLine::open() {
-  Result<SerialLine> line = open_serial_line(station_.setup().line);
+  Result<drivers::SerialLine> line = drivers::open_serial_line(station_.setup().line);
   if (!line) {
     const std::string& why = line.error().text();
     station_.set_state(LineState::kConnecting, why);
@@ -92,7 +92,7 @@ void LiveLine::complain(const char* kind, const std::string& text) {
     return;
   }
   // A pty and some drivers say "end of file" for an empty read; only a line that is really gone ends the session.
-  if (size == 0 && !line_is_gone(line_->fd())) return rest();
+  if (size == 0 && !drivers::line_is_gone(line_->fd())) return rest();
   const std::string why = size == 0 ? "unplugged (end of file)" : std::strerror(error);
   station_.set_state(LineState::kConnecting, why);
   lose("line_lost", "lost: " + why);
@@ -120,13 +120,13 @@ asio::awaitable<void> LiveLine::watch() {
   while (!stopping_) {
     const auto silence = as_steady(std::chrono::duration<double>(station_.setup().config.line.silence_s));
     const auto due = line_ ? last_data_ + silence : Clock::now() + silence;
-    const auto next =
-        std::clamp(due, Clock::now() + std::chrono::milliseconds(10), Clock::now() + std::chrono::seconds(1));
+    const auto next = std::clamp(due, Clock::now() + std::chrono::milliseconds(10),
+                                 Clock::now() + std::chrono::seconds(1));
     watch_timer_.expires_at(next);
     co_await watch_timer_.async_wait(kUse);
     if (stopping_ || !line_) continue;
     station_.expire(arrival_.now_ns());
-    station_.line_hardware(read_line_counters(line_->fd()));
+    station_.line_hardware(drivers::read_line_counters(line_->fd()));
     if (const std::int64_t step = arrival_.check()) {
       station_.tell(
           Severity::kWarning, "host_clock",
@@ -159,4 +159,4 @@ void LiveLine::pause() {
   retry_ = std::min(retry_ * 2, std::chrono::duration<double>(station_.setup().config.line.retry_max_s));
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -16,7 +16,7 @@
 #include "daemon/station.hpp"
 #include "drivers/serial_line.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 /// One session: from open to the moment the line is lost (error, end of file, silence). Between sessions it pauses, at
 /// first for retry_min_s, doubling up to retry_max_s, and anew from the start once data has come.
@@ -51,7 +51,7 @@ class LiveLine : public UrgentSource {
 
   boost::asio::io_context& io_;
   Station& station_;
-  std::optional<SerialLine> line_;
+  std::optional<drivers::SerialLine> line_;
   boost::asio::steady_timer watch_timer_, pause_timer_;
   ArrivalClock arrival_;
   Clock::time_point last_data_, last_progress_;
@@ -61,4 +61,4 @@ class LiveLine : public UrgentSource {
   std::array<std::uint8_t, 65536> buffer_;  // behind the rest, which stands close together then
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

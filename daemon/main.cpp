@@ -11,7 +11,7 @@
 #include "daemon/service.hpp"
 #include "daemon/sniff.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 // "<4>": the syslog priority that the journal reads off the front of a line.
@@ -43,7 +43,7 @@ void begin_logging(const std::string& level) {
 }
 
 int check(const Setup& setup) {
-  const Config& config = setup.config;
+  const config::Config& config = setup.config;
   for (const std::string& note : setup.notes) fmt::print("note: {}\n", note);
   fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}\n", config.path, setup.frames->name,
              setup.frames->rate_hz,
@@ -70,13 +70,13 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::daemon
 
 int main(int argc, char** argv) {
   try {
-    return prism::run(argc, argv);
+    return prism::daemon::run(argc, argv);
   } catch (const std::exception& bug) {
     fmt::print(stderr, "prismd: internal error: {}; please report it\n", bug.what());
-    return prism::kExitBug;
+    return prism::daemon::kExitBug;
   }
 }

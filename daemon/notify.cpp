@@ -5,7 +5,7 @@
 #include <systemd/sd-daemon.h>
 #include <time.h>
 
-namespace prism {
+namespace prism::daemon {
 
 void notify_ready(const std::string& status) { sd_notify(0, ("READY=1\nSTATUS=" + status).c_str()); }
 
@@ -34,4 +34,4 @@ int inherited_socket() {
   return sd_is_socket(fd, AF_UNIX, SOCK_STREAM, 1) > 0 ? fd : -1;
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -9,7 +9,7 @@
 
 #include "config/version.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 constexpr int kUsage = 64;
@@ -66,4 +66,4 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   return std::nullopt;
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace prism {
+namespace prism::daemon {
 
 struct Options {
   std::string config;
@@ -23,4 +23,4 @@ struct Options {
 /// Parses argv; prints help, version and usage errors itself. A value: the exit code to end with at once.
 std::optional<int> parse_options(int argc, char** argv, Options& options);
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-namespace prism {
+namespace prism::daemon {
 
 Pipeline::Pipeline(const Setup& setup, RowSink& sink)
     : decoder_(setup.frames), clock_(setup.frames, setup.clock), engine_(setup.config.engine), sink_(sink) {
@@ -38,9 +38,9 @@ void Pipeline::finish() {
   if (const auto row = engine_.finish()) sink_.window(*row);
 }
 
-[[gnu::hot]] void Pipeline::pass(const std::vector<Reading>& readings) {
-  Compensated row;
-  for (const Reading& reading : readings) {
+[[gnu::hot]] void Pipeline::pass(const std::vector<wire::Reading>& readings) {
+  compensation::Compensated row;
+  for (const wire::Reading& reading : readings) {
     const std::optional<Sample> sample = clock_.push(reading);
     if (!sample) continue;
     const auto window = engine_.push(*sample, row);
@@ -49,4 +49,4 @@ void Pipeline::finish() {
   }
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

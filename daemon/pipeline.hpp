@@ -11,14 +11,14 @@
 #include "drivers/clock.hpp"
 #include "drivers/wire/frame_decoder.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 /// Who hears of the rows.
 class RowSink {
  public:
   virtual ~RowSink() = default;
-  virtual void sample(const Compensated& row) = 0;
-  virtual void window(const CompensatedWindow& row) = 0;
+  virtual void sample(const compensation::Compensated& row) = 0;
+  virtual void window(const compensation::CompensatedWindow& row) = 0;
 };
 
 /// Synchronous and deterministic: what comes out depends on the bytes, their arrival times and the setup only.
@@ -34,20 +34,22 @@ class Pipeline {
   /// The end of the run: what can still be read is read, the open second is closed.
   void finish();
 
-  Result<void> use(ModelPtr model, ModelPtr fallback) { return engine_.use(std::move(model), std::move(fallback)); }
+  Result<void> use(compensation::ModelPtr model, compensation::ModelPtr fallback) {
+    return engine_.use(std::move(model), std::move(fallback));
+  }
 
-  const FrameDecoder& decoder() const { return decoder_; }
-  const Clock& clock() const { return clock_; }
-  const Engine& engine() const { return engine_; }
+  const wire::FrameDecoder& decoder() const { return decoder_; }
+  const drivers::Clock& clock() const { return clock_; }
+  const compensation::Engine& engine() const { return engine_; }
 
  private:
-  void pass(const std::vector<Reading>& readings);
+  void pass(const std::vector<wire::Reading>& readings);
 
-  FrameDecoder decoder_;
-  Clock clock_;
-  Engine engine_;
+  wire::FrameDecoder decoder_;
+  drivers::Clock clock_;
+  compensation::Engine engine_;
   RowSink& sink_;
-  std::vector<Reading> readings_;
+  std::vector<wire::Reading> readings_;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -6,7 +6,7 @@
 
 #include "compensation/compensated_text.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 constexpr std::string_view kSampleHead = R"({"jsonrpc":"2.0","method":"sample","params":)";
@@ -41,13 +41,13 @@ void Publisher::update() {
   topics_ = std::move(topics);
 }
 
-[[gnu::hot]] void Publisher::sample(const Compensated& row) {
+[[gnu::hot]] void Publisher::sample(const compensation::Compensated& row) {
   for (Topic& topic : topics_) {
     if (--topic.due > 0) continue;
     topic.due = topic.every;
-    char* at = topic.text.room(kSampleHead.size() + kJsonChars + kTail.size());
+    char* at = topic.text.room(kSampleHead.size() + compensation::kJsonChars + kTail.size());
     at = put(at, kSampleHead);
-    at = put_json(at, row);
+    at = compensation::put_json(at, row);
     topic.text.end_at(put(at, kTail));
     ++topic.rows;
   }
@@ -69,13 +69,13 @@ void Publisher::update() {
   }
 }
 
-void Publisher::window(const CompensatedWindow& row) {
+void Publisher::window(const compensation::CompensatedWindow& row) {
   const bool wanted =
       std::any_of(clients_.begin(), clients_.end(), [](const auto& c) { return c->subscription.windows; });
   if (!wanted) return;
   flush();
   std::string text(kWindowHead);
-  append_json(text, row);
+  compensation::append_json(text, row);
   text += kTail;
   const auto report = std::make_shared<const Report>(Report{std::move(text), 1});
   for (const auto& client : clients_) {
@@ -97,4 +97,4 @@ std::uint64_t Publisher::lost_rows() const {
   return lost;
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

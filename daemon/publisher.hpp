@@ -11,7 +11,7 @@
 #include "daemon/client.hpp"
 #include "daemon/row_text.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 /// Samples are gathered and go out at flush(), once per chunk of the line: one send for many rows at high rates, and no
 /// delay at low ones. Windows and events go out at once, after the samples before them.
@@ -23,8 +23,8 @@ class Publisher {
   void update();
 
   bool wants_samples() const { return !topics_.empty(); }
-  void sample(const Compensated& row);
-  void window(const CompensatedWindow& row);
+  void sample(const compensation::Compensated& row);
+  void window(const compensation::CompensatedWindow& row);
   /// `params`: the JSON object of an event notification.
   void event(const std::string& params);
   void flush();
@@ -46,4 +46,4 @@ class Publisher {
   std::uint64_t lost_by_gone_ = 0;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <chrono>
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 constexpr std::chrono::milliseconds kAgain{1};  // a signal may come before the read that it is meant for
@@ -73,4 +73,4 @@ void ReactorWatch::ring() {
   }
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <thread>
 
-namespace prism {
+namespace prism::daemon {
 
 /// An eventfd(2) that does not block and is not inherited. Throws boost::system::system_error where there is none to
 /// have.
@@ -51,4 +51,4 @@ class ReactorWatch {
   std::thread thread_;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

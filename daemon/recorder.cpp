@@ -9,7 +9,7 @@
 #include "compensation/averager.hpp"
 #include "drivers/capture_file.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 constexpr std::size_t kBatchBytes = 256 << 10;
@@ -20,7 +20,7 @@ constexpr std::int64_t kPacketOverhead = 28;  // pcap packet header and the reco
 // The disk thread's half: it alone touches the files.
 class Recorder::Writer {
  public:
-  Writer(SegmentSettings settings, std::string name, std::shared_ptr<std::atomic<std::uint64_t>> dropped,
+  Writer(config::SegmentSettings settings, std::string name, std::shared_ptr<std::atomic<std::uint64_t>> dropped,
          std::function<void(const std::string&)> tell)
       : settings_(std::move(settings)),
         name_(std::move(name)),
@@ -47,7 +47,7 @@ class Recorder::Writer {
 
  private:
   bool put(const Chunk& chunk, std::span<const std::uint8_t> bytes) {
-    const std::int64_t second = chunk.time_ns / kNanosecondsPerSecond;
+    const std::int64_t second = chunk.time_ns / compensation::kNanosecondsPerSecond;
     const auto size = static_cast<std::int64_t>(bytes.size()) + kPacketOverhead;
     const auto before = file_ ? static_cast<std::int64_t>(file_->bytes_written()) : 0;
     if (clock_.begins_new(second, before + size)) file_.reset();
@@ -59,7 +59,7 @@ class Recorder::Writer {
   bool open(std::int64_t second) {
     if (auto made = make_segment_folder(settings_); !made) return keep(std::move(made));
     const std::string path = segment_path(settings_, name_, ".pcap", second);
-    Result<CaptureWriter> file = CaptureWriter::open(path);
+    Result<drivers::CaptureWriter> file = drivers::CaptureWriter::open(path);
     if (!file) return keep(tl::unexpected<Error>(file.error()));
     file_.emplace(std::move(*file));
     delete_old_segments(settings_, name_, ".pcap", path, second);
@@ -80,16 +80,16 @@ class Recorder::Writer {
     return false;
   }
 
-  SegmentSettings settings_;
+  config::SegmentSettings settings_;
   std::string name_;
   std::shared_ptr<std::atomic<std::uint64_t>> dropped_;
   std::function<void(const std::string&)> tell_;
   SegmentClock clock_;
-  std::optional<CaptureWriter> file_;
+  std::optional<drivers::CaptureWriter> file_;
   bool faulty_ = false, lost_ = false;
 };
 
-Recorder::Recorder(SegmentSettings settings, std::string name, DiskThread& disk,
+Recorder::Recorder(config::SegmentSettings settings, std::string name, DiskThread& disk,
                    std::function<void(const std::string&)> tell)
     : disk_(disk),
       dropped_(std::make_shared<std::atomic<std::uint64_t>>(0)),
@@ -105,7 +105,7 @@ void Recorder::mark_opened(std::int64_t time_ns) { batch_.chunks.push_back({time
 void Recorder::data(std::span<const std::uint8_t> bytes, std::int64_t time_ns) {
   batch_.bytes.insert(batch_.bytes.end(), bytes.begin(), bytes.end());
   batch_.chunks.push_back({time_ns, batch_.bytes.size(), false});
-  const bool old = time_ns - batch_.chunks.front().time_ns >= kNanosecondsPerSecond;
+  const bool old = time_ns - batch_.chunks.front().time_ns >= compensation::kNanosecondsPerSecond;
   if (old || batch_.bytes.size() >= kBatchBytes) flush();
 }
 
@@ -118,4 +118,4 @@ void Recorder::flush() {
   disk_.post(0, [writer = writer_, bytes] { writer->overrun(bytes); });
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -13,7 +13,7 @@
 #include "daemon/disk_thread.hpp"
 #include "daemon/segments.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 /// Gathers chunks and hands them to the disk thread each second (of arrival time) or 256 KiB, whichever comes first.
 /// A batch that the queue cannot take is dropped and counted, and the capture says so with a new-session mark: a replay
@@ -21,7 +21,8 @@ namespace prism {
 class Recorder {
  public:
   /// `tell` is called on the disk thread, once per fault.
-  Recorder(SegmentSettings settings, std::string name, DiskThread& disk, std::function<void(const std::string&)> tell);
+  Recorder(config::SegmentSettings settings, std::string name, DiskThread& disk,
+           std::function<void(const std::string&)> tell);
   ~Recorder();
 
   void mark_opened(std::int64_t time_ns);
@@ -48,4 +49,4 @@ class Recorder {
   Batch batch_;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

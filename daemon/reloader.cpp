@@ -7,7 +7,7 @@
 #include "daemon/notify.hpp"
 #include "daemon/service.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 Reloader::Reloader(EventLoop& loop, DiskThread& disk, Options options, Station& station,
                    std::function<void()> line_changed)
@@ -36,7 +36,7 @@ void Reloader::finish(Result<Setup> setup) {
   Result<bool> taken =
       setup ? station_.reconfigure(std::move(*setup)) : Result<bool>(tl::unexpected<Error>(setup.error()));
   if (taken) {
-    const ModelPtr& model = station_.setup().model;
+    const compensation::ModelPtr& model = station_.setup().model;
     *outcome = station_.setup().config.path + " in force, model " +
                (model ? model->info().id.substr(0, 12) + " " + model->info().name : "none");
     station_.tell(Severity::kInfo, "reloaded", "reloaded: " + *outcome);
@@ -51,4 +51,4 @@ void Reloader::finish(Result<Setup> setup) {
   if (!waiting_.empty()) begin();
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -11,7 +11,7 @@
 #include "daemon/options.hpp"
 #include "daemon/station.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 class Reloader {
  public:
@@ -35,4 +35,4 @@ class Reloader {
   std::vector<Done> running_, waiting_;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -21,7 +21,7 @@
 #include "daemon/service.hpp"
 #include "drivers/capture_file.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 namespace asio = boost::asio;
@@ -45,10 +45,10 @@ class Pace {
   Steady::time_point begin_;
 };
 
-void pass(Station& station, const CapturePacket& packet) {
-  if (packet.event == CaptureEvent::kData) {
+void pass(Station& station, const drivers::CapturePacket& packet) {
+  if (packet.event == wire::CaptureEvent::kData) {
     station.feed(packet.bytes, packet.time_ns);
-  } else if (packet.event == CaptureEvent::kOpened) {
+  } else if (packet.event == wire::CaptureEvent::kOpened) {
     station.begin_session(packet.time_ns);
   }
 }
@@ -108,9 +108,9 @@ class Replay {
   }
 
   asio::awaitable<void> feed_file(const std::string& file) {
-    const FrameDescription& frames = *station_->setup().frames;
-    const BareBytes bare{std::max(frames.rate_hz * frames.max_frame_bytes, 1.0), 0};
-    Result<CaptureReader> reader = CaptureReader::open(file, bare);
+    const wire::FrameDescription& frames = *station_->setup().frames;
+    const drivers::BareBytes bare{std::max(frames.rate_hz * frames.max_frame_bytes, 1.0), 0};
+    Result<drivers::CaptureReader> reader = drivers::CaptureReader::open(file, bare);
     if (!reader) {
       fault_ = reader.error().text();
       co_return;
@@ -118,7 +118,7 @@ class Replay {
     constexpr int kSlice = 4096;  // packets between two looks at sockets and signals
     Pace pace(options_.speed);
     for (int count = 1;; ++count) {
-      const std::optional<CapturePacket> packet = reader->next();
+      const std::optional<drivers::CapturePacket> packet = reader->next();
       if (!packet || stopped_) break;
       if (const auto due = pace.due(packet->time_ns); due && *due > Steady::now()) {
         timer_.expires_at(*due);
@@ -143,7 +143,7 @@ class Replay {
     if (stopped_) fmt::print("stopped before the end of the capture\n");
     if (rows_ != nullptr)
       fmt::print("log: {} rows in {}\n", rows_->counters().rows.load(), s.setup().config.log->directory);
-    const BlockStability& blocks = s.block_stability();
+    const compensation::BlockStability& blocks = s.block_stability();
     const auto improvement = blocks.improvement();
     if (!improvement) {
       fmt::print("bias stability: unknown, it needs two full blocks with a correction, found {}\n",
@@ -174,4 +174,4 @@ int run_replay(const Options& options, Setup setup) {
   return std::make_unique<Replay>(options, std::move(setup))->run();
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

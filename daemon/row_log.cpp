@@ -11,9 +11,9 @@
 
 #include "compensation/compensated_text.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
-RowLog::RowLog(SegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
+RowLog::RowLog(config::SegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
                std::function<void(const std::string&)> tell)
     : settings_(std::move(settings)),
       name_(std::move(name)),
@@ -24,10 +24,10 @@ RowLog::RowLog(SegmentSettings settings, std::string name, std::string metadata,
 
 RowLog::~RowLog() { close_segment(); }
 
-void RowLog::append(const CompensatedWindow& row) {
+void RowLog::append(const compensation::CompensatedWindow& row) {
   const std::int64_t second = row.window.bucket.second + 1;
   line_.clear();
-  append_csv(line_, row);
+  compensation::append_csv(line_, row);
   const bool new_segment = clock_.begins_new(second, bytes_ + static_cast<std::int64_t>(line_.size()));
   if (new_segment) close_segment();
   if ((file_ >= 0 || open_segment(second)) && write_all(line_)) {
@@ -61,7 +61,7 @@ bool RowLog::open_segment(std::int64_t second) {
     return false;
   }
   bytes_ = 0;
-  if (!write_all(metadata_ + std::string(csv_columns()) + "\n")) {
+  if (!write_all(metadata_ + std::string(compensation::csv_columns()) + "\n")) {
     ::unlink(path_.c_str());
     close_segment();
     return false;
@@ -112,4 +112,4 @@ void RowLog::recovered() {
   tell_(fmt::format("log: writing again after {} rows were dropped", dropped_in_fault_));
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -10,7 +10,7 @@
 #include "compensation/compensated.hpp"
 #include "daemon/segments.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 /// What a log did; read from any thread.
 struct LogCounters {
@@ -23,13 +23,13 @@ class RowLog {
  public:
   /// `metadata`: lines "# key: value\n" that stand on top of every segment. `tell` hears of faults, one line each,
   /// once per fault and once when it is over.
-  RowLog(SegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
+  RowLog(config::SegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
          std::function<void(const std::string&)> tell);
   ~RowLog();
   RowLog(const RowLog&) = delete;
   RowLog& operator=(const RowLog&) = delete;
 
-  void append(const CompensatedWindow& row);
+  void append(const compensation::CompensatedWindow& row);
   /// Puts what was appended on the disk (fdatasync).
   void sync();
   /// From the next row on, segments carry this metadata; the open one ends.
@@ -42,7 +42,7 @@ class RowLog {
   void fault(const std::string& what);
   void recovered();
 
-  SegmentSettings settings_;
+  config::SegmentSettings settings_;
   std::string name_, metadata_;
   LogCounters& counters_;
   std::function<void(const std::string&)> tell_;
@@ -54,4 +54,4 @@ class RowLog {
   std::uint64_t dropped_in_fault_ = 0;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string_view>
 
-namespace prism {
+namespace prism::daemon {
 
 /// A std::string that hands out room at its end: a row is written once, where it is sent from.
 class RowText {
@@ -35,4 +35,4 @@ class RowText {
   std::size_t size_ = 0, capacity_ = 0;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

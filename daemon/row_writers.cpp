@@ -3,7 +3,7 @@
 
 #include <utility>
 
-namespace prism {
+namespace prism::daemon {
 
 ThreadedRowWriter::ThreadedRowWriter(const Setup& setup, DiskThread& disk, std::function<void(const std::string&)> tell)
     : disk_(disk),
@@ -16,7 +16,7 @@ ThreadedRowWriter::~ThreadedRowWriter() {
   disk_.post(0, [log = std::move(log_), counters = counters_]() mutable { log.reset(); });
 }
 
-void ThreadedRowWriter::append(const CompensatedWindow& row) {
+void ThreadedRowWriter::append(const compensation::CompensatedWindow& row) {
   if (disk_.post(sizeof row, [log = log_, row] { log->append(row); })) {
     unsynced_ = true;
   } else {
@@ -37,4 +37,4 @@ DirectRowWriter::DirectRowWriter(const Setup& setup)
         if (first_fault_.empty()) first_fault_ = what;
       }) {}
 
-}  // namespace prism
+}  // namespace prism::daemon

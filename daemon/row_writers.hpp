@@ -9,7 +9,7 @@
 #include "daemon/row_log.hpp"
 #include "daemon/station.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 /// Never waits: rows and syncs are posted. Rows that the queue cannot take are dropped and counted.
 class ThreadedRowWriter : public RowWriter {
@@ -18,7 +18,7 @@ class ThreadedRowWriter : public RowWriter {
   ThreadedRowWriter(const Setup& setup, DiskThread& disk, std::function<void(const std::string&)> tell);
   ~ThreadedRowWriter() override;
 
-  void append(const CompensatedWindow& row) override;
+  void append(const compensation::CompensatedWindow& row) override;
   void sync() override;
   void set_metadata(const std::string& metadata) override;
   const LogCounters& counters() const override { return *counters_; }
@@ -35,7 +35,7 @@ class DirectRowWriter : public RowWriter {
  public:
   explicit DirectRowWriter(const Setup& setup);
 
-  void append(const CompensatedWindow& row) override { log_.append(row); }
+  void append(const compensation::CompensatedWindow& row) override { log_.append(row); }
   void sync() override {}  // a replay can be run again; the segment is synced when it closes
   void set_metadata(const std::string& metadata) override { log_.set_metadata(metadata); }
   const LogCounters& counters() const override { return counters_; }
@@ -47,4 +47,4 @@ class DirectRowWriter : public RowWriter {
   RowLog log_;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -9,7 +9,7 @@
 #include "compensation/json_section.hpp"
 #include "config/version.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 using nlohmann::json;
@@ -144,4 +144,4 @@ void Rpc::fail(const Call& call, int code, const std::string& message) {
   if (call.wants_answer) call.client->answer(rpc_error(call.id, code, message));
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

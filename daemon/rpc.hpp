@@ -12,7 +12,7 @@
 #include "daemon/client.hpp"
 #include "daemon/station.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 inline constexpr std::size_t kMaxRequestBytes = 65536;
 
@@ -56,4 +56,4 @@ class Rpc {
   Reload reload_;
 };
 
-}  // namespace prism
+}  // namespace prism::daemon

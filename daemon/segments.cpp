@@ -8,7 +8,7 @@
 
 #include "compensation/text_number.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 namespace fs = std::filesystem;
@@ -20,7 +20,7 @@ struct Segment {
 };
 
 // Oldest first. The stamp has a fixed width, so names sort by time.
-std::vector<Segment> list_segments(const SegmentSettings& settings, const std::string& name,
+std::vector<Segment> list_segments(const config::SegmentSettings& settings, const std::string& name,
                                    const std::string& extension) {
   constexpr std::size_t kStampLength = 16;
   std::vector<Segment> segments;
@@ -48,7 +48,7 @@ bool SegmentClock::begins_new(std::int64_t second, std::int64_t bytes) {
   return true;
 }
 
-std::string segment_path(const SegmentSettings& settings, const std::string& name, const std::string& extension,
+std::string segment_path(const config::SegmentSettings& settings, const std::string& name, const std::string& extension,
                          std::int64_t second) {
   const std::string stem = settings.directory + "/" + name + "-" + utc_file_text(second);
   std::string path = stem + extension;
@@ -56,14 +56,14 @@ std::string segment_path(const SegmentSettings& settings, const std::string& nam
   return path;
 }
 
-Result<void> make_segment_folder(const SegmentSettings& settings) {
+Result<void> make_segment_folder(const config::SegmentSettings& settings) {
   std::error_code error;
   fs::create_directories(settings.directory, error);
   if (error) return refuse(settings.directory, "cannot be made: " + error.message());
   return {};
 }
 
-std::vector<std::string> delete_old_segments(const SegmentSettings& settings, const std::string& name,
+std::vector<std::string> delete_old_segments(const config::SegmentSettings& settings, const std::string& name,
                                              const std::string& extension, const std::string& current,
                                              std::int64_t second) {
   const std::vector<Segment> segments = list_segments(settings, name, extension);
@@ -81,8 +81,8 @@ std::vector<std::string> delete_old_segments(const SegmentSettings& settings, co
   return deleted;
 }
 
-bool delete_oldest_segment(const SegmentSettings& settings, const std::string& name, const std::string& extension,
-                           const std::string& current) {
+bool delete_oldest_segment(const config::SegmentSettings& settings, const std::string& name,
+                           const std::string& extension, const std::string& current) {
   for (const Segment& segment : list_segments(settings, name, extension)) {
     std::error_code error;
     if (segment.path != current && fs::remove(segment.path, error)) return true;
@@ -90,4 +90,4 @@ bool delete_oldest_segment(const SegmentSettings& settings, const std::string& n
   return false;
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

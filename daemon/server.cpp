@@ -18,7 +18,7 @@
 #include <filesystem>
 #include <utility>
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 namespace asio = boost::asio;
@@ -33,7 +33,7 @@ bool answers(asio::io_context& io, const std::string& path) {
   return !error;
 }
 
-Result<Server::Acceptor> listen(asio::io_context& io, const SocketSettings& settings) {
+Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettings& settings) {
   std::error_code folder_error;
   std::filesystem::create_directories(std::filesystem::path(settings.path).parent_path(), folder_error);
   struct stat info {};
@@ -59,8 +59,8 @@ Result<Server::Acceptor> listen(asio::io_context& io, const SocketSettings& sett
 
 }  // namespace
 
-Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const SocketSettings& settings, int inherited,
-                                             Station& station, Rpc& rpc) {
+Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const config::SocketSettings& settings,
+                                             int inherited, Station& station, Rpc& rpc) {
   if (inherited >= 0) {
     boost::system::error_code error;
     Acceptor acceptor(io);
@@ -73,7 +73,7 @@ Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const SocketS
   return std::unique_ptr<Server>(new Server(std::move(*acceptor), settings, true, station, rpc));
 }
 
-Server::Server(Acceptor acceptor, SocketSettings settings, bool owns_path, Station& station, Rpc& rpc)
+Server::Server(Acceptor acceptor, config::SocketSettings settings, bool owns_path, Station& station, Rpc& rpc)
     : acceptor_(std::move(acceptor)),
       settings_(std::move(settings)),
       owns_path_(owns_path),
@@ -138,4 +138,4 @@ bool Server::take_lines(const std::shared_ptr<Client>& client, std::string& pend
   return false;
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

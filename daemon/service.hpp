@@ -5,7 +5,7 @@
 #include "daemon/options.hpp"
 #include "daemon/setup.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 inline constexpr int kExitDone = 0, kExitFailed = 1, kExitUsage = 64, kExitBug = 70, kExitConfig = 78;
 
@@ -15,4 +15,4 @@ int run_live(const Options& options, Setup setup);
 /// One capture through the pipeline; prints a summary. Returns the exit code.
 int run_replay(const Options& options, Setup setup);
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -10,57 +10,60 @@
 #include "config/search_path.hpp"
 #include "config/version.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
-WireFormat wire_format(const LineConfig& line, WireFormat wire) {
+wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wire) {
   wire.baud = line.baud.value_or(wire.baud);
   wire.data_bits = line.data_bits.value_or(wire.data_bits);
   wire.stop_bits = line.stop_bits.value_or(wire.stop_bits);
   if (line.parity)
-    wire.parity = *line.parity == "even" ? Parity::kEven : *line.parity == "odd" ? Parity::kOdd : Parity::kNone;
+    wire.parity = *line.parity == "even"  ? wire::Parity::kEven
+                  : *line.parity == "odd" ? wire::Parity::kOdd
+                                          : wire::Parity::kNone;
   return wire;
 }
 
-Result<FrameDescriptionPtr> load_frames(const Config& config) {
-  const Result<std::string> text = read_text_file(config.frames);
+Result<wire::FrameDescriptionPtr> load_frames(const config::Config& config) {
+  const Result<std::string> text = config::read_text_file(config.frames);
   if (!text) return tl::unexpected<Error>(text.error());
-  GyroChoice choice;
+  wire::GyroChoice choice;
   choice.axis = config.gyro.axis;
   choice.sign = config.gyro.sign;
   choice.scale_factor_arcsec_per_pulse = config.gyro.scale_factor_arcsec_per_pulse;
-  Result<FrameDescriptionPtr> frames = parse_frame_description(*text, config.frames, choice);
+  Result<wire::FrameDescriptionPtr> frames = wire::parse_frame_description(*text, config.frames, choice);
   if (!frames) return frames;
-  if (auto proved = run_test_vectors(**frames); !proved) return tl::unexpected<Error>(proved.error());
+  if (auto proved = wire::run_test_vectors(**frames); !proved) return tl::unexpected<Error>(proved.error());
   // The line as it is set, not as the description suggests: the time stamps subtract the time that a byte takes on it.
-  auto effective = std::make_shared<FrameDescription>(**frames);
+  auto effective = std::make_shared<wire::FrameDescription>(**frames);
   effective->wire = wire_format(config.line, effective->wire);
-  return FrameDescriptionPtr(std::move(effective));
+  return wire::FrameDescriptionPtr(std::move(effective));
 }
 
 // A model eats what the stream carries, of the gyro it was trained on, or is refused.
-Result<ModelPtr> load_model(const Config& config, const std::string& path, const FrameDescription& frames) {
-  if (path.empty()) return ModelPtr();
-  const Result<std::string> text = read_text_file(path);
+Result<compensation::ModelPtr> load_model(const config::Config& config, const std::string& path,
+                                          const wire::FrameDescription& frames) {
+  if (path.empty()) return compensation::ModelPtr();
+  const Result<std::string> text = config::read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
-  Result<ModelPtr> model = parse_model(*text, path);
+  Result<compensation::ModelPtr> model = compensation::parse_model(*text, path);
   if (!model) return model;
-  const ModelInfo& info = (*model)->info();
+  const compensation::ModelInfo& info = (*model)->info();
   if (!info.gyro_serial.empty() && !config.gyro.serial.empty() && info.gyro_serial != config.gyro.serial) {
     return refuse(path + ":/gyro/serial",
                   fmt::format("found \"{}\", expected \"{}\" as {} says: a model of another gyro", info.gyro_serial,
                               config.gyro.serial, config.path));
   }
   for (const std::string& input : info.inputs) {
-    const bool carried = (input == kInputUhfo ? frames.uhfo : frames.temperature).present;
+    const bool carried = (input == compensation::kInputUhfo ? frames.uhfo : frames.temperature).present;
     if (carried) continue;
     return refuse(path + ":/inputs", fmt::format("found {}, which frames of \"{}\" do not carry", input, frames.name));
   }
   return model;
 }
 
-LineSettings line_settings(const Config& config, const WireFormat& wire) {
-  LineSettings line;
+drivers::LineSettings line_settings(const config::Config& config, const wire::WireFormat& wire) {
+  drivers::LineSettings line;
   line.device = config.line.device;
   line.baud = wire.baud;
   line.data_bits = wire.data_bits;
@@ -70,40 +73,40 @@ LineSettings line_settings(const Config& config, const WireFormat& wire) {
 }
 
 // A replay never touches what a live run writes: its log has a folder of its own, and it captures nothing.
-void replace_by_options(Config& config, const Options& options) {
+void replace_by_options(config::Config& config, const Options& options) {
   namespace fs = std::filesystem;
-  if (!options.model.empty()) config.model = find_data_file(options.model, "models", fs::current_path());
+  if (!options.model.empty()) config.model = config::find_data_file(options.model, "models", fs::current_path());
   if (!options.device.empty()) config.line.device = fs::absolute(options.device).string();
   if (!options.socket.empty()) config.socket.path = fs::absolute(options.socket).string();
   if (options.replay.empty()) return;
   config.capture.reset();
-  config.log = config.log.value_or(SegmentSettings{});
+  config.log = config.log.value_or(config::SegmentSettings{});
   config.log->directory = fs::absolute(options.out.empty() ? "prism-replay" : options.out).string();
 }
 
 }  // namespace
 
 Result<Setup> load_setup(const Options& options) {
-  Result<Config> config = load_config(options.config);
+  Result<config::Config> config = config::load_config(options.config);
   if (!config) return tl::unexpected<Error>(config.error());
   Setup setup;
   setup.config = std::move(*config);
   replace_by_options(setup.config, options);
-  const Result<FrameDescriptionPtr> frames = load_frames(setup.config);
+  const Result<wire::FrameDescriptionPtr> frames = load_frames(setup.config);
   if (!frames) return tl::unexpected<Error>(frames.error());
   setup.frames = *frames;
   for (auto [path, model] :
        {std::pair(&setup.config.model, &setup.model), {&setup.config.fallback_model, &setup.fallback}}) {
-    Result<ModelPtr> loaded = load_model(setup.config, *path, *setup.frames);
+    Result<compensation::ModelPtr> loaded = load_model(setup.config, *path, *setup.frames);
     if (!loaded) return tl::unexpected<Error>(loaded.error());
     *model = std::move(*loaded);
   }
-  Engine trial(setup.config.engine);
+  compensation::Engine trial(setup.config.engine);
   if (auto taken = trial.use(setup.model, setup.fallback); !taken) {
     return refuse(setup.config.fallback_model, taken.error().what);
   }
   setup.line = line_settings(setup.config, setup.frames->wire);
-  setup.clock.source = setup.config.device_clock ? ClockSource::kDevice : ClockSource::kHost;
+  setup.clock.source = setup.config.device_clock ? drivers::ClockSource::kDevice : drivers::ClockSource::kHost;
   setup.notes = setup.frames->warnings;
   if (setup.model && !setup.model->info().gyro_serial.empty() && setup.config.gyro.serial.empty()) {
     setup.notes.push_back(fmt::format("{}: bound to gyro \"{}\", but {} names no gyro/serial to compare it with",
@@ -113,8 +116,8 @@ Result<Setup> load_setup(const Options& options) {
 }
 
 std::string log_metadata(const Setup& setup) {
-  const Config& config = setup.config;
-  const auto model_line = [](const ModelPtr& model) {
+  const config::Config& config = setup.config;
+  const auto model_line = [](const compensation::ModelPtr& model) {
     return model ? fmt::format("{} {}", model->info().id, model->info().name) : std::string("none");
   };
   std::string text = fmt::format("# prism {} data log, format 1\n# instance: {}\n# gyro_serial: {}\n", kVersion,
@@ -128,10 +131,11 @@ std::string log_metadata(const Setup& setup) {
     text += fmt::format("# site: latitude_deg {} elevation_deg {} azimuth_deg {}\n", config.site.latitude_deg,
                         *config.site.elevation_deg, config.site.azimuth_deg);
   }
-  const FeatureDefinition features = setup.model ? setup.model->info().features : FeatureDefinition{};
+  const compensation::FeatureDefinition features =
+      setup.model ? setup.model->info().features : compensation::FeatureDefinition{};
   text += fmt::format("# window: length_s {} end_mean_s {} max_gap_s {}\n", features.length_s, features.end_mean_s,
                       features.max_gap_s);
   return text;
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -13,14 +13,14 @@
 #include "drivers/serial_line.hpp"
 #include "drivers/wire/frame_description.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 struct Setup {
-  Config config;
-  FrameDescriptionPtr frames;
-  ModelPtr model, fallback;
-  LineSettings line;
-  ClockSettings clock;
+  config::Config config;
+  wire::FrameDescriptionPtr frames;
+  compensation::ModelPtr model, fallback;
+  drivers::LineSettings line;
+  drivers::ClockSettings clock;
   std::vector<std::string> notes;  ///< legal, but worth knowing: one line each
 };
 
@@ -32,4 +32,4 @@ Result<Setup> load_setup(const Options& options);
 /// The metadata on top of every log segment: what the rows depend on, and nothing of the moment they were written in.
 std::string log_metadata(const Setup& setup);
 
-}  // namespace prism
+}  // namespace prism::daemon

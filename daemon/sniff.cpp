@@ -21,7 +21,7 @@
 #include "drivers/serial_line.hpp"
 #include "drivers/wire/sniffer.hpp"
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 namespace fs = std::filesystem;
@@ -31,15 +31,15 @@ constexpr auto kListen = std::chrono::milliseconds(1000);
 constexpr std::size_t kShownMisses = 3;
 
 // Every description beside the default one.
-std::vector<FrameDescriptionPtr> shipped_descriptions() {
-  std::vector<FrameDescriptionPtr> descriptions;
-  const fs::path folder = fs::path(find_data_file("trplg", "frames", fs::current_path())).parent_path();
+std::vector<wire::FrameDescriptionPtr> shipped_descriptions() {
+  std::vector<wire::FrameDescriptionPtr> descriptions;
+  const fs::path folder = fs::path(config::find_data_file("trplg", "frames", fs::current_path())).parent_path();
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string path = entry.path().string();
     if (entry.path().extension() != ".json" || path.ends_with(".schema.json")) continue;
-    const Result<std::string> text = read_text_file(path);
-    const auto description = text ? parse_frame_description(*text, path) : tl::unexpected<Error>(text.error());
+    const Result<std::string> text = config::read_text_file(path);
+    const auto description = text ? wire::parse_frame_description(*text, path) : tl::unexpected<Error>(text.error());
     if (description) {
       descriptions.push_back(*description);
     } else {
@@ -49,46 +49,46 @@ std::vector<FrameDescriptionPtr> shipped_descriptions() {
   return descriptions;
 }
 
-std::string format_text(const WireFormat& wire) {
+std::string format_text(const wire::WireFormat& wire) {
   constexpr const char* kLetters[] = {"N", "E", "O"};
   return fmt::format("{} {}{}{}", wire.baud, wire.data_bits, kLetters[static_cast<int>(wire.parity)], wire.stop_bits);
 }
 
-bool same(const WireFormat& a, const WireFormat& b) { return format_text(a) == format_text(b); }
+bool same(const wire::WireFormat& a, const wire::WireFormat& b) { return format_text(a) == format_text(b); }
 
 // Prints what fits under `heading`; the nearest misses where nothing does. True: something fits.
-bool print_ranking(const Sniffer& sniffer, const std::string& heading) {
-  const std::vector<SniffScore> ranking = sniffer.ranking();
+bool print_ranking(const wire::Sniffer& sniffer, const std::string& heading) {
+  const std::vector<wire::SniffScore> ranking = sniffer.ranking();
   const bool any = !ranking.empty() && ranking.front().fits;
   fmt::print("{}: {}\n", heading,
              any                                             ? "fits"
              : ranking.empty() || ranking.front().bytes == 0 ? "no byte came"
                                                              : "nothing fits");
   std::size_t shown = 0;
-  for (const SniffScore& score : ranking) {
+  for (const wire::SniffScore& score : ranking) {
     const bool worth = score.fits || (!any && score.frames > 0 && shown < kShownMisses);
     if (!worth) continue;
-    fmt::print("  {}\n", sniff_line(score));
+    fmt::print("  {}\n", wire::sniff_line(score));
     ++shown;
   }
   return any;
 }
 
-bool sniff_file(const std::string& path, const std::vector<FrameDescriptionPtr>& descriptions) {
-  const Result<std::string> text = read_text_file(path);
+bool sniff_file(const std::string& path, const std::vector<wire::FrameDescriptionPtr>& descriptions) {
+  const Result<std::string> text = config::read_text_file(path);
   if (!text) {
     fmt::print(stderr, "prismd: {}\n", text.error().text());
     return false;
   }
-  Sniffer sniffer(descriptions);
+  wire::Sniffer sniffer(descriptions);
   sniffer.feed({reinterpret_cast<const std::uint8_t*>(text->data()), text->size()}, 0);
   return print_ranking(sniffer, path);
 }
 
 // The line settings that descriptions name, the most frequent first.
-std::vector<WireFormat> wire_formats(const std::vector<FrameDescriptionPtr>& descriptions) {
-  std::vector<std::pair<int, WireFormat>> counted;
-  for (const FrameDescriptionPtr& description : descriptions) {
+std::vector<wire::WireFormat> wire_formats(const std::vector<wire::FrameDescriptionPtr>& descriptions) {
+  std::vector<std::pair<int, wire::WireFormat>> counted;
+  for (const wire::FrameDescriptionPtr& description : descriptions) {
     const auto known =
         std::find_if(counted.begin(), counted.end(), [&](const auto& c) { return same(c.second, description->wire); });
     if (known != counted.end()) {
@@ -98,22 +98,22 @@ std::vector<WireFormat> wire_formats(const std::vector<FrameDescriptionPtr>& des
     }
   }
   std::stable_sort(counted.begin(), counted.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::vector<WireFormat> formats;
+  std::vector<wire::WireFormat> formats;
   for (const auto& [count, wire] : counted) formats.push_back(wire);
   return formats;
 }
 
-Result<bool> sniff_line_at(const std::string& device, const WireFormat& wire,
-                           const std::vector<FrameDescriptionPtr>& descriptions) {
-  LineSettings settings;
+Result<bool> sniff_line_at(const std::string& device, const wire::WireFormat& wire,
+                           const std::vector<wire::FrameDescriptionPtr>& descriptions) {
+  drivers::LineSettings settings;
   settings.device = device;
   settings.baud = wire.baud;
   settings.data_bits = wire.data_bits;
   settings.parity = wire.parity;
   settings.stop_bits = wire.stop_bits;
-  const Result<SerialLine> line = open_serial_line(settings);
+  const Result<drivers::SerialLine> line = drivers::open_serial_line(settings);
   if (!line) return tl::unexpected<Error>(line.error());
-  Sniffer sniffer(descriptions);
+  wire::Sniffer sniffer(descriptions);
   const ArrivalClock clock;
   std::array<std::uint8_t, 65536> buffer;
   for (const auto end = Steady::now() + kListen; Steady::now() < end;) {
@@ -121,7 +121,7 @@ Result<bool> sniff_line_at(const std::string& device, const WireFormat& wire,
     if (::poll(&wait, 1, 100) <= 0) continue;
     const ssize_t size = ::read(line->fd(), buffer.data(), buffer.size());
     if (size > 0) sniffer.feed({buffer.data(), static_cast<std::size_t>(size)}, clock.now_ns());
-    if (size == 0 && line_is_gone(line->fd())) return refuse(device, "the line was lost while listening");
+    if (size == 0 && drivers::line_is_gone(line->fd())) return refuse(device, "the line was lost while listening");
   }
   return print_ranking(sniffer, device + " at " + format_text(wire));
 }
@@ -129,11 +129,11 @@ Result<bool> sniff_line_at(const std::string& device, const WireFormat& wire,
 }  // namespace
 
 int run_sniff(const std::string& path) {
-  const std::vector<FrameDescriptionPtr> descriptions = shipped_descriptions();
+  const std::vector<wire::FrameDescriptionPtr> descriptions = shipped_descriptions();
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0 || !S_ISCHR(info.st_mode))
     return sniff_file(path, descriptions) ? kExitDone : kExitFailed;
-  for (const WireFormat& wire : wire_formats(descriptions)) {
+  for (const wire::WireFormat& wire : wire_formats(descriptions)) {
     const Result<bool> fits = sniff_line_at(path, wire, descriptions);
     if (!fits) {
       fmt::print(stderr, "prismd: {}\n", fits.error().text());
@@ -145,7 +145,7 @@ int run_sniff(const std::string& path) {
 }
 
 int check_document(const std::string& path) {
-  const Result<std::string> text = read_text_file(path);
+  const Result<std::string> text = config::read_text_file(path);
   if (!text) return -1;
   const auto json = nlohmann::json::parse(*text, nullptr, false, true);
   const std::string format =
@@ -155,19 +155,19 @@ int check_document(const std::string& path) {
     return kExitConfig;
   };
   if (format == "prism-model") {
-    const auto model = parse_model(*text, path);
+    const auto model = compensation::parse_model(*text, path);
     if (!model) return refused(model.error());
     fmt::print("{}: good: model {}, {}\n", path, (*model)->info().id.substr(0, 12), (*model)->info().name);
     return kExitDone;
   }
   if (format != "prism-frames") return -1;
-  const auto description = parse_frame_description(*text, path);
+  const auto description = wire::parse_frame_description(*text, path);
   if (!description) return refused(description.error());
-  if (auto proved = run_test_vectors(**description); !proved) return refused(proved.error());
+  if (auto proved = wire::run_test_vectors(**description); !proved) return refused(proved.error());
   for (const std::string& warning : (*description)->warnings) fmt::print("note: {}\n", warning);
   fmt::print("{}: good: frames {}, {} test vectors hold\n", path, (*description)->name,
              (*description)->test_vectors.size());
   return kExitDone;
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace prism {
+namespace prism::daemon {
 
 /// Listens only. A serial device is heard for a second at each line setting that a description names; a file is read
 /// whole. Prints what fits, with counts. Returns 0 where something fits, 1 where nothing does or nothing could be read.
@@ -14,4 +14,4 @@ int run_sniff(const std::string& path);
 /// prints one line. Returns 0, or 78 after one line to stderr; −1 where the file is neither.
 int check_document(const std::string& path);
 
-}  // namespace prism
+}  // namespace prism::daemon

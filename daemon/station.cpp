@@ -7,7 +7,7 @@
 #include <chrono>
 #include <utility>
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 void to_log(const Event& event) {
@@ -79,8 +79,8 @@ void Station::tell(Severity severity, const std::string& kind, const std::string
   events_.add(severity, kind, text, host_time_ns());
 }
 
-void Station::line_hardware(const std::optional<LineCounters>& counters) {
-  const auto errors = [](const LineCounters& c) {
+void Station::line_hardware(const std::optional<drivers::LineCounters>& counters) {
+  const auto errors = [](const drivers::LineCounters& c) {
     return c.framing_errors + c.parity_errors + c.overruns + c.breaks + c.buffer_overruns;
   };
   if (counters && hardware_ && errors(*counters) > errors(*hardware_)) {
@@ -90,13 +90,13 @@ void Station::line_hardware(const std::optional<LineCounters>& counters) {
   hardware_ = counters;
 }
 
-[[gnu::hot]] void Station::sample(const Compensated& row) {
+[[gnu::hot]] void Station::sample(const compensation::Compensated& row) {
   last_ = row;
   has_last_ = true;
   if (publisher.wants_samples()) publisher.sample(row);
 }
 
-void Station::window(const CompensatedWindow& row) {
+void Station::window(const compensation::CompensatedWindow& row) {
   constexpr std::size_t kHistorySeconds = 3600;
   if (rows_) rows_->append(row);
   stability_.add(row, pipeline_->engine().model() ? pipeline_->engine().model()->info().features.length_s : 100);
@@ -107,22 +107,26 @@ void Station::window(const CompensatedWindow& row) {
 }
 
 // A change of quality is an event; a flood of rows with the same fault is not.
-void Station::watch_quality(const CompensatedWindow& row) {
+void Station::watch_quality(const compensation::CompensatedWindow& row) {
   const std::uint32_t quality = row.correction.quality;
   if (quality == last_quality_) return;
   last_quality_ = quality;
   if (state_ == LineState::kReplaying) return;
-  const bool harmless = quality == kGood || quality == kWarming || quality == kNoModel;
-  tell(harmless ? Severity::kInfo : Severity::kWarning, "quality", "quality is now " + quality_text(quality));
+  const bool harmless =
+      quality == compensation::kGood || quality == compensation::kWarming || quality == compensation::kNoModel;
+  tell(harmless ? Severity::kInfo : Severity::kWarning, "quality",
+       "quality is now " + compensation::quality_text(quality));
 }
 
 Result<bool> Station::reconfigure(Setup setup) {
-  const Config& before = setup_.config;
-  const Config& after = setup.config;
+  const config::Config& before = setup_.config;
+  const config::Config& after = setup.config;
   if (after.socket.path != before.socket.path || after.name != before.name) {
     return refuse(after.path, "name or socket/path changed, expected as before: that needs a restart of prismd");
   }
-  const auto directory = [](const std::optional<SegmentSettings>& s) { return s ? s->directory : std::string(); };
+  const auto directory = [](const std::optional<config::SegmentSettings>& s) {
+    return s ? s->directory : std::string();
+  };
   if (directory(after.log) != directory(before.log) || directory(after.capture) != directory(before.capture)) {
     return refuse(after.path, "log or capture folder changed, expected as before: that needs a restart of prismd");
   }
@@ -151,7 +155,7 @@ std::string Station::summary() const {
   switch (state_) {
     case LineState::kReceiving:
       return fmt::format("receiving from {}, {} frames, quality {}", device, frames(),
-                         quality_text(correction.quality));
+                         compensation::quality_text(correction.quality));
     case LineState::kReplaying:
       return fmt::format("replaying, {} frames", frames());
     default:
@@ -159,4 +163,4 @@ std::string Station::summary() const {
   }
 }
 
-}  // namespace prism
+}  // namespace prism::daemon

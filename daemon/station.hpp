@@ -16,7 +16,7 @@
 #include "daemon/row_log.hpp"
 #include "daemon/setup.hpp"
 
-namespace prism {
+namespace prism::daemon {
 
 enum class LineState { kNone, kConnecting, kReceiving, kSilent, kReplaying, kEnded };
 
@@ -24,7 +24,7 @@ enum class LineState { kNone, kConnecting, kReceiving, kSilent, kReplaying, kEnd
 class RowWriter {
  public:
   virtual ~RowWriter() = default;
-  virtual void append(const CompensatedWindow& row) = 0;
+  virtual void append(const compensation::CompensatedWindow& row) = 0;
   /// Puts what was appended on the disk; called once a second of real time, however fast the data's time runs.
   virtual void sync() = 0;
   virtual void set_metadata(const std::string& metadata) = 0;
@@ -46,7 +46,7 @@ class Station : public RowSink {
   void sync();
   void set_state(LineState state, const std::string& detail = {});
   /// What the hardware counted so far; nothing where it does not count. New errors are an event.
-  void line_hardware(const std::optional<LineCounters>& counters);
+  void line_hardware(const std::optional<drivers::LineCounters>& counters);
   /// What the line could not be given when it was opened.
   void line_notes(std::vector<std::string> notes) { line_notes_ = std::move(notes); }
   void tell(Severity severity, const std::string& kind, const std::string& text);
@@ -71,7 +71,7 @@ class Station : public RowSink {
   std::string summary() const;
   std::uint64_t bytes_received() const { return pipeline_->decoder().counters().bytes + bytes_before_; }
   const Pipeline& pipeline() const { return *pipeline_; }
-  const BlockStability& block_stability() const { return stability_; }
+  const compensation::BlockStability& block_stability() const { return stability_; }
   std::uint64_t frames() const { return frames_before_ + pipeline_->decoder().counters().frames; }
 
   Publisher publisher;
@@ -79,28 +79,28 @@ class Station : public RowSink {
   std::unique_ptr<Recorder> recorder;
 
  private:
-  void sample(const Compensated& row) override;
-  void window(const CompensatedWindow& row) override;
-  void watch_quality(const CompensatedWindow& row);
+  void sample(const compensation::Compensated& row) override;
+  void window(const compensation::CompensatedWindow& row) override;
+  void watch_quality(const compensation::CompensatedWindow& row);
 
   Setup setup_;
   std::unique_ptr<RowWriter> rows_;
   std::unique_ptr<Pipeline> pipeline_;
   EventLog events_;
-  BlockStability stability_;
-  std::deque<CompensatedWindow> history_;
-  Compensated last_;
+  compensation::BlockStability stability_;
+  std::deque<compensation::CompensatedWindow> history_;
+  compensation::Compensated last_;
   bool has_last_ = false;
   LineState state_ = LineState::kNone;
   std::string state_detail_;
   std::int64_t state_since_ns_ = 0, started_ns_ = 0;
   std::uint64_t sessions_ = 0, bytes_before_ = 0, frames_before_ = 0;
-  std::uint32_t last_quality_ = kNoModel;
-  std::optional<LineCounters> hardware_;
+  std::uint32_t last_quality_ = compensation::kNoModel;
+  std::optional<drivers::LineCounters> hardware_;
   std::vector<std::string> line_notes_;
 };
 
 /// This machine's UTC, ns since 1970.
 std::int64_t host_time_ns();
 
-}  // namespace prism
+}  // namespace prism::daemon

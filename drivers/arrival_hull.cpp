@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 /// A clock that drifts one way puts every point on the hull; half of them tell as much.
@@ -43,4 +43,4 @@ ArrivalHull::Line ArrivalHull::edge() const {
   return {a.x, a.y, (b.y - a.y) / (b.x - a.x)};
 }
 
-}  // namespace prism
+}  // namespace prism::drivers

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace prism {
+namespace prism::drivers {
 
 /// A frame can arrive late, never early. So among the points (device time x, arrival time y) the true line lies under
 /// all of them and touches those that were not delayed: it is an edge of their lower convex hull. The edge under the
@@ -40,4 +40,4 @@ class ArrivalHull {
   double least_ = 0;  ///< of y - x
 };
 
-}  // namespace prism
+}  // namespace prism::drivers

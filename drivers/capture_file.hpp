@@ -12,12 +12,12 @@
 #include "compensation/result.hpp"
 #include "drivers/wire/capture_record.hpp"
 
-namespace prism {
+namespace prism::drivers {
 
 /// What stands in a capture between two packet headers.
 struct CapturePacket {
   std::int64_t time_ns = 0;  ///< nanoseconds since 1970 UTC, or since the device clock's epoch
-  CaptureEvent event = CaptureEvent::kData;
+  wire::CaptureEvent event = wire::CaptureEvent::kData;
   std::span<const std::uint8_t> bytes;  ///< valid until the next call of next()
 };
 
@@ -81,4 +81,4 @@ class CaptureReader {
   std::unique_ptr<File> file_;
 };
 
-}  // namespace prism
+}  // namespace prism::drivers

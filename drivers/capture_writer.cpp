@@ -11,11 +11,11 @@
 
 #include "drivers/capture_file.hpp"
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 constexpr std::size_t kMostBytes = 65536;  // of the line in one packet; longer chunks become several
-constexpr int kSnapBytes = static_cast<int>(kMostBytes + kCaptureRecordBytes);
+constexpr int kSnapBytes = static_cast<int>(kMostBytes + wire::kCaptureRecordBytes);
 constexpr std::size_t kBufferBytes = 1 << 18;
 constexpr std::uint64_t kFileHeaderBytes = 24, kPacketHeaderBytes = 16;
 
@@ -49,8 +49,8 @@ struct CaptureWriter::File {
 
   void fail() { failure = fmt::format("cannot be written: {}", std::strerror(errno)); }
 
-  Result<void> append(std::int64_t time_ns, CaptureEvent event, std::span<const std::uint8_t> bytes) {
-    const auto record = encode_capture_record(time_ns, event);
+  Result<void> append(std::int64_t time_ns, wire::CaptureEvent event, std::span<const std::uint8_t> bytes) {
+    const auto record = wire::encode_capture_record(time_ns, event);
     packet.assign(record.begin(), record.end());
     packet.insert(packet.end(), bytes.begin(), bytes.end());
     pcap_pkthdr header;
@@ -78,7 +78,7 @@ Result<CaptureWriter> CaptureWriter::open(const std::string& path) {
   if (!file->stream) return refuse(path, fmt::format("cannot be created: {}", std::strerror(errno)));
   std::setvbuf(file->stream, file->buffer.data(), _IOFBF, file->buffer.size());
   __fsetlocking(file->stream, FSETLOCKING_BYCALLER);  // one thread writes
-  file->pcap = pcap_open_dead_with_tstamp_precision(kCaptureLinkType, kSnapBytes, PCAP_TSTAMP_PRECISION_NANO);
+  file->pcap = pcap_open_dead_with_tstamp_precision(wire::kCaptureLinkType, kSnapBytes, PCAP_TSTAMP_PRECISION_NANO);
   if (file->pcap) file->dumper = pcap_dump_fopen(file->pcap, file->stream);
   if (!file->dumper)
     return refuse(path, file->pcap ? pcap_geterr(file->pcap) : "libpcap gave no handle: out of memory");
@@ -89,13 +89,15 @@ Result<CaptureWriter> CaptureWriter::open(const std::string& path) {
 
 Result<void> CaptureWriter::data(std::int64_t time_ns, std::span<const std::uint8_t> bytes) {
   while (bytes.size() > kMostBytes) {
-    if (auto done = file_->append(time_ns, CaptureEvent::kData, bytes.first(kMostBytes)); !done) return done;
+    if (auto done = file_->append(time_ns, wire::CaptureEvent::kData, bytes.first(kMostBytes)); !done) return done;
     bytes = bytes.subspan(kMostBytes);
   }
-  return file_->append(time_ns, CaptureEvent::kData, bytes);
+  return file_->append(time_ns, wire::CaptureEvent::kData, bytes);
 }
 
-Result<void> CaptureWriter::opened(std::int64_t time_ns) { return file_->append(time_ns, CaptureEvent::kOpened, {}); }
+Result<void> CaptureWriter::opened(std::int64_t time_ns) {
+  return file_->append(time_ns, wire::CaptureEvent::kOpened, {});
+}
 
 Result<void> CaptureWriter::flush(bool sync) {
   if (file_->failure.empty()) {
@@ -106,4 +108,4 @@ Result<void> CaptureWriter::flush(bool sync) {
 
 std::uint64_t CaptureWriter::bytes_written() const { return file_->size; }
 
-}  // namespace prism
+}  // namespace prism::drivers

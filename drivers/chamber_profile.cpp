@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 constexpr double kHour = 3600, kMinute = 60;
@@ -66,4 +66,4 @@ Result<ChamberProfile> find_profile(std::string_view name) {
   return refuse("", fmt::format("found profile \"{}\", expected paper, second or steady", name));
 }
 
-}  // namespace prism
+}  // namespace prism::drivers

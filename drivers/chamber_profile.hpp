@@ -8,7 +8,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::drivers {
 
 /// A straight line from where the last segment ended to `end_degc`.
 struct ChamberSegment {
@@ -38,4 +38,4 @@ ChamberProfile steady_profile();
 /// "paper", "second", "steady". Refused: any other name.
 Result<ChamberProfile> find_profile(std::string_view name);
 
-}  // namespace prism
+}  // namespace prism::drivers

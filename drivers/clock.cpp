@@ -8,7 +8,7 @@
 
 #include "drivers/nearest.hpp"
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 /// How long every arrival must be late before that is no stall but a shift.
@@ -21,7 +21,7 @@ constexpr std::int64_t kClockSetNs = 1'000'000'000;
 
 }  // namespace
 
-Clock::Clock(FrameDescriptionPtr description, ClockSettings settings)
+Clock::Clock(wire::FrameDescriptionPtr description, ClockSettings settings)
     : description_(std::move(description)),
       settings_(settings),
       steps_(description_, settings.source == ClockSource::kHost) {
@@ -40,11 +40,11 @@ void Clock::reset() {
 }
 
 /// When the device had measured what the reading says: before latency and the frame's way over the wire.
-[[gnu::hot]] std::int64_t Clock::left_device_ns(const Reading& reading) const {
+[[gnu::hot]] std::int64_t Clock::left_device_ns(const wire::Reading& reading) const {
   return reading.arrival_ns - nearest(byte_time_ns_ * reading.length + 1e9 * reading.latency_s);
 }
 
-void Clock::start(const Reading& reading) {
+void Clock::start(const wire::Reading& reading) {
   running_ = true;
   has_angle_ = false;
   origin_ns_ = left_device_ns(reading);
@@ -109,7 +109,7 @@ void Clock::start(const Reading& reading) {
   status_.period_s = description_->period_s() * slope_;
 }
 
-[[gnu::hot]] std::int64_t Clock::stamp_host(const Reading& reading, const FrameStep& step) {
+[[gnu::hot]] std::int64_t Clock::stamp_host(const wire::Reading& reading, const FrameStep& step) {
   const double y = 1e-9 * static_cast<double>(left_device_ns(reading) - origin_ns_);
   ticks_ += step.ticks;
   x_ = ticks_ * tick_s_;
@@ -127,7 +127,7 @@ void Clock::start(const Reading& reading) {
   return origin_ns_ + nearest(1e9 * line.at(x_));
 }
 
-[[gnu::hot]] std::optional<Sample> Clock::push(const Reading& reading) {
+[[gnu::hot]] std::optional<Sample> Clock::push(const wire::Reading& reading) {
   std::int64_t time_ns;
   const FrameStep step = steps_.push(reading, slope_);
   if (!running_) {
@@ -153,13 +153,13 @@ void Clock::start(const Reading& reading) {
 }
 
 /// The angle in the reading's unit (or the rate), and the nominal seconds it was turned in.
-[[gnu::hot]] std::optional<double> Clock::turned(const Reading& reading, double& nominal_s) {
-  const GyroRule& gyro = description_->gyro;
+[[gnu::hot]] std::optional<double> Clock::turned(const wire::Reading& reading, double& nominal_s) {
+  const wire::GyroRule& gyro = description_->gyro;
   const double since_last_s = x_ - std::exchange(gyro_x_, x_);
   const bool varies =
-      description_->counter && description_->counter->step_varies && gyro.meaning == GyroMeaning::kIncrement;
+      description_->counter && description_->counter->step_varies && gyro.meaning == wire::GyroMeaning::kIncrement;
   nominal_s = gyro.interval_s > 0 ? gyro.interval_s : varies ? since_last_s : description_->period_s();
-  if (gyro.meaning != GyroMeaning::kAccumulated)
+  if (gyro.meaning != wire::GyroMeaning::kAccumulated)
     return reading.valid ? std::optional(reading.gyro) : std::optional(kUnknown);
   if (!reading.valid) return has_angle_ ? std::optional(kUnknown) : std::nullopt;
   const double before = std::exchange(angle_, reading.gyro);
@@ -174,7 +174,7 @@ void Clock::start(const Reading& reading) {
   return difference;
 }
 
-[[gnu::hot]] std::optional<Sample> Clock::measure(const Reading& reading, std::int64_t time_ns) {
+[[gnu::hot]] std::optional<Sample> Clock::measure(const wire::Reading& reading, std::int64_t time_ns) {
   double nominal_s = 0;
   const std::optional<double> number = turned(reading, nominal_s);
   if (!number || !(nominal_s > 0)) return std::nullopt;
@@ -182,7 +182,7 @@ void Clock::start(const Reading& reading) {
   sample.time_ns = time_ns;
   sample.interval_s = nominal_s * slope_;
   const double scaled = *number * description_->gyro.scale;
-  sample.rate_deg_per_h = description_->gyro.meaning == GyroMeaning::kRate ? scaled : scaled / sample.interval_s;
+  sample.rate_deg_per_h = description_->gyro.meaning == wire::GyroMeaning::kRate ? scaled : scaled / sample.interval_s;
   sample.temperature_degc = reading.temperature_degc;
   sample.uhfo_v = reading.uhfo_v;
   sample.missing_frames = std::exchange(missing_, 0);
@@ -191,4 +191,4 @@ void Clock::start(const Reading& reading) {
   return sample;
 }
 
-}  // namespace prism
+}  // namespace prism::drivers

@@ -11,7 +11,7 @@
 #include "drivers/wire/frame_description.hpp"
 #include "drivers/wire/reading.hpp"
 
-namespace prism {
+namespace prism::drivers {
 
 enum class ClockSource {
   kHost,    ///< arrival times of this machine, de-jittered by the device's counter
@@ -51,9 +51,9 @@ struct ClockStatus {
 /// The first reading of an accumulated angle gives no sample: there is nothing to take the difference to.
 class Clock {
  public:
-  Clock(FrameDescriptionPtr description, ClockSettings settings = {});
+  Clock(wire::FrameDescriptionPtr description, ClockSettings settings = {});
 
-  std::optional<Sample> push(const Reading& reading);
+  std::optional<Sample> push(const wire::Reading& reading);
 
   /// The line was opened again: a new session. Stamps may start anywhere.
   void reset();
@@ -61,16 +61,16 @@ class Clock {
   const ClockStatus& status() const { return status_; }
 
  private:
-  void start(const Reading& reading);
+  void start(const wire::Reading& reading);
   std::int64_t stamp_device(const FrameStep& step);
-  std::int64_t stamp_host(const Reading& reading, const FrameStep& step);
+  std::int64_t stamp_host(const wire::Reading& reading, const FrameStep& step);
   bool out_of_step(double residual_s, double y);
   void fit(double y, double residual_s);
-  std::optional<Sample> measure(const Reading& reading, std::int64_t time_ns);
-  std::optional<double> turned(const Reading& reading, double& nominal_s);
-  std::int64_t left_device_ns(const Reading& reading) const;
+  std::optional<Sample> measure(const wire::Reading& reading, std::int64_t time_ns);
+  std::optional<double> turned(const wire::Reading& reading, double& nominal_s);
+  std::int64_t left_device_ns(const wire::Reading& reading) const;
 
-  FrameDescriptionPtr description_;
+  wire::FrameDescriptionPtr description_;
   ClockSettings settings_;
   FrameSteps steps_;
   ClockStatus status_;
@@ -97,4 +97,4 @@ class Clock {
   double angle_x_ = 0;
 };
 
-}  // namespace prism
+}  // namespace prism::drivers

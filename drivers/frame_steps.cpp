@@ -7,7 +7,7 @@
 
 #include "drivers/nearest.hpp"
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 /// The silence behind which the counter may have wrapped unseen; shorter ones may be a stalled machine.
@@ -22,7 +22,7 @@ std::uint32_t frames_between(double frames) {
 
 }  // namespace
 
-FrameSteps::FrameSteps(FrameDescriptionPtr description, bool by_arrival)
+FrameSteps::FrameSteps(wire::FrameDescriptionPtr description, bool by_arrival)
     : description_(std::move(description)), by_arrival_(by_arrival) {}
 
 void FrameSteps::reset() {
@@ -30,7 +30,7 @@ void FrameSteps::reset() {
   last_counter_.reset();
 }
 
-[[gnu::hot]] FrameStep FrameSteps::push(const Reading& reading, double slope) {
+[[gnu::hot]] FrameStep FrameSteps::push(const wire::Reading& reading, double slope) {
   const FrameStep step = running_ ? step_to(reading, slope) : FrameStep{};
   running_ = true;
   last_ = reading;
@@ -38,8 +38,8 @@ void FrameSteps::reset() {
   return step;
 }
 
-[[gnu::hot]] double FrameSteps::counted_ticks(const Reading& reading, double slope) const {
-  const CounterRule& rule = *description_->counter;
+[[gnu::hot]] double FrameSteps::counted_ticks(const wire::Reading& reading, double slope) const {
+  const wire::CounterRule& rule = *description_->counter;
   std::uint64_t ticks = reading.counter - *last_counter_;
   if (rule.modulus == 0) return static_cast<double>(ticks);
   if (reading.counter < *last_counter_) ticks += rule.modulus;
@@ -50,13 +50,13 @@ void FrameSteps::reset() {
   return static_cast<double>(ticks) + std::max(0.0, turns) * modulus;
 }
 
-double FrameSteps::frames_by_offset(const Reading& reading) const {
+double FrameSteps::frames_by_offset(const wire::Reading& reading) const {
   const std::uint64_t end = last_.offset + last_.length;
   if (description_->kinds.size() != 1 || reading.offset <= end) return 1;
   return 1 + std::round(static_cast<double>(reading.offset - end) / reading.length);
 }
 
-FrameStep FrameSteps::uncounted(const Reading& reading) const {
+FrameStep FrameSteps::uncounted(const wire::Reading& reading) const {
   FrameStep step;
   if (!reading.has_gyro || last_counter_) return step;
   const double frames = frames_by_offset(reading);
@@ -65,9 +65,9 @@ FrameStep FrameSteps::uncounted(const Reading& reading) const {
   return step;
 }
 
-[[gnu::hot]] FrameStep FrameSteps::step_to(const Reading& reading, double slope) const {
+[[gnu::hot]] FrameStep FrameSteps::step_to(const wire::Reading& reading, double slope) const {
   if (!reading.has_counter || !last_counter_) return uncounted(reading);
-  const CounterRule& rule = *description_->counter;
+  const wire::CounterRule& rule = *description_->counter;
   FrameStep step;
   step.ticks = counted_ticks(reading, slope);
   step.duplicate = step.ticks == 0;
@@ -80,4 +80,4 @@ FrameStep FrameSteps::uncounted(const Reading& reading) const {
   return step;
 }
 
-}  // namespace prism
+}  // namespace prism::drivers

@@ -8,7 +8,7 @@
 #include "drivers/wire/frame_description.hpp"
 #include "drivers/wire/reading.hpp"
 
-namespace prism {
+namespace prism::drivers {
 
 struct FrameStep {
   double ticks = 0;           ///< of CounterRule; without a counter in the description: frames
@@ -26,23 +26,23 @@ struct FrameStep {
 /// step.
 class FrameSteps {
  public:
-  FrameSteps(FrameDescriptionPtr description, bool by_arrival);
+  FrameSteps(wire::FrameDescriptionPtr description, bool by_arrival);
 
   /// `slope`: host seconds per nominal device second, as far as known. The first reading's step is 0.
-  FrameStep push(const Reading& reading, double slope);
+  FrameStep push(const wire::Reading& reading, double slope);
   void reset();
 
  private:
-  FrameStep step_to(const Reading& reading, double slope) const;
-  FrameStep uncounted(const Reading& reading) const;
-  double counted_ticks(const Reading& reading, double slope) const;
-  double frames_by_offset(const Reading& reading) const;
+  FrameStep step_to(const wire::Reading& reading, double slope) const;
+  FrameStep uncounted(const wire::Reading& reading) const;
+  double counted_ticks(const wire::Reading& reading, double slope) const;
+  double frames_by_offset(const wire::Reading& reading) const;
 
-  FrameDescriptionPtr description_;
+  wire::FrameDescriptionPtr description_;
   bool by_arrival_;
   bool running_ = false;
-  Reading last_;  ///< of any kind
+  wire::Reading last_;  ///< of any kind
   std::optional<std::uint64_t> last_counter_;
 };
 
-}  // namespace prism
+}  // namespace prism::drivers

@@ -6,13 +6,13 @@
 
 #include "drivers/wire/wire_format.hpp"
 
-namespace prism {
+namespace prism::drivers {
 
 /// Makes the line raw (no echo, no flow control, no translation; VMIN 1, VTIME 0), with this speed and character
 /// format. False, with errno, where the driver refuses; true says little: read the format back.
-bool set_line_format(int fd, const WireFormat& format);
+bool set_line_format(int fd, const wire::WireFormat& format);
 
 /// The format that the driver says is in force; nothing, with errno, where it cannot say (EIO: unplugged).
-std::optional<WireFormat> read_line_format(int fd);
+std::optional<wire::WireFormat> read_line_format(int fd);
 
-}  // namespace prism
+}  // namespace prism::drivers

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <random>
 
-namespace prism {
+namespace prism::drivers {
 
 class RandomSource {
  public:
@@ -51,4 +51,4 @@ class RandomSource {
   bool spare_ready_ = false;
 };
 
-}  // namespace prism
+}  // namespace prism::drivers

@@ -17,16 +17,16 @@
 
 #include "drivers/line_format.hpp"
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 constexpr double kBaudTolerance = 0.02;  // a receiver samples the last bit of ten: 5 % is the end, 2 % leaves margin
 
-const char* parity_name(Parity parity) {
-  return parity == Parity::kNone ? "none" : parity == Parity::kEven ? "even" : "odd";
+const char* parity_name(wire::Parity parity) {
+  return parity == wire::Parity::kNone ? "none" : parity == wire::Parity::kEven ? "even" : "odd";
 }
 
-std::string format_text(const WireFormat& format) {
+std::string format_text(const wire::WireFormat& format) {
   return fmt::format("{} baud, {} data bits, parity {}, {} stop bit{}", format.baud, format.data_bits,
                      parity_name(format.parity), format.stop_bits, format.stop_bits == 1 ? "" : "s");
 }
@@ -66,11 +66,11 @@ Result<void> claim(const std::string& device, int fd, bool pseudo) {
 }
 
 Result<void> set_and_compare(const LineSettings& settings, int fd, bool pseudo, std::vector<std::string>& notes) {
-  const WireFormat wanted{settings.baud, settings.data_bits, settings.parity, settings.stop_bits};
+  const wire::WireFormat wanted{settings.baud, settings.data_bits, settings.parity, settings.stop_bits};
   if (!set_line_format(fd, wanted)) {
     return refuse(settings.device, fmt::format("does not take {}: {}", format_text(wanted), std::strerror(errno)));
   }
-  const std::optional<WireFormat> found = read_line_format(fd);
+  const std::optional<wire::WireFormat> found = read_line_format(fd);
   if (!found) return refuse(settings.device, fmt::format("settings cannot be read back: {}", std::strerror(errno)));
   const bool same_speed = std::abs(found->baud - wanted.baud) <= kBaudTolerance * wanted.baud;
   const bool same_characters =
@@ -133,4 +133,4 @@ std::optional<LineCounters> read_line_counters(int fd) {
   return LineCounters{counted.rx, counted.frame, counted.parity, counted.overrun, counted.brk, counted.buf_overrun};
 }
 
-}  // namespace prism
+}  // namespace prism::drivers

@@ -11,13 +11,13 @@
 #include "compensation/result.hpp"
 #include "drivers/wire/wire_format.hpp"
 
-namespace prism {
+namespace prism::drivers {
 
 struct LineSettings {
   std::string device;  ///< path of a tty; /dev/serial/by-id/… survives replugging
   int baud = 921600;   ///< any integer the hardware can come within 2 % of
   int data_bits = 8;   ///< 5 to 8
-  Parity parity = Parity::kNone;
+  wire::Parity parity = wire::Parity::kNone;
   int stop_bits = 1;        ///< 1 or 2
   bool exclusive = true;    ///< no second program may read the line at the same time
   bool low_latency = true;  ///< asks the driver to hand bytes on at once (FTDI: 1 ms instead of 16)
@@ -66,4 +66,4 @@ struct LineCounters {
 /// Nothing where the driver does not count (pseudo-terminals, some USB adapters).
 std::optional<LineCounters> read_line_counters(int fd);
 
-}  // namespace prism
+}  // namespace prism::drivers

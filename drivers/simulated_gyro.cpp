@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 constexpr double kBodyLag_s = 65 * 60, kSelfHeating_degc = 4, kInnerLag_s = 4 * 3600;
@@ -93,4 +93,4 @@ const GyroTruth& SimulatedGyro::step(double dt_s) {
   return truth_;
 }
 
-}  // namespace prism
+}  // namespace prism::drivers

@@ -7,7 +7,7 @@
 #include "drivers/chamber_profile.hpp"
 #include "drivers/random_source.hpp"
 
-namespace prism {
+namespace prism::drivers {
 
 /// What no real gyro tells: its state and its true bias.
 struct GyroTruth {
@@ -69,4 +69,4 @@ double local_nonlinearity_deg_per_h(double temperature_degc, double uhfo_v);
 /// Equation 25 of the paper, deg/h, of T (degC), dT/dt (degC/s) and U (V).
 double paper_bias_deg_per_h(double temperature_degc, double slope_degc_per_s, double uhfo_v);
 
-}  // namespace prism
+}  // namespace prism::drivers

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <utility>
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 constexpr double kLeastOutlier_arcsec = 2, kMostOutlier_arcsec = 10;
 
 }  // namespace
 
-SimulatedLine::SimulatedLine(FrameDescriptionPtr description, const SimulationSettings& settings)
+SimulatedLine::SimulatedLine(wire::FrameDescriptionPtr description, const SimulationSettings& settings)
     : settings_(settings),
       period_s_(1 / settings.rate_hz),
       gyro_(settings.profile, settings.seed),
@@ -35,7 +35,7 @@ double SimulatedLine::outlier_arcsec() {
 void SimulatedLine::next_frame(std::vector<std::uint8_t>& out) {
   const GyroTruth& truth = gyro_.step(period_s_);
   ++counters_.frames;
-  GyroState state;
+  wire::GyroState state;
   state.interval_s = period_s_;
   state.rate_deg_per_h = settings_.earth_rate_deg_per_h + truth.bias_deg_per_h +
                          kRateNoise_deg_per_h_sqrt_s / std::sqrt(period_s_) * noise_.normal() +
@@ -70,4 +70,4 @@ void SimulatedLine::spoil(std::vector<std::uint8_t>& bytes, std::size_t from) {
   bytes.resize(kept);
 }
 
-}  // namespace prism
+}  // namespace prism::drivers

@@ -8,7 +8,7 @@
 #include "drivers/simulated_gyro.hpp"
 #include "drivers/wire/frame_encoder.hpp"
 
-namespace prism {
+namespace prism::drivers {
 
 struct SimulationSettings {
   ChamberProfile profile = paper_profile();
@@ -33,7 +33,7 @@ struct SimulationCounters {
 /// Each fault draws from a stream of random numbers of its own: asking for damage leaves noise and truth as they were.
 class SimulatedLine {
  public:
-  SimulatedLine(FrameDescriptionPtr description, const SimulationSettings& settings);
+  SimulatedLine(wire::FrameDescriptionPtr description, const SimulationSettings& settings);
 
   /// The next frame's interval passes; appends the bytes that reach the other end, if any.
   void next_frame(std::vector<std::uint8_t>& out);
@@ -51,9 +51,9 @@ class SimulatedLine {
   SimulationSettings settings_;
   double period_s_;
   SimulatedGyro gyro_;
-  FrameEncoder encoder_;
+  wire::FrameEncoder encoder_;
   RandomSource noise_, outliers_, losses_, line_;
   SimulationCounters counters_;
 };
 
-}  // namespace prism
+}  // namespace prism::drivers

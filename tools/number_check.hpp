@@ -9,7 +9,7 @@
 #include <limits>
 #include <string>
 
-namespace prism {
+namespace prism::tools {
 
 /// Refuses what is no number from `least` to `most`, "nan" too, which CLI::Range and CLI::PositiveNumber let through.
 inline CLI::Validator within(double least, double most, const std::string& expected) {
@@ -30,4 +30,4 @@ inline CLI::Validator positive() {
 }
 inline CLI::Validator not_negative() { return within(0, std::numeric_limits<double>::max(), "of 0 or more"); }
 
-}  // namespace prism
+}  // namespace prism::tools

@@ -8,7 +8,7 @@
 
 #include "compensation/evaluation/statistics.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 /// One stretch without a hole, as the running sum x of its values: x[0] = 0, x[n] = y_0 + … + y_{n−1}.
@@ -134,4 +134,4 @@ Result<AllanCurve> allan_deviation(std::span<const double> rate, double tau0_s,
   return curve;
 }
 
-}  // namespace prism
+}  // namespace prism::evaluation

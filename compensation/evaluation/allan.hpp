@@ -9,7 +9,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 
 enum class AllanEstimator {
   kOverlapping,     ///< every start of a cluster: the general-purpose one, narrower confidence
@@ -54,4 +54,4 @@ Result<AllanCurve> allan_deviation(std::span<const double> rate, double tau0_s,
                                    std::span<const std::size_t> cluster_sizes, AllanEstimator estimator,
                                    const std::string& where);
 
-}  // namespace prism
+}  // namespace prism::evaluation

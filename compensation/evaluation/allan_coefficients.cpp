@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 enum Noise { kQ, kN, kB, kK, kR, kNoises };
@@ -180,4 +180,4 @@ Result<AllanCoefficients> extract_coefficients(const AllanCurve& curve, const st
   return result;
 }
 
-}  // namespace prism
+}  // namespace prism::evaluation

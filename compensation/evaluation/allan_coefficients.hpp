@@ -8,7 +8,7 @@
 
 #include "compensation/evaluation/allan_confidence.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 
 /// One coefficient with the relative 1-sigma uncertainty that the points which carry it give.
 struct AllanCoefficient {
@@ -47,4 +47,4 @@ inline constexpr double kAllanFlicker = 0.6642824703;
 Result<AllanCoefficients> extract_coefficients(const AllanCurve& curve, const std::vector<AllanInterval>& intervals,
                                                const std::string& where);
 
-}  // namespace prism
+}  // namespace prism::evaluation

@@ -5,7 +5,7 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 /// Cluster means of the longest stretch without a hole.
@@ -124,4 +124,4 @@ std::vector<AllanInterval> allan_confidence(const AllanCurve& curve, std::span<c
   return intervals;
 }
 
-}  // namespace prism
+}  // namespace prism::evaluation

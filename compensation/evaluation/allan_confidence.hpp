@@ -7,7 +7,7 @@
 
 #include "compensation/evaluation/allan.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 
 /// Power-law noise of a rate, S(f) ∝ f^alpha, by its name in gyro practice (and in the frequency standards').
 enum class NoiseType {
@@ -39,4 +39,4 @@ struct AllanInterval {
 /// Intervals of every point at `probability` (0.683 is "1 sigma"). Same order and length as curve.points.
 std::vector<AllanInterval> allan_confidence(const AllanCurve& curve, std::span<const double> rate, double probability);
 
-}  // namespace prism
+}  // namespace prism::evaluation

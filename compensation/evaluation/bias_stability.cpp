@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace prism {
+namespace prism::evaluation {
 
 std::optional<double> noise_floor(std::span<const double> blocks, const std::vector<bool>& follows) {
   double squares = 0;
@@ -44,4 +44,4 @@ Result<BiasStability> measure_bias_stability(std::span<const double> raw, std::s
   return result;
 }
 
-}  // namespace prism
+}  // namespace prism::evaluation

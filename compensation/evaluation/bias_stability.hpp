@@ -9,7 +9,7 @@
 
 #include "compensation/evaluation/statistics.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 
 /// "Bias stability" of a laser gyro: the standard deviation (1 sigma) of non-overlapping means, 100 s unless said
 /// otherwise, deg/h. Not the Allan minimum ("bias instability"); both names are in use for all three numbers.
@@ -37,4 +37,4 @@ Result<BiasStability> measure_bias_stability(std::span<const double> raw, std::s
 /// differences, so this is the white part. Nothing where there is no pair.
 std::optional<double> noise_floor(std::span<const double> blocks, const std::vector<bool>& follows);
 
-}  // namespace prism
+}  // namespace prism::evaluation

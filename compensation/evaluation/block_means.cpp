@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 /// One run of blocks between gaps. Block number k covers (start + k·length, start + (k + 1)·length].
@@ -100,4 +100,4 @@ Result<BlockMeans> mean_over_blocks(std::span<const TimedValue> rows, double row
   return result;
 }
 
-}  // namespace prism
+}  // namespace prism::evaluation

@@ -8,7 +8,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 
 /// One value and the time of the end of its interval.
 struct TimedValue {
@@ -34,4 +34,4 @@ struct BlockMeans {
 Result<BlockMeans> mean_over_blocks(std::span<const TimedValue> rows, double row_s, double length_s, double max_gap_s,
                                     const std::string& where);
 
-}  // namespace prism
+}  // namespace prism::evaluation

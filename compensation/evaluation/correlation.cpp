@@ -6,7 +6,7 @@
 
 #include "compensation/evaluation/statistics.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 /// The deviations from the mean, scaled to at most 1 (squares of very small ones would vanish), or why there is nothing
@@ -56,4 +56,4 @@ Result<Autocorrelation> autocorrelate(std::span<const double> values, std::size_
   return result;
 }
 
-}  // namespace prism
+}  // namespace prism::evaluation

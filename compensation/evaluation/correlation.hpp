@@ -8,7 +8,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 
 /// Pearson's coefficient, −1 to 1, no unit. Refused: lengths that differ, fewer than three pairs, a value that is not
 /// finite, a series that does not move (the coefficient does not exist there).
@@ -23,4 +23,4 @@ struct Autocorrelation {
 /// Refused: fewer than three values, a value that is not finite, a constant series.
 Result<Autocorrelation> autocorrelate(std::span<const double> values, std::size_t max_lag, const std::string& where);
 
-}  // namespace prism
+}  // namespace prism::evaluation

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 struct Mean {
@@ -72,4 +72,4 @@ Result<Hysteresis> measure_hysteresis(std::span<const double> temperature_degc, 
   return result;
 }
 
-}  // namespace prism
+}  // namespace prism::evaluation

@@ -9,7 +9,7 @@
 
 #include "compensation/evaluation/thermal_segments.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 
 /// One bin of temperature that was passed both ways.
 struct HysteresisBin {
@@ -34,4 +34,4 @@ struct Hysteresis {
 Result<Hysteresis> measure_hysteresis(std::span<const double> temperature_degc, std::span<const double> bias_deg_per_h,
                                       std::span<const ThermalKind> kinds, double bin_degc, const std::string& where);
 
-}  // namespace prism
+}  // namespace prism::evaluation

@@ -8,7 +8,7 @@
 
 #include "compensation/evaluation/bias_stability.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 /// Noise sds that no chance reaches in a day of blocks.
@@ -158,4 +158,4 @@ Result<GateReport> judge_record(std::span<const double> temperature_degc, std::s
   return report;
 }
 
-}  // namespace prism
+}  // namespace prism::evaluation

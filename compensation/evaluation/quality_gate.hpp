@@ -8,7 +8,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 
 enum class Verdict { kPass, kWarn, kRefuse };
 
@@ -58,4 +58,4 @@ Result<GateReport> judge_record(std::span<const double> temperature_degc, std::s
                                 const std::vector<bool>& follows, const GateSettings& settings,
                                 const std::string& where);
 
-}  // namespace prism
+}  // namespace prism::evaluation

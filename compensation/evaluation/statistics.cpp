@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace prism {
+namespace prism::evaluation {
 
 const char* divisor_text(Divisor divisor) { return divisor == Divisor::kN ? "N" : "N-1"; }
 
@@ -65,4 +65,4 @@ double robust_sd(const std::vector<double>& values) {
   return 1.4826 * median_of(std::move(distances));
 }
 
-}  // namespace prism
+}  // namespace prism::evaluation

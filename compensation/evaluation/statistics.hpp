@@ -9,7 +9,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 
 /// What the sum of squared deviations is divided by. Laser-gyro literature seldom says which; every output names it.
 enum class Divisor {
@@ -42,4 +42,4 @@ double median_of(std::vector<double> values);
 /// 1.4826 · median|x − median(x)|: a standard deviation that outliers do not reach (normal data). Not empty, no NaN.
 double robust_sd(const std::vector<double>& values);
 
-}  // namespace prism
+}  // namespace prism::evaluation

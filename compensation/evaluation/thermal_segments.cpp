@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 ThermalSegment describe(ThermalKind kind, std::size_t begin, std::size_t end,
@@ -71,4 +71,4 @@ Result<std::vector<ThermalSegment>> cut_thermal_segments(std::span<const double>
   return segments;
 }
 
-}  // namespace prism
+}  // namespace prism::evaluation

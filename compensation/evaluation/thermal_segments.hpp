@@ -9,7 +9,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 
 enum class ThermalKind { kSoak, kHeating, kCooling };
 
@@ -41,4 +41,4 @@ Result<std::vector<ThermalSegment>> cut_thermal_segments(std::span<const double>
                                                          std::span<const double> temperature_degc,
                                                          const SegmentSettings& settings, const std::string& where);
 
-}  // namespace prism
+}  // namespace prism::evaluation

@@ -3,7 +3,7 @@
 
 #include <numeric>
 
-namespace prism {
+namespace prism::training {
 
 CrossValidation fold_costs(const Eigen::VectorXd& residual, const Folds& folds, double scale) {
   CrossValidation cv;
@@ -64,4 +64,4 @@ Result<CrossValidation> cross_validate_robust(const Eigen::MatrixXd& kernel, con
   return cv;
 }
 
-}  // namespace prism
+}  // namespace prism::training

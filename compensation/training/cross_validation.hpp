@@ -8,7 +8,7 @@
 #include "compensation/training/folds.hpp"
 #include "compensation/training/irlssvm.hpp"
 
-namespace prism {
+namespace prism::training {
 
 /// Unweighted errors of the held-out samples. Costs are plain means over folds of the fold's own mean (the paper's F(x)
 /// is such an mae); leave-one-out counts every sample as a fold.
@@ -33,4 +33,4 @@ Result<CrossValidation> cross_validate_robust(const Eigen::MatrixXd& kernel, con
                                               const ReweightSettings& settings, const Folds& folds, double scale);
 inline constexpr int kRobustSolves = 30;
 
-}  // namespace prism
+}  // namespace prism::training

@@ -7,7 +7,7 @@
 #include "compensation/training/least_squares.hpp"
 #include "compensation/training/trainer.hpp"
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 constexpr Eigen::Index kRefinedSamples = 4000;
@@ -45,7 +45,7 @@ Folds compacted(const Folds& folds, const std::vector<Eigen::Index>& kept) {
 }
 
 SampleDiagnostics diagnostics_of(const IrlssvmFit& fit, const NormalisedData& data) {
-  const Normalisation& n = data.constants;
+  const compensation::Normalisation& n = data.constants;
   SampleDiagnostics d;
   d.alpha = fit.solution.alpha;
   d.weight = fit.weight;
@@ -57,7 +57,8 @@ SampleDiagnostics diagnostics_of(const IrlssvmFit& fit, const NormalisedData& da
 
 }  // namespace
 
-void add_linear_part(const NormalisedData& data, const Eigen::VectorXd& weight, LssvmParameters& parameters) {
+void add_linear_part(const NormalisedData& data, const Eigen::VectorXd& weight,
+                     compensation::LssvmParameters& parameters) {
   std::vector<Eigen::Index> good;
   for (Eigen::Index i = 0; i < weight.size(); ++i) {
     if (weight[i] > 0.3) good.push_back(i);
@@ -71,14 +72,14 @@ void add_linear_part(const NormalisedData& data, const Eigen::VectorXd& weight, 
   parameters.linear_b = fit->intercept;
 }
 
-Result<TrainedModel> train_dense(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
-                                 const Folds& folds, const TuningPoint& point) {
-  const Eigen::MatrixXd kernel = kernel_matrix(data.x, point.sigma2);
+Result<TrainedModel> train_dense(const NormalisedData& data, compensation::ModelInfo info,
+                                 const TrainingSettings& settings, const Folds& folds, const TuningPoint& point) {
+  const Eigen::MatrixXd kernel = compensation::kernel_matrix(data.x, point.sigma2);
   auto fit = fit_irlssvm(kernel, data.y, point.c, settings.reweight);
   if (!fit) return tl::unexpected<Error>(fit.error());
   TrainedModel trained;
   const double prior = fit->factor.prior_variance();
-  LssvmUncertainty uncertainty;
+  compensation::LssvmUncertainty uncertainty;
   uncertainty.prior_variance = std::max(prior, 1e-30);
   uncertainty.guard_fraction = guard_of(fit->factor.variance_fractions(), fit->weight(fit->kept));
   const Folds inside = compacted(folds, fit->kept);
@@ -87,7 +88,7 @@ Result<TrainedModel> train_dense(const NormalisedData& data, ModelInfo info, con
     trained.refinement_steps = refine_fit(extended_kernel_matrix(data.x, point.sigma2), point.c, data.y, *fit);
   }
   trained.samples = diagnostics_of(*fit, data);
-  LssvmParameters p;
+  compensation::LssvmParameters p;
   p.centres = data.x(Eigen::all, fit->kept);
   p.alpha = fit->solution.alpha(fit->kept);
   p.weight = fit->weight(fit->kept);
@@ -98,7 +99,7 @@ Result<TrainedModel> train_dense(const NormalisedData& data, ModelInfo info, con
   p.uncertainty = uncertainty;
   add_linear_part(data, fit->weight, p);
   info.kind = settings.reweight.weight.kind == WeightKind::kNone ? "lssvm" : "ir_lssvm";
-  auto model = LssvmModel::make(std::move(info), std::move(p));
+  auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());
   trained.model = std::move(*model);
   trained.centres = static_cast<int>(fit->kept.size());
@@ -111,4 +112,4 @@ Result<TrainedModel> train_dense(const NormalisedData& data, ModelInfo info, con
   return trained;
 }
 
-}  // namespace prism
+}  // namespace prism::training

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <random>
 
-namespace prism {
+namespace prism::training {
 
 Folds shuffled_folds(std::size_t n, int k, std::uint64_t seed) {
   std::vector<std::size_t> order(n);
@@ -65,4 +65,4 @@ std::vector<std::vector<Eigen::Index>> fold_members(const Folds& folds) {
   return members;
 }
 
-}  // namespace prism
+}  // namespace prism::training

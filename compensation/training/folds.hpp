@@ -8,7 +8,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::training {
 
 /// One fold number, 0 to k − 1, per sample; every fold has members.
 using Folds = std::vector<int>;
@@ -27,4 +27,4 @@ int fold_count(const Folds& folds);
 /// Indices of each fold's samples.
 std::vector<std::vector<Eigen::Index>> fold_members(const Folds& folds);
 
-}  // namespace prism
+}  // namespace prism::training

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 struct Solve {
@@ -109,4 +109,4 @@ int refine_fit(const ExtendedMatrix& kernel, double c, const Eigen::VectorXd& y,
   return steps;
 }
 
-}  // namespace prism
+}  // namespace prism::training

@@ -10,7 +10,7 @@
 #include "compensation/training/lssvm.hpp"
 #include "compensation/training/weights.hpp"
 
-namespace prism {
+namespace prism::training {
 
 struct ReweightSettings {
   WeightFunction weight;  ///< kNone: plain LSSVM, no re-weighting
@@ -53,4 +53,4 @@ int refine_fit(const ExtendedMatrix& kernel, double c, const Eigen::VectorXd& y,
 /// The smallest change of alpha that a system with this c can show in double precision.
 double rounding_floor(double c, const Eigen::VectorXd& alpha);
 
-}  // namespace prism
+}  // namespace prism::training

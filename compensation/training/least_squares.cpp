@@ -8,7 +8,7 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 // A pivot smaller than this, of a column of length 1, is rounding: the column is a combination of the others.
@@ -103,4 +103,4 @@ double LinearProblem::condition(const std::vector<int>& subset) const {
   return singular[0] / singular[singular.size() - 1];
 }
 
-}  // namespace prism
+}  // namespace prism::training

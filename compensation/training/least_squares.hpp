@@ -7,7 +7,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::training {
 
 /// y = intercept + Σ coefficient_j · column_j, over the columns of one subset.
 struct LinearFit {
@@ -40,4 +40,4 @@ class LinearProblem {
   Matrix triangle_;      // (m + 1)²: R of the QR of [columns y], centred and scaled
 };
 
-}  // namespace prism
+}  // namespace prism::training

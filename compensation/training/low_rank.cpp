@@ -10,7 +10,7 @@
 #include "compensation/dense.hpp"
 #include "compensation/kernel.hpp"
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 constexpr double kRounding = 1e-14;  // a diagonal below it is rounding, and its root would be noise
@@ -29,7 +29,7 @@ struct Pivoting {
 
 Pivoting pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank) {
   const Eigen::Index n = points.cols();
-  const KernelCentres centres(points);
+  const compensation::KernelCentres centres(points);
   Pivoting p;
   p.features.resize(std::min<Eigen::Index>(64, max_rank + 1), n);
   Eigen::VectorXd diagonal = Eigen::VectorXd::Ones(n), row(n);
@@ -71,15 +71,15 @@ std::vector<Eigen::Index> drawn(Eigen::Index n, Eigen::Index count, std::uint64_
 Eigen::MatrixXd features_of(const Eigen::MatrixXd& points, const std::vector<Eigen::Index>& pivots, double sigma2) {
   const auto r = static_cast<Eigen::Index>(pivots.size());
   const Eigen::MatrixXd chosen = points(Eigen::all, pivots);
-  Eigen::MatrixXd l = kernel_matrix(chosen, sigma2);
+  Eigen::MatrixXd l = compensation::kernel_matrix(chosen, sigma2);
   l.diagonal().array() += 1e-15;
   Eigen::MatrixXd phi(r + 1, points.cols());
-  if (!cholesky(l)) return {};
-  const KernelCentres centres(chosen);
+  if (!compensation::cholesky(l)) return {};
+  const compensation::KernelCentres centres(chosen);
   Eigen::VectorXd k(r);
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     centres.row(column(points, i), sigma2, k.data());
-    solve_lower(l, k);
+    compensation::solve_lower(l, k);
     phi.col(i).head(r) = k;
   }
   phi.row(r).setOnes();
@@ -130,7 +130,7 @@ PrimalLssvm::PrimalLssvm(const LowRank& system, const Eigen::VectorXd& y, double
 
 Eigen::MatrixXd PrimalLssvm::gram(const Eigen::VectorXd& weight) const {
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(system_.phi.rows(), system_.phi.rows());
-  add_gram(system_.phi, gram, &weight);
+  compensation::add_gram(system_.phi, gram, &weight);
   return gram;
 }
 
@@ -141,9 +141,9 @@ bool PrimalLssvm::solve(const Eigen::VectorXd& weight) {
 bool PrimalLssvm::solve(const Eigen::MatrixXd& gram, const Eigen::VectorXd& moment) {
   factor_ = gram;
   factor_.diagonal().head(system_.rank()).array() += 1 / c_;
-  if (!cholesky(factor_)) return false;
+  if (!compensation::cholesky(factor_)) return false;
   theta_ = moment;
-  solve_cholesky(factor_, theta_);
+  compensation::solve_cholesky(factor_, theta_);
   return theta_.allFinite();
 }
 
@@ -153,7 +153,7 @@ Eigen::VectorXd PrimalLssvm::leverages() const {
   Eigen::VectorXd h(y_.size()), z;
   for (Eigen::Index i = 0; i < h.size(); ++i) {
     z = system_.phi.col(i);
-    solve_lower(factor_, z);
+    compensation::solve_lower(factor_, z);
     h[i] = z.squaredNorm();
   }
   return h;
@@ -161,4 +161,4 @@ Eigen::VectorXd PrimalLssvm::leverages() const {
 
 double PrimalLssvm::log_determinant() const { return 2 * factor_.diagonal().array().log().sum(); }
 
-}  // namespace prism
+}  // namespace prism::training

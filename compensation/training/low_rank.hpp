@@ -8,7 +8,7 @@
 
 #include "compensation/training/weights.hpp"
 
-namespace prism {
+namespace prism::training {
 
 /// f(x) = w · φ(x) + b with φ(x) = L⁻¹ k(x), L L ᵀ = K over the pivots. Columns of `phi` are [φ(x_i); 1].
 /// What K holds beyond G Gᵀ is at most `left` on its diagonal; taken as nothing where c · left is small against 1.
@@ -59,4 +59,4 @@ class PrimalLssvm {
   Eigen::VectorXd theta_;
 };
 
-}  // namespace prism
+}  // namespace prism::training

@@ -7,7 +7,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::training {
 
 struct LssvmSolution {
   Eigen::VectorXd alpha;
@@ -66,4 +66,4 @@ ExtendedMatrix extended_kernel_matrix(const Eigen::MatrixXd& points, double sigm
 int refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y,
            const LssvmFactor& factor, LssvmSolution& solution);
 
-}  // namespace prism
+}  // namespace prism::training

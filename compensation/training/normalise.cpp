@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 struct Constants {
@@ -48,7 +48,7 @@ Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::Vec
   }
   if (!inputs.allFinite() || !target.allFinite()) return refuse("training data", "found a number that is not finite");
   NormalisedData data;
-  Normalisation& n = data.constants;
+  compensation::Normalisation& n = data.constants;
   n.input_shift.resize(inputs.rows());
   n.input_scale.resize(inputs.rows());
   for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
@@ -71,8 +71,8 @@ Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::Vec
   return data;
 }
 
-Eigen::MatrixXd normalised_inputs(const Eigen::MatrixXd& inputs, const Normalisation& constants) {
+Eigen::MatrixXd normalised_inputs(const Eigen::MatrixXd& inputs, const compensation::Normalisation& constants) {
   return ((inputs.colwise() - constants.input_shift).array().colwise() / constants.input_scale.array()).matrix();
 }
 
-}  // namespace prism
+}  // namespace prism::training

@@ -9,7 +9,7 @@
 #include "compensation/lssvm_model.hpp"
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::training {
 
 enum class Scaling {
   kZscore,  ///< inputs by mean and sd (divisor N − 1), target by mean and sd (divisor N)
@@ -22,7 +22,7 @@ enum class ColumnKind { kContinuous, kBinary, kCategorical };
 struct NormalisedData {
   Eigen::MatrixXd x;  ///< d × N, one sample a column
   Eigen::VectorXd y;  ///< N
-  Normalisation constants;
+  compensation::Normalisation constants;
   std::vector<ColumnKind> kinds;  ///< d inputs, then the target
 };
 
@@ -32,6 +32,6 @@ Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::Vec
                                  const std::vector<std::string>& names);
 
 /// New samples by known constants.
-Eigen::MatrixXd normalised_inputs(const Eigen::MatrixXd& inputs, const Normalisation& constants);
+Eigen::MatrixXd normalised_inputs(const Eigen::MatrixXd& inputs, const compensation::Normalisation& constants);
 
-}  // namespace prism
+}  // namespace prism::training

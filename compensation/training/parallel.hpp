@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace prism {
+namespace prism::training {
 
 /// job(i) for i in [0, count), in any order and on `threads` threads at most; jobs must not throw.
 template <class Job>
@@ -21,4 +21,4 @@ void parallel_for(int count, int threads, Job&& job) {
   for (std::thread& member : team) member.join();
 }
 
-}  // namespace prism
+}  // namespace prism::training

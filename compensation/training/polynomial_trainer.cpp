@@ -8,7 +8,7 @@
 #include "compensation/polynomial_model.hpp"
 #include "compensation/training/trainer.hpp"
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 Eigen::MatrixXd columns_of(const TrainingData& data, const TermPowers& terms) {
@@ -24,9 +24,9 @@ Eigen::MatrixXd columns_of(const TrainingData& data, const TermPowers& terms) {
   return columns;
 }
 
-std::vector<Term> terms_of(const TermPowers& powers, const std::vector<int>& chosen, const LinearFit& fit,
-                           std::size_t inputs) {
-  std::vector<Term> terms = {{std::vector<int>(inputs, 0), fit.intercept}};
+std::vector<compensation::Term> terms_of(const TermPowers& powers, const std::vector<int>& chosen, const LinearFit& fit,
+                                         std::size_t inputs) {
+  std::vector<compensation::Term> terms = {{std::vector<int>(inputs, 0), fit.intercept}};
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     terms.push_back({powers[static_cast<std::size_t>(chosen[i])], fit.coefficient[static_cast<Eigen::Index>(i)]});
   }
@@ -70,7 +70,8 @@ std::string term_name(const std::vector<int>& powers, const std::vector<std::str
   return text.empty() ? "intercept" : text;
 }
 
-Result<TrainedModel> train_polynomial(const TrainingData& data, ModelInfo info, const TrainingSettings& settings) {
+Result<TrainedModel> train_polynomial(const TrainingData& data, compensation::ModelInfo info,
+                                      const TrainingSettings& settings) {
   if (!data.inputs.allFinite() || !data.target.allFinite())
     return refuse("training data", "found a number that is not finite");
   for (const auto& powers : settings.terms) {
@@ -103,9 +104,9 @@ Result<TrainedModel> train_polynomial(const TrainingData& data, ModelInfo info, 
   }
   trained.samples.weight = Eigen::VectorXd::Ones(data.target.size());
   const std::size_t inputs = data.names.size();
-  trained.model = std::make_shared<PolynomialModel>(
+  trained.model = std::make_shared<compensation::PolynomialModel>(
       std::move(info), terms_of(settings.terms, chosen, *trained.linear, inputs), trained.linear->sd());
   return trained;
 }
 
-}  // namespace prism
+}  // namespace prism::training

@@ -7,7 +7,7 @@
 
 #include "compensation/training/trainer.hpp"
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 constexpr Eigen::Index kDenseLimit = 5000;  // samples; beyond it one centre a sample would cost gigabytes and minutes
@@ -58,4 +58,4 @@ Result<ResourcePlan> plan_resources(Eigen::Index samples, Eigen::Index inputs, c
   return plan;
 }
 
-}  // namespace prism
+}  // namespace prism::training

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 struct Vertex {
@@ -90,4 +90,4 @@ SimplexResult minimise(const std::function<double(const Eigen::VectorXd&)>& f, c
   return Simplex(f, settings).run(start, stop);
 }
 
-}  // namespace prism
+}  // namespace prism::training

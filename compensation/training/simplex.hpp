@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <functional>
 
-namespace prism {
+namespace prism::training {
 
 struct SimplexSettings {
   Eigen::VectorXd lower, upper;  ///< the box; points beyond it are moved onto it
@@ -24,4 +24,4 @@ struct SimplexResult {
 SimplexResult minimise(const std::function<double(const Eigen::VectorXd&)>& f, const Eigen::VectorXd& start,
                        const SimplexSettings& settings, const std::function<bool()>& stop);
 
-}  // namespace prism
+}  // namespace prism::training

@@ -10,7 +10,7 @@
 #include "compensation/training/low_rank.hpp"
 #include "compensation/training/trainer.hpp"
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 constexpr double kAccuracy = 1e-3;  // c · what the centres may leave of K
@@ -18,10 +18,10 @@ constexpr double kStill = 1e-5;     // change of a residual, in scales, that end
 
 // alpha over the pivots: w · φ(x) = w · L⁻¹ k(x) = (L⁻ᵀ w) · k(x).
 Eigen::VectorXd alpha_of(const Eigen::MatrixXd& centres, double sigma2, const Eigen::VectorXd& w) {
-  Eigen::MatrixXd l = kernel_matrix(centres, sigma2);
+  Eigen::MatrixXd l = compensation::kernel_matrix(centres, sigma2);
   l.diagonal().array() += 1e-15;
   Eigen::VectorXd alpha = w;
-  if (cholesky(l)) solve_lower_transposed(l, alpha);
+  if (compensation::cholesky(l)) compensation::solve_lower_transposed(l, alpha);
   return alpha;
 }
 
@@ -56,8 +56,9 @@ double guard_of(const Eigen::VectorXd& leverages, double c) {
 
 }  // namespace
 
-Result<TrainedModel> train_sparse(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
-                                  const ResourcePlan& plan, const TuningPoint& point) {
+Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::ModelInfo info,
+                                  const TrainingSettings& settings, const ResourcePlan& plan,
+                                  const TuningPoint& point) {
   const LowRank system = low_rank(data.x, point.sigma2, kAccuracy / point.c, plan.max_rank, settings.seed);
   if (system.phi.size() == 0) return refuse("sparse LSSVM", "the pivots' kernel matrix is not positive definite");
   PrimalLssvm primal(system, data.y, point.c);
@@ -67,14 +68,14 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, ModelInfo info, co
   TrainedModel trained;
   trained.reweight = reweight(primal, settings.reweight, weight);
   const Eigen::Index r = system.rank();
-  LssvmParameters p;
+  compensation::LssvmParameters p;
   p.centres = data.x(Eigen::all, system.pivots);
   p.alpha = alpha_of(p.centres, point.sigma2, primal.theta().head(r));
   p.b = primal.theta()[r];
   p.c = point.c;
   p.sigma2 = point.sigma2;
   p.normalisation = data.constants;
-  LssvmUncertainty uncertainty;
+  compensation::LssvmUncertainty uncertainty;
   const Eigen::VectorXd residual = primal.residuals();
   const double n = static_cast<double>(data.y.size());
   uncertainty.prior_variance = std::max(1e-30, point.c * data.y.dot(weight.cwiseProduct(residual)) / (n - 1));
@@ -85,7 +86,7 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, ModelInfo info, co
   uncertainty.guard_fraction = guard_of(leverages, point.c);
   p.uncertainty = std::move(uncertainty);
   add_linear_part(data, weight, p);
-  const Normalisation& c = data.constants;
+  const compensation::Normalisation& c = data.constants;
   trained.samples.alpha = Eigen::VectorXd::Zero(data.y.size());
   trained.samples.alpha(system.pivots) = p.alpha;
   trained.samples.weight = weight;
@@ -99,10 +100,10 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, ModelInfo info, co
                     system.left));
   }
   info.kind = "sparse_lssvm";
-  auto model = LssvmModel::make(std::move(info), std::move(p));
+  auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());
   trained.model = std::move(*model);
   return trained;
 }
 
-}  // namespace prism
+}  // namespace prism::training

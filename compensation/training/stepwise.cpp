@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -114,4 +114,4 @@ Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen:
   return Search(problem, static_cast<int>(columns.cols()), settings).run();
 }
 
-}  // namespace prism
+}  // namespace prism::training

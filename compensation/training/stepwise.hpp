@@ -9,7 +9,7 @@
 #include "compensation/result.hpp"
 #include "compensation/training/least_squares.hpp"
 
-namespace prism {
+namespace prism::training {
 
 struct StepwiseSettings {
   std::vector<int> start;  ///< terms in the model at the beginning
@@ -40,4 +40,4 @@ struct StepwiseResult {
 Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y,
                                     const StepwiseSettings& settings);
 
-}  // namespace prism
+}  // namespace prism::training

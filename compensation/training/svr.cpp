@@ -10,7 +10,7 @@
 #include "compensation/training/parallel.hpp"
 #include "compensation/training/trainer.hpp"
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 // libsvm's sparse rows: (index, value) pairs, closed by index −1; they must outlive the model.
@@ -105,8 +105,9 @@ TuningResult tune_svr(const NormalisedData& data, const Folds& folds, const Trai
 
 }  // namespace
 
-Result<TrainedModel> train_svr(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
-                               const Folds& folds, const TuningProgress& progress, const std::atomic<bool>* stop) {
+Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelInfo info,
+                               const TrainingSettings& settings, const Folds& folds, const TuningProgress& progress,
+                               const std::atomic<bool>* stop) {
   svm_set_print_string_function([](const char*) {});
   if (!(settings.epsilon >= 0))
     return refuse("epsilon", fmt::format("found {}, expected at least 0", settings.epsilon));
@@ -126,7 +127,7 @@ Result<TrainedModel> train_svr(const NormalisedData& data, ModelInfo info, const
   std::vector<Eigen::Index> vectors;
   for (int i = 0; i < svm->l; ++i) vectors.push_back(svm->sv_indices[i] - 1);
   if (vectors.empty()) return refuse("svr", "found no support vector: epsilon covers the whole record");
-  LssvmParameters p;
+  compensation::LssvmParameters p;
   p.centres = data.x(Eigen::all, vectors);
   p.alpha = Eigen::Map<const Eigen::VectorXd>(svm->sv_coef[0], svm->l);
   p.b = -svm->rho[0];
@@ -146,10 +147,10 @@ Result<TrainedModel> train_svr(const NormalisedData& data, ModelInfo info, const
   trained.sigma2 = point.sigma2;
   trained.centres = svm->l;
   info.kind = "svr";
-  auto model = LssvmModel::make(std::move(info), std::move(p));
+  auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());
   trained.model = std::move(*model);
   return trained;
 }
 
-}  // namespace prism
+}  // namespace prism::training

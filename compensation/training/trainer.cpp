@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 constexpr std::array kMethodNames = {"ls", "stepwise", "lssvm", "ir-lssvm", "svr"};
@@ -71,7 +71,7 @@ Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
   return {};
 }
 
-void set_domain(const TrainingData& data, ModelInfo& info) {
+void set_domain(const TrainingData& data, compensation::ModelInfo& info) {
   info.inputs = data.names;
   info.domain = {};
   for (Eigen::Index i = 0; i < data.inputs.rows(); ++i) {
@@ -92,7 +92,7 @@ Result<Method> parse_method(std::string_view name) {
   return refuse("method", fmt::format("found \"{}\", expected ls, stepwise, lssvm, ir-lssvm or svr", name));
 }
 
-Result<TrainedModel> train(const TrainingData& data, ModelInfo info, const TrainingSettings& wanted,
+Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& wanted,
                            const TuningProgress& progress, const std::atomic<bool>* stop) {
   if (auto good = check(data, wanted); !good) return tl::unexpected<Error>(good.error());
   set_domain(data, info);
@@ -131,4 +131,4 @@ Result<TrainedModel> train(const TrainingData& data, ModelInfo info, const Train
   return trained;
 }
 
-}  // namespace prism
+}  // namespace prism::training

@@ -14,7 +14,7 @@
 #include "compensation/training/stepwise.hpp"
 #include "compensation/training/tuning.hpp"
 
-namespace prism {
+namespace prism::training {
 
 enum class Method { kLeastSquares, kStepwise, kLssvm, kIrlssvm, kSvr };
 const char* method_name(Method method);
@@ -65,7 +65,7 @@ struct SampleDiagnostics {
 };
 
 struct TrainedModel {
-  ModelPtr model;
+  compensation::ModelPtr model;
   double c = 0, sigma2 = 0, parameter = 0;  ///< kernels only
   std::optional<TuningResult> tuning;       ///< where something was tuned
   std::optional<ReweightReport> reweight;
@@ -89,18 +89,21 @@ Result<ResourcePlan> plan_resources(Eigen::Index samples, Eigen::Index inputs, c
 
 /// Trains. `info` brings name, features and serial; kind, inputs, domain and id are set here. Refuses data and settings
 /// that cannot work, in one line. A stop flag ends tuning early with the best so far.
-Result<TrainedModel> train(const TrainingData& data, ModelInfo info, const TrainingSettings& settings,
+Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& settings,
                            const TuningProgress& progress = {}, const std::atomic<bool>* stop = nullptr);
 
 // The parts, one file each; `info` is complete but for its id.
-Result<TrainedModel> train_polynomial(const TrainingData& data, ModelInfo info, const TrainingSettings& settings);
-Result<TrainedModel> train_dense(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
-                                 const Folds& folds, const TuningPoint& point);
-Result<TrainedModel> train_sparse(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
-                                  const ResourcePlan& plan, const TuningPoint& point);
-Result<TrainedModel> train_svr(const NormalisedData& data, ModelInfo info, const TrainingSettings& settings,
-                               const Folds& folds, const TuningProgress& progress, const std::atomic<bool>* stop);
+Result<TrainedModel> train_polynomial(const TrainingData& data, compensation::ModelInfo info,
+                                      const TrainingSettings& settings);
+Result<TrainedModel> train_dense(const NormalisedData& data, compensation::ModelInfo info,
+                                 const TrainingSettings& settings, const Folds& folds, const TuningPoint& point);
+Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::ModelInfo info,
+                                  const TrainingSettings& settings, const ResourcePlan& plan, const TuningPoint& point);
+Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelInfo info,
+                               const TrainingSettings& settings, const Folds& folds, const TuningProgress& progress,
+                               const std::atomic<bool>* stop);
 /// The linear model that the blend policy falls back on; nothing where the inputs do not allow one.
-void add_linear_part(const NormalisedData& data, const Eigen::VectorXd& weight, LssvmParameters& parameters);
+void add_linear_part(const NormalisedData& data, const Eigen::VectorXd& weight,
+                     compensation::LssvmParameters& parameters);
 
-}  // namespace prism
+}  // namespace prism::training

@@ -12,7 +12,7 @@
 #include "compensation/training/parallel.hpp"
 #include "compensation/training/simplex.hpp"
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -274,4 +274,4 @@ Result<TuningResult> tune(const TuningCost& cost, Eigen::Index samples, const Tu
   return Search(cost, samples, settings, progress, stop).run();
 }
 
-}  // namespace prism
+}  // namespace prism::training

@@ -11,7 +11,7 @@
 
 #include "compensation/training/tuning_cost.hpp"
 
-namespace prism {
+namespace prism::training {
 
 /// log10 bounds of the search, in normalised units.
 struct TuningBounds {
@@ -45,4 +45,4 @@ struct TuningResult {
 Result<TuningResult> tune(const TuningCost& cost, Eigen::Index samples, const TuningSettings& settings,
                           const TuningProgress& progress = {}, const std::atomic<bool>* stop = nullptr);
 
-}  // namespace prism
+}  // namespace prism::training

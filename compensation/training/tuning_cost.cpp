@@ -10,7 +10,7 @@
 #include "compensation/dense.hpp"
 #include "compensation/kernel.hpp"
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -116,7 +116,7 @@ double TuningCost::price(const LowRank& system, const TuningPoint& point, double
 
 // Where the low rank would be no lower than half: the whole matrix, weights frozen in the folds.
 Eigen::VectorXd TuningCost::held_out(const TuningPoint& point) const {
-  const Eigen::MatrixXd kernel = kernel_matrix(points_, point.sigma2);
+  const Eigen::MatrixXd kernel = compensation::kernel_matrix(points_, point.sigma2);
   ReweightSettings settings = settings_;
   settings.weight.parameter = point.parameter;
   settings.limit = std::min(settings.limit, kDenseSolves);
@@ -129,8 +129,8 @@ Eigen::VectorXd TuningCost::held_out(const TuningPoint& point) const {
 }
 
 double TuningCost::reml(const TuningPoint& point) const {
-  const auto factor =
-      LssvmFactor::make(kernel_matrix(points_, point.sigma2), Eigen::VectorXd::Constant(y_.size(), 1 / point.c), y_);
+  const auto factor = LssvmFactor::make(compensation::kernel_matrix(points_, point.sigma2),
+                                        Eigen::VectorXd::Constant(y_.size(), 1 / point.c), y_);
   return factor ? -factor->restricted_log_likelihood() / static_cast<double>(y_.size()) : kNever;
 }
 
@@ -173,7 +173,7 @@ Eigen::VectorXd TuningCost::frozen_folds(const LowRank& system, double c, const 
     const Eigen::MatrixXd phi = system.phi(Eigen::all, fold);
     const Eigen::VectorXd v = weight(fold);
     Eigen::MatrixXd gram = all;
-    add_gram(phi, gram, &v, -1);
+    compensation::add_gram(phi, gram, &v, -1);
     if (!primal.solve(gram, moment - phi * v.cwiseProduct(y_(fold)))) return nothing(y_.size());
     residual(fold) = y_(fold) - phi.transpose() * primal.theta();
   }
@@ -211,4 +211,4 @@ double TuningCost::reml(const LowRank& system, double c) const {
   return 0.5 * ((n - 1) * (std::log(2 * std::numbers::pi * prior) + 1) + determinants) / n;
 }
 
-}  // namespace prism
+}  // namespace prism::training

@@ -10,7 +10,7 @@
 #include "compensation/training/cross_validation.hpp"
 #include "compensation/training/low_rank.hpp"
 
-namespace prism {
+namespace prism::training {
 
 enum class Tuning {
   kBlocked,   ///< contiguous blocks of each run held out together: the default for time series
@@ -72,4 +72,4 @@ class TuningCost {
   ReweightSettings settings_;
 };
 
-}  // namespace prism
+}  // namespace prism::training

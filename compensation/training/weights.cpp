@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 constexpr std::array kNames = {"none", "huber", "hampel", "logistic", "myriad"};
@@ -77,4 +77,4 @@ Eigen::VectorXd weights_of(const Eigen::VectorXd& residuals, double scale, const
   return residuals.unaryExpr([&](double r) { return function(r / scale); });
 }
 
-}  // namespace prism
+}  // namespace prism::training

@@ -7,7 +7,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::training {
 
 enum class WeightKind { kNone, kHuber, kHampel, kLogistic, kMyriad };
 const char* weight_name(WeightKind kind);
@@ -43,4 +43,4 @@ Eigen::VectorXd weights_of(const Eigen::VectorXd& residuals, double scale, const
 
 double median(Eigen::VectorXd values);
 
-}  // namespace prism
+}  // namespace prism::training

@@ -10,7 +10,7 @@
 #include "drivers/wire/frame_view.hpp"
 #include "drivers/wire/kind_reader.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 /// {field:form} of a template.
@@ -160,4 +160,4 @@ std::vector<std::uint8_t> print_frame(const FrameKind& kind, std::span<const dou
   return frame;
 }
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -9,7 +9,7 @@
 
 #include "drivers/wire/frame_kind.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// Binary kinds only. Checks are not filled in.
 std::vector<std::uint8_t> blank_frame(const FrameKind& kind);
@@ -23,4 +23,4 @@ std::string template_fault(const FrameKind& kind);
 /// A text kind's frame: its "write" template with the raw numbers of the fields (by field index), and its terminator.
 std::vector<std::uint8_t> print_frame(const FrameKind& kind, std::span<const double> raw);
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-namespace prism {
+namespace prism::wire {
 
 inline constexpr int kCaptureLinkType = 250;
 inline constexpr std::size_t kCaptureRecordBytes = 12;
@@ -38,4 +38,4 @@ inline std::optional<CaptureEvent> decode_capture_event(std::span<const std::uin
   return packet[8] == 2 ? CaptureEvent::kData : packet[8] == 0 ? CaptureEvent::kOpened : CaptureEvent::kOther;
 }
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -10,7 +10,7 @@
 
 #include "drivers/wire/checksum.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
@@ -113,4 +113,4 @@ void store_check(const CheckRule& rule, std::span<std::uint8_t> frame) {
   }
 }
 
-}  // namespace prism
+}  // namespace prism::wire

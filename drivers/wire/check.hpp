@@ -9,7 +9,7 @@
 
 #include "drivers/wire/crc.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 struct CheckRule {
   enum class Sum { kCrc, kSum, kXor, kFletcher, kParity } sum = Sum::kSum;
@@ -39,4 +39,4 @@ bool check_holds(const CheckRule& rule, std::span<const std::uint8_t> frame);
 /// Computes and writes the check. Text checks behind a mark: the mark must be there.
 void store_check(const CheckRule& rule, std::span<std::uint8_t> frame);
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 constexpr std::int64_t kFar = 8192;
@@ -72,4 +72,4 @@ CheckRule read_check(const Section& s, bool big_endian) {
   return rule;
 }
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -5,8 +5,8 @@
 #include "drivers/wire/check.hpp"
 #include "drivers/wire/json_section.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 CheckRule read_check(const Section& section, bool big_endian);
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "drivers/wire/checksum.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 std::uint64_t load_word(const std::uint8_t* bytes, std::size_t available, int word, bool big_endian) {
@@ -41,4 +41,4 @@ std::uint16_t fletcher_256(std::span<const std::uint8_t> bytes) {
   return static_cast<std::uint16_t>(first << 8 | second);
 }
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -121,4 +121,4 @@ double Scaling::invert(double value) const {
   return (value - offset) / scale;
 }
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -5,7 +5,7 @@
 #include <variant>
 #include <vector>
 
-namespace prism {
+namespace prism::wire {
 
 /// y = c0 + c1 x + c2 x^2 + …
 struct PolynomialStep {
@@ -64,4 +64,4 @@ struct Scaling {
   bool admits(double value) const { return value >= min && value <= max; }
 };
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -12,7 +12,7 @@
 #include <emmintrin.h>
 #endif
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 struct Product {
@@ -99,4 +99,4 @@ std::uint64_t Crc::compute(std::span<const std::uint8_t> bytes, std::size_t zero
   return result ^ (parameters_.xor_out & ~std::uint64_t{0} >> (64 - width));
 }
 
-}  // namespace prism
+}  // namespace prism::wire

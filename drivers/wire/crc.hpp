@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-namespace prism {
+namespace prism::wire {
 
 /// The parameters of Ross Williams' model (A Painless Guide to CRC Error Detection Algorithms, 1993).
 struct CrcParameters {
@@ -40,4 +40,4 @@ class Crc {
   std::uint64_t quotient_ = 0;  ///< floor(t^128 / P) without its leading t^64
 };
 
-}  // namespace prism
+}  // namespace prism::wire

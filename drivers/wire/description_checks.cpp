@@ -10,7 +10,7 @@
 
 #include "drivers/wire/blank_frame.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using Bits = std::vector<bool>;
@@ -201,4 +201,4 @@ void check_description(Problems& problems, FrameDescription& description) {
   if (!problems.any()) warn(description);
 }
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -5,9 +5,9 @@
 #include "drivers/wire/frame_description.hpp"
 #include "drivers/wire/json_section.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// Adds the first contradiction to `problems`, and to the description's warnings what is legal but worth knowing.
 void check_description(Problems& problems, FrameDescription& description);
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -5,8 +5,8 @@
 
 #include "drivers/wire/json_section.hpp"
 
-namespace prism {
-inline namespace frame_text {
+namespace prism::wire {
+
 namespace {
 
 using Keys = std::map<std::string, std::vector<std::string>, std::less<>>;
@@ -63,5 +63,4 @@ const std::vector<std::string>& section_names() {
   return kNames;
 }
 
-}  // namespace frame_text
-}  // namespace prism
+}  // namespace prism::wire

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace prism {
+namespace prism::wire {
 
 void store_bits(const Field& field, std::uint8_t* first, std::uint64_t value) {
   const std::uint64_t mask = (~std::uint64_t{0} >> (64u - field.bits)) << field.shift;
@@ -34,4 +34,4 @@ void store_number(const Field& field, std::uint8_t* first, double number) {
   }
 }
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -10,7 +10,7 @@
 
 #include "drivers/wire/conversion.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 enum class NumberType { kUnsigned, kSigned, kFloat32, kFloat64, kDecimalText, kHexText };
 
@@ -119,4 +119,4 @@ void store_bits(const Field& field, std::uint8_t* first, std::uint64_t value);
 /// Accumulated numbers wrap instead: use store_bits.
 void store_number(const Field& field, std::uint8_t* first, double number);
 
-}  // namespace prism
+}  // namespace prism::wire

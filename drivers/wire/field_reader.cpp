@@ -7,7 +7,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 constexpr int kMaxFrameBytes = 8192;
@@ -157,4 +157,4 @@ FieldDraft read_field(Problems& problems, const Json& json, const std::string& p
   return draft;
 }
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -9,7 +9,7 @@
 #include "drivers/wire/field.hpp"
 #include "drivers/wire/json_section.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// A field whose references to other fields, items and blocks are still names.
 struct FieldDraft {
@@ -31,4 +31,4 @@ void read_number_type(const Section& section, bool big_endian, Field& field);
 /// scale, offset, convert, min, max.
 Scaling read_scaling(const Section& section);
 
-}  // namespace prism
+}  // namespace prism::wire

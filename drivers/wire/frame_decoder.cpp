@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 constexpr std::size_t kSliceBytes = 16 * 1024;
@@ -248,4 +248,4 @@ void FrameDecoder::skip(std::size_t bytes) {
   marks_.erase(marks_.begin(), reaches);
 }
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -11,7 +11,7 @@
 #include "drivers/wire/frame_match.hpp"
 #include "drivers/wire/reading_maker.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// What happened on the line since the decoder was made; reset() keeps them.
 struct DecoderCounters {
@@ -120,4 +120,4 @@ class FrameDecoder {
   std::uint64_t lost_after_bytes_ = 0;  ///< without a good frame, until the lock is gone
 };
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -11,7 +11,7 @@
 #include "drivers/wire/kind_reader.hpp"
 #include "drivers/wire/roles_reader.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 constexpr std::size_t kMaxKinds = 64;
@@ -156,4 +156,4 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
   return FrameDescriptionPtr(std::move(description));
 }
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -13,7 +13,7 @@
 #include "drivers/wire/frame_kind.hpp"
 #include "drivers/wire/wire_format.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// What the gyro's number in a frame is.
 enum class GyroMeaning {
@@ -108,4 +108,4 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
 /// Decodes every test vector of the description; the first that does not give what it states is the refusal.
 Result<void> run_test_vectors(const FrameDescription& description);
 
-}  // namespace prism
+}  // namespace prism::wire

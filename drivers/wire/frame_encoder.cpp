@@ -7,7 +7,7 @@
 
 #include "drivers/wire/blank_frame.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 /// x modulo m, in [0, m).
@@ -186,4 +186,4 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
   out.insert(out.end(), kind_->trailer.begin(), kind_->trailer.end());
 }
 
-}  // namespace prism
+}  // namespace prism::wire

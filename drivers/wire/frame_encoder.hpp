@@ -8,7 +8,7 @@
 #include "drivers/wire/frame_description.hpp"
 #include "drivers/wire/frame_view.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// What the device would measure over one frame's interval.
 struct GyroState {
@@ -72,4 +72,4 @@ class FrameEncoder {
   FrameView view_;
 };
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -9,7 +9,7 @@
 #include "drivers/wire/check.hpp"
 #include "drivers/wire/field.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// (byte at `at` & mask) == value. Used for the sync, and for body rules over single bytes.
 struct ByteRule {
@@ -113,4 +113,4 @@ struct FrameKind {
   std::string name;
 };
 
-}  // namespace prism
+}  // namespace prism::wire

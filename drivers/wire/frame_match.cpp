@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
@@ -78,4 +78,4 @@ bool refused(const FrameKind& kind, const FrameView& view) {
   return result;
 }
 
-}  // namespace prism
+}  // namespace prism::wire

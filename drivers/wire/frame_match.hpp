@@ -8,7 +8,7 @@
 #include "drivers/wire/frame_kind.hpp"
 #include "drivers/wire/frame_view.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 enum class Match {
   kYes,
@@ -28,4 +28,4 @@ struct MatchResult {
 /// the view looks at the frame.
 MatchResult match_frame(const FrameKind& kind, std::span<const std::uint8_t> bytes, int before, FrameView& view);
 
-}  // namespace prism
+}  // namespace prism::wire

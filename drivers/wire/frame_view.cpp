@@ -4,7 +4,7 @@
 
 #include <charconv>
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
@@ -165,4 +165,4 @@ std::uint64_t FrameView::text_bits(const Field& field) const {
   return number >= 0 && number < 18446744073709549568.0 ? static_cast<std::uint64_t>(number) : 0;
 }
 
-}  // namespace prism
+}  // namespace prism::wire

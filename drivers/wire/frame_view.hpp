@@ -9,7 +9,7 @@
 #include "compensation/sample.hpp"
 #include "drivers/wire/frame_kind.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// Reused from frame to frame; holds no memory of its own and does not outlive the bytes it looks at.
 class FrameView {
@@ -56,4 +56,4 @@ class FrameView {
   std::array<std::span<const std::uint8_t>, kMaxPlaces> places_;  ///< of items, blocks or columns
 };
 
-}  // namespace prism
+}  // namespace prism::wire

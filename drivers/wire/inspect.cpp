@@ -9,7 +9,7 @@
 
 #include "drivers/wire/frame_match.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 Result<void> run_vector(const FrameDescription& description, const TestVector& vector) {
@@ -65,4 +65,4 @@ Result<void> run_test_vectors(const FrameDescription& description) {
   return {};
 }
 
-}  // namespace prism
+}  // namespace prism::wire

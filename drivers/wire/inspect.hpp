@@ -10,7 +10,7 @@
 
 #include "drivers/wire/frame_description.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 struct InspectedFrame {
   struct Value {
@@ -27,4 +27,4 @@ struct InspectedFrame {
 /// The frame that begins with the first byte; nothing where no kind fits there, or where it goes on behind the last.
 std::optional<InspectedFrame> inspect_frame(const FrameDescription& description, std::span<const std::uint8_t> bytes);
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -8,8 +8,8 @@
 #include <charconv>
 #include <cmath>
 
-namespace prism {
-inline namespace frame_text {
+namespace prism::wire {
+
 namespace {
 
 const Json kNothing;
@@ -201,5 +201,4 @@ std::vector<std::string> Section::texts(const char* key) const {
   return result;
 }
 
-}  // namespace frame_text
-}  // namespace prism
+}  // namespace prism::wire

@@ -12,8 +12,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
-inline namespace frame_text {
+namespace prism::wire {
 
 using Json = nlohmann::ordered_json;
 
@@ -92,5 +91,4 @@ void for_each_section(const Section& s, const char* key, std::string_view sectio
   }
 }
 
-}  // namespace frame_text
-}  // namespace prism
+}  // namespace prism::wire

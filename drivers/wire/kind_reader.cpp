@@ -12,7 +12,7 @@
 #include "drivers/wire/kind_strength.hpp"
 #include "drivers/wire/structure_reader.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 void place_field(const FieldDraft& draft, Problems& problems, FrameKind& kind) {
@@ -142,4 +142,4 @@ FrameKind read_kind(Problems& problems, const Json& json, const std::string& poi
   return kind;
 }
 
-}  // namespace prism
+}  // namespace prism::wire

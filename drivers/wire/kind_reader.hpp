@@ -9,7 +9,7 @@
 #include "drivers/wire/frame_kind.hpp"
 #include "drivers/wire/json_section.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// A group of fields that several kinds have in common, placed by a kind's "layout".
 struct Part {
@@ -29,4 +29,4 @@ FrameKind read_kind(Problems& problems, const Json& json, const std::string& poi
 /// Index of a field by its name; -1 where the kind has none of that name.
 int field_index(const FrameKind& kind, std::string_view name);
 
-}  // namespace prism
+}  // namespace prism::wire

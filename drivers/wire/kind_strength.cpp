@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace prism {
+namespace prism::wire {
 
 void measure_header(FrameKind& kind) {
   std::sort(kind.sync.begin(), kind.sync.end(), [](const ByteRule& a, const ByteRule& b) { return a.at < b.at; });
@@ -51,4 +51,4 @@ void weigh(FrameKind& kind) {
   kind.confirmations = kind.check_bits >= 16 ? 1 : std::clamp(frames, 2, 16);
 }
 
-}  // namespace prism
+}  // namespace prism::wire

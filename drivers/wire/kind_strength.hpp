@@ -4,7 +4,7 @@
 
 #include "drivers/wire/frame_kind.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// Sorts the sync, finds the checks of the header and the bytes they need.
 void measure_header(FrameKind& kind);
@@ -13,4 +13,4 @@ void measure_header(FrameKind& kind);
 /// bits have spoken.
 void weigh(FrameKind& kind);
 
-}  // namespace prism
+}  // namespace prism::wire

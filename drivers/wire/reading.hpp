@@ -6,7 +6,7 @@
 
 #include "compensation/sample.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 struct Reading {
   /// When the frame's last byte had arrived: arrival of its chunk minus the wire time of the bytes behind it there.
@@ -27,4 +27,4 @@ struct Reading {
   double latency_s = 0;  ///< from the end of the measured interval to the frame's first bit
 };
 
-}  // namespace prism
+}  // namespace prism::wire

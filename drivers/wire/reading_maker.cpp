@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace prism {
+namespace prism::wire {
 
 SlowValue::SlowValue(const SlowChannel& channel, double rate_hz)
     : channel_(&channel), limit_frames_(static_cast<std::uint64_t>(std::ceil(channel.stale_after_s * rate_hz))) {}
@@ -137,4 +137,4 @@ void ReadingMaker::reset() {
   return true;
 }
 
-}  // namespace prism
+}  // namespace prism::wire

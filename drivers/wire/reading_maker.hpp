@@ -9,7 +9,7 @@
 #include "drivers/wire/frame_view.hpp"
 #include "drivers/wire/reading.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// The last value of a slow channel and its age in frames.
 class SlowValue {
@@ -64,4 +64,4 @@ class ReadingMaker {
   std::uint64_t out_of_range_ = 0;
 };
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -11,7 +11,7 @@
 #include "drivers/wire/field_reader.hpp"
 #include "drivers/wire/kind_reader.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 constexpr double kArcsecPerDegree = 3600;
@@ -202,4 +202,4 @@ void read_roles(const Section& s, const GyroChoice& choice, FrameDescription& de
   if (s.has("latency")) assign(s.sub("latency", "role"), "field", description, &KindRoles::latency);
 }
 
-}  // namespace prism
+}  // namespace prism::wire

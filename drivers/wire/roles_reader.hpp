@@ -5,9 +5,9 @@
 #include "drivers/wire/frame_description.hpp"
 #include "drivers/wire/json_section.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// After the kinds: gives each kind its roles and the description its rules.
 void read_roles(const Section& section, const GyroChoice& choice, FrameDescription& description);
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 constexpr std::uint64_t kLeastFrames = 3;
@@ -55,4 +55,4 @@ std::string sniff_line(const SniffScore& score) {
   return line;
 }
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -9,7 +9,7 @@
 
 #include "drivers/wire/frame_decoder.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 struct SniffScore {
   FrameDescriptionPtr description;
@@ -50,4 +50,4 @@ class Sniffer {
 /// One line for people: "kvh1750      fits   1204 frames, 99.8 % of 43441 bytes, 1000 Hz".
 std::string sniff_line(const SniffScore& score);
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -7,7 +7,7 @@
 #include "drivers/wire/field_reader.hpp"
 #include "drivers/wire/frame_view.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 void read_sync(const Section& s, FrameKind& kind) {
   const auto at = static_cast<std::uint32_t>(s.whole("at", 0, 255, 0));
@@ -76,4 +76,4 @@ void read_blocks(const Section& s, FrameKind& kind) {
     s.refuse("sizes", "has more than 64 blocks"), kind.blocks.sizes.resize(1);
 }
 
-}  // namespace prism
+}  // namespace prism::wire

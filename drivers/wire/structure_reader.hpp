@@ -5,7 +5,7 @@
 #include "drivers/wire/frame_kind.hpp"
 #include "drivers/wire/json_section.hpp"
 
-namespace prism {
+namespace prism::wire {
 
 /// No frame of any kind is longer.
 inline constexpr std::int64_t kMaxFrameBytes = 8192;
@@ -18,4 +18,4 @@ void read_text(const Section& section, FrameKind& kind);
 /// All but the mask field, which is not read yet.
 void read_blocks(const Section& section, FrameKind& kind);
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -2,7 +2,7 @@
 // How characters travel on a serial line: speed, bits, parity, and the time one byte takes.
 #pragma once
 
-namespace prism {
+namespace prism::wire {
 
 enum class Parity { kNone, kEven, kOdd };
 
@@ -18,4 +18,4 @@ struct WireFormat {
   double byte_time_ns() const { return 1e9 * bits_per_byte() / baud; }
 };
 
-}  // namespace prism
+}  // namespace prism::wire

@@ -11,7 +11,7 @@
 
 #include "compensation/evaluation/allan.hpp"
 
-namespace prism {
+namespace prism::bench {
 namespace {
 
 constexpr std::size_t kValues = 10'000'000;
@@ -41,9 +41,10 @@ int run() {
   std::vector<double> rate(kValues), sum(kValues);
   for (double& value : rate) value = normal(random);
   fmt::print("Allan deviation, {} values, overlapping (wanted: under 5 s)\n", kValues);
-  for (const auto& [name, grid] :
-       {std::pair{"octave", AllanGrid::kOctave}, {"decade", AllanGrid::kDecade}, {"dense", AllanGrid::kDense}}) {
-    const auto sizes = allan_cluster_sizes(grid, kValues);
+  for (const auto& [name, grid] : {std::pair{"octave", evaluation::AllanGrid::kOctave},
+                                   {"decade", evaluation::AllanGrid::kDecade},
+                                   {"dense", evaluation::AllanGrid::kDense}}) {
+    const auto sizes = evaluation::allan_cluster_sizes(grid, kValues);
     const double floor = best_s([&] {
       for (std::size_t i = 0; i < sizes.size(); ++i) {
         double total = 0;
@@ -53,7 +54,9 @@ int run() {
     });
     double shortest = 0;
     const double took = best_s([&] {
-      shortest = allan_deviation(rate, 1, sizes, AllanEstimator::kOverlapping, "bench")->points.front().deviation;
+      shortest = evaluation::allan_deviation(rate, 1, sizes, evaluation::AllanEstimator::kOverlapping, "bench")
+                     ->points.front()
+                     .deviation;
     });
     // White noise of 1: the deviation at one value is 1 within 1/sqrt(values).
     if (std::fabs(shortest - 1) > 2e-3) return fmt::print("white noise of 1 came out as {}\n", shortest), 1;
@@ -64,6 +67,6 @@ int run() {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::bench
 
 int main() { return prism::run(); }

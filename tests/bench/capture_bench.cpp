@@ -9,14 +9,14 @@
 #include "drivers/capture_file.hpp"
 #include "drivers/simulated_line.hpp"
 
-namespace prism {
+namespace prism::bench {
 namespace {
 
 constexpr const char* kFile = "bench_capture.pcap";
 constexpr int kPackets = 1'000'000;
 
 bool write_capture() {
-  auto writer = CaptureWriter::open(kFile);
+  auto writer = drivers::CaptureWriter::open(kFile);
   const std::vector<std::uint8_t> frame(20, 0x5A);
   for (int i = 0; writer && i < kPackets; ++i) {
     if (!writer->data(std::int64_t{i} * 5'000'000, frame)) return false;
@@ -36,7 +36,7 @@ BENCHMARK(write_packets)->Unit(benchmark::kMillisecond);
 void read_packets(benchmark::State& state) {
   if (!write_capture()) return state.SkipWithError("the capture cannot be written");
   for (auto _ : state) {
-    auto reader = CaptureReader::open(kFile);
+    auto reader = drivers::CaptureReader::open(kFile);
     std::size_t bytes = 0;
     while (const auto packet = reader->next()) bytes += packet->bytes.size();
     benchmark::DoNotOptimize(bytes);
@@ -49,9 +49,9 @@ BENCHMARK(read_packets)->Unit(benchmark::kMillisecond);
 void make_frames(benchmark::State& state) {
   const std::string path = std::string(PRISM_SOURCE_DIR) + "/config/frames/trplg.json";
   std::ifstream in(path);
-  const auto frames = parse_frame_description(std::string(std::istreambuf_iterator<char>(in), {}), path);
+  const auto frames = wire::parse_frame_description(std::string(std::istreambuf_iterator<char>(in), {}), path);
   if (!frames) return state.SkipWithError(frames.error().text().c_str());
-  SimulatedLine line(*frames, {});
+  drivers::SimulatedLine line(*frames, {});
   std::vector<std::uint8_t> bytes;
   for (auto _ : state) {
     bytes.clear();
@@ -63,6 +63,6 @@ void make_frames(benchmark::State& state) {
 BENCHMARK(make_frames);
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::bench
 
 BENCHMARK_MAIN();

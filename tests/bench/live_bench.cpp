@@ -16,9 +16,9 @@
 
 namespace {
 
-using prism::FrameDescriptionPtr;
 using prism::bench::Bench;
 using prism::bench::Outcome;
+using prism::wire::FrameDescriptionPtr;
 
 void print_row(const char* what, double ours, double floor, double ratio, const char* unit, double wanted,
                bool at_least) {
@@ -35,7 +35,7 @@ struct Programs {
 struct Course {
   Programs programs;
   std::string description;  // at that rate: a clock that is told 1000 Hz would doubt frames that come at 100
-  FrameDescriptionPtr frames;
+  wire::FrameDescriptionPtr frames;
   const char* clock;
   std::size_t frame_bytes = 0, line_bytes = 0;
 
@@ -43,14 +43,14 @@ struct Course {
       : programs(both), description(both.description), clock(clock_source) {
     const std::string key = "\"rate_hz\": 1000";
     description.replace(description.find(key), key.size(), fmt::format("\"rate_hz\": {:g}", rate_hz));
-    const auto parsed = prism::parse_frame_description(description, "benchmark");
+    const auto parsed = prism::wire::parse_frame_description(description, "benchmark");
     if (!parsed) {
       fmt::print(stderr, "bench_live: {}\n", parsed.error().text());
       std::exit(1);
     }
     frames = *parsed;
     std::vector<std::uint8_t> one;
-    prism::FrameEncoder(frames).encode({8.4652, frames->period_s(), 25, 5.32, 0, true}, one);
+    prism::wire::FrameEncoder(frames).encode({8.4652, frames->period_s(), 25, 5.32, 0, true}, one);
     frame_bytes = one.size();
     line_bytes = prismd()->line_bytes();
   }
@@ -120,7 +120,7 @@ std::pair<Outcome, Outcome> compare_flood(const Programs& programs) {
 int main(int argc, char** argv) {
   if (argc != 6) return 64;
   ::signal(SIGPIPE, SIG_IGN);
-  const auto text = prism::read_text_file(argv[3]);
+  const auto text = prism::config::read_text_file(argv[3]);
   if (!text) {
     fmt::print(stderr, "bench_live: {}\n", text.error().text());
     return 1;

@@ -91,7 +91,7 @@ inline Outcome outcome_of(std::size_t frames, std::size_t lines, double seconds,
 // The program under test, its line and the one client.
 class Bench {
  public:
-  Bench(FrameDescriptionPtr frames, const std::string& name, std::string folder)
+  Bench(wire::FrameDescriptionPtr frames, const std::string& name, std::string folder)
       : frames_(std::move(frames)), pty_(open_pty()), folder_(std::move(folder)) {
     static int number = 0;
     socket_ = fmt::format("{}/{}{}.sock", folder_, name, ++number);
@@ -216,7 +216,7 @@ class Bench {
   }
 
   void encode(std::vector<std::uint8_t>& bytes) {
-    GyroState state;
+    wire::GyroState state;
     state.rate_deg_per_h = 8.4652;
     state.interval_s = frames_->period_s();
     state.temperature_degc = 25.0 + 0.001 * static_cast<double>(++encoded_ % 1000);
@@ -251,8 +251,8 @@ class Bench {
     reader.join();
   }
 
-  FrameDescriptionPtr frames_;
-  FrameEncoder encoder_{frames_};
+  wire::FrameDescriptionPtr frames_;
+  wire::FrameEncoder encoder_{frames_};
   Pty pty_;
   std::string socket_, folder_;
   pid_t child_ = -1;

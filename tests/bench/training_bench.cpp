@@ -19,7 +19,7 @@
 double native_kernel_sum(const double* centres, long count, const double* point, double gamma, const double* alpha);
 double native_llt(const double* matrix, long n);
 
-namespace prism {
+namespace prism::bench {
 namespace {
 
 double cpu_s() {
@@ -43,10 +43,10 @@ double best_s(int batches, int calls, Job&& job) {
 volatile double sink;
 
 // Thermal cycle of the paper in miniature: 924 samples, three inputs, 3 % outliers, when the reference is not at hand.
-TrainingData made_up(Eigen::Index n) {
+training::TrainingData made_up(Eigen::Index n) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
-  TrainingData data;
+  training::TrainingData data;
   data.names = {"T", "dTdt", "U"};
   data.inputs.resize(3, n);
   data.target.resize(n);
@@ -60,16 +60,16 @@ TrainingData made_up(Eigen::Index n) {
   return data;
 }
 
-Folds given_folds;
+training::Folds given_folds;
 
-TrainingData reference(const std::string& shared) {
+training::TrainingData reference(const std::string& shared) {
   std::ifstream in(shared + "/golden/gyro924/train.csv");
   if (!in) {
     fmt::print("no {}/golden: measured on made-up data of the same size\n", shared);
-    given_folds = shuffled_folds(924, 10, 1);
+    given_folds = training::shuffled_folds(924, 10, 1);
     return made_up(924);
   }
-  TrainingData data;
+  training::TrainingData data;
   data.names = {"T", "dTdt", "U"};
   data.inputs.resize(3, 924);
   data.target.resize(924);
@@ -86,9 +86,9 @@ TrainingData reference(const std::string& shared) {
   return data;
 }
 
-void measure_prediction(const NormalisedData& data) {
+void measure_prediction(const training::NormalisedData& data) {
   const Eigen::Index n = data.y.size();
-  const KernelCentres centres(data.x);
+  const compensation::KernelCentres centres(data.x);
   const Eigen::MatrixXd rows = data.x.transpose();
   const Eigen::VectorXd alpha = Eigen::VectorXd::LinSpaced(n, -1, 1);
   const auto padded = centres.padded(alpha);
@@ -96,25 +96,27 @@ void measure_prediction(const NormalisedData& data) {
   const double native = best_s(20, 2000, [&] { sink = native_kernel_sum(rows.data(), n, point, 0.3, alpha.data()); });
   fmt::print("kernel sum, {} centres, 3 inputs; bare sum by Eigen built for this machine: {:.2f} us\n", n,
              native * 1e6);
-  for (const KernelPath path : {KernelPath::kScalar, KernelPath::kBaseline, KernelPath::kAvx2, KernelPath::kAvx512}) {
-    if (!use_kernel_path(path)) continue;
+  for (const compensation::KernelPath path : {compensation::KernelPath::kScalar, compensation::KernelPath::kBaseline,
+                                              compensation::KernelPath::kAvx2, compensation::KernelPath::kAvx512}) {
+    if (!compensation::use_kernel_path(path)) continue;
     const double took = best_s(20, 1000, [&] { sink = centres.sum(point, 0.5, padded); });
-    fmt::print("  {:<9} {:6.2f} us, ratio {:.2f}\n", kernel_path_name(path), took * 1e6, took / native);
+    fmt::print("  {:<9} {:6.2f} us, ratio {:.2f}\n", compensation::kernel_path_name(path), took * 1e6, took / native);
   }
 }
 
-void measure_fit(const NormalisedData& data) {
+void measure_fit(const training::NormalisedData& data) {
   const Eigen::Index n = data.y.size();
-  Eigen::MatrixXd h = kernel_matrix(data.x, 0.1458);
+  Eigen::MatrixXd h = compensation::kernel_matrix(data.x, 0.1458);
   h.diagonal().array() += 1 / 76.0796;
   const double native = best_s(7, 2, [&] { sink = native_llt(h.data(), n); });
   const double eigen = best_s(5, 1, [&] { sink = Eigen::LLT<Eigen::MatrixXd>(h).matrixLLT()(n - 1, n - 1); });
   const double own = best_s(7, 2, [&] {
     Eigen::MatrixXd l = h;
-    sink = cholesky(l) ? l(n - 1, n - 1) : 0;
+    sink = compensation::cholesky(l) ? l(n - 1, n - 1) : 0;
   });
   const double fit = best_s(7, 2, [&] {
-    sink = LssvmFactor::make(kernel_matrix(data.x, 0.1458), Eigen::VectorXd::Constant(n, 1 / 76.0796), data.y)
+    sink = training::LssvmFactor::make(compensation::kernel_matrix(data.x, 0.1458),
+                                       Eigen::VectorXd::Constant(n, 1 / 76.0796), data.y)
                ->solution()
                .b;
   });
@@ -125,26 +127,27 @@ void measure_fit(const NormalisedData& data) {
   fmt::print("  ratio {:.2f} and {:.2f}\n", fit / native, fit / eigen);
 }
 
-void measure_window(const TrainingData& data) {
-  TrainingSettings settings;
+void measure_window(const training::TrainingData& data) {
+  training::TrainingSettings settings;
   settings.c = 76.0796, settings.sigma2 = 0.1458;
-  settings.reweight.weight.kind = WeightKind::kMyriad;
-  const auto trained = train(data, {}, settings);
+  settings.reweight.weight.kind = training::WeightKind::kMyriad;
+  const auto trained = training::train(data, {}, settings);
   const std::vector<double> x = {25, 0.001, 5.6};
-  const auto& model = static_cast<const LssvmModel&>(*trained->model);
+  const auto& model = static_cast<const compensation::LssvmModel&>(*trained->model);
   fmt::print("a window of prismd: {:.1f} us with its standard deviation, {:.2f} us without\n",
              best_s(10, 50, [&] { sink = model.predict(x).sd_deg_per_h; }) * 1e6,
              best_s(10, 1000, [&] { sink = model.bias_deg_per_h(x); }) * 1e6);
 }
 
-void measure_tuning(const TrainingData& data, const char* name, Tuning tuning, WeightKind weight) {
-  TrainingSettings settings;
+void measure_tuning(const training::TrainingData& data, const char* name, training::Tuning tuning,
+                    training::WeightKind weight) {
+  training::TrainingSettings settings;
   settings.tuning = tuning;
   settings.given_folds = given_folds;
-  settings.method = weight == WeightKind::kNone ? Method::kLssvm : Method::kIrlssvm;
+  settings.method = weight == training::WeightKind::kNone ? training::Method::kLssvm : training::Method::kIrlssvm;
   settings.reweight.weight.kind = weight;
   const double begin = cpu_s();
-  const auto trained = train(data, {}, settings);
+  const auto trained = training::train(data, {}, settings);
   const double took = cpu_s() - begin;
   if (!trained) return void(fmt::print("  {}: {}\n", name, trained.error().text()));
   fmt::print("  {:<28} {:6.2f} CPU s, cost {:.7g} at c {:.4g}, sigma2 {:.4g}, {} prices\n", name, took,
@@ -152,56 +155,57 @@ void measure_tuning(const TrainingData& data, const char* name, Tuning tuning, W
 }
 
 // Tables 4 and 5: four weights on every subset of the inputs, and the unweighted model: 29 tunings.
-void measure_tables(const TrainingData& all) {
+void measure_tables(const training::TrainingData& all) {
   const double begin = cpu_s();
   int count = 0;
   for (const std::vector<int>& subset : {std::vector{0}, {1}, {2}, {0, 1}, {0, 2}, {1, 2}, {0, 1, 2}}) {
-    TrainingData data = all;
+    training::TrainingData data = all;
     data.inputs = all.inputs(subset, Eigen::all);
     data.names.resize(subset.size());
     for (int weight = subset.size() == 3 ? 0 : 1; weight <= 4; ++weight, ++count) {
-      TrainingSettings settings;
-      settings.tuning = weight == 0 ? Tuning::kLoo : Tuning::kGiven;
+      training::TrainingSettings settings;
+      settings.tuning = weight == 0 ? training::Tuning::kLoo : training::Tuning::kGiven;
       settings.given_folds = given_folds;
-      settings.method = weight == 0 ? Method::kLssvm : Method::kIrlssvm;
-      settings.reweight.weight.kind = static_cast<WeightKind>(weight);
-      (void)train(data, {}, settings);
+      settings.method = weight == 0 ? training::Method::kLssvm : training::Method::kIrlssvm;
+      settings.reweight.weight.kind = static_cast<training::WeightKind>(weight);
+      (void)training::train(data, {}, settings);
     }
   }
   fmt::print("tables 4 and 5: {} tuned models in {:.1f} CPU s\n", count, cpu_s() - begin);
 }
 
 void measure_long_record(Eigen::Index n) {
-  TrainingSettings settings;
-  settings.reweight.weight.kind = WeightKind::kMyriad;
-  const TrainingData data = made_up(n);
+  training::TrainingSettings settings;
+  settings.reweight.weight.kind = training::WeightKind::kMyriad;
+  const training::TrainingData data = made_up(n);
   const double begin = cpu_s();
-  const auto trained = train(data, {}, settings);
+  const auto trained = training::train(data, {}, settings);
   if (!trained) return void(fmt::print("{}\n", trained.error().text()));
   fmt::print("{} rows, tuned and trained: {:.1f} CPU s, {} centres\n", n, cpu_s() - begin, trained->centres);
 }
 
 int run(const std::string& shared) {
-  const TrainingData data = reference(shared);
-  const NormalisedData normalised = *normalise(data.inputs, data.target, Scaling::kZscore, data.names);
+  const training::TrainingData data = reference(shared);
+  const training::NormalisedData normalised =
+      *training::normalise(data.inputs, data.target, training::Scaling::kZscore, data.names);
   measure_prediction(normalised);
   measure_fit(normalised);
   measure_window(data);
   fmt::print("tuning, N = 924, three inputs, given folds:\n");
-  measure_tuning(data, "plain ten-fold", Tuning::kGiven, WeightKind::kNone);
-  measure_tuning(data, "leave-one-out", Tuning::kLoo, WeightKind::kNone);
-  measure_tuning(data, "reml", Tuning::kReml, WeightKind::kNone);
-  measure_tuning(data, "robust ten-fold, huber", Tuning::kGiven, WeightKind::kHuber);
-  measure_tuning(data, "robust ten-fold, hampel", Tuning::kGiven, WeightKind::kHampel);
-  measure_tuning(data, "robust ten-fold, logistic", Tuning::kGiven, WeightKind::kLogistic);
-  measure_tuning(data, "robust ten-fold, myriad", Tuning::kGiven, WeightKind::kMyriad);
+  measure_tuning(data, "plain ten-fold", training::Tuning::kGiven, training::WeightKind::kNone);
+  measure_tuning(data, "leave-one-out", training::Tuning::kLoo, training::WeightKind::kNone);
+  measure_tuning(data, "reml", training::Tuning::kReml, training::WeightKind::kNone);
+  measure_tuning(data, "robust ten-fold, huber", training::Tuning::kGiven, training::WeightKind::kHuber);
+  measure_tuning(data, "robust ten-fold, hampel", training::Tuning::kGiven, training::WeightKind::kHampel);
+  measure_tuning(data, "robust ten-fold, logistic", training::Tuning::kGiven, training::WeightKind::kLogistic);
+  measure_tuning(data, "robust ten-fold, myriad", training::Tuning::kGiven, training::WeightKind::kMyriad);
   measure_long_record(100000);
   measure_tables(data);
   return 0;
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::bench
 
 int main(int argc, char** argv) {
   const char* shared = std::getenv("PRISM_SHARED");

@@ -16,18 +16,18 @@
 
 namespace {
 
-using prism::FrameDescriptionPtr;
-using prism::Reading;
+using prism::wire::FrameDescriptionPtr;
+using prism::wire::Reading;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr int kFrames = 20'000;  // of about 1 MB: the engine is measured, not the memory
 constexpr std::size_t kChunkBytes = 4096;
 constexpr int kRounds = 60;
 
-FrameDescriptionPtr load(const std::string& path) {
+wire::FrameDescriptionPtr load(const std::string& path) {
   std::ifstream in(path);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  auto parsed = prism::parse_frame_description(text, path);
+  auto parsed = prism::wire::parse_frame_description(text, path);
   if (!parsed) std::fprintf(stderr, "%s\n", parsed.error().text().c_str()), std::exit(1);
   return *parsed;
 }
@@ -44,8 +44,8 @@ double fastest(Work work) {
   return best;
 }
 
-Bytes encoded(const FrameDescriptionPtr& description) {
-  prism::FrameEncoder encoder(description);
+Bytes encoded(const wire::FrameDescriptionPtr& description) {
+  prism::wire::FrameEncoder encoder(description);
   Bytes bytes;
   for (int i = 0; i < kFrames; ++i) {
     encoder.encode({.rate_deg_per_h = 8.4652,
@@ -58,7 +58,7 @@ Bytes encoded(const FrameDescriptionPtr& description) {
 }
 
 template <class Take>
-void feed_all(prism::FrameDecoder& decoder, const Bytes& bytes, std::vector<Reading>& out, Take take) {
+void feed_all(prism::wire::FrameDecoder& decoder, const Bytes& bytes, std::vector<wire::Reading>& out, Take take) {
   static std::int64_t arrival_ns = 0;
   const double byte_ns = decoder.description().wire.byte_time_ns();
   for (std::size_t at = 0; at < bytes.size(); at += kChunkBytes) {
@@ -66,22 +66,22 @@ void feed_all(prism::FrameDecoder& decoder, const Bytes& bytes, std::vector<Read
     arrival_ns += static_cast<std::int64_t>(byte_ns * static_cast<double>(size));
     out.clear();
     decoder.feed({bytes.data() + at, size}, arrival_ns, out);
-    for (const Reading& reading : out) take(reading);
+    for (const wire::Reading& reading : out) take(reading);
   }
 }
 
 void measure(const std::string& dir, const std::string& name) {
-  const FrameDescriptionPtr description = load(dir + "/" + name + ".json");
+  const wire::FrameDescriptionPtr description = load(dir + "/" + name + ".json");
   const Bytes bytes = encoded(description);
-  std::vector<Reading> out;
+  std::vector<wire::Reading> out;
   out.reserve(4096);
-  prism::FrameDecoder decoder(description);
+  prism::wire::FrameDecoder decoder(description);
   std::size_t frames = 0;
-  const double decode_s = fastest([&] { feed_all(decoder, bytes, out, [&](const Reading&) { ++frames; }); });
-  prism::Clock clock(description, {.source = prism::ClockSource::kDevice});
+  const double decode_s = fastest([&] { feed_all(decoder, bytes, out, [&](const wire::Reading&) { ++frames; }); });
+  prism::drivers::Clock clock(description, {.source = prism::drivers::ClockSource::kDevice});
   double sum = 0;
   const double clock_s = fastest([&] {
-    feed_all(decoder, bytes, out, [&](const Reading& reading) {
+    feed_all(decoder, bytes, out, [&](const wire::Reading& reading) {
       if (const auto sample = clock.push(reading)) sum += sample->interval_s;
     });
   });
@@ -92,13 +92,13 @@ void measure(const std::string& dir, const std::string& name) {
 }
 
 void measure_garbage(const std::string& dir, const std::string& name) {
-  const FrameDescriptionPtr description = load(dir + "/" + name + ".json");
+  const wire::FrameDescriptionPtr description = load(dir + "/" + name + ".json");
   std::mt19937 random(7);
   Bytes bytes(1'000'000);
   for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
-  prism::FrameDecoder decoder(description);
-  std::vector<Reading> out;
-  const double seconds = fastest([&] { feed_all(decoder, bytes, out, [](const Reading&) {}); });
+  prism::wire::FrameDecoder decoder(description);
+  std::vector<wire::Reading> out;
+  const double seconds = fastest([&] { feed_all(decoder, bytes, out, [](const wire::Reading&) {}); });
   std::printf("%-18s %17.0f\n", name.c_str(), static_cast<double>(bytes.size()) / seconds / 1e6);
 }
 

@@ -14,16 +14,16 @@ void require(bool holds) {
   if (!holds) std::abort();
 }
 
-std::string csv(const prism::CompensatedWindow& row) {
+std::string csv(const prism::compensation::CompensatedWindow& row) {
   std::string text;
-  prism::append_csv(text, row);
+  prism::compensation::append_csv(text, row);
   return text;
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const auto row = prism::parse_csv({reinterpret_cast<const char*>(data), size}, "fuzz.csv:1");
+  const auto row = prism::compensation::parse_csv({reinterpret_cast<const char*>(data), size}, "fuzz.csv:1");
   if (!row) {
     const std::string line = row.error().text();
     require(line.size() < 200);
@@ -31,11 +31,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   const std::string text = csv(*row);
-  const auto again = prism::parse_csv(text, "again.csv:1");
+  const auto again = prism::compensation::parse_csv(text, "again.csv:1");
   require(again.has_value());
   require(csv(*again) == text);
   std::string json;
-  prism::append_json(json, *row);
+  prism::compensation::append_json(json, *row);
   require(nlohmann::json::accept(json));
   return 0;
 }

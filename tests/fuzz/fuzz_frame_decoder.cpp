@@ -12,25 +12,25 @@
 
 namespace {
 
-using prism::FrameDecoder;
-using prism::FrameDescriptionPtr;
-using prism::Reading;
+using prism::wire::FrameDecoder;
+using prism::wire::FrameDescriptionPtr;
+using prism::wire::Reading;
 
-std::vector<FrameDescriptionPtr> load_all() {
-  std::vector<FrameDescriptionPtr> all;
+std::vector<wire::FrameDescriptionPtr> load_all() {
+  std::vector<wire::FrameDescriptionPtr> all;
   for (const auto& entry : std::filesystem::directory_iterator(PRISM_SOURCE_DIR "/config/frames")) {
     std::ifstream in(entry.path());
     const std::string text{std::istreambuf_iterator<char>(in), {}};
-    if (auto parsed = prism::parse_frame_description(text, entry.path().string())) all.push_back(*parsed);
+    if (auto parsed = prism::wire::parse_frame_description(text, entry.path().string())) all.push_back(*parsed);
   }
   if (all.empty()) std::abort();
   return all;
 }
 
-std::vector<Reading> decode(const FrameDescriptionPtr& description, const std::uint8_t* bytes, std::size_t size,
-                            std::size_t chunk) {
-  FrameDecoder decoder(description);
-  std::vector<Reading> out;
+std::vector<wire::Reading> decode(const wire::FrameDescriptionPtr& description, const std::uint8_t* bytes,
+                                  std::size_t size, std::size_t chunk) {
+  wire::FrameDecoder decoder(description);
+  std::vector<wire::Reading> out;
   for (std::size_t at = 0; at < size; at += chunk) decoder.feed({bytes + at, std::min(chunk, size - at)}, 0, out);
   decoder.finish(out);
   if (decoder.waiting()) std::abort();
@@ -40,11 +40,11 @@ std::vector<Reading> decode(const FrameDescriptionPtr& description, const std::u
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::vector<FrameDescriptionPtr> kAll = load_all();
+  static const std::vector<wire::FrameDescriptionPtr> kAll = load_all();
   if (size < 2) return 0;
-  const FrameDescriptionPtr& description = kAll[data[0] % kAll.size()];
-  const std::vector<Reading> whole = decode(description, data + 2, size - 2, size);
-  const std::vector<Reading> cut = decode(description, data + 2, size - 2, 1u + data[1] % 64u);
+  const wire::FrameDescriptionPtr& description = kAll[data[0] % kAll.size()];
+  const std::vector<wire::Reading> whole = decode(description, data + 2, size - 2, size);
+  const std::vector<wire::Reading> cut = decode(description, data + 2, size - 2, 1u + data[1] % 64u);
   if (whole.size() != cut.size()) std::abort();
   for (std::size_t i = 0; i < whole.size(); ++i) {
     if (whole[i].offset != cut[i].offset || whole[i].counter != cut[i].counter) std::abort();

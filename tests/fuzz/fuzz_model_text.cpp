@@ -19,18 +19,18 @@ void require(bool holds) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  const auto model = prism::parse_model(text, "fuzz.json");
+  const auto model = prism::compensation::parse_model(text, "fuzz.json");
   if (!model) {
     const std::string line = model.error().text();
     require(!line.empty() && line.size() < 1000);
     for (const char c : line) require(c >= 0x20 && c <= 0x7e);
     return 0;
   }
-  const std::string written = prism::format_model(**model);
-  const auto again = prism::parse_model(written, "again.json");
+  const std::string written = prism::compensation::format_model(**model);
+  const auto again = prism::compensation::parse_model(written, "again.json");
   require(again.has_value());
   require((*again)->info().id == (*model)->info().id);
-  require(prism::format_model(**again) == written);
+  require(prism::compensation::format_model(**again) == written);
   const std::vector<double> inputs((*model)->info().inputs.size(), 0.5);
   const double bias = (*model)->predict(inputs).bias_deg_per_h, same = (*again)->predict(inputs).bias_deg_per_h;
   require(bias == same || (std::isnan(bias) && std::isnan(same)));

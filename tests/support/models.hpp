@@ -12,20 +12,21 @@
 namespace prism::test {
 
 /// bias = offset + Σ gains[i] · inputs[i]
-inline ModelPtr linear_model(std::vector<std::string> inputs, std::vector<double> gains, double offset_deg_per_h = 0,
-                             FeatureDefinition features = {}, Domain domain = {}) {
-  std::vector<Term> terms = {{std::vector<int>(inputs.size(), 0), offset_deg_per_h}};
+inline compensation::ModelPtr linear_model(std::vector<std::string> inputs, std::vector<double> gains,
+                                           double offset_deg_per_h = 0, compensation::FeatureDefinition features = {},
+                                           compensation::Domain domain = {}) {
+  std::vector<compensation::Term> terms = {{std::vector<int>(inputs.size(), 0), offset_deg_per_h}};
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    Term term{std::vector<int>(inputs.size(), 0), gains[i]};
+    compensation::Term term{std::vector<int>(inputs.size(), 0), gains[i]};
     term.powers[i] = 1;
     terms.push_back(std::move(term));
   }
-  ModelInfo info;
+  compensation::ModelInfo info;
   info.kind = "polynomial";
   info.features = std::move(features);
   info.inputs = std::move(inputs);
   info.domain = std::move(domain);
-  return std::make_shared<PolynomialModel>(std::move(info), std::move(terms), 0.001);
+  return std::make_shared<compensation::PolynomialModel>(std::move(info), std::move(terms), 0.001);
 }
 
 }  // namespace prism::test

@@ -16,7 +16,7 @@
 #include <cerrno>
 #include <cstdlib>
 
-namespace prism {
+namespace prism::test {
 namespace {
 
 std::string under(const char* variable, const char* name) {
@@ -152,4 +152,4 @@ std::vector<Act> acts() {
   return list;
 }
 
-}  // namespace prism
+}  // namespace prism::test

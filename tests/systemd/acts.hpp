@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace prism {
+namespace prism::test {
 
 struct Act {
   std::string name;
@@ -18,4 +18,4 @@ struct Act {
 /// Nothing in the list harms a machine that lets it through: what would is called with arguments that cannot be served.
 std::vector<Act> acts();
 
-}  // namespace prism
+}  // namespace prism::test

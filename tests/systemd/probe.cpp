@@ -25,7 +25,7 @@ bool refused(int error) {
 }
 
 // In a child: the act may be answered by a signal, and may change the process.
-std::string outcome(const prism::Act& act) {
+std::string outcome(const prism::test::Act& act) {
   int answer[2];
   if (::pipe(answer) != 0) return "no pipe";
   const pid_t child = ::fork();
@@ -55,7 +55,7 @@ int main() {
   }
   std::FILE* report = std::fopen((std::string(folder) + "/probe").c_str(), "w");
   if (report == nullptr) return 1;
-  for (const prism::Act& act : prism::acts()) {
+  for (const prism::test::Act& act : prism::test::acts()) {
     const std::string line = std::string(act.needed ? "needed " : "forbidden ") + act.name + " " + outcome(act) + "\n";
     std::fputs(line.c_str(), report);
   }

@@ -9,17 +9,17 @@
 #include <new>
 
 #include "config/version.hpp"
-#include "tools/prismcal/evaluation/allan_command.hpp"
-#include "tools/prismcal/evaluation/compare_command.hpp"
-#include "tools/prismcal/evaluation/convert_command.hpp"
-#include "tools/prismcal/evaluation/evaluate_command.hpp"
-#include "tools/prismcal/evaluation/report_command.hpp"
-#include "tools/prismcal/training/cv_command.hpp"
-#include "tools/prismcal/training/fit_command.hpp"
-#include "tools/prismcal/training/predict_command.hpp"
-#include "tools/prismcal/training/train_command.hpp"
+#include "tools/prismcal/commands/allan_command.hpp"
+#include "tools/prismcal/commands/compare_command.hpp"
+#include "tools/prismcal/commands/convert_command.hpp"
+#include "tools/prismcal/commands/cv_command.hpp"
+#include "tools/prismcal/commands/evaluate_command.hpp"
+#include "tools/prismcal/commands/fit_command.hpp"
+#include "tools/prismcal/commands/predict_command.hpp"
+#include "tools/prismcal/commands/report_command.hpp"
+#include "tools/prismcal/commands/train_command.hpp"
 
-namespace prism {
+namespace prism::commands {
 namespace {
 
 constexpr int kDone = 0, kFailed = 1, kUsage = 64;
@@ -52,6 +52,6 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::commands
 
-int main(int argc, char** argv) { return prism::run(argc, argv); }
+int main(int argc, char** argv) { return prism::commands::run(argc, argv); }

@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <utility>
 
-namespace prism {
+namespace prism::prismctl {
 namespace {
 
 namespace fs = std::filesystem;
@@ -131,4 +131,4 @@ Result<std::optional<nlohmann::json>> Connection::next(int timeout_ms) {
   }
 }
 
-}  // namespace prism
+}  // namespace prism::prismctl

@@ -9,7 +9,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::prismctl {
 
 /// Sockets of running daemons: those that answer in /run/prismd and $XDG_RUNTIME_DIR/prismd.
 std::vector<std::string> running_sockets();
@@ -41,4 +41,4 @@ class Connection {
   int last_id_ = 0;
 };
 
-}  // namespace prism
+}  // namespace prism::prismctl

@@ -12,7 +12,7 @@
 #include "tools/prismctl/text_view.hpp"
 #include "tools/prismctl/watch.hpp"
 
-namespace prism {
+namespace prism::prismctl {
 namespace {
 
 constexpr int kDone = 0, kFailed = 1, kUsage = 64;
@@ -111,6 +111,6 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismctl
 
-int main(int argc, char** argv) { return prism::run(argc, argv); }
+int main(int argc, char** argv) { return prism::prismctl::run(argc, argv); }

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace prism {
+namespace prism::prismctl {
 namespace {
 
 constexpr int kDotColumns = 2, kDotRows = 4;
@@ -85,4 +85,4 @@ std::vector<std::string> plot(const std::vector<double>& values, const PlotSize&
   return lines;
 }
 
-}  // namespace prism
+}  // namespace prism::prismctl

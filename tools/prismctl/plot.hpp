@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace prism {
+namespace prism::prismctl {
 
 struct PlotSize {
   int columns = 60, rows = 8;  ///< characters of the plotting area, >= 2
@@ -16,4 +16,4 @@ struct PlotSize {
 /// Values that are not finite leave a hole. The newest value is at the right edge.
 std::vector<std::string> plot(const std::vector<double>& values, const PlotSize& size);
 
-}  // namespace prism
+}  // namespace prism::prismctl

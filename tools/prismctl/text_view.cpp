@@ -7,7 +7,7 @@
 
 #include "compensation/text_number.hpp"
 
-namespace prism {
+namespace prism::prismctl {
 namespace {
 
 using nlohmann::json;
@@ -181,4 +181,4 @@ std::string window_line(const json& w) {
                      text_of(at(w, "quality")));
 }
 
-}  // namespace prism
+}  // namespace prism::prismctl

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-namespace prism {
+namespace prism::prismctl {
 
 std::string status_view(const nlohmann::json& status);
 std::string bias_view(const nlohmann::json& bias);
@@ -21,4 +21,4 @@ std::string window_heading();
 /// A number with `decimals`, or "-" where it is null; followed by its unit.
 std::string value_text(const nlohmann::json& value, int decimals, const char* unit = "");
 
-}  // namespace prism
+}  // namespace prism::prismctl

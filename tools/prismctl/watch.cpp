@@ -17,7 +17,7 @@
 #include "tools/prismctl/plot.hpp"
 #include "tools/prismctl/text_view.hpp"
 
-namespace prism {
+namespace prism::prismctl {
 namespace {
 
 using nlohmann::json;
@@ -214,4 +214,4 @@ int watch(const std::string& socket, const WatchSettings& settings) {
   return screen ? watch_screen(socket) : watch_lines(socket, settings);
 }
 
-}  // namespace prism
+}  // namespace prism::prismctl

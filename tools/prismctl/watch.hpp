@@ -4,7 +4,7 @@
 
 #include "tools/prismctl/connection.hpp"
 
-namespace prism {
+namespace prism::prismctl {
 
 struct WatchSettings {
   bool json = false;
@@ -17,4 +17,4 @@ struct WatchSettings {
 /// else 1).
 int watch(const std::string& socket, const WatchSettings& settings);
 
-}  // namespace prism
+}  // namespace prism::prismctl

@@ -9,14 +9,14 @@
 #include "tools/prismsim/stop.hpp"
 #include "tools/prismsim/truth_file.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 namespace {
 
 // Cuts the stream into packets and dates each by the arrival of its last byte. A line that is too slow for its frames
 // falls behind, as a real one does.
 class Packets {
  public:
-  Packets(CaptureWriter& writer, const SimOptions& options)
+  Packets(drivers::CaptureWriter& writer, const SimOptions& options)
       : writer_(writer),
         most_(options.chunk_bytes),
         byte_ns_(options.frames->wire.byte_time_ns()),
@@ -45,7 +45,7 @@ class Packets {
     return writer_.data(kCaptureStart_ns + std::llround(arrival_ns), bytes);
   }
 
-  CaptureWriter& writer_;
+  drivers::CaptureWriter& writer_;
   std::size_t most_;
   double byte_ns_, latency_ns_, line_free_ns_ = 0;
   std::vector<std::uint8_t> chunk_;
@@ -53,8 +53,8 @@ class Packets {
 
 }  // namespace
 
-Result<SimulationCounters> run_capture(const SimOptions& options) {
-  auto writer = CaptureWriter::open(options.out);
+Result<drivers::SimulationCounters> run_capture(const SimOptions& options) {
+  auto writer = drivers::CaptureWriter::open(options.out);
   if (!writer) return tl::unexpected<Error>(writer.error());
   std::optional<TruthFile> truth;
   if (!options.truth.empty()) {
@@ -62,7 +62,7 @@ Result<SimulationCounters> run_capture(const SimOptions& options) {
     if (!opened) return tl::unexpected<Error>(opened.error());
     truth = std::move(*opened);
   }
-  SimulatedLine line(options.frames, options.simulation);
+  drivers::SimulatedLine line(options.frames, options.simulation);
   Packets packets(*writer, options);
   std::vector<std::uint8_t> bytes;
   const std::uint64_t frames = options.total_frames();
@@ -80,4 +80,4 @@ Result<SimulationCounters> run_capture(const SimOptions& options) {
   return line.counters();
 }
 
-}  // namespace prism
+}  // namespace prism::prismsim

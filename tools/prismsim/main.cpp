@@ -10,7 +10,7 @@
 #include "tools/prismsim/stop.hpp"
 #include "tools/prismsim/terminal_run.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 namespace {
 
 constexpr int kDone = 0, kFailed = 1;
@@ -21,8 +21,8 @@ int fail(const Error& error) {
 }
 
 void announce(const SimOptions& options) {
-  const SimulationSettings& simulation = options.simulation;
-  const FrameDescription& frames = *options.frames;
+  const drivers::SimulationSettings& simulation = options.simulation;
+  const wire::FrameDescription& frames = *options.frames;
   fmt::print(stderr, "prismsim: simulated gyro, profile {}, seed {}, {} frames/s of \"{}\", {:.2f} h\n",
              simulation.profile.name, simulation.seed, simulation.rate_hz, frames.name, options.duration_s / 3600);
   if (std::abs(simulation.rate_hz - frames.rate_hz) > std::max(frames.rate_tolerance, 1e-6) * frames.rate_hz) {
@@ -36,7 +36,7 @@ void announce(const SimOptions& options) {
   }
 }
 
-void conclude(const SimulationCounters& counters, const std::string& where) {
+void conclude(const drivers::SimulationCounters& counters, const std::string& where) {
   fmt::print(stderr, "prismsim: {}: {} simulated frames", where, counters.frames);
   const std::pair<std::uint64_t, const char*> faults[]{{counters.lost_frames, "frames lost"},
                                                        {counters.dropped_bytes, "bytes dropped"},
@@ -70,6 +70,6 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismsim
 
-int main(int argc, char** argv) { return prism::run(argc, argv); }
+int main(int argc, char** argv) { return prism::prismsim::run(argc, argv); }

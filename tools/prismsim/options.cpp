@@ -17,7 +17,7 @@
 #include "config/version.hpp"
 #include "tools/number_check.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 namespace {
 
 constexpr int kUsage = 64, kBadConfiguration = 78;
@@ -28,7 +28,7 @@ struct Words {
   std::string profile = "paper", frames = "trplg", axis, speed = "1";
   std::optional<double> rate_hz, hours;
   double cycles = 1;
-  AxisPlacement placement;
+  compensation::AxisPlacement placement;
 };
 
 int complain(int code, const std::string& what) {
@@ -37,31 +37,32 @@ int complain(int code, const std::string& what) {
 }
 
 void declare_gyro(CLI::App& app, Words& words, SimOptions& options) {
-  const CLI::Validator part = within(0, 1);
-  SimulationSettings& simulation = options.simulation;
+  const CLI::Validator part = tools::within(0, 1);
+  drivers::SimulationSettings& simulation = options.simulation;
   app.add_option("--profile", words.profile, "thermal cycle: paper, second or steady")->capture_default_str();
   app.add_option("--seed", simulation.seed, "of all that is random; the same seed gives the same gyro")
       ->capture_default_str();
   auto* cycles = app.add_option("--cycles", words.cycles, "how many cycles in a row")
-                     ->check(within(1e-6, 1000.0))
+                     ->check(tools::within(1e-6, 1000.0))
                      ->capture_default_str();
   app.add_option("--hours", words.hours, "end after so many hours instead")
-      ->check(within(1e-6, kMostHours))
+      ->check(tools::within(1e-6, kMostHours))
       ->excludes(cycles);
   app.add_option("--frames", words.frames, "frame description: a name or a path")->capture_default_str();
   app.add_option("--axis", words.axis, "the axis of the description that turns (default: its first)");
   app.add_option("--rate", words.rate_hz, "frames a second, of every kind (default: the description's)")
-      ->check(within(0.01, 100000.0));
+      ->check(tools::within(0.01, 100000.0));
   app.add_option("--latitude", words.placement.latitude_deg, "of the place, degrees north")
-      ->check(within(-90.0, 90.0))
+      ->check(tools::within(-90.0, 90.0))
       ->capture_default_str();
   app.add_option("--elevation", words.placement.elevation_deg, "of the input axis, degrees above the horizon")
-      ->check(within(-90.0, 90.0))
+      ->check(tools::within(-90.0, 90.0))
       ->capture_default_str();
   app.add_option("--azimuth", words.placement.azimuth_deg, "of the input axis, degrees from north over east")
-      ->check(within(-360.0, 360.0))
+      ->check(tools::within(-360.0, 360.0))
       ->capture_default_str();
-  app.add_option("--outliers", simulation.outliers_per_h, "jumps of the angle in an hour")->check(within(0.0, 1e6));
+  app.add_option("--outliers", simulation.outliers_per_h, "jumps of the angle in an hour")
+      ->check(tools::within(0.0, 1e6));
   app.add_option("--lose-frames", simulation.lose_frames, "part of the frames that are never sent, 0 to 1")
       ->check(part);
   app.add_option("--drop-bytes", simulation.drop_bytes, "part of the bytes that the line swallows, 0 to 1")
@@ -74,7 +75,7 @@ void declare_output(CLI::App& app, Words& words, SimOptions& options) {
   app.add_option("--out", options.out, "write a capture, at full speed")->type_name("FILE");
   app.add_option("--truth", options.truth, "write the truth once a second, as CSV")->type_name("FILE");
   app.add_option("--chunk-bytes", options.chunk_bytes, "bytes of a capture packet (default: what arrives of one frame)")
-      ->check(within(1, 65536));
+      ->check(tools::within(1, 65536));
   app.add_flag("--pty", options.terminal, "send on a pseudo-terminal and print its path");
   app.add_option("--link", options.link, "the same, with a symbolic link to it")->type_name("PATH");
   app.add_flag("--wait", options.wait, "on a pseudo-terminal: begin when somebody reads");
@@ -83,20 +84,20 @@ void declare_output(CLI::App& app, Words& words, SimOptions& options) {
 }
 
 std::optional<int> read_frames(const Words& words, SimOptions& options) {
-  const std::string path = find_data_file(words.frames, "frames", ".");
+  const std::string path = config::find_data_file(words.frames, "frames", ".");
   std::ifstream in(path, std::ios::binary);
   if (!in) return complain(kBadConfiguration, path + ": cannot be read; expected a frame description");
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  GyroChoice choice;
+  wire::GyroChoice choice;
   choice.axis = words.axis;
-  const auto frames = parse_frame_description(text, path, choice);
+  const auto frames = wire::parse_frame_description(text, path, choice);
   if (!frames) return complain(kBadConfiguration, frames.error().text());
   options.frames = *frames;
   return std::nullopt;
 }
 
 /// Frames of every kind that the device sends in a second; the description's rate counts those that carry the gyro.
-double sent_rate_hz(const FrameDescription& frames) {
+double sent_rate_hz(const wire::FrameDescription& frames) {
   const auto with_gyro = std::count_if(frames.sent_kinds.begin(), frames.sent_kinds.end(), [&](int kind) {
     return !frames.kinds[static_cast<std::size_t>(kind)].roles.gyro.empty();
   });
@@ -104,7 +105,7 @@ double sent_rate_hz(const FrameDescription& frames) {
 }
 
 std::optional<int> understand(const Words& words, SimOptions& options) {
-  const auto profile = find_profile(words.profile);
+  const auto profile = drivers::find_profile(words.profile);
   if (!profile) return complain(kUsage, "--profile: " + profile.error().text());
   options.simulation.profile = *profile;
   options.terminal = options.terminal || !options.link.empty();
@@ -122,7 +123,7 @@ std::optional<int> understand(const Words& words, SimOptions& options) {
   }
   if (auto code = read_frames(words, options)) return code;
   options.simulation.rate_hz = words.rate_hz.value_or(sent_rate_hz(*options.frames));
-  options.simulation.earth_rate_deg_per_h = earth_rate_deg_per_h(words.placement);
+  options.simulation.earth_rate_deg_per_h = compensation::earth_rate_deg_per_h(words.placement);
   options.duration_s = words.hours ? *words.hours * 3600 : words.cycles * options.simulation.profile.duration_s();
   return std::nullopt;
 }
@@ -148,4 +149,4 @@ std::optional<int> parse_sim_options(int argc, char** argv, SimOptions& options)
   return understand(words, options);
 }
 
-}  // namespace prism
+}  // namespace prism::prismsim

@@ -8,11 +8,11 @@
 
 #include "drivers/simulated_line.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 
 struct SimOptions {
-  SimulationSettings simulation;
-  FrameDescriptionPtr frames;
+  drivers::SimulationSettings simulation;
+  wire::FrameDescriptionPtr frames;
   double duration_s = 0;          ///< > 0
   std::string out;                ///< capture file; empty: none
   std::string truth;              ///< truth file; empty: none
@@ -29,4 +29,4 @@ struct SimOptions {
 /// end at once: after --help (0), on a wrong command line (64) or frame description (78), with one line on stderr.
 std::optional<int> parse_sim_options(int argc, char** argv, SimOptions& options);
 
-}  // namespace prism
+}  // namespace prism::prismsim

@@ -13,7 +13,7 @@
 #include <filesystem>
 #include <utility>
 
-namespace prism {
+namespace prism::prismsim {
 namespace {
 
 namespace fs = std::filesystem;
@@ -97,4 +97,4 @@ bool PseudoTerminal::is_drained() const {
   return !readable;
 }
 
-}  // namespace prism
+}  // namespace prism::prismsim

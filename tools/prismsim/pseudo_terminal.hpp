@@ -8,7 +8,7 @@
 
 #include "compensation/result.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 
 class PseudoTerminal {
  public:
@@ -40,4 +40,4 @@ class PseudoTerminal {
   std::string path_, link_;
 };
 
-}  // namespace prism
+}  // namespace prism::prismsim

@@ -4,7 +4,7 @@
 #include <csignal>
 #include <initializer_list>
 
-namespace prism {
+namespace prism::prismsim {
 namespace {
 
 volatile std::sig_atomic_t g_stop = 0;
@@ -19,4 +19,4 @@ void catch_stop_signals() {
 
 bool stop_requested() { return g_stop != 0; }
 
-}  // namespace prism
+}  // namespace prism::prismsim

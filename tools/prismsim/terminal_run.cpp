@@ -12,7 +12,7 @@
 #include "tools/prismsim/stop.hpp"
 #include "tools/prismsim/truth_file.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 namespace {
 
 using Steady = std::chrono::steady_clock;
@@ -47,7 +47,7 @@ class TerminalRun {
   TerminalRun(const SimOptions& options, PseudoTerminal& terminal)
       : options_(options), terminal_(terminal), line_(options.frames, options.simulation) {}
 
-  Result<SimulationCounters> run() {
+  Result<drivers::SimulationCounters> run() {
     if (!options_.truth.empty()) {
       auto opened = TruthFile::open(options_.truth, options_.simulation);
       if (!opened) return tl::unexpected<Error>(opened.error());
@@ -114,7 +114,7 @@ class TerminalRun {
 
   const SimOptions& options_;
   PseudoTerminal& terminal_;
-  SimulatedLine line_;
+  drivers::SimulatedLine line_;
   std::optional<TruthFile> truth_;
   std::vector<std::uint8_t> pending_;
   Steady::time_point start_;
@@ -124,8 +124,8 @@ class TerminalRun {
 
 }  // namespace
 
-Result<SimulationCounters> run_terminal(const SimOptions& options, PseudoTerminal& terminal) {
+Result<drivers::SimulationCounters> run_terminal(const SimOptions& options, PseudoTerminal& terminal) {
   return TerminalRun(options, terminal).run();
 }
 
-}  // namespace prism
+}  // namespace prism::prismsim

@@ -10,11 +10,11 @@
 #include "compensation/text_number.hpp"
 #include "config/version.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 
 TruthFile::TruthFile(std::string path, File file) : path_(std::move(path)), file_(std::move(file)) {}
 
-Result<TruthFile> TruthFile::open(const std::string& path, const SimulationSettings& settings) {
+Result<TruthFile> TruthFile::open(const std::string& path, const drivers::SimulationSettings& settings) {
   File file(std::fopen(path.c_str(), "we"), &std::fclose);
   if (!file) return refuse(path, fmt::format("cannot be created: {}", std::strerror(errno)));
   TruthFile truth(path, std::move(file));
@@ -33,7 +33,7 @@ Result<void> TruthFile::refuse_write() const {
   return refuse(path_, fmt::format("cannot be written: {}", std::strerror(errno)));
 }
 
-Result<void> TruthFile::push(std::int64_t time_ns, const GyroTruth& truth) {
+Result<void> TruthFile::push(std::int64_t time_ns, const drivers::GyroTruth& truth) {
   const std::int64_t second = time_ns / 1'000'000'000;
   if (!std::exchange(begun_, true)) last_second_ = second - (time_ns % 1'000'000'000 == 0 ? 1 : 0);
   if (second <= last_second_) return {};
@@ -57,4 +57,4 @@ Result<void> TruthFile::flush() {
   return {};
 }
 
-}  // namespace prism
+}  // namespace prism::prismsim

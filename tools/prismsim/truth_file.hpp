@@ -10,17 +10,17 @@
 #include "compensation/result.hpp"
 #include "drivers/simulated_line.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 
 /// `#` lines that say what was simulated, a line of column names, and a row for each whole second of the stream's time:
 /// time_utc and time_s are those of the log, so that the two files can be laid side by side.
 class TruthFile {
  public:
   /// Refused where the file cannot be created. One that is there is replaced.
-  static Result<TruthFile> open(const std::string& path, const SimulationSettings& settings);
+  static Result<TruthFile> open(const std::string& path, const drivers::SimulationSettings& settings);
 
   /// Writes a row where a second has ended since the last call. `time_ns`: since 1970 UTC.
-  Result<void> push(std::int64_t time_ns, const GyroTruth& truth);
+  Result<void> push(std::int64_t time_ns, const drivers::GyroTruth& truth);
   Result<void> flush();
 
  private:
@@ -34,4 +34,4 @@ class TruthFile {
   bool begun_ = false;
 };
 
-}  // namespace prism
+}  // namespace prism::prismsim

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr double kRounding = 1e-9;  // sums of some hundred doubles near 10
@@ -154,4 +154,4 @@ TEST(Averager, AgreesWithKeepingEverySample) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr double kRounding = 1e-12;
@@ -149,4 +149,4 @@ TEST(BlockStability, ABlockWithoutARateIsLeftOut) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

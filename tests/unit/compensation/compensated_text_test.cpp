@@ -10,7 +10,7 @@
 #include <random>
 #include <string>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 using nlohmann::json;
@@ -249,4 +249,4 @@ TEST(Json, WhatIsUnknownOrInfiniteIsNull) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

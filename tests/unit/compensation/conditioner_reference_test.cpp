@@ -9,7 +9,7 @@
 
 #include "compensation/conditioner.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr double kRounding = 1e-10;
@@ -144,4 +144,4 @@ TEST(Conditioner, AgreesWithKeepingEverything) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

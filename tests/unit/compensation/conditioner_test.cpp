@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr double kRounding = 1e-11;  // means of 100 doubles below 100
@@ -286,4 +286,4 @@ TEST(ConditionerLag, WithoutLagsNothingSettles) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

@@ -9,7 +9,7 @@
 
 #include "compensation/kernel.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 class DenseOnEveryPath : public testing::TestWithParam<KernelPath> {
@@ -78,4 +78,4 @@ TEST_P(DenseOnEveryPath, AMatrixThatIsNotPositiveDefiniteIsToldApart) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr double kExact = 1e-12;
@@ -31,4 +31,4 @@ TEST(EarthRate, OfTheDefaultAxisIsThatOfXian) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

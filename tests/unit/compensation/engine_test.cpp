@@ -10,7 +10,7 @@
 
 #include "tests/support/models.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 using test::linear_model;
@@ -374,4 +374,4 @@ TEST(Engine, NeverPublishesASilentlyUncorrectedNumber) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 FeatureDefinition with_two_lags() {
@@ -78,4 +78,4 @@ TEST(Features, DefinitionsAreEqualOnlyInEveryPart) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

@@ -10,7 +10,7 @@
 #include "compensation/sha256.hpp"
 #include "tests/support/document.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 const std::string kDocument = "formats.md";
@@ -105,4 +105,4 @@ TEST(FormatsDocument, ItsLogIsALog) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

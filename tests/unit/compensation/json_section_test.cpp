@@ -7,7 +7,7 @@
 #include <array>
 #include <string>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 using nlohmann::json;
@@ -203,4 +203,4 @@ TEST(Section, AReaderMayAddItsOwnRefusal) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

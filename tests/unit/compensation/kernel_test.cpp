@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 class OnEveryPath : public testing::TestWithParam<KernelPath> {
@@ -86,4 +86,4 @@ TEST(KernelPath, AnUnknownNameIsRefusedInOneLine) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

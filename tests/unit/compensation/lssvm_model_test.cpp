@@ -13,7 +13,7 @@
 #include "compensation/model_text.hpp"
 #include "tests/support/emulated.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 ModelInfo info_of(Eigen::Index inputs) {
@@ -165,4 +165,4 @@ TEST(LssvmModel, AWindowAtTheSizeOfThePaperCostsLessThanAMillisecond) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

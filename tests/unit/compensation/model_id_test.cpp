@@ -17,7 +17,7 @@
 #include "compensation/polynomial_model.hpp"
 #include "tests/support/models.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 ModelInfo base_info() {
@@ -126,4 +126,4 @@ TEST(ExactText, ListsAreJsonArrays) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

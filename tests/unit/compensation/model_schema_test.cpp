@@ -4,7 +4,7 @@
 
 #include "tests/support/schema_keys.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 using Json = test::SchemaValidator::Json;
@@ -35,4 +35,4 @@ TEST(ModelSchema, TakesTheShippedModelsAndNoDamagedOnes) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

@@ -14,7 +14,7 @@
 #include "tests/support/models.hpp"
 #include "tests/support/shared_files.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 using nlohmann::json;
@@ -257,4 +257,4 @@ TEST(ModelText, ANameThatIsNoUtf8IsWrittenWithReplacements) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 TEST(PlainText, LeavesPrintableAsciiAsItIs) { EXPECT_EQ(plain_text(" azAZ09~\"\\"), " azAZ09~\"\\"); }
@@ -21,4 +21,4 @@ TEST(PlainText, MarksItsCut) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

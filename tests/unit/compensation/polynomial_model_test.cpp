@@ -10,7 +10,7 @@
 #include "tests/support/models.hpp"
 #include "tests/support/shared_files.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 constexpr double kRounding = 1e-15;  // sums of nine doubles below 4
@@ -108,4 +108,4 @@ TEST(GatherInputs, TakesThemInTheModelsOrderOrNotAtAll) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

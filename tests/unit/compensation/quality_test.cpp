@@ -6,7 +6,7 @@
 
 #include "compensation/compensated.hpp"
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 TEST(Quality, EachBitHasItsOwnName) {
@@ -54,4 +54,4 @@ TEST(Correction, BeginsAsNone) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 TEST(Sha256, GivesTheDigestsOfTheStandardsExamples) {
@@ -27,4 +27,4 @@ TEST(Sha256, TakesEveryByteAsItIs) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

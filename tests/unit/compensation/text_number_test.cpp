@@ -13,7 +13,7 @@
 #include <random>
 #include <string>
 
-namespace prism {
+namespace prism::compensation {
 namespace {
 
 std::string fixed(double value, int decimals) {
@@ -155,4 +155,4 @@ TEST(UtcText, InFileNamesHasNeitherHyphenNorColon) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::compensation

@@ -11,7 +11,7 @@
 
 #include "tests/support/temporary_folder.hpp"
 
-namespace prism {
+namespace prism::config {
 namespace {
 
 using testing::HasSubstr;
@@ -65,7 +65,7 @@ TEST(Config, CommentsAreAllowedAndEverythingIsTakenOver) {
   EXPECT_EQ(config.socket.path, "/etc/prism/table.sock");
   EXPECT_EQ(config.socket.mode, 0600);
   EXPECT_EQ(config.engine.max_bias_deg_per_h, 5);
-  EXPECT_EQ(config.engine.extrapolation, Extrapolation::kBlend);
+  EXPECT_EQ(config.engine.extrapolation, compensation::Extrapolation::kBlend);
 }
 
 struct Refused {
@@ -138,4 +138,4 @@ TEST(Config, BareNamesAreFoundBesideTheConfigurationFirst) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::config

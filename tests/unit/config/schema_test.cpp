@@ -7,7 +7,7 @@
 #include "config/config.hpp"
 #include "tests/support/schema_keys.hpp"
 
-namespace prism {
+namespace prism::config {
 namespace {
 
 using Json = test::SchemaValidator::Json;
@@ -90,4 +90,4 @@ TEST(ConfigSchema, EveryKeyStandsInTheManPage) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::config

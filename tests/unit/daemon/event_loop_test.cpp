@@ -14,7 +14,7 @@
 #include <string>
 #include <thread>
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 namespace asio = boost::asio;
@@ -136,4 +136,4 @@ TEST(EventLoop, ABusySourceDoesNotStarveTheRest) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::daemon

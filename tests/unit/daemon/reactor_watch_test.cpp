@@ -11,7 +11,7 @@
 #include <chrono>
 #include <thread>
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 using std::chrono::milliseconds;
@@ -83,4 +83,4 @@ TEST_F(ReactorWatchTest, EndsWhileItRings) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::daemon

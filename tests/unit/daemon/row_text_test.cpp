@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace prism {
+namespace prism::daemon {
 namespace {
 
 void append(RowText& text, std::string_view row, std::size_t most) {
@@ -43,4 +43,4 @@ TEST(RowText, HandsOutTheRoomItHasWithoutMoving) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::daemon

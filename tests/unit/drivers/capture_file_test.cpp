@@ -12,14 +12,14 @@
 
 #include "tests/support/temporary_folder.hpp"
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
 struct Kept {
   std::int64_t time_ns;
-  CaptureEvent event;
+  wire::CaptureEvent event;
   Bytes bytes;
   bool operator==(const Kept&) const = default;
 };
@@ -42,18 +42,18 @@ void write_bytes(const std::string& path, const Bytes& bytes) {
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-const std::vector<Kept> kStory{{1'700'000'000'000'000'000, CaptureEvent::kOpened, {}},
-                               {1'700'000'000'005'000'001, CaptureEvent::kData, {1, 2, 3}},
-                               {1'700'000'000'999'999'999, CaptureEvent::kData, Bytes(300, 0xA5)},
-                               {1'700'000'002'000'000'000, CaptureEvent::kOpened, {}},
-                               {1'700'000'002'000'000'007, CaptureEvent::kData, {9}}};
+const std::vector<Kept> kStory{{1'700'000'000'000'000'000, wire::CaptureEvent::kOpened, {}},
+                               {1'700'000'000'005'000'001, wire::CaptureEvent::kData, {1, 2, 3}},
+                               {1'700'000'000'999'999'999, wire::CaptureEvent::kData, Bytes(300, 0xA5)},
+                               {1'700'000'002'000'000'000, wire::CaptureEvent::kOpened, {}},
+                               {1'700'000'002'000'000'007, wire::CaptureEvent::kData, {9}}};
 
 void write_story(const std::string& path) {
   auto writer = CaptureWriter::open(path);
   ASSERT_TRUE(writer) << writer.error().text();
   for (const Kept& kept : kStory) {
-    ASSERT_TRUE(kept.event == CaptureEvent::kOpened ? writer->opened(kept.time_ns)
-                                                    : writer->data(kept.time_ns, kept.bytes));
+    ASSERT_TRUE(kept.event == wire::CaptureEvent::kOpened ? writer->opened(kept.time_ns)
+                                                          : writer->data(kept.time_ns, kept.bytes));
   }
   ASSERT_TRUE(writer->flush(true));
   EXPECT_EQ(writer->bytes_written(), std::filesystem::file_size(path));
@@ -260,4 +260,4 @@ TEST(CaptureFile, RefusesAFileThatCannotBeCreated) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::drivers

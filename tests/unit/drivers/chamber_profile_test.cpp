@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 constexpr double kRounding = 1e-9;  // degC
@@ -62,4 +62,4 @@ TEST(ChamberProfile, UnknownNamesAreRefusedWithTheKnownOnes) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::drivers

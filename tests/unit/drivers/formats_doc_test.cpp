@@ -9,7 +9,7 @@
 #include "tests/support/document.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 // The pairs of hex digits at the head of each line of the example, up to the first double space.
@@ -44,4 +44,4 @@ TEST(FormatsDocument, ItsCaptureIsWhatTheWriterWrites) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::drivers

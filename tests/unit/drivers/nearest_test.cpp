@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 TEST(Nearest, RoundsHalvesAwayFromZeroAsLlroundDoes) {
@@ -25,4 +25,4 @@ TEST(Nearest, IsLlroundOnTheWayOfTimesAndTicks) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::drivers

@@ -18,7 +18,7 @@
 #include "tests/support/emulated.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 // Both ends of a pty; the slave stays open so that the master is not hung up.
@@ -104,7 +104,7 @@ TEST_F(OpenSerialLine, ThrowsAwayWhatCameBefore) {
 TEST_F(OpenSerialLine, NotesThatAPseudoTerminalHasNoParity) {
   const PseudoTerminal terminal;
   LineSettings settings = on(terminal);
-  settings.parity = Parity::kEven;
+  settings.parity = wire::Parity::kEven;
   const auto line = open_serial_line(settings);
   ASSERT_TRUE(line) << line.error().text();
   EXPECT_THAT(line->notes(),
@@ -180,4 +180,4 @@ TEST(SerialLine, RefusesWhatIsNoSerialDevice) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::drivers

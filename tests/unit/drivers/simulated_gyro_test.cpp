@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
 constexpr double kRateNoise = 0.0064;  // deg/h in 100 s means
@@ -200,4 +200,4 @@ TEST(SimulatedGyro, TheSecondCycleIsAnotherDayOfTheSameGyro) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::drivers

@@ -12,12 +12,12 @@
 #include "drivers/wire/frame_decoder.hpp"
 #include "tests/support/shared_files.hpp"
 
-namespace prism {
+namespace prism::drivers {
 namespace {
 
-FrameDescriptionPtr trplg() {
+wire::FrameDescriptionPtr trplg() {
   const std::string path = std::string(PRISM_SOURCE_DIR) + "/config/frames/trplg.json";
-  auto description = parse_frame_description(test::read_file(path), path);
+  auto description = wire::parse_frame_description(test::read_file(path), path);
   EXPECT_TRUE(description) << description.error().text();
   return *description;
 }
@@ -25,27 +25,27 @@ FrameDescriptionPtr trplg() {
 // Frames through decoder and device clock; arrival is the interval's end.
 struct Received {
   std::vector<Sample> samples;
-  DecoderCounters decoder;
+  wire::DecoderCounters decoder;
   ClockStatus clock;
   SimulationCounters sent;
 };
 
 Received receive(const SimulationSettings& settings, int frames) {
-  const FrameDescriptionPtr description = trplg();
+  const wire::FrameDescriptionPtr description = trplg();
   SimulatedLine line(description, settings);
-  FrameDecoder decoder(description);
+  wire::FrameDecoder decoder(description);
   ClockSettings device;
   device.source = ClockSource::kDevice;
   Clock clock(description, device);
   Received received;
   std::vector<std::uint8_t> bytes;
-  std::vector<Reading> readings;
+  std::vector<wire::Reading> readings;
   for (int i = 0; i < frames; ++i) {
     bytes.clear();
     readings.clear();
     line.next_frame(bytes);
     decoder.feed(bytes, line.time_ns(), readings);
-    for (const Reading& reading : readings) {
+    for (const wire::Reading& reading : readings) {
       if (const auto sample = clock.push(reading)) received.samples.push_back(*sample);
     }
   }
@@ -141,7 +141,7 @@ TEST(SimulatedLine, TheSameSeedGivesTheSameBytes) {
   SimulationSettings settings;
   settings.drop_bytes = 1e-3;
   settings.lose_frames = 1e-3;
-  const FrameDescriptionPtr description = trplg();
+  const wire::FrameDescriptionPtr description = trplg();
   const auto bytes = [&](std::uint64_t seed) {
     settings.seed = seed;
     SimulatedLine line(description, settings);
@@ -169,4 +169,4 @@ TEST(SimulatedLine, FramesDoNotDrift) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::drivers

@@ -7,7 +7,7 @@
 #include "compensation/evaluation/allan_coefficients.hpp"
 #include "tests/unit/evaluation/random_series.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 struct Judged {
@@ -125,4 +125,4 @@ TEST(AllanCoefficients, RefuseAConstantAndAShortCurve) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::evaluation

@@ -10,7 +10,7 @@
 
 #include "tests/unit/evaluation/random_series.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 /// The 1 000 frequencies of the standard: n ← 16807 n mod 2147483647 from 1234567890, each divided by the modulus.
@@ -120,4 +120,4 @@ TEST(Allan, OfAConstantIsZero) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::evaluation

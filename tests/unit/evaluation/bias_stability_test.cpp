@@ -6,7 +6,7 @@
 
 #include "tests/unit/evaluation/random_series.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 TEST(BiasStability, GivesThePapersPercentages) {
@@ -56,4 +56,4 @@ TEST(BiasStability, RefusesSeriesThatDoNotBelongTogether) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::evaluation

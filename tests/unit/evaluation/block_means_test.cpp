@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 std::vector<TimedValue> seconds(int from, int to) {
@@ -91,4 +91,4 @@ TEST(BlockMeans, RefuseWhatIsNoRecord) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::evaluation

@@ -6,7 +6,7 @@
 
 #include "tests/unit/evaluation/random_series.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 TEST(Correlation, IsOneForALineAndMinusOneForItsMirror) {
@@ -56,4 +56,4 @@ TEST(Autocorrelation, CutsLagsThatTheSeriesDoesNotHave) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::evaluation

@@ -10,7 +10,7 @@
 #include "tests/support/shared_files.hpp"
 #include "tests/unit/evaluation/random_series.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 /// 924 blocks: temperature −40 to 70 degC, bias 0.02 deg/h with it, noise 0.007 deg/h.
@@ -148,4 +148,4 @@ TEST(QualityGate, FindsNothingToCompensateInARealRoom) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::evaluation

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 TEST(Spread, NamesAndUsesBothDivisors) {
@@ -55,4 +55,4 @@ TEST(Median, TakesTheMiddleOrTheMeanOfTwo) {
 TEST(RobustSd, DoesNotSeeOutliers) { EXPECT_NEAR(robust_sd({-2, -1, 0, 1, 2, 1e6}), 1.4826 * 1.5, 1e-12); }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::evaluation

@@ -6,7 +6,7 @@
 
 #include "compensation/evaluation/hysteresis.hpp"
 
-namespace prism {
+namespace prism::evaluation {
 namespace {
 
 /// 20 blocks at 25 degC, down to −40 in 39, 20 there, up to 70 in 66, 20 there: 1 degC/min in blocks of 100 s.
@@ -93,4 +93,4 @@ TEST(Hysteresis, RefusesBadInput) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::evaluation

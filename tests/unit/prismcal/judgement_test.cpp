@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: MIT
 // Blocks of a recording, and what a model does to them, where the true bias is known.
-#include "tools/prismcal/evaluation/judgement.hpp"
+#include "tools/prismcal/analysis/judgement.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/unit/prismcal/simulated_day.hpp"
 
-namespace prism {
+namespace prism::prismcal {
 namespace {
 
 using testing::HasSubstr;
 
 TEST(BlockTable, IsThePapersGridOfReadyWindows) {
   const auto buckets = test::simulated_day(8000, 0, 1);
-  const BlockTable table = make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
-  const int warm_up = history_s({});
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  const int warm_up = compensation::history_s({});
   EXPECT_EQ(table.size(), static_cast<std::size_t>((8000 - warm_up) / 100 + 1));
   for (std::size_t i = 1; i < table.size(); ++i) {
     EXPECT_EQ(table.blocks[i].bucket.second - table.blocks[i - 1].bucket.second, 100);
@@ -33,7 +33,7 @@ TEST(BlockTable, IsThePapersGridOfReadyWindows) {
 TEST(BlockTable, BeginsItsGridAnewAfterAGapAndCountsIt) {
   auto buckets = test::simulated_day(4000, 0, 1);
   buckets.erase(buckets.begin() + 1050, buckets.begin() + 1250);
-  const BlockTable table = make_block_table(buckets, {}, 0, "day").value();
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, 0, "day").value();
   EXPECT_EQ(table.gaps, 1u);
   EXPECT_EQ(table.missing_s, 200u);
   int starts = 0;
@@ -45,18 +45,19 @@ TEST(BlockTable, BeginsItsGridAnewAfterAGapAndCountsIt) {
 
 TEST(BlockTable, RefusesWhatHoldsNoFullBlock) {
   const auto buckets = test::simulated_day(90, 0, 1);
-  EXPECT_THAT(make_block_table(buckets, {}, 0, "short").error().text(),
+  EXPECT_THAT(recordings::make_block_table(buckets, {}, 0, "short").error().text(),
               HasSubstr("short: 90 seconds in 1 stretches hold no full block"));
-  EXPECT_FALSE(make_block_table({}, {}, 0, "empty"));
+  EXPECT_FALSE(recordings::make_block_table({}, {}, 0, "empty"));
   auto back = test::simulated_day(500, 0, 1);
   std::swap(back[100], back[101]);
-  EXPECT_THAT(make_block_table(back, {}, 0, "back").error().text(), HasSubstr("does not come after"));
+  EXPECT_THAT(recordings::make_block_table(back, {}, 0, "back").error().text(), HasSubstr("does not come after"));
 }
 
 TEST(Judgement, OfTheTrueModelLeavesTheNoise) {
   const auto buckets = test::simulated_day(24000, 0.07, 2);
-  const BlockTable table = make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
-  const Judgement judged = judge(*test::linear_model(test::kDaySensitivity), table, Divisor::kN).value();
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  const analysis::Judgement judged =
+      analysis::judge(*test::linear_model(test::kDaySensitivity), table, evaluation::Divisor::kN).value();
   EXPECT_NEAR(judged.stability.before.sd, 5e-4 * 40 / std::sqrt(2.0), 0.002);
   EXPECT_NEAR(judged.stability.after.sd, 0.007, 0.001);
   EXPECT_NEAR(judged.stability.after.mean, 0, 0.002);
@@ -65,9 +66,10 @@ TEST(Judgement, OfTheTrueModelLeavesTheNoise) {
 
 TEST(Judgement, HoldsEachPredictionOverItsOwnBlock) {
   const auto buckets = test::simulated_day(2000, 0, 3);
-  const BlockTable table = make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
-  const Judgement judged = judge(*test::linear_model(test::kDaySensitivity), table, Divisor::kN).value();
-  const auto seconds = corrected_seconds(judged, table);
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  const analysis::Judgement judged =
+      analysis::judge(*test::linear_model(test::kDaySensitivity), table, evaluation::Divisor::kN).value();
+  const auto seconds = analysis::corrected_seconds(judged, table);
   ASSERT_EQ(seconds.size(), 2000u);
   const std::int64_t first_end = table.blocks[0].bucket.second;
   for (std::size_t i = 0; i < 2000; ++i) {
@@ -80,19 +82,22 @@ TEST(Judgement, HoldsEachPredictionOverItsOwnBlock) {
 
 TEST(Judgement, RefusesFeaturesAndInputsThatDoNotFit) {
   auto buckets = test::simulated_day(2000, 0, 4);
-  const BlockTable table = make_block_table(buckets, {}, 0, "day").value();
-  FeatureDefinition other;
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, 0, "day").value();
+  compensation::FeatureDefinition other;
   other.length_s = 50;
-  EXPECT_THAT(judge(*test::linear_model(1, other), table, Divisor::kN).error().text(),
+  EXPECT_THAT(analysis::judge(*test::linear_model(1, other), table, evaluation::Divisor::kN).error().text(),
               HasSubstr("were not made by the features"));
-  for (Bucket& bucket : buckets) bucket.uhfo_v = kUnknown;
-  ModelInfo info;
+  for (compensation::Bucket& bucket : buckets) bucket.uhfo_v = kUnknown;
+  compensation::ModelInfo info;
   info.name = "needs U";
   info.inputs = {"U"};
-  const PolynomialModel model(info, {{{1}, 1.0}});
-  EXPECT_THAT(judge(model, make_block_table(buckets, {}, 0, "day").value(), Divisor::kN).error().text(),
-              HasSubstr("does not carry an input of model \"needs U\" (U)"));
+  const compensation::PolynomialModel model(info, {{{1}, 1.0}});
+  EXPECT_THAT(
+      analysis::judge(model, recordings::make_block_table(buckets, {}, 0, "day").value(), evaluation::Divisor::kN)
+          .error()
+          .text(),
+      HasSubstr("does not carry an input of model \"needs U\" (U)"));
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismcal

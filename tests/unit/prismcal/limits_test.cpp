@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: MIT
 // Limits: what is refused, what passes, and that nothing unmeasured passes.
-#include "tools/prismcal/evaluation/limits.hpp"
+#include "tools/prismcal/analysis/limits.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/unit/prismcal/simulated_day.hpp"
 
-namespace prism {
+namespace prism::prismcal {
 namespace {
 
 using testing::HasSubstr;
 
 TEST(Limits, AreReadWithComments) {
-  const auto limits = parse_limits(R"({ "bias_stability_deg_per_h": {"max": 0.01}, // acceptance
+  const auto limits = analysis::parse_limits(R"({ "bias_stability_deg_per_h": {"max": 0.01}, // acceptance
                                         "mean_deg_per_h": {"min": -0.1, "max": 0.1} })",
-                                   "limits.json")
+                                             "limits.json")
                           .value();
   ASSERT_EQ(limits.size(), 2u);
   EXPECT_EQ(limits[0].quantity, "bias_stability_deg_per_h");
@@ -24,7 +24,7 @@ TEST(Limits, AreReadWithComments) {
 }
 
 TEST(Limits, AreRefusedWithTheirPlace) {
-  const auto said = [](const char* text) { return parse_limits(text, "l.json").error().text(); };
+  const auto said = [](const char* text) { return analysis::parse_limits(text, "l.json").error().text(); };
   EXPECT_EQ(said("[]"), "l.json: not a JSON object of limits");
   EXPECT_EQ(said("{"), "l.json: not a JSON object of limits");
   EXPECT_EQ(said("{}"), "l.json: no limit in it");
@@ -37,9 +37,9 @@ TEST(Limits, AreRefusedWithTheirPlace) {
 }
 
 TEST(Limits, PassOnTheirEdgeAndFailBeyondIt) {
-  const std::vector<Measured> measured = {
+  const std::vector<analysis::Measured> measured = {
       {"rms_deg_per_h", "deg/h", 0.5}, {"improvement_percent", "%", 60}, {"explained_percent", "%", {}}};
-  const auto pass = [&](Limit limit) { return check_limits({limit}, measured)[0].pass; };
+  const auto pass = [&](analysis::Limit limit) { return analysis::check_limits({limit}, measured)[0].pass; };
   EXPECT_TRUE(pass({"rms_deg_per_h", {}, 0.5}));
   EXPECT_FALSE(pass({"rms_deg_per_h", {}, 0.49}));
   EXPECT_TRUE(pass({"improvement_percent", 60, {}}));
@@ -49,14 +49,16 @@ TEST(Limits, PassOnTheirEdgeAndFailBeyondIt) {
 }
 
 TEST(Limits, CoverEveryQuantityOfADay) {
-  const auto table = make_block_table(test::simulated_day(24000, 0.07, 2), {}, test::kDayEarthRate, "day").value();
-  const auto judged = judge(*test::linear_model(test::kDaySensitivity), table, Divisor::kNMinus1).value();
-  const auto measured = measure_all({"r1", &table, &judged, nullptr, nullptr});
-  ASSERT_EQ(measured.size(), measured_names().size());
-  for (const Measured& m : measured) EXPECT_TRUE(m.value) << m.quantity;
+  const auto table =
+      recordings::make_block_table(test::simulated_day(24000, 0.07, 2), {}, test::kDayEarthRate, "day").value();
+  const auto judged =
+      analysis::judge(*test::linear_model(test::kDaySensitivity), table, evaluation::Divisor::kNMinus1).value();
+  const auto measured = analysis::measure_all({"r1", &table, &judged, nullptr, nullptr});
+  ASSERT_EQ(measured.size(), analysis::measured_names().size());
+  for (const analysis::Measured& m : measured) EXPECT_TRUE(m.value) << m.quantity;
   EXPECT_NEAR(*measured[1].value, 0.007, 0.001);       // bias_stability
   EXPECT_NEAR(*measured[7].value, 0.07 / 60, 0.0001);  // angle random walk
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismcal

@@ -9,32 +9,32 @@
 #include <CLI/Formatter.hpp>
 #include <vector>
 
-#include "tools/prismcal/evaluation/common_options.hpp"
-#include "tools/prismcal/training/method_options.hpp"
-#include "tools/prismcal/training/recordings.hpp"
+#include "tools/prismcal/commands/common_options.hpp"
+#include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/recordings/recordings.hpp"
 
-namespace prism {
+namespace prism::prismcal {
 namespace {
 
 TEST(NumberCheck, KeepsItsBoundsAndRefusesWhatIsNoNumber) {
-  const CLI::Validator angle = within(-90, 90);
+  const CLI::Validator angle = tools::within(-90, 90);
   for (const char* good : {"-90", "0", "45.5", "9e1"}) EXPECT_EQ(angle(good), "") << good;
   for (const char* bad : {"nan", "-nan", "inf", "91", "", "1x"}) EXPECT_NE(angle(bad), "") << bad;
   EXPECT_EQ(angle("nan"), "found \"nan\", expected a number within -90 to 90");
-  EXPECT_EQ(positive()("0"), "found \"0\", expected a number above 0");
-  EXPECT_EQ(not_negative()("0"), "");
-  EXPECT_NE(not_negative()("-1e-9"), "");
+  EXPECT_EQ(tools::positive()("0"), "found \"0\", expected a number above 0");
+  EXPECT_EQ(tools::not_negative()("0"), "");
+  EXPECT_NE(tools::not_negative()("-1e-9"), "");
 }
 
 // Every option that takes a number, found by its type, refuses "nan".
 TEST(NumberCheck, EveryNumberOfPrismcalRefusesNan) {
   CLI::App app("prismcal");
-  MethodOptions method;
-  RecordingOptions recordings;
-  CommonOptions common;
-  add_method_options(*app.add_subcommand("method"), method);
-  add_recording_options(*app.add_subcommand("recordings"), recordings);
-  add_common_options(*app.add_subcommand("common"), common);
+  commands::MethodOptions method;
+  recordings::RecordingOptions recordings;
+  commands::CommonOptions common;
+  commands::add_method_options(*app.add_subcommand("method"), method);
+  recordings::add_recording_options(*app.add_subcommand("recordings"), recordings);
+  commands::add_common_options(*app.add_subcommand("common"), common);
   int numbers = 0;
   for (const CLI::App* command : app.get_subcommands({})) {
     for (const CLI::Option* option : command->get_options()) {
@@ -49,4 +49,4 @@ TEST(NumberCheck, EveryNumberOfPrismcalRefusesNan) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismcal

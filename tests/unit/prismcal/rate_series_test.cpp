@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Columns of rates out of the CSV files that people have, and what prismcal allan says of them.
-#include "tools/prismcal/evaluation/rate_series.hpp"
+#include "tools/prismcal/recordings/rate_series.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,9 +12,9 @@
 
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismcal/evaluation/allan_text.hpp"
+#include "tools/prismcal/analysis/allan_text.hpp"
 
-namespace prism {
+namespace prism::prismcal {
 namespace {
 
 using testing::ElementsAre;
@@ -35,7 +35,7 @@ class RateSeries : public testing::Test {
 class AllanText : public RateSeries {};
 
 TEST_F(RateSeries, ReadsPrismdsLog) {
-  const auto series = read_rate_series(
+  const auto series = recordings::read_rate_series(
       written("# prism 0.1.0 data log, format 1\ntime_utc,time_s,rate_deg_per_h\na,10,8.5\nb,11,\nc,12,8.7\n"), {});
   ASSERT_TRUE(series) << series.error().text();
   EXPECT_EQ(series->rows, 3u);
@@ -46,51 +46,55 @@ TEST_F(RateSeries, ReadsPrismdsLog) {
 }
 
 TEST_F(RateSeries, ReadsABareColumn) {
-  const auto series = read_rate_series(written("1\n2\n\n3\r\n"), {}).value();
+  const auto series = recordings::read_rate_series(written("1\n2\n\n3\r\n"), {}).value();
   EXPECT_THAT(series.rate_deg_per_h, ElementsAre(1, 2, 3));
   EXPECT_EQ(series.interval_source, "assumed: the file has no time");
-  RateSeriesChoice tenth;
+  recordings::RateSeriesChoice tenth;
   tenth.interval_s = 0.1;
-  EXPECT_EQ(read_rate_series(written("1\n2\n3\n"), tenth)->interval_s, 0.1);
+  EXPECT_EQ(recordings::read_rate_series(written("1\n2\n3\n"), tenth)->interval_s, 0.1);
 }
 
 TEST_F(RateSeries, ConvertsUnitsByNameOrByWord) {
-  EXPECT_THAT(read_rate_series(written("t_s;rate_x_dps\n0;1\n1;2\n"), {})->rate_deg_per_h, ElementsAre(3600, 7200));
-  RateSeriesChoice radians;
+  EXPECT_THAT(recordings::read_rate_series(written("t_s;rate_x_dps\n0;1\n1;2\n"), {})->rate_deg_per_h,
+              ElementsAre(3600, 7200));
+  recordings::RateSeriesChoice radians;
   radians.unit = "rad/s";
-  EXPECT_NEAR(read_rate_series(written("1\n2\n"), radians)->rate_deg_per_h[0], 206264.806, 0.001);
+  EXPECT_NEAR(recordings::read_rate_series(written("1\n2\n"), radians)->rate_deg_per_h[0], 206264.806, 0.001);
   radians.unit = "furlong";
-  EXPECT_THAT(read_rate_series(written("1\n2\n"), radians).error().text(),
+  EXPECT_THAT(recordings::read_rate_series(written("1\n2\n"), radians).error().text(),
               HasSubstr("unit \"furlong\"; expected deg/h"));
 }
 
 TEST_F(RateSeries, MakesAHoleOfAJumpInTime) {
-  const auto series = read_rate_series(written("time_s\trate\n1\t5\n2\t5\n3\t5\n9\t5\n10\t5\n"), {}).value();
+  const auto series =
+      recordings::read_rate_series(written("time_s\trate\n1\t5\n2\t5\n3\t5\n9\t5\n10\t5\n"), {}).value();
   ASSERT_EQ(series.rate_deg_per_h.size(), 6u);
   EXPECT_TRUE(std::isnan(series.rate_deg_per_h[3]));
 }
 
 TEST_F(RateSeries, SaysWhereAndWhatIsWrong) {
-  EXPECT_THAT(read_rate_series("/nowhere.csv", {}).error().text(), "/nowhere.csv: cannot be opened");
-  EXPECT_THAT(read_rate_series(written(""), {}).error().text(), HasSubstr("no row of numbers"));
-  EXPECT_THAT(read_rate_series(written("time_s,rate\n1,2\n2,x\n"), {}).error().text(),
+  EXPECT_THAT(recordings::read_rate_series("/nowhere.csv", {}).error().text(), "/nowhere.csv: cannot be opened");
+  EXPECT_THAT(recordings::read_rate_series(written(""), {}).error().text(), HasSubstr("no row of numbers"));
+  EXPECT_THAT(recordings::read_rate_series(written("time_s,rate\n1,2\n2,x\n"), {}).error().text(),
               HasSubstr(".csv:3: column rate is \"x\"; expected a number"));
-  EXPECT_THAT(read_rate_series(written("time_s,rate\n2,1\n1,1\n"), {}).error().text(),
+  EXPECT_THAT(recordings::read_rate_series(written("time_s,rate\n2,1\n1,1\n"), {}).error().text(),
               HasSubstr(":3: time 1 does not come after 2"));
-  EXPECT_THAT(read_rate_series(written("a,b,c\n1,2,3\n"), {}).error().text(),
+  EXPECT_THAT(recordings::read_rate_series(written("a,b,c\n1,2,3\n"), {}).error().text(),
               HasSubstr("which column is the rate? --column one of a, b, c"));
-  RateSeriesChoice missing;
+  recordings::RateSeriesChoice missing;
   missing.column = "z";
-  EXPECT_THAT(read_rate_series(written("a,b\n1,2\n"), missing).error().text(),
+  EXPECT_THAT(recordings::read_rate_series(written("a,b\n1,2\n"), missing).error().text(),
               HasSubstr("no column \"z\"; found a, b"));
 }
 
 TEST_F(AllanText, PrintsTheStandardsNineFrequencies) {
   const std::string path = written("892\n809\n823\n798\n671\n644\n883\n903\n677\n");
-  const auto series = read_rate_series(path, {}).value();
-  const auto analysis = analyse_allan(series, AllanGrid::kOctave, AllanEstimator::kOverlapping, 0.683, "nine").value();
-  EXPECT_THAT(allan_text(analysis, series, "nine"), HasSubstr("9.122945e+01"));
-  const auto json = nlohmann::json::parse(allan_json(analysis, series, "nine"));
+  const auto series = recordings::read_rate_series(path, {}).value();
+  const auto analysis = analysis::analyse_allan(series, evaluation::AllanGrid::kOctave,
+                                                evaluation::AllanEstimator::kOverlapping, 0.683, "nine")
+                            .value();
+  EXPECT_THAT(analysis::allan_text(analysis, series, "nine"), HasSubstr("9.122945e+01"));
+  const auto json = nlohmann::json::parse(analysis::allan_json(analysis, series, "nine"));
   EXPECT_NEAR(json["points"][1]["deviation_deg_per_h"].get<double>(), 85.95287, 5e-6);
   EXPECT_TRUE(json["coefficients"].is_null());
   EXPECT_THAT(json["no_coefficients_because"].get<std::string>(), HasSubstr("expected 3 or more"));
@@ -99,9 +103,11 @@ TEST_F(AllanText, PrintsTheStandardsNineFrequencies) {
 TEST_F(AllanText, AnswersAConstantWithoutNan) {
   std::string text;
   for (int i = 0; i < 100; ++i) text += "8.4652\n";
-  const auto series = read_rate_series(written(text), {}).value();
-  const auto analysis = analyse_allan(series, AllanGrid::kOctave, AllanEstimator::kOverlapping, 0.683, "x").value();
-  const std::string both = allan_text(analysis, series, "x") + allan_json(analysis, series, "x");
+  const auto series = recordings::read_rate_series(written(text), {}).value();
+  const auto analysis = analysis::analyse_allan(series, evaluation::AllanGrid::kOctave,
+                                                evaluation::AllanEstimator::kOverlapping, 0.683, "x")
+                            .value();
+  const std::string both = analysis::allan_text(analysis, series, "x") + analysis::allan_json(analysis, series, "x");
   EXPECT_THAT(both, HasSubstr("the rate does not move"));
   EXPECT_THAT(both, testing::Not(HasSubstr("nan")));
 }
@@ -109,23 +115,27 @@ TEST_F(AllanText, AnswersAConstantWithoutNan) {
 TEST_F(AllanText, RefusesARecordThatIsAllHoles) {
   std::string text = "time_s,rate\n";
   for (int i = 0; i < 50; ++i) text += std::to_string(10 * i) + ",1\n" + std::to_string(10 * i + 1) + ",2\n";
-  RateSeriesChoice choice;
+  recordings::RateSeriesChoice choice;
   choice.interval_s = 1;
-  const auto series = read_rate_series(written(text), choice).value();
-  EXPECT_THAT(analyse_allan(series, AllanGrid::kOctave, AllanEstimator::kOverlapping, 0.683, "x").error().text(),
+  const auto series = recordings::read_rate_series(written(text), choice).value();
+  EXPECT_THAT(analysis::analyse_allan(series, evaluation::AllanGrid::kOctave, evaluation::AllanEstimator::kOverlapping,
+                                      0.683, "x")
+                  .error()
+                  .text(),
               HasSubstr("needs 3 in a row"));
 }
 
 TEST_F(AllanText, ReadsARealRecord) {
   PRISM_NEEDS_SHARED("data/mems_chamber_tofupilot.csv");
-  RateSeriesChoice choice;
+  recordings::RateSeriesChoice choice;
   choice.column = "rate_y_dps";
   const auto series =
-      read_rate_series((test::shared_dir() / "data/mems_chamber_tofupilot.csv").string(), choice).value();
+      recordings::read_rate_series((test::shared_dir() / "data/mems_chamber_tofupilot.csv").string(), choice).value();
   EXPECT_EQ(series.rows, 8400u);
   EXPECT_NEAR(series.interval_s, 0.505, 0.001);
-  EXPECT_TRUE(analyse_allan(series, AllanGrid::kDense, AllanEstimator::kNonOverlapping, 0.95, "y"));
+  EXPECT_TRUE(analysis::analyse_allan(series, evaluation::AllanGrid::kDense,
+                                      evaluation::AllanEstimator::kNonOverlapping, 0.95, "y"));
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismcal

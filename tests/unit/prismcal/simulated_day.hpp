@@ -15,11 +15,11 @@ inline constexpr double kDayEarthRate = 8.4652, kDaySensitivity = 5e-4;
 
 /// `seconds` of 1 Hz rows: T swings by ±40 degC about 15 in 8 000 s, U falls with it, the bias is kDaySensitivity · T,
 /// the noise of a second `noise_deg_per_h`.
-inline std::vector<Bucket> simulated_day(int seconds, double noise_deg_per_h, std::uint64_t seed) {
+inline std::vector<compensation::Bucket> simulated_day(int seconds, double noise_deg_per_h, std::uint64_t seed) {
   Normal normal(seed);
-  std::vector<Bucket> buckets;
+  std::vector<compensation::Bucket> buckets;
   for (int i = 0; i < seconds; ++i) {
-    Bucket bucket;
+    compensation::Bucket bucket;
     bucket.second = 1767225600 + i;
     bucket.samples = 1;
     bucket.temperature_degc = 15 + 40 * std::sin(i * 2 * std::numbers::pi / 8000);
@@ -31,13 +31,13 @@ inline std::vector<Bucket> simulated_day(int seconds, double noise_deg_per_h, st
 }
 
 /// bias = sensitivity · T
-inline ModelPtr linear_model(double sensitivity, const FeatureDefinition& features = {}) {
-  ModelInfo info;
+inline compensation::ModelPtr linear_model(double sensitivity, const compensation::FeatureDefinition& features = {}) {
+  compensation::ModelInfo info;
   info.kind = "polynomial";
   info.name = "line";
   info.features = features;
   info.inputs = {"T"};
-  return std::make_shared<PolynomialModel>(info, std::vector<Term>{{{1}, sensitivity}});
+  return std::make_shared<compensation::PolynomialModel>(info, std::vector<compensation::Term>{{{1}, sensitivity}});
 }
 
 }  // namespace prism::test

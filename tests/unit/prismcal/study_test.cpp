@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The study's list, the paper's numbers, its tables and its whole report, with the real training engine on a short day.
-#include "tools/prismcal/evaluation/study.hpp"
+#include "tools/prismcal/analysis/study.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -9,74 +9,78 @@
 #include <atomic>
 
 #include "tests/unit/prismcal/simulated_day.hpp"
-#include "tools/prismcal/evaluation/gate_table.hpp"
-#include "tools/prismcal/evaluation/paper_numbers.hpp"
-#include "tools/prismcal/evaluation/study_report.hpp"
-#include "tools/prismcal/evaluation/study_tables.hpp"
-#include "tools/prismcal/evaluation/study_trainer.hpp"
-#include "tools/prismcal/evaluation/study_words.hpp"
+#include "tools/prismcal/analysis/gate_table.hpp"
+#include "tools/prismcal/analysis/paper_numbers.hpp"
+#include "tools/prismcal/analysis/study_report.hpp"
+#include "tools/prismcal/analysis/study_tables.hpp"
+#include "tools/prismcal/analysis/study_trainer.hpp"
+#include "tools/prismcal/analysis/study_words.hpp"
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/machine_text.hpp"
 
-namespace prism {
+namespace prism::prismcal {
 namespace {
 
 using testing::HasSubstr;
 using testing::Not;
 
 TEST(PaperModels, AreThoseOfItsTablesAndWhatItLacks) {
-  const auto specs = paper_models(true);
+  const auto specs = analysis::paper_models(true);
   int with_paper_row = 0;
-  for (const ModelSpec& spec : specs) with_paper_row += paper_row(spec).has_value();
+  for (const analysis::ModelSpec& spec : specs) with_paper_row += analysis::paper_row(spec).has_value();
   EXPECT_EQ(with_paper_row, 3 + 2 + 12 + 16 + 1);  // tables 2, 3, 4, 5 and the unweighted row
   EXPECT_EQ(specs.size(), 34u + 11u);
-  for (const ModelSpec& spec : paper_models(false)) EXPECT_THAT(spec.inputs, Not(testing::Contains("U")));
-  EXPECT_EQ(ladder_models(true).size(), 12u);
+  for (const analysis::ModelSpec& spec : analysis::paper_models(false))
+    EXPECT_THAT(spec.inputs, Not(testing::Contains("U")));
+  EXPECT_EQ(analysis::ladder_models(true).size(), 12u);
 }
 
 TEST(PaperNumbers, AgreeWithTheirOwnImprovement) {
-  for (const ModelSpec& spec : paper_models(true)) {
-    const auto row = paper_row(spec);
+  for (const analysis::ModelSpec& spec : analysis::paper_models(true)) {
+    const auto row = analysis::paper_row(spec);
     if (!row) continue;
     // The printed stability has two or three digits after the zeros: half a unit of them is 0.03 %.
-    EXPECT_NEAR(row->improvement, 1 - row->after_deg_per_h / kPaperBefore, 4e-4) << spec.key();
+    EXPECT_NEAR(row->improvement, 1 - row->after_deg_per_h / analysis::kPaperBefore, 4e-4) << spec.key();
   }
 }
 
-BlockTable day(std::uint64_t seed, const char* name) {
-  return make_block_table(test::simulated_day(12000, 0.07, seed), {}, test::kDayEarthRate, name).value();
+recordings::BlockTable day(std::uint64_t seed, const char* name) {
+  return recordings::make_block_table(test::simulated_day(12000, 0.07, seed), {}, test::kDayEarthRate, name).value();
 }
 
-Study short_study() {
-  const std::vector<ModelSpec> specs = {
+analysis::Study short_study() {
+  const std::vector<analysis::ModelSpec> specs = {
       {"ls", {"T"}, "", ""}, {"stepwise", {"T", "dTdt"}, "", ""}, {"stepwise", {"T", "dTdt", "U"}, "", ""}};
-  return run_study({day(1, "first"), {day(2, "again"), day(3, "third")}}, specs, Divisor::kNMinus1, study_trainer({}),
-                   {})
+  return analysis::run_study({day(1, "first"), {day(2, "again"), day(3, "third")}}, specs,
+                             evaluation::Divisor::kNMinus1, analysis::study_trainer({}), {})
       .value();
 }
 
 TEST(Study, TrainsJudgesAndFindsItsRows) {
   std::vector<std::string> heard;
   const auto study =
-      run_study({day(1, "first"), {day(2, "again")}}, {{"ls", {"T"}, "", ""}}, Divisor::kN, study_trainer({}),
-                [&](std::size_t done, std::size_t all, const std::string& next) {
-                  heard.push_back(std::to_string(done) + "/" + std::to_string(all) + " " + next);
-                })
+      analysis::run_study({day(1, "first"), {day(2, "again")}}, {{"ls", {"T"}, "", ""}}, evaluation::Divisor::kN,
+                          analysis::study_trainer({}),
+                          [&](std::size_t done, std::size_t all, const std::string& next) {
+                            heard.push_back(std::to_string(done) + "/" + std::to_string(all) + " " + next);
+                          })
           .value();
   EXPECT_THAT(heard, testing::ElementsAre("0/1 ls T", "1/1 done"));
   ASSERT_TRUE(study.find("ls T"));
   EXPECT_FALSE(study.find("ls U"));
-  const StudyRow& row = *study.find("ls T");
+  const analysis::StudyRow& row = *study.find("ls T");
   EXPECT_NEAR(row.judged[0].stability.after.sd, 0.007, 0.0015);  // 0.07 deg/h a second, 100 s means
   EXPECT_EQ(row.trained.terms.size(), 4u);
 }
 
 TEST(Study, OrderAndNumbersDoNotDependOnTheThreads) {
-  const StudyData data{day(1, "first"), {day(2, "again")}};
-  const std::vector<ModelSpec> specs = {
+  const analysis::StudyData data{day(1, "first"), {day(2, "again")}};
+  const std::vector<analysis::ModelSpec> specs = {
       {"ls", {"T"}, "", ""}, {"lssvm", {"T"}, "", "reml"}, {"ls", {"U"}, "", ""}, {"ls", {"dTdt"}, "", ""}};
-  const auto one = run_study(data, specs, Divisor::kN, study_trainer({}), {}, 1).value();
-  const auto three = run_study(data, specs, Divisor::kN, study_trainer({}), {}, 3).value();
+  const auto one =
+      analysis::run_study(data, specs, evaluation::Divisor::kN, analysis::study_trainer({}), {}, 1).value();
+  const auto three =
+      analysis::run_study(data, specs, evaluation::Divisor::kN, analysis::study_trainer({}), {}, 3).value();
   for (std::size_t i = 0; i < specs.size(); ++i) {
     EXPECT_EQ(three.rows[i].spec.key(), specs[i].key());
     EXPECT_EQ(three.rows[i].trained.model->info().id, one.rows[i].trained.model->info().id);
@@ -86,61 +90,63 @@ TEST(Study, OrderAndNumbersDoNotDependOnTheThreads) {
 
 TEST(Study, AnInterruptedTrainingIsNoModel) {
   const std::atomic<bool> stop{true};
-  StudyTraining settings;
+  analysis::StudyTraining settings;
   settings.stop = &stop;
   const auto table = day(1, "first");
-  const auto study =
-      run_study({table, {table}}, {{"lssvm", {"T"}, "", "reml"}}, Divisor::kN, study_trainer(settings), {});
+  const auto study = analysis::run_study({table, {table}}, {{"lssvm", {"T"}, "", "reml"}}, evaluation::Divisor::kN,
+                                         analysis::study_trainer(settings), {});
   ASSERT_FALSE(study);
   EXPECT_EQ(study.error().text(), "lssvm T reml: tuning: interrupted");
 }
 
 TEST(StudyReport, TheChosenModelAndTheLadderDoNotLookAtTheRepeat) {
-  Study study = short_study();
-  StudyRow row = study.rows[0];
+  analysis::Study study = short_study();
+  analysis::StudyRow row = study.rows[0];
   row.judged[0].stability.after.sd = 1;  // far worse than all others on the repeat
   for (const char* weight : {"myriad", "huber"}) {
     row.spec = {"ir-lssvm", {"T"}, weight, "reml"};
     study.rows.push_back(row);
   }
-  EXPECT_EQ(chosen_row(study)->spec.weight, "huber");
-  const report::Table ladder = ladder_table(study);
+  EXPECT_EQ(analysis::chosen_row(study)->spec.weight, "huber");
+  const report::Table ladder = analysis::ladder_table(study);
   ASSERT_EQ(ladder.rows.size(), 4u);
   EXPECT_EQ(ladder.rows[3][0].text, "IR-LSSVM, huber");
 }
 
 TEST(Study, StopsAtTheFirstRefusalAndSaysWhichModel) {
   auto flat = test::simulated_day(4000, 0.07, 1);
-  for (Bucket& bucket : flat) bucket.temperature_degc = 25;
-  const auto table = make_block_table(flat, {}, 0, "flat").value();
-  const auto study = run_study({table, {table}}, {{"ls", {"T"}, "", ""}}, Divisor::kN, study_trainer({}), {});
+  for (compensation::Bucket& bucket : flat) bucket.temperature_degc = 25;
+  const auto table = recordings::make_block_table(flat, {}, 0, "flat").value();
+  const auto study = analysis::run_study({table, {table}}, {{"ls", {"T"}, "", ""}}, evaluation::Divisor::kN,
+                                         analysis::study_trainer({}), {});
   ASSERT_FALSE(study);
   EXPECT_EQ(study.error().where, "ls T");
 }
 
 TEST(StudyTables, PutThePaperBesideOurs) {
-  const Study study = short_study();
-  const report::Table table = least_squares_table(study);
+  const analysis::Study study = short_study();
+  const report::Table table = analysis::least_squares_table(study);
   ASSERT_EQ(table.rows.size(), 1u);
   EXPECT_EQ(table.rows[0][4].text, "0.01194");
   EXPECT_EQ(table.rows[0][5].text, "35.46");
-  EXPECT_EQ(table.rows[0][2].text, fmt::format("{:.5f}", on_repeat(study.rows[0]).after.sd));
+  EXPECT_EQ(table.rows[0][2].text, fmt::format("{:.5f}", analysis::on_repeat(study.rows[0]).after.sd));
   EXPECT_THAT(table.caption, HasSubstr("divisor N-1"));
-  EXPECT_NEAR(*correlation_table(study).rows[0][1].value, 1, 0.2);
+  EXPECT_NEAR(*analysis::correlation_table(study).rows[0][1].value, 1, 0.2);
 }
 
 TEST(StudyReport, CarriesTheSameNumbersInAllThreeTexts) {
-  const Study study = short_study();
+  const analysis::Study study = short_study();
   bool kept = true;
-  const std::vector<Limit> limits = {{"bias_stability_deg_per_h", {}, 0.02}, {"improvement_percent", 99.9, {}}};
-  report::Report report{"t", "s", true, "prismcal", {}, study_sections(study, limits, kept)};
+  const std::vector<analysis::Limit> limits = {{"bias_stability_deg_per_h", {}, 0.02},
+                                               {"improvement_percent", 99.9, {}}};
+  report::Report report{"t", "s", true, "prismcal", {}, analysis::study_sections(study, limits, kept)};
   EXPECT_FALSE(kept);  // nothing takes off 99.9 %
   const auto page = report::html_page(report, [](const auto&, const auto&) -> Result<std::string> {
                       return std::string("<svg></svg>");
                     }).value();
   const std::string csv = report::csv_text(report), json = report::json_text(report);
-  for (const StudyRow& row : study.rows) {
-    const std::string after = fmt::format("{:.5f}", on_repeat(row).after.sd);
+  for (const analysis::StudyRow& row : study.rows) {
+    const std::string after = fmt::format("{:.5f}", analysis::on_repeat(row).after.sd);
     for (const std::string* text : {&page, &csv, &json}) EXPECT_THAT(*text, HasSubstr(after));
   }
   for (const std::string* text : {&page, &csv, &json}) {
@@ -152,13 +158,13 @@ TEST(StudyReport, CarriesTheSameNumbersInAllThreeTexts) {
 
 TEST(GateTable, SaysWhenThereIsNothingToCompensate) {
   auto buckets = test::simulated_day(12000, 0.07, 5);
-  for (Bucket& bucket : buckets) bucket.temperature_degc = 25.0;
-  const auto table = make_block_table(buckets, {}, test::kDayEarthRate, "room").value();
-  const auto gate = judge_blocks(table).value();
+  for (compensation::Bucket& bucket : buckets) bucket.temperature_degc = 25.0;
+  const auto table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "room").value();
+  const auto gate = analysis::judge_blocks(table).value();
   EXPECT_TRUE(gate.nothing_to_compensate);
-  EXPECT_THAT(gate_paragraph(gate, "room").text, HasSubstr("room: nothing to compensate."));
-  EXPECT_EQ(gate_table(gate, "room").rows.size(), gate.findings.size());
+  EXPECT_THAT(analysis::gate_paragraph(gate, "room").text, HasSubstr("room: nothing to compensate."));
+  EXPECT_EQ(analysis::gate_table(gate, "room").rows.size(), gate.findings.size());
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismcal

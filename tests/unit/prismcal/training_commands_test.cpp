@@ -17,14 +17,14 @@
 #include "compensation/model_text.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismcal/training/csv_table.hpp"
-#include "tools/prismcal/training/cv_command.hpp"
-#include "tools/prismcal/training/fit_command.hpp"
-#include "tools/prismcal/training/predict_command.hpp"
-#include "tools/prismcal/training/source.hpp"
-#include "tools/prismcal/training/train_command.hpp"
+#include "tools/prismcal/commands/cv_command.hpp"
+#include "tools/prismcal/commands/fit_command.hpp"
+#include "tools/prismcal/commands/predict_command.hpp"
+#include "tools/prismcal/commands/train_command.hpp"
+#include "tools/prismcal/recordings/csv_table.hpp"
+#include "tools/prismcal/recordings/source.hpp"
 
-namespace prism {
+namespace prism::prismcal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -32,16 +32,18 @@ namespace fs = std::filesystem;
 class Prismcal : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_.file(name); }
-  void write(const std::string& name, const std::string& text) { ASSERT_TRUE(write_file(path(name), text)); }
+  void write(const std::string& name, const std::string& text) {
+    ASSERT_TRUE(recordings::write_file(path(name), text));
+  }
 
   // Runs a command line; what it prints goes to out_ and err_.
   int run(std::vector<std::string> words) {
     CLI::App app("prismcal");
     int code = 0;
-    add_train_command(app, code);
-    add_fit_command(app, code);
-    add_cv_command(app, code);
-    add_predict_command(app, code);
+    commands::add_train_command(app, code);
+    commands::add_fit_command(app, code);
+    commands::add_cv_command(app, code);
+    commands::add_predict_command(app, code);
     std::reverse(words.begin(), words.end());
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
@@ -71,13 +73,13 @@ TEST_F(Prismcal, FitAndPredictGiveTheReferencesPredictions) {
   EXPECT_EQ(summary["reweighting"]["solves"], 11);
   EXPECT_EQ(summary["beta"], 1.345);
   ASSERT_EQ(run({"predict", path("m.json"), dir / "test.csv", "--out", path("p.csv")}), 0) << err_;
-  const auto found = CsvTable::read(path("p.csv"))->column("prediction"),
-             expected = CsvTable::read(dir / "A_test.csv")->column("pred_huber");
+  const auto found = recordings::CsvTable::read(path("p.csv"))->column("prediction"),
+             expected = recordings::CsvTable::read(dir / "A_test.csv")->column("pred_huber");
   ASSERT_TRUE(found && expected);
   for (std::size_t i = 0; i < found->size(); ++i) EXPECT_NEAR((*found)[i], (*expected)[i], 1e-9);
-  const auto alpha = CsvTable::read(path("d.csv"))->column("alpha"),
-             wanted = CsvTable::read(dir / "A_train.csv")->column("huber_alpha"),
-             sample = CsvTable::read(dir / "A_train.csv")->column("i");
+  const auto alpha = recordings::CsvTable::read(path("d.csv"))->column("alpha"),
+             wanted = recordings::CsvTable::read(dir / "A_train.csv")->column("huber_alpha"),
+             sample = recordings::CsvTable::read(dir / "A_train.csv")->column("i");
   ASSERT_TRUE(alpha && wanted && sample);
   for (std::size_t k = 0; k < wanted->size(); ++k)
     EXPECT_NEAR(alpha->at(static_cast<std::size_t>((*sample)[k]) - 1), (*wanted)[k], 1e-9);
@@ -138,11 +140,11 @@ TEST_F(Prismcal, TrainOnAnyCsvMakesAModelThatTheEngineTakes) {
                  "--serial", "X1", "--out", path("m.json"), "--quiet"}),
             0)
       << err_;
-  const auto model = parse_model(*read_file(path("m.json")), "m.json");
+  const auto model = compensation::parse_model(*recordings::read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_EQ((*model)->info().gyro_serial, "X1");
   EXPECT_NEAR((*model)->predict(std::vector{20.0, 0.0}).bias_deg_per_h, 3.7, 0.01);
-  Engine engine;
+  compensation::Engine engine;
   EXPECT_TRUE(engine.use(*model, nullptr));
   const auto provenance = nlohmann::json::parse((*model)->info().provenance_json);
   EXPECT_EQ(provenance["recordings"][0]["files"][0]["sha256"].get<std::string>().size(), 64u);
@@ -154,21 +156,21 @@ TEST_F(Prismcal, AModelOfATableIsNotForAStream) {
                  "1", "--out", path("m.json")}),
             0)
       << err_;
-  const auto model = parse_model(*read_file(path("m.json")), "m.json");
+  const auto model = compensation::parse_model(*recordings::read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
-  Engine engine;
+  compensation::Engine engine;
   EXPECT_FALSE(engine.use(*model, nullptr));
 }
 
 TEST_F(Prismcal, AMapThatSaysNothingIsRefused) {
   write("foreign.csv", "a,b\n1,2\n");
-  SourceOptions options;
+  recordings::SourceOptions options;
   options.map = {"rate=a:furlong"};
-  const auto source = read_source(path("foreign.csv"), options);
+  const auto source = recordings::read_source(path("foreign.csv"), options);
   ASSERT_FALSE(source);
   EXPECT_EQ(source.error().text().find('\n'), std::string::npos);
   EXPECT_NE(source.error().text().find("rate in deg/h"), std::string::npos);
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismcal

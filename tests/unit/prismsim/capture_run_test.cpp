@@ -12,14 +12,14 @@
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 namespace {
 
 // 20 s of the paper's cycle, 200 frames/s of 20 bytes.
 SimOptions twenty_seconds(const std::string& out) {
   SimOptions options;
   const std::string path = std::string(PRISM_SOURCE_DIR) + "/config/frames/trplg.json";
-  options.frames = *parse_frame_description(test::read_file(path), path);
+  options.frames = *wire::parse_frame_description(test::read_file(path), path);
   options.duration_s = 20;
   options.out = out;
   return options;
@@ -31,11 +31,11 @@ TEST(CaptureRun, DatesEachFrameByItsLastByte) {
   const auto counters = run_capture(options);
   ASSERT_TRUE(counters) << counters.error().text();
   EXPECT_EQ(counters->frames, 4000u);
-  auto reader = CaptureReader::open(options.out);
+  auto reader = drivers::CaptureReader::open(options.out);
   ASSERT_TRUE(reader);
   const auto first = reader->next();
   ASSERT_TRUE(first);
-  EXPECT_EQ(first->event, CaptureEvent::kOpened);
+  EXPECT_EQ(first->event, wire::CaptureEvent::kOpened);
   EXPECT_EQ(first->time_ns, kCaptureStart_ns);
   std::int64_t frames = 0;
   while (const auto packet = reader->next()) {
@@ -54,7 +54,7 @@ TEST(CaptureRun, CutsPacketsOfAnySizeWithoutChangingAByte) {
   const auto bytes_of = [&](std::uint64_t chunk) {
     options.chunk_bytes = chunk;
     EXPECT_TRUE(run_capture(options));
-    auto reader = CaptureReader::open(options.out);
+    auto reader = drivers::CaptureReader::open(options.out);
     std::vector<std::uint8_t> bytes;
     std::int64_t last_ns = 0;
     while (const auto packet = reader->next()) {
@@ -88,7 +88,7 @@ TEST(CaptureRun, ASlowLineFallsBehindAsARealOneDoes) {
   options.simulation.rate_hz = 10'000;  // 2 Mbit/s on a line of 0.92
   options.duration_s = 1;
   ASSERT_TRUE(run_capture(options));
-  auto reader = CaptureReader::open(options.out);
+  auto reader = drivers::CaptureReader::open(options.out);
   std::int64_t last_ns = 0;
   while (const auto packet = reader->next()) last_ns = packet->time_ns;
   EXPECT_NEAR(static_cast<double>(last_ns - kCaptureStart_ns) * 1e-9, 10'000 * 20 * 10 / 921'600.0, 1e-3);
@@ -101,4 +101,4 @@ TEST(CaptureRun, IsRefusedWhereNothingCanBeWritten) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismsim

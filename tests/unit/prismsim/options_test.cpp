@@ -8,7 +8,7 @@
 
 #include "tests/support/shared_files.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 namespace {
 
 struct Parsed {
@@ -51,7 +51,7 @@ TEST(SimOptions, TakeLengthAndFaultsAndPlace) {
       parse({"--link", "gyro", "--speed", "max", "--hours", "0.5", "--rate", "1000", "--elevation", "-90", "--outliers",
              "3", "--lose-frames", "0.25", "--drop-bytes", "1e-3", "--damage-bytes", "1e-4"});
   ASSERT_FALSE(parsed.code) << parsed.complaint;
-  const SimulationSettings& simulation = parsed.options.simulation;
+  const drivers::SimulationSettings& simulation = parsed.options.simulation;
   EXPECT_TRUE(parsed.options.terminal);
   EXPECT_EQ(parsed.options.speed, std::nullopt);
   EXPECT_EQ(parsed.options.total_frames(), 1'800'000u);
@@ -99,4 +99,4 @@ TEST(SimOptions, ADescriptionThatCannotBeReadIsABadConfiguration) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismsim

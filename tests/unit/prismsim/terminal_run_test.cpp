@@ -17,16 +17,16 @@
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-FrameDescriptionPtr trplg() {
+wire::FrameDescriptionPtr trplg() {
   const std::string path = std::string(PRISM_SOURCE_DIR) + "/config/frames/trplg.json";
-  return *parse_frame_description(test::read_file(path), path);
+  return *wire::parse_frame_description(test::read_file(path), path);
 }
 
 SimOptions run_of(double seconds, std::optional<double> speed) {
@@ -39,13 +39,14 @@ SimOptions run_of(double seconds, std::optional<double> speed) {
 }
 
 // Opens the terminal as prismd would and decodes until it is hung up, or `most` frames came.
-DecoderCounters read_frames(const std::string& device, milliseconds pause, std::uint64_t most = ~std::uint64_t{0}) {
-  LineSettings settings;
+wire::DecoderCounters read_frames(const std::string& device, milliseconds pause,
+                                  std::uint64_t most = ~std::uint64_t{0}) {
+  drivers::LineSettings settings;
   settings.device = device;
-  const auto line = open_serial_line(settings);
+  const auto line = drivers::open_serial_line(settings);
   if (!line) return {};
-  FrameDecoder decoder(trplg());
-  std::vector<Reading> readings;
+  wire::FrameDecoder decoder(trplg());
+  std::vector<wire::Reading> readings;
   std::vector<std::uint8_t> bytes(65536);
   while (decoder.counters().frames < most) {
     pollfd readable{line->fd(), POLLIN, 0};
@@ -59,7 +60,7 @@ DecoderCounters read_frames(const std::string& device, milliseconds pause, std::
   return decoder.counters();
 }
 
-SimulationCounters run(const SimOptions& options, PseudoTerminal& terminal) {
+drivers::SimulationCounters run(const SimOptions& options, PseudoTerminal& terminal) {
   const auto counters = run_terminal(options, terminal);
   EXPECT_TRUE(counters) << counters.error().text();
   return *counters;
@@ -68,9 +69,9 @@ SimulationCounters run(const SimOptions& options, PseudoTerminal& terminal) {
 TEST(TerminalRun, ASlowReaderLosesNothing) {
   if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
-  DecoderCounters read;
+  wire::DecoderCounters read;
   std::thread reader([&, device = terminal->path()] { read = read_frames(device, milliseconds(1)); });
-  const SimulationCounters sent = run(run_of(100, std::nullopt), *terminal);
+  const drivers::SimulationCounters sent = run(run_of(100, std::nullopt), *terminal);
   terminal.reset();  // hangs up
   reader.join();
   EXPECT_EQ(sent.frames, 20'000u);
@@ -81,7 +82,7 @@ TEST(TerminalRun, ASlowReaderLosesNothing) {
 TEST(TerminalRun, AReaderThatComesBackGetsTheRest) {
   if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
-  DecoderCounters first, second;
+  wire::DecoderCounters first, second;
   std::thread reader([&, device = terminal->path()] {
     first = read_frames(device, milliseconds(0), 1000);
     std::this_thread::sleep_for(milliseconds(100));
@@ -99,7 +100,7 @@ TEST(TerminalRun, AReaderThatComesBackGetsTheRest) {
 TEST(TerminalRun, KeepsItsDeadlines) {
   if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
-  DecoderCounters read;
+  wire::DecoderCounters read;
   std::thread reader([&, device = terminal->path()] { read = read_frames(device, milliseconds(0)); });
   const auto begin = Clock::now();
   run(run_of(3, 3), *terminal);
@@ -132,9 +133,9 @@ TEST(PseudoTerminal, LinksAndUnlinksItsPath) {
     ASSERT_TRUE(terminal) << terminal.error().text();
     EXPECT_EQ(fs::read_symlink(link), terminal->path());
     EXPECT_FALSE(terminal->has_reader());
-    LineSettings settings;
+    drivers::LineSettings settings;
     settings.device = link;
-    const auto line = open_serial_line(settings);
+    const auto line = drivers::open_serial_line(settings);
     ASSERT_TRUE(line);
     EXPECT_TRUE(terminal->has_reader());
   }
@@ -147,4 +148,4 @@ TEST(PseudoTerminal, LinksAndUnlinksItsPath) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismsim

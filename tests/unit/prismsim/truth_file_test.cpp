@@ -7,18 +7,18 @@
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace prism {
+namespace prism::prismsim {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-GyroTruth truth_at(double elapsed_s) { return {elapsed_s, 25, 25.5, 25.25, 0.001, 5.32, 0.0123456}; }
+drivers::GyroTruth truth_at(double elapsed_s) { return {elapsed_s, 25, 25.5, 25.25, 0.001, 5.32, 0.0123456}; }
 
 std::string rows_of(const std::string& text) { return text.substr(text.find("time_utc")); }
 
 TEST(TruthFile, SaysWhatWasSimulatedAndWritesOneRowASecond) {
   const test::TemporaryFolder folder;
-  SimulationSettings settings;
+  drivers::SimulationSettings settings;
   settings.seed = 42;
   {
     auto file = TruthFile::open(folder.file("truth.csv"), settings);
@@ -59,4 +59,4 @@ TEST(TruthFile, IsRefusedWhereItCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::prismsim

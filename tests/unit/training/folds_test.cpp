@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <set>
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 TEST(Folds, ShuffledOnesAreAPermutationOfLsSvmlabsCut) {
@@ -43,4 +43,4 @@ TEST(Folds, ColumnsOfAnyWholeNumbersBecomeFoldsFromZero) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::training

@@ -46,7 +46,7 @@ struct Golden {
   double c, sigma2, tolerance, scale;
   Eigen::MatrixXd x, x_test;  ///< normalised, d × N
   Eigen::VectorXd y;
-  Folds folds;
+  training::Folds folds;
 
   Golden(const std::string& name, const std::string& id) {
     const auto dir = golden_dir(name);
@@ -63,7 +63,7 @@ struct Golden {
     x = normalised(inputs(train));
     x_test = normalised(inputs(test));
     y = ((vector_of(train["y"]).array() - about["y_shift"].get<double>()) / scale).matrix();
-    folds = *folds_from(train["fold"]);
+    folds = *training::folds_from(train["fold"]);
   }
 
   /// Raw, d × N.
@@ -101,9 +101,9 @@ struct Golden {
     return (f.array() * scale + about["y_shift"].get<double>()).matrix();
   }
 
-  WeightFunction weight(WeightKind kind) const {
+  training::WeightFunction weight(training::WeightKind kind) const {
     const auto& h = expected["hyperparameters"];
-    const double parameter = kind == WeightKind::kHuber ? h["huber_beta"] : h["myriad_delta"];
+    const double parameter = kind == training::WeightKind::kHuber ? h["huber_beta"] : h["myriad_delta"];
     return {kind, parameter, h["hampel_floor"]};
   }
 };

@@ -6,7 +6,7 @@
 #include "compensation/training/stepwise.hpp"
 #include "tests/unit/training/golden.hpp"
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 using test::relative;
@@ -142,4 +142,4 @@ TEST(Stepwise, ThresholdsOutOfOrderAreRefused) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::training

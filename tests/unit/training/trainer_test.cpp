@@ -10,7 +10,7 @@
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model_text.hpp"
 
-namespace prism {
+namespace prism::training {
 namespace {
 
 constexpr double kNoise = 0.01;
@@ -34,7 +34,7 @@ TrainingData drift(Eigen::Index n, bool outliers = true) {
   return data;
 }
 
-double worst_error(const Model& model) {
+double worst_error(const compensation::Model& model) {
   double worst = 0;
   for (double t = -50; t <= 50; t += 5) {
     for (double u = 5.45; u < 5.56; u += 0.05)
@@ -67,7 +67,7 @@ TEST(Trainer, TheStatedDeviationCoversTheError) {
   int covered = 0, all = 0;
   for (double t = -50; t <= 50; t += 5) {
     for (double u = 5.42; u < 5.59; u += 0.04, ++all) {
-      const Prediction p = trained->model->predict(std::vector{t, u});
+      const compensation::Prediction p = trained->model->predict(std::vector{t, u});
       EXPECT_GT(p.sd_deg_per_h, 0);
       covered += std::fabs(p.bias_deg_per_h - truth(t, u)) < 2 * p.sd_deg_per_h;
     }
@@ -99,12 +99,12 @@ TEST(Trainer, LongRecordsBecomeSparseModelsThatPredictAlike) {
   EXPECT_EQ(sparse->model->info().kind, "sparse_lssvm");
   EXPECT_LT(sparse->centres, 400);
   EXPECT_LT(worst_error(*sparse->model), 0.0005);
-  const Prediction near = sparse->model->predict(std::vector{0.0, 5.5}),
-                   far = sparse->model->predict(std::vector{0.0, 7.5});
+  const compensation::Prediction near = sparse->model->predict(std::vector{0.0, 5.5}),
+                                 far = sparse->model->predict(std::vector{0.0, 7.5});
   EXPECT_GT(near.sd_deg_per_h, 0);
   EXPECT_GT(far.sd_deg_per_h, 10 * near.sd_deg_per_h);
   EXPECT_TRUE(far.extrapolating);
-  const auto read = parse_model(format_model(*sparse->model), "sparse.json");
+  const auto read = compensation::parse_model(compensation::format_model(*sparse->model), "sparse.json");
   ASSERT_TRUE(read) << read.error().text();
   EXPECT_EQ((*read)->predict(std::vector{0.0, 5.5}).sd_deg_per_h, near.sd_deg_per_h);
 }
@@ -165,4 +165,4 @@ TEST(ResourcePlan, RefusesWhatDoesNotFitBeforeItBegins) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::training

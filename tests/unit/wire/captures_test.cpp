@@ -9,7 +9,7 @@
 
 #include "tests/unit/wire/fixture_files.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using test::Bytes;
@@ -150,4 +150,4 @@ TEST(Captures, NoIntactFrameOfACaptureIsLostBetweenDamagedOnes) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

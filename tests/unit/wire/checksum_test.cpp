@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 TEST(Sums, AddWordsInTheirOrderAndPadTheLast) {
@@ -24,4 +24,4 @@ TEST(Sums, FletcherIsTwoRunningSums) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

@@ -23,14 +23,14 @@ struct Line {
   std::uint64_t first_counter = 0;
 };
 
-inline double wire_s(const FrameDescription& description) {
+inline double wire_s(const wire::FrameDescription& description) {
   return 1e-9 * description.wire.byte_time_ns() * description.max_frame_bytes;
 }
 
 /// Frame i is measured at i / true_rate and arrives one wire time and its delay later.
-inline Reading reading_of(const FrameDescriptionPtr& description, const Line& line, int i) {
+inline wire::Reading reading_of(const wire::FrameDescriptionPtr& description, const Line& line, int i) {
   const double measured_s = i / line.true_rate_hz;
-  Reading reading;
+  wire::Reading reading;
   reading.length = description->max_frame_bytes;
   reading.offset = static_cast<std::uint64_t>(i) * reading.length;
   reading.arrival_ns = kEpochNs + std::llround(1e9 * (measured_s + wire_s(*description) + line.delay_s(i)));
@@ -42,7 +42,8 @@ inline Reading reading_of(const FrameDescriptionPtr& description, const Line& li
   return reading;
 }
 
-inline std::vector<Sample> run(Clock& clock, const FrameDescriptionPtr& description, const Line& line, int frames) {
+inline std::vector<Sample> run(drivers::Clock& clock, const wire::FrameDescriptionPtr& description, const Line& line,
+                               int frames) {
   std::vector<Sample> samples;
   for (int i = 0; i < frames; ++i) {
     if (line.lost(i)) continue;
@@ -54,7 +55,7 @@ inline std::vector<Sample> run(Clock& clock, const FrameDescriptionPtr& descript
 inline double seconds(std::int64_t time_ns) { return 1e-9 * static_cast<double>(time_ns - kEpochNs); }
 
 /// trplg at another nominal rate, from a device whose clock may be off by 5 %.
-inline FrameDescriptionPtr loose_thousand_hz() {
+inline wire::FrameDescriptionPtr loose_thousand_hz() {
   std::string text = read_file(frames_dir() / "trplg.json");
   text.replace(text.find("\"rate_hz\": 200"), 14, "\"rate_hz\": 1000");
   text.replace(text.find("\"rate_tolerance\": "), 24, "\"rate_tolerance\": 0.05,");

@@ -8,7 +8,7 @@
 
 #include "tests/unit/wire/clock_line.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using test::kEpochNs;
@@ -38,7 +38,7 @@ double batched(double t) { return std::ceil(t / 0.016) * 0.016 - t; }
 
 TEST(Clock, JitterOfAUartIsSeenThrough) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   std::mt19937 random(3);
   std::exponential_distribution<double> delay(1 / 0.3e-3);
   Line line;
@@ -54,7 +54,7 @@ TEST(Clock, JitterOfAUartIsSeenThrough) {
 
 TEST(Clock, BatchesOfAUsbAdapterAreSeenThrough) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   Line line;
   line.true_rate_hz = 200.013;
   line.delay_s = [&](int i) { return batched(i / 200.013 + 0.0003); };
@@ -67,7 +67,7 @@ TEST(Clock, BatchesOfAUsbAdapterAreSeenThrough) {
 
 TEST(Clock, AGyroThatRunsAt962HzInsteadOf1000GetsItsRatesRight) {
   const auto description = loose_thousand_hz();
-  Clock clock(description);
+  drivers::Clock clock(description);
   std::mt19937 random(3);
   std::exponential_distribution<double> delay(1 / 0.3e-3);
   Line line;
@@ -91,7 +91,7 @@ TEST(Clock, AGyroThatRunsAt962HzInsteadOf1000GetsItsRatesRight) {
 
 TEST(Clock, AStallDoesNotCostTheEstimateOfThePeriod) {
   const auto description = loose_thousand_hz();
-  Clock clock(description);
+  drivers::Clock clock(description);
   Line line;
   line.true_rate_hz = 962.4;
   line.delay_s = [](int i) { return i >= 2000 && i < 2400 ? (2400 - i) / 962.4 : 0.0; };
@@ -102,7 +102,7 @@ TEST(Clock, AStallDoesNotCostTheEstimateOfThePeriod) {
 
 TEST(Clock, TheWindowsForgetAnOldPeriod) {
   const auto description = test::shipped("trplg");
-  Clock clock(description, {.switch_s = 20});
+  drivers::Clock clock(description, {.switch_s = 20});
   // The device's clock gets faster by 1e-4 after a minute: 5 us less a frame.
   double measured_s = 0;
   std::optional<Sample> last;
@@ -120,7 +120,7 @@ TEST(Clock, TheWindowsForgetAnOldPeriod) {
 TEST(Clock, AWrongFirstStampDoesNotPoisonTheRest) {
   const auto description = test::shipped("trplg");
   for (const double wrong_s : {86'400.0, 0.3, -86'400.0, -0.3}) {
-    Clock clock(description);
+    drivers::Clock clock(description);
     Line line;
     line.delay_s = [&](int i) { return i == 0 ? wrong_s : 0.0; };
     const auto samples = run(clock, description, line, 1000);
@@ -133,7 +133,7 @@ TEST(Clock, AWrongFirstStampDoesNotPoisonTheRest) {
 
 TEST(Clock, StampsWaitRatherThanGoBack) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   Line line;
   line.delay_s = [](int i) { return i < 40 ? 0.3 : 0.0; };  // a backlog, read at once when the line was opened
   const auto samples = run(clock, description, line, 1000);
@@ -143,7 +143,7 @@ TEST(Clock, StampsWaitRatherThanGoBack) {
 
 TEST(Clock, AStalledHostIsNoReset) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   Line line;
   line.delay_s = [](int i) { return i >= 1000 && i < 1100 ? (1100 - i) / 200.0 : 0.0; };  // half a second, read at once
   const auto samples = run(clock, description, line, 2000);
@@ -155,7 +155,7 @@ TEST(Clock, AStalledHostIsNoReset) {
 
 TEST(Clock, ARestartedCounterBeginsANewFit) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   Line before;
   before.first_counter = 30'000;
   run(clock, description, before, 1000);
@@ -171,4 +171,4 @@ TEST(Clock, ARestartedCounterBeginsANewFit) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

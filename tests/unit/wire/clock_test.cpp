@@ -9,7 +9,7 @@
 
 #include "tests/unit/wire/clock_line.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using test::kEpochNs;
@@ -21,7 +21,7 @@ using test::seconds;
 
 TEST(Clock, ACleanLineGivesTheTimeOfMeasurement) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   const auto samples = run(clock, description, {}, 2000);
   ASSERT_EQ(samples.size(), 1999u);
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -32,7 +32,7 @@ TEST(Clock, ACleanLineGivesTheTimeOfMeasurement) {
 
 TEST(Clock, MissingFramesAreKnownAndTheirAngleIsNotLost) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   Line line;
   line.lost = [](int i) { return i >= 100 && i < 107; };
   const auto samples = run(clock, description, line, 400);
@@ -47,7 +47,7 @@ TEST(Clock, MissingFramesAreKnownAndTheirAngleIsNotLost) {
 
 TEST(Clock, ASilenceLongerThanTheCounterIsMeasuredByTheArrival) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   Line line;
   line.lost = [](int i) { return i >= 1000 && i < 81'000; };  // 400 s; the counter wraps after 327.68
   const auto samples = run(clock, description, line, 82'000);
@@ -58,7 +58,7 @@ TEST(Clock, ASilenceLongerThanTheCounterIsMeasuredByTheArrival) {
 
 TEST(Clock, TheCounterWrapsWithoutATrace) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   Line line;
   line.first_counter = 65500;
   const auto samples = run(clock, description, line, 200);
@@ -68,7 +68,7 @@ TEST(Clock, TheCounterWrapsWithoutATrace) {
 
 TEST(Clock, AnAccumulatedAngleWrapsWithoutATrace) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   Reading reading = reading_of(description, {}, 0);
   reading.gyro = 4294967295.0;
   clock.push(reading);
@@ -82,7 +82,7 @@ TEST(Clock, AnAccumulatedAngleWrapsWithoutATrace) {
 // A frame of floating-point angles may say anything that passes its check.
 TEST(Clock, ALeapBeyondAnyWholeNumberIsWrappedToo) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   Reading reading = reading_of(description, {}, 0);
   reading.gyro = 0;
   clock.push(reading);
@@ -95,7 +95,7 @@ TEST(Clock, ALeapBeyondAnyWholeNumberIsWrappedToo) {
 
 TEST(Clock, ADuplicateGivesNoSample) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   clock.push(reading_of(description, {}, 0));
   clock.push(reading_of(description, {}, 1));
   EXPECT_FALSE(clock.push(reading_of(description, {}, 1)));
@@ -104,7 +104,7 @@ TEST(Clock, ADuplicateGivesNoSample) {
 
 TEST(Clock, DeviceTimeDependsOnTheFirstArrivalAndTheCounterOnly) {
   const auto description = test::shipped("trplg");
-  Clock clock(description, {.source = ClockSource::kDevice});
+  drivers::Clock clock(description, {.source = drivers::ClockSource::kDevice});
   std::mt19937 random(9);
   Line line;
   line.delay_s = [&](int i) { return i == 0 ? 0.0 : static_cast<double>(random() % 1000) - i / 200.0; };
@@ -118,7 +118,7 @@ TEST(Clock, DeviceTimeDependsOnTheFirstArrivalAndTheCounterOnly) {
 
 TEST(Clock, ARestartedDeviceClockGoesOnByOneFrame) {
   const auto description = test::shipped("trplg");
-  Clock clock(description, {.source = ClockSource::kDevice});
+  drivers::Clock clock(description, {.source = drivers::ClockSource::kDevice});
   clock.push(reading_of(description, {.first_counter = 100}, 0));
   const auto before = clock.push(reading_of(description, {.first_counter = 100}, 1));
   EXPECT_FALSE(clock.push(reading_of(description, {.first_counter = 0}, 2))) << "an angle of another session";
@@ -130,7 +130,7 @@ TEST(Clock, ARestartedDeviceClockGoesOnByOneFrame) {
 
 TEST(Clock, ResetStartsASessionThatMayBeginAnywhere) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   run(clock, description, {}, 100);
   clock.reset();
   Reading reading = reading_of(description, {}, 0);
@@ -145,7 +145,7 @@ TEST(Clock, ResetStartsASessionThatMayBeginAnywhere) {
 
 TEST(Clock, AStreamWithoutItsCounterGoesOnByFrames) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   std::vector<Sample> samples;
   for (int i = 0; i < 500; ++i) {
     Reading reading = reading_of(description, {}, i);
@@ -160,7 +160,7 @@ TEST(Clock, AStreamWithoutItsCounterGoesOnByFrames) {
 
 TEST(Clock, AnUncountedReadingBetweenCountedOnesDoesNotDisturbTheCounter) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   std::vector<Sample> samples;
   for (int i = 0; i < 300; ++i) {
     const Reading reading = reading_of(description, {.first_counter = 40'000}, i);
@@ -180,7 +180,7 @@ TEST(Clock, MessagesOfSeveralKindsShareACounter) {
   const auto description = test::shipped("hg4930");
   FrameEncoder encoder(description);
   FrameDecoder decoder(description);
-  Clock clock(description);
+  drivers::Clock clock(description);
   std::vector<std::uint8_t> bytes;
   std::vector<Reading> readings;
   std::vector<Sample> samples;
@@ -208,7 +208,7 @@ TEST(Clock, AnExternallyTriggeredIncrementCoversTheStepOfTheCounter) {
   const std::string counter = "\"counter\": {\"field\": \"counter\",";
   text.replace(text.find(counter), counter.size(), counter + " \"ticks_per_s\": 2000, \"step_varies\": true,");
   const auto description = test::description_of(text);
-  Clock clock(description);
+  drivers::Clock clock(description);
   Reading reading = reading_of(description, {}, 0);
   clock.push(reading);
   for (const int step : {10, 25, 7}) {  // samples at 2000 Hz between triggers
@@ -225,7 +225,7 @@ TEST(Clock, AnExternallyTriggeredIncrementCoversTheStepOfTheCounter) {
 
 TEST(Clock, AnInvalidFrameHasNoRateAndTheNextOneHasTheWholeAngle) {
   const auto description = test::shipped("trplg");
-  Clock clock(description);
+  drivers::Clock clock(description);
   clock.push(reading_of(description, {}, 0));
   Reading bad = reading_of(description, {}, 1);
   bad.valid = false;
@@ -241,4 +241,4 @@ TEST(Clock, AnInvalidFrameHasNoRateAndTheNextOneHasTheWholeAngle) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 // IEC 60751, table 1 (PT100), printed to 0.01 ohm; the middle three to 0.0001 ohm.
@@ -74,4 +74,4 @@ TEST(Scaling, ChainsItsStepsAndUndoesThem) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 /// Whether the products are the processor's.
@@ -88,4 +88,4 @@ INSTANTIATE_TEST_SUITE_P(OfTheProcessor, CrcProducts,
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(CrcProducts);
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

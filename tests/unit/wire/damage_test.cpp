@@ -8,7 +8,7 @@
 
 #include "tests/unit/wire/descriptions.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -232,4 +232,4 @@ INSTANTIATE_TEST_SUITE_P(Descriptions, Shipped, testing::ValuesIn(shipped_names(
 });
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

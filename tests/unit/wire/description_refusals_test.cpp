@@ -4,7 +4,7 @@
 
 #include "tests/unit/wire/descriptions.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 // A small good description; each row of the table below breaks it in one place.
@@ -151,4 +151,4 @@ TEST(Description, TheIdFollowsTheMeaningAndNotTheComments) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

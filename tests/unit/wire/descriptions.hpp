@@ -16,24 +16,25 @@ namespace prism::test {
 
 inline std::filesystem::path frames_dir() { return std::filesystem::path(PRISM_SOURCE_DIR) / "config" / "frames"; }
 
-inline FrameDescriptionPtr description_of(const std::string& text, const GyroChoice& choice = {}) {
-  auto parsed = parse_frame_description(text, "test.json", choice);
+inline wire::FrameDescriptionPtr description_of(const std::string& text, const wire::GyroChoice& choice = {}) {
+  auto parsed = wire::parse_frame_description(text, "test.json", choice);
   if (!parsed) throw std::runtime_error(parsed.error().text());
   return *parsed;
 }
 
 /// A shipped description by its name: "trplg".
-inline FrameDescriptionPtr shipped(const std::string& name, const GyroChoice& choice = {}) {
+inline wire::FrameDescriptionPtr shipped(const std::string& name, const wire::GyroChoice& choice = {}) {
   const auto path = frames_dir() / (name + ".json");
-  auto parsed = parse_frame_description(read_file(path), path.filename().string(), choice);
+  auto parsed = wire::parse_frame_description(read_file(path), path.filename().string(), choice);
   if (!parsed) throw std::runtime_error(parsed.error().text());
   return *parsed;
 }
 
 /// All readings of a byte stream fed at once, with finish().
-inline std::vector<Reading> decode(const FrameDescriptionPtr& description, const std::vector<std::uint8_t>& bytes) {
-  FrameDecoder decoder(description);
-  std::vector<Reading> readings;
+inline std::vector<wire::Reading> decode(const wire::FrameDescriptionPtr& description,
+                                         const std::vector<std::uint8_t>& bytes) {
+  wire::FrameDecoder decoder(description);
+  std::vector<wire::Reading> readings;
   decoder.feed(bytes, 0, readings);
   decoder.finish(readings);
   return readings;

@@ -5,7 +5,7 @@
 
 #include "tests/unit/wire/descriptions.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 std::string hex(const std::vector<std::uint8_t>& bytes) {
@@ -67,4 +67,4 @@ TEST(Documents, EveryShippedDescriptionIsListed) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

@@ -8,7 +8,7 @@
 
 #include "drivers/wire/field_reader.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 Field field_of(const char* json) {
@@ -80,4 +80,4 @@ TEST(Field, HoldsNumbersAtItsLimits) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

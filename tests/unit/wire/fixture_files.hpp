@@ -37,10 +37,10 @@ inline std::vector<std::pair<std::string, Bytes>> hex_frames(const std::string& 
   return frames;
 }
 
-inline std::map<std::string, double> values_of(const FrameDescriptionPtr& description,
+inline std::map<std::string, double> values_of(const wire::FrameDescriptionPtr& description,
                                                std::span<const std::uint8_t> bytes) {
   std::map<std::string, double> values;
-  if (const auto frame = inspect_frame(*description, bytes)) {
+  if (const auto frame = wire::inspect_frame(*description, bytes)) {
     values["length"] = frame->length;
     for (const auto& value : frame->values) values[value.field] = value.value;
   }
@@ -48,7 +48,8 @@ inline std::map<std::string, double> values_of(const FrameDescriptionPtr& descri
 }
 
 /// Every frame of a stream, one behind the other; stops where none stands.
-inline std::vector<std::map<std::string, double>> walk(const FrameDescriptionPtr& description, const Bytes& bytes) {
+inline std::vector<std::map<std::string, double>> walk(const wire::FrameDescriptionPtr& description,
+                                                       const Bytes& bytes) {
   std::vector<std::map<std::string, double>> frames;
   for (std::size_t at = 0; at < bytes.size();) {
     auto values = values_of(description, std::span(bytes).subspan(at));

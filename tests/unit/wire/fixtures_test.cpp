@@ -9,7 +9,7 @@
 
 #include "tests/unit/wire/fixture_files.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using test::Bytes;
@@ -230,4 +230,4 @@ TEST(Fixtures, FizoptikaHalvesAreJoinedOnlyWhenAdjacent) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

@@ -8,7 +8,7 @@
 
 #include "tests/unit/wire/descriptions.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -215,4 +215,4 @@ TEST(FrameDecoder, ASensorThatTheFrameCallsBadIsUnknown) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

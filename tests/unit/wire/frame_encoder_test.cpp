@@ -6,7 +6,7 @@
 
 #include "tests/unit/wire/descriptions.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -78,4 +78,4 @@ TEST(FrameEncoder, SendsTheKindsInTheirTurns) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

@@ -10,7 +10,7 @@
 #include "drivers/wire/inspect.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -229,4 +229,4 @@ TEST(FrameRules, AStaleChannelIsUnknown) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

@@ -11,7 +11,7 @@
 #include "tests/support/schema_validator.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 Json load(const std::filesystem::path& path) { return Json::parse(test::read_file(path), nullptr, true, true); }
@@ -111,4 +111,4 @@ TEST(Schema, RefusesTheTypesAndKeysThatTheReaderRefuses) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

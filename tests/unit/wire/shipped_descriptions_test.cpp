@@ -4,7 +4,7 @@
 
 #include "tests/unit/wire/descriptions.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 TEST(ShippedDescriptions, LoadAndDecodeTheirOwnTestVectors) {
@@ -45,4 +45,4 @@ TEST(ShippedDescriptions, AVectorMustBeOneWholeFrame) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

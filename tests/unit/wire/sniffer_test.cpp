@@ -9,7 +9,7 @@
 
 #include "tests/unit/wire/descriptions.hpp"
 
-namespace prism {
+namespace prism::wire {
 namespace {
 
 std::vector<FrameDescriptionPtr> all_shipped() {
@@ -80,4 +80,4 @@ TEST(Sniffer, TellsCountsAndTheRate) {
 }
 
 }  // namespace
-}  // namespace prism
+}  // namespace prism::wire

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/analysis/limits.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "compensation/evaluation/allan_coefficients.hpp"
+#include "compensation/evaluation/hysteresis.hpp"
+
+namespace prism::analysis {
+namespace {
+
+using Json = nlohmann::json;
+
+std::optional<evaluation::AllanCoefficients> allan_after(const Evidence& evidence) {
+  const auto seconds = corrected_seconds(*evidence.judgement, *evidence.table);
+  const auto sizes = evaluation::allan_cluster_sizes(evaluation::AllanGrid::kOctave, seconds.size());
+  const auto curve =
+      evaluation::allan_deviation(seconds, 1, sizes, evaluation::AllanEstimator::kOverlapping, evidence.table->name);
+  if (!curve) return std::nullopt;
+  const auto found = evaluation::extract_coefficients(*curve, evaluation::allan_confidence(*curve, seconds, 0.683),
+                                                      evidence.table->name);
+  return found ? std::optional(*found) : std::nullopt;
+}
+
+std::optional<double> gap_after(const Evidence& evidence) {
+  std::vector<double> time;
+  for (const compensation::Window& block : evidence.table->blocks)
+    time.push_back(static_cast<double>(block.bucket.second));
+  const auto temperature = evidence.table->column(compensation::kInputTemperature);
+  const auto kinds = evaluation::thermal_kinds(time, temperature, evaluation::SegmentSettings{}.soak_slope_degc_per_s);
+  const auto loop = evaluation::measure_hysteresis(temperature, evidence.judgement->corrected_deg_per_h, kinds, 5,
+                                                   evidence.table->name);
+  if (!loop || loop->bins.empty()) return std::nullopt;
+  return loop->max_gap_deg_per_h;
+}
+
+/// "min" or "max" of one limit.
+Result<std::optional<double>> bound(const Json& object, const char* key, const std::string& where) {
+  if (!object.contains(key)) return std::optional<double>();
+  if (!object[key].is_number()) return refuse(where + "/" + key, "expected a number");
+  return std::optional(object[key].get<double>());
+}
+
+}  // namespace
+
+std::vector<std::string> measured_names() {
+  return {"mean_deg_per_h",
+          "bias_stability_deg_per_h",
+          "rms_deg_per_h",
+          "peak_to_peak_deg_per_h",
+          "improvement_percent",
+          "explained_percent",
+          "hysteresis_gap_deg_per_h",
+          "angle_random_walk_deg_per_sqrt_h",
+          "bias_instability_deg_per_h",
+          "extrapolating_percent"};
+}
+
+std::vector<Measured> measure_all(const Evidence& evidence) {
+  const evaluation::BiasStability& s = evidence.judgement->stability;
+  const auto allan = allan_after(evidence);
+  const auto percent = [](std::optional<double> share) { return share ? std::optional(100 * *share) : std::nullopt; };
+  std::optional<double> walk, instability;
+  if (allan && allan->angle_random_walk_deg_per_sqrt_h) walk = allan->angle_random_walk_deg_per_sqrt_h->value;
+  // Without a plateau the minimum bounds the instability from above: what must stay below a limit is then the bound.
+  if (allan) {
+    instability = allan->bias_instability_deg_per_h ? allan->bias_instability_deg_per_h->value
+                                                    : allan->floor.minimum_deg_per_h / evaluation::kAllanFlicker;
+  }
+  const double blocks = static_cast<double>(evidence.table->size());
+  const std::vector<std::optional<double>> values = {
+      s.after.mean,
+      s.after.sd,
+      s.after.rms,
+      s.after.peak_to_peak,
+      percent(s.improvement),
+      percent(s.explained),
+      gap_after(evidence),
+      walk,
+      instability,
+      100 * static_cast<double>(evidence.judgement->extrapolated) / blocks};
+  const std::vector<std::string> units = {"deg/h", "deg/h", "deg/h",  "deg/h", "%",
+                                          "%",     "deg/h", "deg/√h", "deg/h", "%"};
+  std::vector<Measured> measured;
+  const auto names = measured_names();
+  for (std::size_t i = 0; i < names.size(); ++i) measured.push_back({names[i], units[i], values[i]});
+  return measured;
+}
+
+Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where) {
+  const Json json = Json::parse(text, nullptr, false, true);
+  if (!json.is_object()) return refuse(where, "not a JSON object of limits");
+  const auto names = measured_names();
+  std::vector<Limit> limits;
+  for (const auto& [quantity, object] : json.items()) {
+    const std::string at = where + ":/" + quantity;
+    if (std::find(names.begin(), names.end(), quantity) == names.end()) {
+      return refuse(at, fmt::format("no such quantity; expected one of {}", fmt::join(names, ", ")));
+    }
+    if (!object.is_object()) return refuse(at, "expected {\"min\": …, \"max\": …}, one or both");
+    for (const auto& [key, value] : object.items()) {
+      if (key != "min" && key != "max") return refuse(at + "/" + key, "unknown key; expected min or max");
+    }
+    const auto min = bound(object, "min", at), max = bound(object, "max", at);
+    if (!min) return tl::unexpected(min.error());
+    if (!max) return tl::unexpected(max.error());
+    if (!*min && !*max) return refuse(at, "neither min nor max");
+    limits.push_back({quantity, *min, *max});
+  }
+  if (limits.empty()) return refuse(where, "no limit in it");
+  return limits;
+}
+
+std::vector<LimitVerdict> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured) {
+  std::vector<LimitVerdict> verdicts;
+  for (const Limit& limit : limits) {
+    const auto found =
+        std::find_if(measured.begin(), measured.end(), [&](const Measured& m) { return m.quantity == limit.quantity; });
+    LimitVerdict verdict{limit, found == measured.end() ? Measured{limit.quantity, "", {}} : *found, false};
+    const auto& value = verdict.measured.value;
+    verdict.pass =
+        value && std::isfinite(*value) && (!limit.min || *value >= *limit.min) && (!limit.max || *value <= *limit.max);
+    verdicts.push_back(std::move(verdict));
+  }
+  return verdicts;
+}
+
+report::Table limits_table(const std::vector<LimitVerdict>& verdicts, const std::string& id,
+                           const std::string& recording) {
+  report::Table table{
+      id + "_limits", "Specification limits on " + recording, "What could not be measured does not pass.", {}, {}};
+  table.columns = {{"quantity", "", false}, {"unit", "", false}, {"at least"}, {"at most"}, {"measured"},
+                   {"verdict", "", false}};
+  for (const LimitVerdict& v : verdicts) {
+    const report::Mark mark = v.pass ? report::Mark::kGood : report::Mark::kBad;
+    table.rows.push_back({report::text_cell(v.limit.quantity), report::text_cell(v.measured.unit),
+                          report::general_cell(v.limit.min, 6), report::general_cell(v.limit.max, 6),
+                          report::general_cell(v.measured.value, 5),
+                          report::text_cell(v.pass ? "PASS" : "FAIL", mark)});
+  }
+  return table;
+}
+
+}  // namespace prism::analysis

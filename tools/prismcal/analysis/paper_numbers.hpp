@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// What Tao et al. 2019 measured on their gyro (tables 1 to 5): the column beside ours.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "tools/prismcal/analysis/study.hpp"
+
+namespace prism::analysis {
+
+/// One row of the paper's tables. c, sigma2 and F(x) belong to normalised data and to their gyro: only to compare.
+struct PaperRow {
+  std::optional<double> c, sigma2, cost_deg_per_h;
+  double after_deg_per_h = 0;
+  double improvement = 0;  ///< a share
+};
+
+inline constexpr double kPaperBefore = 0.01850;  ///< deg/h, tables 2 and 3
+inline constexpr std::array<double, 3> kPaperCorrelation = {0.71, -0.43,
+                                                            -0.82};  ///< T, dT/dt, U with the bias, table 1
+
+/// The paper's row for a model, where it has one with this very tuning.
+std::optional<PaperRow> paper_row(const ModelSpec& spec);
+
+}  // namespace prism::analysis

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/allan_command.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <cstdio>
+#include <map>
+#include <memory>
+
+#include "tools/number_check.hpp"
+#include "tools/prismcal/analysis/allan_text.hpp"
+
+namespace prism::commands {
+namespace {
+
+struct Choice {
+  std::string file;
+  recordings::RateSeriesChoice series;
+  double interval_s = 0;
+  evaluation::AllanGrid grid = evaluation::AllanGrid::kOctave;
+  evaluation::AllanEstimator estimator = evaluation::AllanEstimator::kOverlapping;
+  double probability = 0.683;
+  bool json = false;
+};
+
+int run(const Choice& choice) {
+  recordings::RateSeriesChoice wanted = choice.series;
+  if (choice.interval_s > 0) wanted.interval_s = choice.interval_s;
+  const auto series = recordings::read_rate_series(choice.file, wanted);
+  const auto analysis = series.and_then([&](const recordings::RateSeries& s) {
+    return analysis::analyse_allan(s, choice.grid, choice.estimator, choice.probability, choice.file);
+  });
+  if (!analysis) {
+    fmt::print(stderr, "prismcal: {}\n", analysis.error().text());
+    return 1;
+  }
+  fmt::print("{}", choice.json ? analysis::allan_json(*analysis, *series, choice.file)
+                               : analysis::allan_text(*analysis, *series, choice.file));
+  return 0;
+}
+
+}  // namespace
+
+void add_allan_command(CLI::App& app, int& code) {
+  CLI::App* command =
+      app.add_subcommand("allan", "Allan deviation of a recorded rate, with confidence and coefficients");
+  const auto choice = std::make_shared<Choice>();
+  const std::map<std::string, evaluation::AllanGrid> grids = {{"octave", evaluation::AllanGrid::kOctave},
+                                                              {"decade", evaluation::AllanGrid::kDecade},
+                                                              {"dense", evaluation::AllanGrid::kDense}};
+  const std::map<std::string, evaluation::AllanEstimator> estimators = {
+      {"overlapping", evaluation::AllanEstimator::kOverlapping},
+      {"non-overlapping", evaluation::AllanEstimator::kNonOverlapping}};
+  command->add_option("file", choice->file, "CSV: prismd's log, or any table of evenly spaced rates")->required();
+  command->add_option("--column", choice->series.column,
+                      "the rate: a column's name, or its number from 1 (default: rate_deg_per_h)");
+  command->add_option("--unit", choice->series.unit,
+                      "deg/h, deg/s, rad/s or arcsec/s (default: by the column's name, else deg/h)");
+  command->add_option("--time", choice->series.time_column,
+                      "the time in seconds: name or number (default: time_s or t_s)");
+  command->add_option("--interval", choice->interval_s, "seconds between rows, where the file has no time")
+      ->check(tools::positive());
+  command->add_option("--grid", choice->grid, "averaging times: octave, decade (1, 2, 4, 10, …) or dense")
+      ->transform(CLI::CheckedTransformer(grids));
+  command->add_option("--estimator", choice->estimator, "overlapping or non-overlapping")
+      ->transform(CLI::CheckedTransformer(estimators));
+  command->add_option("--confidence", choice->probability, "probability of the intervals, 0.5 to 0.999 (default 0.683)")
+      ->check(tools::within(0.5, 0.999));
+  command->add_flag("--json", choice->json, "print JSON");
+  command->callback([choice, &code] { code = run(*choice); });
+}
+
+}  // namespace prism::commands

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/common_options.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "compensation/model_text.hpp"
+#include "config/config.hpp"
+#include "tools/prismcal/report/gnuplot.hpp"
+#include "tools/prismcal/report/html.hpp"
+#include "tools/prismcal/report/machine_text.hpp"
+
+namespace prism::commands {
+namespace {
+
+bool begins_with_sim(const std::string& text) {
+  return text.size() >= 3 && std::equal(text.begin(), text.begin() + 3, "sim", [](char a, char b) {
+           return std::tolower(static_cast<unsigned char>(a)) == b;
+         });
+}
+
+Result<void> write_file(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  out << text;
+  out.close();
+  if (!out) return refuse(path.string(), "cannot be written");
+  return {};
+}
+
+/// Median over the seconds, so that lost frames and a cut second do not show.
+double samples_per_second(const recordings::Recording& recording) {
+  std::vector<double> samples;
+  for (const compensation::Bucket& bucket : recording.buckets) samples.push_back(static_cast<double>(bucket.samples));
+  return samples.empty() ? kUnknown : evaluation::median_of(std::move(samples));
+}
+
+}  // namespace
+
+void add_common_options(CLI::App& command, CommonOptions& options) {
+  const std::map<std::string, evaluation::Divisor> divisors = {{"N", evaluation::Divisor::kN},
+                                                               {"N-1", evaluation::Divisor::kNMinus1}};
+  recordings::add_source_options(command, options.source);
+  recordings::add_place_options(command, options.place);
+  command.add_option("--divisor", options.divisor, "of the variance: N or N-1 (default)")
+      ->transform(CLI::CheckedTransformer(divisors).description("N|N-1"));
+  command.add_option("--out", options.out, "folder for report.html, report.csv and report.json");
+  command.add_flag("--simulated", options.simulated, "say on every page that the data are simulated");
+  command.add_flag("--any-gyro", options.any_gyro, "judge a recording of another gyro than the model's");
+  command.add_flag("--json", options.json, "print the report's JSON");
+}
+
+bool is_simulated(const recordings::Recording& recording, const CommonOptions& options) {
+  return options.simulated || begins_with_sim(recording.value("gyro_serial")) ||
+         begins_with_sim(recording.value("instance"));
+}
+
+Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,
+                           const compensation::ModelInfo* model, const CommonOptions& options) {
+  auto recording = recordings::read_source(path, options.source);
+  if (!recording) return tl::unexpected(recording.error());
+  const std::string serial = recording->value("gyro_serial");
+  if (model && !options.any_gyro && !model->gyro_serial.empty() && !serial.empty() && serial != "unknown" &&
+      serial != model->gyro_serial) {
+    return refuse(
+        path, fmt::format("recorded from gyro \"{}\", the model is bound to \"{}\"; --any-gyro judges it all the same",
+                          serial, model->gyro_serial));
+  }
+  const auto earth = recordings::earth_rate_of(*recording, options.place);
+  if (!earth) return tl::unexpected(earth.error());
+  auto table = recordings::make_block_table(recording->buckets, features, *earth, recording->name);
+  if (!table) return tl::unexpected(table.error());
+  return Loaded{std::move(*recording), std::move(*table)};
+}
+
+Result<compensation::ModelPtr> load_model(const std::string& path) {
+  return config::read_text_file(path).and_then(
+      [&](const std::string& text) { return compensation::parse_model(text, path); });
+}
+
+void append_recording_facts(std::vector<std::pair<std::string, std::string>>& facts, const Loaded& loaded,
+                            const std::string& role) {
+  const recordings::Recording& recording = loaded.recording;
+  for (const recordings::SourceFile& file : recording.files) {
+    facts.emplace_back(role, fmt::format("{} ({} rows, SHA-256 {})", file.path, file.rows, file.sha256));
+  }
+  const std::string serial = recording.value("gyro_serial"), site = recording.value("site");
+  facts.emplace_back(role + ", gyro",
+                     fmt::format("serial {}, frames {}, axis {}", serial.empty() ? "not stated" : serial,
+                                 recording.value("frames"), recording.value("axis")));
+  facts.emplace_back(role + ", site",
+                     fmt::format("{}; earth rate on the axis {:.6f} deg/h taken off",
+                                 site.empty() ? "not stated" : site, loaded.table.earth_rate_deg_per_h));
+}
+
+report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings) {
+  report::Table table{"recordings", "The recordings", "", {}, {}};
+  table.columns = {{"role", "", false},
+                   {"recording", "", false},
+                   {"rows", "s"},
+                   {"samples", "1/s"},
+                   {"length", "h"},
+                   {"blocks"},
+                   {"gaps"},
+                   {"missing", "s"},
+                   {"lost frames"},
+                   {"T from", "degC"},
+                   {"T to", "degC"}};
+  for (const auto& [role, loaded] : recordings) {
+    const recordings::BlockTable& t = loaded->table;
+    const auto temperature = t.column(compensation::kInputTemperature);
+    const auto [low, high] = std::minmax_element(temperature.begin(), temperature.end());
+    const double hours = static_cast<double>(t.second.back() - t.second.front() + 1) / 3600;
+    table.caption = fmt::format("Blocks of {} s, anew after every gap longer than {} s.", t.features.length_s,
+                                t.features.max_gap_s);
+    table.rows.push_back({report::text_cell(role), report::text_cell(t.name),
+                          report::fixed_cell(static_cast<double>(loaded->recording.buckets.size()), 0),
+                          report::general_cell(samples_per_second(loaded->recording), 6), report::fixed_cell(hours, 2),
+                          report::fixed_cell(static_cast<double>(t.size()), 0),
+                          report::fixed_cell(static_cast<double>(t.gaps), 0),
+                          report::fixed_cell(static_cast<double>(t.missing_s), 0),
+                          report::fixed_cell(static_cast<double>(t.missing_frames), 0), report::fixed_cell(*low, 1),
+                          report::fixed_cell(*high, 1)});
+  }
+  return table;
+}
+
+Result<void> write_report(const report::Report& report, const CommonOptions& options) {
+  if (options.json) fmt::print("{}", report::json_text(report));
+  if (options.out.empty()) return {};
+  std::error_code error;
+  const std::filesystem::path folder(options.out);
+  std::filesystem::create_directories(folder, error);
+  if (error) return refuse(options.out, error.message());
+  const auto page = report::html_page(report, report::draw_svg);
+  if (!page) return tl::unexpected(page.error());
+  for (const auto& [name, text] : {std::pair{"report.html", *page},
+                                   {"report.csv", report::csv_text(report)},
+                                   {"report.json", report::json_text(report)}}) {
+    if (const auto done = write_file(folder / name, text); !done) return done;
+  }
+  fmt::print(stderr, "report: {}\n", (folder / "report.html").string());
+  return {};
+}
+
+}  // namespace prism::commands

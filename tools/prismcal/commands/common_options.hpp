@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// What evaluate, compare and report ask alike: where the gyro stood, the divisor, which files come out.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <string>
+
+#include "compensation/evaluation/statistics.hpp"
+#include "compensation/model.hpp"
+#include "tools/prismcal/recordings/block_table.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
+#include "tools/prismcal/recordings/source_options.hpp"
+#include "tools/prismcal/report/document.hpp"
+
+namespace prism::commands {
+
+struct CommonOptions {
+  recordings::SourceOptions source;
+  recordings::PlaceOptions place;
+  evaluation::Divisor divisor = evaluation::Divisor::kNMinus1;
+  std::string out;  ///< folder for report.html, report.csv, report.json; empty: none
+  bool simulated = false;
+  bool any_gyro = false;
+  bool json = false;
+};
+
+void add_common_options(CLI::App& command, CommonOptions& options);
+
+/// Said by --simulated, or by the log: a gyro serial or an instance that begins with "sim".
+bool is_simulated(const recordings::Recording& recording, const CommonOptions& options);
+
+/// Reads a recording and puts it on the grid of `features`. With a model: refuses another gyro's, unless any gyro will
+/// do.
+struct Loaded {
+  recordings::Recording recording;
+  recordings::BlockTable table;
+};
+Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,
+                           const compensation::ModelInfo* model, const CommonOptions& options);
+
+/// Reads a model file.
+Result<compensation::ModelPtr> load_model(const std::string& path);
+
+/// The header facts of a recording: file, SHA-256, serial, site, earth rate, blocks, gaps.
+void append_recording_facts(std::vector<std::pair<std::string, std::string>>& facts, const Loaded& loaded,
+                            const std::string& role);
+
+/// The recordings in one table: length, blocks, holes, temperature span.
+report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);
+
+/// Writes report.html, report.csv and report.json into options.out, if any; says where on stderr.
+Result<void> write_report(const report::Report& report, const CommonOptions& options);
+
+}  // namespace prism::commands

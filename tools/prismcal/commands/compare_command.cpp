@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/compare_command.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "config/version.hpp"
+#include "tools/prismcal/analysis/judgement.hpp"
+#include "tools/prismcal/commands/common_options.hpp"
+#include "tools/prismcal/report/plain_text.hpp"
+
+namespace prism::commands {
+namespace {
+
+using report::Cell;
+using report::Mark;
+
+struct Choice {
+  std::vector<std::string> models, recordings;
+  CommonOptions common;
+};
+
+/// judged[m][r]: model m on recording r.
+struct Comparison {
+  std::vector<compensation::ModelPtr> models;
+  std::vector<Loaded> recordings;  ///< on the grid of the first model; their facts
+  std::vector<std::vector<analysis::Judgement>> judged;
+};
+
+Result<Comparison> judge_all(const Choice& choice) {
+  Comparison comparison;
+  for (const std::string& path : choice.models) {
+    auto model = load_model(path);
+    if (!model) return tl::unexpected(model.error());
+    comparison.judged.emplace_back();
+    for (const std::string& recording : choice.recordings) {
+      auto loaded = load_blocks(recording, (*model)->info().features, &(*model)->info(), choice.common);
+      if (!loaded) return tl::unexpected(loaded.error());
+      auto judged = analysis::judge(**model, loaded->table, choice.common.divisor);
+      if (!judged) return tl::unexpected(judged.error());
+      comparison.judged.back().push_back(std::move(*judged));
+      if (comparison.models.empty()) comparison.recordings.push_back(std::move(*loaded));
+    }
+    comparison.models.push_back(std::move(*model));
+  }
+  return comparison;
+}
+
+/// One row for each model, three columns for each recording; the lowest sigma is marked, "against" is to the first
+/// model.
+report::Table comparison_table(const Comparison& comparison, evaluation::Divisor divisor) {
+  report::Table table{
+      "comparison", "Models on recordings", "", {{"model", "", false}, {"kind", "", false}, {"id", "", false}}, {}};
+  table.caption = fmt::format(
+      "Bias stability: 1 sigma of the model's means ({} s), divisor {}. Change: of the sigma after, against the first "
+      "model.",
+      comparison.models.front()->info().features.length_s, evaluation::divisor_text(divisor));
+  for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
+    const std::string& name = comparison.recordings[r].table.name;
+    for (const report::Column& column : {report::Column{name + ": before", "deg/h"},
+                                         {"after", "deg/h"},
+                                         {"improvement", "%"},
+                                         {"change", "%"},
+                                         {"off", "%"}}) {
+      table.columns.push_back(column);
+    }
+  }
+  for (std::size_t m = 0; m < comparison.models.size(); ++m) {
+    const compensation::ModelInfo& info = comparison.models[m]->info();
+    std::vector<report::Cell> cells = {report::text_cell(info.name), report::text_cell(info.kind),
+                                       report::text_cell(info.id.substr(0, 12))};
+    for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
+      const analysis::Judgement& judged = comparison.judged[m][r];
+      const evaluation::BiasStability& s = judged.stability;
+      const double first = comparison.judged[0][r].stability.after.sd;
+      const bool best = std::all_of(comparison.judged.begin(), comparison.judged.end(),
+                                    [&](const auto& row) { return row[r].stability.after.sd >= s.after.sd; });
+      cells.push_back(report::fixed_cell(s.before.sd, 5));
+      cells.push_back(report::fixed_cell(s.after.sd, 5, best ? report::Mark::kBest : report::Mark::kNone));
+      cells.push_back(report::percent_cell(
+          s.improvement, s.improvement && *s.improvement < 0 ? report::Mark::kBad : report::Mark::kNone));
+      cells.push_back(report::percent_cell(m > 0 && first > 0 ? std::optional(s.after.sd / first - 1) : std::nullopt));
+      cells.push_back(report::fixed_cell(
+          100 * static_cast<double>(judged.extrapolated) / static_cast<double>(judged.extrapolating.size()), 1));
+    }
+    table.rows.push_back(std::move(cells));
+  }
+  return table;
+}
+
+Result<void> compare(const Choice& choice) {
+  const auto comparison = judge_all(choice);
+  if (!comparison) return tl::unexpected(comparison.error());
+  report::Report report;
+  report.title = "Comparison of models";
+  report.subtitle = fmt::format("{} models on {} recordings", comparison->models.size(), comparison->recordings.size());
+  report.tool = std::string("prismcal ") + kVersion;
+  std::vector<std::pair<std::string, const Loaded*>> all;
+  for (const compensation::ModelPtr& model : comparison->models)
+    report.facts.emplace_back("model " + model->info().name, "id " + model->info().id);
+  for (const Loaded& loaded : comparison->recordings) {
+    append_recording_facts(report.facts, loaded, "recording " + loaded.table.name);
+    report.simulated = report.simulated || is_simulated(loaded.recording, choice.common);
+    all.emplace_back("evaluated", &loaded);
+  }
+  const report::Table table = comparison_table(*comparison, choice.common.divisor);
+  report.sections = {{"comparison", "Comparison", {table}}, {"recordings", "Recordings", {recordings_table(all)}}};
+  if (!choice.common.json) fmt::print("{}", report::plain_text(table));
+  return write_report(report, choice.common);
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app, int& code) {
+  CLI::App* command = app.add_subcommand("compare", "several models on several recordings, one table");
+  const auto choice = std::make_shared<Choice>();
+  command->add_option("models", choice->models, "model files; the first is the one that others are measured against")
+      ->required();
+  command->add_option("--on", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")
+      ->required();
+  add_common_options(*command, choice->common);
+  command->callback([choice, &code] {
+    const auto done = compare(*choice);
+    if (!done) fmt::print(stderr, "prismcal: {}\n", done.error().text());
+    code = done ? 0 : 1;
+  });
+}
+
+}  // namespace prism::commands

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/convert_command.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "config/config.hpp"
+#include "config/search_path.hpp"
+#include "drivers/capture_file.hpp"
+#include "drivers/wire/frame_encoder.hpp"
+#include "tools/prismcal/recordings/source_options.hpp"
+
+namespace prism::commands {
+namespace {
+
+struct Choice {
+  std::string recording, frames = "second-means", out;
+  recordings::SourceOptions source;
+};
+
+Result<wire::FrameDescriptionPtr> one_a_second(const std::string& frames) {
+  const std::string path = config::find_data_file(frames, "frames", ".");
+  const auto text = config::read_text_file(path);
+  if (!text) return tl::unexpected(text.error());
+  auto description = wire::parse_frame_description(*text, path);
+  if (description && (*description)->rate_hz != 1) {
+    return refuse(path, fmt::format("{} frames a second; a recording has one row a second", (*description)->rate_hz));
+  }
+  return description;
+}
+
+/// Each row becomes one frame that arrives in the middle of its second's last tenth, so that no rounding of the clock
+/// moves it into the next. Missing seconds let the counter run on.
+Result<std::size_t> write_capture(const recordings::Recording& recording, wire::FrameDescriptionPtr frames,
+                                  const std::string& out) {
+  auto writer = drivers::CaptureWriter::open(out);
+  if (!writer) return tl::unexpected(writer.error());
+  wire::FrameEncoder encoder(std::move(frames));
+  std::vector<std::uint8_t> bytes;
+  std::optional<std::int64_t> last;
+  for (const compensation::Bucket& bucket : recording.buckets) {
+    wire::GyroState state;
+    state.interval_s = 1;
+    state.valid = std::isfinite(bucket.rate_deg_per_h);
+    state.rate_deg_per_h = state.valid ? bucket.rate_deg_per_h : 0;
+    state.temperature_degc = bucket.temperature_degc;
+    state.uhfo_v = bucket.uhfo_v;
+    if (last && bucket.second > *last + 1) encoder.skip(state, static_cast<std::uint64_t>(bucket.second - *last - 1));
+    last = bucket.second;
+    bytes.clear();
+    encoder.encode(state, bytes);
+    const auto done = writer->data(bucket.second * compensation::kNanosecondsPerSecond + 950'000'000, bytes);
+    if (!done) return tl::unexpected(done.error());
+  }
+  const auto flushed = writer->flush();
+  if (!flushed) return tl::unexpected(flushed.error());
+  return recording.buckets.size();
+}
+
+Result<std::size_t> convert(const Choice& choice) {
+  const auto frames = one_a_second(choice.frames);
+  if (!frames) return tl::unexpected(frames.error());
+  const auto recording = recordings::read_source(choice.recording, choice.source);
+  if (!recording) return tl::unexpected(recording.error());
+  if (recording->buckets.empty()) return refuse(choice.recording, "no row in it");
+  return write_capture(*recording, *frames, choice.out);
+}
+
+}  // namespace
+
+void add_convert_command(CLI::App& app, int& code) {
+  CLI::App* command =
+      app.add_subcommand("convert", "a recording as a capture: one frame a second, for prismd --replay");
+  const auto choice = std::make_shared<Choice>();
+  command->add_option("recording", choice->recording, "prismd's log (file or folder), a capture, or CSV with --map")
+      ->required();
+  command->add_option("--out", choice->out, "capture to write")->required();
+  command->add_option("--frames", choice->frames, "frame description of one frame a second: a name or a path")
+      ->capture_default_str();
+  recordings::add_source_options(*command, choice->source);
+  command->callback([choice, &code] {
+    const auto frames = convert(*choice);
+    frames ? fmt::print("{}: {} frames\n", choice->out, *frames)
+           : fmt::print(stderr, "prismcal: {}\n", frames.error().text());
+    code = frames ? 0 : 1;
+  });
+}
+
+}  // namespace prism::commands

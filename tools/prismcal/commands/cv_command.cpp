@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/cv_command.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "compensation/kernel.hpp"
+#include "compensation/training/cross_validation.hpp"
+#include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/recordings/csv_table.hpp"
+
+namespace prism::commands {
+namespace {
+
+constexpr Eigen::Index kRefined = 2000;  // samples up to which every solve is refined, so that no machine differs
+
+struct Choice {
+  std::string file, inputs, target, fold_column;
+  MethodOptions method;
+};
+
+nlohmann::ordered_json costs_json(const training::CrossValidation& cv) {
+  nlohmann::ordered_json json = {{"mse", cv.mse}, {"mae", cv.mae}};
+  if (cv.fold_mse.empty()) return json;
+  json["fold_mse"] = cv.fold_mse;
+  json["fold_mae"] = cv.fold_mae;
+  return json;
+}
+
+std::string costs_text(const char* name, const training::CrossValidation& cv) {
+  std::string text = fmt::format("{}: mse {:.6g}, mae {:.6g}\n", name, cv.mse, cv.mae);
+  for (std::size_t i = 0; i < cv.fold_mae.size(); ++i)
+    text += fmt::format("  fold {:>2}: mse {:.6g}, mae {:.6g}\n", i + 1, cv.fold_mse[i], cv.fold_mae[i]);
+  return text;
+}
+
+struct Problem {
+  training::NormalisedData data;
+  training::Folds folds;
+};
+
+Result<Problem> read_problem(const Choice& choice, const training::TrainingSettings& settings) {
+  const auto table = recordings::CsvTable::read(choice.file);
+  if (!table) return tl::unexpected<Error>(table.error());
+  const std::vector<std::string> names = recordings::split_names(choice.inputs);
+  const auto inputs = table->columns(names);
+  if (!inputs) return tl::unexpected<Error>(inputs.error());
+  const auto target = table->columns({choice.target});
+  if (!target) return tl::unexpected<Error>(target.error());
+  auto data = training::normalise(*inputs, target->row(0).transpose(), settings.scaling, names);
+  if (!data) return tl::unexpected<Error>(data.error());
+  const std::size_t n = table->rows();
+  if (choice.fold_column.empty()) {
+    if (static_cast<std::size_t>(settings.folds) > n)
+      return refuse("--folds", fmt::format("found {}, expected at most {} rows", settings.folds, n));
+    const bool shuffled = settings.tuning == training::Tuning::kShuffled;
+    return Problem{std::move(*data), shuffled ? training::shuffled_folds(n, settings.folds, settings.seed)
+                                              : training::blocked_folds(std::vector<int>(n, 0), settings.folds)};
+  }
+  const auto column = table->column(choice.fold_column);
+  if (!column) return tl::unexpected<Error>(column.error());
+  auto folds = training::folds_from(*column);
+  if (!folds) return tl::unexpected<Error>(folds.error());
+  return Problem{std::move(*data), std::move(*folds)};
+}
+
+Result<int> run(const Choice& choice) {
+  auto settings = settings_of(choice.method);
+  if (!settings) return tl::unexpected<Error>(settings.error());
+  if (settings->method != training::Method::kLssvm && settings->method != training::Method::kIrlssvm) {
+    return refuse("--method", fmt::format("found \"{}\", expected lssvm or ir-lssvm", choice.method.method));
+  }
+  if (!settings->c || !settings->sigma2) return refuse("--c and --sigma2", "found one or none of them, expected both");
+  const auto problem = read_problem(choice, *settings);
+  if (!problem) return tl::unexpected<Error>(problem.error());
+  const training::NormalisedData& data = problem->data;
+  const auto fits = training::plan_resources(data.y.size(), data.x.rows(), *settings);
+  if (!fits) return tl::unexpected<Error>(fits.error());
+  if (fits->sparse)
+    return refuse(choice.file,
+                  fmt::format("found {} rows, expected at most 5000 for exact cross-validation", data.y.size()));
+  const Eigen::MatrixXd kernel = compensation::kernel_matrix(data.x, *settings->sigma2);
+  const double scale = data.constants.target_scale;
+  const bool loo = settings->tuning == training::Tuning::kLoo;
+  const auto plain = loo ? training::leave_one_out(kernel, data.y, *settings->c, scale)
+                         : training::cross_validate(kernel, data.y, *settings->c, problem->folds, scale);
+  if (!plain) return tl::unexpected<Error>(plain.error());
+  nlohmann::ordered_json json = costs_json(*plain);
+  std::string text = costs_text("unweighted", *plain);
+  if (settings->method == training::Method::kIrlssvm) {
+    if (loo) return refuse("--tune", "found loo with ir-lssvm, expected folds");
+    training::ReweightSettings reweight = settings->reweight;
+    reweight.weight.parameter = settings->parameter.value_or(training::usual_parameter(reweight.weight.kind));
+    if (reweight.limit > 1) reweight.limit = training::kRobustSolves, reweight.tolerance = 0;
+    training::ExtendedMatrix extended;
+    if (data.y.size() <= kRefined)
+      reweight.extended = &(extended = training::extended_kernel_matrix(data.x, *settings->sigma2));
+    const auto robust = training::cross_validate_robust(kernel, data.y, *settings->c, reweight, problem->folds, scale);
+    if (!robust) return tl::unexpected<Error>(robust.error());
+    json = costs_json(*robust);
+    json["fold_solves"] = robust->fold_solves;
+    json["weight"] = training::weight_name(reweight.weight.kind);
+    json["unweighted"] = costs_json(*plain);
+    json["weighted"] = costs_json(*robust);
+    text += costs_text(training::weight_name(reweight.weight.kind), *robust);
+  } else {
+    json["unweighted"] = costs_json(*plain);
+  }
+  fmt::print("{}", choice.method.json ? json.dump(2) + "\n" : text);
+  return 0;
+}
+
+}  // namespace
+
+void add_cv_command(CLI::App& app, int& code) {
+  CLI::App* command = app.add_subcommand("cv", "held-out errors of an LSSVM on a plain table, fold by fold");
+  const auto choice = std::make_shared<Choice>();
+  choice->method.tune = "shuffled";
+  command->add_option("table", choice->file, "CSV with a line of names")->required();
+  command->add_option("--inputs", choice->inputs, "columns, by commas")->required();
+  command->add_option("--target", choice->target, "column")->required();
+  command->add_option("--fold-column", choice->fold_column, "column of fold numbers");
+  add_method_options(*command, choice->method);
+  command->callback([choice, &code] {
+    const auto done = run(*choice);
+    code = done ? *done : failed(done.error());
+  });
+}
+
+}  // namespace prism::commands

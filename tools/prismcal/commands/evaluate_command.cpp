@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/evaluate_command.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "config/config.hpp"
+#include "config/version.hpp"
+#include "tools/prismcal/analysis/evidence.hpp"
+#include "tools/prismcal/analysis/gate_table.hpp"
+#include "tools/prismcal/analysis/limits.hpp"
+#include "tools/prismcal/commands/common_options.hpp"
+#include "tools/prismcal/report/plain_text.hpp"
+
+namespace prism::commands {
+namespace {
+
+struct Choice {
+  std::string model, limits, training;
+  std::vector<std::string> recordings;
+  CommonOptions common;
+};
+
+/// One recording through the model.
+struct Case {
+  Loaded loaded;
+  analysis::Judgement judgement;
+};
+
+report::Report begin_report(const compensation::Model& model, const std::vector<Case>& cases,
+                            const CommonOptions& options) {
+  const compensation::ModelInfo& info = model.info();
+  report::Report report;
+  const std::string serial = cases.front().loaded.recording.value("gyro_serial");
+  report.title = "Evaluation of gyro " + (serial.empty() ? std::string("without a serial") : serial);
+  report.subtitle = fmt::format("Model \"{}\" ({}) on {} recording{}", info.name, info.kind, cases.size(),
+                                cases.size() == 1 ? "" : "s");
+  report.tool = std::string("prismcal ") + kVersion;
+  report.simulated =
+      std::any_of(cases.begin(), cases.end(), [&](const Case& c) { return is_simulated(c.loaded.recording, options); });
+  report.facts = {
+      {"model", fmt::format("{}, kind {}, id {}", info.name, info.kind, info.id)},
+      {"model, inputs", fmt::format("{}; windows of {} s", fmt::join(info.inputs, ", "), info.features.length_s)},
+      {"model, gyro", info.gyro_serial.empty() ? "any" : info.gyro_serial},
+      {"divisor", fmt::format("{} in every standard deviation", evaluation::divisor_text(options.divisor))}};
+  for (const Case& c : cases) append_recording_facts(report.facts, c.loaded, "recording " + c.loaded.table.name);
+  return report;
+}
+
+report::Section recording_section(const analysis::Evidence& evidence, const std::vector<analysis::Limit>& limits,
+                                  bool& kept) {
+  report::Section section{evidence.id, "On " + evidence.table->name, {}};
+  if (!limits.empty()) {
+    const auto verdicts = analysis::check_limits(limits, analysis::measure_all(evidence));
+    kept =
+        kept && std::all_of(verdicts.begin(), verdicts.end(), [](const analysis::LimitVerdict& v) { return v.pass; });
+    section.blocks.push_back(analysis::limits_table(verdicts, evidence.id, evidence.table->name));
+  }
+  section.blocks.push_back(analysis::record_figure(*evidence.table, evidence.id));
+  if (const auto gate = analysis::judge_blocks(*evidence.table); gate && gate->nothing_to_compensate) {
+    section.blocks.push_back(analysis::gate_paragraph(*gate, evidence.table->name));
+  }
+  for (auto& block : analysis::evidence_blocks(evidence)) section.blocks.push_back(std::move(block));
+  return section;
+}
+
+/// Every table of the report on the terminal.
+void print_tables(const report::Report& report) {
+  for (const report::Section& section : report.sections) {
+    for (const report::Block& block : section.blocks) {
+      if (const auto* table = std::get_if<report::Table>(&block)) fmt::print("{}\n", report::plain_text(*table));
+      if (const auto* paragraph = std::get_if<report::Paragraph>(&block)) fmt::print("{}\n\n", paragraph->text);
+    }
+  }
+}
+
+Result<bool> evaluate(const Choice& choice) {
+  const auto model = load_model(choice.model);
+  if (!model) return tl::unexpected(model.error());
+  std::vector<analysis::Limit> limits;
+  if (!choice.limits.empty()) {
+    auto parsed = config::read_text_file(choice.limits).and_then([&](const std::string& text) {
+      return analysis::parse_limits(text, choice.limits);
+    });
+    if (!parsed) return tl::unexpected(parsed.error());
+    limits = std::move(*parsed);
+  }
+  std::vector<Case> cases;
+  for (const std::string& path : choice.recordings) {
+    auto loaded = load_blocks(path, (*model)->info().features, &(*model)->info(), choice.common);
+    if (!loaded) return tl::unexpected(loaded.error());
+    auto judged = analysis::judge(**model, loaded->table, choice.common.divisor);
+    if (!judged) return tl::unexpected(judged.error());
+    cases.push_back({std::move(*loaded), std::move(*judged)});
+  }
+  std::optional<Loaded> training;
+  if (!choice.training.empty()) {
+    auto loaded = load_blocks(choice.training, (*model)->info().features, &(*model)->info(), choice.common);
+    if (!loaded) return tl::unexpected(loaded.error());
+    training = std::move(*loaded);
+  }
+
+  report::Report report = begin_report(**model, cases, choice.common);
+  std::vector<std::pair<std::string, const Loaded*>> all;
+  for (const Case& c : cases) all.emplace_back("evaluated", &c.loaded);
+  if (training) all.emplace_back("training", &*training);
+  report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
+  bool kept = true;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const analysis::Evidence evidence{fmt::format("r{}", i + 1), &cases[i].loaded.table, &cases[i].judgement,
+                                      training ? &training->table : nullptr, nullptr};
+    report.sections.push_back(recording_section(evidence, limits, kept));
+  }
+  if (!choice.common.json) print_tables(report);
+  if (const auto done = write_report(report, choice.common); !done) return tl::unexpected(done.error());
+  return kept;
+}
+
+}  // namespace
+
+void add_evaluate_command(CLI::App& app, int& code) {
+  CLI::App* command =
+      app.add_subcommand("evaluate", "judge a model on recordings: stability, Allan deviation, limits, report");
+  const auto choice = std::make_shared<Choice>();
+  command->add_option("model", choice->model, "model file")->required();
+  command->add_option("recordings", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")
+      ->required();
+  command->add_option("--training", choice->training,
+                      "the recording that the model was trained on, for the domain figure");
+  command->add_option("--limits", choice->limits,
+                      "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL");
+  add_common_options(*command, choice->common);
+  command->callback([choice, &code] {
+    const auto kept = evaluate(*choice);
+    if (!kept) fmt::print(stderr, "prismcal: {}\n", kept.error().text());
+    code = kept && *kept ? 0 : 1;
+  });
+}
+
+}  // namespace prism::commands

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/fit_command.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+#include "compensation/model_text.hpp"
+#include "config/version.hpp"
+#include "tools/prismcal/commands/interrupt.hpp"
+#include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/recordings/csv_table.hpp"
+
+namespace prism::commands {
+namespace {
+
+struct Choice {
+  std::string file, inputs, target, fold_column, out, diagnostics;
+  MethodOptions method;
+};
+
+// Stepwise: the inputs as they are; LS: a cubic of the only input.
+Result<void> set_terms(const Choice& choice, const std::vector<std::string>& names,
+                       training::TrainingSettings& settings) {
+  if (settings.method == training::Method::kLeastSquares) {
+    if (names.size() != 1)
+      return refuse("--inputs",
+                    fmt::format("found {} with --method ls, expected one: it is a cubic of one input", names.size()));
+    settings.terms = training::cubic_terms();
+  }
+  if (settings.method != training::Method::kStepwise) return {};
+  settings.terms = training::plain_terms(names.size());
+  if (choice.method.start.empty() || choice.method.start == "none") return {};
+  for (const std::string& name : recordings::split_names(choice.method.start)) {
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at == names.end()) return refuse("--start", fmt::format("found \"{}\", expected names of --inputs", name));
+    settings.stepwise.start.push_back(static_cast<int>(at - names.begin()));
+  }
+  return {};
+}
+
+std::string diagnostics_csv(const training::SampleDiagnostics& d) {
+  std::string text = "alpha,weight,fitted,loo_residual\n";
+  const auto value = [](const Eigen::VectorXd& v, Eigen::Index i) {
+    return i < v.size() && std::isfinite(v[i]) ? fmt::format("{}", v[i]) : "";
+  };
+  for (Eigen::Index i = 0; i < d.fitted.size(); ++i) {
+    text += fmt::format("{},{},{},{}\n", value(d.alpha, i), value(d.weight, i), value(d.fitted, i),
+                        value(d.leave_one_out, i));
+  }
+  return text;
+}
+
+std::string provenance(const recordings::CsvTable& table, const Choice& choice, const nlohmann::ordered_json& summary) {
+  nlohmann::ordered_json json = {{"tool", fmt::format("prismcal {}", kVersion)}, {"target", choice.target}};
+  json["files"] = {{{"path", table.path()}, {"sha256", table.sha256()}, {"rows", table.rows()}}};
+  json["training"] = summary;
+  json["training"].erase("id");
+  if (json["training"].contains("tuning")) json["training"]["tuning"].erase("surface");
+  return json.dump();
+}
+
+Result<int> run(const Choice& choice) {
+  const auto table = recordings::CsvTable::read(choice.file);
+  if (!table) return tl::unexpected<Error>(table.error());
+  auto settings = settings_of(choice.method);
+  if (!settings) return tl::unexpected<Error>(settings.error());
+  training::TrainingData data;
+  data.names = recordings::split_names(choice.inputs);
+  if (auto good = set_terms(choice, data.names, *settings); !good) return tl::unexpected<Error>(good.error());
+  auto inputs = table->columns(data.names);
+  if (!inputs) return tl::unexpected<Error>(inputs.error());
+  const auto target = table->columns({choice.target});
+  if (!target) return tl::unexpected<Error>(target.error());
+  data.inputs = std::move(*inputs);
+  data.target = target->row(0).transpose();
+  if (!choice.fold_column.empty()) {
+    if (settings->tuning == training::Tuning::kLoo || settings->tuning == training::Tuning::kReml) {
+      return refuse("--fold-column", fmt::format("found it with --tune {}, which has no folds", choice.method.tune));
+    }
+    const auto column = table->column(choice.fold_column);
+    if (!column) return tl::unexpected<Error>(column.error());
+    auto folds = training::folds_from(*column);
+    if (!folds) return tl::unexpected<Error>(folds.error());
+    settings->given_folds = std::move(*folds);
+    settings->tuning = training::Tuning::kGiven;
+  }
+  const auto plan = training::plan_resources(data.inputs.cols(), data.inputs.rows(), *settings);
+  if (!plan) return tl::unexpected<Error>(plan.error());
+  if (!choice.method.quiet && !choice.method.json && plan->seconds > 0.5) fmt::print(stderr, "{}\n", plan->text());
+  compensation::ModelInfo info;
+  info.table = true;
+  auto trained =
+      training::train(data, std::move(info), *settings, progress_bar(choice.method.quiet), stop_on_interrupt());
+  end_progress();
+  if (!trained) return tl::unexpected<Error>(trained.error());
+  const auto summary = summary_json(*trained, *settings, data.names);
+  if (!choice.out.empty()) {
+    const std::string text = compensation::format_model(*trained->model, provenance(*table, choice, summary));
+    if (auto done = recordings::write_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
+  }
+  if (!choice.diagnostics.empty()) {
+    if (auto done = recordings::write_file(choice.diagnostics, diagnostics_csv(trained->samples)); !done)
+      return tl::unexpected<Error>(done.error());
+  }
+  fmt::print("{}", choice.method.json ? summary.dump(2) + "\n" : summary_text(*trained, *settings, data.names));
+  return 0;
+}
+
+}  // namespace
+
+void add_fit_command(CLI::App& app, int& code) {
+  CLI::App* command = app.add_subcommand("fit", "train on a plain table: any inputs, any target");
+  const auto choice = std::make_shared<Choice>();
+  command->add_option("table", choice->file, "CSV with a line of names")->required();
+  command->add_option("--inputs", choice->inputs, "columns, by commas")->required();
+  command->add_option("--target", choice->target, "column")->required();
+  command->add_option("--fold-column", choice->fold_column, "column of fold numbers to tune by");
+  command->add_option("--out", choice->out, "model file to write");
+  command->add_option("--diagnostics", choice->diagnostics,
+                      "CSV to write: alpha, weight, fitted, leave-one-out residual of each row");
+  add_method_options(*command, choice->method);
+  command->callback([choice, &code] {
+    const auto done = run(*choice);
+    code = done ? *done : failed(done.error());
+  });
+}
+
+}  // namespace prism::commands

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/method_options.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <cstdio>
+
+#include "tools/number_check.hpp"
+
+namespace prism::commands {
+namespace {
+
+std::atomic<bool> bar_drawn{false};
+
+}  // namespace
+
+void add_method_options(CLI::App& command, MethodOptions& o) {
+  command.add_option("--method", o.method, "ls, stepwise, lssvm, ir-lssvm or svr")
+      ->check(CLI::IsMember({"ls", "stepwise", "lssvm", "ir-lssvm", "svr"}))
+      ->capture_default_str();
+  command.add_option("--weight", o.weight, "ir-lssvm: huber, hampel, logistic or myriad (default)")
+      ->check(CLI::IsMember({"huber", "hampel", "logistic", "myriad"}));
+  command.add_option("--c", o.c, "regularisation, normalised units; with --sigma2: nothing is tuned")
+      ->check(tools::positive());
+  command.add_option("--sigma2", o.sigma2, "kernel width squared, normalised units")->check(tools::positive());
+  command.add_option("--beta", o.beta, "Huber's parameter")->check(tools::positive());
+  command.add_option("--delta", o.delta, "myriad's parameter")->check(tools::positive());
+  command.add_option("--epsilon", o.epsilon, "svr: half width of the tube, in sd of the target")
+      ->check(tools::not_negative())
+      ->capture_default_str();
+  command.add_option("--tune", o.tune, "by blocked or shuffled folds, loo, or reml")
+      ->check(CLI::IsMember({"blocked", "shuffled", "loo", "reml"}))
+      ->capture_default_str();
+  command.add_option("--folds", o.folds, "how many")->check(CLI::Range(2, 1000000))->capture_default_str();
+  command.add_option("--reweight", o.reweight, "1 (the paper) or converge")
+      ->check(CLI::IsMember({"1", "converge"}))
+      ->capture_default_str();
+  command.add_option("--scale", o.scale, "of the residuals: mad or iqr")
+      ->check(CLI::IsMember({"mad", "iqr"}))
+      ->capture_default_str();
+  command.add_option("--hampel-floor", o.hampel_floor, "Hampel's weight far out; 0 drops the sample")
+      ->check(tools::within(0, 1))
+      ->capture_default_str();
+  command.add_option("--normalise", o.normalise, "zscore, auto (by column, as LS-SVMlab) or none")
+      ->check(CLI::IsMember({"zscore", "auto", "none"}))
+      ->capture_default_str();
+  command.add_option("--seed", o.seed, "of everything drawn")->capture_default_str();
+  command.add_option("--threads", o.threads, "at most")->check(CLI::Range(1, 64))->capture_default_str();
+  command.add_option("--start", o.start, "stepwise: terms to begin with, or none");
+  command.add_option("--p-enter", o.p_enter, "stepwise: a term with a smaller p may enter")
+      ->check(tools::within(0, 1))
+      ->capture_default_str();
+  command.add_option("--p-remove", o.p_remove, "stepwise: a term with a larger p may leave")
+      ->check(tools::within(0, 1))
+      ->capture_default_str();
+  command.add_option("--memory", o.memory_mb, "MB that training may take")
+      ->check(tools::positive())
+      ->capture_default_str();
+  command.add_flag("--json", o.json, "print JSON, for programs");
+  command.add_flag("--quiet", o.quiet, "no progress on stderr");
+}
+
+Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
+  training::TrainingSettings s;
+  s.method = *training::parse_method(o.method);
+  if (s.method == training::Method::kIrlssvm) {
+    s.reweight.weight.kind = *training::parse_weight(o.weight.empty() ? "myriad" : o.weight);
+  } else if (!o.weight.empty()) {
+    return refuse("--weight",
+                  fmt::format("found \"{}\" with --method {}, expected it with ir-lssvm only", o.weight, o.method));
+  }
+  if (o.beta && s.reweight.weight.kind != training::WeightKind::kHuber)
+    return refuse("--beta", "belongs to --weight huber");
+  if (o.delta && s.reweight.weight.kind != training::WeightKind::kMyriad)
+    return refuse("--delta", "belongs to --weight myriad");
+  s.parameter = o.beta ? o.beta : o.delta;
+  s.reweight.weight.hampel_floor = o.hampel_floor;
+  s.reweight.scale = o.scale == "mad" ? training::ScaleKind::kMad : training::ScaleKind::kIqr;
+  s.reweight.limit = o.reweight == "1" ? 1 : 500;
+  s.scaling = o.normalise == "zscore" ? training::Scaling::kZscore
+              : o.normalise == "auto" ? training::Scaling::kAuto
+                                      : training::Scaling::kNone;
+  s.c = o.c;
+  s.sigma2 = o.sigma2;
+  s.epsilon = o.epsilon;
+  s.tuning = o.tune == "shuffled" ? training::Tuning::kShuffled
+             : o.tune == "loo"    ? training::Tuning::kLoo
+             : o.tune == "reml"   ? training::Tuning::kReml
+                                  : training::Tuning::kBlocked;
+  s.folds = o.folds;
+  s.seed = o.seed;
+  s.threads = o.threads;
+  s.stepwise.p_enter = o.p_enter;
+  s.stepwise.p_remove = o.p_remove;
+  s.memory_limit_bytes = o.memory_mb * 1e6;
+  return s;
+}
+
+training::TuningProgress progress_bar(bool quiet) {
+  if (quiet || isatty(STDERR_FILENO) == 0) return {};
+  return [](int done, int expected, const training::TuningPoint& best) {
+    constexpr int kWidth = 30;
+    const int filled = kWidth * std::min(done, expected) / std::max(1, expected);
+    fmt::print(stderr, "\r[{:#<{}}{:{}}] {} of about {}, best cost {:.6g} at c {:.4g}, sigma2 {:.4g}   ", "", filled,
+               "", kWidth - filled, done, expected, best.cost, best.c, best.sigma2);
+    bar_drawn = true;
+  };
+}
+
+void end_progress() {
+  if (bar_drawn.exchange(false)) fmt::print(stderr, "\n");
+}
+
+int failed(const Error& error) {
+  end_progress();
+  fmt::print(stderr, "prismcal: {}\n", error.text());
+  return 1;
+}
+
+}  // namespace prism::commands

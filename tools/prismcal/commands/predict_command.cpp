@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/predict_command.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "compensation/extrapolation.hpp"
+#include "compensation/model_text.hpp"
+#include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/recordings/csv_table.hpp"
+
+namespace prism::commands {
+namespace {
+
+struct Choice {
+  std::string model, file, out, policy = "flag";
+  bool json = false;
+};
+
+std::string number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
+
+Result<int> run(const Choice& choice) {
+  const auto text = recordings::read_file(choice.model);
+  if (!text) return tl::unexpected<Error>(text.error());
+  const auto model = compensation::parse_model(*text, choice.model);
+  if (!model) return tl::unexpected<Error>(model.error());
+  const auto table = recordings::CsvTable::read(choice.file);
+  if (!table) return tl::unexpected<Error>(table.error());
+  const auto inputs = table->columns((*model)->info().inputs);
+  if (!inputs) return tl::unexpected<Error>(inputs.error());
+  const compensation::Extrapolation policy = choice.policy == "clamp"   ? compensation::Extrapolation::kClamp
+                                             : choice.policy == "blend" ? compensation::Extrapolation::kBlend
+                                                                        : compensation::Extrapolation::kFlag;
+  const char comma = table->separator();
+  std::string out = fmt::format("{}{}prediction{}sd\n", table->header(), comma, comma);
+  std::size_t extrapolating = 0;
+  for (std::size_t i = 0; i < table->rows(); ++i) {
+    const std::span<const double> point(inputs->data() + static_cast<Eigen::Index>(i) * inputs->rows(),
+                                        static_cast<std::size_t>(inputs->rows()));
+    const compensation::Prediction p = compensation::predict_within(**model, point, policy);
+    extrapolating += p.extrapolating ? 1 : 0;
+    out += fmt::format("{}{}{}{}{}\n", table->row(i), comma, number(p.bias_deg_per_h), comma, number(p.sd_deg_per_h));
+  }
+  if (auto done = recordings::write_file(choice.out, out); !done) return tl::unexpected<Error>(done.error());
+  const nlohmann::ordered_json json = {
+      {"rows", table->rows()}, {"extrapolating", extrapolating}, {"model", (*model)->info().id}, {"out", choice.out}};
+  fmt::print("{}", choice.json
+                       ? json.dump(2) + "\n"
+                       : fmt::format("{} rows, {} of them off the training data\n", table->rows(), extrapolating));
+  return 0;
+}
+
+}  // namespace
+
+void add_predict_command(CLI::App& app, int& code) {
+  CLI::App* command = app.add_subcommand("predict", "a model over the rows of a table");
+  const auto choice = std::make_shared<Choice>();
+  command->add_option("model", choice->model, "model file")->required();
+  command->add_option("table", choice->file, "CSV whose columns bear the names of the model's inputs")->required();
+  command->add_option("--out", choice->out, "CSV to write: the table's columns, prediction and sd")->required();
+  command->add_option("--extrapolation", choice->policy, "flag, clamp or blend")
+      ->check(CLI::IsMember({"flag", "clamp", "blend"}))
+      ->capture_default_str();
+  command->add_flag("--json", choice->json, "print JSON");
+  command->callback([choice, &code] {
+    const auto done = run(*choice);
+    code = done ? *done : failed(done.error());
+  });
+}
+
+}  // namespace prism::commands

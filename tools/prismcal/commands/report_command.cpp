@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/report_command.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "compensation/model_text.hpp"
+#include "config/config.hpp"
+#include "config/version.hpp"
+#include "tools/prismcal/analysis/gate_table.hpp"
+#include "tools/prismcal/analysis/study_report.hpp"
+#include "tools/prismcal/analysis/study_tables.hpp"
+#include "tools/prismcal/analysis/study_trainer.hpp"
+#include "tools/prismcal/commands/common_options.hpp"
+#include "tools/prismcal/commands/interrupt.hpp"
+#include "tools/prismcal/report/plain_text.hpp"
+
+namespace prism::commands {
+namespace {
+
+struct Choice {
+  std::string training, repeat, limits;
+  std::vector<std::string> others;
+  analysis::StudyTraining study;
+  int threads = 2;
+  bool force = false;
+  std::string models = "paper";
+  CommonOptions common;
+};
+
+/// One line on stderr that grows; a line for each model where stderr is no terminal.
+void show_progress(std::size_t done, std::size_t all, const std::string& next) {
+  constexpr std::size_t kWidth = 30;
+  const std::size_t filled = all > 0 ? kWidth * done / all : kWidth;
+  if (isatty(2)) {
+    fmt::print(stderr, "\r[{}{}] {}/{} {:<40.40}{}", std::string(filled, '#'), std::string(kWidth - filled, '.'), done,
+               all, next, done == all ? "\n" : "");
+  } else {
+    fmt::print(stderr, "prismcal: {}/{} {}\n", done, all, next);
+  }
+}
+
+report::Report begin_report(const std::vector<std::pair<std::string, const Loaded*>>& recordings, const Choice& choice,
+                            const evaluation::GateReport& gate) {
+  report::Report report;
+  const std::string serial = recordings.front().second->recording.value("gyro_serial");
+  report.title = "Bias compensation of gyro " + (serial.empty() ? std::string("without a serial") : serial);
+  report.subtitle =
+      "After Tao et al., Sensors 2019 (LS, stepwise regression, LSSVM, IR-LSSVM), and what an engineer asks beyond";
+  report.tool = std::string("prismcal ") + kVersion;
+  report.facts = {
+      {"divisor", fmt::format("{} in every standard deviation", evaluation::divisor_text(choice.common.divisor))},
+      {"tuning", fmt::format("{} folds, seed {}; re-weighting {}", choice.study.folds, choice.study.seed,
+                             choice.study.reweight_limit == 1 ? "once, as the paper" : "to convergence")}};
+  for (const auto& [role, loaded] : recordings) {
+    append_recording_facts(report.facts, *loaded, role);
+    report.simulated = report.simulated || is_simulated(loaded->recording, choice.common);
+  }
+  report::Section section{"recordings", "The recordings", {recordings_table(recordings)}};
+  const std::string& training = recordings.front().second->table.name;
+  section.blocks.push_back(analysis::gate_table(gate, training));
+  section.blocks.push_back(analysis::gate_paragraph(gate, training));
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    section.blocks.push_back(analysis::record_figure(recordings[i].second->table, fmt::format("recording{}", i)));
+  }
+  report.sections.push_back(std::move(section));
+  return report;
+}
+
+Result<std::vector<analysis::Limit>> read_limits(const std::string& path) {
+  if (path.empty()) return std::vector<analysis::Limit>();
+  return config::read_text_file(path).and_then(
+      [&](const std::string& text) { return analysis::parse_limits(text, path); });
+}
+
+bool has_uhfo(const recordings::BlockTable& table) {
+  const auto uhfo = table.column(compensation::kInputUhfo);
+  return std::all_of(uhfo.begin(), uhfo.end(), [](double value) { return std::isfinite(value); });
+}
+
+Result<bool> make_report(Choice choice) {
+  const auto limits = read_limits(choice.limits);
+  if (!limits) return tl::unexpected(limits.error());
+  std::vector<std::pair<std::string, std::string>> paths = {{"training", choice.training}, {"repeat", choice.repeat}};
+  for (const std::string& other : choice.others) paths.emplace_back("other profile", other);
+  std::vector<Loaded> loaded;
+  for (const auto& [role, path] : paths) {
+    auto one = load_blocks(path, compensation::FeatureDefinition{}, nullptr, choice.common);
+    if (!one) return tl::unexpected(one.error());
+    loaded.push_back(std::move(*one));
+  }
+  const auto gate = analysis::judge_blocks(loaded.front().table);
+  if (!gate) return tl::unexpected(gate.error());
+  if (!choice.force && (gate->verdict == evaluation::Verdict::kRefuse || gate->nothing_to_compensate)) {
+    fmt::print(stderr, "{}", report::plain_text(analysis::gate_table(*gate, loaded.front().table.name)));
+    return refuse(choice.training,
+                  analysis::gate_paragraph(*gate, loaded.front().table.name).text + " --force trains all the same");
+  }
+  std::vector<std::pair<std::string, const Loaded*>> recordings;
+  analysis::StudyData data{loaded.front().table, {}};
+  bool uhfo = true;
+  for (std::size_t i = 0; i < loaded.size(); ++i) {
+    recordings.emplace_back(paths[i].first, &loaded[i]);
+    uhfo = uhfo && has_uhfo(loaded[i].table);
+    if (i > 0) data.evaluated.push_back(loaded[i].table);
+  }
+  choice.study.gyro_serial = loaded.front().recording.value("gyro_serial");
+  const auto specs = choice.models == "paper" ? analysis::paper_models(uhfo) : analysis::ladder_models(uhfo);
+  const auto study = analysis::run_study(std::move(data), specs, choice.common.divisor,
+                                         analysis::study_trainer(choice.study), show_progress, choice.threads);
+  if (!study) return tl::unexpected(study.error());
+
+  report::Report report = begin_report(recordings, choice, *gate);
+  bool kept = true;
+  auto sections = analysis::study_sections(*study, *limits, kept);
+  report.facts.emplace_back("chosen model", fmt::format("{}, id {}", analysis::chosen_row(*study)->spec.key(),
+                                                        analysis::chosen_row(*study)->trained.model->info().id));
+  report.sections.insert(report.sections.begin(), std::move(sections.front()));
+  report.sections.insert(report.sections.end(), std::make_move_iterator(sections.begin() + 1),
+                         std::make_move_iterator(sections.end()));
+  if (!choice.common.json) fmt::print("{}", report::plain_text(analysis::ladder_table(*study)));
+  if (const auto done = write_report(report, choice.common); !done) return tl::unexpected(done.error());
+  return kept;
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& app, int& code) {
+  CLI::App* command = app.add_subcommand(
+      "report", "the paper's experiment: train all its models, judge them on a repeat and on other profiles");
+  const auto choice = std::make_shared<Choice>();
+  command
+      ->add_option("training", choice->training,
+                   "recording to train on: prismd's log (file or folder), a capture, or CSV with --map")
+      ->required();
+  command->add_option("repeat", choice->repeat, "recording of the same profile, to judge by")->required();
+  command->add_option("others", choice->others, "recordings of other profiles");
+  command
+      ->add_option("--models", choice->models,
+                   "paper (default): all of its tables; ladder: one of each kind, in a tenth of the time")
+      ->check(CLI::IsMember({"paper", "ladder"}));
+  command->add_option("--limits", choice->limits,
+                      "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL");
+  command->add_option("--seed", choice->study.seed, "of the shuffled folds");
+  command->add_option("--folds", choice->study.folds, "of the cross-validation")->check(CLI::Range(2, 100));
+  command
+      ->add_option("--reweight", choice->study.reweight_limit,
+                   "weighted solves at most: 1 is the paper's, 500 (default) converges")
+      ->check(CLI::Range(1, 10000));
+  command->add_option("--threads", choice->threads, "models trained at a time")->check(CLI::Range(1, 64));
+  command->add_flag("--force", choice->force, "train although the quality gate refuses the recording");
+  add_common_options(*command, choice->common);
+  command->callback([choice, &code] {
+    choice->study.stop = stop_on_interrupt();
+    const auto kept = make_report(*choice);
+    const bool interrupted = !kept && choice->study.stop->load();
+    if (interrupted) {
+      fmt::print(stderr, "{}prismcal: interrupted while training: no report was written\n", isatty(2) ? "\n" : "");
+    } else if (!kept) {
+      fmt::print(stderr, "prismcal: {}\n", kept.error().text());
+    }
+    code = interrupted ? kInterrupted : kept && *kept ? 0 : 1;
+  });
+}
+
+}  // namespace prism::commands

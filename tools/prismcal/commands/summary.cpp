@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+// What a training came to, as JSON and as a few lines for people.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "compensation/polynomial_model.hpp"
+#include "tools/prismcal/commands/method_options.hpp"
+
+namespace prism::commands {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json number(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr); }
+
+std::string named(const training::TrainingSettings& settings, int term, const std::vector<std::string>& names) {
+  return training::term_name(settings.terms[static_cast<std::size_t>(term)], names);
+}
+
+ordered_json coefficients_json(const training::TrainedModel& trained, const std::vector<std::string>& names) {
+  ordered_json json = ordered_json::object();
+  for (const compensation::Term& term : static_cast<const compensation::PolynomialModel&>(*trained.model).terms())
+    json[training::term_name(term.powers, names)] = term.coefficient;
+  return json;
+}
+
+ordered_json p_values(const std::vector<double>& p, const training::TrainingSettings& settings,
+                      const std::vector<std::string>& names) {
+  ordered_json json = ordered_json::object();
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    if (std::isfinite(p[i])) json[named(settings, static_cast<int>(i), names)] = p[i];
+  }
+  return json;
+}
+
+ordered_json path_json(const training::StepwiseResult& result, const training::TrainingSettings& settings,
+                       const std::vector<std::string>& names) {
+  ordered_json path = ordered_json::array();
+  for (const training::StepwiseStep& step : result.path) {
+    ordered_json entry = {{"action", step.action}};
+    if (step.term >= 0)
+      entry.update({{"term", named(settings, step.term, names)},
+                    {"p", number(step.p)},
+                    {"t", number(step.t)},
+                    {"F", number(step.t * step.t)}});
+    if (!step.candidate_p.empty()) entry["candidate_p"] = p_values(step.candidate_p, settings, names);
+    if (!step.in_model_p.empty()) entry["in_model_p"] = p_values(step.in_model_p, settings, names);
+    entry["terms"] = ordered_json::array();
+    for (const int term : step.terms) entry["terms"].push_back(named(settings, term, names));
+    path.push_back(std::move(entry));
+  }
+  return path;
+}
+
+void add_kernel(ordered_json& json, const training::TrainedModel& trained, const training::TrainingSettings& settings) {
+  json["c"] = trained.c;
+  json["sigma2"] = trained.sigma2;
+  if (settings.reweight.weight.kind == training::WeightKind::kHuber) json["beta"] = trained.parameter;
+  if (settings.reweight.weight.kind == training::WeightKind::kMyriad) json["delta"] = trained.parameter;
+  json["cost"] = trained.tuning ? number(trained.tuning->best.cost) : ordered_json(nullptr);
+  json["centres"] = trained.centres;
+  if (trained.reweight && settings.method == training::Method::kIrlssvm) {
+    const training::ReweightReport& r = *trained.reweight;
+    json["reweighting"] = {{"solves", r.solves},
+                           {"converged", r.converged},
+                           {"oscillating", r.oscillating},
+                           {"scale", number(r.scale)},
+                           {"dropped", r.dropped}};
+  }
+  if (!trained.tuning) return;
+  json["tuning"] = {{"evaluations", trained.tuning->evaluations},
+                    {"stopped", trained.tuning->stopped},
+                    {"surface", ordered_json::array()}};
+  for (const training::TuningPoint& p : trained.tuning->surface) {
+    json["tuning"]["surface"].push_back(
+        {{"sigma2", p.sigma2}, {"c", p.c}, {"parameter", p.parameter}, {"cost", number(p.cost)}});
+  }
+}
+
+void add_polynomial(ordered_json& json, const training::TrainedModel& trained,
+                    const training::TrainingSettings& settings, const std::vector<std::string>& names) {
+  json["coefficients"] = coefficients_json(trained, names);
+  json["sse"] = trained.linear->sse;
+  json["df"] = trained.linear->df;
+  json["sd"] = trained.linear->sd();
+  json["condition"] = number(trained.condition);
+  if (trained.stepwise) json["path"] = path_json(*trained.stepwise, settings, names);
+}
+
+const char* tuning_words(training::Tuning tuning) {
+  switch (tuning) {
+    case training::Tuning::kBlocked:
+      return "blocked folds";
+    case training::Tuning::kShuffled:
+      return "shuffled folds";
+    case training::Tuning::kGiven:
+      return "given folds";
+    case training::Tuning::kLoo:
+      return "leave-one-out";
+    default:
+      return "reml";
+  }
+}
+
+}  // namespace
+
+ordered_json summary_json(const training::TrainedModel& trained, const training::TrainingSettings& settings,
+                          const std::vector<std::string>& names) {
+  ordered_json json = {{"method", training::method_name(settings.method)},
+                       {"inputs", names},
+                       {"samples", trained.samples.fitted.size()}};
+  if (settings.method == training::Method::kIrlssvm) {
+    json["weight"] = training::weight_name(settings.reweight.weight.kind);
+    json["reweight"] = settings.reweight.limit == 1 ? "1" : "converge";
+  }
+  if (trained.tuning) {
+    json["tune"] = tuning_words(settings.tuning);
+    json["folds"] =
+        settings.tuning == training::Tuning::kGiven ? training::fold_count(*settings.given_folds) : settings.folds;
+    json["seed"] = settings.seed;
+  }
+  trained.linear ? add_polynomial(json, trained, settings, names) : add_kernel(json, trained, settings);
+  json["warnings"] = trained.notes;
+  json["id"] = trained.model->info().id;
+  return json;
+}
+
+std::string summary_text(const training::TrainedModel& trained, const training::TrainingSettings& settings,
+                         const std::vector<std::string>& names) {
+  std::string text = fmt::format("{} on {}: {} samples\n", training::method_name(settings.method),
+                                 fmt::join(names, ", "), trained.samples.fitted.size());
+  if (trained.linear) {
+    for (const compensation::Term& term : static_cast<const compensation::PolynomialModel&>(*trained.model).terms()) {
+      text += fmt::format("  {:<12} {: .6g}\n", training::term_name(term.powers, names), term.coefficient);
+    }
+    if (trained.stepwise) {
+      for (const training::StepwiseStep& step : trained.stepwise->path) {
+        if (step.term >= 0)
+          text += fmt::format("  {:<7} {:<10} p {:.3g}\n", step.action, named(settings, step.term, names), step.p);
+      }
+    }
+    text += fmt::format("  residual sd {:.6g}, condition number {:.3g}\n", trained.linear->sd(), trained.condition);
+  } else {
+    text += fmt::format("  c {:.6g}, sigma2 {:.6g}", trained.c, trained.sigma2);
+    if (settings.reweight.weight.has_parameter() && settings.method == training::Method::kIrlssvm) {
+      text +=
+          fmt::format(", {} {:.4g}", settings.reweight.weight.kind == training::WeightKind::kHuber ? "beta" : "delta",
+                      trained.parameter);
+    }
+    text += fmt::format(", {} centres\n", trained.centres);
+    if (trained.tuning) {
+      text += fmt::format("  cost {:.6g} ({}, {} evaluations{})\n", trained.tuning->best.cost,
+                          tuning_words(settings.tuning), trained.tuning->evaluations,
+                          trained.tuning->stopped ? ", stopped early" : "");
+    }
+    if (trained.reweight && settings.method == training::Method::kIrlssvm) {
+      text += fmt::format("  {} re-weightings, scale {:.4g} (normalised), {} samples dropped\n",
+                          trained.reweight->solves, trained.reweight->scale, trained.reweight->dropped);
+    }
+  }
+  for (const std::string& note : trained.notes) text += "  note: " + note + "\n";
+  return text;
+}
+
+}  // namespace prism::commands

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// Any CSV as a recording: columns mapped by name and unit, rows as samples through the averager that serves live.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <numbers>
+
+#include "compensation/averager.hpp"
+#include "tools/prismcal/recordings/csv_table.hpp"
+#include "tools/prismcal/recordings/source.hpp"
+
+namespace prism::recordings {
+namespace {
+
+struct Unit {
+  const char* quantity;
+  const char* name;
+  double factor, offset;
+};
+
+constexpr Unit kUnits[] = {
+    {"rate", "deg/h", 1, 0},
+    {"rate", "arcsec/s", 1, 0},
+    {"rate", "deg/s", 3600, 0},
+    {"rate", "rad/s", 3600 * 180 / std::numbers::pi, 0},
+    {"temperature", "degC", 1, 0},
+    {"temperature", "K", 1, -273.15},
+    {"temperature", "degF", 5.0 / 9, -160.0 / 9},
+    {"uhfo", "V", 1, 0},
+    {"uhfo", "mV", 1e-3, 0},
+    {"time", "s", 1, 0},
+    {"time", "ms", 1e-3, 0},
+    {"time", "us", 1e-6, 0},
+    {"time", "ns", 1e-9, 0},
+};
+
+struct Mapped {
+  std::string column;
+  const Unit* unit;
+};
+using Map = std::map<std::string, Mapped>;
+
+Result<Map> parse_map(const std::vector<std::string>& entries) {
+  Map map;
+  for (const std::string& entry : entries) {
+    const std::size_t equals = entry.find('='), colon = entry.rfind(':');
+    if (equals == std::string::npos || colon == std::string::npos || colon < equals) {
+      return refuse("--map", fmt::format("found \"{}\", expected QUANTITY=COLUMN:UNIT, as rate=rate_x:deg/s", entry));
+    }
+    const std::string quantity = entry.substr(0, equals), unit = entry.substr(colon + 1);
+    const auto* found = std::find_if(std::begin(kUnits), std::end(kUnits),
+                                     [&](const Unit& u) { return quantity == u.quantity && unit == u.name; });
+    if (found == std::end(kUnits)) {
+      std::string known;
+      for (const Unit& u : kUnits) known += fmt::format("{}{} in {}", known.empty() ? "" : ", ", u.quantity, u.name);
+      return refuse("--map", fmt::format("found {} in \"{}\", expected one of: {}", quantity, unit, known));
+    }
+    if (!map.emplace(quantity, Mapped{entry.substr(equals + 1, colon - equals - 1), found}).second) {
+      return refuse("--map", quantity + " is given twice");
+    }
+  }
+  if (!map.contains("rate")) return refuse("--map", "found no rate, expected rate=COLUMN:UNIT");
+  return map;
+}
+
+Result<std::vector<double>> converted(const CsvTable& table, const Map& map, const std::string& quantity) {
+  const auto at = map.find(quantity);
+  if (at == map.end()) return std::vector<double>(table.rows(), kUnknown);
+  auto values = table.column(at->second.column);
+  if (!values) return values;
+  for (double& value : *values) value = value * at->second.unit->factor + at->second.unit->offset;
+  return values;
+}
+
+}  // namespace
+
+Result<Recording> read_mapped(const std::string& path, const SourceOptions& options) {
+  const auto map = parse_map(options.map);
+  if (!map) return tl::unexpected<Error>(map.error());
+  const auto table = CsvTable::read(path);
+  if (!table) return tl::unexpected<Error>(table.error());
+  const auto rate = converted(*table, *map, "rate"), temperature = converted(*table, *map, "temperature");
+  const auto uhfo = converted(*table, *map, "uhfo"), time = converted(*table, *map, "time");
+  for (const auto* column : {&rate, &temperature, &uhfo, &time}) {
+    if (!*column) return tl::unexpected<Error>(column->error());
+  }
+  const bool timed = map->contains("time");
+  if (!timed && !(options.interval_s > 0))
+    return refuse(path, "found no time, expected --map time=COLUMN:UNIT or --interval SECONDS");
+  Recording recording;
+  recording.name = std::filesystem::path(path).stem().string();
+  recording.files.push_back({path, table->sha256(), table->rows()});
+  compensation::Averager averager;
+  for (std::size_t i = 0; i < table->rows(); ++i) {
+    const double now = timed ? (*time)[i] : static_cast<double>(i + 1) * options.interval_s;
+    const double before = timed ? (i > 0               ? (*time)[i - 1]
+                                   : table->rows() > 1 ? now - ((*time)[1] - now)
+                                                       : now - 1)
+                                : now - options.interval_s;
+    if (!(now > before))
+      return refuse(fmt::format("{}, row {}", path, i + 1), fmt::format("time {} does not come after {}", now, before));
+    Sample sample;
+    sample.time_ns = std::llround(now * 1e9);
+    sample.interval_s = now - before;
+    sample.rate_deg_per_h = (*rate)[i];
+    sample.temperature_degc = (*temperature)[i];
+    sample.uhfo_v = (*uhfo)[i];
+    if (const auto bucket = averager.push(sample)) recording.buckets.push_back(*bucket);
+  }
+  if (const auto bucket = averager.finish()) recording.buckets.push_back(*bucket);
+  return recording;
+}
+
+}  // namespace prism::recordings
