@@ -8,6 +8,8 @@ import sys
 import tempfile
 
 sys.dont_write_bytecode = True
+import house_names
+
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SKIPPED_DIRS = {"build", "prism-demo"}
 LINES_MAX = 400
@@ -203,7 +205,29 @@ def check_executable(path, text, mode):
         yield 1, "an executable file without '#!'"
 
 
-RULES = [check_includes, check_links, check_clocks, check_first_lines, check_words, check_size, check_waiting]
+def check_names(path, text):
+    if is_code(path):
+        for offset, message in house_names.check_namespaces(path, without_comments_and_texts(text)):
+            yield line_of(text, offset), message
+
+
+class UniqueTypes:
+    """No two types of the whole tree have one full name."""
+
+    def __init__(self):
+        self.first = {}  # by full name: where it was found first
+
+    def __call__(self, path, text):
+        if not is_code(path):
+            return
+        for offset, name in house_names.types_of(path, without_comments_and_texts(text)):
+            line = line_of(text, offset)
+            first = self.first.setdefault(name, f"{path}:{line}")
+            if first != f"{path}:{line}":
+                yield line, f"a second type {name}, as in {first}: expected one name for one type"
+
+
+RULES = [check_includes, check_links, check_clocks, check_first_lines, check_words, check_size, check_waiting, check_names]
 
 
 def files_of(root):
@@ -217,11 +241,12 @@ def files_of(root):
 
 
 def breaches(root):
+    rules = RULES + [UniqueTypes()]
     for path, full in files_of(root):
         with open(full, "rb") as file:
             data = file.read()
         text = data.decode("utf-8", errors="replace")
-        found = [breach for rule in RULES for breach in rule(path, text)]
+        found = [breach for rule in rules for breach in rule(path, text)]
         found += check_executable(path, text, os.stat(full).st_mode)
         for line, what in sorted(found):
             yield f"{path}:{line}: {what}"

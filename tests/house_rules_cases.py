@@ -61,6 +61,22 @@ BREACHES = [
     ("daemon/a.cpp", TASK + "  co_await run([this] { stop(); });\n}\n", ":3: a capturing lambda"),
     ("daemon/a.cpp", TASK + "  co_await run([&](int n) { stop(n); });\n}\n", ":3: a capturing lambda"),
     ("daemon/a.cpp", TASK + "  use(co_await a(), co_await b());\n}\n", ":3: a second co_await"),
+    ("daemon/a.cpp", CPP + "namespace prism {\n}\n", ":2: opens namespace prism, expected prism::daemon"),
+    ("drivers/wire/decode/a.cpp", CPP + "namespace prism::decode {\n}\n", "expected prism::wire"),
+    ("compensation/a.hpp", HPP + "namespace prism::wire {\n}\n", "expected prism::compensation"),
+    ("compensation/result.hpp", HPP + "namespace prism::compensation {\n}\n", "expected prism"),
+    ("tools/prismcal/main.cpp", CPP + "namespace prism::prismcal {\n}\n", "expected prism::commands"),
+    ("daemon/a.hpp", HPP + "struct Loose {\n};\n", ":4: Loose stands in no namespace, expected prism::daemon"),
+]
+
+# Files of one tree that hold two types under one name; what is said of the last one.
+TWICE = [
+    (("drivers/a.hpp", HPP + "namespace prism::drivers {\nstruct Row {\n};\n}\n"),
+     ("drivers/b.cpp", CPP + "namespace prism::drivers {\nclass [[nodiscard]] Row final : public Base<int> {};\n}\n")),
+    (("tools/prismctl/a.cpp", CPP + "namespace prism::prismctl {\nenum class Form : int { kA };\n}\n"),
+     ("tools/prismctl/b.cpp", CPP + "namespace prism::prismctl {\nvoid f() { if (x) { y(); } }\nunion Form { int a; };\n}\n")),
+    (("compensation/sample.hpp", HPP + "namespace prism {\n#define LINE {\nstruct Row {};\n}\n"),
+     ("compensation/result.hpp", HPP + "namespace prism {\ntemplate <class T>\nstruct Row {};\n}\n")),
 ]
 
 # Nothing may be said about these. tools/a is made executable.
@@ -77,6 +93,25 @@ SOUND = [
     ("tools/a", SH + "echo\n"),
     ("docs/a.md", "no SPDX line, and a word like TO" + "DO\n"),
     ("build/dev/a.cpp", "generated\n"),
+    ("daemon/one.hpp", HPP + """namespace prism::daemon {
+struct Row { struct Part { int n; }; enum { kA }; };
+class Later;
+template <> struct Of<int> {};
+Row make(struct Options options) { struct Local {}; return {}; }
+namespace {
+struct Hidden {};
+}
+}  // namespace prism::daemon
+namespace boost::asio { class io_context; }
+"""),
+    ("daemon/two.cpp", CPP + """namespace prism::daemon {
+class Later {};
+template <> struct Of<long> {};
+namespace { struct Hidden {}; struct Row {}; }
+struct Station::Row { struct Part {}; };
+void f() { struct Local {}; }
+}
+"""),
     ("daemon/b.cpp", TASK + """  // co_await write({1});
   for (;;) {
     auto [error, size] = co_await socket.async_read_some(buffer, kUse);
@@ -117,6 +152,13 @@ def run(rules, tempfile):
         for path, content in SOUND:
             plant(rules, folder, path, content)
         failures += [f"sound code refused: {line}" for line in rules.breaches(folder)]
+    for pair in TWICE:
+        with tempfile.TemporaryDirectory() as folder:
+            for path, content in pair:
+                plant(rules, folder, path, content)
+            found = list(rules.breaches(folder))
+            if len(found) != 1 or "a second type" not in found[0]:
+                failures.append(f"{pair[1][0]}: expected one second type, found {found}")
     for mode, path, content in ((0o644, "tools/a", SH), (0o755, "tools/a.cpp", CPP), (0o644, "tests/system/1.sh", SH)):
         with tempfile.TemporaryDirectory() as folder:
             os.chmod(plant(rules, folder, path, content), mode)
@@ -124,5 +166,5 @@ def run(rules, tempfile):
                 failures.append(f"mode {mode:o} of {path} was not noticed")
     for failure in failures:
         print(failure)
-    print(f"house rules, self-test: {len(failures)} failures in {len(BREACHES)} planted breaches and {len(SOUND)} sound files")
+    print(f"house rules, self-test: {len(failures)} failures in {len(BREACHES) + len(TWICE)} planted breaches and {len(SOUND)} sound files")
     return 1 if failures else 0

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+# The rules on names: each file opens the namespace of its room, and no two types of the tree have one full name. Two types
+# under one name are one type to the linker, which keeps the functions of either: a crash without a word of warning.
+import os
+import re
+
+ROOMS = ("compensation/", "drivers/", "config/", "daemon/", "tools/")
+# What every room speaks stands in prism itself.
+VOCABULARY = re.compile(r"^(compensation/(result|sample|json_section|text_number|plain_text|sha256)\.[ch]pp)$")
+
+TOKEN = re.compile(
+    r"(?P<space>\b(?:inline\s+)?namespace\b\s*(?P<space_name>[\w:]*)[^;={]*\{)"
+    r"|(?P<type>\b(?:struct|class|union|enum(?:\s+(?:class|struct))?)\s+(?:(?:\[\[.*?\]\]|alignas\([^)]*\))\s*)*"
+    r"(?P<type_name>[A-Za-z_][\w:]*(?:<[^;{}]*>)?)\s*(?:final\s*)?(?::(?!:)[^;{}()]*(?:\([^)]*\)[^;{}()]*)*)?\{)"
+    r"|(?P<open>\{)|(?P<close>\})"
+)
+
+
+def room_namespace(path):
+    """The namespace of a file, by its folder: the folder's name, but for folders that only order a room's files."""
+    if VOCABULARY.match(path):
+        return "prism"
+    folder = os.path.dirname(path)
+    if folder.startswith("drivers/wire"):
+        return "prism::wire"
+    return "prism::" + ("commands" if folder == "tools/prismcal" else os.path.basename(folder))
+
+
+def without_preprocessor(code):
+    return re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", lambda match: re.sub(r"[^\n]", " ", match.group()), code, flags=re.M)
+
+
+def scopes(code):
+    """Of each namespace and type at namespace scope: (offset, 'space' or 'type', full name, whether it is anonymous)."""
+    stack = []  # names of open namespaces, '' for an anonymous one, None for any other brace
+    for match in TOKEN.finditer(without_preprocessor(code)):
+        if match["close"]:
+            if stack:
+                stack.pop()
+            continue
+        inside = None not in stack
+        if match["space"]:
+            stack.append(match["space_name"])
+            if inside:
+                yield match.start(), "space", "::".join(filter(None, stack)), "" in stack
+            continue
+        if match["type"] and inside:
+            name = re.sub(r"\s+", "", match["type_name"])
+            yield match.start(), "type", "::".join([*filter(None, stack), name]), "" in stack
+        stack.append(None)
+
+
+def check_namespaces(path, code):
+    """(offset, message) of what stands in another namespace than the room's."""
+    if not path.startswith(ROOMS):
+        return
+    room = room_namespace(path)
+    for offset, what, name, anonymous in scopes(code):
+        fits = name == room or (room != "prism" and name.startswith(room + "::"))
+        if what == "space" and (name + "::").startswith("prism::") and not fits:
+            yield offset, f"opens namespace {name}, expected {room}"
+        elif what == "type" and "::" not in name and not anonymous:
+            yield offset, f"{name} stands in no namespace, expected {room}"
+
+
+def types_of(path, code):
+    """(offset, full name) of each type that other files could mean, too."""
+    if not path.startswith(ROOMS):
+        return
+    for offset, what, name, anonymous in scopes(code):
+        if what == "type" and not anonymous:
+            yield offset, name
