@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# Builds every fuzzer and runs each for SECONDS (default 60). What it learns stays in build/fuzz/corpus, what breaks it in
+# build/fuzz/found. usage: tests/fuzz/run.sh [SECONDS]
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+seconds=${1:-60}
+export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
+cmake --preset fuzz >/dev/null
+cmake --build --preset fuzz
+mkdir -p build/fuzz/found
+code=0
+for fuzzer in build/fuzz/tests/fuzz/fuzz_*; do
+  [ -f "$fuzzer" ] && [ -x "$fuzzer" ] || continue
+  name=$(basename "$fuzzer")
+  corpus=build/fuzz/corpus/$name
+  mkdir -p "$corpus"
+  seeds=()
+  case "$name" in
+    fuzz_model_text) seeds=(config/models) ;;
+    fuzz_frame_description) seeds=(config/frames) ;;
+    fuzz_csv_row) seeds=(tests/replay/captures) ;;
+  esac
+  "$fuzzer" -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="build/fuzz/found/$name-" "$corpus" "${seeds[@]}" \
+    >"$corpus.log" 2>&1 || { code=1; tail -40 "$corpus.log"; }
+  echo "$name: $(sed -n 's/^stat::number_of_executed_units: *//p' "$corpus.log") runs in $seconds s, $([ "$code" -eq 0 ] && echo good || echo FAILED)"
+done
+exit "$code"
