@@ -10,7 +10,7 @@ std::int64_t bucket_second(std::int64_t time_ns) {
   return time_ns / kNanosecondsPerSecond - (time_ns % kNanosecondsPerSecond > 0 ? 0 : 1);
 }
 
-[[gnu::hot]] std::optional<Bucket> Averager::push(const Sample& sample) {
+std::optional<Bucket> Averager::push(const Sample& sample) {
   const std::int64_t second = bucket_second(sample.time_ns);
   std::optional<Bucket> closed;
   if (open_ && second != bucket_.second) closed = close();
@@ -31,7 +31,7 @@ void Averager::open(std::int64_t second) {
   open_ = true;
 }
 
-[[gnu::hot]] void Averager::add(const Sample& sample) {
+void Averager::add(const Sample& sample) {
   ++bucket_.samples;
   bucket_.missing_frames += sample.missing_frames;
   bucket_.status |= sample.status;

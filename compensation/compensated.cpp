@@ -17,11 +17,12 @@ constexpr std::pair<std::uint32_t, std::string_view> kNames[] = {
     {kOverLimit, "over_limit"},
     {kSettling, "settling"},
     {kRateInvalid, "rate_invalid"},
+    {kNoData, "no_data"},
 };
 
 }  // namespace
 
-[[gnu::hot]] char* put_quality(char* at, std::uint32_t quality) {
+char* put_quality(char* at, std::uint32_t quality) {
   if (quality == kGood) return std::copy_n("good", 4, at);
   char* end = at;
   for (const auto& [bit, name] : kNames) {

@@ -21,6 +21,7 @@ enum Quality : std::uint32_t {
   kOverLimit = 32,     ///< the predicted bias exceeded the sanity limit and was ignored
   kSettling = 64,      ///< the lag filters have not forgotten how they began
   kRateInvalid = 128,  ///< the device says that the rate is not valid
+  kNoData = 256,       ///< nothing is measured now: the line is lost, silent, or brought no frame yet
 };
 
 /// "good", or the names of the bits joined by '+': "warming+fallback".

@@ -173,7 +173,7 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
   return row;
 }
 
-[[gnu::hot]] char* put_json(char* at, const Compensated& row) {
+char* put_json(char* at, const Compensated& row) {
   Line line(at);
   line.put("{\"time_s\":");
   line.time(row.sample.time_ns);

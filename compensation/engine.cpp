@@ -28,7 +28,7 @@ Result<void> Engine::use(ModelPtr model, ModelPtr fallback) {
   return {};
 }
 
-[[gnu::hot]] std::optional<CompensatedWindow> Engine::push(const Sample& sample, Compensated& out) {
+std::optional<CompensatedWindow> Engine::push(const Sample& sample, Compensated& out) {
   std::optional<CompensatedWindow> closed;
   if (const auto bucket = averager_.push(sample)) {
     closed = complete(*bucket);

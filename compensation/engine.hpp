@@ -18,6 +18,8 @@ struct EngineSettings {
   double max_bias_deg_per_h = 100;
   /// What is published where the model is asked off its data.
   Extrapolation extrapolation = Extrapolation::kFlag;
+
+  bool operator==(const EngineSettings&) const = default;
 };
 
 /// Deterministic: the same samples and models give the same rows, live or replayed. No model: rows carry kNoModel.

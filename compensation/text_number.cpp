@@ -61,14 +61,14 @@ class Digits {
 
 }  // namespace
 
-[[gnu::hot]] char* put_integer(char* at, std::int64_t value) {
+char* put_integer(char* at, std::int64_t value) {
   Digits digits;
   digits.whole(value < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value));
   if (value < 0) digits.character('-');
   return digits.copy_to(at);
 }
 
-[[gnu::hot]] char* put_fixed(char* at, double value, int decimals) {
+char* put_fixed(char* at, double value, int decimals) {
   if (!std::isfinite(value)) return at;
   if (std::fabs(value) > kFixedLimit) return fmt::format_to(at, "{}", value);
   // Truncating what was moved by a half is llround without the call: exact below 2^52, above it as exact as the double.

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
-// What the station answers to each question, as JSON. Unknown quantities are null.
+#include "daemon/answers.hpp"
+
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "compensation/compensated_text.hpp"
 #include "compensation/text_number.hpp"
 #include "config/version.hpp"
-#include "daemon/station.hpp"
+#include "daemon/arrival_clock.hpp"
 
 namespace prism::daemon {
 namespace {
@@ -32,6 +35,34 @@ ordered_json row_json(const compensation::CompensatedWindow& row) {
   std::string text;
   compensation::append_json(text, row);
   return ordered_json::parse(text);
+}
+
+/// What is measured now. No line that delivers, or no frame on it yet: nothing is, whatever came before.
+struct Current {
+  const compensation::Compensated* sample = nullptr;
+  const compensation::CompensatedWindow* window = nullptr;
+  compensation::Correction correction{kUnknown, kUnknown, compensation::kNoData};
+};
+
+Current current(const Instance& instance) {
+  const Acquisition& acquisition = instance.acquisition;
+  if (!instance.line.delivers() || acquisition.last_sample() == nullptr) return {};
+  return {acquisition.last_sample(), acquisition.last_window(), acquisition.engine().correction()};
+}
+
+// The row, or one of the same members without a number in it.
+template <class Row>
+ordered_json row_or_nothing(const Row* row, std::uint32_t quality) {
+  if (row != nullptr) return row_json(*row);
+  ordered_json json = row_json(Row{});
+  for (auto& [key, value] : json.items()) value = nullptr;
+  json["quality"] = compensation::quality_text(quality);
+  return json;
+}
+
+ordered_json age_json(const Instance& instance) {
+  if (instance.line.last_data_ns == 0) return nullptr;
+  return static_cast<double>((host_time_ns() - instance.line.last_data_ns) / 1'000'000) / 1000;
 }
 
 ordered_json counters_json(const wire::DecoderCounters& c) {
@@ -68,96 +99,106 @@ ordered_json series_json(const compensation::RunningVariance& series) {
 
 }  // namespace
 
-ordered_json Station::status() const {
-  const config::Config& c = setup_.config;
+ordered_json status_answer(const Instance& instance) {
+  const Acquisition& acquisition = instance.acquisition;
+  const pipeline::Setup& setup = acquisition.setup();
+  const config::Config& c = setup.config;
   ordered_json json = {{"name", c.name},
                        {"version", kVersion},
-                       {"state", state_name(state_)},
-                       {"detail", state_detail_},
-                       {"state_since_s", seconds(state_since_ns_)},
-                       {"started_s", seconds(started_ns_)},
+                       {"state", state_name(instance.line.state)},
+                       {"detail", instance.line.detail},
+                       {"state_since_s", seconds(instance.line.since_ns)},
+                       {"started_s", seconds(instance.started_ns)},
                        {"device", c.line.device},
                        {"gyro_serial", c.gyro.serial},
-                       {"frames", setup_.frames->name},
+                       {"frames", setup.frames->name},
                        {"clock", c.device_clock ? "device" : "host"},
-                       {"sessions", sessions_},
-                       {"model", model_brief(setup_.model)},
-                       {"fallback_model", model_brief(setup_.fallback)}};
-  json["line"] = counters_json(pipeline_->decoder().counters());
-  json["timing"] = clock_json(pipeline_->clock().status());
-  json["sample"] = has_last_ ? row_json(last_) : ordered_json();
-  json["window"] = history_.empty() ? ordered_json() : row_json(history_.back());
-  json["warm_s"] = history_.empty() ? 0 : history_.back().window.warm_s;
-  if (rows_) {
-    const LogCounters& log = rows_->counters();
+                       {"sessions", acquisition.sessions()},
+                       {"model", model_brief(setup.model)},
+                       {"fallback_model", model_brief(setup.fallback)}};
+  json["line"] = counters_json(acquisition.pipeline().decoder().counters());
+  json["timing"] = clock_json(acquisition.pipeline().clock().status());
+  const Current now = current(instance);
+  json["quality"] = compensation::quality_text(now.correction.quality);
+  json["age_s"] = age_json(instance);
+  json["sample"] = row_or_nothing(now.sample, now.correction.quality);
+  json["window"] = row_or_nothing(now.window, now.correction.quality);
+  json["warm_s"] = now.window ? now.window->window.warm_s : 0;
+  if (const LogCounters* log = acquisition.log()) {
     json["log"] = {{"directory", c.log ? c.log->directory : ""},
-                   {"rows", log.rows.load()},
-                   {"dropped", log.dropped.load()},
-                   {"segments", log.segments.load()}};
+                   {"rows", log->rows.load()},
+                   {"dropped", log->dropped.load()},
+                   {"segments", log->segments.load()}};
   }
-  if (recorder)
+  if (acquisition.capture() != nullptr)
     json["capture"] = {{"directory", c.capture ? c.capture->directory : ""},
-                       {"dropped_bytes", recorder->dropped_bytes()}};
-  json["clients"] = {{"connected", publisher.clients()}, {"lost_rows", publisher.lost_rows()}};
+                       {"dropped_bytes", acquisition.capture()->dropped_bytes()}};
+  json["clients"] = {{"connected", instance.publisher.clients()}, {"lost_rows", instance.publisher.lost_rows()}};
   return json;
 }
 
-ordered_json Station::line() const {
-  ordered_json json = {{"device", setup_.config.line.device},
-                       {"state", state_name(state_)},
-                       {"detail", state_detail_},
-                       {"sessions", sessions_},
-                       {"baud", setup_.line.baud},
-                       {"notes", line_notes_}};
-  json["decoder"] = counters_json(pipeline_->decoder().counters());
-  json["timing"] = clock_json(pipeline_->clock().status());
-  json["nominal_period_s"] = setup_.frames->period_s();
+ordered_json line_answer(const Instance& instance) {
+  const Acquisition& acquisition = instance.acquisition;
+  const pipeline::Setup& setup = acquisition.setup();
+  ordered_json json = {{"device", setup.config.line.device},
+                       {"state", state_name(instance.line.state)},
+                       {"detail", instance.line.detail},
+                       {"sessions", acquisition.sessions()},
+                       {"baud", setup.line.baud},
+                       {"notes", instance.line.notes}};
+  json["decoder"] = counters_json(acquisition.pipeline().decoder().counters());
+  json["timing"] = clock_json(acquisition.pipeline().clock().status());
+  json["nominal_period_s"] = setup.frames->period_s();
   json["hardware"] = nullptr;
-  if (hardware_) {
-    json["hardware"] = {{"received", hardware_->received},
-                        {"framing_errors", hardware_->framing_errors},
-                        {"parity_errors", hardware_->parity_errors},
-                        {"overruns", hardware_->overruns},
-                        {"breaks", hardware_->breaks},
-                        {"buffer_overruns", hardware_->buffer_overruns}};
+  if (instance.line.hardware) {
+    json["hardware"] = {{"received", instance.line.hardware->received},
+                        {"framing_errors", instance.line.hardware->framing_errors},
+                        {"parity_errors", instance.line.hardware->parity_errors},
+                        {"overruns", instance.line.hardware->overruns},
+                        {"breaks", instance.line.hardware->breaks},
+                        {"buffer_overruns", instance.line.hardware->buffer_overruns}};
   }
   return json;
 }
 
-ordered_json Station::bias() const {
-  const compensation::Correction& correction = pipeline_->engine().correction();
-  ordered_json json = {{"time_s", has_last_ ? ordered_json(seconds(last_.sample.time_ns)) : ordered_json()},
-                       {"rate_deg_per_h", known(has_last_ ? last_.sample.rate_deg_per_h : kUnknown)},
+ordered_json bias_answer(const Instance& instance) {
+  const pipeline::Setup& setup = instance.acquisition.setup();
+  const auto [sample, window, correction] = current(instance);
+  ordered_json json = {{"time_s", sample ? ordered_json(seconds(sample->sample.time_ns)) : ordered_json()},
+                       {"rate_deg_per_h", known(sample ? sample->sample.rate_deg_per_h : kUnknown)},
                        {"bias_deg_per_h", known(correction.bias_deg_per_h)},
                        {"sd_deg_per_h", known(correction.sd_deg_per_h)},
-                       {"corrected_deg_per_h", known(has_last_ ? last_.corrected_deg_per_h : kUnknown)}};
-  const bool windowed = !history_.empty();
-  json["mean_rate_deg_per_h"] = known(windowed ? history_.back().window.rate_deg_per_h : kUnknown);
-  json["corrected_mean_deg_per_h"] = known(windowed ? history_.back().corrected_mean_deg_per_h : kUnknown);
-  json["temperature_degc"] = known(windowed ? history_.back().window.temperature_degc : kUnknown);
-  json["slope_degc_per_s"] = known(windowed ? history_.back().window.slope_degc_per_s : kUnknown);
-  json["uhfo_v"] = known(windowed ? history_.back().window.uhfo_v : kUnknown);
+                       {"corrected_deg_per_h", known(sample ? sample->corrected_deg_per_h : kUnknown)}};
+  json["mean_rate_deg_per_h"] = known(window ? window->window.rate_deg_per_h : kUnknown);
+  json["corrected_mean_deg_per_h"] = known(window ? window->corrected_mean_deg_per_h : kUnknown);
+  json["temperature_degc"] = known(window ? window->window.temperature_degc : kUnknown);
+  json["slope_degc_per_s"] = known(window ? window->window.slope_degc_per_s : kUnknown);
+  json["uhfo_v"] = known(window ? window->window.uhfo_v : kUnknown);
   json["quality"] = compensation::quality_text(correction.quality);
-  json["model"] = setup_.model ? ordered_json(setup_.model->info().id) : ordered_json();
+  json["age_s"] = age_json(instance);
+  json["model"] = setup.model ? ordered_json(setup.model->info().id) : ordered_json();
   return json;
 }
 
-ordered_json Station::stability() const {
-  const auto improvement = stability_.improvement();
-  return {{"block_s", pipeline_->engine().model() ? pipeline_->engine().model()->info().features.length_s : 100},
+ordered_json stability_answer(const Instance& instance) {
+  const Acquisition& acquisition = instance.acquisition;
+  const pipeline::Setup& setup = acquisition.setup();
+  const auto improvement = acquisition.stability().improvement();
+  return {{"block_s", acquisition.engine().model() ? acquisition.engine().model()->info().features.length_s : 100},
           {"divisor", "N-1"},
-          {"all", series_json(stability_.all())},
-          {"raw", series_json(stability_.raw())},
-          {"corrected", series_json(stability_.corrected())},
+          {"all", series_json(acquisition.stability().all())},
+          {"raw", series_json(acquisition.stability().raw())},
+          {"corrected", series_json(acquisition.stability().corrected())},
           {"improvement", improvement ? ordered_json(*improvement) : ordered_json()},
-          {"model", model_brief(setup_.model)}};
+          {"model", model_brief(setup.model)}};
 }
 
-ordered_json Station::model() const {
-  if (!setup_.model) return nullptr;
-  const compensation::ModelInfo& info = setup_.model->info();
-  ordered_json json = model_brief(setup_.model);
-  json["file"] = setup_.config.model;
+ordered_json model_answer(const Instance& instance) {
+  const pipeline::Setup& setup = instance.acquisition.setup();
+  if (!setup.model) return nullptr;
+  const compensation::ModelInfo& info = setup.model->info();
+  ordered_json json = model_brief(setup.model);
+  json["file"] = setup.config.model;
   json["gyro_serial"] = info.gyro_serial;
   json["inputs"] = info.inputs;
   json["window"] = {
@@ -171,24 +212,20 @@ ordered_json Station::model() const {
   return json;
 }
 
-ordered_json Station::config() const {
-  const config::Config& c = setup_.config;
+ordered_json config_answer(const Instance& instance) {
+  const pipeline::Setup& setup = instance.acquisition.setup();
+  const config::Config& c = setup.config;
   ordered_json json = {{"file", c.path}, {"name", c.name}};
   json["gyro"] = {{"serial", c.gyro.serial},
-                  {"axis", setup_.frames->gyro.axis},
+                  {"axis", setup.frames->gyro.axis},
                   {"sign", c.gyro.sign},
-                  {"unit_scale", setup_.frames->gyro.scale}};
-  json["line"] = {{"device", c.line.device},
-                  {"baud", setup_.line.baud},
-                  {"data_bits", setup_.line.data_bits},
-                  {"stop_bits", setup_.line.stop_bits},
-                  {"silence_s", c.line.silence_s},
-                  {"retry_min_s", c.line.retry_min_s},
+                  {"unit_scale", setup.frames->gyro.scale}};
+  json["line"] = {{"device", c.line.device},           {"baud", setup.line.baud},
+                  {"data_bits", setup.line.data_bits}, {"stop_bits", setup.line.stop_bits},
+                  {"silence_s", c.line.silence_s},     {"retry_min_s", c.line.retry_min_s},
                   {"retry_max_s", c.line.retry_max_s}};
-  json["frames"] = {{"file", c.frames},
-                    {"name", setup_.frames->name},
-                    {"id", setup_.frames->id},
-                    {"rate_hz", setup_.frames->rate_hz}};
+  json["frames"] = {
+      {"file", c.frames}, {"name", setup.frames->name}, {"id", setup.frames->id}, {"rate_hz", setup.frames->rate_hz}};
   json["clock"] = c.device_clock ? "device" : "host";
   json["model"] = c.model;
   json["fallback_model"] = c.fallback_model;
@@ -199,19 +236,19 @@ ordered_json Station::config() const {
   return json;
 }
 
-ordered_json Station::history(std::size_t count) const {
-  ordered_json rows = ordered_json::array();
-  const std::size_t first = history_.size() - std::min(count, history_.size());
-  for (std::size_t i = first; i < history_.size(); ++i) rows.push_back(row_json(history_[i]));
-  return rows;
-}
-
-ordered_json Station::events(std::size_t count) const {
-  ordered_json list = ordered_json::array();
-  const auto& recent = events_.recent();
-  const std::size_t first = recent.size() - std::min(count, recent.size());
-  for (std::size_t i = first; i < recent.size(); ++i) list.push_back(ordered_json::parse(event_json(recent[i])));
-  return list;
+std::string summary(const Instance& instance) {
+  const Acquisition& acquisition = instance.acquisition;
+  const std::string& device = acquisition.setup().config.line.device;
+  switch (instance.line.state) {
+    case LineState::kReceiving:
+      return fmt::format("receiving from {}, {} frames, quality {}", device, acquisition.frames(),
+                         compensation::quality_text(current(instance).correction.quality));
+    case LineState::kReplaying:
+      return fmt::format("replaying, {} frames", acquisition.frames());
+    default:
+      return fmt::format("{}: {}", device.empty() ? "no line" : device,
+                         instance.line.detail.empty() ? "waiting" : instance.line.detail);
+  }
 }
 
 }  // namespace prism::daemon

@@ -15,6 +15,8 @@ constexpr std::int64_t kFollowNs = 500'000'000;
 
 }  // namespace
 
+std::int64_t host_time_ns() { return read_ns<std::chrono::system_clock>(); }
+
 void ArrivalClock::begin() { offset_ns_ = read_ns<std::chrono::system_clock>() - read_ns<std::chrono::steady_clock>(); }
 
 std::int64_t ArrivalClock::check() {

@@ -2,21 +2,13 @@
 // Arrival times that never run backwards: the monotonic clock, laid on UTC.
 #pragma once
 
-#include <time.h>
-
 #include <chrono>
 #include <cstdint>
 
 namespace prism::daemon {
 
-/// std::chrono::steady_clock::now(), which is CLOCK_MONOTONIC here, without the way through libstdc++: its pages are
-/// cold when a frame comes after milliseconds of nothing.
-inline std::chrono::steady_clock::time_point steady_now() {
-  timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::chrono::steady_clock::time_point(std::chrono::seconds(now.tv_sec) +
-                                               std::chrono::nanoseconds(now.tv_nsec));
-}
+/// This machine's UTC, ns since 1970.
+std::int64_t host_time_ns();
 
 /// now_ns() = CLOCK_MONOTONIC + an offset taken from CLOCK_REALTIME at begin(). A host clock that is set during a
 /// session is followed only in check(), and only where it is off by more than half a second.
@@ -26,7 +18,7 @@ class ArrivalClock {
 
   void begin();
   /// ns since 1970 UTC. Never decreases between begin() and a step that check() follows.
-  std::int64_t now_ns() const { return at(steady_now()); }
+  std::int64_t now_ns() const { return at(std::chrono::steady_clock::now()); }
   std::int64_t at(std::chrono::steady_clock::time_point time) const {
     return std::chrono::nanoseconds(time.time_since_epoch()).count() + offset_ns_;
   }

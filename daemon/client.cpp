@@ -16,11 +16,11 @@ Client::Client(Socket socket, std::size_t max_queued_bytes)
   socket_.non_blocking(true, ignored);
 }
 
-void Client::send(const ReportPtr& report) {
-  if (const auto sent = offer(report->text, report->rows)) enqueue(report, *sent);
+void Client::send(const TextPart& text, std::uint64_t rows) {
+  if (const auto sent = offer(text.text, rows)) enqueue(text, *sent);
 }
 
-[[gnu::hot]] std::optional<std::size_t> Client::offer(std::string_view text, std::uint64_t rows) {
+std::optional<std::size_t> Client::offer(std::string_view text, std::uint64_t rows) {
   if (!open()) return std::nullopt;
   if (queue_.empty() && lost_ == 0) {
     const std::size_t sent = send_now(text, 0);
@@ -32,10 +32,14 @@ void Client::send(const ReportPtr& report) {
   return std::nullopt;
 }
 
-void Client::answer(std::string line) {
+void Client::answer(std::string line) { answer(std::vector<TextPart>{TextPart(std::move(line))}); }
+
+void Client::answer(const std::vector<TextPart>& parts) {
   if (queued_bytes_ > 4 * max_queued_bytes_)
     return close();  // what waits counts, not the answer: an hour of history is long
-  send(std::make_shared<const Report>(Report{std::move(line), 0}));
+  if (!open()) return;
+  for (const TextPart& part : parts) push(part, 0);
+  if (!waiting_) drain();
 }
 
 void Client::close() {
@@ -54,7 +58,7 @@ bool Client::privileged() const {
 }
 
 // Bytes sent of text from `from` on, all included; a peer that went away closes the client.
-[[gnu::hot]] std::size_t Client::send_now(std::string_view text, std::size_t from) {
+std::size_t Client::send_now(std::string_view text, std::size_t from) {
   while (from < text.size()) {
     const ssize_t sent =
         ::send(socket_.native_handle(), text.data() + from, text.size() - from, MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -68,9 +72,13 @@ bool Client::privileged() const {
   return from;
 }
 
-void Client::enqueue(const ReportPtr& report, std::size_t sent) {
-  queue_.push_back({report, sent});
-  queued_bytes_ += report->text.size() - sent;
+void Client::push(const TextPart& text, std::size_t sent) {
+  queue_.push_back({text, sent});
+  queued_bytes_ += text.text.size() - sent;
+}
+
+void Client::enqueue(const TextPart& text, std::size_t sent) {
+  push(text, sent);
   wait_until_writable();
 }
 
@@ -84,16 +92,19 @@ void Client::wait_until_writable() {
 }
 
 void Client::drain() {
-  while (open() && !queue_.empty()) {
+  for (std::size_t budget = kTurnBytes; open() && !queue_.empty();) {
     Queued& front = queue_.front();
-    const std::size_t sent = send_now(front.report->text, front.sent);
+    const std::string_view text = front.part.text.substr(0, front.sent + budget);
+    const std::size_t sent = send_now(text, front.sent);
     if (!open()) return;
     queued_bytes_ -= sent - front.sent;
+    budget -= sent - front.sent;
     front.sent = sent;
-    if (sent < front.report->text.size()) return wait_until_writable();
-    queue_.pop_front();
+    const bool all = sent == front.part.text.size();
+    if (all) queue_.pop_front();
+    if ((!all || budget == 0) && !queue_.empty()) return wait_until_writable();
   }
-  if (lost_ > 0) tell_loss();
+  if (open() && lost_ > 0) tell_loss();
 }
 
 void Client::tell_loss() {

@@ -9,15 +9,24 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace prism::daemon {
 
-/// Text that several clients send: serialised once, shared by all.
-struct Report {
-  std::string text;        ///< whole lines
-  std::uint64_t rows = 0;  ///< what is lost where it is dropped; 0: an answer, never dropped
+/// Whole lines, or a part of one, that several clients may send at the same time without a copy for each.
+struct TextPart {
+  explicit TextPart(std::string own) {
+    auto shared = std::make_shared<const std::string>(std::move(own));
+    text = *shared;
+    owner = std::move(shared);
+  }
+  /// `text` stands in what `owner` keeps, and is never changed.
+  TextPart(std::shared_ptr<const void> keeps, std::string_view part) : owner(std::move(keeps)), text(part) {}
+
+  std::shared_ptr<const void> owner;
+  std::string_view text;
 };
-using ReportPtr = std::shared_ptr<const Report>;
 
 struct Subscription {
   std::uint32_t sample_every = 0;  ///< every n-th sample; 0: none
@@ -32,14 +41,16 @@ class Client : public std::enable_shared_from_this<Client> {
 
   Client(Socket socket, std::size_t max_queued_bytes);
 
-  void send(const ReportPtr& report);
-  /// Sends what the socket takes at once. Returns from where on `text` is still to be sent: the caller puts it into a
-  /// report and hands that to enqueue(). Nothing where all is sent, or dropped and counted as `rows` lost.
+  /// `rows`: how many are lost where the text is dropped.
+  void send(const TextPart& text, std::uint64_t rows);
+  /// Sends what the socket takes at once. Returns from where on `text` is still to be sent: the caller hands that to
+  /// enqueue(). Nothing where all is sent, or dropped and counted as `rows` lost.
   std::optional<std::size_t> offer(std::string_view text, std::uint64_t rows);
-  void enqueue(const ReportPtr& report, std::size_t sent);
+  void enqueue(const TextPart& text, std::size_t sent);
   /// An answer to this client alone. Answers are never dropped: a client that goes on asking without
-  /// reading is closed when four times the limit waits for it.
+  /// reading is closed when four times the limit waits for it. A long one leaves in turns of kTurnBytes.
   void answer(std::string line);
+  void answer(const std::vector<TextPart>& parts);
   void close();
 
   bool open() const { return socket_.is_open(); }
@@ -51,15 +62,17 @@ class Client : public std::enable_shared_from_this<Client> {
   Socket& socket() { return socket_; }
 
  private:
+  void push(const TextPart& text, std::size_t sent);
   std::size_t send_now(std::string_view text, std::size_t from);
   void wait_until_writable();
   void drain();
   void tell_loss();
 
   struct Queued {
-    ReportPtr report;
+    TextPart part;
     std::size_t sent;
   };
+  static constexpr std::size_t kTurnBytes = 64 << 10;  ///< then others have their turn
   Socket socket_;
   const std::size_t max_queued_bytes_;
   std::deque<Queued> queue_;

@@ -7,13 +7,15 @@
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
 #include <utility>
 
-#include "daemon/event_loop.hpp"
+#include "daemon/answers.hpp"
 #include "daemon/live_line.hpp"
 #include "daemon/notify.hpp"
 #include "daemon/recorder.hpp"
@@ -29,70 +31,77 @@ namespace asio = boost::asio;
 constexpr auto kUse = asio::as_tuple(asio::use_awaitable);
 constexpr std::size_t kDiskQueueBytes = 4 << 20;
 
-// Faults found on the disk thread are told on the live one.
-std::function<void(const std::string&)> teller(EventLoop& loop, Station*& station) {
-  return [&loop, &station](const std::string& what) {
-    loop.post([&station, what] {
-      if (station != nullptr) station->tell(Severity::kWarning, "disk", what);
-    });
+// Faults found on the disk thread are told on the live one. The instance lives as long as the context runs.
+std::function<void(const std::string&)> teller(asio::io_context& io, Instance*& instance) {
+  return [&io, &instance](const std::string& what) {
+    asio::post(io, [&instance, what] { instance->tell(Severity::kWarning, "disk", what); });
   };
 }
 
 class Live {
  public:
-  Live(const Options& options, Setup setup)
+  Live(const Options& options, const pipeline::Setup& setup)
       : disk_(kDiskQueueBytes),
-        station_(setup,
-                 setup.config.log ? std::make_unique<ThreadedRowWriter>(setup, disk_, teller(loop_, alive_)) : nullptr),
-        line_(loop_.io(), station_),
-        reloader_(loop_, disk_, options, station_, [this] { line_.reopen(); }),
-        rpc_(station_, [this](Reloader::Done done) { reloader_.reload(std::move(done)); }),
-        signals_(loop_.io(), SIGINT, SIGTERM, SIGHUP),
-        tick_(loop_.io()) {
-    alive_ = &station_;
-    const config::Config& config = station_.setup().config;
-    if (config.capture)
-      station_.recorder = std::make_unique<Recorder>(*config.capture, config.name, disk_, teller(loop_, alive_));
-  }
+        instance_(setup, make_log(setup), make_capture(setup), log_event),
+        line_(io_, instance_),
+        reloader_(Reloader::make(
+            io_, disk_,
+            [path = options.config, overrides = overrides_of(options)] {
+              return pipeline::load_setup(path, overrides);
+            },
+            instance_, [this] { line_.reopen(); })),
+        rpc_(instance_, [this](Reloader::Done done) { reloader_->reload(std::move(done)); }),
+        signals_(io_, SIGINT, SIGTERM, SIGHUP),
+        tick_(io_) {}
 
   int run() {
-    const config::Config& config = station_.setup().config;
+    const config::Config& config = setup().config;
     const int inherited = inherited_socket();
     if (!config.socket.path.empty() || inherited >= 0) {
-      auto server = Server::open(loop_.io(), config.socket, inherited, station_, rpc_);
+      auto server = Server::open(io_, config.socket, inherited, instance_, rpc_);
       if (!server) {
         spdlog::error("{}", server.error().text());
         return kExitFailed;
       }
       server_ = std::move(*server);
-      asio::co_spawn(loop_.io(), server_->serve(), asio::detached);
+      asio::co_spawn(io_, server_->serve(), asio::detached);
     }
-    for (const std::string& note : station_.setup().notes) station_.tell(Severity::kInfo, "note", note);
-    if (!station_.setup().model)
-      station_.tell(Severity::kWarning, "no_model",
-                    "no model is configured: rates are published uncorrected, marked no_model");
+    for (const std::string& note : setup().notes) instance_.tell(Severity::kInfo, "note", note);
+    if (!setup().model)
+      instance_.tell(Severity::kWarning, "no_model",
+                     "no model is configured: rates are published uncorrected, marked no_model");
     line_.start();
-    asio::co_spawn(loop_.io(), heed_signals(), asio::detached);
-    asio::co_spawn(loop_.io(), tick(), asio::detached);
-    notify_ready(station_.summary());
-    loop_.run(line_);
+    asio::co_spawn(io_, heed_signals(), asio::detached);
+    asio::co_spawn(io_, tick(), asio::detached);
+    notify_ready(summary(instance_));
+    io_.run();
     notify_stopping();
-    station_.finish();
-    alive_ = nullptr;
+    instance_.finish();
     return kExitDone;
   }
 
  private:
+  const pipeline::Setup& setup() const { return instance_.acquisition.setup(); }
+
+  std::unique_ptr<RowWriter> make_log(const pipeline::Setup& setup) {
+    if (!setup.config.log) return nullptr;
+    return std::make_unique<ThreadedRowWriter>(setup, disk_, teller(io_, told_));
+  }
+  std::unique_ptr<Recorder> make_capture(const pipeline::Setup& setup) {
+    if (!setup.config.capture) return nullptr;
+    return std::make_unique<Recorder>(*setup.config.capture, setup.config.name, disk_, teller(io_, told_));
+  }
+
   asio::awaitable<void> heed_signals() {
     for (;;) {
       auto [error, signal] = co_await signals_.async_wait(kUse);
       if (error) co_return;
       if (signal != SIGHUP) break;
-      reloader_.reload([](const Result<std::string>&) {});  // the outcome is an event
+      reloader_->reload([](const Result<std::string>&) {});  // the outcome is an event
     }
     notify_stopping();
     line_.stop();
-    loop_.stop();
+    io_.stop();
   }
 
   // STATUS= once a second; WATCHDOG= only while the line's loop makes progress: data, or a pause that is meant to be.
@@ -106,21 +115,21 @@ class Live {
     for (;;) {
       tick_.expires_after(period);
       co_await tick_.async_wait(kUse);
-      station_.sync();
+      instance_.acquisition.sync();
       if (half_us == 0 && !under_systemd_) continue;
-      if (std::string now = station_.summary(); now != shown) notify_status(shown = std::move(now));
-      const auto& line = station_.setup().config.line;
+      if (std::string now = summary(instance_); now != shown) notify_status(shown = std::move(now));
+      const auto& line = setup().config.line;
       const auto patience = std::chrono::duration<double>(line.silence_s + 2 * line.retry_max_s + 2);
       if (half_us > 0 && steady_clock::now() - line_.last_progress() < patience) notify_watchdog();
     }
   }
 
-  EventLoop loop_;
-  Station* alive_ = nullptr;
+  asio::io_context io_{1};
+  Instance* told_ = &instance_;
   DiskThread disk_;
-  Station station_;
+  Instance instance_;
   LiveLine line_;
-  Reloader reloader_;
+  std::shared_ptr<Reloader> reloader_;
   Rpc rpc_;
   asio::signal_set signals_;
   asio::steady_timer tick_;
@@ -130,13 +139,13 @@ class Live {
 
 }  // namespace
 
-int run_live(const Options& options, Setup setup) {
+int run_live(const Options& options, pipeline::Setup setup) {
   if (setup.config.line.device.empty()) {
     spdlog::error("{}:/line/device: is missing, expected the gyro's serial device (or use --replay)",
                   setup.config.path);
     return kExitConfig;
   }
-  const auto live = std::make_unique<Live>(options, std::move(setup));
+  const auto live = std::make_unique<Live>(options, setup);
   return live->run();
 }
 

@@ -9,6 +9,7 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <cerrno>
 #include <cstring>
 #include <utility>
 
@@ -24,12 +25,12 @@ auto as_steady(std::chrono::duration<double> seconds) {
 
 }  // namespace
 
-LiveLine::LiveLine(asio::io_context& io, Station& station)
-    : io_(io), station_(station), watch_timer_(io), pause_timer_(io), last_progress_(Clock::now()) {}
+LiveLine::LiveLine(asio::io_context& io, Instance& instance)
+    : io_(io), instance_(instance), watch_timer_(io), pause_timer_(io), last_progress_(Clock::now()) {}
 
 void LiveLine::start() {
   asio::co_spawn(io_, watch(), asio::detached);
-  retry_ = std::chrono::duration<double>(station_.setup().config.line.retry_min_s);
+  retry_ = std::chrono::duration<double>(instance_.acquisition.setup().config.line.retry_min_s);
   open_or_pause();
 }
 
@@ -43,7 +44,6 @@ void LiveLine::stop() {
 void LiveLine::reopen() {
   pause_timer_.cancel();
   line_.reset();
-  resting_ = false;
   open_or_pause();
 }
 
@@ -52,24 +52,25 @@ void LiveLine::open_or_pause() {
 }
 
 bool LiveLine::open() {
-  Result<drivers::SerialLine> line = drivers::open_serial_line(station_.setup().line);
+  Result<drivers::SerialLine> line = drivers::open_serial_line(instance_.acquisition.setup().line);
   if (!line) {
     const std::string& why = line.error().text();
-    station_.set_state(LineState::kConnecting, why);
+    instance_.set_line(LineState::kConnecting, why);
     complain("line_absent", why + "; trying again until it is there");
     return false;
   }
-  line_ = std::move(*line);
-  line_->block();
+  const std::vector<std::string> notes = line->notes();
+  line_.emplace(io_, line->release());
   begun_ = false;
   arrival_.begin();
   last_data_ = last_progress_ = Clock::now();
-  station_.line_notes(line_->notes());
-  station_.line_hardware(std::nullopt);
+  instance_.line.notes = notes;
+  instance_.line.hardware.reset();
+  listen();
   if (complaint_kind_ == "line_silent") return true;  // one silence, one line, however often the line is opened in it
-  station_.set_state(LineState::kConnecting, "open, no data yet");
-  station_.tell(Severity::kInfo, "line_open", station_.setup().config.line.device + ": open");
-  for (const std::string& note : line_->notes()) station_.tell(Severity::kInfo, "line_note", note);
+  instance_.set_line(LineState::kConnecting, "open, no data yet");
+  instance_.tell(Severity::kInfo, "line_open", instance_.acquisition.setup().config.line.device + ": open");
+  for (const std::string& note : notes) instance_.tell(Severity::kInfo, "line_note", note);
   return true;
 }
 
@@ -78,85 +79,105 @@ void LiveLine::complain(const char* kind, const std::string& text) {
   if (text == complaint_) return;
   complaint_ = text;
   complaint_kind_ = kind;
-  station_.tell(Severity::kWarning, kind, text);
+  instance_.tell(Severity::kWarning, kind, text);
 }
 
-[[gnu::hot]] ssize_t LiveLine::read() { return ::read(line_->fd(), buffer_.data(), buffer_.size()); }
+// Asio says when there is something to read; read(2) itself finds it at once, without Asio's try before and after.
+void LiveLine::listen() {
+  line_->async_wait(asio::posix::stream_descriptor::wait_read, [this](boost::system::error_code error) {
+    if (!error && line_) readable();
+  });
+}
 
-[[gnu::hot]] void LiveLine::received(ssize_t size, int error) {
+void LiveLine::readable() {
+  const int fd = line_->native_handle();
+  const ssize_t size = ::read(fd, buffer_.data(), buffer_.size());
   if (size > 0) {
-    last_data_ = last_progress_ = steady_now();
+    last_data_ = last_progress_ = Clock::now();
     const std::int64_t arrival_ns = arrival_.at(last_data_);
     if (!begun_) begin_receiving(arrival_ns);
-    station_.feed({buffer_.data(), static_cast<std::size_t>(size)}, arrival_ns);
-    return;
+    instance_.feed({buffer_.data(), static_cast<std::size_t>(size)}, arrival_ns);
+    return listen();
   }
+  if (size < 0 && (errno == EAGAIN || errno == EINTR)) return listen();
   // A pty and some drivers say "end of file" for an empty read; only a line that is really gone ends the session.
-  if (size == 0 && !drivers::line_is_gone(line_->fd())) return rest();
-  const std::string why = size == 0 ? "unplugged (end of file)" : std::strerror(error);
-  station_.set_state(LineState::kConnecting, why);
+  if (size == 0 && !drivers::line_is_gone(fd)) return rest();
+  const std::string why = size == 0 ? "unplugged (end of file)" : std::strerror(errno);
+  instance_.set_line(LineState::kConnecting, why);
   lose("line_lost", "lost: " + why);
 }
 
 void LiveLine::begin_receiving(std::int64_t arrival_ns) {
   begun_ = true;
-  station_.begin_session(arrival_ns);
-  station_.set_state(LineState::kReceiving);
-  station_.tell(Severity::kInfo, "line_receiving", station_.setup().config.line.device + ": receiving");
-  retry_ = std::chrono::duration<double>(station_.setup().config.line.retry_min_s);
+  instance_.begin_session(arrival_ns);
+  instance_.set_line(LineState::kReceiving);
+  instance_.tell(Severity::kInfo, "line_receiving", instance_.acquisition.setup().config.line.device + ": receiving");
+  retry_ = std::chrono::duration<double>(instance_.acquisition.setup().config.line.retry_min_s);
   complaint_.clear();
   complaint_kind_.clear();
 }
 
 void LiveLine::lose(const char* kind, const std::string& why) {
-  complain(kind, station_.setup().config.line.device + ": " + why + "; opening it again until data comes");
+  complain(kind, instance_.acquisition.setup().config.line.device + ": " + why + "; opening it again until data comes");
   line_.reset();
-  station_.finish();
+  instance_.finish();
   pause();
 }
 
-// One wake-up a second at most, not one per read: silence, waiting candidates, and a host clock that was set.
+// New errors of the hardware are an event.
+void LiveLine::count_hardware() {
+  const auto errors = [](const drivers::LineCounters& c) {
+    return c.framing_errors + c.parity_errors + c.overruns + c.breaks + c.buffer_overruns;
+  };
+  const auto counters = drivers::read_line_counters(line_->native_handle());
+  std::optional<drivers::LineCounters>& before = instance_.line.hardware;
+  if (counters && before && errors(*counters) > errors(*before)) {
+    instance_.tell(Severity::kWarning, "line_errors",
+                   "the serial hardware reports errors on the line; prismctl line counts them");
+  }
+  before = counters;
+}
+
+// One wake-up a second at most, not one per read: silence, candidates that wait, and a host clock that was set.
 asio::awaitable<void> LiveLine::watch() {
   while (!stopping_) {
-    const auto silence = as_steady(std::chrono::duration<double>(station_.setup().config.line.silence_s));
+    const auto silence = as_steady(std::chrono::duration<double>(instance_.acquisition.setup().config.line.silence_s));
     const auto due = line_ ? last_data_ + silence : Clock::now() + silence;
-    const auto next = std::clamp(due, Clock::now() + std::chrono::milliseconds(10),
-                                 Clock::now() + std::chrono::seconds(1));
+    const auto next =
+        std::clamp(due, Clock::now() + std::chrono::milliseconds(10), Clock::now() + std::chrono::seconds(1));
     watch_timer_.expires_at(next);
     co_await watch_timer_.async_wait(kUse);
     if (stopping_ || !line_) continue;
-    station_.expire(arrival_.now_ns());
-    station_.line_hardware(drivers::read_line_counters(line_->fd()));
+    instance_.expire(arrival_.now_ns());
+    count_hardware();
     if (const std::int64_t step = arrival_.check()) {
-      station_.tell(
+      instance_.tell(
           Severity::kWarning, "host_clock",
           fmt::format("the host clock was set by {:+.3f} s; the window begins anew", static_cast<double>(step) * 1e-9));
-      station_.begin_session(arrival_.now_ns());
+      instance_.begin_session(arrival_.now_ns());
     }
     if (Clock::now() - last_data_ < silence) continue;
-    const std::string why = fmt::format("no data for {} s", station_.setup().config.line.silence_s);
-    station_.set_state(LineState::kSilent, why);
+    const std::string why = fmt::format("no data for {} s", instance_.acquisition.setup().config.line.silence_s);
+    instance_.set_line(LineState::kSilent, why);
     lose("line_silent", why);
   }
 }
 
 // An idle line that is readable all the same would be read without end.
 void LiveLine::rest() {
-  resting_ = true;
   pause_timer_.expires_after(std::chrono::milliseconds(20));
   pause_timer_.async_wait([this](boost::system::error_code error) {
-    if (!error) resting_ = false;
+    if (!error && line_) listen();
   });
 }
 
 void LiveLine::pause() {
   last_progress_ = Clock::now() + as_steady(retry_);
-  resting_ = false;
   pause_timer_.expires_after(as_steady(retry_));
   pause_timer_.async_wait([this](boost::system::error_code error) {
     if (!error && !stopping_ && !line_) open_or_pause();
   });
-  retry_ = std::min(retry_ * 2, std::chrono::duration<double>(station_.setup().config.line.retry_max_s));
+  retry_ = std::min(retry_ * 2, std::chrono::duration<double>(instance_.acquisition.setup().config.line.retry_max_s));
 }
 
 }  // namespace prism::daemon

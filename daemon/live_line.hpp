@@ -5,6 +5,7 @@
 #include <array>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cstdint>
@@ -12,27 +13,21 @@
 #include <string>
 
 #include "daemon/arrival_clock.hpp"
-#include "daemon/event_loop.hpp"
-#include "daemon/station.hpp"
-#include "drivers/serial_line.hpp"
+#include "daemon/instance.hpp"
 
 namespace prism::daemon {
 
 /// One session: from open to the moment the line is lost (error, end of file, silence). Between sessions it pauses, at
 /// first for retry_min_s, doubling up to retry_max_s, and anew from the start once data has come.
-class LiveLine : public UrgentSource {
+class LiveLine {
  public:
-  LiveLine(boost::asio::io_context& io, Station& station);
+  LiveLine(boost::asio::io_context& io, Instance& instance);
 
   /// Opens the line, now or as soon as it is there, until stop().
   void start();
   void stop();
-  /// Ends the session and opens the line at once, with the station's settings of then.
+  /// Ends the session and opens the line at once, with the settings of then.
   void reopen();
-
-  bool listening() const override { return line_ && !resting_; }
-  ssize_t read() override;
-  void received(ssize_t size, int error) override;
 
   /// When something last went as it should: data came, or a pause that was meant to be began. For the watchdog.
   std::chrono::steady_clock::time_point last_progress() const { return last_progress_; }
@@ -41,8 +36,11 @@ class LiveLine : public UrgentSource {
   using Clock = std::chrono::steady_clock;
 
   boost::asio::awaitable<void> watch();
+  void listen();
+  void readable();
   void open_or_pause();
   bool open();
+  void count_hardware();
   void rest();
   void pause();
   void lose(const char* kind, const std::string& why);
@@ -50,15 +48,15 @@ class LiveLine : public UrgentSource {
   void begin_receiving(std::int64_t arrival_ns);
 
   boost::asio::io_context& io_;
-  Station& station_;
-  std::optional<drivers::SerialLine> line_;
+  Instance& instance_;
+  std::optional<boost::asio::posix::stream_descriptor> line_;
   boost::asio::steady_timer watch_timer_, pause_timer_;
   ArrivalClock arrival_;
   Clock::time_point last_data_, last_progress_;
   std::chrono::duration<double> retry_{0};
-  bool stopping_ = false, begun_ = false, resting_ = false;
+  bool stopping_ = false, begun_ = false;
   std::string complaint_, complaint_kind_;
-  std::array<std::uint8_t, 65536> buffer_;  // behind the rest, which stands close together then
+  std::array<std::uint8_t, 65536> buffer_;
 };
 
 }  // namespace prism::daemon

@@ -42,7 +42,23 @@ void begin_logging(const std::string& level) {
   spdlog::set_default_logger(std::move(logger));
 }
 
-int check(const Setup& setup) {
+}  // namespace
+
+void log_event(const Event& event) {
+  const auto level = event.severity == Severity::kError     ? spdlog::level::err
+                     : event.severity == Severity::kWarning ? spdlog::level::warn
+                     : event.severity == Severity::kInfo    ? spdlog::level::info
+                                                            : spdlog::level::debug;
+  if (event.repeats > 0) {
+    spdlog::log(level, "{} ({} more times since it was last said)", event.text, event.repeats);
+  } else {
+    spdlog::log(level, "{}", event.text);
+  }
+}
+
+namespace {
+
+int check(const pipeline::Setup& setup) {
   const config::Config& config = setup.config;
   for (const std::string& note : setup.notes) fmt::print("note: {}\n", note);
   fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}\n", config.path, setup.frames->name,
@@ -59,7 +75,7 @@ int run(int argc, char** argv) {
   if (options.check) {
     if (const int code = check_document(options.config); code >= 0) return code;
   }
-  Result<Setup> setup = load_setup(options);
+  Result<pipeline::Setup> setup = pipeline::load_setup(options.config, overrides_of(options));
   if (!setup) {
     fmt::print(stderr, "prismd: {}\n", setup.error().text());
     return kExitConfig;

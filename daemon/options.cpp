@@ -16,6 +16,12 @@ constexpr int kUsage = 64;
 
 }  // namespace
 
+pipeline::Overrides overrides_of(const Options& options) {
+  pipeline::Overrides overrides{options.model, options.device, options.socket, {}};
+  if (!options.replay.empty()) overrides.replay_log = options.out.empty() ? "prism-replay" : options.out;
+  return overrides;
+}
+
 std::optional<int> parse_options(int argc, char** argv, Options& options) {
   CLI::App app(
       "prismd: reads a laser gyro on a serial line, removes its bias drift, logs and publishes the corrected rate");

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/pipeline/setup.hpp"
+
 namespace prism::daemon {
 
 struct Options {
@@ -19,6 +21,9 @@ struct Options {
   std::string model;                ///< replaces the configuration's model
   std::string device;               ///< replaces line/device
 };
+
+/// What of the command line stands in the place of the configuration's settings.
+pipeline::Overrides overrides_of(const Options& options);
 
 /// Parses argv; prints help, version and usage errors itself. A value: the exit code to end with at once.
 std::optional<int> parse_options(int argc, char** argv, Options& options);

@@ -2,6 +2,7 @@
 #include "daemon/publisher.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "compensation/compensated_text.hpp"
@@ -29,7 +30,6 @@ void Publisher::remove(const Client* client) {
 }
 
 void Publisher::update() {
-  flush();
   std::vector<Topic> topics;
   for (const auto& client : clients_) {
     const std::uint32_t every = client->subscription.sample_every;
@@ -41,7 +41,19 @@ void Publisher::update() {
   topics_ = std::move(topics);
 }
 
-[[gnu::hot]] void Publisher::sample(const compensation::Compensated& row) {
+void Publisher::rows(const pipeline::Rows& rows) {
+  std::size_t next = 0;
+  for (const pipeline::Rows::Window& window : rows.windows) {
+    if (topics_.empty()) next = window.samples_before;
+    for (; next < window.samples_before; ++next) sample(rows.samples[next].row);
+    this->window(window.row);
+  }
+  if (topics_.empty()) return;
+  for (; next < rows.samples.size(); ++next) sample(rows.samples[next].row);
+  flush();
+}
+
+void Publisher::sample(const compensation::Compensated& row) {
   for (Topic& topic : topics_) {
     if (--topic.due > 0) continue;
     topic.due = topic.every;
@@ -53,16 +65,16 @@ void Publisher::update() {
   }
 }
 
-[[gnu::hot]] void Publisher::flush() {
+void Publisher::flush() {
   for (Topic& topic : topics_) {
     if (topic.rows == 0) continue;
-    ReportPtr report;  // made for the first client that cannot take all at once; most can, and cost no allocation
+    std::optional<TextPart> shared;  // made for the first client that cannot take all at once; most can
     for (const auto& client : clients_) {
       if (client->subscription.sample_every != topic.every) continue;
       const auto sent = client->offer(topic.text.view(), topic.rows);
       if (!sent) continue;
-      if (!report) report = std::make_shared<const Report>(Report{std::string(topic.text.view()), topic.rows});
-      client->enqueue(report, *sent);
+      if (!shared) shared.emplace(std::string(topic.text.view()));
+      client->enqueue(*shared, *sent);
     }
     topic.text.clear();
     topic.rows = 0;
@@ -77,17 +89,16 @@ void Publisher::window(const compensation::CompensatedWindow& row) {
   std::string text(kWindowHead);
   compensation::append_json(text, row);
   text += kTail;
-  const auto report = std::make_shared<const Report>(Report{std::move(text), 1});
+  const TextPart shared(std::move(text));
   for (const auto& client : clients_) {
-    if (client->subscription.windows) client->send(report);
+    if (client->subscription.windows) client->send(shared, 1);
   }
 }
 
 void Publisher::event(const std::string& params) {
-  flush();
-  const auto report = std::make_shared<const Report>(Report{std::string(kEventHead).append(params).append(kTail), 1});
+  const TextPart text(std::string(kEventHead).append(params).append(kTail));
   for (const auto& client : clients_) {
-    if (client->subscription.events) client->send(report);
+    if (client->subscription.events) client->send(text, 1);
   }
 }
 

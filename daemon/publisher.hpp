@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "compensation/compensated.hpp"
 #include "daemon/client.hpp"
+#include "daemon/pipeline/pipeline.hpp"
 #include "daemon/row_text.hpp"
 
 namespace prism::daemon {
 
-/// Samples are gathered and go out at flush(), once per chunk of the line: one send for many rows at high rates, and no
-/// delay at low ones. Windows and events go out at once, after the samples before them.
+/// The samples of one call go out together: one send for many rows at high rates, and no delay at low ones. Windows and
+/// events go out at once, after the samples before them.
 class Publisher {
  public:
   void add(std::shared_ptr<Client> client);
@@ -22,17 +22,18 @@ class Publisher {
   /// Takes note of the client's changed subscription.
   void update();
 
-  bool wants_samples() const { return !topics_.empty(); }
-  void sample(const compensation::Compensated& row);
-  void window(const compensation::CompensatedWindow& row);
+  void rows(const pipeline::Rows& rows);
   /// `params`: the JSON object of an event notification.
   void event(const std::string& params);
-  void flush();
 
   std::size_t clients() const { return clients_.size(); }
   std::uint64_t lost_rows() const;
 
  private:
+  void sample(const compensation::Compensated& row);
+  void window(const compensation::CompensatedWindow& row);
+  void flush();
+
   // Clients that want every n-th sample share one text.
   struct Topic {
     std::uint32_t every;

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/reloader.hpp"
 
-#include <memory>
+#include <boost/asio/post.hpp>
 #include <utility>
 
+#include "daemon/answers.hpp"
 #include "daemon/notify.hpp"
-#include "daemon/service.hpp"
 
 namespace prism::daemon {
 
-Reloader::Reloader(EventLoop& loop, DiskThread& disk, Options options, Station& station,
+std::shared_ptr<Reloader> Reloader::make(boost::asio::io_context& io, DiskThread& disk, Load load, Instance& instance,
+                                         std::function<void()> line_changed) {
+  return std::shared_ptr<Reloader>(new Reloader(io, disk, std::move(load), instance, std::move(line_changed)));
+}
+
+Reloader::Reloader(boost::asio::io_context& io, DiskThread& disk, Load load, Instance& instance,
                    std::function<void()> line_changed)
-    : loop_(loop),
-      disk_(disk),
-      options_(std::move(options)),
-      station_(station),
-      line_changed_(std::move(line_changed)) {}
+    : io_(io), disk_(disk), load_(std::move(load)), instance_(instance), line_changed_(std::move(line_changed)) {}
 
 void Reloader::reload(Done done) {
   waiting_.push_back(std::move(done));
@@ -25,30 +26,36 @@ void Reloader::reload(Done done) {
 void Reloader::begin() {
   running_ = std::exchange(waiting_, {});
   notify_reloading();
-  disk_.post(0, [this] {
-    auto setup = std::make_shared<Result<Setup>>(load_setup(options_));
-    loop_.post([this, setup] { finish(std::move(*setup)); });
+  disk_.post(0, [load = load_, io = &io_, reloader = weak_from_this()] {
+    auto setup = std::make_shared<Result<pipeline::Setup>>(load());
+    boost::asio::post(*io, [setup, reloader] {
+      if (const auto self = reloader.lock()) self->finish(std::move(*setup));
+    });
   });
 }
 
-void Reloader::finish(Result<Setup> setup) {
-  Result<std::string> outcome = std::string();
-  Result<bool> taken =
-      setup ? station_.reconfigure(std::move(*setup)) : Result<bool>(tl::unexpected<Error>(setup.error()));
-  if (taken) {
-    const compensation::ModelPtr& model = station_.setup().model;
-    *outcome = station_.setup().config.path + " in force, model " +
-               (model ? model->info().id.substr(0, 12) + " " + model->info().name : "none");
-    station_.tell(Severity::kInfo, "reloaded", "reloaded: " + *outcome);
-    if (*taken) line_changed_();
+void Reloader::finish(Result<pipeline::Setup> setup) {
+  const Result<std::string> outcome = take(std::move(setup));
+  if (outcome) {
+    instance_.tell(Severity::kInfo, "reloaded", "reloaded: " + *outcome);
   } else {
-    outcome = tl::unexpected<Error>(taken.error());
-    station_.tell(Severity::kError, "reload_refused",
-                  "reload refused, everything stays as it was: " + taken.error().text());
+    instance_.tell(Severity::kError, "reload_refused",
+                   "reload refused, everything stays as it was: " + outcome.error().text());
   }
-  notify_ready(station_.summary());
+  notify_ready(summary(instance_));
   for (const Done& done : std::exchange(running_, {})) done(outcome);
   if (!waiting_.empty()) begin();
+}
+
+Result<std::string> Reloader::take(Result<pipeline::Setup> setup) {
+  if (!setup) return tl::unexpected<Error>(setup.error());
+  const auto taken = instance_.acquisition.reconfigure(std::move(*setup));
+  if (!taken) return tl::unexpected<Error>(taken.error());
+  instance_.publisher.rows(taken->rows);
+  if (taken->line_changed) line_changed_();
+  const pipeline::Setup& now = instance_.acquisition.setup();
+  return now.config.path + " in force, model " +
+         (now.model ? now.model->info().id.substr(0, 12) + " " + now.model->info().name : "none");
 }
 
 }  // namespace prism::daemon

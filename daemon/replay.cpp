@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-
+// prismd --replay: captures through the same instance as live.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -45,30 +45,33 @@ class Pace {
   Steady::time_point begin_;
 };
 
-void pass(Station& station, const drivers::CapturePacket& packet) {
+void pass(Instance& instance, const drivers::CapturePacket& packet) {
   if (packet.event == wire::CaptureEvent::kData) {
-    station.feed(packet.bytes, packet.time_ns);
+    instance.feed(packet.bytes, packet.time_ns);
   } else if (packet.event == wire::CaptureEvent::kOpened) {
-    station.begin_session(packet.time_ns);
+    instance.begin_session(packet.time_ns);
   }
 }
 
 class Replay {
  public:
-  Replay(const Options& options, Setup setup) : options_(options), signals_(io_, SIGINT, SIGTERM), timer_(io_) {
+  Replay(const Options& options, pipeline::Setup setup)
+      : options_(options), signals_(io_, SIGINT, SIGTERM), timer_(io_) {
     std::unique_ptr<DirectRowWriter> rows;
     if (setup.config.log) {
       rows = std::make_unique<DirectRowWriter>(setup);
       rows_ = rows.get();
     }
-    station_ = std::make_unique<Station>(std::move(setup), std::move(rows));
-    rpc_ =
-        std::make_unique<Rpc>(*station_, [](auto done) { done(refuse("reload", "a replay keeps its configuration")); });
+    instance_ = std::make_unique<Instance>(std::move(setup), std::move(rows), nullptr, [](const Event& event) {
+      if (event.kind != "quality") log_event(event);  // the log itself says it of each row
+    });
+    rpc_ = std::make_unique<Rpc>(*instance_,
+                                 [](auto done) { done(refuse("reload", "a replay keeps its configuration")); });
   }
 
   int run() {
     if (!options_.socket.empty()) {
-      auto server = Server::open(io_, station_->setup().config.socket, -1, *station_, *rpc_);
+      auto server = Server::open(io_, instance_->acquisition.setup().config.socket, -1, *instance_, *rpc_);
       if (!server) return fail(server.error().text());
       server_ = std::move(*server);
       asio::co_spawn(io_, server_->serve(), asio::detached);
@@ -97,18 +100,18 @@ class Replay {
   }
 
   asio::awaitable<void> feed_all() {
-    station_->set_state(LineState::kReplaying);
+    instance_->set_line(LineState::kReplaying);
     for (const std::string& file : options_.replay) {
       co_await feed_file(file);
       if (!fault_.empty() || stopped_) break;
     }
-    station_->finish();
-    station_->set_state(LineState::kEnded, "the replay is over");
+    instance_->finish();
+    instance_->set_line(LineState::kEnded, "the replay is over");
     io_.stop();
   }
 
   asio::awaitable<void> feed_file(const std::string& file) {
-    const wire::FrameDescription& frames = *station_->setup().frames;
+    const wire::FrameDescription& frames = *instance_->acquisition.setup().frames;
     const drivers::BareBytes bare{std::max(frames.rate_hz * frames.max_frame_bytes, 1.0), 0};
     Result<drivers::CaptureReader> reader = drivers::CaptureReader::open(file, bare);
     if (!reader) {
@@ -126,7 +129,7 @@ class Replay {
       } else if (count % kSlice == 0) {
         co_await asio::post(io_, kUse);
       }
-      pass(*station_, *packet);
+      pass(*instance_, *packet);
     }
     if (!reader->tail_damage().empty()) spdlog::warn("{}", reader->tail_damage());
     if (reader->foreign_packets() > 0)
@@ -134,7 +137,7 @@ class Replay {
   }
 
   void summarise(double seconds) const {
-    const Station& s = *station_;
+    const Acquisition& s = instance_->acquisition;
     const auto& line = s.pipeline().decoder().counters();
     fmt::print(
         "replayed {} frames in {:.2f} s ({:.2f} million/s), {} failed their check, {} missing, {} bytes skipped\n",
@@ -143,7 +146,7 @@ class Replay {
     if (stopped_) fmt::print("stopped before the end of the capture\n");
     if (rows_ != nullptr)
       fmt::print("log: {} rows in {}\n", rows_->counters().rows.load(), s.setup().config.log->directory);
-    const compensation::BlockStability& blocks = s.block_stability();
+    const compensation::BlockStability& blocks = s.stability();
     const auto improvement = blocks.improvement();
     if (!improvement) {
       fmt::print("bias stability: unknown, it needs two full blocks with a correction, found {}\n",
@@ -159,7 +162,7 @@ class Replay {
   asio::io_context io_{1};
   Options options_;
   DirectRowWriter* rows_ = nullptr;
-  std::unique_ptr<Station> station_;
+  std::unique_ptr<Instance> instance_;
   std::unique_ptr<Rpc> rpc_;
   std::unique_ptr<Server> server_;
   asio::signal_set signals_;
@@ -170,7 +173,7 @@ class Replay {
 
 }  // namespace
 
-int run_replay(const Options& options, Setup setup) {
+int run_replay(const Options& options, pipeline::Setup setup) {
   return std::make_unique<Replay>(options, std::move(setup))->run();
 }
 

@@ -54,4 +54,15 @@ class RowLog {
   std::uint64_t dropped_in_fault_ = 0;
 };
 
+/// Where rows are written: on a thread of its own (live), or right here (a replay, which may wait).
+class RowWriter {
+ public:
+  virtual ~RowWriter() = default;
+  virtual void append(const compensation::CompensatedWindow& row) = 0;
+  /// Puts what was appended on the disk; called once a second of real time, however fast the data's time runs.
+  virtual void sync() = 0;
+  virtual void set_metadata(const std::string& metadata) = 0;
+  virtual const LogCounters& counters() const = 0;
+};
+
 }  // namespace prism::daemon

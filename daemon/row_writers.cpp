@@ -5,10 +5,11 @@
 
 namespace prism::daemon {
 
-ThreadedRowWriter::ThreadedRowWriter(const Setup& setup, DiskThread& disk, std::function<void(const std::string&)> tell)
+ThreadedRowWriter::ThreadedRowWriter(const pipeline::Setup& setup, DiskThread& disk,
+                                     std::function<void(const std::string&)> tell)
     : disk_(disk),
       counters_(std::make_shared<LogCounters>()),
-      log_(std::make_shared<RowLog>(*setup.config.log, setup.config.name, log_metadata(setup), *counters_,
+      log_(std::make_shared<RowLog>(*setup.config.log, setup.config.name, pipeline::log_metadata(setup), *counters_,
                                     std::move(tell))) {}
 
 ThreadedRowWriter::~ThreadedRowWriter() {
@@ -32,9 +33,10 @@ void ThreadedRowWriter::set_metadata(const std::string& metadata) {
   disk_.post(0, [log = log_, metadata] { log->set_metadata(metadata); });
 }
 
-DirectRowWriter::DirectRowWriter(const Setup& setup)
-    : log_(*setup.config.log, setup.config.name, log_metadata(setup), counters_, [this](const std::string& what) {
-        if (first_fault_.empty()) first_fault_ = what;
-      }) {}
+DirectRowWriter::DirectRowWriter(const pipeline::Setup& setup)
+    : log_(*setup.config.log, setup.config.name, pipeline::log_metadata(setup), counters_,
+           [this](const std::string& what) {
+             if (first_fault_.empty()) first_fault_ = what;
+           }) {}
 
 }  // namespace prism::daemon

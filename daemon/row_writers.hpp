@@ -6,8 +6,8 @@
 #include <string>
 
 #include "daemon/disk_thread.hpp"
+#include "daemon/pipeline/setup.hpp"
 #include "daemon/row_log.hpp"
-#include "daemon/station.hpp"
 
 namespace prism::daemon {
 
@@ -15,7 +15,7 @@ namespace prism::daemon {
 class ThreadedRowWriter : public RowWriter {
  public:
   /// `tell` is called on the disk thread.
-  ThreadedRowWriter(const Setup& setup, DiskThread& disk, std::function<void(const std::string&)> tell);
+  ThreadedRowWriter(const pipeline::Setup& setup, DiskThread& disk, std::function<void(const std::string&)> tell);
   ~ThreadedRowWriter() override;
 
   void append(const compensation::CompensatedWindow& row) override;
@@ -33,7 +33,7 @@ class ThreadedRowWriter : public RowWriter {
 /// Waits for the disk: a replay loses nothing. The first fault is kept.
 class DirectRowWriter : public RowWriter {
  public:
-  explicit DirectRowWriter(const Setup& setup);
+  explicit DirectRowWriter(const pipeline::Setup& setup);
 
   void append(const compensation::CompensatedWindow& row) override { log_.append(row); }
   void sync() override {}  // a replay can be run again; the segment is synced when it closes

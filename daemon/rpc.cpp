@@ -3,11 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
 #include <optional>
 #include <utility>
 
 #include "compensation/json_section.hpp"
 #include "config/version.hpp"
+#include "daemon/answers.hpp"
 
 namespace prism::daemon {
 namespace {
@@ -73,28 +76,38 @@ void Rpc::one(const std::shared_ptr<Client>& client, const json& request) {
 }
 
 void Rpc::dispatch(const std::string& method, const Call& call) {
+  using Answer = ordered_json (*)(const Instance&);
+  static const std::map<std::string_view, Answer> kAnswers = {
+      {"status", status_answer}, {"bias", bias_answer},   {"stability", stability_answer},
+      {"line", line_answer},     {"model", model_answer}, {"config", config_answer}};
+  if (const auto answer = kAnswers.find(method); answer != kAnswers.end())
+    return reply(call, answer->second(instance_));
   if (method == "version") return reply(call, {{"name", "prismd"}, {"version", kVersion}, {"protocol", 1}});
-  if (method == "status") return reply(call, station_.status());
-  if (method == "bias") return reply(call, station_.bias());
-  if (method == "stability") return reply(call, station_.stability());
-  if (method == "line") return reply(call, station_.line());
-  if (method == "model") return reply(call, station_.model());
-  if (method == "config") return reply(call, station_.config());
+  if (method == "history") return history(call);
+  if (method == "events") return events(call);
   if (method == "subscribe") return subscribe(call, true);
   if (method == "unsubscribe") return subscribe(call, false);
   if (method == "reload") return reload(call);
-  if (method == "history" || method == "events") {
-    const bool history = method == "history";
-    const std::size_t most = history ? 3600 : EventLog::kKept;
-    const auto count = count_param(call.params, history ? "seconds" : "count", history ? 100 : most, most);
-    if (!count) {
-      return fail(call, kInvalidParams,
-                  fmt::format("found {}, expected {{\"{}\": 1 to {}}}", shown(call.params),
-                              history ? "seconds" : "count", most));
-    }
-    return reply(call, history ? station_.history(*count) : station_.events(*count));
-  }
   fail(call, kMethodNotFound, fmt::format("no method \"{:.40}\"; expected one of {}", method, kMethods));
+}
+
+// What grows with time is written when it happens; an answer only strings it together.
+void Rpc::history(const Call& call) {
+  const auto count = count_param(call.params, "seconds", 100, History::kRows);
+  if (!count) return fail_count(call, "seconds", History::kRows);
+  reply(call, instance_.acquisition.history().json(*count));
+}
+
+void Rpc::events(const Call& call) {
+  const auto count = count_param(call.params, "count", EventLog::kKept, EventLog::kKept);
+  if (!count) return fail_count(call, "count", EventLog::kKept);
+  std::vector<TextPart> parts{TextPart("[")};
+  const auto& recent = instance_.events.recent();
+  const std::size_t first = recent.size() - std::min(*count, recent.size());
+  for (std::size_t i = first; i < recent.size(); ++i)
+    parts.emplace_back((i > first ? "," : "") + event_json(recent[i]));
+  parts.emplace_back("]");
+  reply(call, std::move(parts));
 }
 
 void Rpc::subscribe(const Call& call, bool on) {
@@ -124,7 +137,7 @@ void Rpc::subscribe(const Call& call, bool on) {
   }
   reply(call, {{"sample_every", wanted.sample_every}, {"window", wanted.windows}, {"event", wanted.events}});
   call.client->subscription = wanted;
-  station_.publisher.update();
+  instance_.publisher.update();
 }
 
 void Rpc::reload(const Call& call) {
@@ -134,6 +147,19 @@ void Rpc::reload(const Call& call) {
   reload_([this, call](Result<std::string> outcome) {
     outcome ? reply(call, {{"reloaded", *outcome}}) : fail(call, kRefused, outcome.error().text());
   });
+}
+
+// The same line as of a JSON value, around a text that stands.
+void Rpc::reply(const Call& call, std::vector<TextPart> result) {
+  if (!call.wants_answer) return;
+  const std::string head = line_of({{"jsonrpc", "2.0"}, {"id", call.id}});
+  result.emplace(result.begin(), head.substr(0, head.size() - 2) + ",\"result\":");
+  result.emplace_back("}\n");
+  call.client->answer(result);
+}
+
+void Rpc::fail_count(const Call& call, const char* key, std::size_t most) {
+  fail(call, kInvalidParams, fmt::format("found {}, expected {{\"{}\": 1 to {}}}", shown(call.params), key, most));
 }
 
 void Rpc::reply(const Call& call, const ordered_json& result) {

@@ -10,7 +10,7 @@
 
 #include "compensation/result.hpp"
 #include "daemon/client.hpp"
-#include "daemon/station.hpp"
+#include "daemon/instance.hpp"
 
 namespace prism::daemon {
 
@@ -33,7 +33,7 @@ class Rpc {
  public:
   using Reload = std::function<void(std::function<void(Result<std::string>)>)>;
 
-  Rpc(Station& station, Reload reload) : station_(station), reload_(std::move(reload)) {}
+  Rpc(Instance& instance, Reload reload) : instance_(instance), reload_(std::move(reload)) {}
 
   /// One line of the client, without its line end. Every answer goes to the client, some later than others.
   void request(const std::shared_ptr<Client>& client, std::string_view line);
@@ -48,11 +48,15 @@ class Rpc {
   void one(const std::shared_ptr<Client>& client, const nlohmann::json& request);
   void dispatch(const std::string& method, const Call& call);
   void subscribe(const Call& call, bool on);
+  void history(const Call& call);
+  void events(const Call& call);
   void reload(const Call& call);
   void reply(const Call& call, const nlohmann::ordered_json& result);
+  void reply(const Call& call, std::vector<TextPart> result);
+  void fail_count(const Call& call, const char* key, std::size_t most);
   void fail(const Call& call, int code, const std::string& message);
 
-  Station& station_;
+  Instance& instance_;
   Reload reload_;
 };
 

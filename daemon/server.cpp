@@ -60,24 +60,24 @@ Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettin
 }  // namespace
 
 Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const config::SocketSettings& settings,
-                                             int inherited, Station& station, Rpc& rpc) {
+                                             int inherited, Instance& instance, Rpc& rpc) {
   if (inherited >= 0) {
     boost::system::error_code error;
     Acceptor acceptor(io);
     acceptor.assign(Protocol(), inherited, error);
     if (error) return refuse("systemd's socket", error.message());
-    return std::unique_ptr<Server>(new Server(std::move(acceptor), settings, false, station, rpc));
+    return std::unique_ptr<Server>(new Server(std::move(acceptor), settings, false, instance, rpc));
   }
   Result<Acceptor> acceptor = listen(io, settings);
   if (!acceptor) return tl::unexpected<Error>(acceptor.error());
-  return std::unique_ptr<Server>(new Server(std::move(*acceptor), settings, true, station, rpc));
+  return std::unique_ptr<Server>(new Server(std::move(*acceptor), settings, true, instance, rpc));
 }
 
-Server::Server(Acceptor acceptor, config::SocketSettings settings, bool owns_path, Station& station, Rpc& rpc)
+Server::Server(Acceptor acceptor, config::SocketSettings settings, bool owns_path, Instance& instance, Rpc& rpc)
     : acceptor_(std::move(acceptor)),
       settings_(std::move(settings)),
       owns_path_(owns_path),
-      station_(station),
+      instance_(instance),
       rpc_(rpc) {}
 
 Server::~Server() {
@@ -90,12 +90,12 @@ asio::awaitable<void> Server::serve() {
     auto [error, socket] = co_await acceptor_.async_accept(kUse);
     if (error == asio::error::operation_aborted) co_return;
     if (error) {  // out of descriptors, most likely: a storm of refusals helps nobody
-      station_.tell(Severity::kWarning, "accept", "socket: a client cannot be accepted: " + error.message());
+      instance_.tell(Severity::kWarning, "accept", "socket: a client cannot be accepted: " + error.message());
       pause.expires_after(std::chrono::seconds(1));
       co_await pause.async_wait(kUse);
       continue;
     }
-    if (station_.publisher.clients() >= static_cast<std::size_t>(settings_.max_clients)) {
+    if (instance_.publisher.clients() >= static_cast<std::size_t>(settings_.max_clients)) {
       const std::string full =
           rpc_error(nullptr, kRefused,
                     fmt::format("{} clients are connected, expected fewer: try again later", settings_.max_clients));
@@ -105,7 +105,7 @@ asio::awaitable<void> Server::serve() {
       continue;
     }
     auto client = std::make_shared<Client>(std::move(socket), static_cast<std::size_t>(settings_.client_buffer_bytes));
-    station_.publisher.add(client);
+    instance_.publisher.add(client);
     asio::co_spawn(acceptor_.get_executor(), talk(std::move(client)), asio::detached);
   }
 }
@@ -120,7 +120,7 @@ asio::awaitable<void> Server::talk(std::shared_ptr<Client> client) {
     if (!take_lines(client, pending)) break;
   }
   client->close();
-  station_.publisher.remove(client.get());
+  instance_.publisher.remove(client.get());
 }
 
 // Passes whole lines on; what is left stays pending. False: the client sent a line without end and is closed.

@@ -20,21 +20,21 @@ class Server {
   /// `inherited`: a listening socket from systemd, or −1: make one at settings.path. A socket file that nobody answers
   /// on is a leftover and is replaced; one that answers belongs to a running daemon, and this one is refused.
   static Result<std::unique_ptr<Server>> open(boost::asio::io_context& io, const config::SocketSettings& settings,
-                                              int inherited, Station& station, Rpc& rpc);
+                                              int inherited, Instance& instance, Rpc& rpc);
   ~Server();
 
   /// Accepts until the context stops.
   boost::asio::awaitable<void> serve();
 
  private:
-  Server(Acceptor acceptor, config::SocketSettings settings, bool owns_path, Station& station, Rpc& rpc);
+  Server(Acceptor acceptor, config::SocketSettings settings, bool owns_path, Instance& instance, Rpc& rpc);
   boost::asio::awaitable<void> talk(std::shared_ptr<Client> client);
   bool take_lines(const std::shared_ptr<Client>& client, std::string& pending);
 
   Acceptor acceptor_;
   config::SocketSettings settings_;
   bool owns_path_;
-  Station& station_;
+  Instance& instance_;
   Rpc& rpc_;
 };
 

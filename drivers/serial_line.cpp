@@ -120,8 +120,6 @@ Result<SerialLine> open_serial_line(const LineSettings& settings) {
   return SerialLine(line.release(), std::move(notes));
 }
 
-void SerialLine::block() { ::fcntl(fd_, F_SETFL, ::fcntl(fd_, F_GETFL) & ~O_NONBLOCK); }
-
 bool line_is_gone(int fd) {
   struct termios unused;
   return ::tcgetattr(fd, &unused) != 0;

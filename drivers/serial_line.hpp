@@ -34,8 +34,6 @@ class SerialLine {
   ~SerialLine();
 
   int fd() const { return fd_; }
-  /// From now on a read waits for the first byte (VMIN 1).
-  void block();
   /// The descriptor, which the caller closes from now on; -1 the second time.
   int release() { return std::exchange(fd_, -1); }
   /// What the line could not be given and can be lived without, one sentence each: for the log.

@@ -16,8 +16,9 @@ LINES_MAX = 400
 SPDX = "SPDX-License-Identifier: MIT"
 
 CORE, TRAINING, EVALUATION = "compensation", "compensation/training", "compensation/evaluation"
-WIRE, DRIVERS, CONFIG, DAEMON, TOOLS, TESTS = "drivers/wire", "drivers", "config", "daemon", "tools", "tests"
-ROOMS = [TRAINING, EVALUATION, CORE, WIRE, DRIVERS, CONFIG, DAEMON, TOOLS, TESTS]  # the first that fits is the room
+WIRE, DRIVERS, CONFIG, PIPELINE = "drivers/wire", "drivers", "config", "daemon/pipeline"
+DAEMON, TOOLS, TESTS = "daemon", "tools", "tests"
+ROOMS = [TRAINING, EVALUATION, CORE, WIRE, DRIVERS, CONFIG, PIPELINE, DAEMON, TOOLS, TESTS]  # the first that fits is the room
 VOCABULARY = {"compensation/sample.hpp", "compensation/result.hpp", "compensation/json_section.hpp"}
 
 # room: (rooms it may include, standard and foreign headers it may never include)
@@ -30,8 +31,9 @@ MAY = {
     WIRE: ({WIRE}, PURE + "|boost/(?!container/)"),
     DRIVERS: ({WIRE, DRIVERS}, "spdlog/|CLI/|systemd/"),
     CONFIG: ({CORE, WIRE, DRIVERS, CONFIG}, "boost/asio|spdlog/|CLI/"),
-    DAEMON: ({CORE, WIRE, DRIVERS, CONFIG, DAEMON}, "(?!)"),
-    TOOLS: ({CORE, TRAINING, EVALUATION, WIRE, DRIVERS, CONFIG, TOOLS}, "(?!)"),
+    PIPELINE: ({CORE, WIRE, DRIVERS, CONFIG, PIPELINE}, SLOW + r"|thread$|mutex$"),
+    DAEMON: ({CORE, WIRE, DRIVERS, CONFIG, PIPELINE, DAEMON}, "(?!)"),
+    TOOLS: ({CORE, TRAINING, EVALUATION, WIRE, DRIVERS, CONFIG, PIPELINE, TOOLS}, "(?!)"),
     TESTS: (set(ROOMS), "(?!)"),
 }
 # room: libraries that its CMakeLists.txt may never name
@@ -43,10 +45,11 @@ MAY_NOT_LINK = {
     WIRE: ASYNC + "|Threads::|prism_(?:compensation|training|evaluation|drivers|config|daemon)",
     DRIVERS: "spdlog|SYSTEMD|CLI11|prism_(?:compensation|training|evaluation|config|daemon)",
     CONFIG: ASYNC + "|prism_(?:daemon|training|evaluation)",
+    PIPELINE: ASYNC + "|Threads::|prism_(?:daemon|training|evaluation|simulation)",
     DAEMON: "prism_(?:training|evaluation|simulation)",
     TOOLS: "prism_daemon",
 }
-CLOCKLESS = {CORE, TRAINING, EVALUATION, WIRE}
+CLOCKLESS = {CORE, TRAINING, EVALUATION, WIRE, PIPELINE}
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
 JSON_READERS = re.compile(r"^compensation/(json_section|model_kinds|[a-z]+_text)\.[ch]pp$")
 

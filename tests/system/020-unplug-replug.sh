@@ -13,6 +13,9 @@ wait_for 5 grep -q line_lost "$dir/watch"
 heard=$(($(date +%s%N) - lost))
 [ "$heard" -lt 200000000 ] || fail "clients heard after $((heard / 1000000)) ms, expected 100 (and 100 for this script)"
 wait_for 5 field_is .state status connecting
+same "quality of a gyro that is gone" "$(field .quality status) $(field .sample.quality status) $(field .quality bias)" "no_data no_data no_data"
+same "its numbers" "$(field .sample.rate_deg_per_h status) $(field .window.bias_deg_per_h status) $(field .corrected_deg_per_h bias)" "null null null"
+[ "$(field '.age_s > 0' status)" = true ] || fail "the age of the last data is not stated"
 rm -f "$dir/tty"
 wait_for 5 grep -q 'trying again until it is there' "$dir/prismd.err"
 start_sim --profile steady --speed 200

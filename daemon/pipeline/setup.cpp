@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "daemon/setup.hpp"
+#include "daemon/pipeline/setup.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "config/search_path.hpp"
 #include "config/version.hpp"
 
-namespace prism::daemon {
+namespace prism::pipeline {
 namespace {
 
 wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wire) {
@@ -40,7 +40,7 @@ Result<wire::FrameDescriptionPtr> load_frames(const config::Config& config) {
   return wire::FrameDescriptionPtr(std::move(effective));
 }
 
-// A model eats what the stream carries, of the gyro it was trained on, or is refused.
+// A model takes what the stream carries, of the gyro it was trained on, or is refused.
 Result<compensation::ModelPtr> load_model(const config::Config& config, const std::string& path,
                                           const wire::FrameDescription& frames) {
   if (path.empty()) return compensation::ModelPtr();
@@ -72,26 +72,30 @@ drivers::LineSettings line_settings(const config::Config& config, const wire::Wi
   return line;
 }
 
-// A replay never touches what a live run writes: its log has a folder of its own, and it captures nothing.
-void replace_by_options(config::Config& config, const Options& options) {
+void replace(config::Config& config, const Overrides& overrides) {
   namespace fs = std::filesystem;
-  if (!options.model.empty()) config.model = config::find_data_file(options.model, "models", fs::current_path());
-  if (!options.device.empty()) config.line.device = fs::absolute(options.device).string();
-  if (!options.socket.empty()) config.socket.path = fs::absolute(options.socket).string();
-  if (options.replay.empty()) return;
+  const auto absolute = [](const std::string& path) {
+    std::error_code error;
+    const fs::path found = fs::absolute(path, error);
+    return error ? path : found.string();
+  };
+  if (!overrides.model.empty()) config.model = config::find_data_file(overrides.model, "models", absolute("."));
+  if (!overrides.device.empty()) config.line.device = absolute(overrides.device);
+  if (!overrides.socket.empty()) config.socket.path = absolute(overrides.socket);
+  if (overrides.replay_log.empty()) return;
   config.capture.reset();
   config.log = config.log.value_or(config::SegmentSettings{});
-  config.log->directory = fs::absolute(options.out.empty() ? "prism-replay" : options.out).string();
+  config.log->directory = absolute(overrides.replay_log);
 }
 
 }  // namespace
 
-Result<Setup> load_setup(const Options& options) {
-  Result<config::Config> config = config::load_config(options.config);
+Result<Setup> load_setup(const std::string& config_path, const Overrides& overrides) {
+  Result<config::Config> config = config::load_config(config_path);
   if (!config) return tl::unexpected<Error>(config.error());
   Setup setup;
   setup.config = std::move(*config);
-  replace_by_options(setup.config, options);
+  replace(setup.config, overrides);
   const Result<wire::FrameDescriptionPtr> frames = load_frames(setup.config);
   if (!frames) return tl::unexpected<Error>(frames.error());
   setup.frames = *frames;
@@ -110,7 +114,7 @@ Result<Setup> load_setup(const Options& options) {
   setup.notes = setup.frames->warnings;
   if (setup.model && !setup.model->info().gyro_serial.empty() && setup.config.gyro.serial.empty()) {
     setup.notes.push_back(fmt::format("{}: bound to gyro \"{}\", but {} names no gyro/serial to compare it with",
-                                      setup.config.model, setup.model->info().gyro_serial, options.config));
+                                      setup.config.model, setup.model->info().gyro_serial, config_path));
   }
   return setup;
 }
@@ -138,4 +142,4 @@ std::string log_metadata(const Setup& setup) {
   return text;
 }
 
-}  // namespace prism::daemon
+}  // namespace prism::pipeline

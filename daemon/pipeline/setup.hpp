@@ -8,12 +8,11 @@
 #include "compensation/model.hpp"
 #include "compensation/result.hpp"
 #include "config/config.hpp"
-#include "daemon/options.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/serial_line.hpp"
 #include "drivers/wire/frame_description.hpp"
 
-namespace prism::daemon {
+namespace prism::pipeline {
 
 struct Setup {
   config::Config config;
@@ -24,12 +23,21 @@ struct Setup {
   std::vector<std::string> notes;  ///< legal, but worth knowing: one line each
 };
 
+/// What a command line puts in the place of a configuration's settings. Empty: the configuration's.
+struct Overrides {
+  std::string model;   ///< path, or bare name as in the configuration
+  std::string device;  ///< path of a tty
+  std::string socket;  ///< path
+  std::string
+      replay_log;  ///< a replay never touches what a live run writes: its log goes here, and it captures nothing
+};
+
 /// Reads the configuration, its frame description (and runs its test vectors) and its models, and checks that they go
 /// together: a model of another gyro, or one whose inputs the frames do not carry, is refused.
-/// What the command line replaces is replaced before anything is checked.
-Result<Setup> load_setup(const Options& options);
+/// What is overridden is replaced before anything is checked.
+Result<Setup> load_setup(const std::string& config_path, const Overrides& overrides = {});
 
 /// The metadata on top of every log segment: what the rows depend on, and nothing of the moment they were written in.
 std::string log_metadata(const Setup& setup);
 
-}  // namespace prism::daemon
+}  // namespace prism::pipeline

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// The last hour of rows as the text that `history` answers: written once, when a row happens.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compensation/compensated.hpp"
+#include "daemon/client.hpp"
+
+namespace prism::daemon {
+
+/// Rows stand in blocks that clients share while they are sent: an answer of an hour copies no more than the block that
+/// still grows.
+class History {
+ public:
+  static constexpr std::size_t kRows = 3600;
+
+  void add(const compensation::CompensatedWindow& row);
+  std::size_t size() const;
+  bool empty() const { return blocks_.empty(); }
+  const compensation::CompensatedWindow& last() const { return last_; }
+
+  /// The last `count` rows, or all there are, as one JSON array, oldest first, in parts to be sent one behind the
+  /// other.
+  std::vector<TextPart> json(std::size_t count) const;
+
+ private:
+  static constexpr std::size_t kBlockRows = 60;
+  struct Block {
+    std::string text;                 ///< each row followed by a comma
+    std::vector<std::size_t> begins;  ///< where each row begins
+  };
+  std::deque<std::shared_ptr<Block>> blocks_;  ///< only the last one grows
+  compensation::CompensatedWindow last_;
+};
+
+}  // namespace prism::daemon

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/instance.hpp"
+
+#include <utility>
+
+#include "daemon/arrival_clock.hpp"
+
+namespace prism::daemon {
+
+Instance::Instance(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<Recorder> capture,
+                   EventLog::Tell told)
+    : started_ns(host_time_ns()),
+      events([this, told = std::move(told)](const Event& event) {
+        told(event);
+        publisher.event(event_json(event));
+      }),
+      acquisition(std::move(setup), std::move(log), std::move(capture), events) {
+  line.since_ns = started_ns;
+}
+
+void Instance::tell(Severity severity, const std::string& kind, const std::string& text) {
+  events.add(severity, kind, text, host_time_ns());
+}
+
+void Instance::set_line(LineState state, const std::string& detail) { line.set(state, detail, host_time_ns()); }
+
+}  // namespace prism::daemon

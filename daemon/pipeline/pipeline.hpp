@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// Bytes → readings → samples → rows: the one path that live, replay, training from captures and judging run.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "compensation/engine.hpp"
+#include "daemon/pipeline/setup.hpp"
+#include "drivers/clock.hpp"
+#include "drivers/wire/frame_decoder.hpp"
+
+namespace prism::pipeline {
+
+/// What a call made, in the order in which it came to be. A second that a sample closes stands before that sample.
+struct Rows {
+  struct Window {
+    std::size_t axis;            ///< index into Pipeline::axes()
+    std::size_t samples_before;  ///< how many of `samples` came before it
+    compensation::CompensatedWindow row;
+  };
+  struct Sample {
+    std::size_t axis;
+    compensation::Compensated row;
+  };
+  std::vector<Sample> samples;
+  std::vector<Window> windows;
+
+  void clear() { samples.clear(), windows.clear(); }
+};
+
+/// One input axis of the device: its corrections do not depend on the others'.
+struct Axis {
+  std::string name;  ///< as the frame description calls it; empty: the device has one
+  compensation::Engine engine;
+};
+
+/// Synchronous and deterministic: what comes out depends on the bytes, their arrival times and the set-up only. Each
+/// call returns its rows; they stand until the next call.
+class Pipeline {
+ public:
+  explicit Pipeline(const Setup& setup);
+
+  /// The line was opened (again): the second in progress is closed, and nothing held from before continues.
+  const Rows& begin_session();
+  const Rows& feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
+  /// Nothing has arrived until now_ns: a candidate that waits for its end may be given up.
+  const Rows& expire(std::int64_t now_ns);
+  /// The end of the run: what can still be read is read, the open second is closed.
+  const Rows& finish();
+
+  /// Takes the models of `setup`. A refusal leaves everything as it was.
+  Result<void> use_models(const Setup& setup);
+
+  const wire::FrameDecoder& decoder() const { return decoder_; }
+  const drivers::Clock& clock() const { return clock_; }
+  const std::vector<Axis>& axes() const { return axes_; }
+
+ private:
+  const Rows& pass();
+
+  wire::FrameDecoder decoder_;
+  drivers::Clock clock_;
+  std::vector<Axis> axes_;
+  std::vector<wire::Reading> readings_;
+  Rows rows_;
+};
+
+}  // namespace prism::pipeline

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include "tests/unit/daemon/instance_fixture.hpp"
+
+namespace prism::daemon {
+namespace {
+
+using nlohmann::json;
+
+class Answers : public test::InstanceFixture {
+ protected:
+  json result(const std::string& method, const std::string& params = "{}") {
+    return asker_.result(rpc_, method, params);
+  }
+  // Of all members of an object that are numbers, none is left.
+  static void expect_no_number(const json& object) {
+    for (const auto& [key, value] : object.items()) EXPECT_FALSE(value.is_number()) << key << " " << value;
+  }
+  // Status and bias say alike that nothing is measured.
+  void expect_no_data() {
+    const json status = result("status"), bias = result("bias");
+    EXPECT_EQ(status["quality"], "no_data");
+    EXPECT_EQ(status["sample"]["quality"], "no_data");
+    EXPECT_EQ(status["window"]["quality"], "no_data");
+    EXPECT_EQ(bias["quality"], "no_data");
+    expect_no_number(status["sample"]);
+    expect_no_number(status["window"]);
+    json numbers = bias;
+    numbers.erase("age_s");
+    expect_no_number(numbers);
+  }
+
+  Rpc rpc_{*instance_, [](const auto&) {}};
+  test::Asker asker_;
+};
+
+TEST_F(Answers, NothingIsMeasuredBeforeTheFirstFrame) {
+  expect_no_data();
+  EXPECT_EQ(result("status")["age_s"], nullptr);
+  begin_session();
+  instance_->feed(std::vector<std::uint8_t>{1, 2, 3}, arrival_ns_);  // the line speaks, but no frame
+  expect_no_data();
+}
+
+TEST_F(Answers, AMeasurementIsOfNow) {
+  begin_session();
+  feed(3);
+  const json status = result("status"), bias = result("bias");
+  EXPECT_EQ(status["quality"], "no_model");
+  EXPECT_NEAR(status["window"]["rate_deg_per_h"].get<double>(), 10, 0.2);
+  EXPECT_TRUE(bias["rate_deg_per_h"].is_number());
+  EXPECT_TRUE(status["age_s"].is_number());
+  EXPECT_EQ(status["sessions"], 1);
+}
+
+// A cable was pulled; 15 s later status still said "good", with the numbers of before.
+TEST_F(Answers, AGyroThatIsGoneIsNotGood) {
+  begin_session();
+  feed(3);
+  instance_->finish();
+  instance_->set_line(LineState::kConnecting, "unplugged (end of file)");
+  expect_no_data();
+  EXPECT_TRUE(result("status")["age_s"].is_number());
+  instance_->set_line(LineState::kSilent, "no data for 2 s");
+  expect_no_data();
+}
+
+TEST_F(Answers, ANewSessionDoesNotShowTheOldOne) {
+  begin_session();
+  feed(3);
+  begin_session();
+  expect_no_data();
+  feed(1);
+  EXPECT_EQ(result("status")["window"]["quality"], "no_model");  // no second is full yet
+  expect_no_number(result("status")["window"]);
+  EXPECT_TRUE(result("status")["sample"]["rate_deg_per_h"].is_number());
+}
+
+TEST_F(Answers, HistoryIsTheLastRowsOldestFirst) {
+  EXPECT_EQ(result("history"), json::array());
+  begin_session();
+  feed(200);
+  const json all = result("history", R"({"seconds": 3600})");
+  ASSERT_EQ(all.size(), instance_->acquisition.history().size());
+  ASSERT_GE(all.size(), 198u);
+  for (std::size_t wanted : {1u, 59u, 60u, 61u, 119u, 120u, 121u, 180u}) {
+    const json some = result("history", json{{"seconds", wanted}}.dump());
+    EXPECT_EQ(some, json(all.end() - static_cast<std::ptrdiff_t>(wanted), all.end())) << wanted;
+  }
+}
+
+TEST_F(Answers, HistoryKeepsAnHour) {
+  begin_session();
+  feed(3900);
+  const json all = result("history", R"({"seconds": 3600})");
+  ASSERT_EQ(all.size(), 3600u);
+  EXPECT_EQ(all.back()["time_s"], instance_->acquisition.history().last().window.bucket.second + 1);
+  EXPECT_EQ(all.back()["time_s"].get<std::int64_t>() - all.front()["time_s"].get<std::int64_t>(), 3599);
+}
+
+TEST_F(Answers, EventsAreOldestFirst) {
+  instance_->tell(Severity::kInfo, "note", "first");
+  instance_->tell(Severity::kError, "disk", "second \"quoted\"");
+  const json events = result("events");
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[0]["text"], "first");
+  EXPECT_EQ(events[1]["text"], "second \"quoted\"");
+  EXPECT_EQ(result("events", R"({"count": 1})"), json::array({events[1]}));
+}
+
+}  // namespace
+}  // namespace prism::daemon

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+// A daemon's instance without a line: frames of the project's own kind are fed by hand, and a client asks over a pair
+// of sockets.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/connect_pair.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "daemon/instance.hpp"
+#include "daemon/rpc.hpp"
+#include "drivers/wire/frame_encoder.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace prism::test {
+
+class InstanceFixture : public testing::Test {
+ protected:
+  InstanceFixture() : setup_(make_setup()), encoder_(setup_.frames) {
+    instance_ = std::make_unique<daemon::Instance>(setup_, nullptr, nullptr, [](const daemon::Event&) {});
+  }
+
+  pipeline::Setup make_setup(const std::string& more = "") {
+    std::ofstream(folder_.file("gyro.json"))
+        << R"({"name": "gyro", "frames": ")" << PRISM_SOURCE_DIR << R"(/config/frames/trplg.json", "clock": "device",
+              "line": {"device": "/dev/null"}, "socket": {"path": ")"
+        << folder_.file("socket") << R"("})" << more << "}";
+    const auto setup = pipeline::load_setup(folder_.file("gyro.json"));
+    if (!setup) throw std::runtime_error(setup.error().text());
+    return *setup;
+  }
+
+  /// As much as arrives in `seconds`, at the description's own rate.
+  void feed(int seconds) {
+    const auto frames = static_cast<int>(setup_.frames->rate_hz) * seconds;
+    for (int i = 0; i < frames; ++i) {
+      std::vector<std::uint8_t> bytes;
+      encoder_.encode({10.0, setup_.frames->period_s(), 25.0, 1.5}, bytes);
+      arrival_ns_ += static_cast<std::int64_t>(setup_.frames->period_s() * 1e9);
+      instance_->feed(bytes, arrival_ns_);
+    }
+  }
+
+  void begin_session() {
+    instance_->begin_session(arrival_ns_);
+    instance_->set_line(daemon::LineState::kReceiving);
+  }
+
+  test::TemporaryFolder folder_;
+  pipeline::Setup setup_;
+  wire::FrameEncoder encoder_;
+  std::unique_ptr<daemon::Instance> instance_;
+  std::int64_t arrival_ns_ = 1'700'000'000'000'000'000;
+};
+
+/// One client and what it is told.
+class Asker {
+ public:
+  using Socket = boost::asio::local::stream_protocol::socket;
+
+  explicit Asker(std::size_t max_queued_bytes = 1 << 20) : mine_(io_) {
+    Socket theirs(io_);
+    boost::asio::local::connect_pair(mine_, theirs);
+    mine_.non_blocking(true);
+    client_ = std::make_shared<daemon::Client>(std::move(theirs), max_queued_bytes);
+  }
+
+  const std::shared_ptr<daemon::Client>& client() const { return client_; }
+  boost::asio::io_context& io() { return io_; }
+
+  /// Everything sent until nothing more comes.
+  std::string read() {
+    std::string text;
+    for (;;) {
+      io_.restart();
+      io_.poll();
+      char buffer[65536];
+      const ssize_t size = ::recv(mine_.native_handle(), buffer, sizeof buffer, MSG_DONTWAIT);
+      if (size <= 0) return text;
+      text.append(buffer, static_cast<std::size_t>(size));
+    }
+  }
+  nlohmann::json ask(daemon::Rpc& rpc, const std::string& line) {
+    rpc.request(client_, line);
+    return nlohmann::json::parse(read());
+  }
+  nlohmann::json result(daemon::Rpc& rpc, const std::string& method, const std::string& params = "{}") {
+    return ask(rpc, R"({"jsonrpc":"2.0","id":1,"method":")" + method + R"(","params":)" + params + "}").at("result");
+  }
+
+ private:
+  boost::asio::io_context io_;
+  Socket mine_;
+  std::shared_ptr<daemon::Client> client_;
+};
+
+}  // namespace prism::test

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/reloader.hpp"
+
+#include <gtest/gtest.h>
+
+#include <future>
+#include <optional>
+
+#include "tests/unit/daemon/instance_fixture.hpp"
+
+namespace prism::daemon {
+namespace {
+
+class ReloaderTest : public test::InstanceFixture {
+ protected:
+  std::shared_ptr<Reloader> make(Reloader::Load load) {
+    return Reloader::make(io_, *disk_, std::move(load), *instance_, [this] { ++reopened_; });
+  }
+  void run_until(const bool& done) {
+    for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+         !done && std::chrono::steady_clock::now() < end;) {
+      io_.restart();
+      io_.run_for(std::chrono::milliseconds(5));
+    }
+    ASSERT_TRUE(done);
+  }
+
+  boost::asio::io_context io_;
+  std::optional<DiskThread> disk_{std::in_place, 1 << 20};
+  int reopened_ = 0;
+};
+
+TEST_F(ReloaderTest, TakesOverWhatWasLoaded) {
+  const auto reloader = make([this] {
+    pipeline::Setup setup = setup_;
+    setup.config.engine.max_bias_deg_per_h = 7;
+    return setup;
+  });
+  bool done = false;
+  reloader->reload([&](const Result<std::string>& outcome) { done = outcome.has_value(); });
+  run_until(done);
+  EXPECT_EQ(instance_->acquisition.setup().config.engine.max_bias_deg_per_h, 7);
+  EXPECT_EQ(reopened_, 0);
+}
+
+TEST_F(ReloaderTest, ARefusalLeavesEverything) {
+  const auto reloader = make([]() -> Result<pipeline::Setup> { return refuse("gyro.json", "is bad"); });
+  bool done = false;
+  reloader->reload([&](const Result<std::string>& outcome) {
+    EXPECT_EQ(outcome.error().text(), "gyro.json: is bad");
+    done = true;
+  });
+  run_until(done);
+  EXPECT_EQ(instance_->events.recent().back().kind, "reload_refused");
+}
+
+TEST_F(ReloaderTest, AnotherLineIsOpenedAnew) {
+  const auto reloader = make([this] {
+    pipeline::Setup setup = setup_;
+    setup.line.baud = 9600;
+    return setup;
+  });
+  bool done = false;
+  reloader->reload([&](const auto&) { done = true; });
+  run_until(done);
+  EXPECT_EQ(reopened_, 1);
+}
+
+TEST_F(ReloaderTest, AnotherExtrapolationTakesEffect) {
+  const auto reloader = make([this] {
+    pipeline::Setup setup = setup_;
+    setup.config.engine.extrapolation = compensation::Extrapolation::kClamp;
+    return setup;
+  });
+  begin_session();
+  feed(2);
+  bool done = false;
+  reloader->reload([&](const auto&) { done = true; });
+  run_until(done);
+  EXPECT_EQ(instance_->acquisition.pipeline().decoder().counters().frames, 0u);  // a pipeline of its own
+  EXPECT_GT(instance_->acquisition.frames(), 0u);
+}
+
+// SIGHUP, then SIGTERM: the disk thread still read the configuration for a reloader that was gone.
+TEST_F(ReloaderTest, MayEndWhileTheDiskThreadStillLoads) {
+  std::promise<void> begun, go_on;
+  auto reloader = make([&, setup = setup_]() -> Result<pipeline::Setup> {
+    begun.set_value();
+    go_on.get_future().wait();
+    return setup;
+  });
+  bool called = false;
+  reloader->reload([&](const auto&) { called = true; });
+  begun.get_future().wait();
+  reloader.reset();
+  instance_.reset();
+  go_on.set_value();
+  disk_.reset();
+  io_.restart();
+  io_.poll();
+  EXPECT_FALSE(called);
+}
+
+}  // namespace
+}  // namespace prism::daemon
