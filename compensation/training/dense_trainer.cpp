@@ -107,7 +107,7 @@ Result<TrainedModel> train_dense(const NormalisedData& data, compensation::Model
   if (fit->report.oscillating)
     trained.notes.push_back("the weights alternated between two states; the mean of both was taken");
   if (!fit->report.converged && settings.reweight.limit > 1) {
-    trained.notes.push_back("the re-weighting did not stand still within its limit");
+    trained.notes.push_back("the re-weighting reached no fixed point within its limit");
   }
   return trained;
 }

@@ -56,7 +56,7 @@ bool alternates(const Eigen::VectorXd& now, const Eigen::VectorXd& last, const E
 }
 
 // Below the floor a change is noise once it no longer falls.
-bool stands_still(const std::vector<double>& change, double tolerance, double floor) {
+bool at_fixed_point(const std::vector<double>& change, double tolerance, double floor) {
   const double last = change.back();
   if (last <= tolerance) return true;
   return last <= floor && change.size() > 1 && last > 0.8 * change[change.size() - 2];
@@ -86,7 +86,7 @@ Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::Vecto
     if (!again) return tl::unexpected<Error>(again.error());
     ++report.solves;
     report.change.push_back((again->solution.alpha - solve->solution.alpha).norm());
-    report.converged = stands_still(report.change, settings.tolerance, rounding_floor(c, again->solution.alpha));
+    report.converged = at_fixed_point(report.change, settings.tolerance, rounding_floor(c, again->solution.alpha));
     const bool stop = report.oscillating;
     if (settings.tolerance > 0 && alternates(again->solution.alpha, solve->solution.alpha, before, report.solves))
       report.oscillating = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// IR-LSSVM (paper section 2.3): train, weigh the residuals, train again; once as the paper, or until it stands still.
+// IR-LSSVM (paper section 2.3): train, weigh the residuals, train again; once as the paper, or to a fixed point.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,8 +16,8 @@ struct ReweightSettings {
   WeightFunction weight;  ///< kNone: plain LSSVM, no re-weighting
   ScaleKind scale = ScaleKind::kMad;
   int limit = 500;  ///< weighted solves at most; 1 is the paper's algorithm
-  /// Stands still when the 2-norm of the change of alpha is at most this (LS-SVMlab's rule, normalised units), or where
-  /// double rounding of a system with this c could not show less.
+  /// A fixed point is reached when the 2-norm of the change of alpha is at most this (LS-SVMlab's rule, normalised
+  /// units), or where double rounding of a system with this c could not show less.
   double tolerance = 1e-4;
   /// Every solve is refined by this matrix over the same samples (not owned), where there is one: needed where the
   /// re-weighting is chaotic (Hampel between two states) and rounding would grow from solve to solve.

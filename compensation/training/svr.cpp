@@ -120,7 +120,7 @@ Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelIn
     trained.tuning = tune_svr(data, folds, settings, progress, stop);
     point = trained.tuning->best;
     if (!std::isfinite(point.cost))
-      return refuse("tuning", "stopped before the first choice of c and sigma2 was priced");
+      return refuse("tuning", "stopped before the first choice of c and sigma2 had a cost");
   }
   Rows rows(data.x, samples_of(folds, -1, false));
   const SvmModel svm = fit(rows, data.y, point, settings.epsilon);

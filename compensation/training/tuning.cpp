@@ -38,20 +38,20 @@ class Search {
   }
 
   Result<TuningResult> run() {
-    survey();
-    descend();
+    grid_search();
+    local_search();
     if (!std::isfinite(result_.best.cost)) return refuse("tuning", "no choice of c and sigma2 gave a finite cost");
-    if (!stopped()) settle();
+    if (!stopped()) take_final_cost();
     result_.stopped = stopped();
-    judge();
+    add_warnings();
     return std::move(result_);
   }
 
  private:
   bool stopped() const { return stop_ != nullptr && stop_->load(); }
 
-  double evaluated(const TuningPoint& point, bool survey) {
-    const double cost = survey ? cost_.survey(point) : cost_.evaluate(point);
+  double evaluated(const TuningPoint& point, bool frozen) {
+    const double cost = frozen ? cost_.frozen_cost(point) : cost_.evaluate(point);
     count(point, cost);
     return cost;
   }
@@ -73,7 +73,7 @@ class Search {
   }
 
   // Every (sigma2, c) of the grid, and every parameter of a few, with weights frozen in the folds.
-  void survey() {
+  void grid_search() {
     const TuningBounds& b = settings_.bounds;
     const auto sigmas = axis(settings_.sigma2, b.sigma2_min, b.sigma2_max, kGridSigma2);
     const auto cs = axis(settings_.c, b.c_min, b.c_max, kGridC);
@@ -88,19 +88,18 @@ class Search {
     expected_ = static_cast<int>(result_.surface.size()) + starts() * simplex_evaluations();
     const int rows = static_cast<int>(result_.surface.size() / cs.size());
     parallel_for(rows, settings_.threads, [&](int i) {
-      if (!stopped())
-        survey_row(std::span(result_.surface).subspan(static_cast<std::size_t>(i) * cs.size(), cs.size()));
+      if (!stopped()) grid_row(std::span(result_.surface).subspan(static_cast<std::size_t>(i) * cs.size(), cs.size()));
     });
-    // With everything given there is nothing to search: the one point is priced as it is.
+    // With everything given there is nothing to search: the cost of the one point is taken as it is.
     result_.best = *std::min_element(result_.surface.begin(), result_.surface.end(),
                                      [](const TuningPoint& x, const TuningPoint& y) { return x.cost < y.cost; });
   }
 
-  void survey_row(std::span<TuningPoint> row) {
-    if (!small_data()) cost_.survey(row);
+  void grid_row(std::span<TuningPoint> row) {
+    if (!small_data()) cost_.frozen_costs(row);
     for (TuningPoint& point : row) {
       if (small_data()) {
-        if (stopped()) return;  // what was not priced is not counted
+        if (stopped()) return;  // a point without a cost is not counted
         point.cost = cost_.evaluate(point);
       }
       count(point, point.cost);
@@ -108,7 +107,7 @@ class Search {
   }
 
   bool small_data() const { return samples_ <= 200; }
-  bool parameter_moves() const { return with_parameter_ && !settings_.parameter && !surveying_; }
+  bool parameter_moves() const { return with_parameter_ && !settings_.parameter && !frozen_; }
   int starts() const { return settings_.starts > 0 ? settings_.starts : small_data() ? 8 : 3; }
   int simplex_evaluations() const { return with_parameter_ ? 70 : 50; }
 
@@ -156,49 +155,49 @@ class Search {
     return s;
   }
 
-  TuningPoint descended(const TuningPoint& from, double step, bool survey) {
-    const auto f = [&](const Eigen::VectorXd& x) { return evaluated(point_at(x, from), survey); };
+  TuningPoint simplex_from(const TuningPoint& from, double step, bool frozen) {
+    const auto f = [&](const Eigen::VectorXd& x) { return evaluated(point_at(x, from), frozen); };
     SimplexSettings settings = simplex_settings(step);
-    if (survey) settings.x_tolerance = 5 * kTolerance, settings.f_tolerance = 1e-4;
+    if (frozen) settings.x_tolerance = 5 * kTolerance, settings.f_tolerance = 1e-4;
     const SimplexResult end = minimise(f, coordinates(from), settings, [&] { return stopped(); });
     TuningPoint p = point_at(end.x, from);
     p.cost = end.value;
     return p;
   }
 
-  void descend() {
+  void local_search() {
     if (coordinates(result_.best).size() == 0) {
       if (!stopped()) result_.best.cost = evaluated(result_.best, false);
       return;
     }
-    // The weights stay frozen in the folds until the last descent: a tenth of the work, and nearly the same valley.
+    // The weights stay frozen in the folds until the last simplex: a tenth of the work, and nearly the same valley.
     // Their parameter must stay, too: frozen weights have seen what is held out, and a small one would make the most of
     // it.
-    surveying_ = cost_.robust() && !small_data() && !(settings_.c && settings_.sigma2);
+    frozen_ = cost_.robust() && !small_data() && !(settings_.c && settings_.sigma2);
     std::vector<TuningPoint> cells = best_cells();
     parallel_for(static_cast<int>(cells.size()), settings_.threads, [&](int i) {
       if (stopped()) return;
       TuningPoint& cell = cells[static_cast<std::size_t>(i)];
-      cell = descended(cell, 0.6, surveying_);
-      if (surveying_ && !stopped()) cell.cost = evaluated(cell, false);
+      cell = simplex_from(cell, 0.6, frozen_);
+      if (frozen_ && !stopped()) cell.cost = evaluated(cell, false);
     });
-    surveying_ = false;
+    frozen_ = false;
     const auto better = [](const TuningPoint& x, const TuningPoint& y) { return x.cost < y.cost; };
     if (!cells.empty()) result_.best = *std::min_element(cells.begin(), cells.end(), better);
     usual_ = result_.best;
     if (cost_.robust() && cost_.kind() != Tuning::kLoo && !cost_.refits(result_.best))
-      return;  // nothing that the survey did not ask
+      return;  // the grid search has asked all of it
     // Once more from the winner: a simplex that has collapsed in a curved valley goes on with new edges.
     for (const double step : {0.3, 0.05}) {
       if (step < 0.1 && !small_data()) break;
       if (!stopped() && !cells.empty())
-        result_.best = std::min(result_.best, descended(result_.best, step, false), better);
+        result_.best = std::min(result_.best, simplex_from(result_.best, step, false), better);
     }
   }
 
-  // The final price. Where the rank is costly the search's price leaves the weights frozen in the folds; when that
-  // flattered the parameter it chose, the best place with the usual parameter may be better.
-  void settle() {
+  // The final cost. Where the rank is high the search leaves the weights frozen in the folds; when that flattered the
+  // parameter it chose, the best point with the usual parameter may be better.
+  void take_final_cost() {
     const double promised = result_.best.cost;
     result_.best.cost = cost_.final_cost(result_.best);
     if (!with_parameter_ || usual_.parameter == result_.best.parameter || !std::isfinite(usual_.cost)) return;
@@ -207,7 +206,7 @@ class Search {
     if (usual_.cost < result_.best.cost) result_.best = usual_;
   }
 
-  void judge() {
+  void add_warnings() {
     const TuningBounds& b = settings_.bounds;
     const auto edge = [&](const char* name, double value, double low, double high) {
       const double x = std::log10(value);
@@ -226,11 +225,11 @@ class Search {
     if (!settings_.sigma2) edge("sigma2", result_.best.sigma2, b.sigma2_min, b.sigma2_max);
     if (with_parameter_ && !settings_.parameter)
       edge("weight parameter", result_.best.parameter, b.parameter_min, b.parameter_max);
-    judge_flatness();
+    warn_of_flatness();
   }
 
   // Flat: choices of c a hundredfold apart cost the same within half a percent.
-  void judge_flatness() {
+  void warn_of_flatness() {
     if (settings_.c) return;
     const double best =
         std::min_element(result_.surface.begin(), result_.surface.end(), [](const auto& x, const auto& y) {
@@ -253,7 +252,7 @@ class Search {
   const TuningSettings& settings_;
   const TuningProgress& progress_;
   const std::atomic<bool>* stop_;
-  bool with_parameter_ = false, surveying_ = false;
+  bool with_parameter_ = false, frozen_ = false;
   int expected_ = 0;
   std::mutex mutex_;
   TuningPoint shown_{1, 1, 1, kNever};

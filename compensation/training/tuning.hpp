@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The search for (c, sigma2, weight parameter): a coarse log grid surveys, simplexes from its best places finish.
+// The search for (c, sigma2, weight parameter): a coarse log grid, then simplexes from its best points.
 #pragma once
 
 #include <atomic>
@@ -34,7 +34,7 @@ using TuningProgress = std::function<void(int done, int expected, const TuningPo
 
 struct TuningResult {
   TuningPoint best;                  ///< cost is final_cost()
-  std::vector<TuningPoint> surface;  ///< the survey's grid, in rows of equal sigma2; costs are the survey's
+  std::vector<TuningPoint> surface;  ///< the grid search, in rows of equal sigma2; its own costs
   int evaluations = 0;
   bool stopped = false;               ///< ended early by the stop flag: the best so far
   std::vector<std::string> warnings;  ///< a flat surface, an optimum on the edge of the search

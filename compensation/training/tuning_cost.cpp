@@ -15,19 +15,19 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kSearchAccuracy = 1e-2, kFinalAccuracy = 1e-6;  // c · what the low rank leaves of K
-constexpr double kFinalStill =
-    1e-6;  // of a scale: no residual moves by more between the last two solves of a final price
+// Of a scale: no residual moves by more between the last two solves of a final cost.
+constexpr double kFinalChange = 1e-6;
 constexpr Eigen::Index kDenseSamples = 3000;  // beyond it the whole matrix never pays
 constexpr Eigen::Index kRefitRank = 160;      // beyond it the search freezes the weights in the folds
 constexpr int kDenseSolves = 8;
-// Up to here the search pays the final price, each fold begun unweighted: few samples have many standstills under
+// Up to here the search takes the final cost, each fold begun unweighted: few samples have many fixed points under
 // Hampel's and myriad's weights, and the one that the whole data lead to need not be the fold's own.
 constexpr Eigen::Index kFreshSamples = 200;
 
-// Re-weights until the residuals stand still to `still` scales, `limit` solves at most. Samples outside `inside` have
-// no weight and no say in the scale. `weight` is where it begins, and where it ends.
+// Re-weights until no residual changes by more than `tolerance` scales, `limit` solves at most. Samples outside
+// `inside` have no weight and no say in the scale. `weight` is where it begins, and where it ends.
 bool reweight(PrimalLssvm& primal, const ReweightSettings& settings, const WeightFunction& function, int limit,
-              double still, const std::vector<Eigen::Index>* inside, Eigen::VectorXd& weight) {
+              double tolerance, const std::vector<Eigen::Index>* inside, Eigen::VectorXd& weight) {
   if (!primal.solve(weight)) return false;
   Eigen::VectorXd residual = primal.residuals();
   for (int i = 0; i < limit; ++i) {
@@ -41,7 +41,7 @@ bool reweight(PrimalLssvm& primal, const ReweightSettings& settings, const Weigh
     const Eigen::VectorXd next = primal.residuals();
     const double change = (next - residual).cwiseAbs().maxCoeff();
     residual = next;
-    if (change <= still * scale) break;
+    if (change <= tolerance * scale) break;
   }
   return true;
 }
@@ -72,20 +72,20 @@ TuningCost::TuningCost(const Eigen::MatrixXd& points, const Eigen::VectorXd& y, 
 
 double TuningCost::evaluate(const TuningPoint& point) const {
   if (y_.size() <= kFreshSamples) return final_cost(point);
-  return price(system_for(point.sigma2, kSearchAccuracy / point.c, false), point, kSearchAccuracy, false, false);
+  return cost_of(system_for(point.sigma2, kSearchAccuracy / point.c, false), point, kSearchAccuracy, false, false);
 }
 
-double TuningCost::survey(const TuningPoint& point) const {
-  return price(system_for(point.sigma2, kSearchAccuracy / point.c, false), point, kSearchAccuracy, true, false);
+double TuningCost::frozen_cost(const TuningPoint& point) const {
+  return cost_of(system_for(point.sigma2, kSearchAccuracy / point.c, false), point, kSearchAccuracy, true, false);
 }
 
-void TuningCost::survey(std::span<TuningPoint> row) const {
+void TuningCost::frozen_costs(std::span<TuningPoint> row) const {
   double c_max = 0;
   for (const TuningPoint& point : row) c_max = std::max(c_max, point.c);
   const LowRank finest = system_for(row.front().sigma2, kSearchAccuracy / c_max, false);
   for (TuningPoint& point : row) {
     assert(point.sigma2 == row.front().sigma2);
-    point.cost = price(coarser(finest, kSearchAccuracy / point.c), point, kSearchAccuracy, true, false);
+    point.cost = cost_of(coarser(finest, kSearchAccuracy / point.c), point, kSearchAccuracy, true, false);
   }
 }
 
@@ -94,7 +94,7 @@ bool TuningCost::refits(const TuningPoint& point) const {
 }
 
 double TuningCost::final_cost(const TuningPoint& point) const {
-  return price(system_for(point.sigma2, kFinalAccuracy / point.c, true), point, kFinalAccuracy, false, true);
+  return cost_of(system_for(point.sigma2, kFinalAccuracy / point.c, true), point, kFinalAccuracy, false, true);
 }
 
 bool TuningCost::dense_pays(bool exact) const { return !exact && y_.size() <= kDenseSamples; }
@@ -103,8 +103,8 @@ LowRank TuningCost::system_for(double sigma2, double tolerance, bool exact) cons
   return low_rank(points_, sigma2, tolerance, dense_pays(exact) ? y_.size() / 2 : y_.size());
 }
 
-double TuningCost::price(const LowRank& system, const TuningPoint& point, double accuracy, bool frozen,
-                         bool exact) const {
+double TuningCost::cost_of(const LowRank& system, const TuningPoint& point, double accuracy, bool frozen,
+                           bool exact) const {
   const bool dense = dense_pays(exact) && system.left > accuracy / point.c && system.rank() == y_.size() / 2;
   if (kind_ == Tuning::kReml) return dense ? reml(point) : reml(system, point.c);
   const bool costly = system.rank() > kRefitRank;
@@ -147,12 +147,12 @@ Eigen::VectorXd TuningCost::held_out(const LowRank& system, const TuningPoint& p
   if (robust()) {
     WeightFunction function = settings_.weight;
     function.parameter = point.parameter;
-    const double still = exact ? kFinalStill : frozen ? 1e-3 : 1e-4;
+    const double tolerance = exact ? kFinalChange : frozen ? 1e-3 : 1e-4;
     const bool refit = kind_ != Tuning::kLoo && !frozen;
     if (refit && exact) return refitted_folds(system, point, weight, exact);
     // A costly rank gets what the whole matrix gets: the search only has to see that it is no better there.
     const int limit = !exact && system.rank() > kRefitRank ? kDenseSolves : kRobustSolves;
-    if (!reweight(primal, settings_, function, std::min(settings_.limit, limit), still, nullptr, weight))
+    if (!reweight(primal, settings_, function, std::min(settings_.limit, limit), tolerance, nullptr, weight))
       return nothing(n);
     if (refit) return refitted_folds(system, point, weight, exact);
   } else if (!primal.solve(weight)) {
@@ -192,7 +192,7 @@ Eigen::VectorXd TuningCost::refitted_folds(const LowRank& system, const TuningPo
     weight(fold).setZero();
     PrimalLssvm primal(system, y_, point.c);
     const int limit = std::min(settings_.limit, kRobustSolves);
-    if (!reweight(primal, settings_, function, limit, exact ? kFinalStill : 1e-4, &inside, weight))
+    if (!reweight(primal, settings_, function, limit, exact ? kFinalChange : 1e-4, &inside, weight))
       return nothing(y_.size());
     residual(fold) = y_(fold) - system.phi(Eigen::all, fold).transpose() * primal.theta();
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The price of one choice of (c, sigma2, weight parameter): held-out errors, from a low-rank system where that is exact
+// The cost of one choice of (c, sigma2, weight parameter): held-out errors, from a low-rank system where that is exact
 // enough.
 #pragma once
 
@@ -33,17 +33,18 @@ class TuningCost {
   TuningCost(const Eigen::MatrixXd& points, const Eigen::VectorXd& y, double scale, Tuning kind, Folds folds,
              ReweightSettings settings);
 
-  /// The search's price. Fold kinds with weights: IRLS inside each fold, begun at the weights of the whole data.
+  /// The cost that the local search minimises. Fold kinds with weights: IRLS inside each fold, begun at the weights of
+  /// the whole data.
   double evaluate(const TuningPoint& point) const;
-  /// A cheaper one for a first survey: the weights of the whole data stay frozen in the folds.
-  double survey(const TuningPoint& point) const;
-  /// survey() of points of one sigma2, into their costs; the decomposition is made once, for the largest c.
-  void survey(std::span<TuningPoint> row) const;
-  /// The price as the reference defines it (30 re-weightings in each fold, from the unweighted solution), to ~1e-6.
+  /// A cheaper one for the grid search: the weights of the whole data stay frozen in the folds.
+  double frozen_cost(const TuningPoint& point) const;
+  /// frozen_cost() of points of one sigma2, into their costs; the decomposition is made once, for the largest c.
+  void frozen_costs(std::span<TuningPoint> row) const;
+  /// The cost as the reference defines it (30 re-weightings in each fold, from the unweighted solution), to ~1e-6.
   double final_cost(const TuningPoint& point) const;
 
   /// Whether evaluate() re-weights inside the folds there; where the rank is costly it leaves the weights frozen as
-  /// survey() does.
+  /// frozen_cost() does.
   bool refits(const TuningPoint& point) const;
 
   bool robust() const { return settings_.weight.kind != WeightKind::kNone && kind_ != Tuning::kReml; }
@@ -53,7 +54,7 @@ class TuningCost {
  private:
   bool dense_pays(bool exact) const;
   LowRank system_for(double sigma2, double tolerance, bool exact) const;
-  double price(const LowRank& system, const TuningPoint& point, double accuracy, bool frozen, bool exact) const;
+  double cost_of(const LowRank& system, const TuningPoint& point, double accuracy, bool frozen, bool exact) const;
   Eigen::VectorXd held_out(const LowRank& system, const TuningPoint& point, bool frozen, bool exact) const;
   Eigen::VectorXd frozen_folds(const LowRank& system, double c, const Eigen::VectorXd& weight) const;
   Eigen::VectorXd refitted_folds(const LowRank& system, const TuningPoint& point, const Eigen::VectorXd& start,

@@ -49,7 +49,7 @@ TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
   const auto found = tune(cost, g.y.size(), {});
   ASSERT_TRUE(found) << found.error().text();
   EXPECT_LT(found->best.cost, reference["myriad"]["cost"].get<double>() * 1.00005);
-  // The low-rank price is the price of 30 whole re-weightings in every fold.
+  // The low-rank cost is the cost of 30 whole re-weightings in every fold.
   ReweightSettings whole = settings;
   whole.weight.parameter = found->best.parameter;
   whole.limit = kRobustSolves;
@@ -60,7 +60,7 @@ TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
   EXPECT_LT(test::relative(found->best.cost, exact->mae), 1e-5);
 }
 
-// Few samples, many minima: here the survey must not miss the valley.
+// Few samples, many minima: here the grid search must not miss the valley.
 TEST(Tuning, RobustTenFoldOnTheMotorcycleEndsWhereTheReferenceEnds) {
   PRISM_NEEDS(test::golden_dir("mcycle133"));
   const test::Golden g("mcycle133", "A");
@@ -95,8 +95,8 @@ TEST_F(TuningOnWaves, TheNumberOfThreadsChangesNothing) {
     TuningSettings one, four;
     one.threads = 1;
     four.threads = 4;
-    const TuningCost price = cost(kind);
-    const auto a = tune(price, 120, one), b = tune(price, 120, four);
+    const TuningCost objective = cost(kind);
+    const auto a = tune(objective, 120, one), b = tune(objective, 120, four);
     ASSERT_TRUE(a && b);
     EXPECT_EQ(a->best.c, b->best.c);
     EXPECT_EQ(a->best.sigma2, b->best.sigma2);
@@ -119,11 +119,11 @@ TEST_F(TuningOnWaves, ARowOfTheSurveyCostsWhatItsPointsCostAlone) {
   ReweightSettings robust;
   robust.weight.kind = WeightKind::kHuber;
   for (const Tuning kind : {Tuning::kShuffled, Tuning::kLoo, Tuning::kReml}) {
-    const TuningCost price(x_, y_, 1, kind, shuffled_folds(120, 10, 3), robust);
+    const TuningCost objective(x_, y_, 1, kind, shuffled_folds(120, 10, 3), robust);
     std::vector<TuningPoint> row;
     for (const double c : {0.1, 30.0, 1e4, 3e6}) row.push_back({c, 0.02, 1.345, 0});
-    price.survey(row);
-    for (const TuningPoint& point : row) EXPECT_EQ(point.cost, price.survey(point)) << point.c;
+    objective.frozen_costs(row);
+    for (const TuningPoint& point : row) EXPECT_EQ(point.cost, objective.frozen_cost(point)) << point.c;
   }
 }
 
