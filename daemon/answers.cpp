@@ -18,7 +18,10 @@ using nlohmann::ordered_json;
 
 ordered_json known(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); }
 
-double seconds(std::int64_t time_ns) { return static_cast<double>(time_ns / 1000) / 1e6; }
+double seconds(std::int64_t time_ns) {
+  const std::int64_t whole_us = time_ns / 1000;
+  return static_cast<double>(whole_us) / 1e6;
+}
 
 const char* state_name(LineState state) {
   constexpr const char* kNames[] = {"none", "connecting", "receiving", "silent", "replaying", "ended"};
@@ -62,7 +65,7 @@ ordered_json row_or_nothing(const Row* row, std::uint32_t quality) {
 
 ordered_json age_json(const Instance& instance) {
   if (instance.line.last_data_ns == 0) return nullptr;
-  return static_cast<double>((host_time_ns() - instance.line.last_data_ns) / 1'000'000) / 1000;
+  return seconds(host_time_ns() - instance.line.last_data_ns);
 }
 
 ordered_json counters_json(const wire::DecoderCounters& c) {

@@ -11,7 +11,8 @@ const char* severity_name(Severity severity) {
 }
 
 std::string event_json(const Event& event) {
-  nlohmann::ordered_json json = {{"time_s", static_cast<double>(event.time_ns / 1'000'000) / 1000},
+  const std::int64_t whole_ms = event.time_ns / 1'000'000;
+  nlohmann::ordered_json json = {{"time_s", static_cast<double>(whole_ms) / 1000},
                                  {"severity", severity_name(event.severity)},
                                  {"kind", event.kind},
                                  {"text", event.text}};

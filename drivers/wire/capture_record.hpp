@@ -24,9 +24,9 @@ inline std::array<std::uint8_t, kCaptureRecordBytes> encode_capture_record(std::
   const auto second = static_cast<std::uint32_t>(time_ns / 1'000'000'000);
   const auto microsecond = static_cast<std::uint32_t>(time_ns % 1'000'000'000 / 1000);
   std::array<std::uint8_t, kCaptureRecordBytes> bytes{};
-  for (int i = 0; i < 4; ++i) {
-    bytes[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(second >> (24 - 8 * i));
-    bytes[static_cast<std::size_t>(4 + i)] = static_cast<std::uint8_t>(microsecond >> (24 - 8 * i));
+  for (std::size_t i = 0; i < 4; ++i) {
+    bytes[i] = static_cast<std::uint8_t>(second >> (24 - 8 * i));
+    bytes[4 + i] = static_cast<std::uint8_t>(microsecond >> (24 - 8 * i));
   }
   bytes[8] = event == CaptureEvent::kOpened ? 0 : 2;
   return bytes;
