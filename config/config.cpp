@@ -2,6 +2,7 @@
 #include "config/config.hpp"
 
 #include <fmt/format.h>
+#include <sys/un.h>
 
 #include <algorithm>
 #include <array>
@@ -26,15 +27,43 @@ constexpr std::array kClocks = {"host", "device"};
 constexpr std::array kFullPolicies = {"stop", "delete_oldest"};
 constexpr std::array kLevels = {"debug", "info", "warning", "error"};
 
+// A segment is called NAME-20261121T091100Z-999.pcap (docs/formats.md); file systems take 255 bytes, paths 4095.
+constexpr std::size_t kStampBytes = sizeof "-20261121T091100Z-999.pcap" - 1;
+constexpr std::size_t kMaxFileNameBytes = 255, kMaxPathBytes = 4095;
+constexpr std::size_t kMaxSocketPathBytes = sizeof(sockaddr_un::sun_path) - 1;
+
 template <class T>
 std::optional<T> optional_integer(Section& section, const char* key, Range range) {
   if (!section.has(key)) return std::nullopt;
   return static_cast<T>(section.integer(key, range));
 }
 
+// It stands in a line of the log's metadata, which a newline or NUL would make unreadable.
+std::string one_line(Section& section, const char* key, const std::string& otherwise) {
+  std::string text = section.text(key, otherwise);
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
+  if (std::any_of(text.begin(), text.end(), is_control)) {
+    section.fail(key, fmt::format("found {}, expected a text without control characters", shown(text)));
+  }
+  return text;
+}
+
+std::string read_name(Section& section, const fs::path& file) {
+  std::string name = one_line(section, "name", file.stem().string());
+  if (name.empty() || name.find('/') != std::string::npos) {
+    section.fail("name", fmt::format("found \"{}\", expected a name without '/'", name));
+  }
+  if (name.size() > kMaxFileNameBytes - kStampBytes) {
+    section.fail("name",
+                 fmt::format("has {} bytes, expected at most {}: segments of log and capture are named after it",
+                             name.size(), kMaxFileNameBytes - kStampBytes));
+  }
+  return name;
+}
+
 GyroSettings read_gyro(Section section) {
   GyroSettings gyro;
-  gyro.serial = section.text("serial", "");
+  gyro.serial = one_line(section, "serial", "");
   gyro.axis = section.text("axis", "");
   const auto sign = section.integer("sign", {-1, 1}, 1);
   if (sign == 0) section.fail("sign", "found 0, expected 1 or -1");
@@ -68,9 +97,17 @@ SiteSettings read_site(Section section) {
   return site;
 }
 
-SegmentSettings read_segments(Section section, const fs::path& root, const std::string& otherwise) {
+SegmentSettings read_segments(Section section, const fs::path& root, const std::string& otherwise,
+                              const std::string& name) {
   SegmentSettings segments;
-  segments.directory = (root / section.text("directory", otherwise)).lexically_normal().string();
+  const fs::path directory = (root / section.text("directory", otherwise)).lexically_normal();
+  segments.directory = directory.string();
+  const bool too_long = std::any_of(directory.begin(), directory.end(),
+                                    [](const fs::path& part) { return part.native().size() > kMaxFileNameBytes; });
+  if (too_long || segments.directory.size() + 1 + name.size() + kStampBytes > kMaxPathBytes) {
+    section.fail("directory", fmt::format("a path of {} bytes, expected its segments within {}, each part within {}",
+                                          segments.directory.size(), kMaxPathBytes, kMaxFileNameBytes));
+  }
   constexpr double kMiB = 1 << 20;
   segments.max_bytes = static_cast<std::int64_t>(section.number("segment_mib", {0.01, 1e6}, 64.0) * kMiB);
   segments.max_age_s = static_cast<std::int64_t>(section.number("segment_hours", {0.01, 8784}, 24.0) * 3600);
@@ -84,8 +121,10 @@ SocketSettings read_socket(Section section, const fs::path& base, const std::str
   SocketSettings socket;
   const std::string path = section.text("path", "/run/prismd/" + name + ".sock");
   if (!path.empty()) socket.path = (base / path).lexically_normal().string();
-  if (socket.path.size() > 107)
-    section.fail("path", fmt::format("has {} characters, expected at most 107", socket.path.size()));
+  if (socket.path.size() > kMaxSocketPathBytes) {
+    section.fail("path", fmt::format("\"{}\" has {} bytes, expected at most {}", socket.path, socket.path.size(),
+                                     kMaxSocketPathBytes));
+  }
   const std::string mode = section.text("mode", "0660");
   char* end = nullptr;
   socket.mode = static_cast<int>(std::strtol(mode.c_str(), &end, 8));
@@ -98,13 +137,11 @@ SocketSettings read_socket(Section section, const fs::path& base, const std::str
 }
 
 Config read_config(Section& top, const fs::path& file) {
-  const fs::path base = fs::absolute(file).parent_path();
+  std::error_code error;  // no working folder: paths stay relative
+  const fs::path base = fs::absolute(file, error).parent_path();
   Config config;
   config.path = file.string();
-  config.name = top.text("name", file.stem().string());
-  if (config.name.empty() || config.name.find('/') != std::string::npos) {
-    top.fail("name", fmt::format("found \"{}\", expected a name without '/'", config.name));
-  }
+  config.name = read_name(top, file);
   config.gyro = read_gyro(top.object("gyro"));
   config.line = read_line(top.object("line"), base);
   config.frames = find_data_file(top.text("frames", "trplg"), "frames", base);
@@ -125,11 +162,11 @@ Config read_config(Section& top, const fs::path& file) {
   const fs::path root = given ? fs::path(made) : base;
   const std::string logs = given ? made : "/var/log/prismd/" + config.name;
   if (top.boolean("write_log", true)) {
-    config.log = read_segments(top.object("log"), root, logs);
+    config.log = read_segments(top.object("log"), root, logs, config.name);
   } else if (top.has("log")) {
     top.fail("log", "given although \"write_log\" is false");
   }
-  if (top.has("capture")) config.capture = read_segments(top.object("capture"), root, logs + "/capture");
+  if (top.has("capture")) config.capture = read_segments(top.object("capture"), root, logs + "/capture", config.name);
   config.socket = read_socket(top.object("socket"), base, config.name);
   config.event_level = kLevels[top.choice("event_level", kLevels, 1)];
   return config;

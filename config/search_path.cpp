@@ -17,7 +17,7 @@ fs::path own_data() {
   std::error_code error;
   fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
   for (int up = 0; up < kFoldersUp && !folder.empty(); ++up, folder = folder.parent_path()) {
-    if (fs::path data = folder / "share" / "prism"; fs::is_directory(data, error)) return fs::canonical(data);
+    if (fs::path data = folder / "share" / "prism"; fs::is_directory(data, error)) return fs::canonical(data, error);
   }
   return "/usr/share/prism";
 }

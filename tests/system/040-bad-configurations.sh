@@ -13,6 +13,9 @@ echo '{"lime": 1}' >"$dir/gyro.json"; refused "unknown key" "gyro.json:/lime: un
 echo '{"line": {"baud": "x"}}' >"$dir/gyro.json"; refused "wrong type" 'gyro.json:/line/baud: found "x", expected a whole number'
 echo '{"line": {"silence_s": -1}}' >"$dir/gyro.json"; refused "out of range" "gyro.json:/line/silence_s: -1 is not within 0.1 to 3600"
 printf '{\n "line": {,}\n}' >"$dir/gyro.json"; refused "no JSON" "gyro.json:2:"
+long=$(printf 'n%.0s' $(seq 250))
+echo "{\"name\": \"$long\", \"socket\": {\"path\": \"\"}}" >"$dir/gyro.json"; refused "name too long" "gyro.json:/name: has 250 bytes, expected at most 229"
+echo '{"name": "a\nb"}' >"$dir/gyro.json"; refused "newline in the name" 'gyro.json:/name: found "a\nb", expected a text without control characters'
 echo '{"frames": "nope"}' >"$dir/gyro.json"; refused "missing frames" "frames/nope.json: cannot be read"
 echo '{"model": "nope"}' >"$dir/gyro.json"; refused "missing model" "models/nope.json: cannot be read"
 echo '{}' >"$dir/gyro.json"; refused "no device" "gyro.json:/line/device: is missing"

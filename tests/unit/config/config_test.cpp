@@ -88,6 +88,12 @@ TEST(Config, EveryRefusalSaysWhereWhatWasFoundAndWhatWasExpected) {
       {R"({"line": 5})", "/etc/prism/gyro1.json:/line: found 5, expected an object {...}"},
       {R"({"gyro": {"sign": 0}})", "/etc/prism/gyro1.json:/gyro/sign: found 0, expected 1 or -1"},
       {R"({"name": "a/b"})", "/etc/prism/gyro1.json:/name: found \"a/b\", expected a name without '/'"},
+      {R"({"name": "a\nb"})",
+       "/etc/prism/gyro1.json:/name: found \"a\\nb\", expected a text without control characters"},
+      {R"({"name": "a\u0000b"})",
+       "/etc/prism/gyro1.json:/name: found \"a\\u0000b\", expected a text without control characters"},
+      {R"({"gyro": {"serial": "70\r1"}})",
+       "/etc/prism/gyro1.json:/gyro/serial: found \"70\\r1\", expected a text without control characters"},
       {R"({"socket": {"mode": "rw"}})",
        "/etc/prism/gyro1.json:/socket/mode: found \"rw\", expected an octal mode such as \"0660\""},
       {R"({"write_log": false, "log": {}})", "/etc/prism/gyro1.json:/log: given although \"write_log\" is false"},
@@ -103,9 +109,34 @@ TEST(Config, BrokenJsonIsRefusedWithLineAndColumn) {
 }
 
 TEST(Config, ASocketPathTooLongForAUnixSocketIsRefused) {
-  const std::string path(120, 'x');
-  EXPECT_THAT(refusal(R"({"socket": {"path": "/)" + path + R"("}})"),
-              HasSubstr("has 121 characters, expected at most 107"));
+  const auto socket = [](std::size_t bytes) {
+    return R"({"socket": {"path": "/)" + std::string(bytes - 1, 'x') + R"("}})";
+  };
+  EXPECT_EQ(good(socket(107)).socket.path.size(), 107u);
+  EXPECT_THAT(refusal(socket(108)), HasSubstr("/socket/path: \"/xxx"));
+  EXPECT_THAT(refusal(socket(108)), HasSubstr("\" has 108 bytes, expected at most 107"));
+}
+
+// The story: a name of 250 letters was taken, and prismd ended with SIGABRT when it made its first segment.
+TEST(Config, ANameThatMakesAPathTooLongIsRefused) {
+  const auto named = [](std::size_t bytes, const std::string& rest) {
+    return R"({"name": ")" + std::string(bytes, 'n') + "\", " + rest + "}";
+  };
+  const std::string quiet = R"("socket": {"path": ""})";
+  EXPECT_EQ(good(named(229, quiet)).name.size(), 229u);
+  EXPECT_THAT(refusal(named(230, quiet)), HasSubstr("/name: has 230 bytes, expected at most 229: segments of log"));
+  EXPECT_EQ(good(named(90, "\"clock\": \"host\"")).socket.path.size(), 107u);
+  EXPECT_THAT(refusal(named(91, "\"clock\": \"host\"")), HasSubstr(".sock\" has 108 bytes, expected at most 107"));
+}
+
+TEST(Config, AFolderWithAPathTooLongIsRefused) {
+  const auto folder = [](const std::string& path) { return R"({"log": {"directory": ")" + path + "\"}}"; };
+  const std::string part = "/" + std::string(255, 'd');
+  std::string deep;
+  for (int i = 0; i < 15; ++i) deep += part;  // 3840 bytes
+  EXPECT_EQ(good(folder(deep)).log->directory, deep);
+  EXPECT_THAT(refusal(folder(part + "d")), HasSubstr("/log/directory: a path of 257 bytes, expected its segments"));
+  EXPECT_THAT(refusal(folder(deep + "/" + std::string(250, 'd'))), HasSubstr("/log/directory: a path of 4091 bytes"));
 }
 
 TEST(Config, AMissingFileIsRefusedByItsName) {
