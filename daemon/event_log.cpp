@@ -20,20 +20,21 @@ std::string event_json(const Event& event) {
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-void EventLog::add(Severity severity, const std::string& kind, const std::string& text, std::int64_t now_ns) {
+void EventLog::add(Severity severity, const std::string& kind, const std::string& text, std::int64_t time_ns,
+                   Clock::time_point now) {
   const std::string key = kind + '\n' + text;
   const auto known = shown_.find(key);
   std::uint64_t repeats = 0;
   if (known != shown_.end()) {
-    if (now_ns - known->second.time_ns < kQuietNs) {
+    if (now - known->second.at < kQuiet) {
       ++known->second.repeats;
       return;
     }
     repeats = known->second.repeats;
   }
   if (shown_.size() >= kKept) shown_.clear();
-  shown_[key] = {now_ns, 0};
-  recent_.push_back({now_ns, severity, kind, text, repeats});
+  shown_[key] = {now, 0};
+  recent_.push_back({time_ns, severity, kind, text, repeats});
   if (recent_.size() > kKept) recent_.pop_front();
   tell_(recent_.back());
 }

@@ -2,6 +2,7 @@
 // What happened: one fault, one line, to the journal, to the clients and kept for `prismctl events`.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -25,23 +26,27 @@ const char* severity_name(Severity severity);
 /// The event as a JSON object, whole numbers and texts only.
 std::string event_json(const Event& event);
 
-/// Keeps the last kKept events. The same kind and text within kQuiet is counted, not shown again.
+/// Keeps the last kKept events. The same kind and text within kQuiet is counted, not shown again. Quiet goes by the
+/// monotonic clock: a host clock that is set back by an hour does not silence a fault for an hour.
 class EventLog {
  public:
+  using Clock = std::chrono::steady_clock;
   static constexpr std::size_t kKept = 256;
-  static constexpr std::int64_t kQuietNs = 10'000'000'000;
+  static constexpr std::chrono::seconds kQuiet{10};
 
   using Tell = std::function<void(const Event&)>;
   explicit EventLog(Tell tell) : tell_(std::move(tell)) {}
 
-  void add(Severity severity, const std::string& kind, const std::string& text, std::int64_t now_ns);
+  /// `time_ns` is what the event says; `now` is what the quieting goes by.
+  void add(Severity severity, const std::string& kind, const std::string& text, std::int64_t time_ns,
+           Clock::time_point now = Clock::now());
   const std::deque<Event>& recent() const { return recent_; }
 
  private:
   Tell tell_;
   std::deque<Event> recent_;
   struct Shown {
-    std::int64_t time_ns;
+    Clock::time_point at;
     std::uint64_t repeats;
   };
   std::map<std::string, Shown> shown_;
