@@ -5,6 +5,7 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <exception>
 
@@ -89,6 +90,7 @@ int run(int argc, char** argv) {
 }  // namespace prism::daemon
 
 int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a reader of stderr that is gone ends nothing
   try {
     return prism::daemon::run(argc, argv);
   } catch (const std::exception& bug) {

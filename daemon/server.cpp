@@ -2,7 +2,9 @@
 #include "daemon/server.hpp"
 
 #include <fmt/format.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
@@ -26,20 +28,29 @@ using Protocol = asio::local::stream_protocol;
 
 constexpr auto kUse = asio::as_tuple(asio::use_awaitable);
 
-bool answers(asio::io_context& io, const std::string& path) {
-  boost::system::error_code error;
-  Protocol::socket probe(io);
-  probe.connect(Protocol::endpoint(path), error);
-  return !error;
+// Does not wait: a connect to a socket whose queue is full would block until its owner accepts, which may be never.
+bool somebody_listens(const std::string& path) {
+  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const Protocol::endpoint there(path);
+  const bool listens =
+      ::connect(probe, static_cast<const sockaddr*>(there.data()), static_cast<socklen_t>(there.size())) == 0 ||
+      errno == EAGAIN;
+  ::close(probe);
+  return listens;
 }
 
 Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettings& settings) {
+  if (settings.path.size() >= sizeof(sockaddr_un::sun_path)) {
+    return refuse(settings.path, fmt::format("has {} bytes, expected at most {}", settings.path.size(),
+                                             sizeof(sockaddr_un::sun_path) - 1));
+  }
   std::error_code folder_error;
   std::filesystem::create_directories(std::filesystem::path(settings.path).parent_path(), folder_error);
   struct stat info {};
   if (::lstat(settings.path.c_str(), &info) == 0) {
     if (!S_ISSOCK(info.st_mode)) return refuse(settings.path, "is there and is no socket; expected a free path");
-    if (answers(io, settings.path)) return refuse(settings.path, "another prismd answers there; expected a free path");
+    if (somebody_listens(settings.path))
+      return refuse(settings.path, "another process listens there; expected a free path");
     ::unlink(settings.path.c_str());
   }
   boost::system::error_code error;
