@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/disk_thread.hpp"
 
+#include <exception>
 #include <utility>
 
 namespace prism::daemon {
 
-DiskThread::DiskThread(std::size_t max_bytes) : max_bytes_(max_bytes), thread_([this] { run(); }) {}
+DiskThread::DiskThread(std::size_t max_bytes, Failed failed)
+    : max_bytes_(max_bytes), failed_(std::move(failed)), thread_([this] { run(); }) {}
 
 DiskThread::~DiskThread() {
   {
@@ -16,11 +18,11 @@ DiskThread::~DiskThread() {
   thread_.join();
 }
 
-bool DiskThread::post(std::size_t bytes, Task task) {
+bool DiskThread::post(std::size_t bytes, Task task, Failed failed) {
   {
     const std::lock_guard lock(mutex_);
     if (bytes > 0 && queued_bytes_ + bytes > max_bytes_) return false;
-    queue_.push_back({bytes, std::move(task)});
+    queue_.push_back({bytes, std::move(task), std::move(failed)});
     queued_bytes_ += bytes;
   }
   work_.notify_one();
@@ -41,13 +43,29 @@ void DiskThread::run() {
     queue_.pop_front();
     busy_ = true;
     lock.unlock();
-    entry.task();
-    entry.task = nullptr;
+    run(entry);
     lock.lock();
     queued_bytes_ -= entry.bytes;
     busy_ = false;
     if (queue_.empty()) idle_.notify_all();
   }
+}
+
+// What the task holds is destroyed here, off the lock.
+void DiskThread::run(Entry& entry) const noexcept {
+  const Failed& failed = entry.failed ? entry.failed : failed_;
+  try {
+    try {
+      entry.task();
+    } catch (const std::exception& error) {
+      failed(error.what());
+    } catch (...) {
+      failed("an exception of unknown kind");
+    }
+  } catch (...) {  // not even memory to tell it
+  }
+  entry.task = nullptr;
+  entry.failed = nullptr;
 }
 
 }  // namespace prism::daemon

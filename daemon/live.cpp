@@ -41,7 +41,7 @@ std::function<void(const std::string&)> teller(asio::io_context& io, Instance*& 
 class Live {
  public:
   Live(const Options& options, const pipeline::Setup& setup)
-      : disk_(kDiskQueueBytes),
+      : disk_(kDiskQueueBytes, teller(io_, told_)),
         instance_(setup, make_log(setup), make_capture(setup), log_event),
         line_(io_, instance_),
         reloader_(Reloader::make(

@@ -26,12 +26,15 @@ void Reloader::reload(Done done) {
 void Reloader::begin() {
   running_ = std::exchange(waiting_, {});
   notify_reloading();
-  disk_.post(0, [load = load_, io = &io_, reloader = weak_from_this()] {
-    auto setup = std::make_shared<Result<pipeline::Setup>>(load());
+  const auto loaded = [io = &io_, reloader = weak_from_this()](Result<pipeline::Setup> found) {
+    auto setup = std::make_shared<Result<pipeline::Setup>>(std::move(found));
     boost::asio::post(*io, [setup, reloader] {
       if (const auto self = reloader.lock()) self->finish(std::move(*setup));
     });
-  });
+  };
+  disk_.post(
+      0, [load = load_, loaded] { loaded(load()); },
+      [loaded](const std::string& why) { loaded(refuse("reload", why)); });
 }
 
 void Reloader::finish(Result<pipeline::Setup> setup) {

@@ -26,7 +26,7 @@ class ReloaderTest : public test::InstanceFixture {
   }
 
   boost::asio::io_context io_;
-  std::optional<DiskThread> disk_{std::in_place, 1 << 20};
+  std::optional<DiskThread> disk_{std::in_place, 1 << 20, [](const std::string&) {}};
   int reopened_ = 0;
 };
 
@@ -52,6 +52,19 @@ TEST_F(ReloaderTest, ARefusalLeavesEverything) {
   });
   run_until(done);
   EXPECT_EQ(instance_->events.recent().back().kind, "reload_refused");
+}
+
+// A load that throws on the disk thread is answered, and the next one is not kept waiting for it.
+TEST_F(ReloaderTest, ALoadThatThrowsIsARefusal) {
+  const auto reloader = make([]() -> Result<pipeline::Setup> { throw std::runtime_error("stale file handle"); });
+  for (int i = 0; i < 2; ++i) {
+    bool done = false;
+    reloader->reload([&](const Result<std::string>& outcome) {
+      EXPECT_EQ(outcome.error().text(), "reload: stale file handle");
+      done = true;
+    });
+    run_until(done);
+  }
 }
 
 TEST_F(ReloaderTest, AnotherLineIsOpenedAnew) {

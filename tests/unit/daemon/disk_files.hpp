@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// What the tests of logs and captures share: settings, rows, and what stands on the disk.
+#pragma once
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "compensation/compensated.hpp"
+#include "config/config.hpp"
+
+namespace prism::test {
+
+inline config::SegmentSettings segments_in(const std::string& directory) {
+  config::SegmentSettings settings;
+  settings.directory = directory;
+  return settings;
+}
+
+/// The row whose second ends at `second` (UTC, s since 1970).
+inline compensation::CompensatedWindow row_at(std::int64_t second) {
+  compensation::CompensatedWindow row;
+  row.window.bucket.second = second - 1;
+  row.window.bucket.samples = 200;
+  return row;
+}
+
+/// Names in a folder, sorted.
+inline std::vector<std::string> files_in(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+inline std::string content(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+inline void write_file(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
+
+/// What was told, from whatever thread.
+class Told {
+ public:
+  auto teller() {
+    return [this](const std::string& line) {
+      const std::lock_guard lock(mutex_);
+      lines_.push_back(line);
+    };
+  }
+  std::vector<std::string> lines() const {
+    const std::lock_guard lock(mutex_);
+    return lines_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<std::string> lines_;
+};
+
+}  // namespace prism::test

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+// The disk thread: in order, bounded, and not to be ended by what a task throws.
+#include "daemon/disk_thread.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <future>
+#include <memory>
+#include <stdexcept>
+
+#include "tests/unit/daemon/disk_files.hpp"
+
+namespace prism::daemon {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+// Holds the thread until it is let go.
+class Held {
+ public:
+  explicit Held(DiskThread& disk) {
+    disk.post(0, [this] { gate_.get_future().wait(); });
+  }
+  void let_go() { gate_.set_value(); }
+
+ private:
+  std::promise<void> gate_;
+};
+
+TEST(DiskThread, RunsWhatIsPostedInOrder) {
+  test::Told told;
+  DiskThread disk(100, told.teller());
+  std::vector<int> order;
+  for (int i = 0; i < 100; ++i) disk.post(0, [&order, i] { order.push_back(i); });
+  disk.drain();
+  ASSERT_EQ(order.size(), 100u);
+  EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
+}
+
+TEST(DiskThread, RefusesBytesThatItsQueueCannotHoldButNeverATaskWithoutAny) {
+  test::Told told;
+  DiskThread disk(100, told.teller());
+  Held held(disk);
+  int ran = 0;
+  const auto task = [&ran] { ++ran; };
+  EXPECT_TRUE(disk.post(60, task));
+  EXPECT_FALSE(disk.post(41, task));
+  EXPECT_TRUE(disk.post(40, task));
+  EXPECT_FALSE(disk.post(1, task));
+  EXPECT_TRUE(disk.post(0, task));
+  held.let_go();
+  disk.drain();
+  EXPECT_EQ(ran, 3);
+  EXPECT_TRUE(disk.post(100, task)) << "there is room again";
+}
+
+TEST(DiskThread, RunsWhatIsQueuedBeforeItEnds) {
+  test::Told told;
+  int ran = 0;
+  {
+    DiskThread disk(100, told.teller());
+    Held held(disk);
+    for (int i = 0; i < 5; ++i) disk.post(1, [&ran] { ++ran; });
+    held.let_go();
+  }
+  EXPECT_EQ(ran, 5);
+}
+
+// The story: std::filesystem threw on this thread, and prismd ended with SIGABRT.
+TEST(DiskThread, ATaskThatThrowsEndsNothingButItself) {
+  test::Told told;
+  DiskThread disk(100, told.teller());
+  int ran = 0;
+  disk.post(100, [] { throw std::runtime_error("stale file handle"); });
+  disk.drain();
+  EXPECT_TRUE(disk.post(100, [] { throw 1; })) << "its bytes are free again";
+  disk.post(0, [&ran] { ++ran; });
+  disk.drain();
+  EXPECT_EQ(ran, 1);
+  EXPECT_THAT(told.lines(), ElementsAre("stale file handle", "an exception of unknown kind"));
+}
+
+TEST(DiskThread, WhoAnswersForATaskHearsThatItThrew) {
+  test::Told told, owner;
+  DiskThread disk(100, told.teller());
+  disk.post(
+      10, [] { throw std::bad_alloc(); }, owner.teller());
+  disk.post(
+      10, [] {}, owner.teller());
+  disk.drain();
+  EXPECT_EQ(owner.lines().size(), 1u);
+  EXPECT_THAT(told.lines(), IsEmpty());
+}
+
+TEST(DiskThread, EvenAComplaintThatThrowsEndsNothing) {
+  DiskThread disk(100, [](const std::string&) { throw std::bad_alloc(); });
+  bool ran = false;
+  disk.post(0, [] { throw std::runtime_error("first"); });
+  disk.post(0, [&ran] { ran = true; });
+  disk.drain();
+  EXPECT_TRUE(ran);
+}
+
+TEST(DiskThread, LetsGoOfWhatATaskHeldBeforeTheNextOneRuns) {
+  test::Told told;
+  DiskThread disk(100, told.teller());
+  auto held = std::make_shared<int>(1);
+  std::weak_ptr<int> watch = held;
+  bool gone = false;
+  disk.post(0, [held = std::move(held)] { throw std::runtime_error("failed"); });
+  disk.post(0, [&] { gone = watch.expired(); });
+  disk.drain();
+  EXPECT_TRUE(gone);
+}
+
+}  // namespace
+}  // namespace prism::daemon
