@@ -29,7 +29,7 @@ bool same_stream(const pipeline::Setup& a, const pipeline::Setup& b) {
 
 }  // namespace
 
-Acquisition::Acquisition(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<Recorder> capture,
+Acquisition::Acquisition(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<CaptureLog> capture,
                          EventLog& events)
     : setup_(std::move(setup)),
       events_(events),

@@ -7,10 +7,10 @@
 #include <span>
 
 #include "compensation/block_stability.hpp"
+#include "daemon/capture_log.hpp"
 #include "daemon/event_log.hpp"
 #include "daemon/history.hpp"
 #include "daemon/pipeline/pipeline.hpp"
-#include "daemon/recorder.hpp"
 #include "daemon/row_log.hpp"
 
 namespace prism::daemon {
@@ -19,7 +19,7 @@ namespace prism::daemon {
 class Acquisition {
  public:
   /// `log` and `capture` may be null: nothing is logged, no bytes are kept. `events` outlives this.
-  Acquisition(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<Recorder> capture,
+  Acquisition(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<CaptureLog> capture,
               EventLog& events);
 
   /// The line was opened (again) at now_ns.
@@ -49,7 +49,7 @@ class Acquisition {
   const compensation::Compensated* last_sample() const { return sampled_ ? &last_ : nullptr; }
   const compensation::CompensatedWindow* last_window() const { return windowed_ ? &history_.last() : nullptr; }
   const LogCounters* log() const { return log_ ? &log_->counters() : nullptr; }
-  const Recorder* capture() const { return capture_.get(); }
+  const CaptureLog* capture() const { return capture_.get(); }
   std::uint64_t sessions() const { return sessions_; }
   /// Since the start, over every pipeline that there was.
   std::uint64_t frames() const { return frames_before_ + pipeline_->decoder().counters().frames; }
@@ -62,7 +62,7 @@ class Acquisition {
   pipeline::Setup setup_;
   EventLog& events_;
   std::unique_ptr<RowWriter> log_;
-  std::unique_ptr<Recorder> capture_;
+  std::unique_ptr<CaptureLog> capture_;
   std::unique_ptr<pipeline::Pipeline> pipeline_;
   compensation::BlockStability stability_;
   History history_;

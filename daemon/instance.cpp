@@ -7,7 +7,7 @@
 
 namespace prism::daemon {
 
-Instance::Instance(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<Recorder> capture,
+Instance::Instance(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<CaptureLog> capture,
                    EventLog::Tell told)
     : started_ns(host_time_ns()),
       events([this, told = std::move(told)](const Event& event) {

@@ -17,7 +17,7 @@ namespace prism::daemon {
 /// Hands on what the acquisition returns to those who subscribed. Lives on the live path's thread.
 struct Instance {
   /// `told` hears of every event that is shown, too.
-  Instance(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<Recorder> capture,
+  Instance(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<CaptureLog> capture,
            EventLog::Tell told);
 
   void begin_session(std::int64_t now_ns) { publisher.rows(acquisition.begin_session(now_ns)); }

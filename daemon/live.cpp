@@ -16,11 +16,10 @@
 #include <utility>
 
 #include "daemon/answers.hpp"
+#include "daemon/capture_log.hpp"
 #include "daemon/live_line.hpp"
 #include "daemon/notify.hpp"
-#include "daemon/recorder.hpp"
 #include "daemon/reloader.hpp"
-#include "daemon/row_writers.hpp"
 #include "daemon/server.hpp"
 #include "daemon/service.hpp"
 
@@ -85,11 +84,12 @@ class Live {
 
   std::unique_ptr<RowWriter> make_log(const pipeline::Setup& setup) {
     if (!setup.config.log) return nullptr;
-    return std::make_unique<ThreadedRowWriter>(setup, disk_, teller(io_, told_));
+    return std::make_unique<ThreadedRowWriter>(*setup.config.log, setup.config.name, pipeline::log_metadata(setup),
+                                               disk_, teller(io_, told_));
   }
-  std::unique_ptr<Recorder> make_capture(const pipeline::Setup& setup) {
+  std::unique_ptr<CaptureLog> make_capture(const pipeline::Setup& setup) {
     if (!setup.config.capture) return nullptr;
-    return std::make_unique<Recorder>(*setup.config.capture, setup.config.name, disk_, teller(io_, told_));
+    return std::make_unique<CaptureLog>(*setup.config.capture, setup.config.name, disk_, teller(io_, told_));
   }
 
   asio::awaitable<void> heed_signals() {

@@ -16,7 +16,6 @@
 #include <utility>
 
 #include "compensation/text_number.hpp"
-#include "daemon/row_writers.hpp"
 #include "daemon/server.hpp"
 #include "daemon/service.hpp"
 #include "drivers/capture_file.hpp"
@@ -59,7 +58,7 @@ class Replay {
       : options_(options), signals_(io_, SIGINT, SIGTERM), timer_(io_) {
     std::unique_ptr<DirectRowWriter> rows;
     if (setup.config.log) {
-      rows = std::make_unique<DirectRowWriter>(setup);
+      rows = std::make_unique<DirectRowWriter>(*setup.config.log, setup.config.name, pipeline::log_metadata(setup));
       rows_ = rows.get();
     }
     instance_ = std::make_unique<Instance>(std::move(setup), std::move(rows), nullptr, [](const Event& event) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/row_log.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -14,13 +13,12 @@
 namespace prism::daemon {
 
 RowLog::RowLog(config::SegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
-               std::function<void(const std::string&)> tell)
-    : settings_(std::move(settings)),
-      name_(std::move(name)),
-      metadata_(std::move(metadata)),
+               DiskFault::Tell tell)
+    : metadata_(std::move(metadata)),
       counters_(counters),
-      tell_(std::move(tell)),
-      clock_(settings_) {}
+      tell_(tell),
+      fault_("log", "rows", counters.dropped, std::move(tell)),
+      segments_(std::move(settings), std::move(name), ".csv") {}
 
 RowLog::~RowLog() { close_segment(); }
 
@@ -28,19 +26,22 @@ void RowLog::append(const compensation::CompensatedWindow& row) {
   const std::int64_t second = row.window.bucket.second + 1;
   line_.clear();
   compensation::append_csv(line_, row);
-  const bool new_segment = clock_.begins_new(second, bytes_ + static_cast<std::int64_t>(line_.size()));
-  if (new_segment) close_segment();
+  if (segments_.begins_new(second, bytes_ + static_cast<std::int64_t>(line_.size()))) close_segment();
   if ((file_ >= 0 || open_segment(second)) && write_all(line_)) {
-    recovered();
     ++counters_.rows;
-    return;
+  } else {
+    fault_.drop(1);
   }
-  ++counters_.dropped;
-  ++dropped_in_fault_;
 }
 
 void RowLog::sync() {
-  if (file_ >= 0 && ::fdatasync(file_) != 0) fault(std::string("cannot be synced: ") + std::strerror(errno));
+  if (file_ < 0) return;
+  if (!put_on_disk()) return;
+  if (!segments_.in_place(file_)) {
+    tell_(fmt::format("log: {}: was deleted or moved away, and its rows with it; a new segment begins", path_));
+    close_segment();
+  }
+  fault_.synced();
 }
 
 void RowLog::set_metadata(std::string metadata) {
@@ -49,17 +50,19 @@ void RowLog::set_metadata(std::string metadata) {
   close_segment();
 }
 
+void RowLog::lose(const std::string& why) {
+  fault_.begin(why);
+  fault_.drop(1);
+}
+
 bool RowLog::open_segment(std::int64_t second) {
-  if (auto made = make_segment_folder(settings_); !made) {
-    fault(made.error().text());
+  Result<NewSegment> made = segments_.make(second);
+  if (!made) {
+    fault_.begin(made.error().text());
     return false;
   }
-  path_ = segment_path(settings_, name_, ".csv", second);
-  file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
-  if (file_ < 0) {
-    fault(fmt::format("{}: cannot be created: {}", path_, std::strerror(errno)));
-    return false;
-  }
+  file_ = made->descriptor;
+  path_ = std::move(made->path);
   bytes_ = 0;
   if (!write_all(metadata_ + std::string(compensation::csv_columns()) + "\n")) {
     ::unlink(path_.c_str());
@@ -67,16 +70,20 @@ bool RowLog::open_segment(std::int64_t second) {
     return false;
   }
   ++counters_.segments;
-  delete_old_segments(settings_, name_, ".csv", path_, second);
   return true;
 }
 
 void RowLog::close_segment() {
   if (file_ < 0) return;
-  sync();
-  ::close(file_);
-  file_ = -1;
+  put_on_disk();
+  ::close(std::exchange(file_, -1));
   bytes_ = 0;
+}
+
+bool RowLog::put_on_disk() {
+  if (::fdatasync(file_) == 0) return true;
+  fault_.begin(fmt::format("{}: cannot be synced: {}", path_, std::strerror(errno)));
+  return false;
 }
 
 bool RowLog::write_all(const std::string& text) {
@@ -89,27 +96,45 @@ bool RowLog::write_all(const std::string& text) {
     }
     if (written < 0 && errno == EINTR) continue;
     const int error = errno;
-    const bool full = error == ENOSPC || error == EDQUOT;
-    if (full && settings_.delete_when_full && delete_oldest_segment(settings_, name_, ".csv", path_)) continue;
+    if (disk_is_full(error) && segments_.make_room()) continue;
+    fault_.begin(fmt::format("{}: cannot be written: {}", path_, std::strerror(error)));
     if (done > 0 && ::ftruncate(file_, bytes_) != 0) close_segment();  // a torn row would stay: end the segment there
-    fault(fmt::format("{}: cannot be written: {}", path_, std::strerror(error)));
     return false;
   }
   bytes_ += static_cast<std::int64_t>(text.size());
   return true;
 }
 
-void RowLog::fault(const std::string& what) {
-  if (faulty_) return;
-  faulty_ = true;
-  dropped_in_fault_ = 0;
-  tell_("log: " + what + "; rows are dropped and counted until it works again");
+ThreadedRowWriter::ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
+                                     DiskThread& disk, DiskFault::Tell tell)
+    : disk_(disk),
+      counters_(std::make_shared<LogCounters>()),
+      log_(std::make_shared<RowLog>(std::move(settings), std::move(name), std::move(metadata), *counters_,
+                                    std::move(tell))) {}
+
+ThreadedRowWriter::~ThreadedRowWriter() {
+  // The last owner closes the segment on the disk thread, after the rows before it.
+  disk_.post(0, [log = std::move(log_), counters = counters_]() mutable { log.reset(); });
 }
 
-void RowLog::recovered() {
-  if (!faulty_) return;
-  faulty_ = false;
-  tell_(fmt::format("log: writing again after {} rows were dropped", dropped_in_fault_));
+void ThreadedRowWriter::append(const compensation::CompensatedWindow& row) {
+  const bool taken = disk_.post(
+      sizeof row, [log = log_, row] { log->append(row); }, [log = log_](const std::string& why) { log->lose(why); });
+  if (!taken) log_->lose("the disk cannot keep up");
+  unsynced_ = true;
 }
+
+void ThreadedRowWriter::sync() {
+  if (std::exchange(unsynced_, false)) disk_.post(0, [log = log_] { log->sync(); });
+}
+
+void ThreadedRowWriter::set_metadata(const std::string& metadata) {
+  disk_.post(0, [log = log_, metadata] { log->set_metadata(metadata); });
+}
+
+DirectRowWriter::DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata)
+    : log_(std::move(settings), std::move(name), std::move(metadata), counters_, [this](const std::string& what) {
+        if (first_fault_.empty()) first_fault_ = what;
+      }) {}
 
 }  // namespace prism::daemon

@@ -4,10 +4,12 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <string>
 
 #include "compensation/compensated.hpp"
+#include "daemon/disk_fault.hpp"
+#include "daemon/disk_thread.hpp"
 #include "daemon/segments.hpp"
 
 namespace prism::daemon {
@@ -24,34 +26,33 @@ class RowLog {
   /// `metadata`: lines "# key: value\n" that stand on top of every segment. `tell` hears of faults, one line each,
   /// once per fault and once when it is over.
   RowLog(config::SegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
-         std::function<void(const std::string&)> tell);
+         DiskFault::Tell tell);
   ~RowLog();
   RowLog(const RowLog&) = delete;
   RowLog& operator=(const RowLog&) = delete;
 
   void append(const compensation::CompensatedWindow& row);
-  /// Puts what was appended on the disk (fdatasync).
+  /// Puts what was appended on the disk (fdatasync). A segment that was deleted or moved away meanwhile ends.
   void sync();
   /// From the next row on, segments carry this metadata; the open one ends.
   void set_metadata(std::string metadata);
+  /// A row that could not even be given to append(): `why` is told. From any thread.
+  void lose(const std::string& why);
 
  private:
   bool open_segment(std::int64_t second);
   void close_segment();
+  bool put_on_disk();
   bool write_all(const std::string& text);
-  void fault(const std::string& what);
-  void recovered();
 
-  config::SegmentSettings settings_;
-  std::string name_, metadata_;
+  std::string metadata_;
   LogCounters& counters_;
-  std::function<void(const std::string&)> tell_;
-  SegmentClock clock_;
+  DiskFault::Tell tell_;
+  DiskFault fault_;
+  Segments segments_;
   std::string path_, line_;
   int file_ = -1;
   std::int64_t bytes_ = 0;
-  bool faulty_ = false;
-  std::uint64_t dropped_in_fault_ = 0;
 };
 
 /// Where rows are written: on a thread of its own (live), or right here (a replay, which may wait).
@@ -63,6 +64,43 @@ class RowWriter {
   virtual void sync() = 0;
   virtual void set_metadata(const std::string& metadata) = 0;
   virtual const LogCounters& counters() const = 0;
+};
+
+/// Never waits: rows and syncs are posted. Rows that the queue cannot take are dropped and counted.
+class ThreadedRowWriter : public RowWriter {
+ public:
+  /// As RowLog's; `tell` is called on any thread.
+  ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata, DiskThread& disk,
+                    DiskFault::Tell tell);
+  ~ThreadedRowWriter() override;
+
+  void append(const compensation::CompensatedWindow& row) override;
+  void sync() override;
+  void set_metadata(const std::string& metadata) override;
+  const LogCounters& counters() const override { return *counters_; }
+
+ private:
+  DiskThread& disk_;
+  std::shared_ptr<LogCounters> counters_;
+  std::shared_ptr<RowLog> log_;
+  bool unsynced_ = false;
+};
+
+/// Waits for the disk: a replay loses nothing. The first fault is kept.
+class DirectRowWriter : public RowWriter {
+ public:
+  DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata);
+
+  void append(const compensation::CompensatedWindow& row) override { log_.append(row); }
+  void sync() override {}  // a replay can be run again; the segment is synced when it closes
+  void set_metadata(const std::string& metadata) override { log_.set_metadata(metadata); }
+  const LogCounters& counters() const override { return counters_; }
+  const std::string& first_fault() const { return first_fault_; }
+
+ private:
+  LogCounters counters_;
+  std::string first_fault_;
+  RowLog log_;
 };
 
 }  // namespace prism::daemon

@@ -1,44 +1,54 @@
 // SPDX-License-Identifier: MIT
-// Files in segments: their names, when the next one begins, and which old ones go.
+// Files in segments: their names, when the next one begins, how it is made, and which old ones go.
 #pragma once
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "compensation/result.hpp"
 #include "config/config.hpp"
 
 namespace prism::daemon {
 
-/// Decides by data time only, so that a replay cuts its segments where the live run did.
-class SegmentClock {
- public:
-  explicit SegmentClock(const config::SegmentSettings& settings) : settings_(settings) {}
-
-  /// True where data of `second` that bring the segment to `bytes` belong into a new one. The first call begins one.
-  bool begins_new(std::int64_t second, std::int64_t bytes);
-
- private:
-  config::SegmentSettings settings_;
-  std::int64_t period_ = INT64_MIN;
+/// A segment that was just made: empty, open for appending. Who gets it closes the descriptor.
+struct NewSegment {
+  int descriptor = -1;
+  std::string path;
 };
 
-/// DIRECTORY/NAME-20261121T091100Z.EXTENSION; with "-2", "-3", … before the extension where that file exists.
-std::string segment_path(const config::SegmentSettings& settings, const std::string& name, const std::string& extension,
-                         std::int64_t second);
+/// Of errno: there is no room, for this user or for all.
+bool disk_is_full(int error);
 
-/// Makes the folder of the segments (and its parents).
-Result<void> make_segment_folder(const config::SegmentSettings& settings);
+/// The segments of one log or one capture: NAME-20261121T091100Z.EXTENSION in one folder, named after the second (UTC,
+/// of data time) that they begin with; "-2", "-3", … stand before the extension where that name is taken.
+/// No error of the file system throws: what cannot be listed or deleted stays.
+class Segments {
+ public:
+  /// `extension` with its dot.
+  Segments(config::SegmentSettings settings, std::string name, std::string extension);
 
-/// Deletes the oldest segments of NAME beyond keep_bytes and keep_days (against `second`), never the one at `current`.
-/// Returns the names deleted.
-std::vector<std::string> delete_old_segments(const config::SegmentSettings& settings, const std::string& name,
-                                             const std::string& extension, const std::string& current,
-                                             std::int64_t second);
+  /// True where data of `second` that bring the segment to `bytes` belong into a new one. The first call begins one.
+  /// By data time only, so that a replay cuts its segments where the live run did.
+  bool begins_new(std::int64_t second, std::int64_t bytes);
 
-/// Deletes the single oldest segment but `current`, to make room. False where there is none.
-bool delete_oldest_segment(const config::SegmentSettings& settings, const std::string& name,
-                           const std::string& extension, const std::string& current);
+  /// Makes the segment that begins at `second`, and its folder where there is none; then deletes the oldest segments
+  /// beyond keep_bytes and keep_days. A file or link that is there is never written to. Refused where folder or file
+  /// cannot be made.
+  Result<NewSegment> make(std::int64_t second);
+
+  /// The disk is full: deletes the oldest segment but the one last made. False where there is none, or where the
+  /// configuration says to stop (when_full).
+  bool make_room();
+
+  /// False where the segment last made, open as `descriptor`, was deleted or moved away.
+  bool in_place(int descriptor) const;
+
+ private:
+  void delete_old(std::int64_t second);
+
+  config::SegmentSettings settings_;
+  std::string name_, extension_, current_;
+  std::int64_t period_ = INT64_MIN;
+};
 
 }  // namespace prism::daemon

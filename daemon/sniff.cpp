@@ -33,11 +33,12 @@ constexpr std::size_t kShownMisses = 3;
 // Every description beside the default one.
 std::vector<wire::FrameDescriptionPtr> shipped_descriptions() {
   std::vector<wire::FrameDescriptionPtr> descriptions;
-  const fs::path folder = fs::path(config::find_data_file("trplg", "frames", fs::current_path())).parent_path();
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string path = entry.path().string();
-    if (entry.path().extension() != ".json" || path.ends_with(".schema.json")) continue;
+  const fs::path here = fs::current_path(error);
+  const fs::path folder = fs::path(config::find_data_file("trplg", "frames", here)).parent_path();
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string path = entry->path().string();
+    if (entry->path().extension() != ".json" || path.ends_with(".schema.json")) continue;
     const Result<std::string> text = config::read_text_file(path);
     const auto description = text ? wire::parse_frame_description(*text, path) : tl::unexpected<Error>(text.error());
     if (description) {

@@ -27,6 +27,9 @@ class CaptureWriter {
  public:
   /// Creates the file; one that is there is replaced. Refused where the file cannot be created or written.
   static Result<CaptureWriter> open(const std::string& path);
+  /// The same over a new file that the caller opened for writing; `path` is its name in refusals. The descriptor is the
+  /// writer's from here on, refused or not.
+  static Result<CaptureWriter> adopt(int descriptor, const std::string& path);
 
   CaptureWriter(CaptureWriter&&) noexcept;
   CaptureWriter& operator=(CaptureWriter&&) noexcept;
@@ -39,6 +42,8 @@ class CaptureWriter {
   /// Hands the buffer to the system; with `sync`, waits until it stands on disk.
   Result<void> flush(bool sync = false);
 
+  int descriptor() const;
+  const std::string& path() const;
   std::uint64_t bytes_written() const;  ///< size of the file once it is flushed
 
  private:

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <pcap/pcap.h>
 #include <stdio_ext.h>
@@ -70,12 +71,21 @@ CaptureWriter& CaptureWriter::operator=(CaptureWriter&&) noexcept = default;
 CaptureWriter::~CaptureWriter() = default;
 
 Result<CaptureWriter> CaptureWriter::open(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor < 0) return refuse(path, fmt::format("cannot be created: {}", std::strerror(errno)));
+  return adopt(descriptor, path);
+}
+
+Result<CaptureWriter> CaptureWriter::adopt(int descriptor, const std::string& path) {
   auto file = std::make_unique<File>();
   file->path = path;
   file->buffer.resize(kBufferBytes);
   file->packet.reserve(kSnapBytes);
-  file->stream = std::fopen(path.c_str(), "wbe");
-  if (!file->stream) return refuse(path, fmt::format("cannot be created: {}", std::strerror(errno)));
+  file->stream = ::fdopen(descriptor, "wb");
+  if (!file->stream) {
+    ::close(descriptor);
+    return refuse(path, "cannot be opened: out of memory");
+  }
   std::setvbuf(file->stream, file->buffer.data(), _IOFBF, file->buffer.size());
   __fsetlocking(file->stream, FSETLOCKING_BYCALLER);  // one thread writes
   file->pcap = pcap_open_dead_with_tstamp_precision(wire::kCaptureLinkType, kSnapBytes, PCAP_TSTAMP_PRECISION_NANO);
@@ -105,6 +115,10 @@ Result<void> CaptureWriter::flush(bool sync) {
   }
   return file_->state();
 }
+
+int CaptureWriter::descriptor() const { return fileno(file_->stream); }
+
+const std::string& CaptureWriter::path() const { return file_->path; }
 
 std::uint64_t CaptureWriter::bytes_written() const { return file_->size; }
 

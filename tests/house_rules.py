@@ -50,6 +50,7 @@ MAY_NOT_LINK = {
     TOOLS: "prism_daemon",
 }
 CLOCKLESS = {CORE, TRAINING, EVALUATION, WIRE, PIPELINE}
+THROWLESS = {WIRE, DRIVERS, CONFIG, PIPELINE, DAEMON}
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
 JSON_READERS = re.compile(r"^compensation/(json_section|model_kinds|[a-z]+_text)\.[ch]pp$")
 
@@ -113,6 +114,24 @@ def check_clocks(path, text):
     if is_code(path) and room_of(path) in CLOCKLESS:
         for match in CLOCK.finditer(without_comments_and_texts(text)):
             yield line_of(text, match.start()), f"{room_of(path)} may not ask the time ({match.group().strip()})"
+
+
+def check_file_system(path, text):
+    """Without an error_code std::filesystem throws, and so does the range-for over a folder: a disk that fails must not
+    end a daemon."""
+    if not is_code(path) or room_of(path) not in THROWLESS:
+        return
+    code = without_comments_and_texts(text)
+    errors = set(re.findall(r"\bstd::error_code\s*&?\s*(\w+)", code))
+    for match in re.finditer(r"\b(?:fs|filesystem)::(?!path\b)(\w+)(?:\s+\w+)?\s*\(", code):
+        end, depth = match.end(), 1
+        while depth > 0 and end < len(code):
+            depth += (code[end] == "(") - (code[end] == ")")
+            end += 1
+        if not errors & set(re.findall(r"\w+", code[match.end() : end])):
+            yield line_of(text, match.start()), f"{match.group(1)} without an error_code throws"
+    for match in re.finditer(r"\bfor\s*\([^;(){}]*(?<!:):(?!:)[^;{}]*\b(?:recursive_)?directory_iterator\b", code):
+        yield line_of(text, match.start()), "a range-for over a folder throws: step by increment(error)"
 
 
 def check_first_lines(path, text):
@@ -230,7 +249,7 @@ class UniqueTypes:
                 yield line, f"a second type {name}, as in {first}: expected one name for one type"
 
 
-RULES = [check_includes, check_links, check_clocks, check_first_lines, check_words, check_size, check_waiting, check_names]
+RULES = [check_includes, check_links, check_clocks, check_file_system, check_first_lines, check_words, check_size, check_waiting, check_names]
 
 
 def files_of(root):

@@ -19,6 +19,9 @@ BREACHES = [
     ("compensation/engine.cpp", CPP + "#include <nlohmann/json.hpp>\n", "only the readers of JSON"),
     ("compensation/a.cpp", CPP + "auto t = std::chrono::steady_clock::now();\n", ":2: compensation may not ask the time"),
     ("compensation/a.cpp", CPP + "auto t = std::time(nullptr);\n", "may not ask the time"),
+    ("daemon/a.cpp", CPP + "bool b = fs::exists(name(path));\n", ":2: exists without an error_code throws"),
+    ("config/a.cpp", CPP + "std::error_code error;\nauto a = std::filesystem::absolute(path);\n", ":3: absolute without"),
+    ("daemon/pipeline/a.cpp", CPP + "std::error_code e;\nfor (const auto& x : fs::directory_iterator(p, e)) {\n}\n", ":3: a range-for"),
     ("compensation/training/a.cpp", CPP + "#include <boost/asio/io_context.hpp>\n", "may not include <boost/asio"),
     ("compensation/training/a.cpp", CPP + "#include <fstream>\n", "may not include <fstream>"),
     ("compensation/evaluation/a.cpp", CPP + "#include <thread>\n", "may not include <thread>"),
@@ -81,6 +84,7 @@ TWICE = [
 
 # Nothing may be said about these. tools/a is made executable.
 SOUND = [
+    ("daemon/walks.cpp", CPP + "std::error_code e;\nfor (fs::directory_iterator entry(p, e), end; !e && entry != end; entry.increment(e)) {\n}\n"),
     ("compensation/model_text.cpp", CPP + '#include <nlohmann/json.hpp>\n#include "compensation/model.hpp"\n'),
     ("compensation/a.cpp", CPP + "// no steady_clock::now() here, and no <thread>\nconst char* text = \"std::time(x)\";\n"),
     ("compensation/training/a.cpp", CPP + "#include <thread>\n#include <boost/math/distributions/fisher_f.hpp>\n"),
