@@ -75,6 +75,8 @@ class Asker {
   const std::shared_ptr<daemon::Client>& client() const { return client_; }
   boost::asio::io_context& io() { return io_; }
 
+  void hang_up() { mine_.close(); }
+
   /// Everything sent until nothing more comes.
   std::string read() {
     std::string text;

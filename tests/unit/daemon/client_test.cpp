@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+// One client: what it does not read waits, then is dropped, counted and told; it never delays anybody.
+#include "daemon/client.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "tests/unit/daemon/instance_fixture.hpp"
+
+namespace prism::daemon {
+namespace {
+
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+// Lines of 100 characters, each with its number.
+void send_row(test::Asker& peer, int number) {
+  std::string text = "row " + std::to_string(number) + " ";
+  text.resize(99, '.');
+  peer.client()->send(TextPart(text + "\n"), 1);
+}
+
+// Until the kernel takes no more and what waits has reached the limit: rows are dropped from here on.
+int send_until_rows_are_lost(test::Asker& peer) {
+  int number = 0;
+  while (peer.client()->lost_rows() == 0 && number < 100'000) send_row(peer, number++);
+  return number;
+}
+
+TEST(Client, SendsAtOnceWhatTheSocketTakes) {
+  test::Asker peer(10'000);
+  send_row(peer, 1);
+  peer.client()->answer("answer\n");
+  EXPECT_THAT(peer.read(), AllOf(StartsWith("row 1 "), EndsWith("answer\n")));
+}
+
+TEST(Client, WhatTheSocketDoesNotTakeIsSentInOrderLater) {
+  test::Asker peer(10'000);
+  const int sent = send_until_rows_are_lost(peer) - 1;
+  const auto lines = lines_of(peer.read());
+  ASSERT_GT(lines.size(), static_cast<std::size_t>(sent));
+  for (int i = 0; i < sent; ++i) {
+    ASSERT_EQ(lines[static_cast<std::size_t>(i)].size(), 99u);
+    ASSERT_THAT(lines[static_cast<std::size_t>(i)], StartsWith("row " + std::to_string(i) + " "));
+  }
+}
+
+TEST(Client, LosesOneHoleAndIsToldHowManyRowsItHeld) {
+  test::Asker peer(10'000);
+  send_until_rows_are_lost(peer);
+  for (int i = 0; i < 9; ++i) send_row(peer, -1);
+  EXPECT_EQ(peer.client()->lost_rows(), 10u);
+  const auto lines = lines_of(peer.read());
+  EXPECT_EQ(lines.back(), R"({"jsonrpc":"2.0","method":"lost","params":{"rows":10,"rows_total":10}})");
+  send_row(peer, 7);
+  EXPECT_THAT(peer.read(), StartsWith("row 7 ")) << "rows come again";
+  EXPECT_EQ(peer.client()->lost_rows(), 10u);
+}
+
+TEST(Client, AnswersAreNeverDropped) {
+  test::Asker peer(10'000);
+  send_until_rows_are_lost(peer);
+  peer.client()->answer("the answer\n");
+  EXPECT_THAT(peer.read(), HasSubstr("the answer\n"));
+}
+
+TEST(Client, WhoAsksWithoutReadingIsClosed) {
+  test::Asker peer(1000);
+  const std::string answer = std::string(999, 'a') + "\n";
+  int answers = 0;
+  while (peer.client()->open() && answers < 10'000) {
+    peer.client()->answer(answer);
+    ++answers;
+  }
+  EXPECT_FALSE(peer.client()->open());
+  EXPECT_LT(answers, 10'000);
+  peer.client()->answer(answer);  // to a closed one: nothing
+  send_row(peer, 1);
+}
+
+TEST(Client, APeerThatIsGoneClosesIt) {
+  test::Asker peer(10'000);
+  peer.hang_up();
+  send_row(peer, 1);
+  EXPECT_FALSE(peer.client()->open());
+}
+
+TEST(Client, APeerThatGoesWhileTextWaitsClosesIt) {
+  test::Asker peer(10'000);
+  send_until_rows_are_lost(peer);
+  peer.hang_up();
+  peer.io().poll();
+  EXPECT_FALSE(peer.client()->open());
+}
+
+TEST(Client, MayBeClosedWhileTextWaits) {
+  test::Asker peer(10'000);
+  send_until_rows_are_lost(peer);
+  peer.client()->close();
+  peer.io().poll();
+  EXPECT_FALSE(peer.client()->open());
+}
+
+TEST(Client, TheDaemonsOwnUserMayChangeThings) {
+  test::Asker peer(10'000);
+  EXPECT_TRUE(peer.client()->privileged());
+  peer.client()->close();
+  EXPECT_FALSE(peer.client()->privileged()) << "whoever cannot be named";
+}
+
+}  // namespace
+}  // namespace prism::daemon
