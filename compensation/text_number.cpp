@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstring>
 
@@ -12,31 +13,6 @@ namespace {
 constexpr double kPowers[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
 constexpr double kFixedLimit = 9e8;
 constexpr std::int64_t kYear0 = -62'167'219'200, kYear10000 = 253'402'300'800;  // seconds since 1970
-
-struct CivilTime {
-  std::int64_t year;
-  int month, day, hour, minute, second;
-};
-
-// Days → civil date after Hinnant (2013), "chrono-compatible low-level date algorithms"; std::chrono in g++ 12 formats
-// none.
-CivilTime civil_time(std::int64_t seconds) {
-  const std::int64_t days = (seconds >= 0 ? seconds : seconds - 86399) / 86400;
-  const int of_day = static_cast<int>(seconds - days * 86400);
-  const std::int64_t z = days + 719468;
-  const std::int64_t era = (z >= 0 ? z : z - 146096) / 146097;
-  const std::int64_t doe = z - era * 146097;
-  const std::int64_t yoe = (doe - doe / 1460 + doe / 36524 - doe / 146096) / 365;
-  const std::int64_t doy = doe - (365 * yoe + yoe / 4 - yoe / 100);
-  const std::int64_t mp = (5 * doy + 2) / 153;
-  const int month = static_cast<int>(mp < 10 ? mp + 3 : mp - 9);
-  return {yoe + era * 400 + (month <= 2),
-          month,
-          static_cast<int>(doy - (153 * mp + 2) / 5 + 1),
-          of_day / 3600,
-          of_day / 60 % 60,
-          of_day % 60};
-}
 
 // A number's characters, the last one first. No table of digits and no call: a live frame finds both cold.
 class Digits {
@@ -95,8 +71,13 @@ void append_fixed(std::string& text, double value, int decimals) {
 
 std::string utc_text(std::int64_t second) {
   if (second < kYear0 || second >= kYear10000) return std::to_string(second);
-  const CivilTime t = civil_time(second);
-  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", t.year, t.month, t.day, t.hour, t.minute, t.second);
+  const std::chrono::sys_seconds time{std::chrono::seconds{second}};
+  const auto midnight = std::chrono::floor<std::chrono::days>(time);
+  const std::chrono::year_month_day date(midnight);
+  const std::chrono::hh_mm_ss clock(time - midnight);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()), clock.hours().count(),
+                     clock.minutes().count(), clock.seconds().count());
 }
 
 std::string utc_file_text(std::int64_t second) {

@@ -6,15 +6,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "compensation/json_section.hpp"
 #include "config/search_path.hpp"
+#include "config/text_file.hpp"
 
 namespace prism::config {
 namespace {
@@ -173,15 +170,6 @@ Config read_config(Section& top, const fs::path& file) {
 }
 
 }  // namespace
-
-Result<std::string> read_text_file(const std::string& path) {
-  std::error_code error;
-  if (fs::is_directory(path, error)) return refuse(path, "is a folder, expected a file");
-  errno = 0;
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return refuse(path, std::string("cannot be read: ") + std::strerror(errno));
-  return std::string(std::istreambuf_iterator<char>(in), {});
-}
 
 Result<Config> parse_config(std::string_view text, const std::string& path) {
   const Result<nlohmann::json> json = parse_json_object(text, path);

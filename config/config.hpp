@@ -76,7 +76,4 @@ Result<Config> parse_config(std::string_view text, const std::string& path);
 /// The same from a file.
 Result<Config> load_config(const std::string& path);
 
-/// A whole file's text; refused where it cannot be read.
-Result<std::string> read_text_file(const std::string& path);
-
 }  // namespace prism::config

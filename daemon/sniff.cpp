@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "compensation/model_text.hpp"
-#include "config/config.hpp"
 #include "config/search_path.hpp"
+#include "config/text_file.hpp"
 #include "daemon/arrival_clock.hpp"
 #include "daemon/service.hpp"
 #include "drivers/serial_line.hpp"

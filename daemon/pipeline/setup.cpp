@@ -8,6 +8,7 @@
 
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
+#include "config/text_file.hpp"
 #include "config/version.hpp"
 
 namespace prism::pipeline {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/config.hpp"
+#include "config/text_file.hpp"
 #include "drivers/wire/frame_encoder.hpp"
 #include "tests/bench/live_program.hpp"
 

@@ -3,13 +3,12 @@
 #include "drivers/capture_file.hpp"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
+#include "tests/support/full_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace prism::drivers {
@@ -202,29 +201,11 @@ TEST(CaptureFile, SaysThatTheDiskIsFullAndKeepsSayingIt) {
   EXPECT_EQ(writer.error().text(), "/dev/full: cannot be written: No space left on device");
 }
 
-// A file size limit stands for the disk that fills up in mid-run.
-class FullDisk {
- public:
-  explicit FullDisk(rlim_t bytes) : old_action_(std::signal(SIGXFSZ, SIG_IGN)) {
-    ::getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit small{bytes, before_.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &small);
-  }
-  ~FullDisk() {
-    ::setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, old_action_);
-  }
-
- private:
-  void (*old_action_)(int);
-  rlimit before_{};
-};
-
 TEST(CaptureFile, KeepsWhatWasGoodWhenTheDiskFillsUp) {
   const test::TemporaryFolder folder;
   std::string first, again;
   {
-    const FullDisk disk(5000);
+    const test::FullDisk disk(5000);
     auto writer = CaptureWriter::open(folder.file("a.pcap"));
     for (int i = 0; writer && i < 100; ++i) {
       auto done = writer->data(i, Bytes(100, 1));
@@ -244,7 +225,7 @@ TEST(CaptureFile, KeepsWhatWasGoodWhenTheDiskFillsUp) {
 // Nobody flushes: the buffer does, within a megabyte.
 TEST(CaptureFile, NoticesAFullDiskWithoutBeingAsked) {
   const test::TemporaryFolder folder;
-  const FullDisk disk(5000);
+  const test::FullDisk disk(5000);
   auto writer = CaptureWriter::open(folder.file("a.pcap"));
   ASSERT_TRUE(writer);
   int written = 0;

@@ -15,6 +15,7 @@
 #include "compensation/compensated_text.hpp"
 #include "compensation/engine.hpp"
 #include "compensation/model_text.hpp"
+#include "config/text_file.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/commands/cv_command.hpp"
@@ -33,7 +34,7 @@ class Prismcal : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_.file(name); }
   void write(const std::string& name, const std::string& text) {
-    ASSERT_TRUE(recordings::write_file(path(name), text));
+    ASSERT_TRUE(config::write_text_file(path(name), text));
   }
 
   // Runs a command line; what it prints goes to out_ and err_.
@@ -140,7 +141,7 @@ TEST_F(Prismcal, TrainOnAnyCsvMakesAModelThatTheEngineTakes) {
                  "--serial", "X1", "--out", path("m.json"), "--quiet"}),
             0)
       << err_;
-  const auto model = compensation::parse_model(*recordings::read_file(path("m.json")), "m.json");
+  const auto model = compensation::parse_model(*config::read_text_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_EQ((*model)->info().gyro_serial, "X1");
   EXPECT_NEAR((*model)->predict(std::vector{20.0, 0.0}).bias_deg_per_h, 3.7, 0.01);
@@ -156,7 +157,7 @@ TEST_F(Prismcal, AModelOfATableIsNotForAStream) {
                  "1", "--out", path("m.json")}),
             0)
       << err_;
-  const auto model = compensation::parse_model(*recordings::read_file(path("m.json")), "m.json");
+  const auto model = compensation::parse_model(*config::read_text_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
   compensation::Engine engine;
   EXPECT_FALSE(engine.use(*model, nullptr));

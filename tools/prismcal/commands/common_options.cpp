@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
 #include <map>
 
 #include "compensation/model_text.hpp"
-#include "config/config.hpp"
+#include "config/text_file.hpp"
 #include "tools/prismcal/report/gnuplot.hpp"
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/machine_text.hpp"
@@ -22,14 +21,6 @@ bool begins_with_sim(const std::string& text) {
   return text.size() >= 3 && std::equal(text.begin(), text.begin() + 3, "sim", [](char a, char b) {
            return std::tolower(static_cast<unsigned char>(a)) == b;
          });
-}
-
-Result<void> write_file(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  out << text;
-  out.close();
-  if (!out) return refuse(path.string(), "cannot be written");
-  return {};
 }
 
 /// Median over the seconds, so that lost frames and a cut second do not show.
@@ -141,7 +132,7 @@ Result<void> write_report(const report::Report& report, const CommonOptions& opt
   for (const auto& [name, text] : {std::pair{"report.html", *page},
                                    {"report.csv", report::csv_text(report)},
                                    {"report.json", report::json_text(report)}}) {
-    if (const auto done = write_file(folder / name, text); !done) return done;
+    if (const auto done = config::write_text_file((folder / name).string(), text); !done) return done;
   }
   fmt::print(stderr, "report: {}\n", (folder / "report.html").string());
   return {};

@@ -7,8 +7,8 @@
 #include <memory>
 #include <optional>
 
-#include "config/config.hpp"
 #include "config/search_path.hpp"
+#include "config/text_file.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/wire/frame_encoder.hpp"
 #include "tools/prismcal/recordings/source_options.hpp"

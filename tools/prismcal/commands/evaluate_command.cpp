@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "config/config.hpp"
+#include "config/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/analysis/evidence.hpp"
 #include "tools/prismcal/analysis/gate_table.hpp"

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "compensation/model_text.hpp"
+#include "config/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/commands/interrupt.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
@@ -99,10 +100,10 @@ Result<int> run(const Choice& choice) {
   const auto summary = summary_json(*trained, *settings, data.names);
   if (!choice.out.empty()) {
     const std::string text = compensation::format_model(*trained->model, provenance(*table, choice, summary));
-    if (auto done = recordings::write_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = config::write_text_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
   }
   if (!choice.diagnostics.empty()) {
-    if (auto done = recordings::write_file(choice.diagnostics, diagnostics_csv(trained->samples)); !done)
+    if (auto done = config::write_text_file(choice.diagnostics, diagnostics_csv(trained->samples)); !done)
       return tl::unexpected<Error>(done.error());
   }
   fmt::print("{}", choice.method.json ? summary.dump(2) + "\n" : summary_text(*trained, *settings, data.names));

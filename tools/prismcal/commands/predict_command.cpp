@@ -10,6 +10,7 @@
 
 #include "compensation/extrapolation.hpp"
 #include "compensation/model_text.hpp"
+#include "config/text_file.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
 
@@ -24,7 +25,7 @@ struct Choice {
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
 
 Result<int> run(const Choice& choice) {
-  const auto text = recordings::read_file(choice.model);
+  const auto text = config::read_text_file(choice.model);
   if (!text) return tl::unexpected<Error>(text.error());
   const auto model = compensation::parse_model(*text, choice.model);
   if (!model) return tl::unexpected<Error>(model.error());
@@ -45,7 +46,7 @@ Result<int> run(const Choice& choice) {
     extrapolating += p.extrapolating ? 1 : 0;
     out += fmt::format("{}{}{}{}{}\n", table->row(i), comma, number(p.bias_deg_per_h), comma, number(p.sd_deg_per_h));
   }
-  if (auto done = recordings::write_file(choice.out, out); !done) return tl::unexpected<Error>(done.error());
+  if (auto done = config::write_text_file(choice.out, out); !done) return tl::unexpected<Error>(done.error());
   const nlohmann::ordered_json json = {
       {"rows", table->rows()}, {"extrapolating", extrapolating}, {"model", (*model)->info().id}, {"out", choice.out}};
   fmt::print("{}", choice.json

@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "compensation/model_text.hpp"
-#include "config/config.hpp"
+#include "config/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/analysis/gate_table.hpp"
 #include "tools/prismcal/analysis/study_report.hpp"

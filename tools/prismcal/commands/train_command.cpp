@@ -10,6 +10,7 @@
 
 #include "compensation/model_text.hpp"
 #include "compensation/text_number.hpp"
+#include "config/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/analysis/gate_table.hpp"
 #include "tools/prismcal/commands/interrupt.hpp"
@@ -111,7 +112,7 @@ Result<int> run(const Choice& choice) {
   auto summary = summary_json(*trained, *settings, names);
   summary["recordings"] = set->facts;
   const std::string text = compensation::format_model(*trained->model, provenance(*set, summary));
-  if (auto done = recordings::write_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
+  if (auto done = config::write_text_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
   fmt::print("{}", choice.method.json ? summary.dump(2) + "\n" : summary_text(*trained, *settings, names));
   return 0;
 }

@@ -11,6 +11,7 @@
 #include "compensation/averager.hpp"
 #include "compensation/sha256.hpp"
 #include "config/config.hpp"
+#include "config/text_file.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/wire/frame_decoder.hpp"
@@ -109,7 +110,7 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   }
   run.finish();
   if (recording.buckets.empty()) return refuse(path, "holds no frame of " + config->frames);
-  const auto text = read_file(path);
+  const auto text = config::read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   recording.files.push_back({path, sha256_hex(*text), packets});
   return recording;

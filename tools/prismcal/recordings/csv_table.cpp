@@ -6,11 +6,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
-#include <iterator>
 
 #include "compensation/sha256.hpp"
+#include "config/text_file.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -43,7 +41,7 @@ bool parse_number(std::string_view text, double& value) {
 }  // namespace
 
 Result<CsvTable> CsvTable::read(const std::string& path) {
-  auto text = read_file(path);
+  auto text = config::read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   return parse(std::move(*text), path);
 }
@@ -127,27 +125,6 @@ std::vector<std::string> split_names(const std::string& text) {
   std::vector<std::string> names;
   for (std::size_t i = 0; !text.empty() && i < count_fields(text, ','); ++i) names.emplace_back(field(text, ',', i));
   return names;
-}
-
-Result<std::string> read_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return refuse(path, "cannot be opened");
-  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (in.bad()) return refuse(path, "cannot be read");
-  return text;
-}
-
-// Beside the target first, then in its place: whoever reads it sees the old file or the new one.
-Result<void> write_file(const std::string& path, const std::string& text) {
-  const std::string temporary = path + ".new";
-  std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-  out << text;
-  out.close();
-  if (!out || std::rename(temporary.c_str(), path.c_str()) != 0) {
-    std::remove(temporary.c_str());
-    return refuse(path, "cannot be written");
-  }
-  return {};
 }
 
 }  // namespace prism::recordings

@@ -46,8 +46,4 @@ class CsvTable {
 /// "a, b,c" → names.
 std::vector<std::string> split_names(const std::string& text);
 
-/// The whole file; refused where it cannot be read or written.
-Result<std::string> read_file(const std::string& path);
-Result<void> write_file(const std::string& path, const std::string& text);
-
 }  // namespace prism::recordings
