@@ -4,34 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
 
 #include "compensation/plain_text.hpp"
 
 namespace prism {
 namespace {
 
-using nlohmann::json;
-
-const json kEmptyObject = json::object();
-
-constexpr int kMaxDepth = 32;  // a file of a million brackets must not recurse a million deep when it is shown or freed
-
-// nlohmann says "[…] parse error at line 3, column 5: syntax error while parsing value - unexpected …"; keep the place
-// and the reason.
-Error json_error(std::string_view where, const json::exception& error) {
-  const std::string_view message = error.what();
-  const std::size_t place = message.find("at line "), reason = message.find(": ", place), code = message.find("] ");
-  int line = 0, column = 0;
-  if (place != message.npos && reason != message.npos &&
-      std::sscanf(message.data() + place, "at line %d, column %d", &line, &column) == 2) {
-    return {fmt::format("{}:{}:{}", where, line, column),
-            "not valid JSON: " + plain_text(message.substr(reason + 2), 160)};
-  }
-  return {std::string(where),
-          "not valid JSON: " + plain_text(message.substr(code == message.npos ? 0 : code + 2), 160)};
-}
+const Json kEmptyObject = Json::object();
 
 // A key as a step of a JSON pointer (RFC 6901).
 std::string pointer_step(std::string_view key) {
@@ -40,89 +21,127 @@ std::string pointer_step(std::string_view key) {
   return step;
 }
 
-std::string span_text(Range range) { return fmt::format("within {:.10g} to {:.10g}", range.min, range.max); }
+std::string span_text(Range range) {
+  if (range.min == range.max) return fmt::format("{:.10g}", range.min);
+  return fmt::format("within {:.10g} to {:.10g}", range.min, range.max);
+}
+
+std::optional<std::uint64_t> unsigned_value(const Json& json) {
+  if (json.is_number_unsigned()) return json.get<std::uint64_t>();
+  if (!json.is_string()) return std::nullopt;
+  std::string_view text = json.get_ref<const std::string&>();
+  const bool hex = text.starts_with("0x") || text.starts_with("0X");
+  if (hex) text.remove_prefix(2);
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, hex ? 16 : 10);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// "A5 5A" → bytes; empty where it is anything else.
+std::vector<std::uint8_t> hex_bytes(std::string_view text) {
+  std::vector<std::uint8_t> result;
+  while (!text.empty()) {
+    if (text.front() == ' ') {
+      text.remove_prefix(1);
+      continue;
+    }
+    std::uint8_t byte = 0;
+    const char* last = text.data() + std::min<std::size_t>(text.size(), 2);
+    const auto [end, error] = std::from_chars(text.data(), last, byte, 16);
+    if (error != std::errc{} || end != text.data() + 2) return {};
+    result.push_back(byte);
+    text.remove_prefix(2);
+  }
+  return result;
+}
 
 }  // namespace
 
-std::string shown(const json& value) {
-  std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
-  return text.size() > 40 ? text.substr(0, 37) + "..." : text;
+Section::Section(const JsonDocument& document)
+    : Section(document.value, "", std::make_shared<State>(State{&document, {}, {}, {}})) {}
+
+Section::Section(const Json& object, std::string pointer, std::shared_ptr<State> state)
+    : object_(&object), pointer_(std::move(pointer)), state_(std::move(state)) {
+  state_->sections.emplace_back(object_, pointer_);
 }
 
-Result<json> parse_json_object(std::string_view text, std::string_view where) {
-  std::vector<std::set<std::string>> keys;
-  std::optional<std::string> repeated;
-  bool too_deep = false;
-  const auto watch = [&](int depth, json::parse_event_t event, json& parsed) {
-    too_deep = too_deep || depth > kMaxDepth;
-    if (too_deep) return false;
-    if (event == json::parse_event_t::object_start) keys.emplace_back();
-    if (event == json::parse_event_t::object_end) keys.pop_back();
-    if (event == json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second && !repeated) {
-      repeated = parsed.get<std::string>();
-    }
-    return true;
-  };
-  try {
-    json value = json::parse(text.begin(), text.end(), watch, true, true);
-    if (too_deep) return refuse(std::string(where), fmt::format("nested deeper than {} levels", kMaxDepth));
-    if (repeated)
-      return refuse(std::string(where), fmt::format("the key \"{}\" is given twice", plain_text(*repeated)));
-    if (!value.is_object()) return refuse(std::string(where), "found " + shown(value) + ", expected a JSON object");
-    return value;
-  } catch (const json::exception& error) {  // no JSON, or a number beyond double
-    return tl::unexpected<Error>(json_error(where, error));
-  }
+Section Section::below(const Json& object, const std::string& key) const {
+  return {object, pointer_ + "/" + key, state_};
 }
 
-Section::Section(const json& object, std::string where)
-    : Section(object, std::move(where) + ":", std::make_shared<State>()) {}
-
-Section::Section(const json& object, std::string where, std::shared_ptr<State> state)
-    : object_(&object), where_(std::move(where)), state_(std::move(state)) {
-  state_->sections.emplace_back(object_, where_);
-}
-
-bool Section::has(const char* key) const { return object_->contains(key); }
-
-const json* Section::take(const char* key, bool required) {
+const Json* Section::look(const std::string& key) const {
+  state_->asked[object_].insert(key);
   const auto found = object_->find(key);
-  if (found == object_->end()) {
-    if (required) fail("", fmt::format("\"{}\" is missing", key));
-    return nullptr;
-  }
-  state_->used.emplace(object_, key);
-  return &*found;
+  return found == object_->end() ? nullptr : &*found;
 }
 
-void Section::fail(const std::string& key, std::string what) {
+const Json* Section::take(const std::string& key, bool required) const {
+  const Json* found = look(key);
+  if (found != nullptr || !required || !good()) return found;
+  std::vector<std::string> others;
+  for (const auto& [name, value] : object_->items()) {
+    if (!state_->asked[object_].contains(name)) others.push_back(name);
+  }
+  const std::string near = nearest_name(key, others);
+  fail("", fmt::format("\"{}\" is missing", key) + (near.empty()
+                                                        ? ""
+                                                        : fmt::format("; found \"{}\" in line {}", plain_text(near),
+                                                                      state_->document->line_of(*object_, near))));
+  return nullptr;
+}
+
+bool Section::is_object(const std::string& key) const {
+  const Json* value = look(key);
+  return value != nullptr && value->is_object();
+}
+
+bool Section::is_array(const std::string& key) const {
+  const Json* value = look(key);
+  return value != nullptr && value->is_array();
+}
+
+void Section::allow(std::initializer_list<const char*> keys) const {
+  for (const char* key : keys) look(key);
+}
+
+std::vector<std::string> Section::names() const {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : object_->items()) look(names.emplace_back(name));
+  return names;
+}
+
+std::string Section::where() const {
+  return pointer_.empty() ? state_->document->where : state_->document->where + ":" + pointer_;
+}
+
+void Section::fail(const std::string& key, std::string what) const {
   if (state_->error) return;
-  std::string place = where_;
-  if (!key.empty()) place += "/" + key;
-  if (!place.empty() && place.back() == ':') place.pop_back();
-  state_->error = Error{place, std::move(what)};
+  const std::string pointer = plain_text(key.empty() ? pointer_ : pointer_ + "/" + key, 120);
+  state_->error = Error{state_->document->where + (pointer.empty() ? "" : ":" + pointer), std::move(what)};
 }
 
 template <class T, class Read>
-T Section::read(const char* key, const std::optional<T>& otherwise, Read&& convert) {
-  const json* value = take(key, !otherwise);
-  if (value == nullptr) return otherwise.value_or(T{});
+T Section::read(const std::string& key, const std::optional<T>& otherwise, T harmless, Read&& convert) const {
+  const Json* value = take(key, !otherwise);
+  if (value == nullptr) return otherwise.value_or(harmless);
   std::optional<T> result = convert(*value);
-  return result ? *result : otherwise.value_or(T{});
+  return result ? *result : otherwise.value_or(harmless);
 }
 
-double Section::number(const char* key, Range range, std::optional<double> otherwise) {
-  return read<double>(key, otherwise, [&](const json& value) -> std::optional<double> {
+double Section::number(const std::string& key, Range range, std::optional<double> otherwise) const {
+  return read<double>(key, otherwise, std::clamp(0.0, range.min, range.max), [&](const Json& value) {
     const double number = value.is_number() ? value.get<double>() : std::nan("");
-    if (number >= range.min && number <= range.max) return number;
+    if (number >= range.min && number <= range.max) return std::optional(number);
     fail(key, value.is_number() ? fmt::format("{} is not {}", shown(value), span_text(range))
                                 : fmt::format("found {}, expected a number {}", shown(value), span_text(range)));
-    return std::nullopt;
+    return std::optional<double>();
   });
 }
 
-std::int64_t Section::integer(const char* key, Range range, std::optional<std::int64_t> otherwise) {
-  return read<std::int64_t>(key, otherwise, [&](const json& value) -> std::optional<std::int64_t> {
+std::int64_t Section::integer(const std::string& key, Range range, std::optional<std::int64_t> otherwise) const {
+  const auto harmless = static_cast<std::int64_t>(std::clamp(0.0, range.min, range.max));
+  return read<std::int64_t>(key, otherwise, harmless, [&](const Json& value) -> std::optional<std::int64_t> {
     if (!value.is_number_integer()) {
       fail(key, fmt::format("found {}, expected a whole number {}", shown(value), span_text(range)));
       return std::nullopt;
@@ -134,32 +153,48 @@ std::int64_t Section::integer(const char* key, Range range, std::optional<std::i
   });
 }
 
-bool Section::boolean(const char* key, std::optional<bool> otherwise) {
-  return read<bool>(key, otherwise, [&](const json& value) -> std::optional<bool> {
+bool Section::boolean(const std::string& key, std::optional<bool> otherwise) const {
+  return read<bool>(key, otherwise, false, [&](const Json& value) -> std::optional<bool> {
     if (value.is_boolean()) return value.get<bool>();
     fail(key, fmt::format("found {}, expected true or false", shown(value)));
     return std::nullopt;
   });
 }
 
-std::string Section::text(const char* key, std::optional<std::string> otherwise) {
-  return read<std::string>(key, otherwise, [&](const json& value) -> std::optional<std::string> {
+std::string Section::text(const std::string& key, std::optional<std::string> otherwise) const {
+  return read<std::string>(key, otherwise, "", [&](const Json& value) -> std::optional<std::string> {
     if (value.is_string()) return value.get<std::string>();
     fail(key, fmt::format("found {}, expected a text in quotes", shown(value)));
     return std::nullopt;
   });
 }
 
-std::vector<double> Section::numbers(const char* key, Range range, bool required) {
+std::uint64_t Section::bits(const std::string& key, std::optional<std::uint64_t> otherwise) const {
+  return read<std::uint64_t>(key, otherwise, 0, [&](const Json& value) {
+    const std::optional<std::uint64_t> number = unsigned_value(value);
+    if (!number) fail(key, fmt::format("found {}, expected an unsigned number like 31 or \"0x1F\"", shown(value)));
+    return number;
+  });
+}
+
+std::vector<std::uint8_t> Section::bytes(const std::string& key, bool required) const {
+  const Json* value = take(key, required);
+  if (value == nullptr) return {};
+  std::vector<std::uint8_t> bytes = hex_bytes(value->is_string() ? value->get<std::string>() : std::string());
+  if (bytes.empty()) fail(key, fmt::format("found {}, expected bytes in hex like \"A5 5A\"", shown(*value)));
+  return bytes;
+}
+
+std::vector<double> Section::numbers(const std::string& key, Range range, bool required) const {
   std::vector<double> result;
-  const json* array = take(key, required);
+  const Json* array = take(key, required);
   if (array == nullptr) return result;
   if (!array->is_array()) {
     fail(key, fmt::format("found {}, expected an array of numbers", shown(*array)));
     return result;
   }
   for (std::size_t i = 0; i < array->size(); ++i) {
-    const json& value = (*array)[i];
+    const Json& value = (*array)[i];
     const double number = value.is_number() ? value.get<double>() : std::nan("");
     if (!(number >= range.min && number <= range.max)) {
       fail(fmt::format("{}/{}", key, i), fmt::format("found {}, expected a number {}", shown(value), span_text(range)));
@@ -170,41 +205,56 @@ std::vector<double> Section::numbers(const char* key, Range range, bool required
   return result;
 }
 
-std::vector<std::string> Section::texts(const char* key, bool required) {
-  std::vector<std::string> result;
-  const json* array = take(key, required);
-  if (array == nullptr) return result;
-  const bool fits =
-      array->is_array() && std::all_of(array->begin(), array->end(), [](const json& v) { return v.is_string(); });
-  if (!fits) {
-    fail(key, fmt::format("found {}, expected an array of texts", shown(*array)));
-    return result;
+template <class T, class Read>
+std::vector<T> Section::one_or_more(const std::string& key, bool required, const char* what, Read&& convert) const {
+  std::vector<T> result;
+  const Json* value = take(key, required);
+  if (value == nullptr) return result;
+  const std::size_t count = value->is_array() ? value->size() : 1;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::optional<T> one = convert(value->is_array() ? (*value)[i] : *value);
+    if (one) result.push_back(std::move(*one));
   }
-  return array->get<std::vector<std::string>>();
+  if (count == 0 || result.size() != count) {
+    fail(key, fmt::format("found {}, expected {} or an array of at least one", shown(*value), what));
+    return {};
+  }
+  return result;
 }
 
-std::size_t Section::choice(const char* key, std::span<const char* const> names, std::optional<std::size_t> otherwise) {
-  return read<std::size_t>(key, otherwise, [&](const json& value) -> std::optional<std::size_t> {
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (value == names[i]) return i;
+std::vector<std::string> Section::texts(const std::string& key, bool required) const {
+  return one_or_more<std::string>(key, required, "a text", [](const Json& value) {
+    return value.is_string() ? std::optional(value.get<std::string>()) : std::nullopt;
+  });
+}
+
+std::vector<std::uint64_t> Section::bit_list(const std::string& key) const {
+  return one_or_more<std::uint64_t>(key, true, "an unsigned number like 31 or \"0x1F\"", unsigned_value);
+}
+
+std::size_t Section::choice(const std::string& key, std::span<const char* const> choices,
+                            std::optional<std::size_t> otherwise) const {
+  return read<std::size_t>(key, otherwise, 0, [&](const Json& value) -> std::optional<std::size_t> {
+    for (std::size_t i = 0; i < choices.size(); ++i) {
+      if (value == choices[i]) return i;
     }
-    fail(key, fmt::format("found {}, expected \"{}\"", shown(value), fmt::join(names, "\" or \"")));
+    fail(key, fmt::format("found {}, expected \"{}\"", shown(value), fmt::join(choices, "\" or \"")));
     return std::nullopt;
   });
 }
 
-Section Section::object(const char* key, bool required) {
-  const json* value = take(key, required);
+Section Section::object(const std::string& key, bool required) const {
+  const Json* value = take(key, required);
   if (value != nullptr && !value->is_object()) {
     fail(key, fmt::format("found {}, expected an object {{...}}", shown(*value)));
     value = nullptr;
   }
-  return {value != nullptr ? *value : kEmptyObject, where_ + "/" + key, state_};
+  return below(value != nullptr ? *value : kEmptyObject, key);
 }
 
-std::vector<Section> Section::objects(const char* key, bool required) {
+std::vector<Section> Section::objects(const std::string& key, bool required) const {
   std::vector<Section> result;
-  const json* array = take(key, required);
+  const Json* array = take(key, required);
   if (array == nullptr) return result;
   if (!array->is_array()) fail(key, fmt::format("found {}, expected an array of objects", shown(*array)));
   if (!good()) return result;
@@ -213,23 +263,39 @@ std::vector<Section> Section::objects(const char* key, bool required) {
       fail(fmt::format("{}/{}", key, i), fmt::format("found {}, expected an object {{...}}", shown((*array)[i])));
       return {};
     }
-    result.push_back(Section((*array)[i], fmt::format("{}/{}/{}", where_, key, i), state_));
+    result.push_back(below((*array)[i], fmt::format("{}/{}", key, i)));
   }
   return result;
 }
 
-json Section::any(const char* key) {
-  const json* value = take(key, false);
-  return value == nullptr ? json() : *value;
+std::vector<Section> Section::one_or_more_objects(const std::string& key) const {
+  if (!has(key)) return {};
+  return is_array(key) ? objects(key) : std::vector{object(key)};
 }
 
-Result<void> Section::finish() {
-  for (const auto& [object, where] : state_->sections) {
-    for (const auto& [key, value] : object->items()) {
-      if (state_->used.count({object, key}) == 0 && !state_->error) {
-        state_->error = Error{where + "/" + pointer_step(key), "unknown key"};
-      }
-    }
+Json Section::any(const std::string& key) const {
+  const Json* value = look(key);
+  return value == nullptr ? Json() : *value;
+}
+
+void Section::refuse_unknown(const Json& object, const std::string& pointer) const {
+  const std::set<std::string>& asked = state_->asked[&object];
+  for (const auto& [key, value] : object.items()) {
+    if (asked.contains(key)) continue;
+    const std::vector<std::string> known(asked.begin(), asked.end());
+    const std::string near = nearest_name(key, known);
+    const std::string hint = !near.empty()   ? fmt::format("did you mean \"{}\"?", near)
+                             : known.empty() ? "expected none"
+                                             : fmt::format("expected one of {}", fmt::join(known, ", "));
+    state_->error = Error{fmt::format("{}:{}/{}", state_->document->where, plain_text(pointer, 120), pointer_step(key)),
+                          fmt::format("unknown key in line {}; {}", state_->document->line_of(object, key), hint)};
+    return;
+  }
+}
+
+Result<void> Section::finish() const {
+  for (const auto& [object, pointer] : state_->sections) {
+    if (good()) refuse_unknown(*object, pointer);
   }
   if (state_->error) return tl::unexpected<Error>(*state_->error);
   return {};

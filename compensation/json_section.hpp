@@ -1,75 +1,104 @@
 // SPDX-License-Identifier: MIT
-// Strict reading of one JSON object: every key used exactly once, every refusal with its place, all in one line.
+// Strict reading of JSON: every key used exactly once, every refusal with its place, all in one line.
 #pragma once
 
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "compensation/json_document.hpp"
 #include "compensation/result.hpp"
 
 namespace prism {
 
-/// JSON text (comments allowed) → value. Refuses what is no JSON (file:line:column), a key given twice in one object,
-/// and anything that is not an object at the top.
-Result<nlohmann::json> parse_json_object(std::string_view text, std::string_view where);
-
 struct Range {
   double min, max;
 };
+inline constexpr Range kAnyNumber{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
 
-/// Reads the keys of one object straight down the page. The first thing wrong is remembered; from there on every getter
-/// returns its default, and finish() tells. Sections made by object() report to the same first error as their parent.
+/// A view of one object, read key by key straight down the page. The first thing wrong is remembered; from there on
+/// every getter goes on with a harmless value, and finish() tells. All sections of a document share that first error.
+/// The document must outlive its sections.
 class Section {
  public:
-  Section(const nlohmann::json& object, std::string where);
+  explicit Section(const JsonDocument& document);
 
-  bool has(const char* key) const;
+  /// These three ask for a key without reading it; a key that was asked for is not unknown.
+  bool has(const std::string& key) const { return look(key) != nullptr; }
+  bool is_object(const std::string& key) const;
+  bool is_array(const std::string& key) const;
+  /// Keys that are legal here although this object's other keys give them no meaning.
+  void allow(std::initializer_list<const char*> keys) const;
+  /// For an object of free names: all of them, in the order of the text.
+  std::vector<std::string> names() const;
 
   // Without a default the key must be there. Numbers outside the range, non-finite numbers and wrong types are refused.
-  double number(const char* key, Range range, std::optional<double> otherwise = {});
-  std::int64_t integer(const char* key, Range range, std::optional<std::int64_t> otherwise = {});
-  bool boolean(const char* key, std::optional<bool> otherwise = {});
-  std::string text(const char* key, std::optional<std::string> otherwise = {});
-  std::vector<double> numbers(const char* key, Range range, bool required = true);
-  std::vector<std::string> texts(const char* key, bool required = true);
+  double number(const std::string& key, Range range, std::optional<double> otherwise = {}) const;
+  std::int64_t integer(const std::string& key, Range range, std::optional<std::int64_t> otherwise = {}) const;
+  bool boolean(const std::string& key, std::optional<bool> otherwise = {}) const;
+  std::string text(const std::string& key, std::optional<std::string> otherwise = {}) const;
+  std::vector<double> numbers(const std::string& key, Range range, bool required = true) const;
+  /// One text, or an array of at least one.
+  std::vector<std::string> texts(const std::string& key, bool required = true) const;
   /// One of the names given; returns its index.
-  std::size_t choice(const char* key, std::span<const char* const> names, std::optional<std::size_t> otherwise = {});
+  std::size_t choice(const std::string& key, std::span<const char* const> choices,
+                     std::optional<std::size_t> otherwise = {}) const;
+  std::size_t choice(const std::string& key, std::initializer_list<const char*> choices,
+                     std::optional<std::size_t> otherwise = {}) const {
+    return choice(key, std::span(choices.begin(), choices.size()), otherwise);
+  }
+  /// An unsigned number of up to 64 bits: a number, or text like "0x1F".
+  std::uint64_t bits(const std::string& key, std::optional<std::uint64_t> otherwise = {}) const;
+  /// One unsigned number, or an array of at least one.
+  std::vector<std::uint64_t> bit_list(const std::string& key) const;
+  /// At least one byte in hex: "A5 5A". Nothing where the key is absent and not required.
+  std::vector<std::uint8_t> bytes(const std::string& key, bool required = true) const;
   /// A nested object; an empty one where the key is absent and not required.
-  Section object(const char* key, bool required = false);
+  Section object(const std::string& key, bool required = false) const;
   /// A nested array of objects.
-  std::vector<Section> objects(const char* key, bool required = true);
+  std::vector<Section> objects(const std::string& key, bool required = true) const;
+  /// One nested object, an array of them, or nothing.
+  std::vector<Section> one_or_more_objects(const std::string& key) const;
   /// Any value, taken as it is; null where it is absent.
-  nlohmann::json any(const char* key);
+  Json any(const std::string& key) const;
 
-  /// Remembers an error at `key` of this section (or at the section itself where key is empty).
-  void fail(const std::string& key, std::string what);
+  /// Remembers an error at `key` (steps joined by '/') of this section, or at the section itself where key is empty.
+  void fail(const std::string& key, std::string what) const;
   bool good() const { return !state_->error; }
-  /// Refuses keys that nobody asked for, here and in every section made from this one; then the first error, if any.
-  Result<void> finish();
+  /// This section's place for messages: file, or file:/pointer.
+  std::string where() const;
+  /// Refuses keys that nobody asked for, here and in every section of the document; then the first error, if any.
+  Result<void> finish() const;
 
  private:
   struct State {
+    const JsonDocument* document;
     std::optional<Error> error;
-    std::vector<std::pair<const nlohmann::json*, std::string>> sections;
-    std::set<std::pair<const nlohmann::json*, std::string>> used;
+    std::vector<std::pair<const Json*, std::string>> sections;  ///< opened so far, with their pointers
+    std::map<const Json*, std::set<std::string>> asked;         ///< keys of each object
   };
-  Section(const nlohmann::json& object, std::string where, std::shared_ptr<State> state);
-  const nlohmann::json* take(const char* key, bool required);
+  Section(const Json& object, std::string pointer, std::shared_ptr<State> state);
+  const Json* look(const std::string& key) const;
+  const Json* take(const std::string& key, bool required) const;
+  void refuse_unknown(const Json& object, const std::string& pointer) const;
+  Section below(const Json& object, const std::string& key) const;
   template <class T, class Read>
-  T read(const char* key, const std::optional<T>& otherwise, Read&& convert);
+  T read(const std::string& key, const std::optional<T>& otherwise, T harmless, Read&& convert) const;
+  template <class T, class Read>
+  std::vector<T> one_or_more(const std::string& key, bool required, const char* what, Read&& convert) const;
 
-  const nlohmann::json* object_;
-  std::string where_;
+  const Json* object_;
+  std::string pointer_;
   std::shared_ptr<State> state_;
 };
-
-/// How a value is shown in a refusal: its text, cut at 40 characters.
-std::string shown(const nlohmann::json& value);
 
 }  // namespace prism

@@ -2,7 +2,6 @@
 // What each kind of model adds to the model file: how its own part is read and written. One row per kind.
 #pragma once
 
-#include <limits>
 #include <string>
 #include <string_view>
 
@@ -11,8 +10,6 @@
 #include "compensation/model_id.hpp"
 
 namespace prism::compensation {
-
-inline constexpr Range kAnyNumber{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
 
 struct ModelKind {
   const char* name;

@@ -71,7 +71,7 @@ Result<ModelPtr> read_model(Section& top, const std::string& where) {
   info.table = top.boolean("table", false);
   if (!info.table) info.features = read_features(top.object("features", true));
   read_inputs(top, info);
-  const nlohmann::json provenance = top.any("provenance");
+  const nlohmann::json provenance = top.any("provenance");  // sorted, as it has always been written
   if (!provenance.is_null() && !provenance.is_object()) {
     top.fail("provenance", "found " + shown(provenance) + ", expected an object {...}");
   }
@@ -103,9 +103,9 @@ std::string features_text(const FeatureDefinition& f) {
 
 Result<ModelPtr> parse_model(std::string_view text, std::string_view where) {
   const std::string place(where);
-  const Result<nlohmann::json> json = parse_json_object(text, where);
-  if (!json) return tl::unexpected<Error>(json.error());
-  Section top(*json, place);
+  const Result<JsonDocument> document = parse_json_object(text, where);
+  if (!document) return tl::unexpected<Error>(document.error());
+  Section top(*document);
   const std::string format = top.text("format");
   if (top.good() && format != "prism-model")
     top.fail("format", fmt::format("found {}, expected \"prism-model\"", in_quotes(format)));

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Foreign text made fit for a refusal: one line of printable ASCII of bounded length.
+// Words for refusals: foreign text made fit for one line, and the name that was probably meant.
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -10,5 +11,9 @@ namespace prism {
 
 /// `text` with every byte outside 0x20 to 0x7e shown as '?', cut at `most` characters ("..." marks the cut).
 std::string plain_text(std::string_view text, std::size_t most = 40);
+
+/// The one of `names` that a mistyped `name` probably stands for: a third of its letters (at least one) changed, left
+/// out, added or swapped with a neighbour, or one the beginning of the other. Empty where none is so near.
+std::string nearest_name(std::string_view name, std::span<const std::string> names);
 
 }  // namespace prism

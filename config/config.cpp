@@ -40,7 +40,7 @@ std::string one_line(Section& section, const char* key, const std::string& other
   std::string text = section.text(key, otherwise);
   const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
   if (std::any_of(text.begin(), text.end(), is_control)) {
-    section.fail(key, fmt::format("found {}, expected a text without control characters", shown(text)));
+    section.fail(key, fmt::format("found {}, expected a text without control characters", shown(Json(text))));
   }
   return text;
 }
@@ -58,11 +58,16 @@ std::string read_name(Section& section, const fs::path& file) {
   return name;
 }
 
+/// A number of units as a whole number of their parts; `value` has the default.
+void read_scaled(const Section& section, const char* key, Range range, double unit, std::int64_t& value) {
+  value = static_cast<std::int64_t>(section.number(key, range, static_cast<double>(value) / unit) * unit);
+}
+
 GyroSettings read_gyro(Section section) {
   GyroSettings gyro;
   gyro.serial = one_line(section, "serial", "");
   gyro.axis = section.text("axis", "");
-  const auto sign = section.integer("sign", {-1, 1}, 1);
+  const auto sign = section.integer("sign", {-1, 1}, static_cast<std::int64_t>(gyro.sign));
   if (sign == 0) section.fail("sign", "found 0, expected 1 or -1");
   gyro.sign = static_cast<double>(sign);
   if (section.has("scale_factor_arcsec_per_pulse")) {
@@ -88,9 +93,9 @@ LineConfig read_line(Section section, const fs::path& base) {
 
 SiteSettings read_site(Section section) {
   SiteSettings site;
-  site.latitude_deg = section.number("latitude_deg", {-90, 90}, 0.0);
+  site.latitude_deg = section.number("latitude_deg", {-90, 90}, site.latitude_deg);
   if (section.has("elevation_deg")) site.elevation_deg = section.number("elevation_deg", {-90, 90});
-  site.azimuth_deg = section.number("azimuth_deg", {-360, 360}, 0.0);
+  site.azimuth_deg = section.number("azimuth_deg", {-360, 360}, site.azimuth_deg);
   return site;
 }
 
@@ -106,9 +111,10 @@ SegmentSettings read_segments(Section section, const fs::path& root, const std::
                                           segments.directory.size(), kMaxPathBytes, kMaxFileNameBytes));
   }
   constexpr double kMiB = 1 << 20;
-  segments.max_bytes = static_cast<std::int64_t>(section.number("segment_mib", {0.01, 1e6}, 64.0) * kMiB);
-  segments.max_age_s = static_cast<std::int64_t>(section.number("segment_hours", {0.01, 8784}, 24.0) * 3600);
-  segments.keep_bytes = static_cast<std::int64_t>(section.number("keep_mib", {1, 1e9}, 10240.0) * kMiB);
+  constexpr double kHour = 3600;
+  read_scaled(section, "segment_mib", {0.01, 1e6}, kMiB, segments.max_bytes);
+  read_scaled(section, "segment_hours", {0.01, 8784}, kHour, segments.max_age_s);
+  read_scaled(section, "keep_mib", {1, 1e9}, kMiB, segments.keep_bytes);
   segments.keep_days = section.integer("keep_days", {1, 36500}, segments.keep_days);
   segments.delete_when_full = section.choice("when_full", kFullPolicies, 0) == 1;
   return segments;
@@ -122,14 +128,15 @@ SocketSettings read_socket(Section section, const fs::path& base, const std::str
     section.fail("path", fmt::format("\"{}\" has {} bytes, expected at most {}", socket.path, socket.path.size(),
                                      kMaxSocketPathBytes));
   }
-  const std::string mode = section.text("mode", "0660");
+  const std::string mode = section.text("mode", fmt::format("{:04o}", socket.mode));
   char* end = nullptr;
   socket.mode = static_cast<int>(std::strtol(mode.c_str(), &end, 8));
   if (mode.empty() || *end != '\0' || socket.mode < 0 || socket.mode > 0777) {
     section.fail("mode", fmt::format("found \"{}\", expected an octal mode such as \"0660\"", mode));
   }
-  socket.client_buffer_bytes = section.integer("client_buffer_kib", {16, 1 << 20}, 256) << 10;
-  socket.max_clients = static_cast<int>(section.integer("max_clients", {1, 10000}, 256));
+  socket.client_buffer_bytes = section.integer("client_buffer_kib", {16, 1 << 20}, socket.client_buffer_bytes >> 10)
+                               << 10;
+  socket.max_clients = static_cast<int>(section.integer("max_clients", {1, 10000}, socket.max_clients));
   return socket;
 }
 
@@ -150,9 +157,10 @@ Config read_config(Section& top, const fs::path& file) {
     config.fallback_model = find_data_file(model, "models", base);
   }
   Section correction = top.object("correction");
-  config.engine.max_bias_deg_per_h = correction.number("max_bias_deg_per_h", {1e-6, 1e6}, 100.0);
-  config.engine.extrapolation =
-      static_cast<compensation::Extrapolation>(correction.choice("extrapolation", kExtrapolations, 0));
+  config.engine.max_bias_deg_per_h =
+      correction.number("max_bias_deg_per_h", {1e-6, 1e6}, config.engine.max_bias_deg_per_h);
+  config.engine.extrapolation = static_cast<compensation::Extrapolation>(
+      correction.choice("extrapolation", kExtrapolations, static_cast<std::size_t>(config.engine.extrapolation)));
   // systemd names the folder it made for this instance; the configuration's own is read-only there.
   const char* made = std::getenv("LOGS_DIRECTORY");
   const bool given = made != nullptr && *made != '\0';
@@ -165,16 +173,17 @@ Config read_config(Section& top, const fs::path& file) {
   }
   if (top.has("capture")) config.capture = read_segments(top.object("capture"), root, logs + "/capture", config.name);
   config.socket = read_socket(top.object("socket"), base, config.name);
-  config.event_level = kLevels[top.choice("event_level", kLevels, 1)];
+  const auto usual = std::find(kLevels.begin(), kLevels.end(), config.event_level) - kLevels.begin();
+  config.event_level = kLevels[top.choice("event_level", kLevels, static_cast<std::size_t>(usual))];
   return config;
 }
 
 }  // namespace
 
 Result<Config> parse_config(std::string_view text, const std::string& path) {
-  const Result<nlohmann::json> json = parse_json_object(text, path);
-  if (!json) return tl::unexpected<Error>(json.error());
-  Section top(*json, path);
+  const Result<JsonDocument> document = parse_json_object(text, path);
+  if (!document) return tl::unexpected<Error>(document.error());
+  Section top(*document);
   top.any("$schema");  // for editors
   Config config = read_config(top, path);
   if (auto rest = top.finish(); !rest) return tl::unexpected<Error>(rest.error());

@@ -17,6 +17,8 @@ struct GyroSettings {
   std::string axis;    ///< of a multi-axis device, as its frame description names them; empty: its first
   double sign = 1;     ///< 1 or −1: the mounting
   std::optional<double> scale_factor_arcsec_per_pulse;  ///< of this very gyro; default: the description's
+
+  bool operator==(const GyroSettings&) const = default;
 };
 
 struct LineConfig {
@@ -29,12 +31,16 @@ struct LineConfig {
   double silence_s = 2;      ///< no byte for so long: the line counts as lost and is opened again, 0.1 to 3600 s
   double retry_min_s = 0.1;  ///< first pause before the line is opened again; doubles up to retry_max_s
   double retry_max_s = 5;
+
+  bool operator==(const LineConfig&) const = default;
 };
 
 struct SiteSettings {
   double latitude_deg = 0;              ///< north positive, −90 to 90
   std::optional<double> elevation_deg;  ///< of the input axis above the horizon; absent: earth rate is not reported
   double azimuth_deg = 0;               ///< of the input axis, from north through east
+
+  bool operator==(const SiteSettings&) const = default;
 };
 
 /// Files written in segments: the log and the capture.
@@ -45,6 +51,8 @@ struct SegmentSettings {
   std::int64_t keep_bytes = 10LL << 30;  ///< the oldest segments are deleted beyond this sum
   std::int64_t keep_days = 3650;
   bool delete_when_full = false;  ///< disk full: delete the oldest segments (true) or drop rows and count them (false)
+
+  bool operator==(const SegmentSettings&) const = default;
 };
 
 struct SocketSettings {
@@ -52,6 +60,8 @@ struct SocketSettings {
   int mode = 0660;                               ///< ignored where systemd hands the socket over
   std::int64_t client_buffer_bytes = 256 << 10;  ///< what a client may lag behind before it loses rows
   int max_clients = 256;
+
+  bool operator==(const SocketSettings&) const = default;
 };
 
 struct Config {
@@ -67,6 +77,8 @@ struct Config {
   std::optional<SegmentSettings> log, capture;
   SocketSettings socket;
   std::string event_level = "info";
+
+  bool operator==(const Config&) const = default;
 };
 
 /// Reads a configuration from its text. Paths in it become absolute: relative ones are relative to the file's folder;

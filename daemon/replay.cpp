@@ -45,9 +45,9 @@ class Pace {
 };
 
 void pass(Instance& instance, const drivers::CapturePacket& packet) {
-  if (packet.event == wire::CaptureEvent::kData) {
+  if (packet.event == drivers::CaptureEvent::kData) {
     instance.feed(packet.bytes, packet.time_ns);
-  } else if (packet.event == wire::CaptureEvent::kOpened) {
+  } else if (packet.event == drivers::CaptureEvent::kOpened) {
     instance.begin_session(packet.time_ns);
   }
 }

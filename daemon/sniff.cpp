@@ -19,7 +19,8 @@
 #include "daemon/arrival_clock.hpp"
 #include "daemon/service.hpp"
 #include "drivers/serial_line.hpp"
-#include "drivers/wire/sniffer.hpp"
+#include "drivers/wire/decode/inspect.hpp"
+#include "drivers/wire/decode/sniffer.hpp"
 
 namespace prism::daemon {
 namespace {

@@ -14,7 +14,7 @@ constexpr std::size_t kMaxPoints = 4096;
 
 void ArrivalHull::clear() { hull_.clear(); }
 
-[[gnu::hot]] void ArrivalHull::push(double x, double y) {
+void ArrivalHull::push(double x, double y) {
   least_ = hull_.empty() ? y - x : std::min(least_, y - x);
   while (hull_.size() >= 2) {
     const Point& a = hull_[hull_.size() - 2];

@@ -10,14 +10,14 @@
 #include <vector>
 
 #include "compensation/result.hpp"
-#include "drivers/wire/capture_record.hpp"
+#include "drivers/capture_record.hpp"
 
 namespace prism::drivers {
 
 /// What stands in a capture between two packet headers.
 struct CapturePacket {
   std::int64_t time_ns = 0;  ///< nanoseconds since 1970 UTC, or since the device clock's epoch
-  wire::CaptureEvent event = wire::CaptureEvent::kData;
+  CaptureEvent event = CaptureEvent::kData;
   std::span<const std::uint8_t> bytes;  ///< valid until the next call of next()
 };
 

@@ -84,10 +84,10 @@ struct CaptureReader::File {
     pcap = pcap_fopen_offline_with_tstamp_precision(stream, PCAP_TSTAMP_PRECISION_NANO, why);
     if (!pcap) return refuse(path, fmt::format("found a damaged pcap file ({}), expected a capture", why));
     const int link = pcap_datalink(pcap);
-    if (link == wire::kCaptureLinkType) return {};
+    if (link == kCaptureLinkType) return {};
     const char* name = pcap_datalink_val_to_name(link);
     return refuse(path, fmt::format("found a capture of link type {} ({}), expected {} (serial line)", link,
-                                    name ? name : "unknown", wire::kCaptureLinkType));
+                                    name ? name : "unknown", kCaptureLinkType));
   }
 
   Result<void> open_bare(const BareBytes& rate) {
@@ -108,7 +108,7 @@ struct CaptureReader::File {
     }
     bare_position += got;
     const double seconds = static_cast<double>(bare_position) / bare->bytes_per_second;
-    return CapturePacket{bare->start_ns + std::llround(seconds * 1e9), wire::CaptureEvent::kData, {bytes.data(), got}};
+    return CapturePacket{bare->start_ns + std::llround(seconds * 1e9), CaptureEvent::kData, {bytes.data(), got}};
   }
 
   std::optional<CapturePacket> next_pcap() {
@@ -121,13 +121,13 @@ struct CaptureReader::File {
         return std::nullopt;
       }
       const std::span<const std::uint8_t> packet(data, header->caplen);
-      const std::optional<wire::CaptureEvent> event = wire::decode_capture_event(packet);
+      const std::optional<CaptureEvent> event = decode_capture_event(packet);
       if (!event) {
         ++foreign;
         continue;
       }
       const std::int64_t time_ns = std::int64_t{header->ts.tv_sec} * 1'000'000'000 + header->ts.tv_usec;
-      return CapturePacket{time_ns, *event, packet.subspan(wire::kCaptureRecordBytes)};
+      return CapturePacket{time_ns, *event, packet.subspan(kCaptureRecordBytes)};
     }
   }
 };
@@ -151,7 +151,7 @@ Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional
     ready = file->open_bare(*bare);
   } else {
     ready = refuse(path, fmt::format("found no pcap file ({} bytes), expected a capture of link type {}", file->size,
-                                     wire::kCaptureLinkType));
+                                     kCaptureLinkType));
   }
   if (!ready) return tl::unexpected<Error>(ready.error());
   return CaptureReader(std::move(file));

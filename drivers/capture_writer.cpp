@@ -16,7 +16,7 @@ namespace prism::drivers {
 namespace {
 
 constexpr std::size_t kMostBytes = 65536;  // of the line in one packet; longer chunks become several
-constexpr int kSnapBytes = static_cast<int>(kMostBytes + wire::kCaptureRecordBytes);
+constexpr int kSnapBytes = static_cast<int>(kMostBytes + kCaptureRecordBytes);
 constexpr std::size_t kBufferBytes = 1 << 18;
 constexpr std::uint64_t kFileHeaderBytes = 24, kPacketHeaderBytes = 16;
 
@@ -50,8 +50,8 @@ struct CaptureWriter::File {
 
   void fail() { failure = fmt::format("cannot be written: {}", std::strerror(errno)); }
 
-  Result<void> append(std::int64_t time_ns, wire::CaptureEvent event, std::span<const std::uint8_t> bytes) {
-    const auto record = wire::encode_capture_record(time_ns, event);
+  Result<void> append(std::int64_t time_ns, CaptureEvent event, std::span<const std::uint8_t> bytes) {
+    const auto record = encode_capture_record(time_ns, event);
     packet.assign(record.begin(), record.end());
     packet.insert(packet.end(), bytes.begin(), bytes.end());
     pcap_pkthdr header;
@@ -88,7 +88,7 @@ Result<CaptureWriter> CaptureWriter::adopt(int descriptor, const std::string& pa
   }
   std::setvbuf(file->stream, file->buffer.data(), _IOFBF, file->buffer.size());
   __fsetlocking(file->stream, FSETLOCKING_BYCALLER);  // one thread writes
-  file->pcap = pcap_open_dead_with_tstamp_precision(wire::kCaptureLinkType, kSnapBytes, PCAP_TSTAMP_PRECISION_NANO);
+  file->pcap = pcap_open_dead_with_tstamp_precision(kCaptureLinkType, kSnapBytes, PCAP_TSTAMP_PRECISION_NANO);
   if (file->pcap) file->dumper = pcap_dump_fopen(file->pcap, file->stream);
   if (!file->dumper)
     return refuse(path, file->pcap ? pcap_geterr(file->pcap) : "libpcap gave no handle: out of memory");
@@ -99,15 +99,13 @@ Result<CaptureWriter> CaptureWriter::adopt(int descriptor, const std::string& pa
 
 Result<void> CaptureWriter::data(std::int64_t time_ns, std::span<const std::uint8_t> bytes) {
   while (bytes.size() > kMostBytes) {
-    if (auto done = file_->append(time_ns, wire::CaptureEvent::kData, bytes.first(kMostBytes)); !done) return done;
+    if (auto done = file_->append(time_ns, CaptureEvent::kData, bytes.first(kMostBytes)); !done) return done;
     bytes = bytes.subspan(kMostBytes);
   }
-  return file_->append(time_ns, wire::CaptureEvent::kData, bytes);
+  return file_->append(time_ns, CaptureEvent::kData, bytes);
 }
 
-Result<void> CaptureWriter::opened(std::int64_t time_ns) {
-  return file_->append(time_ns, wire::CaptureEvent::kOpened, {});
-}
+Result<void> CaptureWriter::opened(std::int64_t time_ns) { return file_->append(time_ns, CaptureEvent::kOpened, {}); }
 
 Result<void> CaptureWriter::flush(bool sync) {
   if (file_->failure.empty()) {

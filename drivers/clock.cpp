@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "drivers/nearest.hpp"
-
 namespace prism::drivers {
 namespace {
 
@@ -40,8 +38,8 @@ void Clock::reset() {
 }
 
 /// When the device had measured what the reading says: before latency and the frame's way over the wire.
-[[gnu::hot]] std::int64_t Clock::left_device_ns(const wire::Reading& reading) const {
-  return reading.arrival_ns - nearest(byte_time_ns_ * reading.length + 1e9 * reading.latency_s);
+std::int64_t Clock::left_device_ns(const wire::Reading& reading) const {
+  return reading.arrival_ns - std::llround(byte_time_ns_ * reading.length + 1e9 * reading.latency_s);
 }
 
 void Clock::start(const wire::Reading& reading) {
@@ -62,7 +60,7 @@ void Clock::start(const wire::Reading& reading) {
 }
 
 // Whole ticks over whole milli-ticks a second: exact, so that a day of fast replay ends on the nanosecond.
-[[gnu::hot]] std::int64_t Clock::stamp_device(const FrameStep& step) {
+std::int64_t Clock::stamp_device(const FrameStep& step) {
   if (step.restarted) {
     ++status_.resets;
     has_angle_ = false;
@@ -77,7 +75,7 @@ void Clock::start(const wire::Reading& reading) {
 }
 
 /// True where the line no longer explains the arrivals: see the class.
-[[gnu::hot]] bool Clock::out_of_step(double residual_s, double y) {
+bool Clock::out_of_step(double residual_s, double y) {
   if (residual_s < -settings_.residual_limit_s) return true;
   if (residual_s <= settings_.residual_limit_s) {
     late_since_y_ = -1;
@@ -87,7 +85,7 @@ void Clock::start(const wire::Reading& reading) {
   return y - late_since_y_ > kStallS;
 }
 
-[[gnu::hot]] void Clock::fit(double y, double residual_s) {
+void Clock::fit(double y, double residual_s) {
   active_.push(x_, y);
   if (x_ - next_since_x_ >= settings_.switch_s) {
     if (!next_.empty()) {
@@ -109,7 +107,7 @@ void Clock::start(const wire::Reading& reading) {
   status_.period_s = description_->period_s() * slope_;
 }
 
-[[gnu::hot]] std::int64_t Clock::stamp_host(const wire::Reading& reading, const FrameStep& step) {
+std::int64_t Clock::stamp_host(const wire::Reading& reading, const FrameStep& step) {
   const double y = 1e-9 * static_cast<double>(left_device_ns(reading) - origin_ns_);
   ticks_ += step.ticks;
   x_ = ticks_ * tick_s_;
@@ -124,10 +122,10 @@ void Clock::start(const wire::Reading& reading) {
   if (step.ticks > 0 && residual <= settings_.residual_limit_s) fit(y, residual);
   const ArrivalHull::Line line = status_.period_is_estimated ? active_.edge() : active_.nominal();
   status_.residual_s = y - line.at(x_);
-  return origin_ns_ + nearest(1e9 * line.at(x_));
+  return origin_ns_ + std::llround(1e9 * line.at(x_));
 }
 
-[[gnu::hot]] std::optional<Sample> Clock::push(const wire::Reading& reading) {
+std::optional<Sample> Clock::push(const wire::Reading& reading) {
   std::int64_t time_ns;
   const FrameStep step = steps_.push(reading, slope_);
   if (!running_) {
@@ -153,7 +151,7 @@ void Clock::start(const wire::Reading& reading) {
 }
 
 /// The angle in the reading's unit (or the rate), and the nominal seconds it was turned in.
-[[gnu::hot]] std::optional<double> Clock::turned(const wire::Reading& reading, double& nominal_s) {
+std::optional<double> Clock::turned(const wire::Reading& reading, double& nominal_s) {
   const wire::GyroRule& gyro = description_->gyro;
   const double since_last_s = x_ - std::exchange(gyro_x_, x_);
   const bool varies =
@@ -167,14 +165,11 @@ void Clock::start(const wire::Reading& reading) {
   if (!std::exchange(has_angle_, true)) return std::nullopt;
   nominal_s = x_ - x_before;
   double difference = reading.gyro - before;
-  if (gyro.wrap > 0) {
-    const double turns = difference / gyro.wrap;
-    if (std::abs(turns) >= 0.5) difference -= gyro.wrap * std::round(turns);  // hardly ever: no call for most frames
-  }
+  if (gyro.wrap > 0) difference -= gyro.wrap * std::round(difference / gyro.wrap);
   return difference;
 }
 
-[[gnu::hot]] std::optional<Sample> Clock::measure(const wire::Reading& reading, std::int64_t time_ns) {
+std::optional<Sample> Clock::measure(const wire::Reading& reading, std::int64_t time_ns) {
   double nominal_s = 0;
   const std::optional<double> number = turned(reading, nominal_s);
   if (!number || !(nominal_s > 0)) return std::nullopt;

@@ -8,8 +8,8 @@
 #include "compensation/sample.hpp"
 #include "drivers/arrival_hull.hpp"
 #include "drivers/frame_steps.hpp"
-#include "drivers/wire/frame_description.hpp"
-#include "drivers/wire/reading.hpp"
+#include "drivers/wire/decode/reading.hpp"
+#include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::drivers {
 

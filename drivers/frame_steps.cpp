@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/nearest.hpp"
-
 namespace prism::drivers {
 namespace {
 
@@ -17,7 +15,7 @@ constexpr double kTellingFrames = 64;
 
 /// Of the nearest whole number of frames.
 std::uint32_t frames_between(double frames) {
-  return static_cast<std::uint32_t>(nearest(std::clamp(frames - 1, 0.0, 4e9)));
+  return static_cast<std::uint32_t>(std::llround(std::clamp(frames - 1, 0.0, 4e9)));
 }
 
 }  // namespace
@@ -30,7 +28,7 @@ void FrameSteps::reset() {
   last_counter_.reset();
 }
 
-[[gnu::hot]] FrameStep FrameSteps::push(const wire::Reading& reading, double slope) {
+FrameStep FrameSteps::push(const wire::Reading& reading, double slope) {
   const FrameStep step = running_ ? step_to(reading, slope) : FrameStep{};
   running_ = true;
   last_ = reading;
@@ -38,7 +36,7 @@ void FrameSteps::reset() {
   return step;
 }
 
-[[gnu::hot]] double FrameSteps::counted_ticks(const wire::Reading& reading, double slope) const {
+double FrameSteps::counted_ticks(const wire::Reading& reading, double slope) const {
   const wire::CounterRule& rule = *description_->counter;
   std::uint64_t ticks = reading.counter - *last_counter_;
   if (rule.modulus == 0) return static_cast<double>(ticks);
@@ -65,7 +63,7 @@ FrameStep FrameSteps::uncounted(const wire::Reading& reading) const {
   return step;
 }
 
-[[gnu::hot]] FrameStep FrameSteps::step_to(const wire::Reading& reading, double slope) const {
+FrameStep FrameSteps::step_to(const wire::Reading& reading, double slope) const {
   if (!reading.has_counter || !last_counter_) return uncounted(reading);
   const wire::CounterRule& rule = *description_->counter;
   FrameStep step;

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/wire/frame_description.hpp"
-#include "drivers/wire/reading.hpp"
+#include "drivers/wire/decode/reading.hpp"
+#include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::drivers {
 

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "drivers/wire/wire_format.hpp"
+#include "drivers/wire/description/wire_format.hpp"
 
 namespace prism::drivers {
 

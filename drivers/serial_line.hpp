@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "compensation/result.hpp"
-#include "drivers/wire/wire_format.hpp"
+#include "drivers/wire/description/wire_format.hpp"
 
 namespace prism::drivers {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "drivers/simulated_gyro.hpp"
-#include "drivers/wire/frame_encoder.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
 
 namespace prism::drivers {
 

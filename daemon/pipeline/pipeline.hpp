@@ -10,7 +10,7 @@
 #include "compensation/engine.hpp"
 #include "daemon/pipeline/setup.hpp"
 #include "drivers/clock.hpp"
-#include "drivers/wire/frame_decoder.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
 
 namespace prism::pipeline {
 

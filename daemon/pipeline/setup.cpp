@@ -10,6 +10,7 @@
 #include "config/search_path.hpp"
 #include "config/text_file.hpp"
 #include "config/version.hpp"
+#include "drivers/wire/decode/inspect.hpp"
 
 namespace prism::pipeline {
 namespace {

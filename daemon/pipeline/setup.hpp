@@ -10,7 +10,7 @@
 #include "config/config.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/serial_line.hpp"
-#include "drivers/wire/frame_description.hpp"
+#include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::pipeline {
 

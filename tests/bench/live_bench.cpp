@@ -11,10 +11,12 @@
 #include <vector>
 
 #include "config/text_file.hpp"
-#include "drivers/wire/frame_encoder.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
 #include "tests/bench/live_program.hpp"
 
 namespace {
+
+namespace wire = prism::wire;
 
 using prism::bench::Bench;
 using prism::bench::Outcome;

@@ -24,7 +24,7 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/wire/frame_encoder.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
 
 namespace prism::bench {
 

@@ -11,10 +11,12 @@
 #include <vector>
 
 #include "drivers/clock.hpp"
-#include "drivers/wire/frame_decoder.hpp"
-#include "drivers/wire/frame_encoder.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
 
 namespace {
+
+namespace wire = prism::wire;
 
 using prism::wire::FrameDescriptionPtr;
 using prism::wire::Reading;

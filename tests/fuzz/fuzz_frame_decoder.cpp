@@ -8,9 +8,11 @@
 #include <iterator>
 #include <vector>
 
-#include "drivers/wire/frame_decoder.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
 
 namespace {
+
+namespace wire = prism::wire;
 
 using prism::wire::FrameDecoder;
 using prism::wire::FrameDescriptionPtr;

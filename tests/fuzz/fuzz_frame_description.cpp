@@ -5,8 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/wire/frame_decoder.hpp"
-#include "drivers/wire/frame_encoder.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
+#include "drivers/wire/decode/inspect.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto parsed = prism::wire::parse_frame_description({reinterpret_cast<const char*>(data), size}, "fuzz.json");

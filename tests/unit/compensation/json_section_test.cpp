@@ -10,14 +10,12 @@
 namespace prism::compensation {
 namespace {
 
-using nlohmann::json;
-
 // What a reader that asks `read` of the object says about it; "" where it is content.
 template <class Read>
 std::string refusal(const std::string& text, Read&& read) {
-  const Result<json> object = parse_json_object(text, "gyro.json");
-  if (!object) return object.error().text();
-  Section section(*object, "gyro.json");
+  const Result<JsonDocument> document = parse_json_object(text, "gyro.json");
+  if (!document) return document.error().text();
+  Section section(*document);
   read(section);
   const Result<void> end = section.finish();
   return end ? "" : end.error().text();
@@ -110,7 +108,7 @@ TEST(Section, ReadsWhatIsThere) {
                       ASSERT_EQ(objects.size(), 2u);
                       EXPECT_EQ(objects[0].integer("k", {0, 9}), 2);
                       EXPECT_EQ(objects[1].integer("k", {0, 9}), 3);
-                      EXPECT_EQ(s.any("any"), json::parse("[null]"));
+                      EXPECT_EQ(s.any("any"), Json::parse("[null]"));
                       EXPECT_TRUE(s.has("any"));
                       EXPECT_FALSE(s.has("none"));
                     }),
@@ -164,16 +162,29 @@ const Row kRows[] = {
     {R"({"ns": [1, 2]})", [](Section& s) { s.numbers("ns", {0, 1}); },
      "gyro.json:/ns/1: found 2, expected a number within 0 to 1"},
     {R"({"ts": ["a", 1]})", [](Section& s) { s.texts("ts"); },
-     "gyro.json:/ts: found [\"a\",1], expected an array of texts"},
+     "gyro.json:/ts: found [\"a\",1], expected a text or an array of at least one"},
     {R"({"c": "blue"})", [](Section& s) { s.choice("c", kColours); },
      "gyro.json:/c: found \"blue\", expected \"red\" or \"green\""},
     {R"({"o": 1})", [](Section& s) { s.object("o"); }, "gyro.json:/o: found 1, expected an object {...}"},
     {R"({"os": 1})", [](Section& s) { s.objects("os"); }, "gyro.json:/os: found 1, expected an array of objects"},
     {R"({"os": [{}, 1]})", [](Section& s) { s.objects("os"); }, "gyro.json:/os/1: found 1, expected an object {...}"},
-    {R"({"a": 1})", [](Section&) {}, "gyro.json:/a: unknown key"},
-    {R"({"a/b~c": 1})", [](Section&) {}, "gyro.json:/a~1b~0c: unknown key"},
-    {R"({"o": {"x": 1}})", [](Section& s) { s.object("o"); }, "gyro.json:/o/x: unknown key"},
-    {R"({"os": [{}, {"x": 1}]})", [](Section& s) { s.objects("os"); }, "gyro.json:/os/1/x: unknown key"},
+    {R"({"a": 1})", [](Section&) {}, "gyro.json:/a: unknown key in line 1; expected none"},
+    {R"({"a/b~c": 1})", [](Section&) {}, "gyro.json:/a~1b~0c: unknown key in line 1; expected none"},
+    {R"({"o": {"x": 1}})", [](Section& s) { s.object("o"); }, "gyro.json:/o/x: unknown key in line 1; expected none"},
+    {R"({"os": [{}, {"x": 1}]})", [](Section& s) { s.objects("os"); }, "gyro.json:/os/1/x: unknown key in line 1; expected none"},
+    {R"({"ts": []})", [](Section& s) { s.texts("ts"); },
+     "gyro.json:/ts: found [], expected a text or an array of at least one"},
+    {R"({"u": -1})", [](Section& s) { s.bits("u"); },
+     "gyro.json:/u: found -1, expected an unsigned number like 31 or \"0x1F\""},
+    {R"({"u": "0x"})", [](Section& s) { s.bits("u"); },
+     "gyro.json:/u: found \"0x\", expected an unsigned number like 31 or \"0x1F\""},
+    {R"({"us": [1, "x"]})", [](Section& s) { s.bit_list("us"); },
+     "gyro.json:/us: found [1,\"x\"], expected an unsigned number like 31 or \"0x1F\" or an array of at least one"},
+    {R"({"h": "A5 5"})", [](Section& s) { s.bytes("h"); },
+     "gyro.json:/h: found \"A5 5\", expected bytes in hex like \"A5 5A\""},
+    {R"({"h": 5})", [](Section& s) { s.bytes("h"); }, "gyro.json:/h: found 5, expected bytes in hex like \"A5 5A\""},
+    {R"({"os": 1})", [](Section& s) { s.one_or_more_objects("os"); }, "gyro.json:/os: found 1, expected an object {...}"},
+    {R"({"i": 2})", [](Section& s) { s.integer("i", {1, 1}); }, "gyro.json:/i: 2 is not 1"},
     {R"({"t": "0123456789012345678901234567890123456789"})", [](Section& s) { s.boolean("t"); },
      "gyro.json:/t: found \"012345678901234567890123456789012345..., expected true or false"},
 };
@@ -181,6 +192,63 @@ const Row kRows[] = {
 
 TEST(Section, SaysWhereWhatAndWhatWasExpected) {
   for (const Row& row : kRows) EXPECT_EQ(refusal(row.text, row.read), row.refusal) << row.text;
+}
+
+// A slip of the fingers is found again by its line, and the key that was meant is named.
+TEST(Section, AnUnknownKeyIsToldWithItsLineAndTheNearestKey) {
+  const auto read = [](Section& s) {
+    Section line = s.object("line");
+    line.integer("baud", {50, 20e6}, 9600);
+    line.text("parity", "none");
+    for (Section& one : s.objects("list", false)) one.number("value", kAnyNumber);
+  };
+  EXPECT_EQ(refusal("{\n\"line\": {\"parity\": \"even\",\n  \"baund\": 1}}", read),
+            "gyro.json:/line/baund: unknown key in line 3; did you mean \"baud\"?");
+  EXPECT_EQ(refusal("{\"line\": {},\n // a comment\n\n \"colour\": 1}", read),
+            "gyro.json:/colour: unknown key in line 4; expected one of line, list");
+  EXPECT_EQ(refusal("{\"list\": [{\"value\": 1},\n{\"value\": [\n3], \"v\": 1}]}", read),
+            "gyro.json:/list/1/value: found [3], expected a number within -1.797693135e+308 to 1.797693135e+308");
+  EXPECT_EQ(refusal("{\"list\": [{\"value\": 1},\n{\"value\":\n3,\n \"v\": 1}]}", read),
+            "gyro.json:/list/1/v: unknown key in line 4; expected one of value");
+}
+
+TEST(Section, AMissingKeyIsToldWithTheOneThatStandsInItsPlace) {
+  EXPECT_EQ(refusal("{\n\"bua\": 1,\n\"buad\": 1}",
+                    [](Section& s) {
+                      s.integer("baud", {0, 9});
+                    }),
+            "gyro.json: \"baud\" is missing; found \"buad\" in line 3");
+}
+
+TEST(Section, ReadsBitsBytesAndFreeNames) {
+  EXPECT_EQ(refusal(R"({"u": "0x1F", "d": "12", "us": [1, "0xFF"], "one": 7, "h": "a5 5A00", "names": {"z": 1, "a": 2},
+                        "alone": {"k": 1}, "legal": 1})",
+                    [](Section& s) {
+                      EXPECT_EQ(s.bits("u"), 0x1Fu);
+                      EXPECT_EQ(s.bits("d"), 12u);
+                      EXPECT_EQ(s.bits("none", 3), 3u);
+                      EXPECT_EQ(s.bit_list("us"), (std::vector<std::uint64_t>{1, 255}));
+                      EXPECT_EQ(s.bit_list("one"), std::vector<std::uint64_t>{7});
+                      EXPECT_EQ(s.bytes("h"), (std::vector<std::uint8_t>{0xA5, 0x5A, 0}));
+                      EXPECT_TRUE(s.bytes("no", false).empty());
+                      EXPECT_EQ(s.object("names").names(), (std::vector<std::string>{"z", "a"}));
+                      EXPECT_EQ(s.one_or_more_objects("alone").at(0).integer("k", {1, 1}), 1);
+                      EXPECT_TRUE(s.is_object("alone"));
+                      EXPECT_TRUE(s.is_array("us"));
+                      EXPECT_FALSE(s.is_array("none"));
+                      s.allow({"legal", "absent"});
+                    }),
+            "");
+}
+
+// What goes on behind a refusal computes with what it got: within the range, where there is one.
+TEST(Section, BehindARefusalANumberIsStillInItsRange) {
+  EXPECT_NE(refusal(R"({"n": "x", "i": "x"})",
+                    [](Section& s) {
+                      EXPECT_EQ(s.number("n", {3, 64}), 3);
+                      EXPECT_EQ(s.integer("i", {-9, -2}), -2);
+                    }),
+            "");
 }
 
 TEST(Section, TellsTheFirstThingThatIsWrong) {

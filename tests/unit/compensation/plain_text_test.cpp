@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
 namespace prism::compensation {
 namespace {
 
@@ -18,6 +21,25 @@ TEST(PlainText, MarksItsCut) {
   EXPECT_EQ(plain_text("12345", 5), "12345");
   EXPECT_EQ(plain_text("123456", 5), "12345...");
   EXPECT_EQ(plain_text(std::string(1000, 'x')).size(), 43u);
+}
+
+const std::vector<std::string> kNames = {"baud", "data_bits", "parity", "stop_bits", "retry_min_s", "retry_max_s"};
+
+TEST(NearestName, IsTheOneThatWasMeant) {
+  EXPECT_EQ(nearest_name("buad", kNames), "baud") << "two letters swapped";
+  EXPECT_EQ(nearest_name("bauds", kNames), "baud") << "one too many";
+  EXPECT_EQ(nearest_name("pariy", kNames), "parity") << "one left out";
+  EXPECT_EQ(nearest_name("stop-bits", kNames), "stop_bits") << "one changed";
+  EXPECT_EQ(nearest_name("retry_max", kNames), "retry_max_s") << "its beginning";
+  EXPECT_EQ(nearest_name("baudrate", kNames), "baud") << "more behind it";
+}
+
+TEST(NearestName, IsNoneWhereNoneIsNear) {
+  EXPECT_EQ(nearest_name("colour", kNames), "");
+  EXPECT_EQ(nearest_name("b", kNames), "") << "one letter tells nothing";
+  EXPECT_EQ(nearest_name("", kNames), "");
+  EXPECT_EQ(nearest_name("baud", {}), "");
+  EXPECT_EQ(nearest_name(std::string(100'000, 'b'), kNames), "");
 }
 
 }  // namespace

@@ -75,8 +75,8 @@ struct Refused {
 
 TEST(Config, EveryRefusalSaysWhereWhatWasFoundAndWhatWasExpected) {
   const Refused table[] = {
-      {R"({"lime": {}})", "/etc/prism/gyro1.json:/lime: unknown key"},
-      {R"({"line": {"bauds": 1}})", "/etc/prism/gyro1.json:/line/bauds: unknown key"},
+      {R"({"lime": {}})", "/etc/prism/gyro1.json:/lime: unknown key in line 1; did you mean \"line\"?"},
+      {R"({"line": {"bauds": 1}})", "/etc/prism/gyro1.json:/line/bauds: unknown key in line 1; did you mean \"baud\"?"},
       {R"({"line": {"baud": "fast"}})",
        "/etc/prism/gyro1.json:/line/baud: found \"fast\", expected a whole number within 50 to 20000000"},
       {R"({"line": {"baud": 7}})", "/etc/prism/gyro1.json:/line/baud: 7 is not within 50 to 20000000"},

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <regex>
+#include <set>
+#include <sstream>
 
 #include "config/config.hpp"
 #include "tests/support/schema_keys.hpp"
@@ -78,6 +81,57 @@ TEST(ConfigSchema, TakesAndRefusesTheFormsThatTheReaderDoes) {
       EXPECT_FALSE(!same_type && read) << at.to_string() << " = " << wrong.dump() << ": the reader takes another type";
     }
   });
+}
+
+/// "line/baud": value → {"line": {"baud": value}}, read as a configuration.
+Result<Config> config_with(const std::string& key, const Json& value) {
+  Json config = Json::object();
+  config[Json::json_pointer("/" + key)] = value;
+  return parse_config(config.dump(), "/etc/prism/x.json");
+}
+
+/// The keys of the man page whose defaults it states as values: "*a/b*, *a/c* (64; 24)" and "*d* (range; 5)".
+std::vector<std::pair<std::string, Json>> stated_defaults() {
+  std::vector<std::pair<std::string, Json>> stated;
+  std::istringstream page(test::read_file(kSource / "docs/man/prismd.json.5.scd"));
+  const std::regex heading(R"re((\*[a-z_/]+\*(?:, \*[a-z_/]+\*)*) \((.*)\))re"), name(R"(\*([a-z_/]+)\*)");
+  for (std::string line; std::getline(page, line);) {
+    std::smatch match;
+    if (!std::regex_match(line, match, heading)) continue;
+    std::vector<std::string> keys, words;
+    const std::string left = match[1];
+    for (std::sregex_iterator at(left.begin(), left.end(), name), end; at != end; ++at) keys.push_back((*at)[1]);
+    std::istringstream right(match[2]);
+    for (std::string word; std::getline(right, word, ';');)
+      words.push_back(std::regex_replace(word, std::regex("^ |[*]"), ""));
+    if (words.size() < keys.size()) continue;
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      const std::string& word = keys.size() == 1 ? words.back() : words[i];
+      const Json value = Json::parse(word, nullptr, false);
+      if (word.find(' ') == std::string::npos) stated.emplace_back(keys[i], value.is_discarded() ? Json(word) : value);
+    }
+  }
+  return stated;
+}
+
+// A default stands in the code once; what the man page says of it must be true.
+TEST(ConfigSchema, TheDefaultsOfTheManPageAreThoseOfTheReader) {
+  const Config usual = *parse_config("{}", "/etc/prism/x.json");
+  std::set<std::string> checked;
+  for (const auto& [key, value] : stated_defaults()) {
+    if (key == "line/device" || value == "unknown" || value == "none") continue;  // said in words
+    const Result<Config> config = config_with(key, value);
+    ASSERT_TRUE(config) << config.error().text();
+    EXPECT_TRUE(*config == usual) << key << " = " << value.dump();
+    checked.insert(key);
+  }
+  for (const char* key : {"gyro/sign", "line/silence_s", "line/retry_min_s", "line/retry_max_s", "clock", "write_log",
+                          "frames", "correction/max_bias_deg_per_h", "correction/extrapolation", "log/segment_mib",
+                          "log/segment_hours", "log/keep_mib", "log/keep_days", "log/when_full",
+                          "socket/client_buffer_kib", "socket/max_clients", "event_level"}) {
+    EXPECT_TRUE(checked.contains(key)) << key;
+  }
+  EXPECT_FALSE(*config_with("log/keep_days", 3651) == usual) << "another value is another configuration";
 }
 
 TEST(ConfigSchema, EveryKeyStandsInTheManPage) {

@@ -47,7 +47,7 @@ struct CaptureLogTest : testing::Test {
     EXPECT_TRUE(reader) << name;
     std::string text;
     while (const auto packet = reader ? reader->next() : std::nullopt) {
-      if (packet->event == wire::CaptureEvent::kOpened) text += '|';
+      if (packet->event == drivers::CaptureEvent::kOpened) text += '|';
       text.append(packet->bytes.begin(), packet->bytes.end());
     }
     return text;

@@ -16,7 +16,7 @@
 
 #include "daemon/instance.hpp"
 #include "daemon/rpc.hpp"
-#include "drivers/wire/frame_encoder.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace prism::test {

@@ -18,7 +18,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 struct Kept {
   std::int64_t time_ns;
-  wire::CaptureEvent event;
+  drivers::CaptureEvent event;
   Bytes bytes;
   bool operator==(const Kept&) const = default;
 };
@@ -41,18 +41,18 @@ void write_bytes(const std::string& path, const Bytes& bytes) {
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-const std::vector<Kept> kStory{{1'700'000'000'000'000'000, wire::CaptureEvent::kOpened, {}},
-                               {1'700'000'000'005'000'001, wire::CaptureEvent::kData, {1, 2, 3}},
-                               {1'700'000'000'999'999'999, wire::CaptureEvent::kData, Bytes(300, 0xA5)},
-                               {1'700'000'002'000'000'000, wire::CaptureEvent::kOpened, {}},
-                               {1'700'000'002'000'000'007, wire::CaptureEvent::kData, {9}}};
+const std::vector<Kept> kStory{{1'700'000'000'000'000'000, drivers::CaptureEvent::kOpened, {}},
+                               {1'700'000'000'005'000'001, drivers::CaptureEvent::kData, {1, 2, 3}},
+                               {1'700'000'000'999'999'999, drivers::CaptureEvent::kData, Bytes(300, 0xA5)},
+                               {1'700'000'002'000'000'000, drivers::CaptureEvent::kOpened, {}},
+                               {1'700'000'002'000'000'007, drivers::CaptureEvent::kData, {9}}};
 
 void write_story(const std::string& path) {
   auto writer = CaptureWriter::open(path);
   ASSERT_TRUE(writer) << writer.error().text();
   for (const Kept& kept : kStory) {
-    ASSERT_TRUE(kept.event == wire::CaptureEvent::kOpened ? writer->opened(kept.time_ns)
-                                                          : writer->data(kept.time_ns, kept.bytes));
+    ASSERT_TRUE(kept.event == drivers::CaptureEvent::kOpened ? writer->opened(kept.time_ns)
+                                                             : writer->data(kept.time_ns, kept.bytes));
   }
   ASSERT_TRUE(writer->flush(true));
   EXPECT_EQ(writer->bytes_written(), std::filesystem::file_size(path));

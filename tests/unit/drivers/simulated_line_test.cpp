@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "drivers/clock.hpp"
-#include "drivers/wire/frame_decoder.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
 #include "tests/support/shared_files.hpp"
 
 namespace prism::drivers {

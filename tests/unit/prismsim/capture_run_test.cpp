@@ -8,7 +8,7 @@
 
 #include "drivers/capture_file.hpp"
 #include "drivers/clock.hpp"
-#include "drivers/wire/frame_decoder.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -35,7 +35,7 @@ TEST(CaptureRun, DatesEachFrameByItsLastByte) {
   ASSERT_TRUE(reader);
   const auto first = reader->next();
   ASSERT_TRUE(first);
-  EXPECT_EQ(first->event, wire::CaptureEvent::kOpened);
+  EXPECT_EQ(first->event, drivers::CaptureEvent::kOpened);
   EXPECT_EQ(first->time_ns, kCaptureStart_ns);
   std::int64_t frames = 0;
   while (const auto packet = reader->next()) {

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "drivers/serial_line.hpp"
-#include "drivers/wire/frame_decoder.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
 #include "tests/support/emulated.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Conversions against published tables, and back.
-#include "drivers/wire/conversion.hpp"
+#include "drivers/wire/description/conversion.hpp"
 
 #include <gtest/gtest.h>
 

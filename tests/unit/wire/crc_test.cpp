@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // CRCs against the published check values of the catalogue (the checksum of "123456789") and a slow, obvious CRC, by
 // the processor's carry-less product and by the one made of shifts.
-#include "drivers/wire/crc.hpp"
+#include "drivers/wire/description/crc.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/wire/frame_decoder.hpp"
-#include "drivers/wire/frame_encoder.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
 #include "tests/support/shared_files.hpp"
 
 namespace prism::test {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "drivers/wire/decode/inspect.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::wire {

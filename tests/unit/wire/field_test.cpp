@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: MIT
 // Bits of every width, order and grouping, read and written.
-#include "drivers/wire/field.hpp"
+#include "drivers/wire/description/field.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "drivers/wire/field_reader.hpp"
+#include "drivers/wire/description/readers.hpp"
 
 namespace prism::wire {
 namespace {
 
 Field field_of(const char* json) {
-  Problems problems("test");
-  const FieldDraft draft = read_field(problems, Json::parse(json), "/f", "f", true, false);
-  EXPECT_FALSE(problems.any()) << problems.first()->text();
+  const Result<JsonDocument> document = parse_json_object(json, "test");
+  const Section section(*document);
+  const FieldDraft draft = read_field(section, "f", true, false, 0);
+  EXPECT_TRUE(section.finish()) << section.finish().error().text();
   return draft.field;
 }
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/wire/inspect.hpp"
+#include "drivers/wire/decode/inspect.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The decoder's promises, on the project's own frame: any chunking, any damage, any garbage.
-#include "drivers/wire/frame_decoder.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The encoder is the device's honest double: no part of an angle is lost but what a real line would lose.
-#include "drivers/wire/frame_encoder.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "drivers/wire/inspect.hpp"
+#include "drivers/wire/decode/inspect.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::wire {

@@ -2,6 +2,7 @@
 // Every description in config/frames loads, and decodes the test vectors it carries.
 #include <gtest/gtest.h>
 
+#include "drivers/wire/decode/inspect.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::wire {

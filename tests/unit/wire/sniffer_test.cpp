@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // An unknown line is recognised by its bytes.
-#include "drivers/wire/sniffer.hpp"
+#include "drivers/wire/decode/sniffer.hpp"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include "config/search_path.hpp"
 #include "config/text_file.hpp"
 #include "drivers/capture_file.hpp"
-#include "drivers/wire/frame_encoder.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
 #include "tools/prismcal/recordings/source_options.hpp"
 
 namespace prism::commands {

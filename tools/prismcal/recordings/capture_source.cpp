@@ -14,8 +14,8 @@
 #include "config/text_file.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/clock.hpp"
-#include "drivers/wire/frame_decoder.hpp"
-#include "drivers/wire/frame_description.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
+#include "drivers/wire/description/frame_description.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
 #include "tools/prismcal/recordings/source.hpp"
 
@@ -29,11 +29,11 @@ class CaptureRun {
       : decoder_(frames), clock_(frames, clock), recording_(recording) {}
 
   void pass(const drivers::CapturePacket& packet) {
-    if (packet.event == wire::CaptureEvent::kOpened) {
+    if (packet.event == drivers::CaptureEvent::kOpened) {
       finish();
       decoder_.reset();
       clock_.reset();
-    } else if (packet.event == wire::CaptureEvent::kData) {
+    } else if (packet.event == drivers::CaptureEvent::kData) {
       readings_.clear();
       decoder_.feed(packet.bytes, packet.time_ns, readings_);
       take();

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// JSON text, read whole and strictly, with the lines of its keys.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compensation/result.hpp"
+
+namespace prism {
+
+/// Keys stay in the order of the text.
+using Json = nlohmann::ordered_json;
+
+struct JsonDocument {
+  Json value;                            ///< an object
+  std::string where;                     ///< the file, for refusals
+  std::vector<std::uint32_t> key_lines;  ///< the line of every key, in the order of the text
+
+  /// The line of a key of `object`, which is a part of `value`.
+  std::uint32_t line_of(const Json& object, const std::string& key) const;
+};
+
+/// JSON text (comments allowed) → document. Refuses what is no JSON (file:line:column), a key given twice in one
+/// object, what is nested deeper than 32 levels, and anything that is not an object at the top.
+Result<JsonDocument> parse_json_object(std::string_view text, std::string_view where);
+
+/// How a value is shown in a refusal: its text, cut at 40 characters.
+template <class AnyJson>
+std::string shown(const AnyJson& value) {
+  const std::string text = value.dump(-1, ' ', true, AnyJson::error_handler_t::replace);
+  return text.size() > 40 ? text.substr(0, 37) + "..." : text;
+}
+
+}  // namespace prism

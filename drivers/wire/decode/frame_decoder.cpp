@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+// The search for frames. Everything is decided on held_; a chunk is appended there slice by slice.
+#include "drivers/wire/decode/frame_decoder.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace prism::wire {
+namespace {
+
+constexpr std::size_t kSliceBytes = 16 * 1024;
+constexpr double kShortestTimeoutNs = 5e6;
+/// The lock is lost after this many of the longest frames without a good one.
+constexpr std::uint64_t kFramesUntilLost = 8;
+
+}  // namespace
+
+FrameDecoder::FrameDecoder(FrameDescriptionPtr description)
+    : description_(std::move(description)), maker_(description_) {
+  byte_time_ns_ = description_->wire.byte_time_ns();
+  const double longest_ns = byte_time_ns_ * description_->max_frame_bytes;
+  timeout_ns_ = static_cast<std::int64_t>(std::max(kShortestTimeoutNs, 2 * longest_ns));
+  lost_after_bytes_ = kFramesUntilLost * description_->max_frame_bytes;
+  for (std::size_t k = 0; k < description_->kinds.size(); ++k) {
+    const auto& sync = description_->kinds[k].sync;
+    for (unsigned byte = 0; byte < 256; ++byte) {
+      const bool fits = sync.empty() || sync.front().at != 0 || (byte & sync.front().mask) == sync.front().value;
+      if (fits) kinds_by_first_byte_[byte] |= std::uint64_t{1} << k;
+    }
+  }
+  const auto possible = [](std::uint64_t kinds) { return kinds != 0; };
+  if (std::count_if(kinds_by_first_byte_.begin(), kinds_by_first_byte_.end(), possible) == 1) {
+    const auto first = std::find_if(kinds_by_first_byte_.begin(), kinds_by_first_byte_.end(), possible);
+    only_first_byte_ = static_cast<int>(first - kinds_by_first_byte_.begin());
+  }
+  held_.reserve(kSliceBytes + 2 * description_->max_frame_bytes);
+}
+
+void FrameDecoder::reset() {
+  counters_.skipped_bytes += held_.size();
+  drop_held(held_.size());
+  chunk_ends_.clear();
+  before_held_ = -1;
+  locked_ = in_run_ = false;
+  last_kind_ = -1;
+  maker_.reset();
+}
+
+void FrameDecoder::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::vector<Reading>& out) {
+  if (bytes.empty()) return;
+  expire(arrival_ns, out);
+  last_arrival_ns_ = arrival_ns;
+  counters_.bytes += bytes.size();
+  chunk_ends_.push_back({held_offset_ + held_.size() + bytes.size(), arrival_ns});
+  while (!bytes.empty()) {
+    const auto slice = bytes.first(std::min(bytes.size(), kSliceBytes));
+    held_.insert(held_.end(), slice.begin(), slice.end());
+    scan(Mode::kMore, out);
+    bytes = bytes.subspan(slice.size());
+  }
+}
+
+void FrameDecoder::expire(std::int64_t now_ns, std::vector<Reading>& out) {
+  if (!waiting() || now_ns - last_arrival_ns_ <= timeout_ns_) return;
+  while (look_behind(out)) continue;
+}
+
+void FrameDecoder::finish(std::vector<Reading>& out) { scan(Mode::kEnd, out); }
+
+bool FrameDecoder::look_behind(std::vector<Reading>& out) {
+  std::size_t at = next_possible(std::min<std::size_t>(1, held_.size()));
+  while (at < held_.size() && look_at(at, Mode::kSilent).match != Match::kYes) at = next_possible(at + 1);
+  if (at >= held_.size()) return false;
+  ++counters_.timeouts;
+  skip(at);
+  drop_held(at);
+  scan(Mode::kMore, out);
+  return waiting();
+}
+
+void FrameDecoder::scan(Mode mode, std::vector<Reading>& out) {
+  std::size_t at = 0;
+  while (at < held_.size()) {
+    if (skip_trailer(at)) {
+      ++at;
+      continue;
+    }
+    if (const std::size_t possible = next_possible(at); possible != at) {
+      skip(possible - at);
+      at = possible;
+      continue;
+    }
+    const Candidate candidate = look_at(at, mode);
+    if (candidate.match == Match::kNeedMore && mode != Mode::kEnd) break;
+    count(candidate);
+    if (candidate.match != Match::kYes) {
+      skip(1);
+      ++at;
+      continue;
+    }
+    accept(at, candidate, out);
+    at += candidate.length;
+  }
+  drop_held(at);
+}
+
+std::size_t FrameDecoder::next_possible(std::size_t at) const {
+  if (at >= held_.size()) return held_.size();
+  if (only_first_byte_ >= 0) {
+    if (held_[at] == only_first_byte_) return at;
+    const void* found = std::memchr(held_.data() + at, only_first_byte_, held_.size() - at);
+    return found == nullptr ? held_.size()
+                            : static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - held_.data());
+  }
+  while (at < held_.size() && kinds_by_first_byte_[held_[at]] == 0) ++at;
+  return at;
+}
+
+/// The first kind that fits wins. One that needs more bytes stops the search here: with them it might fit.
+FrameDecoder::Candidate FrameDecoder::try_kinds(std::size_t at, Mode mode, FrameView& view) {
+  Candidate candidate;
+  const std::span<const std::uint8_t> bytes{held_.data() + at, held_.size() - at};
+  const int before = at > 0 ? held_[at - 1] : before_held_;
+  for (std::uint64_t left = kinds_by_first_byte_[bytes[0]]; left != 0; left &= left - 1) {
+    const int k = std::countr_zero(left);
+    const MatchResult result = match_frame(description_->kinds[static_cast<std::size_t>(k)], bytes, before, view);
+    candidate.bad_length += result.match == Match::kBadLength ? 1 : 0;
+    candidate.bad_body += result.match == Match::kBadBody ? 1 : 0;
+    candidate.bad_check += result.match == Match::kBadCheck ? 1 : 0;
+    const bool more = result.match == Match::kNeedMore;
+    if (result.match != Match::kYes && !more) continue;
+    candidate.match = result.match;
+    candidate.kind = k;
+    candidate.length = result.length;
+    if (!more || mode == Mode::kMore) break;
+  }
+  return candidate;
+}
+
+FrameDecoder::Candidate FrameDecoder::look_at(std::size_t at, Mode mode) {
+  Candidate candidate = try_kinds(at, mode, view_);
+  if (mode == Mode::kEnd && candidate.match == Match::kNeedMore) ++candidate.bad_length;
+  if (candidate.match != Match::kYes) return candidate;
+  const FrameKind& kind = description_->kinds[static_cast<std::size_t>(candidate.kind)];
+  if (kind.confirmations <= 1) return candidate;
+  const std::uint64_t here = held_offset_ + at;
+  if (locked_ && here - last_good_end_ <= lost_after_bytes_ && !(kind.weak && here != last_good_end_ + trailer_at_))
+    return candidate;
+  bool need_more = false;
+  if (confirmed(at, candidate, mode, need_more)) return candidate;
+  candidate.match = need_more && mode != Mode::kEnd ? Match::kNeedMore : Match::kNoSync;
+  candidate.unconfirmed = 1;
+  return candidate;
+}
+
+/// Once for each place, when it is decided: a place that is looked at again with more bytes is not counted twice.
+void FrameDecoder::count(const Candidate& candidate) {
+  counters_.bad_length += candidate.bad_length;
+  counters_.bad_body += candidate.bad_body;
+  counters_.bad_check += candidate.bad_check;
+  counters_.unconfirmed += candidate.unconfirmed;
+}
+
+/// A weak frame is believed when enough good ones stand right behind it, with the right counter steps.
+bool FrameDecoder::confirmed(std::size_t at, const Candidate& candidate, Mode mode, bool& need_more) {
+  const int needed = description_->kinds[static_cast<std::size_t>(candidate.kind)].confirmations;
+  FrameView before = view_;
+  Candidate last = candidate;
+  for (int good = 1; good < needed; ++good) {
+    at += last.length;
+    for (const std::uint8_t byte : description_->kinds[static_cast<std::size_t>(last.kind)].trailer) {
+      if (at < held_.size() && held_[at] == byte) ++at;
+    }
+    need_more = at >= held_.size();
+    if (need_more) return false;
+    FrameView behind;
+    const Candidate next = try_kinds(at, mode, behind);
+    need_more = next.match == Match::kNeedMore && mode != Mode::kEnd;
+    if (next.match != Match::kYes || !counter_steps(before, last.kind, behind, next.kind)) return false;
+    before = behind;
+    last = next;
+  }
+  return true;
+}
+
+bool FrameDecoder::counter_steps(const FrameView& before, std::int32_t kind_before, const FrameView& behind,
+                                 std::int32_t kind) const {
+  const FieldList& first = description_->kinds[static_cast<std::size_t>(kind_before)].roles.counter;
+  const FieldList& second = description_->kinds[static_cast<std::size_t>(kind)].roles.counter;
+  if (first.empty() || second.empty() || description_->counter->step_varies) return true;
+  const CounterRule& rule = *description_->counter;
+  std::uint64_t ticks = behind.bits(second.front()) - before.bits(first.front());
+  if (rule.modulus != 0) ticks = (ticks + (ticks > ~std::uint64_t{0} / 2 ? rule.modulus : 0)) % rule.modulus;
+  return std::abs(static_cast<double>(ticks) - rule.ticks_per_frame) <= 0.25 * rule.ticks_per_frame;
+}
+
+bool FrameDecoder::skip_trailer(std::size_t at) {
+  if (!in_run_ || last_kind_ < 0) return false;
+  const std::vector<std::uint8_t>& trailer = description_->kinds[static_cast<std::size_t>(last_kind_)].trailer;
+  if (trailer_at_ >= trailer.size() || held_[at] != trailer[trailer_at_]) return false;
+  ++trailer_at_;
+  return true;
+}
+
+void FrameDecoder::skip(std::size_t bytes) {
+  if (bytes == 0) return;
+  counters_.skipped_bytes += bytes;
+  if (in_run_) ++counters_.resyncs;
+  in_run_ = false;
+}
+
+void FrameDecoder::accept(std::size_t at, const Candidate& candidate, std::vector<Reading>& out) {
+  const std::uint64_t offset = held_offset_ + at;
+  const std::uint64_t end = offset + candidate.length;
+  Reading& reading = out.emplace_back();
+  if (maker_.make(candidate.kind, view_, in_run_, reading)) {
+    reading.offset = offset;
+    reading.length = candidate.length;
+    reading.arrival_ns = arrival_of(end);
+  } else {
+    out.pop_back();
+  }
+  ++counters_.frames;
+  counters_.out_of_range = maker_.out_of_range();
+  locked_ = in_run_ = true;
+  last_kind_ = candidate.kind;
+  last_good_end_ = end;
+  trailer_at_ = 0;
+}
+
+std::int64_t FrameDecoder::arrival_of(std::uint64_t end) const {
+  for (const ChunkEnd& chunk : chunk_ends_) {
+    if (chunk.end >= end) return chunk.arrival_ns - std::llround(byte_time_ns_ * static_cast<double>(chunk.end - end));
+  }
+  return last_arrival_ns_;
+}
+
+void FrameDecoder::drop_held(std::size_t bytes) {
+  if (bytes == 0) return;
+  before_held_ = held_[bytes - 1];
+  held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(bytes));
+  held_offset_ += bytes;
+  const auto reaches = std::find_if(chunk_ends_.begin(), chunk_ends_.end(),
+                                    [&](const ChunkEnd& chunk) { return chunk.end > held_offset_; });
+  chunk_ends_.erase(chunk_ends_.begin(), reaches);
+}
+
+}  // namespace prism::wire

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// Naming the values of a frame, and holding a description to its test vectors.
+#include "drivers/wire/decode/inspect.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/wire/decode/frame_match.hpp"
+
+namespace prism::wire {
+namespace {
+
+Result<void> run_vector(const FrameDescription& description, const TestVector& vector) {
+  const auto inspected = inspect_frame(description, vector.bytes);
+  const bool whole = inspected && inspected->length == vector.bytes.size();
+  if (vector.kind.empty()) {
+    if (!inspected) return {};
+    return refuse(vector.where, fmt::format("decodes as kind {}; expected a refusal", inspected->kind_name));
+  }
+  if (!whole) {
+    return refuse(vector.where, fmt::format("{} of {} bytes are a frame; expected all of them to be one of kind {}",
+                                            inspected ? inspected->length : 0, vector.bytes.size(), vector.kind));
+  }
+  if (inspected->kind_name != vector.kind) {
+    return refuse(vector.where, fmt::format("decodes as kind {}; expected {}", inspected->kind_name, vector.kind));
+  }
+  for (const TestVector::Expectation& expected : vector.expected) {
+    const auto value = std::find_if(inspected->values.begin(), inspected->values.end(),
+                                    [&](const InspectedFrame::Value& v) { return v.field == expected.field; });
+    if (value == inspected->values.end()) return refuse(vector.where, fmt::format("has no field {}", expected.field));
+    const double allowed = expected.tolerance * std::abs(expected.value) + 1e-12;
+    if (!(std::abs(value->value - expected.value) <= allowed)) {
+      return refuse(vector.where,
+                    fmt::format("{} is {:.12g}; expected {:.12g}", expected.field, value->value, expected.value));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<InspectedFrame> inspect_frame(const FrameDescription& description, std::span<const std::uint8_t> bytes) {
+  if (bytes.empty()) return std::nullopt;
+  FrameView view;
+  for (std::size_t k = 0; k < description.kinds.size(); ++k) {
+    const FrameKind& kind = description.kinds[k];
+    const MatchResult result = match_frame(kind, bytes, kind.after, view);
+    if (result.match != Match::kYes) continue;
+    InspectedFrame frame{static_cast<std::int32_t>(k), kind.name, result.length, {}};
+    for (std::size_t f = 0; f < kind.fields.size(); ++f) {
+      const int field = static_cast<int>(f);
+      if (view.present(field)) frame.values.push_back({kind.fields[f].name, kind.fields[f].unit, view.value(field)});
+    }
+    return frame;
+  }
+  return std::nullopt;
+}
+
+Result<void> run_test_vectors(const FrameDescription& description) {
+  for (const TestVector& vector : description.test_vectors) {
+    if (Result<void> result = run_vector(description, vector); !result) return result;
+  }
+  return {};
+}
+
+}  // namespace prism::wire

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+// Reading the roles of a frame's fields, and holding slow channels.
+#include "drivers/wire/decode/reading_maker.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace prism::wire {
+
+SlowValue::SlowValue(const SlowChannel& channel, double rate_hz)
+    : channel_(&channel), limit_frames_(static_cast<std::uint64_t>(std::ceil(channel.stale_after_s * rate_hz))) {}
+
+void SlowValue::reset() {
+  value_ = kUnknown;
+  age_frames_ = 0;
+  high_.reset();
+}
+
+void SlowValue::set(double value) {
+  value_ = value;
+  age_frames_ = 0;
+}
+
+void SlowValue::take_whole(const FrameView& view, int field, double raw) {
+  if (field != memo_field_ || raw != memo_raw_) {
+    memo_field_ = field;
+    memo_raw_ = raw;
+    memo_value_ = view.scaled(field, raw);
+  }
+  set(memo_value_);
+  out_of_range_ = std::isnan(memo_value_);
+}
+
+void SlowValue::take_halves(const FrameView& view, int high, int low, bool adjacent) {
+  const bool has_high = high >= 0 && view.present(high);
+  if (low >= 0 && view.present(low) && high_ && adjacent) {
+    const auto unused = static_cast<unsigned>(64 - channel_->bits);
+    const std::uint64_t joined = (*high_ << channel_->low_bits | view.bits(low)) << unused;
+    const double raw = channel_->is_signed ? static_cast<double>(static_cast<std::int64_t>(joined) >> unused)
+                                           : static_cast<double>(joined >> unused);
+    const double value = channel_->joined.apply(raw);
+    out_of_range_ = !(std::isfinite(value) && channel_->joined.admits(value));
+    set(out_of_range_ ? kUnknown : value);
+  }
+  high_.reset();
+  if (has_high) high_ = view.bits(high);
+}
+
+void SlowValue::push(const FrameView& view, const FieldList& fields, int high, int low, std::uint64_t steps,
+                     bool adjacent) {
+  out_of_range_ = false;
+  age_frames_ += steps;
+  for (const int field : fields) {
+    const double raw = view.raw(field);
+    if (std::isnan(raw) && !view.present(field)) continue;
+    take_whole(view, field, raw);
+    return;
+  }
+  if (high >= 0 || low >= 0 || high_) take_halves(view, high, low, adjacent);
+}
+
+ReadingMaker::ReadingMaker(FrameDescriptionPtr description)
+    : description_(std::move(description)),
+      temperature_(description_->temperature, description_->counted_rate_hz()),
+      uhfo_(description_->uhfo, description_->counted_rate_hz()) {}
+
+void ReadingMaker::reset() {
+  temperature_.reset();
+  uhfo_.reset();
+  last_counter_.reset();
+}
+
+void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, bool contiguous, Reading& reading) {
+  for (const int field : roles.counter) {
+    reading.counter = view.bits(field);
+    if (reading.counter == 0 && !view.present(field)) continue;
+    reading.has_counter = true;
+    break;
+  }
+  steps_ = 1;
+  adjacent_ = contiguous;
+  if (!reading.has_counter) return;
+  const CounterRule& rule = *description_->counter;
+  if (rule.modulus != 0 && reading.counter >= rule.modulus) reading.counter %= rule.modulus;
+  if (last_counter_) {
+    std::uint64_t ticks = reading.counter - *last_counter_;
+    if (rule.modulus != 0 && reading.counter < *last_counter_) ticks += rule.modulus;
+    if (static_cast<double>(ticks) != rule.ticks_per_frame) {
+      steps_ =
+          static_cast<std::uint64_t>(std::max(1.0, std::nearbyint(static_cast<double>(ticks) / rule.ticks_per_frame)));
+    }
+    if (!rule.step_varies && steps_ != 1) adjacent_ = false;
+  }
+  last_counter_ = reading.counter;
+}
+
+void ReadingMaker::read_gyro(const KindRoles& roles, const FrameView& view, Reading& reading) {
+  reading.has_gyro = !roles.gyro.empty();
+  for (const int field : roles.gyro) {
+    const double raw = view.raw(field);
+    if (std::isnan(raw) && !view.present(field)) continue;
+    const double value = view.scaled(field, raw);
+    if (std::isnan(value)) ++out_of_range_;
+    bool valid = !std::isnan(value);
+    for (const ValidRule& rule : roles.valid) valid = valid && (view.bits(rule.field) & rule.mask) == rule.value;
+    reading.valid = valid;
+    reading.gyro = value;
+    return;
+  }
+}
+
+bool ReadingMaker::make(std::int32_t kind, const FrameView& view, bool contiguous, Reading& reading) {
+  const KindRoles& roles = description_->kinds[static_cast<std::size_t>(kind)].roles;
+  if (!roles.tells_anything()) return false;
+  reading.kind = kind;
+  read_counter(roles, view, contiguous, reading);
+  read_gyro(roles, view, reading);
+  for (const int field : roles.status) {
+    const std::uint64_t status = view.bits(field);
+    if (status != 0 || view.present(field)) reading.status = static_cast<std::uint32_t>(status);
+  }
+  reading.latency_s = description_->latency_s;
+  for (const int field : roles.latency) {
+    if (const double latency = view.value(field); !std::isnan(latency)) reading.latency_s += latency;
+  }
+  if (description_->temperature.present) {
+    temperature_.push(view, roles.temperature, roles.temperature_high, roles.temperature_low, steps_, adjacent_);
+    reading.temperature_degc = temperature_.value();
+    out_of_range_ += temperature_.out_of_range() ? 1 : 0;
+  }
+  if (description_->uhfo.present) {
+    uhfo_.push(view, roles.uhfo, roles.uhfo_high, roles.uhfo_low, steps_, adjacent_);
+    reading.uhfo_v = uhfo_.value();
+    out_of_range_ += uhfo_.out_of_range() ? 1 : 0;
+  }
+  return true;
+}
+
+}  // namespace prism::wire

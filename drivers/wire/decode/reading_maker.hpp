@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// From a good frame to a Reading: the roles of its fields, and the slow channels that not every frame carries.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "drivers/wire/decode/reading.hpp"
+#include "drivers/wire/description/frame_description.hpp"
+#include "drivers/wire/description/frame_view.hpp"
+
+namespace prism::wire {
+
+/// The last value of a slow channel and its age in frames.
+class SlowValue {
+ public:
+  /// `rate_hz`: frames a second of the kind that `steps` counts.
+  SlowValue(const SlowChannel& channel, double rate_hz);
+
+  /// One frame; `steps` is how many frames the device made since the last one, `adjacent` whether none is missing
+  /// between. Whole values come from `fields`; halves are joined only when their frames are adjacent.
+  void push(const FrameView& view, const FieldList& fields, int high, int low, std::uint64_t steps, bool adjacent);
+  double value() const { return age_frames_ <= limit_frames_ ? value_ : kUnknown; }
+  bool out_of_range() const { return out_of_range_; }
+  void reset();
+
+ private:
+  void take_whole(const FrameView& view, int field, double raw);
+  void take_halves(const FrameView& view, int high, int low, bool adjacent);
+  void set(double value);
+
+  const SlowChannel* channel_;
+  std::uint64_t limit_frames_ = 0;
+  std::uint64_t age_frames_ = 0;
+  double value_ = kUnknown;
+  bool out_of_range_ = false;
+  int memo_field_ = -1;  ///< the last raw number and what it stood for: temperatures repeat, and logarithms cost
+  double memo_raw_ = kUnknown;
+  double memo_value_ = kUnknown;
+  std::optional<std::uint64_t> high_;  ///< of the frame before
+};
+
+class ReadingMaker {
+ public:
+  explicit ReadingMaker(FrameDescriptionPtr description);
+
+  /// Fills what the frame says (not arrival, offset, length). `contiguous`: it follows the frame before byte by byte.
+  /// False where this kind says nothing of the gyro, the counter or a slow channel.
+  bool make(std::int32_t kind, const FrameView& view, bool contiguous, Reading& reading);
+  /// Field values out of range so far.
+  std::uint64_t out_of_range() const { return out_of_range_; }
+  void reset();
+
+ private:
+  void read_counter(const KindRoles& roles, const FrameView& view, bool contiguous, Reading& reading);
+  void read_gyro(const KindRoles& roles, const FrameView& view, Reading& reading);
+
+  FrameDescriptionPtr description_;
+  SlowValue temperature_;
+  SlowValue uhfo_;
+  std::optional<std::uint64_t> last_counter_;
+  std::uint64_t steps_ = 1;
+  bool adjacent_ = false;
+  std::uint64_t out_of_range_ = 0;
+};
+
+}  // namespace prism::wire

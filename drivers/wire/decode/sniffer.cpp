@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// Scoring descriptions on a stream.
+#include "drivers/wire/decode/sniffer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+
+namespace prism::wire {
+namespace {
+
+constexpr std::uint64_t kLeastFrames = 3;
+constexpr double kLeastShare = 0.5;
+
+}  // namespace
+
+Sniffer::Sniffer(const std::vector<FrameDescriptionPtr>& descriptions) {
+  for (const FrameDescriptionPtr& description : descriptions) decoders_.emplace_back(description);
+}
+
+void Sniffer::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
+  if (bytes_ == 0) first_ns_ = arrival_ns;
+  last_ns_ = arrival_ns;
+  bytes_ += bytes.size();
+  for (FrameDecoder& decoder : decoders_) {
+    readings_.clear();
+    decoder.feed(bytes, arrival_ns, readings_);
+  }
+}
+
+std::vector<SniffScore> Sniffer::ranking() const {
+  std::vector<SniffScore> scores;
+  for (const FrameDecoder& decoder : decoders_) {
+    const DecoderCounters& counters = decoder.counters();
+    SniffScore& score = scores.emplace_back();
+    score.description = decoder.description_ptr();
+    score.frames = counters.frames;
+    score.bytes = counters.bytes;
+    score.framed_bytes = counters.bytes - counters.skipped_bytes - decoder.held_bytes();
+    const double seconds = 1e-9 * static_cast<double>(last_ns_ - first_ns_);
+    score.rate_hz = seconds > 0 ? static_cast<double>(counters.frames) / seconds : 0;
+    score.fits = score.frames >= kLeastFrames && score.share() >= kLeastShare;
+  }
+  const auto rank = [](const SniffScore& s) { return std::tuple(s.fits, s.share(), s.frames); };
+  std::stable_sort(scores.begin(), scores.end(),
+                   [&](const SniffScore& a, const SniffScore& b) { return rank(a) > rank(b); });
+  return scores;
+}
+
+std::string sniff_line(const SniffScore& score) {
+  std::string line = fmt::format("{:<18} {:<5} {} frames, {:.1f} % of {} bytes", score.description->name,
+                                 score.fits ? "fits" : "-", score.frames, 100 * score.share(), score.bytes);
+  if (score.frames > 0 && score.rate_hz > 0) line += fmt::format(", {:.4g} Hz", score.rate_hz);
+  return line;
+}
+
+}  // namespace prism::wire

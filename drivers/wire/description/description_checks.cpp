@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+// Checking a whole description, kind by kind.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <set>
+
+#include "drivers/wire/description/readers.hpp"
+#include "drivers/wire/description/text_template.hpp"
+
+namespace prism::wire {
+namespace {
+
+using Bits = std::vector<bool>;
+
+/// One kind of a fixed place: negative places count from its longest length.
+class KindCheck {
+ public:
+  KindCheck(const FrameKind& kind, std::string key, const Section& whole)
+      : kind_(kind), key_(std::move(key)), whole_(whole), length_(static_cast<int>(kind.length.max)) {}
+
+  void check_all() {
+    check_sync();
+    for (const CheckRule& check : kind_.checks) check_coverage(check);
+    if (kind_.structure == Structure::kColumns) {
+      const std::string fault = template_fault(kind_);
+      return fault.empty() ? void() : refuse("/text/write", fault);
+    }
+    for (const Field& field : kind_.fields) check_inside(field);
+    if (!whole_.good()) return;
+    check_overlaps();
+  }
+
+ private:
+  void refuse(const std::string& at, const std::string& what) { whole_.fail(key_ + at, what); }
+
+  void check_sync() {
+    std::set<std::uint32_t> seen;
+    for (const ByteRule& rule : kind_.sync) {
+      if (rule.at >= kind_.length.min && kind_.length.form == LengthRule::Form::kFixed) {
+        refuse("/sync", fmt::format("byte {} is outside the frame of {} bytes", rule.at, kind_.length.min));
+      }
+      if (!seen.insert(rule.at).second) refuse("/sync", fmt::format("says byte {} twice", rule.at));
+    }
+    if (kind_.header_bytes > kind_.length.max)
+      refuse("/length", fmt::format("{} bytes do not hold the header of {}", kind_.length.max, kind_.header_bytes));
+    if (kind_.sync.empty() && kind_.checks.empty() && kind_.structure != Structure::kColumns) {
+      refuse("", "has neither sync nor checks: every byte would begin a frame");
+    }
+  }
+
+  void check_coverage(const CheckRule& check) {
+    if (check.separator != 0) return;
+    const int at = absolute(check.at);
+    const int from = absolute(check.from);
+    const int to = check.to <= 0 ? length_ + check.to : check.to;
+    if (at < 0 || at + check.size > length_) {
+      return refuse("/checks", fmt::format("a check of {} bytes at {} is outside the frame of {} bytes", check.size,
+                                           check.at, length_));
+    }
+    if (from < 0 || to > length_ || to < from) {
+      return refuse("/checks", fmt::format("covers {} to {}; expected a part of the frame of {} bytes", check.from,
+                                           check.to, length_));
+    }
+    const bool inside = from < at + check.size && to > at;
+    if (inside && check.sum != CheckRule::Sum::kParity) {
+      const char* name = check.sum == CheckRule::Sum::kCrc ? "CRC" : "check";
+      refuse("/checks", fmt::format("the {} at {} stands inside the bytes {} to {} that it covers", name, check.at,
+                                    check.from, check.to));
+    }
+  }
+
+  void check_inside(const Field& field) {
+    const int limit = field.item < 0 ? length_
+                      : kind_.blocks.sizes.empty()
+                          ? 65535
+                          : static_cast<int>(kind_.blocks.sizes[static_cast<std::size_t>(field.item)]);
+    const int at = field.at < 0 ? limit + field.at : field.at;
+    if (at < 0 || at + field.size > limit) {
+      refuse("/fields/" + field.name,
+             fmt::format("bytes {} to {} are outside its {} bytes", field.at, field.at + field.size - 1, limit));
+    }
+  }
+
+  void check_overlaps() {
+    std::vector<std::pair<const Field*, Bits>> seen;
+    const Bits checks = bits_of_checks();
+    for (const Field& field : kind_.fields) {
+      if (field.item >= 0 || field.when.field >= 0) continue;
+      const Bits own = bits_of(field);
+      if (common(own, checks) != 0) refuse("/fields/" + field.name, "overlaps a check");
+      for (const auto& [other, bits] : seen) {
+        const auto shared = common(own, bits);
+        const bool view =
+            shared == std::count(own.begin(), own.end(), true) || shared == std::count(bits.begin(), bits.end(), true);
+        if (shared != 0 && !view) {
+          refuse("/fields/" + field.name,
+                 fmt::format("overlaps a part of \"{}\"; expected none of it or all", other->name));
+        }
+      }
+      seen.emplace_back(&field, own);
+    }
+  }
+
+  Bits bits_of(const Field& field) const {
+    Bits bits(static_cast<std::size_t>(length_) * 8);
+    const int at = absolute(field.at);
+    for (unsigned bit = field.shift; bit < unsigned{field.shift} + field.bits; ++bit) {
+      const unsigned byte_from_low = bit / field.group_bits;
+      const auto byte = static_cast<std::size_t>(at) + field.order[field.size - 1u - byte_from_low];
+      bits[byte * 8 + bit % field.group_bits] = true;
+    }
+    return bits;
+  }
+
+  Bits bits_of_checks() const {
+    Bits bits(static_cast<std::size_t>(length_) * 8);
+    for (const CheckRule& check : kind_.checks) {
+      const auto at = static_cast<std::size_t>(absolute(check.at)) * 8;
+      if (check.separator != 0 || check.sum == CheckRule::Sum::kParity) continue;
+      std::fill_n(bits.begin() + static_cast<std::ptrdiff_t>(at), check.size * 8, true);
+    }
+    return bits;
+  }
+
+  static std::ptrdiff_t common(const Bits& a, const Bits& b) {
+    std::ptrdiff_t count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) count += a[i] && b[i] ? 1 : 0;
+    return count;
+  }
+
+  int absolute(int at) const { return at < 0 ? length_ + at : at; }
+
+  const FrameKind& kind_;
+  std::string key_;
+  const Section& whole_;
+  int length_;
+};
+
+/// A frame's wire time times its rate must fit on the line.
+void check_line_speed(const Section& whole, const FrameDescription& description) {
+  double bytes = 0;
+  for (const int k : description.sent_kinds) bytes += description.kinds[static_cast<std::size_t>(k)].length.min;
+  if (description.sent_kinds.empty()) return whole.fail("gyro/axes", "the chosen field is in no kind");
+  double gyro_kinds = 0;
+  for (const int k : description.sent_kinds)
+    gyro_kinds += description.kinds[static_cast<std::size_t>(k)].roles.gyro.empty() ? 0 : 1;
+  if (gyro_kinds == 0) return whole.fail("send", "sends no kind that carries the gyro");
+  const double load = bytes / gyro_kinds * description.rate_hz * description.wire.byte_time_ns() * 1e-9;
+  if (load > 1) {
+    whole.fail("rate_hz",
+               fmt::format("{} frames/s of {:.0f} bytes need {:.0f} % of a line of {} baud; expected at most 100 %",
+                           description.rate_hz, bytes / gyro_kinds, 100 * load, description.wire.baud));
+  }
+}
+
+void warn(FrameDescription& description) {
+  for (const FrameKind& kind : description.kinds) {
+    int sync_bits = 0;
+    for (const ByteRule& rule : kind.sync) sync_bits += std::popcount(rule.mask);
+    if (kind.check_bits < 16 && sync_bits <= 8 && kind.structure != Structure::kColumns) {
+      description.warnings.push_back(
+          fmt::format("kind {}: {} bits of sync and {} bits of checks can occur inside its own body; {} good frames in "
+                      "a row are asked for",
+                      kind.name, sync_bits, kind.check_bits, kind.confirmations));
+    }
+  }
+  if (description.gyro.meaning != GyroMeaning::kRate || description.axes.size() > 1) {
+    description.warnings.push_back(
+        "the frame cannot prove the unit and meaning of the gyro's number: they are the device's set-up");
+  }
+}
+
+void check_references(const Section& whole, const FrameDescription& description) {
+  for (const TestVector& vector : description.test_vectors) {
+    const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
+                                   [&](const FrameKind& k) { return k.name == vector.kind; });
+    if (!vector.kind.empty() && kind == description.kinds.end()) {
+      whole.fail("vectors", fmt::format("vector \"{}\" names kind \"{}\", which is none", vector.name, vector.kind));
+    }
+  }
+  std::set<std::string> names;
+  for (const FrameKind& kind : description.kinds) {
+    if (!names.insert(kind.name).second) whole.fail("kinds", fmt::format("two kinds are named \"{}\"", kind.name));
+  }
+}
+
+}  // namespace
+
+void check_description(const Section& whole, FrameDescription& description) {
+  for (std::size_t k = 0; k < description.kinds.size(); ++k) {
+    KindCheck(description.kinds[k], fmt::format("kinds/{}", k), whole).check_all();
+  }
+  check_references(whole, description);
+  if (whole.good()) check_line_speed(whole, description);
+  if (whole.good()) warn(description);
+}
+
+}  // namespace prism::wire

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+// From a field's JSON to its compiled form.
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "drivers/wire/description/readers.hpp"
+
+namespace prism::wire {
+namespace {
+
+bool is_text(const Field& field) {
+  return field.type == NumberType::kDecimalText || field.type == NumberType::kHexText;
+}
+
+bool monotonic(const std::vector<double>& v) {
+  for (std::size_t i = 1; i < v.size(); ++i) {
+    if (!((v[i] > v[i - 1]) == (v[1] > v[0]) && v[i] != v[i - 1])) return false;
+  }
+  return v.size() >= 2;
+}
+
+TableStep read_table(const Section& s) {
+  TableStep step{s.numbers("x", kAnyNumber), s.numbers("y", kAnyNumber)};
+  const bool rising = monotonic(step.x) && step.x[1] > step.x[0];
+  if (!rising || !monotonic(step.y) || step.x.size() != step.y.size()) {
+    s.fail("", "x and y are not two tables of the same length, x rising and y rising or falling");
+    step = {{0, 1}, {0, 1}};
+  }
+  return step;
+}
+
+PolynomialStep read_polynomial(const Section& s) {
+  PolynomialStep step{s.numbers("coefficients", kAnyNumber)};
+  if (step.coefficients.empty()) s.fail("coefficients", "found none, expected at least one number");
+  return step;
+}
+
+ConversionStep read_step(const Section& s) {
+  s.allow({"coefficients", "x", "y", "full", "reference", "r0_ohm", "a", "b", "c", "d"});
+  enum { kPolynomial, kTable, kBridge, kPlatinum, kThermistor };
+  switch (s.choice("step", {"polynomial", "table", "bridge", "platinum", "thermistor"})) {
+    case kTable:
+      return read_table(s);
+    case kBridge:
+      return BridgeStep{s.number("full", {1e-9, 1e18}), s.number("reference", {1e-9, 1e18})};
+    case kPlatinum:
+      return PlatinumStep{s.number("r0_ohm", {1, 1e5}, PlatinumStep{}.r0_ohm)};
+    case kThermistor:
+      return ThermistorStep{s.number("a", {-1, 1}), s.number("b", {-1, 1}), s.number("c", {-1, 1}, 0),
+                            s.number("d", {-1, 1}, 0)};
+    default:
+      return read_polynomial(s);
+  }
+}
+
+void read_order(const Section& s, bool big_endian, Field& field) {
+  const bool listed = s.is_array("order");
+  const bool big = listed ? big_endian : read_byte_order(s, "order", big_endian);
+  for (std::uint8_t i = 0; i < field.size; ++i)
+    field.order[i] = static_cast<std::uint8_t>(big ? i : field.size - 1 - i);
+  if (listed) {
+    unsigned seen = 0;
+    const std::vector<std::uint64_t> order = s.bit_list("order");
+    for (const std::uint64_t byte : order) seen |= byte < 8 ? 1u << byte : 1u << 31;
+    if (order.size() != field.size || seen != (1u << field.size) - 1) {
+      s.fail("order", fmt::format("found {}, expected an order of the bytes 0 to {}, the most significant first",
+                                  shown(s.any("order")), field.size - 1));
+      return;
+    }
+    for (std::size_t i = 0; i < order.size(); ++i) field.order[i] = static_cast<std::uint8_t>(order[i]);
+  }
+  const bool whole = field.group_bits == 8;
+  field.plain_big = whole && !listed && big;
+  field.plain_little = whole && !listed && !big;
+}
+
+/// "u16" → unsigned, 16 bits. False where it is none of the types.
+bool parse_type(const std::string& type, Field& field) {
+  if (type == "decimal" || type == "hex") {
+    field.type = type == "hex" ? NumberType::kHexText : NumberType::kDecimalText;
+    field.bits = 64;
+    return true;
+  }
+  if (type == "f32" || type == "f64") {
+    field.type = type == "f32" ? NumberType::kFloat32 : NumberType::kFloat64;
+    field.bits = type == "f32" ? 32 : 64;
+    return true;
+  }
+  if (type.size() < 2 || (type[0] != 'u' && type[0] != 's')) return false;
+  field.type = type[0] == 's' ? NumberType::kSigned : NumberType::kUnsigned;
+  const char* last = type.data() + type.size();
+  const auto [end, error] = std::from_chars(type.data() + 1, last, field.bits);
+  return error == std::errc{} && end == last && field.bits >= 1 && field.bits <= 64;
+}
+
+Condition read_condition(const Section& s, std::string& field) {
+  Condition when;
+  field = s.text("field");
+  when.modulus = s.bits("modulus", 0);
+  when.mask = s.bits("mask", ~std::uint64_t{0});
+  const std::vector<std::uint64_t> values = s.bit_list("values");
+  when.values.assign(values.begin(), values.end());
+  return when;
+}
+
+}  // namespace
+
+void read_number_type(const Section& s, bool big_endian, std::int64_t bytes, Field& field) {
+  const std::string type = s.text("type");
+  if (!parse_type(type, field)) {
+    s.fail("type",
+           fmt::format("found {}, expected one of u1 to u64, s2 to s64, f32, f64, decimal, hex", shown(s.any("type"))));
+    field.bits = 8;
+  }
+  const int needed = (field.bits + field.shift + field.group_bits - 1) / field.group_bits;
+  const auto size = is_text(field) ? 1 : bytes > 0 ? bytes : needed;
+  if (!is_text(field) && (size > 8 || size < needed || size * field.group_bits > 64)) {
+    s.fail("type", fmt::format("{} bits after a shift of {} need {} bytes; expected at most 8 bytes and 64 bits",
+                               field.bits, field.shift, needed));
+    field.bits = 8, field.shift = 0, field.size = 1;
+  } else {
+    field.size = static_cast<std::uint8_t>(size);
+  }
+  read_order(s, big_endian, field);
+}
+
+Scaling read_scaling(const Section& s) {
+  Scaling scaling;
+  scaling.scale = s.number("scale", {-1e18, 1e18}, scaling.scale);
+  if (scaling.scale == 0) {
+    s.fail("scale", "0 makes every value the same; expected another number");
+    scaling.scale = 1;
+  }
+  scaling.offset = s.number("offset", {-1e18, 1e18}, scaling.offset);
+  scaling.min = s.number("min", {-1e300, 1e300}, scaling.min);
+  scaling.max = s.number("max", {-1e300, 1e300}, scaling.max);
+  if (scaling.min > scaling.max) s.fail("max", fmt::format("{} is below min {}", scaling.max, scaling.min));
+  for (const Section& step : s.objects("convert", false)) scaling.steps.push_back(read_step(step));
+  return scaling;
+}
+
+FieldDraft read_field(const Section& s, const std::string& name, bool big_endian, bool text, int shift_at) {
+  FieldDraft draft{{}, s, {}, {}, {}};
+  Field& field = draft.field;
+  field.name = name;
+  field.group_bits = static_cast<std::uint8_t>(s.integer("group", {7, 8}, field.group_bits));
+  field.shift = static_cast<std::uint8_t>(s.integer("shift", {0, 63}, field.shift));
+  read_number_type(s, big_endian, s.has("bytes") ? s.integer("bytes", {1, 8}) : 0, field);
+  if (is_text(field) != text) {
+    s.fail("type", text ? "is no text type; expected decimal or hex in a text frame"
+                        : "is a text type; expected it in a kind with \"text\" only");
+  }
+  const char* place = text ? "column" : "at";
+  const char* other = text ? "at" : "column";
+  const Range range = text ? Range{0, 63} : Range{-kMaxFrameBytes, kMaxFrameBytes};
+  field.at = static_cast<int>(s.integer(place, range));
+  if (s.has(other)) s.fail(other, fmt::format("is no place in this kind; expected \"{}\"", place));
+  if (field.at >= 0) field.at += shift_at;
+  if (s.has("item")) draft.item = s.bits("item");
+  if (s.has("block")) draft.block = s.bits("block");
+  field.unit = s.text("unit", "");
+  field.scaling = read_scaling(s);
+  field.preset = s.number("preset", {-1e18, 1.8446744073709552e19}, field.preset);
+  if (s.has("when")) field.when = read_condition(s.object("when"), draft.when_field);
+  return draft;
+}
+
+}  // namespace prism::wire

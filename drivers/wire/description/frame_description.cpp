@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+// From the text of a description to its tables.
+#include "drivers/wire/description/frame_description.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/wire/description/readers.hpp"
+
+namespace prism::wire {
+namespace {
+
+constexpr std::size_t kMaxKinds = 64;
+constexpr Range kRateHz{0.01, 100'000};
+
+WireFormat read_line(const Section& s) {
+  WireFormat wire;
+  wire.baud = static_cast<int>(s.integer("baud", {50, 20'000'000}));
+  wire.data_bits = static_cast<int>(s.integer("data_bits", {7, 8}, wire.data_bits));
+  wire.stop_bits = static_cast<int>(s.integer("stop_bits", {1, 2}, wire.stop_bits));
+  wire.parity = static_cast<Parity>(s.choice("parity", {"none", "even", "odd"}, 0));
+  return wire;
+}
+
+TestVector read_vector(const Section& s) {
+  TestVector vector;
+  vector.where = s.where();
+  vector.name = s.text("name", "");
+  if (s.has("text")) {
+    const std::string text = s.text("text");
+    vector.bytes.assign(text.begin(), text.end());
+    if (s.has("hex")) s.fail("hex", "stands beside \"text\"; expected one of them");
+  } else {
+    vector.bytes = s.bytes("hex");
+  }
+  const double tolerance = s.number("tolerance", {0, 1e9}, 1e-6);
+  if (s.boolean("refused", false)) {
+    s.allow({"kind", "values"});
+    if (s.has("kind") || s.has("values")) s.fail("refused", "stands beside kind or values; a refused frame has none");
+    return vector;
+  }
+  vector.kind = s.text("kind");
+  const Section values = s.object("values");
+  for (const std::string& field : values.names()) {
+    vector.expected.push_back({field, values.number(field, kAnyNumber), tolerance});
+  }
+  return vector;
+}
+
+void read_kinds(const Section& s, FrameDescription& description) {
+  const bool big_endian = read_byte_order(s, "order", true);
+  const FieldGroups groups = read_field_groups(s);
+  const std::vector<Section> kinds = s.objects("kinds");
+  if (kinds.empty() || kinds.size() > kMaxKinds) {
+    return s.fail("kinds", fmt::format("found {}, expected an array of 1 to {} kinds", kinds.size(), kMaxKinds));
+  }
+  for (const Section& kind : kinds) {
+    description.kinds.push_back(read_kind(kind, big_endian, groups));
+    description.max_frame_bytes = std::max(description.max_frame_bytes, description.kinds.back().length.max);
+  }
+}
+
+/// Which kinds an encoder sends, in turn: as "send" says, else the first that carries the gyro.
+void read_send(const Section& s, FrameDescription& description) {
+  for (const std::string& name : s.texts("send", false)) {
+    const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
+                                   [&](const FrameKind& k) { return k.name == name; });
+    if (kind == description.kinds.end()) return s.fail("send", fmt::format("\"{}\" is no kind", name));
+    description.sent_kinds.push_back(static_cast<int>(kind - description.kinds.begin()));
+  }
+  for (std::size_t k = 0; k < description.kinds.size() && description.sent_kinds.empty(); ++k) {
+    if (!description.kinds[k].roles.gyro.empty()) description.sent_kinds.push_back(static_cast<int>(k));
+  }
+}
+
+void read_all(const Section& s, const GyroChoice& choice, FrameDescription& description) {
+  s.text("$schema", "");  // for editors
+  s.choice("format", {"prism-frames"});
+  s.integer("version", {1, 1});
+  description.name = s.text("name");
+  description.title = s.text("title", "");
+  description.source = s.text("source", "");
+  s.text("proved", "");
+  description.wire = read_line(s.object("line", true));
+  description.rate_hz = choice.rate_hz.value_or(s.number("rate_hz", kRateHz));
+  description.rate_tolerance = s.number("rate_tolerance", {0, 0.5}, 0.01);
+  description.latency_s = 1e-6 * s.number("latency_us", {0, 1e6}, 0);
+  read_kinds(s, description);
+  if (!s.good()) return;
+  read_roles(s, choice, description);
+  read_send(s, description);
+  for (const Section& vector : s.objects("vectors", false)) description.test_vectors.push_back(read_vector(vector));
+  if (s.good()) check_description(s, description);
+}
+
+Result<void> check_choice(const std::string& where, const GyroChoice& choice) {
+  if (choice.sign != 1 && choice.sign != -1)
+    return refuse(where, fmt::format("sign {} is neither 1 nor -1", choice.sign));
+  if (const auto scale = choice.scale_factor_arcsec_per_pulse; scale && !(*scale > 0 && std::isfinite(*scale))) {
+    return refuse(where, fmt::format("scale factor {} arcsec/pulse is not above 0", *scale));
+  }
+  if (const auto rate = choice.rate_hz; rate && !(*rate >= kRateHz.min && *rate <= kRateHz.max)) {
+    return refuse(where, fmt::format("a rate of {} Hz is not within {} to {}", *rate, kRateHz.min, kRateHz.max));
+  }
+  return {};
+}
+
+/// FNV-1a over the canonical text: short, and the same on every machine. It identifies, it does not protect.
+std::string id_of(const std::string& canonical) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : canonical) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  return fmt::format("{:016x}", hash);
+}
+
+}  // namespace
+
+Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::string_view where,
+                                                    const GyroChoice& choice) {
+  Result<JsonDocument> document = parse_json_object(text, where);
+  if (!document) return tl::unexpected<Error>(document.error());
+  if (const auto fits = check_choice(document->where, choice); !fits) return tl::unexpected<Error>(fits.error());
+  auto description = std::make_shared<FrameDescription>();
+  const Section whole(*document);
+  read_all(whole, choice, *description);
+  if (const auto rest = whole.finish(); !rest) return tl::unexpected<Error>(rest.error());
+  document->value.erase("$schema");
+  description->id = id_of(document->value.dump());
+  return FrameDescriptionPtr(std::move(description));
+}
+
+}  // namespace prism::wire

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+// Finding items, blocks and columns in a frame, and reading fields there.
+#include "drivers/wire/description/frame_view.hpp"
+
+#include <charconv>
+
+namespace prism::wire {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+std::size_t absolute(int at, std::size_t length) {
+  return at >= 0 ? static_cast<std::size_t>(at) : length - static_cast<std::size_t>(-at);
+}
+
+std::uint64_t load(Bytes bytes, std::size_t at, std::size_t size, bool big_endian) {
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    value |= std::uint64_t{bytes[at + i]} << 8 * (big_endian ? size - 1 - i : i);
+  }
+  return value;
+}
+
+bool is_separator(const TextRule& rule, std::uint8_t byte) {
+  return rule.separators.find(static_cast<char>(byte)) != std::string::npos;
+}
+
+}  // namespace
+
+bool FrameView::locate() {
+  elements_.fill({});
+  if (kind_->structure == Structure::kItems) return locate_items();
+  if (kind_->structure == Structure::kColumns) return locate_columns();
+  return locate_blocks();
+}
+
+bool FrameView::locate_items() {
+  const ItemRule& rule = kind_->items;
+  const std::size_t header = std::size_t{rule.id_size} + rule.length_size;
+  std::size_t at = absolute(rule.from, frame_.size());
+  const std::size_t stop = rule.to == 0 ? frame_.size() : absolute(rule.to, frame_.size());
+  if (at > stop || stop > frame_.size()) return false;
+  while (at < stop) {
+    if (stop - at < header) return false;
+    const std::size_t id_at = rule.length_first ? at + rule.length_size : at;
+    const std::size_t length_at = rule.length_first ? at : at + rule.id_size;
+    const std::uint64_t id = load(frame_, id_at, rule.id_size, rule.big_endian);
+    std::uint64_t length = load(frame_, length_at, rule.length_size, rule.big_endian);
+    if (rule.length_includes_header) {
+      if (length < header) return false;
+      length -= header;
+    }
+    at += header;
+    if (length > stop - at) return false;
+    for (std::size_t i = 0; i < rule.ids.size(); ++i) {
+      if (rule.ids[i] == id && elements_[i].data() == nullptr) elements_[i] = frame_.subspan(at, length);
+    }
+    at += length;
+  }
+  return true;
+}
+
+bool FrameView::locate_blocks() {
+  const BlockRule& rule = kind_->blocks;
+  const std::uint64_t mask = bits(rule.mask_field);
+  std::size_t at = absolute(rule.from, frame_.size());
+  for (std::size_t i = 0; i < rule.sizes.size(); ++i) {
+    if ((mask >> i & 1) == 0) continue;
+    if (at > frame_.size() || rule.sizes[i] > frame_.size() - at) return false;
+    elements_[i] = frame_.subspan(at, rule.sizes[i]);
+    at += rule.sizes[i];
+  }
+  return true;
+}
+
+bool FrameView::locate_columns() {
+  const TextRule& rule = kind_->text;
+  std::size_t count = 0;
+  std::size_t start = 0;
+  const std::size_t end = frame_.size() - kind_->length.terminator.size();
+  for (std::size_t i = 0; i <= end; ++i) {
+    if (i < end && !is_separator(rule, frame_[i])) continue;
+    const bool empty = i == start;
+    if (!(rule.collapse && empty)) {
+      if (count >= kMaxElements) return false;
+      elements_[count++] = frame_.subspan(start, i - start);
+    }
+    start = i + 1;
+  }
+  return rule.columns == 0 || count == rule.columns;
+}
+
+bool FrameView::holds(const Condition& condition) const {
+  std::uint64_t value = bits(condition.field);
+  if (value == 0 && !present(condition.field)) return false;
+  if (condition.modulus != 0) value %= condition.modulus;
+  value &= condition.mask;
+  for (const std::uint64_t admitted : condition.values) {
+    if (value == admitted) return true;
+  }
+  return false;
+}
+
+const std::uint8_t* FrameView::find(const Field& field) const {
+  if (field.when.field >= 0 && !holds(field.when)) return nullptr;
+  if (field.item >= 0) return find_in_item(field);
+  const auto length = static_cast<std::int64_t>(frame_.size());
+  const std::int64_t at = field.at >= 0 ? field.at : length + field.at;
+  return at >= 0 && at + field.size <= length ? frame_.data() + at : nullptr;
+}
+
+bool FrameView::present(int field) const {
+  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+  return kind_->structure == Structure::kColumns ? !column(f).empty() : find(f) != nullptr;
+}
+
+std::uint64_t FrameView::bits(int field) const {
+  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+  if (kind_->structure == Structure::kColumns) return text_bits(f);
+  const std::uint8_t* at = find(f);
+  return at == nullptr ? 0 : load_bits(f, at);
+}
+
+double FrameView::raw(int field) const {
+  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+  if (kind_->structure == Structure::kColumns) return raw_text(f);
+  const std::uint8_t* at = find(f);
+  return at == nullptr ? kUnknown : load_number(f, at);
+}
+
+const std::uint8_t* FrameView::find_in_item(const Field& field) const {
+  const Bytes element = elements_[static_cast<std::size_t>(field.item)];
+  const std::int64_t size = static_cast<std::int64_t>(element.size());
+  const std::int64_t at = field.at >= 0 ? field.at : size + field.at;
+  return at >= 0 && at + field.size <= size ? element.data() + at : nullptr;
+}
+
+Bytes FrameView::column(const Field& field) const {
+  const auto index = static_cast<std::size_t>(field.at);
+  if (index >= kMaxElements || (field.when.field >= 0 && !holds(field.when))) return {};
+  Bytes text = elements_[index];
+  while (!text.empty() && text.front() == ' ') text = text.subspan(1);
+  while (!text.empty() && text.back() == ' ') text = text.first(text.size() - 1);
+  if (!text.empty() && text.front() == '+') text = text.subspan(1);
+  return text;
+}
+
+double FrameView::raw_text(const Field& field) const {
+  const Bytes text = column(field);
+  const char* first = reinterpret_cast<const char*>(text.data());
+  const char* last = first + text.size();
+  if (text.empty()) return kUnknown;
+  if (field.type == NumberType::kHexText) {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(first, last, value, 16);
+    return error == std::errc{} && end == last ? static_cast<double>(value) : kUnknown;
+  }
+  double value = 0;
+  const auto [end, error] = std::from_chars(first, last, value, std::chars_format::fixed);
+  return error == std::errc{} && end == last ? value : kUnknown;
+}
+
+std::uint64_t FrameView::text_bits(const Field& field) const {
+  const double number = raw_text(field);
+  return number >= 0 && number < 18446744073709549568.0 ? static_cast<std::uint64_t>(number) : 0;
+}
+
+}  // namespace prism::wire

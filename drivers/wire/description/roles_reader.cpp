@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+// From the JSON of "gyro", "counter", "temperature" … to the roles of each kind's fields.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <span>
+
+#include "drivers/wire/description/readers.hpp"
+
+namespace prism::wire {
+namespace {
+
+constexpr double kArcsecPerDegree = 3600;
+constexpr double kArcsecPerRadian = 180 / std::numbers::pi * kArcsecPerDegree;
+
+/// Gives fields of these names to a role of every kind that has them; refuses a name that no kind has.
+void assign(const Section& s, const std::string& key, const std::vector<std::string>& names,
+            FrameDescription& description, const std::function<void(KindRoles&, int field)>& give) {
+  for (const std::string& name : names) {
+    bool known = false;
+    for (FrameKind& kind : description.kinds) {
+      const int field = kind.field_index(name);
+      if (field < 0) continue;
+      give(kind.roles, field);
+      known = true;
+    }
+    if (!known) s.fail(key, fmt::format("\"{}\" is a field of no kind", name));
+  }
+}
+
+/// The fields that `key` names.
+void assign(const Section& s, const char* key, FrameDescription& description, FieldList KindRoles::*role) {
+  assign(s, key, s.texts(key), description, [&](KindRoles& roles, int field) { (roles.*role).push_back(field); });
+}
+
+/// The first field that has a role, in whatever kind.
+const Field* first_with(const FrameDescription& description, FieldList KindRoles::*role) {
+  for (const FrameKind& kind : description.kinds) {
+    if (!(kind.roles.*role).empty()) return &kind.fields[static_cast<std::size_t>((kind.roles.*role).front())];
+  }
+  return nullptr;
+}
+
+bool is_whole(const Field& field) { return field.type == NumberType::kUnsigned || field.type == NumberType::kSigned; }
+
+void read_valid(const Section& s, FrameDescription& description) {
+  for (const Section& rule : s.one_or_more_objects("valid")) {
+    const std::uint64_t mask = rule.bits("mask", ~std::uint64_t{0});
+    const std::uint64_t value = rule.bits("value");
+    assign(rule, "field", {rule.text("field")}, description, [&](KindRoles& roles, int field) {
+      roles.valid.push_back({field, mask, value});
+    });
+  }
+}
+
+/// deg/h or arcsec for one unit of the gyro's number. Pulses have the gyro's own scale factor, which the choice may
+/// give.
+double read_unit(const Section& s, GyroMeaning meaning, const GyroChoice& choice) {
+  struct Unit {
+    const char* name;
+    double scale;  ///< deg/h or arcsec; 0: pulses
+  };
+  static constexpr Unit kRates[] = {
+      {"deg/h", 1}, {"arcsec/s", 1}, {"deg/s", kArcsecPerDegree}, {"rad/s", kArcsecPerRadian}, {"pulse/s", 0}};
+  static constexpr Unit kAngles[] = {{"pulse", 0}, {"arcsec", 1}, {"deg", kArcsecPerDegree}, {"rad", kArcsecPerRadian}};
+  const std::span<const Unit> units = meaning == GyroMeaning::kRate ? std::span<const Unit>(kRates) : kAngles;
+  std::vector<const char*> names;
+  for (const Unit& unit : units) names.push_back(unit.name);
+  const Unit& unit = units[s.choice("unit", names)];
+  if (unit.scale == 0) {
+    const double scale = s.number("arcsec_per_pulse", {1e-9, 1e6});
+    return choice.scale_factor_arcsec_per_pulse.value_or(scale);
+  }
+  if (s.has("arcsec_per_pulse")) s.fail("arcsec_per_pulse", "has no meaning with this unit; expected unit \"pulse\"");
+  if (choice.scale_factor_arcsec_per_pulse) {
+    s.fail("unit", fmt::format("is \"{}\": a scale factor in arcsec/pulse has no use here", unit.name));
+  }
+  return unit.scale;
+}
+
+/// One axis: its fields, its sign and its validity; or the names of its fields alone.
+void read_axis(const Section& axes, const std::string& name, FrameDescription& description) {
+  const auto give = [](KindRoles& roles, int field) { roles.gyro.push_back(field); };
+  if (!axes.is_object(name)) return assign(axes, name, axes.texts(name), description, give);
+  const Section s = axes.object(name);
+  assign(s, "field", s.texts("field"), description, give);
+  const double sign = s.number("sign", {-1, 1}, 1);
+  if (std::abs(sign) != 1) s.fail("sign", fmt::format("{} is neither 1 nor -1", sign));
+  description.gyro.scale *= sign;
+  read_valid(s, description);
+}
+
+/// The chosen axis goes into the description; the others are read all the same, so that a slip in them is not first
+/// found by whoever chooses them.
+void read_axes(const Section& gyro, const GyroChoice& choice, FrameDescription& description) {
+  const Section axes = gyro.object("axes", true);
+  description.axes = axes.names();
+  if (!gyro.good()) return;
+  if (description.axes.empty()) return gyro.fail("axes", "found none, expected at least one axis");
+  std::string& chosen = description.gyro.axis;
+  chosen = choice.axis.empty() ? description.axes.front() : choice.axis;
+  if (!axes.has(chosen)) {
+    return gyro.fail("axes",
+                     fmt::format("has no axis \"{}\"; expected one of {}", chosen, fmt::join(description.axes, ", ")));
+  }
+  for (const std::string& name : description.axes) {
+    FrameDescription scratch = description;
+    if (name != chosen) read_axis(axes, name, scratch);
+  }
+  read_axis(axes, chosen, description);
+}
+
+void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& description) {
+  GyroRule& rule = description.gyro;
+  rule.meaning = static_cast<GyroMeaning>(s.choice("meaning", {"rate", "increment", "accumulated"}));
+  rule.scale = read_unit(s, rule.meaning, choice) * choice.sign;
+  rule.interval_s = s.number("interval_s", {1e-6, 1e4}, rule.interval_s);
+  if (rule.interval_s != 0 && rule.meaning != GyroMeaning::kIncrement)
+    s.fail("interval_s", "belongs to an increment only");
+  read_valid(s, description);
+  read_axes(s, choice, description);
+  const Field* field = first_with(description, &KindRoles::gyro);
+  if (rule.meaning != GyroMeaning::kAccumulated) {
+    if (s.has("wrap")) s.fail("wrap", "belongs to an accumulated angle only");
+  } else if (field != nullptr) {
+    const double own = is_whole(*field) ? std::ldexp(std::abs(field->scaling.scale), field->bits) : 0;
+    rule.wrap = s.number("wrap", {0, 1e18}, own);
+  }
+}
+
+void read_counter(const Section& s, FrameDescription& description) {
+  CounterRule rule;
+  assign(s, "field", description, &KindRoles::counter);
+  const Field* field = first_with(description, &KindRoles::counter);
+  const std::uint64_t own = field == nullptr || field->bits >= 64 ? 0 : std::uint64_t{1} << field->bits;
+  rule.modulus = s.bits("modulus", own);
+  if (own != 0 && rule.modulus > own)
+    s.fail("modulus", fmt::format("{} is more than the field's {}", rule.modulus, own));
+  rule.step_varies = s.boolean("step_varies", rule.step_varies);
+  rule.ticks_per_s = s.number("ticks_per_s", {1e-3, 1e10}, 0);
+  const double step = rule.ticks_per_s > 0 ? rule.ticks_per_s / description.rate_hz : 1;
+  rule.ticks_per_frame = s.number("step", {1e-3, 1e10}, step);
+  if (rule.ticks_per_s == 0) rule.ticks_per_s = rule.ticks_per_frame * description.rate_hz;
+  if (rule.modulus != 0 && rule.ticks_per_frame >= static_cast<double>(rule.modulus)) {
+    s.fail("modulus", fmt::format("{} is not above the step of {} ticks a frame", rule.modulus, rule.ticks_per_frame));
+  }
+  description.counter = rule;
+}
+
+void read_channel(const Section& s, FrameDescription& description, SlowChannel FrameDescription::*channel,
+                  FieldList KindRoles::*whole, int KindRoles::*high, int KindRoles::*low) {
+  SlowChannel& slow = description.*channel;
+  slow.present = true;
+  slow.stale_after_s = s.number("stale_after_s", {0, 3600}, slow.stale_after_s);
+  if (s.has("field")) {
+    for (const char* key : {"high", "low", "low_bits", "bits", "signed", "scale", "offset", "min", "max", "convert"}) {
+      if (s.has(key)) s.fail(key, "belongs to halves (\"high\", \"low\"); with \"field\" the field itself says it");
+    }
+    return assign(s, "field", description, whole);
+  }
+  const auto assign_half = [&](const char* key, int KindRoles::*half) {
+    assign(s, key, {s.text(key)}, description, [&](KindRoles& roles, int field) { roles.*half = field; });
+  };
+  assign_half("high", high);
+  assign_half("low", low);
+  slow.low_bits = static_cast<int>(s.integer("low_bits", {1, 32}, slow.low_bits));
+  slow.bits = static_cast<int>(s.integer("bits", {2, 64}, slow.bits));
+  slow.is_signed = s.boolean("signed", slow.is_signed);
+  slow.joined = read_scaling(s);
+}
+
+}  // namespace
+
+void read_roles(const Section& s, const GyroChoice& choice, FrameDescription& description) {
+  read_gyro(s.object("gyro", true), choice, description);
+  if (s.has("counter")) read_counter(s.object("counter"), description);
+  if (s.has("temperature")) {
+    read_channel(s.object("temperature"), description, &FrameDescription::temperature, &KindRoles::temperature,
+                 &KindRoles::temperature_high, &KindRoles::temperature_low);
+  }
+  if (s.has("uhfo")) {
+    read_channel(s.object("uhfo"), description, &FrameDescription::uhfo, &KindRoles::uhfo, &KindRoles::uhfo_high,
+                 &KindRoles::uhfo_low);
+  }
+  if (s.has("status")) assign(s.object("status"), "field", description, &KindRoles::status);
+  if (s.has("latency")) assign(s.object("latency"), "field", description, &KindRoles::latency);
+}
+
+}  // namespace prism::wire

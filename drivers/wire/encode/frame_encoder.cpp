@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+// Writing one frame: blank, selectors, counter, gyro, channels, status, constants, checks.
+#include "drivers/wire/encode/frame_encoder.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/wire/description/text_template.hpp"
+#include "drivers/wire/encode/blank_frame.hpp"
+
+namespace prism::wire {
+namespace {
+
+/// x modulo m, in [0, m).
+double modulo(double x, double m) {
+  const double rest = std::fmod(x, m);
+  return rest < 0 ? rest + m : rest;
+}
+
+}  // namespace
+
+FrameEncoder::FrameEncoder(FrameDescriptionPtr description) : description_(std::move(description)) {
+  for (const FrameKind& kind : description_->kinds) {
+    blanks_.push_back(kind.structure == Structure::kColumns ? std::vector<std::uint8_t>{} : blank_frame(kind));
+  }
+  find_selectors();
+}
+
+void FrameEncoder::find_selectors() {
+  for (const FrameKind& kind : description_->kinds) {
+    std::vector<Selector>& selectors = selectors_.emplace_back();
+    for (const Field& field : kind.fields) {
+      const int selector = field.when.field;
+      const auto& counters = kind.roles.counter;
+      if (selector < 0 || std::find(counters.begin(), counters.end(), selector) != counters.end()) continue;
+      auto known =
+          std::find_if(selectors.begin(), selectors.end(), [&](const Selector& s) { return s.field == selector; });
+      if (known == selectors.end()) known = selectors.insert(selectors.end(), Selector{selector, {}});
+      for (const std::uint64_t value : field.when.values) {
+        if (std::find(known->values.begin(), known->values.end(), value) == known->values.end())
+          known->values.push_back(value);
+      }
+    }
+    for (Selector& selector : selectors) std::sort(selector.values.begin(), selector.values.end());
+  }
+}
+
+const std::uint8_t* FrameEncoder::find(int field) const {
+  return view_.find(kind_->fields[static_cast<std::size_t>(field)]);
+}
+
+void FrameEncoder::put_number(int field, double raw) {
+  const auto index = static_cast<std::size_t>(field);
+  if (kind_->structure == Structure::kColumns) {
+    raw_[index] = raw;
+  } else if (const std::uint8_t* at = find(field)) {
+    store_number(kind_->fields[index], frame_.data() + (at - frame_.data()), raw);
+  }
+}
+
+void FrameEncoder::put_bits(int field, std::uint64_t bits) {
+  const auto index = static_cast<std::size_t>(field);
+  if (kind_->structure == Structure::kColumns) {
+    raw_[index] = static_cast<double>(bits);
+  } else if (const std::uint8_t* at = find(field)) {
+    store_bits(kind_->fields[index], frame_.data() + (at - frame_.data()), bits);
+  }
+}
+
+void FrameEncoder::write_selectors(int kind) {
+  for (const Selector& selector : selectors_[static_cast<std::size_t>(kind)]) {
+    const std::uint64_t turns = frame_number_ / description_->sent_kinds.size();
+    put_bits(selector.field, selector.values[turns % selector.values.size()]);
+  }
+}
+
+void FrameEncoder::write_counter(const KindRoles& roles) {
+  for (const int field : roles.counter) put_bits(field, static_cast<std::uint64_t>(std::llround(ticks_)));
+}
+
+/// An accumulated angle within the field's own range: 0 to wrap, or around 0 where the field has a sign.
+double FrameEncoder::wrapped(double angle, const Field& field) const {
+  const double wrap = description_->gyro.wrap;
+  if (wrap == 0) return angle;
+  const bool centred =
+      field.type == NumberType::kSigned || field.type == NumberType::kFloat32 || field.type == NumberType::kFloat64;
+  return centred && angle >= wrap / 2 ? angle - wrap : angle;
+}
+
+void FrameEncoder::write_gyro(const KindRoles& roles, const GyroState& state) {
+  const GyroRule& gyro = description_->gyro;
+  double sent = 0;
+  for (const int index : roles.gyro) {
+    const Field& field = kind_->fields[static_cast<std::size_t>(index)];
+    const bool whole = field.type == NumberType::kSigned || field.type == NumberType::kUnsigned;
+    double value = gyro.meaning == GyroMeaning::kRate ? state.rate_deg_per_h / gyro.scale : wrapped(angle_, field);
+    double raw = field.scaling.invert(value);
+    if (whole) raw = std::nearbyint(raw);
+    const bool signed_wrap = gyro.meaning == GyroMeaning::kAccumulated && whole;
+    if (signed_wrap)
+      put_bits(index, static_cast<std::uint64_t>(static_cast<std::int64_t>(raw)));
+    else
+      put_number(index, raw);
+    sent = field.scaling.apply(raw);
+  }
+  if (gyro.meaning == GyroMeaning::kIncrement && !roles.gyro.empty()) angle_ -= sent;
+}
+
+void FrameEncoder::write_channel(const SlowChannel& channel, const FieldList& whole, int high, int low, double value,
+                                 std::uint64_t& latched) {
+  for (const int field : whole) {
+    const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+    if (std::isnan(value) && f.when.values.size() == 1)
+      put_bits(f.when.field, ~f.when.values.front());
+    else
+      put_number(field, f.scaling.invert(value));
+  }
+  if (high < 0 || low < 0) return;
+  if (find(high) != nullptr) {
+    const double raw = channel.joined.invert(value);
+    const double limit = std::ldexp(1.0, channel.bits - (channel.is_signed ? 1 : 0));
+    const double held =
+        std::clamp(std::nearbyint(std::isfinite(raw) ? raw : 0), channel.is_signed ? -limit : 0.0, limit - 1);
+    latched = static_cast<std::uint64_t>(static_cast<std::int64_t>(held));
+    put_bits(high, latched >> channel.low_bits);
+  }
+  if (find(low) != nullptr) put_bits(low, latched);
+}
+
+void FrameEncoder::write_status(const KindRoles& roles, const GyroState& state) {
+  for (const int field : roles.status) put_bits(field, state.status);
+  for (const ValidRule& rule : roles.valid) {
+    const std::uint64_t old = kind_->structure == Structure::kColumns ? 0 : view_.bits(rule.field);
+    const std::uint64_t bits = state.valid ? rule.value : ~rule.value;
+    put_bits(rule.field, (old & ~rule.mask) | (bits & rule.mask));
+  }
+}
+
+// The angle of this frame's interval is in it, so the counter and the angle move on before they are written.
+void FrameEncoder::turn(const GyroState& state) {
+  const GyroRule& gyro = description_->gyro;
+  ++frame_number_;
+  if (description_->counter) {
+    const CounterRule& rule = *description_->counter;
+    ticks_ += rule.ticks_per_frame;
+    if (rule.modulus != 0) ticks_ = modulo(ticks_, static_cast<double>(rule.modulus));
+  }
+  if (gyro.meaning == GyroMeaning::kRate) return;
+  angle_ += state.rate_deg_per_h * state.interval_s / gyro.scale;
+  if (gyro.meaning == GyroMeaning::kAccumulated && gyro.wrap != 0) angle_ = modulo(angle_, gyro.wrap);
+}
+
+void FrameEncoder::skip(const GyroState& state, std::uint64_t frames) {
+  const double angle = angle_;
+  for (std::uint64_t i = 0; i < frames; ++i) turn(state);
+  if (description_->gyro.meaning == GyroMeaning::kIncrement) angle_ = angle;
+}
+
+void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out) {
+  const int index = description_->sent_kinds[frame_number_ % description_->sent_kinds.size()];
+  turn(state);
+  kind_ = &description_->kinds[static_cast<std::size_t>(index)];
+  frame_ = blanks_[static_cast<std::size_t>(index)];
+  if (kind_->structure == Structure::kColumns) {
+    raw_.resize(kind_->fields.size());
+    for (std::size_t f = 0; f < raw_.size(); ++f) raw_[f] = kind_->fields[f].preset;
+  } else {
+    view_.look_at(*kind_, frame_);
+  }
+  const KindRoles& roles = kind_->roles;
+  write_status(roles, state);
+  write_selectors(index);
+  write_counter(roles);
+  write_gyro(roles, state);
+  write_channel(description_->temperature, roles.temperature, roles.temperature_high, roles.temperature_low,
+                state.temperature_degc, latched_temperature_);
+  write_channel(description_->uhfo, roles.uhfo, roles.uhfo_high, roles.uhfo_low, state.uhfo_v, latched_uhfo_);
+  if (kind_->structure == Structure::kColumns)
+    frame_ = print_frame(*kind_, raw_);
+  else
+    apply_constants(*kind_, frame_);
+  // A check may cover another one: as many rounds as checks leave all of them right.
+  for (std::size_t round = 0; round < kind_->checks.size(); ++round) {
+    for (const CheckRule& check : kind_->checks) store_check(check, frame_);
+  }
+  out.insert(out.end(), frame_.begin(), frame_.end());
+  out.insert(out.end(), kind_->trailer.begin(), kind_->trailer.end());
+}
+
+}  // namespace prism::wire
