@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
-#include "compensation/dense.hpp"
 #include "compensation/model_id.hpp"
 
 namespace prism::compensation {
@@ -54,13 +54,26 @@ std::string wrong_shape(const ModelInfo& info, const LssvmParameters& p) {
   return {};
 }
 
+// Eigen cuts its blocks to the caches that it finds, and a factor's last bits with them. Said before anything runs.
+[[maybe_unused]] const bool kSameCachesEverywhere = [] {
+  Eigen::setCpuCacheSizes(32 << 10, 256 << 10, 2 << 20);
+  return true;
+}();
+
+// Lower Cholesky factor in place. Not libprism-kernels' own, which differs in its last bits from level to level: a
+// model publishes the same numbers on every x86-64.
+bool lower_factor(Eigen::MatrixXd& matrix) {
+  Eigen::Ref<Eigen::MatrixXd> in_place(matrix);
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(in_place);
+  return llt.info() == Eigen::Success && matrix.diagonal().allFinite();
+}
+
 }  // namespace
 
 LssvmModel::LssvmModel(ModelInfo info, LssvmParameters parameters)
     : Model(identified(std::move(info), parameters)),
       parameters_(std::move(parameters)),
-      centres_(parameters_.centres),
-      alpha_(centres_.padded(parameters_.alpha)) {}
+      centres_(parameters_.centres, {parameters_.sigma2}) {}
 
 Result<ModelPtr> LssvmModel::make(ModelInfo info, LssvmParameters parameters) {
   const std::string where = info.name.empty() ? info.kind : info.name;
@@ -78,19 +91,20 @@ bool LssvmModel::factorise() {
 
 // H = K + diag(1/(c v)) = L Lᵀ, nu = H⁻¹ 1.
 bool LssvmModel::factorise_dense() {
-  factor_ = kernel_matrix(parameters_.centres, parameters_.sigma2);
+  factor_ = kernel_matrix(parameters_.centres, {parameters_.sigma2});
   factor_.diagonal().array() += 1 / (parameters_.c * parameters_.weight.array());
-  if (!cholesky(factor_)) return false;
+  if (!lower_factor(factor_)) return false;
   nu_ = Eigen::VectorXd::Ones(parameters_.alpha.size());
-  solve_cholesky(factor_, nu_);
+  factor_.triangularView<Eigen::Lower>().solveInPlace(nu_);
+  factor_.triangularView<Eigen::Lower>().transpose().solveInPlace(nu_);
   ones_ = nu_.sum();
   return ones_ > 0;
 }
 
 bool LssvmModel::factorise_sparse() {
-  factor_ = kernel_matrix(parameters_.centres, parameters_.sigma2);
+  factor_ = kernel_matrix(parameters_.centres, {parameters_.sigma2});
   gram_factor_ = parameters_.uncertainty->gram;
-  return cholesky(factor_) && cholesky(gram_factor_);
+  return lower_factor(factor_) && lower_factor(gram_factor_);
 }
 
 std::vector<double> LssvmModel::normalised(std::span<const double> inputs) const {
@@ -106,8 +120,7 @@ std::vector<double> LssvmModel::normalised(std::span<const double> inputs) const
 
 double LssvmModel::bias_deg_per_h(std::span<const double> inputs) const {
   const Normalisation& n = parameters_.normalisation;
-  return (centres_.sum(normalised(inputs), parameters_.sigma2, alpha_) + parameters_.b) * n.target_scale +
-         n.target_shift;
+  return (centres_.sum(normalised(inputs), parameters_.alpha) + parameters_.b) * n.target_scale + n.target_shift;
 }
 
 // Var f(x) / s_f². Dense: 1 − kᵀ H⁻¹ k + (1 − nuᵀ k)² / 1ᵀ nu, the quadratic form of the bordered inverse (eq. 14),
@@ -116,16 +129,16 @@ double LssvmModel::bias_deg_per_h(std::span<const double> inputs) const {
 double LssvmModel::variance_fraction(std::span<const double> point) const {
   const Eigen::Index n = parameters_.alpha.size();
   Eigen::VectorXd k(n);
-  centres_.row(point, parameters_.sigma2, k.data());
+  centres_.row(point, k.data());
   if (gram_factor_.size() == 0) {
     const double level = 1 - nu_.dot(k);
-    solve_lower(factor_, k);
+    factor_.triangularView<Eigen::Lower>().solveInPlace(k);
     return std::max(0.0, 1 - k.squaredNorm() + level * level / ones_);
   }
-  solve_lower(factor_, k);
+  factor_.triangularView<Eigen::Lower>().solveInPlace(k);
   Eigen::VectorXd phi(n + 1);
   phi << k, 1.0;
-  solve_lower(gram_factor_, phi);
+  gram_factor_.triangularView<Eigen::Lower>().solveInPlace(phi);
   return std::max(0.0, 1 - k.squaredNorm()) + phi.squaredNorm() / parameters_.c;
 }
 

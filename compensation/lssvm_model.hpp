@@ -67,7 +67,6 @@ class LssvmModel : public Model {
 
   LssvmParameters parameters_;
   KernelCentres centres_;
-  std::vector<double> alpha_;    // padded for the kernel sum
   Eigen::MatrixXd factor_;       // dense: of K + diag(1/(c v)); sparse: of K over the centres
   Eigen::MatrixXd gram_factor_;  // sparse only
   Eigen::VectorXd nu_;           // dense: H⁻¹ 1

@@ -74,7 +74,7 @@ void add_linear_part(const NormalisedData& data, const Eigen::VectorXd& weight,
 
 Result<TrainedModel> train_dense(const NormalisedData& data, compensation::ModelInfo info,
                                  const TrainingSettings& settings, const Folds& folds, const TuningPoint& point) {
-  const Eigen::MatrixXd kernel = compensation::kernel_matrix(data.x, point.sigma2);
+  const Eigen::MatrixXd kernel = compensation::kernel_matrix(data.x, {point.sigma2});
   auto fit = fit_irlssvm(kernel, data.y, point.c, settings.reweight);
   if (!fit) return tl::unexpected<Error>(fit.error());
   TrainedModel trained;

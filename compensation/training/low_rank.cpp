@@ -7,8 +7,8 @@
 #include <numeric>
 #include <random>
 
-#include "compensation/dense.hpp"
 #include "compensation/kernel.hpp"
+#include "compensation/training/dense.hpp"
 
 namespace prism::training {
 namespace {
@@ -29,7 +29,7 @@ struct Pivoting {
 
 Pivoting pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank) {
   const Eigen::Index n = points.cols();
-  const compensation::KernelCentres centres(points);
+  const compensation::KernelCentres centres(points, {sigma2});
   Pivoting p;
   p.features.resize(std::min<Eigen::Index>(64, max_rank + 1), n);
   Eigen::VectorXd diagonal = Eigen::VectorXd::Ones(n), row(n);
@@ -40,7 +40,7 @@ Pivoting pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, E
     if (!(p.left > floor)) break;
     const auto r = static_cast<Eigen::Index>(p.pivots.size());
     if (r + 1 >= p.features.rows()) p.features.conservativeResize(std::min(2 * p.features.rows(), max_rank + 1), n);
-    centres.row(column(points, next), sigma2, row.data());
+    centres.row(column(points, next), row.data());
     const Eigen::VectorXd own = p.features.col(next).head(r);
     const double root = std::sqrt(p.left);
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -71,15 +71,15 @@ std::vector<Eigen::Index> drawn(Eigen::Index n, Eigen::Index count, std::uint64_
 Eigen::MatrixXd features_of(const Eigen::MatrixXd& points, const std::vector<Eigen::Index>& pivots, double sigma2) {
   const auto r = static_cast<Eigen::Index>(pivots.size());
   const Eigen::MatrixXd chosen = points(Eigen::all, pivots);
-  Eigen::MatrixXd l = compensation::kernel_matrix(chosen, sigma2);
+  Eigen::MatrixXd l = compensation::kernel_matrix(chosen, {sigma2});
   l.diagonal().array() += 1e-15;
   Eigen::MatrixXd phi(r + 1, points.cols());
-  if (!compensation::cholesky(l)) return {};
-  const compensation::KernelCentres centres(chosen);
+  if (!cholesky(l)) return {};
+  const compensation::KernelCentres centres(chosen, {sigma2});
   Eigen::VectorXd k(r);
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    centres.row(column(points, i), sigma2, k.data());
-    compensation::solve_lower(l, k);
+    centres.row(column(points, i), k.data());
+    solve_lower(l, k);
     phi.col(i).head(r) = k;
   }
   phi.row(r).setOnes();
@@ -130,7 +130,7 @@ PrimalLssvm::PrimalLssvm(const LowRank& system, const Eigen::VectorXd& y, double
 
 Eigen::MatrixXd PrimalLssvm::gram(const Eigen::VectorXd& weight) const {
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(system_.phi.rows(), system_.phi.rows());
-  compensation::add_gram(system_.phi, gram, &weight);
+  add_gram(system_.phi, gram, &weight);
   return gram;
 }
 
@@ -141,9 +141,9 @@ bool PrimalLssvm::solve(const Eigen::VectorXd& weight) {
 bool PrimalLssvm::solve(const Eigen::MatrixXd& gram, const Eigen::VectorXd& moment) {
   factor_ = gram;
   factor_.diagonal().head(system_.rank()).array() += 1 / c_;
-  if (!compensation::cholesky(factor_)) return false;
+  if (!cholesky(factor_)) return false;
   theta_ = moment;
-  compensation::solve_cholesky(factor_, theta_);
+  solve_cholesky(factor_, theta_);
   return theta_.allFinite();
 }
 
@@ -153,7 +153,7 @@ Eigen::VectorXd PrimalLssvm::leverages() const {
   Eigen::VectorXd h(y_.size()), z;
   for (Eigen::Index i = 0; i < h.size(); ++i) {
     z = system_.phi.col(i);
-    compensation::solve_lower(factor_, z);
+    solve_lower(factor_, z);
     h[i] = z.squaredNorm();
   }
   return h;

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "compensation/dense.hpp"
+#include "compensation/training/dense.hpp"
 
 namespace prism::training {
 namespace {
@@ -28,14 +28,14 @@ Result<LssvmFactor> LssvmFactor::make(Eigen::MatrixXd kernel, const Eigen::Vecto
   LssvmFactor f;
   f.factor_ = std::move(kernel);
   f.factor_.diagonal() += inverse_cv;
-  if (!compensation::cholesky(f.factor_)) {
+  if (!cholesky(f.factor_)) {
     return refuse("LSSVM",
                   "the kernel matrix is not positive definite in double precision: c is too large for this sigma2");
   }
   f.inverse_cv_ = inverse_cv;
   f.y_ = y;
   f.nu_ = Eigen::VectorXd::Ones(y.size());
-  compensation::solve_cholesky(f.factor_, f.nu_);
+  solve_cholesky(f.factor_, f.nu_);
   f.ones_ = f.nu_.sum();
   f.solution_ = f.solve(y);
   if (!(f.ones_ > 0) || !f.solution_.alpha.allFinite()) return refuse("LSSVM", "the system has no finite solution");
@@ -45,14 +45,14 @@ Result<LssvmFactor> LssvmFactor::make(Eigen::MatrixXd kernel, const Eigen::Vecto
 LssvmSolution LssvmFactor::solve(const Eigen::VectorXd& y, double top) const {
   LssvmSolution s;
   s.alpha = y;
-  compensation::solve_cholesky(factor_, s.alpha);
+  solve_cholesky(factor_, s.alpha);
   s.b = (nu_.dot(y) - top) / ones_;
   s.alpha -= nu_ * s.b;
   return s;
 }
 
 const Eigen::MatrixXd& LssvmFactor::inverse_factor() const {
-  if (inverse_.size() == 0) inverse_ = compensation::inverse_lower(factor_);
+  if (inverse_.size() == 0) inverse_ = inverse_lower(factor_);
   return inverse_;
 }
 
@@ -76,17 +76,17 @@ Eigen::VectorXd LssvmFactor::leave_fold_out(const std::vector<int>& folds, Eigen
     const auto n = static_cast<Eigen::Index>(fold.size());
     const Eigen::MatrixXd columns = w(Eigen::all, fold).transpose();
     Eigen::MatrixXd c = Eigen::MatrixXd::Zero(n, n);
-    compensation::add_gram(columns, c);
+    add_gram(columns, c);
     Eigen::VectorXd alpha = solution_.alpha(fold), nu = nu_(fold);
     c -= nu * nu.transpose() / ones_;
-    if (!compensation::cholesky(c)) {
+    if (!cholesky(c)) {
       held_out(fold).setConstant(std::numeric_limits<double>::infinity());
       variance(fold).setConstant(std::numeric_limits<double>::infinity());
       continue;
     }
-    compensation::solve_cholesky(c, alpha);
+    solve_cholesky(c, alpha);
     held_out(fold) = alpha;
-    variance(fold) = compensation::inverse_lower(c).colwise().squaredNorm().transpose();
+    variance(fold) = inverse_lower(c).colwise().squaredNorm().transpose();
   }
   return held_out;
 }

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compensation/dense.hpp"
 #include "compensation/kernel.hpp"
+#include "compensation/training/dense.hpp"
 #include "compensation/training/low_rank.hpp"
 #include "compensation/training/trainer.hpp"
 
@@ -18,10 +18,10 @@ constexpr double kStill = 1e-5;     // change of a residual, in scales, that end
 
 // alpha over the pivots: w · φ(x) = w · L⁻¹ k(x) = (L⁻ᵀ w) · k(x).
 Eigen::VectorXd alpha_of(const Eigen::MatrixXd& centres, double sigma2, const Eigen::VectorXd& w) {
-  Eigen::MatrixXd l = compensation::kernel_matrix(centres, sigma2);
+  Eigen::MatrixXd l = compensation::kernel_matrix(centres, {sigma2});
   l.diagonal().array() += 1e-15;
   Eigen::VectorXd alpha = w;
-  if (compensation::cholesky(l)) compensation::solve_lower_transposed(l, alpha);
+  if (cholesky(l)) solve_lower_transposed(l, alpha);
   return alpha;
 }
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "compensation/dense.hpp"
 #include "compensation/kernel.hpp"
+#include "compensation/training/dense.hpp"
 
 namespace prism::training {
 namespace {
@@ -116,7 +116,7 @@ double TuningCost::cost_of(const LowRank& system, const TuningPoint& point, doub
 
 // Where the low rank would be no lower than half: the whole matrix, weights frozen in the folds.
 Eigen::VectorXd TuningCost::held_out(const TuningPoint& point) const {
-  const Eigen::MatrixXd kernel = compensation::kernel_matrix(points_, point.sigma2);
+  const Eigen::MatrixXd kernel = compensation::kernel_matrix(points_, {point.sigma2});
   ReweightSettings settings = settings_;
   settings.weight.parameter = point.parameter;
   settings.limit = std::min(settings.limit, kDenseSolves);
@@ -129,7 +129,7 @@ Eigen::VectorXd TuningCost::held_out(const TuningPoint& point) const {
 }
 
 double TuningCost::reml(const TuningPoint& point) const {
-  const auto factor = LssvmFactor::make(compensation::kernel_matrix(points_, point.sigma2),
+  const auto factor = LssvmFactor::make(compensation::kernel_matrix(points_, {point.sigma2}),
                                         Eigen::VectorXd::Constant(y_.size(), 1 / point.c), y_);
   return factor ? -factor->restricted_log_likelihood() / static_cast<double>(y_.size()) : kNever;
 }
@@ -173,7 +173,7 @@ Eigen::VectorXd TuningCost::frozen_folds(const LowRank& system, double c, const 
     const Eigen::MatrixXd phi = system.phi(Eigen::all, fold);
     const Eigen::VectorXd v = weight(fold);
     Eigen::MatrixXd gram = all;
-    compensation::add_gram(phi, gram, &v, -1);
+    add_gram(phi, gram, &v, -1);
     if (!primal.solve(gram, moment - phi * v.cwiseProduct(y_(fold)))) return nothing(y_.size());
     residual(fold) = y_(fold) - phi.transpose() * primal.theta();
   }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <fstream>
@@ -11,9 +12,9 @@
 #include <random>
 #include <sstream>
 
-#include "compensation/dense.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/lssvm_model.hpp"
+#include "compensation/training/dense.hpp"
 #include "compensation/training/trainer.hpp"
 
 double native_kernel_sum(const double* centres, long count, const double* point, double gamma, const double* alpha);
@@ -28,14 +29,21 @@ double cpu_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// CPU seconds of one call: the best of several batches, so that other work on the machine shows little.
-template <class Job>
-double best_s(int batches, int calls, Job&& job) {
-  double best = 1e300;
+// CPU seconds of one call of each job: the best of several batches, the jobs in turn, so that other work on the machine
+// shows little in their ratios.
+template <class... Jobs>
+std::array<double, sizeof...(Jobs)> best_s(int batches, int calls, Jobs&&... jobs) {
+  std::array<double, sizeof...(Jobs)> best;
+  best.fill(1e300);
   for (int i = 0; i < batches; ++i) {
-    const double begin = cpu_s();
-    for (int j = 0; j < calls; ++j) job();
-    best = std::min(best, (cpu_s() - begin) / calls);
+    std::size_t at = 0;
+    const auto batch = [&](auto&& job) {
+      const double begin = cpu_s();
+      for (int j = 0; j < calls; ++j) job();
+      best[at] = std::min(best[at], (cpu_s() - begin) / calls);
+      ++at;
+    };
+    (batch(jobs), ...);
   }
   return best;
 }
@@ -86,43 +94,42 @@ training::TrainingData reference(const std::string& shared) {
   return data;
 }
 
+// libprism-kernels at the level that the loader picked; GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX512F,-AVX2 keeps it from
+// one.
 void measure_prediction(const training::NormalisedData& data) {
   const Eigen::Index n = data.y.size();
-  const compensation::KernelCentres centres(data.x);
+  const compensation::KernelCentres centres(data.x, {0.5});
   const Eigen::MatrixXd rows = data.x.transpose();
   const Eigen::VectorXd alpha = Eigen::VectorXd::LinSpaced(n, -1, 1);
-  const auto padded = centres.padded(alpha);
   const double point[3] = {0.1, 0.2, 0.3};
-  const double native = best_s(20, 2000, [&] { sink = native_kernel_sum(rows.data(), n, point, 0.3, alpha.data()); });
-  fmt::print("kernel sum, {} centres, 3 inputs; bare sum by Eigen built for this machine: {:.2f} us\n", n,
-             native * 1e6);
-  for (const compensation::KernelPath path : {compensation::KernelPath::kScalar, compensation::KernelPath::kBaseline,
-                                              compensation::KernelPath::kAvx2, compensation::KernelPath::kAvx512}) {
-    if (!compensation::use_kernel_path(path)) continue;
-    const double took = best_s(20, 1000, [&] { sink = centres.sum(point, 0.5, padded); });
-    fmt::print("  {:<9} {:6.2f} us, ratio {:.2f}\n", compensation::kernel_path_name(path), took * 1e6, took / native);
-  }
+  const auto [native, own] = best_s(
+      100, 500, [&] { sink = native_kernel_sum(rows.data(), n, point, 1, alpha.data()); },
+      [&] { sink = centres.sum(point, alpha); });
+  fmt::print("kernel sum, {} centres, 3 inputs: {:.2f} us; bare sum by Eigen built for this machine {:.2f} us\n", n,
+             own * 1e6, native * 1e6);
+  fmt::print("  ratio {:.2f}\n", own / native);
 }
 
 void measure_fit(const training::NormalisedData& data) {
   const Eigen::Index n = data.y.size();
-  Eigen::MatrixXd h = compensation::kernel_matrix(data.x, 0.1458);
+  Eigen::MatrixXd h = compensation::kernel_matrix(data.x, {0.1458});
   h.diagonal().array() += 1 / 76.0796;
-  const double native = best_s(7, 2, [&] { sink = native_llt(h.data(), n); });
-  const double eigen = best_s(5, 1, [&] { sink = Eigen::LLT<Eigen::MatrixXd>(h).matrixLLT()(n - 1, n - 1); });
-  const double own = best_s(7, 2, [&] {
-    Eigen::MatrixXd l = h;
-    sink = compensation::cholesky(l) ? l(n - 1, n - 1) : 0;
-  });
-  const double fit = best_s(7, 2, [&] {
-    sink = training::LssvmFactor::make(compensation::kernel_matrix(data.x, 0.1458),
-                                       Eigen::VectorXd::Constant(n, 1 / 76.0796), data.y)
-               ->solution()
-               .b;
-  });
+  const auto [native, eigen, own, fit] = best_s(
+      15, 1, [&] { sink = native_llt(h.data(), n); },
+      [&] { sink = Eigen::LLT<Eigen::MatrixXd>(h).matrixLLT()(n - 1, n - 1); },
+      [&] {
+        Eigen::MatrixXd l = h;
+        sink = training::cholesky(l) ? l(n - 1, n - 1) : 0;
+      },
+      [&] {
+        sink = training::LssvmFactor::make(compensation::kernel_matrix(data.x, {0.1458}),
+                                           Eigen::VectorXd::Constant(n, 1 / 76.0796), data.y)
+                   ->solution()
+                   .b;
+      });
   fmt::print(
       "one LSSVM fit, N = {}: {:.2f} ms (factor {:.2f}); Eigen's LLT {:.2f} ms built for this machine, {:.2f} ms for "
-      "any x86-64\n",
+      "any of its kind\n",
       n, fit * 1e3, own * 1e3, native * 1e3, eigen * 1e3);
   fmt::print("  ratio {:.2f} and {:.2f}\n", fit / native, fit / eigen);
 }
@@ -135,8 +142,8 @@ void measure_window(const training::TrainingData& data) {
   const std::vector<double> x = {25, 0.001, 5.6};
   const auto& model = static_cast<const compensation::LssvmModel&>(*trained->model);
   fmt::print("a window of prismd: {:.1f} us with its standard deviation, {:.2f} us without\n",
-             best_s(10, 50, [&] { sink = model.predict(x).sd_deg_per_h; }) * 1e6,
-             best_s(10, 1000, [&] { sink = model.bias_deg_per_h(x); }) * 1e6);
+             best_s(10, 50, [&] { sink = model.predict(x).sd_deg_per_h; })[0] * 1e6,
+             best_s(10, 1000, [&] { sink = model.bias_deg_per_h(x); })[0] * 1e6);
 }
 
 void measure_tuning(const training::TrainingData& data, const char* name, training::Tuning tuning,
@@ -184,13 +191,14 @@ void measure_long_record(Eigen::Index n) {
   fmt::print("{} rows, tuned and trained: {:.1f} CPU s, {} centres\n", n, cpu_s() - begin, trained->centres);
 }
 
-int run(const std::string& shared) {
+int run(const std::string& shared, bool kernels_only) {
   const training::TrainingData data = reference(shared);
   const training::NormalisedData normalised =
       *training::normalise(data.inputs, data.target, training::Scaling::kZscore, data.names);
   measure_prediction(normalised);
   measure_fit(normalised);
   measure_window(data);
+  if (kernels_only) return 0;
   fmt::print("tuning, N = 924, three inputs, given folds:\n");
   measure_tuning(data, "plain ten-fold", training::Tuning::kGiven, training::WeightKind::kNone);
   measure_tuning(data, "leave-one-out", training::Tuning::kLoo, training::WeightKind::kNone);
@@ -210,5 +218,6 @@ int run(const std::string& shared) {
 int main(int argc, char** argv) {
   const char* shared = std::getenv("PRISM_SHARED");
   setvbuf(stdout, nullptr, _IONBF, 0);
-  return prism::run(argc > 1 ? argv[1] : shared ? shared : PRISM_SOURCE_DIR "/../shared");
+  return prism::bench::run(shared ? shared : PRISM_SOURCE_DIR "/../shared",
+                           argc > 1 && std::string(argv[1]) == "kernels");
 }

@@ -24,6 +24,8 @@ add_library(prism_settings INTERFACE)
 target_include_directories(prism_settings INTERFACE ${CMAKE_SOURCE_DIR})
 # No fused multiply-add behind our back: the same capture gives the same log on every machine.
 target_compile_options(prism_settings INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -ffp-contract=off)
+# A program that uses nothing of a library of the tree does not load it.
+target_link_options(prism_settings INTERFACE LINKER:--as-needed)
 if(PRISM_WERROR)
   target_compile_options(prism_settings INTERFACE -Werror)
 endif()

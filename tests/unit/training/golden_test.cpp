@@ -22,7 +22,7 @@ class GoldenCase : public testing::TestWithParam<test::GoldenName> {
   void SetUp() override {
     PRISM_NEEDS(test::golden_dir(GetParam().name));
     golden_.emplace(GetParam().name, GetParam().id);
-    kernel_ = compensation::kernel_matrix(golden_->x, golden_->sigma2);
+    kernel_ = compensation::kernel_matrix(golden_->x, {golden_->sigma2});
   }
   LssvmFactor factor() {
     return *LssvmFactor::make(kernel_, Eigen::VectorXd::Constant(golden_->y.size(), 1 / golden_->c), golden_->y);
@@ -100,7 +100,7 @@ class GoldenWeight : public testing::TestWithParam<std::tuple<test::GoldenName, 
     const test::GoldenName& name = std::get<0>(GetParam());
     PRISM_NEEDS(test::golden_dir(name.name));
     golden_.emplace(name.name, name.id);
-    kernel_ = compensation::kernel_matrix(golden_->x, golden_->sigma2);
+    kernel_ = compensation::kernel_matrix(golden_->x, {golden_->sigma2});
     kind_ = std::get<1>(GetParam());
     weight_ = weight_name(kind_);
     settings_.weight = golden_->weight(kind_);

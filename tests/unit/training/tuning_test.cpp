@@ -54,7 +54,7 @@ TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
   whole.weight.parameter = found->best.parameter;
   whole.limit = kRobustSolves;
   whole.tolerance = 0;
-  const auto exact = cross_validate_robust(compensation::kernel_matrix(g.x, found->best.sigma2), g.y, found->best.c,
+  const auto exact = cross_validate_robust(compensation::kernel_matrix(g.x, {found->best.sigma2}), g.y, found->best.c,
                                            whole, g.folds, g.scale);
   ASSERT_TRUE(exact);
   EXPECT_LT(test::relative(found->best.cost, exact->mae), 1e-5);
@@ -107,7 +107,7 @@ TEST_F(TuningOnWaves, TheNumberOfThreadsChangesNothing) {
 
 TEST_F(TuningOnWaves, PlainPricesAreThoseOfTheWholeMatrix) {
   const TuningPoint point{40, 0.3, 1, 0};
-  const Eigen::MatrixXd kernel = compensation::kernel_matrix(x_, point.sigma2);
+  const Eigen::MatrixXd kernel = compensation::kernel_matrix(x_, {point.sigma2});
   EXPECT_NEAR(cost(Tuning::kShuffled).final_cost(point),
               cross_validate(kernel, y_, point.c, shuffled_folds(120, 10, 3), 1)->mae, 1e-7);
   EXPECT_NEAR(cost(Tuning::kLoo).final_cost(point), leave_one_out(kernel, y_, point.c, 1)->mae, 1e-7);

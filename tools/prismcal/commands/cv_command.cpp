@@ -81,7 +81,7 @@ Result<int> run(const Choice& choice) {
   if (fits->sparse)
     return refuse(choice.file,
                   fmt::format("found {} rows, expected at most 5000 for exact cross-validation", data.y.size()));
-  const Eigen::MatrixXd kernel = compensation::kernel_matrix(data.x, *settings->sigma2);
+  const Eigen::MatrixXd kernel = compensation::kernel_matrix(data.x, {*settings->sigma2});
   const double scale = data.constants.target_scale;
   const bool loo = settings->tuning == training::Tuning::kLoo;
   const auto plain = loo ? training::leave_one_out(kernel, data.y, *settings->c, scale)
