@@ -66,13 +66,21 @@ class SchemaValidator {
     throw std::runtime_error("the validator does not know " + key);
   }
 
+  struct Pattern {
+    Pattern() = default;
+    Pattern(const Pattern&) = delete;
+    Pattern& operator=(const Pattern&) = delete;
+    ~Pattern() { regfree(&compiled); }
+    regex_t compiled{};
+  };
+
   /// The patterns of the schema are POSIX expressions too. Compiled once and kept until the tests end.
   static bool matches(const std::string& pattern, const std::string& text) {
-    static std::map<std::string, regex_t> compiled;
-    const auto [at, is_new] = compiled.try_emplace(pattern);
-    if (is_new && regcomp(&at->second, pattern.c_str(), REG_EXTENDED | REG_NOSUB) != 0)
+    static std::map<std::string, Pattern> patterns;
+    const auto [at, is_new] = patterns.try_emplace(pattern);
+    if (is_new && regcomp(&at->second.compiled, pattern.c_str(), REG_EXTENDED | REG_NOSUB) != 0)
       throw std::runtime_error("no pattern: " + pattern);
-    return regexec(&at->second, text.c_str(), 0, nullptr, 0) == 0;
+    return regexec(&at->second.compiled, text.c_str(), 0, nullptr, 0) == 0;
   }
 
   static bool has_all(const Json& required, const Json& value) {
