@@ -40,6 +40,9 @@ class Engine {
   /// A new session of the device: nothing of the past holds.
   void reset();
 
+  /// What is published for this window, by the model in use or its fallback; nothing is kept.
+  Correction correct(const Window& window) const;
+
   const ModelPtr& model() const { return model_; }
   const ModelPtr& fallback() const { return fallback_; }
   const Correction& correction() const { return correction_; }
@@ -47,7 +50,6 @@ class Engine {
  private:
   CompensatedWindow complete(const Bucket& bucket);
   void forget_window();
-  Correction correct(const Window& window) const;
   Correction predict(const Model& model, const Window& window) const;
 
   EngineSettings settings_;

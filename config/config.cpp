@@ -19,7 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::array kParities = {"none", "even", "odd"};
-constexpr std::array kExtrapolations = {"flag", "clamp", "blend"};  // in the order of Extrapolation
 constexpr std::array kClocks = {"host", "device"};
 constexpr std::array kFullPolicies = {"stop", "delete_oldest"};
 constexpr std::array kLevels = {"debug", "info", "warning", "error"};
@@ -159,8 +158,8 @@ Config read_config(Section& top, const fs::path& file) {
   Section correction = top.object("correction");
   config.engine.max_bias_deg_per_h =
       correction.number("max_bias_deg_per_h", {1e-6, 1e6}, config.engine.max_bias_deg_per_h);
-  config.engine.extrapolation = static_cast<compensation::Extrapolation>(
-      correction.choice("extrapolation", kExtrapolations, static_cast<std::size_t>(config.engine.extrapolation)));
+  config.engine.extrapolation = static_cast<compensation::Extrapolation>(correction.choice(
+      "extrapolation", compensation::kExtrapolationNames, static_cast<std::size_t>(config.engine.extrapolation)));
   // systemd names the folder it made for this instance; the configuration's own is read-only there.
   const char* made = std::getenv("LOGS_DIRECTORY");
   const bool given = made != nullptr && *made != '\0';

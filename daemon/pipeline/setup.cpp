@@ -82,6 +82,7 @@ void replace(config::Config& config, const Overrides& overrides) {
     return error ? path : found.string();
   };
   if (!overrides.model.empty()) config.model = config::find_data_file(overrides.model, "models", absolute("."));
+  if (overrides.without_models) config.model.clear(), config.fallback_model.clear();
   if (!overrides.device.empty()) config.line.device = absolute(overrides.device);
   if (!overrides.socket.empty()) config.socket.path = absolute(overrides.socket);
   if (overrides.replay_log.empty()) return;

@@ -30,6 +30,7 @@ struct Overrides {
   std::string socket;  ///< path
   std::string
       replay_log;  ///< a replay never touches what a live run writes: its log goes here, and it captures nothing
+  bool without_models = false;  ///< the path up to the seconds: the models are still to be made from them
 };
 
 /// Reads the configuration, its frame description (and runs its test vectors) and its models, and checks that they go
