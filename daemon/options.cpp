@@ -45,6 +45,9 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
                  "path of the socket instead of the configuration's; a replay makes none without it");
   app.add_option("--model", options.model, "model file instead of the configuration's");
   app.add_option("--device", options.device, "serial device instead of the configuration's");
+  app.footer(
+      "Examples:\n  prismd /etc/prism/gyro1.json --check\n  prismd gyro.json --replay capture.pcap --out replayed\n"
+      "  prismd --sniff /dev/ttyUSB0");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

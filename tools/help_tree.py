@@ -17,9 +17,10 @@ def is_continued(line):
 
 
 def read(program, words=()):
-    """{"options": [(names, takes a value, help)], "commands": {name: (help, tree)}} of a program or its subcommand."""
+    """{"options": [(names, takes a value, help)], "commands": {name: (help, tree)}, "examples": [line], "text": all of
+    it} of a program or its subcommand."""
     text = subprocess.run([program, *words, "--help"], check=True, capture_output=True, text=True).stdout
-    options, commands, section = [], {}, ""
+    options, commands, examples, section = [], {}, [], ""
     lines = text.splitlines()
     for line, following in zip(lines, [*lines[1:], ""]):
         if re.match(r"\S.*:$", line):
@@ -34,9 +35,11 @@ def read(program, words=()):
             options.append([entry[1].split(","), value != "", help_text])
         elif entry and section == "Subcommands":
             commands[entry[1]] = (entry[2].strip(), read(program, (*words, entry[1])))
+        elif section == "Examples" and line.startswith("  "):
+            examples.append(line.strip())
         elif section == "Options" and options and is_continued(line):
             options[-1][2] = (options[-1][2] + " " + line.strip()).strip()
-    return {"options": options, "commands": commands}
+    return {"options": options, "commands": commands, "examples": examples, "text": text}
 
 
 def names(tree):

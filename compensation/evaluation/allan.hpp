@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Allan deviation of a rate record: overlapping (for every judgement) and non-overlapping (the classic one).
+// Allan deviation of a rate record: overlapping (for every evaluation) and non-overlapping (the classic one).
 #pragma once
 
 #include <cstddef>

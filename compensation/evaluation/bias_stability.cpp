@@ -26,9 +26,9 @@ Result<BiasStability> measure_bias_stability(std::span<const double> raw, std::s
   if (raw.size() != corrected.size() || (!follows.empty() && follows.size() != raw.size())) {
     return refuse(where, fmt::format("{} raw blocks, {} corrected; expected as many", raw.size(), corrected.size()));
   }
-  const auto before = measure_spread(raw, divisor, where + ", raw");
+  const auto before = summarise(raw, divisor, where + ", raw");
   if (!before) return tl::unexpected(before.error());
-  const auto after = measure_spread(corrected, divisor, where + ", corrected");
+  const auto after = summarise(corrected, divisor, where + ", corrected");
   if (!after) return tl::unexpected(after.error());
 
   BiasStability result{divisor, *before, *after, {}, noise_floor(raw, follows), {}};

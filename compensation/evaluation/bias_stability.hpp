@@ -15,8 +15,8 @@ namespace prism::evaluation {
 /// otherwise, deg/h. Not the Allan minimum ("bias instability"); both names are in use for all three numbers.
 struct BiasStability {
   Divisor divisor = Divisor::kNMinus1;
-  Spread before;  ///< raw bias, deg/h
-  Spread after;   ///< bias − predicted bias, deg/h
+  SummaryStatistics before;  ///< raw bias, deg/h
+  SummaryStatistics after;   ///< bias − predicted bias, deg/h
   /// (before.sd − after.sd) / before.sd; nothing where the raw bias does not move at all.
   std::optional<double> improvement;
   /// Standard deviation that white noise alone gives a block mean, deg/h, from first differences of the raw blocks:

@@ -15,11 +15,11 @@ Result<std::vector<double>> deviations(std::span<const double> values, const std
   if (values.size() < 3) {
     return refuse(where, "a correlation needs 3 values or more, found " + std::to_string(values.size()));
   }
-  const auto spread = measure_spread(values, Divisor::kN, where);
-  if (!spread) return tl::unexpected(spread.error());
-  if (spread->peak_to_peak == 0) return refuse(where, "constant: a correlation needs a series that moves");
+  const auto summary = summarise(values, Divisor::kN, where);
+  if (!summary) return tl::unexpected(summary.error());
+  if (summary->peak_to_peak == 0) return refuse(where, "constant: a correlation needs a series that moves");
   std::vector<double> result(values.begin(), values.end());
-  for (double& value : result) value = (value - spread->mean) / spread->peak_to_peak;
+  for (double& value : result) value = (value - summary->mean) / summary->peak_to_peak;
   return result;
 }
 

@@ -8,7 +8,7 @@ namespace prism::evaluation {
 
 const char* divisor_text(Divisor divisor) { return divisor == Divisor::kN ? "N" : "N-1"; }
 
-double careful_sum(std::span<const double> values) {
+double neumaier_sum(std::span<const double> values) {
   double sum = 0, lost = 0;
   for (const double value : values) {
     const double next = sum + value;
@@ -18,7 +18,7 @@ double careful_sum(std::span<const double> values) {
   return sum + lost;
 }
 
-Result<Spread> measure_spread(std::span<const double> values, Divisor divisor, const std::string& where) {
+Result<SummaryStatistics> summarise(std::span<const double> values, Divisor divisor, const std::string& where) {
   if (values.size() < 2) {
     return refuse(where, "a standard deviation needs 2 values or more, found " + std::to_string(values.size()));
   }
@@ -26,28 +26,28 @@ Result<Spread> measure_spread(std::span<const double> values, Divisor divisor, c
     if (!std::isfinite(values[i])) return refuse(where, "value " + std::to_string(i) + " is not a finite number");
   }
   const double n = static_cast<double>(values.size());
-  Spread spread;
-  spread.count = values.size();
-  spread.mean = careful_sum(values) / n;
+  SummaryStatistics summary;
+  summary.count = values.size();
+  summary.mean = neumaier_sum(values) / n;
 
   // Two passes: the deviations are small numbers, so nothing cancels; their own sum corrects what rounding left of the
   // mean (Chan, Golub and LeVeque 1983).
   double deviations = 0, squares = 0, about_zero = 0;
   for (const double value : values) {
-    const double deviation = value - spread.mean;
+    const double deviation = value - summary.mean;
     deviations += deviation;
     squares += deviation * deviation;
     about_zero += value * value;
   }
   const double sum_of_squares = std::max(0.0, squares - deviations * deviations / n);
-  spread.sd = std::sqrt(sum_of_squares / (divisor == Divisor::kN ? n : n - 1));
-  spread.rms = std::sqrt(about_zero / n);
+  summary.sd = std::sqrt(sum_of_squares / (divisor == Divisor::kN ? n : n - 1));
+  summary.rms = std::sqrt(about_zero / n);
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  spread.min = *low;
-  spread.max = *high;
-  spread.peak_to_peak = *high - *low;
-  if (spread.peak_to_peak == 0) spread.sd = 0;  // equal values: no dust from the rounding of their mean
-  return spread;
+  summary.min = *low;
+  summary.max = *high;
+  summary.peak_to_peak = *high - *low;
+  if (summary.peak_to_peak == 0) summary.sd = 0;  // equal values: no dust from the rounding of their mean
+  return summary;
 }
 
 double median_of(std::vector<double> values) {

@@ -21,7 +21,7 @@ enum class Divisor {
 const char* divisor_text(Divisor divisor);
 
 /// Location and width of one series, in its own unit.
-struct Spread {
+struct SummaryStatistics {
   std::size_t count = 0;
   double mean = 0;
   double sd = 0;   ///< about the mean, with the divisor asked for
@@ -31,10 +31,10 @@ struct Spread {
 };
 
 /// Refused: fewer than two values; a value that is not finite (its index is named). `where` names the series.
-Result<Spread> measure_spread(std::span<const double> values, Divisor divisor, const std::string& where);
+Result<SummaryStatistics> summarise(std::span<const double> values, Divisor divisor, const std::string& where);
 
 /// Sum with the rounding errors carried along (Neumaier 1974): exact to the last bit or two for any order of values.
-double careful_sum(std::span<const double> values);
+double neumaier_sum(std::span<const double> values);
 
 /// Middle value, the mean of the two middle ones for an even count. `values` must not be empty or hold NaN.
 double median_of(std::vector<double> values);

@@ -10,7 +10,7 @@ cd "$dir"
 map() { echo "rate=rate_$1_dps:deg/s,temperature=temperature_C:degC,time=t_s:s"; }
 
 prismcal train "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --inputs T,dTdt --method stepwise --out x.json >train.out 2>train.err
-prismcal evaluate x.json "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --out report --json >direct.json
+prismcal evaluate x.json "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --max-bias 1000 --out report --json >direct.json
 # The README of the record: 1 sigma of axis x is 22.8 deg/h in 10 s means; second-order models take off some 65 %.
 number() { jq -r ".tables.r1_stability.rows[$2][$3].text" "$1"; }
 before=$(number direct.json 0 2) improvement=$(number direct.json 1 5)
@@ -27,7 +27,7 @@ cat >real.json <<END
  "correction": {"max_bias_deg_per_h": 1000}}
 END
 prismd real.json --replay x.pcap --out replayed >replay.out 2>replay.err
-prismcal evaluate x.json replayed --no-earth-rate --json >replayed.json
+prismcal evaluate x.json replayed --config real.json --no-earth-rate --json >replayed.json
 # The log rounds to 1e-6 deg/h, 1e-5 degC and 1e-8 degC/s: nothing may differ by more than that makes of it.
 for table in r1_stability r1_segments r1_hysteresis; do
   apart=$(jq -n --slurpfile a direct.json --slurpfile b replayed.json --arg t $table \
@@ -35,6 +35,13 @@ for table in r1_stability r1_segments r1_hysteresis; do
   awk -v d="$apart" 'BEGIN { exit !(d < 5e-5) }' || fail "$table differs by $apart"
   same "rows of $table" "$(jq ".tables.$table.rows | length" replayed.json)" "$(jq ".tables.$table.rows | length" direct.json)"
 done
+
+# A bias beyond the limit is not believed: evaluate leaves such blocks out and counts them, and refuses where none is left,
+# as with the usual limit here.
+prismcal evaluate x.json "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --max-bias 240 --json >limited.json
+contains "caption" "$(jq -r .tables.r1_stability.caption limited.json)" "15 further blocks are left out"
+! prismcal evaluate x.json "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate >none.out 2>none.err || fail "believed a bias beyond the limit"
+contains "refusal" "$(cat none.err)" "beyond 100 deg/h in 42 of 42 blocks"
 
 # What prismd itself subtracted is what the workbench says.
 log=$(echo replayed/*.csv)

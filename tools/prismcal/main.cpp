@@ -2,22 +2,12 @@
 // prismcal: the workbench: train, fit, validate, predict, evaluate, report. One file a command.
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
 #include <cstdio>
 #include <new>
 
 #include "config/version.hpp"
-#include "tools/prismcal/commands/allan_command.hpp"
-#include "tools/prismcal/commands/compare_command.hpp"
-#include "tools/prismcal/commands/convert_command.hpp"
-#include "tools/prismcal/commands/cv_command.hpp"
-#include "tools/prismcal/commands/evaluate_command.hpp"
-#include "tools/prismcal/commands/fit_command.hpp"
-#include "tools/prismcal/commands/predict_command.hpp"
-#include "tools/prismcal/commands/report_command.hpp"
-#include "tools/prismcal/commands/train_command.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 
 namespace prism::commands {
 namespace {
@@ -27,8 +17,11 @@ constexpr int kDone = 0, kFailed = 1, kUsage = 64;
 int run(int argc, char** argv) {
   CLI::App app("prismcal: makes, judges and compares bias models of laser gyros");
   int code = kDone;
+  tools::speak_to_people(app);
   app.set_version_flag("--version", std::string("prismcal ") + kVersion);
   app.require_subcommand(1);
+  tools::add_examples(
+      app, {"prismcal train logs/ --out model.json", "prismcal evaluate model.json repeat.csv --out report"});
   add_train_command(app, code);
   add_fit_command(app, code);
   add_cv_command(app, code);

@@ -3,9 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -15,7 +12,7 @@
 #include "compensation/earth_rate.hpp"
 #include "config/search_path.hpp"
 #include "config/version.hpp"
-#include "tools/number_check.hpp"
+#include "tools/command_line.hpp"
 
 namespace prism::prismsim {
 namespace {
@@ -24,7 +21,7 @@ constexpr int kUsage = 64, kBadConfiguration = 78;
 constexpr double kMostHours = 24 * 366;
 
 // What the command line says, before it means something.
-struct Words {
+struct CommandLine {
   std::string profile = "paper", frames = "trplg", axis, speed = "1";
   std::optional<double> rate_hz, hours;
   double cycles = 1;
@@ -36,42 +33,42 @@ int complain(int code, const std::string& what) {
   return code;
 }
 
-void declare_gyro(CLI::App& app, Words& words, SimOptions& options) {
-  const CLI::Validator part = tools::within(0, 1);
+void declare_gyro(CLI::App& app, CommandLine& line, SimOptions& options) {
+  const CLI::Validator share = tools::within(0, 1);
   drivers::SimulationSettings& simulation = options.simulation;
-  app.add_option("--profile", words.profile, "thermal cycle: paper, second or steady")->capture_default_str();
+  app.add_option("--profile", line.profile, "thermal cycle: paper, second or steady")->capture_default_str();
   app.add_option("--seed", simulation.seed, "of all that is random; the same seed gives the same gyro")
       ->capture_default_str();
-  auto* cycles = app.add_option("--cycles", words.cycles, "how many cycles in a row")
+  auto* cycles = app.add_option("--cycles", line.cycles, "how many cycles in a row")
                      ->check(tools::within(1e-6, 1000.0))
                      ->capture_default_str();
-  app.add_option("--hours", words.hours, "end after so many hours instead")
+  app.add_option("--hours", line.hours, "end after so many hours instead")
       ->check(tools::within(1e-6, kMostHours))
       ->excludes(cycles);
-  app.add_option("--frames", words.frames, "frame description: a name or a path")->capture_default_str();
-  app.add_option("--axis", words.axis, "the axis of the description that turns (default: its first)");
-  app.add_option("--rate", words.rate_hz, "frames a second, of every kind (default: the description's)")
+  app.add_option("--frames", line.frames, "frame description: a name or a path")->capture_default_str();
+  app.add_option("--axis", line.axis, "the axis of the description that turns (default: its first)");
+  app.add_option("--rate", line.rate_hz, "frames a second, of every kind (default: the description's)")
       ->check(tools::within(0.01, 100000.0));
-  app.add_option("--latitude", words.placement.latitude_deg, "of the place, degrees north")
+  app.add_option("--latitude", line.placement.latitude_deg, "of the place, degrees north")
       ->check(tools::within(-90.0, 90.0))
       ->capture_default_str();
-  app.add_option("--elevation", words.placement.elevation_deg, "of the input axis, degrees above the horizon")
+  app.add_option("--elevation", line.placement.elevation_deg, "of the input axis, degrees above the horizon")
       ->check(tools::within(-90.0, 90.0))
       ->capture_default_str();
-  app.add_option("--azimuth", words.placement.azimuth_deg, "of the input axis, degrees from north over east")
+  app.add_option("--azimuth", line.placement.azimuth_deg, "of the input axis, degrees from north over east")
       ->check(tools::within(-360.0, 360.0))
       ->capture_default_str();
   app.add_option("--outliers", simulation.outliers_per_h, "jumps of the angle in an hour")
       ->check(tools::within(0.0, 1e6));
-  app.add_option("--lose-frames", simulation.lose_frames, "part of the frames that are never sent, 0 to 1")
-      ->check(part);
-  app.add_option("--drop-bytes", simulation.drop_bytes, "part of the bytes that the line swallows, 0 to 1")
-      ->check(part);
-  app.add_option("--damage-bytes", simulation.damage_bytes, "part of the bytes that the line changes, 0 to 1")
-      ->check(part);
+  app.add_option("--lose-frames", simulation.lose_frames, "share of the frames that are never sent, 0 to 1")
+      ->check(share);
+  app.add_option("--drop-bytes", simulation.drop_bytes, "share of the bytes that the line swallows, 0 to 1")
+      ->check(share);
+  app.add_option("--damage-bytes", simulation.damage_bytes, "share of the bytes that the line changes, 0 to 1")
+      ->check(share);
 }
 
-void declare_output(CLI::App& app, Words& words, SimOptions& options) {
+void declare_output(CLI::App& app, CommandLine& line, SimOptions& options) {
   app.add_option("--out", options.out, "write a capture, at full speed")->type_name("FILE");
   app.add_option("--truth", options.truth, "write the truth once a second, as CSV")->type_name("FILE");
   app.add_option("--chunk-bytes", options.chunk_bytes, "bytes of a capture packet (default: what arrives of one frame)")
@@ -79,17 +76,17 @@ void declare_output(CLI::App& app, Words& words, SimOptions& options) {
   app.add_flag("--pty", options.terminal, "send on a pseudo-terminal and print its path");
   app.add_option("--link", options.link, "the same, with a symbolic link to it")->type_name("PATH");
   app.add_flag("--wait", options.wait, "on a pseudo-terminal: begin when somebody reads");
-  app.add_option("--speed", words.speed, "on a pseudo-terminal: 1 real time, 10 ten times as fast, max")
+  app.add_option("--speed", line.speed, "on a pseudo-terminal: 1 real time, 10 ten times as fast, max")
       ->capture_default_str();
 }
 
-std::optional<int> read_frames(const Words& words, SimOptions& options) {
-  const std::string path = config::find_data_file(words.frames, "frames", ".");
+std::optional<int> read_frames(const CommandLine& line, SimOptions& options) {
+  const std::string path = config::find_data_file(line.frames, "frames", ".");
   std::ifstream in(path, std::ios::binary);
   if (!in) return complain(kBadConfiguration, path + ": cannot be read; expected a frame description");
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   wire::GyroChoice choice;
-  choice.axis = words.axis;
+  choice.axis = line.axis;
   const auto frames = wire::parse_frame_description(text, path, choice);
   if (!frames) return complain(kBadConfiguration, frames.error().text());
   options.frames = *frames;
@@ -104,27 +101,27 @@ double sent_rate_hz(const wire::FrameDescription& frames) {
   return frames.rate_hz * static_cast<double>(frames.sent_kinds.size()) / static_cast<double>(with_gyro);
 }
 
-std::optional<int> understand(const Words& words, SimOptions& options) {
-  const auto profile = drivers::find_profile(words.profile);
+std::optional<int> understand(const CommandLine& line, SimOptions& options) {
+  const auto profile = drivers::find_profile(line.profile);
   if (!profile) return complain(kUsage, "--profile: " + profile.error().text());
   options.simulation.profile = *profile;
   options.terminal = options.terminal || !options.link.empty();
   if (options.terminal == !options.out.empty()) {
     return complain(kUsage, "expected either --out FILE (a capture) or --pty (a pseudo-terminal); see prismsim --help");
   }
-  if (words.speed != "max") {
+  if (line.speed != "max") {
     char* end = nullptr;
-    const double factor = std::strtod(words.speed.c_str(), &end);
-    if (words.speed.empty() || *end != '\0' || !(factor >= 1e-3 && factor <= 1e6)) {
+    const double factor = std::strtod(line.speed.c_str(), &end);
+    if (line.speed.empty() || *end != '\0' || !(factor >= 1e-3 && factor <= 1e6)) {
       return complain(kUsage,
-                      fmt::format("--speed: found \"{}\", expected max or a number within 0.001 to 1e6", words.speed));
+                      fmt::format("--speed: found \"{}\", expected max or a number within 0.001 to 1e6", line.speed));
     }
     options.speed = factor;
   }
-  if (auto code = read_frames(words, options)) return code;
-  options.simulation.rate_hz = words.rate_hz.value_or(sent_rate_hz(*options.frames));
-  options.simulation.earth_rate_deg_per_h = compensation::earth_rate_deg_per_h(words.placement);
-  options.duration_s = words.hours ? *words.hours * 3600 : words.cycles * options.simulation.profile.duration_s();
+  if (auto code = read_frames(line, options)) return code;
+  options.simulation.rate_hz = line.rate_hz.value_or(sent_rate_hz(*options.frames));
+  options.simulation.earth_rate_deg_per_h = compensation::earth_rate_deg_per_h(line.placement);
+  options.duration_s = line.hours ? *line.hours * 3600 : line.cycles * options.simulation.profile.duration_s();
   return std::nullopt;
 }
 
@@ -136,17 +133,20 @@ std::uint64_t SimOptions::total_frames() const {
 
 std::optional<int> parse_sim_options(int argc, char** argv, SimOptions& options) {
   CLI::App app("prismsim: a simulated laser gyro in a thermal chamber, on a pseudo-terminal or into a capture file");
-  Words words;
+  CommandLine line;
+  tools::speak_to_people(app);
+  tools::add_examples(
+      app, {"prismsim --profile paper --seed 1 --out cycle1.pcap", "prismsim --link /tmp/gyro --wait --speed 10"});
   app.set_version_flag("--version", std::string("prismsim ") + kVersion);
-  declare_gyro(app, words, options);
-  declare_output(app, words, options);
+  declare_gyro(app, line, options);
+  declare_output(app, line, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     return complain(kUsage, fmt::format("{}; see prismsim --help", error.what()));
   }
-  return understand(words, options);
+  return understand(line, options);
 }
 
 }  // namespace prism::prismsim

@@ -10,11 +10,11 @@
 namespace prism::evaluation {
 namespace {
 
-TEST(Spread, NamesAndUsesBothDivisors) {
+TEST(SummaryStatistics, NamesAndUsesBothDivisors) {
   const std::vector<double> values = {2, 4, 4, 4, 5, 5, 7, 9};  // mean 5, sum of squared deviations 32
-  const Spread n = measure_spread(values, Divisor::kN, "x").value();
+  const SummaryStatistics n = summarise(values, Divisor::kN, "x").value();
   EXPECT_DOUBLE_EQ(n.sd, 2.0);
-  EXPECT_DOUBLE_EQ(measure_spread(values, Divisor::kNMinus1, "x")->sd, std::sqrt(32.0 / 7.0));
+  EXPECT_DOUBLE_EQ(summarise(values, Divisor::kNMinus1, "x")->sd, std::sqrt(32.0 / 7.0));
   EXPECT_DOUBLE_EQ(n.mean, 5);
   EXPECT_DOUBLE_EQ(n.rms, std::sqrt(232.0 / 8.0));
   EXPECT_DOUBLE_EQ(n.peak_to_peak, 7);
@@ -22,29 +22,29 @@ TEST(Spread, NamesAndUsesBothDivisors) {
   EXPECT_STREQ(divisor_text(Divisor::kNMinus1), "N-1");
 }
 
-TEST(Spread, KeepsItsDigitsOnALargeOffset) {
+TEST(SummaryStatistics, KeepsItsDigitsOnALargeOffset) {
   // The one-pass formula Σx² − N m² gives 0 or rubbish here.
   const std::vector<double> values = {1e9 + 1, 1e9 + 2, 1e9 + 3};
-  EXPECT_NEAR(measure_spread(values, Divisor::kNMinus1, "x")->sd, 1.0, 1e-12);
+  EXPECT_NEAR(summarise(values, Divisor::kNMinus1, "x")->sd, 1.0, 1e-12);
 }
 
-TEST(Spread, OfAConstantIsZeroWithoutDust) {
+TEST(SummaryStatistics, OfAConstantIsZeroWithoutDust) {
   const std::vector<double> values(1000, 0.1);
-  EXPECT_EQ(measure_spread(values, Divisor::kN, "x")->sd, 0);
+  EXPECT_EQ(summarise(values, Divisor::kN, "x")->sd, 0);
 }
 
-TEST(Spread, RefusesWhatHasNoSpread) {
-  EXPECT_EQ(measure_spread({}, Divisor::kN, "rate").error().text(),
+TEST(SummaryStatistics, RefusesWhatHasNoSpread) {
+  EXPECT_EQ(summarise({}, Divisor::kN, "rate").error().text(),
             "rate: a standard deviation needs 2 values or more, found 0");
   const std::vector<double> one = {1};
-  EXPECT_FALSE(measure_spread(one, Divisor::kN, "rate"));
+  EXPECT_FALSE(summarise(one, Divisor::kN, "rate"));
   const std::vector<double> hole = {1, 2, std::numeric_limits<double>::quiet_NaN()};
-  EXPECT_EQ(measure_spread(hole, Divisor::kN, "rate").error().text(), "rate: value 2 is not a finite number");
+  EXPECT_EQ(summarise(hole, Divisor::kN, "rate").error().text(), "rate: value 2 is not a finite number");
 }
 
 TEST(CarefulSum, KeepsWhatAPlainSumLoses) {
   const std::vector<double> values = {1, 1e100, 1, -1e100};
-  EXPECT_EQ(careful_sum(values), 2);
+  EXPECT_EQ(neumaier_sum(values), 2);
 }
 
 TEST(Median, TakesTheMiddleOrTheMeanOfTwo) {

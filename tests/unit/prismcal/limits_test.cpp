@@ -52,7 +52,8 @@ TEST(Limits, CoverEveryQuantityOfADay) {
   const auto table =
       recordings::make_block_table(test::simulated_day(24000, 0.07, 2), {}, test::kDayEarthRate, "day").value();
   const auto judged =
-      analysis::judge(*test::linear_model(test::kDaySensitivity), table, evaluation::Divisor::kNMinus1).value();
+      analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kNMinus1)
+          .value();
   const auto measured = analysis::measure_all({"r1", &table, &judged, nullptr, nullptr});
   ASSERT_EQ(measured.size(), analysis::measured_names().size());
   for (const analysis::Measured& m : measured) EXPECT_TRUE(m.value) << m.quantity;

@@ -18,12 +18,9 @@
 #include "config/text_file.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismcal/commands/cv_command.hpp"
-#include "tools/prismcal/commands/fit_command.hpp"
-#include "tools/prismcal/commands/predict_command.hpp"
-#include "tools/prismcal/commands/train_command.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
-#include "tools/prismcal/recordings/source.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::prismcal {
 namespace {
@@ -141,7 +138,7 @@ TEST_F(Prismcal, TrainOnAnyCsvMakesAModelThatTheEngineTakes) {
                  "--serial", "X1", "--out", path("m.json"), "--quiet"}),
             0)
       << err_;
-  const auto model = compensation::parse_model(*config::read_text_file(path("m.json")), "m.json");
+  const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_EQ((*model)->info().gyro_serial, "X1");
   EXPECT_NEAR((*model)->predict(std::vector{20.0, 0.0}).bias_deg_per_h, 3.7, 0.01);
@@ -157,7 +154,7 @@ TEST_F(Prismcal, AModelOfATableIsNotForAStream) {
                  "1", "--out", path("m.json")}),
             0)
       << err_;
-  const auto model = compensation::parse_model(*config::read_text_file(path("m.json")), "m.json");
+  const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
   compensation::Engine engine;
   EXPECT_FALSE(engine.use(*model, nullptr));
@@ -167,7 +164,7 @@ TEST_F(Prismcal, AMapThatSaysNothingIsRefused) {
   write("foreign.csv", "a,b\n1,2\n");
   recordings::SourceOptions options;
   options.map = {"rate=a:furlong"};
-  const auto source = recordings::read_source(path("foreign.csv"), options);
+  const auto source = recordings::read_recording(path("foreign.csv"), options);
   ASSERT_FALSE(source);
   EXPECT_EQ(source.error().text().find('\n'), std::string::npos);
   EXPECT_NE(source.error().text().find("rate in deg/h"), std::string::npos);

@@ -7,33 +7,15 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "compensation/evaluation/allan_coefficients.hpp"
-#include "compensation/evaluation/hysteresis.hpp"
+#include "config/text_file.hpp"
 
 namespace prism::analysis {
 namespace {
 
 using Json = nlohmann::json;
 
-std::optional<evaluation::AllanCoefficients> allan_after(const Evidence& evidence) {
-  const auto seconds = corrected_seconds(*evidence.judgement, *evidence.table);
-  const auto sizes = evaluation::allan_cluster_sizes(evaluation::AllanGrid::kOctave, seconds.size());
-  const auto curve =
-      evaluation::allan_deviation(seconds, 1, sizes, evaluation::AllanEstimator::kOverlapping, evidence.table->name);
-  if (!curve) return std::nullopt;
-  const auto found = evaluation::extract_coefficients(*curve, evaluation::allan_confidence(*curve, seconds, 0.683),
-                                                      evidence.table->name);
-  return found ? std::optional(*found) : std::nullopt;
-}
-
-std::optional<double> gap_after(const Evidence& evidence) {
-  std::vector<double> time;
-  for (const compensation::Window& block : evidence.table->blocks)
-    time.push_back(static_cast<double>(block.bucket.second));
-  const auto temperature = evidence.table->column(compensation::kInputTemperature);
-  const auto kinds = evaluation::thermal_kinds(time, temperature, evaluation::SegmentSettings{}.soak_slope_degc_per_s);
-  const auto loop = evaluation::measure_hysteresis(temperature, evidence.judgement->corrected_deg_per_h, kinds, 5,
-                                                   evidence.table->name);
+std::optional<double> gap_after(const EvaluatedRecording& recording) {
+  const auto loop = measure_loop(recording, recording.evaluation->corrected_deg_per_h);
   if (!loop || loop->bins.empty()) return std::nullopt;
   return loop->max_gap_deg_per_h;
 }
@@ -57,12 +39,13 @@ std::vector<std::string> measured_names() {
           "hysteresis_gap_deg_per_h",
           "angle_random_walk_deg_per_sqrt_h",
           "bias_instability_deg_per_h",
-          "extrapolating_percent"};
+          "extrapolating_percent",
+          "uncorrected_percent"};
 }
 
-std::vector<Measured> measure_all(const Evidence& evidence) {
-  const evaluation::BiasStability& s = evidence.judgement->stability;
-  const auto allan = allan_after(evidence);
+std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
+  const evaluation::BiasStability& s = recording.evaluation->stability;
+  const auto allan = allan_coefficients(recording.evaluation->corrected_second_deg_per_h, recording.table->name);
   const auto percent = [](std::optional<double> share) { return share ? std::optional(100 * *share) : std::nullopt; };
   std::optional<double> walk, instability;
   if (allan && allan->angle_random_walk_deg_per_sqrt_h) walk = allan->angle_random_walk_deg_per_sqrt_h->value;
@@ -71,7 +54,7 @@ std::vector<Measured> measure_all(const Evidence& evidence) {
     instability = allan->bias_instability_deg_per_h ? allan->bias_instability_deg_per_h->value
                                                     : allan->floor.minimum_deg_per_h / evaluation::kAllanFlicker;
   }
-  const double blocks = static_cast<double>(evidence.table->size());
+  const double blocks = static_cast<double>(recording.table->size());
   const std::vector<std::optional<double>> values = {
       s.after.mean,
       s.after.sd,
@@ -79,12 +62,13 @@ std::vector<Measured> measure_all(const Evidence& evidence) {
       s.after.peak_to_peak,
       percent(s.improvement),
       percent(s.explained),
-      gap_after(evidence),
+      gap_after(recording),
       walk,
       instability,
-      100 * static_cast<double>(evidence.judgement->extrapolated) / blocks};
-  const std::vector<std::string> units = {"deg/h", "deg/h", "deg/h",  "deg/h", "%",
-                                          "%",     "deg/h", "deg/√h", "deg/h", "%"};
+      100 * static_cast<double>(recording.evaluation->extrapolated) / blocks,
+      100 * static_cast<double>(recording.evaluation->uncorrected) / blocks};
+  const std::vector<std::string> units = {"deg/h", "deg/h",  "deg/h", "deg/h", "%", "%",
+                                          "deg/h", "deg/√h", "deg/h", "%",     "%"};
   std::vector<Measured> measured;
   const auto names = measured_names();
   for (std::size_t i = 0; i < names.size(); ++i) measured.push_back({names[i], units[i], values[i]});
@@ -113,6 +97,11 @@ Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string
   }
   if (limits.empty()) return refuse(where, "no limit in it");
   return limits;
+}
+
+Result<std::vector<Limit>> read_limits(const std::string& path) {
+  if (path.empty()) return std::vector<Limit>();
+  return config::read_text_file(path).and_then([&](const std::string& text) { return parse_limits(text, path); });
 }
 
 std::vector<LimitVerdict> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured) {

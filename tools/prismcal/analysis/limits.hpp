@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/prismcal/analysis/evidence.hpp"
+#include "tools/prismcal/analysis/recording_report.hpp"
 
 namespace prism::analysis {
 
@@ -24,11 +24,14 @@ struct Measured {
 
 /// The quantities that limits can be put on.
 std::vector<std::string> measured_names();
-std::vector<Measured> measure_all(const Evidence& evidence);
+std::vector<Measured> measure_all(const EvaluatedRecording& recording);
 
 /// A JSON object { "QUANTITY": {"min": a, "max": b}, … }, comments allowed. Refused with its pointer: an unknown
 /// quantity or key, a limit without min and max, no JSON.
 Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where);
+
+/// The same from a file; none without a path.
+Result<std::vector<Limit>> read_limits(const std::string& path);
 
 struct LimitVerdict {
   Limit limit;

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "tools/prismcal/analysis/study.hpp"
+#include "tools/prismcal/analysis/experiment.hpp"
 
 namespace prism::analysis {
 

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/commands/allan_command.hpp"
-
 #include <fmt/format.h>
 
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
 #include <cstdio>
 #include <map>
 #include <memory>
 
-#include "tools/number_check.hpp"
+#include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/allan_text.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 
 namespace prism::commands {
 namespace {
@@ -32,10 +29,7 @@ int run(const Choice& choice) {
   const auto analysis = series.and_then([&](const recordings::RateSeries& s) {
     return analysis::analyse_allan(s, choice.grid, choice.estimator, choice.probability, choice.file);
   });
-  if (!analysis) {
-    fmt::print(stderr, "prismcal: {}\n", analysis.error().text());
-    return 1;
-  }
+  if (!analysis) return failed(analysis.error());
   fmt::print("{}", choice.json ? analysis::allan_json(*analysis, *series, choice.file)
                                : analysis::allan_text(*analysis, *series, choice.file));
   return 0;
@@ -69,6 +63,9 @@ void add_allan_command(CLI::App& app, int& code) {
   command->add_option("--confidence", choice->probability, "probability of the intervals, 0.5 to 0.999 (default 0.683)")
       ->check(tools::within(0.5, 0.999));
   command->add_flag("--json", choice->json, "print JSON");
+  tools::add_examples(*command,
+                      {"prismcal allan log.csv", "prismcal allan table.csv --column rate_x_dps --grid decade --json",
+                       "prismcal allan bare.txt --interval 0.01 --unit deg/s"});
   command->callback([choice, &code] { code = run(*choice); });
 }
 

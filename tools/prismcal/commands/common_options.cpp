@@ -8,8 +8,10 @@
 #include <filesystem>
 #include <map>
 
-#include "compensation/model_text.hpp"
+#include "config/config.hpp"
 #include "config/text_file.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/report/gnuplot.hpp"
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/machine_text.hpp"
@@ -36,13 +38,44 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   const std::map<std::string, evaluation::Divisor> divisors = {{"N", evaluation::Divisor::kN},
                                                                {"N-1", evaluation::Divisor::kNMinus1}};
   recordings::add_source_options(command, options.source);
-  recordings::add_place_options(command, options.place);
+  recordings::add_site_options(command, options.site);
   command.add_option("--divisor", options.divisor, "of the variance: N or N-1 (default)")
       ->transform(CLI::CheckedTransformer(divisors).description("N|N-1"));
+  command
+      .add_option("--max-bias", options.max_bias_deg_per_h,
+                  "a bias beyond is not believed, deg/h; else what --config says, or 100")
+      ->check(tools::positive());
+  command
+      .add_option("--extrapolation", options.extrapolation,
+                  "off the training data: flag, clamp or blend; else what --config says, or flag")
+      ->check(CLI::IsMember(std::vector<std::string>(compensation::kExtrapolationNames.begin(),
+                                                     compensation::kExtrapolationNames.end())));
+  command.add_option("--fallback", options.fallback,
+                     "model that serves while the window is not full; else what --config says, or none");
   command.add_option("--out", options.out, "folder for report.html, report.csv and report.json");
   command.add_flag("--simulated", options.simulated, "say on every page that the data are simulated");
   command.add_flag("--any-gyro", options.any_gyro, "judge a recording of another gyro than the model's");
   command.add_flag("--json", options.json, "print the report's JSON");
+}
+
+Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& options) {
+  analysis::CorrectionSettings settings;
+  std::string fallback = options.fallback;
+  if (!options.source.config.empty()) {
+    const auto config = config::load_config(options.source.config);
+    if (!config) return tl::unexpected(config.error());
+    settings.engine = config->engine;
+    if (fallback.empty()) fallback = config->fallback_model;
+  }
+  if (options.max_bias_deg_per_h) settings.engine.max_bias_deg_per_h = *options.max_bias_deg_per_h;
+  const auto& names = compensation::kExtrapolationNames;
+  if (const auto named = std::find(names.begin(), names.end(), options.extrapolation); named != names.end())
+    settings.engine.extrapolation = static_cast<compensation::Extrapolation>(named - names.begin());
+  if (fallback.empty()) return settings;
+  auto model = load_model(fallback);
+  if (!model) return tl::unexpected(model.error());
+  settings.fallback = std::move(*model);
+  return settings;
 }
 
 bool is_simulated(const recordings::Recording& recording, const CommonOptions& options) {
@@ -52,7 +85,7 @@ bool is_simulated(const recordings::Recording& recording, const CommonOptions& o
 
 Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,
                            const compensation::ModelInfo* model, const CommonOptions& options) {
-  auto recording = recordings::read_source(path, options.source);
+  auto recording = recordings::read_recording(path, options.source);
   if (!recording) return tl::unexpected(recording.error());
   const std::string serial = recording->value("gyro_serial");
   if (model && !options.any_gyro && !model->gyro_serial.empty() && !serial.empty() && serial != "unknown" &&
@@ -61,16 +94,11 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureD
         path, fmt::format("recorded from gyro \"{}\", the model is bound to \"{}\"; --any-gyro judges it all the same",
                           serial, model->gyro_serial));
   }
-  const auto earth = recordings::earth_rate_of(*recording, options.place);
+  const auto earth = recordings::earth_rate_of(*recording, options.site);
   if (!earth) return tl::unexpected(earth.error());
   auto table = recordings::make_block_table(recording->buckets, features, *earth, recording->name);
   if (!table) return tl::unexpected(table.error());
   return Loaded{std::move(*recording), std::move(*table)};
-}
-
-Result<compensation::ModelPtr> load_model(const std::string& path) {
-  return config::read_text_file(path).and_then(
-      [&](const std::string& text) { return compensation::parse_model(text, path); });
 }
 
 void append_recording_facts(std::vector<std::pair<std::string, std::string>>& facts, const Loaded& loaded,

@@ -7,24 +7,29 @@
 
 #include "compensation/evaluation/statistics.hpp"
 #include "compensation/model.hpp"
+#include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/recordings/block_table.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
-#include "tools/prismcal/recordings/source_options.hpp"
 #include "tools/prismcal/report/document.hpp"
 
 namespace prism::commands {
 
 struct CommonOptions {
   recordings::SourceOptions source;
-  recordings::PlaceOptions place;
+  recordings::SiteOptions site;
   evaluation::Divisor divisor = evaluation::Divisor::kNMinus1;
-  std::string out;  ///< folder for report.html, report.csv, report.json; empty: none
+  std::optional<double> max_bias_deg_per_h;  ///< instead of the configuration's
+  std::string extrapolation, fallback;       ///< the same; empty: the configuration's
+  std::string out;                           ///< folder for report.html, report.csv, report.json; empty: none
   bool simulated = false;
   bool any_gyro = false;
   bool json = false;
 };
 
 void add_common_options(CLI::App& command, CommonOptions& options);
+
+/// How prismd would correct: by --max-bias, --extrapolation and --fallback, else by --config, else by the defaults.
+Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& options);
 
 /// Said by --simulated, or by the log: a gyro serial or an instance that begins with "sim".
 bool is_simulated(const recordings::Recording& recording, const CommonOptions& options);
@@ -37,9 +42,6 @@ struct Loaded {
 };
 Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,
                            const compensation::ModelInfo* model, const CommonOptions& options);
-
-/// Reads a model file.
-Result<compensation::ModelPtr> load_model(const std::string& path);
 
 /// The header facts of a recording: file, SHA-256, serial, site, earth rate, blocks, gaps.
 void append_recording_facts(std::vector<std::pair<std::string, std::string>>& facts, const Loaded& loaded,

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/commands/compare_command.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <memory>
 
 #include "config/version.hpp"
-#include "tools/prismcal/analysis/judgement.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/analysis/model_evaluation.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
 #include "tools/prismcal/report/plain_text.hpp"
 
@@ -26,10 +26,12 @@ struct Choice {
 struct Comparison {
   std::vector<compensation::ModelPtr> models;
   std::vector<Loaded> recordings;  ///< on the grid of the first model; their facts
-  std::vector<std::vector<analysis::Judgement>> judged;
+  std::vector<std::vector<analysis::ModelEvaluation>> judged;
 };
 
 Result<Comparison> judge_all(const Choice& choice) {
+  const auto correction = correction_settings(choice.common);
+  if (!correction) return tl::unexpected(correction.error());
   Comparison comparison;
   for (const std::string& path : choice.models) {
     auto model = load_model(path);
@@ -38,7 +40,7 @@ Result<Comparison> judge_all(const Choice& choice) {
     for (const std::string& recording : choice.recordings) {
       auto loaded = load_blocks(recording, (*model)->info().features, &(*model)->info(), choice.common);
       if (!loaded) return tl::unexpected(loaded.error());
-      auto judged = analysis::judge(**model, loaded->table, choice.common.divisor);
+      auto judged = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
       if (!judged) return tl::unexpected(judged.error());
       comparison.judged.back().push_back(std::move(*judged));
       if (comparison.models.empty()) comparison.recordings.push_back(std::move(*loaded));
@@ -69,18 +71,18 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
   }
   for (std::size_t m = 0; m < comparison.models.size(); ++m) {
     const compensation::ModelInfo& info = comparison.models[m]->info();
-    std::vector<report::Cell> cells = {report::text_cell(info.name), report::text_cell(info.kind),
-                                       report::text_cell(info.id.substr(0, 12))};
+    std::vector<Cell> cells = {report::text_cell(info.name), report::text_cell(info.kind),
+                               report::text_cell(info.id.substr(0, 12))};
     for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
-      const analysis::Judgement& judged = comparison.judged[m][r];
+      const analysis::ModelEvaluation& judged = comparison.judged[m][r];
       const evaluation::BiasStability& s = judged.stability;
       const double first = comparison.judged[0][r].stability.after.sd;
       const bool best = std::all_of(comparison.judged.begin(), comparison.judged.end(),
                                     [&](const auto& row) { return row[r].stability.after.sd >= s.after.sd; });
       cells.push_back(report::fixed_cell(s.before.sd, 5));
-      cells.push_back(report::fixed_cell(s.after.sd, 5, best ? report::Mark::kBest : report::Mark::kNone));
-      cells.push_back(report::percent_cell(
-          s.improvement, s.improvement && *s.improvement < 0 ? report::Mark::kBad : report::Mark::kNone));
+      cells.push_back(report::fixed_cell(s.after.sd, 5, best ? Mark::kBest : Mark::kNone));
+      cells.push_back(
+          report::percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? Mark::kBad : Mark::kNone));
       cells.push_back(report::percent_cell(m > 0 && first > 0 ? std::optional(s.after.sd / first - 1) : std::nullopt));
       cells.push_back(report::fixed_cell(
           100 * static_cast<double>(judged.extrapolated) / static_cast<double>(judged.extrapolating.size()), 1));
@@ -121,10 +123,10 @@ void add_compare_command(CLI::App& app, int& code) {
   command->add_option("--on", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")
       ->required();
   add_common_options(*command, choice->common);
+  tools::add_examples(*command, {"prismcal compare old.json new.json --on repeat.csv --on other.csv"});
   command->callback([choice, &code] {
     const auto done = compare(*choice);
-    if (!done) fmt::print(stderr, "prismcal: {}\n", done.error().text());
-    code = done ? 0 : 1;
+    code = done ? 0 : failed(done.error());
   });
 }
 

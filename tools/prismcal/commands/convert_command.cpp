@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/commands/convert_command.hpp"
-
 #include <fmt/format.h>
 
 #include <cmath>
@@ -11,7 +9,9 @@
 #include "config/text_file.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
-#include "tools/prismcal/recordings/source_options.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::commands {
 namespace {
@@ -63,7 +63,7 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
 Result<std::size_t> convert(const Choice& choice) {
   const auto frames = one_a_second(choice.frames);
   if (!frames) return tl::unexpected(frames.error());
-  const auto recording = recordings::read_source(choice.recording, choice.source);
+  const auto recording = recordings::read_recording(choice.recording, choice.source);
   if (!recording) return tl::unexpected(recording.error());
   if (recording->buckets.empty()) return refuse(choice.recording, "no row in it");
   return write_capture(*recording, *frames, choice.out);
@@ -81,11 +81,11 @@ void add_convert_command(CLI::App& app, int& code) {
   command->add_option("--frames", choice->frames, "frame description of one frame a second: a name or a path")
       ->capture_default_str();
   recordings::add_source_options(*command, choice->source);
+  tools::add_examples(*command, {"prismcal convert logs/ --out record.pcap"});
   command->callback([choice, &code] {
     const auto frames = convert(*choice);
-    frames ? fmt::print("{}: {} frames\n", choice->out, *frames)
-           : fmt::print(stderr, "prismcal: {}\n", frames.error().text());
-    code = frames ? 0 : 1;
+    if (frames) fmt::print("{}: {} frames\n", choice->out, *frames);
+    code = frames ? 0 : failed(frames.error());
   });
 }
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/commands/cv_command.hpp"
-
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -8,7 +6,10 @@
 
 #include "compensation/kernel.hpp"
 #include "compensation/training/cross_validation.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
 
 namespace prism::commands {
@@ -44,7 +45,7 @@ struct Problem {
 Result<Problem> read_problem(const Choice& choice, const training::TrainingSettings& settings) {
   const auto table = recordings::CsvTable::read(choice.file);
   if (!table) return tl::unexpected<Error>(table.error());
-  const std::vector<std::string> names = recordings::split_names(choice.inputs);
+  const std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
   const auto inputs = table->columns(names);
   if (!inputs) return tl::unexpected<Error>(inputs.error());
   const auto target = table->columns({choice.target});
@@ -123,6 +124,7 @@ void add_cv_command(CLI::App& app, int& code) {
   command->add_option("--target", choice->target, "column")->required();
   command->add_option("--fold-column", choice->fold_column, "column of fold numbers");
   add_method_options(*command, choice->method);
+  tools::add_examples(*command, {"prismcal cv table.csv --inputs x1,x2 --target y --c 10 --sigma2 0.5 --weight huber"});
   command->callback([choice, &code] {
     const auto done = run(*choice);
     code = done ? *done : failed(done.error());

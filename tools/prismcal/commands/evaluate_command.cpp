@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/commands/evaluate_command.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,9 +6,11 @@
 
 #include "config/text_file.hpp"
 #include "config/version.hpp"
-#include "tools/prismcal/analysis/evidence.hpp"
-#include "tools/prismcal/analysis/gate_table.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/analysis/data_quality_table.hpp"
 #include "tools/prismcal/analysis/limits.hpp"
+#include "tools/prismcal/analysis/recording_report.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
 #include "tools/prismcal/report/plain_text.hpp"
 
@@ -26,7 +26,7 @@ struct Choice {
 /// One recording through the model.
 struct Case {
   Loaded loaded;
-  analysis::Judgement judgement;
+  analysis::ModelEvaluation evaluation;
 };
 
 report::Report begin_report(const compensation::Model& model, const std::vector<Case>& cases,
@@ -49,20 +49,20 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
   return report;
 }
 
-report::Section recording_section(const analysis::Evidence& evidence, const std::vector<analysis::Limit>& limits,
-                                  bool& kept) {
-  report::Section section{evidence.id, "On " + evidence.table->name, {}};
+report::Section recording_section(const analysis::EvaluatedRecording& recording,
+                                  const std::vector<analysis::Limit>& limits, bool& kept) {
+  report::Section section{recording.id, "On " + recording.table->name, {}};
   if (!limits.empty()) {
-    const auto verdicts = analysis::check_limits(limits, analysis::measure_all(evidence));
+    const auto verdicts = analysis::check_limits(limits, analysis::measure_all(recording));
     kept =
         kept && std::all_of(verdicts.begin(), verdicts.end(), [](const analysis::LimitVerdict& v) { return v.pass; });
-    section.blocks.push_back(analysis::limits_table(verdicts, evidence.id, evidence.table->name));
+    section.blocks.push_back(analysis::limits_table(verdicts, recording.id, recording.table->name));
   }
-  section.blocks.push_back(analysis::record_figure(*evidence.table, evidence.id));
-  if (const auto gate = analysis::judge_blocks(*evidence.table); gate && gate->nothing_to_compensate) {
-    section.blocks.push_back(analysis::gate_paragraph(*gate, evidence.table->name));
+  section.blocks.push_back(analysis::record_figure(*recording.table, recording.id));
+  if (const auto quality = analysis::check_blocks(*recording.table); quality && quality->nothing_to_compensate) {
+    section.blocks.push_back(analysis::data_quality_paragraph(*quality, recording.table->name));
   }
-  for (auto& block : analysis::evidence_blocks(evidence)) section.blocks.push_back(std::move(block));
+  for (auto& block : analysis::recording_blocks(recording)) section.blocks.push_back(std::move(block));
   return section;
 }
 
@@ -79,19 +79,15 @@ void print_tables(const report::Report& report) {
 Result<bool> evaluate(const Choice& choice) {
   const auto model = load_model(choice.model);
   if (!model) return tl::unexpected(model.error());
-  std::vector<analysis::Limit> limits;
-  if (!choice.limits.empty()) {
-    auto parsed = config::read_text_file(choice.limits).and_then([&](const std::string& text) {
-      return analysis::parse_limits(text, choice.limits);
-    });
-    if (!parsed) return tl::unexpected(parsed.error());
-    limits = std::move(*parsed);
-  }
+  const auto limits = analysis::read_limits(choice.limits);
+  if (!limits) return tl::unexpected(limits.error());
+  const auto correction = correction_settings(choice.common);
+  if (!correction) return tl::unexpected(correction.error());
   std::vector<Case> cases;
   for (const std::string& path : choice.recordings) {
     auto loaded = load_blocks(path, (*model)->info().features, &(*model)->info(), choice.common);
     if (!loaded) return tl::unexpected(loaded.error());
-    auto judged = analysis::judge(**model, loaded->table, choice.common.divisor);
+    auto judged = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
     if (!judged) return tl::unexpected(judged.error());
     cases.push_back({std::move(*loaded), std::move(*judged)});
   }
@@ -103,15 +99,16 @@ Result<bool> evaluate(const Choice& choice) {
   }
 
   report::Report report = begin_report(**model, cases, choice.common);
+  report.facts.emplace(report.facts.begin() + 3, "correction", correction->text());
   std::vector<std::pair<std::string, const Loaded*>> all;
   for (const Case& c : cases) all.emplace_back("evaluated", &c.loaded);
   if (training) all.emplace_back("training", &*training);
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
   bool kept = true;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    const analysis::Evidence evidence{fmt::format("r{}", i + 1), &cases[i].loaded.table, &cases[i].judgement,
-                                      training ? &training->table : nullptr, nullptr};
-    report.sections.push_back(recording_section(evidence, limits, kept));
+    const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1), &cases[i].loaded.table,
+                                                 &cases[i].evaluation, training ? &training->table : nullptr, nullptr};
+    report.sections.push_back(recording_section(recording, *limits, kept));
   }
   if (!choice.common.json) print_tables(report);
   if (const auto done = write_report(report, choice.common); !done) return tl::unexpected(done.error());
@@ -132,10 +129,11 @@ void add_evaluate_command(CLI::App& app, int& code) {
   command->add_option("--limits", choice->limits,
                       "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL");
   add_common_options(*command, choice->common);
+  tools::add_examples(*command, {"prismcal evaluate model.json logs/ --config gyro.json --out report",
+                                 "prismcal evaluate model.json repeat.csv --limits limits.json"});
   command->callback([choice, &code] {
     const auto kept = evaluate(*choice);
-    if (!kept) fmt::print(stderr, "prismcal: {}\n", kept.error().text());
-    code = kept && *kept ? 0 : 1;
+    code = !kept ? failed(kept.error()) : *kept ? 0 : 1;
   });
 }
 

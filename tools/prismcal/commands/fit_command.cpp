@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/commands/fit_command.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,8 +8,10 @@
 #include "compensation/model_text.hpp"
 #include "config/text_file.hpp"
 #include "config/version.hpp"
-#include "tools/prismcal/commands/interrupt.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
 
 namespace prism::commands {
@@ -21,26 +21,6 @@ struct Choice {
   std::string file, inputs, target, fold_column, out, diagnostics;
   MethodOptions method;
 };
-
-// Stepwise: the inputs as they are; LS: a cubic of the only input.
-Result<void> set_terms(const Choice& choice, const std::vector<std::string>& names,
-                       training::TrainingSettings& settings) {
-  if (settings.method == training::Method::kLeastSquares) {
-    if (names.size() != 1)
-      return refuse("--inputs",
-                    fmt::format("found {} with --method ls, expected one: it is a cubic of one input", names.size()));
-    settings.terms = training::cubic_terms();
-  }
-  if (settings.method != training::Method::kStepwise) return {};
-  settings.terms = training::plain_terms(names.size());
-  if (choice.method.start.empty() || choice.method.start == "none") return {};
-  for (const std::string& name : recordings::split_names(choice.method.start)) {
-    const auto at = std::find(names.begin(), names.end(), name);
-    if (at == names.end()) return refuse("--start", fmt::format("found \"{}\", expected names of --inputs", name));
-    settings.stepwise.start.push_back(static_cast<int>(at - names.begin()));
-  }
-  return {};
-}
 
 std::string diagnostics_csv(const training::SampleDiagnostics& d) {
   std::string text = "alpha,weight,fitted,loo_residual\n";
@@ -57,9 +37,7 @@ std::string diagnostics_csv(const training::SampleDiagnostics& d) {
 std::string provenance(const recordings::CsvTable& table, const Choice& choice, const nlohmann::ordered_json& summary) {
   nlohmann::ordered_json json = {{"tool", fmt::format("prismcal {}", kVersion)}, {"target", choice.target}};
   json["files"] = {{{"path", table.path()}, {"sha256", table.sha256()}, {"rows", table.rows()}}};
-  json["training"] = summary;
-  json["training"].erase("id");
-  if (json["training"].contains("tuning")) json["training"]["tuning"].erase("surface");
+  json["training"] = provenance_json(summary);
   return json.dump();
 }
 
@@ -69,8 +47,9 @@ Result<int> run(const Choice& choice) {
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
   training::TrainingData data;
-  data.names = recordings::split_names(choice.inputs);
-  if (auto good = set_terms(choice, data.names, *settings); !good) return tl::unexpected<Error>(good.error());
+  data.names = recordings::csv_fields(choice.inputs, ',');
+  if (auto good = set_terms(choice.method, data.names, training::plain_terms(data.names.size()), {}, *settings); !good)
+    return tl::unexpected<Error>(good.error());
   auto inputs = table->columns(data.names);
   if (!inputs) return tl::unexpected<Error>(inputs.error());
   const auto target = table->columns({choice.target});
@@ -123,6 +102,7 @@ void add_fit_command(CLI::App& app, int& code) {
   command->add_option("--diagnostics", choice->diagnostics,
                       "CSV to write: alpha, weight, fitted, leave-one-out residual of each row");
   add_method_options(*command, choice->method);
+  tools::add_examples(*command, {"prismcal fit table.csv --inputs x1,x2 --target y --method lssvm --out model.json"});
   command->callback([choice, &code] {
     const auto done = run(*choice);
     code = done ? *done : failed(done.error());

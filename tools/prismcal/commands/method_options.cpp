@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <algorithm>
 #include <cstdio>
 
-#include "tools/number_check.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::commands {
 namespace {
@@ -99,6 +99,28 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
   return s;
 }
 
+Result<void> set_terms(const MethodOptions& options, const std::vector<std::string>& names, training::TermPowers terms,
+                       std::vector<std::string> start, training::TrainingSettings& settings) {
+  if (settings.method == training::Method::kLeastSquares) {
+    if (names.size() != 1)
+      return refuse("--inputs",
+                    fmt::format("found {} with --method ls, expected one: it is a cubic of one input", names.size()));
+    settings.terms = training::cubic_terms();
+  }
+  if (settings.method != training::Method::kStepwise) return {};
+  settings.terms = std::move(terms);
+  std::vector<std::string> known;
+  for (const auto& powers : settings.terms) known.push_back(training::term_name(powers, names));
+  if (!options.start.empty()) start = recordings::csv_fields(options.start == "none" ? "" : options.start, ',');
+  for (const std::string& wanted : start) {
+    const auto at = std::find(known.begin(), known.end(), wanted);
+    if (at != known.end()) settings.stepwise.start.push_back(static_cast<int>(at - known.begin()));
+    if (at == known.end() && !options.start.empty())
+      return refuse("--start", fmt::format("found \"{}\", expected some of {}", wanted, fmt::join(known, ", ")));
+  }
+  return {};
+}
+
 training::TuningProgress progress_bar(bool quiet) {
   if (quiet || isatty(STDERR_FILENO) == 0) return {};
   return [](int done, int expected, const training::TuningPoint& best) {
@@ -112,12 +134,6 @@ training::TuningProgress progress_bar(bool quiet) {
 
 void end_progress() {
   if (bar_drawn.exchange(false)) fmt::print(stderr, "\n");
-}
-
-int failed(const Error& error) {
-  end_progress();
-  fmt::print(stderr, "prismcal: {}\n", error.text());
-  return 1;
 }
 
 }  // namespace prism::commands

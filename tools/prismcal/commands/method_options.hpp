@@ -29,9 +29,16 @@ void add_method_options(CLI::App& command, MethodOptions& options);
 /// Options → settings, polynomial terms apart. Refuses combinations without a meaning.
 Result<training::TrainingSettings> settings_of(const MethodOptions& options);
 
+/// The terms of a polynomial: a cubic of the only input (ls, eq. 21), or `terms`, begun with those that --start names,
+/// else with those of `start` that there are (stepwise). Refuses several inputs with ls, and a term that there is not.
+Result<void> set_terms(const MethodOptions& options, const std::vector<std::string>& names, training::TermPowers terms,
+                       std::vector<std::string> start, training::TrainingSettings& settings);
+
 /// What a training came to, for --json and for the model's provenance. Numbers exact; unknown ones null.
 nlohmann::ordered_json summary_json(const training::TrainedModel& trained, const training::TrainingSettings& settings,
                                     const std::vector<std::string>& names);
+/// The same without what a model file does not keep: its own id, and the surface of the search.
+nlohmann::ordered_json provenance_json(nlohmann::ordered_json summary);
 /// The same for people: a few lines.
 std::string summary_text(const training::TrainedModel& trained, const training::TrainingSettings& settings,
                          const std::vector<std::string>& names);
@@ -39,8 +46,5 @@ std::string summary_text(const training::TrainedModel& trained, const training::
 /// Draws on stderr where that is a terminal; the best cost so far.
 training::TuningProgress progress_bar(bool quiet);
 void end_progress();
-
-/// "prismcal: …" on stderr, exit code 1.
-int failed(const Error& error);
 
 }  // namespace prism::commands

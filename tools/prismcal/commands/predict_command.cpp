@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/commands/predict_command.hpp"
-
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "compensation/extrapolation.hpp"
-#include "compensation/model_text.hpp"
 #include "config/text_file.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
 
@@ -25,17 +25,15 @@ struct Choice {
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
 
 Result<int> run(const Choice& choice) {
-  const auto text = config::read_text_file(choice.model);
-  if (!text) return tl::unexpected<Error>(text.error());
-  const auto model = compensation::parse_model(*text, choice.model);
+  const auto model = load_model(choice.model);
   if (!model) return tl::unexpected<Error>(model.error());
   const auto table = recordings::CsvTable::read(choice.file);
   if (!table) return tl::unexpected<Error>(table.error());
   const auto inputs = table->columns((*model)->info().inputs);
   if (!inputs) return tl::unexpected<Error>(inputs.error());
-  const compensation::Extrapolation policy = choice.policy == "clamp"   ? compensation::Extrapolation::kClamp
-                                             : choice.policy == "blend" ? compensation::Extrapolation::kBlend
-                                                                        : compensation::Extrapolation::kFlag;
+  const auto& names = compensation::kExtrapolationNames;
+  const auto policy =
+      static_cast<compensation::Extrapolation>(std::find(names.begin(), names.end(), choice.policy) - names.begin());
   const char comma = table->separator();
   std::string out = fmt::format("{}{}prediction{}sd\n", table->header(), comma, comma);
   std::size_t extrapolating = 0;
@@ -67,6 +65,7 @@ void add_predict_command(CLI::App& app, int& code) {
       ->check(CLI::IsMember({"flag", "clamp", "blend"}))
       ->capture_default_str();
   command->add_flag("--json", choice->json, "print JSON");
+  tools::add_examples(*command, {"prismcal predict model.json table.csv --out predicted.csv"});
   command->callback([choice, &code] {
     const auto done = run(*choice);
     code = done ? *done : failed(done.error());

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/commands/report_command.hpp"
-
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -11,12 +9,12 @@
 #include "compensation/model_text.hpp"
 #include "config/text_file.hpp"
 #include "config/version.hpp"
-#include "tools/prismcal/analysis/gate_table.hpp"
-#include "tools/prismcal/analysis/study_report.hpp"
-#include "tools/prismcal/analysis/study_tables.hpp"
-#include "tools/prismcal/analysis/study_trainer.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/analysis/data_quality_table.hpp"
+#include "tools/prismcal/analysis/experiment.hpp"
+#include "tools/prismcal/analysis/experiment_report.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
-#include "tools/prismcal/commands/interrupt.hpp"
 #include "tools/prismcal/report/plain_text.hpp"
 
 namespace prism::commands {
@@ -25,7 +23,7 @@ namespace {
 struct Choice {
   std::string training, repeat, limits;
   std::vector<std::string> others;
-  analysis::StudyTraining study;
+  analysis::ExperimentSettings experiment;
   int threads = 2;
   bool force = false;
   std::string models = "paper";
@@ -45,7 +43,7 @@ void show_progress(std::size_t done, std::size_t all, const std::string& next) {
 }
 
 report::Report begin_report(const std::vector<std::pair<std::string, const Loaded*>>& recordings, const Choice& choice,
-                            const evaluation::GateReport& gate) {
+                            const evaluation::DataQuality& quality) {
   report::Report report;
   const std::string serial = recordings.front().second->recording.value("gyro_serial");
   report.title = "Bias compensation of gyro " + (serial.empty() ? std::string("without a serial") : serial);
@@ -54,27 +52,21 @@ report::Report begin_report(const std::vector<std::pair<std::string, const Loade
   report.tool = std::string("prismcal ") + kVersion;
   report.facts = {
       {"divisor", fmt::format("{} in every standard deviation", evaluation::divisor_text(choice.common.divisor))},
-      {"tuning", fmt::format("{} folds, seed {}; re-weighting {}", choice.study.folds, choice.study.seed,
-                             choice.study.reweight_limit == 1 ? "once, as the paper" : "to convergence")}};
+      {"tuning", fmt::format("{} folds, seed {}; re-weighting {}", choice.experiment.folds, choice.experiment.seed,
+                             choice.experiment.reweight_limit == 1 ? "once, as the paper" : "to convergence")}};
   for (const auto& [role, loaded] : recordings) {
     append_recording_facts(report.facts, *loaded, role);
     report.simulated = report.simulated || is_simulated(loaded->recording, choice.common);
   }
   report::Section section{"recordings", "The recordings", {recordings_table(recordings)}};
   const std::string& training = recordings.front().second->table.name;
-  section.blocks.push_back(analysis::gate_table(gate, training));
-  section.blocks.push_back(analysis::gate_paragraph(gate, training));
+  section.blocks.push_back(analysis::data_quality_table(quality, training));
+  section.blocks.push_back(analysis::data_quality_paragraph(quality, training));
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     section.blocks.push_back(analysis::record_figure(recordings[i].second->table, fmt::format("recording{}", i)));
   }
   report.sections.push_back(std::move(section));
   return report;
-}
-
-Result<std::vector<analysis::Limit>> read_limits(const std::string& path) {
-  if (path.empty()) return std::vector<analysis::Limit>();
-  return config::read_text_file(path).and_then(
-      [&](const std::string& text) { return analysis::parse_limits(text, path); });
 }
 
 bool has_uhfo(const recordings::BlockTable& table) {
@@ -83,8 +75,10 @@ bool has_uhfo(const recordings::BlockTable& table) {
 }
 
 Result<bool> make_report(Choice choice) {
-  const auto limits = read_limits(choice.limits);
+  const auto limits = analysis::read_limits(choice.limits);
   if (!limits) return tl::unexpected(limits.error());
+  const auto correction = correction_settings(choice.common);
+  if (!correction) return tl::unexpected(correction.error());
   std::vector<std::pair<std::string, std::string>> paths = {{"training", choice.training}, {"repeat", choice.repeat}};
   for (const std::string& other : choice.others) paths.emplace_back("other profile", other);
   std::vector<Loaded> loaded;
@@ -93,36 +87,38 @@ Result<bool> make_report(Choice choice) {
     if (!one) return tl::unexpected(one.error());
     loaded.push_back(std::move(*one));
   }
-  const auto gate = analysis::judge_blocks(loaded.front().table);
-  if (!gate) return tl::unexpected(gate.error());
-  if (!choice.force && (gate->verdict == evaluation::Verdict::kRefuse || gate->nothing_to_compensate)) {
-    fmt::print(stderr, "{}", report::plain_text(analysis::gate_table(*gate, loaded.front().table.name)));
-    return refuse(choice.training,
-                  analysis::gate_paragraph(*gate, loaded.front().table.name).text + " --force trains all the same");
+  const auto quality = analysis::check_blocks(loaded.front().table);
+  if (!quality) return tl::unexpected(quality.error());
+  if (!choice.force && (quality->verdict == evaluation::Verdict::kRefuse || quality->nothing_to_compensate)) {
+    fmt::print(stderr, "{}", report::plain_text(analysis::data_quality_table(*quality, loaded.front().table.name)));
+    return refuse(choice.training, analysis::data_quality_paragraph(*quality, loaded.front().table.name).text +
+                                       " --force trains all the same");
   }
   std::vector<std::pair<std::string, const Loaded*>> recordings;
-  analysis::StudyData data{loaded.front().table, {}};
+  analysis::ExperimentData data{loaded.front().table, {}, *correction};
   bool uhfo = true;
   for (std::size_t i = 0; i < loaded.size(); ++i) {
     recordings.emplace_back(paths[i].first, &loaded[i]);
     uhfo = uhfo && has_uhfo(loaded[i].table);
     if (i > 0) data.evaluated.push_back(loaded[i].table);
   }
-  choice.study.gyro_serial = loaded.front().recording.value("gyro_serial");
+  choice.experiment.gyro_serial = loaded.front().recording.value("gyro_serial");
   const auto specs = choice.models == "paper" ? analysis::paper_models(uhfo) : analysis::ladder_models(uhfo);
-  const auto study = analysis::run_study(std::move(data), specs, choice.common.divisor,
-                                         analysis::study_trainer(choice.study), show_progress, choice.threads);
-  if (!study) return tl::unexpected(study.error());
+  const auto experiment =
+      analysis::run_experiment(std::move(data), specs, choice.common.divisor,
+                               analysis::experiment_trainer(choice.experiment), show_progress, choice.threads);
+  if (!experiment) return tl::unexpected(experiment.error());
 
-  report::Report report = begin_report(recordings, choice, *gate);
+  report::Report report = begin_report(recordings, choice, *quality);
+  report.facts.emplace_back("correction", correction->text());
   bool kept = true;
-  auto sections = analysis::study_sections(*study, *limits, kept);
-  report.facts.emplace_back("chosen model", fmt::format("{}, id {}", analysis::chosen_row(*study)->spec.key(),
-                                                        analysis::chosen_row(*study)->trained.model->info().id));
+  auto sections = analysis::experiment_sections(*experiment, *limits, kept);
+  report.facts.emplace_back("chosen model", fmt::format("{}, id {}", analysis::chosen_row(*experiment)->spec.key(),
+                                                        analysis::chosen_row(*experiment)->trained.model->info().id));
   report.sections.insert(report.sections.begin(), std::move(sections.front()));
   report.sections.insert(report.sections.end(), std::make_move_iterator(sections.begin() + 1),
                          std::make_move_iterator(sections.end()));
-  if (!choice.common.json) fmt::print("{}", report::plain_text(analysis::ladder_table(*study)));
+  if (!choice.common.json) fmt::print("{}", report::plain_text(analysis::ladder_table(*experiment)));
   if (const auto done = write_report(report, choice.common); !done) return tl::unexpected(done.error());
   return kept;
 }
@@ -145,19 +141,20 @@ void add_report_command(CLI::App& app, int& code) {
       ->check(CLI::IsMember({"paper", "ladder"}));
   command->add_option("--limits", choice->limits,
                       "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL");
-  command->add_option("--seed", choice->study.seed, "of the shuffled folds");
-  command->add_option("--folds", choice->study.folds, "of the cross-validation")->check(CLI::Range(2, 100));
+  command->add_option("--seed", choice->experiment.seed, "of the shuffled folds");
+  command->add_option("--folds", choice->experiment.folds, "of the cross-validation")->check(CLI::Range(2, 100));
   command
-      ->add_option("--reweight", choice->study.reweight_limit,
+      ->add_option("--reweight", choice->experiment.reweight_limit,
                    "weighted solves at most: 1 is the paper's, 500 (default) converges")
       ->check(CLI::Range(1, 10000));
   command->add_option("--threads", choice->threads, "models trained at a time")->check(CLI::Range(1, 64));
-  command->add_flag("--force", choice->force, "train although the quality gate refuses the recording");
+  command->add_flag("--force", choice->force, "train although the data-quality check refuses the recording");
   add_common_options(*command, choice->common);
+  tools::add_examples(*command, {"prismcal report cycle1.pcap cycle2.pcap other.pcap --config gyro.json --out report"});
   command->callback([choice, &code] {
-    choice->study.stop = stop_on_interrupt();
+    choice->experiment.stop = stop_on_interrupt();
     const auto kept = make_report(*choice);
-    const bool interrupted = !kept && choice->study.stop->load();
+    const bool interrupted = !kept && choice->experiment.stop->load();
     if (interrupted) {
       fmt::print(stderr, "{}prismcal: interrupted while training: no report was written\n", isatty(2) ? "\n" : "");
     } else if (!kept) {

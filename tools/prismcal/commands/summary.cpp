@@ -126,6 +126,12 @@ ordered_json summary_json(const training::TrainedModel& trained, const training:
   return json;
 }
 
+ordered_json provenance_json(ordered_json summary) {
+  summary.erase("id");
+  if (summary.contains("tuning")) summary["tuning"].erase("surface");
+  return summary;
+}
+
 std::string summary_text(const training::TrainedModel& trained, const training::TrainingSettings& settings,
                          const std::vector<std::string>& names) {
   std::string text = fmt::format("{} on {}: {} samples\n", training::method_name(settings.method),

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/commands/train_command.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,11 +10,12 @@
 #include "compensation/text_number.hpp"
 #include "config/text_file.hpp"
 #include "config/version.hpp"
-#include "tools/prismcal/analysis/gate_table.hpp"
-#include "tools/prismcal/commands/interrupt.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/analysis/data_quality_table.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
-#include "tools/prismcal/recordings/csv_table.hpp"
-#include "tools/prismcal/recordings/recordings.hpp"
+#include "tools/prismcal/recordings/csv_lines.hpp"
+#include "tools/prismcal/recordings/training_set.hpp"
 #include "tools/prismcal/report/plain_text.hpp"
 
 namespace prism::commands {
@@ -25,78 +24,51 @@ namespace {
 struct Choice {
   std::vector<std::string> files;
   std::string inputs = "T,dTdt,U", out, serial, name;
-  recordings::RecordingOptions recordings;
+  recordings::TrainingSetOptions recordings;
   MethodOptions method;
   bool force = false;
 };
 
-// The quality gate over every recording, before a model is made: its answers go into the facts, and onto the terminal
-// where a recording does not simply pass.
-Result<void> ask_gate(recordings::RecordingSet& set, const Choice& choice) {
+// The data-quality check over every recording, before a model is made: its answer goes into the facts, and onto the
+// terminal where a recording does not simply pass.
+Result<void> check_recordings(recordings::TrainingSet& set, const Choice& choice) {
   std::optional<Error> refused;
   for (std::size_t i = 0; i < set.tables.size(); ++i) {
     const recordings::BlockTable& table = set.tables[i];
-    const auto gate = analysis::judge_blocks(table);
-    if (!gate) return tl::unexpected<Error>(gate.error());
-    set.facts[i]["quality_gate"] = analysis::gate_json(*gate);
-    if (gate->verdict != evaluation::Verdict::kPass && !choice.method.quiet)
-      fmt::print(stderr, "{}\n", report::plain_text(analysis::gate_table(*gate, table.name)));
-    if (gate->verdict == evaluation::Verdict::kRefuse || gate->nothing_to_compensate)
-      refused = Error{choice.files[i], analysis::gate_paragraph(*gate, table.name).text};
+    const auto quality = analysis::check_blocks(table);
+    if (!quality) return tl::unexpected<Error>(quality.error());
+    set.facts[i]["quality_gate"] = analysis::data_quality_json(*quality);
+    if (quality->verdict != evaluation::Verdict::kPass && !choice.method.quiet)
+      fmt::print(stderr, "{}\n", report::plain_text(analysis::data_quality_table(*quality, table.name)));
+    if (quality->verdict == evaluation::Verdict::kRefuse || quality->nothing_to_compensate)
+      refused = Error{choice.files[i], analysis::data_quality_paragraph(*quality, table.name).text};
   }
   if (refused && !choice.force) return refuse(refused->where, refused->what + " --force trains all the same");
   return {};
 }
 
-// LS: a cubic of the only input (eq. 21). Stepwise: all terms of second order (eqs. 22, 24), begun with T, T² and
-// dT/dt.
-Result<void> set_terms(const Choice& choice, const std::vector<std::string>& names,
-                       training::TrainingSettings& settings) {
-  if (settings.method == training::Method::kLeastSquares) {
-    if (names.size() != 1)
-      return refuse("--inputs",
-                    fmt::format("found {} with --method ls, expected one: it is a cubic of one input", names.size()));
-    settings.terms = training::cubic_terms();
-  }
-  if (settings.method != training::Method::kStepwise) return {};
-  settings.terms = training::second_order_terms(names.size());
-  const std::vector<std::string> start = choice.method.start.empty()     ? std::vector<std::string>{"T", "T^2", "dTdt"}
-                                         : choice.method.start == "none" ? std::vector<std::string>{}
-                                                                         : recordings::split_names(choice.method.start);
-  for (const std::string& wanted : start) {
-    bool found = false;
-    for (std::size_t i = 0; i < settings.terms.size(); ++i) {
-      if (training::term_name(settings.terms[i], names) != wanted) continue;
-      settings.stepwise.start.push_back(static_cast<int>(i));
-      found = true;
-    }
-    if (!found && !choice.method.start.empty())
-      return refuse("--start", fmt::format("found \"{}\", expected terms such as T, T^2 or T*dTdt", wanted));
-  }
-  return {};
-}
-
-std::string provenance(const recordings::RecordingSet& set, const nlohmann::ordered_json& summary) {
+std::string provenance(const recordings::TrainingSet& set, const nlohmann::ordered_json& summary) {
   nlohmann::ordered_json json = {{"tool", fmt::format("prismcal {}", kVersion)},
                                  {"made", utc_text(std::time(nullptr))}};
   json["recordings"] = set.facts;
-  json["training"] = summary;
-  json["training"].erase("id");
-  if (json["training"].contains("tuning")) json["training"]["tuning"].erase("surface");
+  json["training"] = provenance_json(summary);
   return json.dump();
 }
 
 Result<int> run(const Choice& choice) {
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
-  const std::vector<std::string> names = recordings::split_names(choice.inputs);
-  if (auto good = set_terms(choice, names, *settings); !good) return tl::unexpected<Error>(good.error());
-  auto set = recordings::read_recordings(choice.files, names, choice.recordings);
+  const std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
+  if (auto good =
+          set_terms(choice.method, names, training::second_order_terms(names.size()), {"T", "T^2", "dTdt"}, *settings);
+      !good)
+    return tl::unexpected<Error>(good.error());
+  auto set = recordings::read_training_set(choice.files, names, choice.recordings);
   if (!set) return tl::unexpected<Error>(set.error());
   if (!choice.method.quiet) {
     for (const std::string& note : set->notes) fmt::print(stderr, "{}\n", note);
   }
-  if (auto fit = ask_gate(*set, choice); !fit) return tl::unexpected<Error>(fit.error());
+  if (auto fit = check_recordings(*set, choice); !fit) return tl::unexpected<Error>(fit.error());
   const auto plan = training::plan_resources(set->data.inputs.cols(), set->data.inputs.rows(), *settings);
   if (!plan) return tl::unexpected<Error>(plan.error());
   if (!choice.method.quiet && plan->seconds > 0.5) fmt::print(stderr, "{}\n", plan->text());
@@ -128,9 +100,14 @@ void add_train_command(CLI::App& app, int& code) {
   command->add_option("--out", choice->out, "model file to write")->required();
   command->add_option("--serial", choice->serial, "of the gyro (default: what the recordings say)");
   command->add_option("--name", choice->name, "of the model, for people");
-  command->add_flag("--force", choice->force, "train although the quality gate refuses a recording");
-  recordings::add_recording_options(*command, choice->recordings);
+  command->add_flag("--force", choice->force, "train although the data-quality check refuses a recording");
+  recordings::add_training_set_options(*command, choice->recordings);
   add_method_options(*command, choice->method);
+  tools::add_examples(*command,
+                      {"prismcal train logs/ --inputs T,dTdt,U --out model.json",
+                       "prismcal train cycle1.pcap cycle2.pcap --config gyro.json --method stepwise --out model.json",
+                       "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "
+                       "--no-earth-rate --inputs T,dTdt --out model.json"});
   command->callback([choice, &code] {
     const auto done = run(*choice);
     code = done ? *done : failed(done.error());

@@ -89,6 +89,7 @@ Result<BlockTable> make_block_table(std::span<const compensation::Bucket> bucket
     seconds.add(bucket);
     const compensation::Window window = conditioner.push(bucket);
     if (window.state != compensation::WindowState::kReady) {
+      table.warming.push_back(window);
       on_grid = false;
       continue;
     }

@@ -18,6 +18,7 @@ struct BlockTable {
   compensation::FeatureDefinition features;
   double earth_rate_deg_per_h = 0;            ///< what was taken off the rate
   std::vector<compensation::Window> blocks;   ///< ready windows, length_s apart; the grid begins anew after every gap
+  std::vector<compensation::Window> warming;  ///< windows that are not ready, one a second
   std::vector<bool> follows;                  ///< block i begins where block i − 1 ended
   std::vector<double> bias_deg_per_h;         ///< block mean of the rate − earth rate, one per block
   std::vector<double> second_bias_deg_per_h;  ///< 1 Hz; kUnknown: a hole (a long one is cut to a minute)

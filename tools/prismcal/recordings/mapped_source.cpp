@@ -2,40 +2,17 @@
 // Any CSV as a recording: columns mapped by name and unit, rows as samples through the averager that serves live.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <numbers>
 
 #include "compensation/averager.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
-#include "tools/prismcal/recordings/source.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
+#include "tools/prismcal/recordings/units.hpp"
 
 namespace prism::recordings {
 namespace {
-
-struct Unit {
-  const char* quantity;
-  const char* name;
-  double factor, offset;
-};
-
-constexpr Unit kUnits[] = {
-    {"rate", "deg/h", 1, 0},
-    {"rate", "arcsec/s", 1, 0},
-    {"rate", "deg/s", 3600, 0},
-    {"rate", "rad/s", 3600 * 180 / std::numbers::pi, 0},
-    {"temperature", "degC", 1, 0},
-    {"temperature", "K", 1, -273.15},
-    {"temperature", "degF", 5.0 / 9, -160.0 / 9},
-    {"uhfo", "V", 1, 0},
-    {"uhfo", "mV", 1e-3, 0},
-    {"time", "s", 1, 0},
-    {"time", "ms", 1e-3, 0},
-    {"time", "us", 1e-6, 0},
-    {"time", "ns", 1e-9, 0},
-};
 
 struct Mapped {
   std::string column;
@@ -51,9 +28,8 @@ Result<Map> parse_map(const std::vector<std::string>& entries) {
       return refuse("--map", fmt::format("found \"{}\", expected QUANTITY=COLUMN:UNIT, as rate=rate_x:deg/s", entry));
     }
     const std::string quantity = entry.substr(0, equals), unit = entry.substr(colon + 1);
-    const auto* found = std::find_if(std::begin(kUnits), std::end(kUnits),
-                                     [&](const Unit& u) { return quantity == u.quantity && unit == u.name; });
-    if (found == std::end(kUnits)) {
+    const Unit* found = find_unit(quantity, unit);
+    if (!found) {
       std::string known;
       for (const Unit& u : kUnits) known += fmt::format("{}{} in {}", known.empty() ? "" : ", ", u.quantity, u.name);
       return refuse("--map", fmt::format("found {} in \"{}\", expected one of: {}", quantity, unit, known));

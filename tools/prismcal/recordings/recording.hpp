@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// prismd's log as a recording: one file, or a folder of segments, with what its metadata says.
+// A recording: the seconds of a log of prismd, of a capture, or of any CSV whose columns are mapped by name and unit.
 #pragma once
 
+#include <CLI/App.hpp>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "compensation/averager.hpp"
-#include "compensation/earth_rate.hpp"
 #include "compensation/result.hpp"
 
 namespace prism::recordings {
@@ -18,19 +19,48 @@ struct SourceFile {
 };
 
 struct Recording {
-  std::string name;  ///< file or folder without its way and ending
+  std::string name;  ///< file or folder without its path and ending
   std::vector<SourceFile> files;
   std::map<std::string, std::string> metadata;  ///< "# key: value" lines; of several files, the first that has the key
   std::vector<compensation::Bucket> buckets;    ///< in order of time
 
-  std::string value(const std::string& key) const;  ///< empty where the log does not say
+  std::string value(const std::string& key) const;  ///< empty where the recording does not say
+  void add_metadata(const std::string& lines);      ///< "# key: value" lines; other lines are passed over
 };
 
-/// Reads a log file of prismd, or every *.csv of a folder in the order of their names. Refused with file and line: what
-/// is not such a log, a row that is damaged, a folder without one.
-Result<Recording> read_recording(const std::string& path);
+struct SourceOptions {
+  /// "rate=NAME:UNIT", "temperature=…", "uhfo=…", "time=…", units.hpp has the units. Empty: no mapped CSV.
+  std::vector<std::string> map;
+  double interval_s = 0;  ///< mapped CSV without a time column: seconds between rows, > 0
+  std::string config;     ///< capture: the prismd.json that it was recorded with
+};
 
-/// The axis placement that the log's "site" line states; nothing else is known of it.
-Result<compensation::AxisPlacement> site_of(const Recording& recording);
+struct SiteOptions {
+  std::optional<double> latitude_deg, elevation_deg, azimuth_deg;  ///< instead of what the recording states
+  bool no_earth_rate = false;
+};
+
+/// --map, --interval, --config.
+void add_source_options(CLI::App& command, SourceOptions& options);
+/// --latitude, --elevation, --azimuth, --no-earth-rate.
+void add_site_options(CLI::App& command, SiteOptions& options);
+
+/// One of the three, told apart by the options and the file's first bytes. Refused in one line, with file and line
+/// where there is one.
+Result<Recording> read_recording(const std::string& path, const SourceOptions& options);
+
+/// The earth rate on the axis by the options or the recording's "site", deg/h; 0 with --no-earth-rate. Refused: neither
+/// says where the gyro stood.
+Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options);
+
+// The three, one file each.
+/// A log file of prismd, or every *.csv of a folder in the order of their names. Refused: what is not such a log, a row
+/// that is damaged, a folder without one.
+Result<Recording> read_log(const std::string& path);
+/// pcap or pcapng by its first bytes; other files and folders are none.
+bool is_capture(const std::string& path);
+Result<Recording> read_capture(const std::string& path, const SourceOptions& options);
+/// Rows become samples and go through the averager that serves live.
+Result<Recording> read_mapped(const std::string& path, const SourceOptions& options);
 
 }  // namespace prism::recordings

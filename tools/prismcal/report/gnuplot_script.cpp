@@ -16,14 +16,14 @@ namespace {
 using Out = std::back_insert_iterator<std::string>;
 
 /// Colour, width (px) and dash of an ink.
-struct Look {
+struct CurveStyle {
   const char* colour;
   double width;
   const char* dash;
   int point, open_point;
 };
 
-Look look(Ink ink) {
+CurveStyle look(Ink ink) {
   switch (ink) {
     case Ink::kRaw:
       return {"#9db2c7", 1.3, "solid", 7, 6};
@@ -66,7 +66,7 @@ void write_axis(std::string& script, const char* which, const Axis& axis) {
 }
 
 std::string drawn(const Series& series, std::size_t panel, std::size_t index) {
-  const Look l = look(series.ink);
+  const CurveStyle l = look(series.ink);
   const std::string data = fmt::format("$d{}_{}", panel, index);
   const std::string line = fmt::format("lw {} dt {} lc rgb '{}'", l.width, l.dash, l.colour);
   const std::string title = series.name.empty() ? "notitle" : "title " + quoted(series.name);
@@ -169,14 +169,14 @@ void write_tic_step(std::string& script, const char* which, const Panel& panel, 
 }
 
 /// Where a panel stands, in shares of the picture: left, right, bottom, top.
-struct Place {
+struct PanelArea {
   double left, right, bottom, top;
   double height;  ///< of the panel's inside, pixels
   Heading heading;
 };
 
 /// Margins in pixels leave room for labels and the key line above each panel.
-Place place_of(const Plot& plot, std::size_t index) {
+PanelArea area_of(const Plot& plot, std::size_t index) {
   constexpr double kWidth = 960, kLeft = 80, kBottom = 50;
   const int columns = std::max(1, plot.columns);
   const int rows = (static_cast<int>(plot.panels.size()) + columns - 1) / columns;
@@ -194,19 +194,19 @@ Place place_of(const Plot& plot, std::size_t index) {
           1 - (y + above) / height, plot.panel_height - above - kBottom, heading_of(plot.panels[index], panel_width)};
 }
 
-void write_panel(std::string& script, const Panel& panel, std::size_t index, const Place& place) {
+void write_panel(std::string& script, const Panel& panel, std::size_t index, const PanelArea& area) {
   Out out(script);
-  fmt::format_to(out, "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\n", place.left, place.right);
-  fmt::format_to(out, "set bmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n", place.bottom, place.top);
+  fmt::format_to(out, "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\n", area.left, area.right);
+  fmt::format_to(out, "set bmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n", area.bottom, area.top);
   fmt::format_to(out, "set label 1 {} at graph 0,1 left offset 0,{} textcolor rgb '#1b2733'\n", quoted(panel.title),
-                 0.75 + 1.15 * (place.heading.title_above ? place.heading.key_lines : 0));
+                 0.75 + 1.15 * (area.heading.title_above ? area.heading.key_lines : 0));
   const bool empty = is_empty(panel);
   write_axis(script, "x", empty ? with_range(panel.x) : panel.x);
   write_axis(script, "y", empty ? with_range(panel.y) : panel.y);
   const bool right = uses_right_axis(panel);
   script += right ? "" : "unset y2tics\nset y2label ''\n";
-  write_tic_step(script, "y", panel, false, place.height);
-  if (right) write_tic_step(script, "y2", panel, true, place.height);
+  write_tic_step(script, "y", panel, false, area.height);
+  if (right) write_tic_step(script, "y2", panel, true, area.height);
   if (right) write_axis(script, "y2", empty ? with_range(panel.right) : panel.right);
   const bool named =
       std::any_of(panel.series.begin(), panel.series.end(), [](const Series& s) { return !s.name.empty(); });
@@ -239,7 +239,7 @@ std::string gnuplot_script(const Plot& plot, const std::string& name, const std:
       "set format cb '%.2f'\nset palette defined (0 '#12385f', 0.5 '#7fa3c7', 1 '#f6f0e4')\n";
   write_gnuplot_data(script, plot);
   script += "set multiplot\n";
-  for (std::size_t p = 0; p < plot.panels.size(); ++p) write_panel(script, plot.panels[p], p, place_of(plot, p));
+  for (std::size_t p = 0; p < plot.panels.size(); ++p) write_panel(script, plot.panels[p], p, area_of(plot, p));
   script += "unset multiplot\n";
   return script;
 }

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// A capture as a recording is what prismd makes of it: with the line as it is configured, and only by frames that are
+// proved. It once had a decoder of its own, which knew neither.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "drivers/capture_file.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
+#include "tests/support/shared_files.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
+
+namespace prism::prismcal {
+namespace {
+
+constexpr std::int64_t kStart = 1767225600;  // s
+
+class CaptureSource : public testing::Test {
+ protected:
+  const std::string second_means_ =
+      test::read_file(std::filesystem::path(PRISM_SOURCE_DIR) / "config/frames/second-means.json");
+
+  std::string written(const std::string& name, const std::string& text) {
+    std::ofstream(folder_.file(name), std::ios::binary) << text;
+    return folder_.file(name);
+  }
+
+  /// Ten frames of one second's means, each at its end 0.1 s behind a whole second.
+  std::string capture() {
+    wire::FrameEncoder encoder(*wire::parse_frame_description(second_means_, "second-means"));
+    auto writer = drivers::CaptureWriter::open(folder_.file("line.pcap"));
+    EXPECT_TRUE(writer);
+    for (std::int64_t second = kStart; second < kStart + 10; ++second) {
+      wire::GyroState state;
+      state.interval_s = 1;
+      state.rate_deg_per_h = 8.5;
+      state.temperature_degc = 25;
+      state.valid = true;
+      std::vector<std::uint8_t> bytes;
+      encoder.encode(state, bytes);
+      EXPECT_TRUE(writer->data(second * 1'000'000'000 + 100'000'000, bytes));
+    }
+    EXPECT_TRUE(writer->flush());
+    return folder_.file("line.pcap");
+  }
+
+  Result<recordings::Recording> read(const std::string& line, const std::string& frames) {
+    recordings::SourceOptions options;
+    options.config = written("gyro.json", R"({"name": "bench", "frames": ")" + frames + R"(", "line": {)" + line +
+                                              R"(}, "model": "not-yet-made.json"})");
+    return recordings::read_recording(capture(), options);
+  }
+
+ private:
+  const test::TemporaryFolder folder_;
+};
+
+TEST_F(CaptureSource, StampsFramesByTheConfiguredBaud) {
+  const std::string frames = written("frames.json", second_means_);
+  const auto fast = read("", frames), slow = read("\"baud\": 1200", frames);
+  ASSERT_TRUE(fast) << fast.error().text();
+  ASSERT_TRUE(slow) << slow.error().text();
+  ASSERT_EQ(slow->buckets.size(), 10u);
+  EXPECT_EQ(fast->buckets.front().second, kStart);
+  EXPECT_EQ(slow->buckets.front().second, kStart - 1);  // 33 bytes take 0.275 s
+  EXPECT_EQ(slow->value("instance"), "bench");
+}
+
+TEST_F(CaptureSource, RefusesFramesWhoseVectorsDoNotHold) {
+  std::string wrong = second_means_;
+  const std::string last = "03 07 55";
+  wrong.replace(wrong.find(last), last.size(), "03 07 56");
+  EXPECT_THAT(read("", written("frames.json", wrong)).error().text(),
+              testing::HasSubstr("frames.json:/vectors/0: 0 of 33 bytes are a frame"));
+}
+
+}  // namespace
+}  // namespace prism::prismcal

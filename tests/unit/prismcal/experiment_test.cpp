@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+// The experiment's list, the paper's numbers, its tables and its whole report, with the real training engine on a short
+// day.
+#include "tools/prismcal/analysis/experiment.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "tests/unit/prismcal/simulated_day.hpp"
+#include "tools/prismcal/analysis/data_quality_table.hpp"
+#include "tools/prismcal/analysis/experiment_report.hpp"
+#include "tools/prismcal/analysis/paper_numbers.hpp"
+#include "tools/prismcal/report/html.hpp"
+#include "tools/prismcal/report/machine_text.hpp"
+
+namespace prism::prismcal {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(PaperModels, AreThoseOfItsTablesAndWhatItLacks) {
+  const auto specs = analysis::paper_models(true);
+  int with_paper_row = 0;
+  for (const analysis::ModelSpec& spec : specs) with_paper_row += analysis::paper_row(spec).has_value();
+  EXPECT_EQ(with_paper_row, 3 + 2 + 12 + 16 + 1);  // tables 2, 3, 4, 5 and the unweighted row
+  EXPECT_EQ(specs.size(), 34u + 11u);
+  for (const analysis::ModelSpec& spec : analysis::paper_models(false))
+    EXPECT_THAT(spec.inputs, Not(testing::Contains("U")));
+  EXPECT_EQ(analysis::ladder_models(true).size(), 12u);
+}
+
+TEST(PaperNumbers, AgreeWithTheirOwnImprovement) {
+  for (const analysis::ModelSpec& spec : analysis::paper_models(true)) {
+    const auto row = analysis::paper_row(spec);
+    if (!row) continue;
+    // The printed stability has two or three digits after the zeros: half a unit of them is 0.03 %.
+    EXPECT_NEAR(row->improvement, 1 - row->after_deg_per_h / analysis::kPaperBefore, 4e-4) << spec.key();
+  }
+}
+
+recordings::BlockTable day(std::uint64_t seed, const char* name) {
+  return recordings::make_block_table(test::simulated_day(12000, 0.07, seed), {}, test::kDayEarthRate, name).value();
+}
+
+analysis::Experiment short_study() {
+  const std::vector<analysis::ModelSpec> specs = {
+      {"ls", {"T"}, "", ""}, {"stepwise", {"T", "dTdt"}, "", ""}, {"stepwise", {"T", "dTdt", "U"}, "", ""}};
+  return analysis::run_experiment({day(1, "first"), {day(2, "again"), day(3, "third")}}, specs,
+                                  evaluation::Divisor::kNMinus1, analysis::experiment_trainer({}), {})
+      .value();
+}
+
+TEST(Experiment, TrainsJudgesAndFindsItsRows) {
+  std::vector<std::string> heard;
+  const auto experiment =
+      analysis::run_experiment({day(1, "first"), {day(2, "again")}}, {{"ls", {"T"}, "", ""}}, evaluation::Divisor::kN,
+                               analysis::experiment_trainer({}),
+                               [&](std::size_t done, std::size_t all, const std::string& next) {
+                                 heard.push_back(std::to_string(done) + "/" + std::to_string(all) + " " + next);
+                               })
+          .value();
+  EXPECT_THAT(heard, testing::ElementsAre("0/1 ls T", "1/1 done"));
+  ASSERT_TRUE(experiment.find("ls T"));
+  EXPECT_FALSE(experiment.find("ls U"));
+  const analysis::ExperimentRow& row = *experiment.find("ls T");
+  EXPECT_NEAR(row.judged[0].stability.after.sd, 0.007, 0.0015);  // 0.07 deg/h a second, 100 s means
+  EXPECT_EQ(row.trained.terms.size(), 4u);
+}
+
+TEST(Experiment, OrderAndNumbersDoNotDependOnTheThreads) {
+  const analysis::ExperimentData data{day(1, "first"), {day(2, "again")}};
+  const std::vector<analysis::ModelSpec> specs = {
+      {"ls", {"T"}, "", ""}, {"lssvm", {"T"}, "", "reml"}, {"ls", {"U"}, "", ""}, {"ls", {"dTdt"}, "", ""}};
+  const auto one =
+      analysis::run_experiment(data, specs, evaluation::Divisor::kN, analysis::experiment_trainer({}), {}, 1).value();
+  const auto three =
+      analysis::run_experiment(data, specs, evaluation::Divisor::kN, analysis::experiment_trainer({}), {}, 3).value();
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    EXPECT_EQ(three.rows[i].spec.key(), specs[i].key());
+    EXPECT_EQ(three.rows[i].trained.model->info().id, one.rows[i].trained.model->info().id);
+    EXPECT_EQ(three.rows[i].judged[0].stability.after.sd, one.rows[i].judged[0].stability.after.sd);
+  }
+}
+
+TEST(Experiment, AnInterruptedTrainingIsNoModel) {
+  const std::atomic<bool> stop{true};
+  analysis::ExperimentSettings settings;
+  settings.stop = &stop;
+  const auto table = day(1, "first");
+  const auto experiment = analysis::run_experiment({table, {table}}, {{"lssvm", {"T"}, "", "reml"}},
+                                                   evaluation::Divisor::kN, analysis::experiment_trainer(settings), {});
+  ASSERT_FALSE(experiment);
+  EXPECT_EQ(experiment.error().text(), "lssvm T reml: tuning: interrupted");
+}
+
+TEST(StudyReport, TheChosenModelAndTheLadderDoNotLookAtTheRepeat) {
+  analysis::Experiment experiment = short_study();
+  analysis::ExperimentRow row = experiment.rows[0];
+  row.judged[0].stability.after.sd = 1;  // far worse than all others on the repeat
+  for (const char* weight : {"myriad", "huber"}) {
+    row.spec = {"ir-lssvm", {"T"}, weight, "reml"};
+    experiment.rows.push_back(row);
+  }
+  EXPECT_EQ(analysis::chosen_row(experiment)->spec.weight, "huber");
+  const report::Table ladder = analysis::ladder_table(experiment);
+  ASSERT_EQ(ladder.rows.size(), 4u);
+  EXPECT_EQ(ladder.rows[3][0].text, "IR-LSSVM, huber");
+}
+
+TEST(Experiment, StopsAtTheFirstRefusalAndSaysWhichModel) {
+  auto flat = test::simulated_day(4000, 0.07, 1);
+  for (compensation::Bucket& bucket : flat) bucket.temperature_degc = 25;
+  const auto table = recordings::make_block_table(flat, {}, 0, "flat").value();
+  const auto experiment = analysis::run_experiment({table, {table}}, {{"ls", {"T"}, "", ""}}, evaluation::Divisor::kN,
+                                                   analysis::experiment_trainer({}), {});
+  ASSERT_FALSE(experiment);
+  EXPECT_EQ(experiment.error().where, "ls T");
+}
+
+TEST(StudyTables, PutThePaperBesideOurs) {
+  const analysis::Experiment experiment = short_study();
+  const report::Table table = analysis::least_squares_table(experiment);
+  ASSERT_EQ(table.rows.size(), 1u);
+  EXPECT_EQ(table.rows[0][4].text, "0.01194");
+  EXPECT_EQ(table.rows[0][5].text, "35.46");
+  EXPECT_EQ(table.rows[0][2].text, fmt::format("{:.5f}", analysis::on_repeat(experiment.rows[0]).after.sd));
+  EXPECT_THAT(table.caption, HasSubstr("divisor N-1"));
+  EXPECT_NEAR(*analysis::correlation_table(experiment).rows[0][1].value, 1, 0.2);
+}
+
+TEST(StudyReport, CarriesTheSameNumbersInAllThreeTexts) {
+  const analysis::Experiment experiment = short_study();
+  bool kept = true;
+  const std::vector<analysis::Limit> limits = {{"bias_stability_deg_per_h", {}, 0.02},
+                                               {"improvement_percent", 99.9, {}}};
+  report::Report report{"t", "s", true, "prismcal", {}, analysis::experiment_sections(experiment, limits, kept)};
+  EXPECT_FALSE(kept);  // nothing takes off 99.9 %
+  const auto page = report::html_page(report, [](const auto&, const auto&) -> Result<std::string> {
+                      return std::string("<svg></svg>");
+                    }).value();
+  const std::string csv = report::csv_text(report), json = report::json_text(report);
+  for (const analysis::ExperimentRow& row : experiment.rows) {
+    const std::string after = fmt::format("{:.5f}", analysis::on_repeat(row).after.sd);
+    for (const std::string* text : {&page, &csv, &json}) EXPECT_THAT(*text, HasSubstr(after));
+  }
+  for (const std::string* text : {&page, &csv, &json}) {
+    EXPECT_THAT(*text, HasSubstr("FAIL"));
+    EXPECT_THAT(*text, HasSubstr("PASS"));
+    EXPECT_THAT(*text, Not(testing::ContainsRegex("[^a-z]nan[^a-z]")));
+  }
+}
+
+TEST(GateTable, SaysWhenThereIsNothingToCompensate) {
+  auto buckets = test::simulated_day(12000, 0.07, 5);
+  for (compensation::Bucket& bucket : buckets) bucket.temperature_degc = 25.0;
+  const auto table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "room").value();
+  const auto quality = analysis::check_blocks(table).value();
+  EXPECT_TRUE(quality.nothing_to_compensate);
+  EXPECT_THAT(analysis::data_quality_paragraph(quality, "room").text, HasSubstr("room: nothing to compensate."));
+  EXPECT_EQ(analysis::data_quality_table(quality, "room").rows.size(), quality.findings.size());
+}
+
+}  // namespace
+}  // namespace prism::prismcal

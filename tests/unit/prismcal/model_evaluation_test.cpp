@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+// Blocks of a recording, and what prismd would make of them with a model, where the true bias is known.
+#include "tools/prismcal/analysis/model_evaluation.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/prismcal/simulated_day.hpp"
+
+namespace prism::prismcal {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(BlockTable, IsThePapersGridOfReadyWindows) {
+  const auto buckets = test::simulated_day(8000, 0, 1);
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  const int warm_up = compensation::history_s({});
+  EXPECT_EQ(table.size(), static_cast<std::size_t>((8000 - warm_up) / 100 + 1));
+  for (std::size_t i = 1; i < table.size(); ++i) {
+    EXPECT_EQ(table.blocks[i].bucket.second - table.blocks[i - 1].bucket.second, 100);
+    EXPECT_TRUE(table.follows[i]);
+  }
+  EXPECT_FALSE(table.follows[0]);
+  const auto temperature = table.column("T");
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    EXPECT_NEAR(table.bias_deg_per_h[i], test::kDaySensitivity * temperature[i], 1e-9);
+  }
+  EXPECT_EQ(table.gaps, 0u);
+  EXPECT_EQ(table.second_bias_deg_per_h.size(), 8000u);
+}
+
+TEST(BlockTable, BeginsItsGridAnewAfterAGapAndCountsIt) {
+  auto buckets = test::simulated_day(4000, 0, 1);
+  buckets.erase(buckets.begin() + 1050, buckets.begin() + 1250);
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, 0, "day").value();
+  EXPECT_EQ(table.gaps, 1u);
+  EXPECT_EQ(table.missing_s, 200u);
+  int starts = 0;
+  for (std::size_t i = 0; i < table.size(); ++i) starts += !table.follows[i];
+  EXPECT_EQ(starts, 2);
+  // The hole stands in the 1 Hz series, a long one cut to a minute.
+  EXPECT_EQ(table.second_bias_deg_per_h.size(), 3800u + 60u);
+}
+
+TEST(BlockTable, RefusesWhatHoldsNoFullBlock) {
+  const auto buckets = test::simulated_day(90, 0, 1);
+  EXPECT_THAT(recordings::make_block_table(buckets, {}, 0, "short").error().text(),
+              HasSubstr("short: 90 seconds in 1 stretches hold no full block"));
+  EXPECT_FALSE(recordings::make_block_table({}, {}, 0, "empty"));
+  auto back = test::simulated_day(500, 0, 1);
+  std::swap(back[100], back[101]);
+  EXPECT_THAT(recordings::make_block_table(back, {}, 0, "back").error().text(), HasSubstr("does not come after"));
+}
+
+TEST(ModelEvaluation, OfTheTrueModelLeavesTheNoise) {
+  const auto buckets = test::simulated_day(24000, 0.07, 2);
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  const analysis::ModelEvaluation judged =
+      analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kN).value();
+  EXPECT_NEAR(judged.stability.before.sd, 5e-4 * 40 / std::sqrt(2.0), 0.002);
+  EXPECT_NEAR(judged.stability.after.sd, 0.007, 0.001);
+  EXPECT_NEAR(judged.stability.after.mean, 0, 0.002);
+  EXPECT_EQ(judged.extrapolated, 0u);
+}
+
+TEST(ModelEvaluation, HoldsEachPredictionOverItsOwnBlock) {
+  const auto buckets = test::simulated_day(2000, 0, 3);
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  const analysis::ModelEvaluation judged =
+      analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kN).value();
+  const auto& seconds = judged.corrected_second_deg_per_h;
+  ASSERT_EQ(seconds.size(), 2000u);
+  const std::int64_t first_end = table.blocks[0].bucket.second;
+  for (std::size_t i = 0; i < 2000; ++i) {
+    // From the first full window on: before it prismd has no bias to take off.
+    const bool inside = table.second[i] >= first_end && table.second[i] <= table.blocks.back().bucket.second;
+    EXPECT_EQ(std::isfinite(seconds[i]), inside) << i;
+    if (!inside) continue;
+    EXPECT_NEAR(seconds[i], 0, 0.002);  // half a block of a ramp of 0.03 degC/s
+  }
+}
+
+TEST(ModelEvaluation, RefusesFeaturesAndInputsThatDoNotFit) {
+  auto buckets = test::simulated_day(2000, 0, 4);
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, 0, "day").value();
+  compensation::FeatureDefinition other;
+  other.length_s = 50;
+  EXPECT_THAT(analysis::evaluate_model(test::linear_model(1, other), table, {}, evaluation::Divisor::kN).error().text(),
+              HasSubstr("were not made by the features"));
+  for (compensation::Bucket& bucket : buckets) bucket.uhfo_v = kUnknown;
+  compensation::ModelInfo info;
+  info.name = "needs U";
+  info.inputs = {"U"};
+  const auto model = std::make_shared<compensation::PolynomialModel>(info, std::vector<compensation::Term>{{{1}, 1.0}});
+  EXPECT_THAT(analysis::evaluate_model(model, recordings::make_block_table(buckets, {}, 0, "day").value(), {},
+                                       evaluation::Divisor::kN)
+                  .error()
+                  .text(),
+              HasSubstr("does not carry an input of model \"needs U\" (U)"));
+}
+
+/// The rows that the engine of prismd makes of the same seconds, as samples of one second each.
+std::vector<compensation::CompensatedWindow> rows_of_prismd(const std::vector<compensation::Bucket>& buckets,
+                                                            const compensation::ModelPtr& model,
+                                                            const analysis::CorrectionSettings& settings) {
+  compensation::Engine engine(settings.engine);
+  EXPECT_TRUE(engine.use(model, settings.fallback));
+  std::vector<compensation::CompensatedWindow> rows;
+  for (const compensation::Bucket& bucket : buckets) {
+    Sample sample;
+    sample.time_ns = (bucket.second * 10 + 5) * 100'000'000;
+    sample.interval_s = 1;
+    sample.rate_deg_per_h = bucket.rate_deg_per_h;
+    sample.temperature_degc = bucket.temperature_degc;
+    sample.uhfo_v = bucket.uhfo_v;
+    compensation::Compensated out;
+    if (const auto row = engine.push(sample, out)) rows.push_back(*row);
+  }
+  if (const auto row = engine.finish()) rows.push_back(*row);
+  return rows;
+}
+
+/// Trained up to 40 degC of the day's 55.
+compensation::ModelPtr narrow_model() {
+  compensation::ModelInfo info = test::linear_model(test::kDaySensitivity)->info();
+  info.domain = {{-30}, {40}};
+  return std::make_shared<compensation::PolynomialModel>(info,
+                                                         std::vector<compensation::Term>{{{1}, test::kDaySensitivity}});
+}
+
+// Once evaluate took off its own prediction: it promised 60 % with a model that prismd clamps or does not believe.
+TEST(ModelEvaluation, PromisesWhatPrismdPublishes) {
+  auto buckets = test::simulated_day(12000, 0.01, 5);
+  buckets.erase(buckets.begin() + 6000, buckets.begin() + 6300);
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  analysis::CorrectionSettings settings;
+  settings.fallback = test::linear_model(2 * test::kDaySensitivity);
+  for (const auto policy : {compensation::Extrapolation::kFlag, compensation::Extrapolation::kClamp}) {
+    for (const double limit : {100.0, 0.018}) {
+      settings.engine = {limit, policy};
+      const auto rows = rows_of_prismd(buckets, narrow_model(), settings);
+      const auto judged = analysis::evaluate_model(narrow_model(), table, settings, evaluation::Divisor::kN).value();
+      ASSERT_EQ(rows.size(), buckets.size());
+      std::size_t unknown = 0, at = 0;
+      for (std::size_t i = 0; i < table.size(); ++i) {
+        while (rows[at].window.bucket.second < table.blocks[i].bucket.second) ++at;
+        const double published = rows[at].corrected_mean_deg_per_h - test::kDayEarthRate;
+        unknown += std::isnan(published);
+        ASSERT_EQ(std::isnan(judged.corrected_deg_per_h[i]), std::isnan(published)) << i;
+        if (std::isnan(published)) continue;
+        EXPECT_NEAR(judged.corrected_deg_per_h[i], published, 1e-12) << i;
+      }
+      EXPECT_EQ(judged.uncorrected, unknown);
+      EXPECT_EQ(judged.stability.after.count, table.size() - unknown);
+      // Clamped to 40 degC the bias is 0.02 at most, on its own it reaches 0.0275.
+      EXPECT_EQ(unknown > 0, limit < 1);
+    }
+  }
+}
+
+TEST(ModelEvaluation, GivesTheSecondsWithoutAFullWindowToTheFallbackAsPrismdDoes) {
+  const auto buckets = test::simulated_day(1000, 0, 6);
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  analysis::CorrectionSettings settings;
+  settings.fallback = test::linear_model(2 * test::kDaySensitivity);
+  const auto model = test::linear_model(test::kDaySensitivity);
+  const auto rows = rows_of_prismd(buckets, model, settings);
+  const auto judged = analysis::evaluate_model(model, table, settings, evaluation::Divisor::kN).value();
+  int by_fallback = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!(rows[i].correction.quality & compensation::kFallback)) continue;
+    ++by_fallback;
+    EXPECT_NEAR(judged.corrected_second_deg_per_h[i], rows[i].corrected_deg_per_h - test::kDayEarthRate, 1e-12) << i;
+  }
+  EXPECT_EQ(by_fallback, compensation::history_s({}) - 1);
+}
+
+TEST(ModelEvaluation, RefusesAModelThatPrismdWouldNotBelieve) {
+  const auto buckets = test::simulated_day(2000, 0, 7);
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, 0, "day").value();
+  EXPECT_THAT(analysis::evaluate_model(test::linear_model(1000), table, {}, evaluation::Divisor::kN).error().text(),
+              HasSubstr("is beyond 100 deg/h in"));
+}
+
+}  // namespace
+}  // namespace prism::prismcal

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/analysis/data_quality_table.hpp"
+
+namespace prism::analysis {
+
+using report::Mark;
+
+namespace {
+
+Mark mark_of(evaluation::Verdict verdict) {
+  return verdict == evaluation::Verdict::kPass   ? Mark::kGood
+         : verdict == evaluation::Verdict::kWarn ? Mark::kWarn
+                                                 : Mark::kBad;
+}
+
+}  // namespace
+
+Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table,
+                                             const evaluation::DataQualitySettings& settings) {
+  return evaluation::check_data_quality(table.column(compensation::kInputTemperature), table.bias_deg_per_h,
+                                        table.follows, settings, table.name);
+}
+
+report::Table data_quality_table(const evaluation::DataQuality& quality, const std::string& recording) {
+  report::Table table{"gate",
+                      "Is " + recording + " worth training on",
+                      "The gate asks before a model is made; thresholds as shown.",
+                      {},
+                      {}};
+  table.columns = {{"question", "", false}, {"verdict", "", false}, {"found, and thresholds", "", false}};
+  for (const evaluation::Finding& finding : quality.findings) {
+    table.rows.push_back({report::text_cell(finding.name),
+                          report::text_cell(evaluation::verdict_text(finding.verdict), mark_of(finding.verdict)),
+                          report::text_cell(finding.text)});
+  }
+  return table;
+}
+
+nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality) {
+  nlohmann::ordered_json findings = nlohmann::ordered_json::array();
+  for (const evaluation::Finding& f : quality.findings) {
+    findings.push_back({{"name", f.name},
+                        {"verdict", evaluation::verdict_text(f.verdict)},
+                        {"value", f.value},
+                        {"unit", f.unit},
+                        {f.at_least ? "warn_below" : "warn_above", f.threshold.warn},
+                        {f.at_least ? "refuse_below" : "refuse_above", f.threshold.refuse}});
+  }
+  return {{"verdict", evaluation::verdict_text(quality.verdict)},
+          {"nothing_to_compensate", quality.nothing_to_compensate},
+          {"findings", findings}};
+}
+
+report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording) {
+  if (quality.nothing_to_compensate)
+    return {recording + ": nothing to compensate. " + "No movement above the noise can be blamed on temperature.",
+            Mark::kBad};
+  if (quality.verdict == evaluation::Verdict::kRefuse) return {recording + " is not fit for training.", Mark::kBad};
+  if (quality.verdict == evaluation::Verdict::kWarn)
+    return {recording + " can be trained on, with reservations.", Mark::kWarn};
+  return {recording + " is fit for training.", Mark::kGood};
+}
+
+}  // namespace prism::analysis

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// The experiment as a report: the paper's tables and figures, what the paper lacks, and the chosen model on each
+// recording.
+#pragma once
+
+#include <optional>
+
+#include "tools/prismcal/analysis/experiment.hpp"
+#include "tools/prismcal/analysis/limits.hpp"
+#include "tools/prismcal/report/document.hpp"
+
+namespace prism::analysis {
+
+/// The model that one would fly: IR-LSSVM with the usual weight and tuning (experiment.hpp); without it, the row that
+/// is best on the evaluated recordings. Never null for an experiment with rows.
+const ExperimentRow* chosen_row(const Experiment& experiment);
+
+/// All sections but the recordings' own. `kept` is false afterwards where a limit was not kept.
+std::vector<report::Section> experiment_sections(const Experiment& experiment, const std::vector<Limit>& limits,
+                                                 bool& kept);
+
+// Rows and their names.
+
+/// "IR-LSSVM, myriad", "stepwise, model 2": the method as people call it.
+std::string method_text(const ModelSpec& spec);
+
+/// "ten-fold, shuffled"; a dash where nothing is tuned.
+std::string tune_text(const std::string& tune);
+
+/// "1 sigma of 100 s means, divisor N-1": what every caption must say.
+std::string basis_text(const Experiment& experiment);
+
+/// deg/h → 1e-3 deg/h.
+std::optional<double> milli(std::optional<double> value);
+
+std::vector<const ExperimentRow*> rows_of(const Experiment& experiment, const std::string& method,
+                                          const std::string& tune);
+
+/// The effect on the first evaluated recording: the repeat of the training profile.
+const evaluation::BiasStability& on_repeat(const ExperimentRow& row);
+
+/// The row of a method and tuning with the lowest bias stability on the repeat; null where the experiment has none.
+const ExperimentRow* best_of(const Experiment& experiment, const std::string& method, const std::string& tune);
+
+// Tables: the paper's five with its own numbers beside ours, and those that it lacks.
+
+/// Table 1: correlation of the bias with T, dT/dt and U on the training recording.
+report::Table correlation_table(const Experiment& experiment);
+/// Table 2: LS, one input. Table 3: both stepwise models.
+report::Table least_squares_table(const Experiment& experiment);
+report::Table stepwise_table(const Experiment& experiment);
+/// The terms that stepwise regression kept, with their coefficients.
+report::Table stepwise_terms_table(const Experiment& experiment);
+/// Table 4 (one input) and table 5 (composites and the unweighted LSSVM).
+report::Table single_input_table(const Experiment& experiment);
+report::Table composite_table(const Experiment& experiment);
+
+/// The ladder from LS to IR-LSSVM: the best of each kind on the repeat, and the same model on every other recording.
+report::Table ladder_table(const Experiment& experiment);
+/// Every model on every recording.
+report::Table profiles_table(const Experiment& experiment);
+/// The same method tuned by shuffled folds, leave-one-out and contiguous blocks.
+report::Table tuning_table(const Experiment& experiment);
+
+// Figures: the paper's 6 to 11 from our data, and the cost surface of the tuning.
+
+/// Figure 6: the bias against T, dT/dt and U over time, on twin axes.
+report::Figure inputs_figure(const recordings::BlockTable& table);
+/// Figure 7: LS models, regression on the training recording and compensation of its repeat.
+report::Figure least_squares_figure(const Experiment& experiment);
+/// Figure 8: both stepwise models on the repeat.
+report::Figure stepwise_figure(const Experiment& experiment);
+/// Figures 9 and 10: the four weights for each set of inputs of `from` to `to` inputs, regression and compensation.
+report::Figure weights_by_inputs_figure(const Experiment& experiment, std::size_t from, std::size_t to);
+/// Figure 11: LSSVM and the best IR-LSSVM, all inputs; nothing where the experiment lacks one of them.
+std::optional<report::Figure> lssvm_figure(const Experiment& experiment);
+/// The grid search's cost over (c, sigma2) of one row, with the point chosen; nothing where the row has none.
+std::optional<report::Figure> surface_figure(const ExperimentRow& row);
+
+}  // namespace prism::analysis

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/analysis/model_evaluation.hpp"
+
+#include <fmt/format.h>
+
+namespace prism::analysis {
+namespace {
+
+using compensation::Correction;
+
+/// The correction in force in each second of the table; no bias where there is none.
+std::vector<Correction> in_force(const compensation::Engine& engine, const recordings::BlockTable& table,
+                                 const std::vector<Correction>& blocks) {
+  std::vector<Correction> corrections(table.second.size());
+  std::size_t i = 0;
+  for (std::size_t block = 0; block < table.size(); ++block) {
+    const std::int64_t end = table.blocks[block].bucket.second;
+    while (i < table.second.size() && table.second[i] <= end - table.features.length_s) ++i;
+    for (; i < table.second.size() && table.second[i] <= end; ++i) corrections[i] = blocks[block];
+  }
+  i = 0;
+  for (const compensation::Window& window : table.warming) {
+    while (table.second[i] < window.bucket.second) ++i;
+    corrections[i] = engine.correct(window);
+  }
+  return corrections;
+}
+
+Result<evaluation::BiasStability> stability_of(const ModelEvaluation& result, const recordings::BlockTable& table,
+                                               evaluation::Divisor divisor) {
+  std::vector<bool> follows = table.follows;
+  for (std::size_t i = 1; i < follows.size(); ++i)
+    follows[i] = follows[i] && std::isfinite(result.corrected_deg_per_h[i - 1]);
+  return evaluation::measure_bias_stability(result.where_corrected(table.bias_deg_per_h),
+                                            result.where_corrected(result.corrected_deg_per_h),
+                                            result.where_corrected(follows), divisor, table.name);
+}
+
+}  // namespace
+
+std::string CorrectionSettings::text() const {
+  return fmt::format("bias believed up to {:g} deg/h; off the training data: {}; fallback model: {}",
+                     engine.max_bias_deg_per_h, compensation::extrapolation_name(engine.extrapolation),
+                     fallback ? fallback->info().name : "none");
+}
+
+Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,
+                                       const CorrectionSettings& settings, evaluation::Divisor divisor) {
+  const compensation::ModelInfo& info = model->info();
+  if (!(info.features == table.features)) {
+    return refuse(table.name, fmt::format("its blocks were not made by the features of model \"{}\"", info.name));
+  }
+  compensation::Engine engine(settings.engine);
+  if (auto taken = engine.use(model, settings.fallback); !taken) return tl::unexpected(taken.error());
+  ModelEvaluation result;
+  std::vector<Correction> corrections;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const Correction correction = engine.correct(table.blocks[i]);
+    if (correction.quality & compensation::kInputMissing) {
+      return refuse(table.name, fmt::format("block {} does not carry an input of model \"{}\" ({})", i, info.name,
+                                            fmt::join(info.inputs, ", ")));
+    }
+    corrections.push_back(correction);
+    result.predicted_deg_per_h.push_back(correction.bias_deg_per_h);
+    result.corrected_deg_per_h.push_back(compensation::corrected_rate(table.bias_deg_per_h[i], correction));
+    result.extrapolating.push_back((correction.quality & compensation::kExtrapolating) != 0);
+    result.extrapolated += result.extrapolating.back();
+    result.uncorrected += !std::isfinite(correction.bias_deg_per_h);
+  }
+  if (table.size() < result.uncorrected + 2) {
+    return refuse(table.name,
+                  fmt::format("the bias of model \"{}\" is beyond {:g} deg/h in {} of {} blocks, where prismd "
+                              "publishes no corrected rate; --max-bias or --config sets the limit",
+                              info.name, settings.engine.max_bias_deg_per_h, result.uncorrected, table.size()));
+  }
+  const auto force = in_force(engine, table, corrections);
+  for (std::size_t i = 0; i < force.size(); ++i)
+    result.corrected_second_deg_per_h.push_back(compensation::corrected_rate(table.second_bias_deg_per_h[i], force[i]));
+  auto stability = stability_of(result, table, divisor);
+  if (!stability) return tl::unexpected(stability.error());
+  result.stability = *stability;
+  return result;
+}
+
+}  // namespace prism::analysis

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// What prismd would make of one recording with one model: the corrections that its engine gives, and how good they are.
+#pragma once
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "compensation/engine.hpp"
+#include "compensation/evaluation/bias_stability.hpp"
+#include "tools/prismcal/recordings/block_table.hpp"
+
+namespace prism::analysis {
+
+/// What a configuration says beside the model.
+struct CorrectionSettings {
+  compensation::EngineSettings engine;  ///< the limit of the bias, and what is done off the training data
+  compensation::ModelPtr fallback;      ///< serves while the window is not full; null: none
+
+  std::string text() const;  ///< one line for people
+};
+
+struct ModelEvaluation {
+  evaluation::BiasStability stability;  ///< over the blocks that have a correction
+  std::vector<double>
+      predicted_deg_per_h;  ///< one per block of the table: its correction; kUnknown where prismd has none
+  std::vector<double> corrected_deg_per_h;  ///< one per block: what prismd logs as the mean, less the earth rate
+  /// One per second of the table (table.second): what an Allan deviation after compensation is taken of. Where the
+  /// window is full, by the correction of the block that the second lies in; where it is not, by the fallback's of this
+  /// second.
+  std::vector<double> corrected_second_deg_per_h;
+  std::vector<bool> extrapolating;
+  std::size_t extrapolated = 0;  ///< how many blocks of them
+  std::size_t uncorrected = 0;   ///< blocks whose bias is beyond the limit: prismd publishes no corrected rate there
+
+  /// Those of the blocks that have a correction.
+  template <class T>
+  std::vector<T> where_corrected(const std::vector<T>& blocks) const {
+    std::vector<T> kept;
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      if (std::isfinite(corrected_deg_per_h[i])) kept.push_back(blocks[i]);
+    }
+    return kept;
+  }
+};
+
+/// Runs the engine's correction over every block of `table`, whose features must be the model's own. Refused: features
+/// that differ, an input that the recording does not carry, fewer than two blocks with a correction, what Engine::use
+/// refuses.
+Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,
+                                       const CorrectionSettings& settings, evaluation::Divisor divisor);
+
+}  // namespace prism::analysis

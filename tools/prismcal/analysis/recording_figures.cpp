@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "compensation/evaluation/allan_confidence.hpp"
+#include "compensation/evaluation/correlation.hpp"
+#include "compensation/evaluation/thermal_segments.hpp"
+#include "tools/prismcal/analysis/recording_report.hpp"
+
+namespace prism::analysis {
+namespace {
+
+using report::Figure;
+using report::Form;
+using report::Ink;
+using report::Panel;
+using report::Plot;
+using report::Series;
+
+constexpr const char* kTime = "time, h";
+constexpr const char* kBias = "bias, deg/h";
+
+Panel time_panel(const char* title, const char* unit, std::vector<Series> series) {
+  return {title, {kTime}, {unit}, {}, std::move(series)};
+}
+
+Series curve(const char* name, Ink ink, const std::vector<double>& x, const std::vector<double>& y,
+             Form form = Form::kLine) {
+  return {name, ink, form, x, y};
+}
+
+bool has_uhfo(const recordings::BlockTable& table) {
+  for (const compensation::Window& block : table.blocks) {
+    if (std::isfinite(block.uhfo_v)) return true;
+  }
+  return false;
+}
+
+/// The points of (x, y) where `keep` says so.
+template <class Keep>
+Series picked(const char* name, Ink ink, Form form, const std::vector<double>& x, const std::vector<double>& y,
+              const Keep& keep) {
+  Series series{name, ink, form};
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!keep(i)) continue;
+    series.x.push_back(x[i]);
+    series.y.push_back(y[i]);
+  }
+  return series;
+}
+
+Panel loop_panel(const char* title, const recordings::BlockTable& table, const std::vector<double>& bias) {
+  std::vector<double> time;
+  for (const compensation::Window& block : table.blocks) time.push_back(static_cast<double>(block.bucket.second));
+  const auto temperature = table.column(compensation::kInputTemperature);
+  const auto kinds = evaluation::thermal_kinds(time, temperature, evaluation::SegmentSettings{}.soak_slope_degc_per_s);
+  const auto of = [&](evaluation::ThermalKind kind) {
+    return [&kinds, kind](std::size_t i) { return kinds[i] == kind; };
+  };
+  return {title,
+          {"T, °C"},
+          {kBias},
+          {},
+          {picked("soak", Ink::kRaw, Form::kPoints, temperature, bias, of(evaluation::ThermalKind::kSoak)),
+           picked("heating", Ink::kModel, Form::kPoints, temperature, bias, of(evaluation::ThermalKind::kHeating)),
+           picked("cooling", Ink::kCorrected, Form::kOpenPoints, temperature, bias,
+                  of(evaluation::ThermalKind::kCooling))}};
+}
+
+/// A curve with its band, dense points.
+Result<std::vector<Series>> allan_series(const std::vector<double>& seconds, const char* name, Ink ink,
+                                         const std::string& where) {
+  const auto sizes = evaluation::allan_cluster_sizes(evaluation::AllanGrid::kDense, seconds.size());
+  const auto curve = evaluation::allan_deviation(seconds, 1, sizes, evaluation::AllanEstimator::kOverlapping, where);
+  if (!curve) return tl::unexpected(curve.error());
+  const auto intervals = evaluation::allan_confidence(*curve, seconds, 0.683);
+  Series band{"", ink, Form::kBand}, line{name, ink, Form::kLinePoints};
+  for (std::size_t i = 0; i < curve->points.size(); ++i) {
+    if (!(curve->points[i].deviation > 0)) continue;
+    band.x.push_back(curve->points[i].tau_s);
+    band.y.push_back(intervals[i].low);
+    band.high.push_back(intervals[i].high);
+    line.x.push_back(curve->points[i].tau_s);
+    line.y.push_back(curve->points[i].deviation);
+  }
+  return std::vector<Series>{band, line};
+}
+
+Panel histogram_panel(const std::vector<double>& residual, const evaluation::SummaryStatistics& summary) {
+  constexpr int kBins = 41;
+  const double width = 8 * summary.sd / kBins, low = summary.mean - 4 * summary.sd;
+  Series bars{"residual", Ink::kCorrected, Form::kBars}, normal{"normal", Ink::kModel, Form::kLine};
+  std::vector<double> count(kBins, 0);
+  for (const double value : residual) {
+    const double bin = std::floor((value - low) / width);
+    if (bin >= 0 && bin < kBins) count[static_cast<std::size_t>(bin)] += 1;
+  }
+  for (int i = 0; i < kBins; ++i) {
+    bars.x.push_back(low + (i + 0.5) * width);
+    bars.y.push_back(count[static_cast<std::size_t>(i)]);
+  }
+  for (double z = -4; z <= 4.001; z += 0.1) {
+    normal.x.push_back(summary.mean + z * summary.sd);
+    normal.y.push_back(static_cast<double>(residual.size()) * width / summary.sd * std::exp(-z * z / 2) /
+                       std::sqrt(2 * std::numbers::pi));
+  }
+  return {"(a) histogram", {"residual, deg/h"}, {"blocks"}, {}, {bars, normal}};
+}
+
+Panel autocorrelation_panel(const evaluation::Autocorrelation& r) {
+  Series bars{"", Ink::kCorrected, Form::kBars};
+  for (std::size_t lag = 1; lag < r.coefficient.size(); ++lag) {
+    bars.x.push_back(static_cast<double>(lag));
+    bars.y.push_back(r.coefficient[lag]);
+  }
+  const std::vector<double> ends = {0.5, static_cast<double>(r.coefficient.size()) - 0.5};
+  return {"(b) autocorrelation",
+          {"lag, blocks"},
+          {"r"},
+          {},
+          {bars, curve("95 % of white noise", Ink::kGuide, ends, {r.band, r.band}),
+           curve("", Ink::kGuide, ends, {-r.band, -r.band})}};
+}
+
+Panel plane_panel(const char* title, const char* label, const std::string& input, const EvaluatedRecording& recording) {
+  return {
+      title,
+      {"T, °C"},
+      {label},
+      {},
+      {curve("training", Ink::kRaw, recording.training->column(compensation::kInputTemperature),
+             recording.training->column(input), Form::kPoints),
+       picked("evaluated", Ink::kCorrected, Form::kOpenPoints, recording.table->column(compensation::kInputTemperature),
+              recording.table->column(input), [&](std::size_t i) { return !recording.evaluation->extrapolating[i]; }),
+       picked("off the data", Ink::kModel, Form::kPoints, recording.table->column(compensation::kInputTemperature),
+              recording.table->column(input), [&](std::size_t i) { return recording.evaluation->extrapolating[i]; })}};
+}
+
+}  // namespace
+
+Figure record_figure(const recordings::BlockTable& table, const std::string& id) {
+  const auto hours = table.hours();
+  Figure figure{id + "_record", "The recording " + table.name, fmt::format("{} s means.", table.features.length_s), {}};
+  figure.plot.panel_height = 180;
+  auto& panels = figure.plot.panels;
+  panels.push_back(time_panel("temperature", "T, °C",
+                              {curve("", Ink::kModel, hours, table.column(compensation::kInputTemperature))}));
+  panels.push_back(time_panel("slope of temperature", "dT/dt, °C/s",
+                              {curve("", Ink::kModel, hours, table.column(compensation::kInputSlope))}));
+  if (has_uhfo(table)) {
+    panels.push_back(time_panel("high-frequency oscillator", "UHFO, V",
+                                {curve("", Ink::kModel, hours, table.column(compensation::kInputUhfo))}));
+  }
+  panels.push_back(
+      time_panel("rate less earth rate", kBias, {curve("", Ink::kCorrected, hours, table.bias_deg_per_h)}));
+  return figure;
+}
+
+Figure bias_figure(const EvaluatedRecording& recording) {
+  const recordings::BlockTable& table = *recording.table;
+  const ModelEvaluation& judged = *recording.evaluation;
+  const auto hours = table.hours();
+  Figure figure{recording.id + "_bias",
+                "Bias, model and what is left on " + table.name,
+                fmt::format("{} s means.", table.features.length_s),
+                {}};
+  figure.plot.panel_height = 230;
+  figure.plot.panels = {time_panel("(a) bias and model", kBias,
+                                   {curve("bias", Ink::kRaw, hours, table.bias_deg_per_h),
+                                    curve("model", Ink::kModel, hours, judged.predicted_deg_per_h)}),
+                        time_panel("(b) before and after", kBias,
+                                   {curve("before", Ink::kRaw, hours, table.bias_deg_per_h),
+                                    curve("after", Ink::kCorrected, hours, judged.corrected_deg_per_h)})};
+  if (judged.extrapolated > 0) {
+    figure.plot.panels[1].series.push_back(picked("model asked off its data", Ink::kModel, Form::kPoints, hours,
+                                                  judged.corrected_deg_per_h,
+                                                  [&](std::size_t i) { return judged.extrapolating[i]; }));
+  }
+  return figure;
+}
+
+Figure thermal_figure(const EvaluatedRecording& recording) {
+  Figure figure{recording.id + "_loop",
+                "Bias against temperature on " + recording.table->name,
+                "Means as above; soaks are light.",
+                {}};
+  figure.plot = {2,
+                 320,
+                 {loop_panel("(a) before", *recording.table, recording.table->bias_deg_per_h),
+                  loop_panel("(b) after", *recording.table, recording.evaluation->corrected_deg_per_h)}};
+  return figure;
+}
+
+Result<Figure> allan_figure(const EvaluatedRecording& recording) {
+  const recordings::BlockTable& table = *recording.table;
+  Panel panel{"", {"averaging time, s", true}, {"Allan deviation, deg/h", true}, {}, {}};
+  for (const bool after : {false, true}) {
+    const auto& seconds = after ? recording.evaluation->corrected_second_deg_per_h : table.second_bias_deg_per_h;
+    const auto series =
+        allan_series(seconds, after ? "after" : "before", after ? Ink::kCorrected : Ink::kModel, table.name);
+    if (!series) return tl::unexpected(series.error());
+    panel.series.insert(panel.series.end(), series->begin(), series->end());
+  }
+  return Figure{recording.id + "_allan_curve",
+                "Allan deviation on " + table.name,
+                "Overlapping, 1 Hz means; bands are 68 % by chi-square with the degrees of freedom of the noise found "
+                "at each time.",
+                {1, 380, {panel}}};
+}
+
+Result<Figure> residual_figure(const EvaluatedRecording& recording) {
+  const auto residual = recording.evaluation->where_corrected(recording.evaluation->corrected_deg_per_h);
+  const auto r = evaluation::autocorrelate(residual, 60, recording.table->name + ", corrected");
+  if (!r) return tl::unexpected(r.error());
+  return Figure{
+      recording.id + "_residual",
+      "What is left on " + recording.table->name,
+      fmt::format(
+          "{} s means; bins over four sigma either way. A residual without memory stays inside the dashed lines.",
+          recording.table->features.length_s),
+      {2, 290, {histogram_panel(residual, recording.evaluation->stability.after), autocorrelation_panel(*r)}}};
+}
+
+Figure weights_figure(const EvaluatedRecording& recording) {
+  const recordings::BlockTable& training = *recording.training;
+  const auto& weights = *recording.weights;
+  const auto hours = training.hours();
+  const auto outlier = [&](std::size_t i) { return i < weights.size() && weights[i] < 0.5; };
+  Figure figure{recording.id + "_weights",
+                "Which training blocks were called outliers",
+                "A block counts by its weight; below one half it is marked.",
+                {}};
+  figure.plot.panel_height = 210;
+  figure.plot.panels = {
+      time_panel("(a) training bias", kBias,
+                 {curve("bias", Ink::kRaw, hours, training.bias_deg_per_h),
+                  picked("weight below 0.5", Ink::kModel, Form::kPoints, hours, training.bias_deg_per_h, outlier)}),
+      time_panel("(b) weights", "weight", {curve("", Ink::kCorrected, hours, weights, Form::kPoints)})};
+  return figure;
+}
+
+Figure domain_figure(const EvaluatedRecording& recording) {
+  Figure figure{recording.id + "_domain",
+                "Where the model was trained and where it was asked",
+                fmt::format("{} of {} blocks lie off the training data by the model's own guard.",
+                            recording.evaluation->extrapolated, recording.table->size()),
+                {}};
+  figure.plot = {2, 320, {plane_panel("(a) slope", "dT/dt, °C/s", compensation::kInputSlope, recording)}};
+  if (has_uhfo(*recording.training) && has_uhfo(*recording.table)) {
+    figure.plot.panels.push_back(plane_panel("(b) oscillator", "UHFO, V", compensation::kInputUhfo, recording));
+  }
+  return figure;
+}
+
+}  // namespace prism::analysis

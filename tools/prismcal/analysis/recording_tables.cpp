@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "compensation/evaluation/allan_coefficients.hpp"
+#include "compensation/evaluation/hysteresis.hpp"
+#include "tools/prismcal/analysis/recording_report.hpp"
+
+namespace prism::analysis {
+namespace {
+
+using report::Cell;
+using report::fixed_cell;
+using report::general_cell;
+using report::percent_cell;
+using report::Table;
+using report::text_cell;
+
+constexpr double kSoakSlope = evaluation::SegmentSettings{}.soak_slope_degc_per_s;
+
+std::string means_text(const EvaluatedRecording& recording) {
+  return fmt::format("{} s means, divisor {}", recording.table->features.length_s,
+                     evaluation::divisor_text(recording.evaluation->stability.divisor));
+}
+
+std::vector<double> times(const recordings::BlockTable& table) {
+  std::vector<double> result;
+  for (const compensation::Window& block : table.blocks) result.push_back(static_cast<double>(block.bucket.second));
+  return result;
+}
+
+std::vector<Cell> summary_row(const char* name, const evaluation::SummaryStatistics& summary) {
+  return {text_cell(name), fixed_cell(summary.mean, 5), fixed_cell(summary.sd, 5), fixed_cell(summary.rms, 5),
+          fixed_cell(summary.peak_to_peak, 5)};
+}
+
+Cell coefficient_cell(const std::optional<evaluation::AllanCoefficient>& coefficient) {
+  return coefficient ? general_cell(coefficient->value, 4) : text_cell("not resolved", report::Mark::kMuted);
+}
+
+}  // namespace
+
+Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording, const std::vector<double>& bias) {
+  const recordings::BlockTable& data = *recording.table;
+  const auto temperature = data.column(compensation::kInputTemperature);
+  const auto kinds = evaluation::thermal_kinds(times(data), temperature, kSoakSlope);
+  const auto& kept = *recording.evaluation;
+  return evaluation::measure_hysteresis(kept.where_corrected(temperature), kept.where_corrected(bias),
+                                        kept.where_corrected(kinds), kHysteresisBin, data.name);
+}
+
+Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<double>& seconds, const std::string& where) {
+  const auto sizes = evaluation::allan_cluster_sizes(evaluation::AllanGrid::kOctave, seconds.size());
+  const auto curve = evaluation::allan_deviation(seconds, 1, sizes, evaluation::AllanEstimator::kOverlapping, where);
+  if (!curve) return tl::unexpected(curve.error());
+  return evaluation::extract_coefficients(*curve, evaluation::allan_confidence(*curve, seconds, 0.683), where);
+}
+
+Table stability_table(const EvaluatedRecording& recording) {
+  const evaluation::BiasStability& s = recording.evaluation->stability;
+  Table table{recording.id + "_stability", "Bias stability on " + recording.table->name, "", {}, {}};
+  table.caption = fmt::format(
+      "{}, {} blocks. The floor is what white noise alone gives a mean, from first differences; explained = (before² − "
+      "after²) / (before² − floor²): near 100 % no model could do better.",
+      means_text(recording), s.before.count);
+  if (const std::size_t without = recording.evaluation->uncorrected; without > 0) {
+    table.caption += fmt::format(
+        " {} further blocks are left out: the model's bias is beyond the limit there, and prismd publishes no "
+        "corrected rate.",
+        without);
+  }
+  table.columns = {{"", "", false},           {"mean", "deg/h"},    {"1 sigma", "deg/h"}, {"rms", "deg/h"},
+                   {"peak to peak", "deg/h"}, {"improvement", "%"}, {"floor", "deg/h"},   {"explained", "%"}};
+  auto before = summary_row("before", s.before), after = summary_row("after", s.after);
+  before.insert(before.end(), {text_cell(""), fixed_cell(s.floor_deg_per_h, 5), text_cell("")});
+  after.insert(after.end(), {percent_cell(s.improvement), text_cell(""), percent_cell(s.explained)});
+  table.rows = {before, after};
+  return table;
+}
+
+Result<Table> segment_table(const EvaluatedRecording& recording) {
+  const recordings::BlockTable& data = *recording.table;
+  const auto segments =
+      evaluation::cut_thermal_segments(times(data), data.column(compensation::kInputTemperature), {}, data.name);
+  if (!segments) return tl::unexpected(segments.error());
+  Table table{recording.id + "_segments", "Soaks and ramps of " + data.name, "", {}, {}};
+  table.caption = fmt::format("{}. A soak is where the temperature changes by less than {:g} degC/min.",
+                              means_text(recording), 60 * kSoakSlope);
+  table.columns = {{"segment", "", false},  {"from", "degC"},          {"to", "degC"},
+                   {"length", "h"},         {"mean before", "deg/h"},  {"1 sigma before", "deg/h"},
+                   {"mean after", "deg/h"}, {"1 sigma after", "deg/h"}};
+  const evaluation::Divisor divisor = recording.evaluation->stability.divisor;
+  for (const evaluation::ThermalSegment& segment : *segments) {
+    const auto part = [&](const std::vector<double>& values) {
+      std::vector<double> known;
+      for (std::size_t i = segment.begin; i < segment.end; ++i) {
+        if (std::isfinite(recording.evaluation->corrected_deg_per_h[i])) known.push_back(values[i]);
+      }
+      return evaluation::summarise(known, divisor, data.name);
+    };
+    const auto before = part(data.bias_deg_per_h), after = part(recording.evaluation->corrected_deg_per_h);
+    const double length_h = static_cast<double>(segment.size()) * data.features.length_s / 3600;
+    std::vector<Cell> row = {text_cell(evaluation::thermal_kind_text(segment.kind)),
+                             fixed_cell(segment.first_temperature_degc, 1),
+                             fixed_cell(segment.last_temperature_degc, 1), fixed_cell(length_h, 2)};
+    for (const auto* summary : {&before, &after}) {
+      row.push_back(fixed_cell(*summary ? std::optional((*summary)->mean) : std::nullopt, 5));
+      row.push_back(fixed_cell(*summary ? std::optional((*summary)->sd) : std::nullopt, 5));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+Result<Table> hysteresis_table(const EvaluatedRecording& recording) {
+  const recordings::BlockTable& data = *recording.table;
+  Table table{recording.id + "_hysteresis", "Heating against cooling on " + data.name, "", {}, {}};
+  table.caption = fmt::format(
+      "Bias in bins of {:g} degC that the ramps passed both ways; the gap is heating less cooling.", kHysteresisBin);
+  table.columns = {{"", "", false},
+                   {"largest gap", "deg/h"},
+                   {"at", "degC"},
+                   {"loop area", "deg/h degC"},
+                   {"sensitivity heating", "1e-3 deg/h/degC"},
+                   {"sensitivity cooling", "1e-3 deg/h/degC"}};
+  for (const bool after : {false, true}) {
+    const auto loop = measure_loop(recording, after ? recording.evaluation->corrected_deg_per_h : data.bias_deg_per_h);
+    if (!loop) return tl::unexpected(loop.error());
+    if (loop->bins.empty())
+      return refuse(data.name, "no temperature was passed both heating and cooling: no hysteresis to measure");
+    const auto milli = [](std::optional<double> value) { return value ? std::optional(1e3 * *value) : std::nullopt; };
+    table.rows.push_back({text_cell(after ? "after" : "before"), fixed_cell(loop->max_gap_deg_per_h, 5),
+                          fixed_cell(loop->max_gap_at_degc, 1), fixed_cell(loop->loop_area_deg_per_h_degc, 4),
+                          fixed_cell(milli(loop->heating_sensitivity), 4),
+                          fixed_cell(milli(loop->cooling_sensitivity), 4)});
+  }
+  return table;
+}
+
+Result<Table> allan_table(const EvaluatedRecording& recording) {
+  const recordings::BlockTable& data = *recording.table;
+  Table table{recording.id + "_allan", "Allan coefficients on " + data.name, "", {}, {}};
+  table.caption =
+      "Overlapping estimate of the 1 Hz means. A thermal cycle is not stationary: before compensation the long end is "
+      "the chamber's. "
+      "Bias instability is stated only where the curve has a plateau (÷ 0.664); the minimum / 0.664 bounds it from "
+      "above.";
+  table.columns = {{"", "", false},
+                   {"quantisation", "arcsec"},
+                   {"angle random walk", "deg/√h"},
+                   {"bias instability", "deg/h"},
+                   {"rate random walk", "(deg/h)/√h"},
+                   {"rate ramp", "(deg/h)/h"},
+                   {"minimum", "deg/h"},
+                   {"at", "s"}};
+  for (const bool after : {false, true}) {
+    const auto& seconds = after ? recording.evaluation->corrected_second_deg_per_h : data.second_bias_deg_per_h;
+    const auto c = allan_coefficients(seconds, data.name);
+    if (!c) return tl::unexpected(c.error());
+    table.rows.push_back(
+        {text_cell(after ? "after" : "before"), coefficient_cell(c->quantisation_arcsec),
+         coefficient_cell(c->angle_random_walk_deg_per_sqrt_h), coefficient_cell(c->bias_instability_deg_per_h),
+         coefficient_cell(c->rate_random_walk_deg_per_h_sqrt_h), coefficient_cell(c->rate_ramp_deg_per_h_h),
+         general_cell(c->floor.minimum_deg_per_h, 4), general_cell(c->floor.tau_s, 6)});
+  }
+  return table;
+}
+
+std::vector<report::Block> recording_blocks(const EvaluatedRecording& recording) {
+  std::vector<report::Block> blocks = {stability_table(recording)};
+  const auto add = [&](auto made) {
+    if (made) {
+      blocks.push_back(std::move(*made));
+    } else {
+      blocks.push_back(report::Paragraph{made.error().text(), report::Mark::kMuted});
+    }
+  };
+  blocks.push_back(bias_figure(recording));
+  add(segment_table(recording));
+  blocks.push_back(thermal_figure(recording));
+  add(hysteresis_table(recording));
+  add(allan_figure(recording));
+  add(allan_table(recording));
+  add(residual_figure(recording));
+  if (recording.weights && recording.training) blocks.push_back(weights_figure(recording));
+  if (recording.training) blocks.push_back(domain_figure(recording));
+  return blocks;
+}
+
+}  // namespace prism::analysis

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/recordings/training_set.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tools/command_line.hpp"
+
+namespace prism::recordings {
+namespace {
+
+Result<void> take_serial(const Recording& recording, TrainingSet& set) {
+  const std::string serial = recording.value("gyro_serial");
+  if (serial.empty() || serial == "unknown") return {};
+  if (!set.serial.empty() && set.serial != serial) {
+    return refuse(recording.name, fmt::format("recorded from gyro \"{}\", expected \"{}\" as the recordings before it",
+                                              serial, set.serial));
+  }
+  set.serial = serial;
+  return {};
+}
+
+nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& table, std::size_t left_out) {
+  nlohmann::ordered_json facts = {{"name", recording.name}, {"files", nlohmann::ordered_json::array()}};
+  for (const SourceFile& file : recording.files)
+    facts["files"].push_back({{"path", file.path}, {"sha256", file.sha256}, {"rows", file.rows}});
+  facts.update({{"blocks", table.size()},
+                {"blocks_left_out", left_out},
+                {"gaps", table.gaps},
+                {"missing_s", table.missing_s},
+                {"earth_rate_deg_per_h", table.earth_rate_deg_per_h}});
+  return facts;
+}
+
+}  // namespace
+
+void add_training_set_options(CLI::App& command, TrainingSetOptions& o) {
+  add_source_options(command, o.source);
+  add_site_options(command, o.site);
+  command.add_option("--window", o.features.length_s, "seconds of the means and of the slope")
+      ->check(CLI::Range(1, 3600))
+      ->capture_default_str();
+  command.add_option("--slope", o.slope, "difference (the paper) or least_squares")
+      ->check(CLI::IsMember({"difference", "least_squares"}))
+      ->capture_default_str();
+  command.add_option("--end-mean", o.features.end_mean_s, "seconds averaged at each end of a difference")
+      ->check(CLI::Range(1, 3600))
+      ->capture_default_str();
+  command.add_option("--max-gap", o.features.max_gap_s, "seconds of a hole that empties the window")
+      ->check(CLI::Range(0, 3600))
+      ->capture_default_str();
+  command.add_option("--lag", o.features.lag_time_constants_s, "time constants of lag1, lag2, …, s")
+      ->delimiter(',')
+      ->check(tools::within(1, 1e7));
+}
+
+std::size_t append_blocks(const BlockTable& table, training::TrainingData& data) {
+  const int run = data.runs.empty() ? 0 : data.runs.back() + 1;
+  std::vector<std::size_t> good;
+  std::vector<std::vector<double>> columns;
+  for (const std::string& name : data.names) columns.push_back(table.column(name));
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    bool known = std::isfinite(table.bias_deg_per_h[i]) && !table.blocks[i].lag_settling;
+    for (const auto& column : columns) known = known && std::isfinite(column[i]);
+    if (known) good.push_back(i);
+  }
+  const Eigen::Index before = data.target.size(), added = static_cast<Eigen::Index>(good.size());
+  data.inputs.conservativeResize(static_cast<Eigen::Index>(data.names.size()), before + added);
+  data.target.conservativeResize(before + added);
+  for (Eigen::Index j = 0; j < added; ++j) {
+    const std::size_t i = good[static_cast<std::size_t>(j)];
+    for (std::size_t d = 0; d < columns.size(); ++d)
+      data.inputs(static_cast<Eigen::Index>(d), before + j) = columns[d][i];
+    data.target[before + j] = table.bias_deg_per_h[i];
+    data.runs.push_back(run);
+  }
+  return table.size() - good.size();
+}
+
+Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
+                                      const TrainingSetOptions& options) {
+  TrainingSet set;
+  set.features = options.features;
+  set.features.slope =
+      options.slope == "difference" ? compensation::SlopeMethod::kDifference : compensation::SlopeMethod::kLeastSquares;
+  set.features.end_mean_s = std::min(set.features.end_mean_s, set.features.length_s);
+  set.data.names = inputs;
+  set.facts = nlohmann::ordered_json::array();
+  for (const std::string& name : inputs) {
+    if (!compensation::has_input(set.features, name))
+      return refuse("--inputs", fmt::format("found \"{}\", expected T, dTdt, U or a lag that --lag defines", name));
+  }
+  for (const std::string& path : paths) {
+    const auto recording = read_recording(path, options.source);
+    if (!recording) return tl::unexpected<Error>(recording.error());
+    if (auto taken = take_serial(*recording, set); !taken) return tl::unexpected<Error>(taken.error());
+    const auto earth_rate = earth_rate_of(*recording, options.site);
+    if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
+    auto table = make_block_table(recording->buckets, set.features, *earth_rate, recording->name);
+    if (!table) return tl::unexpected<Error>(table.error());
+    const std::size_t left_out = append_blocks(*table, set.data);
+    set.facts.push_back(facts_of(*recording, *table, left_out));
+    set.notes.push_back(fmt::format(
+        "{}: {} blocks of {} s; {} gaps of {} s in all; {} blocks left out (an input unknown, or lags not settled)",
+        recording->name, table->size() - left_out, set.features.length_s, table->gaps, table->missing_s, left_out));
+    set.tables.push_back(std::move(*table));
+  }
+  if (set.data.target.size() == 0) return refuse("recordings", "found no block in which every input is known");
+  return set;
+}
+
+}  // namespace prism::recordings

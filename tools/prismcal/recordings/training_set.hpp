@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// Recordings → training samples: one per block, features by the conditioner that serves live, the earth's rate taken
+// off.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "compensation/training/trainer.hpp"
+#include "tools/prismcal/recordings/block_table.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
+
+namespace prism::recordings {
+
+struct TrainingSetOptions {
+  SourceOptions source;
+  compensation::FeatureDefinition features;
+  std::string slope = "difference";
+  SiteOptions site;
+};
+
+void add_training_set_options(CLI::App& command, TrainingSetOptions& options);
+
+struct TrainingSet {
+  training::TrainingData data;  ///< one run per recording
+  compensation::FeatureDefinition features;
+  std::string serial;              ///< of the gyro, where the recordings name one; empty: unknown
+  nlohmann::ordered_json facts;    ///< one object per recording: files with SHA-256, blocks, gaps, earth rate
+  std::vector<BlockTable> tables;  ///< one per recording, as the data-quality check takes them
+  std::vector<std::string> notes;  ///< gaps and blocks left out, for people
+};
+
+/// Refuses recordings of two gyros, inputs that the features do not carry, and what read_recording refuses.
+Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
+                                      const TrainingSetOptions& options);
+
+/// The samples of one table, appended as a run of their own; blocks in which an input is unknown are left out and
+/// counted.
+std::size_t append_blocks(const BlockTable& table, training::TrainingData& data);
+
+}  // namespace prism::recordings
