@@ -70,7 +70,8 @@ class CaptureLog::Writer {
   bool open(std::int64_t second) {
     Result<NewSegment> made = segments_.make(second);
     if (!made) return keep(tl::unexpected<Error>(made.error()));
-    Result<drivers::CaptureWriter> file = drivers::CaptureWriter::adopt(made->descriptor, made->path);
+    const auto make_room = [this](int error) { return disk_is_full(error) && segments_.make_room(); };
+    Result<drivers::CaptureWriter> file = drivers::CaptureWriter::adopt(made->descriptor, made->path, make_room);
     if (!file) {
       ::unlink(made->path.c_str());  // a disk that is full would get an empty file a second
       return keep(tl::unexpected<Error>(file.error()));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -27,9 +28,11 @@ class CaptureWriter {
  public:
   /// Creates the file; one that is there is replaced. Refused where the file cannot be created or written.
   static Result<CaptureWriter> open(const std::string& path);
+  /// Asked with errno where a write fails: true to try again, as room was made.
+  using Again = std::function<bool(int error)>;
   /// The same over a new file that the caller opened for writing; `path` is its name in refusals. The descriptor is the
-  /// writer's from here on, refused or not.
-  static Result<CaptureWriter> adopt(int descriptor, const std::string& path);
+  /// writer's from here on, refused or not. `again` may be null.
+  static Result<CaptureWriter> adopt(int descriptor, const std::string& path, Again again);
 
   CaptureWriter(CaptureWriter&&) noexcept;
   CaptureWriter& operator=(CaptureWriter&&) noexcept;

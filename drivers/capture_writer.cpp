@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <pcap/pcap.h>
-#include <stdio_ext.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include "drivers/capture_file.hpp"
 
@@ -16,51 +13,68 @@ namespace prism::drivers {
 namespace {
 
 constexpr std::size_t kMostBytes = 65536;  // of the line in one packet; longer chunks become several
-constexpr int kSnapBytes = static_cast<int>(kMostBytes + kCaptureRecordBytes);
 constexpr std::size_t kBufferBytes = 1 << 18;
-constexpr std::uint64_t kFileHeaderBytes = 24, kPacketHeaderBytes = 16;
+
+// pcap in this machine's order of bytes; the magic number says which, and that times are in nanoseconds.
+struct FileHeader {
+  std::uint32_t magic = 0xa1b23c4d;
+  std::uint16_t major = 2, minor = 4;
+  std::uint32_t zone = 0, accuracy = 0;
+  std::uint32_t most_bytes = kMostBytes + kCaptureRecordBytes;
+  std::uint32_t link_type = kCaptureLinkType;
+};
+struct PacketHeader {
+  std::uint32_t seconds, nanoseconds, bytes, original_bytes;
+};
 
 }  // namespace
 
-// pcap_dump() wants record and bytes in one piece, so a packet is put together here; it reports no errors, so the
-// stream's own error flag is asked.
 struct CaptureWriter::File {
   std::string path, failure;
-  std::vector<char> buffer;
-  std::vector<std::uint8_t> packet;
-  pcap_t* pcap = nullptr;
-  pcap_dumper_t* dumper = nullptr;
-  std::FILE* stream = nullptr;
-  std::uint64_t size = kFileHeaderBytes;
+  Again again;
+  int descriptor = -1;
+  std::vector<std::uint8_t> buffer;
+  std::uint64_t size = 0;
 
   ~File() {
-    if (dumper) {
-      pcap_dump_close(dumper);  // closes the stream too
-    } else if (stream) {
-      std::fclose(stream);
-    }
-    if (pcap) pcap_close(pcap);
+    drain();
+    ::close(descriptor);
   }
 
-  Result<void> state() {
-    if (failure.empty() && ferror_unlocked(stream)) fail();
+  Result<void> state() const {
     if (!failure.empty()) return refuse(path, failure);
     return {};
   }
 
-  void fail() { failure = fmt::format("cannot be written: {}", std::strerror(errno)); }
+  void fail(int error) { failure = fmt::format("cannot be written: {}", std::strerror(error)); }
+
+  void put(const void* bytes, std::size_t count) {
+    const auto* begin = static_cast<const std::uint8_t*>(bytes);
+    buffer.insert(buffer.end(), begin, begin + count);
+    size += count;
+  }
+
+  void drain() {
+    for (std::size_t done = 0; failure.empty() && done < buffer.size();) {
+      const ssize_t written = ::write(descriptor, buffer.data() + done, buffer.size() - done);
+      if (written >= 0) {
+        done += static_cast<std::size_t>(written);
+      } else if (const int error = errno; error != EINTR && !(again && again(error))) {
+        fail(error);
+      }
+    }
+    buffer.clear();
+  }
 
   Result<void> append(std::int64_t time_ns, CaptureEvent event, std::span<const std::uint8_t> bytes) {
     const auto record = encode_capture_record(time_ns, event);
-    packet.assign(record.begin(), record.end());
-    packet.insert(packet.end(), bytes.begin(), bytes.end());
-    pcap_pkthdr header;
-    header.ts.tv_sec = time_ns / 1'000'000'000;
-    header.ts.tv_usec = time_ns % 1'000'000'000;  // nanoseconds: the file's magic says so
-    header.caplen = header.len = static_cast<bpf_u_int32>(packet.size());
-    if (!failure.empty()) return state();
-    pcap_dump(reinterpret_cast<u_char*>(dumper), &header, packet.data());
-    size += kPacketHeaderBytes + packet.size();
+    const auto count = static_cast<std::uint32_t>(record.size() + bytes.size());
+    const PacketHeader header{static_cast<std::uint32_t>(time_ns / 1'000'000'000),
+                              static_cast<std::uint32_t>(time_ns % 1'000'000'000), count, count};
+    put(&header, sizeof header);
+    put(record.data(), record.size());
+    put(bytes.data(), bytes.size());
+    if (buffer.size() >= kBufferBytes) drain();
     return state();
   }
 };
@@ -73,25 +87,16 @@ CaptureWriter::~CaptureWriter() = default;
 Result<CaptureWriter> CaptureWriter::open(const std::string& path) {
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor < 0) return refuse(path, fmt::format("cannot be created: {}", std::strerror(errno)));
-  return adopt(descriptor, path);
+  return adopt(descriptor, path, nullptr);
 }
 
-Result<CaptureWriter> CaptureWriter::adopt(int descriptor, const std::string& path) {
+Result<CaptureWriter> CaptureWriter::adopt(int descriptor, const std::string& path, Again again) {
   auto file = std::make_unique<File>();
   file->path = path;
-  file->buffer.resize(kBufferBytes);
-  file->packet.reserve(kSnapBytes);
-  file->stream = ::fdopen(descriptor, "wb");
-  if (!file->stream) {
-    ::close(descriptor);
-    return refuse(path, "cannot be opened: out of memory");
-  }
-  std::setvbuf(file->stream, file->buffer.data(), _IOFBF, file->buffer.size());
-  __fsetlocking(file->stream, FSETLOCKING_BYCALLER);  // one thread writes
-  file->pcap = pcap_open_dead_with_tstamp_precision(kCaptureLinkType, kSnapBytes, PCAP_TSTAMP_PRECISION_NANO);
-  if (file->pcap) file->dumper = pcap_dump_fopen(file->pcap, file->stream);
-  if (!file->dumper)
-    return refuse(path, file->pcap ? pcap_geterr(file->pcap) : "libpcap gave no handle: out of memory");
+  file->again = std::move(again);
+  file->descriptor = descriptor;
+  const FileHeader header;
+  file->put(&header, sizeof header);
   CaptureWriter writer(std::move(file));
   if (auto written = writer.flush(); !written) return tl::unexpected<Error>(written.error());
   return writer;
@@ -108,13 +113,12 @@ Result<void> CaptureWriter::data(std::int64_t time_ns, std::span<const std::uint
 Result<void> CaptureWriter::opened(std::int64_t time_ns) { return file_->append(time_ns, CaptureEvent::kOpened, {}); }
 
 Result<void> CaptureWriter::flush(bool sync) {
-  if (file_->failure.empty()) {
-    if (std::fflush(file_->stream) != 0 || (sync && ::fdatasync(fileno(file_->stream)) != 0)) file_->fail();
-  }
+  file_->drain();
+  if (sync && file_->failure.empty() && ::fdatasync(file_->descriptor) != 0) file_->fail(errno);
   return file_->state();
 }
 
-int CaptureWriter::descriptor() const { return fileno(file_->stream); }
+int CaptureWriter::descriptor() const { return file_->descriptor; }
 
 const std::string& CaptureWriter::path() const { return file_->path; }
 

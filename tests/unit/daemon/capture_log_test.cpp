@@ -4,11 +4,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <cerrno>
-#include <csignal>
 #include <future>
 
 #include "drivers/capture_file.hpp"
@@ -172,22 +169,38 @@ TEST_F(CaptureLogTest, NeverWritesThroughALink) {
   EXPECT_EQ(packets("gyro-20261121T120000Z-2.pcap"), "a");
 }
 
-// A limit on the size of files stands for the disk that is full.
-TEST_F(CaptureLogTest, AFullDiskLeavesNoEmptyFilesAndTheLastPacketsAreCounted) {
-  const rlimit none{0, RLIM_INFINITY};
-  rlimit before{};
-  ::getrlimit(RLIMIT_FSIZE, &before);
-  const auto action = std::signal(SIGXFSZ, SIG_IGN);
-  ::setrlimit(RLIMIT_FSIZE, &none);
+TEST_F(CaptureLogTest, AFullDiskLeavesNoEmptyFilesAndWhatIsMissingIsCounted) {
+  {
+    const test::FailingCall fault(test::failing_write, ENOSPC);
+    for (int i = 0; i < 3; ++i) {
+      data(i, {'x'});
+      flush();
+    }
+  }
+  EXPECT_THAT(test::files_in(settings.directory), IsEmpty());
+  EXPECT_EQ(log->dropped_bytes(), 3u);
+  EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be written: No space left on device")));
+}
+
+// The story: "when_full" was the log's alone, though the manual gave it to the capture, too.
+TEST_F(CaptureLogTest, AFullDiskCostsTheOldestSegmentAndNoByteWhereTheConfigurationSaysSo) {
+  settings.delete_when_full = true;
+  settings.max_age_s = 1;
+  begin();
   for (int i = 0; i < 3; ++i) {
     data(i, {'x'});
     flush();
   }
-  ::setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, action);
-  EXPECT_THAT(test::files_in(settings.directory), IsEmpty());
-  EXPECT_EQ(log->dropped_bytes(), 3u);
-  EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be written: File too large")));
+  {
+    const test::FailingCall fault(test::failing_write, ENOSPC, 1);
+    data(2.5, {'y'});
+    flush();
+  }
+  EXPECT_THAT(test::files_in(settings.directory),
+              ElementsAre("gyro-20261121T120001Z.pcap", "gyro-20261121T120002Z.pcap"));
+  EXPECT_EQ(packets("gyro-20261121T120002Z.pcap"), "xy");
+  EXPECT_EQ(log->dropped_bytes(), 0u);
+  EXPECT_THAT(told.lines(), IsEmpty());
 }
 
 }  // namespace

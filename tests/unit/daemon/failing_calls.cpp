@@ -19,7 +19,14 @@ bool is_regular(int descriptor) {
   return ::fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode);
 }
 
+// What the call is to fail with now, 0 where it is not.
+int fault(const std::atomic<int>& call) {
+  const int error = call;
+  return error != 0 && prism::test::failures_left > 0 ? error : 0;
+}
+
 int failed(int error) {
+  --prism::test::failures_left;
   errno = error;
   return -1;
 }
@@ -29,7 +36,7 @@ int failed(int error) {
 extern "C" {
 
 ssize_t write(int descriptor, const void* bytes, size_t size) {
-  const int error = prism::test::failing_write;
+  const int error = fault(prism::test::failing_write);
   if (error != 0 && is_regular(descriptor)) {
     const long left = prism::test::writable_bytes;
     if (left <= 0) return failed(error);
@@ -40,20 +47,20 @@ ssize_t write(int descriptor, const void* bytes, size_t size) {
 }
 
 int fdatasync(int descriptor) {
-  const int error = prism::test::failing_fdatasync;
+  const int error = fault(prism::test::failing_fdatasync);
   return error != 0 ? failed(error) : static_cast<int>(::syscall(SYS_fdatasync, descriptor));
 }
 
 int ftruncate(int descriptor, off_t length) noexcept {
-  const int error = prism::test::failing_ftruncate;
+  const int error = fault(prism::test::failing_ftruncate);
   return error != 0 ? failed(error) : static_cast<int>(::syscall(SYS_ftruncate, descriptor, length));
 }
 
 dirent* readdir(DIR* folder) {
   static const auto real = reinterpret_cast<dirent* (*)(DIR*)>(::dlsym(RTLD_NEXT, "readdir"));
-  const int error = prism::test::failing_readdir;
+  const int error = fault(prism::test::failing_readdir);
   if (error == 0 || prism::test::readable_entries-- > 0) return real(folder);
-  errno = error;
+  failed(error);
   return nullptr;
 }
 }

@@ -3,14 +3,20 @@
 #pragma once
 
 #include <atomic>
+#include <climits>
 
 namespace prism::test {
 
-/// While it lives, calls of one kind on regular files and folders fail with `error` (errno); other descriptors and
-/// other calls are left alone.
+inline std::atomic<int> failures_left{0};
+
+/// While it lives, calls of one kind on regular files and folders fail with `error` (errno), `times` times; other
+/// descriptors and other calls are left alone.
 class FailingCall {
  public:
-  FailingCall(std::atomic<int>& call, int error) : call_(call) { call_ = error; }
+  FailingCall(std::atomic<int>& call, int error, int times = INT_MAX) : call_(call) {
+    failures_left = times;
+    call_ = error;
+  }
   ~FailingCall() { call_ = 0; }
   FailingCall(const FailingCall&) = delete;
   FailingCall& operator=(const FailingCall&) = delete;

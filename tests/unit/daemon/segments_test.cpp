@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/fsuid.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -22,6 +23,7 @@ using testing::HasSubstr;
 
 constexpr std::int64_t kNoon = 1'795'262'400;  // 2026-11-21T12:00:00Z
 constexpr std::int64_t kDay = 86400;
+constexpr uid_t kNobody = 65534;
 
 struct SegmentsTest : testing::Test {
   // The name of the segment made, or the refusal.
@@ -84,12 +86,17 @@ TEST_F(SegmentsTest, AFolderThatCannotBeMadeIsRefused) {
 }
 
 TEST_F(SegmentsTest, AFolderWithoutRightsIsRefused) {
-  if (::geteuid() == 0) GTEST_SKIP() << "root has every right";
   std::filesystem::create_directory(settings.directory);
   std::filesystem::permissions(settings.directory, std::filesystem::perms::owner_read);
+  if (::geteuid() == 0) {  // who has every right, and lends this thread those of nobody
+    std::filesystem::permissions(folder.file(""), std::filesystem::perms::all);
+    std::filesystem::permissions(settings.directory, std::filesystem::perms::others_read);
+    ::setfsuid(kNobody);
+  }
   Segments segments(settings, "gyro", ".csv");
   EXPECT_THAT(made(segments), EndsWith("cannot be created: Permission denied"));
   EXPECT_FALSE(segments.make_room());
+  ::setfsuid(::geteuid());
   std::filesystem::permissions(settings.directory, std::filesystem::perms::owner_all);
 }
 
