@@ -67,7 +67,7 @@ Result<Acquisition::Reconfigured> Acquisition::reconfigure(pipeline::Setup setup
   if (stream && setup.config.engine == setup_.config.engine) {
     if (auto used = pipeline_->use_models(setup); !used) return tl::unexpected<Error>(used.error());
   } else {
-    done.rows = keep(pipeline_->finish());
+    done.rows = end_session(pipeline_->finish());
     frames_before_ = frames();
     pipeline_ = std::make_unique<pipeline::Pipeline>(setup);
   }
@@ -77,10 +77,14 @@ Result<Acquisition::Reconfigured> Acquisition::reconfigure(pipeline::Setup setup
   return done;
 }
 
+int Acquisition::block_s() const {
+  return (setup_.model ? setup_.model->info().features : compensation::FeatureDefinition{}).length_s;
+}
+
 const pipeline::Rows& Acquisition::keep(const pipeline::Rows& rows) {
   for (const pipeline::Rows::Window& window : rows.windows) {
     if (log_) log_->append(window.row);
-    stability_.add(window.row, setup_.model ? setup_.model->info().features.length_s : 100);
+    stability_.add(window.row, block_s());
     history_.add(window.row);
     watch_quality(window.row);
   }

@@ -44,6 +44,8 @@ class Acquisition {
   const pipeline::Pipeline& pipeline() const { return *pipeline_; }
   const compensation::Engine& engine() const { return pipeline_->axes().front().engine; }
   const compensation::BlockStability& stability() const { return stability_; }
+  /// Length in s of the blocks that the stability is of: the model's window, or the paper's.
+  int block_s() const;
   const History& history() const { return history_; }
   /// Of the session that runs: null before its first frame, before its first full second, and after its end.
   const compensation::Compensated* last_sample() const { return sampled_ ? &last_ : nullptr; }

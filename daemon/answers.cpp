@@ -28,13 +28,8 @@ const char* state_name(LineState state) {
   return kNames[static_cast<int>(state)];
 }
 
-ordered_json row_json(const compensation::Compensated& row) {
-  std::string text;
-  compensation::append_json(text, row);
-  return ordered_json::parse(text);
-}
-
-ordered_json row_json(const compensation::CompensatedWindow& row) {
+template <class Row>
+ordered_json row_json(const Row& row) {
   std::string text;
   compensation::append_json(text, row);
   return ordered_json::parse(text);
@@ -187,7 +182,7 @@ ordered_json stability_answer(const Instance& instance) {
   const Acquisition& acquisition = instance.acquisition;
   const pipeline::Setup& setup = acquisition.setup();
   const auto improvement = acquisition.stability().improvement();
-  return {{"block_s", acquisition.engine().model() ? acquisition.engine().model()->info().features.length_s : 100},
+  return {{"block_s", acquisition.block_s()},
           {"divisor", "N-1"},
           {"all", series_json(acquisition.stability().all())},
           {"raw", series_json(acquisition.stability().raw())},

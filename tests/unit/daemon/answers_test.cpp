@@ -77,6 +77,14 @@ TEST_F(Answers, ANewSessionDoesNotShowTheOldOne) {
   EXPECT_TRUE(result("status")["sample"]["rate_deg_per_h"].is_number());
 }
 
+// A reload that turned the gyro's sign left the sample of before on show until the next frame.
+TEST_F(Answers, AnotherStreamDoesNotShowTheOldOne) {
+  begin_session();
+  feed(3);
+  ASSERT_TRUE(instance_->acquisition.reconfigure(make_setup(R"(, "gyro": {"sign": -1})")));
+  expect_no_data();
+}
+
 TEST_F(Answers, HistoryIsTheLastRowsOldestFirst) {
   EXPECT_EQ(result("history"), json::array());
   begin_session();
