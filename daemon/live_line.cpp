@@ -61,6 +61,7 @@ bool LiveLine::open() {
   }
   const std::vector<std::string> notes = line->notes();
   line_.emplace(io_, line->release());
+  ++opening_;
   begun_ = false;
   arrival_.begin();
   last_data_ = last_progress_ = Clock::now();
@@ -84,9 +85,10 @@ void LiveLine::complain(const char* kind, const std::string& text) {
 
 // Asio says when there is something to read; read(2) itself finds it at once, without Asio's try before and after.
 void LiveLine::listen() {
-  line_->async_wait(asio::posix::stream_descriptor::wait_read, [this](boost::system::error_code error) {
-    if (!error && line_) readable();
-  });
+  line_->async_wait(asio::posix::stream_descriptor::wait_read,
+                    [this, opening = opening_](boost::system::error_code error) {
+                      if (!error && line_ && opening == opening_) readable();
+                    });
 }
 
 void LiveLine::readable() {
@@ -166,8 +168,8 @@ asio::awaitable<void> LiveLine::watch() {
 // An idle line that is readable all the same would be read without end.
 void LiveLine::rest() {
   pause_timer_.expires_after(std::chrono::milliseconds(20));
-  pause_timer_.async_wait([this](boost::system::error_code error) {
-    if (!error && line_) listen();
+  pause_timer_.async_wait([this, opening = opening_](boost::system::error_code error) {
+    if (!error && line_ && opening == opening_) listen();
   });
 }
 

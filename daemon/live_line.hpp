@@ -50,6 +50,7 @@ class LiveLine {
   boost::asio::io_context& io_;
   Instance& instance_;
   std::optional<boost::asio::posix::stream_descriptor> line_;
+  std::uint64_t opening_ = 0;  ///< counts how often the line was opened: a handler of one before does nothing
   boost::asio::steady_timer watch_timer_, pause_timer_;
   ArrivalClock arrival_;
   Clock::time_point last_data_, last_progress_;
