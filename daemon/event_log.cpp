@@ -10,6 +10,8 @@ const char* severity_name(Severity severity) {
   return kNames[static_cast<int>(severity)];
 }
 
+namespace {
+
 std::string event_json(const Event& event) {
   const std::int64_t whole_ms = event.time_ns / 1'000'000;
   nlohmann::ordered_json json = {{"time_s", static_cast<double>(whole_ms) / 1000},
@@ -19,6 +21,8 @@ std::string event_json(const Event& event) {
   if (event.repeats > 0) json["repeats"] = event.repeats;
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
+
+}  // namespace
 
 void EventLog::add(Severity severity, const std::string& kind, const std::string& text, std::int64_t time_ns,
                    Clock::time_point now) {
@@ -34,7 +38,8 @@ void EventLog::add(Severity severity, const std::string& kind, const std::string
   }
   if (shown_.size() >= kKept) shown_.clear();
   shown_[key] = {now, 0};
-  recent_.push_back({time_ns, severity, kind, text, repeats});
+  recent_.push_back({time_ns, severity, kind, text, repeats, {}});
+  recent_.back().json = event_json(recent_.back());
   if (recent_.size() > kKept) recent_.pop_front();
   tell_(recent_.back());
 }

@@ -19,12 +19,10 @@ struct Event {
   std::string kind;           ///< one word for programs: line_open, line_lost, model_loaded, …
   std::string text;           ///< one line for people
   std::uint64_t repeats = 0;  ///< the same kind and text, suppressed since it was last shown
+  std::string json;           ///< all of it as one JSON object: written once, sent to all who ask
 };
 
 const char* severity_name(Severity severity);
-
-/// The event as a JSON object, whole numbers and texts only.
-std::string event_json(const Event& event);
 
 /// Keeps the last kKept events. The same kind and text within kQuiet is counted, not shown again. Quiet goes by the
 /// monotonic clock: a host clock that is set back by an hour does not silence a fault for an hour.

@@ -12,7 +12,7 @@ Instance::Instance(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::u
     : started_ns(host_time_ns()),
       events([this, told = std::move(told)](const Event& event) {
         told(event);
-        publisher.event(event_json(event));
+        publisher.event(event.json);
       }),
       acquisition(std::move(setup), std::move(log), std::move(capture), events) {
   line.since_ns = started_ns;

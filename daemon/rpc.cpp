@@ -104,8 +104,7 @@ void Rpc::events(const Call& call) {
   std::vector<TextPart> parts{TextPart("[")};
   const auto& recent = instance_.events.recent();
   const std::size_t first = recent.size() - std::min(*count, recent.size());
-  for (std::size_t i = first; i < recent.size(); ++i)
-    parts.emplace_back((i > first ? "," : "") + event_json(recent[i]));
+  for (std::size_t i = first; i < recent.size(); ++i) parts.emplace_back((i > first ? "," : "") + recent[i].json);
   parts.emplace_back("]");
   reply(call, std::move(parts));
 }

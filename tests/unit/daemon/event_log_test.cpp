@@ -61,15 +61,18 @@ TEST_F(EventLogTest, ByTheClockThatRunsUnlessATestGivesAnother) {
   EXPECT_THAT(told, ElementsAre("now"));
 }
 
-TEST(EventJson, HoldsTimeSeverityKindTextAndRepeats) {
-  EXPECT_EQ(event_json({1'700'000'000'123'999'999, Severity::kError, "disk", "a \"b\"\n", 0}),
-            R"({"time_s":1700000000.123,"severity":"error","kind":"disk","text":"a \"b\"\n"})");
-  EXPECT_EQ(event_json({0, Severity::kDebug, "k", "t", 7}),
-            R"({"time_s":0.0,"severity":"debug","kind":"k","text":"t","repeats":7})");
+TEST_F(EventLogTest, WritesAnEventAsJsonWhenItHappens) {
+  log.add(Severity::kError, "disk", "a \"b\"\n", 1'700'000'000'123'999'999, now);
+  const std::string text = R"({"time_s":1700000000.123,"severity":"error","kind":"disk","text":"a \"b\"\n")";
+  EXPECT_EQ(log.recent().back().json, text + "}");
+  for (int i = 0; i < 7; ++i) log.add(Severity::kError, "disk", "a \"b\"\n", 0, now);
+  log.add(Severity::kError, "disk", "a \"b\"\n", 1'700'000'000'123'999'999, now + EventLog::kQuiet);
+  EXPECT_EQ(log.recent().back().json, text + R"(,"repeats":7})");
 }
 
-TEST(EventJson, IsUtf8WhateverTheTextHolds) {
-  EXPECT_EQ(event_json({0, Severity::kInfo, "k", "\xff", 0}),
+TEST_F(EventLogTest, WritesUtf8WhateverTheTextHolds) {
+  log.add(Severity::kInfo, "k", "\xff", 0, now);
+  EXPECT_EQ(log.recent().back().json,
             "{\"time_s\":0.0,\"severity\":\"info\",\"kind\":\"k\",\"text\":\"\xef\xbf\xbd\"}");
 }
 
