@@ -44,10 +44,7 @@ class CaptureLog::Writer {
   }
 
   // From any thread.
-  void lose(std::size_t bytes, const std::string& why) {
-    fault_.begin(why);
-    fault_.drop(bytes);
-  }
+  void lose(std::size_t bytes, const std::string& why) { fault_.lose(bytes, why); }
 
   void abandon(const Batch& batch, const std::string& why) {
     lose(batch.bytes.size() - batch.done, why);

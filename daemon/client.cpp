@@ -26,7 +26,7 @@ std::optional<std::size_t> Client::offer(std::string_view text, std::uint64_t ro
     const std::size_t sent = send_now(text, 0);
     return open() && sent < text.size() ? std::optional(sent) : std::nullopt;
   }
-  if (rows == 0 || (lost_ == 0 && queued_bytes_ + text.size() <= max_queued_bytes_)) return 0;
+  if (lost_ == 0 && queued_bytes_ + text.size() <= max_queued_bytes_) return 0;
   lost_ += rows;  // once rows are lost, all are until the queue is empty: the client gets one hole, not a sieve
   lost_total_ += rows;
   return std::nullopt;

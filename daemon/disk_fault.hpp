@@ -38,6 +38,12 @@ class DiskFault {
     dropped_in_fault_ += count;
   }
 
+  /// `count` were lost for this reason.
+  void lose(std::uint64_t count, const std::string& why) {
+    begin(why);
+    drop(count);
+  }
+
   /// What was written stands on the disk. A fault is over at the second call with nothing dropped in between: a disk
   /// that takes every other row is one fault, not many.
   void synced() {

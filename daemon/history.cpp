@@ -17,21 +17,21 @@ void History::add(const compensation::CompensatedWindow& row) {
   if (blocks_.size() > kRows / kBlockRows + 1) blocks_.pop_front();
 }
 
-std::size_t History::size() const {
-  if (blocks_.empty()) return 0;
-  return std::min(kRows, (blocks_.size() - 1) * kBlockRows + blocks_.back()->begins.size());
+std::size_t History::kept() const {
+  return blocks_.empty() ? 0 : (blocks_.size() - 1) * kBlockRows + blocks_.back()->begins.size();
 }
+
+std::size_t History::size() const { return std::min(kRows, kept()); }
 
 std::vector<TextPart> History::json(std::size_t count) const {
   std::vector<TextPart> parts{TextPart("[")};
-  const std::size_t wanted = std::min(count, size());
-  std::size_t behind = blocks_.empty() ? 0 : (blocks_.size() - 1) * kBlockRows + blocks_.back()->begins.size();
+  std::size_t skip = kept() - std::min(count, size());
   for (const std::shared_ptr<Block>& block : blocks_) {
     const std::size_t rows = block->begins.size();
-    const std::size_t left_out = behind > wanted ? std::min(rows, behind - wanted) : 0;
-    behind -= rows;
-    if (left_out == rows) continue;
-    const std::string_view text = std::string_view(block->text).substr(block->begins[left_out]);
+    const std::size_t skipped = std::min(rows, skip);
+    skip -= skipped;
+    if (skipped == rows) continue;
+    const std::string_view text = std::string_view(block->text).substr(block->begins[skipped]);
     block == blocks_.back() ? parts.emplace_back(std::string(text.substr(0, text.size() - 1)))
                             : parts.emplace_back(std::shared_ptr<const void>(block), text);
   }

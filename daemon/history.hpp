@@ -29,6 +29,8 @@ class History {
   std::vector<TextPart> json(std::size_t count) const;
 
  private:
+  std::size_t kept() const;
+
   static constexpr std::size_t kBlockRows = 60;
   struct Block {
     std::string text;                 ///< each row followed by a comma

@@ -2,7 +2,6 @@
 // prismd beside the gyro.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <sys/mman.h>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -30,17 +29,10 @@ namespace asio = boost::asio;
 constexpr auto kUse = asio::as_tuple(asio::use_awaitable);
 constexpr std::size_t kDiskQueueBytes = 4 << 20;
 
-// Faults found on the disk thread are told on the live one. The instance lives as long as the context runs.
-std::function<void(const std::string&)> teller(asio::io_context& io, Instance*& instance) {
-  return [&io, &instance](const std::string& what) {
-    asio::post(io, [&instance, what] { instance->tell(Severity::kWarning, "disk", what); });
-  };
-}
-
 class Live {
  public:
   Live(const Options& options, const pipeline::Setup& setup)
-      : disk_(kDiskQueueBytes, teller(io_, told_)),
+      : disk_(kDiskQueueBytes, teller()),
         instance_(setup, make_log(setup), make_capture(setup), log_event),
         line_(io_, instance_),
         reloader_(Reloader::make(
@@ -82,14 +74,20 @@ class Live {
  private:
   const pipeline::Setup& setup() const { return instance_.acquisition.setup(); }
 
+  // Faults found on the disk thread are told on the live one, where the instance lives as long as the context runs.
+  std::function<void(const std::string&)> teller() {
+    return [this](const std::string& what) {
+      asio::post(io_, [this, what] { instance_.tell(Severity::kWarning, "disk", what); });
+    };
+  }
   std::unique_ptr<RowWriter> make_log(const pipeline::Setup& setup) {
     if (!setup.config.log) return nullptr;
     return std::make_unique<ThreadedRowWriter>(*setup.config.log, setup.config.name, pipeline::log_metadata(setup),
-                                               disk_, teller(io_, told_));
+                                               disk_, teller());
   }
   std::unique_ptr<CaptureLog> make_capture(const pipeline::Setup& setup) {
     if (!setup.config.capture) return nullptr;
-    return std::make_unique<CaptureLog>(*setup.config.capture, setup.config.name, disk_, teller(io_, told_));
+    return std::make_unique<CaptureLog>(*setup.config.capture, setup.config.name, disk_, teller());
   }
 
   asio::awaitable<void> heed_signals() {
@@ -125,7 +123,6 @@ class Live {
   }
 
   asio::io_context io_{1};
-  Instance* told_ = &instance_;
   DiskThread disk_;
   Instance instance_;
   LiveLine line_;

@@ -50,10 +50,7 @@ void RowLog::set_metadata(std::string metadata) {
   close_segment();
 }
 
-void RowLog::lose(const std::string& why) {
-  fault_.begin(why);
-  fault_.drop(1);
-}
+void RowLog::lose(const std::string& why) { fault_.lose(1, why); }
 
 bool RowLog::open_segment(std::int64_t second) {
   Result<NewSegment> made = segments_.make(second);
