@@ -34,6 +34,12 @@ inline double now_s(clockid_t clock = CLOCK_MONOTONIC) {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
+inline double quantile(std::vector<double>& values, double part) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 struct Pty {
   int master = -1, slave = -1;  // the slave is held open, so that data written before the reader comes is kept
   std::string path;
@@ -78,6 +84,7 @@ inline void write_all(int fd, const std::uint8_t* data, std::size_t size) {
 
 struct Outcome {
   double latency_us = 0;        // median
+  double p99_us = 0;            // of lateness, where every frame gave its line; else not a number
   double cpu_us_per_frame = 0;  // of the program under test, user + system
   double lines_per_s = 0;
   double lost = 0;  // part of the frames that gave no line
@@ -85,7 +92,8 @@ struct Outcome {
 
 inline Outcome outcome_of(std::size_t frames, std::size_t lines, double seconds, double cpu_s) {
   const auto count = static_cast<double>(frames);
-  return {0, 1e6 * cpu_s / count, static_cast<double>(lines) / seconds, 1 - static_cast<double>(lines) / count};
+  return {0, std::nan(""), 1e6 * cpu_s / count, static_cast<double>(lines) / seconds,
+          1 - static_cast<double>(lines) / count};
 }
 
 // The program under test, its line and the one client.
@@ -174,13 +182,31 @@ class Bench {
       const auto behind = std::upper_bound(written.begin(), written.end(), time);
       if (behind != written.begin()) latency.push_back(time - *(behind - 1));
     }
-    if (!latency.empty()) {
-      std::nth_element(latency.begin(), latency.begin() + static_cast<std::ptrdiff_t>(latency.size() / 2),
-                       latency.end());
-      outcome.latency_us = 1e6 * latency[latency.size() / 2];
+    if (!latency.empty()) outcome.latency_us = 1e6 * quantile(latency, 0.5);
+    if (arrived.size() == count) {  // then line by line: a line that is later than the next frame counts in full
+      for (std::size_t i = 0; i < count; ++i) arrived[i] -= written[i];
+      outcome.p99_us = 1e6 * quantile(arrived, 0.99);
     }
     return outcome;
   }
+
+  /// As many frames as fit the line, as fast as they are taken.
+  void fill(std::size_t count) {
+    std::vector<std::uint8_t> bytes;
+    std::atomic<bool> done = false;
+    std::thread reader([&] { read_lines(done, [](std::size_t, double) {}); });
+    for (std::size_t i = 0; i < count; ++i) {
+      encode(bytes);
+      if (bytes.size() < 60'000 && i + 1 < count) continue;
+      write_all(pty_.master, bytes.data(), bytes.size());
+      bytes.clear();
+    }
+    ::usleep(500'000);
+    done = true;
+    reader.join();
+  }
+
+  const std::string& socket() const { return socket_; }
 
   Outcome flood(std::size_t count) {
     std::vector<std::uint8_t> bytes;
