@@ -3,7 +3,7 @@
 _prismsim() {
   local word words command= current=${COMP_WORDS[COMP_CWORD]}
   case $command in
-    *) words='-h --help --version --profile --seed --cycles --hours --frames --axis --rate --latitude --elevation --azimuth --outliers --lose-frames --drop-bytes --damage-bytes --out --truth --chunk-bytes --pty --link --wait --speed' ;;
+    *) words='-h --help --version --profile --seed --cycles --hours --frames --axis --rate --latitude --elevation --azimuth --outliers --lose-frames --drop-bytes --damage-bytes --smooth --sensor-lag --hysteresis --turn-on --warm-up --flicker --mode-hops --ageing --tilt --out --truth --chunk-bytes --pty --link --wait --speed' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
   [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()

@@ -35,11 +35,24 @@ double ChamberProfile::temperature_degc(double time_s) const {
   return from;
 }
 
-ChamberProfile paper_profile() {
-  return {"paper",
-          25,
-          {hold(2, 25), ramp(25, -40, 1), hold(6, -40), ramp(-40, 70, 1), hold(10, 70), ramp(70, 25, 1), hold(4, 25)}};
+namespace {
+
+// The paper's timetable with other ends and another speed; the last plateau fills the paper's 92 400 s.
+ChamberProfile like_paper(const char* name, double cold_degc, double hot_degc, double degc_per_min) {
+  ChamberProfile profile{
+      name,
+      25,
+      {hold(2, 25), ramp(25, cold_degc, degc_per_min), hold(6, cold_degc), ramp(cold_degc, hot_degc, degc_per_min),
+       hold(10, hot_degc), ramp(hot_degc, 25, degc_per_min)}};
+  profile.segments.push_back({92400 - profile.duration_s(), 25});
+  return profile;
 }
+
+}  // namespace
+
+ChamberProfile paper_profile() { return like_paper("paper", -40, 70, 1); }
+ChamberProfile beyond_profile() { return like_paper("beyond", -55, 85, 1); }
+ChamberProfile fast_profile() { return like_paper("fast", -40, 70, 5); }
 
 ChamberProfile second_profile() {
   return {"second",
@@ -57,13 +70,29 @@ ChamberProfile second_profile() {
            {9050, 25}}};
 }
 
+ChamberProfile third_profile() {
+  ChamberProfile profile{"third", 10, {hold(1, 10)}};
+  double from = 10;
+  for (const double to : {-10.0, -30.0, -5.0, 20.0, 45.0, 65.0, 35.0, 10.0}) {
+    profile.segments.push_back(ramp(from, to, 0.7));
+    profile.segments.push_back(hold(2.2, to));
+    from = to;
+  }
+  profile.segments.push_back({92400 - profile.duration_s(), 10});
+  return profile;
+}
+
 ChamberProfile steady_profile() { return {"steady", 25, {{92400, 25}}}; }
+ChamberProfile warm_up_profile() { return {"warm-up", 25, {hold(4, 25)}}; }
 
 Result<ChamberProfile> find_profile(std::string_view name) {
-  if (name == "paper") return paper_profile();
-  if (name == "second") return second_profile();
-  if (name == "steady") return steady_profile();
-  return refuse("", fmt::format("found profile \"{}\", expected paper, second or steady", name));
+  std::string names;
+  for (const auto& profile : {paper_profile(), second_profile(), third_profile(), beyond_profile(), fast_profile(),
+                              steady_profile(), warm_up_profile()}) {
+    if (name == profile.name) return profile;
+    names += (names.empty() ? "" : ", ") + profile.name;
+  }
+  return refuse("", fmt::format("found profile \"{}\", expected one of {}", name, names));
 }
 
 }  // namespace prism::drivers

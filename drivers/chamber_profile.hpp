@@ -32,10 +32,18 @@ ChamberProfile paper_profile();
 /// Another day within the range of the first: plateaus at 55, −15, −35, 40 degC, ramps of 0.5 to 1.2 degC/min: 92 400
 /// s.
 ChamberProfile second_profile();
+/// A staircase of eight short plateaus between −30 and 65 degC, ramps of 0.7 degC/min, from 10 degC: 92 400 s.
+ChamberProfile third_profile();
+/// The paper's timetable 15 degC further out at both ends: −55 and 85 degC; 92 400 s.
+ChamberProfile beyond_profile();
+/// The paper's plateaus with ramps of 5 degC/min; 92 400 s.
+ChamberProfile fast_profile();
 /// 25 degC for 92 400 s.
 ChamberProfile steady_profile();
+/// 25 degC for 4 h: what a gyro that was just switched on shows by itself.
+ChamberProfile warm_up_profile();
 
-/// "paper", "second", "steady". Refused: any other name.
+/// By its name: "paper", "second", "third", "beyond", "fast", "steady", "warm-up". Refused: any other name.
 Result<ChamberProfile> find_profile(std::string_view name);
 
 }  // namespace prism::drivers

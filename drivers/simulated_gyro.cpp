@@ -2,6 +2,7 @@
 #include "drivers/simulated_gyro.hpp"
 
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace prism::drivers {
@@ -21,13 +22,18 @@ constexpr Bump kBumps[]{
 
 GyroTruth between(const GyroTruth& a, const GyroTruth& b, double part) {
   const auto mix = [part](double x, double y) { return x + (y - x) * part; };
-  return {mix(a.time_s, b.time_s),
-          mix(a.chamber_degc, b.chamber_degc),
-          mix(a.body_degc, b.body_degc),
-          mix(a.inner_degc, b.inner_degc),
-          mix(a.slope_degc_per_s, b.slope_degc_per_s),
-          mix(a.uhfo_v, b.uhfo_v),
-          mix(a.bias_deg_per_h, b.bias_deg_per_h)};
+  GyroTruth truth;
+  for (double GyroTruth::*member :
+       {&GyroTruth::time_s, &GyroTruth::chamber_degc, &GyroTruth::body_degc, &GyroTruth::inner_degc,
+        &GyroTruth::slope_degc_per_s, &GyroTruth::uhfo_v, &GyroTruth::bias_deg_per_h, &GyroTruth::sensor_degc}) {
+    truth.*member = mix(a.*member, b.*member);
+  }
+  for (double BiasCauses::*member :
+       {&BiasCauses::thermal, &BiasCauses::hysteresis, &BiasCauses::turn_on, &BiasCauses::warm_up, &BiasCauses::flicker,
+        &BiasCauses::mode_hops, &BiasCauses::ageing, &BiasCauses::tilt}) {
+    truth.causes.*member = mix(a.causes.*member, b.causes.*member);
+  }
+  return truth;
 }
 
 }  // namespace
@@ -47,9 +53,19 @@ double local_nonlinearity_deg_per_h(double temperature_degc, double uhfo_v) {
   return sum;
 }
 
-SimulatedGyro::SimulatedGyro(ChamberProfile profile, std::uint64_t seed)
-    : profile_(std::move(profile)), random_(seed, 0), uhfo_noise_v_(kUhfoNoise_v * random_.normal()) {
-  before_.body_degc = before_.inner_degc = profile_.temperature_degc(0);
+double smooth_bias_deg_per_h(double t, double dtdt, double u) {
+  return 0.020 * std::tanh((t - 20) / 22) + 0.006 * std::sin(2 * std::numbers::pi * t / 60) -
+         0.012 * std::tanh(dtdt / 0.006) - 0.05 * (u - 5.32) * (1 + 0.5 * std::tanh(t / 40));
+}
+
+SimulatedGyro::SimulatedGyro(ChamberProfile profile, std::uint64_t seed, const TruthSettings& truth)
+    : profile_(std::move(profile)),
+      settings_(truth),
+      random_(seed, 0),
+      hidden_(truth, profile_.temperature_degc(0), seed),
+      uhfo_noise_v_(kUhfoNoise_v * random_.normal()) {
+  before_.body_degc = before_.inner_degc = before_.sensor_degc = profile_.temperature_degc(0);
+  before_.causes = hidden_.at_start();
   complete(before_);
   after_ = next_second(before_);
   truth_ = before_;
@@ -61,9 +77,12 @@ void SimulatedGyro::complete(GyroTruth& truth) const {
   truth.slope_degc_per_s = (truth.chamber_degc + kSelfHeating_degc - truth.body_degc) / kBodyLag_s;
   truth.uhfo_v = kUhfoAt25_v + kUhfoPerBody_v_per_degc * (truth.body_degc - 25) +
                  kUhfoPerInner_v_per_degc * (truth.inner_degc - truth.body_degc) + uhfo_noise_v_;
-  truth.bias_deg_per_h = paper_bias_deg_per_h(truth.body_degc, truth.slope_degc_per_s, truth.uhfo_v) +
-                         kExtraSlope_deg_per_h_per_degc_per_s * truth.slope_degc_per_s +
-                         local_nonlinearity_deg_per_h(truth.body_degc, truth.uhfo_v);
+  const double t = truth.body_degc, slope = truth.slope_degc_per_s, u = truth.uhfo_v;
+  truth.causes.thermal = settings_.smooth
+                             ? smooth_bias_deg_per_h(t, slope, u)
+                             : paper_bias_deg_per_h(t, slope, u) + kExtraSlope_deg_per_h_per_degc_per_s * slope +
+                                   local_nonlinearity_deg_per_h(t, u);
+  truth.bias_deg_per_h = truth.causes.sum();
 }
 
 // Each lag is exact for what drives it held at the middle of the second.
@@ -77,6 +96,10 @@ GyroTruth SimulatedGyro::next_second(const GyroTruth& from) {
   const double drive = profile_.temperature_degc(from.time_s + kGrid_s / 2) + kSelfHeating_degc;
   to.body_degc = from.body_degc + (drive - from.body_degc) * body_share;
   to.inner_degc = from.inner_degc + ((from.body_degc + to.body_degc) / 2 - from.inner_degc) * inner_share;
+  const double lag_s = settings_.sensor_lag_s, body_middle = (from.body_degc + to.body_degc) / 2;
+  to.sensor_degc =
+      lag_s > 0 ? from.sensor_degc - (body_middle - from.sensor_degc) * std::expm1(-kGrid_s / lag_s) : to.body_degc;
+  to.causes = hidden_.step(to.time_s, to.body_degc);
   uhfo_noise_v_ = uhfo_noise_v_ * noise_kept + noise_new_v * random_.normal();
   complete(to);
   return to;

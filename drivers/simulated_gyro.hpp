@@ -4,20 +4,26 @@
 
 #include <cstdint>
 
+#include "drivers/bias_causes.hpp"
 #include "drivers/chamber_profile.hpp"
 #include "drivers/random_source.hpp"
 
 namespace prism::drivers {
 
+/// White rate noise: 0.0064 deg/h in means of 100 s.
+inline constexpr double kRateNoise_deg_per_h_sqrt_s = 0.064;
+
 /// What no real gyro tells: its state and its true bias.
 struct GyroTruth {
   double time_s = 0;  ///< since the gyro was switched on
   double chamber_degc = 0;
-  double body_degc = 0;  ///< what the PT100 measures: T
+  double body_degc = 0;  ///< T
   double inner_degc = 0;
   double slope_degc_per_s = 0;  ///< of the body: dT/dt
   double uhfo_v = 0;            ///< U
-  double bias_deg_per_h = 0;
+  double bias_deg_per_h = 0;    ///< causes.sum()
+  double sensor_degc = 0;       ///< what the PT100 says: the body, or behind it by the lag asked for
+  BiasCauses causes;
 };
 
 /// The physics, from the chamber to the bias:
@@ -28,17 +34,17 @@ struct GyroTruth {
 ///   bias = eq25(body, d body/dt, U) − 1.83 d body/dt + local(body, U)    deg/h
 ///
 /// eq25 is equation 25 of Tao et al. 2019, the paper's stepwise model 2. local() is what no quadratic in (T, dT/dt, U)
-/// can follow; see local_nonlinearity_deg_per_h. The gyro is switched on cold: body and inner temperature begin at the
-/// chamber's. Over seeds 1 to 8 one paper cycle of 100 s means,
-/// rate noise included, has correlations with the bias of 0.66 (T), −0.37 (dT/dt) and −0.74 (U) and a 1-sigma of 0.0192
-/// deg/h (the paper's gyro: 0.71, −0.43, −0.82 and 0.0185); single seeds scatter, for the noise of U has only some
-/// twenty correlation times in a cycle.
+/// can follow; see local_nonlinearity_deg_per_h. TruthSettings add what no model of (T, dT/dt, U) can know. The gyro is
+/// switched on cold: body and inner temperature begin at the chamber's. Over seeds 1 to 8 one paper cycle of 100 s
+/// means, rate noise included, has correlations with the bias of 0.66 (T), −0.37 (dT/dt) and −0.74 (U) and a 1-sigma of
+/// 0.0192 deg/h (the paper's gyro: 0.71, −0.43, −0.82 and 0.0185); single seeds scatter, for the noise of U has only
+/// some twenty correlation times in a cycle.
 ///
 /// The equations are advanced on a grid of whole seconds and read by straight lines in between, so that a seed gives
 /// the same truth at every frame rate.
 class SimulatedGyro {
  public:
-  SimulatedGyro(ChamberProfile profile, std::uint64_t seed);
+  SimulatedGyro(ChamberProfile profile, std::uint64_t seed, const TruthSettings& truth = {});
 
   /// Lets `dt_s` > 0 seconds pass; the truth at their end.
   const GyroTruth& step(double dt_s);
@@ -51,7 +57,9 @@ class SimulatedGyro {
   void complete(GyroTruth& truth) const;
 
   ChamberProfile profile_;
+  TruthSettings settings_;
   RandomSource random_;
+  HiddenBias hidden_;
   double uhfo_noise_v_ = 0;
   GyroTruth before_, after_;  ///< the grid points around truth_
   GyroTruth truth_;
@@ -65,6 +73,10 @@ class SimulatedGyro {
 /// A choice of ours. The best quadratic in (T, dT/dt, U) leaves 0.0070 deg/h of a cycle, of which 0.0064 are rate
 /// noise; a kernel can follow, and on a repeat of the cycle takes off some 5 % more than the quadratic does.
 double local_nonlinearity_deg_per_h(double temperature_degc, double uhfo_v);
+
+/// A smooth truth that is no quadratic: saturating in T and dT/dt, wavy in T, its share of U growing with T; deg/h:
+///   0.020 tanh((T − 20)/22) + 0.006 sin(2π T/60) − 0.012 tanh(dT/dt / 0.006) − 0.05 (U − 5.32) (1 + 0.5 tanh(T/40))
+double smooth_bias_deg_per_h(double temperature_degc, double slope_degc_per_s, double uhfo_v);
 
 /// Equation 25 of the paper, deg/h, of T (degC), dT/dt (degC/s) and U (V).
 double paper_bias_deg_per_h(double temperature_degc, double slope_degc_per_s, double uhfo_v);

@@ -14,7 +14,7 @@ constexpr double kLeastOutlier_arcsec = 2, kMostOutlier_arcsec = 10;
 SimulatedLine::SimulatedLine(wire::FrameDescriptionPtr description, const SimulationSettings& settings)
     : settings_(settings),
       period_s_(1 / settings.rate_hz),
-      gyro_(settings.profile, settings.seed),
+      gyro_(settings.profile, settings.seed, settings.truth),
       encoder_(std::move(description)),
       noise_(settings.seed, 1),
       outliers_(settings.seed, 2),
@@ -40,7 +40,7 @@ void SimulatedLine::next_frame(std::vector<std::uint8_t>& out) {
   state.rate_deg_per_h = settings_.earth_rate_deg_per_h + truth.bias_deg_per_h +
                          kRateNoise_deg_per_h_sqrt_s / std::sqrt(period_s_) * noise_.normal() +
                          outlier_arcsec() / period_s_;
-  state.temperature_degc = truth.body_degc;
+  state.temperature_degc = truth.sensor_degc;
   state.uhfo_v = truth.uhfo_v;
   if (losses_.chance(settings_.lose_frames)) {
     ++counters_.lost_frames;

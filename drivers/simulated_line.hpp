@@ -12,6 +12,7 @@ namespace prism::drivers {
 
 struct SimulationSettings {
   ChamberProfile profile = paper_profile();
+  TruthSettings truth;
   std::uint64_t seed = 7;
   double rate_hz = 200;             ///< frames a second, > 0
   double earth_rate_deg_per_h = 0;  ///< added to the bias
@@ -20,9 +21,6 @@ struct SimulationSettings {
   double drop_bytes = 0;            ///< part of the bytes that the line swallows
   double damage_bytes = 0;          ///< part of the bytes that the line changes
 };
-
-/// White rate noise: 0.0064 deg/h in means of 100 s.
-inline constexpr double kRateNoise_deg_per_h_sqrt_s = 0.064;
 
 /// What was done to the stream so far: a test knows what a decoder must find.
 struct SimulationCounters {

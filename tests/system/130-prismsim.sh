@@ -40,7 +40,7 @@ refused() {
   same "lines of prismsim $*" "$(tail -n 1 refused.err)" "$words"
 }
 refused 64 "prismsim: expected either --out FILE (a capture) or --pty (a pseudo-terminal); see prismsim --help"
-refused 64 "prismsim: --profile: found profile \"x\", expected paper, second or steady" --out x.pcap --profile x
+refused 64 "prismsim: --profile: found profile \"x\", expected one of paper, second, third, beyond, fast, steady, warm-up" --out x.pcap --profile x
 refused 78 "prismsim: /nowhere.json: cannot be read; expected a frame description" --out x.pcap --frames /nowhere.json
 refused 1 "prismsim: /nowhere/x.pcap: cannot be created: No such file or directory" --out /nowhere/x.pcap
 refused 1 "prismsim: $dir/a.csv: is there and no symbolic link; expected a free name" --link "$dir/a.csv"

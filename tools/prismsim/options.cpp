@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <tuple>
 
 #include "compensation/earth_rate.hpp"
 #include "config/search_path.hpp"
@@ -36,7 +37,8 @@ int complain(int code, const std::string& what) {
 void declare_gyro(CLI::App& app, CommandLine& line, SimOptions& options) {
   const CLI::Validator share = tools::within(0, 1);
   drivers::SimulationSettings& simulation = options.simulation;
-  app.add_option("--profile", line.profile, "thermal cycle: paper, second or steady")->capture_default_str();
+  app.add_option("--profile", line.profile, "thermal cycle: paper, second, third, beyond, fast, steady or warm-up")
+      ->capture_default_str();
   app.add_option("--seed", simulation.seed, "of all that is random; the same seed gives the same gyro")
       ->capture_default_str();
   auto* cycles = app.add_option("--cycles", line.cycles, "how many cycles in a row")
@@ -66,6 +68,21 @@ void declare_gyro(CLI::App& app, CommandLine& line, SimOptions& options) {
       ->check(share);
   app.add_option("--damage-bytes", simulation.damage_bytes, "share of the bytes that the line changes, 0 to 1")
       ->check(share);
+}
+
+// What moves the bias beyond T, dT/dt and U.
+void declare_truth(CLI::App& app, drivers::TruthSettings& truth) {
+  app.add_flag("--smooth", truth.smooth, "a smooth truth that is no quadratic, instead of the paper's equation");
+  const std::tuple<const char*, double&, const char*> sizes[]{
+      {"--sensor-lag", truth.sensor_lag_s, "seconds that the thermometer lags behind the body"},
+      {"--hysteresis", truth.hysteresis_deg_per_h, "half the gap between heating and cooling, deg/h"},
+      {"--turn-on", truth.turn_on_deg_per_h, "1 sigma of the offset of each switch-on, deg/h"},
+      {"--warm-up", truth.warm_up_deg_per_h, "at switch-on, falling to 1/e in an hour, deg/h"},
+      {"--flicker", truth.flicker_deg_per_h, "bias instability B, deg/h"},
+      {"--mode-hops", truth.mode_hops_deg_per_h, "1 sigma of the levels that the cavity hops between, deg/h"},
+      {"--ageing", truth.ageing_deg_per_h_per_day, "deg/h in a day"},
+      {"--tilt", truth.tilt_deg_per_h, "of the floor, once a day to and fro, deg/h"}};
+  for (const auto& [name, value, text] : sizes) app.add_option(name, value, text)->check(tools::within(0.0, 1e4));
 }
 
 void declare_output(CLI::App& app, CommandLine& line, SimOptions& options) {
@@ -139,6 +156,7 @@ std::optional<int> parse_sim_options(int argc, char** argv, SimOptions& options)
       app, {"prismsim --profile paper --seed 1 --out cycle1.pcap", "prismsim --link /tmp/gyro --wait --speed 10"});
   app.set_version_flag("--version", std::string("prismsim ") + kVersion);
   declare_gyro(app, line, options);
+  declare_truth(app, options.simulation.truth);
   declare_output(app, line, options);
   try {
     app.parse(argc, argv);

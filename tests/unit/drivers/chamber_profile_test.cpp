@@ -31,7 +31,8 @@ TEST(ChamberProfile, ThePapersCycleKeepsItsTimetable) {
 }
 
 TEST(ChamberProfile, CyclesFollowEachOtherWithoutAStep) {
-  for (const ChamberProfile& profile : {paper_profile(), second_profile(), steady_profile()}) {
+  for (const ChamberProfile& profile : {paper_profile(), second_profile(), third_profile(), beyond_profile(),
+                                        fast_profile(), steady_profile(), warm_up_profile()}) {
     const double cycle_s = profile.duration_s();
     EXPECT_EQ(profile.segments.back().end_degc, profile.start_degc) << profile.name;
     for (double t = 0; t < cycle_s; t += 613) {
@@ -55,10 +56,12 @@ TEST(ChamberProfile, TheSecondCycleStaysWithinTheFirstButElsewhere) {
 }
 
 TEST(ChamberProfile, UnknownNamesAreRefusedWithTheKnownOnes) {
-  for (const char* name : {"paper", "second", "steady"}) EXPECT_EQ(find_profile(name)->name, name);
-  const auto unknown = find_profile("third");
+  for (const char* name : {"paper", "second", "third", "beyond", "fast", "steady", "warm-up"})
+    EXPECT_EQ(find_profile(name)->name, name);
+  const auto unknown = find_profile("fourth");
   ASSERT_FALSE(unknown);
-  EXPECT_EQ(unknown.error().text(), "found profile \"third\", expected paper, second or steady");
+  EXPECT_EQ(unknown.error().text(),
+            "found profile \"fourth\", expected one of paper, second, third, beyond, fast, steady, warm-up");
 }
 
 }  // namespace

@@ -46,6 +46,22 @@ TEST(SimOptions, TheDescribedRateIsThatOfTheFramesWithTheGyro) {
   EXPECT_EQ(parse({"--out", "a.pcap"}, "hg4930").options.simulation.rate_hz, 600);
 }
 
+TEST(SimOptions, TakeWhatMovesTheBiasBeyondTheInputs) {
+  const Parsed parsed =
+      parse({"--out", "a.pcap",    "--profile", "warm-up",   "--smooth", "--sensor-lag", "300", "--hysteresis",
+             "1",     "--turn-on", "2",         "--warm-up", "3",        "--flicker",    "4",   "--mode-hops",
+             "5",     "--ageing",  "6",         "--tilt",    "7"});
+  ASSERT_FALSE(parsed.code) << parsed.complaint;
+  const drivers::TruthSettings& truth = parsed.options.simulation.truth;
+  EXPECT_EQ(parsed.options.simulation.profile.name, "warm-up");
+  EXPECT_TRUE(truth.smooth);
+  EXPECT_EQ((std::vector{truth.sensor_lag_s, truth.hysteresis_deg_per_h, truth.turn_on_deg_per_h,
+                         truth.warm_up_deg_per_h, truth.flicker_deg_per_h, truth.mode_hops_deg_per_h,
+                         truth.ageing_deg_per_h_per_day, truth.tilt_deg_per_h}),
+            (std::vector<double>{300, 1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(parse({"--out", "a.pcap", "--flicker", "-1"}).code, 64);
+}
+
 TEST(SimOptions, TakeLengthAndFaultsAndPlace) {
   const Parsed parsed =
       parse({"--link", "gyro", "--speed", "max", "--hours", "0.5", "--rate", "1000", "--elevation", "-90", "--outliers",
@@ -72,8 +88,8 @@ TEST(SimOptions, WrongOnesAreRefusedInOneLine) {
   const std::string where = "expected either --out FILE (a capture) or --pty (a pseudo-terminal); see prismsim --help";
   refused({}, 64, where);
   refused({"--out", "a", "--pty"}, 64, where);
-  refused({"--out", "a", "--profile", "third"}, 64,
-          "--profile: found profile \"third\", expected paper, second or steady");
+  refused({"--out", "a", "--profile", "fourth"}, 64,
+          "--profile: found profile \"fourth\", expected one of paper, second, third, beyond, fast, steady, warm-up");
   refused({"--pty", "--speed", "fast"}, 64, "--speed: found \"fast\", expected max or a number within 0.001 to 1e6");
   refused({"--pty", "--speed", "0"}, 64, "--speed: found \"0\", expected max or a number within 0.001 to 1e6");
   refused({"--pty", "--speed", "nan"}, 64, "--speed: found \"nan\", expected max or a number within 0.001 to 1e6");

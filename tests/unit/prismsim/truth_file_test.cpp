@@ -12,7 +12,11 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-drivers::GyroTruth truth_at(double elapsed_s) { return {elapsed_s, 25, 25.5, 25.25, 0.001, 5.32, 0.0123456}; }
+drivers::GyroTruth truth_at(double elapsed_s) {
+  drivers::GyroTruth truth{elapsed_s, 25, 25.5, 25.25, 0.001, 5.32, 0.0123456, 25.375, {}};
+  truth.causes = {0.01, 0.001, 0.0002, -0.0003, 0.0004, 0.0005, 0.0006, -0.0000544};
+  return truth;
+}
 
 std::string rows_of(const std::string& text) { return text.substr(text.find("time_utc")); }
 
@@ -30,9 +34,13 @@ TEST(TruthFile, SaysWhatWasSimulatedAndWritesOneRowASecond) {
   EXPECT_EQ(text.find("# simulated: "), 0u);
   EXPECT_NE(text.find("\n# profile: paper\n# seed: 42\n"), std::string::npos);
   EXPECT_EQ(rows_of(text),
-            "time_utc,time_s,elapsed_s,chamber_degc,body_degc,inner_degc,slope_degc_per_s,uhfo_v,bias_deg_per_h\n"
-            "2026-01-01T00:00:01Z,1767225601,1.000000,25.00000,25.500000,25.250000,0.001000000,5.320000,0.0123456\n"
-            "2026-01-01T00:00:02Z,1767225602,2.000000,25.00000,25.500000,25.250000,0.001000000,5.320000,0.0123456\n");
+            "time_utc,time_s,elapsed_s,chamber_degc,body_degc,inner_degc,slope_degc_per_s,uhfo_v,bias_deg_per_h,"
+            "sensor_degc,thermal_deg_per_h,hysteresis_deg_per_h,turn_on_deg_per_h,warm_up_deg_per_h,flicker_deg_per_h,"
+            "mode_hops_deg_per_h,ageing_deg_per_h,tilt_deg_per_h\n"
+            "2026-01-01T00:00:01Z,1767225601,1.000000,25.00000,25.500000,25.250000,0.001000000,5.320000,0.0123456,"
+            "25.375000,0.0100000,0.0010000,0.0002000,-0.0003000,0.0004000,0.0005000,0.0006000,-0.0000544\n"
+            "2026-01-01T00:00:02Z,1767225602,2.000000,25.00000,25.500000,25.250000,0.001000000,5.320000,0.0123456,"
+            "25.375000,0.0100000,0.0010000,0.0002000,-0.0003000,0.0004000,0.0005000,0.0006000,-0.0000544\n");
 }
 
 // A terminal's time begins anywhere within a second: the first row is at the first second that ends.
