@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace prism::evaluation {
 namespace {
@@ -26,7 +27,7 @@ struct Problem {
 };
 
 Problem relative_problem(const AllanCurve& curve, const std::vector<AllanInterval>& intervals,
-                         const std::vector<double>& expected, bool with_flicker) {
+                         const std::vector<double>& expected, unsigned allowed) {
   const auto points = static_cast<Eigen::Index>(curve.points.size());
   Problem problem{Eigen::MatrixXd::Zero(points, kNoises), Eigen::VectorXd(points)};
   for (Eigen::Index i = 0; i < points; ++i) {
@@ -34,7 +35,7 @@ Problem relative_problem(const AllanCurve& curve, const std::vector<AllanInterva
     const double weight = std::sqrt(intervals[at].edf / 2) / expected[at];
     const auto unit = unit_variances(curve.points[at].tau_s);
     for (Eigen::Index k = 0; k < kNoises; ++k) {
-      if (k != kB || with_flicker) problem.design(i, k) = weight * unit[static_cast<std::size_t>(k)];
+      if (allowed >> k & 1U) problem.design(i, k) = weight * unit[static_cast<std::size_t>(k)];
     }
     problem.target(i) = weight * curve.points[at].deviation * curve.points[at].deviation;
   }
@@ -69,23 +70,46 @@ Eigen::VectorXd non_negative_fit(const Problem& problem) {
   return best;
 }
 
-/// The squares of Q, N, B, K, R. The first pass weighs by the points themselves, which favours the ones that came out
-/// low; two more weigh by the fit. Flicker joins only where the curve has a plateau: elsewhere it would only soak up
-/// what belongs to its neighbours.
-Eigen::VectorXd fit_noises(const AllanCurve& curve, const std::vector<AllanInterval>& intervals, bool with_flicker) {
-  std::vector<double> expected;
-  for (const AllanPoint& point : curve.points) expected.push_back(point.deviation * point.deviation);
-  Eigen::VectorXd squares;
+constexpr unsigned bit(Noise noise) { return 1U << noise; }
+
+struct Fit {
+  Eigen::VectorXd squares;       ///< of Q, N, B, K, R
+  std::vector<double> expected;  ///< variance of each point
+  double deviance = 0;           ///< Σ edf (s/e − 1 − ln s/e): twice the log likelihood short of a perfect fit
+};
+
+/// Only the noises `allowed` may take part. The first pass weighs by the points themselves, which favours the ones that
+/// came out low; two more weigh by the fit.
+Fit fit_noises(const AllanCurve& curve, const std::vector<AllanInterval>& intervals, unsigned allowed) {
+  Fit fit;
+  for (const AllanPoint& point : curve.points) fit.expected.push_back(point.deviation * point.deviation);
   for (int pass = 0; pass < 3; ++pass) {
-    squares = non_negative_fit(relative_problem(curve, intervals, expected, with_flicker));
-    for (std::size_t i = 0; i < expected.size(); ++i) {
+    fit.squares = non_negative_fit(relative_problem(curve, intervals, fit.expected, allowed));
+    for (std::size_t i = 0; i < fit.expected.size(); ++i) {
       const auto unit = unit_variances(curve.points[i].tau_s);
       double total = 0;
-      for (std::size_t k = 0; k < kNoises; ++k) total += squares(static_cast<Eigen::Index>(k)) * unit[k];
-      if (total > 0) expected[i] = total;
+      for (std::size_t k = 0; k < kNoises; ++k) total += fit.squares(static_cast<Eigen::Index>(k)) * unit[k];
+      if (total > 0) fit.expected[i] = total;
     }
   }
-  return squares;
+  for (std::size_t i = 0; i < fit.expected.size(); ++i) {
+    const double ratio = curve.points[i].deviation * curve.points[i].deviation / fit.expected[i];
+    fit.deviance += intervals[i].edf * (ratio - 1 - std::log(ratio));
+  }
+  return fit;
+}
+
+/// Which of the slow noises the curve shows. A rate random walk joins only where the fit without it, flicker always
+/// allowed to take its part, is less likely by more than chance would make it in one of twenty records; a ramp only
+/// where a rate random walk could not do as well. Octaves share their data, so the threshold is not chi-square's 3.8:
+/// simulated in allan_coverage_test.
+unsigned told_apart(const AllanCurve& curve, const std::vector<AllanInterval>& intervals) {
+  constexpr double kThreshold = 8;
+  constexpr unsigned kFast = bit(kQ) | bit(kN) | bit(kB);
+  const auto deviance = [&](unsigned slow) { return fit_noises(curve, intervals, kFast | slow).deviance; };
+  const double walk = deviance(bit(kK)), both = deviance(bit(kK) | bit(kR));
+  if (walk - both <= kThreshold) return deviance(0) - walk > kThreshold ? kFast | bit(kK) : kFast;
+  return deviance(bit(kR)) - both > kThreshold ? kFast | bit(kK) | bit(kR) : kFast | bit(kR);
 }
 
 /// The coefficient behind a fitted square, if it rules the curve somewhere.
@@ -93,18 +117,21 @@ std::optional<AllanCoefficient> resolve(Noise noise, const Eigen::VectorXd& squa
                                         const std::vector<AllanInterval>& intervals) {
   if (!(squares(noise) > 0)) return std::nullopt;
   AllanCoefficient coefficient{std::sqrt(squares(noise)), 0, 0, 0};
-  double edf = 0;
+  double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < curve.points.size(); ++i) {
     const auto unit = unit_variances(curve.points[i].tau_s);
     double total = 0;
     for (std::size_t k = 0; k < kNoises; ++k) total += squares(static_cast<Eigen::Index>(k)) * unit[k];
-    if (squares(noise) * unit[noise] <= 0.5 * total) continue;
-    if (edf == 0) coefficient.from_tau_s = curve.points[i].tau_s;
+    const double share = squares(noise) * unit[noise] / total;
+    if (share <= 0.5) continue;
+    if (std::isinf(least)) coefficient.from_tau_s = curve.points[i].tau_s;
     coefficient.to_tau_s = curve.points[i].tau_s;
-    edf = std::max(edf, intervals[i].edf);  // octaves share their data: the best point counts, not the sum
+    // What the point alone would tell, the others' part taken off. Octaves share their data: the best counts, not the
+    // sum.
+    least = std::min(least, 1 / (std::sqrt(2 * intervals[i].edf) * share));
   }
-  if (edf == 0) return std::nullopt;
-  coefficient.relative_sd = 1 / std::sqrt(2 * edf);
+  if (std::isinf(least)) return std::nullopt;
+  coefficient.relative_sd = least;
   return coefficient;
 }
 
@@ -115,8 +142,8 @@ bool flat(const AllanPoint& a, const AllanPoint& b) {
 
 /// A flat stretch of the curve, first to last point. Longest wins, then lowest.
 struct Stretch {
-  std::size_t first = 0, last = 0;
-  double lowest = 0, tau_s = 0;
+  std::size_t first = 0, last = 0, lowest_at = 0;
+  double lowest = 0;
   std::size_t length() const { return last - first; }
 };
 
@@ -131,17 +158,29 @@ std::optional<Stretch> find_plateau(const AllanCurve& curve) {
   std::optional<Stretch> best;
   const auto& points = curve.points;
   for (std::size_t first = 0; first < points.size();) {
-    Stretch stretch{first, first, points[first].deviation, points[first].tau_s};
+    Stretch stretch{first, first, first, points[first].deviation};
     while (stretch.last + 1 < points.size() && points[stretch.last + 1].clusters >= 9 &&
            flat(points[stretch.last], points[stretch.last + 1])) {
       const AllanPoint& next = points[++stretch.last];
-      if (next.deviation < stretch.lowest) stretch.lowest = next.deviation, stretch.tau_s = next.tau_s;
+      if (next.deviation < stretch.lowest) stretch.lowest = next.deviation, stretch.lowest_at = stretch.last;
     }
     first = stretch.last + 1;
     if (stretch.length() < 2 || is_bump(curve, stretch)) continue;
     if (!best || stretch.length() > best->length()) best = stretch;
   }
   return best;
+}
+
+/// Relative: B is as sure as the point that it is read from, and too low by what the lowest of several points lies
+/// below their mean by chance.
+double lowest_deviation(const AllanCurve& curve, const std::vector<AllanInterval>& intervals, const Stretch& plateau) {
+  double sum = 0, weights = 0;
+  for (std::size_t i = plateau.first; i <= plateau.last; ++i) {
+    sum += intervals[i].edf * curve.points[i].deviation;
+    weights += intervals[i].edf;
+  }
+  const double below = 0.5 * (1 - plateau.lowest * weights / sum);
+  return std::sqrt(1 / (2 * intervals[plateau.lowest_at].edf) + below * below);
 }
 
 AllanFloor find_floor(const AllanCurve& curve) {
@@ -164,7 +203,9 @@ Result<AllanCoefficients> extract_coefficients(const AllanCurve& curve, const st
     if (!(point.deviation > 0)) return refuse(where, "the rate does not move: an Allan deviation is zero");
   }
   const auto plateau = find_plateau(curve);
-  const Eigen::VectorXd squares = fit_noises(curve, intervals, plateau.has_value());
+  const unsigned shown = told_apart(curve, intervals);
+  // Without a plateau flicker would only soak up what belongs to its neighbours.
+  const Eigen::VectorXd squares = fit_noises(curve, intervals, plateau ? shown : shown & ~bit(kB)).squares;
   AllanCoefficients result;
   result.quantisation_arcsec = resolve(kQ, squares, curve, intervals);
   result.angle_random_walk_deg_per_sqrt_h = resolve(kN, squares, curve, intervals);
@@ -172,10 +213,9 @@ Result<AllanCoefficients> extract_coefficients(const AllanCurve& curve, const st
   result.rate_ramp_deg_per_h_h = resolve(kR, squares, curve, intervals);
   result.floor = find_floor(curve);
   if (plateau) {
-    const double edf = intervals[plateau->first].edf;
     result.bias_instability_deg_per_h =
-        AllanCoefficient{plateau->lowest / kAllanFlicker, 1 / std::sqrt(2 * edf), curve.points[plateau->first].tau_s,
-                         curve.points[plateau->last].tau_s};
+        AllanCoefficient{plateau->lowest / kAllanFlicker, lowest_deviation(curve, intervals, *plateau),
+                         curve.points[plateau->first].tau_s, curve.points[plateau->last].tau_s};
   }
   return result;
 }

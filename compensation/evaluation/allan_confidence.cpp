@@ -4,40 +4,72 @@
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace prism::evaluation {
 namespace {
 
-/// Cluster means of the longest stretch without a hole.
-std::vector<double> longest_clusters(std::span<const double> rate, std::size_t m) {
-  std::size_t best = 0, best_length = 0;
-  for (std::size_t i = 0; i < rate.size();) {
-    std::size_t end = i;
-    while (end < rate.size() && std::isfinite(rate[end])) ++end;
-    if (end - i > best_length) best_length = end - (best = i);
-    i = end + 1;
+/// Lengths of the stretches without a hole.
+std::vector<std::size_t> stretches(std::span<const double> rate) {
+  std::vector<std::size_t> lengths;
+  std::size_t length = 0;
+  for (const double value : rate) {
+    if (std::isfinite(value)) {
+      ++length;
+    } else if (length > 0) {
+      lengths.push_back(std::exchange(length, 0));
+    }
   }
-  std::vector<double> means;
-  means.reserve(best_length / m);
-  for (std::size_t k = 0; (k + 1) * m <= best_length; ++k) {
-    double sum = 0;
-    for (std::size_t i = 0; i < m; ++i) sum += rate[best + k * m + i];
-    means.push_back(sum / static_cast<double>(m));
-  }
-  return means;
+  if (length > 0) lengths.push_back(length);
+  return lengths;
 }
 
-/// r_1 of a series; nothing where it does not move.
-double lag_one(const std::vector<double>& values) {
-  double mean = 0;
-  for (const double value : values) mean += value;
-  mean /= static_cast<double>(values.size());
-  double variance = 0, covariance = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    variance += (values[i] - mean) * (values[i] - mean);
-    if (i > 0) covariance += (values[i] - mean) * (values[i - 1] - mean);
+using Series = std::vector<std::vector<double>>;
+
+/// Cluster means, stretch by stretch: no cluster spans a hole.
+Series cluster_means(std::span<const double> rate, std::size_t m) {
+  Series series(1);
+  std::size_t held = 0;
+  double sum = 0;
+  for (const double value : rate) {
+    if (!std::isfinite(value)) {
+      if (!series.back().empty()) series.emplace_back();
+      held = 0;
+      sum = 0;
+      continue;
+    }
+    sum += value;
+    if (++held < m) continue;
+    series.back().push_back(sum / static_cast<double>(m));
+    held = 0;
+    sum = 0;
   }
-  return variance > 0 ? covariance / variance : 0;
+  return series;
+}
+
+std::size_t count(const Series& series) {
+  std::size_t all = 0;
+  for (const auto& stretch : series) all += stretch.size();
+  return all;
+}
+
+/// r_1 about the common mean, neighbours within a stretch only; 0 where the series does not move.
+double lag_one(const Series& series) {
+  double mean = 0;
+  for (const auto& stretch : series) mean = std::accumulate(stretch.begin(), stretch.end(), mean);
+  mean /= static_cast<double>(count(series));
+  double variance = 0, covariance = 0, pairs = 0;
+  for (const auto& stretch : series) {
+    for (std::size_t i = 0; i < stretch.size(); ++i) {
+      variance += (stretch[i] - mean) * (stretch[i] - mean);
+      if (i == 0) continue;
+      covariance += (stretch[i] - mean) * (stretch[i - 1] - mean);
+      ++pairs;
+    }
+  }
+  // A whole record of n has n − 1 pairs; one in pieces has fewer, and their sum is scaled up to as many.
+  return variance > 0 && pairs > 0 ? covariance / variance * static_cast<double>(count(series) - 1) / pairs : 0;
 }
 
 NoiseType from_alpha(long alpha) {
@@ -83,16 +115,19 @@ const char* noise_type_text(NoiseType type) {
 }
 
 NoiseType identify_noise(std::span<const double> rate, std::size_t m, NoiseType fallback) {
-  std::vector<double> values = longest_clusters(rate, m);
-  if (values.size() < 30) return fallback;
+  Series series = cluster_means(rate, m);
+  if (count(series) < 30) return fallback;
   int differences = 0;
   double delta = 0;
   for (;; ++differences) {
-    const double r = lag_one(values);
+    const double r = lag_one(series);
     delta = r / (1 + r);
     if (delta < 0.25 || differences == 2) break;
-    for (std::size_t i = 0; i + 1 < values.size(); ++i) values[i] = values[i + 1] - values[i];
-    values.pop_back();
+    for (auto& stretch : series) {
+      for (std::size_t i = 0; i + 1 < stretch.size(); ++i) stretch[i] = stretch[i + 1] - stretch[i];
+      if (!stretch.empty()) stretch.pop_back();
+    }
+    if (count(series) < 2) break;
   }
   return from_alpha(std::lround(-2 * delta) - 2 * differences);
 }
@@ -108,14 +143,30 @@ double degrees_of_freedom(NoiseType type, std::size_t values, std::size_t m, All
   return std::max(1.0, std::min(edf, ceiling));
 }
 
+// Each stretch is a record of its own: variances of n_i terms with edf_i degrees of freedom, pooled by their terms,
+// have (Σ n_i)² / Σ (n_i² / edf_i) of them (Welch and Satterthwaite).
+double pooled_degrees_of_freedom(NoiseType type, std::span<const std::size_t> stretch_values, std::size_t m,
+                                 AllanEstimator estimator) {
+  double terms = 0, shares = 0;
+  for (const std::size_t values : stretch_values) {
+    if (values < 2 * m) continue;
+    const double n =
+        static_cast<double>(estimator == AllanEstimator::kOverlapping ? values - 2 * m + 1 : values / m - 1);
+    terms += n;
+    shares += n * n / degrees_of_freedom(type, values, m, estimator);
+  }
+  return shares > 0 ? std::max(1.0, terms * terms / shares) : 1;
+}
+
 std::vector<AllanInterval> allan_confidence(const AllanCurve& curve, std::span<const double> rate, double probability) {
   std::vector<AllanInterval> intervals;
+  const std::vector<std::size_t> lengths = stretches(rate);
   NoiseType type = NoiseType::kAngleRandomWalk;
   const double tail = 0.5 * (1 - probability);
   for (const AllanPoint& point : curve.points) {
     AllanInterval interval;
     interval.type = type = identify_noise(rate, point.m, type);
-    interval.edf = degrees_of_freedom(type, curve.values, point.m, curve.estimator);
+    interval.edf = pooled_degrees_of_freedom(type, lengths, point.m, curve.estimator);
     const boost::math::chi_squared distribution(interval.edf);
     interval.low = point.deviation * std::sqrt(interval.edf / boost::math::quantile(complement(distribution, tail)));
     interval.high = point.deviation * std::sqrt(interval.edf / boost::math::quantile(distribution, tail));

@@ -21,13 +21,17 @@ enum class NoiseType {
 const char* noise_type_text(NoiseType type);
 
 /// Noise type at cluster size m from the lag-1 autocorrelation r of the cluster means (Riley and Greenhall 2004):
-/// delta = r / (1 + r); difference while delta >= 0.25; alpha = −2 delta − 2 d, rounded. Fewer than 30 clusters in the
-/// longest run cannot tell: `fallback`.
+/// delta = r / (1 + r); difference while delta >= 0.25; alpha = −2 delta − 2 d, rounded. Neighbours across a hole do
+/// not count; fewer than 30 clusters in all cannot tell: `fallback`.
 NoiseType identify_noise(std::span<const double> rate, std::size_t m, NoiseType fallback);
 
 /// Equivalent degrees of freedom of the overlapping estimate (NIST SP 1065, table 5; `values` rate samples are
 /// values + 1 phase points) or of the non-overlapping one (n terms, at most as many). At least 1.
 double degrees_of_freedom(NoiseType type, std::size_t values, std::size_t m, AllanEstimator estimator);
+
+/// The same over a record in pieces of so many values each: a hole is not bridged, so a piece is a record of its own.
+double pooled_degrees_of_freedom(NoiseType type, std::span<const std::size_t> stretch_values, std::size_t m,
+                                 AllanEstimator estimator);
 
 /// One point with its interval: deviation · sqrt(edf / chi2) at both tails.
 struct AllanInterval {
