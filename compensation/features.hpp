@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a model eats: the definition of its features, and one set of them. Part of the model file, not of the daemon.
+// The inputs of a model: the definition of its features, and one set of them. Part of the model file, not of the
+// daemon.
 #pragma once
 
 #include <cstdint>

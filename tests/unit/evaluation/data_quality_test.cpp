@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The gate before training: good records pass, each defect is called by its name; real records too.
+// The data-quality check before training: good records pass, each defect is called by its name; real records too.
 #include "compensation/evaluation/data_quality.hpp"
 
 #include <gtest/gtest.h>

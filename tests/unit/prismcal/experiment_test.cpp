@@ -14,7 +14,7 @@
 #include "tools/prismcal/analysis/experiment_report.hpp"
 #include "tools/prismcal/analysis/paper_numbers.hpp"
 #include "tools/prismcal/report/html.hpp"
-#include "tools/prismcal/report/machine_text.hpp"
+#include "tools/prismcal/report/text_forms.hpp"
 
 namespace prism::prismcal {
 namespace {

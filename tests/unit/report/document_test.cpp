@@ -9,8 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/prismcal/report/html.hpp"
-#include "tools/prismcal/report/machine_text.hpp"
-#include "tools/prismcal/report/plain_text.hpp"
+#include "tools/prismcal/report/text_forms.hpp"
 
 namespace prism::report {
 namespace {

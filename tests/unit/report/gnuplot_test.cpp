@@ -8,8 +8,6 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "tools/prismcal/report/gnuplot_script.hpp"
-
 namespace prism::report {
 namespace {
 

@@ -3,14 +3,14 @@
 
 namespace prism::analysis {
 
-using report::Mark;
+using report::Emphasis;
 
 namespace {
 
-Mark mark_of(evaluation::Verdict verdict) {
-  return verdict == evaluation::Verdict::kPass   ? Mark::kGood
-         : verdict == evaluation::Verdict::kWarn ? Mark::kWarn
-                                                 : Mark::kBad;
+Emphasis emphasis_of(evaluation::Verdict verdict) {
+  return verdict == evaluation::Verdict::kPass   ? Emphasis::kGood
+         : verdict == evaluation::Verdict::kWarn ? Emphasis::kWarn
+                                                 : Emphasis::kBad;
 }
 
 }  // namespace
@@ -22,15 +22,15 @@ Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table
 }
 
 report::Table data_quality_table(const evaluation::DataQuality& quality, const std::string& recording) {
-  report::Table table{"gate",
+  report::Table table{"data_quality",
                       "Is " + recording + " worth training on",
-                      "The gate asks before a model is made; thresholds as shown.",
+                      "Asked before a model is made; thresholds as shown.",
                       {},
                       {}};
   table.columns = {{"question", "", false}, {"verdict", "", false}, {"found, and thresholds", "", false}};
   for (const evaluation::Finding& finding : quality.findings) {
     table.rows.push_back({report::text_cell(finding.name),
-                          report::text_cell(evaluation::verdict_text(finding.verdict), mark_of(finding.verdict)),
+                          report::text_cell(evaluation::verdict_text(finding.verdict), emphasis_of(finding.verdict)),
                           report::text_cell(finding.text)});
   }
   return table;
@@ -54,11 +54,11 @@ nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality)
 report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording) {
   if (quality.nothing_to_compensate)
     return {recording + ": nothing to compensate. " + "No movement above the noise can be blamed on temperature.",
-            Mark::kBad};
-  if (quality.verdict == evaluation::Verdict::kRefuse) return {recording + " is not fit for training.", Mark::kBad};
+            Emphasis::kBad};
+  if (quality.verdict == evaluation::Verdict::kRefuse) return {recording + " is not fit for training.", Emphasis::kBad};
   if (quality.verdict == evaluation::Verdict::kWarn)
-    return {recording + " can be trained on, with reservations.", Mark::kWarn};
-  return {recording + " is fit for training.", Mark::kGood};
+    return {recording + " can be trained on, with reservations.", Emphasis::kWarn};
+  return {recording + " is fit for training.", Emphasis::kGood};
 }
 
 }  // namespace prism::analysis

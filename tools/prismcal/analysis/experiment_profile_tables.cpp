@@ -40,7 +40,7 @@ Table ladder_table(const Experiment& experiment) {
       const bool worse = s.improvement && *s.improvement < 0;
       cells.push_back(fixed_cell(s.before.sd, 5));
       cells.push_back(fixed_cell(s.after.sd, 5));
-      cells.push_back(percent_cell(s.improvement, worse ? report::Mark::kBad : report::Mark::kNone));
+      cells.push_back(percent_cell(s.improvement, worse ? report::Emphasis::kBad : report::Emphasis::kNone));
     }
     table.rows.push_back(std::move(cells));
   }
@@ -68,7 +68,7 @@ Table profiles_table(const Experiment& experiment) {
       const evaluation::BiasStability& s = judged.stability;
       const bool worse = s.improvement && *s.improvement < 0;
       cells.push_back(fixed_cell(s.after.sd, 5));
-      cells.push_back(percent_cell(s.improvement, worse ? report::Mark::kBad : report::Mark::kNone));
+      cells.push_back(percent_cell(s.improvement, worse ? report::Emphasis::kBad : report::Emphasis::kNone));
       const double blocks = static_cast<double>(judged.extrapolating.size());
       cells.push_back(fixed_cell(100 * static_cast<double>(judged.extrapolated) / blocks, 1));
     }
@@ -101,7 +101,7 @@ Table tuning_table(const Experiment& experiment) {
                                    fixed_cell(milli(row->trained.cost_deg_per_h), 4)};
         for (const ModelEvaluation& judged : row->judged) {
           const auto& gain = judged.stability.improvement;
-          cells.push_back(percent_cell(gain, gain && *gain < 0 ? report::Mark::kBad : report::Mark::kNone));
+          cells.push_back(percent_cell(gain, gain && *gain < 0 ? report::Emphasis::kBad : report::Emphasis::kNone));
         }
         table.rows.push_back(std::move(cells));
       }

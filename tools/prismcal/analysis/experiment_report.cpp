@@ -10,7 +10,7 @@
 namespace prism::analysis {
 namespace {
 
-using report::Mark;
+using report::Emphasis;
 using report::Paragraph;
 using report::Section;
 
@@ -49,14 +49,14 @@ Section summary(const Experiment& experiment) {
   if (is_usual(chosen.spec))
     text +=
         " It was chosen beforehand, for its method, and tuned on the training recording without a look at the others.";
-  section.blocks = {Paragraph{text, Mark::kGood}, ladder_table(experiment)};
+  section.blocks = {Paragraph{text, Emphasis::kGood}, ladder_table(experiment)};
   for (std::size_t i = 0; i < experiment.data.evaluated.size(); ++i) {
     const std::vector<std::string> worse = worse_than_nothing(experiment, i);
     if (worse.empty()) continue;
     section.blocks.push_back(
         Paragraph{fmt::format("{} of {} models end worse than no compensation on {}: {}.", worse.size(),
                               experiment.rows.size(), experiment.data.evaluated[i].name, fmt::join(worse, "; ")),
-                  Mark::kWarn});
+                  Emphasis::kWarn});
   }
   return section;
 }
@@ -66,8 +66,8 @@ Section stepwise_section(const Experiment& experiment) {
                   "Stepwise regression",
                   {stepwise_table(experiment), stepwise_terms_table(experiment), stepwise_figure(experiment)}};
   for (const ExperimentRow* row : rows_of(experiment, "stepwise", "")) {
-    section.blocks.push_back(
-        Paragraph{fmt::format("{}: {}.", method_text(row->spec), fmt::join(row->trained.trace, "; ")), Mark::kMuted});
+    section.blocks.push_back(Paragraph{
+        fmt::format("{}: {}.", method_text(row->spec), fmt::join(row->trained.trace, "; ")), Emphasis::kMuted});
   }
   return section;
 }
@@ -77,7 +77,7 @@ Section tuning_section(const Experiment& experiment) {
   if (const auto figure = surface_figure(*chosen_row(experiment))) section.blocks.push_back(*figure);
   for (const ExperimentRow& row : experiment.rows) {
     for (const std::string& warning : row.trained.warnings) {
-      section.blocks.push_back(Paragraph{row.spec.key() + ": " + warning, Mark::kMuted});
+      section.blocks.push_back(Paragraph{row.spec.key() + ": " + warning, Emphasis::kMuted});
     }
   }
   return section;

@@ -16,14 +16,16 @@ using report::Table;
 using report::text_cell;
 
 /// before, after, improvement, then the paper's after and improvement.
-void append_effect(std::vector<Cell>& cells, const ExperimentRow& row, report::Mark mark = report::Mark::kNone) {
+void append_effect(std::vector<Cell>& cells, const ExperimentRow& row,
+                   report::Emphasis emphasis = report::Emphasis::kNone) {
   const evaluation::BiasStability& s = on_repeat(row);
   const auto paper = paper_row(row.spec);
   cells.push_back(fixed_cell(s.before.sd, 5));
-  cells.push_back(fixed_cell(s.after.sd, 5, mark));
-  cells.push_back(percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? report::Mark::kBad : mark));
-  cells.push_back(fixed_cell(paper ? std::optional(paper->after_deg_per_h) : std::nullopt, 5, report::Mark::kMuted));
-  cells.push_back(percent_cell(paper ? std::optional(paper->improvement) : std::nullopt, report::Mark::kMuted));
+  cells.push_back(fixed_cell(s.after.sd, 5, emphasis));
+  cells.push_back(percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? report::Emphasis::kBad : emphasis));
+  cells.push_back(
+      fixed_cell(paper ? std::optional(paper->after_deg_per_h) : std::nullopt, 5, report::Emphasis::kMuted));
+  cells.push_back(percent_cell(paper ? std::optional(paper->improvement) : std::nullopt, report::Emphasis::kMuted));
 }
 
 std::vector<report::Column> effect_columns(std::vector<report::Column> first) {
@@ -56,7 +58,7 @@ Table kernel_table(const Experiment& experiment, std::string id, std::string tit
     std::vector<Cell> cells = {text_cell(row->spec.inputs_text()),
                                text_cell(row->spec.weight.empty() ? "unweighted" : row->spec.weight),
                                general_cell(t.c, 5), general_cell(t.sigma2, 4), fixed_cell(milli(t.cost_deg_per_h), 4)};
-    append_effect(cells, *row, row == best ? report::Mark::kBest : report::Mark::kNone);
+    append_effect(cells, *row, row == best ? report::Emphasis::kBest : report::Emphasis::kNone);
     table.rows.push_back(std::move(cells));
   }
   return table;
@@ -69,7 +71,7 @@ Table correlation_table(const Experiment& experiment) {
   table.caption =
       fmt::format("Pearson's coefficient over {} blocks of {} s, training recording. The paper's gyro is another.",
                   experiment.data.training.size(), experiment.data.training.features.length_s);
-  std::vector<Cell> ours = {text_cell("this gyro")}, theirs = {text_cell("the paper's", report::Mark::kMuted)};
+  std::vector<Cell> ours = {text_cell("this gyro")}, theirs = {text_cell("the paper's", report::Emphasis::kMuted)};
   const char* const inputs[] = {compensation::kInputTemperature, compensation::kInputSlope, compensation::kInputUhfo};
   const char* const names[] = {"temperature", "slope of temperature", "UHFO"};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -77,7 +79,7 @@ Table correlation_table(const Experiment& experiment) {
     const auto r = evaluation::correlate(experiment.data.training.column(inputs[i]),
                                          experiment.data.training.bias_deg_per_h, names[i]);
     ours.push_back(fixed_cell(r ? std::optional(*r) : std::nullopt, 2));
-    theirs.push_back(fixed_cell(kPaperCorrelation[i], 2, report::Mark::kMuted));
+    theirs.push_back(fixed_cell(kPaperCorrelation[i], 2, report::Emphasis::kMuted));
   }
   table.rows = {ours, theirs};
   return table;

@@ -125,11 +125,11 @@ report::Table limits_table(const std::vector<LimitVerdict>& verdicts, const std:
   table.columns = {{"quantity", "", false}, {"unit", "", false}, {"at least"}, {"at most"}, {"measured"},
                    {"verdict", "", false}};
   for (const LimitVerdict& v : verdicts) {
-    const report::Mark mark = v.pass ? report::Mark::kGood : report::Mark::kBad;
+    const report::Emphasis emphasis = v.pass ? report::Emphasis::kGood : report::Emphasis::kBad;
     table.rows.push_back({report::text_cell(v.limit.quantity), report::text_cell(v.measured.unit),
                           report::general_cell(v.limit.min, 6), report::general_cell(v.limit.max, 6),
                           report::general_cell(v.measured.value, 5),
-                          report::text_cell(v.pass ? "PASS" : "FAIL", mark)});
+                          report::text_cell(v.pass ? "PASS" : "FAIL", emphasis)});
   }
   return table;
 }

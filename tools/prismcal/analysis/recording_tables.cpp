@@ -36,7 +36,7 @@ std::vector<Cell> summary_row(const char* name, const evaluation::SummaryStatist
 }
 
 Cell coefficient_cell(const std::optional<evaluation::AllanCoefficient>& coefficient) {
-  return coefficient ? general_cell(coefficient->value, 4) : text_cell("not resolved", report::Mark::kMuted);
+  return coefficient ? general_cell(coefficient->value, 4) : text_cell("not resolved", report::Emphasis::kMuted);
 }
 
 }  // namespace
@@ -173,7 +173,7 @@ std::vector<report::Block> recording_blocks(const EvaluatedRecording& recording)
     if (made) {
       blocks.push_back(std::move(*made));
     } else {
-      blocks.push_back(report::Paragraph{made.error().text(), report::Mark::kMuted});
+      blocks.push_back(report::Paragraph{made.error().text(), report::Emphasis::kMuted});
     }
   };
   blocks.push_back(bias_figure(recording));

@@ -14,7 +14,7 @@
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/report/gnuplot.hpp"
 #include "tools/prismcal/report/html.hpp"
-#include "tools/prismcal/report/machine_text.hpp"
+#include "tools/prismcal/report/text_forms.hpp"
 
 namespace prism::commands {
 namespace {

@@ -9,13 +9,13 @@
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
-#include "tools/prismcal/report/plain_text.hpp"
+#include "tools/prismcal/report/text_forms.hpp"
 
 namespace prism::commands {
 namespace {
 
 using report::Cell;
-using report::Mark;
+using report::Emphasis;
 
 struct Choice {
   std::vector<std::string> models, recordings;
@@ -80,9 +80,9 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
       const bool best = std::all_of(comparison.judged.begin(), comparison.judged.end(),
                                     [&](const auto& row) { return row[r].stability.after.sd >= s.after.sd; });
       cells.push_back(report::fixed_cell(s.before.sd, 5));
-      cells.push_back(report::fixed_cell(s.after.sd, 5, best ? Mark::kBest : Mark::kNone));
+      cells.push_back(report::fixed_cell(s.after.sd, 5, best ? Emphasis::kBest : Emphasis::kNone));
       cells.push_back(
-          report::percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? Mark::kBad : Mark::kNone));
+          report::percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? Emphasis::kBad : Emphasis::kNone));
       cells.push_back(report::percent_cell(m > 0 && first > 0 ? std::optional(s.after.sd / first - 1) : std::nullopt));
       cells.push_back(report::fixed_cell(
           100 * static_cast<double>(judged.extrapolated) / static_cast<double>(judged.extrapolating.size()), 1));

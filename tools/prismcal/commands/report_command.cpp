@@ -15,7 +15,7 @@
 #include "tools/prismcal/analysis/experiment_report.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
-#include "tools/prismcal/report/plain_text.hpp"
+#include "tools/prismcal/report/text_forms.hpp"
 
 namespace prism::commands {
 namespace {

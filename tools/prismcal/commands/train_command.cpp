@@ -16,7 +16,7 @@
 #include "tools/prismcal/commands/method_options.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/training_set.hpp"
-#include "tools/prismcal/report/plain_text.hpp"
+#include "tools/prismcal/report/text_forms.hpp"
 
 namespace prism::commands {
 namespace {

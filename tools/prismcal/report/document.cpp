@@ -8,27 +8,27 @@
 namespace prism::report {
 namespace {
 
-Cell number_cell(std::optional<double> value, std::string text, Mark mark) {
-  if (!value || !std::isfinite(*value)) return {kNothing, std::nullopt, Mark::kMuted};
-  return {std::move(text), value, mark};
+Cell number_cell(std::optional<double> value, std::string text, Emphasis emphasis) {
+  if (!value || !std::isfinite(*value)) return {kNothing, std::nullopt, Emphasis::kMuted};
+  return {std::move(text), value, emphasis};
 }
 
 }  // namespace
 
-Cell text_cell(std::string text, Mark mark) { return {std::move(text), std::nullopt, mark}; }
+Cell text_cell(std::string text, Emphasis emphasis) { return {std::move(text), std::nullopt, emphasis}; }
 
-Cell fixed_cell(std::optional<double> value, int decimals, Mark mark) {
+Cell fixed_cell(std::optional<double> value, int decimals, Emphasis emphasis) {
   std::string text = fmt::format("{:.{}f}", value.value_or(0), decimals);
   if (text.find_first_not_of("-0.") == std::string::npos && text[0] == '-') text.erase(0, 1);  // no −0.000
-  return number_cell(value, std::move(text), mark);
+  return number_cell(value, std::move(text), emphasis);
 }
 
-Cell general_cell(std::optional<double> value, int digits, Mark mark) {
-  return number_cell(value, fmt::format("{:.{}g}", value.value_or(0), digits), mark);
+Cell general_cell(std::optional<double> value, int digits, Emphasis emphasis) {
+  return number_cell(value, fmt::format("{:.{}g}", value.value_or(0), digits), emphasis);
 }
 
-Cell percent_cell(std::optional<double> share, Mark mark) {
-  return fixed_cell(share ? std::optional(100 * *share) : std::nullopt, 2, mark);
+Cell percent_cell(std::optional<double> share, Emphasis emphasis) {
+  return fixed_cell(share ? std::optional(100 * *share) : std::nullopt, 2, emphasis);
 }
 
 }  // namespace prism::report

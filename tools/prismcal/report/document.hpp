@@ -12,7 +12,7 @@
 
 namespace prism::report {
 
-enum class Mark { kNone, kGood, kBad, kWarn, kMuted, kBest };
+enum class Emphasis { kNone, kGood, kBad, kWarn, kMuted, kBest };
 
 /// One field of a table. `text` is what every form of the report shows; `value` is the number behind it, with all its
 /// digits (JSON only). A number that does not exist is kNothing and no value, never NaN; CSV leaves its field empty.
@@ -21,16 +21,16 @@ inline constexpr const char* kNothing = "\u2014";
 struct Cell {
   std::string text;
   std::optional<double> value{};
-  Mark mark = Mark::kNone;
+  Emphasis emphasis = Emphasis::kNone;
 };
 
-Cell text_cell(std::string text, Mark mark = Mark::kNone);
+Cell text_cell(std::string text, Emphasis emphasis = Emphasis::kNone);
 /// `value` with so many decimals; an em dash where it is nothing or not finite.
-Cell fixed_cell(std::optional<double> value, int decimals, Mark mark = Mark::kNone);
+Cell fixed_cell(std::optional<double> value, int decimals, Emphasis emphasis = Emphasis::kNone);
 /// `value` with so many significant digits, as 1.23e-05 where it is very small or large.
-Cell general_cell(std::optional<double> value, int digits, Mark mark = Mark::kNone);
+Cell general_cell(std::optional<double> value, int digits, Emphasis emphasis = Emphasis::kNone);
 /// A share in percent with two decimals, for a column whose unit is "%": 0.6119 → 61.19.
-Cell percent_cell(std::optional<double> share, Mark mark = Mark::kNone);
+Cell percent_cell(std::optional<double> share, Emphasis emphasis = Emphasis::kNone);
 
 struct Column {
   std::string name;
@@ -55,7 +55,7 @@ struct Figure {
 
 struct Paragraph {
   std::string text;
-  Mark mark = Mark::kNone;
+  Emphasis emphasis = Emphasis::kNone;
 };
 
 using Block = std::variant<Paragraph, Table, Figure>;

@@ -13,8 +13,6 @@
 #include <fstream>
 #include <iterator>
 
-#include "tools/prismcal/report/gnuplot_script.hpp"
-
 extern char** environ;
 
 namespace prism::report {

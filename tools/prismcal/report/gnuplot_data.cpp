@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/report/gnuplot_data.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <utility>
+
+#include "tools/prismcal/report/gnuplot.hpp"
 
 namespace prism::report {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/report/gnuplot_script.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +6,7 @@
 #include <iterator>
 #include <string_view>
 
-#include "tools/prismcal/report/gnuplot_data.hpp"
+#include "tools/prismcal/report/gnuplot.hpp"
 
 namespace prism::report {
 namespace {

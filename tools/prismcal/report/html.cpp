@@ -3,24 +3,22 @@
 
 #include <fmt/format.h>
 
-#include "tools/prismcal/report/html_style.hpp"
-
 namespace prism::report {
 namespace {
 
-const char* css_class(Mark mark) {
-  switch (mark) {
-    case Mark::kNone:
+const char* css_class(Emphasis emphasis) {
+  switch (emphasis) {
+    case Emphasis::kNone:
       return "";
-    case Mark::kGood:
+    case Emphasis::kGood:
       return "good";
-    case Mark::kBad:
+    case Emphasis::kBad:
       return "bad";
-    case Mark::kWarn:
+    case Emphasis::kWarn:
       return "warn";
-    case Mark::kMuted:
+    case Emphasis::kMuted:
       return "muted";
-    case Mark::kBest:
+    case Emphasis::kBest:
       return "best";
   }
   return "";
@@ -72,7 +70,7 @@ class Page {
   }
 
   Result<void> add(const Paragraph& paragraph) {
-    text_ += fmt::format("<p class=\"{}\">{}</p>\n", css_class(paragraph.mark), html_escaped(paragraph.text));
+    text_ += fmt::format("<p class=\"{}\">{}</p>\n", css_class(paragraph.emphasis), html_escaped(paragraph.text));
     return {};
   }
 
@@ -91,7 +89,8 @@ class Page {
       for (std::size_t i = 0; i < row.size(); ++i) {
         const bool number = i < table.columns.size() && table.columns[i].number;
         const char* kind = number ? "number" : row[i].text.size() > 36 ? "text long" : "text";
-        text_ += fmt::format("<td class=\"{} {}\">{}</td>", kind, css_class(row[i].mark), html_escaped(row[i].text));
+        text_ +=
+            fmt::format("<td class=\"{} {}\">{}</td>", kind, css_class(row[i].emphasis), html_escaped(row[i].text));
       }
       text_ += "</tr>\n";
     }

@@ -10,6 +10,9 @@
 
 namespace prism::report {
 
+/// The look of the page, on screen and on paper.
+extern const char* const kStyle;
+
 /// Draws a figure: draw_svg() in the program, something quicker in tests.
 using Draw = std::function<Result<std::string>(const Plot& plot, const std::string& name)>;
 

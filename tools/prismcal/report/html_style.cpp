@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/report/html_style.hpp"
+#include "tools/prismcal/report/html.hpp"
 
 namespace prism::report {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The same report for machines: CSV for spreadsheets, JSON for programs.
+// The same report without a page: CSV for spreadsheets, JSON for programs, a table for a terminal.
 #pragma once
 
 #include <string>
@@ -15,5 +15,8 @@ std::string csv_text(const Report& report);
 /// {"title":…,"simulated":…,"facts":{…},"tables":{ID:{"title":…,"columns":[…],"rows":[[{"text":…,"value":…}…]…]}…}}.
 /// A cell's "value" is the number with all its digits, "text" what HTML and CSV show; no number: no "value".
 std::string json_text(const Report& report);
+
+/// Title, columns with units, rows, caption; every line ends with a newline. Widths count characters, not bytes.
+std::string plain_text(const Table& table);
 
 }  // namespace prism::report
