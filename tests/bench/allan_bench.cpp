@@ -69,4 +69,4 @@ int run() {
 }  // namespace
 }  // namespace prism::bench
 
-int main() { return prism::run(); }
+int main() { return prism::bench::run(); }
