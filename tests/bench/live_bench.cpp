@@ -102,10 +102,13 @@ void compare_paced(const Programs& programs, double rate_hz) {
   Rounds latency, cpu, latency_before, cpu_before;
   for (int round = 0; round < kRounds; ++round) {
     Outcome ours, floor, before;
-    if (round % 2 == 0) ours = paced(course.prismd());
+    const auto measure = [&](bool now) {
+      if (now) ours = paced(course.prismd());
+      if (!now && programs.before != nullptr) before = paced(course.prismd(programs.before));
+    };
+    measure(round % 2 == 0);
     floor = paced(course.relay());
-    if (programs.before != nullptr) before = paced(course.prismd(programs.before));
-    if (round % 2 == 1) ours = paced(course.prismd());
+    measure(round % 2 == 1);
     latency.add(ours.latency_us, floor.latency_us);
     cpu.add(ours.cpu_us_per_frame, floor.cpu_us_per_frame);
     latency_before.add(ours.latency_us, before.latency_us);
