@@ -5,6 +5,11 @@ set(PRISM_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them: addre
 option(PRISM_COVERAGE "Instrument for gcov" OFF)
 option(PRISM_FUZZ "Build the libFuzzer targets (clang only)" OFF)
 
+# Who says nothing gets what one would install.
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Debug, Release, RelWithDebInfo or MinSizeRel" FORCE)
+endif()
+
 find_program(CCACHE ccache)
 if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
@@ -46,6 +51,26 @@ endif()
 if(PRISM_FUZZ)  # the libraries, too: libFuzzer steers by the edges that the input takes in them
   target_compile_options(prism_settings INTERFACE -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all)
   target_link_options(prism_settings INTERFACE -fsanitize=address,undefined)
+endif()
+# Every optimised build is hardened, with a preset or without one; tests/hardening.py reads it from the files. The sanitizers have
+# their own checks, which FORTIFY would hide.
+if(NOT PRISM_SANITIZE AND NOT PRISM_FUZZ)
+  include(CheckCXXCompilerFlag)
+  set(hardening -fstack-protector-strong -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2)
+  foreach(flag -fcf-protection=full -fstack-clash-protection -mbranch-protection=standard)
+    string(MAKE_C_IDENTIFIER "PRISM_HAS${flag}" known)
+    check_cxx_compiler_flag(${flag} ${known})
+    if(${known})
+      list(APPEND hardening ${flag})
+    endif()
+  endforeach()
+  set(optimised $<CONFIG:Release,RelWithDebInfo,MinSizeRel>)
+  set(program $<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>)
+  set(library_code $<BOOL:$<TARGET_PROPERTY:POSITION_INDEPENDENT_CODE>>)
+  target_compile_options(prism_settings INTERFACE
+    "$<${optimised}:${hardening}>" "$<$<AND:${optimised},$<NOT:${library_code}>>:-fPIE>")
+  target_link_options(prism_settings INTERFACE
+    "$<${optimised}:LINKER:-z,relro,-z,now,-z,noexecstack>" "$<$<AND:${optimised},${program}>:-pie>")
 endif()
 if(PRISM_COVERAGE)
   target_compile_options(prism_settings INTERFACE --coverage -fprofile-update=atomic)
