@@ -1,9 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/averager.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace prism::compensation {
+namespace {
+
+// Bounded: an interval of an hour or more leaves no second whole anyway.
+std::int64_t interval_of(const Sample& sample) {
+  return sample.interval_s > 0 ? std::llround(1e9 * std::min(sample.interval_s, 3600.0)) : 0;
+}
+
+}  // namespace
 
 // A sample at exactly 12:00:01.000 belongs to the second that ends there: ceil(time) - 1.
 std::int64_t bucket_second(std::int64_t time_ns) {
@@ -14,25 +23,32 @@ std::optional<Bucket> Averager::push(const Sample& sample) {
   const std::int64_t second = bucket_second(sample.time_ns);
   std::optional<Bucket> closed;
   if (open_ && second != bucket_.second) closed = close();
-  if (!open_ || closed) open(second);
+  if (!open_ || closed) open(sample, second);
   add(sample);
   return closed;
 }
 
 std::optional<Bucket> Averager::finish() {
   if (!open_) return std::nullopt;
-  open_ = false;
-  return close();
+  if (next_end_ns_ <= (bucket_.second + 1) * kNanosecondsPerSecond) bucket_.partial = true;
+  const Bucket last = close();
+  *this = Averager();
+  return last;
 }
 
-void Averager::open(std::int64_t second) {
+void Averager::open(const Sample& sample, std::int64_t second) {
+  const bool begun = begun_;
   *this = Averager();
+  open_ = begun_ = true;
   bucket_.second = second;
-  open_ = true;
+  const std::int64_t interval_ns = interval_of(sample);
+  const std::int64_t missed_ns = sample.time_ns - interval_ns - second * kNanosecondsPerSecond;
+  bucket_.partial = !begun && missed_ns > interval_ns / 100;  // stamps are that true, not truer
 }
 
 void Averager::add(const Sample& sample) {
   ++bucket_.samples;
+  next_end_ns_ = sample.time_ns + interval_of(sample);
   bucket_.missing_frames += sample.missing_frames;
   bucket_.status |= sample.status;
   if (std::isfinite(sample.rate_deg_per_h)) {

@@ -23,17 +23,20 @@ struct Bucket {
   double temperature_degc = kUnknown;
   double uhfo_v = kUnknown;
   std::uint32_t status = 0;  ///< all status bits seen in the second, or-ed
+  bool partial = false;      ///< the session began or ended within this second: its means are of a part of it
 };
 
 /// push() takes samples in order of time and returns a bucket when a sample of a later second closes it; finish()
-/// returns the one still open. Seconds without samples give no bucket: the conditioner sees the gap.
+/// returns the one still open: the session ends. Seconds without samples give no bucket: the conditioner sees the gap.
+/// The first bucket is partial where the interval of its first sample begins within the second; the last one where a
+/// further sample would have belonged to it.
 class Averager {
  public:
   std::optional<Bucket> push(const Sample& sample);
   std::optional<Bucket> finish();
 
  private:
-  void open(std::int64_t second);
+  void open(const Sample& sample, std::int64_t second);
   void add(const Sample& sample);
   Bucket close() const;
 
@@ -41,7 +44,8 @@ class Averager {
   double angle_arcsec_ = 0, rate_time_s_ = 0;
   double temperature_sum_ = 0, uhfo_sum_ = 0;
   std::uint32_t temperatures_ = 0, uhfos_ = 0;
-  bool open_ = false;
+  std::int64_t next_end_ns_ = 0;  ///< when the sample after the last one is due
+  bool open_ = false, begun_ = false;
 };
 
 }  // namespace prism::compensation

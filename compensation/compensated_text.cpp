@@ -8,6 +8,8 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
+#include <set>
 
 #include "compensation/plain_text.hpp"
 #include "compensation/text_number.hpp"
@@ -81,7 +83,15 @@ const std::array kColumns = {
              row.correction.quality = parse_quality(std::string(field));
              return quality_text(row.correction.quality) == field;  // a torn or unknown name must not read as "good"
            }},
+    // Further columns stand behind those of format 1, and a log may lack them.
+    Column{"partial",
+           [](std::string& text, const CompensatedWindow& row) { text += row.window.bucket.partial ? '1' : '0'; },
+           [](std::string_view field, CompensatedWindow& row) {
+             row.window.bucket.partial = field == "1";
+             return field == "0" || field == "1";
+           }},
 };
+constexpr std::size_t kColumnsOfFormat1 = 17;
 
 #undef PRISM_REAL
 #undef PRISM_INTEGER
@@ -149,22 +159,46 @@ void append_csv(std::string& text, const CompensatedWindow& row) {
   text += '\n';
 }
 
-Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view where) {
+CsvLayout::CsvLayout() : known_(kColumns.size()) { std::iota(known_.begin(), known_.end(), std::size_t{0}); }
+
+Result<CsvLayout> CsvLayout::parse(std::string_view columns, std::string_view where) {
+  CsvLayout layout;
+  layout.known_.clear();
+  std::set<std::string_view> names;
+  for (std::size_t begin = 0, end = 0; end != columns.size(); begin = end + 1) {
+    end = std::min(columns.find(',', begin), columns.size());
+    const std::string_view name = columns.substr(begin, end - begin);
+    if (!names.insert(name).second)
+      return refuse(std::string(where), fmt::format("the column \"{}\" is named twice", plain_text(name)));
+    const auto known =
+        std::find_if(kColumns.begin(), kColumns.end(), [name](const Column& column) { return column.name == name; });
+    layout.known_.push_back(known == kColumns.end() ? kPassedOver : static_cast<std::size_t>(known - kColumns.begin()));
+  }
+  for (std::size_t i = 0; i < kColumnsOfFormat1; ++i) {
+    if (names.contains(kColumns[i].name)) continue;
+    return refuse(std::string(where), fmt::format("not a log of prismd: found no column \"{}\"", kColumns[i].name));
+  }
+  return layout;
+}
+
+Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view where, const CsvLayout& layout) {
   while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.remove_suffix(1);
   CompensatedWindow row;
+  const std::vector<std::size_t>& known = layout.known_;
   std::size_t begin = 0, count = 0;
   for (;; ++count) {
     const std::size_t end = std::min(line.find(',', begin), line.size());
     const std::string_view field = line.substr(begin, end - begin);
-    if (count < kColumns.size() && !kColumns[count].parse(field, row)) {
+    const bool read = count < known.size() && known[count] != CsvLayout::kPassedOver;
+    if (read && !kColumns[known[count]].parse(field, row)) {
       return refuse(std::string(where),
-                    fmt::format("column {}: \"{}\" is not a value", kColumns[count].name, plain_text(field)));
+                    fmt::format("column {}: \"{}\" is not a value", kColumns[known[count]].name, plain_text(field)));
     }
     if (end == line.size()) break;
     begin = end + 1;
   }
-  if (count + 1 != kColumns.size()) {
-    return refuse(std::string(where), fmt::format("found {} columns, expected {}", count + 1, kColumns.size()));
+  if (count + 1 != known.size()) {
+    return refuse(std::string(where), fmt::format("found {} columns, expected {}", count + 1, known.size()));
   }
   const Window& window = row.window;
   const bool ready = std::isfinite(window.slope_degc_per_s) && std::isfinite(window.temperature_degc) &&

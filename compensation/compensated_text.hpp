@@ -2,8 +2,11 @@
 // Compensated rows as text: the CSV of the log (and back), and the JSON of the socket.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "compensation/compensated.hpp"
 #include "compensation/result.hpp"
@@ -16,8 +19,25 @@ std::string_view csv_columns();
 /// One row, with its line end. Unknown quantities are empty fields. Decimals: rates and U 6, temperatures 5, slope 8.
 void append_csv(std::string& text, const CompensatedWindow& row);
 
+/// Where a log's line of columns puts what prism knows. Logs are read by names: columns were added at the end, and will
+/// be.
+class CsvLayout {
+ public:
+  /// As csv_columns() has it.
+  CsvLayout();
+  /// Of any log, this version's or another's. Refused: a name twice, or one of the columns missing that every log has
+  /// (those of format 1). Columns of unknown names are passed over.
+  static Result<CsvLayout> parse(std::string_view columns, std::string_view where);
+
+ private:
+  friend Result<CompensatedWindow> parse_csv(std::string_view, std::string_view, const CsvLayout&);
+  static constexpr std::size_t kPassedOver = SIZE_MAX;
+  std::vector<std::size_t> known_;  ///< for each field, which column of append_csv it is
+};
+
 /// Reads one row back (line end optional); what the columns do not carry stays at its default. `where` names the line.
-Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view where);
+Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view where,
+                                    const CsvLayout& layout = CsvLayout());
 
 /// What put_json needs at most.
 inline constexpr std::size_t kJsonChars = 1024;

@@ -60,11 +60,16 @@ void Engine::forget_window() {
   correction_ = {kUnknown, kUnknown, model_ ? kWarming : kNoModel};
 }
 
+// A second that the session cut is published with the bias in force, and no window is made of it.
 CompensatedWindow Engine::complete(const Bucket& bucket) {
   CompensatedWindow row;
-  row.window = conditioner_.push(bucket);
-  row.correction = correction_ = correct(row.window);
-  window_ = row.window;
+  row.window.bucket = bucket;
+  if (!bucket.partial) {
+    row.window = conditioner_.push(bucket);
+    correction_ = correct(row.window);
+    window_ = row.window;
+  }
+  row.correction = correction_;
   row.corrected_deg_per_h = corrected_rate(bucket.rate_deg_per_h, row.correction);
   row.corrected_mean_deg_per_h = corrected_rate(row.window.rate_deg_per_h, row.correction);
   if (!std::isfinite(bucket.rate_deg_per_h)) row.correction.quality |= kRateInvalid;

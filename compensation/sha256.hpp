@@ -1,11 +1,26 @@
 // SPDX-License-Identifier: MIT
-// SHA-256 (FIPS 180-4) of a text, as 64 hexadecimal digits: the id of models and files.
+// SHA-256 (FIPS 180-4) as 64 hexadecimal digits: the id of models and files.
 #pragma once
+
+#include <nettle/sha2.h>
 
 #include <string>
 #include <string_view>
 
 namespace prism {
+
+/// Of bytes that come piece by piece.
+class Sha256 {
+ public:
+  Sha256() { sha256_init(&context_); }
+
+  void add(std::string_view bytes);
+  /// Of everything added so far; more may follow.
+  std::string hex() const;
+
+ private:
+  sha256_ctx context_;
+};
 
 std::string sha256_hex(std::string_view bytes);
 

@@ -80,6 +80,13 @@ std::string utc_text(std::int64_t second) {
                      clock.minutes().count(), clock.seconds().count());
 }
 
+std::string utc_nano_text(std::int64_t time_ns) {
+  const std::int64_t rest_ns = (time_ns % 1'000'000'000 + 1'000'000'000) % 1'000'000'000;
+  std::string text = utc_text((time_ns - rest_ns) / 1'000'000'000);
+  if (text.back() == 'Z') text.pop_back();
+  return text + fmt::format(".{:09}Z", rest_ns);
+}
+
 std::string utc_file_text(std::int64_t second) {
   if (second < kYear0 || second >= kYear10000) return std::to_string(second);
   std::string text;

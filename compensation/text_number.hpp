@@ -24,6 +24,9 @@ void append_integer(std::string& text, std::int64_t value);
 /// 2026-11-21T09:11:00Z for whole seconds since 1970 UTC (years 0000 to 9999; beyond them the number itself).
 std::string utc_text(std::int64_t second);
 
+/// 2026-11-21T09:11:00.000000001Z for nanoseconds since 1970 UTC.
+std::string utc_nano_text(std::int64_t time_ns);
+
 /// The same instant as utc_text in a form for file names: 20261121T091100Z.
 std::string utc_file_text(std::int64_t second);
 

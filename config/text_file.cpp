@@ -72,7 +72,8 @@ Result<void> write_text_file(const std::string& path, std::string_view text) {
   const fs::path target = exists ? fs::canonical(path, error) : fs::path(path);
   if (error) return refuse(path, "cannot be written: " + error.message());
   const std::string temporary = fmt::format("{}.{}.new", target.string(), ::getpid());
-  const bool done = write_to(temporary, O_CREAT | O_TRUNC, 0666, text, true) &&
+  ::unlink(temporary.c_str());  // of a process that died; a link there would lead anywhere
+  const bool done = write_to(temporary, O_CREAT | O_EXCL | O_NOFOLLOW, 0666, text, true) &&
                     (!exists || ::chmod(temporary.c_str(), old.st_mode & 07777) == 0) &&
                     std::rename(temporary.c_str(), target.c_str()) == 0;
   if (done) return sync_folder(target.parent_path()), Result<void>();

@@ -40,7 +40,7 @@ Acquisition::Acquisition(pipeline::Setup setup, std::unique_ptr<RowWriter> log, 
 const pipeline::Rows& Acquisition::begin_session(std::int64_t now_ns) {
   if (capture_) capture_->mark_opened(now_ns);
   ++sessions_;
-  return end_session(pipeline_->begin_session());
+  return end_session(pipeline_->begin_session(now_ns));
 }
 
 const pipeline::Rows& Acquisition::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
@@ -83,7 +83,7 @@ int Acquisition::block_s() const {
 
 const pipeline::Rows& Acquisition::keep(const pipeline::Rows& rows) {
   for (const pipeline::Rows::Window& window : rows.windows) {
-    if (log_) log_->append(window.row);
+    if (log_) log_->append(window.row, window.session_ns);
     stability_.add(window.row, block_s());
     history_.add(window.row);
     watch_quality(window.row);

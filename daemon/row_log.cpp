@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "compensation/compensated_text.hpp"
+#include "compensation/text_number.hpp"
 
 namespace prism::daemon {
 
@@ -22,13 +23,15 @@ RowLog::RowLog(config::SegmentSettings settings, std::string name, std::string m
 
 RowLog::~RowLog() { close_segment(); }
 
-void RowLog::append(const compensation::CompensatedWindow& row) {
+void RowLog::append(const compensation::CompensatedWindow& row, std::int64_t session_ns) {
+  if (session_ns != std::exchange(session_ns_, session_ns)) close_segment();
   const std::int64_t second = row.window.bucket.second + 1;
   line_.clear();
   compensation::append_csv(line_, row);
   if (segments_.begins_new(second, bytes_ + static_cast<std::int64_t>(line_.size()))) close_segment();
   if ((file_ >= 0 || open_segment(second)) && write_all(line_)) {
     ++counters_.rows;
+    ++rows_;
   } else {
     fault_.drop(1);
   }
@@ -61,8 +64,13 @@ bool RowLog::open_segment(std::int64_t second) {
   file_ = made->descriptor;
   path_ = std::move(made->path);
   bytes_ = 0;
-  if (!write_all(metadata_ + std::string(compensation::csv_columns()) + "\n")) {
+  rows_ = 0;
+  sum_ = Sha256();
+  torn_ = false;
+  if (!write_all(metadata_ + "# session: " + utc_nano_text(session_ns_) + "\n" +
+                 std::string(compensation::csv_columns()) + "\n")) {
     ::unlink(path_.c_str());
+    torn_ = true;
     close_segment();
     return false;
   }
@@ -72,9 +80,17 @@ bool RowLog::open_segment(std::int64_t second) {
 
 void RowLog::close_segment() {
   if (file_ < 0) return;
+  if (!torn_) write_end();
+  if (file_ < 0) return;
   put_on_disk();
   ::close(std::exchange(file_, -1));
   bytes_ = 0;
+}
+
+// Where it cannot be written the segment stays as one that a power cut ended: its rows are good all the same.
+void RowLog::write_end() {
+  torn_ = true;
+  if (write_all(fmt::format("# end: rows {}, sha256 {}\n", rows_, sum_.hex()))) segments_.ended(rows_);
 }
 
 bool RowLog::put_on_disk() {
@@ -95,9 +111,13 @@ bool RowLog::write_all(const std::string& text) {
     const int error = errno;
     if (disk_is_full(error) && segments_.make_room()) continue;
     fault_.begin(fmt::format("{}: cannot be written: {}", path_, std::strerror(error)));
-    if (done > 0 && ::ftruncate(file_, bytes_) != 0) close_segment();  // a torn row would stay: end the segment there
+    if (done > 0 && ::ftruncate(file_, bytes_) != 0) {  // a torn row would stay: the segment ends there, without an end
+      torn_ = true;
+      close_segment();
+    }
     return false;
   }
+  sum_.add(text);
   bytes_ += static_cast<std::int64_t>(text.size());
   return true;
 }
@@ -114,9 +134,10 @@ ThreadedRowWriter::~ThreadedRowWriter() {
   disk_.post(0, [log = std::move(log_), counters = counters_]() mutable { log.reset(); });
 }
 
-void ThreadedRowWriter::append(const compensation::CompensatedWindow& row) {
+void ThreadedRowWriter::append(const compensation::CompensatedWindow& row, std::int64_t session_ns) {
   const bool taken = disk_.post(
-      sizeof row, [log = log_, row] { log->append(row); }, [log = log_](const std::string& why) { log->lose(why); });
+      sizeof row, [log = log_, row, session_ns] { log->append(row, session_ns); },
+      [log = log_](const std::string& why) { log->lose(why); });
   if (!taken) log_->lose("the disk cannot keep up");
   unsynced_ = true;
 }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "compensation/compensated.hpp"
+#include "compensation/sha256.hpp"
 #include "daemon/disk_fault.hpp"
 #include "daemon/disk_thread.hpp"
 #include "daemon/segments.hpp"
@@ -23,15 +24,16 @@ struct LogCounters {
 /// A row is there whole or not at all: after a failed write the file is cut back to its last whole row.
 class RowLog {
  public:
-  /// `metadata`: lines "# key: value\n" that stand on top of every segment. `tell` hears of faults, one line each,
-  /// once per fault and once when it is over.
+  /// `metadata`: lines "# key: value\n" that stand on top of every segment, before its session. `tell` hears of faults,
+  /// one line each, once per fault and once when it is over.
   RowLog(config::SegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
          DiskFault::Tell tell);
   ~RowLog();
   RowLog(const RowLog&) = delete;
   RowLog& operator=(const RowLog&) = delete;
 
-  void append(const compensation::CompensatedWindow& row);
+  /// `session_ns`: the arrival time at which the row's session began; another one than the row before begins a segment.
+  void append(const compensation::CompensatedWindow& row, std::int64_t session_ns);
   /// Puts what was appended on the disk (fdatasync). A segment that was deleted or moved away meanwhile ends.
   void sync();
   /// From the next row on, segments carry this metadata; the open one ends.
@@ -43,6 +45,7 @@ class RowLog {
   bool open_segment(std::int64_t second);
   void close_segment();
   bool put_on_disk();
+  void write_end();
   bool write_all(const std::string& text);
 
   std::string metadata_;
@@ -52,14 +55,17 @@ class RowLog {
   Segments segments_;
   std::string path_, line_;
   int file_ = -1;
-  std::int64_t bytes_ = 0;
+  std::int64_t bytes_ = 0, session_ns_ = 0;
+  std::uint64_t rows_ = 0;  // in the segment
+  Sha256 sum_;              // of the segment so far
+  bool torn_ = false;       // something stands in it that sum_ does not know
 };
 
 /// Where rows are written: on a thread of its own (live), or right here (a replay, which may wait).
 class RowWriter {
  public:
   virtual ~RowWriter() = default;
-  virtual void append(const compensation::CompensatedWindow& row) = 0;
+  virtual void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) = 0;
   /// Puts what was appended on the disk; called once a second of real time, however fast the data's time runs.
   virtual void sync() = 0;
   virtual void set_metadata(const std::string& metadata) = 0;
@@ -74,7 +80,7 @@ class ThreadedRowWriter : public RowWriter {
                     DiskFault::Tell tell);
   ~ThreadedRowWriter() override;
 
-  void append(const compensation::CompensatedWindow& row) override;
+  void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override;
   void sync() override;
   void set_metadata(const std::string& metadata) override;
   const LogCounters& counters() const override { return *counters_; }
@@ -91,7 +97,9 @@ class DirectRowWriter : public RowWriter {
  public:
   DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata);
 
-  void append(const compensation::CompensatedWindow& row) override { log_.append(row); }
+  void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override {
+    log_.append(row, session_ns);
+  }
   void sync() override {}  // a replay can be run again; the segment is synced when it closes
   void set_metadata(const std::string& metadata) override { log_.set_metadata(metadata); }
   const LogCounters& counters() const override { return counters_; }

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -10,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -23,43 +25,20 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kStampChars = 16;  // 20261121T091100Z
 
-struct Segment {
-  fs::path path;
-  std::string stamp;  // and the number of a later one in the same second: 20261121T091100Z-2
-  std::int64_t bytes;
-};
-
-// "-10" after "-2": the longer one is the later one.
-auto age(const Segment& segment) {
-  return std::tuple(segment.stamp.substr(0, kStampChars), segment.stamp.size(), segment.stamp);
-}
-
 bool is_stamp(const std::string& text) {
   return text.size() >= kStampChars && text[8] == 'T' && text[15] == 'Z' &&
          std::all_of(text.begin(), text.begin() + 8, [](char c) { return c >= '0' && c <= '9'; });
 }
 
-// Oldest first.
-std::vector<Segment> list_segments(const std::string& directory, const std::string& name,
-                                   const std::string& extension) {
-  std::vector<Segment> segments;
-  std::error_code error;
-  for (fs::directory_iterator entry(directory, error), end; !error && entry != end; entry.increment(error)) {
-    const std::string file = entry->path().filename().string();
-    if (file.rfind(name + "-", 0) != 0 || entry->path().extension() != extension) continue;
-    std::string stamp = entry->path().stem().string().substr(name.size() + 1);
-    if (!is_stamp(stamp)) continue;
-    std::error_code unknown;
-    const std::uintmax_t bytes = entry->file_size(unknown);
-    segments.push_back({entry->path(), std::move(stamp), unknown ? 0 : static_cast<std::int64_t>(bytes)});
-  }
-  std::sort(segments.begin(), segments.end(), [](const Segment& a, const Segment& b) { return age(a) < age(b); });
-  return segments;
-}
+// By their names, for those without a number: "-10" after "-2", as the longer one is the later one.
+auto age_by_name(const std::string& stamp) { return std::tuple(stamp.substr(0, kStampChars), stamp.size(), stamp); }
 
-bool remove(const Segment& segment) {
-  std::error_code error;
-  return fs::remove(segment.path, error) && !error;
+// Of a log that nobody closed: rows begin with a digit.
+std::uint64_t count_rows(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::uint64_t rows = 0;
+  for (std::string line; std::getline(in, line);) rows += !line.empty() && line[0] >= '0' && line[0] <= '9';
+  return rows;
 }
 
 }  // namespace
@@ -67,7 +46,10 @@ bool remove(const Segment& segment) {
 bool disk_is_full(int error) { return error == ENOSPC || error == EDQUOT; }
 
 Segments::Segments(config::SegmentSettings settings, std::string name, std::string extension)
-    : settings_(std::move(settings)), name_(std::move(name)), extension_(std::move(extension)) {}
+    : settings_(std::move(settings)),
+      name_(std::move(name)),
+      extension_(std::move(extension)),
+      index_(fmt::format("{}/{}{}.index", settings_.directory, name_, extension_)) {}
 
 bool Segments::begins_new(std::int64_t second, std::int64_t bytes) {
   const std::int64_t period = second / settings_.max_age_s - (second % settings_.max_age_s < 0 ? 1 : 0);
@@ -80,12 +62,17 @@ Result<NewSegment> Segments::make(std::int64_t second) {
   std::error_code error;
   fs::create_directories(settings_.directory, error);
   if (error) return refuse(settings_.directory, "cannot be made: " + error.message());
+  std::vector<std::string> files;
+  for (const Segment& segment : list()) files.push_back(segment.file);
+  index_.refresh(files);
   const std::string stem = fmt::format("{}/{}-{}", settings_.directory, name_, utc_file_text(second));
   for (int number = 1;;) {
     NewSegment made{-1, number == 1 ? stem + extension_ : fmt::format("{}-{}{}", stem, number, extension_)};
     made.descriptor = ::open(made.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_APPEND | O_CLOEXEC, 0644);
     if (made.descriptor >= 0) {
+      ::flock(made.descriptor, LOCK_EX | LOCK_NB);
       current_ = made.path;
+      index_.made(fs::path(current_).filename().string());
       delete_old(second);
       return made;
     }
@@ -98,20 +85,52 @@ Result<NewSegment> Segments::make(std::int64_t second) {
   }
 }
 
+void Segments::ended(std::uint64_t rows) { index_.ended(fs::path(current_).filename().string(), rows); }
+
+// Oldest first.
+std::vector<Segments::Segment> Segments::list() const {
+  std::vector<Segment> segments;
+  std::error_code error;
+  for (fs::directory_iterator entry(settings_.directory, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string file = entry->path().filename().string();
+    if (file.rfind(name_ + "-", 0) != 0 || entry->path().extension() != extension_) continue;
+    std::string stamp = entry->path().stem().string().substr(name_.size() + 1);
+    if (!is_stamp(stamp)) continue;
+    std::error_code unknown;
+    const std::uintmax_t bytes = entry->file_size(unknown);
+    segments.push_back(
+        {entry->path().string(), file, std::move(stamp), unknown ? 0 : static_cast<std::int64_t>(bytes)});
+  }
+  const auto age = [this](const Segment& segment) {
+    return std::tuple(index_.number(segment.file), age_by_name(segment.stamp));
+  };
+  std::sort(segments.begin(), segments.end(), [&](const Segment& a, const Segment& b) { return age(a) < age(b); });
+  return segments;
+}
+
+bool Segments::remove(const Segment& segment) {
+  std::uint64_t rows = index_.rows(segment.file);
+  if (rows == 0 && extension_ == ".csv") rows = count_rows(segment.path);
+  std::error_code error;
+  if (!fs::remove(segment.path, error) || error) return false;
+  index_.deleted(segment.file, rows);
+  return true;
+}
+
 void Segments::delete_old(std::int64_t second) {
-  const std::vector<Segment> segments = list_segments(settings_.directory, name_, extension_);
   const std::string oldest_kept = utc_file_text(second - settings_.keep_days * 86400);
+  const std::vector<Segment> segments = list();
   std::int64_t total = 0;
   for (const Segment& segment : segments) total += segment.bytes;
   for (const Segment& segment : segments) {
-    if (total <= settings_.keep_bytes && segment.stamp >= oldest_kept) break;
+    if (total <= settings_.keep_bytes && segment.stamp >= oldest_kept) continue;
     if (segment.path != current_ && remove(segment)) total -= segment.bytes;
   }
 }
 
 bool Segments::make_room() {
   if (!settings_.delete_when_full) return false;
-  const std::vector<Segment> segments = list_segments(settings_.directory, name_, extension_);
+  const std::vector<Segment> segments = list();
   return std::any_of(segments.begin(), segments.end(),
                      [this](const Segment& segment) { return segment.path != current_ && remove(segment); });
 }

@@ -4,13 +4,16 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "compensation/result.hpp"
 #include "config/config.hpp"
+#include "daemon/pipeline/segment_index.hpp"
 
 namespace prism::daemon {
 
-/// A segment that was just made: empty, open for appending. Who gets it closes the descriptor.
+/// A segment that was just made: empty, open for appending, locked (flock) as long as it is open: others see by that
+/// whether somebody still writes it. Who gets it closes the descriptor.
 struct NewSegment {
   int descriptor = -1;
   std::string path;
@@ -20,8 +23,9 @@ struct NewSegment {
 bool disk_is_full(int error);
 
 /// The segments of one log or one capture: NAME-20261121T091100Z.EXTENSION in one folder, named after the second (UTC,
-/// of data time) that they begin with; "-2", "-3", … stand before the extension where that name is taken.
-/// No error of the file system throws: what cannot be listed or deleted stays.
+/// of data time) that they begin with; "-2", "-3", … stand before the extension where that name is taken. Their order
+/// is that in which they were made, which an index beside them keeps: after a clock was set back, names tell another
+/// one. No error of the file system throws: what cannot be listed or deleted stays.
 class Segments {
  public:
   /// `extension` with its dot.
@@ -36,6 +40,9 @@ class Segments {
   /// cannot be made.
   Result<NewSegment> make(std::int64_t second);
 
+  /// The segment last made was closed, whole, with so many rows or packets in it.
+  void ended(std::uint64_t rows);
+
   /// The disk is full: deletes the oldest segment but the one last made. False where there is none, or where the
   /// configuration says to stop (when_full).
   bool make_room();
@@ -44,10 +51,17 @@ class Segments {
   bool in_place(int descriptor) const;
 
  private:
+  struct Segment {
+    std::string path, file, stamp;
+    std::int64_t bytes;
+  };
+  std::vector<Segment> list() const;
+  bool remove(const Segment& segment);
   void delete_old(std::int64_t second);
 
   config::SegmentSettings settings_;
   std::string name_, extension_, current_;
+  pipeline::SegmentIndex index_;
   std::int64_t period_ = INT64_MIN;
 };
 

@@ -14,17 +14,18 @@ Pipeline::Pipeline(const Setup& setup)
   assert(taken);  // load_setup tried it
 }
 
-const Rows& Pipeline::begin_session() {
+const Rows& Pipeline::begin_session(std::int64_t now_ns) {
   finish();
   decoder_.reset();
   clock_.reset();
-  for (Axis& axis : axes_) axis.engine.reset();
+  begin_axes(now_ns);
   return rows_;
 }
 
 const Rows& Pipeline::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
   rows_.clear();
   readings_.clear();
+  if (!session_ns_) begin_axes(arrival_ns);
   decoder_.feed(bytes, arrival_ns, readings_);
   return pass();
 }
@@ -41,22 +42,39 @@ const Rows& Pipeline::finish() {
   readings_.clear();
   decoder_.finish(readings_);
   pass();
-  for (std::size_t i = 0; i < axes_.size(); ++i) {
-    if (const auto row = axes_[i].engine.finish()) rows_.windows.push_back({i, rows_.samples.size(), *row});
-  }
+  end_axes();
   return rows_;
 }
 
 Result<void> Pipeline::use_models(const Setup& setup) { return axes_.front().engine.use(setup.model, setup.fallback); }
 
+void Pipeline::begin_axes(std::int64_t now_ns) {
+  session_ns_ = now_ns;
+  last_second_.reset();
+  for (Axis& axis : axes_) axis.engine.reset();
+}
+
+void Pipeline::end_axes() {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (const auto row = axes_[i].engine.finish())
+      rows_.windows.push_back({i, rows_.samples.size(), *session_ns_, *row});
+  }
+}
+
 const Rows& Pipeline::pass() {
   for (const wire::Reading& reading : readings_) {
     const std::optional<Sample> sample = clock_.push(reading);
     if (!sample) continue;
+    const std::int64_t second = compensation::bucket_second(sample->time_ns);
+    if (last_second_ && second < *last_second_) {
+      end_axes();
+      begin_axes(reading.arrival_ns);
+    }
+    last_second_ = second;
     for (std::size_t i = 0; i < axes_.size(); ++i) {
       Rows::Sample made{i, {}};
       if (const auto window = axes_[i].engine.push(*sample, made.row)) {
-        rows_.windows.push_back({i, rows_.samples.size(), *window});
+        rows_.windows.push_back({i, rows_.samples.size(), *session_ns_, *window});
       }
       rows_.samples.push_back(made);
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ struct Rows {
   struct Window {
     std::size_t axis;            ///< index into Pipeline::axes()
     std::size_t samples_before;  ///< how many of `samples` came before it
+    std::int64_t session_ns;     ///< of the session it belongs to: the arrival time at which that began
     compensation::CompensatedWindow row;
   };
   struct Sample {
@@ -39,12 +41,15 @@ struct Axis {
 
 /// Synchronous and deterministic: what comes out depends on the bytes, their arrival times and the set-up only. Each
 /// call returns its rows; they stand until the next call.
+///
+/// Within a session seconds only go forward. One begins where the line was opened, with the first bytes where nobody
+/// said so, and with the frame whose second is before the last one's (a clock was set and nobody noticed).
 class Pipeline {
  public:
   explicit Pipeline(const Setup& setup);
 
-  /// The line was opened (again): the second in progress is closed, and nothing held from before continues.
-  const Rows& begin_session();
+  /// The line was opened (again) at now_ns: the second in progress is closed, and nothing held from before continues.
+  const Rows& begin_session(std::int64_t now_ns);
   const Rows& feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
   /// Nothing has arrived until now_ns: a candidate that waits for its end may be given up.
   const Rows& expire(std::int64_t now_ns);
@@ -60,11 +65,14 @@ class Pipeline {
 
  private:
   const Rows& pass();
+  void begin_axes(std::int64_t now_ns);
+  void end_axes();
 
   wire::FrameDecoder decoder_;
   drivers::Clock clock_;
   std::vector<Axis> axes_;
   std::vector<wire::Reading> readings_;
+  std::optional<std::int64_t> session_ns_, last_second_;
   Rows rows_;
 };
 

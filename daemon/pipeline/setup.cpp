@@ -127,7 +127,7 @@ std::string log_metadata(const Setup& setup) {
   const auto model_line = [](const compensation::ModelPtr& model) {
     return model ? fmt::format("{} {}", model->info().id, model->info().name) : std::string("none");
   };
-  std::string text = fmt::format("# prism {} data log, format 1\n# instance: {}\n# gyro_serial: {}\n", kVersion,
+  std::string text = fmt::format("# prism {} data log, format 2\n# instance: {}\n# gyro_serial: {}\n", kVersion,
                                  config.name, config.gyro.serial.empty() ? "unknown" : config.gyro.serial);
   text += fmt::format("# frames: {} {}\n# axis: {}\n# clock: {}\n", setup.frames->name, setup.frames->id,
                       setup.frames->gyro.axis.empty() ? "-" : setup.frames->gyro.axis,

@@ -118,6 +118,44 @@ TEST(Averager, AClockSetBackClosesTheSecond) {
   EXPECT_EQ(averager.finish().value().second, 3);
 }
 
+// Ten samples a second at the tenths after `phase_ns`, from sample `first` to sample `last`.
+std::vector<bool> partial_seconds(int first, int last, std::int64_t phase_ns) {
+  Averager averager;
+  std::vector<bool> partial;
+  for (int i = first; i <= last; ++i) {
+    if (const auto bucket = averager.push(sample_at(i * 100'000'000 + phase_ns))) partial.push_back(bucket->partial);
+  }
+  if (const auto bucket = averager.finish()) partial.push_back(bucket->partial);
+  return partial;
+}
+
+TEST(Averager, ASecondThatTheSessionCutIsPartial) {
+  using Seconds = std::vector<bool>;
+  EXPECT_EQ(partial_seconds(1, 30, 0), Seconds({false, false, false}));
+  EXPECT_EQ(partial_seconds(2, 30, 0), Seconds({true, false, false}));
+  EXPECT_EQ(partial_seconds(1, 29, 0), Seconds({false, false, true}));
+  EXPECT_EQ(partial_seconds(7, 23, 0), Seconds({true, false, true}));
+  EXPECT_EQ(partial_seconds(4, 6, 0), Seconds({true}));
+  EXPECT_EQ(partial_seconds(0, 29, 30'000'000), Seconds({false, false, false})) << "its interval began before";
+  EXPECT_EQ(partial_seconds(1, 29, 30'000'000), Seconds({true, false, false}));
+  EXPECT_EQ(partial_seconds(0, 28, 30'000'000), Seconds({false, false, true}));
+}
+
+TEST(Averager, ALossWithinASessionMakesNoSecondPartial) {
+  Averager averager;
+  averager.push(sample_at(100'000'000));
+  EXPECT_FALSE(averager.push(sample_at(5'500'000'000))->partial);
+  EXPECT_FALSE(averager.push(sample_at(6'000'000'001))->partial);
+}
+
+TEST(Averager, WhatComesAfterTheEndIsASessionOfItsOwn) {
+  Averager averager;
+  for (int i = 1; i <= 10; ++i) averager.push(sample_at(i * 100'000'000));
+  EXPECT_FALSE(averager.finish()->partial);
+  for (int i = 15; i <= 20; ++i) averager.push(sample_at(i * 100'000'000));
+  EXPECT_TRUE(averager.finish()->partial);
+}
+
 // Slow and obvious: all samples of a second kept, then averaged.
 TEST(Averager, AgreesWithKeepingEverySample) {
   std::mt19937_64 random(1);

@@ -59,6 +59,29 @@ struct Session {
   const Compensated& last() const { return rows.back(); }
 };
 
+// Live and training alike: a second that a session cut is published, and no window is made of it.
+TEST(Engine, APartialSecondIsInNoWindow) {
+  Session run(temperature_model());
+  run.time_ns = 3 * kPeriodNs;
+  run.next.temperature_degc = 99;
+  for (int i = 0; i < 7; ++i) run.push();
+  run.next.temperature_degc = 25;
+  run.seconds(kFullS);
+  run.next.temperature_degc = 99;
+  for (int i = 0; i < 5; ++i) run.push();
+  const auto last = run.engine.finish();
+  ASSERT_TRUE(last);
+  const CompensatedWindow& first = run.windows.front();
+  EXPECT_TRUE(first.window.bucket.partial);
+  EXPECT_DOUBLE_EQ(first.window.bucket.temperature_degc, 99);
+  EXPECT_TRUE(std::isnan(first.window.temperature_degc));
+  EXPECT_EQ(run.windows.size(), kFullS + 1u);
+  EXPECT_DOUBLE_EQ(run.windows.back().window.temperature_degc, 25);
+  EXPECT_TRUE(last->window.bucket.partial);
+  EXPECT_DOUBLE_EQ(last->correction.bias_deg_per_h, 0.25) << "the bias in force while it was measured";
+  EXPECT_TRUE(std::isnan(last->corrected_mean_deg_per_h));
+}
+
 TEST(Engine, GivesOneRowForEachSampleAndOneWindowForEachSecond) {
   Session run(temperature_model());
   run.seconds(20);

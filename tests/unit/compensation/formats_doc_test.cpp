@@ -77,7 +77,14 @@ TEST(FormatsDocument, ItsLogIsALog) {
   std::istringstream lines(example("## The data log", "csv"));
   int rows = 0;
   bool columns = false, names_the_model = false;
+  std::string before;  // what the end's sum is of
+  bool ends = false;
   for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("# end: ")) {
+      ends = line == "# end: rows " + std::to_string(rows) + ", sha256 " + sha256_hex(before);
+      continue;
+    }
+    before += line + "\n";
     if (line.rfind("# ", 0) == 0) {
       names_the_model = names_the_model || line.find((*model)->info().id) != std::string::npos;
       EXPECT_FALSE(columns) << "metadata below the columns";
@@ -101,6 +108,7 @@ TEST(FormatsDocument, ItsLogIsALog) {
   }
   EXPECT_TRUE(columns);
   EXPECT_TRUE(names_the_model);
+  EXPECT_TRUE(ends) << "its last line is not of what stands before it: sha256 " << sha256_hex(before);
   EXPECT_EQ(rows, 2);
 }
 

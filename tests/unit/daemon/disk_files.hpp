@@ -29,12 +29,12 @@ inline compensation::CompensatedWindow row_at(std::int64_t second) {
   return row;
 }
 
-/// Names in a folder, sorted.
+/// Names in a folder, sorted, without the index of the segments.
 inline std::vector<std::string> files_in(const std::string& folder) {
   std::vector<std::string> names;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error))
-    names.push_back(entry.path().filename().string());
+    if (entry.path().extension() != ".index") names.push_back(entry.path().filename().string());
   std::sort(names.begin(), names.end());
   return names;
 }

@@ -2,14 +2,19 @@
 // The log: whole rows or none, whatever the disk does; each fault told once, and once when it is over.
 #include "daemon/row_log.hpp"
 
+#include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <future>
 #include <memory>
 #include <sstream>
 
+#include "compensation/sha256.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/daemon/disk_files.hpp"
 #include "tests/unit/daemon/failing_calls.hpp"
@@ -31,7 +36,7 @@ struct RowLogTest : testing::Test {
   void SetUp() override { begin(); }
   void begin() { log = std::make_unique<RowLog>(settings, "gyro", kMetadata, counters, told.teller()); }
   void append(int count) {
-    for (int i = 0; i < count; ++i) log->append(test::row_at(next++));
+    for (int i = 0; i < count; ++i) log->append(test::row_at(next++), session_ns);
   }
   std::string path(const std::string& name) const { return settings.directory + "/" + name; }
   // Lines of a segment below the metadata and the names of the columns.
@@ -44,16 +49,21 @@ struct RowLogTest : testing::Test {
     return lines;
   }
 
+  // The last line of a segment that stands whole in `text`, with so many rows.
+  static std::string end_of(const std::string& text, int rows) {
+    return fmt::format("# end: rows {}, sha256 {}\n", rows, sha256_hex(text.substr(0, text.find("# end: "))));
+  }
+
   const test::TemporaryFolder folder;
   config::SegmentSettings settings = test::segments_in(folder.file("log"));
   LogCounters counters;
   test::Told told;
-  std::int64_t next = kNoon;
+  std::int64_t next = kNoon, session_ns = 1'000'000'001;
   std::unique_ptr<RowLog> log;
 };
 
 TEST_F(RowLogTest, MetadataAndColumnsStandAboveTheRowsOfEverySegment) {
-  settings.max_bytes = 600;
+  settings.max_bytes = 800;
   begin();
   append(20);
   log.reset();
@@ -62,7 +72,8 @@ TEST_F(RowLogTest, MetadataAndColumnsStandAboveTheRowsOfEverySegment) {
   EXPECT_EQ(files.front(), "gyro-20261121T120000Z.csv");
   std::size_t sum = 0;
   for (const std::string& file : files) {
-    EXPECT_THAT(test::content(path(file)), StartsWith(kMetadata + "time"));
+    EXPECT_THAT(test::content(path(file)),
+                StartsWith(kMetadata + "# session: 1970-01-01T00:00:01.000000001Z\ntime_utc"));
     sum += rows(file).size();
   }
   EXPECT_EQ(sum, 20u);
@@ -80,6 +91,41 @@ TEST_F(RowLogTest, OtherMetadataBeginASegmentAndTheSameDoNot) {
   log.reset();
   EXPECT_EQ(rows("gyro-20261121T120000Z.csv").size(), 3u);
   EXPECT_THAT(test::content(path("gyro-20261121T120003Z.csv")), StartsWith("# a: c\n"));
+}
+
+// A second that a session's end cuts is told from the next session's by the segment it stands in.
+TEST_F(RowLogTest, EachSessionBeginsASegmentAndEachSegmentEndsWithItsSum) {
+  append(2);
+  session_ns = 2'000'000'000;
+  next -= 1;
+  append(2);
+  log.reset();
+  const std::string first = test::content(path("gyro-20261121T120000Z.csv"));
+  const std::string second = test::content(path("gyro-20261121T120001Z.csv"));
+  EXPECT_THAT(first, AllOf(HasSubstr("# session: 1970-01-01T00:00:01.000000001Z\n"), EndsWith(end_of(first, 2))));
+  EXPECT_THAT(second, AllOf(HasSubstr("# session: 1970-01-01T00:00:02.000000000Z\n"), EndsWith(end_of(second, 2))));
+  EXPECT_EQ(counters.segments, 2u);
+}
+
+TEST_F(RowLogTest, ASegmentIsLockedAsLongAsItIsWritten) {
+  append(1);
+  const int other = ::open(path("gyro-20261121T120000Z.csv").c_str(), O_RDONLY | O_CLOEXEC);
+  EXPECT_EQ(::flock(other, LOCK_SH | LOCK_NB), -1);
+  log.reset();
+  EXPECT_EQ(::flock(other, LOCK_SH | LOCK_NB), 0);
+  ::close(other);
+}
+
+TEST_F(RowLogTest, ASegmentWhoseTornRowStaysHasNoEnd) {
+  append(2);
+  {
+    const test::FailingCall fault(test::failing_write, ENOSPC);
+    const test::FailingCall fixed(test::failing_ftruncate, EIO);
+    test::writable_bytes = 10;
+    append(1);
+  }
+  log.reset();
+  EXPECT_THAT(test::content(path("gyro-20261121T120000Z.csv")), Not(HasSubstr("# end")));
 }
 
 TEST_F(RowLogTest, AFaultIsToldOnceAndItsEndOnceWhenRowsStandOnTheDiskAgain) {
@@ -130,7 +176,7 @@ TEST_F(RowLogTest, ATornRowIsCutOff) {
   const std::string text = test::content(path("gyro-20261121T120000Z.csv"));
   EXPECT_EQ(rows("gyro-20261121T120000Z.csv").size(), 3u);
   EXPECT_THAT(text, Not(HasSubstr("T12:00:02")));
-  EXPECT_THAT(text, EndsWith("\n"));
+  EXPECT_THAT(text, EndsWith(end_of(text, 3))) << "the end knows nothing of what was cut off";
 }
 
 TEST_F(RowLogTest, ATornRowThatCannotBeCutOffEndsItsSegment) {
@@ -201,8 +247,8 @@ TEST_F(RowLogTest, AFolderThatIsAFileIsAFaultUntilItIsGone) {
 
 TEST_F(RowLogTest, ANameTooLongIsAFaultAndNoEnd) {
   RowLog longest(settings, std::string(250, 'n'), kMetadata, counters, told.teller());
-  longest.append(test::row_at(kNoon));
-  longest.append(test::row_at(kNoon + 1));
+  longest.append(test::row_at(kNoon), session_ns);
+  longest.append(test::row_at(kNoon + 1), session_ns);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("File name too long")));
   EXPECT_EQ(counters.dropped, 2u);
 }
@@ -238,9 +284,9 @@ struct RowWriterTest : RowLogTest {
 TEST_F(RowWriterTest, TheThreadedOneWritesSyncsAndClosesInOrder) {
   {
     ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.teller());
-    writer.append(test::row_at(kNoon));
+    writer.append(test::row_at(kNoon), session_ns);
     writer.set_metadata("# a: c\n");
-    writer.append(test::row_at(kNoon + 1));
+    writer.append(test::row_at(kNoon + 1), session_ns);
     writer.sync();
     disk.drain();
     EXPECT_EQ(writer.counters().rows, 2u);
@@ -253,13 +299,13 @@ TEST_F(RowWriterTest, RowsThatTheQueueCannotTakeAreCountedAndToldAtOnce) {
   ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.teller());
   std::promise<void> gate;
   disk.post(0, [&] { gate.get_future().wait(); });
-  for (int i = 0; i < 5; ++i) writer.append(test::row_at(kNoon + i));
+  for (int i = 0; i < 5; ++i) writer.append(test::row_at(kNoon + i), session_ns);
   EXPECT_EQ(writer.counters().dropped, 2u);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("the disk cannot keep up; rows are dropped and counted")));
   gate.set_value();
   for (int i = 0; i < 3; ++i) {
     disk.drain();
-    writer.append(test::row_at(kNoon + 5 + i));
+    writer.append(test::row_at(kNoon + 5 + i), session_ns);
     writer.sync();
   }
   disk.drain();
@@ -269,12 +315,12 @@ TEST_F(RowWriterTest, RowsThatTheQueueCannotTakeAreCountedAndToldAtOnce) {
 
 TEST_F(RowWriterTest, TheDirectOneKeepsTheFirstFault) {
   DirectRowWriter writer(settings, "gyro", kMetadata);
-  writer.append(test::row_at(kNoon));
+  writer.append(test::row_at(kNoon), session_ns);
   writer.sync();
   EXPECT_EQ(writer.first_fault(), "");
   {
     const test::FailingCall fault(test::failing_write, EIO);
-    writer.append(test::row_at(kNoon + 1));
+    writer.append(test::row_at(kNoon + 1), session_ns);
   }
   EXPECT_THAT(writer.first_fault(), HasSubstr("Input/output error"));
   EXPECT_EQ(writer.counters().dropped, 1u);

@@ -30,6 +30,7 @@ int run(const Choice& choice) {
     return analysis::analyse_allan(s, choice.grid, choice.estimator, choice.probability, choice.file);
   });
   if (!analysis) return failed(analysis.error());
+  for (const std::string& note : series->notes) fmt::print(stderr, "{}: {}\n", choice.file, note);
   fmt::print("{}", choice.json ? analysis::allan_json(*analysis, *series, choice.file)
                                : analysis::allan_text(*analysis, *series, choice.file));
   return 0;
@@ -47,7 +48,8 @@ void add_allan_command(CLI::App& app, int& code) {
   const std::map<std::string, evaluation::AllanEstimator> estimators = {
       {"overlapping", evaluation::AllanEstimator::kOverlapping},
       {"non-overlapping", evaluation::AllanEstimator::kNonOverlapping}};
-  command->add_option("file", choice->file, "CSV: prismd's log, or any table of evenly spaced rates")->required();
+  command->add_option("file", choice->file, "prismd's log (file or folder), or any CSV of evenly spaced rates")
+      ->required();
   command->add_option("--column", choice->series.column,
                       "the rate: a column's name, or its number from 1 (default: rate_deg_per_h)");
   command->add_option("--unit", choice->series.unit,
@@ -64,7 +66,7 @@ void add_allan_command(CLI::App& app, int& code) {
       ->check(tools::within(0.5, 0.999));
   command->add_flag("--json", choice->json, "print JSON");
   tools::add_examples(*command,
-                      {"prismcal allan log.csv", "prismcal allan table.csv --column rate_x_dps --grid decade --json",
+                      {"prismcal allan logs/", "prismcal allan table.csv --column rate_x_dps --grid decade --json",
                        "prismcal allan bare.txt --interval 0.01 --unit deg/s"});
   command->callback([choice, &code] { code = run(*choice); });
 }

@@ -96,7 +96,7 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureD
   }
   const auto earth = recordings::earth_rate_of(*recording, options.site);
   if (!earth) return tl::unexpected(earth.error());
-  auto table = recordings::make_block_table(recording->buckets, features, *earth, recording->name);
+  auto table = recordings::make_block_table(recording->buckets, features, *earth, recording->name, recording->sessions);
   if (!table) return tl::unexpected(table.error());
   return Loaded{std::move(*recording), std::move(*table)};
 }
@@ -107,6 +107,7 @@ void append_recording_facts(std::vector<std::pair<std::string, std::string>>& fa
   for (const recordings::SourceFile& file : recording.files) {
     facts.emplace_back(role, fmt::format("{} ({} rows, SHA-256 {})", file.path, file.rows, file.sha256));
   }
+  for (const std::string& note : recording.notes) facts.emplace_back(role + ", left out", note);
   const std::string serial = recording.value("gyro_serial"), site = recording.value("site");
   facts.emplace_back(role + ", gyro",
                      fmt::format("serial {}, frames {}, axis {}", serial.empty() ? "not stated" : serial,

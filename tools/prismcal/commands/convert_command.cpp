@@ -33,7 +33,7 @@ Result<wire::FrameDescriptionPtr> one_a_second(const std::string& frames) {
 }
 
 /// Each row becomes one frame that arrives in the middle of its second's last tenth, so that no rounding of the clock
-/// moves it into the next. Missing seconds let the counter run on.
+/// moves it into the next. Missing seconds let the counter run on. A session begins where the recording's did.
 Result<std::size_t> write_capture(const recordings::Recording& recording, wire::FrameDescriptionPtr frames,
                                   const std::string& out) {
   auto writer = drivers::CaptureWriter::open(out);
@@ -41,7 +41,15 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
   wire::FrameEncoder encoder(std::move(frames));
   std::vector<std::uint8_t> bytes;
   std::optional<std::int64_t> last;
+  std::size_t session = 0, index = 0;
   for (const compensation::Bucket& bucket : recording.buckets) {
+    const std::int64_t time_ns = bucket.second * compensation::kNanosecondsPerSecond + 950'000'000;
+    if (session < recording.sessions.size() && recording.sessions[session] == index++) {
+      if (++session > 1) {
+        last.reset();
+        if (const auto done = writer->opened(time_ns); !done) return tl::unexpected(done.error());
+      }
+    }
     wire::GyroState state;
     state.interval_s = 1;
     state.valid = std::isfinite(bucket.rate_deg_per_h);
@@ -52,7 +60,7 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
     last = bucket.second;
     bytes.clear();
     encoder.encode(state, bytes);
-    const auto done = writer->data(bucket.second * compensation::kNanosecondsPerSecond + 950'000'000, bytes);
+    const auto done = writer->data(time_ns, bytes);
     if (!done) return tl::unexpected(done.error());
   }
   const auto flushed = writer->flush();

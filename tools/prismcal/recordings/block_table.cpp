@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 namespace prism::recordings {
 namespace {
@@ -52,6 +54,35 @@ class Seconds {
   bool begun_ = false, in_hole_ = false;
 };
 
+/// Lays sessions one behind the other.
+class Timeline {
+ public:
+  explicit Timeline(std::span<const std::size_t> sessions) : sessions_(sessions) {}
+
+  /// Call with each index in turn.
+  bool begins(std::size_t index) {
+    const bool begins = next_ < sessions_.size() && sessions_[next_] == index;
+    if (begins) ++next_;
+    fresh_ = fresh_ || begins;
+    return begins;
+  }
+  compensation::Bucket laid(compensation::Bucket bucket) {
+    if (std::exchange(fresh_, false)) {
+      constexpr std::int64_t kHole = 1;  // what was there between two sessions is not known
+      shift_s_ = bucket.second <= last_ ? last_ + 1 + kHole - bucket.second : 0;
+    }
+    bucket.second += shift_s_;
+    last_ = bucket.second;
+    return bucket;
+  }
+
+ private:
+  std::span<const std::size_t> sessions_;
+  std::size_t next_ = 0;
+  bool fresh_ = false;
+  std::int64_t last_ = INT64_MIN, shift_s_ = 0;
+};
+
 }  // namespace
 
 std::vector<double> BlockTable::column(const std::string& input) const {
@@ -73,7 +104,7 @@ std::vector<double> BlockTable::hours() const {
 
 Result<BlockTable> make_block_table(std::span<const compensation::Bucket> buckets,
                                     const compensation::FeatureDefinition& features, double earth_rate_deg_per_h,
-                                    const std::string& name) {
+                                    const std::string& name, std::span<const std::size_t> sessions) {
   BlockTable table;
   table.name = name;
   table.features = features;
@@ -82,7 +113,11 @@ Result<BlockTable> make_block_table(std::span<const compensation::Bucket> bucket
   Seconds seconds(table);
   std::int64_t next_end = 0;
   bool on_grid = false;  // the grid begins anew after every gap
-  for (const compensation::Bucket& bucket : buckets) {
+  Timeline timeline(sessions);
+  for (std::size_t i = 0; i < buckets.size(); ++i) {
+    if (timeline.begins(i)) conditioner.reset();
+    if (buckets[i].partial) continue;
+    const compensation::Bucket bucket = timeline.laid(buckets[i]);
     if (!seconds.comes_before(bucket.second)) {
       return refuse(name, fmt::format("second {} does not come after the one before it", bucket.second));
     }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "compensation/sha256.hpp"
 #include "config/text_file.hpp"
@@ -37,12 +38,17 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   recording.name = std::filesystem::path(path).stem().string();
   recording.add_metadata(pipeline::log_metadata(*setup));
   pipeline::Pipeline pipeline(*setup);
-  const auto take = [&recording](const pipeline::Rows& rows) {
-    for (const auto& window : rows.windows) recording.buckets.push_back(window.row.window.bucket);
+  std::optional<std::int64_t> session_ns;
+  const auto take = [&recording, &session_ns](const pipeline::Rows& rows) {
+    for (const auto& window : rows.windows) {
+      if (session_ns != window.session_ns) recording.sessions.push_back(recording.buckets.size());
+      session_ns = window.session_ns;
+      recording.buckets.push_back(window.row.window.bucket);
+    }
   };
   std::size_t packets = 0;
   for (; const auto packet = reader->next(); ++packets) {
-    if (packet->event == drivers::CaptureEvent::kOpened) take(pipeline.begin_session());
+    if (packet->event == drivers::CaptureEvent::kOpened) take(pipeline.begin_session(packet->time_ns));
     if (packet->event == drivers::CaptureEvent::kData) take(pipeline.feed(packet->bytes, packet->time_ns));
   }
   take(pipeline.finish());

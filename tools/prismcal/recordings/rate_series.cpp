@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 
 #include "compensation/evaluation/statistics.hpp"
 #include "compensation/sample.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
+#include "tools/prismcal/recordings/log_folder.hpp"
 #include "tools/prismcal/recordings/units.hpp"
 
 namespace prism::recordings {
@@ -24,6 +26,10 @@ std::string unit_by_name(const std::string& column) {
   if (column.ends_with("_dps") || column.ends_with("_deg_per_s")) return "deg/s";
   if (column.ends_with("_rad_per_s") || column.ends_with("_rads")) return "rad/s";
   return "deg/h";
+}
+
+tl::unexpected<Error> refuse_unit(const std::string& path, const std::string& unit) {
+  return refuse(path, fmt::format("unit \"{}\"; expected deg/h, deg/s, rad/s or arcsec/s", unit));
 }
 
 /// What is taken from the file.
@@ -114,9 +120,38 @@ double median_step(const std::vector<double>& times) {
   return evaluation::median_of(std::move(steps));
 }
 
+// Of prismd's log, a row a second: what a session cut, the time between two sessions and lost seconds are holes.
+Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoice& choice) {
+  RateSeries series;
+  series.column = choice.column.empty() ? "rate_deg_per_h" : choice.column;
+  series.unit = choice.unit.empty() ? unit_by_name(series.column) : choice.unit;
+  const Unit* unit = find_unit("rate", series.unit);
+  if (!unit) return refuse_unit(path, series.unit);
+  const auto folder = LogFolder::read(path, series.column);
+  if (!folder) return tl::unexpected(folder.error());
+  const LogRows joined = join_rows(*folder);
+  if (joined.rows.empty()) return refuse(path, "no row of numbers; expected a rate in every line");
+  std::size_t session = 0;
+  for (std::size_t i = 0; i < joined.rows.size(); ++i) {
+    const compensation::Bucket& bucket = joined.rows[i].bucket;
+    const bool begins = session < joined.sessions.size() && joined.sessions[session] == i;
+    if (begins) ++session;
+    const bool follows = i > 0 && !begins && bucket.second == joined.rows[i - 1].bucket.second + 1;
+    if (i > 0 && !follows) series.rate_deg_per_h.push_back(kUnknown);
+    series.rate_deg_per_h.push_back(bucket.partial ? kUnknown : joined.rows[i].value * unit->factor);
+  }
+  series.rows = joined.rows.size();
+  series.interval_source = "one row a second";
+  series.notes = joined.left_out.lines();
+  return series;
+}
+
 }  // namespace
 
 Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice) {
+  std::error_code error;
+  const bool log = std::filesystem::is_directory(path, error) || is_log(path);
+  if (log && choice.time_column.empty() && !choice.interval_s) return read_log_series(path, choice);
   const auto columns = read_columns(path, choice);
   if (!columns) return tl::unexpected(columns.error());
   const auto& [layout, rates, times] = *columns;
@@ -124,7 +159,7 @@ Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesCho
   series.column = layout.names[layout.rate];
   series.unit = choice.unit.empty() ? unit_by_name(series.column) : choice.unit;
   const Unit* unit = find_unit("rate", series.unit);
-  if (!unit) return refuse(path, fmt::format("unit \"{}\"; expected deg/h, deg/s, rad/s or arcsec/s", series.unit));
+  if (!unit) return refuse_unit(path, series.unit);
   series.rows = rates.size();
 
   const bool timed = times.size() > 1;

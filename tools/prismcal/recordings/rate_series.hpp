@@ -23,11 +23,13 @@ struct RateSeries {
   double interval_s = 1;
   std::string interval_source;  ///< "median of time_s", "given", "assumed": the report says which
   std::size_t rows = 0;
+  std::vector<std::string> notes;  ///< what was left out, for people
 };
 
-/// Reads comma-, semicolon- or tab-separated text, with or without a line of names; lines that begin with '#' and empty
-/// lines are skipped. A step in time of more than 1.5 intervals is a hole. Refused with file and line: no such file or
-/// column, a field that is no number, time that does not increase, a file without a row.
+/// Reads prismd's log, a file or a folder, by session (log_folder.hpp), where neither time column nor interval is
+/// given. Else reads comma-, semicolon- or tab-separated text, with or without a line of names; lines that begin with
+/// '#' and empty lines are skipped. A step in time of more than 1.5 intervals is a hole. Refused with file and line: no
+/// such file or column, a field that is no number, time that does not increase, a file without a row.
 Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice);
 
 }  // namespace prism::recordings

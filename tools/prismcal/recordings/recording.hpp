@@ -22,7 +22,9 @@ struct Recording {
   std::string name;  ///< file or folder without its path and ending
   std::vector<SourceFile> files;
   std::map<std::string, std::string> metadata;  ///< "# key: value" lines; of several files, the first that has the key
-  std::vector<compensation::Bucket> buckets;    ///< in order of time
+  std::vector<compensation::Bucket> buckets;    ///< in order; within a session seconds only go forward
+  std::vector<std::size_t> sessions;            ///< where each session begins in `buckets`; empty: one
+  std::vector<std::string> notes;               ///< what was left out of it, for people
 
   std::string value(const std::string& key) const;  ///< empty where the recording does not say
   void add_metadata(const std::string& lines);      ///< "# key: value" lines; other lines are passed over
@@ -54,7 +56,7 @@ Result<Recording> read_recording(const std::string& path, const SourceOptions& o
 Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options);
 
 // The three, one file each.
-/// A log file of prismd, or every *.csv of a folder in the order of their names. Refused: what is not such a log, a row
+/// A log file of prismd, or every *.csv of a folder (log_folder.hpp). Refused: what is not such a log, a row within
 /// that is damaged, a folder without one.
 Result<Recording> read_log(const std::string& path);
 /// pcap or pcapng by its first bytes; other files and folders are none.

@@ -97,13 +97,14 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     if (auto taken = take_serial(*recording, set); !taken) return tl::unexpected<Error>(taken.error());
     const auto earth_rate = earth_rate_of(*recording, options.site);
     if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
-    auto table = make_block_table(recording->buckets, set.features, *earth_rate, recording->name);
+    auto table = make_block_table(recording->buckets, set.features, *earth_rate, recording->name, recording->sessions);
     if (!table) return tl::unexpected<Error>(table.error());
     const std::size_t left_out = append_blocks(*table, set.data);
     set.facts.push_back(facts_of(*recording, *table, left_out));
     set.notes.push_back(fmt::format(
         "{}: {} blocks of {} s; {} gaps of {} s in all; {} blocks left out (an input unknown, or lags not settled)",
         recording->name, table->size() - left_out, set.features.length_s, table->gaps, table->missing_s, left_out));
+    for (const std::string& note : recording->notes) set.notes.push_back(recording->name + ": " + note);
     set.tables.push_back(std::move(*table));
   }
   if (set.data.target.size() == 0) return refuse("recordings", "found no block in which every input is known");

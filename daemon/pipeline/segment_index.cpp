@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/pipeline/segment_index.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "config/text_file.hpp"
+
+namespace prism::pipeline {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr const char* kFormat = "prism-segments";
+constexpr std::uint64_t kStaleLines = 10'000;  // then the file is written anew, without the segments that are gone
+
+std::string new_id() {
+  std::array<std::uint8_t, 16> bytes{};
+  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) return {};
+  return fmt::format("{:02x}", fmt::join(bytes, ""));
+}
+
+std::uint64_t whole(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
+}
+
+std::string word(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+}  // namespace
+
+void SegmentIndex::refresh(const std::vector<std::string>& files) {
+  if (id_.empty() || !in_place()) {
+    if (!read()) begin();
+  }
+  for (const std::string& file : files) {
+    if (number(file) == 0) made(file);
+  }
+  compact();
+}
+
+std::uint64_t SegmentIndex::number(const std::string& file) const {
+  const auto found = numbers_.find(file);
+  return found == numbers_.end() ? 0 : found->second;
+}
+
+std::uint64_t SegmentIndex::rows(const std::string& file) const {
+  const auto found = entries_.find(number(file));
+  return found == entries_.end() ? 0 : found->second.rows;
+}
+
+void SegmentIndex::made(const std::string& file) {
+  put({{"made", next_}, {"file", file}});
+  take_number(next_, file, 0);
+}
+
+void SegmentIndex::ended(const std::string& file, std::uint64_t rows) {
+  const auto found = entries_.find(number(file));
+  if (found == entries_.end()) return;
+  found->second.rows = rows;
+  put({{"ended", found->first}, {"rows", rows}});
+}
+
+void SegmentIndex::deleted(const std::string& file, std::uint64_t rows) {
+  const std::uint64_t gone = number(file);
+  if (gone == 0) return;
+  put({{"deleted", gone}, {"rows", rows}});
+  forget(gone, rows);
+}
+
+void SegmentIndex::take_number(std::uint64_t number, const std::string& file, std::uint64_t rows) {
+  entries_[number] = {file, rows};
+  numbers_[file] = number;
+  next_ = std::max(next_, number + 1);
+}
+
+void SegmentIndex::forget(std::uint64_t number, std::uint64_t rows) {
+  ++deleted_segments_;
+  deleted_rows_ += rows;
+  stale_lines_ += 3;
+  const auto entry = entries_.find(number);
+  if (const auto name = numbers_.find(entry->second.file); name->second == number) numbers_.erase(name);
+  entries_.erase(entry);
+}
+
+bool SegmentIndex::in_place() const {
+  struct stat there {};
+  return ::stat(path_.c_str(), &there) == 0 && there.st_dev == device_ && there.st_ino == inode_;
+}
+
+// Whole lines count; one that a power cut tore, or that nobody understands, is passed over.
+bool SegmentIndex::read() {
+  const Result<std::string> text = config::read_text_file(path_);
+  *this = SegmentIndex(path_);
+  if (!text) return false;
+  const std::size_t last = text->rfind('\n') + 1;
+  for (std::size_t begin = 0; begin < last;) {
+    const std::size_t end = text->find('\n', begin);
+    if (!take_line(text->substr(begin, end - begin)) && id_.empty()) return false;
+    begin = end + 1;
+  }
+  if (id_.empty()) return false;
+  if (last < text->size()) waiting_ = "\n";  // ends the torn line
+  struct stat there {};
+  if (::stat(path_.c_str(), &there) == 0) device_ = there.st_dev, inode_ = there.st_ino;
+  return true;
+}
+
+bool SegmentIndex::take_line(const std::string& line) {
+  const json object = json::parse(line, nullptr, false);
+  if (!object.is_object()) return false;
+  if (word(object, "format") == kFormat && whole(object, "version") == 1) {
+    id_ = word(object, "id");
+    next_ = std::max<std::uint64_t>(whole(object, "next"), 1);
+    deleted_segments_ = whole(object, "deleted_segments");
+    deleted_rows_ = whole(object, "deleted_rows");
+    return true;
+  }
+  if (const std::uint64_t made = whole(object, "made"); made > 0) {
+    take_number(made, word(object, "file"), whole(object, "rows"));
+    return true;
+  }
+  const std::uint64_t gone = whole(object, "deleted");
+  const auto entry = entries_.find(std::max(whole(object, "ended"), gone));
+  if (entry == entries_.end()) return false;
+  entry->second.rows = whole(object, "rows");
+  if (gone > 0) forget(gone, entry->second.rows);
+  return true;
+}
+
+void SegmentIndex::begin() {
+  *this = SegmentIndex(path_);
+  id_ = new_id();
+  compact();
+}
+
+// The whole index anew: at its beginning, and where most of it is of segments that are gone.
+void SegmentIndex::compact() {
+  if (inode_ != 0 && stale_lines_ < kStaleLines) return;
+  std::string text = ordered_json{{"format", kFormat},
+                                  {"version", 1},
+                                  {"id", id_},
+                                  {"next", next_},
+                                  {"deleted_segments", deleted_segments_},
+                                  {"deleted_rows", deleted_rows_}}
+                         .dump() +
+                     "\n";
+  for (const auto& [number, entry] : entries_)
+    text += ordered_json{{"made", number}, {"file", entry.file}, {"rows", entry.rows}}.dump() + "\n";
+  struct stat link {};
+  if (::lstat(path_.c_str(), &link) == 0 && S_ISLNK(link.st_mode)) ::unlink(path_.c_str());  // leads anywhere
+  if (!config::write_text_file(path_, text)) return;
+  waiting_.clear();
+  stale_lines_ = 0;
+  struct stat there {};
+  if (::stat(path_.c_str(), &there) == 0) device_ = there.st_dev, inode_ = there.st_ino;
+}
+
+void SegmentIndex::put(const ordered_json& line) {
+  waiting_ += line.dump() + "\n";
+  if (inode_ == 0) return;  // could not be made yet: compact() tries again, with all there is
+  const int file = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC);
+  if (file < 0) return;
+  const ssize_t written = ::write(file, waiting_.data(), waiting_.size());
+  if (written > 0) waiting_.erase(0, static_cast<std::size_t>(written));
+  ::close(file);
+}
+
+}  // namespace prism::pipeline

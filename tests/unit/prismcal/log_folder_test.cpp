@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+// Logs as life leaves them: restarts, kills, clocks that were set back, disks that failed; each second counts once, by
+// session.
+#include "tools/prismcal/recordings/log_folder.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "compensation/compensated_text.hpp"
+#include "compensation/sha256.hpp"
+#include "tests/support/document.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tools/prismcal/recordings/block_table.hpp"
+#include "tools/prismcal/recordings/rate_series.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
+
+namespace prism::recordings {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr std::int64_t kNoon = 1'795'262'400;
+
+/// Rows of the seconds that end at first, first + 1, …; those of `partial` (1 first, 2 last, 3 both) are marked.
+std::string rows_of(std::int64_t first, int count, int partial = 0) {
+  std::string text;
+  for (int i = 0; i < count; ++i) {
+    compensation::CompensatedWindow row;
+    row.window.bucket = {first + i - 1, 10, 0, 8.0 + 0.01 * (i % 7), 25.0 + 0.001 * i, 5.25, 0, false};
+    row.window.bucket.partial = (i == 0 && (partial & 1)) || (i == count - 1 && (partial & 2));
+    compensation::append_csv(text, row);
+  }
+  return text;
+}
+
+struct LogFolderTest : testing::Test {
+  const test::TemporaryFolder folder;
+  const std::string log = folder.file("log");
+
+  void SetUp() override { std::filesystem::create_directory(log); }
+
+  static std::string head(const std::string& session, const std::string& more = "") {
+    return "# prism 0.2.0 data log, format 2\n# instance: gyro1\n# gyro_serial: 70\n" + more + "# session: " + session +
+           "\n" + std::string(compensation::csv_columns()) + "\n";
+  }
+  static std::string end(const std::string& text, std::size_t rows) {
+    return fmt::format("# end: rows {}, sha256 {}\n", rows, sha256_hex(text));
+  }
+  void write(const std::string& file, const std::string& text) const {
+    std::ofstream(log + "/" + file, std::ios::binary) << text;
+  }
+  void write_whole(const std::string& file, const std::string& text, std::size_t rows) const {
+    write(file, text + end(text, rows));
+  }
+  LogRows joined() const {
+    const auto read = LogFolder::read(log);
+    EXPECT_TRUE(read) << read.error().text();
+    return read ? join_rows(*read) : LogRows();
+  }
+  std::string refusal() const {
+    const auto read = LogFolder::read(log);
+    return read ? "taken" : read.error().text();
+  }
+};
+
+std::vector<std::int64_t> ends_of(const LogRows& rows) {
+  std::vector<std::int64_t> seconds;
+  for (const LogRow& row : rows.rows) seconds.push_back(row.bucket.second + 1 - kNoon);
+  return seconds;
+}
+
+TEST_F(LogFolderTest, ARestartWithinASecondLeavesTwoPartsOfIt) {
+  write_whole("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3, 2), 3);
+  write_whole("gyro1-20261121T120002Z.csv", head("2026-11-21T12:00:01.8Z") + rows_of(kNoon + 2, 3, 1), 3);
+  const LogRows rows = joined();
+  EXPECT_THAT(ends_of(rows), ElementsAre(0, 1, 2, 2, 3, 4));
+  EXPECT_THAT(rows.sessions, ElementsAre(0u, 3u));
+  EXPECT_EQ(rows.left_out.cut, 2u);
+  EXPECT_THAT(rows.left_out.lines(),
+              ElementsAre(HasSubstr("2 seconds that the end or the beginning of a session cut")));
+}
+
+// A session goes on over midnight and over a reload: no window begins anew there.
+TEST_F(LogFolderTest, ASegmentOfTheSameSessionGoesOnWithIt) {
+  write_whole("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3), 3);
+  write_whole("gyro1-20261121T120003Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon + 3, 3), 3);
+  EXPECT_THAT(joined().sessions, ElementsAre(0u));
+  EXPECT_THAT(joined().left_out.lines(), IsEmpty());
+}
+
+// The story: a host clock set back by an hour sorted its segments before those of the hour before.
+TEST_F(LogFolderTest, TheIndexSaysTheOrderWhereNamesAndTimesDoNot) {
+  write_whole("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2), 2);
+  write_whole("gyro1-20261121T110000Z.csv", head("2026-11-21T10:59:59.5Z") + rows_of(kNoon - 3600, 2), 2);
+  EXPECT_THAT(ends_of(joined()), ElementsAre(-3600, -3599, 0, 1));
+  write("gyro1.csv.index",
+        "{\"format\":\"prism-segments\",\"version\":1,\"id\":\"00\"}\n"
+        "{\"made\":1,\"file\":\"gyro1-20261121T120000Z.csv\"}\n{\"made\":2,\"file\":\"gyro1-20261121T110000Z.csv\"}\n");
+  EXPECT_THAT(ends_of(joined()), ElementsAre(0, 1, -3600, -3599));
+  EXPECT_THAT(joined().sessions, ElementsAre(0u, 2u));
+}
+
+TEST_F(LogFolderTest, SecondsOfOneNameInTwoSessionsAreBothData) {
+  write_whole("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 50), 50);
+  write_whole("gyro1-20261121T120000Z-2.csv", head("2026-11-21T12:00:49.5Z") + rows_of(kNoon, 50), 50);
+  const auto recording = read_log(log);
+  ASSERT_TRUE(recording) << recording.error().text();
+  compensation::FeatureDefinition features;
+  features.length_s = features.end_mean_s = 5;
+  const auto table = make_block_table(recording->buckets, features, 0, "log", recording->sessions);
+  ASSERT_TRUE(table) << table.error().text();
+  EXPECT_EQ(table->size(), 2u * 9) << "a window of 10 s, then a block each 5 s, of each session";
+  EXPECT_TRUE(std::is_sorted(table->second.begin(), table->second.end()));
+  EXPECT_EQ(table->gaps, 1u);
+}
+
+TEST_F(LogFolderTest, PartialSecondsAreInNoBlock) {
+  write_whole("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 12, 3), 12);
+  const auto recording = read_log(log);
+  compensation::FeatureDefinition features;
+  features.length_s = features.end_mean_s = 5;
+  const auto table = make_block_table(recording->buckets, features, 0, "log", recording->sessions);
+  ASSERT_TRUE(table) << table.error().text();
+  EXPECT_EQ(table->size(), 1u);
+  EXPECT_EQ(table->second.size(), 10u);
+}
+
+TEST_F(LogFolderTest, WhatStandsThereTwiceCountsOnce) {
+  const std::string text = head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 4);
+  write_whole("gyro1-20261121T120000Z.csv", text, 4);
+  write_whole("copy of gyro1-20261121T120000Z.csv", text, 4);
+  write("half of gyro1.csv", head("2026-11-21T11:59:59.5Z", "# note: mine\n") + rows_of(kNoon + 2, 1));
+  const LogRows rows = joined();
+  EXPECT_THAT(ends_of(rows), ElementsAre(0, 1, 2, 3));
+  EXPECT_EQ(rows.left_out.copies, 1u);
+  EXPECT_EQ(rows.left_out.doubled, 1u);
+}
+
+TEST_F(LogFolderTest, ASupersededRowStandsInTheLaterSegmentOnly) {
+  const std::string session = "2026-11-21T11:59:59.5Z";
+  write("gyro1-20261121T120000Z.csv", head(session) + rows_of(kNoon, 5));
+  write_whole("gyro1-20261121T120003Z.csv",
+              head(session, "# supersedes: gyro1-20261121T120000Z.csv from row 4\n") + rows_of(kNoon + 3, 4), 4);
+  const LogRows rows = joined();
+  EXPECT_THAT(ends_of(rows), ElementsAre(0, 1, 2, 3, 4, 5, 6));
+  EXPECT_EQ(rows.left_out.superseded, 2u);
+  EXPECT_EQ(rows.left_out.doubled, 0u);
+}
+
+// Cut at every byte: what a kill or a power cut leaves costs the torn row, never the folder.
+TEST_F(LogFolderTest, ATornSegmentCostsItsLastRowOnly) {
+  const std::string whole = head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3);
+  const std::string text = whole + end(whole, 3);
+  for (std::size_t length = 0; length <= text.size(); ++length) {
+    write("gyro1-20261121T120000Z.csv", text.substr(0, length));
+    const auto segment = read_log_segment(log + "/gyro1-20261121T120000Z.csv");
+    ASSERT_TRUE(segment) << length << ": " << segment.error().text();
+    EXPECT_EQ(segment->end, length == text.size() ? SegmentEnd::kWhole : SegmentEnd::kTorn) << length;
+    const std::string left = text.substr(0, length);
+    const auto rows = std::count(left.begin(), left.end(), '\n') - std::count(left.begin(), left.end(), '#');
+    EXPECT_EQ(segment->rows.size(), std::max<std::ptrdiff_t>(rows - 1, 0)) << length;
+    EXPECT_EQ(segment->torn_bytes, left.size() - (left.rfind('\n') + 1)) << length;
+  }
+}
+
+// What ext4 may leave of a row behind the last sync.
+TEST_F(LogFolderTest, ZeroesAtTheEndAreATear) {
+  write("gyro1-20261121T120000Z.csv",
+        head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3) + std::string(50, '\0') + "\n" + std::string(50, '\0'));
+  EXPECT_EQ(joined().rows.size(), 3u);
+  EXPECT_EQ(joined().left_out.torn_bytes, 101u);
+}
+
+TEST_F(LogFolderTest, DamageWithinIsRefusedByItsLine) {
+  write("gyro1-20261121T120000Z.csv",
+        head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2) + "x\n" + rows_of(kNoon + 2, 2));
+  EXPECT_THAT(refusal(), HasSubstr(".csv:8: found 1 columns, expected 18"));
+}
+
+TEST_F(LogFolderTest, AChangedSegmentIsToldAndTaken) {
+  const std::string text = head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3);
+  std::string changed = text + end(text, 3);
+  changed.replace(changed.find("8.010000"), 8, "8.910000");
+  write("gyro1-20261121T120000Z.csv", changed);
+  EXPECT_EQ(joined().rows.size(), 3u);
+  EXPECT_THAT(joined().left_out.lines(), ElementsAre(HasSubstr("its sum does not hold")));
+}
+
+TEST_F(LogFolderTest, ASegmentThatIsLockedIsOpenAndNotTorn) {
+  write("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3));
+  const int writer = ::open((log + "/gyro1-20261121T120000Z.csv").c_str(), O_WRONLY | O_CLOEXEC);
+  ASSERT_EQ(::flock(writer, LOCK_EX), 0);
+  EXPECT_EQ(joined().left_out.torn_segments, 0u);
+  EXPECT_EQ(joined().rows.size(), 3u);
+  ::close(writer);
+  EXPECT_EQ(joined().left_out.torn_segments, 1u);
+}
+
+TEST_F(LogFolderTest, TwoGyrosAndANewerFormatAreRefused) {
+  write("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2));
+  std::string other = head("2026-11-21T12:00:59.5Z") + rows_of(kNoon + 60, 2);
+  other.replace(other.find("serial: 70"), 10, "serial: 71");
+  write("gyro1-20261121T120100Z.csv", other);
+  EXPECT_THAT(refusal(), HasSubstr("found logs of gyro_serial \"70\""));
+  write("gyro1-20261121T120100Z.csv", "# prism 9 data log, format 3\ntime_utc\n");
+  EXPECT_THAT(refusal(), HasSubstr("found format 3, expected 1 or 2: made by a newer prism"));
+}
+
+// Written by prismd 0.1: five runs, three restarts within a second, two kills, and a last row torn by a power cut.
+TEST(Format1, AFolderOfVersion01IsReadForEver) {
+  const std::string path = std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1";
+  const auto recording = read_log(path);
+  ASSERT_TRUE(recording) << recording.error().text();
+  EXPECT_EQ(recording->buckets.size(), 61u);
+  EXPECT_THAT(recording->sessions, ElementsAre(0u, 25u, 32u, 58u));
+  EXPECT_THAT(recording->notes, ElementsAre(HasSubstr("6 seconds that"), HasSubstr("1 segments have no end")));
+  EXPECT_EQ(recording->value("gyro_serial"), "70-0042");
+  compensation::FeatureDefinition features;
+  features.length_s = 5;
+  features.end_mean_s = 2;
+  const auto table = make_block_table(recording->buckets, features, 0, "log", recording->sessions);
+  ASSERT_TRUE(table) << table.error().text();
+  EXPECT_EQ(table->second.front() + 1, 1'795'320'783);
+}
+
+TEST(Format1, AnAllanDeviationTakesTheFolderToo) {
+  RateSeriesChoice choice;
+  choice.column = "mean_rate_deg_per_h";
+  const auto series = read_rate_series(std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1", choice);
+  ASSERT_TRUE(series) << series.error().text();
+  EXPECT_EQ(series->rows, 61u);
+  EXPECT_EQ(series->interval_s, 1);
+  EXPECT_EQ(series->rate_deg_per_h.size(), 64u) << "a hole between two sessions";
+  EXPECT_FALSE(series->notes.empty());
+  choice.column = "no_such";
+  EXPECT_THAT(read_rate_series(std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1", choice).error().text(),
+              HasSubstr("no column \"no_such\"; found time_utc"));
+}
+
+}  // namespace
+}  // namespace prism::recordings

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/recordings/log_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "daemon/pipeline/segment_index.hpp"
+
+namespace prism::recordings {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> files_of(const fs::path& folder, const std::string& extension) {
+  std::vector<std::string> paths;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->path().string().ends_with(extension)) paths.push_back(entry->path().string());
+  }
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+// "NAME-20261121T091100Z-10.csv" after "…Z-2.csv".
+auto by_name(const LogSegment& segment) { return std::tuple(segment.file.size(), segment.file); }
+
+Result<void> one_source(const std::vector<LogSegment>& segments, const std::string& path) {
+  for (const char* key : {"instance", "gyro_serial"}) {
+    const LogSegment* first = nullptr;
+    for (const LogSegment& segment : segments) {
+      const std::string value = segment.value(key);
+      if (value.empty() || value == "unknown") continue;
+      if (first != nullptr && first->value(key) != value) {
+        return refuse(path, fmt::format("found logs of {} \"{}\" ({}) and \"{}\" ({}), expected one", key,
+                                        first->value(key), first->file, value, segment.file));
+      }
+      first = first != nullptr ? first : &segment;
+    }
+  }
+  return {};
+}
+
+/// Takes the rows of one segment after the other.
+class Joiner {
+ public:
+  explicit Joiner(const LogFolder& folder) {
+    for (const LogSegment& segment : folder.segments) {
+      if (segment.supersedes_row == 0) continue;
+      std::uint64_t& from = superseded_from_[segment.supersedes_file];
+      from = from == 0 ? segment.supersedes_row : std::min(from, segment.supersedes_row);
+    }
+  }
+
+  void take(const LogSegment& segment) {
+    LeftOut& left_out = joined_.left_out;
+    if (!segment.rows.empty() && !sums_.insert(segment.sha256).second) {
+      ++left_out.copies;
+      left_out.rows.push_back({segment.path, 0, "is the same as another file"});
+      return;
+    }
+    left_out.torn_segments += segment.end == SegmentEnd::kTorn;
+    left_out.torn_bytes += segment.end == SegmentEnd::kTorn ? segment.torn_bytes : 0;
+    if (segment.end == SegmentEnd::kChanged) left_out.changed.push_back(segment.file);
+    const auto superseded = superseded_from_.find(segment.file);
+    const std::size_t good =
+        superseded == superseded_from_.end() ? segment.rows.size() : static_cast<std::size_t>(superseded->second - 1);
+    left_out.superseded += segment.rows.size() - std::min(good, segment.rows.size());
+    for (std::size_t i = 0; i < std::min(good, segment.rows.size()); ++i) take(segment, segment.rows[i]);
+    for (std::size_t i = good; i < segment.rows.size(); ++i)
+      left_out.rows.push_back({segment.path, segment.rows[i].line, "stands again in a later segment"});
+  }
+
+  LogRows result() && {
+    for (const LogRow& row : joined_.rows) joined_.left_out.cut += row.bucket.partial;
+    return std::move(joined_);
+  }
+
+ private:
+  void take(const LogSegment& segment, const LogRow& row) {
+    std::vector<LogRow>& rows = joined_.rows;
+    const std::int64_t second = row.bucket.second;
+    const bool another = !session_ || *session_ != segment.session;
+    const bool goes_on = !another && !rows.empty() && second > rows.back().bucket.second;
+    if (!segment.session.empty()) {
+      const auto [last, fresh] = last_second_.try_emplace(segment.session, second);
+      if (!fresh && second <= last->second) {
+        ++joined_.left_out.doubled;
+        joined_.left_out.rows.push_back({segment.path, row.line, "stood before in its session"});
+        return;
+      }
+      last->second = second;
+    }
+    session_ = segment.session;
+    if (!goes_on) joined_.sessions.push_back(rows.size());
+    const bool twice = segment.session.empty() && !another && !rows.empty() && second == rows.back().bucket.second;
+    if (twice) rows.back().bucket.partial = true;
+    rows.push_back(row);
+    if (twice) rows.back().bucket.partial = true;
+  }
+
+  LogRows joined_;
+  std::optional<std::string> session_;
+  std::map<std::string, std::int64_t> last_second_;
+  std::map<std::string, std::uint64_t> superseded_from_;
+  std::set<std::string> sums_;
+};
+
+}  // namespace
+
+Result<LogFolder> LogFolder::read(const std::string& path, const std::string& column) {
+  LogFolder folder;
+  std::error_code error;
+  const bool is_folder = fs::is_directory(path, error);
+  const auto paths = is_folder ? files_of(path, ".csv") : std::vector{path};
+  if (paths.empty()) return refuse(path, "a folder without a .csv file");
+  for (const std::string& file : paths) {
+    auto segment = read_log_segment(file, column);
+    if (!segment) return tl::unexpected<Error>(segment.error());
+    folder.segments.push_back(std::move(*segment));
+  }
+  if (auto one = one_source(folder.segments, path); !one) return tl::unexpected<Error>(one.error());
+  std::map<std::string, std::uint64_t> numbers;
+  for (const std::string& file : is_folder ? files_of(path, ".csv.index") : std::vector<std::string>()) {
+    pipeline::SegmentIndex index(file);
+    if (!index.read()) continue;
+    folder.indexes.push_back(file);
+    for (const LogSegment& segment : folder.segments) {
+      if (const std::uint64_t number = index.number(segment.file); number > 0) numbers[segment.file] = number;
+    }
+  }
+  const auto age = [&](const LogSegment& segment) {
+    const auto number = numbers.find(segment.file);
+    return std::tuple(number == numbers.end() ? 0 : number->second, segment.format, segment.session,
+                      segment.rows.empty() ? INT64_MIN : segment.rows.front().bucket.second, by_name(segment));
+  };
+  std::sort(folder.segments.begin(), folder.segments.end(),
+            [&](const LogSegment& a, const LogSegment& b) { return age(a) < age(b); });
+  return folder;
+}
+
+LogRows join_rows(const LogFolder& folder) {
+  Joiner joiner(folder);
+  for (const LogSegment& segment : folder.segments) joiner.take(segment);
+  return std::move(joiner).result();
+}
+
+std::vector<std::string> LeftOut::lines() const {
+  std::vector<std::string> lines;
+  if (cut > 0)
+    lines.push_back(fmt::format("{} seconds that the end or the beginning of a session cut are in no block", cut));
+  if (doubled > 0) lines.push_back(fmt::format("{} rows that stood there before were left out", doubled));
+  if (copies > 0) lines.push_back(fmt::format("{} files that are the same as another one were left out", copies));
+  if (superseded > 0)
+    lines.push_back(
+        fmt::format("{} rows stand again in a later segment, as the disk had failed, and count once", superseded));
+  if (torn_segments > 0)
+    lines.push_back(
+        fmt::format("{} segments have no end, as prismd or the machine was ended by force; {} bytes of torn "
+                    "rows were left out",
+                    torn_segments, torn_bytes));
+  for (const std::string& file : changed)
+    lines.push_back(fmt::format("{} was changed after it was written: its sum does not hold", file));
+  return lines;
+}
+
+}  // namespace prism::recordings

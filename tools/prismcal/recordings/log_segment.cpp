@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/recordings/log_segment.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string_view>
+
+#include "compensation/compensated_text.hpp"
+#include "compensation/sha256.hpp"
+#include "config/text_file.hpp"
+#include "tools/prismcal/recordings/csv_lines.hpp"
+
+namespace prism::recordings {
+namespace {
+
+constexpr int kNewestFormat = 2;
+constexpr std::string_view kFormatMark = " data log, format ";
+constexpr std::string_view kFirstWords = "# prism ";
+constexpr std::string_view kEndMark = "# end: ";
+
+/// Goes over the lines of a text; a last one without a line end is none.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : text_(text) {}
+
+  bool next() {
+    const std::size_t end = text_.find('\n', at_);
+    if (end == std::string_view::npos) return false;
+    begin_ = at_;
+    line_ = text_.substr(at_, end - at_);
+    if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
+    at_ = end + 1;
+    ++number_;
+    return true;
+  }
+  std::string_view line() const { return line_; }
+  std::size_t number() const { return number_; }
+  std::size_t begin() const { return begin_; }  ///< of the line, in the text
+  std::size_t behind() const { return at_; }    ///< where the next line begins
+
+ private:
+  std::string_view text_, line_;
+  std::size_t at_ = 0, begin_ = 0, number_ = 0;
+};
+
+bool is_locked(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return false;
+  const bool locked = ::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(file);
+  return locked;
+}
+
+int format_of(std::string_view line) {
+  const std::size_t at = line.find(kFormatMark);
+  int format = 1;
+  if (at == std::string_view::npos) return format;
+  const std::string_view number = line.substr(at + kFormatMark.size());
+  std::from_chars(number.data(), number.data() + number.size(), format);
+  return format;
+}
+
+void take_comment(std::string_view line, LogSegment& segment) {
+  segment.comments += std::string(line) + '\n';
+  const std::size_t colon = line.find(": ");
+  if (!line.starts_with("# ") || colon == std::string_view::npos) return;
+  segment.metadata.emplace(line.substr(2, colon - 2), line.substr(colon + 2));
+}
+
+// "FILE from row N"
+bool take_superseded(LogSegment& segment) {
+  const std::string text = segment.value("supersedes");
+  if (text.empty()) return true;
+  constexpr std::string_view kFrom = " from row ";
+  const std::size_t at = text.rfind(kFrom);
+  if (at == std::string::npos) return false;
+  segment.supersedes_file = text.substr(0, at);
+  const char* const last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data() + at + kFrom.size(), last, segment.supersedes_row);
+  return error == std::errc() && end == last && segment.supersedes_row > 0;
+}
+
+/// Reads the rows of one segment below its columns.
+class RowReader {
+ public:
+  RowReader(LogSegment& segment, compensation::CsvLayout layout, std::optional<std::size_t> column)
+      : segment_(segment), layout_(std::move(layout)), column_(column) {}
+
+  Result<void> take(std::string_view line, std::size_t number) {
+    const std::string place = fmt::format("{}:{}", segment_.path, number);
+    const auto row = compensation::parse_csv(line, place, layout_);
+    if (!row) return tl::unexpected<Error>(row.error());
+    LogRow taken{row->window.bucket, kUnknown, number};
+    if (column_) {
+      const std::string_view field = csv_field(line, ',', *column_).value_or("");
+      const auto value = field.empty() ? std::optional(kUnknown) : csv_number(field);
+      if (!value) return refuse(place, fmt::format("found \"{}\", expected a number", field));
+      taken.value = *value;
+    }
+    segment_.rows.push_back(std::move(taken));
+    return {};
+  }
+
+ private:
+  LogSegment& segment_;
+  compensation::CsvLayout layout_;
+  std::optional<std::size_t> column_;
+};
+
+// False: the text ends before the columns.
+bool read_metadata(Lines& lines, LogSegment& segment) {
+  while (lines.next()) {
+    if (lines.number() == 1) segment.format = format_of(lines.line());
+    if (!lines.line().empty() && lines.line().front() != '#') return true;
+    if (!lines.line().empty()) take_comment(lines.line(), segment);
+  }
+  return false;
+}
+
+Result<RowReader> read_columns(const Lines& lines, LogSegment& segment, const std::string& column) {
+  const std::string& path = segment.path;
+  if (segment.format > kNewestFormat || segment.format < 1)
+    return refuse(path, fmt::format("found format {}, expected 1 or 2: made by a newer prism", segment.format));
+  const std::string place = fmt::format("{}:{}", path, lines.number());
+  auto layout = compensation::CsvLayout::parse(lines.line(), place);
+  if (!layout) return tl::unexpected<Error>(layout.error());
+  segment.session = segment.value("session");
+  if (!take_superseded(segment))
+    return refuse(path, fmt::format("supersedes: found \"{}\", expected FILE from row N", segment.value("supersedes")));
+  std::optional<std::size_t> index;
+  if (!column.empty()) {
+    const auto names = csv_fields(lines.line(), ',');
+    const auto found = std::find(names.begin(), names.end(), column);
+    if (found == names.end())
+      return refuse(place, fmt::format("no column \"{}\"; found {}", column, fmt::join(names, ", ")));
+    index = static_cast<std::size_t>(found - names.begin());
+  }
+  return RowReader(segment, std::move(*layout), index);
+}
+
+}  // namespace
+
+std::string LogSegment::value(const std::string& key) const {
+  const auto found = metadata.find(key);
+  return found == metadata.end() ? "" : found->second;
+}
+
+bool is_log(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string line;
+  std::getline(in, line);
+  return line.starts_with(kFirstWords) && line.find(kFormatMark) != std::string::npos;
+}
+
+Result<LogSegment> read_log_segment(const std::string& path, const std::string& column) {
+  LogSegment segment;
+  segment.path = path;
+  segment.file = std::filesystem::path(path).filename().string();
+  const bool open = is_locked(path);  // before it is read: one that ends meanwhile is read with its end
+  const auto text = config::read_text_file(path);
+  if (!text) return tl::unexpected<Error>(text.error());
+  segment.sha256 = sha256_hex(*text);
+  Lines lines(*text);
+  if (!read_metadata(lines, segment) && (text->starts_with(kFirstWords) || kFirstWords.starts_with(*text))) {
+    segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTorn;
+    segment.torn_bytes = text->size();
+    return segment;
+  }
+  auto rows = read_columns(lines, segment, column);
+  if (!rows) return tl::unexpected<Error>(rows.error());
+  std::size_t good = lines.behind();
+  std::optional<std::string> end;
+  std::optional<Error> damage;
+  while (!end && lines.next()) {
+    if (lines.line().starts_with(kEndMark)) {
+      end = fmt::format("rows {}, sha256 {}", segment.rows.size(), sha256_hex(text->substr(0, lines.begin())));
+      segment.end = lines.line().substr(kEndMark.size()) == *end ? SegmentEnd::kWhole : SegmentEnd::kChanged;
+    } else if (!lines.line().empty() && lines.line().front() != '#') {
+      if (auto taken = rows->take(lines.line(), lines.number()); !taken) {
+        if (!damage) damage = taken.error();
+        continue;
+      }
+      if (damage) return tl::unexpected<Error>(*damage);  // rows stand behind it: no power cut does that
+    }
+    good = damage ? good : lines.behind();
+  }
+  if (end && (damage || lines.behind() < text->size())) segment.end = SegmentEnd::kChanged;
+  if (end && damage) return tl::unexpected<Error>(*damage);
+  segment.torn_bytes = text->size() - good;
+  if (!end && (segment.format > 1 || segment.torn_bytes > 0))
+    segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTorn;
+  return segment;
+}
+
+}  // namespace prism::recordings

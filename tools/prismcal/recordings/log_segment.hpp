@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// One segment of prismd's log, of format 1 or 2: its rows, and how much of what it says of itself holds.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "compensation/averager.hpp"
+#include "compensation/result.hpp"
+
+namespace prism::recordings {
+
+struct LogRow {
+  compensation::Bucket bucket;
+  double value = kUnknown;  ///< of the column that was asked for
+  std::size_t line = 0;     ///< of the file, from 1
+};
+
+/// How a segment ended.
+enum class SegmentEnd {
+  kWhole,    ///< with its sum, which holds (format 1: with a whole line)
+  kOpen,     ///< not yet: a living prismd writes it
+  kTorn,     ///< without: prismd or the machine was ended by force. Its rows are good
+  kChanged,  ///< with a sum that does not hold: what stands in it was not written by prismd like that
+};
+
+struct LogSegment {
+  std::string path, file, sha256;
+  int format = 1;
+  std::map<std::string, std::string> metadata;  ///< "# key: value" above the columns
+  std::string comments;                         ///< the same as lines
+  std::string session;                          ///< format 2
+  std::string supersedes_file;  ///< format 2: whose rows from supersedes_row on (from 1) stand here again
+  std::uint64_t supersedes_row = 0;
+  std::vector<LogRow> rows;
+  SegmentEnd end = SegmentEnd::kWhole;
+  std::size_t torn_bytes = 0;  ///< at its end, without a whole row in them
+
+  std::string value(const std::string& key) const;  ///< of the metadata; empty: it does not say
+};
+
+/// True where a file's first line says so.
+bool is_log(const std::string& path);
+
+/// Reads one. `column`, where it is not empty, is read as numbers (an empty field is kUnknown). What a power cut leaves
+/// at the end of a segment is no refusal. Refused with file and line: what is no log of prismd, a log of a newer
+/// format, a damaged row within, a column that is not there.
+Result<LogSegment> read_log_segment(const std::string& path, const std::string& column = {});
+
+}  // namespace prism::recordings
