@@ -44,7 +44,7 @@ class Acquisition {
   const pipeline::Pipeline& pipeline() const { return *pipeline_; }
   const compensation::Engine& engine() const { return pipeline_->axes().front().engine; }
   const compensation::BlockStability& stability() const { return stability_; }
-  /// Length in s of the blocks that the stability is of: the model's window, or the paper's.
+  /// Length in s of the window, and of the blocks that the stability is of: the model's, or the paper's.
   int block_s() const;
   const History& history() const { return history_; }
   /// Of the session that runs: null before its first frame, before its first full second, and after its end.

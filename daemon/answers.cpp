@@ -63,6 +63,12 @@ ordered_json age_json(const Instance& instance) {
   return seconds(host_time_ns() - instance.line.last_data_ns);
 }
 
+// How long the means of the window are of, and how much of it is gathered.
+void put_window_length(ordered_json& json, const Instance& instance, const Current& now) {
+  json["window_s"] = instance.acquisition.block_s();
+  json["warm_s"] = now.window ? now.window->window.warm_s : 0;
+}
+
 ordered_json counters_json(const wire::DecoderCounters& c) {
   return {{"bytes", c.bytes},
           {"frames", c.frames},
@@ -121,7 +127,7 @@ ordered_json status_answer(const Instance& instance) {
   json["age_s"] = age_json(instance);
   json["sample"] = row_or_nothing(now.sample, now.correction.quality);
   json["window"] = row_or_nothing(now.window, now.correction.quality);
-  json["warm_s"] = now.window ? now.window->window.warm_s : 0;
+  put_window_length(json, instance, now);
   if (const LogCounters* log = acquisition.log()) {
     json["log"] = {{"directory", c.log ? c.log->directory : ""},
                    {"rows", log->rows.load()},
@@ -161,17 +167,21 @@ ordered_json line_answer(const Instance& instance) {
 
 ordered_json bias_answer(const Instance& instance) {
   const pipeline::Setup& setup = instance.acquisition.setup();
-  const auto [sample, window, correction] = current(instance);
+  const Current now = current(instance);
+  const auto [sample, window, correction] = now;
   ordered_json json = {{"time_s", sample ? ordered_json(seconds(sample->sample.time_ns)) : ordered_json()},
                        {"rate_deg_per_h", known(sample ? sample->sample.rate_deg_per_h : kUnknown)},
                        {"bias_deg_per_h", known(correction.bias_deg_per_h)},
                        {"sd_deg_per_h", known(correction.sd_deg_per_h)},
                        {"corrected_deg_per_h", known(sample ? sample->corrected_deg_per_h : kUnknown)}};
+  json["second_rate_deg_per_h"] = known(window ? window->window.bucket.rate_deg_per_h : kUnknown);
+  json["second_corrected_deg_per_h"] = known(window ? window->corrected_deg_per_h : kUnknown);
   json["mean_rate_deg_per_h"] = known(window ? window->window.rate_deg_per_h : kUnknown);
   json["corrected_mean_deg_per_h"] = known(window ? window->corrected_mean_deg_per_h : kUnknown);
   json["temperature_degc"] = known(window ? window->window.temperature_degc : kUnknown);
   json["slope_degc_per_s"] = known(window ? window->window.slope_degc_per_s : kUnknown);
   json["uhfo_v"] = known(window ? window->window.uhfo_v : kUnknown);
+  put_window_length(json, instance, now);
   json["quality"] = compensation::quality_text(correction.quality);
   json["age_s"] = age_json(instance);
   json["model"] = setup.model ? ordered_json(setup.model->info().id) : ordered_json();

@@ -3,25 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "compensation/text_number.hpp"
+#include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
 namespace {
 
 using nlohmann::json;
-
-const json kNull;
-
-const json& at(const json& object, const char* key) {
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  return object.is_object() && found != object.end() ? *found : kNull;
-}
-
-std::string text_of(const json& value, const std::string& otherwise = "-") {
-  return value.is_string() && !value.get<std::string>().empty() ? value.get<std::string>() : otherwise;
-}
 
 std::string line(const char* label, const std::string& value) { return fmt::format("{:<12} {}\n", label, value); }
 
@@ -35,64 +23,59 @@ std::string model_name(const json& model) {
                      text_of(at(model, "id")));
 }
 
-std::string correction_lines(const json& row) {
-  std::string text = line("rate", value_text(at(row, "rate_deg_per_h"), 4, " deg/h"));
-  std::string bias = value_text(at(row, "bias_deg_per_h"), 5, " deg/h");
-  if (at(row, "sd_deg_per_h").is_number()) bias += " ± " + value_text(at(row, "sd_deg_per_h"), 5);
-  text += line("bias", bias);
-  return text + line("corrected", value_text(at(row, "corrected_deg_per_h"), 4, " deg/h"));
+// The second's mean and the window's, never one frame: a frame of an angle of pulses says 0 or one pulse.
+std::string means_text(const json& second, const json& window, int window_s) {
+  if (!second.is_number() && !window.is_number()) return "-";
+  return fmt::format("{} over 1 s, {} over {} s", value_text(second, 5, " deg/h"), value_text(window, 5, " deg/h"),
+                     window_s);
 }
 
 }  // namespace
 
-std::string value_text(const json& value, int decimals, const char* unit) {
-  if (!value.is_number()) return "-";
-  return fmt::format("{:.{}f}{}", value.get<double>(), decimals, unit);
-}
-
 std::string status_view(const json& s) {
   std::string state = text_of(at(s, "state"));
-  if (at(s, "detail").is_string() && !at(s, "detail").get<std::string>().empty())
-    state += ": " + text_of(at(s, "detail"));
+  if (const std::string why = text_of(at(s, "detail"), ""); !why.empty()) state += ": " + why;
   std::string text = line("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
   text += line("state", fmt::format("{}, since {}", state, utc(at(s, "state_since_s"))));
+  text += line("quality", fmt::format("{}, {}", quality_words(s), age_text(at(s, "age_s"))));
+  const json& w = at(s, "window");
+  const int window_s = mean_length_s(s);
+  text += line("rate", means_text(at(w, "rate_deg_per_h"), at(w, "mean_rate_deg_per_h"), window_s));
+  text += line("bias", bias_text(w));
+  text += line("corrected", means_text(at(w, "corrected_deg_per_h"), at(w, "corrected_mean_deg_per_h"), window_s));
+  text += line("temperature", fmt::format("{}, slope {}", value_text(at(w, "mean_temperature_degc"), 3, " degC"),
+                                          value_text(at(w, "slope_degc_per_s"), 6, " degC/s")));
+  text += line("UHFO", value_text(at(w, "mean_uhfo_v"), 4, " V"));
+  text += line("model", model_name(at(s, "model")));
+  text += line("gyro", text_of(at(s, "gyro_serial"), "serial number not configured"));
   text += line("device", fmt::format("{}, frames {}, clock {}", text_of(at(s, "device"), "none"),
                                      text_of(at(s, "frames")), text_of(at(s, "clock"))));
-  text += line("gyro", text_of(at(s, "gyro_serial"), "serial number not configured"));
-  text += line("model", model_name(at(s, "model")));
-  const json& counts = at(s, "line");
-  const auto n = [](const json& value) { return value.is_number() ? value.dump() : std::string("0"); };
-  text += line(
-      "line", fmt::format("{} frames good, {} failed their check, {} missing, {} resyncs, {} bytes skipped",
-                          n(at(counts, "frames")), n(at(counts, "bad_check")), n(at(at(s, "timing"), "missing_frames")),
-                          n(at(counts, "resyncs")), n(at(counts, "skipped_bytes"))));
-  const json& window = at(s, "window");
-  if (at(s, "sample").is_object()) {
-    text += correction_lines(at(s, "sample"));
-    text += line("temperature", fmt::format("{}, slope {}", value_text(at(window, "mean_temperature_degc"), 3, " degC"),
-                                            value_text(at(window, "slope_degc_per_s"), 6, " degC/s")));
-    text += line("UHFO", value_text(at(window, "mean_uhfo_v"), 4, " V"));
-    std::string quality = text_of(at(at(s, "sample"), "quality"));
-    if (quality.find("warming") != std::string::npos) quality += fmt::format(" ({} s gathered)", n(at(s, "warm_s")));
-    text += line("quality", quality);
-  }
-  if (at(s, "log").is_object()) {
-    text += line("log", fmt::format("{}: {} rows, {} dropped", text_of(at(at(s, "log"), "directory")),
-                                    n(at(at(s, "log"), "rows")), n(at(at(s, "log"), "dropped"))));
+  const json& l = at(s, "line");
+  text += line("line", fmt::format("{} frames good, {} failed their check, {} missing, {} resyncs, {} bytes skipped",
+                                   count_text(at(l, "frames")), count_text(at(l, "bad_check")),
+                                   count_text(at(at(s, "timing"), "missing_frames")), count_text(at(l, "resyncs")),
+                                   count_text(at(l, "skipped_bytes"))));
+  if (const json& log = at(s, "log"); log.is_object()) {
+    text += line("log", fmt::format("{}: {} rows, {} dropped", text_of(at(log, "directory")),
+                                    count_text(at(log, "rows")), count_text(at(log, "dropped"))));
   }
   const json& clients = at(s, "clients");
-  return text + line("clients", fmt::format("{} connected, {} rows lost by slow ones", n(at(clients, "connected")),
-                                            n(at(clients, "lost_rows"))));
+  return text +
+         line("clients", fmt::format("{} connected, {} rows lost by slow ones", count_text(at(clients, "connected")),
+                                     count_text(at(clients, "lost_rows"))));
 }
 
 std::string bias_view(const json& b) {
-  std::string text = line("time", utc(at(b, "time_s"))) + correction_lines(b);
-  text += line("100 s mean", fmt::format("{} raw, {} corrected", value_text(at(b, "mean_rate_deg_per_h"), 5, " deg/h"),
-                                         value_text(at(b, "corrected_mean_deg_per_h"), 5, " deg/h")));
+  const int window_s = mean_length_s(b);
+  std::string text = line("time", utc(at(b, "time_s")));
+  text += line("quality", fmt::format("{}, {}", quality_words(b), age_text(at(b, "age_s"))));
+  text += line("rate", means_text(at(b, "second_rate_deg_per_h"), at(b, "mean_rate_deg_per_h"), window_s));
+  text += line("bias", bias_text(b));
+  text +=
+      line("corrected", means_text(at(b, "second_corrected_deg_per_h"), at(b, "corrected_mean_deg_per_h"), window_s));
   text += line("inputs",
                fmt::format("T {}, dT/dt {}, U {}", value_text(at(b, "temperature_degc"), 3, " degC"),
                            value_text(at(b, "slope_degc_per_s"), 6, " degC/s"), value_text(at(b, "uhfo_v"), 4, " V")));
-  text += line("quality", text_of(at(b, "quality")));
   return text + line("model", text_of(at(b, "model"), "none").substr(0, 12));
 }
 

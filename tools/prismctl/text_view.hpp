@@ -18,7 +18,4 @@ std::string window_line(const nlohmann::json& window);
 /// What window_line's columns are.
 std::string window_heading();
 
-/// A number with `decimals`, or "-" where it is null; followed by its unit.
-std::string value_text(const nlohmann::json& value, int decimals, const char* unit = "");
-
 }  // namespace prism::prismctl

@@ -24,10 +24,11 @@ class Answers : public test::InstanceFixture {
     EXPECT_EQ(status["sample"]["quality"], "no_data");
     EXPECT_EQ(status["window"]["quality"], "no_data");
     EXPECT_EQ(bias["quality"], "no_data");
+    EXPECT_EQ(bias["warm_s"], 0);
     expect_no_number(status["sample"]);
     expect_no_number(status["window"]);
     json numbers = bias;
-    numbers.erase("age_s");
+    for (const char* of_time : {"age_s", "window_s", "warm_s"}) numbers.erase(of_time);
     expect_no_number(numbers);
   }
 
@@ -50,6 +51,10 @@ TEST_F(Answers, AMeasurementIsOfNow) {
   EXPECT_EQ(status["quality"], "no_model");
   EXPECT_NEAR(status["window"]["rate_deg_per_h"].get<double>(), 10, 0.2);
   EXPECT_TRUE(bias["rate_deg_per_h"].is_number());
+  constexpr double kRounding = 1e-6;  // status has the digits of the log
+  EXPECT_NEAR(bias["second_rate_deg_per_h"], status["window"]["rate_deg_per_h"], kRounding);
+  EXPECT_EQ(bias["window_s"], 100);
+  EXPECT_EQ(bias["warm_s"], status["warm_s"]);
   EXPECT_TRUE(status["age_s"].is_number());
   EXPECT_EQ(status["sessions"], 1);
 }

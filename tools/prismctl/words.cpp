@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismctl/words.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+
+namespace prism::prismctl {
+
+using nlohmann::json;
+
+namespace {
+
+const json kNull;
+constexpr int kUsualWindowS = 100;
+
+int integer(const json& value, int otherwise) { return value.is_number() ? value.get<int>() : otherwise; }
+
+}  // namespace
+
+const json& at(const json& object, const char* key) {
+  if (!object.is_object()) return kNull;
+  const auto found = object.find(key);
+  return found != object.end() ? *found : kNull;
+}
+
+std::string text_of(const json& value, const std::string& otherwise) {
+  return value.is_string() && !value.get<std::string>().empty() ? value.get<std::string>() : otherwise;
+}
+
+std::string value_text(const json& value, int decimals, const char* unit) {
+  if (!value.is_number()) return "-";
+  return fmt::format("{:.{}f}{}", value.get<double>(), decimals, unit);
+}
+
+std::string count_text(const json& value) { return value.is_number() ? value.dump() : "0"; }
+
+std::string span_text(double seconds) {
+  constexpr std::int64_t kMinute = 60, kHour = 60 * kMinute, kDay = 24 * kHour;
+  if (seconds < 10) return fmt::format("{:.1f} s", std::max(seconds, 0.0));
+  const auto whole = static_cast<std::int64_t>(seconds);
+  const auto two = [&](std::int64_t unit, const char* name, std::int64_t below, const char* name_below) {
+    return fmt::format("{} {} {} {}", whole / unit, name, whole % unit / below, name_below);
+  };
+  if (whole < kMinute) return fmt::format("{} s", whole);
+  if (whole < kHour) return two(kMinute, "min", 1, "s");
+  if (whole < kDay) return two(kHour, "h", kMinute, "min");
+  return two(kDay, "d", kHour, "h");
+}
+
+std::string age_text(const json& age_s) {
+  return age_s.is_number() ? fmt::format("last data {} ago", span_text(age_s.get<double>())) : "no data yet";
+}
+
+std::string quality_with_progress(const json& answer) {
+  const std::string quality = text_of(at(answer, "quality"));
+  if (quality.find("warming") == std::string::npos) return quality;
+  return fmt::format("{} ({} of {} s)", quality, integer(at(answer, "warm_s"), 0), window_length_s(answer));
+}
+
+std::string quality_words(const json& answer) {
+  const bool nothing = at(answer, "quality") == "no_data";
+  return quality_with_progress(answer) + (nothing ? " (nothing is measured now)" : "");
+}
+
+int window_length_s(const json& answer) { return integer(at(answer, "window_s"), kUsualWindowS); }
+
+int mean_length_s(const json& answer) {
+  const int window = window_length_s(answer), gathered = integer(at(answer, "warm_s"), window);
+  return gathered > 0 ? std::min(window, gathered) : window;
+}
+
+std::string bias_text(const json& row) {
+  const bool with_sd = at(row, "bias_deg_per_h").is_number() && at(row, "sd_deg_per_h").is_number();
+  if (!with_sd) return value_text(at(row, "bias_deg_per_h"), 5, " deg/h");
+  return fmt::format("{} ± {}", value_text(at(row, "bias_deg_per_h"), 5),
+                     value_text(at(row, "sd_deg_per_h"), 5, " deg/h"));
+}
+
+}  // namespace prism::prismctl
