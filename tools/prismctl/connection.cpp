@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -14,17 +15,15 @@
 #include <filesystem>
 #include <utility>
 
+#include "compensation/plain_text.hpp"
+#include "config/socket_place.hpp"
+
 namespace prism::prismctl {
 namespace {
 
 namespace fs = std::filesystem;
 constexpr int kAnswerTimeoutMs = 10'000;
-
-std::vector<fs::path> socket_folders() {
-  std::vector<fs::path> folders = {"/run/prismd"};
-  if (const char* runtime = std::getenv("XDG_RUNTIME_DIR")) folders.push_back(fs::path(runtime) / "prismd");
-  return folders;
-}
+constexpr int kConnectTimeoutS = 2;
 
 int connect_to(const std::string& path) {
   sockaddr_un address{};
@@ -35,6 +34,8 @@ int connect_to(const std::string& path) {
   }
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const timeval patience{kConnectTimeoutS, 0};  // a prismd that stands still accepts nobody
+  if (fd >= 0) ::setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   if (fd >= 0 && ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return fd;
   const int error = errno;
   if (fd >= 0) ::close(fd);
@@ -42,11 +43,18 @@ int connect_to(const std::string& path) {
   return -1;
 }
 
+std::string unknown_name(const std::string& name, const std::vector<std::string>& running) {
+  const std::string near = nearest_name(name, running);
+  const std::string all = fmt::format("{}", fmt::join(running, ", "));
+  if (near.empty()) return fmt::format("found \"{}\", expected one of: {}", name, all);
+  return fmt::format("found \"{}\", did you mean \"{}\"? Running: {}", name, near, all);
+}
+
 }  // namespace
 
 std::vector<std::string> running_sockets() {
   std::vector<std::string> found;
-  for (const fs::path& folder : socket_folders()) {
+  for (const std::string& folder : config::socket_folders()) {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(folder, error)) {
       if (entry.path().extension() != ".sock") continue;
@@ -72,10 +80,11 @@ Result<std::string> find_socket(const std::string& socket, const std::string& na
   }
   if (matching.size() == 1) return matching[0];
   if (running.empty())
-    return refuse("prismctl", "no prismd answers in /run/prismd; start one, or name its socket with --socket");
-  if (matching.empty())
-    return refuse("--name", fmt::format("found \"{}\", expected one of: {}", name, fmt::join(names, ", ")));
-  return refuse("prismctl", fmt::format("several instances run, choose one with --name: {}", fmt::join(names, ", ")));
+    return refuse(fmt::format("{}", fmt::join(config::socket_folders(), ", ")),
+                  "no prismd answers here; start one, or name its socket with --socket");
+  if (matching.empty()) return refuse("--name", unknown_name(name, names));
+  return refuse("--name",
+                fmt::format("found none although several instances run, expected one of: {}", fmt::join(names, ", ")));
 }
 
 Result<Connection> Connection::open(const std::string& path) {
@@ -91,7 +100,7 @@ Connection::~Connection() {
   if (fd_ >= 0) ::close(fd_);
 }
 
-Result<nlohmann::json> Connection::ask(const std::string& method, const nlohmann::json& params) {
+Result<int> Connection::send(const std::string& method, const nlohmann::json& params) {
   nlohmann::json request = {{"jsonrpc", "2.0"}, {"id", ++last_id_}, {"method", method}};
   if (!params.is_null()) request["params"] = params;
   const std::string line = request.dump() + "\n";
@@ -101,12 +110,18 @@ Result<nlohmann::json> Connection::ask(const std::string& method, const nlohmann
     if (now <= 0) return refuse(path_, "prismd closed the connection");
     sent += static_cast<std::size_t>(now);
   }
+  return last_id_;
+}
+
+Result<nlohmann::json> Connection::ask(const std::string& method, const nlohmann::json& params) {
+  const auto id = send(method, params);
+  if (!id) return tl::unexpected<Error>(id.error());
   for (;;) {
     auto answer = next(kAnswerTimeoutMs);
     if (!answer) return tl::unexpected<Error>(answer.error());
     if (!*answer) return refuse(path_, fmt::format("no answer to {} within {} s", method, kAnswerTimeoutMs / 1000));
     const nlohmann::json& message = **answer;
-    if (message.value("id", nlohmann::json()) != last_id_) continue;
+    if (message.value("id", nlohmann::json()) != *id) continue;
     if (message.contains("error")) return refuse("prismd", message["error"].value("message", "refused"));
     return message["result"];
   }

@@ -11,7 +11,7 @@
 
 namespace prism::prismctl {
 
-/// Sockets of running daemons: those that answer in /run/prismd and $XDG_RUNTIME_DIR/prismd.
+/// Sockets of running daemons: those that answer in config::socket_folders().
 std::vector<std::string> running_sockets();
 
 /// The socket to talk to: `socket` where given, else $PRISM_SOCKET, else that of instance `name`, else the only one
@@ -25,6 +25,9 @@ class Connection {
   Connection& operator=(Connection&&) = delete;
   ~Connection();
 
+  /// Sends a request; its answer has the id that is returned, and comes by next().
+  Result<int> send(const std::string& method, const nlohmann::json& params = nullptr);
+
   /// Sends a request and waits for its answer (at most 10 s); notifications in between are dropped.
   Result<nlohmann::json> ask(const std::string& method, const nlohmann::json& params = nullptr);
 
@@ -32,6 +35,7 @@ class Connection {
   /// the daemon went away.
   Result<std::optional<nlohmann::json>> next(int timeout_ms);
 
+  int fd() const { return fd_; }
   const std::string& path() const { return path_; }
 
  private:

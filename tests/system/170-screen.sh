@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+# The live screen on a real terminal, at 80x24 and 200x50: what stands where, with numbers and curves masked, is compared with
+# screens/; PRISM_REGENERATE=1 writes them anew. Then what becomes of it: keys, colours, a gyro unplugged, a daemon killed.
+. "$(dirname "$0")/lib.sh"
+command -v tmux >/dev/null || skip "no tmux; tools/setup brings it"
+export LC_ALL=C.UTF-8 PRISM_SOCKET=$dir/gyro.sock
+terminal() { tmux -S "$dir/tmux" -f /dev/null "$@"; }
+trap 'code=$?; terminal kill-server 2>/dev/null; (exit "$code"); cleanup' EXIT
+screens=$PRISM_SOURCE/tests/system/screens
+
+# open NAME COLUMNS ROWS COMMAND: a terminal of its own.
+open() { terminal new-session -d -s "$1" -x "$2" -y "$3" "$4"; }
+shows() { terminal capture-pane -p -t "$1" | grep -qF -- "$2"; }
+# A number is #, a curve ~; how wide they are is held by the unit tests.
+masked() {
+  terminal capture-pane -p -t "$1" | sed "s|$dir|DIR|g" |
+    perl -CSD -pe 's/[\x{2800}-\x{28FF}]+/~/g; s/-?[0-9][0-9.:]*/#/g; s/ +/ /g; s/ $//'
+}
+# compare NAME SCREEN: the whole screen.
+compare() {
+  masked "$1" >"$dir/found"
+  [ -z "${PRISM_REGENERATE:-}" ] || cp "$dir/found" "$screens/$2"
+  diff "$screens/$2" "$dir/found" >&2 || fail "$2: the screen differs (< expected, > found)"
+}
+
+config
+start_sim --profile steady --speed 40
+start_prismd
+for size in 80x24 200x50; do open "w$size" "${size%x*}" "${size#*x}" "prismctl watch"; done
+wait_for 20 shows w80x24 "quality is now good"
+wait_for 20 shows w200x50 "quality is now good"
+for size in 80x24 200x50; do
+  wait_for 5 shows "w$size" "s ago  good"
+  compare "w$size" "receiving-$size.txt"
+  same "$size: the clock ends at the right edge" "$(terminal capture-pane -p -t "w$size" | head -1 | awk '{print length}')" "${size%x*}"
+done
+
+terminal send-keys -t w80x24 1
+wait_for 2 shows w80x24 "span: 1 min"
+terminal send-keys -t w80x24 a
+wait_for 2 shows w80x24 "axis: same span"
+terminal send-keys -t w80x24 p
+wait_for 2 shows w80x24 "paused"
+terminal send-keys -t w80x24 p 4 a '?'
+wait_for 2 shows w80x24 "hold the charts"
+compare w80x24 help-80x24.txt
+terminal send-keys -t w80x24 '?'
+terminal resize-window -t w80x24 -x 100 -y 30
+wait_for 2 shows w80x24 "pause charts"
+same "lines of a terminal that grew" "$(terminal capture-pane -p -t w80x24 | tail -1 | cut -c1-7)" "q quit "
+terminal resize-window -t w80x24 -x 80 -y 24
+
+# The head is of now: the frames go on being counted without any event.
+frames_shown() { terminal capture-pane -p -t w80x24 | grep -oE '^[0-9]+ frames' | grep -oE '^[0-9]+'; }
+before=$(frames_shown)
+moved() { [ "$(frames_shown)" -gt "$before" ]; }
+wait_for 3 moved
+
+# Colours by their meaning, and none where NO_COLOR asks for none.
+colours() { terminal capture-pane -p -e -t "$1" | grep -qP '\e\[3[0-7]m'; }
+colours w80x24 || fail "no colour on a terminal"
+open plain 80 24 "NO_COLOR=1 prismctl watch"
+wait_for 5 shows plain "s ago  good"
+colours plain && fail "a colour in spite of NO_COLOR"
+open stars 80 24 "LC_ALL=C prismctl watch"
+wait_for 5 shows stars "s ago  good"
+same "bytes beyond ASCII" "$(terminal capture-pane -p -t stars | LC_ALL=C grep -c '[^ -~]' || true)" 0
+
+# q gives the terminal back; so does Ctrl-C.
+open shell 80 24 "sh -c 'prismctl watch; echo left \$?; read _'"
+wait_for 5 shows shell "s ago  good"
+terminal send-keys -t shell q
+wait_for 2 shows shell "left 0"
+shows shell "pause charts" && fail "the screen was not given back"
+
+kill "$sim"
+wait_for 10 shows w80x24 "connecting  last data"
+wait_for 10 shows w80x24 "not there; expected a serial device"
+sleep 1.2
+compare w80x24 unplugged-80x24.txt
+
+kill -STOP "$prismd"
+wait_for 10 shows w80x24 "prismd does not answer"
+kill -CONT "$prismd"
+wait_for 10 shows w80x24 "connecting  last data"
+kill -9 "$prismd"
+for size in 80x24 200x50; do
+  wait_for 5 shows "w$size" "gyro  prismd is gone"
+  wait_for 5 shows "w$size" "no prismd answers"
+  compare "w$size" "gone-$size.txt"
+done
+start_prismd
+wait_for 5 shows w80x24 "connecting"

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismctl/screen/view.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "compensation/text_number.hpp"
+#include "tools/prismctl/screen/chart.hpp"
+#include "tools/prismctl/words.hpp"
+
+namespace prism::screen {
+namespace {
+
+using nlohmann::json;
+using prismctl::at, prismctl::count_text, prismctl::text_of, prismctl::value_text;
+
+constexpr double kPatienceS = 3;       ///< status is asked for each second
+constexpr double kStatusFreshS = 1.5;  ///< until then what it says of ages is of now
+constexpr std::size_t kEventsKept = 16;
+
+struct Span {
+  double seconds;
+  const char* name;
+};
+constexpr std::array<Span, 9> kSpans = {{{60, "1 min"},
+                                         {120, "2 min"},
+                                         {300, "5 min"},
+                                         {600, "10 min"},
+                                         {1200, "20 min"},
+                                         {1800, "30 min"},
+                                         {3600, "1 h"},
+                                         {21600, "6 h"},
+                                         {86400, "24 h"}}};
+
+Meaning meaning_of_quality(const std::string& quality) {
+  if (quality == "good") return Meaning::kGood;
+  const auto has = [&](const char* reason) { return quality.find(reason) != std::string::npos; };
+  const bool bad = has("no_data") || has("rate_invalid") || has("input_missing") || has("over_limit");
+  return bad ? Meaning::kBad : Meaning::kWarning;
+}
+
+Meaning meaning_of_state(const std::string& state) {
+  return state == "receiving" || state == "replaying" ? Meaning::kGood : Meaning::kBad;
+}
+
+Line event_line(const json& event) {
+  constexpr std::size_t kMonth = 5, kMomentChars = 14;
+  const std::string severity = text_of(at(event, "severity"));
+  const Meaning meaning = severity == "error"     ? Meaning::kBad
+                          : severity == "warning" ? Meaning::kWarning
+                                                  : Meaning::kPlain;
+  const double time_s = at(event, "time_s").is_number() ? at(event, "time_s").get<double>() : 0;
+  std::string text = text_of(at(event, "text"));
+  if (at(event, "repeats").is_number()) text += fmt::format(" ({} more times)", at(event, "repeats").dump());
+  std::string moment = utc_text(static_cast<std::int64_t>(time_s));  // 2026-11-21T09:11:00Z: month to second
+  if (moment.size() > kMonth + kMomentChars) moment = moment.substr(kMonth, kMomentChars);
+  std::replace(moment.begin(), moment.end(), 'T', ' ');
+  return {{moment + " ", Meaning::kFaint}, {text, meaning}};
+}
+
+}  // namespace
+
+void View::status(const json& status, double steady_s) {
+  status_ = status;
+  status_steady_s_ = steady_s;
+  instance_ = text_of(at(status, "name"), instance_);
+  gone_.clear();
+}
+
+void View::history(const json& rows, double steady_s) {
+  for (const json& row : rows) window(row, steady_s);
+  if (at(status_, "age_s").is_number()) row_steady_s_ -= at(status_, "age_s").get<double>();
+}
+
+void View::window(const json& row, double steady_s) {
+  trace_.push(row, prismctl::window_length_s(status_));
+  row_steady_s_ = steady_s;
+  status_["window"] = row;
+}
+
+void View::events(const json& events) {
+  events_.clear();
+  for (const json& event : events) this->event(event);
+}
+
+void View::event(const json& event) {
+  events_.push_back(event);
+  if (events_.size() > kEventsKept) events_.pop_front();
+}
+
+void View::key(char key, double steady_s) {
+  if (key >= '1' && key <= '9') span_ = static_cast<std::size_t>(key - '1');
+  if (key == 'a') same_scale_ = !same_scale_;
+  if (key == '?') help_ = !help_;
+  if (key != 'p') return;
+  paused_at_s_ = paused_at_s_ ? std::nullopt : std::optional(data_now_s(steady_s));
+}
+
+bool View::alive(double steady_s) const {
+  return gone_.empty() && status_.is_object() && steady_s - status_steady_s_ <= kPatienceS;
+}
+
+// The data's own clock, which need not be this machine's: it goes on from the last row.
+double View::data_now_s(double steady_s) const {
+  if (trace_.points().empty()) return 0;
+  return trace_.points().back().time_s + std::max(steady_s - row_steady_s_, 0.0);
+}
+
+Line View::head(double steady_s) const {
+  Line line = {{instance_, Meaning::kStrong}, {"  "}};
+  json age = at(status_, "age_s");
+  const double since_s = steady_s - status_steady_s_;
+  if (age.is_number() && since_s > kStatusFreshS) age = age.get<double>() + since_s;
+  if (!alive(steady_s)) {
+    line.push_back({gone_.empty() ? "prismd does not answer" : "prismd is gone", Meaning::kBad});
+    line.push_back({"  " + prismctl::age_text(age) + "  "});
+    line.push_back({"no_data", Meaning::kBad});
+    return line;
+  }
+  const std::string state = text_of(at(status_, "state")), quality = text_of(at(status_, "quality"));
+  line.push_back({state, meaning_of_state(state)});
+  line.push_back({"  " + prismctl::age_text(age) + "  "});
+  line.push_back({prismctl::quality_with_progress(status_), meaning_of_quality(quality)});
+  return line;
+}
+
+Line View::why(double steady_s) const {
+  if (!gone_.empty()) return {{gone_ + "; trying again", Meaning::kBad}};
+  if (!alive(steady_s)) return {{"asked for its status each second, no answer yet", Meaning::kBad}};
+  if (const std::string detail = text_of(at(status_, "detail"), ""); !detail.empty()) return {{detail, Meaning::kBad}};
+  const json& model = at(status_, "model");
+  const std::string name = model.is_object() ? text_of(at(model, "name"), "unnamed") : "none: nothing is corrected";
+  return {{fmt::format("{}, frames {}, model {}", text_of(at(status_, "device"), "no device"),
+                       text_of(at(status_, "frames")), name)}};
+}
+
+std::vector<Line> View::numbers(double steady_s) const {
+  static const json kNothing;
+  const json& w = alive(steady_s) && text_of(at(status_, "quality")) != "no_data" ? at(status_, "window") : kNothing;
+  const auto number = [](const json& value) { return fmt::format("{:>13}", value_text(value, 5)); };
+  const auto row = [](const char* label, const std::string& values, const char* other, const std::string& more) {
+    return Line{{fmt::format("{:<10}", label), Meaning::kStrong},
+                {values + std::string(static_cast<std::size_t>(std::max(40 - columns_of(values), 1)), ' ')},
+                {fmt::format("{:<13}", other), Meaning::kStrong},
+                {more}};
+  };
+  std::string sd = at(w, "sd_deg_per_h").is_number() ? " ± " + value_text(at(w, "sd_deg_per_h"), 5) : "";
+  return {{{fmt::format("{:<10}{:>13}{:>13}", "deg/h", "1 s mean",
+                        fmt::format("{} s mean", prismctl::mean_length_s(status_))),
+            Meaning::kFaint}},
+          row("raw", number(at(w, "rate_deg_per_h")) + number(at(w, "mean_rate_deg_per_h")), "temperature",
+              value_text(at(w, "mean_temperature_degc"), 3, " degC")),
+          row("bias", std::string(13, ' ') + number(at(w, "bias_deg_per_h")) + sd, "slope",
+              value_text(at(w, "slope_degc_per_s"), 6, " degC/s")),
+          row("corrected", number(at(w, "corrected_deg_per_h")) + number(at(w, "corrected_mean_deg_per_h")), "UHFO",
+              value_text(at(w, "mean_uhfo_v"), 4, " V"))};
+}
+
+std::vector<Line> View::charts(int columns, int rows, double steady_s) const {
+  constexpr int kFixedRows = 3;  // two titles and the axis
+  ChartFrame frame;
+  frame.columns = std::max(columns - kScaleColumns, 2);
+  frame.rows = (rows - kFixedRows) / 2;
+  if (frame.rows < 2) return {};
+  frame.utf8 = utf8_;
+  frame.end_s = paused_at_s_.value_or(data_now_s(steady_s));
+  frame.begin_s = frame.end_s - kSpans[span_].seconds;
+  const auto& points = trace_.points();
+  Bounds raw = bounds_of(points, &TracePoint::raw_deg_per_h, frame);
+  Bounds corrected = bounds_of(points, &TracePoint::corrected_deg_per_h, frame);
+  if (same_scale_) {
+    const double span = std::max(raw.high - raw.low, corrected.high - corrected.low);
+    raw = widened(raw, span), corrected = widened(corrected, span);
+  }
+  std::vector<Line> lines;
+  const auto add = [&](const std::string& title, double TracePoint::*value, const Bounds& bounds, Meaning meaning) {
+    const bool empty = !bounds.known;
+    lines.push_back({{title, Meaning::kStrong}, {empty ? ": nothing in this time" : "", Meaning::kFaint}});
+    for (std::string& text : chart(points, value, bounds, frame)) {
+      const std::size_t scale = text.find(utf8_ ? "│" : "|");
+      lines.push_back({{text.substr(0, scale), Meaning::kFaint}, {text.substr(scale), meaning}});
+    }
+  };
+  const std::string unit = fmt::format(", {} s mean, deg/h", prismctl::window_length_s(status_));
+  add("raw rate" + unit, &TracePoint::raw_deg_per_h, raw, Meaning::kPlain);
+  add("corrected rate" + unit, &TracePoint::corrected_deg_per_h, corrected, Meaning::kCurve);
+  lines.push_back({{time_axis(frame, paused_at_s_ ? "paused" : "now"), Meaning::kFaint}});
+  return lines;
+}
+
+Line View::counters() const {
+  const json& line = at(status_, "line");
+  Line result = {
+      {fmt::format("{} frames, {} failed their check, {} missing, {} bytes skipped", count_text(at(line, "frames")),
+                   count_text(at(line, "bad_check")), count_text(at(at(status_, "timing"), "missing_frames")),
+                   count_text(at(line, "skipped_bytes")))}};
+  const json& log = at(status_, "log");
+  if (!log.is_object()) return result;
+  result.push_back({fmt::format("; log {} rows", count_text(at(log, "rows")))});
+  if (at(log, "dropped") != 0)
+    result.push_back({fmt::format(", {} dropped", count_text(at(log, "dropped"))), Meaning::kBad});
+  return result;
+}
+
+std::vector<Line> View::last_events(std::size_t count) const {
+  std::vector<Line> lines(count);
+  const std::size_t shown = std::min(count, events_.size());
+  for (std::size_t i = 0; i < shown; ++i) lines[i] = event_line(events_[events_.size() - shown + i]);
+  return lines;
+}
+
+Line View::keys() const {
+  const auto key = [](const char* name) { return Piece{name, Meaning::kStrong}; };
+  return {key("q"),   {" quit  "},
+          key("?"),   {" help  "},
+          key("1-9"), {fmt::format(" span: {}  ", kSpans[span_].name)},
+          key("a"),   {same_scale_ ? " axis: same span  " : " axis: each its own  "},
+          key("p"),   {paused_at_s_ ? " go on" : " pause charts"}};
+}
+
+namespace {
+
+std::vector<Line> help_lines() {
+  const auto spans = [](std::size_t begin, std::size_t end) {
+    std::string text;
+    for (std::size_t i = begin; i < end; ++i)
+      text += fmt::format("{}{} {}", i > begin ? ", " : "", i + 1, kSpans[i].name);
+    return text;
+  };
+  return {{{"Keys", Meaning::kStrong}},
+          {{"  q  quit    ?  this help, and back to the charts"}},
+          {{"  1-9  time span: " + spans(0, 5) + ","}},
+          {{"       " + spans(5, 9)}},
+          {{"  a  axis of the charts: each scaled by itself, or both of the same span"}},
+          {{"  p  hold the charts where they are; numbers and state go on"}},
+          {{"Quality", Meaning::kStrong}},
+          {{"  good", Meaning::kGood}, {"  corrected without reservation"}},
+          {{"  warming no_model settling fallback extrapolating", Meaning::kWarning}, {"  read with care"}},
+          {{"  no_data rate_invalid input_missing over_limit", Meaning::kBad}, {"  no corrected rate"}},
+          {{"What fills the window is drawn, but does not set the scale."}}};
+}
+
+}  // namespace
+
+std::vector<Line> View::lines(const Size& size, double steady_s, const std::string& utc) const {
+  constexpr int kRoomy = 36, kFewEvents = 3, kMoreEvents = 8;
+  std::vector<Line> lines = {with_right(head(steady_s), {utc, Meaning::kFaint}, size.columns), why(steady_s)};
+  const auto add = [&lines](const std::vector<Line>& more) { lines.insert(lines.end(), more.begin(), more.end()); };
+  add(numbers(steady_s));
+  const auto events = static_cast<std::size_t>(size.rows >= kRoomy ? kMoreEvents : kFewEvents);
+  constexpr int kFeet = 2;  // counters and keys
+  const int room = size.rows - static_cast<int>(lines.size() + events) - kFeet;
+  std::vector<Line> middle = help_ ? help_lines() : charts(size.columns, room, steady_s);
+  middle.resize(static_cast<std::size_t>(std::max(room, 0)));
+  add(middle);
+  add(last_events(events));
+  lines.push_back(counters());
+  lines.resize(static_cast<std::size_t>(std::max(size.rows - 1, 0)));  // a low screen keeps its top and the keys
+  lines.push_back(keys());
+  for (Line& line : lines) line = fitted(line, size.columns);
+  return lines;
+}
+
+}  // namespace prism::screen

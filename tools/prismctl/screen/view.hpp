@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// What the live screen knows and what of it stands in which line: pure; the loop feeds it, the terminal shows it.
+#pragma once
+
+#include <deque>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/prismctl/screen/styled_text.hpp"
+#include "tools/prismctl/screen/trace.hpp"
+
+namespace prism::screen {
+
+struct Size {
+  int columns = 80, rows = 24;
+};
+
+/// Times called steady are seconds of one clock that is never set. What prismd said is of now for 3 s: older than that,
+/// or said before it went, nothing of it stands as a number.
+class View {
+ public:
+  View(std::string instance, bool utf8) : instance_(std::move(instance)), utf8_(utf8) {}
+
+  void status(const nlohmann::json& status, double steady_s);
+  /// Rows of the history, oldest first; asked for after status.
+  void history(const nlohmann::json& rows, double steady_s);
+  void window(const nlohmann::json& row, double steady_s);
+  /// What happened before, oldest first.
+  void events(const nlohmann::json& events);
+  void event(const nlohmann::json& event);
+  /// prismd is gone, or is not there; why.
+  void gone(const std::string& why) { gone_ = why; }
+
+  /// One key of the keyboard: 1 to 9, a, p, ?. Others are ignored.
+  void key(char key, double steady_s);
+
+  /// Exactly `size.rows` lines of at most `size.columns` columns. `utc`: the clock of this machine, for the corner.
+  std::vector<Line> lines(const Size& size, double steady_s, const std::string& utc) const;
+
+ private:
+  bool alive(double steady_s) const;
+  Line head(double steady_s) const;
+  Line why(double steady_s) const;
+  std::vector<Line> numbers(double steady_s) const;
+  std::vector<Line> charts(int columns, int rows, double steady_s) const;
+  Line counters() const;
+  std::vector<Line> last_events(std::size_t count) const;
+  Line keys() const;
+  double data_now_s(double steady_s) const;
+
+  std::string instance_, gone_;
+  bool utf8_;
+  nlohmann::json status_;
+  double status_steady_s_ = 0, row_steady_s_ = 0;
+  Trace trace_;
+  std::deque<nlohmann::json> events_;
+
+  std::size_t span_ = 3;
+  bool same_scale_ = false, help_ = false;
+  std::optional<double> paused_at_s_;  ///< data time of the charts' right edge
+};
+
+}  // namespace prism::screen
