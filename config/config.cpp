@@ -11,6 +11,7 @@
 
 #include "compensation/json_section.hpp"
 #include "config/search_path.hpp"
+#include "config/socket_place.hpp"
 #include "config/text_file.hpp"
 
 namespace prism::config {
@@ -121,7 +122,7 @@ SegmentSettings read_segments(Section section, const fs::path& root, const std::
 
 SocketSettings read_socket(Section section, const fs::path& base, const std::string& name) {
   SocketSettings socket;
-  const std::string path = section.text("path", "/run/prismd/" + name + ".sock");
+  const std::string path = section.text("path", default_socket(name));
   if (!path.empty()) socket.path = (base / path).lexically_normal().string();
   if (socket.path.size() > kMaxSocketPathBytes) {
     section.fail("path", fmt::format("\"{}\" has {} bytes, expected at most {}", socket.path, socket.path.size(),

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#include "config/socket_place.hpp"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+namespace prism::config {
+namespace {
+
+constexpr const char* kSystemFolder = "/run/prismd";
+
+bool is_set(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr && *value != '\0';
+}
+
+// Empty: this user has none.
+std::string user_folder() {
+  if (is_set("XDG_RUNTIME_DIR")) return std::string(std::getenv("XDG_RUNTIME_DIR")) + "/prismd";
+  const std::string usual = "/run/user/" + std::to_string(::geteuid());
+  std::error_code error;
+  return std::filesystem::is_directory(usual, error) ? usual + "/prismd" : "";
+}
+
+}  // namespace
+
+std::vector<std::string> socket_folders() {
+  std::vector<std::string> folders = {kSystemFolder};
+  if (std::string own = user_folder(); !own.empty()) folders.push_back(std::move(own));
+  return folders;
+}
+
+std::string default_socket(const std::string& instance) {
+  const std::string own = user_folder();
+  const bool system = ::geteuid() == 0 || is_set("LOGS_DIRECTORY") || own.empty();
+  return (system ? std::string(kSystemFolder) : own) + "/" + instance + ".sock";
+}
+
+}  // namespace prism::config

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// Where the sockets of instances stand: the one place that prismd makes them in and prismctl looks for them in.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace prism::config {
+
+/// Folders of sockets, in the order in which they are looked through: /run/prismd, which systemd and root use, and the
+/// user's own, $XDG_RUNTIME_DIR/prismd (/run/user/UID/prismd where that variable is not set).
+std::vector<std::string> socket_folders();
+
+/// The socket of an instance whose configuration names none: in the user's folder, but in /run/prismd for root, for a
+/// service of systemd (which sets LOGS_DIRECTORY), and where the user has no folder.
+std::string default_socket(const std::string& instance);
+
+}  // namespace prism::config
