@@ -54,7 +54,8 @@ TEST(ConfigSchema, HasTheKeysOfTheReaderAndNoOthers) {
 
 TEST(ConfigSchema, TakesWhatIsShipped) {
   const test::SchemaValidator validator(schema());
-  for (const char* shipped : {"config/prismd.json", "config/examples/gyro1.json"}) {
+  for (const char* shipped :
+       {"config/prismd.json", "config/examples/gyro1.json", "config/examples/three-axes-x.json"}) {
     const Json config = load(kSource / shipped);
     EXPECT_TRUE(validator.accepts(config)) << shipped;
     EXPECT_TRUE(reader_accepts(config)) << shipped;

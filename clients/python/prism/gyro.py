@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""A gyro as prismd serves it."""
+
+import time
+from typing import Any, Dict, Iterator, List, Optional, Type, TypeVar
+
+from ._connection import Connection, Gone, find_socket
+from .rows import Event, Sample, Window, row_of
+
+Row = TypeVar("Row")
+RETRY_S = 0.5
+HISTORY_S = 3600
+
+
+class Gyro:
+    """Questions open the connection when they need it, and once again where prismd was restarted in between.
+
+    `name`: of the instance; none: the only one that runs. `path`: of the socket, instead.
+    """
+
+    def __init__(self, name: Optional[str] = None, *, path: Optional[str] = None) -> None:
+        self._name, self._path = name, path
+        self._connection: Optional[Connection] = None
+
+    def __enter__(self) -> "Gyro":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        if self._connection:
+            self._connection.close()
+        self._connection = None
+
+    def ask(self, method: str, **params: Any) -> Any:
+        """Any method of prism-protocol(7). Gone where no prismd answers, Refused where it refuses."""
+        for again in (True, False):
+            known = self._connection is not None
+            try:
+                if self._connection is None:
+                    self._connection = self._open()
+                return self._connection.ask(method, params or None)
+            except Gone:
+                self.close()
+                if not (known and again):
+                    raise
+        raise AssertionError("unreachable")
+
+    def status(self) -> Dict[str, Any]:
+        return dict(self.ask("status"))
+
+    def bias(self) -> Dict[str, Any]:
+        return dict(self.ask("bias"))
+
+    def stability(self) -> Dict[str, Any]:
+        return dict(self.ask("stability"))
+
+    def history(self, seconds: int = 100) -> List[Window]:
+        """The last rows, oldest first; at most an hour."""
+        return [row_of(Window, row) for row in self.ask("history", seconds=seconds)]
+
+    def rows(self, *, reconnect: bool = True) -> Iterator[Window]:
+        """A row a second, from now on. While prismd is away it is waited for; what it measured while only the connection
+        was lost (up to an hour) is handed over first. `reconnect=False`: Gone instead."""
+        last_s: Optional[float] = None
+        started_s: Optional[float] = None
+        for connection in self._connections(reconnect):
+            try:
+                connection.ask("subscribe", {"streams": ["window"]})
+                now_started_s = connection.ask("status")["started_s"]
+                if last_s is not None:
+                    since_s = last_s if now_started_s == started_s else float("-inf")  # a new prismd: all that it has
+                    for params in connection.ask("history", {"seconds": HISTORY_S}):
+                        if params["time_s"] > since_s:
+                            last_s = params["time_s"]
+                            yield row_of(Window, params)
+                first, started_s = last_s, now_started_s
+                while True:
+                    message = connection.notification()
+                    params = message["params"]
+                    if message["method"] != "window" or (first is not None and params["time_s"] <= first):
+                        continue  # it stood in the history
+                    first, last_s = None, params["time_s"]
+                    yield row_of(Window, params)
+            except Gone:
+                if not reconnect:
+                    raise
+
+    def samples(self, every: int = 1, *, reconnect: bool = True) -> Iterator[Sample]:
+        """Every n-th frame, from now on."""
+        return self._follow(Sample, "sample", {"streams": ["sample"], "every": every}, reconnect)
+
+    def events(self, *, reconnect: bool = True) -> Iterator[Event]:
+        """What happens, from now on."""
+        return self._follow(Event, "event", {"streams": ["event"]}, reconnect)
+
+    def _open(self) -> Connection:
+        return Connection(find_socket(self._name, self._path))
+
+    def _connections(self, reconnect: bool) -> Iterator[Connection]:
+        """One after the other, each of the follower's own."""
+        while True:
+            try:
+                connection = self._open()
+            except Gone:
+                if not reconnect:
+                    raise
+            else:
+                try:
+                    yield connection
+                finally:
+                    connection.close()
+            time.sleep(RETRY_S)
+
+    def _follow(self, kind: Type[Row], method: str, subscription: Dict[str, Any], reconnect: bool) -> Iterator[Row]:
+        for connection in self._connections(reconnect):
+            try:
+                connection.ask("subscribe", subscription)
+                while True:
+                    message = connection.notification()
+                    if message["method"] == method:
+                        yield row_of(kind, message["params"])
+            except Gone:
+                if not reconnect:
+                    raise

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+# The Python client against the real daemon: questions, rows over a restart and over a lost connection, refusals.
+. "$(dirname "$0")/lib.sh"
+command -v python3 >/dev/null || skip "no python3"
+export PYTHONPATH=$PRISM_SOURCE/clients/python PYTHONDONTWRITEBYTECODE=1
+config
+start_sim --profile steady --speed 10
+start_prismd
+wait_for 10 field_above '.log.rows' status 20
+
+python3 - <<'END' || fail "questions"
+import prism
+with prism.Gyro() as gyro:
+    assert gyro.status()["state"] == "receiving"
+    assert gyro.bias()["quality"] == gyro.status()["quality"]
+    history = gyro.history(5)
+    assert len(history) == 5 and isinstance(history[0], prism.Window), history
+    assert [row.time_s for row in history] == sorted(row.time_s for row in history)
+    for method, params, code in (("nope", {}, -32601), ("history", {"seconds": 0}, -32602)):
+        try:
+            gyro.ask(method, **params)
+            raise SystemExit(f"{method} was not refused")
+        except prism.Refused as why:
+            assert why.code == code, why
+    sample = next(gyro.samples(every=10))
+    assert sample.rate_deg_per_h is not None and sample.quality, sample
+try:
+    prism.Gyro(path="/nowhere/x.sock").status()
+    raise SystemExit("nobody answered")
+except prism.Gone as why:
+    assert str(why) == "/nowhere/x.sock: no prismd answers: No such file or directory", why
+END
+
+# No second is missing and none comes twice, although the connection is lost in between, without prismd.
+python3 - <<'END' || fail "rows over a lost connection"
+import socket, time
+import prism
+from prism import gyro as module
+opened = []
+class Counted(module.Connection):
+    def __init__(self, path):
+        super().__init__(path)
+        opened.append(self)
+module.Connection = Counted
+times = []
+for row in prism.Gyro().rows():
+    times.append(row.time_s)
+    if len(times) == 5:
+        opened[-1]._link.shutdown(socket.SHUT_RDWR)
+    if len(times) == 40:
+        break
+assert len(opened) == 2, opened
+assert times == [times[0] + i for i in range(40)], times
+END
+
+# A prismd that is killed and started again is waited for; the question after it opens a new connection by itself.
+cat >"$dir/restart.py" <<'END'
+import sys
+import prism
+gyro = prism.Gyro()
+print(gyro.status()["started_s"], flush=True)
+rows = gyro.rows()
+next(rows)
+print("row", flush=True)
+sys.stdin.readline()
+next(rows)
+print(gyro.status()["started_s"], flush=True)
+END
+mkfifo "$dir/go"
+start client sh -c "python3 '$dir/restart.py' <'$dir/go'"
+exec 3>"$dir/go"
+wait_for 5 grep -q row "$dir/client.out"
+kill -9 "$prismd"
+start_prismd
+echo >&3
+three_lines() { [ "$(wc -l <"$dir/client.out")" -eq 3 ]; }
+wait_for 10 three_lines
+[ "$(head -1 "$dir/client.out")" != "$(tail -1 "$dir/client.out")" ] || fail "the answer is of the prismd that was killed"
+
+# Without reconnection the end of prismd is told.
+start strict python3 -c '
+import prism
+for row in prism.Gyro().rows(reconnect=False):
+    print(row.time_s, flush=True)'
+wait_for 5 test -s "$dir/strict.out"
+kill "$prismd"
+wait_for 5 grep -q "prism._connection.Gone: .*prismd closed the connection" "$dir/strict.err"
