@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: MIT
+# What bash offers behind an option whose values are known: words of --help, descriptions that are installed, instances that run.
+. "$(dirname "$0")/lib.sh"
+for program in prismctl prismsim; do . "$PRISM_SOURCE/completions/$program.bash"; done
+# offered WORD...: the last word is being typed.
+offered() {
+  COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)) COMPREPLY=()
+  "_$1"
+  echo "${COMPREPLY[*]}"
+}
+same "a profile" "$(offered prismsim --profile st)" "steady"
+same "an option" "$(offered prismsim --prof)" "--profile"
+same "a command" "$(offered prismctl stab)" "stability"
+same "an option of a command" "$(offered prismctl history --sec)" "--seconds"
+mkdir -p "$dir/data/frames" "$dir/run/prismd"
+cp "$PRISM_SOURCE/config/frames/kvh1750.json" "$dir/data/frames/bench-fog.json"
+cp "$PRISM_SOURCE/config/frames/frame.schema.json" "$dir/data/frames/"
+same "a frame description" "$(PRISM_DATA=$dir/data offered prismsim --frames bench)" "bench-fog"
+same "no schema" "$(PRISM_DATA=$dir/data offered prismsim --frames frame)" ""
+touch "$dir/run/prismd/table-gyro.sock"
+same "an instance" "$(XDG_RUNTIME_DIR=$dir/run offered prismctl --name table)" "table-gyro"
+same "the command behind it" "$(offered prismctl --name table-gyro stat)" "status"
