@@ -2,13 +2,18 @@
 // prismd: acquire, compensate, log, publish.
 #include <fmt/format.h>
 #include <spdlog/pattern_formatter.h>
-#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <exception>
+#include <memory>
+#include <mutex>
 
+#include "daemon/message_thread.hpp"
 #include "daemon/service.hpp"
 #include "daemon/sniff.hpp"
 
@@ -28,10 +33,30 @@ class JournalPriority : public spdlog::custom_flag_formatter {
   std::unique_ptr<spdlog::custom_flag_formatter> clone() const override { return std::make_unique<JournalPriority>(); }
 };
 
+/// Messages leave by a thread of their own: who does not read them holds up nobody.
+class QueueSink : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  bool finish(std::chrono::milliseconds patience) { return messages_.finish(patience); }
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    spdlog::memory_buf_t text;
+    formatter_->format(message, text);
+    messages_.put(fmt::to_string(text));
+  }
+  void flush_() override {}
+
+ private:
+  MessageThread messages_{STDERR_FILENO};
+};
+
+std::shared_ptr<QueueSink> stderr_sink;
+
 // To stderr. Under systemd the journal has its own times and takes the severity from a prefix, "<4>".
 void begin_logging(const std::string& level) {
   const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
-  auto logger = spdlog::stderr_logger_st("prismd");
+  stderr_sink = std::make_shared<QueueSink>();
+  auto logger = std::make_shared<spdlog::logger>("prismd", stderr_sink);
   if (journal) {
     auto formatter = std::make_unique<spdlog::pattern_formatter>();
     formatter->add_flag<JournalPriority>('*').set_pattern("%*%v");
@@ -44,6 +69,10 @@ void begin_logging(const std::string& level) {
 }
 
 }  // namespace
+
+void finish_logging() {
+  if (stderr_sink) stderr_sink->finish(std::chrono::milliseconds(500));
+}
 
 void log_event(const Event& event) {
   const auto level = event.severity == Severity::kError     ? spdlog::level::err
@@ -83,7 +112,10 @@ int run(int argc, char** argv) {
   }
   begin_logging(setup->config.event_level);
   if (options.check) return check(*setup);
-  return options.replay.empty() ? run_live(options, std::move(*setup)) : run_replay(options, std::move(*setup));
+  const int code =
+      options.replay.empty() ? run_live(options, std::move(*setup)) : run_replay(options, std::move(*setup));
+  finish_logging();
+  return code;
 }
 
 }  // namespace

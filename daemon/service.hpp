@@ -13,6 +13,9 @@ inline constexpr int kExitDone = 0, kExitFailed = 1, kExitUsage = 64, kExitBug =
 /// An event as a line on stderr.
 void log_event(const Event& event);
 
+/// Waits half a second at most until every message is written.
+void finish_logging();
+
 /// Beside the gyro until SIGTERM or SIGINT. Returns the exit code.
 int run_live(const Options& options, pipeline::Setup setup);
 

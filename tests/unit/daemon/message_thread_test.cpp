@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// Messages: in order where somebody reads; where nobody does, nobody waits and the loss is told.
+#include "daemon/message_thread.hpp"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+
+namespace prism::daemon {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::HasSubstr;
+
+struct MessageThreadTest : testing::Test {
+  void SetUp() override { ASSERT_EQ(::pipe2(ends, O_CLOEXEC), 0); }
+  std::string read_some() const {
+    std::string text(1 << 17, '\0');
+    text.resize(static_cast<std::size_t>(std::max<ssize_t>(::read(ends[0], text.data(), text.size()), 0)));
+    return text;
+  }
+  int ends[2];  // never closed: a thread that hangs keeps them
+};
+
+TEST_F(MessageThreadTest, WritesInOrder) {
+  MessageThread messages(ends[1]);
+  for (int i = 0; i < 100; ++i) messages.put(std::to_string(i) + "\n");
+  EXPECT_TRUE(messages.finish(milliseconds(5000)));
+  const std::string text = read_some();
+  EXPECT_THAT(text, testing::StartsWith("0\n1\n2\n"));
+  EXPECT_THAT(text, testing::EndsWith("98\n99\n"));
+}
+
+// The story: stderr was a pipe that nobody read; acquisition, answers and SIGTERM hung in write(2).
+TEST_F(MessageThreadTest, NobodyWaitsForAReaderThatDoesNotRead) {
+  const auto begin = std::chrono::steady_clock::now();
+  {
+    MessageThread messages(ends[1]);
+    for (int i = 0; i < 5000; ++i) messages.put(std::string(199, 'x') + "\n");
+    EXPECT_FALSE(messages.finish(milliseconds(50)));
+    EXPECT_GT(messages.lost(), 3000u);
+    std::string text;
+    while (text.find("messages were lost, as nobody read them") == std::string::npos) {
+      messages.put("again\n");
+      text += read_some();
+    }
+    messages.put(std::string(1 << 18, 'y'));  // it hangs again, and the destructor does not
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+}
+
+TEST_F(MessageThreadTest, AReaderThatIsGoneEndsNothing) {
+  std::signal(SIGPIPE, SIG_IGN);
+  ::close(ends[0]);
+  MessageThread messages(ends[1]);
+  messages.put("to nobody\n");
+  messages.put("to nobody\n");
+  EXPECT_TRUE(messages.finish(milliseconds(5000)));
+}
+
+}  // namespace
+}  // namespace prism::daemon
