@@ -2,19 +2,38 @@
 #include "daemon/client.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <utility>
 
 namespace prism::daemon {
 
-Client::Client(Socket socket, std::size_t max_queued_bytes)
-    : socket_(std::move(socket)), max_queued_bytes_(max_queued_bytes) {
+void ClientMemory::take(Client& client, std::size_t bytes) {
+  used_bytes_ += bytes;
+  holders_.insert(&client);
+  while (used_bytes_ > most_bytes_) {
+    (*std::max_element(holders_.begin(), holders_.end(), [](const Client* a, const Client* b) {
+      return a->queued_bytes() < b->queued_bytes();
+    }))->close();
+  }
+}
+
+void ClientMemory::give_back(Client& client, std::size_t bytes) {
+  used_bytes_ -= bytes;
+  if (client.queued_bytes() == 0) holders_.erase(&client);
+}
+
+Client::Client(Socket socket, std::size_t max_queued_bytes, std::shared_ptr<ClientMemory> memory)
+    : socket_(std::move(socket)), max_queued_bytes_(max_queued_bytes), memory_(std::move(memory)) {
   boost::system::error_code ignored;
   socket_.non_blocking(true, ignored);
 }
+
+Client::~Client() { close(); }
 
 void Client::send(const TextPart& text, std::uint64_t rows) {
   if (const auto sent = offer(text.text, rows)) enqueue(text, *sent);
@@ -26,7 +45,8 @@ std::optional<std::size_t> Client::offer(std::string_view text, std::uint64_t ro
     const std::size_t sent = send_now(text, 0);
     return open() && sent < text.size() ? std::optional(sent) : std::nullopt;
   }
-  if (lost_ == 0 && queued_bytes_ + text.size() <= max_queued_bytes_) return 0;
+  const bool room = queued_bytes_ + text.size() <= max_queued_bytes_ && memory_->has_room(text.size());
+  if (lost_ == 0 && room) return 0;
   lost_ += rows;  // once rows are lost, all are until the queue is empty: the client gets one hole, not a sieve
   lost_total_ += rows;
   return std::nullopt;
@@ -38,23 +58,40 @@ void Client::answer(const std::vector<TextPart>& parts) {
   if (queued_bytes_ > 4 * max_queued_bytes_)
     return close();  // what waits counts, not the answer: an hour of history is long
   if (!open()) return;
-  for (const TextPart& part : parts) push(part, 0);
-  if (!waiting_) drain();
+  for (const TextPart& part : parts) {
+    if (open()) push(part, 0);
+  }
+  if (open() && !waiting_) drain();
 }
 
 void Client::close() {
   boost::system::error_code ignored;
   socket_.close(ignored);
   queue_.clear();
-  queued_bytes_ = 0;
+  memory_->give_back(*this, std::exchange(queued_bytes_, 0));
 }
 
-bool Client::privileged() const {
+bool Client::gone() const {
+  pollfd peer{const_cast<Socket&>(socket_).native_handle(), 0, 0};
+  return ::poll(&peer, 1, 0) > 0 && (peer.revents & (POLLHUP | POLLERR)) != 0;
+}
+
+std::optional<std::uint32_t> Client::user() const {
   ucred peer{};
   socklen_t size = sizeof peer;
   auto& socket = const_cast<Socket&>(socket_);
-  if (::getsockopt(socket.native_handle(), SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return false;
-  return peer.uid == 0 || peer.uid == ::geteuid();
+  if (::getsockopt(socket.native_handle(), SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return std::nullopt;
+  return peer.uid;
+}
+
+bool Client::privileged() const {
+  const auto who = user();
+  return who && (*who == 0 || *who == ::geteuid());
+}
+
+Client::Clock::duration Client::idle() const {
+  const bool listens = subscription.sample_every > 0 || subscription.windows || subscription.events;
+  return listens ? Clock::duration::zero() : Clock::now() - last_asked_;
 }
 
 // Bytes sent of text from `from` on, all included; a peer that went away closes the client.
@@ -75,6 +112,7 @@ std::size_t Client::send_now(std::string_view text, std::size_t from) {
 void Client::push(const TextPart& text, std::size_t sent) {
   queue_.push_back({text, sent});
   queued_bytes_ += text.text.size() - sent;
+  memory_->take(*this, text.text.size() - sent);
 }
 
 void Client::enqueue(const TextPart& text, std::size_t sent) {
@@ -98,6 +136,7 @@ void Client::drain() {
     const std::size_t sent = send_now(text, front.sent);
     if (!open()) return;
     queued_bytes_ -= sent - front.sent;
+    memory_->give_back(*this, sent - front.sent);
     budget -= sent - front.sent;
     front.sent = sent;
     const bool all = sent == front.part.text.size();

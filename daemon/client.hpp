@@ -3,10 +3,12 @@
 #pragma once
 
 #include <boost/asio/local/stream_protocol.hpp>
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -33,13 +35,36 @@ struct Subscription {
   bool windows = false, events = false;
 };
 
+class Client;
+
+/// What waits for all clients together. Beyond the most, the one for which most waits is closed.
+class ClientMemory {
+ public:
+  static constexpr std::size_t kMostBytes = 64 << 20;
+
+  explicit ClientMemory(std::size_t most_bytes = kMostBytes) : most_bytes_(most_bytes) {}
+
+  bool has_room(std::size_t bytes) const { return used_bytes_ + bytes <= most_bytes_; }
+  std::size_t used_bytes() const { return used_bytes_; }
+  void take(Client& client, std::size_t bytes);
+  void give_back(Client& client, std::size_t bytes);
+
+ private:
+  const std::size_t most_bytes_;
+  std::size_t used_bytes_ = 0;
+  std::set<Client*> holders_;
+};
+
 /// Sends at once what the socket takes; queues the rest up to a limit; beyond it drops rows, counts them, and tells the
 /// client how many once it reads again. Never waits.
 class Client : public std::enable_shared_from_this<Client> {
  public:
   using Socket = boost::asio::local::stream_protocol::socket;
+  using Clock = std::chrono::steady_clock;
 
-  Client(Socket socket, std::size_t max_queued_bytes);
+  Client(Socket socket, std::size_t max_queued_bytes,
+         std::shared_ptr<ClientMemory> memory = std::make_shared<ClientMemory>());
+  ~Client();
 
   /// `rows`: how many are lost where the text is dropped.
   void send(const TextPart& text, std::uint64_t rows);
@@ -54,9 +79,18 @@ class Client : public std::enable_shared_from_this<Client> {
   void close();
 
   bool open() const { return socket_.is_open(); }
+  /// The peer closed its end, whatever it sent before; one that only stopped sending did not.
+  bool gone() const;
   std::uint64_t lost_rows() const { return lost_total_; }
   /// Peer of a unix socket may change things: root, or the user the daemon runs as.
   bool privileged() const;
+  /// Whose process connected; nothing once it is closed.
+  std::optional<std::uint32_t> user() const;
+  std::size_t queued_bytes() const { return queued_bytes_; }
+
+  void asked() { last_asked_ = Clock::now(); }
+  /// Since when it asked for nothing; not at all where it subscribed to something.
+  Clock::duration idle() const;
 
   Subscription subscription;
   Socket& socket() { return socket_; }
@@ -79,6 +113,8 @@ class Client : public std::enable_shared_from_this<Client> {
   std::size_t queued_bytes_ = 0;
   std::uint64_t lost_ = 0, lost_total_ = 0;
   bool waiting_ = false;
+  const std::shared_ptr<ClientMemory> memory_;
+  Clock::time_point last_asked_ = Clock::now();
 };
 
 }  // namespace prism::daemon

@@ -2,6 +2,7 @@
 #include "daemon/live_line.hpp"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,6 +22,12 @@ constexpr auto kUse = asio::as_tuple(asio::use_awaitable);
 
 auto as_steady(std::chrono::duration<double> seconds) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(seconds);
+}
+
+// The line spoke while this process was held up (stopped, swapped, starved): that is no silence.
+bool bytes_wait(int fd) {
+  int bytes = 0;
+  return ::ioctl(fd, FIONREAD, &bytes) == 0 && bytes > 0;
 }
 
 }  // namespace
@@ -158,7 +165,7 @@ asio::awaitable<void> LiveLine::watch() {
           fmt::format("the host clock was set by {:+.3f} s; the window begins anew", static_cast<double>(step) * 1e-9));
       instance_.begin_session(arrival_.now_ns());
     }
-    if (Clock::now() - last_data_ < silence) continue;
+    if (Clock::now() - last_data_ < silence || bytes_wait(line_->native_handle())) continue;
     const std::string why = fmt::format("no data for {} s", instance_.acquisition.setup().config.line.silence_s);
     instance_.set_line(LineState::kSilent, why);
     lose("line_silent", why);

@@ -27,6 +27,7 @@ class Publisher {
   void event(const std::string& params);
 
   std::size_t clients() const { return clients_.size(); }
+  const std::vector<std::shared_ptr<Client>>& all() const { return clients_; }
   std::uint64_t lost_rows() const;
 
  private:

@@ -45,18 +45,33 @@ std::string rpc_result(const json& id, const ordered_json& result) {
   return line_of({{"jsonrpc", "2.0"}, {"id", id}, {"result", result}});
 }
 
-void Rpc::request(const std::shared_ptr<Client>& client, std::string_view line) {
+std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_view line) {
+  const auto refused = [&client](int code, const std::string& why) {
+    client->answer(rpc_error(nullptr, code, why));
+    return std::deque<json>();
+  };
   json parsed;
   try {
     parsed = json::parse(line);
   } catch (const json::exception&) {
-    return client->answer(
-        rpc_error(nullptr, kParseError, "the line is not valid JSON; expected one JSON-RPC 2.0 request a line"));
+    return refused(kParseError, "the line is not valid JSON; expected one JSON-RPC 2.0 request a line");
   }
-  if (!parsed.is_array()) return one(client, parsed);
-  if (parsed.empty())
-    return client->answer(rpc_error(nullptr, kInvalidRequest, "found an empty batch, expected requests"));
-  for (const json& request : parsed) one(client, request);
+  std::deque<json> requests;
+  if (!parsed.is_array()) {
+    requests.push_back(std::move(parsed));
+    return requests;
+  }
+  if (parsed.empty()) return refused(kInvalidRequest, "found an empty batch, expected requests");
+  if (parsed.size() > kMaxBatch) {
+    return refused(kInvalidRequest,
+                   fmt::format("found a batch of {} requests, expected {} at most", parsed.size(), kMaxBatch));
+  }
+  for (json& request : parsed) requests.push_back(std::move(request));
+  return requests;
+}
+
+void Rpc::request(const std::shared_ptr<Client>& client, std::string_view line) {
+  for (const json& request : take(client, line)) one(client, request);
 }
 
 void Rpc::one(const std::shared_ptr<Client>& client, const json& request) {
@@ -72,6 +87,7 @@ void Rpc::one(const std::shared_ptr<Client>& client, const json& request) {
   if (request.value("jsonrpc", json()) != "2.0") return invalid(id, "expected \"jsonrpc\": \"2.0\"");
   const json method = request.value("method", json());
   if (!method.is_string()) return invalid(id, "found method " + shown(method) + ", expected a text");
+  client->asked();
   dispatch(method.get<std::string>(), {client, id, has_id, request.value("params", json())});
 }
 
@@ -80,6 +96,8 @@ void Rpc::dispatch(const std::string& method, const Call& call) {
   static const std::map<std::string_view, Answer> kAnswers = {
       {"status", status_answer}, {"bias", bias_answer},   {"stability", stability_answer},
       {"line", line_answer},     {"model", model_answer}, {"config", config_answer}};
+  const bool acts = method == "subscribe" || method == "unsubscribe" || method == "reload";
+  if (!call.wants_answer && !acts) return;  // nobody hears the answer: it is not worked out
   if (const auto answer = kAnswers.find(method); answer != kAnswers.end())
     return reply(call, answer->second(instance_));
   if (method == "version") return reply(call, {{"name", "prismd"}, {"version", kVersion}, {"protocol", 1}});

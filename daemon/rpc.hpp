@@ -2,6 +2,7 @@
 // JSON-RPC 2.0 over newline-delimited JSON: one line in, one line (or none, for a notification) out.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -15,6 +16,7 @@
 namespace prism::daemon {
 
 inline constexpr std::size_t kMaxRequestBytes = 65536;
+inline constexpr std::size_t kMaxBatch = 100;  ///< requests in one line
 
 enum RpcCode {
   kParseError = -32700,
@@ -35,7 +37,11 @@ class Rpc {
 
   Rpc(Instance& instance, Reload reload) : instance_(instance), reload_(std::move(reload)) {}
 
-  /// One line of the client, without its line end. Every answer goes to the client, some later than others.
+  /// The requests in one line of the client, without its line end. Where it holds none, that is answered here.
+  static std::deque<nlohmann::json> take(const std::shared_ptr<Client>& client, std::string_view line);
+  /// Answers one of them. Every answer goes to the client, some later than others.
+  void one(const std::shared_ptr<Client>& client, const nlohmann::json& request);
+  /// All of a line at once.
   void request(const std::shared_ptr<Client>& client, std::string_view line);
 
  private:
@@ -45,7 +51,6 @@ class Rpc {
     bool wants_answer;
     nlohmann::json params;
   };
-  void one(const std::shared_ptr<Client>& client, const nlohmann::json& request);
   void dispatch(const std::string& method, const Call& call);
   void subscribe(const Call& call, bool on);
   void history(const Call& call);

@@ -7,6 +7,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/buffer.hpp>
@@ -17,6 +18,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <deque>
 #include <filesystem>
 #include <utility>
 
@@ -68,6 +70,24 @@ Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettin
   return acceptor;
 }
 
+// Whole lines, without their ends; what is left stays pending.
+std::deque<std::string> take_lines(std::string& pending) {
+  std::deque<std::string> lines;
+  std::size_t begin = 0;
+  for (std::size_t end; (end = pending.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    std::string_view line(pending.data() + begin, end - begin);
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    if (!line.empty()) lines.emplace_back(line);
+  }
+  pending.erase(0, begin);
+  return lines;
+}
+
+std::string too_long() {
+  return rpc_error(nullptr, kInvalidRequest,
+                   fmt::format("a line of more than {} bytes; the connection is closed", kMaxRequestBytes));
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const config::SocketSettings& settings,
@@ -89,7 +109,7 @@ Server::Server(Acceptor acceptor, config::SocketSettings settings, bool owns_pat
       settings_(std::move(settings)),
       owns_path_(owns_path),
       instance_(instance),
-      rpc_(rpc) {}
+      requests_(acceptor_.get_executor(), rpc) {}
 
 Server::~Server() {
   if (owns_path_) ::unlink(settings_.path.c_str());
@@ -106,47 +126,69 @@ asio::awaitable<void> Server::serve() {
       co_await pause.async_wait(kUse);
       continue;
     }
-    if (instance_.publisher.clients() >= static_cast<std::size_t>(settings_.max_clients)) {
-      const std::string full =
-          rpc_error(nullptr, kRefused,
-                    fmt::format("{} clients are connected, expected fewer: try again later", settings_.max_clients));
-      boost::system::error_code ignored;
-      socket.non_blocking(true, ignored);
-      socket.write_some(asio::buffer(full), ignored);
+    auto client =
+        std::make_shared<Client>(std::move(socket), static_cast<std::size_t>(settings_.client_buffer_bytes), memory_);
+    if (const std::string refused = admit(*client); !refused.empty()) {
+      client->answer(rpc_error(nullptr, kRefused, refused));
       continue;
     }
-    auto client = std::make_shared<Client>(std::move(socket), static_cast<std::size_t>(settings_.client_buffer_bytes));
     instance_.publisher.add(client);
     asio::co_spawn(acceptor_.get_executor(), talk(std::move(client)), asio::detached);
   }
 }
 
+std::string Server::admit(const Client& client) {
+  const auto most = static_cast<std::size_t>(settings_.max_clients);
+  const auto& all = instance_.publisher.all();
+  const bool privileged = client.privileged();
+  std::size_t open = 0, same_user = 0;
+  Client *idlest = nullptr, *idlest_of_user = nullptr, *youngest_stranger = nullptr;
+  const auto idler = [](Client* other, Client* than) { return than == nullptr || other->idle() > than->idle(); };
+  for (const auto& other : all) {
+    if (!other->open()) continue;
+    ++open;
+    const bool same = other->user() == client.user();
+    same_user += same;
+    if (other->idle() >= kIdle && idler(other.get(), idlest)) idlest = other.get();
+    if (same && other->idle() >= kIdle && idler(other.get(), idlest_of_user)) idlest_of_user = other.get();
+    if (!other->privileged()) youngest_stranger = other.get();
+  }
+  const bool too_many_of_user = !privileged && same_user >= std::max<std::size_t>(most * 3 / 4, 1);
+  if (open < most && !too_many_of_user) return {};
+  Client* const gives_way = too_many_of_user    ? idlest_of_user
+                            : idlest != nullptr ? idlest
+                            : privileged        ? youngest_stranger
+                                                : nullptr;
+  if (gives_way == nullptr) {
+    return too_many_of_user
+               ? fmt::format("{} clients of this user are connected, expected fewer: try again later", same_user)
+               : fmt::format("{} clients are connected, expected fewer: try again later", open);
+  }
+  gives_way->close();
+  return {};
+}
+
+// Reads no more from a client before what it asked for is answered.
 asio::awaitable<void> Server::talk(std::shared_ptr<Client> client) {
   std::array<char, 4096> buffer;
   std::string pending;
+  asio::steady_timer answered(acceptor_.get_executor());
   while (client->open()) {
     auto [error, size] = co_await client->socket().async_read_some(asio::buffer(buffer), kUse);
     if (error) break;
     pending.append(buffer.data(), size);
-    if (!take_lines(client, pending)) break;
+    std::deque<std::string> lines = take_lines(pending);
+    if (!lines.empty()) {
+      answered.expires_at(asio::steady_timer::time_point::max());
+      requests_.add(client, std::move(lines), [&answered] { answered.cancel(); });
+      co_await answered.async_wait(kUse);
+    }
+    if (pending.size() <= kMaxRequestBytes) continue;
+    client->answer(too_long());
+    break;
   }
   client->close();
   instance_.publisher.remove(client.get());
-}
-
-// Passes whole lines on; what is left stays pending. False: the client sent a line without end and is closed.
-bool Server::take_lines(const std::shared_ptr<Client>& client, std::string& pending) {
-  std::size_t begin = 0;
-  for (std::size_t end; (end = pending.find('\n', begin)) != std::string::npos; begin = end + 1) {
-    std::string_view line(pending.data() + begin, end - begin);
-    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-    if (!line.empty()) rpc_.request(client, line);
-  }
-  pending.erase(0, begin);
-  if (pending.size() <= kMaxRequestBytes) return true;
-  client->answer(rpc_error(nullptr, kInvalidRequest,
-                           fmt::format("a line of more than {} bytes; the connection is closed", kMaxRequestBytes)));
-  return false;
 }
 
 }  // namespace prism::daemon

@@ -9,12 +9,16 @@
 
 #include "compensation/result.hpp"
 #include "config/config.hpp"
+#include "daemon/request_queue.hpp"
 #include "daemon/rpc.hpp"
 
 namespace prism::daemon {
 
+/// A user other than root and the daemon's own has three quarters of the places at most. Who asked for nothing in kIdle
+/// and subscribed to nothing gives way to a new client; for root and the daemon's own user anybody does.
 class Server {
  public:
+  static constexpr std::chrono::seconds kIdle{60};
   using Acceptor = boost::asio::local::stream_protocol::acceptor;
 
   /// `inherited`: a listening socket from systemd, or −1: make one at settings.path. A socket file that nobody answers
@@ -28,14 +32,16 @@ class Server {
 
  private:
   Server(Acceptor acceptor, config::SocketSettings settings, bool owns_path, Instance& instance, Rpc& rpc);
+  /// Makes room for it where its user may have one more; the refusal, else.
+  std::string admit(const Client& client);
   boost::asio::awaitable<void> talk(std::shared_ptr<Client> client);
-  bool take_lines(const std::shared_ptr<Client>& client, std::string& pending);
 
   Acceptor acceptor_;
   config::SocketSettings settings_;
   bool owns_path_;
   Instance& instance_;
-  Rpc& rpc_;
+  RequestQueue requests_;
+  const std::shared_ptr<ClientMemory> memory_ = std::make_shared<ClientMemory>();
 };
 
 }  // namespace prism::daemon

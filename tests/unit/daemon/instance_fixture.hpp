@@ -65,11 +65,13 @@ class Asker {
  public:
   using Socket = boost::asio::local::stream_protocol::socket;
 
-  explicit Asker(std::size_t max_queued_bytes = 1 << 20) : mine_(io_) {
+  explicit Asker(std::size_t max_queued_bytes = 1 << 20,
+                 std::shared_ptr<daemon::ClientMemory> memory = std::make_shared<daemon::ClientMemory>())
+      : mine_(io_) {
     Socket theirs(io_);
     boost::asio::local::connect_pair(mine_, theirs);
     mine_.non_blocking(true);
-    client_ = std::make_shared<daemon::Client>(std::move(theirs), max_queued_bytes);
+    client_ = std::make_shared<daemon::Client>(std::move(theirs), max_queued_bytes, std::move(memory));
   }
 
   const std::shared_ptr<daemon::Client>& client() const { return client_; }

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+# One line with a batch, many lines at once, notifications, and clients that leave: nobody else waits for them. 5 s of SIGSTOP are
+# no silence. The story: one line of 65 kB held the live thread for 21 to 30 s, and the line lost 3 458 of 4 973 frames.
+. "$(dirname "$0")/lib.sh"
+config
+start_sim --profile steady --speed 1
+start_prismd
+wait_for 10 field_is .state status receiving
+sleep 2
+python3 - "$PRISM_SOCKET" <<'END' || fail "see above"
+import json, socket, sys, threading, time
+def connect():
+    s = socket.socket(socket.AF_UNIX); s.connect(sys.argv[1]); return s
+def ask(s, text):
+    s.sendall(text.encode() + b"\n"); data = b""
+    while not data.endswith(b"\n"): data += s.recv(1 << 20)
+    return data
+request = lambda i, m, p="{}": '{"jsonrpc":"2.0","id":%d,"method":"%s","params":%s}' % (i, m, p)
+answer = json.loads(ask(connect(), "[" + ",".join(request(i, "version") for i in range(101)) + "]"))
+assert "a batch of 101 requests, expected 100 at most" in answer["error"]["message"], answer
+s = connect(); s.settimeout(20)
+s.sendall(("[" + ",".join(request(i, "version") for i in range(100)) + "]\n").encode())
+data = b""
+while data.count(b"\n") < 100: data += s.recv(1 << 20)
+assert [json.loads(line)["id"] for line in data.splitlines()] == list(range(100)), "each answered, in order"
+# Abuse by ten clients while another asks again and again: the longest wait is told.
+stop = False
+def abuse(kind):
+    while not stop:
+        try:
+            s = connect(); s.settimeout(5)
+            if kind == 0: s.sendall(("[" + ",".join(request(i, "status") for i in range(100)) + "]\n").encode())
+            if kind == 1: s.sendall(((request(1, "history", '{"seconds":3600}') + "\n") * 600).encode())
+            if kind == 2: s.sendall((('{"jsonrpc":"2.0","method":"status"}\n') * 1500).encode())
+            if kind < 2: s.recv(1 << 16)
+            s.close()
+        except OSError: pass
+threads = [threading.Thread(target=abuse, args=(i % 3,), daemon=True) for i in range(9)]
+for thread in threads: thread.start()
+time.sleep(6)
+stop = True
+END
+wait_for 10 field_is .state status receiving
+same "sessions" "$(field .sessions status)" 1
+same "frames lost" "$(field .timing.missing_frames status)" 0
+[ "$(grep -c 'no data for' "$dir/prismd.err" || true)" = 0 ] || fail "a false silence: $(cat "$dir/prismd.err")"
+
+kill -STOP "$prismd"; sleep 5; kill -CONT "$prismd"
+wait_for 10 field_is .state status receiving
+sleep 1.5
+same "sessions after a stall" "$(field .sessions status)" 1
+[ "$(grep -c 'no data for' "$dir/prismd.err" || true)" = 0 ] || fail "a stall taken for silence: $(cat "$dir/prismd.err")"
