@@ -55,6 +55,11 @@ const pipeline::Rows& Acquisition::finish() {
   return end_session(pipeline_->finish());
 }
 
+void Acquisition::close() {
+  if (log_) log_->close();
+  capture_.reset();
+}
+
 void Acquisition::sync() {
   if (log_) log_->sync();
   if (capture_) capture_->flush();

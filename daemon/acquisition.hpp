@@ -29,6 +29,8 @@ class Acquisition {
   const pipeline::Rows& expire(std::int64_t now_ns);
   /// The line was lost, or the run ends.
   const pipeline::Rows& finish();
+  /// The last thing: segments end, nothing more is kept.
+  void close();
   /// Once a second: what was written goes to the disk.
   void sync();
 

@@ -132,7 +132,9 @@ ordered_json status_answer(const Instance& instance) {
     json["log"] = {{"directory", c.log ? c.log->directory : ""},
                    {"rows", log->rows.load()},
                    {"dropped", log->dropped.load()},
-                   {"segments", log->segments.load()}};
+                   {"segments", log->segments.load()},
+                   {"pending", log->pending.load()},
+                   {"unsynced", log->unsynced.load()}};
   }
   if (acquisition.capture() != nullptr)
     json["capture"] = {{"directory", c.capture ? c.capture->directory : ""},

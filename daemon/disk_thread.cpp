@@ -34,6 +34,16 @@ void DiskThread::drain() {
   idle_.wait(lock, [this] { return queue_.empty() && !busy_; });
 }
 
+bool DiskThread::drain(std::chrono::milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  return idle_.wait_for(lock, patience, [this] { return queue_.empty() && !busy_; });
+}
+
+std::chrono::steady_clock::duration DiskThread::busy_for() const {
+  const std::lock_guard lock(mutex_);
+  return busy_ ? std::chrono::steady_clock::now() - busy_since_ : std::chrono::steady_clock::duration::zero();
+}
+
 void DiskThread::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
@@ -42,6 +52,7 @@ void DiskThread::run() {
     Entry entry = std::move(queue_.front());
     queue_.pop_front();
     busy_ = true;
+    busy_since_ = std::chrono::steady_clock::now();
     lock.unlock();
     run(entry);
     lock.lock();

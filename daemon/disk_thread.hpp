@@ -2,6 +2,7 @@
 // The one thread that may wait for the disk, behind a bounded queue: the live path never does.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -34,6 +35,10 @@ class DiskThread {
 
   /// Waits until everything posted so far has run.
   void drain();
+  /// The same, `patience` at most. False: something has not.
+  bool drain(std::chrono::milliseconds patience);
+  /// How long the task that runs has run; zero where none does.
+  std::chrono::steady_clock::duration busy_for() const;
 
  private:
   struct Entry {
@@ -46,11 +51,12 @@ class DiskThread {
 
   const std::size_t max_bytes_;
   const Failed failed_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable work_, idle_;
   std::deque<Entry> queue_;
   std::size_t queued_bytes_ = 0;
   bool busy_ = false, stop_ = false;
+  std::chrono::steady_clock::time_point busy_since_;
   std::thread thread_;
 };
 

@@ -2,6 +2,7 @@
 // prismd beside the gyro.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -28,6 +29,8 @@ namespace {
 namespace asio = boost::asio;
 constexpr auto kUse = asio::as_tuple(asio::use_awaitable);
 constexpr std::size_t kDiskQueueBytes = 4 << 20;
+constexpr std::chrono::seconds kDiskPatience{3};
+constexpr std::chrono::milliseconds kLastPatience{3500};
 
 class Live {
  public:
@@ -68,10 +71,36 @@ class Live {
     io_.run();
     notify_stopping();
     instance_.finish();
-    return kExitDone;
+    return end_disk();
   }
 
  private:
+  // A disk that hangs does not hold up the end: what it did not take is told, and the process leaves it behind.
+  int end_disk() {
+    const LogCounters* const log = instance_.acquisition.log();
+    instance_.acquisition.close();
+    if (disk_.drain(kLastPatience)) return kExitDone;
+    spdlog::error("the disk does not answer: {} rows were not written, and {} more are not safe",
+                  log ? log->pending.load() : 0, log ? log->unsynced.load() : 0);
+    finish_logging();
+    ::_exit(kExitFailed);
+  }
+
+  // A disk that hangs says nothing itself.
+  void watch_disk() {
+    using std::chrono::seconds;
+    const auto busy = std::chrono::duration_cast<seconds>(disk_.busy_for());
+    if (busy >= kDiskPatience && !disk_hangs_) {
+      disk_hangs_ = true;
+      const LogCounters* const log = instance_.acquisition.log();
+      instance_.tell(
+          Severity::kWarning, "disk",
+          fmt::format("the disk has not answered for {} s; {} rows wait", busy.count(), log ? log->pending.load() : 0));
+    } else if (busy < kDiskPatience && std::exchange(disk_hangs_, false)) {
+      instance_.tell(Severity::kInfo, "disk", "the disk answers again");
+    }
+  }
+
   const pipeline::Setup& setup() const { return instance_.acquisition.setup(); }
 
   // Faults found on the disk thread are told on the live one, where the instance lives as long as the context runs.
@@ -113,7 +142,8 @@ class Live {
     for (;;) {
       tick_.expires_after(period);
       co_await tick_.async_wait(kUse);
-      instance_.acquisition.sync();
+      if (!disk_hangs_) instance_.acquisition.sync();
+      watch_disk();
       if (half_us == 0 && !under_systemd_) continue;
       if (std::string now = summary(instance_); now != shown) notify_status(shown = std::move(now));
       const auto& line = setup().config.line;
@@ -131,6 +161,7 @@ class Live {
   asio::signal_set signals_;
   asio::steady_timer tick_;
   std::unique_ptr<Server> server_;
+  bool disk_hangs_ = false;
   const bool under_systemd_ = std::getenv("NOTIFY_SOCKET") != nullptr;
 };
 

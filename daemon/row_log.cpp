@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 #include "compensation/compensated_text.hpp"
@@ -21,25 +23,44 @@ RowLog::RowLog(config::SegmentSettings settings, std::string name, std::string m
       fault_("log", "rows", counters.dropped, std::move(tell)),
       segments_(std::move(settings), std::move(name), ".csv") {}
 
-RowLog::~RowLog() { close_segment(); }
+RowLog::~RowLog() { close(); }
+
+void RowLog::close() {
+  if (distrusted_) write_again();
+  close_segment();
+  if (!distrusted_) return;
+  fault_.drop(unsynced_.size());
+  unsynced_.clear();
+}
 
 void RowLog::append(const compensation::CompensatedWindow& row, std::int64_t session_ns) {
-  if (session_ns != std::exchange(session_ns_, session_ns)) close_segment();
-  const std::int64_t second = row.window.bucket.second + 1;
-  line_.clear();
-  compensation::append_csv(line_, row);
-  if (segments_.begins_new(second, bytes_ + static_cast<std::int64_t>(line_.size()))) close_segment();
-  if ((file_ >= 0 || open_segment(second)) && write_all(line_)) {
+  Row next{row.window.bucket.second + 1, session_ns, {}};
+  compensation::append_csv(next.line, row);
+  if (!distrusted_) return write_row(std::move(next));
+  if (unsynced_.size() >= kMostUnsynced) return fault_.drop(1);
+  unsynced_.push_back(std::move(next));
+  counters_.unsynced = unsynced_.size();
+}
+
+void RowLog::write_row(Row row) {
+  if (row.session_ns != std::exchange(session_ns_, row.session_ns)) close_segment();
+  if (segments_.begins_new(row.second, bytes_ + static_cast<std::int64_t>(row.line.size()))) close_segment();
+  if (distrusted_) {  // the sync of the segment that ended failed
+    unsynced_.push_back(std::move(row));
+  } else if ((file_ >= 0 || open_segment(row.second)) && write_all(row.line)) {
     ++counters_.rows;
     ++rows_;
+    unsynced_.push_back(std::move(row));
+    if (unsynced_.size() > kMostUnsynced) unsynced_.pop_front();  // a replay, which never syncs
   } else {
     fault_.drop(1);
   }
+  counters_.unsynced = unsynced_.size();
 }
 
 void RowLog::sync() {
-  if (file_ < 0) return;
-  if (!put_on_disk()) return;
+  if (distrusted_ && --until_try_ <= 0) write_again();
+  if (file_ < 0 || !put_on_disk()) return;
   if (!segments_.in_place(file_)) {
     tell_(fmt::format("log: {}: was deleted or moved away, and its rows with it; a new segment begins", path_));
     close_segment();
@@ -68,6 +89,7 @@ bool RowLog::open_segment(std::int64_t second) {
   sum_ = Sha256();
   torn_ = false;
   if (!write_all(metadata_ + "# session: " + utc_nano_text(session_ns_) + "\n" +
+                 (superseded_.empty() ? "" : "# supersedes: " + superseded_ + "\n") +
                  std::string(compensation::csv_columns()) + "\n")) {
     ::unlink(path_.c_str());
     torn_ = true;
@@ -81,8 +103,7 @@ bool RowLog::open_segment(std::int64_t second) {
 void RowLog::close_segment() {
   if (file_ < 0) return;
   if (!torn_) write_end();
-  if (file_ < 0) return;
-  put_on_disk();
+  if (file_ < 0 || !put_on_disk()) return;
   ::close(std::exchange(file_, -1));
   bytes_ = 0;
 }
@@ -94,9 +115,38 @@ void RowLog::write_end() {
 }
 
 bool RowLog::put_on_disk() {
-  if (::fdatasync(file_) == 0) return true;
+  if (::fdatasync(file_) == 0) {
+    unsynced_.clear();
+    counters_.unsynced = 0;
+    superseded_.clear();
+    pause_ = 0;
+    return true;
+  }
   fault_.begin(fmt::format("{}: cannot be synced: {}", path_, std::strerror(errno)));
+  distrust();
   return false;
+}
+
+// The segment is left without an end. One in which no row is good, and which is not the only place of any, goes.
+void RowLog::distrust() {
+  const std::uint64_t good = rows_ - std::min<std::uint64_t>(rows_, unsynced_.size());
+  ::close(std::exchange(file_, -1));
+  bytes_ = 0;
+  if (good == 0) {
+    ::unlink(path_.c_str());
+  } else {
+    superseded_ = fmt::format("{} from row {}", std::filesystem::path(path_).filename().string(), good + 1);
+  }
+  counters_.rows -= unsynced_.size();
+  distrusted_ = true;
+  pause_ = std::clamp(2 * pause_, 1, kLongestPause);
+  until_try_ = pause_;
+}
+
+void RowLog::write_again() {
+  distrusted_ = false;
+  for (std::deque<Row> rows = std::exchange(unsynced_, {}); !rows.empty(); rows.pop_front())
+    write_row(std::move(rows.front()));
 }
 
 bool RowLog::write_all(const std::string& text) {
@@ -129,25 +179,40 @@ ThreadedRowWriter::ThreadedRowWriter(config::SegmentSettings settings, std::stri
       log_(std::make_shared<RowLog>(std::move(settings), std::move(name), std::move(metadata), *counters_,
                                     std::move(tell))) {}
 
-ThreadedRowWriter::~ThreadedRowWriter() {
-  // The last owner closes the segment on the disk thread, after the rows before it.
-  disk_.post(0, [log = std::move(log_), counters = counters_]() mutable { log.reset(); });
+ThreadedRowWriter::~ThreadedRowWriter() { close(); }
+
+// The last owner closes the segment on the disk thread, after the rows before it.
+void ThreadedRowWriter::close() {
+  if (log_) disk_.post(0, [log = std::exchange(log_, nullptr), counters = counters_]() mutable { log.reset(); });
 }
 
 void ThreadedRowWriter::append(const compensation::CompensatedWindow& row, std::int64_t session_ns) {
+  if (!log_) return;
+  ++counters_->pending;
   const bool taken = disk_.post(
-      sizeof row, [log = log_, row, session_ns] { log->append(row, session_ns); },
-      [log = log_](const std::string& why) { log->lose(why); });
-  if (!taken) log_->lose("the disk cannot keep up");
+      sizeof row,
+      [log = log_, counters = counters_, row, session_ns] {
+        log->append(row, session_ns);
+        --counters->pending;
+      },
+      [log = log_, counters = counters_](const std::string& why) {
+        log->lose(why);
+        --counters->pending;
+      });
+  if (!taken) {
+    --counters_->pending;
+    log_->lose("the disk cannot keep up");
+  }
   unsynced_ = true;
 }
 
 void ThreadedRowWriter::sync() {
-  if (std::exchange(unsynced_, false)) disk_.post(0, [log = log_] { log->sync(); });
+  if (!log_) return;
+  if (std::exchange(unsynced_, false) || counters_->unsynced > 0) disk_.post(0, [log = log_] { log->sync(); });
 }
 
 void ThreadedRowWriter::set_metadata(const std::string& metadata) {
-  disk_.post(0, [log = log_, metadata] { log->set_metadata(metadata); });
+  if (log_) disk_.post(0, [log = log_, metadata] { log->set_metadata(metadata); });
 }
 
 DirectRowWriter::DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata)

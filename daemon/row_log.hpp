@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <string>
 
@@ -18,10 +19,17 @@ namespace prism::daemon {
 /// What a log did; read from any thread.
 struct LogCounters {
   std::atomic<std::uint64_t> rows{0}, dropped{0}, segments{0};
+  std::atomic<std::uint64_t> pending{0};   ///< rows that wait for the disk thread
+  std::atomic<std::uint64_t> unsynced{0};  ///< rows that it wrote, and that a power cut would cost
 };
 
 /// Writes rows where the caller's thread may wait: live it runs on the disk thread, in a replay on the main one.
 /// A row is there whole or not at all: after a failed write the file is cut back to its last whole row.
+///
+/// After a failed sync the system may have thrown away what was not on the disk, and will not say so again: the segment
+/// is given up, and the rows since the last good sync are written again into a new one, which names the row from which
+/// it supersedes the old one. As long as that fails, too, they are kept here, kMostUnsynced of them, and tried again at
+/// growing pauses.
 class RowLog {
  public:
   /// `metadata`: lines "# key: value\n" that stand on top of every segment, before its session. `tell` hears of faults,
@@ -36,15 +44,27 @@ class RowLog {
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns);
   /// Puts what was appended on the disk (fdatasync). A segment that was deleted or moved away meanwhile ends.
   void sync();
+  /// Ends the segment; what no disk took until now is dropped and counted.
+  void close();
   /// From the next row on, segments carry this metadata; the open one ends.
   void set_metadata(std::string metadata);
   /// A row that could not even be given to append(): `why` is told. From any thread.
   void lose(const std::string& why);
 
  private:
+  struct Row {
+    std::int64_t second, session_ns;
+    std::string line;
+  };
+  static constexpr std::size_t kMostUnsynced = 3600;
+  static constexpr int kLongestPause = 60;  // syncs
+
+  void write_row(Row row);
   bool open_segment(std::int64_t second);
   void close_segment();
   bool put_on_disk();
+  void distrust();
+  void write_again();
   void write_end();
   bool write_all(const std::string& text);
 
@@ -53,7 +73,10 @@ class RowLog {
   DiskFault::Tell tell_;
   DiskFault fault_;
   Segments segments_;
-  std::string path_, line_;
+  std::string path_, superseded_;  // "FILE from row N", until its rows stand elsewhere
+  std::deque<Row> unsynced_;       // as far back as kMostUnsynced
+  bool distrusted_ = false;        // unsynced_ waits for a new segment
+  int pause_ = 0, until_try_ = 0;  // syncs
   int file_ = -1;
   std::int64_t bytes_ = 0, session_ns_ = 0;
   std::uint64_t rows_ = 0;  // in the segment
@@ -69,6 +92,8 @@ class RowWriter {
   /// Puts what was appended on the disk; called once a second of real time, however fast the data's time runs.
   virtual void sync() = 0;
   virtual void set_metadata(const std::string& metadata) = 0;
+  /// The last segment ends; nothing is taken from here on.
+  virtual void close() = 0;
   virtual const LogCounters& counters() const = 0;
 };
 
@@ -83,6 +108,7 @@ class ThreadedRowWriter : public RowWriter {
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override;
   void sync() override;
   void set_metadata(const std::string& metadata) override;
+  void close() override;
   const LogCounters& counters() const override { return *counters_; }
 
  private:
@@ -102,6 +128,7 @@ class DirectRowWriter : public RowWriter {
   }
   void sync() override {}  // a replay can be run again; the segment is synced when it closes
   void set_metadata(const std::string& metadata) override { log_.set_metadata(metadata); }
+  void close() override { log_.close(); }
   const LogCounters& counters() const override { return counters_; }
   const std::string& first_fault() const { return first_fault_; }
 

@@ -21,7 +21,7 @@ using testing::IsEmpty;
 class Held {
  public:
   explicit Held(DiskThread& disk) {
-    disk.post(0, [this] { gate_.get_future().wait(); });
+    disk.post(0, [open = gate_.get_future().share()] { open.wait(); });
   }
   void let_go() { gate_.set_value(); }
 

@@ -220,19 +220,55 @@ TEST_F(RowLogTest, AFullDiskCostsTheOldestSegmentWhereTheConfigurationSaysSo) {
   EXPECT_EQ(told.lines().size(), 1u);
 }
 
-TEST_F(RowLogTest, AFailedSyncIsToldOnceAndOverWithAGoodOne) {
-  append(1);
+// The story: after EIO of fdatasync the log went on with the same descriptor and called itself recovered at the next
+// good sync, whatever the system had thrown away meanwhile.
+TEST_F(RowLogTest, AfterAFailedSyncItsRowsStandAgainInASegmentThatSupersedesThem) {
+  append(3);
+  log->sync();
+  append(2);
   {
-    const test::FailingCall fault(test::failing_fdatasync, EIO);
-    for (int i = 0; i < 3; ++i) {
-      append(1);
-      log->sync();
-    }
+    const test::FailingCall fault(test::failing_fdatasync, EIO, 1);
+    log->sync();
   }
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be synced: Input/output error")));
+  EXPECT_EQ(counters.rows, 3u);
+  append(1);
+  EXPECT_EQ(counters.unsynced, 3u);
+  log->sync();
+  append(1);
   log->sync();
   log->sync();
   EXPECT_THAT(told.lines().back(), EndsWith("writing again after 0 rows were dropped"));
+  EXPECT_EQ(told.lines().size(), 2u);
+  EXPECT_EQ(counters.rows, 7u);
+  EXPECT_EQ(counters.unsynced, 0u);
+  log.reset();
+  EXPECT_EQ(rows("gyro-20261121T120000Z.csv").size(), 5u);
+  EXPECT_THAT(test::content(path("gyro-20261121T120000Z.csv")), Not(HasSubstr("# end")));
+  EXPECT_EQ(rows("gyro-20261121T120003Z.csv").size(), 4u);
+  EXPECT_THAT(test::content(path("gyro-20261121T120003Z.csv")),
+              HasSubstr("# supersedes: gyro-20261121T120000Z.csv from row 4\n"));
+}
+
+TEST_F(RowLogTest, ADiskThatNeverSyncsGetsNoFileASecondAndLosesNoRow) {
+  append(1);
+  log->sync();
+  {
+    const test::FailingCall fault(test::failing_fdatasync, EIO);
+    for (int i = 0; i < 40; ++i) {
+      append(1);
+      log->sync();
+    }
+    EXPECT_LE(test::files_in(settings.directory).size(), 2u);
+  }
+  EXPECT_EQ(told.lines().size(), 1u);
+  for (int i = 0; i < 70; ++i) log->sync();
+  EXPECT_EQ(told.lines().size(), 2u);
+  EXPECT_EQ(counters.rows, 41u);
+  EXPECT_EQ(counters.dropped, 0u);
+  log.reset();
+  EXPECT_EQ(rows("gyro-20261121T120000Z.csv").size(), 2u);
+  EXPECT_EQ(rows("gyro-20261121T120001Z.csv").size(), 40u);
 }
 
 TEST_F(RowLogTest, AFolderThatIsAFileIsAFaultUntilItIsGone) {

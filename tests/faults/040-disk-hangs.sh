@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+# A disk that hangs: told within 5 s, rows that wait are in the status, none is lost when it answers again; and SIGTERM ends prismd
+# within 5 s, with how many rows were not written. The story: no event, "0 dropped", SIGTERM waited 16 to 30 s, 20 rows were gone.
+. "$(dirname "$0")/lib.sh"
+config
+start_sim --profile steady --speed 1
+echo good >"$dir/disk"
+start prismd env LD_PRELOAD="$PRISM_BIN/tests/libdisk_shim.so" PRISM_DISK="$dir/disk" prismd "$dir/gyro.json"
+prismd=$pid
+wait_for 10 field_above .log.rows status 1
+echo hang >"$dir/disk"
+begin=$(date +%s%N)
+wait_for 7 grep -q 'the disk has not answered for' "$dir/prismd.err"
+took=$((($(date +%s%N) - begin) / 1000000))
+[ "$took" -lt 6500 ] || fail "told after $took ms, expected 5000 behind the first sync that hangs"
+sleep "$(long 2 55)"
+field_above .log.pending status 1 || fail "no row waits: $(field -c .log status)"
+same "rows dropped" "$(field .log.dropped status)" 0
+echo good >"$dir/disk"
+wait_for 5 grep -q 'the disk answers again' "$dir/prismd.err"
+wait_for 5 field_is .log.pending status 0
+echo hang >"$dir/disk"
+sleep 3.5
+begin=$(date +%s%N)
+kill -TERM "$prismd"
+code=0; wait "$prismd" || code=$?
+took=$((($(date +%s%N) - begin) / 1000000))
+[ "$took" -lt 5000 ] || fail "SIGTERM took $took ms, expected less than 5000"
+same "exit code" "$code" 1
+contains "its last words" "$(tail -1 "$dir/prismd.err")" "rows were not written"

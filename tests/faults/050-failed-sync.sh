@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+# fdatasync gives EIO: one event, one recovery, and each second stands in the log, in a segment that supersedes what cannot be trusted.
+# The story: the log went on with the same descriptor and called itself recovered.
+. "$(dirname "$0")/lib.sh"
+config
+start_sim --profile steady --speed 1
+echo good >"$dir/disk"
+start prismd env LD_PRELOAD="$PRISM_BIN/tests/libdisk_shim.so" PRISM_DISK="$dir/disk" prismd "$dir/gyro.json"
+prismd=$pid
+wait_for 10 field_above .log.rows status 2
+echo eio >"$dir/disk"
+sleep "$(long 5 60)"
+echo good >"$dir/disk"
+wait_for 60 grep -q 'log: writing again' "$dir/prismd.err"
+sleep 2
+kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
+same "faults told" "$(grep -c 'cannot be synced' "$dir/prismd.err")" 1
+[ "$(ls "$dir"/log/*.csv | wc -l)" -le 3 ] || fail "a file for each second: $(ls "$dir/log")"
+grep -q '^# supersedes: ' "$dir"/log/*.csv || fail "no segment supersedes another"
+python3 - "$dir/log" <<'END' || fail "seconds are missing"
+import glob, re, sys
+rows, superseded = {}, {}
+for path in sorted(glob.glob(sys.argv[1] + "/*.csv")):
+    text = open(path).read()
+    for name, row in re.findall(r"^# supersedes: (\S+) from row (\d+)$", text, re.M): superseded[name] = int(row)
+    rows[path.split("/")[-1]] = [line.split(",") for line in text.splitlines() if line[:1].isdigit()]
+seconds = [int(row[1]) for name, all_rows in rows.items() for row in all_rows[: superseded.get(name, 10**9) - 1]]
+print(seconds)
+sys.exit(sorted(seconds) != list(range(min(seconds), max(seconds) + 1)))
+END
