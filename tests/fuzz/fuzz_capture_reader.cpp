@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// Any bytes as a capture, and as bare bytes: read to an end, no packet longer than the file, and the same twice.
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "drivers/capture_file.hpp"
+
+namespace {
+
+void require(bool holds) {
+  if (!holds) std::abort();
+}
+
+struct Read {
+  std::vector<std::int64_t> times;
+  std::size_t bytes = 0;
+  std::string damage;
+
+  bool operator==(const Read&) const = default;
+};
+
+Read read_all(const std::string& path, std::size_t size) {
+  const prism::drivers::BareBytes bare{4000, 0};
+  auto reader = prism::drivers::CaptureReader::open(path, bare);
+  if (!reader) return {{}, 0, reader.error().text()};
+  Read read;
+  while (const auto packet = reader->next()) {
+    read.times.push_back(packet->time_ns);
+    read.bytes += packet->bytes.size();
+    require(packet->bytes.size() <= size);
+    require(read.times.size() <= size + 1);
+  }
+  read.damage = reader->tail_damage();
+  return read;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const int file = ::memfd_create("capture", MFD_CLOEXEC);
+  require(file >= 0 && ::write(file, data, size) == static_cast<ssize_t>(size));
+  const std::string path = "/proc/self/fd/" + std::to_string(file);
+  const Read once = read_all(path, size), twice = read_all(path, size);
+  require(once == twice);
+  require(once.bytes <= size);
+  for (const char c : once.damage) require(c != '\n');
+  ::close(file);
+  return 0;
+}
