@@ -157,7 +157,10 @@ bool is_log(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   std::string line;
   std::getline(in, line);
-  return line.starts_with(kFirstWords) && line.find(kFormatMark) != std::string::npos;
+  if (!line.starts_with(kFirstWords) || line.find(kFormatMark) == std::string::npos) return false;
+  while (std::getline(in, line) && line.starts_with('#')) continue;
+  if (line.ends_with('\r')) line.pop_back();
+  return compensation::CsvLayout::parse(line, path).has_value();
 }
 
 Result<LogSegment> read_log_segment(const std::string& path, const std::string& column) {

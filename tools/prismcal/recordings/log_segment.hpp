@@ -41,7 +41,7 @@ struct LogSegment {
   std::string value(const std::string& key) const;  ///< of the metadata; empty: it does not say
 };
 
-/// True where a file's first line says so.
+/// True where a file's first line says so and its columns are a log's; what somebody cut out of a log is a plain table.
 bool is_log(const std::string& path);
 
 /// Reads one. `column`, where it is not empty, is read as numbers (an empty field is kUnknown). What a power cut leaves
