@@ -35,11 +35,13 @@ Acquisition::Acquisition(pipeline::Setup setup, std::unique_ptr<RowWriter> log, 
       events_(events),
       log_(std::move(log)),
       capture_(std::move(capture)),
-      pipeline_(std::make_unique<pipeline::Pipeline>(setup_)) {}
+      pipeline_(std::make_unique<pipeline::Pipeline>(setup_)),
+      rate_watch_(setup_.frames->rate_hz) {}
 
 const pipeline::Rows& Acquisition::begin_session(std::int64_t now_ns) {
   if (capture_) capture_->mark_opened(now_ns);
   ++sessions_;
+  rate_watch_.begin();
   return end_session(pipeline_->begin_session(now_ns));
 }
 
@@ -77,6 +79,7 @@ Result<Acquisition::Reconfigured> Acquisition::reconfigure(pipeline::Setup setup
     pipeline_ = std::make_unique<pipeline::Pipeline>(setup);
   }
   setup_ = std::move(setup);
+  rate_watch_ = RateWatch(setup_.frames->rate_hz);
   stability_.reset();  // figures of two models do not mix
   if (log_) log_->set_metadata(pipeline::log_metadata(setup_));
   return done;
@@ -92,6 +95,7 @@ const pipeline::Rows& Acquisition::keep(const pipeline::Rows& rows) {
     stability_.add(window.row, block_s());
     history_.add(window.row);
     watch_quality(window.row);
+    watch_rate(window.row);
   }
   if (!rows.samples.empty()) {
     last_ = rows.samples.back().row;
@@ -117,6 +121,11 @@ void Acquisition::watch_quality(const compensation::CompensatedWindow& row) {
       quality == compensation::kGood || quality == compensation::kWarming || quality == compensation::kNoModel;
   events_.add(harmless ? Severity::kInfo : Severity::kWarning, "quality",
               "quality is now " + compensation::quality_text(quality), host_time_ns());
+}
+
+void Acquisition::watch_rate(const compensation::CompensatedWindow& row) {
+  const auto wrong = rate_watch_.push(row.window.bucket.samples);
+  if (wrong) events_.add(Severity::kWarning, "rate", setup_.frames->name + ": " + *wrong, host_time_ns());
 }
 
 }  // namespace prism::daemon

@@ -168,11 +168,6 @@ class Live {
 }  // namespace
 
 int run_live(const Options& options, pipeline::Setup setup) {
-  if (setup.config.line.device.empty()) {
-    spdlog::error("{}:/line/device: is missing, expected the gyro's serial device (or use --replay)",
-                  setup.config.path);
-    return kExitConfig;
-  }
   const auto live = std::make_unique<Live>(options, setup);
   return live->run();
 }

@@ -101,13 +101,18 @@ int check(const pipeline::Setup& setup) {
 int run(int argc, char** argv) {
   Options options;
   if (const auto code = parse_options(argc, argv, options)) return *code;
-  if (!options.sniff.empty()) return run_sniff(options.sniff);
+  if (!options.sniff.empty()) return run_sniff(options.sniff, options.config);
   if (options.check) {
     if (const int code = check_document(options.config); code >= 0) return code;
   }
   Result<pipeline::Setup> setup = pipeline::load_setup(options.config, overrides_of(options));
   if (!setup) {
     fmt::print(stderr, "prismd: {}\n", setup.error().text());
+    return kExitConfig;
+  }
+  if (setup->config.line.device.empty() && options.replay.empty()) {
+    fmt::print(stderr, "prismd: {}:/line/device: is missing, expected the gyro's serial device (or use --replay)\n",
+               setup->config.path);
     return kExitConfig;
   }
   begin_logging(setup->config.event_level);

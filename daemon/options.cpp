@@ -30,8 +30,10 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   app.add_flag(
       "--check", options.check,
       "validate the configuration (or frame description, or model) and all it names, then exit (0 good, 78 bad)");
-  app.add_option("--sniff", options.sniff,
-                 "listen on a serial device, or read a file of bytes, and say which frame description fits");
+  app.add_option(
+      "--sniff", options.sniff,
+      "listen on a serial device, or read a capture or a file of bytes, and say which frame description fits; "
+      "CONFIG, where given, is the one description to try, a name or a path");
   app.add_option("--replay", options.replay,
                  "run a recorded capture through the pipeline instead of the live line; again for the next one")
       ->expected(1)
@@ -47,7 +49,7 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   app.add_option("--device", options.device, "serial device instead of the configuration's");
   app.footer(
       "Examples:\n  prismd /etc/prism/gyro1.json --check\n  prismd gyro.json --replay capture.pcap --out replayed\n"
-      "  prismd --sniff /dev/ttyUSB0");
+      "  prismd --sniff /dev/ttyUSB0\n  prismd --sniff bytes.bin ./my-gyro.json");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -55,8 +57,8 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
     std::fprintf(stderr, "prismd: %s; see prismd --help\n", error.what());
     return kUsage;
   }
-  if (options.config.empty() == options.sniff.empty()) {
-    std::fprintf(stderr, "prismd: expected either CONFIG or --sniff DEVICE; see prismd --help\n");
+  if (options.config.empty() && options.sniff.empty()) {
+    std::fprintf(stderr, "prismd: expected CONFIG or --sniff DEVICE; see prismd --help\n");
     return kUsage;
   }
   if (options.replay.empty() && (*speed_option || !options.out.empty())) {

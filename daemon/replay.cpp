@@ -52,6 +52,33 @@ void pass(Instance& instance, const drivers::CapturePacket& packet) {
   }
 }
 
+// The frames of whole seconds of arrival, for a clock that goes by it: a rate_hz that is far off may leave no row at
+// all.
+class ArrivalRate {
+ public:
+  explicit ArrivalRate(const pipeline::Setup& setup)
+      : watch_(setup.frames->rate_hz),
+        applies_(setup.clock.source == drivers::ClockSource::kHost && setup.frames->kinds.size() == 1) {}
+  /// `frames` have come when what arrived at time_ns was read.
+  std::optional<std::string> arrived(std::int64_t time_ns, std::uint64_t frames) {
+    const std::int64_t second = time_ns / compensation::kNanosecondsPerSecond;
+    std::optional<std::string> wrong;
+    if (applies_ && second != second_) {
+      if (whole_ && second == second_ + 1) wrong = watch_.push(static_cast<std::uint32_t>(frames - frames_));
+      whole_ = second == second_ + 1;
+      second_ = second;
+      frames_ = frames;
+    }
+    return wrong;
+  }
+
+ private:
+  RateWatch watch_;
+  bool applies_, whole_ = false;
+  std::int64_t second_ = -1;
+  std::uint64_t frames_ = 0;
+};
+
 class Replay {
  public:
   Replay(const Options& options, pipeline::Setup setup)
@@ -61,6 +88,7 @@ class Replay {
       rows = std::make_unique<DirectRowWriter>(*setup.config.log, setup.config.name, pipeline::log_metadata(setup));
       rows_ = rows.get();
     }
+    rate_ = std::make_unique<ArrivalRate>(setup);
     instance_ = std::make_unique<Instance>(std::move(setup), std::move(rows), nullptr, [](const Event& event) {
       if (event.kind != "quality") log_event(event);  // the log itself says it of each row
     });
@@ -82,6 +110,7 @@ class Replay {
     const double seconds = std::chrono::duration<double>(Steady::now() - begin).count();
     if (!fault_.empty()) return fail(fault_);
     if (rows_ != nullptr && !rows_->first_fault().empty()) return fail(rows_->first_fault());
+    if (instance_->acquisition.frames() == 0 && !stopped_) return fail(no_frame());
     summarise(seconds);
     return kExitDone;
   }
@@ -129,10 +158,23 @@ class Replay {
         co_await asio::post(io_, kUse);
       }
       pass(*instance_, *packet);
+      if (!reader->is_bare()) watch_rate(packet->time_ns);
     }
     if (!reader->tail_damage().empty()) spdlog::warn("{}", reader->tail_damage());
     if (reader->foreign_packets() > 0)
       spdlog::warn("{}: {} packets hold no serial record and were left out", file, reader->foreign_packets());
+  }
+
+  void watch_rate(std::int64_t time_ns) {
+    const auto wrong = rate_->arrived(time_ns, instance_->acquisition.frames());
+    if (wrong) spdlog::warn("{}: {}", instance_->acquisition.setup().frames->name, *wrong);
+  }
+
+  std::string no_frame() const {
+    const Acquisition& s = instance_->acquisition;
+    return fmt::format("{}: found no frame of \"{}\" in {} bytes, expected some: prismd --sniff {} says what fits",
+                       fmt::join(options_.replay, ", "), s.setup().frames->name,
+                       s.pipeline().decoder().counters().bytes, options_.replay.front());
   }
 
   void summarise(double seconds) const {
@@ -166,6 +208,7 @@ class Replay {
   std::unique_ptr<Server> server_;
   asio::signal_set signals_;
   asio::steady_timer timer_;
+  std::unique_ptr<ArrivalRate> rate_;
   std::string fault_;
   bool stopped_ = false;
 };

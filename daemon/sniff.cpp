@@ -18,6 +18,7 @@
 #include "config/text_file.hpp"
 #include "daemon/arrival_clock.hpp"
 #include "daemon/service.hpp"
+#include "drivers/capture_file.hpp"
 #include "drivers/serial_line.hpp"
 #include "drivers/wire/decode/inspect.hpp"
 #include "drivers/wire/decode/sniffer.hpp"
@@ -31,16 +32,16 @@ using Steady = std::chrono::steady_clock;
 constexpr auto kListen = std::chrono::milliseconds(1000);
 constexpr std::size_t kShownMisses = 3;
 
-// Every description beside the default one.
-std::vector<wire::FrameDescriptionPtr> shipped_descriptions() {
+// The one that is asked for, or every description of every place where they are found. One that cannot be read is told
+// and left out.
+std::vector<wire::FrameDescriptionPtr> descriptions_of(const std::string& asked) {
   std::vector<wire::FrameDescriptionPtr> descriptions;
   std::error_code error;
   const fs::path here = fs::current_path(error);
-  const fs::path folder = fs::path(config::find_data_file("trplg", "frames", here)).parent_path();
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    const std::string path = entry->path().string();
-    if (entry->path().extension() != ".json" || path.ends_with(".schema.json")) continue;
-    const Result<std::string> text = config::read_text_file(path);
+  std::vector<std::string> paths = {config::find_data_file(asked, "frames", here)};
+  if (asked.empty()) paths = config::data_files("frames", here);
+  for (const std::string& path : paths) {
+    const Result<std::string> text = config::read_data_file(path, "frames");
     const auto description = text ? wire::parse_frame_description(*text, path) : tl::unexpected<Error>(text.error());
     if (description) {
       descriptions.push_back(*description);
@@ -63,9 +64,11 @@ bool print_ranking(const wire::Sniffer& sniffer, const std::string& heading) {
   const std::vector<wire::SniffScore> ranking = sniffer.ranking();
   const bool any = !ranking.empty() && ranking.front().fits;
   fmt::print("{}: {}\n", heading,
-             any                                             ? "fits"
-             : ranking.empty() || ranking.front().bytes == 0 ? "no byte came"
-                                                             : "nothing fits");
+             any                                                      ? "fits"
+             : ranking.empty() || ranking.front().bytes == 0          ? "no byte came"
+             : ranking.front().too_few && ranking.front().frames == 1 ? "one frame, too few to be sure"
+             : ranking.front().too_few                                ? "two frames, too few to be sure"
+                                                                      : "nothing fits");
   std::size_t shown = 0;
   for (const wire::SniffScore& score : ranking) {
     const bool worth = score.fits || (!any && score.frames > 0 && shown < kShownMisses);
@@ -77,13 +80,17 @@ bool print_ranking(const wire::Sniffer& sniffer, const std::string& heading) {
 }
 
 bool sniff_file(const std::string& path, const std::vector<wire::FrameDescriptionPtr>& descriptions) {
-  const Result<std::string> text = config::read_text_file(path);
-  if (!text) {
-    fmt::print(stderr, "prismd: {}\n", text.error().text());
+  constexpr drivers::BareBytes kAtOnce{1e12, 0};  // the times of bare bytes are not known
+  Result<drivers::CaptureReader> reader = drivers::CaptureReader::open(path, kAtOnce);
+  if (!reader) {
+    fmt::print(stderr, "prismd: {}\n", reader.error().text());
     return false;
   }
   wire::Sniffer sniffer(descriptions);
-  sniffer.feed({reinterpret_cast<const std::uint8_t*>(text->data()), text->size()}, 0);
+  while (const auto packet = reader->next()) {
+    if (packet->event == drivers::CaptureEvent::kData)
+      sniffer.feed(packet->bytes, reader->is_bare() ? 0 : packet->time_ns);
+  }
   return print_ranking(sniffer, path);
 }
 
@@ -130,8 +137,9 @@ Result<bool> sniff_line_at(const std::string& device, const wire::WireFormat& wi
 
 }  // namespace
 
-int run_sniff(const std::string& path) {
-  const std::vector<wire::FrameDescriptionPtr> descriptions = shipped_descriptions();
+int run_sniff(const std::string& path, const std::string& description) {
+  const std::vector<wire::FrameDescriptionPtr> descriptions = descriptions_of(description);
+  if (descriptions.empty()) return kExitFailed;
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0 || !S_ISCHR(info.st_mode))
     return sniff_file(path, descriptions) ? kExitDone : kExitFailed;

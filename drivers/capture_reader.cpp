@@ -86,8 +86,10 @@ struct CaptureReader::File {
     const int link = pcap_datalink(pcap);
     if (link == kCaptureLinkType) return {};
     const char* name = pcap_datalink_val_to_name(link);
-    return refuse(path, fmt::format("found a capture of link type {} ({}), expected {} (serial line)", link,
-                                    name ? name : "unknown", kCaptureLinkType));
+    return refuse(
+        path, fmt::format("found a capture of link type {} ({}), expected {} (serial line); bytes that came by TCP: "
+                          "tshark -r FILE -Y tcp.payload -T fields -e tcp.payload | xxd -r -p >BYTES",
+                          link, name ? name : "unknown", kCaptureLinkType));
   }
 
   Result<void> open_bare(const BareBytes& rate) {

@@ -8,7 +8,6 @@
 
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
-#include "config/text_file.hpp"
 #include "config/version.hpp"
 #include "drivers/wire/decode/inspect.hpp"
 
@@ -27,7 +26,7 @@ wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wi
 }
 
 Result<wire::FrameDescriptionPtr> load_frames(const config::Config& config) {
-  const Result<std::string> text = config::read_text_file(config.frames);
+  const Result<std::string> text = config::read_data_file(config.frames, "frames");
   if (!text) return tl::unexpected<Error>(text.error());
   wire::GyroChoice choice;
   choice.axis = config.gyro.axis;
@@ -46,7 +45,7 @@ Result<wire::FrameDescriptionPtr> load_frames(const config::Config& config) {
 Result<compensation::ModelPtr> load_model(const config::Config& config, const std::string& path,
                                           const wire::FrameDescription& frames) {
   if (path.empty()) return compensation::ModelPtr();
-  const Result<std::string> text = config::read_text_file(path);
+  const Result<std::string> text = config::read_data_file(path, "models");
   if (!text) return tl::unexpected<Error>(text.error());
   Result<compensation::ModelPtr> model = compensation::parse_model(*text, path);
   if (!model) return model;

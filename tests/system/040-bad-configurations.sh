@@ -16,9 +16,12 @@ printf '{\n "line": {,}\n}' >"$dir/gyro.json"; refused "no JSON" "gyro.json:2:"
 long=$(printf 'n%.0s' $(seq 250))
 echo "{\"name\": \"$long\", \"socket\": {\"path\": \"\"}}" >"$dir/gyro.json"; refused "name too long" "gyro.json:/name: has 250 bytes, expected at most 229"
 echo '{"name": "a\nb"}' >"$dir/gyro.json"; refused "newline in the name" 'gyro.json:/name: found "a\nb", expected a text without control characters'
-echo '{"frames": "nope"}' >"$dir/gyro.json"; refused "missing frames" "frames/nope.json: cannot be read"
+echo '{"frames": "nope"}' >"$dir/gyro.json"; refused "missing frames" "frames/nope.json: cannot be read: No such file or directory; looked in $dir/frames, "
+echo '{"frames": "kvh175"}' >"$dir/gyro.json"; refused "mistyped frames" 'No such file or directory; did you mean "kvh1750"? Looked in '
+echo '{"model": "tao2019-model3"}' >"$dir/gyro.json"; refused "mistyped model" 'did you mean "tao2019-model'
 echo '{"model": "nope"}' >"$dir/gyro.json"; refused "missing model" "models/nope.json: cannot be read"
 echo '{}' >"$dir/gyro.json"; refused "no device" "gyro.json:/line/device: is missing"
+code=0; prismd --check "$dir/gyro.json" >"$dir/o" 2>"$dir/e" || code=$?; same "--check refuses what prismd refuses" "$code" 78
 model=$PRISM_SOURCE/config/models/tao2019-model2.json
 echo '{"model": "./m.json", "line": {"device": "/dev/null"}}' >"$dir/gyro.json"
 sed 's/"version": 1/"version": 9/' "$model" >"$dir/m.json"; refused "newer model" "m.json:/version: found 9, expected at most 1: made by a newer prism"

@@ -9,7 +9,7 @@ same "exit code for noise" "$code" 1
 contains "noise" "$(cat "$dir/o")" "nothing fits"
 code=0; prismd --sniff "$dir/none" 2>"$dir/e" || code=$?
 same "exit code for nothing" "$code" 1
-contains "nothing" "$(cat "$dir/e")" "none: cannot be read"
+contains "nothing" "$(cat "$dir/e")" "none: cannot be opened"
 for file in "$PRISM_SOURCE"/config/frames/*.json; do
   case "$file" in *.schema.json) continue ;; esac
   contains "$file" "$(prismd --check "$file")" "test vectors hold"
@@ -18,3 +18,44 @@ sed 's/63 4D"/63 4E"/' "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/f.json"
 code=0; prismd --check "$dir/f.json" 2>"$dir/e" || code=$?
 same "exit code for a vector that does not hold" "$code" 78
 contains "model" "$(prismd --check "$PRISM_SOURCE/config/models/tao2019-model1.json")" "good: model"
+
+# Descriptions are found in every place that they are found in by name; one that is asked for is tried alone.
+mkdir -p "$dir/data/frames"
+sed 's/"name": "trplg"/"name": "mine"/' "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/data/frames/mine.json"
+prismsim --profile steady --hours 0.01 --out "$dir/c.pcap" 2>/dev/null
+contains "a capture" "$(prismd --sniff "$dir/c.pcap")" "trplg              fits"
+contains "a description of PRISM_DATA" "$(PRISM_DATA=$dir/data prismd --sniff "$dir/c.pcap")" "mine               fits"
+contains "beside the shipped ones" "$(PRISM_DATA=$dir/data prismd --sniff "$dir/c.pcap")" "trplg              fits"
+same "one by its path" "$(prismd --sniff "$dir/c.pcap" "$dir/data/frames/mine.json" | grep -c 'fits ')" 1
+code=0; prismd --sniff "$dir/c.pcap" kvh1750 >"$dir/o" || code=$?
+same "another one by name: exit code" "$code" 1
+code=0; prismd --sniff "$dir/c.pcap" kvh175 >"$dir/o" 2>"$dir/e" || code=$?
+same "a mistyped one: exit code" "$code" 1
+contains "a mistyped one" "$(cat "$dir/e")" 'did you mean "kvh1750"? Looked in '
+
+# Two frames are too few to be sure, which is another thing than nothing.
+prismsim --profile steady --hours 0.01 --frames kvh1750 --out "$dir/k.pcap" 2>/dev/null
+contains "enough of them" "$(prismd --sniff "$dir/k.pcap" kvh1750)" "kvh1750            fits"
+head -c 116 "$dir/k.pcap" | tail -c 36 >"$dir/one"  # behind the headers of file, packet and record
+code=0; prismd --sniff "$dir/one" kvh1750 >"$dir/o" || code=$?
+same "one frame: exit code" "$code" 1
+contains "one frame" "$(cat "$dir/o")" "one frame, too few to be sure"
+
+# A capture of a network is refused as by --replay, with the way to its bytes.
+printf '\324\303\262\241\002\000\004\000\000\000\000\000\000\000\000\000\377\377\000\000\001\000\000\000' >"$dir/net.pcap"
+code=0; prismd --sniff "$dir/net.pcap" >"$dir/o" 2>"$dir/e" || code=$?
+same "a network's capture: exit code" "$code" 1
+contains "a network's capture" "$(cat "$dir/e")" "found a capture of link type 1 (EN10MB), expected 250 (serial line); bytes that came by TCP: tshark"
+
+# A replay that finds no frame did not do its work.
+config
+code=0; prismd "$dir/gyro.json" --replay "$dir/k.pcap" --out "$dir/none" >"$dir/o" 2>"$dir/e" || code=$?
+same "a replay without a frame: exit code" "$code" 1
+contains "a replay without a frame" "$(cat "$dir/e")" 'found no frame of "trplg" in '
+
+# A wrong rate is told where a clock shows it: the frames come 20 times a second, the description says 10.
+frames 20; prismsim --profile steady --hours 0.02 --frames "$dir/frames.json" --out "$dir/20.pcap" 2>/dev/null
+frames 10; config '"socket": {"path": ""}'
+sed -i 's/"clock": "device"/"clock": "host"/; s/, "socket": {"path": "[^"]*"}, /, /' "$dir/gyro.json"
+prismd "$dir/gyro.json" --replay "$dir/20.pcap" --out "$dir/wrong" >"$dir/o" 2>"$dir/e"
+contains "a wrong rate" "$(cat "$dir/e")" "found 20 gyro frames a second by their time stamps, expected 10 as rate_hz says"

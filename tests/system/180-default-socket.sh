@@ -32,3 +32,10 @@ same "two: exit code" "$code" 1
 same "two" "$(cat "$dir/e")" "prismctl: --name: found none although several instances run, expected one of: bench, other"
 code=0; user prismctl --name othre status 2>"$dir/e" || code=$?
 same "a mistyped name" "$(cat "$dir/e")" "prismctl: --name: found \"othre\", did you mean \"other\"? Running: bench, other"
+
+# A command that there is not is told by its name.
+code=0; prismctl --name bench stauts 2>"$dir/e" || code=$?
+same "a mistyped command: exit code" "$code" 64
+same "a mistyped command" "$(cat "$dir/e")" 'prismctl: found the command "stauts", did you mean "status"? (see prismctl --help)'
+code=0; prismctl 2>"$dir/e" || code=$?
+same "no command" "$(cat "$dir/e")" "prismctl: A subcommand is required (see prismctl --help)"

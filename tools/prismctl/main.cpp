@@ -9,6 +9,7 @@
 #include "tools/prismctl/connection.hpp"
 #include "tools/prismctl/text_view.hpp"
 #include "tools/prismctl/watch.hpp"
+#include "tools/unknown_command.hpp"
 
 namespace prism::prismctl {
 namespace {
@@ -114,7 +115,8 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    fmt::print(stderr, "prismctl: {}; see prismctl --help\n", error.what());
+    const std::string unknown = tools::unknown_command(app, argc, argv);
+    fmt::print(stderr, "prismctl: {} (see prismctl --help)\n", unknown.empty() ? error.what() : unknown);
     return kUsage;
   }
   return code;

@@ -17,32 +17,39 @@ constexpr double kLeastShare = 0.5;
 
 Sniffer::Sniffer(const std::vector<FrameDescriptionPtr>& descriptions) {
   for (const FrameDescriptionPtr& description : descriptions) decoders_.emplace_back(description);
+  rates_.resize(decoders_.size());
 }
 
 void Sniffer::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
   if (bytes_ == 0) first_ns_ = arrival_ns;
   last_ns_ = arrival_ns;
   bytes_ += bytes.size();
-  for (FrameDecoder& decoder : decoders_) {
+  for (std::size_t i = 0; i < decoders_.size(); ++i) {
     readings_.clear();
-    decoder.feed(bytes, arrival_ns, readings_);
+    decoders_[i].feed(bytes, arrival_ns, readings_);
+    rates_[i] += static_cast<std::uint64_t>(
+        std::count_if(readings_.begin(), readings_.end(), [](const Reading& reading) { return reading.has_gyro; }));
   }
 }
 
 std::vector<SniffScore> Sniffer::ranking() const {
   std::vector<SniffScore> scores;
-  for (const FrameDecoder& decoder : decoders_) {
+  for (std::size_t i = 0; i < decoders_.size(); ++i) {
+    const FrameDecoder& decoder = decoders_[i];
     const DecoderCounters& counters = decoder.counters();
     SniffScore& score = scores.emplace_back();
     score.description = decoder.description_ptr();
     score.frames = counters.frames;
+    score.rates = rates_[i];
     score.bytes = counters.bytes;
     score.framed_bytes = counters.bytes - counters.skipped_bytes - decoder.held_bytes();
     const double seconds = 1e-9 * static_cast<double>(last_ns_ - first_ns_);
     score.rate_hz = seconds > 0 ? static_cast<double>(counters.frames) / seconds : 0;
-    score.fits = score.frames >= kLeastFrames && score.share() >= kLeastShare;
+    const bool explained = score.rates > 0 && score.share() >= kLeastShare;
+    score.fits = explained && score.frames >= kLeastFrames;
+    score.too_few = explained && !score.fits;
   }
-  const auto rank = [](const SniffScore& s) { return std::tuple(s.fits, s.share(), s.frames); };
+  const auto rank = [](const SniffScore& s) { return std::tuple(s.fits, s.too_few, s.share(), s.frames); };
   std::stable_sort(scores.begin(), scores.end(),
                    [&](const SniffScore& a, const SniffScore& b) { return rank(a) > rank(b); });
   return scores;
@@ -52,6 +59,8 @@ std::string sniff_line(const SniffScore& score) {
   std::string line = fmt::format("{:<18} {:<5} {} frames, {:.1f} % of {} bytes", score.description->name,
                                  score.fits ? "fits" : "-", score.frames, 100 * score.share(), score.bytes);
   if (score.frames > 0 && score.rate_hz > 0) line += fmt::format(", {:.4g} Hz", score.rate_hz);
+  if (score.too_few) line += fmt::format(": too few to be sure, {} are", kLeastFrames);
+  if (score.frames > 0 && score.rates == 0) line += ": no rate of turn in them";
   return line;
 }
 

@@ -70,6 +70,23 @@ TEST(Sniffer, FramesAmongMuchElseDoNotFit) {
   EXPECT_FALSE(score.fits) << "most of the line is something else";
 }
 
+TEST(Sniffer, OneFrameIsTooFewToBeSure) {
+  const auto description = test::shipped("trplg");
+  auto bytes = second_of(description);
+  bytes.resize(13 + 20 - 5);  // the rest of a frame, one whole, the beginning of the next
+  Sniffer sniffer({description});
+  sniffer.feed(bytes, 0);
+  const SniffScore score = sniffer.ranking()[0];
+  EXPECT_EQ(score.frames, 0u) << "a weak frame waits for confirmation";
+  bytes = second_of(description);
+  bytes.resize(13 + 2 * 20);
+  Sniffer two({description});
+  two.feed(bytes, 0);
+  EXPECT_FALSE(two.ranking()[0].fits);
+  EXPECT_TRUE(two.ranking()[0].too_few) << sniff_line(two.ranking()[0]);
+  EXPECT_TRUE(sniff_line(two.ranking()[0]).ends_with(": too few to be sure, 3 are"));
+}
+
 TEST(Sniffer, TellsCountsAndTheRate) {
   const auto description = test::shipped("trplg");
   const auto bytes = second_of(description);
