@@ -33,7 +33,8 @@ Result<wire::FrameDescriptionPtr> one_a_second(const std::string& frames) {
 }
 
 /// Each row becomes one frame that arrives in the middle of its second's last tenth, so that no rounding of the clock
-/// moves it into the next. Missing seconds let the counter run on. A session begins where the recording's did.
+/// moves it into the next. Missing seconds let the counter run on, and partial ones are missing: a frame is of a whole
+/// second. A session begins where the recording's did.
 Result<std::size_t> write_capture(const recordings::Recording& recording, wire::FrameDescriptionPtr frames,
                                   const std::string& out) {
   auto writer = drivers::CaptureWriter::open(out);
@@ -41,7 +42,7 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
   wire::FrameEncoder encoder(std::move(frames));
   std::vector<std::uint8_t> bytes;
   std::optional<std::int64_t> last;
-  std::size_t session = 0, index = 0;
+  std::size_t session = 0, index = 0, frames_written = 0;
   for (const compensation::Bucket& bucket : recording.buckets) {
     const std::int64_t time_ns = bucket.second * compensation::kNanosecondsPerSecond + 950'000'000;
     if (session < recording.sessions.size() && recording.sessions[session] == index++) {
@@ -50,6 +51,7 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
         if (const auto done = writer->opened(time_ns); !done) return tl::unexpected(done.error());
       }
     }
+    if (bucket.partial) continue;
     wire::GyroState state;
     state.interval_s = 1;
     state.valid = std::isfinite(bucket.rate_deg_per_h);
@@ -62,10 +64,11 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
     encoder.encode(state, bytes);
     const auto done = writer->data(time_ns, bytes);
     if (!done) return tl::unexpected(done.error());
+    ++frames_written;
   }
   const auto flushed = writer->flush();
   if (!flushed) return tl::unexpected(flushed.error());
-  return recording.buckets.size();
+  return frames_written;
 }
 
 Result<std::size_t> convert(const Choice& choice) {
