@@ -98,9 +98,9 @@ constexpr std::size_t kColumnsOfFormat1 = 17;
 
 // One JSON object, built in place: a std::string grown piece by piece costs a frame more than its numbers do.
 // kJsonChars is above the sum of all keys and numbers of the longest one.
-class Line {
+class JsonWriter {
  public:
-  explicit Line(char* at) : end_(at) {}
+  explicit JsonWriter(char* at) : end_(at) {}
   template <std::size_t size>
   void put(const char (&literal)[size]) {
     end_ = std::copy_n(literal, size - 1, end_);
@@ -208,7 +208,7 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
 }
 
 char* put_json(char* at, const Compensated& row) {
-  Line line(at);
+  JsonWriter line(at);
   line.put("{\"time_s\":");
   line.time(row.sample.time_ns);
   line.member(",\"rate_deg_per_h\":", row.sample.rate_deg_per_h, kRateDecimals);
@@ -226,7 +226,7 @@ void append_json(std::string& text, const Compensated& row) {
 void append_json(std::string& text, const CompensatedWindow& row) {
   const Window& window = row.window;
   char json[kJsonChars];
-  Line line(json);
+  JsonWriter line(json);
   line.put("{\"time_s\":");
   line.integer(window.bucket.second + 1);
   line.put(",\"samples\":");

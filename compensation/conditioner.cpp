@@ -9,8 +9,8 @@ namespace {
 
 using Quantity = double Bucket::*;
 
-// What the buckets of some seconds know of one quantity.
-struct Known {
+// The mean of one quantity over the buckets of some seconds that have it.
+struct MeanValue {
   double mean = kUnknown;
   double mean_time_s = 0;  // of the buckets that know it, relative to the window's last second
   int count = 0;
@@ -18,8 +18,8 @@ struct Known {
 };
 
 // The buckets in [first, last]; relative times keep the sums small.
-Known known(const std::deque<Bucket>& history, Quantity quantity, std::int64_t first, std::int64_t last) {
-  Known result;
+MeanValue mean_value(const std::deque<Bucket>& history, Quantity quantity, std::int64_t first, std::int64_t last) {
+  MeanValue result;
   double sum = 0;
   std::int64_t time_sum_s = 0, next = first;
   for (const Bucket& bucket : history) {
@@ -39,7 +39,7 @@ Known known(const std::deque<Bucket>& history, Quantity quantity, std::int64_t f
 
 // Slope of the least-squares line through (second, T) of the buckets in [first, last].
 double least_squares_slope(const std::deque<Bucket>& history, std::int64_t first, std::int64_t last,
-                           const Known& mean) {
+                           const MeanValue& mean) {
   double covariance = 0, variance = 0;
   for (const Bucket& bucket : history) {
     if (bucket.second < first || !std::isfinite(bucket.temperature_degc)) continue;
@@ -88,10 +88,10 @@ void Conditioner::measure(Window& window) const {
   const std::int64_t last = window.bucket.second;
   const std::int64_t first = std::max(last - definition_.length_s + 1, warm_since_);
   const auto fresh_mean = [&](Quantity quantity) {
-    const Known values = known(history_, quantity, first, last);
+    const MeanValue values = mean_value(history_, quantity, first, last);
     return values.longest_hole_s > definition_.max_gap_s ? kUnknown : values.mean;
   };
-  window.rate_deg_per_h = known(history_, &Bucket::rate_deg_per_h, first, last).mean;
+  window.rate_deg_per_h = mean_value(history_, &Bucket::rate_deg_per_h, first, last).mean;
   window.temperature_degc = fresh_mean(&Bucket::temperature_degc);
   window.uhfo_v = fresh_mean(&Bucket::uhfo_v);
   if (window.warm_s < history_s(definition_)) return;
@@ -105,14 +105,14 @@ void Conditioner::measure(Window& window) const {
 double Conditioner::slope(std::int64_t last) const {
   const std::int64_t first = last - definition_.length_s + 1;
   const auto temperatures = [&](std::int64_t from, std::int64_t to) {
-    return known(history_, &Bucket::temperature_degc, from, to);
+    return mean_value(history_, &Bucket::temperature_degc, from, to);
   };
   if (definition_.slope == SlopeMethod::kLeastSquares) {
-    const Known all = temperatures(first, last);
+    const MeanValue all = temperatures(first, last);
     return all.longest_hole_s > definition_.max_gap_s ? kUnknown : least_squares_slope(history_, first, last, all);
   }
-  const Known now = temperatures(last - definition_.end_mean_s + 1, last);
-  const Known before = temperatures(first - definition_.end_mean_s, first - 1);
+  const MeanValue now = temperatures(last - definition_.end_mean_s + 1, last);
+  const MeanValue before = temperatures(first - definition_.end_mean_s, first - 1);
   if (std::max(now.longest_hole_s, before.longest_hole_s) > definition_.max_gap_s) return kUnknown;
   return (now.mean - before.mean) / (definition_.length_s + now.mean_time_s - before.mean_time_s);
 }

@@ -13,7 +13,7 @@ namespace prism::drivers {
 /// same choice as in ETH Zurich's cuckoo_time_translator). Amortised O(1) a point, O(log n) for the edge.
 class ArrivalHull {
  public:
-  struct Line {
+  struct StraightLine {
     double x0 = 0, y0 = 0;  ///< a point of the line
     double slope = 1;       ///< arrival seconds per device second
     double at(double x) const { return y0 + slope * (x - x0); }
@@ -26,9 +26,9 @@ class ArrivalHull {
   bool empty() const { return hull_.empty(); }
   double span() const { return hull_.empty() ? 0 : hull_.back().x - hull_.front().x; }
   /// The edge under the middle; before there are two points: slope 1 through the only one.
-  Line edge() const;
+  StraightLine edge() const;
   /// The line of slope 1 under all points.
-  Line nominal() const { return {0, least_, 1}; }
+  StraightLine nominal() const { return {0, least_, 1}; }
 
  private:
   struct Point {

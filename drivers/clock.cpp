@@ -111,7 +111,7 @@ std::int64_t Clock::stamp_host(const wire::Reading& reading, const FrameStep& st
   const double y = 1e-9 * static_cast<double>(left_device_ns(reading) - origin_ns_);
   ticks_ += step.ticks;
   x_ = ticks_ * tick_s_;
-  const ArrivalHull::Line before = status_.period_is_estimated ? active_.edge() : active_.nominal();
+  const ArrivalHull::StraightLine before = status_.period_is_estimated ? active_.edge() : active_.nominal();
   const double residual = y - before.at(x_);
   if (out_of_step(residual, y)) {
     ++status_.resets;
@@ -120,7 +120,7 @@ std::int64_t Clock::stamp_host(const wire::Reading& reading, const FrameStep& st
     return origin_ns_;
   }
   if (step.ticks > 0 && residual <= settings_.residual_limit_s) fit(y, residual);
-  const ArrivalHull::Line line = status_.period_is_estimated ? active_.edge() : active_.nominal();
+  const ArrivalHull::StraightLine line = status_.period_is_estimated ? active_.edge() : active_.nominal();
   status_.residual_s = y - line.at(x_);
   return origin_ns_ + std::llround(1e9 * line.at(x_));
 }

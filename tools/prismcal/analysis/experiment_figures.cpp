@@ -140,7 +140,7 @@ std::optional<Figure> surface_figure(const ExperimentRow& row) {
   }
   return Figure{"fig_surface",
                 "The cost of the tuning over c and sigma2: " + method_text(row.spec),
-                fmt::format("Survey grid of {} points, {}; cost over the lowest, cut at 2. A flat valley means that c "
+                fmt::format("Grid search over {} points, {}; cost over the lowest, cut at 2. A flat valley means that c "
                             "and sigma2 say little by themselves.",
                             t.surface.size(), tune_text(row.spec.tune)),
                 {1, 380, {{"", {"c", true}, {"sigma2", true}, {}, {heat, chosen}}}}};

@@ -45,7 +45,7 @@ Result<std::vector<double>> CsvTable::column(const std::string& name) const {
   const auto index = static_cast<std::size_t>(at - names_.begin());
   std::vector<double> values;
   values.reserve(lines_.size());
-  for (const Line& line : lines_) {
+  for (const NumberedLine& line : lines_) {
     const std::string_view field = *csv_field(line.text, separator_, index);
     const auto value = csv_number(field);
     if (!value) {

@@ -29,13 +29,13 @@ class CsvTable {
   char separator() const { return separator_; }
 
  private:
-  struct Line {
+  struct NumberedLine {
     std::string text;
     std::size_t number;
   };
   std::string path_, sha256_, header_;
   std::vector<std::string> names_;
-  std::vector<Line> lines_;
+  std::vector<NumberedLine> lines_;
   char separator_ = ',';
 };
 
