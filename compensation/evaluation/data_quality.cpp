@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "compensation/evaluation/bias_stability.hpp"
 
@@ -13,8 +15,8 @@ namespace {
 
 /// Noise sds that no chance reaches in a day of blocks.
 constexpr double kStandsOut = 8;
-/// Blocks from which on steps and noise mean something.
-constexpr std::size_t kEnoughForNoise = 8;
+/// Blocks from which on steps and noise mean something, and the noise of a part of the record.
+constexpr std::size_t kEnoughForNoise = 8, kEnoughForPart = 12;
 
 /// sd of the white part of blocks [begin, end): second differences have variance 6 sd², and neither a drift nor a ramp
 /// reaches them; the median keeps outliers out.
@@ -44,35 +46,88 @@ double lone_step(std::span<const double> blocks, std::size_t i, std::size_t wide
   return step_at(blocks, i, wide) - std::max(before, step_at(blocks, i + apart, wide));
 }
 
-/// Largest step, deg/h, that is sharp (between two blocks, or within one of them) and lasts (medians of three blocks
-/// on either side, which one outlier does not reach).
-double largest_step(std::span<const double> blocks) {
-  double largest = 0;
+struct Step {
+  double size = 0;  ///< deg/h
+  std::size_t block = 0;
+};
+
+/// Largest step that is sharp (between two blocks, or within one of them) and lasts (medians of three blocks on either
+/// side, which one outlier does not reach).
+Step largest_step(std::span<const double> blocks) {
+  Step largest;
   for (std::size_t i = 3; i + 3 <= blocks.size(); ++i) {
     const double lasting = lone_step(blocks, i, 3, 6);
-    if (lasting > largest) largest = std::max(largest, std::min(lasting, lone_step(blocks, i, 1, 2)));
+    if (lasting <= largest.size) continue;
+    if (const double size = std::min(lasting, lone_step(blocks, i, 1, 2)); size > largest.size) largest = {size, i};
   }
   return largest;
 }
 
-double disturbed_share(std::span<const double> blocks, double noise) {
-  std::size_t disturbed = 0;
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const std::size_t begin = i < 3 ? 0 : i - 3, end = std::min(blocks.size(), i + 4);
-    disturbed += std::abs(blocks[i] - median_between(blocks, begin, end)) > kStandsOut * noise;
+/// How far block i lies from what its neighbours say: the median over straight lines through two of the three before
+/// and the three behind it. A fast ramp of temperature bends none of them much; one bad neighbour reaches fewer than
+/// half.
+double deviation_at(std::span<const double> blocks, std::size_t i) {
+  constexpr std::array<std::pair<int, int>, 7> kPairs = {
+      {{-1, -2}, {1, 2}, {-1, 1}, {-2, 2}, {-3, 3}, {-2, -3}, {2, 3}}};
+  std::vector<double> deviations;
+  for (const auto& [a, b] : kPairs) {
+    const auto near = static_cast<std::ptrdiff_t>(i) + a, far = static_cast<std::ptrdiff_t>(i) + b;
+    const auto size = static_cast<std::ptrdiff_t>(blocks.size());
+    if (near < 0 || far < 0 || near >= size || far >= size) continue;
+    const double line =
+        (b * blocks[static_cast<std::size_t>(near)] - a * blocks[static_cast<std::size_t>(far)]) / (b - a);
+    deviations.push_back(std::abs(blocks[i] - line));
   }
-  return static_cast<double>(disturbed) / static_cast<double>(blocks.size());
+  return median_of(std::move(deviations));
 }
 
-/// Noisiest quarter over quietest.
-double noise_ratio(std::span<const double> blocks, const std::vector<bool>& follows) {
-  double low = HUGE_VAL, high = 0;
-  for (std::size_t quarter = 0; quarter < 4; ++quarter) {
-    const double noise = noise_of(blocks, follows, quarter * blocks.size() / 4, (quarter + 1) * blocks.size() / 4);
-    low = std::min(low, noise);
-    high = std::max(high, noise);
+/// The blocks that stand out from their neighbours further than the noise reaches, and than the temperature's own bend
+/// at that place explains with `sensitivity` deg/h per degC: where a chamber turns round, the rate does, too.
+std::vector<std::size_t> disturbed_blocks(std::span<const double> blocks, std::span<const double> temperature_degc,
+                                          double sensitivity, double noise) {
+  std::vector<std::size_t> disturbed;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    double bend_degc = 0;
+    for (std::size_t k = i - std::min<std::size_t>(i, 1); k < std::min(blocks.size(), i + 2); ++k)
+      bend_degc = std::max(bend_degc, deviation_at(temperature_degc, k));
+    if (deviation_at(blocks, i) > kStandsOut * noise + sensitivity * bend_degc) disturbed.push_back(i);
   }
-  return low > 0 ? high / low : HUGE_VAL;
+  return disturbed;
+}
+
+/// Step of the quantiser, deg/h, where values repeat: the smallest difference there is. 0: the rate is not rounded.
+double quantiser_step(std::span<const double> blocks) {
+  std::vector<double> values(blocks.begin(), blocks.end());
+  std::sort(values.begin(), values.end());
+  double step = HUGE_VAL;
+  std::size_t distinct = 1;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (values[i] == values[i - 1]) continue;
+    ++distinct;
+    step = std::min(step, values[i] - values[i - 1]);
+  }
+  return distinct > 1 && 2 * distinct <= values.size() ? step : 0;
+}
+
+/// Noise of the loudest part of the record, as long a part each, over the quietest; none below `least`. A part has at
+/// least kEnoughForPart blocks, so that one bad row does not make its noise.
+struct NoiseRatio {
+  double value = 0;
+  std::size_t first = 0, last = 0;  ///< blocks of the loudest part
+};
+
+NoiseRatio noise_ratio(std::span<const double> blocks, const std::vector<bool>& follows, double least) {
+  const std::size_t parts = std::min<std::size_t>(4, blocks.size() / kEnoughForPart);
+  double low = HUGE_VAL, high = 0;
+  NoiseRatio result;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const std::size_t begin = part * blocks.size() / parts, end = (part + 1) * blocks.size() / parts;
+    const double noise = std::max(least, noise_of(blocks, follows, begin, end));
+    low = std::min(low, noise);
+    if (noise > high) high = noise, result.first = begin, result.last = end - 1;
+  }
+  if (parts >= 2 && low > 0) result.value = high / low;
+  return result;
 }
 
 Verdict compare(double value, const Threshold& threshold, bool at_least) {
@@ -90,6 +145,30 @@ Finding find(const char* name, double value, const char* unit, const Threshold& 
                   at_least ? "at least" : "at most", threshold.warn, at_least ? "below" : "above", threshold.refuse);
   if (finding.verdict != Verdict::kPass) finding.text += fmt::format(": {}", meaning);
   return finding;
+}
+
+/// What noise and disturbance say; `noise` of all blocks, deg/h, > 0.
+void judge_noise(std::span<const double> rate, std::span<const double> temperature_degc,
+                 const std::vector<bool>& follows, double sd, double noise, const DataQualitySettings& settings,
+                 std::vector<Finding>& findings) {
+  // Three times what the whole record moves a degree: a transient may be steeper than the soaks.
+  const double sensitivity =
+      3 * sd / std::max(robust_sd({temperature_degc.begin(), temperature_degc.end()}), settings.still_temperature_degc);
+  const Step step = largest_step(rate);
+  const bool moved = step.size > kStandsOut * noise;
+  findings.push_back(find("moved", moved ? step.size / sd : 0, "sd", settings.max_step, false,
+                          "the rate steps and stays: was the gyro turned, or did its temperature jump?"));
+  if (moved) findings.back().block = step.block;
+  const auto disturbed = disturbed_blocks(rate, temperature_degc, sensitivity, noise);
+  findings.push_back(find("disturbed", static_cast<double>(disturbed.size()) / static_cast<double>(rate.size()), "",
+                          settings.max_disturbed, false, "many blocks stand out from their neighbours"));
+  if (!disturbed.empty()) findings.back().block = disturbed.front();
+  if (rate.size() < 2 * kEnoughForPart) return;
+  const NoiseRatio ratio = noise_ratio(rate, follows, quantiser_step(rate) / std::sqrt(12.0));
+  if (ratio.value == 0) return;
+  findings.push_back(
+      find("noise", ratio.value, "x", settings.max_noise_ratio, false, "the noise is not the same throughout"));
+  if (findings.back().verdict != Verdict::kPass) findings.back().block = ratio.first;
 }
 
 }  // namespace
@@ -121,7 +200,8 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
 
   const double span_degc = temperature->peak_to_peak;
   const double floor = noise_floor(rate_deg_per_h, follows).value_or(rate->sd);
-  const double noise = noise_of(rate_deg_per_h, follows, 0, count);
+  const double quantiser = quantiser_step(rate_deg_per_h);
+  const double noise = std::max(noise_of(rate_deg_per_h, follows, 0, count), quantiser / std::sqrt(12.0));
   const double explainable = rate->sd > 0 ? std::max(0.0, 1 - floor * floor / (rate->sd * rate->sd)) : 0;
   const bool still = span_degc < settings.still_temperature_degc;
 
@@ -137,22 +217,15 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   if (count < kEnoughForNoise) {
     findings[1].text += "; its noise cannot be judged";
   } else if (noise > 0) {
-    const double step = largest_step(rate_deg_per_h);
-    findings.push_back(find("moved", step > kStandsOut * noise ? step / rate->sd : 0, "sd", settings.max_step, false,
-                            "the earth rate in the record is not constant: was the gyro turned?"));
-    findings.push_back(find("disturbed", disturbed_share(rate_deg_per_h, noise), "", settings.max_disturbed, false,
-                            "many blocks stand out from their neighbours"));
-    const double ratio = noise_ratio(rate_deg_per_h, follows);
-    findings.push_back(find("noise", std::isfinite(ratio) ? ratio : 1e6, "x", settings.max_noise_ratio, false,
-                            "the noise is not the same throughout"));
+    judge_noise(rate_deg_per_h, temperature_degc, follows, rate->sd, noise, settings, findings);
+    if (quantiser > 0) {
+      findings.push_back({"quantised", quantiser > rate->sd ? Verdict::kRefuse : Verdict::kWarn, quantiser, "deg/h"});
+      findings.back().text = fmt::format(
+          "{:.4g} deg/h; the means stand in steps of this size, and what is smaller cannot be seen", quantiser);
+    }
   } else {
-    findings.push_back({"noise",
-                        Verdict::kRefuse,
-                        0,
-                        "deg/h",
-                        {},
-                        false,
-                        "0 deg/h: the rate has no noise at all; is it stuck, or coarsely rounded?"});
+    findings.push_back({"noise", Verdict::kRefuse, 0, "deg/h"});
+    findings.back().text = "0 deg/h: the rate has no noise at all; is it stuck?";
   }
   for (const Finding& finding : findings) report.verdict = std::max(report.verdict, finding.verdict);
   return report;

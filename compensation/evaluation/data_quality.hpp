@@ -2,6 +2,7 @@
 // Whether a record is worth training on: asked before a model is made, answered with every number and threshold.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,25 +32,28 @@ struct DataQualitySettings {
   Threshold max_step{0.25, 1};
   /// Share of the blocks further than eight noise sds from their neighbours' median: bumps, people, trucks.
   Threshold max_disturbed{0.02, 0.10};
-  /// Noise of the noisiest quarter of the record over the quietest.
+  /// Noise of the noisiest quarter of the record over the quietest (of fewer parts where a quarter has below 12
+  /// blocks), none taken for less than the quantiser's.
   Threshold max_noise_ratio{3, 10};
 };
 
 /// One question and its answer.
 struct Finding {
-  std::string name;  ///< temperature_span, length, explainable, moved, disturbed, noise
+  std::string name;  ///< temperature_span, length, explainable, moved, disturbed, noise, quantised
   Verdict verdict = Verdict::kPass;
   double value = 0;
   std::string unit;
-  Threshold threshold;
-  bool at_least = true;  ///< the value should be at least (else at most) the threshold
-  std::string text;      ///< one line for people
+  Threshold threshold{};
+  bool at_least = true;                ///< the value should be at least (else at most) the threshold
+  std::string text{};                  ///< one line for people
+  std::optional<std::size_t> block{};  ///< the first block that it is about, where there is one
 };
 
 struct DataQuality {
   Verdict verdict = Verdict::kPass;    ///< the worst finding's
   bool nothing_to_compensate = false;  ///< no thermal movement above the noise
-  std::vector<Finding> findings;       ///< in the order above; below eight blocks without the last three
+  std::vector<Finding> findings;  ///< in the order above; below 8 blocks without moved and disturbed, below 24 without
+                                  ///< noise; quantised where the rate is
 };
 
 /// Blocks of one record: means of temperature and rate, as training takes them. `follows` as in block_means.hpp, or

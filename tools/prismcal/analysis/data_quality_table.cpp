@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/analysis/data_quality_table.hpp"
 
+#include <fmt/format.h>
+
 namespace prism::analysis {
 
 using report::Emphasis;
@@ -17,8 +19,16 @@ Emphasis emphasis_of(evaluation::Verdict verdict) {
 
 Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table,
                                              const evaluation::DataQualitySettings& settings) {
-  return evaluation::check_data_quality(table.column(compensation::kInputTemperature), table.bias_deg_per_h,
-                                        table.follows, settings, table.name);
+  auto quality = evaluation::check_data_quality(table.column(compensation::kInputTemperature), table.bias_deg_per_h,
+                                                table.follows, settings, table.name);
+  if (!quality) return quality;
+  const std::vector<double> hours = table.hours();
+  for (evaluation::Finding& finding : quality->findings) {
+    if (finding.block && finding.verdict != evaluation::Verdict::kPass)
+      finding.text += fmt::format(" (first at block {}, which ends {:.2f} h after the start)", *finding.block + 1,
+                                  hours[*finding.block]);
+  }
+  return quality;
 }
 
 report::Table data_quality_table(const evaluation::DataQuality& quality, const std::string& recording) {
@@ -55,7 +65,14 @@ report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality,
   if (quality.nothing_to_compensate)
     return {recording + ": nothing to compensate. " + "No movement above the noise can be blamed on temperature.",
             Emphasis::kBad};
-  if (quality.verdict == evaluation::Verdict::kRefuse) return {recording + " is not fit for training.", Emphasis::kBad};
+  if (quality.verdict == evaluation::Verdict::kRefuse) {
+    std::string why;
+    for (const evaluation::Finding& finding : quality.findings) {
+      if (finding.verdict == evaluation::Verdict::kRefuse)
+        why += fmt::format("{}{} {}", why.empty() ? "" : "; ", finding.name, finding.text);
+    }
+    return {fmt::format("{} is not fit for training: {}.", recording, why), Emphasis::kBad};
+  }
   if (quality.verdict == evaluation::Verdict::kWarn)
     return {recording + " can be trained on, with reservations.", Emphasis::kWarn};
   return {recording + " is fit for training.", Emphasis::kGood};
