@@ -114,7 +114,8 @@ TEST_F(Prismcal, RefusalsAreOneLineWithTheirPlace) {
   EXPECT_EQ(run({"fit", path("t.csv"), "--inputs", "a", "--target", "y"}), 1);
   EXPECT_EQ(err_, "prismcal: " + path("t.csv") + ":4: column y: found \"three\", expected a finite number\n");
   EXPECT_EQ(run({"fit", path("t.csv"), "--inputs", "a,z", "--target", "y"}), 1);
-  EXPECT_EQ(err_, "prismcal: " + path("t.csv") + ": found no column \"z\", expected one of a, y\n");
+  EXPECT_EQ(err_,
+            "prismcal: " + path("t.csv") + ": found no column \"z\", expected a number from 1 to 2 or one of a, y\n");
   EXPECT_EQ(run({"fit", path("t.csv"), "--inputs", "a", "--target", "y", "--method", "magic"}), 64);
   write("r.csv", "a,y\n1,2,3\n");
   EXPECT_EQ(run({"fit", path("r.csv"), "--inputs", "a", "--target", "y"}), 1);
@@ -168,6 +169,27 @@ TEST_F(Prismcal, AMapThatSaysNothingIsRefused) {
   ASSERT_FALSE(source);
   EXPECT_EQ(source.error().text().find('\n'), std::string::npos);
   EXPECT_NE(source.error().text().find("rate in deg/h"), std::string::npos);
+}
+
+// Raw counts of a sensor, its scale factor from the data sheet, columns by their number.
+TEST_F(Prismcal, AMapScalesAndShifts) {
+  write("raw.csv", "t,Gx,Traw\n1,100,340\n2,120,680\n3,140,0\n");
+  recordings::SourceOptions options;
+  options.map = {"rate=Gx:deg/s*0.061-1.2", "temperature=3:degC*2.5e-3+36.5", "time=1:s"};
+  const auto source = recordings::read_recording(path("raw.csv"), options);
+  ASSERT_TRUE(source) << source.error().text();
+  ASSERT_GE(source->buckets.size(), 2u);
+  EXPECT_NEAR(source->buckets[0].rate_deg_per_h, (100 * 0.061 - 1.2) * 3600, 1e-6);
+  EXPECT_NEAR(source->buckets[0].temperature_degc, 340 * 2.5e-3 + 36.5, 1e-9);
+  for (const char* wrong : {"rate=Gx:deg/s*", "rate=Gx:deg/s*0", "rate=Gx:deg/s*x", "rate=Gx:deg/s*2+",
+                            "rate=Gx:deg/s+1*2", "rate=Gx:deg/s*1e999", "rate=9:deg/s", "rate=Gx"}) {
+    options.map = {wrong, "time=1:s"};
+    const auto refused = recordings::read_recording(path("raw.csv"), options);
+    ASSERT_FALSE(refused) << wrong;
+    EXPECT_NE(refused.error().text().find("expected"), std::string::npos) << refused.error().text();
+  }
+  options.map.clear();
+  EXPECT_NE(recordings::read_recording(path("raw.csv"), options).error().text().find("--map"), std::string::npos);
 }
 
 }  // namespace

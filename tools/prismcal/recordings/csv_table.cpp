@@ -39,10 +39,13 @@ Result<CsvTable> CsvTable::read(const std::string& path) {
 }
 
 Result<std::vector<double>> CsvTable::column(const std::string& name) const {
-  const auto at = std::find(names_.begin(), names_.end(), name);
-  if (at == names_.end())
-    return refuse(path_, fmt::format("found no column \"{}\", expected one of {}", name, fmt::join(names_, ", ")));
-  const auto index = static_cast<std::size_t>(at - names_.begin());
+  auto index = static_cast<std::size_t>(std::find(names_.begin(), names_.end(), name) - names_.begin());
+  for (std::size_t i = 0; index == names_.size() && i < names_.size(); ++i) {
+    if (std::to_string(i + 1) == name) index = i;
+  }
+  if (index == names_.size())
+    return refuse(path_, fmt::format("found no column \"{}\", expected a number from 1 to {} or one of {}", name,
+                                     names_.size(), fmt::join(names_, ", ")));
   std::vector<double> values;
   values.reserve(lines_.size());
   for (const NumberedLine& line : lines_) {

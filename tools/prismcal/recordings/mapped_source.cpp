@@ -2,6 +2,7 @@
 // Any CSV as a recording: columns mapped by name and unit, rows as samples through the averager that serves live.
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -17,24 +18,45 @@ namespace {
 struct Mapped {
   std::string column;
   const Unit* unit;
+  double scale = 1, offset = 0;  ///< what stands in the file · scale + offset is in `unit`
 };
 using Map = std::map<std::string, Mapped>;
+
+constexpr const char* kGrammar =
+    "QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET], as rate=rate_x:deg/s or rate=Gx:deg/s*0.061-1.2";
+
+/// "*0.061-1.2" behind a unit; false where it is something else.
+bool read_scale_and_offset(std::string_view text, Mapped& mapped) {
+  const auto number = [&text](double& value) {
+    text.remove_prefix(text.starts_with('*') || text.starts_with('+') ? 1 : 0);
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    return error == std::errc() && std::isfinite(value);
+  };
+  if (text.starts_with('*') && !(number(mapped.scale) && mapped.scale != 0)) return false;
+  if ((text.starts_with('+') || text.starts_with('-')) && !number(mapped.offset)) return false;
+  return text.empty();
+}
 
 Result<Map> parse_map(const std::vector<std::string>& entries) {
   Map map;
   for (const std::string& entry : entries) {
     const std::size_t equals = entry.find('='), colon = entry.rfind(':');
     if (equals == std::string::npos || colon == std::string::npos || colon < equals) {
-      return refuse("--map", fmt::format("found \"{}\", expected QUANTITY=COLUMN:UNIT, as rate=rate_x:deg/s", entry));
+      return refuse("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
     }
-    const std::string quantity = entry.substr(0, equals), unit = entry.substr(colon + 1);
+    const std::size_t behind = entry.find_first_of("*+-", colon);  // no unit's name has one of these
+    const std::string quantity = entry.substr(0, equals), unit = entry.substr(colon + 1, behind - colon - 1);
     const Unit* found = find_unit(quantity, unit);
     if (!found) {
       std::string known;
       for (const Unit& u : kUnits) known += fmt::format("{}{} in {}", known.empty() ? "" : ", ", u.quantity, u.name);
       return refuse("--map", fmt::format("found {} in \"{}\", expected one of: {}", quantity, unit, known));
     }
-    if (!map.emplace(quantity, Mapped{entry.substr(equals + 1, colon - equals - 1), found}).second) {
+    Mapped mapped{entry.substr(equals + 1, colon - equals - 1), found};
+    if (behind != std::string::npos && !read_scale_and_offset(std::string_view(entry).substr(behind), mapped))
+      return refuse("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
+    if (!map.emplace(quantity, std::move(mapped)).second) {
       return refuse("--map", quantity + " is given twice");
     }
   }
@@ -47,7 +69,9 @@ Result<std::vector<double>> converted(const CsvTable& table, const Map& map, con
   if (at == map.end()) return std::vector<double>(table.rows(), kUnknown);
   auto values = table.column(at->second.column);
   if (!values) return values;
-  for (double& value : *values) value = value * at->second.unit->factor + at->second.unit->offset;
+  const Mapped& mapped = at->second;
+  for (double& value : *values)
+    value = (value * mapped.scale + mapped.offset) * mapped.unit->factor + mapped.unit->offset;
   return values;
 }
 

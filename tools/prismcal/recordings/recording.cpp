@@ -39,7 +39,7 @@ void Recording::add_metadata(const std::string& lines) {
 void add_source_options(CLI::App& command, SourceOptions& options) {
   command
       .add_option("--map", options.map,
-                  "any CSV: QUANTITY=COLUMN:UNIT for rate, temperature, uhfo, time; repeat or list")
+                  "any CSV: QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET] for rate, temperature, uhfo, time; repeat or list")
       ->delimiter(',');
   command.add_option("--interval", options.interval_s, "seconds between rows, where a mapped CSV has no time")
       ->check(tools::positive());
