@@ -176,7 +176,9 @@ Result<CsvLayout> CsvLayout::parse(std::string_view columns, std::string_view wh
   }
   for (std::size_t i = 0; i < kColumnsOfFormat1; ++i) {
     if (names.contains(kColumns[i].name)) continue;
-    return refuse(std::string(where), fmt::format("not a log of prismd: found no column \"{}\"", kColumns[i].name));
+    return refuse(std::string(where),
+                  fmt::format("not a log of prismd: found no column \"{}\"; prismcal reads any other CSV with --map",
+                              kColumns[i].name));
   }
   return layout;
 }

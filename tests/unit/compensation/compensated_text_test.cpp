@@ -199,7 +199,7 @@ TEST(Csv, ColumnsAreReadByTheirNamesAndUnknownOnesPassedOver) {
 
 TEST(Csv, ALineOfColumnsThatIsNoLogsIsRefused) {
   EXPECT_EQ(CsvLayout::parse("t_s,rate", "g.csv:1").error().text(),
-            R"(g.csv:1: not a log of prismd: found no column "time_utc")");
+            R"(g.csv:1: not a log of prismd: found no column "time_utc"; prismcal reads any other CSV with --map)");
   EXPECT_EQ(CsvLayout::parse(std::string(csv_columns()) + ",quality", "g.csv:1").error().text(),
             R"(g.csv:1: the column "quality" is named twice)");
   EXPECT_FALSE(CsvLayout::parse("", "g.csv:1"));

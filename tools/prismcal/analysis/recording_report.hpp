@@ -27,6 +27,9 @@ Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording,
 /// Octave points of a 1 Hz series, their confidence and coefficients.
 Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<double>& seconds, const std::string& where);
 
+/// One sentence on what the model does to this recording, and how much of it lies off its training data. `overlap`
+/// (what it shares with the training, or empty) makes it "not a test".
+report::Paragraph verdict_paragraph(const EvaluatedRecording& recording, const std::string& overlap);
 /// Mean, 1 sigma, rms and peak-to-peak before and after, improvement, floor and explained share.
 report::Table stability_table(const EvaluatedRecording& recording);
 /// The same in short for every soak and ramp.

@@ -57,12 +57,41 @@ Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<doubl
   return evaluation::extract_coefficients(*curve, evaluation::allan_confidence(*curve, seconds, 0.683), where);
 }
 
+report::Paragraph verdict_paragraph(const EvaluatedRecording& recording, const std::string& overlap) {
+  const ModelEvaluation& judged = *recording.evaluation;
+  const evaluation::BiasStability& s = judged.stability;
+  const double off = 100 * static_cast<double>(judged.extrapolated) / static_cast<double>(judged.extrapolating.size());
+  const std::string figures = fmt::format(
+      "1 sigma of the {} s means is {:.5f} deg/h before and {:.5f} after; {:.1f} % of the blocks lie off the "
+      "training data.",
+      recording.table->features.length_s, s.before.sd, s.after.sd, off);
+  if (!overlap.empty())
+    return {fmt::format("{}: not a test: {}. The figures say how well the model repeats what it was shown. {}",
+                        recording.table->name, overlap, figures),
+            report::Emphasis::kWarn};
+  if (!s.improvement) return {recording.table->name + ": " + figures, report::Emphasis::kNone};
+  const bool helps = *s.improvement > 0;
+  return {fmt::format("{}: the model {} {:.1f} % of the drift. {}", recording.table->name, helps ? "removes" : "adds",
+                      100 * std::abs(*s.improvement), figures),
+          helps ? report::Emphasis::kGood : report::Emphasis::kBad};
+}
+
+namespace {
+
+// Above 100 % the floor, an estimate, lies above what is left: more than all cannot be explained.
+Cell explained_cell(const std::optional<double>& explained) {
+  return explained && *explained > 1 ? Cell{"> 100", *explained * 100} : percent_cell(explained);
+}
+
+}  // namespace
+
 Table stability_table(const EvaluatedRecording& recording) {
   const evaluation::BiasStability& s = recording.evaluation->stability;
   Table table{recording.id + "_stability", "Bias stability on " + recording.table->name, "", {}, {}};
   table.caption = fmt::format(
       "{}, {} blocks. The floor is what white noise alone gives a mean, from first differences; explained = (before² − "
-      "after²) / (before² − floor²): near 100 % no model could do better.",
+      "after²) / (before² − floor²): near 100 % no model could do better; above, what is left is less than the floor, "
+      "which is an estimate.",
       means_text(recording), s.before.count);
   if (const std::size_t without = recording.evaluation->uncorrected; without > 0) {
     table.caption += fmt::format(
@@ -74,7 +103,7 @@ Table stability_table(const EvaluatedRecording& recording) {
                    {"peak to peak", "deg/h"}, {"improvement", "%"}, {"floor", "deg/h"},   {"explained", "%"}};
   auto before = summary_row("before", s.before), after = summary_row("after", s.after);
   before.insert(before.end(), {text_cell(""), fixed_cell(s.floor_deg_per_h, 5), text_cell("")});
-  after.insert(after.end(), {percent_cell(s.improvement), text_cell(""), percent_cell(s.explained)});
+  after.insert(after.end(), {percent_cell(s.improvement), text_cell(""), explained_cell(s.explained)});
   table.rows = {before, after};
   return table;
 }

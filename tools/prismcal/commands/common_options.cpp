@@ -117,6 +117,10 @@ void append_recording_facts(std::vector<std::pair<std::string, std::string>>& fa
                                  site.empty() ? "not stated" : site, loaded.table.earth_rate_deg_per_h));
 }
 
+void add_overlap(report::Report& report, const std::string& recording, const std::string& overlap) {
+  report.warning += fmt::format("{}Not a test on {}: {}.", report.warning.empty() ? "" : " ", recording, overlap);
+}
+
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings) {
   report::Table table{"recordings", "The recordings", "", {}, {}};
   table.columns = {{"role", "", false},

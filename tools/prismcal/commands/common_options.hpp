@@ -47,6 +47,9 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureD
 void append_recording_facts(std::vector<std::pair<std::string, std::string>>& facts, const Loaded& loaded,
                             const std::string& role);
 
+/// Says on top of the report that the judgement on this recording is not a test, and why.
+void add_overlap(report::Report& report, const std::string& recording, const std::string& overlap);
+
 /// The recordings in one table: length, blocks, holes, temperature span.
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);
 

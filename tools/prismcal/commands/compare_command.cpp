@@ -9,6 +9,7 @@
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
+#include "tools/prismcal/recordings/fingerprint.hpp"
 #include "tools/prismcal/report/text_forms.hpp"
 
 namespace prism::commands {
@@ -27,6 +28,7 @@ struct Comparison {
   std::vector<compensation::ModelPtr> models;
   std::vector<Loaded> recordings;  ///< on the grid of the first model; their facts
   std::vector<std::vector<analysis::ModelEvaluation>> judged;
+  std::vector<std::pair<std::string, std::string>> overlaps;  ///< recording, and what a model shares with it
 };
 
 Result<Comparison> judge_all(const Choice& choice) {
@@ -43,6 +45,10 @@ Result<Comparison> judge_all(const Choice& choice) {
       auto judged = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
       if (!judged) return tl::unexpected(judged.error());
       comparison.judged.back().push_back(std::move(*judged));
+      std::string overlap =
+          recordings::overlap_text((*model)->info().provenance_json, loaded->recording, loaded->table);
+      if (!overlap.empty())
+        comparison.overlaps.emplace_back(fmt::format("{} for {}", loaded->table.name, (*model)->info().name), overlap);
       if (comparison.models.empty()) comparison.recordings.push_back(std::move(*loaded));
     }
     comparison.models.push_back(std::move(*model));
@@ -107,8 +113,10 @@ Result<void> compare(const Choice& choice) {
     report.simulated = report.simulated || is_simulated(loaded.recording, choice.common);
     all.emplace_back("evaluated", &loaded);
   }
+  for (const auto& [recording, overlap] : comparison->overlaps) add_overlap(report, recording, overlap);
   const report::Table table = comparison_table(*comparison, choice.common.divisor);
   report.sections = {{"comparison", "Comparison", {table}}, {"recordings", "Recordings", {recordings_table(all)}}};
+  if (!choice.common.json && !report.warning.empty()) fmt::print("{}\n\n", report.warning);
   if (!choice.common.json) fmt::print("{}", report::plain_text(table));
   return write_report(report, choice.common);
 }

@@ -12,6 +12,7 @@
 #include "tools/prismcal/analysis/recording_report.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
+#include "tools/prismcal/recordings/fingerprint.hpp"
 #include "tools/prismcal/report/text_forms.hpp"
 
 namespace prism::commands {
@@ -27,6 +28,7 @@ struct Choice {
 struct Case {
   Loaded loaded;
   analysis::ModelEvaluation evaluation;
+  std::string overlap;  ///< with what the model was trained on; empty: none known
 };
 
 report::Report begin_report(const compensation::Model& model, const std::vector<Case>& cases,
@@ -45,13 +47,17 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
       {"model, inputs", fmt::format("{}; windows of {} s", fmt::join(info.inputs, ", "), info.features.length_s)},
       {"model, gyro", info.gyro_serial.empty() ? "any" : info.gyro_serial},
       {"divisor", fmt::format("{} in every standard deviation", evaluation::divisor_text(options.divisor))}};
+  for (const Case& c : cases) {
+    if (!c.overlap.empty()) add_overlap(report, c.loaded.table.name, c.overlap);
+  }
   for (const Case& c : cases) append_recording_facts(report.facts, c.loaded, "recording " + c.loaded.table.name);
   return report;
 }
 
-report::Section recording_section(const analysis::EvaluatedRecording& recording,
+report::Section recording_section(const analysis::EvaluatedRecording& recording, const std::string& overlap,
                                   const std::vector<analysis::Limit>& limits, bool& kept) {
-  report::Section section{recording.id, "On " + recording.table->name, {}};
+  report::Section section{
+      recording.id, "On " + recording.table->name, {analysis::verdict_paragraph(recording, overlap)}};
   if (!limits.empty()) {
     const auto verdicts = analysis::check_limits(limits, analysis::measure_all(recording));
     kept =
@@ -68,6 +74,7 @@ report::Section recording_section(const analysis::EvaluatedRecording& recording,
 
 /// Every table of the report on the terminal.
 void print_tables(const report::Report& report) {
+  if (!report.warning.empty()) fmt::print("{}\n\n", report.warning);
   for (const report::Section& section : report.sections) {
     for (const report::Block& block : section.blocks) {
       if (const auto* table = std::get_if<report::Table>(&block)) fmt::print("{}\n", report::plain_text(*table));
@@ -89,7 +96,8 @@ Result<bool> evaluate(const Choice& choice) {
     if (!loaded) return tl::unexpected(loaded.error());
     auto judged = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
     if (!judged) return tl::unexpected(judged.error());
-    cases.push_back({std::move(*loaded), std::move(*judged)});
+    std::string overlap = recordings::overlap_text((*model)->info().provenance_json, loaded->recording, loaded->table);
+    cases.push_back({std::move(*loaded), std::move(*judged), std::move(overlap)});
   }
   std::optional<Loaded> training;
   if (!choice.training.empty()) {
@@ -108,7 +116,7 @@ Result<bool> evaluate(const Choice& choice) {
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1), &cases[i].loaded.table,
                                                  &cases[i].evaluation, training ? &training->table : nullptr, nullptr};
-    report.sections.push_back(recording_section(recording, *limits, kept));
+    report.sections.push_back(recording_section(recording, cases[i].overlap, *limits, kept));
   }
   if (!choice.common.json) print_tables(report);
   if (const auto done = write_report(report, choice.common); !done) return tl::unexpected(done.error());

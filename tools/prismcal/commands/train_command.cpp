@@ -37,7 +37,7 @@ Result<void> check_recordings(recordings::TrainingSet& set, const Choice& choice
     const recordings::BlockTable& table = set.tables[i];
     const auto quality = analysis::check_blocks(table);
     if (!quality) return tl::unexpected<Error>(quality.error());
-    set.facts[i]["quality_gate"] = analysis::data_quality_json(*quality);
+    set.facts[i]["data_quality"] = analysis::data_quality_json(*quality);
     if (quality->verdict != evaluation::Verdict::kPass && !choice.method.quiet)
       fmt::print(stderr, "{}\n", report::plain_text(analysis::data_quality_table(*quality, table.name)));
     if (quality->verdict == evaluation::Verdict::kRefuse || quality->nothing_to_compensate)

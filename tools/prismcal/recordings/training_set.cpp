@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tools/command_line.hpp"
+#include "tools/prismcal/recordings/fingerprint.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -29,7 +30,8 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
                 {"blocks_left_out", left_out},
                 {"gaps", table.gaps},
                 {"missing_s", table.missing_s},
-                {"earth_rate_deg_per_h", table.earth_rate_deg_per_h}});
+                {"earth_rate_deg_per_h", table.earth_rate_deg_per_h},
+                {"fingerprint", fingerprint_json(table)}});
   return facts;
 }
 

@@ -73,6 +73,7 @@ struct Report {
   std::string tool;                                        ///< "prismcal 0.2.0"
   std::vector<std::pair<std::string, std::string>> facts;  ///< the header table: serial, files, divisor, …
   std::vector<Section> sections;
+  std::string warning{};  ///< what must be known before any number; empty: none
 };
 
 }  // namespace prism::report

@@ -51,6 +51,7 @@ class Page {
         "initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n"
         "</head>\n<body>\n<header>\n<h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n",
         html_escaped(report_.title), kStyle, html_escaped(report_.title), html_escaped(report_.subtitle));
+    if (!report_.warning.empty()) text_ += fmt::format("<p class=\"warning\">{}</p>\n", html_escaped(report_.warning));
     if (report_.simulated) text_ += "<div class=\"simulated\">SIMULATED DATA: no gyro was measured</div>\n";
     text_ += "<nav>\n";
     for (const Section& s : report_.sections)

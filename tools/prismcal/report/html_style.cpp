@@ -13,6 +13,7 @@ h1 { font-size: 1.75rem; line-height: 1.2; margin: 0 0 .3rem; color: var(--blue)
 h2 { font-size: 1.25rem; margin: 2.8rem 0 .6rem; color: var(--blue); border-bottom: 1px solid var(--line); padding-bottom: .25rem; }
 p { margin: .5rem 0 .8rem; max-width: 52rem; }
 .subtitle { color: var(--soft); font-size: 1.05rem; margin: 0; }
+.warning { margin: .7rem 0 0; padding: .4rem .7rem; border-left: 4px solid var(--warm); background: var(--pale); font-weight: 600; }
 .simulated { display: inline-block; margin-top: .7rem; padding: .15rem .6rem; border: 1.5px solid var(--warm); color: var(--warm);
   font-weight: 600; letter-spacing: .04em; font-size: .85rem; border-radius: 3px; }
 nav { columns: 2; font-size: .92rem; margin: 1rem 0 0; } nav a { color: var(--blue); text-decoration: none; display: block; padding: .08rem 0; }

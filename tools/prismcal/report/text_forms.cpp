@@ -63,7 +63,8 @@ void append_line(std::string& text, std::string line) {
 }  // namespace
 
 std::string csv_text(const Report& report) {
-  std::string text = "# report," + csv_field(report.title) + (report.simulated ? ",SIMULATED" : "") + "\n";
+  std::string text = report.warning.empty() ? "" : "# warning," + csv_field(report.warning) + "\n";
+  text += "# report," + csv_field(report.title) + (report.simulated ? ",SIMULATED" : "") + "\n";
   text += "# tool," + csv_field(report.tool) + "\n";
   for (const auto& [name, value] : report.facts) text += "# fact," + csv_field(name) + "," + csv_field(value) + "\n";
   each_table(report, [&text](const Table& table) {
@@ -84,9 +85,15 @@ std::string json_text(const Report& report) {
   Json facts = Json::object(), tables = Json::object();
   for (const auto& [name, value] : report.facts) facts[name] = value;
   each_table(report, [&tables](const Table& table) { tables[table.id] = table_json(table); });
-  const Json json = {
-      {"format", "prism-report"}, {"version", 1},   {"title", report.title}, {"simulated", report.simulated},
-      {"tool", report.tool},      {"facts", facts}, {"tables", tables}};
+  Json json = Json::object();
+  if (!report.warning.empty()) json["warning"] = report.warning;
+  json.update({{"format", "prism-report"},
+               {"version", 1},
+               {"title", report.title},
+               {"simulated", report.simulated},
+               {"tool", report.tool},
+               {"facts", facts},
+               {"tables", tables}});
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// A model judged on what it was trained on is known: by the file, or by the data in another file.
+#include "tools/prismcal/recordings/fingerprint.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/prismcal/simulated_day.hpp"
+
+namespace prism::recordings {
+namespace {
+
+using testing::HasSubstr;
+
+BlockTable day(int seconds, std::uint64_t seed, double earth_rate_deg_per_h = test::kDayEarthRate) {
+  return make_block_table(test::simulated_day(seconds, 0.07, seed), {}, earth_rate_deg_per_h, "day").value();
+}
+
+Recording files(const std::vector<std::string>& sha256) {
+  Recording recording;
+  for (const std::string& sum : sha256) recording.files.push_back({"log.csv", sum, 1});
+  return recording;
+}
+
+struct Fingerprint : testing::Test {
+  std::string provenance =
+      nlohmann::ordered_json(
+          {{"recordings",
+            {{{"files", {{{"path", "a.csv"}, {"sha256", "aa"}}}}, {"fingerprint", fingerprint_json(day(8000, 1))}}}}})
+          .dump();
+};
+
+TEST_F(Fingerprint, KnowsTheFile) {
+  EXPECT_THAT(overlap_text(provenance, files({"aa"}), day(8000, 9)), HasSubstr("this very file"));
+  EXPECT_THAT(overlap_text(provenance, files({"bb", "aa"}), day(8000, 9)), HasSubstr("1 of these 2 files"));
+}
+
+TEST_F(Fingerprint, KnowsTheDataInAnotherFile) {
+  EXPECT_THAT(overlap_text(provenance, files({"bb"}), day(8000, 1)), HasSubstr("(32 of 32 compared seconds"));
+  EXPECT_THAT(overlap_text(provenance, files({"bb"}), day(4000, 1)), HasSubstr("(16 of 16 compared seconds"));
+  EXPECT_THAT(overlap_text(provenance, files({"bb"}), day(8000, 1, 0)),
+              HasSubstr("(32 of 32"));  // as with --no-earth-rate
+}
+
+// Simulated captures all begin in the same second.
+TEST_F(Fingerprint, DoesNotTakeTheSameTimeForTheSameData) {
+  EXPECT_EQ(overlap_text(provenance, files({"bb"}), day(8000, 2)), "");
+}
+
+TEST_F(Fingerprint, SaysNothingOfWhatIsNotThere) {
+  for (const char* text : {"", "{}", "[]", "not JSON", R"({"recordings": 3})",
+                           R"({"recordings": [{"files": [1], "fingerprint": [[1], "x"]}]})"})
+    EXPECT_EQ(overlap_text(text, files({"aa"}), day(8000, 1)), "") << text;
+}
+
+}  // namespace
+}  // namespace prism::recordings

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/recordings/fingerprint.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace prism::recordings {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kSeconds = 32;
+constexpr double kLogRounding_deg_per_h = 2e-6;
+
+struct Shared {
+  std::size_t files = 0, seconds = 0, compared = 0;
+};
+
+// A member of what somebody may have written by hand: null where it is not there.
+json member(const json& object, const char* key) { return object.is_object() ? object.value(key, json()) : json(); }
+
+std::size_t shared_files(const json& facts, const Recording& recording) {
+  std::set<std::string> trained;
+  for (const json& file : member(facts, "files")) {
+    if (const json sha256 = member(file, "sha256"); sha256.is_string()) trained.insert(sha256.get<std::string>());
+  }
+  return static_cast<std::size_t>(std::count_if(recording.files.begin(), recording.files.end(),
+                                                [&](const SourceFile& file) { return trained.contains(file.sha256); }));
+}
+
+void compare_seconds(const json& facts, const BlockTable& table, Shared& shared) {
+  for (const json& point : member(facts, "fingerprint")) {
+    if (!point.is_array() || point.size() != 2 || !point[0].is_number() || !point[1].is_number()) continue;
+    const auto second = point[0].get<std::int64_t>();
+    const auto at = std::lower_bound(table.second.begin(), table.second.end(), second);
+    if (at == table.second.end() || *at != second) continue;
+    ++shared.compared;
+    const double rate =
+        table.second_bias_deg_per_h[static_cast<std::size_t>(at - table.second.begin())] + table.earth_rate_deg_per_h;
+    shared.seconds += std::abs(rate - point[1].get<double>()) <= kLogRounding_deg_per_h;
+  }
+}
+
+}  // namespace
+
+nlohmann::ordered_json fingerprint_json(const BlockTable& table) {
+  std::vector<std::size_t> known;
+  for (std::size_t i = 0; i < table.second.size(); ++i) {
+    if (std::isfinite(table.second_bias_deg_per_h[i])) known.push_back(i);
+  }
+  nlohmann::ordered_json points = nlohmann::ordered_json::array();
+  const std::size_t count = std::min(kSeconds, known.size());
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = known[k * known.size() / count];
+    points.push_back({table.second[i], table.second_bias_deg_per_h[i] + table.earth_rate_deg_per_h});
+  }
+  return points;
+}
+
+std::string overlap_text(const std::string& provenance_json, const Recording& recording, const BlockTable& table) {
+  const json provenance = json::parse(provenance_json, nullptr, false);
+  Shared shared;
+  for (const json& facts : member(provenance, "recordings")) {
+    shared.files += shared_files(facts, recording);
+    compare_seconds(facts, table, shared);
+  }
+  if (shared.files > 0 && recording.files.size() == 1) return "the model was trained on this very file (same SHA-256)";
+  if (shared.files > 0)
+    return fmt::format("the model was trained on {} of these {} files (same SHA-256)", shared.files,
+                       recording.files.size());
+  // Two equal seconds may be chance where the rate is coarse; a shared stretch has most of them.
+  if (shared.seconds < 2 || 2 * shared.seconds < shared.compared) return {};
+  return fmt::format("the model was trained on data of this recording ({} of {} compared seconds have the same rate)",
+                     shared.seconds, shared.compared);
+}
+
+}  // namespace prism::recordings
