@@ -42,6 +42,10 @@ Report sample() {
   Table table{"ls", "LS model", "Divisor N-1.", {{"Input", "", false}, {"After", "deg/h"}}, {}};
   table.rows = {{text_cell("T"), fixed_cell(0.011941, 5)}, {text_cell("U, \"volts\""), fixed_cell(std::nullopt, 5)}};
   Figure figure{"fig_ls", "Residual", "100 s means.", {}};
+  Series left{"left", Ink::kCorrected};
+  left.x = {1, 2};
+  left.y = {0.5, std::numeric_limits<double>::quiet_NaN()};
+  figure.plot.panels.push_back({"", {"h"}, {"deg/h"}, {}, {left}});
   report.sections = {{"one", "First", {Paragraph{"Well."}, table, figure}}};
   return report;
 }
@@ -54,7 +58,8 @@ TEST(HtmlPage, HoldsEverythingAndEscapesIt) {
   EXPECT_THAT(page, HasSubstr("<b>Table 1.</b> LS model."));
   EXPECT_THAT(page, HasSubstr("Divisor N-1."));
   EXPECT_THAT(page, HasSubstr("0.01194"));
-  EXPECT_THAT(page, HasSubstr("<svg id=\"fig_ls\"></svg>"));
+  EXPECT_THAT(page,
+              HasSubstr("<svg role=\"img\" aria-label=\"Residual. 100 s means. Curves: left\" id=\"fig_ls\"></svg>"));
   EXPECT_THAT(page, Not(HasSubstr("SIMULATED")));
 }
 
@@ -98,6 +103,31 @@ TEST(PlainText, AlignsColumnsByCharactersNotBytes) {
   Table table{"t", "Noise", "Caption.", {{"name", "", false}, {"walk", "deg/√h"}}, {}};
   table.rows = {{text_cell("größe"), fixed_cell(0.5, 1)}, {text_cell("b"), fixed_cell(std::nullopt, 1)}};
   EXPECT_EQ(plain_text(table), "Noise\nname     walk\n       deg/√h\ngröße     0.5\nb           —\nCaption.\n");
+}
+
+TEST(Csv, HasATableAFileThatNeedsNoSkippedLine) {
+  const auto files = csv_files(sample());
+  ASSERT_EQ(files.size(), 1u);
+  EXPECT_EQ(files[0].first, "ls.csv");
+  EXPECT_EQ(files[0].second, "Input,After [deg/h]\nT,0.01194\n\"U, \"\"volts\"\"\",\n");
+}
+
+TEST(Json, HasTheCurvesOfEveryFigure) {
+  const auto panel = nlohmann::json::parse(json_text(sample()))["figures"]["fig_ls"]["panels"][0];
+  EXPECT_EQ(panel["y"], "deg/h");
+  EXPECT_EQ(panel["curves"][0]["name"], "left");
+  EXPECT_EQ(panel["curves"][0]["y"].dump(), "[0.5,null]");
+}
+
+// What must be known before any number comes before it.
+TEST(Report, BeginsWithItsWarning) {
+  Report report = sample();
+  report.warning = "Not a test, \"because\".";
+  EXPECT_TRUE(csv_text(report).starts_with("# warning,\"Not a test, \"\"because\"\".\"\n"));
+  EXPECT_EQ(nlohmann::ordered_json::parse(json_text(report)).begin().key(), "warning");
+  const std::string page = html_page(report, no_drawing).value();
+  EXPECT_LT(page.find("Not a test, &quot;because&quot;."), page.find("<table"));
+  EXPECT_THAT(json_text(sample()), Not(HasSubstr("warning")));
 }
 
 }  // namespace

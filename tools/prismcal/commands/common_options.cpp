@@ -109,9 +109,12 @@ void append_recording_facts(std::vector<std::pair<std::string, std::string>>& fa
   }
   for (const std::string& note : recording.notes) facts.emplace_back(role + ", left out", note);
   const std::string serial = recording.value("gyro_serial"), site = recording.value("site");
-  facts.emplace_back(role + ", gyro",
-                     fmt::format("serial {}, frames {}, axis {}", serial.empty() ? "not stated" : serial,
-                                 recording.value("frames"), recording.value("axis")));
+  std::string gyro = "serial " + (serial.empty() ? "not stated" : serial);
+  for (const char* key : {"frames", "axis"}) {
+    if (const std::string value = recording.value(key); !value.empty() && value != "-")
+      gyro += fmt::format(", {} {}", key, value);
+  }
+  facts.emplace_back(role + ", gyro", gyro);
   facts.emplace_back(role + ", site",
                      fmt::format("{}; earth rate on the axis {:.6f} deg/h taken off",
                                  site.empty() ? "not stated" : site, loaded.table.earth_rate_deg_per_h));
@@ -166,6 +169,11 @@ Result<void> write_report(const report::Report& report, const CommonOptions& opt
                                    {"report.csv", report::csv_text(report)},
                                    {"report.json", report::json_text(report)}}) {
     if (const auto done = config::write_text_file((folder / name).string(), text); !done) return done;
+  }
+  std::filesystem::create_directories(folder / "tables", error);
+  if (error) return refuse((folder / "tables").string(), error.message());
+  for (const auto& [name, text] : report::csv_files(report)) {
+    if (const auto done = config::write_text_file((folder / "tables" / name).string(), text); !done) return done;
   }
   fmt::print(stderr, "report: {}\n", (folder / "report.html").string());
   return {};

@@ -24,6 +24,18 @@ const char* css_class(Emphasis emphasis) {
   return "";
 }
 
+/// A figure for those who do not see it: what it is, and which curves are in it.
+std::string in_words(const Figure& figure) {
+  std::string curves;
+  for (const Panel& panel : figure.plot.panels) {
+    for (const Series& series : panel.series) {
+      if (!series.name.empty() && curves.find(series.name) == std::string::npos)
+        curves += (curves.empty() ? " Curves: " : ", ") + series.name;
+    }
+  }
+  return fmt::format("{}. {}{}", figure.title, figure.caption, curves);
+}
+
 /// Writes the page from top to bottom, counting tables and figures.
 class Page {
  public:
@@ -100,8 +112,10 @@ class Page {
   }
 
   Result<void> add(const Figure& figure) {
-    const auto svg = draw_(figure.plot, figure.id);
+    auto svg = draw_(figure.plot, figure.id);
     if (!svg) return tl::unexpected(svg.error());
+    if (svg->starts_with("<svg"))
+      svg->insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", html_escaped(in_words(figure))));
     text_ += fmt::format("<figure id=\"{}\">\n{}\n<figcaption>{}</figcaption>\n</figure>\n", figure.id, *svg,
                          caption("Figure", ++figures_, figure.title, figure.caption));
     return {};

@@ -4,10 +4,10 @@
 namespace prism::report {
 
 const char* const kStyle = R"css(
-:root { --ink: #1b2733; --soft: #5b6875; --line: #d9dfe6; --pale: #f4f6f8; --blue: #12385f; --warm: #c2410c; }
+:root { color-scheme: light dark; --page: #fff; --ink: #1b2733; --soft: #5b6875; --line: #d9dfe6; --pale: #f4f6f8; --blue: #12385f; --warm: #c2410c; --good: #14613f; --bad: #a11212; --doubt: #8a5a00; --best: #eaf1f8; }
 * { box-sizing: border-box; }
 html { font: 15px/1.5 "Helvetica Neue", Helvetica, Arial, "Liberation Sans", sans-serif; color: var(--ink); }
-body { max-width: 68rem; margin: 0 auto; padding: 2.5rem 1.5rem 4rem; background: #fff; }
+body { max-width: 68rem; margin: 0 auto; padding: 2.5rem 1.5rem 4rem; background: var(--page); }
 header { border-bottom: 3px solid var(--blue); padding-bottom: 1rem; margin-bottom: 1.5rem; }
 h1 { font-size: 1.75rem; line-height: 1.2; margin: 0 0 .3rem; color: var(--blue); letter-spacing: -.01em; }
 h2 { font-size: 1.25rem; margin: 2.8rem 0 .6rem; color: var(--blue); border-bottom: 1px solid var(--line); padding-bottom: .25rem; }
@@ -34,10 +34,16 @@ table.data .long { white-space: normal; }
 table.data tr:last-child td { border-bottom: 2px solid var(--ink); }
 table.data .number { text-align: right; } table.data .unit { display: block; font-weight: 400; color: var(--soft); font-size: .82rem; }
 tr.group td { font-weight: 600; background: var(--pale); }
-.good { color: #14613f; font-weight: 600; } .bad { color: #a11212; font-weight: 700; } .warn { color: #8a5a00; font-weight: 600; }
-.muted { color: var(--soft); } .best { font-weight: 700; background: #eaf1f8; }
+.good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 700; } .warn { color: var(--doubt); font-weight: 600; }
+.muted { color: var(--soft); } .best { font-weight: 700; background: var(--best); }
 p.warn, p.bad, p.good { border-left: 3px solid; padding-left: .8rem; font-weight: 400; }
 footer { margin-top: 3rem; padding-top: .6rem; border-top: 1px solid var(--line); color: var(--soft); font-size: .85rem; }
+/* On a dark screen the page is dark; a figure keeps its white paper, on which its inks were chosen. */
+@media screen and (prefers-color-scheme: dark) {
+  :root { --page: #14191f; --ink: #e3e8ee; --soft: #a3b0bd; --line: #33404d; --pale: #1d252e; --blue: #8fbbe8; --warm: #f59e6c; --good: #6fce9f; --bad: #ff9a94;
+    --doubt: #e8b75c; --best: #22344a; }
+  figure svg { background: #fff; border-radius: 4px; }
+}
 @media print {
   @page { size: A4; margin: 16mm 14mm; }
   html { font-size: 9.6pt; } body { max-width: none; padding: 0; } nav { display: none; }

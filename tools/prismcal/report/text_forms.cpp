@@ -2,6 +2,7 @@
 #include "tools/prismcal/report/text_forms.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace prism::report {
@@ -21,13 +22,18 @@ std::string column_name(const Column& column) {
   return column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
 }
 
-template <class Visit>
-void each_table(const Report& report, const Visit& visit) {
+template <class Wanted, class Visit>
+void each(const Report& report, const Visit& visit) {
   for (const Section& section : report.sections) {
     for (const Block& block : section.blocks) {
-      if (const auto* table = std::get_if<Table>(&block)) visit(*table);
+      if (const auto* wanted = std::get_if<Wanted>(&block)) visit(*wanted);
     }
   }
+}
+
+void append_row(std::string& text, const std::vector<std::string>& fields) {
+  for (std::size_t i = 0; i < fields.size(); ++i) text += (i > 0 ? "," : "") + csv_field(fields[i]);
+  text += '\n';
 }
 
 Json table_json(const Table& table) {
@@ -43,6 +49,26 @@ Json table_json(const Table& table) {
     rows.push_back(std::move(cells));
   }
   return {{"title", table.title}, {"caption", table.caption}, {"columns", columns}, {"rows", rows}};
+}
+
+Json numbers_json(const std::vector<double>& values) {
+  Json json = Json::array();
+  for (const double value : values) json.push_back(std::isfinite(value) ? Json(value) : Json());
+  return json;
+}
+
+Json figure_json(const Figure& figure) {
+  Json panels = Json::array();
+  for (const Panel& panel : figure.plot.panels) {
+    Json curves = Json::array();
+    for (const Series& series : panel.series) {
+      Json curve = {{"name", series.name}, {"x", numbers_json(series.x)}, {"y", numbers_json(series.y)}};
+      if (!series.high.empty()) curve[series.form == Form::kHeat ? "value" : "high"] = numbers_json(series.high);
+      curves.push_back(std::move(curve));
+    }
+    panels.push_back({{"title", panel.title}, {"x", panel.x.label}, {"y", panel.y.label}, {"curves", curves}});
+  }
+  return {{"title", figure.title}, {"caption", figure.caption}, {"panels", panels}};
 }
 
 /// Characters of UTF-8: bytes that do not continue one.
@@ -67,24 +93,36 @@ std::string csv_text(const Report& report) {
   text += "# report," + csv_field(report.title) + (report.simulated ? ",SIMULATED" : "") + "\n";
   text += "# tool," + csv_field(report.tool) + "\n";
   for (const auto& [name, value] : report.facts) text += "# fact," + csv_field(name) + "," + csv_field(value) + "\n";
-  each_table(report, [&text](const Table& table) {
-    text += "\n# table," + table.id + "," + csv_field(table.title) + "\n";
-    for (std::size_t i = 0; i < table.columns.size(); ++i) {
-      text += (i > 0 ? "," : "") + csv_field(column_name(table.columns[i]));
-    }
-    text += '\n';
-    for (const auto& row : table.rows) {
-      for (std::size_t i = 0; i < row.size(); ++i) text += (i > 0 ? "," : "") + csv_field(row[i].text);
-      text += '\n';
-    }
+  each<Table>(report, [&text](const Table& table) {
+    text += "\n# table," + table.id + "," + csv_field(table.title) + "\n" + csv_text(table);
   });
   return text;
 }
 
+std::string csv_text(const Table& table) {
+  std::string text;
+  std::vector<std::string> fields;
+  for (const Column& column : table.columns) fields.push_back(column_name(column));
+  append_row(text, fields);
+  for (const auto& row : table.rows) {
+    fields.clear();
+    for (const Cell& cell : row) fields.push_back(cell.text);
+    append_row(text, fields);
+  }
+  return text;
+}
+
+std::vector<std::pair<std::string, std::string>> csv_files(const Report& report) {
+  std::vector<std::pair<std::string, std::string>> files;
+  each<Table>(report, [&files](const Table& table) { files.emplace_back(table.id + ".csv", csv_text(table)); });
+  return files;
+}
+
 std::string json_text(const Report& report) {
-  Json facts = Json::object(), tables = Json::object();
+  Json facts = Json::object(), tables = Json::object(), figures = Json::object();
   for (const auto& [name, value] : report.facts) facts[name] = value;
-  each_table(report, [&tables](const Table& table) { tables[table.id] = table_json(table); });
+  each<Table>(report, [&tables](const Table& table) { tables[table.id] = table_json(table); });
+  each<Figure>(report, [&figures](const Figure& figure) { figures[figure.id] = figure_json(figure); });
   Json json = Json::object();
   if (!report.warning.empty()) json["warning"] = report.warning;
   json.update({{"format", "prism-report"},
@@ -93,7 +131,8 @@ std::string json_text(const Report& report) {
                {"simulated", report.simulated},
                {"tool", report.tool},
                {"facts", facts},
-               {"tables", tables}});
+               {"tables", tables},
+               {"figures", figures}});
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
