@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <memory>
-#include <optional>
 
 #include "config/search_path.hpp"
 #include "config/text_file.hpp"
@@ -41,13 +40,13 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
   if (!writer) return tl::unexpected(writer.error());
   wire::FrameEncoder encoder(std::move(frames));
   std::vector<std::uint8_t> bytes;
-  std::optional<std::int64_t> last;
+  std::int64_t next = recording.buckets.empty() ? 0 : recording.buckets.front().second;
   std::size_t session = 0, index = 0, frames_written = 0;
   for (const compensation::Bucket& bucket : recording.buckets) {
     const std::int64_t time_ns = bucket.second * compensation::kNanosecondsPerSecond + 950'000'000;
     if (session < recording.sessions.size() && recording.sessions[session] == index++) {
       if (++session > 1) {
-        last.reset();
+        next = bucket.second;
         if (const auto done = writer->opened(time_ns); !done) return tl::unexpected(done.error());
       }
     }
@@ -58,8 +57,8 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
     state.rate_deg_per_h = state.valid ? bucket.rate_deg_per_h : 0;
     state.temperature_degc = bucket.temperature_degc;
     state.uhfo_v = bucket.uhfo_v;
-    if (last && bucket.second > *last + 1) encoder.skip(state, static_cast<std::uint64_t>(bucket.second - *last - 1));
-    last = bucket.second;
+    if (bucket.second > next) encoder.skip(state, static_cast<std::uint64_t>(bucket.second - next));
+    next = bucket.second + 1;
     bytes.clear();
     encoder.encode(state, bytes);
     const auto done = writer->data(time_ns, bytes);
