@@ -48,7 +48,7 @@ struct PublisherTest : testing::Test {
   void publish(std::int64_t first, std::int64_t last, bool window = false) {
     pipeline::Rows rows;
     for (std::int64_t second = first; second <= last; ++second) rows.samples.push_back({0, sample_at(second)});
-    if (window) rows.windows.push_back({0, rows.samples.size(), {}});
+    if (window) rows.windows.push_back({0, rows.samples.size(), 0, {}});
     publisher.rows(rows);
   }
 
@@ -77,7 +77,7 @@ TEST_F(PublisherTest, AWindowComesBetweenTheSamplesBeforeAndBehindIt) {
   auto& peer = subscriber({1, true, false});
   pipeline::Rows rows;
   for (const std::int64_t second : {1, 2, 3}) rows.samples.push_back({0, sample_at(second)});
-  rows.windows.push_back({0, 2, {}});
+  rows.windows.push_back({0, 2, 0, {}});
   publisher.rows(rows);
   EXPECT_THAT(heard(peer), ElementsAre("sample 1", "sample 2", "window", "sample 3"));
 }

@@ -165,8 +165,10 @@ TEST(CaptureFile, RefusesForeignFilesInOneLine) {
   };
   EXPECT_EQ(refusal("log.csv"), "log.csv: found no pcap file (40 bytes), expected a capture of link type 250");
   EXPECT_EQ(refusal("empty"), "empty: found no pcap file (0 bytes), expected a capture of link type 250");
-  EXPECT_EQ(refusal("ethernet.pcap"),
-            "ethernet.pcap: found a capture of link type 1 (EN10MB), expected 250 (serial line)");
+  EXPECT_EQ(
+      refusal("ethernet.pcap"),
+      "ethernet.pcap: found a capture of link type 1 (EN10MB), expected 250 (serial line); bytes that came by TCP: "
+      "tshark -r FILE -Y tcp.payload -T fields -e tcp.payload | xxd -r -p >BYTES");
   EXPECT_EQ(refusal("absent.pcap"), "absent.pcap: cannot be opened: No such file or directory");
   EXPECT_EQ(refusal("."), ".: found a folder, expected a capture file");
 }

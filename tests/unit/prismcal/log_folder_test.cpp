@@ -166,9 +166,11 @@ TEST_F(LogFolderTest, ATornSegmentCostsItsLastRowOnly) {
     ASSERT_TRUE(segment) << length << ": " << segment.error().text();
     EXPECT_EQ(segment->end, length == text.size() ? SegmentEnd::kWhole : SegmentEnd::kTorn) << length;
     const std::string left = text.substr(0, length);
-    const auto rows = std::count(left.begin(), left.end(), '\n') - std::count(left.begin(), left.end(), '#');
+    const std::string lines = left.substr(0, left.rfind('\n') + 1);
+    const auto rows = std::count(lines.begin(), lines.end(), '\n') - std::count(lines.begin(), lines.end(), '#');
     EXPECT_EQ(segment->rows.size(), std::max<std::ptrdiff_t>(rows - 1, 0)) << length;
-    EXPECT_EQ(segment->torn_bytes, left.size() - (left.rfind('\n') + 1)) << length;
+    const bool headless = length < head("2026-11-21T11:59:59.5Z").size();  // then nothing in it is a row
+    EXPECT_EQ(segment->torn_bytes, headless ? length : left.size() - (left.rfind('\n') + 1)) << length;
   }
 }
 
