@@ -120,7 +120,8 @@ std::vector<std::pair<std::string, std::string>> csv_files(const Report& report)
 
 std::string json_text(const Report& report) {
   Json facts = Json::object(), tables = Json::object(), figures = Json::object();
-  for (const auto& [name, value] : report.facts) facts[name] = value;
+  for (const auto& [name, value] : report.facts)  // several facts of one name, as the files of a folder, are one member
+    facts[name] = facts.contains(name) ? facts[name].get<std::string>() + "; " + value : value;
   each<Table>(report, [&tables](const Table& table) { tables[table.id] = table_json(table); });
   each<Figure>(report, [&figures](const Figure& figure) { figures[figure.id] = figure_json(figure); });
   Json json = Json::object();
