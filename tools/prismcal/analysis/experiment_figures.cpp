@@ -138,12 +138,13 @@ std::optional<Figure> surface_figure(const ExperimentRow& row) {
     heat.y.push_back(point.sigma2);
     heat.high.push_back(std::min(2.0, point.cost_deg_per_h / lowest));  // beyond twice the best nobody looks
   }
-  return Figure{"fig_surface",
-                "The cost of the tuning over c and sigma2: " + method_text(row.spec),
-                fmt::format("Grid search over {} points, {}; cost over the lowest, cut at 2. A flat valley means that c "
-                            "and sigma2 say little by themselves.",
-                            t.surface.size(), tune_text(row.spec.tune)),
-                {1, 380, {{"", {"c", true}, {"sigma2", true}, {}, {heat, chosen}}}}};
+  return Figure{
+      "fig_surface",
+      "The cost of the tuning over c and sigma2: " + method_text(row.spec),
+      fmt::format("Grid search over {} points, {}; cost over the lowest, cut at 2. A flat valley means that c "
+                  "and sigma2 say little by themselves.",
+                  t.surface.size(), tune_text(row.spec.tune)),
+      {1, 380, {{"", {"c", true}, {"sigma2", true}, {}, {heat, chosen}}}}};
 }
 
 }  // namespace prism::analysis

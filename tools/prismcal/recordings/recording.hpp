@@ -31,8 +31,8 @@ struct Recording {
 };
 
 struct SourceOptions {
-  /// "rate=COLUMN:UNIT", "temperature=…", "uhfo=…", "time=…", units.hpp has the units, a column is a name or a number from
-  /// 1; "rate=Gx:deg/s*0.061-1.2" is for what must be scaled and shifted to be in the unit. Empty: no mapped CSV.
+  /// "rate=COLUMN:UNIT", "temperature=…", "uhfo=…", "time=…", units.hpp has the units, a column is a name or a number
+  /// from 1; "rate=Gx:deg/s*0.061-1.2" is for what must be scaled and shifted to be in the unit. Empty: no mapped CSV.
   std::vector<std::string> map;
   double interval_s = 0;  ///< mapped CSV without a time column: seconds between rows, > 0
   std::string config;     ///< capture: the prismd.json that it was recorded with
