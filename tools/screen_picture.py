@@ -8,6 +8,7 @@ from html import escape
 CELL_PX = (8.4, 18)  # width and height of a character at 14 px
 COLOURS = ["#1e2430", "#e06c75", "#7fbf6a", "#e0b464", "#61afef", "#c678dd", "#56b6c2", "#d7dae0"]
 PLAIN = COLOURS[7]
+NO_BREAK = "\u00a0"  # a plain space at an edge, or the second of two, is not drawn in SVG
 
 
 def styled(line, style):
@@ -38,7 +39,7 @@ def main():
     w, h = CELL_PX
     size = (width * w + 24, len(lines) * h + 20)
     print(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size[0]:.0f} {size[1]:.0f}" '
-          f'font-family="DejaVu Sans Mono, Menlo, Consolas, monospace" font-size="14" xml:space="preserve">')
+          f'font-family="DejaVu Sans Mono, Menlo, Consolas, monospace" font-size="14">')
     print(f'<rect width="100%" height="100%" rx="6" fill="{COLOURS[0]}"/>')
     style = {"fill": PLAIN}
     for row, line in enumerate(lines):
@@ -51,7 +52,7 @@ def main():
                 shown["fill"] = COLOURS[0]
             attributes = "".join(f' {key}="{value}"' for key, value in shown.items())
             if text.strip():
-                print(f'<text x="{at[0]:.1f}" y="{at[1] + 14:.0f}" textLength="{len(text) * w:.1f}"{attributes}>{escape(text)}</text>')
+                print(f'<text x="{at[0]:.1f}" y="{at[1] + 14:.0f}" textLength="{len(text) * w:.1f}"{attributes}>{escape(text).replace(" ", NO_BREAK)}</text>')
             column += len(text)
     print("</svg>")
 
