@@ -19,7 +19,7 @@ std::vector<std::string> csv_fields(std::string_view line, char separator);
 std::optional<double> csv_number(std::string_view field);
 
 /// Comma-, semicolon- or tab-separated text, by what the first line holds, in this order. A quoted
-/// field cannot hold the separator. A byte-order mark and the '\r' of a line's end are skipped.
+/// field cannot hold the separator. A byte-order mark and the carriage return of a line's end are skipped.
 class CsvLines {
  public:
   /// `where` names the text in refusals. `in` is not owned.
