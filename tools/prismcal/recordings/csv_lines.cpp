@@ -63,6 +63,15 @@ std::vector<std::string> csv_fields(std::string_view line, char separator) {
   return fields;
 }
 
+std::optional<std::size_t> csv_column(const std::vector<std::string>& names, const std::string& wanted) {
+  const auto named = std::find(names.begin(), names.end(), wanted);
+  if (named != names.end()) return static_cast<std::size_t>(named - names.begin());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (std::to_string(i + 1) == wanted) return i;
+  }
+  return std::nullopt;
+}
+
 std::optional<double> csv_number(std::string_view field) {
   if (field.starts_with('+')) field.remove_prefix(1);
   double value = 0;

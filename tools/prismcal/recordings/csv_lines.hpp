@@ -15,6 +15,9 @@ std::optional<std::string_view> csv_field(std::string_view line, char separator,
 /// All of them; none of an empty line.
 std::vector<std::string> csv_fields(std::string_view line, char separator);
 
+/// Which of the columns a person means: by its name, or else by its number from 1; nothing where there is none.
+std::optional<std::size_t> csv_column(const std::vector<std::string>& names, const std::string& wanted);
+
 /// A finite number, a '+' before it allowed; nothing else stands in the field.
 std::optional<double> csv_number(std::string_view field);
 

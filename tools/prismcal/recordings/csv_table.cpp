@@ -39,17 +39,14 @@ Result<CsvTable> CsvTable::read(const std::string& path) {
 }
 
 Result<std::vector<double>> CsvTable::column(const std::string& name) const {
-  auto index = static_cast<std::size_t>(std::find(names_.begin(), names_.end(), name) - names_.begin());
-  for (std::size_t i = 0; index == names_.size() && i < names_.size(); ++i) {
-    if (std::to_string(i + 1) == name) index = i;
-  }
-  if (index == names_.size())
+  const auto index = csv_column(names_, name);
+  if (!index)
     return refuse(path_, fmt::format("found no column \"{}\", expected a number from 1 to {} or one of {}", name,
                                      names_.size(), fmt::join(names_, ", ")));
   std::vector<double> values;
   values.reserve(lines_.size());
   for (const NumberedLine& line : lines_) {
-    const std::string_view field = *csv_field(line.text, separator_, index);
+    const std::string_view field = *csv_field(line.text, separator_, *index);
     const auto value = csv_number(field);
     if (!value) {
       return refuse(fmt::format("{}:{}", path_, line.number),

@@ -28,8 +28,11 @@ std::string unit_by_name(const std::string& column) {
   return "deg/h";
 }
 
-tl::unexpected<Error> refuse_unit(const std::string& path, const std::string& unit) {
-  return refuse(path, fmt::format("unit \"{}\"; expected deg/h, deg/s, rad/s or arcsec/s", unit));
+/// Sets the series' unit; returns what turns its values into deg/h.
+Result<double> take_unit(RateSeries& series, const RateSeriesChoice& choice, const std::string& path) {
+  series.unit = choice.unit.empty() ? unit_by_name(series.column) : choice.unit;
+  if (const Unit* unit = find_unit("rate", series.unit)) return unit->factor;
+  return refuse(path, fmt::format("unit \"{}\"; expected deg/h, deg/s, rad/s or arcsec/s", series.unit));
 }
 
 /// What is taken from the file.
@@ -38,13 +41,6 @@ struct Layout {
   bool named = false;
   std::size_t rate = 0;
   std::optional<std::size_t> time;
-
-  std::optional<std::size_t> find(const std::string& wanted) const {
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (names[i] == wanted || std::to_string(i + 1) == wanted) return i;
-    }
-    return std::nullopt;
-  }
 };
 
 Result<Layout> choose_columns(std::vector<std::string> first_line, const RateSeriesChoice& choice,
@@ -56,14 +52,14 @@ Result<Layout> choose_columns(std::vector<std::string> first_line, const RateSer
   for (std::size_t i = 0; !layout.named && i < layout.names.size(); ++i) layout.names[i] = std::to_string(i + 1);
   const std::string all = fmt::format("{}", fmt::join(layout.names, ", "));
   if (!choice.time_column.empty()) {
-    layout.time = layout.find(choice.time_column);
+    layout.time = csv_column(layout.names, choice.time_column);
     if (!layout.time) return refuse(path, fmt::format("no column \"{}\"; found {}", choice.time_column, all));
   } else if (layout.named) {
     for (const char* name : {"t_s", "time_s"}) {
-      if (const auto found = layout.find(name)) layout.time = found;
+      if (const auto found = csv_column(layout.names, name)) layout.time = found;
     }
   }
-  auto rate = layout.find(choice.column.empty() ? "rate_deg_per_h" : choice.column);
+  auto rate = csv_column(layout.names, choice.column.empty() ? "rate_deg_per_h" : choice.column);
   if (!rate && choice.column.empty() && layout.names.size() == 1) rate = 0;
   if (!rate && choice.column.empty() && layout.names.size() == 2 && layout.time) rate = 1 - *layout.time;
   if (!rate) {
@@ -124,9 +120,8 @@ double median_step(const std::vector<double>& times) {
 Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoice& choice) {
   RateSeries series;
   series.column = choice.column.empty() ? "rate_deg_per_h" : choice.column;
-  series.unit = choice.unit.empty() ? unit_by_name(series.column) : choice.unit;
-  const Unit* unit = find_unit("rate", series.unit);
-  if (!unit) return refuse_unit(path, series.unit);
+  const auto factor = take_unit(series, choice, path);
+  if (!factor) return tl::unexpected(factor.error());
   const auto folder = LogFolder::read(path, series.column);
   if (!folder) return tl::unexpected(folder.error());
   const LogRows joined = join_rows(*folder);
@@ -138,7 +133,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
     if (begins) ++session;
     const bool follows = i > 0 && !begins && bucket.second == joined.rows[i - 1].bucket.second + 1;
     if (i > 0 && !follows) series.rate_deg_per_h.push_back(kUnknown);
-    series.rate_deg_per_h.push_back(bucket.partial ? kUnknown : joined.rows[i].value * unit->factor);
+    series.rate_deg_per_h.push_back(bucket.partial ? kUnknown : joined.rows[i].value * *factor);
   }
   series.rows = joined.rows.size();
   series.interval_source = "one row a second";
@@ -157,9 +152,8 @@ Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesCho
   const auto& [layout, rates, times] = *columns;
   RateSeries series;
   series.column = layout.names[layout.rate];
-  series.unit = choice.unit.empty() ? unit_by_name(series.column) : choice.unit;
-  const Unit* unit = find_unit("rate", series.unit);
-  if (!unit) return refuse_unit(path, series.unit);
+  const auto factor = take_unit(series, choice, path);
+  if (!factor) return tl::unexpected(factor.error());
   series.rows = rates.size();
 
   const bool timed = times.size() > 1;
@@ -172,7 +166,7 @@ Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesCho
   series.rate_deg_per_h.reserve(series.rows);
   for (std::size_t i = 0; i < series.rows; ++i) {
     if (timed && i > 0 && times[i] - times[i - 1] > 1.5 * series.interval_s) series.rate_deg_per_h.push_back(kUnknown);
-    series.rate_deg_per_h.push_back(rates[i] * unit->factor);
+    series.rate_deg_per_h.push_back(rates[i] * *factor);
   }
   return series;
 }
