@@ -69,8 +69,7 @@ Table profiles_table(const Experiment& experiment) {
       const bool worse = s.improvement && *s.improvement < 0;
       cells.push_back(fixed_cell(s.after.sd, 5));
       cells.push_back(percent_cell(s.improvement, worse ? report::Emphasis::kBad : report::Emphasis::kNone));
-      const double blocks = static_cast<double>(judged.extrapolating.size());
-      cells.push_back(fixed_cell(100 * static_cast<double>(judged.extrapolated) / blocks, 1));
+      cells.push_back(fixed_cell(judged.extrapolated_percent(), 1));
     }
     table.rows.push_back(std::move(cells));
   }

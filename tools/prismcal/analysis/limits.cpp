@@ -65,7 +65,7 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
       gap_after(recording),
       walk,
       instability,
-      100 * static_cast<double>(recording.evaluation->extrapolated) / blocks,
+      recording.evaluation->extrapolated_percent(),
       100 * static_cast<double>(recording.evaluation->uncorrected) / blocks};
   const std::vector<std::string> units = {"deg/h", "deg/h",  "deg/h", "deg/h", "%", "%",
                                           "deg/h", "deg/√h", "deg/h", "%",     "%"};

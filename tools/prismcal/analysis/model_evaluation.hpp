@@ -33,6 +33,10 @@ struct ModelEvaluation {
   std::size_t extrapolated = 0;  ///< how many blocks of them
   std::size_t uncorrected = 0;   ///< blocks whose bias is beyond the limit: prismd publishes no corrected rate there
 
+  /// Share of the blocks that lie off the training data, %.
+  double extrapolated_percent() const {
+    return 100 * static_cast<double>(extrapolated) / static_cast<double>(extrapolating.size());
+  }
   /// Those of the blocks that have a correction.
   template <class T>
   std::vector<T> where_corrected(const std::vector<T>& blocks) const {

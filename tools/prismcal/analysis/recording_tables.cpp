@@ -60,11 +60,10 @@ Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<doubl
 report::Paragraph verdict_paragraph(const EvaluatedRecording& recording, const std::string& overlap) {
   const ModelEvaluation& judged = *recording.evaluation;
   const evaluation::BiasStability& s = judged.stability;
-  const double off = 100 * static_cast<double>(judged.extrapolated) / static_cast<double>(judged.extrapolating.size());
   const std::string figures = fmt::format(
       "1 sigma of the {} s means is {:.5f} deg/h before and {:.5f} after; {:.1f} % of the blocks lie off the "
       "training data.",
-      recording.table->features.length_s, s.before.sd, s.after.sd, off);
+      recording.table->features.length_s, s.before.sd, s.after.sd, judged.extrapolated_percent());
   if (!overlap.empty())
     return {fmt::format("{}: not a test: {}. The figures say how well the model repeats what it was shown. {}",
                         recording.table->name, overlap, figures),

@@ -90,8 +90,7 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
       cells.push_back(
           report::percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? Emphasis::kBad : Emphasis::kNone));
       cells.push_back(report::percent_cell(m > 0 && first > 0 ? std::optional(s.after.sd / first - 1) : std::nullopt));
-      cells.push_back(report::fixed_cell(
-          100 * static_cast<double>(judged.extrapolated) / static_cast<double>(judged.extrapolating.size()), 1));
+      cells.push_back(report::fixed_cell(judged.extrapolated_percent(), 1));
     }
     table.rows.push_back(std::move(cells));
   }
