@@ -87,10 +87,12 @@ std::vector<std::size_t> disturbed_blocks(std::span<const double> blocks, std::s
                                           double sensitivity, double noise) {
   std::vector<std::size_t> disturbed;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const double beyond_noise = deviation_at(blocks, i) - kStandsOut * noise;
+    if (!(beyond_noise > 0)) continue;
     double bend_degc = 0;
     for (std::size_t k = i - std::min<std::size_t>(i, 1); k < std::min(blocks.size(), i + 2); ++k)
       bend_degc = std::max(bend_degc, deviation_at(temperature_degc, k));
-    if (deviation_at(blocks, i) > kStandsOut * noise + sensitivity * bend_degc) disturbed.push_back(i);
+    if (beyond_noise > sensitivity * bend_degc) disturbed.push_back(i);
   }
   return disturbed;
 }
@@ -113,7 +115,7 @@ double quantiser_step(std::span<const double> blocks) {
 /// least kEnoughForPart blocks, so that one bad row does not make its noise.
 struct NoiseRatio {
   double value = 0;
-  std::size_t first = 0, last = 0;  ///< blocks of the loudest part
+  std::size_t first = 0;  ///< block of the loudest part
 };
 
 NoiseRatio noise_ratio(std::span<const double> blocks, const std::vector<bool>& follows, double least) {
@@ -124,7 +126,7 @@ NoiseRatio noise_ratio(std::span<const double> blocks, const std::vector<bool>& 
     const std::size_t begin = part * blocks.size() / parts, end = (part + 1) * blocks.size() / parts;
     const double noise = std::max(least, noise_of(blocks, follows, begin, end));
     low = std::min(low, noise);
-    if (noise > high) high = noise, result.first = begin, result.last = end - 1;
+    if (noise > high) high = noise, result.first = begin;
   }
   if (parts >= 2 && low > 0) result.value = high / low;
   return result;
@@ -147,10 +149,10 @@ Finding find(const char* name, double value, const char* unit, const Threshold& 
   return finding;
 }
 
-/// What noise and disturbance say; `noise` of all blocks, deg/h, > 0.
+/// What noise and disturbance say; `noise` of all blocks and the `quantiser`'s, deg/h, the former > 0.
 void judge_noise(std::span<const double> rate, std::span<const double> temperature_degc,
-                 const std::vector<bool>& follows, double sd, double noise, const DataQualitySettings& settings,
-                 std::vector<Finding>& findings) {
+                 const std::vector<bool>& follows, double sd, double noise, double quantiser,
+                 const DataQualitySettings& settings, std::vector<Finding>& findings) {
   // Three times what the whole record moves a degree: a transient may be steeper than the soaks.
   const double sensitivity =
       3 * sd / std::max(robust_sd({temperature_degc.begin(), temperature_degc.end()}), settings.still_temperature_degc);
@@ -164,7 +166,7 @@ void judge_noise(std::span<const double> rate, std::span<const double> temperatu
                           settings.max_disturbed, false, "many blocks stand out from their neighbours"));
   if (!disturbed.empty()) findings.back().block = disturbed.front();
   if (rate.size() < 2 * kEnoughForPart) return;
-  const NoiseRatio ratio = noise_ratio(rate, follows, quantiser_step(rate) / std::sqrt(12.0));
+  const NoiseRatio ratio = noise_ratio(rate, follows, quantiser);
   if (ratio.value == 0) return;
   findings.push_back(
       find("noise", ratio.value, "x", settings.max_noise_ratio, false, "the noise is not the same throughout"));
@@ -200,8 +202,8 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
 
   const double span_degc = temperature->peak_to_peak;
   const double floor = noise_floor(rate_deg_per_h, follows).value_or(rate->sd);
-  const double quantiser = quantiser_step(rate_deg_per_h);
-  const double noise = std::max(noise_of(rate_deg_per_h, follows, 0, count), quantiser / std::sqrt(12.0));
+  const double step = quantiser_step(rate_deg_per_h), quantiser = step / std::sqrt(12.0);
+  const double noise = std::max(noise_of(rate_deg_per_h, follows, 0, count), quantiser);
   const double explainable = rate->sd > 0 ? std::max(0.0, 1 - floor * floor / (rate->sd * rate->sd)) : 0;
   const bool still = span_degc < settings.still_temperature_degc;
 
@@ -217,11 +219,11 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   if (count < kEnoughForNoise) {
     findings[1].text += "; its noise cannot be judged";
   } else if (noise > 0) {
-    judge_noise(rate_deg_per_h, temperature_degc, follows, rate->sd, noise, settings, findings);
-    if (quantiser > 0) {
-      findings.push_back({"quantised", quantiser > rate->sd ? Verdict::kRefuse : Verdict::kWarn, quantiser, "deg/h"});
-      findings.back().text = fmt::format(
-          "{:.4g} deg/h; the means stand in steps of this size, and what is smaller cannot be seen", quantiser);
+    judge_noise(rate_deg_per_h, temperature_degc, follows, rate->sd, noise, quantiser, settings, findings);
+    if (step > 0) {
+      findings.push_back({"quantised", step > rate->sd ? Verdict::kRefuse : Verdict::kWarn, step, "deg/h"});
+      findings.back().text =
+          fmt::format("{:.4g} deg/h; the means stand in steps of this size, and what is smaller cannot be seen", step);
     }
   } else {
     findings.push_back({"noise", Verdict::kRefuse, 0, "deg/h"});
