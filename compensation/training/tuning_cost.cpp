@@ -60,6 +60,13 @@ Eigen::VectorXd nothing(Eigen::Index n) { return Eigen::VectorXd::Constant(n, kN
 
 }  // namespace
 
+Tuning tuning_by_name(std::string_view name) {
+  return name == "shuffled" ? Tuning::kShuffled
+         : name == "loo"    ? Tuning::kLoo
+         : name == "reml"   ? Tuning::kReml
+                            : Tuning::kBlocked;
+}
+
 TuningCost::TuningCost(const Eigen::MatrixXd& points, const Eigen::VectorXd& y, double scale, Tuning kind, Folds folds,
                        ReweightSettings settings)
     : points_(points),

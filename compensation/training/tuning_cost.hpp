@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "compensation/training/cross_validation.hpp"
@@ -19,6 +20,9 @@ enum class Tuning {
   kLoo,       ///< leave-one-out (weights frozen, where there are any)
   kReml,      ///< restricted likelihood, unweighted
 };
+
+/// shuffled, loo, reml; any other word is the default, blocked: command lines refuse what is none of these.
+Tuning tuning_by_name(std::string_view name);
 
 struct TuningPoint {
   double c = 1, sigma2 = 1;

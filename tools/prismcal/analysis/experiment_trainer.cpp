@@ -42,10 +42,7 @@ Result<training::TrainingSettings> settings_of(const ModelSpec& spec, const Expe
     settings.reweight.weight.kind = *weight;
   }
   settings.reweight.limit = experiment.reweight_limit;
-  settings.tuning = spec.tune == "shuffled" ? training::Tuning::kShuffled
-                    : spec.tune == "loo"    ? training::Tuning::kLoo
-                    : spec.tune == "reml"   ? training::Tuning::kReml
-                                            : training::Tuning::kBlocked;
+  settings.tuning = training::tuning_by_name(spec.tune);
   settings.folds = experiment.folds;
   settings.seed = experiment.seed;
   settings.threads = 1;  // the experiment trains several models at a time

@@ -86,10 +86,7 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
   s.c = o.c;
   s.sigma2 = o.sigma2;
   s.epsilon = o.epsilon;
-  s.tuning = o.tune == "shuffled" ? training::Tuning::kShuffled
-             : o.tune == "loo"    ? training::Tuning::kLoo
-             : o.tune == "reml"   ? training::Tuning::kReml
-                                  : training::Tuning::kBlocked;
+  s.tuning = training::tuning_by_name(o.tune);
   s.folds = o.folds;
   s.seed = o.seed;
   s.threads = o.threads;
