@@ -138,17 +138,19 @@ std::string model_view(const json& m) {
           line("inputs", inputs);
   const json& w = at(m, "window");
   text += line("window", fmt::format("{} s, slope by {}", at(w, "length_s").dump(), text_of(at(w, "slope"))));
-  for (const auto& [key, value] : at(m, "provenance").items()) {
+  json provenance = at(m, "provenance");
+  if (provenance.contains("recordings")) {
+    for (json& recording : provenance["recordings"])
+      if (recording.is_object()) recording.erase("fingerprint");  // for programs: numbers that say nothing to a reader
+  }
+  for (const auto& [key, value] : provenance.items()) {
     text += line(key.c_str(), value.is_string() ? value.get<std::string>() : value.dump());
   }
   return text;
 }
 
 std::string event_line(const json& e) {
-  std::string text =
-      fmt::format("{}  {:<7} {}", utc(at(e, "time_s")), text_of(at(e, "severity")), text_of(at(e, "text")));
-  if (at(e, "repeats").is_number()) text += fmt::format(" ({} more times)", at(e, "repeats").dump());
-  return text + "\n";
+  return fmt::format("{}  {:<7} {}\n", utc(at(e, "time_s")), text_of(at(e, "severity")), event_text(e));
 }
 
 std::string window_heading() {

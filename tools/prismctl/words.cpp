@@ -78,4 +78,10 @@ std::string bias_text(const json& row) {
                      value_text(at(row, "sd_deg_per_h"), 5, " deg/h"));
 }
 
+std::string event_text(const json& event) {
+  std::string text = text_of(at(event, "text"));
+  if (at(event, "repeats").is_number()) text += fmt::format(" ({} more times)", at(event, "repeats").dump());
+  return text;
+}
+
 }  // namespace prism::prismctl

@@ -38,6 +38,9 @@ int window_length_s(const nlohmann::json& answer);
 /// How long the long mean of a status or bias is of: the window, or what of it is gathered. Seconds.
 int mean_length_s(const nlohmann::json& answer);
 
+/// What happened, and how often since it was last shown: "disk: …", "disk: … (3 more times)".
+std::string event_text(const nlohmann::json& event);
+
 /// "8.47111 ± 0.00700 deg/h"; "-" where there is no bias.
 std::string bias_text(const nlohmann::json& row);
 

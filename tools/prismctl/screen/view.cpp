@@ -53,12 +53,10 @@ Line event_line(const json& event) {
                           : severity == "warning" ? Meaning::kWarning
                                                   : Meaning::kPlain;
   const double time_s = at(event, "time_s").is_number() ? at(event, "time_s").get<double>() : 0;
-  std::string text = text_of(at(event, "text"));
-  if (at(event, "repeats").is_number()) text += fmt::format(" ({} more times)", at(event, "repeats").dump());
   std::string moment = utc_text(static_cast<std::int64_t>(time_s));  // 2026-11-21T09:11:00Z: month to second
   if (moment.size() > kMonth + kMomentChars) moment = moment.substr(kMonth, kMomentChars);
   std::replace(moment.begin(), moment.end(), 'T', ' ');
-  return {{moment + " ", Meaning::kFaint}, {text, meaning}};
+  return {{moment + " ", Meaning::kFaint}, {prismctl::event_text(event), meaning}};
 }
 
 }  // namespace
