@@ -100,6 +100,11 @@ bool SegmentIndex::in_place() const {
   return ::stat(path_.c_str(), &there) == 0 && there.st_dev == device_ && there.st_ino == inode_;
 }
 
+void SegmentIndex::remember_file() {
+  struct stat there {};
+  if (::stat(path_.c_str(), &there) == 0) device_ = there.st_dev, inode_ = there.st_ino;
+}
+
 // Whole lines count; one that a power cut tore, or that nobody understands, is passed over.
 bool SegmentIndex::read() {
   const Result<std::string> text = config::read_text_file(path_);
@@ -113,8 +118,7 @@ bool SegmentIndex::read() {
   }
   if (id_.empty()) return false;
   if (last < text->size()) waiting_ = "\n";  // ends the torn line
-  struct stat there {};
-  if (::stat(path_.c_str(), &there) == 0) device_ = there.st_dev, inode_ = there.st_ino;
+  remember_file();
   return true;
 }
 
@@ -164,8 +168,7 @@ void SegmentIndex::compact() {
   if (!config::write_text_file(path_, text)) return;
   waiting_.clear();
   stale_lines_ = 0;
-  struct stat there {};
-  if (::stat(path_.c_str(), &there) == 0) device_ = there.st_dev, inode_ = there.st_ino;
+  remember_file();
 }
 
 void SegmentIndex::put(const ordered_json& line) {

@@ -45,6 +45,7 @@ class SegmentIndex {
   bool take_line(const std::string& line);
   void begin();
   void compact();
+  void remember_file();
   void take_number(std::uint64_t number, const std::string& file, std::uint64_t rows);
   void forget(std::uint64_t number, std::uint64_t rows);
   void put(const nlohmann::ordered_json& line);
