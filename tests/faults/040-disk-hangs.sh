@@ -2,12 +2,7 @@
 # A disk that hangs: told within 5 s, rows that wait are in the status, none is lost when it answers again; and SIGTERM ends prismd
 # within 5 s, with how many rows were not written. The story: no event, "0 dropped", SIGTERM waited 16 to 30 s, 20 rows were gone.
 . "$(dirname "$0")/lib.sh"
-config
-start_sim --profile steady --speed 1
-echo good >"$dir/disk"
-start prismd env LD_PRELOAD="$PRISM_BIN/tests/libdisk_shim.so" PRISM_DISK="$dir/disk" prismd "$dir/gyro.json"
-prismd=$pid
-wait_for 10 field_above .log.rows status 1
+on_a_shimmed_disk 1
 echo hang >"$dir/disk"
 begin=$(date +%s%N)
 wait_for 7 grep -q 'the disk has not answered for' "$dir/prismd.err"

@@ -2,12 +2,7 @@
 # fdatasync gives EIO: one event, one recovery, and each second stands in the log, in a segment that supersedes what cannot be trusted.
 # The story: the log went on with the same descriptor and called itself recovered.
 . "$(dirname "$0")/lib.sh"
-config
-start_sim --profile steady --speed 1
-echo good >"$dir/disk"
-start prismd env LD_PRELOAD="$PRISM_BIN/tests/libdisk_shim.so" PRISM_DISK="$dir/disk" prismd "$dir/gyro.json"
-prismd=$pid
-wait_for 10 field_above .log.rows status 2
+on_a_shimmed_disk 2
 echo eio >"$dir/disk"
 sleep "$(long 5 60)"
 echo good >"$dir/disk"

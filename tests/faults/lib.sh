@@ -3,4 +3,14 @@
 # long QUICK LONG gives the number that the form takes.
 . "$PRISM_SOURCE/tests/system/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
+# on_a_shimmed_disk ROWS: a simulated gyro and prismd on a disk that does what the word in $dir/disk says, good at first; prismd's
+# process is $prismd. Returns when so many rows are logged and one more.
+on_a_shimmed_disk() {
+  config
+  start_sim --profile steady --speed 1
+  echo good >"$dir/disk"
+  start prismd env LD_PRELOAD="$PRISM_BIN/tests/libdisk_shim.so" PRISM_DISK="$dir/disk" prismd "$dir/gyro.json"
+  prismd=$pid
+  wait_for 10 field_above .log.rows status "$1"
+}
 long() { [ -n "${PRISM_ENDURANCE:-}" ] && echo "$2" || echo "$1"; }

@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Any bytes as a row of the log: refused in one plain line, or a row whose text is a fixed point, and sound JSON.
 #include <cstdint>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
 #include "compensation/compensated_text.hpp"
+#include "tests/fuzz/require.hpp"
 
 namespace {
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
 
 std::string csv(const prism::compensation::CompensatedWindow& row) {
   std::string text;

@@ -38,6 +38,13 @@ struct RowLogTest : testing::Test {
   void append(int count) {
     for (int i = 0; i < count; ++i) log->append(test::row_at(next++), session_ns);
   }
+  // A row of which ten bytes are written, and stay.
+  void append_torn() {
+    const test::FailingCall fault(test::failing_write, ENOSPC);
+    const test::FailingCall fixed(test::failing_ftruncate, EIO);
+    test::writable_bytes = 10;
+    append(1);
+  }
   std::string path(const std::string& name) const { return settings.directory + "/" + name; }
   // Lines of a segment below the metadata and the names of the columns.
   std::vector<std::string> rows(const std::string& name) const {
@@ -118,12 +125,7 @@ TEST_F(RowLogTest, ASegmentIsLockedAsLongAsItIsWritten) {
 
 TEST_F(RowLogTest, ASegmentWhoseTornRowStaysHasNoEnd) {
   append(2);
-  {
-    const test::FailingCall fault(test::failing_write, ENOSPC);
-    const test::FailingCall fixed(test::failing_ftruncate, EIO);
-    test::writable_bytes = 10;
-    append(1);
-  }
+  append_torn();
   log.reset();
   EXPECT_THAT(test::content(path("gyro-20261121T120000Z.csv")), Not(HasSubstr("# end")));
 }
@@ -181,12 +183,7 @@ TEST_F(RowLogTest, ATornRowIsCutOff) {
 
 TEST_F(RowLogTest, ATornRowThatCannotBeCutOffEndsItsSegment) {
   append(2);
-  {
-    const test::FailingCall fault(test::failing_write, ENOSPC);
-    const test::FailingCall fixed(test::failing_ftruncate, EIO);
-    test::writable_bytes = 10;
-    append(1);
-  }
+  append_torn();
   append(1);
   log.reset();
   EXPECT_EQ(rows("gyro-20261121T120003Z.csv").size(), 1u);
