@@ -117,7 +117,7 @@ bool SegmentIndex::read() {
     begin = end + 1;
   }
   if (id_.empty()) return false;
-  if (last < text->size()) waiting_ = "\n";  // ends the torn line
+  if (last < text->size()) waiting_.assign(1, '\n');  // ends the torn line
   remember_file();
   return true;
 }
