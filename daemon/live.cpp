@@ -4,18 +4,17 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <chrono>
 #include <utility>
 
 #include "daemon/answers.hpp"
+#include "daemon/awaiting.hpp"
 #include "daemon/capture_log.hpp"
 #include "daemon/live_line.hpp"
 #include "daemon/notify.hpp"
@@ -27,7 +26,6 @@ namespace prism::daemon {
 namespace {
 
 namespace asio = boost::asio;
-constexpr auto kUse = asio::as_tuple(asio::use_awaitable);
 constexpr std::size_t kDiskQueueBytes = 4 << 20;
 constexpr std::chrono::seconds kDiskPatience{3};
 constexpr std::chrono::milliseconds kLastPatience{3500};

@@ -3,19 +3,18 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <chrono>
 #include <cmath>
 #include <memory>
 #include <utility>
 
 #include "compensation/text_number.hpp"
+#include "daemon/awaiting.hpp"
 #include "daemon/server.hpp"
 #include "daemon/service.hpp"
 #include "drivers/capture_file.hpp"
@@ -25,7 +24,6 @@ namespace {
 
 namespace asio = boost::asio;
 using Steady = std::chrono::steady_clock;
-constexpr auto kUse = asio::as_tuple(asio::use_awaitable);
 
 // Virtual time against the steady clock: when the packet of `time_ns` is due.
 class Pace {

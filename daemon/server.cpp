@@ -9,12 +9,10 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -22,13 +20,12 @@
 #include <filesystem>
 #include <utility>
 
+#include "daemon/awaiting.hpp"
 namespace prism::daemon {
 namespace {
 
 namespace asio = boost::asio;
 using Protocol = asio::local::stream_protocol;
-
-constexpr auto kUse = asio::as_tuple(asio::use_awaitable);
 
 // Does not wait: a connect to a socket whose queue is full would block until its owner accepts, which may be never.
 bool somebody_listens(const std::string& path) {

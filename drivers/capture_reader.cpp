@@ -16,7 +16,7 @@
 namespace prism::drivers {
 namespace {
 
-constexpr std::size_t kBufferBytes = 1 << 18;
+constexpr std::size_t kReadBytes = 1 << 18;
 constexpr std::size_t kMostBareBytes = 1024;
 constexpr double kMostBareSeconds = 0.010;  // below the decoder's time-out, so that a frame is not taken for cut
 constexpr std::size_t kPcapHeaderBytes = 24;
@@ -68,7 +68,7 @@ struct CaptureReader::File {
     }
     if (S_ISDIR(status.st_mode)) return refuse(path, "found a folder, expected a capture file");
     size = static_cast<std::uint64_t>(status.st_size);
-    buffer.resize(kBufferBytes);
+    buffer.resize(kReadBytes);
     std::setvbuf(stream, buffer.data(), _IOFBF, buffer.size());
     __fsetlocking(stream, FSETLOCKING_BYCALLER);  // one thread reads
     return {};

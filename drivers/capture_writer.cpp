@@ -13,7 +13,7 @@ namespace prism::drivers {
 namespace {
 
 constexpr std::size_t kMostBytes = 65536;  // of the line in one packet; longer chunks become several
-constexpr std::size_t kBufferBytes = 1 << 18;
+constexpr std::size_t kWriteBytes = 1 << 18;
 
 // pcap in this machine's order of bytes; the magic number says which, and that times are in nanoseconds.
 struct FileHeader {
@@ -74,7 +74,7 @@ struct CaptureWriter::File {
     put(&header, sizeof header);
     put(record.data(), record.size());
     put(bytes.data(), bytes.size());
-    if (buffer.size() >= kBufferBytes) drain();
+    if (buffer.size() >= kWriteBytes) drain();
     return state();
   }
 };

@@ -10,7 +10,7 @@ namespace prism::drivers {
 namespace {
 
 /// How long every arrival must be late before that is no stall but a shift.
-constexpr double kStallS = 1;
+constexpr double kShiftS = 1;
 /// Arrivals are never trusted to be truer than this, s.
 constexpr double kLeastJitterS = 1e-3;
 constexpr std::uint64_t kLeastPoints = 20;
@@ -82,7 +82,7 @@ bool Clock::out_of_step(double residual_s, double y) {
     return false;
   }
   if (late_since_y_ < 0) late_since_y_ = std::max(y, 0.0);
-  return y - late_since_y_ > kStallS;
+  return y - late_since_y_ > kShiftS;
 }
 
 void Clock::fit(double y, double residual_s) {

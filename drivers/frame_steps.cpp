@@ -9,7 +9,7 @@ namespace prism::drivers {
 namespace {
 
 /// The silence behind which the counter may have wrapped unseen; shorter ones may be a stalled machine.
-constexpr double kStallS = 1;
+constexpr double kWrapUnseenS = 1;
 /// A backward jump is told from lost frames only where the counter holds this many frames.
 constexpr double kTellingFrames = 64;
 
@@ -42,7 +42,7 @@ double FrameSteps::counted_ticks(const wire::Reading& reading, double slope) con
   if (rule.modulus == 0) return static_cast<double>(ticks);
   if (reading.counter < *last_counter_) ticks += rule.modulus;
   const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_.arrival_ns);
-  if (!by_arrival_ || elapsed_s <= kStallS) return static_cast<double>(ticks);
+  if (!by_arrival_ || elapsed_s <= kWrapUnseenS) return static_cast<double>(ticks);
   const double modulus = static_cast<double>(rule.modulus);
   const double turns = std::round((elapsed_s * rule.ticks_per_s / slope - static_cast<double>(ticks)) / modulus);
   return static_cast<double>(ticks) + std::max(0.0, turns) * modulus;

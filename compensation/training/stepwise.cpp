@@ -21,9 +21,9 @@ std::vector<int> without(std::vector<int> terms, int term) {
   return terms;
 }
 
-class Search {
+class StepwiseSearch {
  public:
-  Search(const LinearProblem& problem, int count, const StepwiseSettings& settings)
+  StepwiseSearch(const LinearProblem& problem, int count, const StepwiseSettings& settings)
       : problem_(problem), count_(count), settings_(settings), terms_(settings.start) {
     std::sort(terms_.begin(), terms_.end());
   }
@@ -111,7 +111,7 @@ Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen:
   if (columns.rows() < 3)
     return refuse("stepwise", fmt::format("found {} samples, expected at least 3", columns.rows()));
   const LinearProblem problem(columns, y);
-  return Search(problem, static_cast<int>(columns.cols()), settings).run();
+  return StepwiseSearch(problem, static_cast<int>(columns.cols()), settings).run();
 }
 
 }  // namespace prism::training

@@ -15,7 +15,6 @@
 namespace prism::training {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kMyriadStart = 1.5;  // the middle of what tunings end at
 constexpr double kHuberHeld =
     3;  // where nothing can judge it: beyond three sigma an outlier is one, and clean data lose nothing
@@ -27,10 +26,10 @@ double parameter_start(WeightKind kind, bool searched) {
   return searched ? usual_parameter(kind) : kHuberHeld;
 }
 
-class Search {
+class TuningSearch {
  public:
-  Search(const TuningCost& cost, Eigen::Index samples, const TuningSettings& settings, const TuningProgress& progress,
-         const std::atomic<bool>* stop)
+  TuningSearch(const TuningCost& cost, Eigen::Index samples, const TuningSettings& settings,
+               const TuningProgress& progress, const std::atomic<bool>* stop)
       : cost_(cost), samples_(samples), settings_(settings), progress_(progress), stop_(stop) {
     // Leave-one-out freezes the weights, and frozen weights have seen what is held out: it would choose a parameter so
     // small that a few samples that agree with each other are all the data.
@@ -270,7 +269,7 @@ TuningBounds bounds_for(Eigen::Index inputs) {
 
 Result<TuningResult> tune(const TuningCost& cost, Eigen::Index samples, const TuningSettings& settings,
                           const TuningProgress& progress, const std::atomic<bool>* stop) {
-  return Search(cost, samples, settings, progress, stop).run();
+  return TuningSearch(cost, samples, settings, progress, stop).run();
 }
 
 }  // namespace prism::training

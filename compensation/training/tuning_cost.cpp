@@ -13,7 +13,6 @@
 namespace prism::training {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kSearchAccuracy = 1e-2, kFinalAccuracy = 1e-6;  // c · what the low rank leaves of K
 // Of a scale: no residual moves by more between the last two solves of a final cost.
 constexpr double kFinalChange = 1e-6;

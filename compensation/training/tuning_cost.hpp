@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -12,6 +13,9 @@
 #include "compensation/training/low_rank.hpp"
 
 namespace prism::training {
+
+/// The cost of what cannot be fitted.
+inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 enum class Tuning {
   kBlocked,   ///< contiguous blocks of each run held out together: the default for time series

@@ -4,6 +4,7 @@ option(PRISM_WERROR "Treat warnings as errors" OFF)
 set(PRISM_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them: address,undefined or thread")
 option(PRISM_COVERAGE "Instrument for gcov" OFF)
 option(PRISM_FUZZ "Build the libFuzzer targets (clang only)" OFF)
+option(PRISM_UNITY "Compile several files of a room at once: everything is built sooner, a change later" OFF)
 
 # Who says nothing gets what one would install.
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
@@ -82,4 +83,5 @@ function(prism_room name)
   cmake_parse_arguments(ROOM "" "" "SOURCES;LINK" ${ARGN})
   add_library(${name} STATIC ${ROOM_SOURCES})
   target_link_libraries(${name} PUBLIC prism_settings ${ROOM_LINK})
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${PRISM_UNITY} UNITY_BUILD_BATCH_SIZE 8)
 endfunction()

@@ -12,7 +12,7 @@
 namespace prism::analysis {
 namespace {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 std::optional<double> gap_after(const EvaluatedRecording& recording) {
   const auto loop = measure_loop(recording, recording.evaluation->corrected_deg_per_h);

@@ -12,7 +12,7 @@
 namespace prism::commands {
 namespace {
 
-struct Choice {
+struct AllanChoice {
   std::string file;
   recordings::RateSeriesChoice series;
   double interval_s = 0;
@@ -22,7 +22,7 @@ struct Choice {
   bool json = false;
 };
 
-int run(const Choice& choice) {
+int run(const AllanChoice& choice) {
   recordings::RateSeriesChoice wanted = choice.series;
   if (choice.interval_s > 0) wanted.interval_s = choice.interval_s;
   const auto series = recordings::read_rate_series(choice.file, wanted);
@@ -41,7 +41,7 @@ int run(const Choice& choice) {
 void add_allan_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("allan", "Allan deviation of a recorded rate, with confidence and coefficients");
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<AllanChoice>();
   const std::map<std::string, evaluation::AllanGrid> grids = {{"octave", evaluation::AllanGrid::kOctave},
                                                               {"decade", evaluation::AllanGrid::kDecade},
                                                               {"dense", evaluation::AllanGrid::kDense}};

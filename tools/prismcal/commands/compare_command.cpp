@@ -18,7 +18,7 @@ namespace {
 using report::Cell;
 using report::Emphasis;
 
-struct Choice {
+struct CompareChoice {
   std::vector<std::string> models, recordings;
   CommonOptions common;
 };
@@ -31,7 +31,7 @@ struct Comparison {
   std::vector<std::pair<std::string, std::string>> overlaps;  ///< recording, and what a model shares with it
 };
 
-Result<Comparison> judge_all(const Choice& choice) {
+Result<Comparison> judge_all(const CompareChoice& choice) {
   const auto correction = correction_settings(choice.common);
   if (!correction) return tl::unexpected(correction.error());
   Comparison comparison;
@@ -97,7 +97,7 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
   return table;
 }
 
-Result<void> compare(const Choice& choice) {
+Result<void> compare(const CompareChoice& choice) {
   const auto comparison = judge_all(choice);
   if (!comparison) return tl::unexpected(comparison.error());
   report::Report report;
@@ -124,7 +124,7 @@ Result<void> compare(const Choice& choice) {
 
 void add_compare_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("compare", "several models on several recordings, one table");
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<CompareChoice>();
   command->add_option("models", choice->models, "model files; the first is the one that others are measured against")
       ->required();
   command->add_option("--on", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")

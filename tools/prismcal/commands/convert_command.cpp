@@ -15,7 +15,7 @@
 namespace prism::commands {
 namespace {
 
-struct Choice {
+struct ConvertChoice {
   std::string recording, frames = "second-means", out;
   recordings::SourceOptions source;
 };
@@ -70,7 +70,7 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
   return frames_written;
 }
 
-Result<std::size_t> convert(const Choice& choice) {
+Result<std::size_t> convert(const ConvertChoice& choice) {
   const auto frames = one_a_second(choice.frames);
   if (!frames) return tl::unexpected(frames.error());
   const auto recording = recordings::read_recording(choice.recording, choice.source);
@@ -84,7 +84,7 @@ Result<std::size_t> convert(const Choice& choice) {
 void add_convert_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("convert", "a recording as a capture: one frame a second, for prismd --replay");
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<ConvertChoice>();
   command->add_option("recording", choice->recording, "prismd's log (file or folder), a capture, or CSV with --map")
       ->required();
   command->add_option("--out", choice->out, "capture to write")->required();

@@ -17,7 +17,7 @@ namespace {
 
 constexpr Eigen::Index kRefined = 2000;  // samples up to which every solve is refined, so that no machine differs
 
-struct Choice {
+struct CvChoice {
   std::string file, inputs, target, fold_column;
   MethodOptions method;
 };
@@ -42,7 +42,7 @@ struct Problem {
   training::Folds folds;
 };
 
-Result<Problem> read_problem(const Choice& choice, const training::TrainingSettings& settings) {
+Result<Problem> read_problem(const CvChoice& choice, const training::TrainingSettings& settings) {
   const auto table = recordings::CsvTable::read(choice.file);
   if (!table) return tl::unexpected<Error>(table.error());
   const std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
@@ -67,7 +67,7 @@ Result<Problem> read_problem(const Choice& choice, const training::TrainingSetti
   return Problem{std::move(*data), std::move(*folds)};
 }
 
-Result<int> run(const Choice& choice) {
+Result<int> run(const CvChoice& choice) {
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
   if (settings->method != training::Method::kLssvm && settings->method != training::Method::kIrlssvm) {
@@ -117,7 +117,7 @@ Result<int> run(const Choice& choice) {
 
 void add_cv_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("cv", "held-out errors of an LSSVM on a plain table, fold by fold");
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<CvChoice>();
   choice->method.tune = "shuffled";
   command->add_option("table", choice->file, "CSV with a line of names")->required();
   command->add_option("--inputs", choice->inputs, "columns, by commas")->required();

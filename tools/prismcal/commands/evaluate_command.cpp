@@ -18,7 +18,7 @@
 namespace prism::commands {
 namespace {
 
-struct Choice {
+struct EvaluateChoice {
   std::string model, limits, training;
   std::vector<std::string> recordings;
   CommonOptions common;
@@ -83,7 +83,7 @@ void print_tables(const report::Report& report) {
   }
 }
 
-Result<bool> evaluate(const Choice& choice) {
+Result<bool> evaluate(const EvaluateChoice& choice) {
   const auto model = load_model(choice.model);
   if (!model) return tl::unexpected(model.error());
   const auto limits = analysis::read_limits(choice.limits);
@@ -128,7 +128,7 @@ Result<bool> evaluate(const Choice& choice) {
 void add_evaluate_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("evaluate", "judge a model on recordings: stability, Allan deviation, limits, report");
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<EvaluateChoice>();
   command->add_option("model", choice->model, "model file")->required();
   command->add_option("recordings", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")
       ->required();

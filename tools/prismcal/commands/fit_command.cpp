@@ -17,7 +17,7 @@
 namespace prism::commands {
 namespace {
 
-struct Choice {
+struct FitChoice {
   std::string file, inputs, target, fold_column, out, diagnostics;
   MethodOptions method;
 };
@@ -34,14 +34,15 @@ std::string diagnostics_csv(const training::SampleDiagnostics& d) {
   return text;
 }
 
-std::string provenance(const recordings::CsvTable& table, const Choice& choice, const nlohmann::ordered_json& summary) {
+std::string provenance(const recordings::CsvTable& table, const FitChoice& choice,
+                       const nlohmann::ordered_json& summary) {
   nlohmann::ordered_json json = {{"tool", fmt::format("prismcal {}", kVersion)}, {"target", choice.target}};
   json["files"] = {{{"path", table.path()}, {"sha256", table.sha256()}, {"rows", table.rows()}}};
   json["training"] = provenance_json(summary);
   return json.dump();
 }
 
-Result<int> run(const Choice& choice) {
+Result<int> run(const FitChoice& choice) {
   const auto table = recordings::CsvTable::read(choice.file);
   if (!table) return tl::unexpected<Error>(table.error());
   auto settings = settings_of(choice.method);
@@ -93,7 +94,7 @@ Result<int> run(const Choice& choice) {
 
 void add_fit_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("fit", "train on a plain table: any inputs, any target");
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<FitChoice>();
   command->add_option("table", choice->file, "CSV with a line of names")->required();
   command->add_option("--inputs", choice->inputs, "columns, by commas")->required();
   command->add_option("--target", choice->target, "column")->required();

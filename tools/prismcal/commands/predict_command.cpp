@@ -17,14 +17,14 @@
 namespace prism::commands {
 namespace {
 
-struct Choice {
+struct PredictChoice {
   std::string model, file, out, policy = "flag";
   bool json = false;
 };
 
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
 
-Result<int> run(const Choice& choice) {
+Result<int> run(const PredictChoice& choice) {
   const auto model = load_model(choice.model);
   if (!model) return tl::unexpected<Error>(model.error());
   const auto table = recordings::CsvTable::read(choice.file);
@@ -57,7 +57,7 @@ Result<int> run(const Choice& choice) {
 
 void add_predict_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("predict", "a model over the rows of a table");
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<PredictChoice>();
   command->add_option("model", choice->model, "model file")->required();
   command->add_option("table", choice->file, "CSV whose columns bear the names of the model's inputs")->required();
   command->add_option("--out", choice->out, "CSV to write: the table's columns, prediction and sd")->required();

@@ -20,7 +20,7 @@
 namespace prism::commands {
 namespace {
 
-struct Choice {
+struct ReportChoice {
   std::string training, repeat, limits;
   std::vector<std::string> others;
   analysis::ExperimentSettings experiment;
@@ -42,8 +42,8 @@ void show_progress(std::size_t done, std::size_t all, const std::string& next) {
   }
 }
 
-report::Report begin_report(const std::vector<std::pair<std::string, const Loaded*>>& recordings, const Choice& choice,
-                            const evaluation::DataQuality& quality) {
+report::Report begin_report(const std::vector<std::pair<std::string, const Loaded*>>& recordings,
+                            const ReportChoice& choice, const evaluation::DataQuality& quality) {
   report::Report report;
   const std::string serial = recordings.front().second->recording.value("gyro_serial");
   report.title = "Bias compensation of gyro " + (serial.empty() ? std::string("without a serial") : serial);
@@ -74,7 +74,7 @@ bool has_uhfo(const recordings::BlockTable& table) {
   return std::all_of(uhfo.begin(), uhfo.end(), [](double value) { return std::isfinite(value); });
 }
 
-Result<bool> make_report(Choice choice) {
+Result<bool> make_report(ReportChoice choice) {
   const auto limits = analysis::read_limits(choice.limits);
   if (!limits) return tl::unexpected(limits.error());
   const auto correction = correction_settings(choice.common);
@@ -128,7 +128,7 @@ Result<bool> make_report(Choice choice) {
 void add_report_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand(
       "report", "the paper's experiment: train all its models, judge them on a repeat and on other profiles");
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<ReportChoice>();
   command
       ->add_option("training", choice->training,
                    "recording to train on: prismd's log (file or folder), a capture, or CSV with --map")

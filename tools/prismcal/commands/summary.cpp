@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json number(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr); }
+ordered_json finite_json(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr); }
 
 std::string named(const training::TrainingSettings& settings, int term, const std::vector<std::string>& names) {
   return training::term_name(settings.terms[static_cast<std::size_t>(term)], names);
@@ -41,9 +41,9 @@ ordered_json path_json(const training::StepwiseResult& result, const training::T
     ordered_json entry = {{"action", step.action}};
     if (step.term >= 0)
       entry.update({{"term", named(settings, step.term, names)},
-                    {"p", number(step.p)},
-                    {"t", number(step.t)},
-                    {"F", number(step.t * step.t)}});
+                    {"p", finite_json(step.p)},
+                    {"t", finite_json(step.t)},
+                    {"F", finite_json(step.t * step.t)}});
     if (!step.candidate_p.empty()) entry["candidate_p"] = p_values(step.candidate_p, settings, names);
     if (!step.in_model_p.empty()) entry["in_model_p"] = p_values(step.in_model_p, settings, names);
     entry["terms"] = ordered_json::array();
@@ -58,14 +58,14 @@ void add_kernel(ordered_json& json, const training::TrainedModel& trained, const
   json["sigma2"] = trained.sigma2;
   if (settings.reweight.weight.kind == training::WeightKind::kHuber) json["beta"] = trained.parameter;
   if (settings.reweight.weight.kind == training::WeightKind::kMyriad) json["delta"] = trained.parameter;
-  json["cost"] = trained.tuning ? number(trained.tuning->best.cost) : ordered_json(nullptr);
+  json["cost"] = trained.tuning ? finite_json(trained.tuning->best.cost) : ordered_json(nullptr);
   json["centres"] = trained.centres;
   if (trained.reweight && settings.method == training::Method::kIrlssvm) {
     const training::ReweightReport& r = *trained.reweight;
     json["reweighting"] = {{"solves", r.solves},
                            {"converged", r.converged},
                            {"oscillating", r.oscillating},
-                           {"scale", number(r.scale)},
+                           {"scale", finite_json(r.scale)},
                            {"dropped", r.dropped}};
   }
   if (!trained.tuning) return;
@@ -74,7 +74,7 @@ void add_kernel(ordered_json& json, const training::TrainedModel& trained, const
                     {"surface", ordered_json::array()}};
   for (const training::TuningPoint& p : trained.tuning->surface) {
     json["tuning"]["surface"].push_back(
-        {{"sigma2", p.sigma2}, {"c", p.c}, {"parameter", p.parameter}, {"cost", number(p.cost)}});
+        {{"sigma2", p.sigma2}, {"c", p.c}, {"parameter", p.parameter}, {"cost", finite_json(p.cost)}});
   }
 }
 
@@ -84,7 +84,7 @@ void add_polynomial(ordered_json& json, const training::TrainedModel& trained,
   json["sse"] = trained.linear->sse;
   json["df"] = trained.linear->df;
   json["sd"] = trained.linear->sd();
-  json["condition"] = number(trained.condition);
+  json["condition"] = finite_json(trained.condition);
   if (trained.stepwise) json["path"] = path_json(*trained.stepwise, settings, names);
 }
 

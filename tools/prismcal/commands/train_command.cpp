@@ -21,7 +21,7 @@
 namespace prism::commands {
 namespace {
 
-struct Choice {
+struct TrainChoice {
   std::vector<std::string> files;
   std::string inputs = "T,dTdt,U", out, serial, name;
   recordings::TrainingSetOptions recordings;
@@ -31,7 +31,7 @@ struct Choice {
 
 // The data-quality check over every recording, before a model is made: its answer goes into the facts, and onto the
 // terminal where a recording does not simply pass.
-Result<void> check_recordings(recordings::TrainingSet& set, const Choice& choice) {
+Result<void> check_recordings(recordings::TrainingSet& set, const TrainChoice& choice) {
   std::optional<Error> refused;
   for (std::size_t i = 0; i < set.tables.size(); ++i) {
     const recordings::BlockTable& table = set.tables[i];
@@ -55,7 +55,7 @@ std::string provenance(const recordings::TrainingSet& set, const nlohmann::order
   return json.dump();
 }
 
-Result<int> run(const Choice& choice) {
+Result<int> run(const TrainChoice& choice) {
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
   const std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
@@ -93,7 +93,7 @@ Result<int> run(const Choice& choice) {
 
 void add_train_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("train", "train a model on recordings, ready for prismd");
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<TrainChoice>();
   command->add_option("recordings", choice->files, "prismd's logs (files or folders), captures, or CSV with --map")
       ->required();
   command->add_option("--inputs", choice->inputs, "T, dTdt, U, lag1, lag2, …")->capture_default_str();
