@@ -101,10 +101,12 @@ std::vector<std::size_t> disturbed_blocks(std::span<const double> blocks, std::s
 double quantiser_step(std::span<const double> blocks) {
   std::vector<double> values(blocks.begin(), blocks.end());
   std::sort(values.begin(), values.end());
+  const double rounding =
+      1e-9 * (values.back() - values.front());  // means of the same counts differ in their last bits
   double step = HUGE_VAL;
   std::size_t distinct = 1;
   for (std::size_t i = 1; i < values.size(); ++i) {
-    if (values[i] == values[i - 1]) continue;
+    if (values[i] - values[i - 1] <= rounding) continue;
     ++distinct;
     step = std::min(step, values[i] - values[i - 1]);
   }
@@ -220,7 +222,7 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
     findings[1].text += "; its noise cannot be judged";
   } else if (noise > 0) {
     judge_noise(rate_deg_per_h, temperature_degc, follows, rate->sd, noise, quantiser, settings, findings);
-    if (step > 0) {
+    if (step > noise) {  // a finer one drowns in the noise
       findings.push_back({"quantised", step > rate->sd ? Verdict::kRefuse : Verdict::kWarn, step, "deg/h"});
       findings.back().text =
           fmt::format("{:.4g} deg/h; the means stand in steps of this size, and what is smaller cannot be seen", step);

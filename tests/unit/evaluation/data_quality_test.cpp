@@ -99,6 +99,17 @@ TEST(DataQualityCheck, DoesNotTakeOneBadRowForNoise) {
   }
 }
 
+TEST(DataQualityCheck, AFineStepDrownsInTheNoiseAndRoundingIsNone) {
+  Record record;
+  for (std::size_t i = 0; i < record.rate_deg_per_h.size(); ++i) {
+    double& rate = record.rate_deg_per_h[i];
+    rate = 0.0004 * std::round(rate / 0.0004) + (i % 2 == 0 ? 2e-15 : 0);
+  }
+  const DataQuality report = record.judge();
+  EXPECT_EQ(report.findings.size(), 6u) << report.findings.back().text;
+  EXPECT_EQ(report.verdict, Verdict::kPass);
+}
+
 TEST(DataQualityCheck, KnowsAQuantiserAndItsStep) {
   Record record;
   for (double& rate : record.rate_deg_per_h) rate = 0.01 * std::round(rate / 0.01);
