@@ -55,7 +55,7 @@ void add_allan_command(CLI::App& app, int& code) {
   command->add_option("--unit", choice->series.unit,
                       "deg/h, deg/s, rad/s or arcsec/s (default: by the column's name, else deg/h)");
   command->add_option("--time", choice->series.time_column,
-                      "the time in seconds: name or number (default: time_s or t_s)");
+                      "the time in seconds: a column's name, or its number (default: time_s or t_s)");
   command->add_option("--interval", choice->interval_s, "seconds between rows, where the file has no time")
       ->check(tools::positive());
   command->add_option("--grid", choice->grid, "averaging times: octave, decade (1, 2, 4, 10, …) or dense")

@@ -31,7 +31,7 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
   command.add_option("--epsilon", o.epsilon, "svr: half width of the tube, in sd of the target")
       ->check(tools::not_negative())
       ->capture_default_str();
-  command.add_option("--tune", o.tune, "by blocked or shuffled folds, loo, or reml")
+  command.add_option("--tune", o.tune, "blocked (folds), shuffled (folds), loo or reml")
       ->check(CLI::IsMember({"blocked", "shuffled", "loo", "reml"}))
       ->capture_default_str();
   command.add_option("--folds", o.folds, "how many")->check(CLI::Range(2, 1000000))->capture_default_str();

@@ -137,7 +137,7 @@ void add_report_command(CLI::App& app, int& code) {
   command->add_option("others", choice->others, "recordings of other profiles");
   command
       ->add_option("--models", choice->models,
-                   "paper (default): all of its tables; ladder: one of each kind, in a tenth of the time")
+                   "paper (all of its tables) or ladder (one of each kind, in a tenth of the time; default paper)")
       ->check(CLI::IsMember({"paper", "ladder"}));
   command->add_option("--limits", choice->limits,
                       "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL");
