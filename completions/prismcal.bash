@@ -16,7 +16,7 @@ _prismcal() {
         --scale) words='mad iqr'; mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return ;;
         --normalise) words='zscore auto none'; mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return ;;
       esac
-      words='-h --help --inputs --out --serial --name --force --map --interval --config --latitude --elevation --azimuth --no-earth-rate --window --slope --end-mean --max-gap --lag --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+      words='-h --help --inputs --out --serial --name --force --map --interval --config --latitude --elevation --azimuth --no-earth-rate --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
     fit)
       case ${COMP_WORDS[COMP_CWORD-1]} in
         --method) words='ls stepwise lssvm ir-lssvm svr'; mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return ;;

@@ -149,6 +149,31 @@ TEST_F(Prismcal, TrainOnAnyCsvMakesAModelThatTheEngineTakes) {
   EXPECT_EQ(provenance["recordings"][0]["files"][0]["sha256"].get<std::string>().size(), 64u);
 }
 
+TEST_F(Prismcal, APartHeldOutJudgesTheModelAndStandsInItsProvenance) {
+  write("foreign.csv", foreign_csv());
+  std::vector<std::string> words = {"train",           path("foreign.csv"),
+                                    "--map",           "rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms",
+                                    "--inputs",        "T,dTdt",
+                                    "--method",        "stepwise",
+                                    "--hold-out",      "blocks:600",
+                                    "--no-earth-rate", "--out",
+                                    path("m.json"),    "--quiet"};
+  ASSERT_EQ(run(words), 0) << err_;
+  EXPECT_NE(out_.find("held out, every second 600 s of"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("train again without --hold-out"), std::string::npos);
+  const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");
+  ASSERT_TRUE(model) << model.error().text();
+  const auto provenance = nlohmann::json::parse((*model)->info().provenance_json);
+  const auto& held = provenance["training"]["held_out"].at(0);
+  EXPECT_GT(held["blocks"], 30);
+  EXPECT_GT(held["improvement_percent"], 90);
+  *std::find(words.begin(), words.end(), "blocks:600") = "blocks:200";
+  EXPECT_EQ(run(words), 1);
+  EXPECT_EQ(err_,
+            "prismcal: --hold-out: found stretches of 200 s, expected 300 s or more: a held block lies 100 s "
+            "apart from what is trained on\n");
+}
+
 TEST_F(Prismcal, AModelOfATableIsNotForAStream) {
   write("t.csv", "T,y\n1,1\n2,2.1\n3,2.9\n4,4.2\n5,5\n");
   ASSERT_EQ(run({"fit", path("t.csv"), "--inputs", "T", "--target", "y", "--method", "lssvm", "--c", "10", "--sigma2",

@@ -35,6 +35,17 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
   return facts;
 }
 
+/// What trains goes into the data, what is held out beside it. Returns how many blocks had an unknown input.
+Result<std::size_t> append_recording(const BlockTable& table, TrainingSet& set) {
+  if (!set.hold_out.wanted()) return append_blocks(table, set.data);
+  auto split = split_blocks(table, set.hold_out);
+  if (!split) return tl::unexpected<Error>(split.error());
+  set.notes.push_back(fmt::format("{}: {} blocks train, {} are held out ({}), {} between them do neither", table.name,
+                                  split->training.size(), split->held.size(), set.hold_out.text(), split->between));
+  set.held.push_back(std::move(split->held));
+  return append_blocks(split->training, set.data);
+}
+
 }  // namespace
 
 void add_training_set_options(CLI::App& command, TrainingSetOptions& o) {
@@ -55,6 +66,9 @@ void add_training_set_options(CLI::App& command, TrainingSetOptions& o) {
   command.add_option("--lag", o.features.lag_time_constants_s, "time constants of lag1, lag2, …, s")
       ->delimiter(',')
       ->check(tools::within(1, 1e7));
+  command.add_option("--hold-out", o.hold_out,
+                     "judge on a part that is not trained on: 0.5 (the last half of each recording) or blocks:600 "
+                     "(every second 600 s)");
 }
 
 std::size_t append_blocks(const BlockTable& table, training::TrainingData& data) {
@@ -93,6 +107,11 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     if (!compensation::has_input(set.features, name))
       return refuse("--inputs", fmt::format("found \"{}\", expected T, dTdt, U or a lag that --lag defines", name));
   }
+  if (!options.hold_out.empty()) {
+    const auto hold_out = parse_hold_out(options.hold_out);
+    if (!hold_out) return tl::unexpected<Error>(hold_out.error());
+    set.hold_out = *hold_out;
+  }
   for (const std::string& path : paths) {
     const auto recording = read_recording(path, options.source);
     if (!recording) return tl::unexpected<Error>(recording.error());
@@ -101,11 +120,12 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
     auto table = make_block_table(recording->buckets, set.features, *earth_rate, recording->name, recording->sessions);
     if (!table) return tl::unexpected<Error>(table.error());
-    const std::size_t left_out = append_blocks(*table, set.data);
-    set.facts.push_back(facts_of(*recording, *table, left_out));
+    const auto left_out = append_recording(*table, set);
+    if (!left_out) return tl::unexpected<Error>(left_out.error());
+    set.facts.push_back(facts_of(*recording, *table, *left_out));
     set.notes.push_back(fmt::format(
         "{}: {} blocks of {} s; {} gaps of {} s in all; {} blocks left out (an input unknown, or lags not settled)",
-        recording->name, table->size() - left_out, set.features.length_s, table->gaps, table->missing_s, left_out));
+        recording->name, table->size() - *left_out, set.features.length_s, table->gaps, table->missing_s, *left_out));
     for (const std::string& note : recording->notes) set.notes.push_back(recording->name + ": " + note);
     set.tables.push_back(std::move(*table));
   }

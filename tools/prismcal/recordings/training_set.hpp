@@ -10,6 +10,7 @@
 
 #include "compensation/training/trainer.hpp"
 #include "tools/prismcal/recordings/block_table.hpp"
+#include "tools/prismcal/recordings/hold_out.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::recordings {
@@ -19,6 +20,7 @@ struct TrainingSetOptions {
   compensation::FeatureDefinition features;
   std::string slope = "difference";
   SiteOptions site;
+  std::string hold_out;  ///< see parse_hold_out; empty: every block trains
 };
 
 void add_training_set_options(CLI::App& command, TrainingSetOptions& options);
@@ -29,10 +31,13 @@ struct TrainingSet {
   std::string serial;              ///< of the gyro, where the recordings name one; empty: unknown
   nlohmann::ordered_json facts;    ///< one object per recording: files with SHA-256, blocks, gaps, earth rate
   std::vector<BlockTable> tables;  ///< one per recording, as the data-quality check takes them
+  HoldOut hold_out;
+  std::vector<BlockTable> held;    ///< one per recording where blocks are held out, else none
   std::vector<std::string> notes;  ///< gaps and blocks left out, for people
 };
 
-/// Refuses recordings of two gyros, inputs that the features do not carry, and what read_recording refuses.
+/// Refuses recordings of two gyros, inputs that the features do not carry, and what read_recording and split_blocks
+/// refuse.
 Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
                                       const TrainingSetOptions& options);
 

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// One recording split into training and test: apart, whole, and refused where it cannot be.
+#include "tools/prismcal/recordings/hold_out.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "tests/unit/prismcal/simulated_day.hpp"
+
+namespace prism::recordings {
+namespace {
+
+BlockTable day(const compensation::FeatureDefinition& features = {}) {
+  return *make_block_table(test::simulated_day(20000, 0.1, 3), features, test::kDayEarthRate, "day");
+}
+
+std::set<std::int64_t> ends(const BlockTable& table) {
+  std::set<std::int64_t> seconds;
+  for (const auto& block : table.blocks) seconds.insert(block.bucket.second);
+  return seconds;
+}
+
+/// Seconds between the nearest training and held blocks: from the end of one to the begin of the other.
+std::int64_t nearest(const Split& split) {
+  std::int64_t least = 1'000'000;
+  for (const std::int64_t a : ends(split.training)) {
+    for (const std::int64_t b : ends(split.held)) least = std::min(least, std::abs(a - b) - 100);
+  }
+  return least;
+}
+
+TEST(HoldOut, ReadsAShareAndStretchesAndRefusesTheRest) {
+  EXPECT_EQ(parse_hold_out("0.5")->share, 0.5);
+  EXPECT_EQ(parse_hold_out("0.5")->text(), "the last 50 %");
+  EXPECT_EQ(parse_hold_out("blocks:600")->stretch_s, 600);
+  for (const char* text :
+       {"", "0", "1", "0.96", "50%", "blocks:", "blocks:0", "blocks:1.5", "blocks:nan", "nan", "0.5 "}) {
+    const auto found = parse_hold_out(text);
+    ASSERT_FALSE(found) << text;
+    EXPECT_EQ(found.error().where, "--hold-out");
+  }
+}
+
+TEST(HoldOut, TheLastHalfIsBehindTheFirstByAWindowOrMore) {
+  const BlockTable table = day();
+  const auto split = split_blocks(table, {0.5, 0});
+  ASSERT_TRUE(split);
+  EXPECT_LT(*ends(split->training).rbegin(), *ends(split->held).begin());
+  EXPECT_GE(nearest(*split), 100);
+  EXPECT_LE(split->between, 2u);
+  EXPECT_EQ(split->training.size() + split->held.size() + split->between, table.size());
+  EXPECT_NEAR(static_cast<double>(split->held.size()), static_cast<double>(table.size()) / 2, 2);
+}
+
+TEST(HoldOut, StretchesTakeTurnsAWindowApart) {
+  const auto split = split_blocks(day(), {0, 600});
+  ASSERT_TRUE(split);
+  EXPECT_GE(nearest(*split), 100);
+  EXPECT_NEAR(static_cast<double>(split->held.size()) / static_cast<double>(split->training.size()), 4. / 6, 0.05);
+  EXPECT_LT(*ends(split->held).begin(), *ends(split->training).rbegin());
+  EXPECT_FALSE(split->held.follows.front());
+  EXPECT_EQ(std::count(split->held.follows.begin(), split->held.follows.end(), true),
+            static_cast<std::ptrdiff_t>(split->held.size() * 3 / 4));  // four in a row, the first follows nobody
+}
+
+TEST(HoldOut, APartHasTheSecondsOfItsBlocksAndNoOther) {
+  const auto split = split_blocks(day(), {0.3, 0});
+  ASSERT_TRUE(split);
+  EXPECT_EQ(split->held.second.size(), split->held.size() * 100);
+  EXPECT_EQ(split->held.second.size(), split->held.second_bias_deg_per_h.size());
+  EXPECT_GT(split->held.second.front(), split->training.second.back() + 99);
+}
+
+TEST(HoldOut, ALagKeepsThePartsFartherApart) {
+  compensation::FeatureDefinition features;
+  features.lag_time_constants_s = {1500};
+  const auto split = split_blocks(day(features), {0.5, 0});
+  ASSERT_TRUE(split);
+  EXPECT_GE(nearest(*split), 1500);
+}
+
+TEST(HoldOut, RefusesStretchesThatHoldNoBlockApartAndPartsWithoutBlocks) {
+  const auto narrow = split_blocks(day(), {0, 299});
+  ASSERT_FALSE(narrow);
+  EXPECT_NE(narrow.error().what.find("expected 300 s or more"), std::string::npos);
+  const BlockTable table = *make_block_table(test::simulated_day(500, 0.1, 3), {}, test::kDayEarthRate, "short");
+  EXPECT_FALSE(split_blocks(table, {0.1, 0}));
+}
+
+}  // namespace
+}  // namespace prism::recordings
