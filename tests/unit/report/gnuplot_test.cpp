@@ -21,9 +21,9 @@ Plot one_panel(Form form) {
 }
 
 TEST(GnuplotScript, KeepsTextThatGnuplotWouldRead) {
-  const std::string script = gnuplot_script(one_panel(Form::kLine), "fig", "/tmp/o'clock.svg");
+  const std::string script = gnuplot_script(one_panel(Form::kLine), "fig", "/tmp/a_b/o'clock.svg");
   EXPECT_THAT(script, HasSubstr("title 'it''s a\\_b'"));
-  EXPECT_THAT(script, HasSubstr("set output '/tmp/o''clock.svg'"));
+  EXPECT_THAT(script, HasSubstr("set output '/tmp/a_b/o''clock.svg'"));
   EXPECT_THAT(script, HasSubstr("name 'fig'"));
   EXPECT_THAT(script, HasSubstr("set logscale x\n"));
   EXPECT_THAT(script, HasSubstr("unset logscale y\n"));

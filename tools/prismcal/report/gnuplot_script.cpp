@@ -41,14 +41,21 @@ CurveStyle look(Ink ink) {
   return {"#000000", 1, "solid", 7, 6};
 }
 
-/// Single quotes hold everything in gnuplot but themselves; a backslash keeps its text markup from reading the rest.
-std::string quoted(const std::string& text) {
+/// Single quotes hold everything in gnuplot but themselves.
+std::string literal(std::string_view text) {
   std::string result = "'";
-  for (const char c : text) {
-    if (std::string_view("_^{}@&~\\").find(c) != std::string_view::npos) result += '\\';
-    result += c == '\'' ? std::string("''") : std::string(1, c);
-  }
+  for (const char c : text) result += c == '\'' ? std::string("''") : std::string(1, c);
   return result + "'";
+}
+
+/// For what is drawn: a backslash keeps the text markup from reading it.
+std::string quoted(const std::string& text) {
+  std::string plain;
+  for (const char c : text) {
+    if (std::string_view("_^{}@&~\\").find(c) != std::string_view::npos) plain += '\\';
+    plain += c;
+  }
+  return literal(plain);
 }
 
 void write_axis(std::string& script, const char* which, const Axis& axis) {
@@ -227,7 +234,7 @@ std::string gnuplot_script(const Plot& plot, const std::string& name, const std:
       Out(script),
       "set terminal svg enhanced dynamic size 960,{:.0f} font 'sans-serif,{}' name '{}' linewidth 1 dashlength 0.6\n"
       "set output {}\n",
-      plot.panel_height * std::max(1, rows), columns > 1 ? 12 : 12.5, name, quoted(svg_file));
+      plot.panel_height * std::max(1, rows), columns > 1 ? 12 : 12.5, name, literal(svg_file));
   script +=
       "set encoding utf8\n"
       "set autoscale xfix\nset border linewidth 0.7 linecolor rgb '#9ca3af'\n"
