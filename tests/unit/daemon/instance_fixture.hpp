@@ -73,6 +73,9 @@ class Asker {
     mine_.non_blocking(true);
     client_ = std::make_shared<daemon::Client>(std::move(theirs), max_queued_bytes, std::move(memory));
   }
+  ~Asker() { client_->close(); }  // a publisher may hold it beyond io_
+  Asker(const Asker&) = delete;
+  Asker& operator=(const Asker&) = delete;
 
   const std::shared_ptr<daemon::Client>& client() const { return client_; }
   boost::asio::io_context& io() { return io_; }
