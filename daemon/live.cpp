@@ -17,6 +17,7 @@
 #include "daemon/awaiting.hpp"
 #include "daemon/capture_log.hpp"
 #include "daemon/live_line.hpp"
+#include "daemon/logging.hpp"
 #include "daemon/notify.hpp"
 #include "daemon/reloader.hpp"
 #include "daemon/server.hpp"

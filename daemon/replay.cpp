@@ -15,6 +15,7 @@
 
 #include "compensation/text_number.hpp"
 #include "daemon/awaiting.hpp"
+#include "daemon/logging.hpp"
 #include "daemon/server.hpp"
 #include "daemon/service.hpp"
 #include "drivers/capture_file.hpp"

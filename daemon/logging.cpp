@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/logging.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "daemon/message_thread.hpp"
+
+namespace prism::daemon {
+namespace {
+
+// "<4>": the syslog priority that the journal reads off the front of a line.
+class JournalPriority : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
+    const char* priority = message.level >= spdlog::level::err    ? "<3>"
+                           : message.level >= spdlog::level::warn ? "<4>"
+                           : message.level >= spdlog::level::info ? "<6>"
+                                                                  : "<7>";
+    out.append(priority, priority + 3);
+  }
+  std::unique_ptr<spdlog::custom_flag_formatter> clone() const override { return std::make_unique<JournalPriority>(); }
+};
+
+/// Messages leave by a thread of their own: who does not read them holds up nobody.
+class QueueSink : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  bool finish(std::chrono::milliseconds patience) { return messages_.finish(patience); }
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    spdlog::memory_buf_t text;
+    formatter_->format(message, text);
+    messages_.put(fmt::to_string(text));
+  }
+  void flush_() override {}
+
+ private:
+  MessageThread messages_{STDERR_FILENO};
+};
+
+std::shared_ptr<QueueSink> stderr_sink;
+
+}  // namespace
+
+void begin_logging(const std::string& level) {
+  const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
+  stderr_sink = std::make_shared<QueueSink>();
+  auto logger = std::make_shared<spdlog::logger>("prismd", stderr_sink);
+  if (journal) {
+    auto formatter = std::make_unique<spdlog::pattern_formatter>();
+    formatter->add_flag<JournalPriority>('*').set_pattern("%*%v");
+    logger->set_formatter(std::move(formatter));
+  } else {
+    logger->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ prismd %l: %v", spdlog::pattern_time_type::utc);
+  }
+  logger->set_level(spdlog::level::from_str(level));
+  spdlog::set_default_logger(std::move(logger));
+}
+
+void finish_logging() {
+  if (stderr_sink) stderr_sink->finish(std::chrono::milliseconds(500));
+}
+
+void log_event(const Event& event) {
+  const auto level = event.severity == Severity::kError     ? spdlog::level::err
+                     : event.severity == Severity::kWarning ? spdlog::level::warn
+                     : event.severity == Severity::kInfo    ? spdlog::level::info
+                                                            : spdlog::level::debug;
+  if (event.repeats > 0) {
+    spdlog::log(level, "{} ({} more times since it was last said)", event.text, event.repeats);
+  } else {
+    spdlog::log(level, "{}", event.text);
+  }
+}
+
+}  // namespace prism::daemon
