@@ -47,8 +47,8 @@ wait_for 2 shows w80x24 "hold the charts"
 compare w80x24 help-80x24.txt
 terminal send-keys -t w80x24 '?'
 terminal resize-window -t w80x24 -x 100 -y 30
-wait_for 2 shows w80x24 "pause charts"
-same "lines of a terminal that grew" "$(terminal capture-pane -p -t w80x24 | tail -1 | cut -c1-7)" "q quit "
+grown() { [ "$(terminal capture-pane -p -t w80x24 | tail -1 | cut -c1-7)" = "q quit " ]; }
+wait_for 5 grown
 terminal resize-window -t w80x24 -x 80 -y 24
 
 # The head is of now: the frames go on being counted without any event.
