@@ -123,7 +123,7 @@ std::vector<bool> partial_seconds(int first, int last, std::int64_t phase_ns) {
   Averager averager;
   std::vector<bool> partial;
   for (int i = first; i <= last; ++i) {
-    if (const auto bucket = averager.push(sample_at(i * 100'000'000 + phase_ns))) partial.push_back(bucket->partial);
+    if (const auto bucket = averager.push(sample_at(100'000'000LL * i + phase_ns))) partial.push_back(bucket->partial);
   }
   if (const auto bucket = averager.finish()) partial.push_back(bucket->partial);
   return partial;
