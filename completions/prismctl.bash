@@ -5,9 +5,10 @@ _prismctl() {
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
     case $word in status|bias|stability|line|model|config|events|history|reload|version|watch) command=$word && break ;; esac
   done
-  case ${COMP_WORDS[COMP_CWORD-1]} in
-    -n|--name) words=$(for file in /run/prismd/*.sock ${XDG_RUNTIME_DIR-/run/user/$UID}/prismd/*.sock; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done); mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return ;;
+  case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
+    *' -n'|*' --name') words=$(for file in /run/prismd/*.sock ${XDG_RUNTIME_DIR-/run/user/$UID}/prismd/*.sock; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done) ;;
   esac
+  if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
     status) words='-h --help' ;;
     bias) words='-h --help' ;;

@@ -2,10 +2,11 @@
 # Made by tools/completions.
 _prismsim() {
   local word words command= current=${COMP_WORDS[COMP_CWORD]}
-  case ${COMP_WORDS[COMP_CWORD-1]} in
-    --profile) words='paper second third beyond fast steady warm-up'; mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return ;;
-    --frames) words=$(for file in ./frames/*.json /etc/prism/frames/*.json /usr/share/prism/frames/*.json ${PRISM_DATA-.}/frames/*.json; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done); mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return ;;
+  case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
+    *' --profile') words='paper second third beyond fast steady warm-up' ;;
+    *' --frames') words=$(for file in ./frames/*.json /etc/prism/frames/*.json /usr/share/prism/frames/*.json ${PRISM_DATA-.}/frames/*.json; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done) ;;
   esac
+  if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
     *) words='-h --help --version --profile --seed --cycles --hours --frames --axis --rate --latitude --elevation --azimuth --outliers --lose-frames --drop-bytes --damage-bytes --smooth --sensor-lag --hysteresis --turn-on --warm-up --flicker --mode-hops --ageing --tilt --out --truth --chunk-bytes --pty --link --wait --speed' ;;
   esac

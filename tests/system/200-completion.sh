@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # What bash offers behind an option whose values are known: words of --help, descriptions that are installed, instances that run.
 . "$(dirname "$0")/lib.sh"
-for program in prismctl prismsim; do . "$PRISM_SOURCE/completions/$program.bash"; done
+for program in prismcal prismctl prismsim; do . "$PRISM_SOURCE/completions/$program.bash"; done
 # offered WORD...: the last word is being typed.
 offered() {
   COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)) COMPREPLY=()
@@ -9,6 +9,8 @@ offered() {
   echo "${COMPREPLY[*]}"
 }
 same "a profile" "$(offered prismsim --profile st)" "steady"
+same "a method" "$(offered prismcal fit t.csv --method st)" "stepwise"
+same "no value of another command" "$(offered prismcal train --divisor N)" ""
 same "an option" "$(offered prismsim --prof)" "--profile"
 same "a command" "$(offered prismctl stab)" "stability"
 same "an option of a command" "$(offered prismctl history --sec)" "--seconds"
