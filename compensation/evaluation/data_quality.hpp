@@ -53,7 +53,7 @@ struct DataQuality {
   Verdict verdict = Verdict::kPass;    ///< the worst finding's
   bool nothing_to_compensate = false;  ///< no thermal movement above the noise
   std::vector<Finding> findings;  ///< in the order above; below 8 blocks without moved and disturbed, below 24 without
-                                  ///< noise; quantised where the rate is
+                                  ///< noise; quantised where the rate's steps stand above the noise
 };
 
 /// Blocks of one record: means of temperature and rate, as training takes them. `follows` as in block_means.hpp, or

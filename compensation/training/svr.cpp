@@ -80,7 +80,6 @@ double fold_cost(const NormalisedData& data, const Folds& folds, const TuningPoi
 
 TuningResult tune_svr(const NormalisedData& data, const Folds& folds, const TrainingSettings& settings,
                       const TuningProgress& progress, const std::atomic<bool>* stop) {
-  constexpr double kNever = std::numeric_limits<double>::infinity();
   TuningResult result;
   for (const double log_sigma2 : {-1.0, -0.25, 0.5, 1.25}) {
     for (const double log_c : {-0.5, 0.5, 1.5, 2.5}) {
