@@ -151,7 +151,7 @@ class Live {
     }
   }
 
-  asio::io_context io_{1};
+  asio::io_context io_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO};  // one thread does all I/O; others only post
   DiskThread disk_;
   Instance instance_;
   LiveLine line_;

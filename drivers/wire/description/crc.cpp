@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #ifdef __x86_64__
 #include <emmintrin.h>
 #endif
@@ -44,10 +45,18 @@ std::uint64_t mirrored_in_bytes(std::uint64_t x) {
   return (x >> 4 & 0x0F0F0F0F0F0F0F0F) | (x & 0x0F0F0F0F0F0F0F0F) << 4;
 }
 
-/// Up to eight bytes as one number, the last one at the bottom.
+/// Fewer than eight bytes as one number, the last one at the bottom.
 std::uint64_t load(const std::uint8_t* bytes, std::size_t count, bool mirrored) {
   std::uint64_t word = 0;
   for (std::size_t i = 0; i < count; ++i) word = word << 8 | bytes[i];
+  return mirrored ? mirrored_in_bytes(word) : word;
+}
+
+/// The same of eight, in one load.
+std::uint64_t load_eight(const std::uint8_t* bytes, bool mirrored) {
+  std::uint64_t word = 0;
+  std::memcpy(&word, bytes, sizeof word);
+  if constexpr (std::endian::native == std::endian::little) word = __builtin_bswap64(word);
   return mirrored ? mirrored_in_bytes(word) : word;
 }
 
@@ -91,7 +100,7 @@ std::uint64_t Crc::compute(std::span<const std::uint8_t> bytes, std::size_t zero
   std::uint64_t state = parameters_.init << (64 - width);
   const std::uint8_t* at = bytes.data();
   std::size_t left = bytes.size();
-  for (; left >= 8; at += 8, left -= 8) state = remainder(state ^ load(at, 8, parameters_.reflect_in));
+  for (; left >= 8; at += 8, left -= 8) state = remainder(state ^ load_eight(at, parameters_.reflect_in));
   if (left > 0) state = push(state, load(at, left, parameters_.reflect_in), left);
   for (std::size_t step; zeros > 0; zeros -= step) state = push(state, 0, step = std::min<std::size_t>(zeros, 8));
   const std::uint64_t result =
