@@ -74,7 +74,7 @@ void MessageThread::run(const std::shared_ptr<State>& state, int descriptor) {
     std::string text = std::move(state->lines.front());
     state->lines.pop_front();
     if (const std::uint64_t lost = std::exchange(state->lost, 0); lost > 0)
-      text = fmt::format("prismd: {} messages were lost, as nobody read them\n", lost) + text;
+      text.insert(0, fmt::format("prismd: {} messages were lost, as nobody read them\n", lost));
     state->busy = true;
     lock.unlock();
     write_all(descriptor, text);

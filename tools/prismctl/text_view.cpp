@@ -100,7 +100,8 @@ std::string stability_view(const json& s) {
 std::string line_view(const json& l) {
   const auto n = [](const json& value) { return value.is_number() ? value.dump() : std::string("-"); };
   std::string text = line("device", fmt::format("{} at {} baud", text_of(at(l, "device"), "none"), n(at(l, "baud"))));
-  text += line("state", text_of(at(l, "state")) + (at(l, "detail") == "" ? "" : ": " + text_of(at(l, "detail"))));
+  const std::string detail = text_of(at(l, "detail"), "");
+  text += line("state", text_of(at(l, "state")) + (detail.empty() ? "" : ": " + detail));
   for (const json& note : at(l, "notes")) text += line("note", text_of(note));
   const json& d = at(l, "decoder");
   text += line("frames",

@@ -54,7 +54,7 @@ std::string age_text(const json& age_s) {
 }
 
 std::string quality_with_progress(const json& answer) {
-  const std::string quality = text_of(at(answer, "quality"));
+  std::string quality = text_of(at(answer, "quality"));
   if (quality.find("warming") == std::string::npos) return quality;
   return fmt::format("{} ({} of {} s)", quality, integer(at(answer, "warm_s"), 0), window_length_s(answer));
 }

@@ -67,8 +67,9 @@ TEST(ParseJson, RefusesAMillionBracketsWithoutRecursion) {
     for (int i = 0; i < 1'000'000; ++i) text += open == "[" ? "]" : "}";
     EXPECT_EQ(parse_refusal(text + "}"), "gyro.json: nested deeper than 32 levels");
   }
-  std::string deep = "1";
-  for (int i = 0; i < 32; ++i) deep = "{\"a\":" + deep + "}";
+  std::string deep;
+  for (int i = 0; i < 32; ++i) deep += "{\"a\":";
+  deep += "1" + std::string(32, '}');
   EXPECT_TRUE(parse_json_object(deep, "gyro.json"));
   EXPECT_FALSE(parse_json_object("{\"a\":" + deep + "}", "gyro.json"));
 }

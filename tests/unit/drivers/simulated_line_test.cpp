@@ -89,7 +89,8 @@ TEST(SimulatedLine, HasTheNoiseOfThePapersGyro) {
   for (int k = 0; k < blocks; ++k) {
     double rate = 0, bias = 0;
     for (int i = 0; i < per_block; ++i)
-      rate += received.samples[static_cast<std::size_t>(k * per_block + i)].rate_deg_per_h / per_block;
+      rate += received.samples[static_cast<std::size_t>(k) * per_block + static_cast<std::size_t>(i)].rate_deg_per_h /
+              per_block;
     for (int s = 0; s < 100; ++s) bias += gyro.step(1).bias_deg_per_h / 100;
     squares += (rate - bias) * (rate - bias) / blocks;
   }

@@ -23,7 +23,7 @@ using testing::HasSubstr;
 class RateSeries : public testing::Test {
  protected:
   std::string written(const std::string& text) {
-    const std::string path = folder_.file("series.csv");
+    std::string path = folder_.file("series.csv");
     std::ofstream(path, std::ios::binary) << text;
     return path;
   }

@@ -103,11 +103,12 @@ TEST(Schema, HasTheKeysOfTheReaderAndNoOthers) {
     int places = 0;
     for (const auto& [name, description] : shipped_json()) {
       int here = 0;  // a few of each description: they are all alike
-      find_objects(description, Json::json_pointer(), steps, [&](const Json::json_pointer& at) {
-        if (++here > 4) return;
-        ++places;
-        EXPECT_EQ(written, keys_of_reader(description, at)) << section << ": " << name << at.to_string();
-      });
+      find_objects(description, Json::json_pointer(), steps,
+                   [&, &within = section, &file = name, &text = description](const Json::json_pointer& at) {
+                     if (++here > 4) return;
+                     ++places;
+                     EXPECT_EQ(written, keys_of_reader(text, at)) << within << ": " << file << at.to_string();
+                   });
     }
     EXPECT_GT(places, 0) << section;
   }

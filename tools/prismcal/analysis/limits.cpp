@@ -81,13 +81,14 @@ Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string
   const auto names = measured_names();
   std::vector<Limit> limits;
   for (const auto& [quantity, object] : json.items()) {
-    const std::string at = where + ":/" + quantity;
+    const std::string at = fmt::format("{}:/{}", where, quantity);
     if (std::find(names.begin(), names.end(), quantity) == names.end()) {
       return refuse(at, fmt::format("no such quantity; expected one of {}", fmt::join(names, ", ")));
     }
     if (!object.is_object()) return refuse(at, "expected {\"min\": …, \"max\": …}, one or both");
     for (const auto& [key, value] : object.items()) {
-      if (key != "min" && key != "max") return refuse(at + "/" + key, "unknown key; expected min or max");
+      if (key != "min" && key != "max")
+        return refuse(fmt::format("{}/{}", at, key), "unknown key; expected min or max");
     }
     const auto min = bound(object, "min", at), max = bound(object, "max", at);
     if (!min) return tl::unexpected(min.error());

@@ -168,12 +168,12 @@ Result<void> write_report(const report::Report& report, const CommonOptions& opt
   for (const auto& [name, text] : {std::pair{"report.html", *page},
                                    {"report.csv", report::csv_text(report)},
                                    {"report.json", report::json_text(report)}}) {
-    if (const auto done = config::write_text_file((folder / name).string(), text); !done) return done;
+    if (auto done = config::write_text_file((folder / name).string(), text); !done) return done;
   }
   std::filesystem::create_directories(folder / "tables", error);
   if (error) return refuse((folder / "tables").string(), error.message());
   for (const auto& [name, text] : report::csv_files(report)) {
-    if (const auto done = config::write_text_file((folder / "tables" / name).string(), text); !done) return done;
+    if (auto done = config::write_text_file((folder / "tables" / name).string(), text); !done) return done;
   }
   fmt::print(stderr, "report: {}\n", (folder / "report.html").string());
   return {};

@@ -193,8 +193,8 @@ PanelArea area_of(const Plot& plot, std::size_t index) {
   for (const Panel& panel : plot.panels) lines = std::max(lines, heading_of(panel, panel_width).lines());
   const double above = 20 + 15 * lines;
   const double cell = kWidth / columns, height = plot.panel_height * rows;
-  const double x = cell * static_cast<double>(static_cast<int>(index) % columns);
-  const double y = plot.panel_height * static_cast<double>(static_cast<int>(index) / columns);
+  const int row = static_cast<int>(index) / columns, column = static_cast<int>(index) % columns;
+  const double x = cell * column, y = plot.panel_height * row;
   return {(x + kLeft) / kWidth,     (x + cell - right) / kWidth,         1 - (y + plot.panel_height - kBottom) / height,
           1 - (y + above) / height, plot.panel_height - above - kBottom, heading_of(plot.panels[index], panel_width)};
 }

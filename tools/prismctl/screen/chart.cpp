@@ -27,10 +27,15 @@ void join(std::vector<double>& columns, std::size_t most) {
   }
 }
 
+/// Where a cell stands, row behind row.
+std::size_t cell_at(const ChartFrame& frame, int row, int column) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(frame.columns) + static_cast<std::size_t>(column);
+}
+
 /// The dot column of each value, and the mean of those that share one.
 std::vector<double> column_means(const std::deque<TracePoint>& points, double TracePoint::*value,
                                  const ChartFrame& frame) {
-  const auto columns = static_cast<std::size_t>(frame.columns * kDotColumns);
+  const auto columns = static_cast<std::size_t>(frame.columns) * kDotColumns;
   std::vector<double> sums(columns), counts(columns);
   const double width_s = (frame.end_s - frame.begin_s) / static_cast<double>(columns);
   for (const TracePoint& point : points) {
@@ -106,8 +111,7 @@ std::vector<std::string> chart(const std::deque<TracePoint>& points, double Trac
     if (!std::isfinite(mean)) continue;
     const double depth = (scale.high - mean) / (scale.high - scale.low) * (dot_rows - 1);
     const int dot = static_cast<int>(std::lround(std::clamp(depth, 0.0, dot_rows - 1.0)));
-    cells[static_cast<std::size_t>(dot / kDotRows * frame.columns + i / kDotColumns)] |=
-        braille_bit(i % kDotColumns, dot % kDotRows);
+    cells[cell_at(frame, dot / kDotRows, i / kDotColumns)] |= braille_bit(i % kDotColumns, dot % kDotRows);
   }
   std::vector<std::string> lines;
   for (int row = 0; row < frame.rows; ++row) {
@@ -115,7 +119,7 @@ std::vector<std::string> chart(const std::deque<TracePoint>& points, double Trac
     std::string line = named ? scale_text(row == 0 ? scale.high : scale.low) : std::string(kScaleColumns - 2, ' ');
     line += frame.utf8 ? " │" : " |";
     for (int column = 0; column < frame.columns; ++column) {
-      const unsigned dots = cells[static_cast<std::size_t>(row * frame.columns + column)];
+      const unsigned dots = cells[cell_at(frame, row, column)];
       line += frame.utf8 ? braille(dots) : std::string(dots ? "*" : " ");
     }
     lines.push_back(std::move(line));
@@ -137,7 +141,7 @@ std::string time_axis(const ChartFrame& frame, const std::string& end) {
     put(label, kScaleColumns + static_cast<int>(share * frame.columns) - centred);
   }
   put(end, kScaleColumns + frame.columns);
-  return axis.substr(0, static_cast<std::size_t>(kScaleColumns + frame.columns));
+  return axis.substr(0, kScaleColumns + static_cast<std::size_t>(frame.columns));
 }
 
 }  // namespace prism::screen
