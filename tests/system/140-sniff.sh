@@ -41,6 +41,13 @@ code=0; prismd --sniff "$dir/one" kvh1750 >"$dir/o" || code=$?
 same "one frame: exit code" "$code" 1
 contains "one frame" "$(cat "$dir/o")" "one frame, too few to be sure"
 
+# Frames without a rate of turn fit nothing: a gyro is looked for.
+status='{"name": "status", "sync": {"at": 0, "bytes": "A5 5A 01 14"}, "length": 20, "fields": {"counter": {"at": 4, "type": "u16"}}}'
+sed -e 's/A5 5A 01 14"}/A5 5A 02 14"}/' -e "s/\"kinds\": \[/&$status,/" "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/still.json"
+code=0; prismd --sniff "$dir/c.pcap" "$dir/still.json" >"$dir/o" 2>&1 || code=$?
+same "no rate of turn: exit code" "$code" 1
+contains "no rate of turn" "$(cat "$dir/o")" ": no rate of turn in them"
+
 # A capture of a network is refused as by --replay, with the way to its bytes.
 printf '\324\303\262\241\002\000\004\000\000\000\000\000\000\000\000\000\377\377\000\000\001\000\000\000' >"$dir/net.pcap"
 code=0; prismd --sniff "$dir/net.pcap" >"$dir/o" 2>"$dir/e" || code=$?

@@ -2,7 +2,10 @@
 // A description that says 10 frames a second where the gyro's own time stamps say 20.
 #include "daemon/rate_watch.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/unit/daemon/instance_fixture.hpp"
 
 namespace prism::daemon {
 namespace {
@@ -47,6 +50,27 @@ TEST(RateWatch, SecondsBeforeANewSessionDoNotCount) {
     EXPECT_EQ(told_of(watch, 20, 20), 0);
     watch.begin();
   }
+}
+
+class LiveRate : public test::InstanceFixture {};
+
+TEST_F(LiveRate, IsAnEventOfTheInstanceOnce) {
+  std::vector<Event> events;
+  setup_.clock.source = drivers::ClockSource::kHost;
+  Instance instance(setup_, nullptr, nullptr, [&](const Event& event) { events.push_back(event); });
+  instance.begin_session(arrival_ns_);
+  const double half_s = setup_.frames->period_s() / 2;  // twice as many a second as the description says
+  for (int i = 0; i < 80 * 400; ++i) {
+    std::vector<std::uint8_t> bytes;
+    encoder_.encode({10.0, half_s, 25.0, 1.5}, bytes);
+    instance.feed(bytes, arrival_ns_ += static_cast<std::int64_t>(half_s * 1e9));
+  }
+  std::vector<std::string> told;
+  for (const Event& event : events) {
+    if (event.kind == "rate") told.push_back(event.text);
+  }
+  EXPECT_THAT(told, testing::ElementsAre(testing::StartsWith(
+                        "trplg: found 400 gyro frames a second by their time stamps, expected 200 as rate_hz says")));
 }
 
 }  // namespace

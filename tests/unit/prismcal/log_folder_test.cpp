@@ -218,6 +218,19 @@ TEST_F(LogFolderTest, TwoGyrosAndANewerFormatAreRefused) {
 }
 
 // Written by prismd 0.1: five runs, three restarts within a second, two kills, and a last row torn by a power cut.
+TEST_F(LogFolderTest, AFolderWithoutALogNamesWhatItHolds) {
+  EXPECT_EQ(LogFolder::read(log).error().text(),
+            log + ": found an empty folder, expected one with prismd's log, *.csv");
+  write("notes.txt", "x");
+  EXPECT_EQ(LogFolder::read(log).error().text(),
+            log + ": found a folder of 1 file without a .csv (notes.txt), expected prismd's log");
+  write("z.pcap", "x");
+  EXPECT_EQ(LogFolder::read(log).error().text(),
+            log +
+                ": found a folder of 2 files without a .csv (z.pcap), expected prismd's "
+                "log; a capture is given by its own name, with --config");
+}
+
 TEST(Format1, AFolderOfVersion01IsReadForEver) {
   const std::string path = std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1";
   const auto recording = read_log(path);

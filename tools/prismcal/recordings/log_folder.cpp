@@ -27,6 +27,18 @@ std::vector<std::string> files_of(const fs::path& folder, const std::string& ext
   return paths;
 }
 
+// What stands in a folder that has no log: its first file by name, and how many there are.
+std::string contents_of(const fs::path& folder) {
+  const std::vector<std::string> names = files_of(folder, "");
+  if (names.empty()) return "found an empty folder, expected one with prismd's log, *.csv";
+  const auto is_capture = [](const std::string& name) { return name.ends_with(".pcap") || name.ends_with(".pcapng"); };
+  const auto capture = std::find_if(names.begin(), names.end(), is_capture);
+  const fs::path shown = capture != names.end() ? *capture : names.front();
+  return fmt::format("found a folder of {} file{} without a .csv ({}), expected prismd's log{}", names.size(),
+                     names.size() == 1 ? "" : "s", shown.filename().string(),
+                     capture != names.end() ? "; a capture is given by its own name, with --config" : "");
+}
+
 // "NAME-20261121T091100Z-10.csv" after "…Z-2.csv".
 auto by_name(const LogSegment& segment) { return std::tuple(segment.file.size(), segment.file); }
 
@@ -118,7 +130,7 @@ Result<LogFolder> LogFolder::read(const std::string& path, const std::string& co
   std::error_code error;
   const bool is_folder = fs::is_directory(path, error);
   const auto paths = is_folder ? files_of(path, ".csv") : std::vector{path};
-  if (paths.empty()) return refuse(path, "a folder without a .csv file");
+  if (paths.empty()) return refuse(path, contents_of(path));
   for (const std::string& file : paths) {
     auto segment = read_log_segment(file, column);
     if (!segment) return tl::unexpected<Error>(segment.error());
