@@ -224,7 +224,7 @@ TEST_F(LogFolderTest, AFolderWithoutALogNamesWhatItHolds) {
   write("notes.txt", "x");
   EXPECT_EQ(LogFolder::read(log).error().text(),
             log + ": found a folder of 1 file without a .csv (notes.txt), expected prismd's log");
-  write("z.pcap", "x");
+  write("z.pcap", "\xd4\xc3\xb2\xa1");
   EXPECT_EQ(LogFolder::read(log).error().text(),
             log +
                 ": found a folder of 2 files without a .csv (z.pcap), expected prismd's "

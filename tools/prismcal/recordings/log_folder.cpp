@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "daemon/pipeline/segment_index.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -31,7 +32,6 @@ std::vector<std::string> files_of(const fs::path& folder, const std::string& ext
 std::string contents_of(const fs::path& folder) {
   const std::vector<std::string> names = files_of(folder, "");
   if (names.empty()) return "found an empty folder, expected one with prismd's log, *.csv";
-  const auto is_capture = [](const std::string& name) { return name.ends_with(".pcap") || name.ends_with(".pcapng"); };
   const auto capture = std::find_if(names.begin(), names.end(), is_capture);
   const fs::path shown = capture != names.end() ? *capture : names.front();
   return fmt::format("found a folder of {} file{} without a .csv ({}), expected prismd's log{}", names.size(),
