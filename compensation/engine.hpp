@@ -16,8 +16,8 @@ namespace prism::compensation {
 struct EngineSettings {
   /// A predicted bias beyond ± this is not believed (deg/h, > 0).
   double max_bias_deg_per_h = 100;
-  /// What is published where the model is asked off its data.
-  Extrapolation extrapolation = Extrapolation::kFlag;
+  /// How predictions are served, and what is published where the model is asked off its data.
+  Extrapolation extrapolation = Extrapolation::kPreset;
 
   bool operator==(const EngineSettings&) const = default;
 };

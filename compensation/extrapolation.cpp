@@ -21,17 +21,34 @@ Prediction clamped(const Model& model, std::span<const double> inputs, const Pre
 
 }  // namespace
 
-Prediction blended(Prediction prediction) {
-  if (!std::isfinite(prediction.mean_deg_per_h)) return prediction;
-  const double trust = prediction.trust;
-  prediction.bias_deg_per_h = trust * prediction.bias_deg_per_h + (1 - trust) * prediction.mean_deg_per_h;
+Prediction stated(Prediction prediction, double w) {
+  constexpr double kModelShare = 1.5, kNuisanceShare = 2;
+  const Knowledge& k = *prediction.knowledge;
+  const double from_mean = prediction.bias_deg_per_h - prediction.mean_deg_per_h;
+  prediction.bias_deg_per_h = w == 1 ? prediction.bias_deg_per_h : prediction.mean_deg_per_h + w * from_mean;
+  const double variance = kModelShare * (k.model_variance + (1 - w) * (k.target_variance + from_mean * from_mean)) +
+                          kNuisanceShare * k.nuisance_variance;
+  prediction.sd_deg_per_h = k.sd_factor * std::sqrt(variance);
+  prediction.sd_mean_deg_per_h = k.sd_factor * std::sqrt(variance + k.noise_variance);
   return prediction;
+}
+
+Prediction shrunk(Prediction prediction) {
+  if (!prediction.knowledge) return prediction;
+  constexpr double kFullSkill = 0.5, kFreeExcess = 0.15, kExcessWeight = 20;
+  const Knowledge& k = *prediction.knowledge;
+  const double e = std::pow(std::max(k.excess - kFreeExcess, 0.0), 2);
+  const double w =
+      std::clamp(k.skill / kFullSkill, 0.0, 1.0) / (1 + k.model_variance / k.target_variance + kExcessWeight * e);
+  return stated(std::move(prediction), w);
 }
 
 Prediction predict_within(const Model& model, std::span<const double> inputs, Extrapolation policy) {
   const Prediction prediction = model.predict(inputs);
-  if (!prediction.extrapolating || policy == Extrapolation::kFlag) return prediction;
-  return policy == Extrapolation::kClamp ? clamped(model, inputs, prediction) : blended(prediction);
+  const bool shrinks = policy == Extrapolation::kShrink ||
+                       (policy == Extrapolation::kPreset && prediction.knowledge && prediction.knowledge->preset);
+  if (shrinks) return shrunk(prediction);
+  return prediction.extrapolating && policy == Extrapolation::kClamp ? clamped(model, inputs, prediction) : prediction;
 }
 
 }  // namespace prism::compensation

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is done with a prediction off the training data: nothing but a flag, the nearest point of the box, or a blend.
+// What is done with a prediction off the training data: shrunk to the mean, nothing but a flag, or the nearest point of
+// the box.
 #pragma once
 
 #include <array>
@@ -10,13 +11,14 @@
 namespace prism::compensation {
 
 enum class Extrapolation {
-  kFlag,   ///< the prediction as it is, marked
-  kClamp,  ///< the prediction at the nearest point of the training box, marked; the larger of both standard deviations
-  kBlend,  ///< trust · prediction + (1 − trust) · the model's linear part or mean, marked; trust = 1 − variance / prior
+  kPreset,  ///< what the kind of model was made for: composite kernels are shrunk, the paper's kinds are flagged
+  kFlag,    ///< the prediction as it is, marked where it is off the data
+  kClamp,   ///< there, the prediction at the nearest point of the training box; the larger of both standard deviations
+  kShrink,  ///< shrunk towards the training mean by what the model knows of its ignorance, everywhere: shrunk()
 };
 
 /// As configurations and command lines name them, in the order of the enumerators.
-inline constexpr std::array kExtrapolationNames = {"flag", "clamp", "blend"};
+inline constexpr std::array kExtrapolationNames = {"preset", "flag", "clamp", "shrink"};
 inline const char* extrapolation_name(Extrapolation policy) {
   return kExtrapolationNames[static_cast<std::size_t>(policy)];
 }
@@ -25,7 +27,12 @@ inline const char* extrapolation_name(Extrapolation policy) {
 /// theirs.
 Prediction predict_within(const Model& model, std::span<const double> inputs, Extrapolation policy);
 
-/// The blend alone, a pure function of the prediction; a prediction that states no mean stays as it is.
-Prediction blended(Prediction prediction);
+/// p = mean + w (f − mean), w = g / (1 + v/var_y + 20 e), e = max(o − 0.15, 0)², g = min(max(r/0.5, 0), 1); with it
+/// sd² = 1.5 (v + (1 − w)(var_y + (f − mean)²)) + 2 s4², times sd_factor², and sd_mean with the noise of the window's
+/// mean rate. A prediction without Knowledge stays as it is.
+Prediction shrunk(Prediction prediction);
+
+/// The prediction shrunk by a given w, 0 to 1, with the standard deviations that belong to it; needs Knowledge.
+Prediction stated(Prediction prediction, double w);
 
 }  // namespace prism::compensation

@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
+#include "compensation/factor.hpp"
 #include "compensation/model_id.hpp"
 
 namespace prism::compensation {
@@ -54,20 +54,6 @@ std::string wrong_shape(const ModelInfo& info, const LssvmParameters& p) {
   return {};
 }
 
-// Eigen cuts its blocks to the caches that it finds, and a factor's last bits with them. Said before anything runs.
-[[maybe_unused]] const bool kSameCachesEverywhere = [] {
-  Eigen::setCpuCacheSizes(32 << 10, 256 << 10, 2 << 20);
-  return true;
-}();
-
-// Lower Cholesky factor in place. Not libprism-kernels' own, which differs in its last bits from level to level: a
-// model publishes the same numbers on every x86-64.
-bool lower_factor(Eigen::MatrixXd& matrix) {
-  Eigen::Ref<Eigen::MatrixXd> in_place(matrix);
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(in_place);
-  return llt.info() == Eigen::Success && matrix.diagonal().allFinite();
-}
-
 }  // namespace
 
 LssvmModel::LssvmModel(ModelInfo info, LssvmParameters parameters)
@@ -95,8 +81,7 @@ bool LssvmModel::factorise_dense() {
   factor_.diagonal().array() += 1 / (parameters_.c * parameters_.weight.array());
   if (!lower_factor(factor_)) return false;
   nu_ = Eigen::VectorXd::Ones(parameters_.alpha.size());
-  factor_.triangularView<Eigen::Lower>().solveInPlace(nu_);
-  factor_.triangularView<Eigen::Lower>().transpose().solveInPlace(nu_);
+  solve_factored(factor_, nu_);
   ones_ = nu_.sum();
   return ones_ > 0;
 }
@@ -132,21 +117,14 @@ double LssvmModel::variance_fraction(std::span<const double> point) const {
   centres_.row(point, k.data());
   if (gram_factor_.size() == 0) {
     const double level = 1 - nu_.dot(k);
-    factor_.triangularView<Eigen::Lower>().solveInPlace(k);
+    solve_factor(factor_, k);
     return std::max(0.0, 1 - k.squaredNorm() + level * level / ones_);
   }
-  factor_.triangularView<Eigen::Lower>().solveInPlace(k);
+  solve_factor(factor_, k);
   Eigen::VectorXd phi(n + 1);
   phi << k, 1.0;
-  gram_factor_.triangularView<Eigen::Lower>().solveInPlace(phi);
+  solve_factor(gram_factor_, phi);
   return std::max(0.0, 1 - k.squaredNorm()) + phi.squaredNorm() / parameters_.c;
-}
-
-double LssvmModel::linear_part(std::span<const double> point) const {
-  const Normalisation& n = parameters_.normalisation;
-  if (parameters_.linear.size() == 0) return n.target_shift;
-  const Eigen::Map<const Eigen::VectorXd> x(point.data(), static_cast<Eigen::Index>(point.size()));
-  return (parameters_.linear.dot(x) + parameters_.linear_b) * n.target_scale + n.target_shift;
 }
 
 Prediction LssvmModel::predict(std::span<const double> inputs) const {
@@ -154,12 +132,19 @@ Prediction LssvmModel::predict(std::span<const double> inputs) const {
   Prediction prediction;
   prediction.bias_deg_per_h = bias_deg_per_h(inputs);
   prediction.extrapolating = outside_domain(inputs);
-  prediction.mean_deg_per_h = linear_part(point);
+  prediction.mean_deg_per_h = parameters_.normalisation.target_shift;
   if (const auto& u = parameters_.uncertainty) {
     const double fraction = variance_fraction(point);
     prediction.sd_deg_per_h =
         std::sqrt(u->prior_variance * fraction) * u->sd_scale * parameters_.normalisation.target_scale;
-    prediction.trust = std::clamp(1 - fraction, 0.0, 1.0);
+    const double scale = parameters_.normalisation.target_scale, variance = u->prior_variance * scale * scale;
+    Knowledge known;
+    known.model_variance = variance * fraction;
+    known.target_variance = scale * scale;
+    known.noise_variance = variance / parameters_.c;
+    known.excess = excess(inputs);
+    known.sd_factor = u->sd_scale;
+    prediction.knowledge = known;
     prediction.extrapolating = prediction.extrapolating || fraction > u->guard_fraction;
   }
   return prediction;

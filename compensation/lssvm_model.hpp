@@ -37,7 +37,7 @@ struct LssvmParameters {
   double c = 1;       ///< > 0
   double sigma2 = 1;  ///< > 0, in normalised units
   Normalisation normalisation;
-  /// Off the data the blend policy leans on linear · n(x) + linear_b (normalised); empty: on the target's mean.
+  /// A linear part, as files of version 0.1 have it: kept, and part of the id, but nothing is served from it any more.
   Eigen::VectorXd linear;
   double linear_b = 0;
   std::optional<LssvmUncertainty> uncertainty;  ///< none: the model has no standard deviation (SVR)
@@ -63,7 +63,6 @@ class LssvmModel : public Model {
   bool factorise_sparse();
   std::vector<double> normalised(std::span<const double> inputs) const;
   double variance_fraction(std::span<const double> point) const;
-  double linear_part(std::span<const double> point) const;
 
   LssvmParameters parameters_;
   KernelCentres centres_;

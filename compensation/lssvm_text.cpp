@@ -8,9 +8,6 @@
 #include "compensation/model_kinds.hpp"
 
 namespace prism::compensation {
-namespace {
-
-constexpr Range kPositive{1e-300, 1e300};
 
 Eigen::VectorXd vector_of(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
@@ -25,11 +22,10 @@ Normalisation read_normalisation(Section section) {
   return n;
 }
 
-// The lower triangle, row by row → the whole symmetric matrix.
-Eigen::MatrixXd symmetric(Section& section, const std::vector<double>& lower) {
+Eigen::MatrixXd symmetric_of(Section& section, const char* key, const std::vector<double>& lower) {
   const auto n = static_cast<Eigen::Index>((std::sqrt(8.0 * static_cast<double>(lower.size()) + 1) - 1) / 2 + 0.5);
   if (static_cast<std::size_t>(n * (n + 1) / 2) != lower.size()) {
-    section.fail("gram", fmt::format("found {} numbers, expected n (n + 1) / 2", lower.size()));
+    section.fail(key, fmt::format("found {} numbers, expected n (n + 1) / 2", lower.size()));
     return {};
   }
   Eigen::MatrixXd m(n, n);
@@ -40,34 +36,49 @@ Eigen::MatrixXd symmetric(Section& section, const std::vector<double>& lower) {
   return m;
 }
 
+std::string list_text(const Eigen::VectorXd& v) { return exact_texts({v.data(), static_cast<std::size_t>(v.size())}); }
+
+std::string normalisation_text(const Normalisation& n) {
+  return fmt::format(
+      "  \"normalisation\": {{\"input_shift\": {}, \"input_scale\": {}, \"target_shift\": {}, \"target_scale\": "
+      "{}}},\n",
+      list_text(n.input_shift), list_text(n.input_scale), exact_text(n.target_shift), exact_text(n.target_scale));
+}
+
+void append_rows(std::string& text, const char* key, const Eigen::MatrixXd& values, Eigen::Index width) {
+  text += fmt::format("  \"{}\": [", key);
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    if (i % width == 0) text += i > 0 ? ",\n    " : "\n    ";
+    text += fmt::format("{}{}", i % width ? ", " : "", exact_text(values.data()[i]));
+  }
+  text += "\n  ],\n";
+}
+
+std::string triangle_text(const Eigen::MatrixXd& m) {
+  std::string text;
+  for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    text += i == 0 ? "    " : ",\n    ";
+    for (Eigen::Index j = 0; j <= i; ++j) text += (j ? ", " : "") + exact_text(m(i, j));
+  }
+  return text;
+}
+
+namespace {
+
 LssvmUncertainty read_uncertainty(Section section) {
   LssvmUncertainty u;
   u.prior_variance = section.number("prior_variance", kPositive);
   u.sd_scale = section.number("sd_scale", {1, 1e6}, 1.0);
   u.guard_fraction = section.number("guard_fraction", kPositive);
-  u.gram = symmetric(section, section.numbers("gram", kAnyNumber, false));
+  u.gram = symmetric_of(section, "gram", section.numbers("gram", kAnyNumber, false));
   return u;
 }
-
-void append_rows(std::string& text, const char* key, const double* values, Eigen::Index count, Eigen::Index width) {
-  text += fmt::format("  \"{}\": [", key);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    if (i % width == 0) text += i > 0 ? ",\n    " : "\n    ";
-    text += fmt::format("{}{}", i % width ? ", " : "", exact_text(values[i]));
-  }
-  text += "\n  ],\n";
-}
-
-std::string list(const Eigen::VectorXd& v) { return exact_texts({v.data(), static_cast<std::size_t>(v.size())}); }
 
 std::string uncertainty_text(const LssvmUncertainty& u) {
   std::string text =
       fmt::format("  \"uncertainty\": {{\"prior_variance\": {}, \"sd_scale\": {}, \"guard_fraction\": {}",
                   exact_text(u.prior_variance), exact_text(u.sd_scale), exact_text(u.guard_fraction));
-  for (Eigen::Index i = 0; i < u.gram.rows(); ++i) {
-    text += i == 0 ? ", \"gram\": [\n    " : ",\n    ";
-    for (Eigen::Index j = 0; j <= i; ++j) text += (j ? ", " : "") + exact_text(u.gram(i, j));
-  }
+  if (u.gram.rows() > 0) text += ", \"gram\": [\n" + triangle_text(u.gram);
   return text + (u.gram.rows() > 0 ? "]},\n" : "},\n");
 }
 
@@ -97,19 +108,15 @@ Result<ModelPtr> read_lssvm(Section& top, ModelInfo info) {
 
 std::string lssvm_content(const Model& model) {
   const LssvmParameters& p = static_cast<const LssvmModel&>(model).parameters();
-  const Normalisation& n = p.normalisation;
   std::string text = fmt::format("  \"c\": {},\n  \"sigma2\": {},\n  \"b\": {},\n", exact_text(p.c),
                                  exact_text(p.sigma2), exact_text(p.b));
-  text += fmt::format(
-      "  \"normalisation\": {{\"input_shift\": {}, \"input_scale\": {}, \"target_shift\": {}, \"target_scale\": "
-      "{}}},\n",
-      list(n.input_shift), list(n.input_scale), exact_text(n.target_shift), exact_text(n.target_scale));
+  text += normalisation_text(p.normalisation);
   if (p.linear.size() > 0)
-    text += fmt::format("  \"linear\": {},\n  \"linear_b\": {},\n", list(p.linear), exact_text(p.linear_b));
+    text += fmt::format("  \"linear\": {},\n  \"linear_b\": {},\n", list_text(p.linear), exact_text(p.linear_b));
   if (p.uncertainty) text += uncertainty_text(*p.uncertainty);
-  append_rows(text, "centres", p.centres.data(), p.centres.size(), p.centres.rows());
-  append_rows(text, "alpha", p.alpha.data(), p.alpha.size(), 4);
-  if (p.weight.size() > 0) append_rows(text, "weight", p.weight.data(), p.weight.size(), 4);
+  append_rows(text, "centres", p.centres, p.centres.rows());
+  append_rows(text, "alpha", p.alpha, 4);
+  if (p.weight.size() > 0) append_rows(text, "weight", p.weight, 4);
   return text;
 }
 

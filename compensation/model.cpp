@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/model.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace prism::compensation {
@@ -11,6 +12,16 @@ bool Model::outside_domain(std::span<const double> inputs) const {
     if (inputs[i] < domain.min[i] || inputs[i] > domain.max[i]) return true;
   }
   return false;
+}
+
+double Model::excess(std::span<const double> inputs) const {
+  const Domain& domain = info_.domain;
+  double most = 0;
+  for (std::size_t i = 0; i < domain.min.size(); ++i) {
+    const double range = domain.max[i] - domain.min[i];
+    if (range > 0) most = std::max(most, std::max(domain.min[i] - inputs[i], inputs[i] - domain.max[i]) / range);
+  }
+  return most;
 }
 
 std::vector<double> gather_inputs(const Model& model, const Window& window) {

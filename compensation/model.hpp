@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,14 +13,25 @@
 
 namespace prism::compensation {
 
+/// What a model knows of its own ignorance at one point; variances in (deg/h)².
+struct Knowledge {
+  double model_variance = 0;     ///< v: of the prediction alone
+  double target_variance = 0;    ///< var_y: of the training target
+  double nuisance_variance = 0;  ///< s4² and s5²: what moves with time or from recording to recording
+  double noise_variance = 0;     ///< of the window's mean rate
+  double skill = 1;              ///< r: how well each half of the record predicts the other, the worse; at most 1
+  double excess = 0;             ///< o: how far an input lies outside its training range, in ranges; the worst
+  double sd_factor = 1;          ///< what held-out blocks say of the standard deviation
+  bool preset = false;           ///< made to be shrunk: served so unless a person says otherwise
+};
+
 struct Prediction {
   double bias_deg_per_h = kUnknown;
   double sd_deg_per_h = kUnknown;  ///< predictive standard deviation of the bias; kUnknown where the model has none
-  bool extrapolating = false;      ///< outside the training box, or where the model's own variance says so
-  /// For the blend policy: how far the data reach here, 1 (at the data) to 0 (prior only), and the model's own linear
-  /// part or mean, which it falls back on; kUnknown where the model has none.
-  double trust = 1;
-  double mean_deg_per_h = kUnknown;
+  double sd_mean_deg_per_h = kUnknown;  ///< the same with the noise of the window's mean rate; kUnknown likewise
+  bool extrapolating = false;           ///< outside the training box, or where the model's own variance says so
+  double mean_deg_per_h = kUnknown;     ///< of the training target; kUnknown where the model does not say
+  std::optional<Knowledge> knowledge;   ///< for the shrink policy; none: it leaves the prediction as it is
 };
 
 /// Closed ranges of each input in the training data; empty: not known.
@@ -54,6 +66,8 @@ class Model {
  protected:
   explicit Model(ModelInfo info) : info_(std::move(info)) {}
   bool outside_domain(std::span<const double> inputs) const;
+  /// How far the input that is worst off lies outside its training range, in ranges; 0 inside the box.
+  double excess(std::span<const double> inputs) const;
 
  private:
   ModelInfo info_;

@@ -11,6 +11,7 @@ constexpr ModelKind kKinds[] = {
     {"ir_lssvm", read_lssvm, lssvm_content},
     {"sparse_lssvm", read_lssvm, lssvm_content},
     {"svr", read_lssvm, lssvm_content},
+    {"composite", read_composite, composite_content},
 };
 
 }  // namespace

@@ -2,10 +2,14 @@
 // What each kind of model adds to the model file: how its own part is read and written. One row per kind.
 #pragma once
 
+#include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "compensation/json_section.hpp"
+#include "compensation/lssvm_model.hpp"
 #include "compensation/model.hpp"
 #include "compensation/model_id.hpp"
 
@@ -28,5 +32,20 @@ Result<ModelPtr> read_polynomial(Section& top, ModelInfo info);
 std::string polynomial_content(const Model& model);
 Result<ModelPtr> read_lssvm(Section& top, ModelInfo info);
 std::string lssvm_content(const Model& model);
+Result<ModelPtr> read_composite(Section& top, ModelInfo info);
+std::string composite_content(const Model& model);
+
+// What the kinds with a kernel share.
+inline constexpr Range kPositive{1e-300, 1e300};
+Eigen::VectorXd vector_of(const std::vector<double>& values);
+Normalisation read_normalisation(Section section);
+/// The lower triangle, row by row → the whole matrix; fails at `key` of the section where the count is none of one.
+Eigen::MatrixXd symmetric_of(Section& section, const char* key, const std::vector<double>& lower);
+std::string list_text(const Eigen::VectorXd& v);
+std::string normalisation_text(const Normalisation& n);
+/// `  "key": [` … `],`, so many numbers a line.
+void append_rows(std::string& text, const char* key, const Eigen::MatrixXd& values, Eigen::Index width);
+/// The lower triangle, a row a line, without brackets.
+std::string triangle_text(const Eigen::MatrixXd& m);
 
 }  // namespace prism::compensation

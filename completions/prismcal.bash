@@ -7,13 +7,13 @@ _prismcal() {
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
     'train --slope') words='difference least_squares' ;;
-    'train --method'|'fit --method'|'cv --method') words='ls stepwise lssvm ir-lssvm svr' ;;
+    'train --method'|'fit --method'|'cv --method') words='composite ls stepwise lssvm ir-lssvm svr' ;;
     'train --weight'|'fit --weight'|'cv --weight') words='huber hampel logistic myriad' ;;
     'train --tune'|'fit --tune'|'cv --tune') words='blocked shuffled loo reml' ;;
     'train --reweight'|'fit --reweight'|'cv --reweight') words='1 converge' ;;
     'train --scale'|'fit --scale'|'cv --scale') words='mad iqr' ;;
     'train --normalise'|'fit --normalise'|'cv --normalise') words='zscore auto none' ;;
-    'predict --extrapolation'|'evaluate --extrapolation'|'compare --extrapolation'|'report --extrapolation') words='flag clamp blend' ;;
+    'predict --extrapolation'|'evaluate --extrapolation'|'compare --extrapolation'|'report --extrapolation') words='preset flag clamp shrink' ;;
     'evaluate --divisor'|'compare --divisor'|'report --divisor') words='N N-1' ;;
     'report --models') words='paper ladder' ;;
     'allan --unit') words='deg/h deg/s rad/s arcsec/s' ;;
@@ -24,7 +24,7 @@ _prismcal() {
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
     train) words='-h --help --inputs --out --serial --name --force --map --interval --config --latitude --elevation --azimuth --no-earth-rate --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
-    fit) words='-h --help --inputs --target --fold-column --out --diagnostics --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    fit) words='-h --help --inputs --target --fold-column --time --out --diagnostics --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
     cv) words='-h --help --inputs --target --fold-column --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
     predict) words='-h --help --out --extrapolation --json' ;;
     evaluate) words='-h --help --training --limits --map --interval --config --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json' ;;

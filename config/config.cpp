@@ -140,6 +140,19 @@ SocketSettings read_socket(Section section, const fs::path& base, const std::str
   return socket;
 }
 
+// Version 0.1 blended towards a line off the data.
+compensation::Extrapolation read_extrapolation(Section& correction, Config& config) {
+  constexpr auto& kNames = compensation::kExtrapolationNames;
+  std::vector<const char*> names(kNames.begin(), kNames.end());
+  names.push_back("blend");
+  const std::size_t chosen =
+      correction.choice("extrapolation", names, static_cast<std::size_t>(config.engine.extrapolation));
+  if (chosen < kNames.size()) return static_cast<compensation::Extrapolation>(chosen);
+  config.warnings.push_back(
+      config.path + ":/correction/extrapolation: \"blend\" made real gyros worse and is gone; served by \"shrink\"");
+  return compensation::Extrapolation::kShrink;
+}
+
 Config read_config(Section& top, const fs::path& file) {
   std::error_code error;  // no working folder: paths stay relative
   const fs::path base = fs::absolute(file, error).parent_path();
@@ -159,8 +172,7 @@ Config read_config(Section& top, const fs::path& file) {
   Section correction = top.object("correction");
   config.engine.max_bias_deg_per_h =
       correction.number("max_bias_deg_per_h", {1e-6, 1e6}, config.engine.max_bias_deg_per_h);
-  config.engine.extrapolation = static_cast<compensation::Extrapolation>(correction.choice(
-      "extrapolation", compensation::kExtrapolationNames, static_cast<std::size_t>(config.engine.extrapolation)));
+  config.engine.extrapolation = read_extrapolation(correction, config);
   // systemd names the folder it made for this instance; the configuration's own is read-only there.
   const char* made = std::getenv("LOGS_DIRECTORY");
   const bool given = made != nullptr && *made != '\0';

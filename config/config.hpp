@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "compensation/engine.hpp"
 #include "compensation/result.hpp"
@@ -77,6 +78,7 @@ struct Config {
   std::optional<SegmentSettings> log, capture;
   SocketSettings socket;
   std::string event_level = "info";
+  std::vector<std::string> warnings;  ///< a line each: what is served otherwise than the file says
 
   bool operator==(const Config&) const = default;
 };

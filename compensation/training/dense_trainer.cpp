@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "compensation/kernel.hpp"
-#include "compensation/training/least_squares.hpp"
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
@@ -57,21 +56,6 @@ SampleDiagnostics diagnostics_of(const IrlssvmFit& fit, const NormalisedData& da
 
 }  // namespace
 
-void add_linear_part(const NormalisedData& data, const Eigen::VectorXd& weight,
-                     compensation::LssvmParameters& parameters) {
-  std::vector<Eigen::Index> good;
-  for (Eigen::Index i = 0; i < weight.size(); ++i) {
-    if (weight[i] > 0.3) good.push_back(i);
-  }
-  if (static_cast<Eigen::Index>(good.size()) < data.x.rows() + 2) return;
-  std::vector<int> all(static_cast<std::size_t>(data.x.rows()));
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  const auto fit = LinearProblem(data.x(Eigen::all, good).transpose(), data.y(good)).fit(all);
-  if (!fit) return;
-  parameters.linear = fit->coefficient;
-  parameters.linear_b = fit->intercept;
-}
-
 Result<TrainedModel> train_dense(const NormalisedData& data, compensation::ModelInfo info,
                                  const TrainingSettings& settings, const Folds& folds, const TuningPoint& point) {
   const Eigen::MatrixXd kernel = compensation::kernel_matrix(data.x, {point.sigma2});
@@ -97,7 +81,6 @@ Result<TrainedModel> train_dense(const NormalisedData& data, compensation::Model
   p.sigma2 = point.sigma2;
   p.normalisation = data.constants;
   p.uncertainty = uncertainty;
-  add_linear_part(data, fit->weight, p);
   info.kind = settings.reweight.weight.kind == WeightKind::kNone ? "lssvm" : "ir_lssvm";
   auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());

@@ -85,7 +85,6 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::Mode
   const Eigen::VectorXd leverages = primal.leverages();
   uncertainty.guard_fraction = guard_of(leverages, point.c);
   p.uncertainty = std::move(uncertainty);
-  add_linear_part(data, weight, p);
   const compensation::Normalisation& c = data.constants;
   trained.samples.alpha = Eigen::VectorXd::Zero(data.y.size());
   trained.samples.alpha(system.pivots) = p.alpha;

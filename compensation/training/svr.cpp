@@ -141,7 +141,6 @@ Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelIn
     trained.samples.fitted[i] =
         svm_predict(svm.get(), rows.pointers()[i]) * data.constants.target_scale + data.constants.target_shift;
   }
-  add_linear_part(data, trained.samples.weight, p);
   trained.c = point.c;
   trained.sigma2 = point.sigma2;
   trained.centres = svm->l;

@@ -10,7 +10,8 @@
 namespace prism::training {
 namespace {
 
-constexpr std::array kMethodNames = {"ls", "stepwise", "lssvm", "ir-lssvm", "svr"};
+constexpr std::array kMethodNames = {"composite", "ls", "stepwise", "lssvm", "ir-lssvm", "svr"};
+constexpr double kGentleParameter = 3;         // of a composite kernel's weights: a clean record loses next to nothing
 constexpr Eigen::Index kTuningSamples = 3000;  // of a longer record every n-th sample tunes as well
 
 Folds folds_of(const TrainingSettings& settings, const std::vector<int>& runs) {
@@ -89,7 +90,7 @@ Result<Method> parse_method(std::string_view name) {
   for (std::size_t i = 0; i < kMethodNames.size(); ++i) {
     if (name == kMethodNames[i]) return static_cast<Method>(i);
   }
-  return refuse("method", fmt::format("found \"{}\", expected ls, stepwise, lssvm, ir-lssvm or svr", name));
+  return refuse("method", fmt::format("found \"{}\", expected composite, ls, stepwise, lssvm, ir-lssvm or svr", name));
 }
 
 Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& wanted,
@@ -102,6 +103,10 @@ Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo inf
   const auto normalised = normalise(data.inputs, data.target, wanted.scaling, data.names);
   if (!normalised) return tl::unexpected<Error>(normalised.error());
   TrainingSettings settings = wanted;
+  if (settings.method == Method::kComposite) {
+    settings.reweight.weight.parameter = settings.parameter.value_or(kGentleParameter);
+    return train_composite(*normalised, data, std::move(info), settings, *plan, progress, stop);
+  }
   settings.folds = static_cast<int>(std::min<Eigen::Index>(wanted.folds, data.target.size()));
   if (settings.method != Method::kIrlssvm) settings.reweight.weight.kind = WeightKind::kNone;
   const std::vector<int> runs =

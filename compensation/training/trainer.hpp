@@ -16,7 +16,7 @@
 
 namespace prism::training {
 
-enum class Method { kLeastSquares, kStepwise, kLssvm, kIrlssvm, kSvr };
+enum class Method { kComposite, kLeastSquares, kStepwise, kLssvm, kIrlssvm, kSvr };
 const char* method_name(Method method);
 Result<Method> parse_method(std::string_view name);
 
@@ -26,6 +26,7 @@ struct TrainingData {
   Eigen::MatrixXd inputs;          ///< d × N
   Eigen::VectorXd target;          ///< N
   std::vector<int> runs;           ///< recording of each sample, in order of time; empty: one run
+  Eigen::VectorXd time_s;  ///< N, since its recording began; empty: evenly spaced (the composite kernel's nuisance)
 };
 
 /// What a polynomial is made of: powers of the inputs, one list per term (no intercept, it is always there).
@@ -102,8 +103,8 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::Mode
 Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelInfo info,
                                const TrainingSettings& settings, const Folds& folds, const TuningProgress& progress,
                                const std::atomic<bool>* stop);
-/// The linear model that the blend policy falls back on; nothing where the inputs do not allow one.
-void add_linear_part(const NormalisedData& data, const Eigen::VectorXd& weight,
-                     compensation::LssvmParameters& parameters);
+Result<TrainedModel> train_composite(const NormalisedData& data, const TrainingData& raw, compensation::ModelInfo info,
+                                     const TrainingSettings& settings, const ResourcePlan& plan,
+                                     const TuningProgress& progress, const std::atomic<bool>* stop);
 
 }  // namespace prism::training

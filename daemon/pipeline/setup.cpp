@@ -114,6 +114,7 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
   setup.line = line_settings(setup.config, setup.frames->wire);
   setup.clock.source = setup.config.device_clock ? drivers::ClockSource::kDevice : drivers::ClockSource::kHost;
   setup.notes = setup.frames->warnings;
+  setup.notes.insert(setup.notes.end(), setup.config.warnings.begin(), setup.config.warnings.end());
   if (setup.model && !setup.model->info().gyro_serial.empty() && setup.config.gyro.serial.empty()) {
     setup.notes.push_back(fmt::format("{}: bound to gyro \"{}\", but {} names no gyro/serial to compare it with",
                                       setup.config.model, setup.model->info().gyro_serial, config_path));

@@ -103,24 +103,17 @@ TEST(LssvmModel, EveryMachineGivesTheSamePrediction) {
   EXPECT_EQ(hash, 3729465316386388363u);
 }
 
-TEST(LssvmModel, FarFromTheDataThePriorIsLeftAndTheBlendIsTheMean) {
-  const ModelPtr model = made(info_of(2), random_parameters(2, 30));
+TEST(LssvmModel, FarFromTheDataThePriorIsLeftAndTheShrunkPredictionIsTheMean) {
+  ModelInfo info = info_of(2);
+  info.domain = {{0, 0}, {2, 3}};
+  const ModelPtr model = made(info, random_parameters(2, 30));
   const std::vector<double> far = {1e3, 1e3};
-  const Prediction flagged = predict_within(*model, far, Extrapolation::kFlag);
-  EXPECT_TRUE(flagged.extrapolating);
-  EXPECT_NEAR(flagged.bias_deg_per_h, 0.3 * 0.02 + 0.01, 1e-15);
-  const Prediction blend = predict_within(*model, far, Extrapolation::kBlend);
-  EXPECT_EQ(blend.trust, 0);
-  EXPECT_DOUBLE_EQ(blend.bias_deg_per_h, 0.01);
-}
-
-TEST(LssvmModel, TheBlendLeansOnTheLinearPart) {
-  LssvmParameters p = random_parameters(1, 30);
-  p.linear = Eigen::VectorXd::Constant(1, 2.0);
-  p.linear_b = 0.5;
-  const ModelPtr model = made(info_of(1), p);
-  const std::vector<double> far = {402};  // shift 2, scale 4: normalised 100
-  EXPECT_NEAR(predict_within(*model, far, Extrapolation::kBlend).bias_deg_per_h, (2 * 100 + 0.5) * 0.02 + 0.01, 1e-12);
+  for (const Extrapolation as_it_is : {Extrapolation::kPreset, Extrapolation::kFlag}) {
+    const Prediction flagged = predict_within(*model, far, as_it_is);
+    EXPECT_TRUE(flagged.extrapolating);
+    EXPECT_NEAR(flagged.bias_deg_per_h, 0.3 * 0.02 + 0.01, 1e-15);
+  }
+  EXPECT_NEAR(predict_within(*model, far, Extrapolation::kShrink).bias_deg_per_h, 0.01, 1e-6);
 }
 
 TEST(LssvmModel, ClampingAsksAtTheEdgeOfTheBox) {

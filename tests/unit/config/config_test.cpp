@@ -65,7 +65,9 @@ TEST(Config, CommentsAreAllowedAndEverythingIsTakenOver) {
   EXPECT_EQ(config.socket.path, "/etc/prism/table.sock");
   EXPECT_EQ(config.socket.mode, 0600);
   EXPECT_EQ(config.engine.max_bias_deg_per_h, 5);
-  EXPECT_EQ(config.engine.extrapolation, compensation::Extrapolation::kBlend);
+  EXPECT_EQ(config.engine.extrapolation, compensation::Extrapolation::kShrink);
+  ASSERT_EQ(config.warnings.size(), 1u);
+  EXPECT_THAT(config.warnings[0], HasSubstr("/correction/extrapolation: \"blend\""));
 }
 
 struct Refused {

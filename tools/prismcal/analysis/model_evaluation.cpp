@@ -39,9 +39,8 @@ Result<evaluation::BiasStability> stability_of(const ModelEvaluation& result, co
 }  // namespace
 
 std::string CorrectionSettings::text() const {
-  return fmt::format("bias believed up to {:g} deg/h; off the training data: {}; fallback model: {}",
-                     engine.max_bias_deg_per_h, compensation::extrapolation_name(engine.extrapolation),
-                     fallback ? fallback->info().name : "none");
+  return fmt::format("bias believed up to {:g} deg/h; extrapolation: {}; fallback model: {}", engine.max_bias_deg_per_h,
+                     compensation::extrapolation_name(engine.extrapolation), fallback ? fallback->info().name : "none");
 }
 
 Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,

@@ -47,7 +47,7 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
       ->check(tools::positive());
   command
       .add_option("--extrapolation", options.extrapolation,
-                  "off the training data: flag, clamp or blend; else what --config says, or flag")
+                  "how predictions are served: preset, flag, clamp or shrink; else what --config says, or preset")
       ->check(CLI::IsMember(std::vector<std::string>(compensation::kExtrapolationNames.begin(),
                                                      compensation::kExtrapolationNames.end())));
   command.add_option("--fallback", options.fallback,

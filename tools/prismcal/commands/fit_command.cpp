@@ -18,7 +18,7 @@ namespace prism::commands {
 namespace {
 
 struct FitChoice {
-  std::string file, inputs, target, fold_column, out, diagnostics;
+  std::string file, inputs, target, fold_column, time, out, diagnostics;
   MethodOptions method;
 };
 
@@ -57,6 +57,13 @@ Result<int> run(const FitChoice& choice) {
   if (!target) return tl::unexpected<Error>(target.error());
   data.inputs = std::move(*inputs);
   data.target = target->row(0).transpose();
+  if (!choice.time.empty()) {
+    const auto time = table->column(choice.time);
+    if (!time) return tl::unexpected<Error>(time.error());
+    if (!std::is_sorted(time->begin(), time->end()))
+      return refuse("--time", "the rows are not in order of " + choice.time);
+    data.time_s = Eigen::Map<const Eigen::VectorXd>(time->data(), data.target.size());
+  }
   if (!choice.fold_column.empty()) {
     if (settings->tuning == training::Tuning::kLoo || settings->tuning == training::Tuning::kReml) {
       return refuse("--fold-column", fmt::format("found it with --tune {}, which has no folds", choice.method.tune));
@@ -99,6 +106,7 @@ void add_fit_command(CLI::App& app, int& code) {
   command->add_option("--inputs", choice->inputs, "columns, by commas")->required();
   command->add_option("--target", choice->target, "column")->required();
   command->add_option("--fold-column", choice->fold_column, "column of fold numbers to tune by");
+  command->add_option("--time", choice->time, "composite: column of seconds (default: rows 100 s apart)");
   command->add_option("--out", choice->out, "model file to write");
   command->add_option("--diagnostics", choice->diagnostics,
                       "CSV to write: alpha, weight, fitted, leave-one-out residual of each row");

@@ -18,10 +18,10 @@ std::atomic<bool> bar_drawn{false};
 }  // namespace
 
 void add_method_options(CLI::App& command, MethodOptions& o) {
-  command.add_option("--method", o.method, "ls, stepwise, lssvm, ir-lssvm or svr")
-      ->check(CLI::IsMember({"ls", "stepwise", "lssvm", "ir-lssvm", "svr"}))
+  command.add_option("--method", o.method, "composite, ls, stepwise, lssvm, ir-lssvm or svr")
+      ->check(CLI::IsMember({"composite", "ls", "stepwise", "lssvm", "ir-lssvm", "svr"}))
       ->capture_default_str();
-  command.add_option("--weight", o.weight, "ir-lssvm: huber, hampel, logistic or myriad (default)")
+  command.add_option("--weight", o.weight, "composite, ir-lssvm: huber, hampel, logistic or myriad (default)")
       ->check(CLI::IsMember({"huber", "hampel", "logistic", "myriad"}));
   command.add_option("--c", o.c, "regularisation, normalised units; with --sigma2: nothing is tuned")
       ->check(tools::positive());
@@ -66,11 +66,14 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
 Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
   training::TrainingSettings s;
   s.method = *training::parse_method(o.method);
-  if (s.method == training::Method::kIrlssvm) {
+  const bool composite = s.method == training::Method::kComposite;
+  if (composite && (o.c || o.sigma2))
+    return refuse("--method", "found composite with --c or --sigma2, which belong to lssvm, ir-lssvm and svr");
+  if (s.method == training::Method::kIrlssvm || composite) {
     s.reweight.weight.kind = *training::parse_weight(o.weight.empty() ? "myriad" : o.weight);
   } else if (!o.weight.empty()) {
-    return refuse("--weight",
-                  fmt::format("found \"{}\" with --method {}, expected it with ir-lssvm only", o.weight, o.method));
+    return refuse("--weight", fmt::format("found \"{}\" with --method {}, expected it with composite or ir-lssvm",
+                                          o.weight, o.method));
   }
   if (o.beta && s.reweight.weight.kind != training::WeightKind::kHuber)
     return refuse("--beta", "belongs to --weight huber");

@@ -18,7 +18,7 @@ namespace prism::commands {
 namespace {
 
 struct PredictChoice {
-  std::string model, file, out, policy = "flag";
+  std::string model, file, out, policy = "preset";
   bool json = false;
 };
 
@@ -35,14 +35,15 @@ Result<int> run(const PredictChoice& choice) {
   const auto policy =
       static_cast<compensation::Extrapolation>(std::find(names.begin(), names.end(), choice.policy) - names.begin());
   const char comma = table->separator();
-  std::string out = fmt::format("{}{}prediction{}sd\n", table->header(), comma, comma);
+  std::string out = fmt::format("{}{}prediction{}sd{}sd_mean\n", table->header(), comma, comma, comma);
   std::size_t extrapolating = 0;
   for (std::size_t i = 0; i < table->rows(); ++i) {
     const std::span<const double> point(inputs->data() + static_cast<Eigen::Index>(i) * inputs->rows(),
                                         static_cast<std::size_t>(inputs->rows()));
     const compensation::Prediction p = compensation::predict_within(**model, point, policy);
     extrapolating += p.extrapolating ? 1 : 0;
-    out += fmt::format("{}{}{}{}{}\n", table->row(i), comma, number(p.bias_deg_per_h), comma, number(p.sd_deg_per_h));
+    out += fmt::format("{}{}{}{}{}{}{}\n", table->row(i), comma, number(p.bias_deg_per_h), comma,
+                       number(p.sd_deg_per_h), comma, number(p.sd_mean_deg_per_h));
   }
   if (auto done = config::write_text_file(choice.out, out); !done) return tl::unexpected<Error>(done.error());
   const nlohmann::ordered_json json = {
@@ -61,8 +62,9 @@ void add_predict_command(CLI::App& app, int& code) {
   command->add_option("model", choice->model, "model file")->required();
   command->add_option("table", choice->file, "CSV whose columns bear the names of the model's inputs")->required();
   command->add_option("--out", choice->out, "CSV to write: the table's columns, prediction and sd")->required();
-  command->add_option("--extrapolation", choice->policy, "flag, clamp or blend")
-      ->check(CLI::IsMember({"flag", "clamp", "blend"}))
+  command->add_option("--extrapolation", choice->policy, "preset, flag, clamp or shrink")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(compensation::kExtrapolationNames.begin(), compensation::kExtrapolationNames.end())))
       ->capture_default_str();
   command->add_flag("--json", choice->json, "print JSON");
   tools::add_examples(*command, {"prismcal predict model.json table.csv --out predicted.csv"});

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "compensation/composite_model.hpp"
 #include "compensation/polynomial_model.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
 
@@ -78,6 +79,35 @@ void add_kernel(ordered_json& json, const training::TrainedModel& trained, const
   }
 }
 
+// Variances in units of the target's own.
+void add_composite(ordered_json& json, const training::TrainedModel& trained) {
+  const auto& p = static_cast<const compensation::CompositeModel&>(*trained.model).parameters();
+  const compensation::CompositeVariances& v = p.variances;
+  json["variances"] = {{"smooth", v.kernel.rbf},
+                       {"linear", v.kernel.linear},
+                       {"quadratic", v.kernel.quadratic},
+                       {"nuisance", v.nuisance},
+                       {"nuisance_time_h", v.nuisance_time_h},
+                       {"offset", v.offset},
+                       {"noise", v.noise}};
+  json["length_squared"] = std::vector<double>(v.kernel.length2.begin(), v.kernel.length2.end());
+  json["skill"] = p.trust.skill;
+  json["sd_factor"] = p.trust.sd_factor;
+  json["sd_blocks"] = p.trust.sd_blocks;
+  json["centres"] = trained.centres;
+  json["reweighting"] = {{"solves", trained.reweight->solves}, {"converged", trained.reweight->converged}};
+}
+
+std::string composite_text(const training::TrainedModel& trained) {
+  const auto& p = static_cast<const compensation::CompositeModel&>(*trained.model).parameters();
+  const compensation::CompositeVariances& v = p.variances;
+  return fmt::format(
+      "  variances (of the target's): smooth {:.3g}, linear {:.3g}, quadratic {:.3g}, drift in time {:.3g} ({:.2g} h), "
+      "noise {:.3g}\n  skill of each half on the other {:.2f}; {} centres, {} re-weightings\n",
+      v.kernel.rbf, v.kernel.linear, v.kernel.quadratic, v.nuisance, v.nuisance_time_h, v.noise, p.trust.skill,
+      trained.centres, trained.reweight->solves);
+}
+
 void add_polynomial(ordered_json& json, const training::TrainedModel& trained,
                     const training::TrainingSettings& settings, const std::vector<std::string>& names) {
   json["coefficients"] = coefficients_json(trained, names);
@@ -120,7 +150,12 @@ ordered_json summary_json(const training::TrainedModel& trained, const training:
         settings.tuning == training::Tuning::kGiven ? training::fold_count(*settings.given_folds) : settings.folds;
     json["seed"] = settings.seed;
   }
-  trained.linear ? add_polynomial(json, trained, settings, names) : add_kernel(json, trained, settings);
+  if (settings.method == training::Method::kComposite) {
+    json["weight"] = training::weight_name(settings.reweight.weight.kind);
+    add_composite(json, trained);
+  } else {
+    trained.linear ? add_polynomial(json, trained, settings, names) : add_kernel(json, trained, settings);
+  }
   json["warnings"] = trained.notes;
   json["id"] = trained.model->info().id;
   return json;
@@ -136,7 +171,9 @@ std::string summary_text(const training::TrainedModel& trained, const training::
                          const std::vector<std::string>& names) {
   std::string text = fmt::format("{} on {}: {} samples\n", training::method_name(settings.method),
                                  fmt::join(names, ", "), trained.samples.fitted.size());
-  if (trained.linear) {
+  if (settings.method == training::Method::kComposite) {
+    text += composite_text(trained);
+  } else if (trained.linear) {
     for (const compensation::Term& term : static_cast<const compensation::PolynomialModel&>(*trained.model).terms()) {
       text += fmt::format("  {:<12} {: .6g}\n", training::term_name(term.powers, names), term.coefficient);
     }

@@ -73,6 +73,7 @@ void add_training_set_options(CLI::App& command, TrainingSetOptions& o) {
 
 std::size_t append_blocks(const BlockTable& table, training::TrainingData& data) {
   const int run = data.runs.empty() ? 0 : data.runs.back() + 1;
+  const std::vector<double> hours = table.hours();
   std::vector<std::size_t> good;
   std::vector<std::vector<double>> columns;
   for (const std::string& name : data.names) columns.push_back(table.column(name));
@@ -84,11 +85,13 @@ std::size_t append_blocks(const BlockTable& table, training::TrainingData& data)
   const Eigen::Index before = data.target.size(), added = static_cast<Eigen::Index>(good.size());
   data.inputs.conservativeResize(static_cast<Eigen::Index>(data.names.size()), before + added);
   data.target.conservativeResize(before + added);
+  data.time_s.conservativeResize(before + added);
   for (Eigen::Index j = 0; j < added; ++j) {
     const std::size_t i = good[static_cast<std::size_t>(j)];
     for (std::size_t d = 0; d < columns.size(); ++d)
       data.inputs(static_cast<Eigen::Index>(d), before + j) = columns[d][i];
     data.target[before + j] = table.bias_deg_per_h[i];
+    data.time_s[before + j] = 3600 * hours[i];
     data.runs.push_back(run);
   }
   return table.size() - good.size();

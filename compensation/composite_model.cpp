@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/composite_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "compensation/extrapolation.hpp"
+#include "compensation/factor.hpp"
+#include "compensation/model_id.hpp"
+
+namespace prism::compensation {
+namespace {
+
+constexpr Eigen::Index kMaxCentres = 8000;
+// In ranges. On a repeat of its own profile an input that wanders (U) leaves the box of one record all the time.
+constexpr double kBoxMargin = 0.02;
+
+std::string numbers(const Eigen::MatrixXd& m) { return exact_texts({m.data(), static_cast<std::size_t>(m.size())}); }
+
+std::string canonical(const CompositeParameters& p) {
+  const CompositeVariances& v = p.variances;
+  const CompositeTrust& t = p.trust;
+  const Normalisation& n = p.normalisation;
+  std::string text = exact_texts(std::vector{v.kernel.rbf, v.kernel.linear, v.kernel.quadratic, v.nuisance,
+                                             v.nuisance_time_h, v.offset, v.noise, p.beta, n.target_shift,
+                                             n.target_scale, t.skill, t.sd_factor, t.guard});
+  for (const Eigen::MatrixXd& part :
+       {Eigen::MatrixXd(v.kernel.length2), Eigen::MatrixXd(n.input_shift), Eigen::MatrixXd(n.input_scale), p.centres,
+        Eigen::MatrixXd(p.alpha), Eigen::MatrixXd(p.weight), Eigen::MatrixXd(p.time_h), p.gram}) {
+    text += '\n' + numbers(part);
+  }
+  return text + fmt::format("\n{} {}", t.sd_blocks, fmt::join(p.recording, " "));
+}
+
+ModelInfo identified(ModelInfo info, const CompositeParameters& parameters) {
+  info.id = model_id(info, canonical(parameters));
+  return info;
+}
+
+std::string wrong_shape(const ModelInfo& info, const CompositeParameters& p) {
+  const auto d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
+  if (p.centres.rows() != d || n < 1)
+    return fmt::format("centres are {} x {}, expected {} inputs a centre", p.centres.rows(), n, d);
+  if (n > kMaxCentres)
+    return fmt::format("found {} centres, expected at most {}: its factor would take gigabytes", n, kMaxCentres);
+  if (p.alpha.size() != n) return fmt::format("found {} alphas, expected {}", p.alpha.size(), n);
+  if (p.variances.kernel.length2.size() != d || p.normalisation.input_shift.size() != d ||
+      p.normalisation.input_scale.size() != d) {
+    return fmt::format("found {} lengths and {} input scales, expected {}", p.variances.kernel.length2.size(),
+                       p.normalisation.input_scale.size(), d);
+  }
+  if (p.gram.size() > 0) {
+    if (p.gram.rows() != n + 1) return fmt::format("gram has {} rows, expected {}", p.gram.rows(), n + 1);
+    return {};
+  }
+  if (p.weight.size() != n || p.time_h.size() != n || static_cast<Eigen::Index>(p.recording.size()) != n) {
+    return fmt::format("found {} weights, {} times and {} recordings, expected {} of each", p.weight.size(),
+                       p.time_h.size(), p.recording.size(), n);
+  }
+  return {};
+}
+
+}  // namespace
+
+Eigen::MatrixXd nuisance_matrix(const CompositeVariances& variances, const Eigen::VectorXd& time_h,
+                                const std::vector<int>& recording) {
+  const Eigen::Index n = time_h.size();
+  Eigen::MatrixXd q = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index begin = 0; begin < n;) {
+    Eigen::Index end = begin;
+    while (end < n && recording[static_cast<std::size_t>(end)] == recording[static_cast<std::size_t>(begin)]) ++end;
+    const auto time = time_h.segment(begin, end - begin).array();
+    for (Eigen::Index j = begin; j < end; ++j) {
+      q.col(j).segment(begin, end - begin) =
+          variances.nuisance * (-(time - time_h[j]).abs() / variances.nuisance_time_h).exp() + variances.offset;
+    }
+    begin = end;
+  }
+  return q;
+}
+
+CompositeModel::CompositeModel(ModelInfo info, CompositeParameters parameters)
+    : Model(identified(std::move(info), parameters)),
+      parameters_(std::move(parameters)),
+      centres_(parameters_.variances.kernel, parameters_.centres) {
+  centres_.weigh(parameters_.alpha);
+}
+
+Result<ModelPtr> CompositeModel::make(ModelInfo info, CompositeParameters parameters) {
+  const std::string where = info.name.empty() ? info.kind : info.name;
+  if (std::string wrong = wrong_shape(info, parameters); !wrong.empty()) return refuse(where, std::move(wrong));
+  std::shared_ptr<CompositeModel> model(new CompositeModel(std::move(info), std::move(parameters)));
+  if (!model->factorise())
+    return refuse(where, "the covariance of the centres is not positive definite: the noise is too small");
+  return ModelPtr(std::move(model));
+}
+
+bool CompositeModel::factorise() {
+  const CompositeParameters& p = parameters_;
+  factor_ = p.variances.kernel.matrix(p.centres);
+  if (p.gram.size() > 0) {
+    factor_.diagonal().array() += kCompositeJitter * p.variances.kernel.rbf;
+    gram_factor_ = p.gram;
+    return lower_factor(factor_) && lower_factor(gram_factor_);
+  }
+  factor_ += nuisance_matrix(p.variances, p.time_h, p.recording);
+  factor_.diagonal().array() += p.variances.noise / p.weight.array() + kCompositeJitter;
+  if (!lower_factor(factor_)) return false;
+  nu_ = Eigen::VectorXd::Ones(p.alpha.size());
+  solve_factored(factor_, nu_);
+  ones_ = nu_.sum();
+  return ones_ > 0;
+}
+
+Eigen::VectorXd CompositeModel::normalised(std::span<const double> inputs) const {
+  assert(inputs.size() == info().inputs.size());
+  const Eigen::Map<const Eigen::VectorXd> x(inputs.data(), static_cast<Eigen::Index>(inputs.size()));
+  return (x - parameters_.normalisation.input_shift).cwiseQuotient(parameters_.normalisation.input_scale);
+}
+
+double CompositeModel::bias_deg_per_h(std::span<const double> inputs) const {
+  const Normalisation& n = parameters_.normalisation;
+  return (centres_.sum(normalised(inputs)) + parameters_.beta) * n.target_scale + n.target_shift;
+}
+
+// Dense: k(x,x) − kᵀ H⁻¹ k + (1 − nuᵀ k)² / 1ᵀ nu, with beta unknown beforehand. Sparse, φ = L⁻¹ k:
+// k(x,x) − φᵀφ + [φ; 1]ᵀ gram⁻¹ [φ; 1]: what the centres cannot express stays prior.
+double CompositeModel::variance(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd k = centres_.row(x);
+  const double prior = parameters_.variances.kernel.variance(x);
+  if (gram_factor_.size() == 0) {
+    const double level = 1 - nu_.dot(k);
+    solve_factor(factor_, k);
+    return std::max(0.0, prior - k.squaredNorm() + level * level / ones_);
+  }
+  solve_factor(factor_, k);
+  Eigen::VectorXd phi(k.size() + 1);
+  phi << k, 1.0;
+  solve_factor(gram_factor_, phi);
+  return std::max(0.0, prior - k.squaredNorm()) + phi.squaredNorm();
+}
+
+Prediction CompositeModel::predict(std::span<const double> inputs) const {
+  const CompositeTrust& trust = parameters_.trust;
+  const double scale = parameters_.normalisation.target_scale, square = scale * scale;
+  const double fraction = variance(normalised(inputs));
+  Prediction prediction;
+  prediction.bias_deg_per_h = bias_deg_per_h(inputs);
+  prediction.extrapolating = excess(inputs) > kBoxMargin || fraction > trust.guard;
+  prediction.mean_deg_per_h = parameters_.normalisation.target_shift;
+  Knowledge known;
+  known.model_variance = fraction * square;
+  known.target_variance = square;
+  known.nuisance_variance = (parameters_.variances.nuisance + parameters_.variances.offset) * square;
+  known.noise_variance = parameters_.variances.noise * square;
+  known.preset = true;
+  known.skill = trust.skill;
+  known.sd_factor = trust.sd_factor;
+  known.excess = excess(inputs);
+  prediction.knowledge = known;
+  return stated(prediction, 1);
+}
+
+}  // namespace prism::compensation

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// The composite kernel's part of the model file: its variances, centres, and what serving needs to trust it.
+#include <fmt/format.h>
+
+#include "compensation/composite_model.hpp"
+#include "compensation/model_kinds.hpp"
+
+namespace prism::compensation {
+namespace {
+
+CompositeVariances read_variances(Section section) {
+  CompositeVariances v;
+  v.kernel.rbf = section.number("smooth", kPositive);
+  v.kernel.length2 = vector_of(section.numbers("length_squared", kPositive));
+  v.kernel.linear = section.number("linear", kPositive);
+  v.kernel.quadratic = section.number("quadratic", kPositive);
+  v.nuisance = section.number("nuisance", kPositive);
+  v.nuisance_time_h = section.number("nuisance_time_h", kPositive);
+  v.offset = section.number("offset", {0, 1e300}, 0.0);
+  v.noise = section.number("noise", kPositive);
+  return v;
+}
+
+CompositeTrust read_trust(Section section) {
+  CompositeTrust t;
+  t.skill = section.number("skill", {-1e300, 1});
+  t.sd_factor = section.number("sd_factor", {1e-6, 1e6});
+  t.sd_blocks = static_cast<int>(section.integer("sd_blocks", {0, 1e9}));
+  t.guard = section.number("guard", kPositive);
+  return t;
+}
+
+std::string variances_text(const CompositeVariances& v) {
+  return fmt::format(
+      "  \"variances\": {{\"smooth\": {}, \"length_squared\": {}, \"linear\": {}, \"quadratic\": {}, \"nuisance\": {}, "
+      "\"nuisance_time_h\": {}, \"offset\": {}, \"noise\": {}}},\n",
+      exact_text(v.kernel.rbf), list_text(v.kernel.length2), exact_text(v.kernel.linear),
+      exact_text(v.kernel.quadratic), exact_text(v.nuisance), exact_text(v.nuisance_time_h), exact_text(v.offset),
+      exact_text(v.noise));
+}
+
+}  // namespace
+
+Result<ModelPtr> read_composite(Section& top, ModelInfo info) {
+  CompositeParameters p;
+  p.variances = read_variances(top.object("variances", true));
+  p.trust = read_trust(top.object("trust", true));
+  p.beta = top.number("beta", kAnyNumber);
+  p.normalisation = read_normalisation(top.object("normalisation", true));
+  const std::vector<double> centres = top.numbers("centres", kAnyNumber);
+  p.alpha = vector_of(top.numbers("alpha", kAnyNumber));
+  p.weight = vector_of(top.numbers("weight", kPositive, false));
+  p.time_h = vector_of(top.numbers("time_h", kAnyNumber, false));
+  for (const double number : top.numbers("recording", {0, 1e6}, false)) p.recording.push_back(static_cast<int>(number));
+  p.gram = symmetric_of(top, "gram", top.numbers("gram", kAnyNumber, false));
+  const auto d = static_cast<Eigen::Index>(info.inputs.size()), n = p.alpha.size();
+  if (top.good() && static_cast<Eigen::Index>(centres.size()) != d * n) {
+    top.fail("centres", fmt::format("found {} numbers, expected {}: {} inputs for each of {} alphas", centres.size(),
+                                    d * n, d, n));
+  }
+  if (!top.good()) return tl::unexpected<Error>(top.finish().error());
+  p.centres = Eigen::Map<const Eigen::MatrixXd>(centres.data(), d, n);
+  return CompositeModel::make(std::move(info), std::move(p));
+}
+
+std::string composite_content(const Model& model) {
+  const CompositeParameters& p = static_cast<const CompositeModel&>(model).parameters();
+  std::string text = variances_text(p.variances);
+  text += fmt::format("  \"trust\": {{\"skill\": {}, \"sd_factor\": {}, \"sd_blocks\": {}, \"guard\": {}}},\n",
+                      exact_text(p.trust.skill), exact_text(p.trust.sd_factor), p.trust.sd_blocks,
+                      exact_text(p.trust.guard));
+  text += fmt::format("  \"beta\": {},\n", exact_text(p.beta)) + normalisation_text(p.normalisation);
+  append_rows(text, "centres", p.centres, p.centres.rows());
+  append_rows(text, "alpha", p.alpha, 4);
+  if (p.gram.size() > 0) {
+    text += "  \"gram\": [\n" + triangle_text(p.gram) + "],\n";
+    return text;
+  }
+  append_rows(text, "weight", p.weight, 4);
+  append_rows(text, "time_h", p.time_h, 8);
+  append_rows(text, "recording", Eigen::Map<const Eigen::VectorXi>(p.recording.data(), p.alpha.size()).cast<double>(),
+              40);
+  return text;
+}
+
+}  // namespace prism::compensation

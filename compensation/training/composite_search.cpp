@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/training/composite_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "compensation/training/quasi_newton.hpp"
+
+namespace prism::training {
+namespace {
+
+constexpr Eigen::Index kCoarseSamples = 320, kMiddleSamples = 500, kFineSamples = 1000;
+constexpr int kCoarseEvaluations = 60, kFineEvaluations = 40;
+constexpr double kStill = 1e-3;  // change of a weight that ends the re-weighting
+
+// Where searches begin: [s1², l², s2², s3², s4², tau, s_n²] (offsets: s5²). A smooth bias under white noise; a
+// polynomial one; a wiggly one; one that mostly drifts.
+std::vector<Eigen::VectorXd> starts(Eigen::Index inputs, bool offsets) {
+  struct Start {
+    double rbf, length2, linear, quadratic, nuisance, time_h, noise;
+  };
+  constexpr Start kStarts[] = {{-1, 0.7, -1, -2, -2, 0.7, -2},
+                               {-3, 2, -0.5, -1, -3, 2, -1.5},
+                               {-1, -1, -2, -4, -4, 1, -2},
+                               {-2, 1, -1, -3, -1, 1.5, -3}};
+  std::vector<Eigen::VectorXd> all;
+  for (const Start& s : kStarts) {
+    Eigen::VectorXd theta(inputs + (offsets ? 7 : 6));
+    theta[0] = s.rbf;
+    theta.segment(1, inputs).setConstant(s.length2);
+    theta.segment(1 + inputs, 5) << s.linear, s.quadratic, s.nuisance, s.time_h, s.noise;
+    if (offsets) theta[6 + inputs] = -3;
+    all.push_back(theta);
+  }
+  return all;
+}
+
+class Search {
+ public:
+  Search(const CompositeProgress& progress, const std::function<bool()>& stop) : progress_(progress), stop_(stop) {}
+
+  int evaluations() const { return evaluations_; }
+
+  QuasiNewtonResult descend(const CompositeSamples& samples, const Eigen::VectorXd& weight,
+                            const Eigen::VectorXd& start, int limit, const Eigen::MatrixXd& inverse_hessian = {}) {
+    const auto f = [&](const Eigen::VectorXd& theta, Eigen::VectorXd& gradient) {
+      constexpr double kImpossible = std::numeric_limits<double>::infinity();
+      constexpr double kFarthest = 25;  // e^±25: no data can tell such a parameter from 0 or infinity
+      if (!(theta.cwiseAbs().maxCoeff() < kFarthest)) return kImpossible;
+      const auto system = CompositeSystem::make(samples, theta, weight);
+      const double value = system ? system->objective(&gradient) : kImpossible;
+      best_ = std::min(best_, value);
+      if (progress_) progress_(++evaluations_, kExpected, best_);
+      return value;
+    };
+    QuasiNewtonSettings s;
+    s.max_evaluations = limit;
+    s.inverse_hessian = inverse_hessian;
+    s.f_tolerance = 1e-4;  // of a log likelihood: no model is told from another by less
+    s.g_tolerance = 1e-3;
+    return minimise_smooth(f, start, s, stop_);
+  }
+
+ private:
+  static constexpr int kExpected = 4 * 45 + 3 * 20;
+  const CompositeProgress& progress_;
+  const std::function<bool()>& stop_;
+  int evaluations_ = 0;
+  double best_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace
+
+std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most) {
+  const Eigen::Index step = (rows + most - 1) / most;
+  std::vector<Eigen::Index> part;
+  for (Eigen::Index i = 0; i < rows; i += step) part.push_back(i);
+  return part;
+}
+
+std::optional<ReweightReport> reweight(const CompositeSamples& samples, const Eigen::VectorXd& theta,
+                                       const ReweightSettings& settings, Eigen::VectorXd& weight) {
+  ReweightReport report;
+  report.converged = settings.weight.kind == WeightKind::kNone;
+  while (!report.converged && report.solves < settings.limit) {
+    const auto system = CompositeSystem::make(samples, theta, weight);
+    if (!system) return std::nullopt;
+    ++report.solves;
+    const Eigen::VectorXd residual = system->residual();
+    report.scale = robust_scale(residual, settings.scale);
+    // No weight of zero: H would not be finite.
+    const Eigen::VectorXd next = weights_of(residual, report.scale, settings.weight).cwiseMax(1e-7);
+    report.change.push_back((next - weight).cwiseAbs().maxCoeff());
+    weight =
+        report.solves > 20 ? Eigen::VectorXd((next + weight) / 2) : next;  // two states in turn end in their middle
+    report.converged = report.change.back() < kStill;
+  }
+  return report;
+}
+
+Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
+                                      const CompositeProgress& progress, const std::function<bool()>& stop) {
+  Search search(progress, stop);
+  const CompositeSamples coarse = samples.part(thinned(samples.y.size(), kCoarseSamples));
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(coarse.y.size());
+  QuasiNewtonResult best;
+  best.value = std::numeric_limits<double>::infinity();
+  for (const Eigen::VectorXd& start : starts(samples.x.rows(), samples.recordings > 1)) {
+    auto found = search.descend(coarse, weight, start, kCoarseEvaluations);
+    if (found.value < best.value) best = std::move(found);
+  }
+  if (!std::isfinite(best.value)) return refuse("composite kernel", "no start of the search has a finite likelihood");
+  double searched = static_cast<double>(coarse.y.size());
+  for (const Eigen::Index most : {kCoarseSamples, kMiddleSamples, kFineSamples}) {
+    const CompositeSamples part = samples.part(thinned(samples.y.size(), most));
+    weight = Eigen::VectorXd::Ones(part.y.size());
+    if (!reweight(part, best.x, settings, weight)) return refuse("composite kernel", "the search ended at no model");
+    const double now = static_cast<double>(part.y.size());
+    best = search.descend(part, weight, best.x, kFineEvaluations, best.inverse_hessian * (searched / now));
+    searched = now;
+    if (part.y.size() == samples.y.size()) break;
+  }
+  CompositeFit fit{best.x, Eigen::VectorXd::Ones(samples.y.size()), best.value, search.evaluations()};
+  return fit;
+}
+
+}  // namespace prism::training

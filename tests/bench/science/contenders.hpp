@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// The methods that the tables compare, trained and served as a person would get them.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "compensation/extrapolation.hpp"
+#include "compensation/training/trainer.hpp"
+
+namespace prism::science {
+
+struct Contender {
+  const char* name;
+  training::Method method;
+  training::Tuning tuning;
+  compensation::Extrapolation policy;
+};
+
+/// The composite kernel first, then its rivals.
+inline constexpr std::array<Contender, 4> kContenders = {{
+    {"composite", training::Method::kComposite, training::Tuning::kReml, compensation::Extrapolation::kPreset},
+    {"stepwise 2", training::Method::kStepwise, training::Tuning::kReml, compensation::Extrapolation::kPreset},
+    {"blocked", training::Method::kIrlssvm, training::Tuning::kBlocked, compensation::Extrapolation::kPreset},
+    {"REML", training::Method::kIrlssvm, training::Tuning::kReml, compensation::Extrapolation::kPreset},
+}};
+
+/// Ends the program where training refuses: a table with a hole in it would mislead.
+compensation::ModelPtr trained(const Contender& contender, const training::TrainingData& data);
+
+/// What a model says of every row.
+struct Served {
+  Eigen::VectorXd bias, sd, sd_mean;  ///< deg/h; sds are kUnknown where the kind has none
+  std::vector<bool> flagged;
+};
+Served serve(const compensation::Model& model, const training::TrainingData& data, compensation::Extrapolation policy);
+
+/// Share of the errors within 2 sd.
+double covered(const Eigen::VectorXd& error, const Eigen::VectorXd& sd);
+
+double mean(const std::vector<double>& values);
+
+}  // namespace prism::science

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// The tables of docs/science.md: simulated truths × profiles × methods, and the splits of a real recording.
+// usage: bench_science simulated FIRST-SEED COUNT | real RECORDING
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <cstring>
+
+#include "tests/bench/science/tables.hpp"
+
+int main(int argc, char** argv) {
+  using namespace prism::science;
+  if (argc == 4 && std::strcmp(argv[1], "simulated") == 0) {
+    const int count = std::atoi(argv[3]);
+    if (count > 0) return simulated(std::strtoull(argv[2], nullptr, 10), count);
+  }
+  if (argc == 3 && std::strcmp(argv[1], "real") == 0) return real(argv[2]);
+  fmt::print(stderr, "usage: bench_science simulated FIRST-SEED COUNT | real RECORDING\n");
+  return 64;
+}

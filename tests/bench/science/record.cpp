@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include "tests/bench/science/record.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include "compensation/averager.hpp"
+#include "compensation/conditioner.hpp"
+
+namespace prism::science {
+namespace {
+
+// Windows that end a block, in order of time.
+class Blocks {
+ public:
+  Blocks(compensation::FeatureDefinition features, std::vector<std::string> inputs)
+      : conditioner_(std::move(features)) {
+    data_.names = std::move(inputs);
+  }
+  /// True where this bucket ended a block.
+  bool push(const compensation::Bucket& bucket) {
+    const compensation::Window window = conditioner_.push(bucket);
+    const int length = conditioner_.definition().length_s;
+    if (window.state != compensation::WindowState::kReady || bucket.second < next_) return false;
+    next_ = bucket.second + length;
+    std::vector<double> row;
+    for (const std::string& name : data_.names) row.push_back(compensation::input_value(window, name));
+    inputs_.push_back(std::move(row));
+    target_.push_back(window.rate_deg_per_h);
+    time_s_.push_back(static_cast<double>(bucket.second));
+    return true;
+  }
+  training::TrainingData finish() {
+    const auto n = static_cast<Eigen::Index>(target_.size());
+    data_.inputs.resize(static_cast<Eigen::Index>(data_.names.size()), n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto& row = inputs_[static_cast<std::size_t>(i)];
+      data_.inputs.col(i) = Eigen::Map<const Eigen::VectorXd>(row.data(), data_.inputs.rows());
+    }
+    data_.target = Eigen::Map<const Eigen::VectorXd>(target_.data(), n);
+    data_.time_s = Eigen::Map<const Eigen::VectorXd>(time_s_.data(), n);
+    data_.runs.assign(target_.size(), 0);
+    return data_;
+  }
+
+ private:
+  compensation::Conditioner conditioner_;
+  training::TrainingData data_;
+  std::vector<std::vector<double>> inputs_;
+  std::vector<double> target_, time_s_;
+  std::int64_t next_ = 0;
+};
+
+}  // namespace
+
+Record simulate(const drivers::ChamberProfile& profile, const drivers::TruthSettings& truth, std::uint64_t seed) {
+  drivers::SimulatedGyro gyro(profile, seed, truth);
+  drivers::RandomSource noise(seed, 1);
+  Blocks blocks(compensation::FeatureDefinition{},
+                {compensation::kInputTemperature, compensation::kInputSlope, compensation::kInputUhfo});
+  Record record;
+  double bias = 0;
+  int seconds = 0;
+  const auto end = static_cast<std::int64_t>(profile.duration_s());
+  for (std::int64_t second = 0; second < end; ++second) {
+    const drivers::GyroTruth& now = gyro.step(1);
+    compensation::Bucket bucket;
+    bucket.second = second;
+    bucket.samples = 1;
+    bucket.rate_deg_per_h = now.bias_deg_per_h + drivers::kRateNoise_deg_per_h_sqrt_s * noise.normal();
+    bucket.temperature_degc = now.sensor_degc;
+    bucket.uhfo_v = now.uhfo_v;
+    bias += now.bias_deg_per_h;
+    ++seconds;
+    const bool whole = seconds >= 100;
+    if (!blocks.push(bucket)) continue;
+    if (whole) record.true_bias_deg_per_h.push_back(bias / seconds);
+    bias = 0;
+    seconds = 0;
+  }
+  record.data = blocks.finish();
+  record.true_bias_deg_per_h.resize(static_cast<std::size_t>(record.data.target.size()), kUnknown);
+  return record;
+}
+
+training::TrainingData rows(const training::TrainingData& data, Eigen::Index begin, Eigen::Index end) {
+  const Eigen::Index n = end - begin;
+  training::TrainingData part{
+      data.names, data.inputs.middleCols(begin, n), data.target.segment(begin, n), {}, data.time_s.segment(begin, n)};
+  part.runs.assign(static_cast<std::size_t>(n), 0);
+  return part;
+}
+
+Result<training::TrainingData> chamber_recording(const std::string& path, const std::string& axis, int window_s) {
+  std::ifstream in(path);
+  if (!in) return refuse(path, "cannot be read; expected the chamber recording beside the project");
+  std::string line, field;
+  std::getline(in, line);
+  std::getline(in, line);  // the first row is a start-up outlier
+  const std::size_t column = axis == "x" ? 2 : axis == "y" ? 3 : 4;
+  compensation::FeatureDefinition features;
+  features.length_s = window_s;
+  Blocks blocks(features, {compensation::kInputTemperature, compensation::kInputSlope});
+  compensation::Averager averager;
+  double before_s = 0;
+  while (std::getline(in, line)) {
+    std::istringstream row(line);
+    std::vector<double> values;
+    while (std::getline(row, field, ',')) values.push_back(std::strtod(field.c_str(), nullptr));
+    if (values.size() <= column) return refuse(path, "a row is too short: " + line);
+    Sample sample;
+    sample.time_ns = std::llround(values[0] * 1e9);
+    sample.interval_s = values[0] - before_s;
+    sample.rate_deg_per_h = values[column] * 3600;
+    sample.temperature_degc = values[1];
+    before_s = values[0];
+    if (const auto bucket = averager.push(sample)) blocks.push(*bucket);
+  }
+  if (const auto bucket = averager.finish()) blocks.push(*bucket);
+  return blocks.finish();
+}
+
+double improvement(const Eigen::VectorXd& before, const Eigen::VectorXd& after) {
+  return 1 - after.norm() / before.norm();
+}
+
+}  // namespace prism::science

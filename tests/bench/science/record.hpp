@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// Recordings for the tables of docs/science.md: simulated cycles and real ones, on the sample grid of training.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "compensation/result.hpp"
+#include "compensation/training/trainer.hpp"
+#include "drivers/simulated_gyro.hpp"
+
+namespace prism::science {
+
+/// One recording on the grid of training: a row per block.
+struct Record {
+  training::TrainingData data;
+  std::vector<double> true_bias_deg_per_h;  ///< block means of the truth; empty where nobody knows it
+};
+
+/// A cycle of `profile`: 1 s means of the gyro with white rate noise of 0.0064 deg/h in 100 s, 100 s blocks of
+/// (T, dT/dt, U).
+Record simulate(const drivers::ChamberProfile& profile, const drivers::TruthSettings& truth, std::uint64_t seed);
+
+/// Rows `begin` to `end` (one past the last).
+training::TrainingData rows(const training::TrainingData& data, Eigen::Index begin, Eigen::Index end);
+
+/// The chamber recording beside the project (../shared/data): axis "x", "y" or "z", deg/h; inputs T and dT/dt over
+/// windows of `window_s`, slopes between ends of 10 s, the first row dropped.
+Result<training::TrainingData> chamber_recording(const std::string& path, const std::string& axis, int window_s);
+
+/// 1 − rms(after)/rms(before).
+double improvement(const Eigen::VectorXd& before, const Eigen::VectorXd& after);
+
+}  // namespace prism::science

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// Truths × profiles × methods: each method trained on one paper cycle, judged on cycles that it did not see.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <ctime>
+#include <map>
+
+#include "tests/bench/science/contenders.hpp"
+#include "tests/bench/science/record.hpp"
+#include "tests/bench/science/tables.hpp"
+
+namespace prism::science {
+namespace {
+
+struct Truth {
+  const char* name;
+  drivers::TruthSettings settings;
+};
+
+std::vector<Truth> truths() {
+  drivers::TruthSettings hard = drivers::TruthSettings::hard(), smooth, hard_smooth = hard;
+  smooth.smooth = hard_smooth.smooth = true;
+  return {{"base", {}}, {"hard", hard}, {"smooth", smooth}, {"hard smooth", hard_smooth}};
+}
+
+std::vector<drivers::ChamberProfile> profiles() {
+  return {drivers::paper_profile(),  drivers::second_profile(), drivers::third_profile(),
+          drivers::beyond_profile(), drivers::fast_profile(),   drivers::steady_profile()};
+}
+
+/// One truth on one profile; a number for each seed.
+struct Cell {
+  std::map<std::string, std::vector<double>> improvement;       // by method
+  std::vector<double> covered, truth_covered, flagged, caught;  // of the composite kernel
+};
+
+Eigen::VectorXd centred(const Eigen::VectorXd& v) { return v.array() - v.mean(); }
+
+// Large: beyond three times the standard deviation that the repeat of the profile left.
+void judge_guard(const Eigen::VectorXd& error, const Served& served, double repeat_sd, Cell& cell) {
+  double flags = 0, large = 0, caught = 0;
+  for (Eigen::Index k = 0; k < error.size(); ++k) {
+    const bool flag = served.flagged[static_cast<std::size_t>(k)], far = std::abs(error[k]) > 3 * repeat_sd;
+    flags += flag;
+    large += far;
+    caught += flag && far;
+  }
+  cell.flagged.push_back(flags / static_cast<double>(error.size()));
+  if (large > 0) cell.caught.push_back(caught / large);
+}
+
+void judge(const Contender& contender, const compensation::Model& model, const Record& test, double& repeat_sd,
+           Cell& cell) {
+  const Served served = serve(model, test.data, contender.policy);
+  const Eigen::VectorXd error = test.data.target - served.bias;
+  cell.improvement[contender.name].push_back(improvement(centred(test.data.target), centred(error)));
+  if (contender.method != training::Method::kComposite) return;
+  if (std::isnan(repeat_sd)) repeat_sd = std::sqrt(centred(error).squaredNorm() / static_cast<double>(error.size()));
+  cell.covered.push_back(covered(error, served.sd_mean));
+  const Eigen::Index rest = error.size() - 1;  // the first block has no whole truth
+  const Eigen::VectorXd off =
+      Eigen::Map<const Eigen::VectorXd>(test.true_bias_deg_per_h.data(), error.size()) - served.bias;
+  cell.truth_covered.push_back(covered(off.tail(rest), served.sd.tail(rest)));
+  judge_guard(error, served, repeat_sd, cell);
+}
+
+// The mean paired difference to the rival with the best mean, and its 95 % interval by Student's t.
+std::string against_best(const Cell& cell) {
+  const auto& ours = cell.improvement.at(kContenders.front().name);
+  const auto best = std::max_element(kContenders.begin() + 1, kContenders.end(), [&](const auto& a, const auto& b) {
+    return mean(cell.improvement.at(a.name)) < mean(cell.improvement.at(b.name));
+  });
+  std::vector<double> difference = cell.improvement.at(best->name);
+  std::transform(ours.begin(), ours.end(), difference.begin(), difference.begin(), std::minus<>());
+  const double centre = mean(difference), n = static_cast<double>(difference.size());
+  if (n < 2) return fmt::format("{:+.1f} to {}", 100 * centre, best->name);
+  double squares = 0;
+  for (const double d : difference) squares += (d - centre) * (d - centre);
+  const double quantile = boost::math::quantile(boost::math::students_t(n - 1), 0.975);
+  return fmt::format("{:+.1f} ± {:.1f} to {}", 100 * centre, 100 * quantile * std::sqrt(squares / (n - 1) / n),
+                     best->name);
+}
+
+void print_row(const char* truth, const std::string& profile, const Cell& cell) {
+  const auto& ours = cell.improvement.at(kContenders.front().name);
+  fmt::print("| {} | {} | {:.1f} ({:.1f}) |", truth, profile, 100 * mean(ours),
+             100 * *std::min_element(ours.begin(), ours.end()));
+  for (std::size_t i = 1; i < kContenders.size(); ++i)
+    fmt::print(" {:.1f} |", 100 * mean(cell.improvement.at(kContenders[i].name)));
+  fmt::print(" {} | {:.1f} | {:.1f} | {:.1f} | {:.0f} |\n", against_best(cell), 100 * mean(cell.covered),
+             100 * mean(cell.truth_covered), 100 * mean(cell.flagged), 100 * mean(cell.caught));
+}
+
+}  // namespace
+
+int simulated(std::uint64_t first_seed, int count) {
+  fmt::print("| truth | profile | composite (worst) |");
+  for (std::size_t i = 1; i < kContenders.size(); ++i) fmt::print(" {} |", kContenders[i].name);
+  fmt::print(
+      " against the best | within 2 sd_mean, % | truth within 2 sd, % | flagged, % | large errors flagged, % |\n");
+  fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+  for (const Truth& truth : truths()) {
+    std::vector<Cell> cells(profiles().size());
+    std::clock_t training = 0;
+    for (int s = 0; s < count; ++s) {
+      // Another gyro for each seed, and another day of it for each profile.
+      std::uint64_t seed = first_seed + 10 * static_cast<std::uint64_t>(s);
+      const Record cycle = simulate(drivers::paper_profile(), truth.settings, seed);
+      std::vector<Record> tests;
+      for (const drivers::ChamberProfile& profile : profiles())
+        tests.push_back(simulate(profile, truth.settings, ++seed));
+      for (const Contender& contender : kContenders) {
+        const std::clock_t begin = std::clock();
+        const compensation::ModelPtr model = trained(contender, cycle.data);
+        if (contender.method == training::Method::kComposite) training += std::clock() - begin;
+        double repeat_sd = kUnknown;
+        for (std::size_t i = 0; i < tests.size(); ++i) judge(contender, *model, tests[i], repeat_sd, cells[i]);
+      }
+    }
+    for (std::size_t i = 0; i < cells.size(); ++i) print_row(truth.name, profiles()[i].name, cells[i]);
+    fmt::print("<!-- {}: training {:.1f} s of CPU each -->\n", truth.name,
+               static_cast<double>(training) / CLOCKS_PER_SEC / count);
+    std::fflush(stdout);
+  }
+  return 0;
+}
+
+}  // namespace prism::science

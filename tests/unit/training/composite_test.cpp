@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+// The composite kernel against the reference beside the project, and against itself by finite differences.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <random>
+
+#include "compensation/extrapolation.hpp"
+#include "compensation/model_text.hpp"
+#include "compensation/training/composite_search.hpp"
+#include "compensation/training/composite_sparse.hpp"
+#include "compensation/training/nuisance_filter.hpp"
+#include "compensation/training/trainer.hpp"
+#include "tests/unit/training/golden.hpp"
+
+namespace prism::training {
+namespace {
+
+/// gyro924 as the reference normalises it: mean and sd with divisor N.
+struct Reference {
+  nlohmann::json golden = nlohmann::json::parse(test::read_file(test::shared_dir() / "science/golden.json"));
+  test::Columns train = test::read_columns(test::shared_dir() / "golden/gyro924/train.csv");
+  test::Columns test_rows = test::read_columns(test::shared_dir() / "golden/gyro924/test.csv");
+  CompositeSamples samples;
+  Eigen::MatrixXd x_test;
+  double y_mean = 0, y_sd = 1;
+
+  Reference() {
+    const auto n = static_cast<Eigen::Index>(train["y"].size());
+    samples.x.resize(3, n);
+    x_test.resize(3, 40);
+    const char* const names[] = {"T", "R", "U"};
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const Eigen::VectorXd column = test::vector_of(train[names[i]]);
+      const double mean = column.mean(), sd = std::sqrt((column.array() - mean).square().mean());
+      samples.x.row(i) = (column.array() - mean).transpose() / sd;
+      x_test.row(i) = (test::vector_of(test_rows[names[i]]).head(40).array() - mean).transpose() / sd;
+    }
+    const Eigen::VectorXd y = test::vector_of(train["y"]);
+    y_mean = y.mean();
+    y_sd = std::sqrt((y.array() - y_mean).square().mean());
+    samples.y = (y.array() - y_mean) / y_sd;
+    samples.time_h = test::vector_of(train["time_s"]) / 3600;
+    samples.recording.assign(static_cast<std::size_t>(n), 0);
+  }
+
+  Eigen::VectorXd weight(const std::string& name) {
+    Eigen::VectorXd v = Eigen::VectorXd::Ones(samples.y.size());
+    if (name != "weighted") return v;
+    const auto rows = golden["low_weight_rows"].get<std::vector<int>>();
+    for (Eigen::Index i = 0; i < v.size(); ++i) {
+      if (std::count(rows.begin(), rows.end(), static_cast<int>(train["i"][static_cast<std::size_t>(i)]))) v[i] = 0.1;
+    }
+    return v;
+  }
+};
+
+class CompositeGolden : public testing::TestWithParam<const char*> {};
+
+TEST_P(CompositeGolden, EqualsTheReference) {
+  PRISM_NEEDS_SHARED("science/golden.json");
+  Reference r;
+  const auto& expected = r.golden["cases"][GetParam()];
+  const auto values = [&](const char* key) { return test::vector_of(expected[key].get<std::vector<double>>()); };
+  const auto system = CompositeSystem::make(r.samples, values("theta"), r.weight(GetParam()));
+  ASSERT_TRUE(system);
+  Eigen::VectorXd gradient, variance;
+  EXPECT_LT(test::relative(system->objective(&gradient), expected["objective"]), 1e-8);
+  EXPECT_LT(test::relative(gradient, values("gradient")), 1e-7);
+  EXPECT_LT(test::relative(system->beta(), expected["beta"]), 1e-8);
+  const Eigen::VectorXd mean = system->predict(r.x_test, &variance);
+  EXPECT_LT(test::relative((mean.array() * r.y_sd + r.y_mean).matrix(), values("mean")), 1e-8);
+  EXPECT_LT(test::relative(variance * r.y_sd * r.y_sd, values("model_variance")), 1e-8);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, CompositeGolden, testing::Values("start", "optimum", "weighted"));
+
+TEST(CompositeSearch, EndsBelowThePointWhereTheReferenceStopped) {
+  PRISM_NEEDS_SHARED("science/golden.json");
+  Reference r;
+  const auto fit = search_composite(r.samples, {}, {}, [] { return false; });
+  ASSERT_TRUE(fit) << fit.error().text();
+  EXPECT_LT(fit->objective, r.golden["cases"]["optimum"]["objective"].get<double>());
+  EXPECT_LT(fit->evaluations, 250);
+}
+
+/// y = truth(T, U) + drift in time + noise, with some outliers; hours apart as a chamber's cycle is.
+struct Drift {
+  TrainingData data;
+  std::mt19937_64 random{11};
+  std::normal_distribution<double> normal;
+
+  static double truth(double t, double u) { return 0.3 + 0.02 * std::tanh(t / 20) + 0.05 * (u - 5.5); }
+
+  explicit Drift(Eigen::Index n, double drift = 0, double outliers = 0) {
+    data.names = {"T", "U"};
+    data.inputs.resize(2, n);
+    data.target.resize(n);
+    data.time_s.resize(n);
+    double walk = 0;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double at = static_cast<double>(i) / static_cast<double>(n), t = 60 * std::sin(20 * at),
+                   u = 5.5 + 0.1 * std::cos(12.4 * at);
+      walk = 0.98 * walk + 0.2 * drift * normal(random);
+      data.inputs.col(i) << t, u;
+      data.time_s[i] = 92400 * at;
+      data.target[i] = truth(t, u) + walk + 0.001 * normal(random) + (i % 31 == 7 ? outliers : 0);
+    }
+    data.runs.assign(static_cast<std::size_t>(n), 0);
+  }
+};
+
+Result<TrainedModel> trained(const TrainingData& data) {
+  TrainingSettings settings;
+  settings.method = Method::kComposite;
+  settings.reweight.weight.kind = WeightKind::kMyriad;
+  return train(data, {}, settings);
+}
+
+// Errors over a grid within the data, as served, in deg/h: rms, and the share within 2 sd.
+std::pair<double, double> judged(const compensation::Model& model) {
+  double squares = 0, covered = 0, count = 0;
+  for (double t = -50; t <= 50; t += 5) {
+    for (double u = 5.45; u < 5.56; u += 0.02, ++count) {
+      const auto p = compensation::predict_within(model, std::vector{t, u}, compensation::Extrapolation::kPreset);
+      const double error = p.bias_deg_per_h - Drift::truth(t, u);
+      squares += error * error;
+      covered += std::fabs(error) < 2 * p.sd_deg_per_h;
+    }
+  }
+  return {std::sqrt(squares / count), covered / count};
+}
+
+TEST(CompositeTrainer, FindsTheTruthThroughOutliersAndKnowsHowWell) {
+  const auto model = trained(Drift(400, 0, 0.2).data);
+  ASSERT_TRUE(model) << model.error().text();
+  const auto [rms, covered] = judged(*model->model);
+  EXPECT_LT(rms, 0.001);
+  EXPECT_GT(covered, 0.9);
+  EXPECT_LT(model->samples.weight[7], 0.01);
+}
+
+// What drifts in time is not called structure: the sd counts it, and sd_mean the noise as well.
+TEST(CompositeTrainer, CountsTheDriftInItsStandardDeviation) {
+  const auto still = trained(Drift(400).data), drifting = trained(Drift(400, 0.005).data);
+  ASSERT_TRUE(still && drifting);
+  const std::vector<double> at = {10, 5.5};
+  const auto a = still->model->predict(at), b = drifting->model->predict(at);
+  EXPECT_GT(b.sd_deg_per_h, 3 * a.sd_deg_per_h);
+  EXPECT_GT(judged(*drifting->model).second, 0.9);
+  EXPECT_NEAR(std::hypot(a.sd_deg_per_h, 0.001), a.sd_mean_deg_per_h, 2e-4);
+}
+
+// A bias that goes with T in one half of the record and against it in the other is not believed: the mean is served.
+TEST(CompositeTrainer, ARecordThatContradictsItselfIsNotBelieved) {
+  Drift drift(400);
+  for (Eigen::Index i = 200; i < 400; ++i) drift.data.target[i] = 0.6 - drift.data.target[i];
+  const auto model = trained(drift.data);
+  ASSERT_TRUE(model);
+  const auto& m = static_cast<const compensation::CompositeModel&>(*model->model);
+  EXPECT_LE(m.parameters().trust.skill, 0);
+  const auto p = compensation::predict_within(m, std::vector{40.0, 5.5}, compensation::Extrapolation::kPreset);
+  EXPECT_DOUBLE_EQ(p.bias_deg_per_h, drift.data.target.mean());
+}
+
+TEST(CompositeTrainer, ItsFileGivesTheSameModelBack) {
+  const auto model = trained(Drift(120, 0.002, 0.1).data);
+  ASSERT_TRUE(model);
+  const auto read = compensation::parse_model(compensation::format_model(*model->model), "m.json");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ((*read)->info().id, model->model->info().id);
+  for (const double t : {-70.0, 0.0, 33.0}) {
+    const auto a = model->model->predict(std::vector{t, 5.52}), b = (*read)->predict(std::vector{t, 5.52});
+    EXPECT_EQ(a.bias_deg_per_h, b.bias_deg_per_h);
+    EXPECT_EQ(a.sd_deg_per_h, b.sd_deg_per_h);
+  }
+}
+
+// Over centres and by the filter, against one centre a sample: the same model to well below its own sd.
+TEST(CompositeTrainer, LongRecordsBecomeSparseModelsThatPredictAlike) {
+  const Drift drift(6000, 0.002, 0.1);
+  const auto sparse = trained(drift.data);
+  ASSERT_TRUE(sparse) << sparse.error().text();
+  EXPECT_LT(sparse->centres, 400);
+  const auto [rms, covered] = judged(*sparse->model);
+  EXPECT_LT(rms, 0.002);
+  EXPECT_GT(covered, 0.9);
+  const auto read = compensation::parse_model(compensation::format_model(*sparse->model), "m.json");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ((*read)->predict(std::vector{1.0, 5.5}).sd_deg_per_h,
+            sparse->model->predict(std::vector{1.0, 5.5}).sd_deg_per_h);
+}
+
+TEST(SparseComposite, EqualsTheDenseSystemWhereTheCentresAreMany) {
+  const Drift drift(300, 0.002);
+  const auto data = normalise(drift.data.inputs, drift.data.target, Scaling::kZscore, drift.data.names);
+  const CompositeSamples samples{data->x, data->y, drift.data.time_s / 3600, std::vector<int>(300, 0), 1};
+  Eigen::VectorXd theta(8);
+  theta << -1, 0.3, 0.7, -1, -2, -3, 0.5, -3;
+  const Eigen::VectorXd weight = Eigen::VectorXd::Ones(300);
+  const auto dense = CompositeSystem::make(samples, theta, weight);
+  const auto sparse = fit_sparse_composite(samples, theta, {}, 300);
+  ASSERT_TRUE(dense && sparse);
+  EXPECT_LT(sparse->centres.size(), 200u);
+  compensation::CompositeCentres centres(compensation::CompositeKernel(composite_variances(theta, 2).kernel),
+                                         samples.x(Eigen::all, sparse->centres));
+  centres.weigh(sparse->alpha);
+  const Eigen::MatrixXd some = samples.x.leftCols(50);
+  const Eigen::VectorXd expected = dense->predict(some);
+  for (Eigen::Index i = 0; i < 50; ++i) EXPECT_NEAR(centres.sum(some.col(i)) + sparse->beta, expected[i], 2e-3);
+}
+
+// The filter against the matrix that it stands for, two recordings with an offset each.
+TEST(NuisanceFilter, IsTheInverseOfTheNuisanceMatrix) {
+  compensation::CompositeVariances v;
+  v.nuisance = 0.7, v.nuisance_time_h = 0.4, v.offset = 0.3, v.noise = 0.2;
+  Eigen::VectorXd time_h(40), weight(40), y(40);
+  std::vector<int> recording;
+  for (Eigen::Index i = 0; i < 40; ++i) {
+    time_h[i] = 0.05 * static_cast<double>(i % 25) * (1 + 0.01 * static_cast<double>(i));
+    weight[i] = 0.5 + 0.1 * static_cast<double>(i % 7);
+    y[i] = std::sin(3.0 * static_cast<double>(i));
+    recording.push_back(i < 25 ? 0 : 1);
+  }
+  Eigen::MatrixXd h = compensation::nuisance_matrix(v, time_h, recording);
+  h.diagonal().array() += v.noise / weight.array() + compensation::kCompositeJitter;
+  const NuisanceFilter filter(v, time_h, recording, weight);
+  const Eigen::VectorXd expected = h.ldlt().solve(y);
+  EXPECT_LT((filter.solve(y) - expected).cwiseAbs().maxCoeff(), 1e-12);
+  NuisanceFilter::Carry carry(1);
+  Eigen::MatrixXd first = y.head(17).transpose(), second = y.tail(23).transpose();
+  filter.whiten(first, 0, carry);
+  filter.whiten(second, 17, carry);
+  EXPECT_NEAR(first.squaredNorm() + second.squaredNorm(), y.dot(expected), 1e-11);
+}
+
+}  // namespace
+}  // namespace prism::training
