@@ -61,6 +61,12 @@ std::uint64_t SegmentIndex::rows(const std::string& file) const {
   return found == entries_.end() ? 0 : found->second.rows;
 }
 
+std::vector<std::string> SegmentIndex::files() const {
+  std::vector<std::string> files;
+  for (const auto& [number, entry] : entries_) files.push_back(entry.file);
+  return files;
+}
+
 void SegmentIndex::made(const std::string& file) {
   put({{"made", next_}, {"file", file}});
   take_number(next_, file, 0);

@@ -33,6 +33,8 @@ class SegmentIndex {
   void deleted(const std::string& file, std::uint64_t rows);
   /// Rows that ended() said; 0: it did not.
   std::uint64_t rows(const std::string& file) const;
+  /// Those that were made and not deleted, in this order.
+  std::vector<std::string> files() const;
 
   const std::string& id() const { return id_; }
 

@@ -188,6 +188,22 @@ TEST_F(LogFolderTest, DamageWithinIsRefusedByItsLine) {
   EXPECT_THAT(refusal(), HasSubstr(".csv:8: found 1 columns, expected 18"));
 }
 
+TEST_F(LogFolderTest, WhoLooksForFaultsGetsWhatCanBeRead) {
+  write("gyro1-20261121T120000Z.csv",
+        head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2) + "x\n" + rows_of(kNoon + 2, 2));
+  write("table.csv", "a,b\n1,2\n");
+  const auto salvaged = LogFolder::salvage(log);
+  ASSERT_EQ(salvaged.segments.size(), 1u);
+  EXPECT_THAT(ends_of(join_rows(salvaged)), ElementsAre(0, 1, 2, 3));
+  ASSERT_EQ(salvaged.segments[0].damaged.size(), 1u);
+  EXPECT_EQ(salvaged.segments[0].damaged[0].line, 8u);
+  EXPECT_EQ(salvaged.segments[0].damaged[0].why, "found 1 columns, expected 18");
+  EXPECT_EQ(salvaged.segments[0].rows[2].number, 4u)
+      << "the damaged row counts: an end or a superseding segment names it";
+  ASSERT_EQ(salvaged.refused.size(), 1u);
+  EXPECT_EQ(salvaged.refused[0].path, log + "/table.csv");
+}
+
 TEST_F(LogFolderTest, AChangedSegmentIsToldAndTaken) {
   const std::string text = head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3);
   std::string changed = text + end(text, 3);

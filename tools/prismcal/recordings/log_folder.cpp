@@ -42,22 +42,6 @@ std::string contents_of(const fs::path& folder) {
 // "NAME-20261121T091100Z-10.csv" after "…Z-2.csv".
 auto by_name(const LogSegment& segment) { return std::tuple(segment.file.size(), segment.file); }
 
-Result<void> one_source(const std::vector<LogSegment>& segments, const std::string& path) {
-  for (const char* key : {"instance", "gyro_serial"}) {
-    const LogSegment* first = nullptr;
-    for (const LogSegment& segment : segments) {
-      const std::string value = segment.value(key);
-      if (value.empty() || value == "unknown") continue;
-      if (first != nullptr && first->value(key) != value) {
-        return refuse(path, fmt::format("found logs of {} \"{}\" ({}) and \"{}\" ({}), expected one", key,
-                                        first->value(key), first->file, value, segment.file));
-      }
-      first = first != nullptr ? first : &segment;
-    }
-  }
-  return {};
-}
-
 /// Takes the rows of one segment after the other.
 class Joiner {
  public:
@@ -80,12 +64,14 @@ class Joiner {
     left_out.torn_bytes += segment.end == SegmentEnd::kTorn ? segment.torn_bytes : 0;
     if (segment.end == SegmentEnd::kChanged) left_out.changed.push_back(segment.file);
     const auto superseded = superseded_from_.find(segment.file);
-    const std::size_t good =
-        superseded == superseded_from_.end() ? segment.rows.size() : static_cast<std::size_t>(superseded->second - 1);
-    left_out.superseded += segment.rows.size() - std::min(good, segment.rows.size());
-    for (std::size_t i = 0; i < std::min(good, segment.rows.size()); ++i) take(segment, segment.rows[i]);
-    for (std::size_t i = good; i < segment.rows.size(); ++i)
-      left_out.rows.push_back({segment.path, segment.rows[i].line, "stands again in a later segment"});
+    for (const LogRow& row : segment.rows) {
+      if (superseded == superseded_from_.end() || row.number < superseded->second) {
+        take(segment, row);
+        continue;
+      }
+      ++left_out.superseded;
+      left_out.rows.push_back({segment.path, row.line, kStandsAgain});
+    }
   }
 
   LogRows result() && {
@@ -103,20 +89,41 @@ class Joiner {
       const auto [last, fresh] = last_second_.try_emplace(segment.session, second);
       if (!fresh && second <= last->second) {
         ++joined_.left_out.doubled;
-        joined_.left_out.rows.push_back({segment.path, row.line, "stood before in its session"});
+        joined_.left_out.rows.push_back({segment.path, row.line,
+                                         stood_before(segment.session, second)
+                                             ? "its second stood before in its session"
+                                             : fmt::format("goes back by {} s in its session", last->second - second)});
         return;
       }
       last->second = second;
     }
     session_ = segment.session;
-    if (!goes_on) joined_.sessions.push_back(rows.size());
+    if (!goes_on) {
+      joined_.sessions.push_back(rows.size());
+      runs_[segment.session].push_back(rows.size());
+    }
     const bool twice = segment.session.empty() && !another && !rows.empty() && second == rows.back().bucket.second;
     if (twice) rows.back().bucket.partial = true;
     rows.push_back(row);
     if (twice) rows.back().bucket.partial = true;
   }
 
+  // Seconds only go forward within what stands between two beginnings.
+  bool stood_before(const std::string& session, std::int64_t second) const {
+    const auto& rows = joined_.rows;
+    const auto& begins = joined_.sessions;
+    const auto before = [](const LogRow& row, std::int64_t wanted) { return row.bucket.second < wanted; };
+    const auto& runs = runs_.at(session);
+    return std::any_of(runs.begin(), runs.end(), [&](std::size_t begin) {
+      const auto next = std::upper_bound(begins.begin(), begins.end(), begin);
+      const auto end = next == begins.end() ? rows.end() : rows.begin() + static_cast<std::ptrdiff_t>(*next);
+      const auto found = std::lower_bound(rows.begin() + static_cast<std::ptrdiff_t>(begin), end, second, before);
+      return found != end && found->bucket.second == second;
+    });
+  }
+
   LogRows joined_;
+  std::map<std::string, std::vector<std::size_t>> runs_;  // where each session's rows begin, in parts
   std::optional<std::string> session_;
   std::map<std::string, std::int64_t> last_second_;
   std::map<std::string, std::uint64_t> superseded_from_;
@@ -126,17 +133,46 @@ class Joiner {
 }  // namespace
 
 Result<LogFolder> LogFolder::read(const std::string& path, const std::string& column) {
+  LogFolder folder = salvage(path, column);
+  if (!folder.refused.empty()) return tl::unexpected<Error>(folder.refused.front().error);
+  if (folder.segments.empty()) return refuse(path, contents_of(path));
+  for (const LogSegment& segment : folder.segments) {
+    if (segment.damaged.empty()) continue;
+    const LeftOutRow& row = segment.damaged.front();
+    return refuse(fmt::format("{}:{}", row.path, row.line), row.why);
+  }
+  if (auto one = folder.of_one_gyro(path); !one) return tl::unexpected<Error>(one.error());
+  return folder;
+}
+
+Result<void> LogFolder::of_one_gyro(const std::string& path) const {
+  for (const char* key : {"instance", "gyro_serial"}) {
+    const LogSegment* first = nullptr;
+    for (const LogSegment& segment : segments) {
+      const std::string value = segment.value(key);
+      if (value.empty() || value == "unknown") continue;
+      if (first != nullptr && first->value(key) != value) {
+        return refuse(path, fmt::format("found logs of {} \"{}\" ({}) and \"{}\" ({}), expected one", key,
+                                        first->value(key), first->file, value, segment.file));
+      }
+      first = first != nullptr ? first : &segment;
+    }
+  }
+  return {};
+}
+
+LogFolder LogFolder::salvage(const std::string& path, const std::string& column) {
   LogFolder folder;
   std::error_code error;
   const bool is_folder = fs::is_directory(path, error);
-  const auto paths = is_folder ? files_of(path, ".csv") : std::vector{path};
-  if (paths.empty()) return refuse(path, contents_of(path));
-  for (const std::string& file : paths) {
+  for (const std::string& file : is_folder ? files_of(path, ".csv") : std::vector{path}) {
     auto segment = read_log_segment(file, column);
-    if (!segment) return tl::unexpected<Error>(segment.error());
-    folder.segments.push_back(std::move(*segment));
+    if (segment) {
+      folder.segments.push_back(std::move(*segment));
+    } else {
+      folder.refused.push_back({file, std::move(segment.error())});
+    }
   }
-  if (auto one = one_source(folder.segments, path); !one) return tl::unexpected<Error>(one.error());
   std::map<std::string, std::uint64_t> numbers;
   for (const std::string& file : is_folder ? files_of(path, ".csv.index") : std::vector<std::string>()) {
     pipeline::SegmentIndex index(file);
@@ -146,9 +182,15 @@ Result<LogFolder> LogFolder::read(const std::string& path, const std::string& co
       if (const std::uint64_t number = index.number(segment.file); number > 0) numbers[segment.file] = number;
     }
   }
+  std::map<std::string, std::uint64_t> numbers_by_sum;  // a copy stands behind what it is one of
+  for (const LogSegment& segment : folder.segments) {
+    if (const auto number = numbers.find(segment.file); number != numbers.end())
+      numbers_by_sum[segment.sha256] = number->second;
+  }
   const auto age = [&](const LogSegment& segment) {
-    const auto number = numbers.find(segment.file);
-    return std::tuple(number == numbers.end() ? 0 : number->second, segment.format, segment.session,
+    const auto number = numbers_by_sum.find(segment.sha256);
+    return std::tuple(number == numbers_by_sum.end() ? 0 : number->second, !numbers.contains(segment.file),
+                      segment.format, segment.session,
                       segment.rows.empty() ? INT64_MIN : segment.rows.front().bucket.second, by_name(segment));
   };
   std::sort(folder.segments.begin(), folder.segments.end(),

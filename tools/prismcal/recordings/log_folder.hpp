@@ -16,22 +16,28 @@ namespace prism::recordings {
 struct LogFolder {
   std::vector<LogSegment> segments;
   std::vector<std::string> indexes;  ///< files of the index that were read
+  struct RefusedFile {
+    std::string path;
+    Error error;
+  };
+  std::vector<RefusedFile> refused;  ///< files that read_log_segment refuses
 
-  /// Refused: what read_log_segment refuses, a folder without a .csv file, the logs of two instances or of two gyros.
+  /// Refused: what read_log_segment refuses, damaged rows within, a folder without a .csv file, the logs of two
+  /// instances or of two gyros.
   static Result<LogFolder> read(const std::string& path, const std::string& column = {});
+  /// What can be read, for those who look for faults.
+  static LogFolder salvage(const std::string& path, const std::string& column = {});
+  /// Refused: its segments are of two instances or of two gyros.
+  Result<void> of_one_gyro(const std::string& path) const;
 };
 
-/// A row that does not count, or a whole file of them (line 0).
-struct LeftOutRow {
-  std::string path;
-  std::size_t line = 0;
-  std::string why;
-};
+/// Why a superseded row is left out.
+inline constexpr const char* kStandsAgain = "stands again in a later segment";
 
 /// What the readers of a log leave out of it.
 struct LeftOut {
   std::vector<LeftOutRow> rows;  ///< doubled and superseded ones, and copies
-  std::uint64_t doubled = 0;     ///< rows of a second that stood before, in the same session
+  std::uint64_t doubled = 0;     ///< rows of a second that stood before, in the same session, or that go back in it
   std::uint64_t superseded = 0;  ///< rows that stand again in a later segment, after a disk could not be trusted
   std::uint64_t cut = 0;         ///< seconds that a session's end or beginning cut: their rows stay, marked partial
   std::size_t copies = 0;        ///< files that are the same as another one

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/recordings/log_segment.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -17,6 +14,7 @@
 #include "compensation/sha256.hpp"
 #include "config/text_file.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
+#include "tools/prismcal/recordings/file_lock.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -50,14 +48,6 @@ class Lines {
   std::string_view text_, line_;
   std::size_t at_ = 0, begin_ = 0, number_ = 0;
 };
-
-bool is_locked(const std::string& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return false;
-  const bool locked = ::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  ::close(file);
-  return locked;
-}
 
 int format_of(std::string_view line) {
   const std::size_t at = line.find(kFormatMark);
@@ -94,11 +84,12 @@ class RowReader {
   RowReader(LogSegment& segment, compensation::CsvLayout layout, std::optional<std::size_t> column)
       : segment_(segment), layout_(std::move(layout)), column_(column) {}
 
-  Result<void> take(std::string_view line, std::size_t number) {
-    const std::string place = fmt::format("{}:{}", segment_.path, number);
+  Result<void> take(std::string_view line, std::size_t line_number) {
+    ++rows_;
+    const std::string place = fmt::format("{}:{}", segment_.path, line_number);
     const auto row = compensation::parse_csv(line, place, layout_);
     if (!row) return tl::unexpected<Error>(row.error());
-    LogRow taken{row->window.bucket, kUnknown, number};
+    LogRow taken{row->window.bucket, kUnknown, line_number, rows_};
     if (column_) {
       const std::string_view field = csv_field(line, ',', *column_).value_or("");
       const auto value = field.empty() ? std::optional(kUnknown) : csv_number(field);
@@ -109,10 +100,13 @@ class RowReader {
     return {};
   }
 
+  std::size_t rows() const { return rows_; }  ///< damaged ones, too
+
  private:
   LogSegment& segment_;
   compensation::CsvLayout layout_;
   std::optional<std::size_t> column_;
+  std::size_t rows_ = 0;
 };
 
 // False: the text ends before the columns.
@@ -175,32 +169,56 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
   if (!read_metadata(lines, segment) && (text->starts_with(kFirstWords) || kFirstWords.starts_with(*text))) {
     segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTorn;
     segment.torn_bytes = text->size();
+    segment.torn_line = 1;
     return segment;
   }
   auto rows = read_columns(lines, segment, column);
   if (!rows) return tl::unexpected<Error>(rows.error());
-  std::size_t good = lines.behind();
+  std::size_t good = lines.behind(), good_lines = lines.number();
   std::optional<std::string> end;
-  std::optional<Error> damage;
+  std::vector<LeftOutRow> torn;  // unless a row or the end stands behind them: no power cut does that
   while (!end && lines.next()) {
     if (lines.line().starts_with(kEndMark)) {
-      end = fmt::format("rows {}, sha256 {}", segment.rows.size(), sha256_hex(text->substr(0, lines.begin())));
+      end = fmt::format("rows {}, sha256 {}", rows->rows(), sha256_hex(text->substr(0, lines.begin())));
       segment.end = lines.line().substr(kEndMark.size()) == *end ? SegmentEnd::kWhole : SegmentEnd::kChanged;
     } else if (!lines.line().empty() && lines.line().front() != '#') {
       if (auto taken = rows->take(lines.line(), lines.number()); !taken) {
-        if (!damage) damage = taken.error();
+        torn.push_back({path, lines.number(), taken.error().what});
         continue;
       }
-      if (damage) return tl::unexpected<Error>(*damage);  // rows stand behind it: no power cut does that
+    } else if (!torn.empty()) {
+      continue;
     }
-    good = damage ? good : lines.behind();
+    segment.damaged.insert(segment.damaged.end(), torn.begin(), torn.end());
+    torn.clear();
+    good = lines.behind();
+    good_lines = lines.number();
   }
-  if (end && (damage || lines.behind() < text->size())) segment.end = SegmentEnd::kChanged;
-  if (end && damage) return tl::unexpected<Error>(*damage);
+  if (end && (!segment.damaged.empty() || lines.behind() < text->size())) segment.end = SegmentEnd::kChanged;
   segment.torn_bytes = text->size() - good;
+  segment.torn_line = segment.torn_bytes > 0 ? good_lines + 1 : 0;
   if (!end && (segment.format > 1 || segment.torn_bytes > 0))
     segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTorn;
   return segment;
+}
+
+Result<std::string> rewritten(const LogSegment& segment, const std::vector<std::size_t>& kept,
+                              const std::string& remark) {
+  const auto text = config::read_text_file(segment.path);
+  if (!text) return tl::unexpected<Error>(text.error());
+  std::string copy;
+  Lines lines(*text);
+  for (bool columns = false; lines.next();) {
+    const std::string_view line = lines.line();
+    const bool is_comment = line.starts_with('#');
+    if (line.empty() || line.starts_with(kEndMark)) continue;
+    if (columns && !is_comment && !std::binary_search(kept.begin(), kept.end(), lines.number())) continue;
+    columns = columns || !is_comment;
+    copy.append(line).append("\n");
+    if (lines.number() == 1) copy += fmt::format("# repaired: {}\n", remark);
+  }
+  if (segment.format > 1) copy += fmt::format("{}rows {}, sha256 {}\n", kEndMark, kept.size(), sha256_hex(copy));
+  return copy;
 }
 
 }  // namespace prism::recordings

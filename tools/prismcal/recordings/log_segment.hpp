@@ -16,6 +16,14 @@ struct LogRow {
   compensation::Bucket bucket;
   double value = kUnknown;  ///< of the column that was asked for
   std::size_t line = 0;     ///< of the file, from 1
+  std::size_t number = 0;   ///< among the rows of the file, from 1; damaged ones count
+};
+
+/// A row that does not count, or a whole file of them (line 0).
+struct LeftOutRow {
+  std::string path;
+  std::size_t line = 0;
+  std::string why;
 };
 
 /// How a segment ended.
@@ -35,8 +43,10 @@ struct LogSegment {
   std::string supersedes_file;  ///< format 2: whose rows from supersedes_row on (from 1) stand here again
   std::uint64_t supersedes_row = 0;
   std::vector<LogRow> rows;
+  std::vector<LeftOutRow> damaged;  ///< rows that cannot be read and that no tear explains: others stand behind them
   SegmentEnd end = SegmentEnd::kWhole;
   std::size_t torn_bytes = 0;  ///< at its end, without a whole row in them
+  std::size_t torn_line = 0;   ///< where those begin
 
   std::string value(const std::string& key) const;  ///< of the metadata; empty: it does not say
 };
@@ -45,8 +55,13 @@ struct LogSegment {
 bool is_log(const std::string& path);
 
 /// Reads one. `column`, where it is not empty, is read as numbers (an empty field is kUnknown). What a power cut leaves
-/// at the end of a segment is no refusal. Refused with file and line: what is no log of prismd, a log of a newer
-/// format, a damaged row within, a column that is not there.
+/// at the end of a segment is no refusal, and damaged rows within are listed. Refused with file and line: what is no
+/// log of prismd, a log of a newer format, a column that is not there.
 Result<LogSegment> read_log_segment(const std::string& path, const std::string& column = {});
+
+/// The text of a segment with these of its rows (numbers of lines, in order) and all of its comments, closed with an
+/// end where its format has one. `remark` is added to the metadata. Refused: the file can no longer be read.
+Result<std::string> rewritten(const LogSegment& segment, const std::vector<std::size_t>& kept,
+                              const std::string& remark);
 
 }  // namespace prism::recordings
