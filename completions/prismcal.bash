@@ -3,7 +3,7 @@
 _prismcal() {
   local word words command= current=${COMP_WORDS[COMP_CWORD]}
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-    case $word in train|fit|cv|predict|evaluate|compare|report|allan|convert) command=$word && break ;; esac
+    case $word in train|fit|cv|predict|evaluate|compare|report|allan|convert|verify) command=$word && break ;; esac
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
     'train --slope') words='difference least_squares' ;;
@@ -32,7 +32,8 @@ _prismcal() {
     report) words='-h --help --models --limits --seed --folds --reweight --threads --force --map --interval --config --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json' ;;
     allan) words='-h --help --column --unit --time --interval --grid --estimator --confidence --json' ;;
     convert) words='-h --help --out --frames --map --interval --config' ;;
-    *) words='-h --help --version train fit cv predict evaluate compare report allan convert' ;;
+    verify) words='-h --help --repair --json' ;;
+    *) words='-h --help --version train fit cv predict evaluate compare report allan convert verify' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
   [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// prismcal: the workbench: train, fit, validate, predict, evaluate, report. One file a command.
+// prismcal: the workbench: train, fit, validate, predict, evaluate, report, verify. One file a command.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -31,6 +31,7 @@ int run(int argc, char** argv) {
   add_report_command(app, code);
   add_allan_command(app, code);
   add_convert_command(app, code);
+  add_verify_command(app, code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -22,6 +22,7 @@ void add_compare_command(CLI::App& app, int& code);   ///< several models on sev
 void add_report_command(CLI::App& app, int& code);    ///< the paper's whole experiment
 void add_allan_command(CLI::App& app, int& code);     ///< the Allan deviation of a recorded rate
 void add_convert_command(CLI::App& app, int& code);   ///< a recording as a capture
+void add_verify_command(CLI::App& app, int& code);    ///< what of prism's files is whole; clean copies
 
 /// "prismcal: …" on stderr, behind the end of a progress line; exit code 1.
 int failed(const Error& error);

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+// Each fault of a file is found, told by its name and place, and nothing whole is called a fault.
+#include "tools/prismcal/verification/verify.hpp"
+
+#include <gmock/gmock.h>
+
+#include "compensation/text_number.hpp"
+#include "tests/support/shared_files.hpp"
+#include "tests/unit/verification/planted_faults.hpp"
+
+namespace prism::verification {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+struct VerifyTest : PlantedFaults {
+  std::vector<std::string> faults_of_log() const { return faults(log); }
+};
+
+TEST_F(VerifyTest, WhatTheWriterClosedIsWhole) {
+  segment(0, 5);
+  segment(10, 5);
+  const Verdict verdict = verify(log);
+  EXPECT_EQ(verdict.faults(), 0u);
+  ASSERT_EQ(verdict.findings.size(), 2u);
+  EXPECT_EQ(verdict.findings[0].state, State::kWhole);
+  EXPECT_EQ(verdict.findings[0].text, "5 rows, format 2");
+  ASSERT_EQ(verdict.sessions.size(), 2u);
+  EXPECT_EQ(verdict.sessions[1].first_s, kNoon + 10);
+  EXPECT_EQ(verdict.sessions[1].last_s, kNoon + 14);
+  EXPECT_EQ(verdict.sessions[1].rows, 5u);
+}
+
+TEST_F(VerifyTest, SecondsWithoutARowAreToldByTheirSessionAndAreNoFaultOfTheFile) {
+  const auto rows = writer();
+  for (const int second : {0, 1, 5, 6, 9}) {
+    compensation::CompensatedWindow row = test::row_at(kNoon + second);
+    row.window.bucket.missing_frames = second == 5 ? 600 : 0;
+    row.window.bucket.partial = second == 9;
+    rows->append(row, 1);
+  }
+  rows->close();
+  const Verdict verdict = verify(log);
+  EXPECT_EQ(verdict.faults(), 0u);
+  ASSERT_EQ(verdict.sessions.size(), 1u);
+  const LogSession& session = verdict.sessions[0];
+  EXPECT_EQ(session.missing_s, 5u);
+  EXPECT_EQ(session.missing_frames, 600u);
+  EXPECT_EQ(session.partial, 1u);
+  ASSERT_EQ(session.holes.size(), 2u);
+  EXPECT_EQ(session.holes[0].first_s, kNoon + 2);
+  EXPECT_EQ(session.holes[0].last_s, kNoon + 4);
+  EXPECT_EQ(session.holes[1].first_s, kNoon + 7);
+}
+
+TEST_F(VerifyTest, ASegmentThatIsWrittenNowIsOpenAndOneOfADeadWriterIsTorn) {
+  const auto living = writer();
+  append(*living, kNoon, 3);
+  EXPECT_EQ(verify(log).findings[0].state, State::kOpen);
+  EXPECT_THAT(faults_of_log(), IsEmpty());
+  std::filesystem::copy_file(path(0), path(100));  // what a kill leaves: nobody holds it
+  EXPECT_THAT(faults(path(100)), ElementsAre(name(100) + ": torn: 3 rows, format 2, no end"));
+}
+
+TEST_F(VerifyTest, ATornLastRowIsToldByItsLine) {
+  segment(0, 5);
+  cut(path(0), lines_of(path(0)).back().size() + 20);
+  EXPECT_THAT(faults(path(0)),
+              ElementsAre(AllOf(HasSubstr(": torn: 4 rows"),
+                                HasSubstr("of a torn row from line " + std::to_string(line_of_row(path(0), 5))))));
+  EXPECT_THAT(faults_of_log(), testing::Contains(HasSubstr(": missing: 1 of the 5 rows of the index")));
+}
+
+TEST_F(VerifyTest, ADoubledSecondIsToldByItsLine) {
+  segment(0, 5);
+  auto lines = lines_of(path(0));
+  const std::size_t line = line_of_row(path(0), 3);
+  lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(line), lines[line - 1]);
+  write(path(0), lines);
+  EXPECT_THAT(faults_of_log(),
+              ElementsAre(HasSubstr("changed: 6 rows"), name(0) + ":" + std::to_string(line + 1) +
+                                                            ": doubled: its second stood before in its session"));
+}
+
+TEST_F(VerifyTest, ARowThatGoesBackIsNoDoubledOne) {
+  segment(0, 2);
+  auto lines = lines_of(path(0));
+  const auto rows = writer();
+  for (const int second : {100, 101, 110, 105}) rows->append(test::row_at(kNoon + second), 1);
+  rows->close();
+  EXPECT_THAT(faults_of_log(),
+              ElementsAre(HasSubstr(":" + std::to_string(line_of_row(path(100), 4)) + ": doubled: goes back by 5 s")));
+}
+
+TEST_F(VerifyTest, OneChangedDigitInAClosedSegmentIsSeen) {
+  segment(0, 5);
+  replace(path(0), "8.010000", "8.910000");
+  EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr(": changed: 5 rows, format 2; the sum at its end does not hold")));
+}
+
+TEST_F(VerifyTest, EveryFlippedBitOfAClosedSegmentIsSeen) {
+  segment(0, 2);
+  const std::string text = test::content(path(0));
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    std::string flipped = text;
+    flipped[at] = static_cast<char>(flipped[at] ^ 1 << at % 8);
+    test::write_file(path(0), flipped);
+    EXPECT_THAT(faults(path(0)), testing::Not(IsEmpty())) << "byte " << at;
+  }
+}
+
+TEST_F(VerifyTest, ARowThatCannotBeReadIsDamageWithItsReason) {
+  segment(0, 5);
+  replace(path(0), "8.010000", "8.01x000");
+  EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr(": changed: 4 rows"),
+                                           HasSubstr(":" + std::to_string(line_of_row(path(0), 2)) +
+                                                     ": damaged: column rate_deg_per_h: \"8.01x000\" is not a value")));
+}
+
+TEST_F(VerifyTest, ASegmentThatTheIndexKnowsAndTheFolderDoesNotIsMissing) {
+  segment(0, 5);
+  segment(10, 7);
+  std::filesystem::remove(path(10));
+  EXPECT_THAT(faults_of_log(), ElementsAre(name(10) + ": missing: the index names it, with 7 rows"));
+  test::write_file(log + "/gyro1.csv.index", "garbage\n");
+  EXPECT_THAT(faults_of_log(), ElementsAre(StartsWith("gyro1.csv.index: damaged: ")));
+}
+
+TEST_F(VerifyTest, ACopyAndATableAmongTheSegmentsAreFaultsOfTheFolder) {
+  segment(0, 5);
+  std::filesystem::copy_file(path(0), log + "/zcopy.csv");
+  EXPECT_THAT(faults_of_log(), ElementsAre("zcopy.csv: doubled: is the same as another file"));
+  test::write_file(log + "/zcopy.csv", "a,b\n1,2\n");
+  EXPECT_THAT(faults_of_log(), ElementsAre(StartsWith("zcopy.csv: refused: ")));
+}
+
+TEST_F(VerifyTest, LogsOfTwoGyrosInOneFolderAreRefused) {
+  segment(0, 2, "# gyro_serial: 70\n");
+  segment(10, 2, "# gyro_serial: 71\n");
+  EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr("found logs of gyro_serial \"70\"")));
+}
+
+TEST_F(VerifyTest, LogsOfVersion01AreReadAndTheirTearIsFound) {
+  EXPECT_THAT(faults(std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1"),
+              ElementsAre(HasSubstr("torn: 3 rows, format 1, no end; 67 bytes of a torn row from line 16 on")));
+}
+
+TEST_F(VerifyTest, ACaptureIsWholeOrToldWithItsLastGoodByte) {
+  const std::string path = capture("gyro1-20261121T120000Z.pcap", 5);
+  EXPECT_THAT(verify(path).findings[0].text,
+              StartsWith("5 packets, 40 bytes of the line, opened 1 times, 2026-11-21T12:"));
+  EXPECT_THAT(faults(path), IsEmpty());
+  const std::string text = test::content(path);
+  cut(path, 7);
+  EXPECT_THAT(faults(path), ElementsAre(AllOf(HasSubstr(": torn: 4 packets, 30 bytes"),
+                                              HasSubstr("31 bytes from byte 166 on are no whole packet"))));
+  test::write_file(path, text.substr(0, 128) + std::string(64, '\xFF') + text.substr(128));
+  EXPECT_THAT(faults(path), ElementsAre(AllOf(HasSubstr(": torn: 3 packets"),
+                                              HasSubstr("140 bytes from byte 128 on are no whole packet"))));
+  test::write_file(path, "no capture");
+  EXPECT_THAT(faults(path), ElementsAre(HasSubstr(": refused: found no pcap file")));
+}
+
+TEST_F(VerifyTest, DocumentsAreJudgedByTheReadersThatServe) {
+  std::filesystem::create_directory(folder.file("etc"));
+  const std::string config = std::string(PRISM_SOURCE_DIR) + "/config/";
+  std::filesystem::copy_file(config + "models/tao2019-model2.json", folder.file("etc/model.json"));
+  std::filesystem::copy_file(config + "frames/trplg.json", folder.file("etc/trplg.json"));
+  std::filesystem::copy_file(config + "examples/gyro1.json", folder.file("etc/gyro1.json"));
+  test::write_file(folder.file("etc/other.json"), "{\"a\": 1}");
+  EXPECT_THAT(faults(folder.file("etc")), IsEmpty());
+  EXPECT_EQ(verify(folder.file("etc")).findings.size(), 4u);
+  replace(folder.file("etc/model.json"), "0.008292", "0.008293");
+  replace(folder.file("etc/trplg.json"), "\"rate_hz\"", "\"rate_hertz\"");
+  replace(folder.file("etc/gyro1.json"), "\"clock\"", "\"klock\"");
+  test::write_file(folder.file("etc/other.json"), "{\"a\": ");
+  EXPECT_THAT(faults(folder.file("etc")),
+              ElementsAre(AllOf(StartsWith("gyro1.json: refused: /klock"), HasSubstr("did you mean \"clock\"")),
+                          StartsWith("model.json: refused: /id"), StartsWith("other.json: refused: "),
+                          StartsWith("trplg.json: refused: ")));
+}
+
+TEST_F(VerifyTest, AFolderIsReadWithThoseBelowIt) {
+  segment(0, 2);
+  const std::string path = capture("gyro1-20261121T120000Z.pcap", 5);
+  cut(path, 1);
+  test::write_file(folder.file("notes.txt"), "mine");
+  EXPECT_EQ(faults(folder.file("")).size(), 1u);
+  EXPECT_EQ(verify(folder.file("")).findings.size(), 3u);
+}
+
+TEST_F(VerifyTest, WhatIsNotThereOrHoldsNothingOfPrismsIsRefused) {
+  EXPECT_THAT(faults(folder.file("none.csv")), ElementsAre(HasSubstr("refused: cannot be read: No such file")));
+  EXPECT_THAT(faults(folder.file("none")), ElementsAre(HasSubstr("refused: cannot be read: No such file")));
+  std::filesystem::create_directory(log);
+  test::write_file(log + "/notes.txt", "mine");
+  EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr("holds no log")));
+}
+
+}  // namespace
+}  // namespace prism::verification

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "compensation/text_number.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/verification/repair.hpp"
+#include "tools/prismcal/verification/verify.hpp"
+
+namespace prism::commands {
+namespace {
+
+using nlohmann::ordered_json;
+using verification::Finding;
+using verification::LogSession;
+using verification::State;
+using verification::Verdict;
+
+struct VerifyChoice {
+  std::vector<std::string> paths;
+  std::string repair;
+  bool json = false;
+};
+
+std::string place(const std::string& path, std::size_t line) {
+  return line > 0 ? fmt::format("{}:{}", path, line) : path;
+}
+
+const char* word(State state) { return verification::kStateNames[static_cast<std::size_t>(state)]; }
+
+void print_session(const LogSession& session) {
+  constexpr std::size_t kMostHoles = 10;
+  const std::string missing = session.missing_s == 0 && session.missing_frames == 0
+                                  ? "nothing missing"
+                                  : fmt::format("missing: {} s in {} holes, {} frames", session.missing_s,
+                                                session.holes.size(), session.missing_frames);
+  fmt::print("{}: session {} to {}: {} rows, {} of them partial; {}\n", session.log, utc_text(session.first_s),
+             utc_text(session.last_s), session.rows, session.partial, missing);
+  for (std::size_t i = 0; i < std::min(kMostHoles, session.holes.size()); ++i) {
+    const verification::Hole& hole = session.holes[i];
+    fmt::print("  no row: {} s, {} to {}\n", hole.last_s - hole.first_s + 1, utc_text(hole.first_s),
+               utc_text(hole.last_s));
+  }
+  if (session.holes.size() > kMostHoles)
+    fmt::print("  and {} holes more (--json has all)\n", session.holes.size() - kMostHoles);
+}
+
+void print(const Verdict& verdict) {
+  std::size_t passed_over = 0;
+  for (const Finding& finding : verdict.findings) {
+    passed_over += finding.state == State::kPassedOver;
+    if (finding.state != State::kPassedOver)
+      fmt::print("{}: {}: {}\n", place(finding.path, finding.line), word(finding.state), finding.text);
+  }
+  for (const LogSession& session : verdict.sessions) print_session(session);
+  const auto good = static_cast<std::size_t>(std::count_if(
+      verdict.findings.begin(), verdict.findings.end(),
+      [](const Finding& finding) { return finding.state == State::kWhole || finding.state == State::kOpen; }));
+  fmt::print("faults: {}; files whole: {}; none of prism's: {}\n", verdict.faults(), good, passed_over);
+}
+
+ordered_json json_of(const Verdict& verdict) {
+  ordered_json findings = ordered_json::array(), sessions = ordered_json::array();
+  for (const Finding& finding : verdict.findings) {
+    ordered_json json = {{"path", finding.path}, {"state", word(finding.state)}, {"text", finding.text}};
+    if (finding.line > 0) json["line"] = finding.line;
+    json["fault"] = verification::is_fault(finding.state);
+    findings.push_back(std::move(json));
+  }
+  for (const LogSession& session : verdict.sessions) {
+    ordered_json holes = ordered_json::array();
+    for (const auto& hole : session.holes) holes.push_back({{"first_s", hole.first_s}, {"last_s", hole.last_s}});
+    sessions.push_back({{"log", session.log},
+                        {"first_s", session.first_s},
+                        {"last_s", session.last_s},
+                        {"rows", session.rows},
+                        {"partial", session.partial},
+                        {"missing_s", session.missing_s},
+                        {"missing_frames", session.missing_frames},
+                        {"holes", std::move(holes)}});
+  }
+  return {{"faults", verdict.faults()}, {"findings", std::move(findings)}, {"sessions", std::move(sessions)}};
+}
+
+void print(const verification::Repaired& repaired, const std::string& out) {
+  for (const auto& row : repaired.left_out) fmt::print("{}: left out: {}\n", place(row.path, row.line), row.why);
+  fmt::print("{}: {} rows in {} segments, {} captures, {} models, frames and configurations; {} left out\n", out,
+             repaired.rows, repaired.segments, repaired.captures, repaired.documents, repaired.left_out.size());
+}
+
+ordered_json json_of(const verification::Repaired& repaired, const std::string& out) {
+  ordered_json left_out = ordered_json::array();
+  for (const auto& row : repaired.left_out) {
+    left_out.push_back({{"path", row.path}, {"why", row.why}});
+    if (row.line > 0) left_out.back()["line"] = row.line;
+  }
+  return {{"out", out},
+          {"rows", repaired.rows},
+          {"segments", repaired.segments},
+          {"captures", repaired.captures},
+          {"documents", repaired.documents},
+          {"left_out", std::move(left_out)}};
+}
+
+int run(const VerifyChoice& choice) {
+  Verdict verdict;
+  for (const std::string& path : choice.paths) {
+    Verdict one = verification::verify(path);
+    std::move(one.findings.begin(), one.findings.end(), std::back_inserter(verdict.findings));
+    std::move(one.sessions.begin(), one.sessions.end(), std::back_inserter(verdict.sessions));
+  }
+  if (!choice.json) print(verdict);
+  ordered_json json = choice.json ? json_of(verdict) : ordered_json();
+  int code = verdict.faults() == 0 ? 0 : 1;
+  if (!choice.repair.empty()) {
+    const auto repaired = verification::repair(choice.paths.front(), choice.repair);
+    code = repaired ? 0 : failed(repaired.error());
+    if (repaired && choice.json) json["repaired"] = json_of(*repaired, choice.repair);
+    if (repaired && !choice.json) print(*repaired, choice.repair);
+  }
+  if (choice.json) fmt::print("{}\n", json.dump(2, ' ', false, ordered_json::error_handler_t::replace));
+  return code;
+}
+
+}  // namespace
+
+void add_verify_command(CLI::App& app, int& code) {
+  CLI::App* command = app.add_subcommand("verify", "what of logs, captures, models and configurations is whole");
+  const auto choice = std::make_shared<VerifyChoice>();
+  command->add_option("path", choice->paths, "logs, captures, models, frame descriptions, configurations; or folders")
+      ->required();
+  command->add_option("--repair", choice->repair,
+                      "new folder for a clean copy of PATH (of one); what is left out is said, row by row");
+  command->add_flag("--json", choice->json, "print JSON");
+  tools::add_examples(*command, {"prismcal verify /var/log/prismd/gyro1 /etc/prism/gyro1.json",
+                                 "prismcal verify logs/ --repair clean/"});
+  command->callback([choice, &code] {
+    if (!choice->repair.empty() && choice->paths.size() != 1)
+      throw CLI::ValidationError("--repair", fmt::format("found {} paths, expected one", choice->paths.size()));
+    code = run(*choice);
+  });
+}
+
+}  // namespace prism::commands

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include "compensation/text_number.hpp"
+#include "drivers/capture_file.hpp"
+#include "tools/prismcal/recordings/file_lock.hpp"
+#include "tools/prismcal/verification/checks.hpp"
+#include "tools/prismcal/verification/index_check.hpp"
+
+namespace prism::verification {
+
+CheckedCapture check_capture(const std::string& path) {
+  const bool open = recordings::is_locked(path);  // before it is read: one that ends meanwhile is read to its end
+  auto reader = drivers::CaptureReader::open(path);
+  if (!reader) return {{path, State::kRefused, without_path(reader.error(), path)}, {}};
+  std::size_t packets = 0, opened = 0, bytes = 0, others = 0, back = 0;
+  std::int64_t first_ns = 0, last_ns = 0;
+  std::uint64_t good = 0;
+  for (; const auto packet = reader->next(); ++packets) {
+    const bool opens = packet->event == drivers::CaptureEvent::kOpened;
+    if (packets == 0) first_ns = packet->time_ns;
+    back += packets > 0 && !opens && packet->time_ns < last_ns;
+    last_ns = packet->time_ns;
+    good = reader->position_bytes();
+    opened += opens;
+    others += packet->event == drivers::CaptureEvent::kOther;
+    if (packet->event == drivers::CaptureEvent::kData) bytes += packet->bytes.size();
+  }
+  others += reader->foreign_packets();
+  std::string text = fmt::format("{} packets, {} bytes of the line, opened {} times", packets, bytes, opened);
+  if (packets > 0) text += fmt::format(", {} to {}", utc_nano_text(first_ns), utc_nano_text(last_ns));
+  if (back > 0) text += fmt::format("; the time goes back {} times", back);
+  if (others > 0) text += fmt::format("; {} packets of other programs", others);
+  if (open) return {{path, State::kOpen, text + "; prismd writes it"}, {}};
+  if (reader->tail_damage().empty()) return {{path, State::kWhole, text}, {}};
+  const std::string damage =
+      fmt::format("{} bytes from byte {} on are no whole packet ({})", reader->size_bytes() - good, good,
+                  without_path({"", reader->tail_damage()}, path));
+  return {{path, State::kTorn, fmt::format("{}; {}", text, damage)}, damage};
+}
+
+void check_captures(const FolderContents& contents, Verdict& verdict) {
+  for (const std::string& path : contents.captures) verdict.findings.push_back(check_capture(path).finding);
+  if (!contents.one_file) Indexes(contents.folder, ".pcap").check({}, verdict.findings);
+}
+
+}  // namespace prism::verification

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/verification/folder_contents.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string_view>
+
+#include "tools/prismcal/recordings/recording.hpp"
+
+namespace prism::verification {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The first words of a log, or as much of them as a power cut left.
+bool begins_a_log(const std::string& path) {
+  constexpr std::string_view kFirstWords = "# prism ";
+  std::ifstream in(path, std::ios::binary);
+  std::string first(kFirstWords.size(), '\0');
+  in.read(first.data(), static_cast<std::streamsize>(first.size()));
+  first.resize(static_cast<std::size_t>(in.gcount()));
+  return kFirstWords.starts_with(first);
+}
+
+// By its name, too: one whose first bytes are damaged is a fault, not a file of another kind.
+bool should_be_capture(const std::string& path) {
+  return path.ends_with(".pcap") || path.ends_with(".pcapng") || recordings::is_capture(path);
+}
+
+void sort_in(const std::string& path, FolderContents& contents, std::vector<std::string>& tables) {
+  if (path.ends_with(".csv")) {
+    tables.push_back(path);
+  } else if (should_be_capture(path)) {
+    contents.captures.push_back(path);
+  } else if (path.ends_with(".json")) {
+    contents.documents.push_back(path);
+  } else if (path.ends_with(".csv.index")) {
+    contents.log = contents.folder;
+  } else if (!path.ends_with(".pcap.index")) {
+    contents.others.push_back(path);
+  }
+}
+
+// One of prism's logs in it makes a folder a log, and tables beside it a fault: whoever reads the folder meets them.
+FolderContents sorted(const std::string& folder, std::vector<std::string> files) {
+  std::sort(files.begin(), files.end());
+  FolderContents contents;
+  contents.folder = folder;
+  std::vector<std::string> tables;
+  for (const std::string& file : files) sort_in(file, contents, tables);
+  if (std::any_of(tables.begin(), tables.end(), begins_a_log)) contents.log = folder;
+  if (contents.log.empty()) contents.others.insert(contents.others.end(), tables.begin(), tables.end());
+  return contents;
+}
+
+FolderContents of_file(const std::string& path) {
+  FolderContents contents;
+  contents.folder = fs::path(path).parent_path().string();
+  contents.one_file = true;
+  std::vector<std::string> tables;
+  sort_in(path, contents, tables);
+  if (!tables.empty()) contents.log = path;
+  contents.documents.insert(contents.documents.end(), contents.others.begin(), contents.others.end());
+  contents.others.clear();
+  return contents;
+}
+
+}  // namespace
+
+std::vector<FolderContents> contents_of(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) return {of_file(path)};
+  std::map<std::string, std::vector<std::string>> files;
+  const auto options = fs::directory_options::skip_permission_denied;
+  for (fs::recursive_directory_iterator entry(path, options, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code unknown;
+    if (entry->is_regular_file(unknown)) files[entry->path().parent_path().string()].push_back(entry->path().string());
+  }
+  std::vector<FolderContents> all;
+  for (auto& [folder, paths] : files) all.push_back(sorted(folder, std::move(paths)));
+  return all;
+}
+
+}  // namespace prism::verification

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/verification/index_check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace prism::verification {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string rows_text(std::uint64_t rows) { return rows > 0 ? fmt::format(", with {} rows", rows) : ""; }
+
+}  // namespace
+
+Indexes::Indexes(const std::string& folder, const std::string& extension) : folder_(folder) {
+  std::vector<std::string> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->path().string().ends_with(extension + ".index")) files.push_back(entry->path().string());
+  }
+  std::sort(files.begin(), files.end());
+  for (const std::string& file : files) {
+    pipeline::SegmentIndex index(file);
+    if (!index.read()) {
+      damaged_.push_back(file);
+      continue;
+    }
+    if (file_.empty()) file_ = fs::path(file).filename().string();
+    read_.push_back(std::move(index));
+  }
+}
+
+std::uint64_t Indexes::number(const std::string& file) const {
+  std::uint64_t number = 0;
+  for (const auto& index : read_) number = std::max(number, index.number(file));
+  return number;
+}
+
+void Indexes::check(const std::map<std::string, std::uint64_t>& rows, std::vector<Finding>& findings) const {
+  for (const std::string& file : damaged_)
+    findings.push_back({file, State::kDamaged, "cannot be read as an index; segments go by their sessions and names"});
+  for (const auto& index : read_) {
+    for (const std::string& file : index.files()) {
+      const std::string path = (fs::path(folder_) / file).string();
+      const std::uint64_t made = index.rows(file);
+      const auto there = rows.find(file);
+      std::error_code error;
+      if (!fs::exists(path, error)) {
+        findings.push_back({path, State::kMissing, "the index names it" + rows_text(made)});
+      } else if (there != rows.end() && there->second < made) {
+        findings.push_back(
+            {path, State::kMissing, fmt::format("{} of the {} rows of the index", made - there->second, made)});
+      }
+    }
+  }
+}
+
+}  // namespace prism::verification

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <map>
+
+#include "tools/prismcal/recordings/log_folder.hpp"
+#include "tools/prismcal/verification/checks.hpp"
+#include "tools/prismcal/verification/index_check.hpp"
+
+namespace prism::verification {
+namespace {
+
+using recordings::LogSegment;
+using recordings::SegmentEnd;
+
+Finding of_segment(const LogSegment& segment) {
+  const std::string rows = fmt::format("{} rows, format {}", segment.rows.size(), segment.format);
+  switch (segment.end) {
+    case SegmentEnd::kWhole:
+      return {segment.path, segment.damaged.empty() ? State::kWhole : State::kDamaged, rows};
+    case SegmentEnd::kOpen:
+      return {segment.path, State::kOpen, rows + "; prismd writes it"};
+    case SegmentEnd::kTorn:
+      return {segment.path, State::kTorn,
+              segment.torn_bytes == 0 ? rows + ", no end"
+                                      : fmt::format("{}, no end; {} bytes of a torn row from line {} on", rows,
+                                                    segment.torn_bytes, segment.torn_line)};
+    case SegmentEnd::kChanged:
+      break;
+  }
+  return {segment.path, State::kChanged, rows + "; the sum at its end does not hold"};
+}
+
+// Rows that do not count, next to each other in one file and for one reason, are one finding.
+void add_left_out(const std::vector<recordings::LeftOutRow>& rows, std::vector<Finding>& findings) {
+  for (std::size_t i = 0; i < rows.size();) {
+    std::size_t end = i + 1;
+    while (end < rows.size() && rows[end].path == rows[i].path && rows[end].why == rows[i].why) ++end;
+    const bool superseded = rows[i].why == recordings::kStandsAgain;
+    const std::string many = fmt::format("{} rows, to line {}: ", end - i, rows[end - 1].line);
+    findings.push_back({rows[i].path, superseded ? State::kSuperseded : State::kDoubled,
+                        (end - i > 1 ? many : "") + rows[i].why, rows[i].line});
+    i = end;
+  }
+}
+
+LogSession session_of(const std::string& log, const recordings::LogRows& joined, std::size_t begin, std::size_t end) {
+  LogSession session;
+  session.log = log;
+  session.first_s = joined.rows[begin].bucket.second + 1;
+  session.last_s = joined.rows[end - 1].bucket.second + 1;
+  session.rows = end - begin;
+  for (std::size_t row = begin; row < end; ++row) {
+    const compensation::Bucket& bucket = joined.rows[row].bucket;
+    session.partial += bucket.partial;
+    session.missing_frames += bucket.missing_frames;
+    const std::int64_t before = row > begin ? joined.rows[row - 1].bucket.second : bucket.second - 1;
+    if (bucket.second == before + 1) continue;
+    session.holes.push_back({before + 2, bucket.second});
+    session.missing_s += static_cast<std::uint64_t>(bucket.second - before - 1);
+  }
+  return session;
+}
+
+}  // namespace
+
+void check_log(const FolderContents& contents, Verdict& verdict) {
+  if (contents.log.empty()) return;
+  const auto folder = recordings::LogFolder::salvage(contents.log);
+  std::map<std::string, std::uint64_t> rows;
+  for (const LogSegment& segment : folder.segments) {
+    rows[segment.file] = segment.rows.size() + segment.damaged.size();
+    verdict.findings.push_back(of_segment(segment));
+    for (const auto& row : segment.damaged) verdict.findings.push_back({row.path, State::kDamaged, row.why, row.line});
+  }
+  for (const auto& refused : folder.refused) {
+    std::error_code error;
+    if (!std::filesystem::exists(refused.path, error) && !contents.one_file) continue;  // deleted meanwhile, as too old
+    verdict.findings.push_back({refused.path, State::kRefused, without_path(refused.error, refused.path)});
+  }
+  if (!contents.one_file) Indexes(contents.folder, ".csv").check(rows, verdict.findings);
+  if (auto one = folder.of_one_gyro(contents.log); !one)
+    verdict.findings.push_back({contents.log, State::kRefused, one.error().what});
+  const recordings::LogRows joined = recordings::join_rows(folder);
+  add_left_out(joined.left_out.rows, verdict.findings);
+  for (std::size_t i = 0; i < joined.sessions.size(); ++i) {
+    const std::size_t end = i + 1 < joined.sessions.size() ? joined.sessions[i + 1] : joined.rows.size();
+    verdict.sessions.push_back(session_of(contents.log, joined, joined.sessions[i], end));
+  }
+}
+
+}  // namespace prism::verification

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <map>
+#include <regex>
+#include <set>
+
+#include "config/text_file.hpp"
+#include "config/version.hpp"
+#include "tools/prismcal/recordings/log_folder.hpp"
+#include "tools/prismcal/verification/checks.hpp"
+#include "tools/prismcal/verification/copies.hpp"
+
+namespace prism::verification {
+namespace {
+
+using recordings::LogSegment;
+using recordings::SegmentEnd;
+
+// "gyro1.csv.index" for "gyro1-20261121T091100Z-2.csv".
+std::string index_name(const std::string& file) {
+  const std::string stem = std::filesystem::path(file).stem().string();
+  static const std::regex kSegment(R"((.+)-\d{8}T\d{6}Z(-\d+)?)");
+  std::smatch parts;
+  return (std::regex_match(stem, parts, kSegment) ? parts.str(1) : stem) + ".csv.index";
+}
+
+// What was wrong with a segment, for those who read its copy.
+std::string remark_of(const LogSegment& segment, std::size_t left_out) {
+  static const std::map<SegmentEnd, const char*> kWords{{SegmentEnd::kWhole, "whole"},
+                                                        {SegmentEnd::kOpen, "being written"},
+                                                        {SegmentEnd::kTorn, "torn"},
+                                                        {SegmentEnd::kChanged, "changed: its sum did not hold"}};
+  return fmt::format("by prismcal {}; the segment was {}; {} rows were left out", kVersion, kWords.at(segment.end),
+                     left_out);
+}
+
+// The number of rows in the copy; 0: there is none.
+Result<std::size_t> copy_segment(const LogSegment& segment, const std::set<std::size_t>& without,
+                                 const Copies& copies) {
+  if (without.contains(0)) return 0;  // the same as another file
+  for (const auto& row : segment.damaged) copies.leave_out(row.path, row.line, row.why);
+  if (segment.torn_bytes > 0)
+    copies.leave_out(segment.path, segment.torn_line, fmt::format("{} bytes of a torn row", segment.torn_bytes));
+  std::vector<std::size_t> kept;
+  for (const auto& row : segment.rows) {
+    if (!without.contains(row.line)) kept.push_back(row.line);
+  }
+  if (segment.rows.empty()) copies.leave_out(segment.path, 0, "no whole row in it");
+  if (kept.empty()) return 0;
+  const std::size_t left_out = segment.rows.size() + segment.damaged.size() - kept.size();
+  if (segment.end == SegmentEnd::kWhole && left_out == 0) {
+    return copy_bytes(segment.path, copies).map([&] { return kept.size(); });
+  }
+  const auto text = recordings::rewritten(segment, kept, remark_of(segment, left_out));
+  if (!text) return tl::unexpected<Error>(text.error());
+  return config::write_text_file(copies.target(segment.path), *text).map([&] { return kept.size(); });
+}
+
+}  // namespace
+
+Result<void> copy_log(const FolderContents& contents, const Copies& copies) {
+  if (contents.log.empty()) return {};
+  const auto folder = recordings::LogFolder::salvage(contents.log);
+  if (auto one = folder.of_one_gyro(contents.log); !one) return one;
+  for (const auto& refused : folder.refused)
+    copies.leave_out(refused.path, 0, without_path(refused.error, refused.path));
+  std::map<std::string, std::set<std::size_t>> without;
+  for (const auto& row : recordings::join_rows(folder).left_out.rows) {
+    copies.leave_out(row.path, row.line, row.why);
+    without[row.path].insert(row.line);
+  }
+  std::vector<std::pair<std::string, std::uint64_t>> made;
+  for (const LogSegment& segment : folder.segments) {
+    const auto rows = copy_segment(segment, without[segment.path], copies);
+    if (!rows) return tl::unexpected<Error>(rows.error());
+    copies.repaired.rows += *rows;
+    if (*rows > 0) made.emplace_back(segment.file, *rows);
+  }
+  copies.repaired.segments += made.size();
+  if (made.empty()) return {};
+  const std::string name = folder.indexes.empty() ? index_name(made.front().first)
+                                                  : std::filesystem::path(folder.indexes.front()).filename().string();
+  return write_index(name, made, copies);
+}
+
+}  // namespace prism::verification
