@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+# PRISM_KILLS times kill -9 (6; long form: 500), each at a random moment: of the rows that a subscriber was told none is lost but the
+# last of them, which the disk thread had not written yet, within the second; the log has torn segments and no other fault; the
+# repaired copy is whole.
+. "$(dirname "$0")/lib.sh"
+kills=${PRISM_KILLS:-$(long 6 500)}
+frames 20
+config
+start_sim --profile second --speed 20
+
+python3 - "$kills" prismd "$dir/gyro.json" "$PRISM_SOCKET" "$dir/log" <<'END' || fail "see above"
+import glob, json, os, random, signal, socket, subprocess, sys, time
+kills, program, config, path, log = int(sys.argv[1]), *sys.argv[2:6]
+random.seed(1)
+
+def connect(deadline):
+    while True:
+        s = socket.socket(socket.AF_UNIX)
+        try: s.connect(path); return s
+        except OSError:
+            s.close()
+            if time.monotonic() > deadline: sys.exit("prismd does not answer")
+            time.sleep(0.01)
+
+def seconds(name):
+    with open(name, "rb") as file: text = file.read().decode()
+    return {int(line.split(",")[1]) for line in text[: text.rfind("\n") + 1].split("\n") if line[:1].isdigit()}
+
+told_in_all = kills_with_loss = rows_lost = worst_ms = 0
+for kill in range(kills):
+    before = set(glob.glob(log + "/*.csv"))
+    daemon = subprocess.Popen([program, config], stderr=subprocess.DEVNULL)
+    s = connect(time.monotonic() + 20)
+    s.sendall(b'{"jsonrpc":"2.0","id":1,"method":"subscribe","params":{"streams":["window"]}}\n')
+    s.settimeout(0.05)
+    data, arrived, end, limit = b"", [], None, time.monotonic() + 30
+    while end is None or time.monotonic() < end:
+        try: data += s.recv(1 << 16)
+        except socket.timeout: pass
+        arrived += [time.monotonic()] * (data.count(b"\n") - len(arrived))
+        if end is None and data.count(b"\n") > 2: end = time.monotonic() + random.random() * 0.7
+        if time.monotonic() > limit: sys.exit("no row for 30 s")
+    killed = time.monotonic()
+    daemon.send_signal(signal.SIGKILL)
+    daemon.wait()
+    try:  # what it had sent
+        while True:
+            more = s.recv(1 << 16)
+            if not more: break
+            data += more
+    except OSError: pass
+    arrived += [killed] * (data.count(b"\n") - len(arrived))
+    lines = [(json.loads(line), at) for line, at in zip(data.split(b"\n"), arrived)]
+    when = {int(line["params"]["time_s"]): at for line, at in lines if line.get("method") == "window"}
+    told = list(when)
+    there = set().union(*(seconds(name) for name in set(glob.glob(log + "/*.csv")) - before))
+    lost = [second for second in told if second not in there]
+    told_in_all += len(told)
+    kills_with_loss += bool(lost)
+    rows_lost += len(lost)
+    ago_ms = [round(1000 * (killed - when[second])) for second in lost]
+    worst_ms = max([worst_ms, *ago_ms])
+    if lost and (lost != told[-len(lost):] or max(ago_ms) > 1000):
+        sys.exit("kill %d: told %s, of which the log has not %s, told %s ms before" % (kill + 1, told, lost, ago_ms))
+print("%d kills: %d rows told; %d kills lost %d rows that were on their way to the disk, %d ms at most"
+      % (kills, told_in_all, kills_with_loss, rows_lost, worst_ms))
+END
+code=0; prismcal verify "$dir/log" --json >"$dir/verify.json" || code=$?
+same "exit code of verify after kills" "$code" 1
+same "faults beside torn segments" "$(jq -c '[.findings[] | select(.fault and .state != "torn")]' "$dir/verify.json")" "[]"
+prismcal verify "$dir/log" --repair "$dir/clean" >"$dir/repair" || fail "repair: $(cat "$dir/repair")"
+prismcal verify "$dir/clean" >"$dir/verify" || fail "the copy: $(cat "$dir/verify")"
