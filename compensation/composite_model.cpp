@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "compensation/centres.hpp"
 #include "compensation/extrapolation.hpp"
 #include "compensation/factor.hpp"
 #include "compensation/model_id.hpp"
@@ -14,11 +15,8 @@
 namespace prism::compensation {
 namespace {
 
-constexpr Eigen::Index kMaxCentres = 8000;
 // In ranges. On a repeat of its own profile an input that wanders (U) leaves the box of one record all the time.
 constexpr double kBoxMargin = 0.02;
-
-std::string numbers(const Eigen::MatrixXd& m) { return exact_texts({m.data(), static_cast<std::size_t>(m.size())}); }
 
 std::string canonical(const CompositeParameters& p) {
   const CompositeVariances& v = p.variances;
@@ -30,7 +28,7 @@ std::string canonical(const CompositeParameters& p) {
   for (const Eigen::MatrixXd& part :
        {Eigen::MatrixXd(v.kernel.length2), Eigen::MatrixXd(n.input_shift), Eigen::MatrixXd(n.input_scale), p.centres,
         Eigen::MatrixXd(p.alpha), Eigen::MatrixXd(p.weight), Eigen::MatrixXd(p.time_h), p.gram}) {
-    text += '\n' + numbers(part);
+    text += '\n' + exact_numbers(part);
   }
   return text + fmt::format("\n{} {}", t.sd_blocks, fmt::join(p.recording, " "));
 }
@@ -42,11 +40,7 @@ ModelInfo identified(ModelInfo info, const CompositeParameters& parameters) {
 
 std::string wrong_shape(const ModelInfo& info, const CompositeParameters& p) {
   const auto d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
-  if (p.centres.rows() != d || n < 1)
-    return fmt::format("centres are {} x {}, expected {} inputs a centre", p.centres.rows(), n, d);
-  if (n > kMaxCentres)
-    return fmt::format("found {} centres, expected at most {}: its factor would take gigabytes", n, kMaxCentres);
-  if (p.alpha.size() != n) return fmt::format("found {} alphas, expected {}", p.alpha.size(), n);
+  if (std::string wrong = wrong_centres(info, p.centres, p.alpha.size()); !wrong.empty()) return wrong;
   if (p.variances.kernel.length2.size() != d || p.normalisation.input_shift.size() != d ||
       p.normalisation.input_scale.size() != d) {
     return fmt::format("found {} lengths and {} input scales, expected {}", p.variances.kernel.length2.size(),

@@ -7,24 +7,21 @@
 #include <cassert>
 #include <cmath>
 
+#include "compensation/centres.hpp"
 #include "compensation/factor.hpp"
 #include "compensation/model_id.hpp"
 
 namespace prism::compensation {
 namespace {
 
-constexpr Eigen::Index kMaxCentres = 8000;
-
-std::string numbers(const Eigen::MatrixXd& m) { return exact_texts({m.data(), static_cast<std::size_t>(m.size())}); }
-
 std::string canonical(const LssvmParameters& p) {
   std::string text =
-      fmt::format("{} {}\n{} {}\n", exact_texts(std::vector{p.c, p.sigma2, p.b, p.linear_b}), numbers(p.linear),
-                  numbers(p.normalisation.input_shift), numbers(p.normalisation.input_scale));
+      fmt::format("{} {}\n{} {}\n", exact_texts(std::vector{p.c, p.sigma2, p.b, p.linear_b}), exact_numbers(p.linear),
+                  exact_numbers(p.normalisation.input_shift), exact_numbers(p.normalisation.input_scale));
   text += exact_texts(std::vector{p.normalisation.target_shift, p.normalisation.target_scale}) + '\n';
-  text += numbers(p.centres) + '\n' + numbers(p.alpha) + '\n' + numbers(p.weight) + '\n';
+  text += exact_numbers(p.centres) + '\n' + exact_numbers(p.alpha) + '\n' + exact_numbers(p.weight) + '\n';
   if (const auto& u = p.uncertainty) {
-    text += exact_texts(std::vector{u->prior_variance, u->sd_scale, u->guard_fraction}) + ' ' + numbers(u->gram);
+    text += exact_texts(std::vector{u->prior_variance, u->sd_scale, u->guard_fraction}) + ' ' + exact_numbers(u->gram);
   }
   return text;
 }
@@ -36,11 +33,7 @@ ModelInfo identified(ModelInfo info, const LssvmParameters& parameters) {
 
 std::string wrong_shape(const ModelInfo& info, const LssvmParameters& p) {
   const Eigen::Index d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
-  if (p.centres.rows() != d || n < 1)
-    return fmt::format("centres are {} x {}, expected {} inputs a centre", p.centres.rows(), n, d);
-  if (n > kMaxCentres)
-    return fmt::format("found {} centres, expected at most {}: its factor would take gigabytes", n, kMaxCentres);
-  if (p.alpha.size() != n) return fmt::format("found {} alphas, expected {}", p.alpha.size(), n);
+  if (std::string wrong = wrong_centres(info, p.centres, p.alpha.size()); !wrong.empty()) return wrong;
   if (p.normalisation.input_shift.size() != d || p.normalisation.input_scale.size() != d) {
     return fmt::format("found {} input scales, expected {}", p.normalisation.input_scale.size(), d);
   }

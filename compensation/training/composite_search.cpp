@@ -12,7 +12,6 @@ namespace {
 
 constexpr Eigen::Index kCoarseSamples = 320, kMiddleSamples = 500, kFineSamples = 1000;
 constexpr int kCoarseEvaluations = 60, kFineEvaluations = 40;
-constexpr double kStill = 1e-3;  // change of a weight that ends the re-weighting
 
 // Where searches begin: [s1², l², s2², s3², s4², tau, s_n²] (offsets: s5²). A smooth bias under white noise; a
 // polynomial one; a wiggly one; one that mostly drifts.
@@ -94,7 +93,7 @@ std::optional<ReweightReport> reweight(const CompositeSamples& samples, const Ei
     report.change.push_back((next - weight).cwiseAbs().maxCoeff());
     weight =
         report.solves > 20 ? Eigen::VectorXd((next + weight) / 2) : next;  // two states in turn end in their middle
-    report.converged = report.change.back() < kStill;
+    report.converged = report.change.back() < kStillWeight;
   }
   return report;
 }

@@ -10,8 +10,11 @@
 
 namespace prism::training {
 
-/// Weights v by eqs. 15 to 20 on the residuals e of the last solve, until none moves by 1e-3 or settings.limit solves
-/// are done. `weight` begins and ends it. Nothing where a system is not positive definite.
+/// Change of a weight that ends the re-weighting.
+inline constexpr double kStillWeight = 1e-3;
+
+/// Weights v by eqs. 15 to 20 on the residuals e of the last solve, until none moves by kStillWeight or settings.limit
+/// solves are done. `weight` begins and ends it. Nothing where a system is not positive definite.
 std::optional<ReweightReport> reweight(const CompositeSamples& samples, const Eigen::VectorXd& theta,
                                        const ReweightSettings& settings, Eigen::VectorXd& weight);
 

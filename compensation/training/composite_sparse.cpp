@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compensation/training/composite_search.hpp"
 #include "compensation/training/dense.hpp"
 #include "compensation/training/nuisance_filter.hpp"
 
@@ -12,7 +13,6 @@ namespace {
 
 constexpr Eigen::Index kPivotSamples = 4000, kPiece = 1024;
 constexpr double kLeftOfNoise = 1e-3;  // what the centres may leave of the kernel, in noise variances
-constexpr double kStill = 1e-3;
 
 struct Pivots {
   std::vector<Eigen::Index> chosen;
@@ -130,7 +130,7 @@ std::optional<SparseComposite> fit_sparse_composite(const CompositeSamples& samp
     report.scale = robust_scale(system.noise_residual(), settings.scale);
     const Eigen::VectorXd next = weights_of(system.noise_residual(), report.scale, settings.weight).cwiseMax(1e-7);
     report.change.push_back((next - weight).cwiseAbs().maxCoeff());
-    report.converged = report.change.back() < kStill;
+    report.converged = report.change.back() < kStillWeight;
     weight = next;
     ++report.solves;
     if (!system.solve(weight)) return std::nullopt;
