@@ -229,6 +229,9 @@ TEST_F(LogFolderTest, TwoGyrosAndANewerFormatAreRefused) {
   other.replace(other.find("serial: 70"), 10, "serial: 71");
   write("gyro1-20261121T120100Z.csv", other);
   EXPECT_THAT(refusal(), HasSubstr("found logs of gyro_serial \"70\""));
+  other.replace(other.find("serial: 71"), 10, std::string("serial: \x1b\0", 10));
+  write("gyro1-20261121T120100Z.csv", other);
+  EXPECT_THAT(refusal(), HasSubstr("and \"??\" (")) << "what a bad disk left is no word for a terminal";
   write("gyro1-20261121T120100Z.csv", "# prism 9 data log, format 3\ntime_utc\n");
   EXPECT_THAT(refusal(), HasSubstr("found format 3, expected 1 or 2: made by a newer prism"));
 }

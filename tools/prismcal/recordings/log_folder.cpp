@@ -10,6 +10,7 @@
 #include <set>
 #include <tuple>
 
+#include "compensation/plain_text.hpp"
 #include "daemon/pipeline/segment_index.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
@@ -153,7 +154,7 @@ Result<void> LogFolder::of_one_gyro(const std::string& path) const {
       if (value.empty() || value == "unknown") continue;
       if (first != nullptr && first->value(key) != value) {
         return refuse(path, fmt::format("found logs of {} \"{}\" ({}) and \"{}\" ({}), expected one", key,
-                                        first->value(key), first->file, value, segment.file));
+                                        plain_text(first->value(key)), first->file, plain_text(value), segment.file));
       }
       first = first != nullptr ? first : &segment;
     }
