@@ -10,6 +10,14 @@ namespace prism {
 /// A quantity that this sample does not carry (invalid, stale or not measured). Never written to a log or socket.
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
+/// Which of a sample's quantities are meant.
+struct QuantitySet {
+  bool rate = false, temperature = false, uhfo = false;
+
+  bool any() const { return rate || temperature || uhfo; }
+  bool operator==(const QuantitySet&) const = default;
+};
+
 struct Sample {
   /// Time of the end of the interval the rate is the mean of; nanoseconds since 1970 UTC (clock "host"), or since the
   /// device clock's epoch (clock "device"). Never decreases within a session.
@@ -24,6 +32,8 @@ struct Sample {
   std::uint32_t missing_frames = 0;
   /// The device's own status bits, as sent; 0 where the frame has none.
   std::uint32_t status = 0;
+  /// What the frame carried, but beyond the bounds that its description gives the field: unknown, and implausible.
+  QuantitySet out_of_bounds;
 };
 
 }  // namespace prism

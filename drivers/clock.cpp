@@ -182,6 +182,7 @@ std::optional<Sample> Clock::measure(const wire::Reading& reading, std::int64_t 
   sample.uhfo_v = reading.uhfo_v;
   sample.missing_frames = std::exchange(missing_, 0);
   sample.status = reading.status;
+  sample.out_of_bounds = reading.out_of_bounds;
   ++status_.samples;
   return sample;
 }

@@ -24,6 +24,8 @@ struct Reading {
   double gyro = kUnknown;
   double temperature_degc = kUnknown;  ///< kUnknown: absent, out of range, or older than its limit
   double uhfo_v = kUnknown;
+  /// Carried (lately, for a slow channel), but outside the min and max of its field.
+  QuantitySet out_of_bounds;
   double latency_s = 0;  ///< from the end of the measured interval to the frame's first bit
 };
 

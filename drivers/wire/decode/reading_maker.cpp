@@ -13,11 +13,13 @@ SlowValue::SlowValue(const SlowChannel& channel, double rate_hz)
 void SlowValue::reset() {
   value_ = kUnknown;
   age_frames_ = 0;
+  out_of_bounds_ = false;
   high_.reset();
 }
 
-void SlowValue::set(double value) {
+void SlowValue::set(double value, bool out_of_bounds) {
   value_ = value;
+  out_of_bounds_ = out_of_bounds;
   age_frames_ = 0;
 }
 
@@ -27,8 +29,8 @@ void SlowValue::take_whole(const FrameView& view, int field, double raw) {
     memo_raw_ = raw;
     memo_value_ = view.scaled(field, raw);
   }
-  set(memo_value_);
   out_of_range_ = std::isnan(memo_value_);
+  set(memo_value_, out_of_range_ && !std::isnan(raw));
 }
 
 void SlowValue::take_halves(const FrameView& view, int high, int low, bool adjacent) {
@@ -40,7 +42,7 @@ void SlowValue::take_halves(const FrameView& view, int high, int low, bool adjac
                                            : static_cast<double>(joined >> unused);
     const double value = channel_->joined.apply(raw);
     out_of_range_ = !(std::isfinite(value) && channel_->joined.admits(value));
-    set(out_of_range_ ? kUnknown : value);
+    set(out_of_range_ ? kUnknown : value, out_of_range_);
   }
   high_.reset();
   if (has_high) high_ = view.bits(high);
@@ -100,7 +102,10 @@ void ReadingMaker::read_gyro(const KindRoles& roles, const FrameView& view, Read
     const double raw = view.raw(field);
     if (std::isnan(raw) && !view.present(field)) continue;
     const double value = view.scaled(field, raw);
-    if (std::isnan(value)) ++out_of_range_;
+    if (std::isnan(value)) {
+      ++out_of_range_;
+      reading.out_of_bounds.rate = !std::isnan(raw);
+    }
     bool valid = !std::isnan(value);
     for (const ValidRule& rule : roles.valid) valid = valid && (view.bits(rule.field) & rule.mask) == rule.value;
     reading.valid = valid;
@@ -126,11 +131,13 @@ bool ReadingMaker::make(std::int32_t kind, const FrameView& view, bool contiguou
   if (description_->temperature.present) {
     temperature_.push(view, roles.temperature, roles.temperature_high, roles.temperature_low, steps_, adjacent_);
     reading.temperature_degc = temperature_.value();
+    reading.out_of_bounds.temperature = temperature_.out_of_bounds();
     out_of_range_ += temperature_.out_of_range() ? 1 : 0;
   }
   if (description_->uhfo.present) {
     uhfo_.push(view, roles.uhfo, roles.uhfo_high, roles.uhfo_low, steps_, adjacent_);
     reading.uhfo_v = uhfo_.value();
+    reading.out_of_bounds.uhfo = uhfo_.out_of_bounds();
     out_of_range_ += uhfo_.out_of_range() ? 1 : 0;
   }
   return true;

@@ -22,19 +22,22 @@ class SlowValue {
   void push(const FrameView& view, const FieldList& fields, int high, int low, std::uint64_t steps, bool adjacent);
   double value() const { return age_frames_ <= limit_frames_ ? value_ : kUnknown; }
   bool out_of_range() const { return out_of_range_; }
+  /// The last value was a number, but out of range.
+  bool out_of_bounds() const { return out_of_bounds_ && age_frames_ <= limit_frames_; }
   void reset();
 
  private:
   void take_whole(const FrameView& view, int field, double raw);
   void take_halves(const FrameView& view, int high, int low, bool adjacent);
-  void set(double value);
+  void set(double value, bool out_of_bounds);
 
   const SlowChannel* channel_;
   std::uint64_t limit_frames_ = 0;
   std::uint64_t age_frames_ = 0;
   double value_ = kUnknown;
-  bool out_of_range_ = false;
-  int memo_field_ = -1;  ///< the last raw number and what it stood for: temperatures repeat, and logarithms cost
+  bool out_of_range_ = false;   ///< in this frame
+  bool out_of_bounds_ = false;  ///< held as long as the value
+  int memo_field_ = -1;         ///< the last raw number and what it stood for: temperatures repeat, and logarithms cost
   double memo_raw_ = kUnknown;
   double memo_value_ = kUnknown;
   std::optional<std::uint64_t> high_;  ///< of the frame before

@@ -107,6 +107,17 @@ Result<void> check_choice(const std::string& where, const GyroChoice& choice) {
   return {};
 }
 
+/// Takes out of the canonical text what does not say how bytes are read.
+void erase_beliefs(Json& description) {
+  description.erase("$schema");
+  description["gyro"].erase("range_deg_per_s");
+  for (const char* channel : {"temperature", "uhfo"}) {
+    const auto found = description.find(channel);
+    if (found == description.end()) continue;
+    for (const char* key : {"range", "greatest_slope_degc_per_s"}) found->erase(key);
+  }
+}
+
 /// FNV-1a over the canonical text: short, and the same on every machine. It identifies, it does not protect.
 std::string id_of(const std::string& canonical) {
   std::uint64_t hash = 0xcbf29ce484222325;
@@ -125,7 +136,7 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
   const Section whole(*document);
   read_all(whole, choice, *description);
   if (const auto rest = whole.finish(); !rest) return tl::unexpected<Error>(rest.error());
-  document->value.erase("$schema");
+  erase_beliefs(document->value);
   description->id = id_of(document->value.dump());
   return FrameDescriptionPtr(std::move(description));
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "compensation/result.hpp"
+#include "compensation/sensor_limits.hpp"
 #include "drivers/wire/description/frame_kind.hpp"
 #include "drivers/wire/description/wire_format.hpp"
 
@@ -69,7 +70,9 @@ struct FrameDescription {
   std::string name;    ///< one word: trplg, kvh1750
   std::string title;   ///< one line for people
   std::string source;  ///< where the format is from and what is proved
-  std::string id;      ///< 16 hex digits over the canonical text: which description a log was decoded by
+  /// 16 hex digits over the canonical text: which description a log was decoded by. What of the numbers is believed is
+  /// not in it: a range that is added later changes no byte that was decoded.
+  std::string id;
   WireFormat wire;
   double rate_hz = 0;         ///< nominal frames a second (of those that carry the gyro)
   double rate_tolerance = 0;  ///< by which part of rate_hz real devices differ
@@ -83,6 +86,7 @@ struct FrameDescription {
   std::vector<std::string> warnings;  ///< one line each: legal, but worth knowing
   SlowChannel temperature;
   SlowChannel uhfo;
+  SensorStatements plausible;  ///< what of the device's sensors is to be believed, as far as the description says it
   std::uint32_t max_frame_bytes = 0;  ///< the longest frame of any kind
 
   /// Nominal time from one gyro-carrying frame to the next, s.

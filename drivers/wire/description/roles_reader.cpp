@@ -120,6 +120,7 @@ void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& des
   rule.interval_s = s.number("interval_s", {1e-6, 1e4}, rule.interval_s);
   if (rule.interval_s != 0 && rule.meaning != GyroMeaning::kIncrement)
     s.fail("interval_s", "belongs to an increment only");
+  description.plausible.rate.range = read_range(s, "range_deg_per_s", kRateRanges, kDegPerSInDegPerH);
   read_valid(s, description);
   read_axes(s, choice, description);
   const Field* field = first_with(description, &KindRoles::gyro);
@@ -172,6 +173,11 @@ void read_channel(const Section& s, FrameDescription& description, SlowChannel F
   slow.joined = read_scaling(s);
 }
 
+/// What of a channel is believed.
+SensorStatement read_statement(const Section& s) {
+  return {read_range(s, "range", kChannelRanges), read_greatest_slope(s, "greatest_slope_degc_per_s"), {}};
+}
+
 }  // namespace
 
 void read_roles(const Section& s, const GyroChoice& choice, FrameDescription& description) {
@@ -180,10 +186,14 @@ void read_roles(const Section& s, const GyroChoice& choice, FrameDescription& de
   if (s.has("temperature")) {
     read_channel(s.object("temperature"), description, &FrameDescription::temperature, &KindRoles::temperature,
                  &KindRoles::temperature_high, &KindRoles::temperature_low);
+    description.plausible.temperature = read_statement(s.object("temperature"));
   }
   if (s.has("uhfo")) {
     read_channel(s.object("uhfo"), description, &FrameDescription::uhfo, &KindRoles::uhfo, &KindRoles::uhfo_high,
                  &KindRoles::uhfo_low);
+    description.plausible.uhfo = read_statement(s.object("uhfo"));
+    if (description.plausible.uhfo.greatest_slope_per_s)
+      s.object("uhfo").fail("greatest_slope_degc_per_s", "belongs to the temperature only");
   }
   if (s.has("status")) assign(s.object("status"), "field", description, &KindRoles::status);
   if (s.has("latency")) assign(s.object("latency"), "field", description, &KindRoles::latency);
