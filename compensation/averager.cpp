@@ -19,12 +19,32 @@ std::int64_t bucket_second(std::int64_t time_ns) {
   return time_ns / kNanosecondsPerSecond - (time_ns % kNanosecondsPerSecond > 0 ? 0 : 1);
 }
 
-std::optional<Bucket> Averager::push(const Sample& sample) {
+Bucket believed(Bucket bucket) {
+  if (bucket.disbelieved.rate) bucket.rate_deg_per_h = kUnknown;
+  if (bucket.disbelieved.temperature) bucket.temperature_degc = kUnknown;
+  if (bucket.disbelieved.uhfo) bucket.uhfo_v = kUnknown;
+  return bucket;
+}
+
+void Averager::Mean::add(double value, double weight, bool implausible) {
+  any_doubted = any_doubted || implausible;
+  if (!std::isfinite(value)) return;
+  WeightedSum& to = implausible ? doubted : believed;
+  to.sum += value * weight;
+  to.weight += weight;
+}
+
+double Averager::Mean::value() const {
+  if (believed.weight > 0) return believed.sum / believed.weight;
+  return doubted.weight > 0 ? doubted.sum / doubted.weight : kUnknown;
+}
+
+std::optional<Bucket> Averager::push(const Sample& sample, QuantitySet implausible) {
   const std::int64_t second = bucket_second(sample.time_ns);
   std::optional<Bucket> closed;
   if (open_ && second != bucket_.second) closed = close();
   if (!open_ || closed) open(sample, second);
-  add(sample);
+  add(sample, implausible);
   return closed;
 }
 
@@ -46,30 +66,23 @@ void Averager::open(const Sample& sample, std::int64_t second) {
   bucket_.partial = !begun && missed_ns > interval_ns / 100;  // stamps are that true, not truer
 }
 
-void Averager::add(const Sample& sample) {
+void Averager::add(const Sample& sample, QuantitySet implausible) {
   ++bucket_.samples;
   next_end_ns_ = sample.time_ns + interval_of(sample);
   bucket_.missing_frames += sample.missing_frames;
   bucket_.status |= sample.status;
-  if (std::isfinite(sample.rate_deg_per_h)) {
-    angle_arcsec_ += sample.rate_deg_per_h * sample.interval_s;
-    rate_time_s_ += sample.interval_s;
-  }
-  if (std::isfinite(sample.temperature_degc)) {
-    temperature_sum_ += sample.temperature_degc;
-    ++temperatures_;
-  }
-  if (std::isfinite(sample.uhfo_v)) {
-    uhfo_sum_ += sample.uhfo_v;
-    ++uhfos_;
-  }
+  rate_.add(sample.rate_deg_per_h, sample.interval_s, implausible.rate);
+  temperature_.add(sample.temperature_degc, 1, implausible.temperature);
+  uhfo_.add(sample.uhfo_v, 1, implausible.uhfo);
 }
 
 Bucket Averager::close() const {
   Bucket closed = bucket_;
-  if (rate_time_s_ > 0) closed.rate_deg_per_h = angle_arcsec_ / rate_time_s_;
-  if (temperatures_ > 0) closed.temperature_degc = temperature_sum_ / temperatures_;
-  if (uhfos_ > 0) closed.uhfo_v = uhfo_sum_ / uhfos_;
+  closed.rate_deg_per_h = rate_.value();
+  closed.temperature_degc = temperature_.value();
+  closed.uhfo_v = uhfo_.value();
+  closed.implausible = {rate_.any_doubted, temperature_.any_doubted, uhfo_.any_doubted};
+  closed.disbelieved = {rate_.only_doubted(), temperature_.only_doubted(), uhfo_.only_doubted()};
   return closed;
 }
 

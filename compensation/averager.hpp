@@ -14,7 +14,8 @@ inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 /// The second (s, s + 1] that a sample time lies in: the time is the end of the sample's interval.
 std::int64_t bucket_second(std::int64_t time_ns);
 
-/// Means over one second of samples. A quantity that no sample of the second carried is kUnknown.
+/// Means over one second of samples, of those that are believed. A quantity that no sample of the second carried is
+/// kUnknown; of one of which none was believed, what was measured stands all the same.
 struct Bucket {
   std::int64_t second = 0;  ///< whole seconds of the sample time: the bucket covers (second, second + 1] s
   std::uint32_t samples = 0;
@@ -22,9 +23,14 @@ struct Bucket {
   double rate_deg_per_h = kUnknown;  ///< weighted by each sample's interval
   double temperature_degc = kUnknown;
   double uhfo_v = kUnknown;
-  std::uint32_t status = 0;  ///< all status bits seen in the second, or-ed
-  bool partial = false;      ///< the session began or ended within this second: its means are of a part of it
+  std::uint32_t status = 0;      ///< all status bits seen in the second, or-ed
+  bool partial = false;          ///< the session began or ended within this second: its means are of a part of it
+  QuantitySet implausible = {};  ///< of these samples were left out: they were implausible
+  QuantitySet disbelieved = {};  ///< of these every sample was: the mean is of them
 };
+
+/// The bucket as windows take it: what is disbelieved is kUnknown.
+Bucket believed(Bucket bucket);
 
 /// push() takes samples in order of time and returns a bucket when a sample of a later second closes it; finish()
 /// returns the one still open: the session ends. Seconds without samples give no bucket: the conditioner sees the gap.
@@ -32,18 +38,28 @@ struct Bucket {
 /// further sample would have belonged to it.
 class Averager {
  public:
-  std::optional<Bucket> push(const Sample& sample);
+  /// `implausible`: what of the sample is not believed.
+  std::optional<Bucket> push(const Sample& sample, QuantitySet implausible = {});
   std::optional<Bucket> finish();
 
  private:
+  struct WeightedSum {
+    double sum = 0, weight = 0;
+  };
+  struct Mean {
+    WeightedSum believed, doubted;
+    bool any_doubted = false;
+    void add(double value, double weight, bool implausible);
+    double value() const;
+    bool only_doubted() const { return any_doubted && !(believed.weight > 0); }
+  };
+
   void open(const Sample& sample, std::int64_t second);
-  void add(const Sample& sample);
+  void add(const Sample& sample, QuantitySet implausible);
   Bucket close() const;
 
   Bucket bucket_;
-  double angle_arcsec_ = 0, rate_time_s_ = 0;
-  double temperature_sum_ = 0, uhfo_sum_ = 0;
-  std::uint32_t temperatures_ = 0, uhfos_ = 0;
+  Mean rate_, temperature_, uhfo_;
   std::int64_t next_end_ns_ = 0;  ///< when the sample after the last one is due
   bool open_ = false, begun_ = false;
 };

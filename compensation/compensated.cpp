@@ -18,6 +18,8 @@ constexpr std::pair<std::uint32_t, std::string_view> kNames[] = {
     {kSettling, "settling"},
     {kRateInvalid, "rate_invalid"},
     {kNoData, "no_data"},
+    {kImplausible, "implausible"},
+    {kSlewLimited, "slew_limited"},
 };
 
 }  // namespace

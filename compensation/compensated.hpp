@@ -6,6 +6,7 @@
 #include <string>
 
 #include "compensation/features.hpp"
+#include "compensation/plausibility.hpp"
 #include "compensation/sample.hpp"
 
 namespace prism::compensation {
@@ -13,15 +14,17 @@ namespace prism::compensation {
 /// Bits; 0 is a correction without reservation.
 enum Quality : std::uint32_t {
   kGood = 0,
-  kWarming = 1,        ///< the window is not full since the start or the last gap
-  kNoModel = 2,        ///< no model is loaded: nothing is corrected
-  kInputMissing = 4,   ///< an input of the model is not known: never carried, or no longer
-  kExtrapolating = 8,  ///< the model is asked off the data it was trained on
-  kFallback = 16,      ///< the fallback model, which needs no slope, gave the bias
-  kOverLimit = 32,     ///< the predicted bias exceeded the sanity limit and was ignored
-  kSettling = 64,      ///< the lag filters have not forgotten how they began
-  kRateInvalid = 128,  ///< the device says that the rate is not valid
-  kNoData = 256,       ///< nothing is measured now: the line is lost, silent, or brought no frame yet
+  kWarming = 1,         ///< the window is not full since the start or the last gap
+  kNoModel = 2,         ///< no model is loaded: nothing is corrected
+  kInputMissing = 4,    ///< an input of the model is not known: never carried, or no longer
+  kExtrapolating = 8,   ///< the model is asked off the data it was trained on
+  kFallback = 16,       ///< the fallback model, which needs no slope, gave the bias
+  kOverLimit = 32,      ///< the predicted bias exceeded the sanity limit and was ignored
+  kSettling = 64,       ///< the lag filters have not forgotten how they began
+  kRateInvalid = 128,   ///< the device says that the rate is not valid
+  kNoData = 256,        ///< nothing is measured now: the line is lost, silent, or brought no frame yet
+  kImplausible = 512,   ///< a measured value is beyond what its sensor can say or do, and was left out
+  kSlewLimited = 1024,  ///< the bias follows the model's at the greatest slew that is allowed
 };
 
 /// "good", or the names of the bits joined by '+': "warming+fallback".
@@ -59,6 +62,7 @@ struct CompensatedWindow {
   Correction correction;
   double corrected_deg_per_h = kUnknown;       ///< the second's mean rate − bias
   double corrected_mean_deg_per_h = kUnknown;  ///< the window's mean rate − bias
+  Doubts doubts;                               ///< of the first sample of each quantity that was not believed
 };
 
 }  // namespace prism::compensation

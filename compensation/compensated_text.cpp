@@ -81,6 +81,9 @@ const std::array kColumns = {
            [](std::string& text, const CompensatedWindow& row) { text += quality_text(row.correction.quality); },
            [](std::string_view field, CompensatedWindow& row) {
              row.correction.quality = parse_quality(std::string(field));
+             // Which quantity it was the log does not say: of such a second nothing is taken.
+             if (row.correction.quality & kImplausible)
+               row.window.bucket.implausible = row.window.bucket.disbelieved = {true, true, true};
              return quality_text(row.correction.quality) == field;  // a torn or unknown name must not read as "good"
            }},
     // Further columns stand behind those of format 1, and a log may lack them.

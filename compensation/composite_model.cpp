@@ -89,6 +89,7 @@ Result<ModelPtr> CompositeModel::make(ModelInfo info, CompositeParameters parame
   std::shared_ptr<CompositeModel> model(new CompositeModel(std::move(info), std::move(parameters)));
   if (!model->factorise())
     return refuse(where, "the covariance of the centres is not positive definite: the noise is too small");
+  model->measure_bias_span();
   return ModelPtr(std::move(model));
 }
 

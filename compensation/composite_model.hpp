@@ -52,15 +52,15 @@ struct CompositeParameters {
 Eigen::MatrixXd nuisance_matrix(const CompositeVariances& variances, const Eigen::VectorXd& time_h,
                                 const std::vector<int>& recording);
 
-class CompositeModel : public Model {
+class CompositeModel final : public Model {
  public:
   /// Factorises once, O(N³/3). Refuses (where: the model's name) shapes that do not agree and a matrix that is not
   /// positive definite. info.kind is "composite".
   static Result<ModelPtr> make(ModelInfo info, CompositeParameters parameters);
 
   Prediction predict(std::span<const double> inputs) const override;
-  /// The bias alone: one kernel sum. Same number as predict().bias_deg_per_h.
-  double bias_deg_per_h(std::span<const double> inputs) const;
+  /// One kernel sum.
+  double bias_deg_per_h(std::span<const double> inputs) const override;
 
   const CompositeParameters& parameters() const { return parameters_; }
 

@@ -63,8 +63,9 @@ void Conditioner::reset() {
 Window Conditioner::push(const Bucket& bucket) {
   Window window;
   window.bucket = bucket;
-  admit(bucket, window);
-  update_lags(bucket, window);
+  const Bucket taken = believed(bucket);
+  admit(taken, window);
+  update_lags(taken, window);
   const std::int64_t warm_s = bucket.second - warm_since_ + 1;
   window.warm_s = static_cast<int>(std::min<std::int64_t>(warm_s, history_s(definition_)));
   measure(window);

@@ -15,8 +15,9 @@ namespace prism::compensation {
 /// max_gap_s; it is ready when it is full and its mean rate, mean temperature and slope are known. A temperature or a
 /// UHFO voltage that was not known for longer than max_gap_s within the window has no mean (and no slope): what a
 /// sensor said before it failed is not served as news. Devices without UHFO have ready windows with its mean kUnknown.
-/// Shorter holes cost nothing: means are taken over what is there, slopes with the true times of what is there.
-/// Cost: O(history_s) a second; no drift, because nothing is accumulated over windows but the lag filters.
+/// What a bucket disbelieves counts as not known. Shorter holes cost nothing: means are taken over what is there,
+/// slopes with the true times of what is there. Cost: O(history_s) a second; no drift, because nothing is accumulated
+/// over windows but the lag filters.
 class Conditioner {
  public:
   explicit Conditioner(FeatureDefinition definition);

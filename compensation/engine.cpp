@@ -24,21 +24,27 @@ Result<void> Engine::use(ModelPtr model, ModelPtr fallback) {
   }
   model_ = std::move(model);
   fallback_ = std::move(fallback);
-  window_ ? void(correction_ = correct(*window_)) : forget_window();
+  break_off();  // what another model said does not hold back this one
+  window_ ? void(correction_ = follow(*window_)) : forget_window();
   return {};
 }
 
 std::optional<CompensatedWindow> Engine::push(const Sample& sample, Compensated& out) {
   std::optional<CompensatedWindow> closed;
-  if (const auto bucket = averager_.push(sample)) {
+  const QuantitySet implausible = plausibility_.implausible(sample);
+  if (const auto bucket = averager_.push(sample, implausible)) {
     closed = complete(*bucket);
     const std::int64_t step = bucket_second(sample.time_ns) - bucket->second;
     if (step <= 0 || step - 1 > conditioner_.definition().max_gap_s) forget_window();
   }
   out.sample = sample;
   out.correction = correction_;
-  out.corrected_deg_per_h = corrected_rate(sample.rate_deg_per_h, correction_);
+  out.corrected_deg_per_h = implausible.rate ? kUnknown : corrected_rate(sample.rate_deg_per_h, correction_);
   if (!std::isfinite(sample.rate_deg_per_h)) out.correction.quality |= kRateInvalid;
+  if (implausible.any()) {
+    plausibility_.explain(sample, implausible, doubts_);
+    out.correction.quality |= kImplausible;
+  }
   return closed;
 }
 
@@ -51,12 +57,15 @@ std::optional<CompensatedWindow> Engine::finish() {
 
 void Engine::reset() {
   averager_ = Averager();
+  plausibility_ = Plausibility(settings_.plausibility);
+  doubts_ = {};
   conditioner_.reset();
   forget_window();
 }
 
 void Engine::forget_window() {
   window_.reset();
+  break_off();
   correction_ = {kUnknown, kUnknown, model_ ? kWarming : kNoModel};
 }
 
@@ -66,14 +75,28 @@ CompensatedWindow Engine::complete(const Bucket& bucket) {
   row.window.bucket = bucket;
   if (!bucket.partial) {
     row.window = conditioner_.push(bucket);
-    correction_ = correct(row.window);
+    correction_ = follow(row.window);
     window_ = row.window;
   }
   row.correction = correction_;
-  row.corrected_deg_per_h = corrected_rate(bucket.rate_deg_per_h, row.correction);
+  row.corrected_deg_per_h = corrected_rate(believed(bucket).rate_deg_per_h, row.correction);
   row.corrected_mean_deg_per_h = corrected_rate(row.window.rate_deg_per_h, row.correction);
   if (!std::isfinite(bucket.rate_deg_per_h)) row.correction.quality |= kRateInvalid;
+  if (bucket.implausible.any()) row.correction.quality |= kImplausible;
+  row.doubts = std::exchange(doubts_, {});
   return row;
+}
+
+Correction Engine::follow(const Window& window) {
+  Correction correction = correct(window);
+  if (!std::isfinite(correction.bias_deg_per_h)) {
+    break_off();
+    return correction;
+  }
+  const Model& by = correction.quality & kFallback ? *fallback_ : *model_;
+  const double most = greatest_slew_deg_per_h_per_s(by, settings_.slew, settings_.max_bias_deg_per_h);
+  if (slew_.follow(correction.bias_deg_per_h, window.bucket.second, by, most)) correction.quality |= kSlewLimited;
+  return correction;
 }
 
 Correction Engine::correct(const Window& window) const {

@@ -9,7 +9,9 @@
 #include "compensation/conditioner.hpp"
 #include "compensation/extrapolation.hpp"
 #include "compensation/model.hpp"
+#include "compensation/plausibility.hpp"
 #include "compensation/result.hpp"
+#include "compensation/slew_limit.hpp"
 
 namespace prism::compensation {
 
@@ -18,14 +20,20 @@ struct EngineSettings {
   double max_bias_deg_per_h = 100;
   /// How predictions are served, and what is published where the model is asked off its data.
   Extrapolation extrapolation = Extrapolation::kPreset;
+  /// What of a sample is believed.
+  PlausibilityLimits plausibility = {};
+  SlewSettings slew = {};
 
   bool operator==(const EngineSettings&) const = default;
 };
 
+/// What is implausible is in no mean of a window and is not corrected; samples and rows that hold it are marked.
+///
 /// Deterministic: the same samples and models give the same rows, live or replayed. No model: rows carry kNoModel.
 class Engine {
  public:
-  explicit Engine(EngineSettings settings = {}) : settings_(settings), conditioner_(FeatureDefinition{}) {}
+  explicit Engine(EngineSettings settings = {})
+      : settings_(settings), plausibility_(settings.plausibility), conditioner_(FeatureDefinition{}) {}
 
   /// Takes over `model` (null: none) and `fallback` (null: none), which serves while the window is not full. The window
   /// is kept where the new model defines its features alike (its bias is then in force at once), else it warms anew. A
@@ -40,8 +48,12 @@ class Engine {
   /// A new session of the device: nothing of the past holds.
   void reset();
 
-  /// What is published for this window, by the model in use or its fallback; nothing is kept.
+  /// What the model in use or its fallback says of this window; nothing is kept.
   Correction correct(const Window& window) const;
+  /// What is published for it: the same, no further from what was published for the window before than the slew limit
+  /// allows in the time between. Windows come in order of time; call break_off() where one does not follow another.
+  Correction follow(const Window& window);
+  void break_off() { slew_.reset(); }
 
   const ModelPtr& model() const { return model_; }
   const ModelPtr& fallback() const { return fallback_; }
@@ -54,6 +66,9 @@ class Engine {
 
   EngineSettings settings_;
   ModelPtr model_, fallback_;
+  Plausibility plausibility_;
+  Doubts doubts_;  ///< of the second that is open
+  SlewLimit slew_;
   Averager averager_;
   Conditioner conditioner_;
   std::optional<Window> window_;  ///< what correction_ was predicted from; none: no bias in force

@@ -61,6 +61,7 @@ Result<ModelPtr> LssvmModel::make(ModelInfo info, LssvmParameters parameters) {
   if (model->parameters_.uncertainty && !model->factorise()) {
     return refuse(where, "the kernel matrix of the centres is not positive definite: c is too large or centres repeat");
   }
+  model->measure_bias_span();
   return ModelPtr(std::move(model));
 }
 

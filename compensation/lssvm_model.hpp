@@ -43,7 +43,7 @@ struct LssvmParameters {
   std::optional<LssvmUncertainty> uncertainty;  ///< none: the model has no standard deviation (SVR)
 };
 
-class LssvmModel : public Model {
+class LssvmModel final : public Model {
  public:
   /// Factorises K + diag(1/(c v)) once, O(N³/3), if there is an uncertainty. Refuses (where: the model's name) shapes
   /// that do not agree and a matrix that is not positive definite. info.kind: "lssvm", "ir_lssvm", "sparse_lssvm" or
@@ -51,8 +51,8 @@ class LssvmModel : public Model {
   static Result<ModelPtr> make(ModelInfo info, LssvmParameters parameters);
 
   Prediction predict(std::span<const double> inputs) const override;
-  /// The bias alone: one kernel sum, no standard deviation. Same number as predict().bias_deg_per_h.
-  double bias_deg_per_h(std::span<const double> inputs) const;
+  /// One kernel sum, no standard deviation.
+  double bias_deg_per_h(std::span<const double> inputs) const override;
 
   const LssvmParameters& parameters() const { return parameters_; }
 

@@ -5,6 +5,13 @@
 #include <cmath>
 
 namespace prism::compensation {
+namespace {
+
+constexpr double kGridPoints = 1024;
+constexpr std::size_t kGridInputs = 10;  // more: not even the corners fit
+constexpr double kGridSide = 65;         // of one input alone
+
+}  // namespace
 
 bool Model::outside_domain(std::span<const double> inputs) const {
   const Domain& domain = info_.domain;
@@ -22,6 +29,32 @@ double Model::excess(std::span<const double> inputs) const {
     if (range > 0) most = std::max(most, std::max(domain.min[i] - inputs[i], inputs[i] - domain.max[i]) / range);
   }
   return most;
+}
+
+void Model::measure_bias_span() {
+  const Domain& box = info_.domain;
+  const std::size_t inputs = box.min.size();
+  if (inputs == 0 || inputs > kGridInputs || inputs != info_.inputs.size()) return;
+  // The largest whole side whose power is at most kGridPoints; the half keeps roots that are whole from being cut.
+  const double root = std::pow(kGridPoints + 0.5, 1 / static_cast<double>(inputs));
+  const auto side = static_cast<std::size_t>(std::min(root, kGridSide));
+  std::vector<std::size_t> at(inputs, 0);
+  std::vector<double> point = box.min;
+  double low = bias_deg_per_h(point), high = low;
+  for (std::size_t i = 0; i < inputs;) {
+    if (++at[i] == side) at[i] = 0;
+    const double part = static_cast<double>(at[i]) / static_cast<double>(side - 1);
+    point[i] = box.min[i] + part * (box.max[i] - box.min[i]);
+    if (at[i] == 0) {
+      ++i;  // carry
+      continue;
+    }
+    const double bias = bias_deg_per_h(point);
+    low = std::min(low, bias);
+    high = std::max(high, bias);
+    i = 0;
+  }
+  if (std::isfinite(high - low)) bias_span_deg_per_h_ = high - low;
 }
 
 std::vector<double> gather_inputs(const Model& model, const Window& window) {

@@ -63,14 +63,24 @@ class Model {
   /// Bias at one point. `inputs` has info().inputs.size() finite numbers in the units of features.hpp. Pure.
   virtual Prediction predict(std::span<const double> inputs) const = 0;
 
+  /// The bias alone; same number as predict().bias_deg_per_h.
+  virtual double bias_deg_per_h(std::span<const double> inputs) const { return predict(inputs).bias_deg_per_h; }
+
+  /// Greatest less smallest bias over the training box, deg/h, >= 0: on an even grid of at most 1024 points with the
+  /// box's corners in it. kUnknown where the model states no box or has more inputs than a grid takes (10).
+  double bias_span_deg_per_h() const { return bias_span_deg_per_h_; }
+
  protected:
   explicit Model(ModelInfo info) : info_(std::move(info)) {}
   bool outside_domain(std::span<const double> inputs) const;
   /// How far the input that is worst off lies outside its training range, in ranges; 0 inside the box.
   double excess(std::span<const double> inputs) const;
+  /// Sets the span: for the end of the making, once bias_deg_per_h() works.
+  void measure_bias_span();
 
  private:
   ModelInfo info_;
+  double bias_span_deg_per_h_ = kUnknown;
 };
 
 using ModelPtr = std::shared_ptr<const Model>;

@@ -27,7 +27,9 @@ ModelInfo identified(ModelInfo info, const std::vector<Term>& terms, double sd) 
 }  // namespace
 
 PolynomialModel::PolynomialModel(ModelInfo info, std::vector<Term> terms, double sd_deg_per_h)
-    : Model(identified(std::move(info), terms, sd_deg_per_h)), terms_(std::move(terms)), sd_deg_per_h_(sd_deg_per_h) {}
+    : Model(identified(std::move(info), terms, sd_deg_per_h)), terms_(std::move(terms)), sd_deg_per_h_(sd_deg_per_h) {
+  measure_bias_span();
+}
 
 Prediction PolynomialModel::predict(std::span<const double> inputs) const {
   assert(inputs.size() == info().inputs.size());

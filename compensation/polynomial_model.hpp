@@ -13,7 +13,7 @@ struct Term {
   bool operator==(const Term&) const = default;
 };
 
-class PolynomialModel : public Model {
+class PolynomialModel final : public Model {
  public:
   /// The id is computed here, whatever info.id holds. `info.kind` is "polynomial" or "stepwise"; every term has
   /// info.inputs.size() powers. sd_deg_per_h: residual standard deviation of the fit, kUnknown where it is not known.

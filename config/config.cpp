@@ -91,6 +91,31 @@ LineConfig read_line(Section section, const fs::path& base) {
   return line;
 }
 
+std::optional<double> read_stuck(const Section& section) {
+  if (!section.has("stuck_s")) return std::nullopt;
+  return section.number("stuck_s", {1, 1e7});
+}
+
+SensorStatement read_rate(const Section& section) {
+  return {read_range(section, "range_deg_per_s", kRateRanges, kDegPerSInDegPerH), {}, read_stuck(section)};
+}
+
+SensorStatement read_temperature(const Section& section) {
+  return {read_range(section, "range_degc", kChannelRanges), read_greatest_slope(section, "greatest_slope_degc_per_s"),
+          read_stuck(section)};
+}
+
+SensorStatement read_uhfo(const Section& section) {
+  return {read_range(section, "range_v", kChannelRanges), {}, read_stuck(section)};
+}
+
+void read_slew(const Section& correction, compensation::SlewSettings& slew) {
+  slew.limited = correction.boolean("slew_limit", slew.limited);
+  if (!correction.has("max_slew_deg_per_h_per_s")) return;
+  if (!slew.limited) correction.fail("max_slew_deg_per_h_per_s", "given although \"slew_limit\" is false");
+  slew.max_slew_deg_per_h_per_s = correction.number("max_slew_deg_per_h_per_s", {1e-9, 1e6});
+}
+
 SiteSettings read_site(Section section) {
   SiteSettings site;
   site.latitude_deg = section.number("latitude_deg", {-90, 90}, site.latitude_deg);
@@ -173,6 +198,10 @@ Config read_config(Section& top, const fs::path& file) {
   config.engine.max_bias_deg_per_h =
       correction.number("max_bias_deg_per_h", {1e-6, 1e6}, config.engine.max_bias_deg_per_h);
   config.engine.extrapolation = read_extrapolation(correction, config);
+  read_slew(correction, config.engine.slew);
+  const Section plausibility = top.object("plausibility");
+  config.plausibility = {read_rate(plausibility.object("rate")), read_temperature(plausibility.object("temperature")),
+                         read_uhfo(plausibility.object("uhfo"))};
   // systemd names the folder it made for this instance; the configuration's own is read-only there.
   const char* made = std::getenv("LOGS_DIRECTORY");
   const bool given = made != nullptr && *made != '\0';

@@ -10,6 +10,7 @@
 
 #include "compensation/engine.hpp"
 #include "compensation/result.hpp"
+#include "compensation/sensor_limits.hpp"
 
 namespace prism::config {
 
@@ -73,8 +74,9 @@ struct Config {
   std::string frames;  ///< path of the frame description
   bool device_clock = false;
   SiteSettings site;
-  std::string model, fallback_model;  ///< paths; empty: none
-  compensation::EngineSettings engine;
+  std::string model, fallback_model;    ///< paths; empty: none
+  SensorStatements plausibility;        ///< beside what the frame description states
+  compensation::EngineSettings engine;  ///< its plausibility is of presets only: pipeline::Setup joins all three
   std::optional<SegmentSettings> log, capture;
   SocketSettings socket;
   std::string event_level = "info";

@@ -96,6 +96,7 @@ const pipeline::Rows& Acquisition::keep(const pipeline::Rows& rows) {
     history_.add(window.row);
     watch_quality(window.row);
     watch_rate(window.row);
+    watch_plausibility(window.row);
   }
   if (!rows.samples.empty()) {
     last_ = rows.samples.back().row;
@@ -112,9 +113,10 @@ const pipeline::Rows& Acquisition::end_session(const pipeline::Rows& rows) {
   return rows;
 }
 
-// A change of quality is an event; a flood of rows with the same fault is not.
+// A change of quality is an event; a flood of rows with the same fault is not. What is implausible has events of its
+// own.
 void Acquisition::watch_quality(const compensation::CompensatedWindow& row) {
-  const std::uint32_t quality = row.correction.quality;
+  const std::uint32_t quality = row.correction.quality & ~compensation::kImplausible;
   if (quality == last_quality_) return;
   last_quality_ = quality;
   const bool harmless =
@@ -126,6 +128,11 @@ void Acquisition::watch_quality(const compensation::CompensatedWindow& row) {
 void Acquisition::watch_rate(const compensation::CompensatedWindow& row) {
   const auto wrong = rate_watch_.push(row.window.bucket.samples);
   if (wrong) events_.add(Severity::kWarning, "rate", setup_.frames->name + ": " + *wrong, host_time_ns());
+}
+
+void Acquisition::watch_plausibility(const compensation::CompensatedWindow& row) {
+  for (const PlausibilityWatch::Notice& notice : plausibility_watch_.push(row))
+    events_.add(notice.entered ? Severity::kWarning : Severity::kInfo, "implausible", notice.text, host_time_ns());
 }
 
 }  // namespace prism::daemon

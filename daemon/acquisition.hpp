@@ -11,6 +11,7 @@
 #include "daemon/event_log.hpp"
 #include "daemon/history.hpp"
 #include "daemon/pipeline/pipeline.hpp"
+#include "daemon/plausibility_watch.hpp"
 #include "daemon/rate_watch.hpp"
 #include "daemon/row_log.hpp"
 
@@ -64,6 +65,7 @@ class Acquisition {
   const pipeline::Rows& end_session(const pipeline::Rows& rows);
   void watch_quality(const compensation::CompensatedWindow& row);
   void watch_rate(const compensation::CompensatedWindow& row);
+  void watch_plausibility(const compensation::CompensatedWindow& row);
 
   pipeline::Setup setup_;
   EventLog& events_;
@@ -71,6 +73,7 @@ class Acquisition {
   std::unique_ptr<CaptureLog> capture_;
   std::unique_ptr<pipeline::Pipeline> pipeline_;
   RateWatch rate_watch_;
+  PlausibilityWatch plausibility_watch_;
   compensation::BlockStability stability_;
   History history_;
   compensation::Compensated last_;

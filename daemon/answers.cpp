@@ -35,7 +35,8 @@ ordered_json row_json(const Row& row) {
   return ordered_json::parse(text);
 }
 
-/// What is measured now. No line that delivers, or no frame on it yet: nothing is, whatever came before.
+/// What is measured now. No line that delivers, or no frame on it yet: nothing is, whatever came before. The quality is
+/// that of the correction in force, and implausible where the last sample or the last second is.
 struct Current {
   const compensation::Compensated* sample = nullptr;
   const compensation::CompensatedWindow* window = nullptr;
@@ -45,7 +46,10 @@ struct Current {
 Current current(const Instance& instance) {
   const Acquisition& acquisition = instance.acquisition;
   if (!instance.line.delivers() || acquisition.last_sample() == nullptr) return {};
-  return {acquisition.last_sample(), acquisition.last_window(), acquisition.engine().correction()};
+  Current now{acquisition.last_sample(), acquisition.last_window(), acquisition.engine().correction()};
+  now.correction.quality |= now.sample->correction.quality & compensation::kImplausible;
+  if (now.window) now.correction.quality |= now.window->correction.quality & compensation::kImplausible;
+  return now;
 }
 
 // The row, or one of the same members without a number in it.
@@ -90,6 +94,27 @@ ordered_json clock_json(const drivers::ClockStatus& c) {
           {"period_s", known(c.period_s)},
           {"period_is_estimated", c.period_is_estimated},
           {"residual_s", known(c.residual_s)}};
+}
+
+// What is not looked at is null.
+ordered_json limits_json(const compensation::SensorLimits& limits, const char* range, double unit, const char* slope) {
+  ordered_json json = {{range, {known(limits.low / unit), known(limits.high / unit)}}};
+  if (slope != nullptr) json[slope] = known(limits.greatest_slope_per_s);
+  json["stuck_s"] = known(limits.stuck_s);
+  return json;
+}
+
+ordered_json plausibility_json(const compensation::PlausibilityLimits& limits) {
+  return {{"rate", limits_json(limits.rate, "range_deg_per_s", kDegPerSInDegPerH, nullptr)},
+          {"temperature", limits_json(limits.temperature, "range_degc", 1, "greatest_slope_degc_per_s")},
+          {"uhfo", limits_json(limits.uhfo, "range_v", 1, nullptr)}};
+}
+
+// deg/h per second; null: not limited, or no model.
+ordered_json slew_json(const pipeline::Setup& setup) {
+  const compensation::EngineSettings& engine = setup.config.engine;
+  if (!setup.model) return nullptr;
+  return known(compensation::greatest_slew_deg_per_h_per_s(*setup.model, engine.slew, engine.max_bias_deg_per_h));
 }
 
 ordered_json model_brief(const compensation::ModelPtr& model) {
@@ -240,6 +265,8 @@ ordered_json config_answer(const Instance& instance) {
   json["model"] = c.model;
   json["fallback_model"] = c.fallback_model;
   json["max_bias_deg_per_h"] = c.engine.max_bias_deg_per_h;
+  json["max_slew_deg_per_h_per_s"] = slew_json(setup);
+  json["plausibility"] = plausibility_json(c.engine.plausibility);
   json["log"] = c.log ? ordered_json(c.log->directory) : ordered_json();
   json["capture"] = c.capture ? ordered_json(c.capture->directory) : ordered_json();
   json["socket"] = c.socket.path;

@@ -101,6 +101,9 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
   const Result<wire::FrameDescriptionPtr> frames = load_frames(setup.config);
   if (!frames) return tl::unexpected<Error>(frames.error());
   setup.frames = *frames;
+  compensation::PlausibilityLimits& plausible = setup.config.engine.plausibility;
+  plausible.take(setup.frames->plausible);
+  plausible.take(setup.config.plausibility);
   for (auto [path, model] :
        {std::pair(&setup.config.model, &setup.model), {&setup.config.fallback_model, &setup.fallback}}) {
     Result<compensation::ModelPtr> loaded = load_model(setup.config, *path, *setup.frames);

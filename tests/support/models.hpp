@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Small models for tests, each with the answer known beforehand.
+// Small models for tests, each with the answer known beforehand, and an engine that believes every temperature.
 #pragma once
 
 #include <memory>
@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "compensation/engine.hpp"
 #include "compensation/polynomial_model.hpp"
 
 namespace prism::test {
@@ -27,6 +28,12 @@ inline compensation::ModelPtr linear_model(std::vector<std::string> inputs, std:
   info.inputs = std::move(inputs);
   info.domain = std::move(domain);
   return std::make_shared<compensation::PolynomialModel>(std::move(info), std::move(terms), 0.001);
+}
+
+/// For tests that step temperatures as no thermometer does.
+inline compensation::EngineSettings believing(compensation::EngineSettings settings = {}) {
+  settings.plausibility.temperature = {};
+  return settings;
 }
 
 }  // namespace prism::test

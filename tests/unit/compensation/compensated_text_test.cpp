@@ -110,7 +110,7 @@ TEST(Csv, RandomRowsComeBackToTheirLastDecimal) {
     row.window.temperature_degc = maybe(100);
     row.window.slope_degc_per_s = maybe(1);
     row.window.uhfo_v = maybe(10);
-    row.correction = {maybe(100), maybe(1), static_cast<std::uint32_t>(random() % 256)};
+    row.correction = {maybe(100), maybe(1), static_cast<std::uint32_t>(random() % 2048)};
     row.corrected_deg_per_h = maybe(1e6);
     row.corrected_mean_deg_per_h = maybe(1e6);
     const std::string line = csv(row);

@@ -37,7 +37,7 @@ struct Session {
   std::vector<Compensated> rows;
   std::vector<CompensatedWindow> windows;
 
-  explicit Session(ModelPtr model, ModelPtr fallback = nullptr, EngineSettings settings = {}) : engine(settings) {
+  explicit Session(ModelPtr model, ModelPtr fallback = nullptr, EngineSettings s = {}) : engine(test::believing(s)) {
     use(std::move(model), std::move(fallback));
     next.rate_deg_per_h = 8;
     next.interval_s = 0.1;

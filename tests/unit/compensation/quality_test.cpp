@@ -19,11 +19,14 @@ TEST(Quality, EachBitHasItsOwnName) {
   EXPECT_EQ(quality_text(kOverLimit), "over_limit");
   EXPECT_EQ(quality_text(kSettling), "settling");
   EXPECT_EQ(quality_text(kRateInvalid), "rate_invalid");
+  EXPECT_EQ(quality_text(kNoData), "no_data");
+  EXPECT_EQ(quality_text(kImplausible), "implausible");
+  EXPECT_EQ(quality_text(kSlewLimited), "slew_limited");
   EXPECT_EQ(quality_text(kWarming | kFallback), "warming+fallback");
 }
 
 TEST(Quality, EverySetOfBitsComesBack) {
-  for (std::uint32_t quality = 0; quality < 256; ++quality) EXPECT_EQ(parse_quality(quality_text(quality)), quality);
+  for (std::uint32_t quality = 0; quality < 2048; ++quality) EXPECT_EQ(parse_quality(quality_text(quality)), quality);
 }
 
 TEST(Quality, AllNamesTogetherFitTheBuffer) {

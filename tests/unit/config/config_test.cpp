@@ -40,6 +40,32 @@ TEST(Config, AnEmptyObjectIsAWorkingConfigurationButForTheDevice) {
   EXPECT_THAT(config.frames, HasSubstr("trplg.json"));
 }
 
+TEST(Config, WhatIsBelievedAndHowFastTheBiasMayChangeMayBeSaid) {
+  const Config usual = good("{}");
+  EXPECT_FALSE(usual.plausibility.rate.range || usual.plausibility.temperature.range || usual.plausibility.uhfo.range);
+  EXPECT_FALSE(usual.plausibility.temperature.stuck_s) << "off unless configured";
+  EXPECT_TRUE(usual.engine.slew.limited);
+  EXPECT_FALSE(usual.engine.slew.max_slew_deg_per_h_per_s);
+  const Config config = good(R"({"plausibility": {"rate": {"range_deg_per_s": [-10, 20], "stuck_s": 5},
+    "temperature": {"range_degc": [-40, 70], "greatest_slope_degc_per_s": 0.1, "stuck_s": 3600}, "uhfo": {"range_v": [4, 6]}},
+    "correction": {"max_slew_deg_per_h_per_s": 0.01}})");
+  EXPECT_EQ(config.plausibility.rate.range->max, 20 * 3600.0);
+  EXPECT_EQ(config.plausibility.rate.stuck_s, 5);
+  EXPECT_EQ(config.plausibility.temperature.range->min, -40);
+  EXPECT_EQ(config.plausibility.temperature.greatest_slope_per_s, 0.1);
+  EXPECT_EQ(config.plausibility.uhfo.range->min, 4);
+  EXPECT_EQ(config.engine.slew.max_slew_deg_per_h_per_s, 0.01);
+  EXPECT_FALSE(good(R"({"correction": {"slew_limit": false}})").engine.slew.limited);
+  EXPECT_EQ(refusal(R"({"correction": {"slew_limit": false, "max_slew_deg_per_h_per_s": 1}})"),
+            "/etc/prism/gyro1.json:/correction/max_slew_deg_per_h_per_s: given although \"slew_limit\" is false");
+  EXPECT_EQ(refusal(R"({"plausibility": {"uhfo": {"range_v": [6, 4]}}})"),
+            "/etc/prism/gyro1.json:/plausibility/uhfo/range_v: found [6, 4], expected [low, high], low below high");
+  EXPECT_THAT(refusal(R"({"plausibility": {"uhfo": {"greatest_slope_degc_per_s": 1}}})"),
+              HasSubstr("/plausibility/uhfo"));
+  EXPECT_THAT(refusal(R"({"plausibility": {"temperature": {"stuck_s": 0}}})"),
+              HasSubstr("stuck_s: 0 is not within 1 to 10000000"));
+}
+
 TEST(Config, CommentsAreAllowedAndEverythingIsTakenOver) {
   const Config config = good(R"({
     // the gyro on the table

@@ -23,7 +23,11 @@ constexpr const char* kWhole = R"({
   "line": {"device": "/dev/ttyS0", "baud": 9600, "data_bits": 8, "parity": "none", "stop_bits": 1, "silence_s": 2.5,
            "retry_min_s": 0.5, "retry_max_s": 5.5},
   "frames": "trplg", "clock": "host", "model": "m", "fallback_model": "n",
-  "correction": {"max_bias_deg_per_h": 5.5, "extrapolation": "clamp"},
+  "correction": {"max_bias_deg_per_h": 5.5, "extrapolation": "clamp", "slew_limit": true, "max_slew_deg_per_h_per_s": 0.5},
+  "plausibility": {
+    "rate": {"range_deg_per_s": [-400, 400.5], "stuck_s": 10},
+    "temperature": {"range_degc": [-40, 70.5], "greatest_slope_degc_per_s": 0.5, "stuck_s": 3600},
+    "uhfo": {"range_v": [4, 6.5], "stuck_s": 3600}},
   "site": {"latitude_deg": 34.25, "elevation_deg": 90.0, "azimuth_deg": 0.5},
   "write_log": true,
   "log": {"directory": "d", "segment_mib": 1.5, "segment_hours": 1.5, "keep_mib": 1.5, "keep_days": 1, "when_full": "stop"},
@@ -126,10 +130,11 @@ TEST(ConfigSchema, TheDefaultsOfTheManPageAreThoseOfTheReader) {
     EXPECT_TRUE(*config == usual) << key << " = " << value.dump();
     checked.insert(key);
   }
-  for (const char* key : {"gyro/sign", "line/silence_s", "line/retry_min_s", "line/retry_max_s", "clock", "write_log",
-                          "frames", "correction/max_bias_deg_per_h", "correction/extrapolation", "log/segment_mib",
-                          "log/segment_hours", "log/keep_mib", "log/keep_days", "log/when_full",
-                          "socket/client_buffer_kib", "socket/max_clients", "event_level"}) {
+  for (const char* key :
+       {"gyro/sign", "line/silence_s", "line/retry_min_s", "line/retry_max_s", "clock", "write_log", "frames",
+        "correction/max_bias_deg_per_h", "correction/extrapolation", "correction/slew_limit", "log/segment_mib",
+        "log/segment_hours", "log/keep_mib", "log/keep_days", "log/when_full", "socket/client_buffer_kib",
+        "socket/max_clients", "event_level"}) {
     EXPECT_TRUE(checked.contains(key)) << key;
   }
   EXPECT_FALSE(*config_with("log/keep_days", 3651) == usual) << "another value is another configuration";

@@ -90,6 +90,32 @@ TEST_F(Answers, AnotherStreamDoesNotShowTheOldOne) {
   expect_no_data();
 }
 
+// What was measured is shown, and that it is not believed; one event tells it, however long it lasts.
+TEST_F(Answers, AnImplausibleSensorIsNotGood) {
+  begin_session();
+  ASSERT_TRUE(instance_->acquisition.reconfigure(
+      make_setup(R"(, "plausibility": {"temperature": {"range_degc": [30, 40], "stuck_s": 900}})")));
+  begin_session();
+  feed(20);
+  const json status = result("status"), bias = result("bias");
+  for (const json& quality :
+       {status["quality"], status["sample"]["quality"], status["window"]["quality"], bias["quality"]})
+    EXPECT_NE(quality.get<std::string>().find("implausible"), std::string::npos) << quality;
+  EXPECT_NEAR(status["sample"]["temperature_degc"].get<double>(), 25, 0.01);
+  EXPECT_EQ(status["window"]["mean_temperature_degc"], nullptr);
+  json told = json::array();
+  for (const json& event : result("events")) {
+    EXPECT_EQ(event["text"].get<std::string>().find("quality is now implausible"), std::string::npos);
+    if (event["kind"] == "implausible") told.push_back(event["text"]);
+  }
+  EXPECT_EQ(told, json::array({"temperature is implausible: found 25 degC, expected 30 to 40"}));
+  const json believed = result("config")["plausibility"];
+  EXPECT_EQ(believed["temperature"],
+            (json{{"range_degc", {30, 40}}, {"greatest_slope_degc_per_s", 1}, {"stuck_s", 900}}));
+  EXPECT_EQ(believed["rate"], (json{{"range_deg_per_s", {-10000, 10000}}, {"stuck_s", nullptr}}));
+  EXPECT_EQ(result("config")["max_slew_deg_per_h_per_s"], nullptr) << "no model";
+}
+
 TEST_F(Answers, HistoryIsTheLastRowsOldestFirst) {
   EXPECT_EQ(result("history"), json::array());
   begin_session();

@@ -223,6 +223,26 @@ TEST_F(LogFolderTest, ASegmentThatIsLockedIsOpenAndNotTorn) {
   EXPECT_EQ(joined().left_out.torn_segments, 1u);
 }
 
+// The row says that something was implausible, not what: nothing of it is taken, and that is said.
+TEST_F(LogFolderTest, ImplausibleSecondsAreTold) {
+  std::string rows;
+  for (int i = 0; i < 4; ++i) {
+    compensation::CompensatedWindow row;
+    row.window.bucket = {kNoon + i - 1, 10, 0, 8.0, i < 2 ? -273.0 : 25.0, 5.25};
+    row.correction.quality = compensation::kNoModel | (i < 2 ? compensation::kImplausible : 0u);
+    compensation::append_csv(rows, row);
+  }
+  write("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows);
+  const LogRows read = joined();
+  ASSERT_EQ(read.rows.size(), 4u);
+  EXPECT_EQ(read.left_out.implausible, 2u);
+  EXPECT_THAT(read.left_out.lines(), ElementsAre(HasSubstr("2 seconds in which something was implausible")));
+  const auto series = read_rate_series(log, {});
+  ASSERT_TRUE(series) << series.error().text();
+  EXPECT_TRUE(std::isnan(series->rate_deg_per_h.front()));
+  EXPECT_TRUE(std::isfinite(series->rate_deg_per_h.back()));
+}
+
 TEST_F(LogFolderTest, TwoGyrosAndANewerFormatAreRefused) {
   write("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2));
   std::string other = head("2026-11-21T12:00:59.5Z") + rows_of(kNoon + 60, 2);

@@ -159,6 +159,44 @@ TEST(ModelEvaluation, PromisesWhatPrismdPublishes) {
   }
 }
 
+// From one block to the next the slew limit allows what it allows in the seconds between.
+TEST(ModelEvaluation, HoldsBackAStepAsPrismdDoes) {
+  auto buckets = test::simulated_day(3000, 0, 8);
+  for (compensation::Bucket& bucket : buckets)
+    bucket.temperature_degc = bucket.second - buckets[0].second < 1500 ? 0 : 50;
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  const auto judge = [&](const compensation::SlewSettings& slew) {
+    analysis::CorrectionSettings settings;
+    settings.engine.slew = slew;
+    return analysis::evaluate_model(test::linear_model(0.01), table, settings, evaluation::Divisor::kN).value();
+  };
+  const auto held = judge({true, 0.0001}), usual = judge({}), off = judge({false, {}});
+  EXPECT_EQ(usual.slew_limited, 0u);
+  EXPECT_EQ(off.slew_limited, 0u);
+  EXPECT_EQ(usual.predicted_deg_per_h, off.predicted_deg_per_h);
+  EXPECT_NEAR(off.predicted_deg_per_h.back(), 0.5, 1e-9);
+  EXPECT_GT(held.slew_limited, 10u);
+  for (std::size_t i = 1; i < table.size(); ++i) {
+    EXPECT_LE(std::fabs(held.predicted_deg_per_h[i] - held.predicted_deg_per_h[i - 1]), 0.01 + 1e-12) << i;
+  }
+}
+
+// An hour of a dead thermometer is in no block, and neither are its seconds in the 1 Hz series.
+TEST(BlockTable, TakesNothingThatIsDisbelieved) {
+  auto buckets = test::simulated_day(3000, 0, 9);
+  for (std::size_t i = 1000; i < 1400; ++i) {
+    buckets[i].rate_deg_per_h = 3.4e38;
+    buckets[i].temperature_degc = -273;
+    buckets[i].implausible = buckets[i].disbelieved = {true, true, false};
+  }
+  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, 0, "day").value();
+  for (const double degc : table.column("T")) EXPECT_GT(degc, -60);
+  for (const double bias : table.bias_deg_per_h) EXPECT_LT(std::fabs(bias), 100);
+  for (std::size_t i = 1000; i < 1400; ++i) EXPECT_TRUE(std::isnan(table.second_bias_deg_per_h[i])) << i;
+  EXPECT_EQ(table.missing_s, 400u);
+  EXPECT_EQ(table.gaps, 1u);
+}
+
 TEST(ModelEvaluation, GivesTheSecondsWithoutAFullWindowToTheFallbackAsPrismdDoes) {
   const auto buckets = test::simulated_day(1000, 0, 6);
   const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();

@@ -9,7 +9,7 @@ namespace {
 using compensation::Correction;
 
 /// The correction in force in each second of the table; no bias where there is none.
-std::vector<Correction> in_force(const compensation::Engine& engine, const recordings::BlockTable& table,
+std::vector<Correction> in_force(compensation::Engine& engine, const recordings::BlockTable& table,
                                  const std::vector<Correction>& blocks) {
   std::vector<Correction> corrections(table.second.size());
   std::size_t i = 0;
@@ -19,9 +19,11 @@ std::vector<Correction> in_force(const compensation::Engine& engine, const recor
     for (; i < table.second.size() && table.second[i] <= end; ++i) corrections[i] = blocks[block];
   }
   i = 0;
+  engine.break_off();
   for (const compensation::Window& window : table.warming) {
     while (table.second[i] < window.bucket.second) ++i;
-    corrections[i] = engine.correct(window);
+    if (window.warm_s == 1) engine.break_off();
+    corrections[i] = engine.follow(window);
   }
   return corrections;
 }
@@ -39,8 +41,14 @@ Result<evaluation::BiasStability> stability_of(const ModelEvaluation& result, co
 }  // namespace
 
 std::string CorrectionSettings::text() const {
-  return fmt::format("bias believed up to {:g} deg/h; extrapolation: {}; fallback model: {}", engine.max_bias_deg_per_h,
-                     compensation::extrapolation_name(engine.extrapolation), fallback ? fallback->info().name : "none");
+  const compensation::SlewSettings& slew = engine.slew;
+  return fmt::format("bias believed up to {:g} deg/h; extrapolation: {}; its change: {}; fallback model: {}",
+                     engine.max_bias_deg_per_h, compensation::extrapolation_name(engine.extrapolation),
+                     !slew.limited ? "not limited"
+                     : slew.max_slew_deg_per_h_per_s
+                         ? fmt::format("at most {:g} deg/h a second", *slew.max_slew_deg_per_h_per_s)
+                         : "at most what the model's own domain allows",
+                     fallback ? fallback->info().name : "none");
 }
 
 Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,
@@ -54,7 +62,8 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   ModelEvaluation result;
   std::vector<Correction> corrections;
   for (std::size_t i = 0; i < table.size(); ++i) {
-    const Correction correction = engine.correct(table.blocks[i]);
+    if (!table.follows[i]) engine.break_off();
+    const Correction correction = engine.follow(table.blocks[i]);
     if (correction.quality & compensation::kInputMissing) {
       return refuse(table.name, fmt::format("block {} does not carry an input of model \"{}\" ({})", i, info.name,
                                             fmt::join(info.inputs, ", ")));
@@ -64,6 +73,7 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
     result.corrected_deg_per_h.push_back(compensation::corrected_rate(table.bias_deg_per_h[i], correction));
     result.extrapolating.push_back((correction.quality & compensation::kExtrapolating) != 0);
     result.extrapolated += result.extrapolating.back();
+    result.slew_limited += (correction.quality & compensation::kSlewLimited) != 0;
     result.uncorrected += !std::isfinite(correction.bias_deg_per_h);
   }
   if (table.size() < result.uncorrected + 2) {

@@ -33,6 +33,8 @@ struct ModelEvaluation {
   std::size_t extrapolated = 0;  ///< how many blocks of them
   std::size_t uncorrected = 0;   ///< blocks whose bias is beyond the limit: prismd publishes no corrected rate there
 
+  std::size_t slew_limited = 0;  ///< blocks whose correction the slew limit held back
+
   /// Share of the blocks that lie off the training data, %.
   double extrapolated_percent() const {
     return 100 * static_cast<double>(extrapolated) / static_cast<double>(extrapolating.size());
@@ -48,9 +50,10 @@ struct ModelEvaluation {
   }
 };
 
-/// Runs the engine's correction over every block of `table`, whose features must be the model's own. Refused: features
-/// that differ, an input that the recording does not carry, fewer than two blocks with a correction, what Engine::use
-/// refuses.
+/// Runs the engine's correction over every block of `table`, whose features must be the model's own. The slew limit
+/// allows from block to block what it allows in the seconds between them, where one follows the other. Refused:
+/// features that differ, an input that the recording does not carry, fewer than two blocks with a correction, what
+/// Engine::use refuses.
 Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,
                                        const CorrectionSettings& settings, evaluation::Divisor divisor);
 

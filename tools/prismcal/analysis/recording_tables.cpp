@@ -98,6 +98,11 @@ Table stability_table(const EvaluatedRecording& recording) {
         "corrected rate.",
         without);
   }
+  if (const std::size_t held = recording.evaluation->slew_limited; held > 0) {
+    table.caption += fmt::format(
+        " In {} blocks the correction changed faster than the slew limit allows: prismd publishes what it allows.",
+        held);
+  }
   table.columns = {{"", "", false},           {"mean", "deg/h"},    {"1 sigma", "deg/h"}, {"rms", "deg/h"},
                    {"peak to peak", "deg/h"}, {"improvement", "%"}, {"floor", "deg/h"},   {"explained", "%"}};
   auto before = summary_row("before", s.before), after = summary_row("after", s.after);

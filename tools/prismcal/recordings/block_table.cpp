@@ -121,7 +121,7 @@ Result<BlockTable> make_block_table(std::span<const compensation::Bucket> bucket
     if (!seconds.comes_before(bucket.second)) {
       return refuse(name, fmt::format("second {} does not come after the one before it", bucket.second));
     }
-    seconds.add(bucket);
+    seconds.add(compensation::believed(bucket));
     const compensation::Window window = conditioner.push(bucket);
     if (window.state != compensation::WindowState::kReady) {
       table.warming.push_back(window);

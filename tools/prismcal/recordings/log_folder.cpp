@@ -76,7 +76,10 @@ class Joiner {
   }
 
   LogRows result() && {
-    for (const LogRow& row : joined_.rows) joined_.left_out.cut += row.bucket.partial;
+    for (const LogRow& row : joined_.rows) {
+      joined_.left_out.cut += row.bucket.partial;
+      joined_.left_out.implausible += !row.bucket.partial && row.bucket.implausible.any();
+    }
     return std::move(joined_);
   }
 
@@ -209,6 +212,8 @@ std::vector<std::string> LeftOut::lines() const {
   std::vector<std::string> lines;
   if (cut > 0)
     lines.push_back(fmt::format("{} seconds that the end or the beginning of a session cut are in no block", cut));
+  if (implausible > 0)
+    lines.push_back(fmt::format("{} seconds in which something was implausible are in no mean", implausible));
   if (doubled > 0) lines.push_back(fmt::format("{} rows that stood there before were left out", doubled));
   if (copies > 0) lines.push_back(fmt::format("{} files that are the same as another one were left out", copies));
   if (superseded > 0)

@@ -36,11 +36,12 @@ inline constexpr const char* kStandsAgain = "stands again in a later segment";
 
 /// What the readers of a log leave out of it.
 struct LeftOut {
-  std::vector<LeftOutRow> rows;  ///< doubled and superseded ones, and copies
-  std::uint64_t doubled = 0;     ///< rows of a second that stood before, in the same session, or that go back in it
-  std::uint64_t superseded = 0;  ///< rows that stand again in a later segment, after a disk could not be trusted
-  std::uint64_t cut = 0;         ///< seconds that a session's end or beginning cut: their rows stay, marked partial
-  std::size_t copies = 0;        ///< files that are the same as another one
+  std::vector<LeftOutRow> rows;   ///< doubled and superseded ones, and copies
+  std::uint64_t doubled = 0;      ///< rows of a second that stood before, in the same session, or that go back in it
+  std::uint64_t superseded = 0;   ///< rows that stand again in a later segment, after a disk could not be trusted
+  std::uint64_t cut = 0;          ///< seconds that a session's end or beginning cut: their rows stay, marked partial
+  std::uint64_t implausible = 0;  ///< seconds that hold what was not believed: their rows stay, and nothing is taken
+  std::size_t copies = 0;         ///< files that are the same as another one
   std::size_t torn_segments = 0;
   std::uint64_t torn_bytes = 0;
   std::vector<std::string> changed;  ///< files whose sum does not hold; their rows are taken

@@ -133,7 +133,8 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
     if (begins) ++session;
     const bool follows = i > 0 && !begins && bucket.second == joined.rows[i - 1].bucket.second + 1;
     if (i > 0 && !follows) series.rate_deg_per_h.push_back(kUnknown);
-    series.rate_deg_per_h.push_back(bucket.partial ? kUnknown : joined.rows[i].value * *factor);
+    const bool taken = !bucket.partial && !bucket.implausible.any();
+    series.rate_deg_per_h.push_back(taken ? joined.rows[i].value * *factor : kUnknown);
   }
   series.rows = joined.rows.size();
   series.interval_source = "one row a second";

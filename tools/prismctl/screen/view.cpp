@@ -38,7 +38,8 @@ constexpr std::array<Span, 9> kSpans = {{{60, "1 min"},
 Meaning meaning_of_quality(const std::string& quality) {
   if (quality == "good") return Meaning::kGood;
   const auto has = [&](const char* reason) { return quality.find(reason) != std::string::npos; };
-  const bool bad = has("no_data") || has("rate_invalid") || has("input_missing") || has("over_limit");
+  const bool bad =
+      has("no_data") || has("rate_invalid") || has("input_missing") || has("over_limit") || has("implausible");
   return bad ? Meaning::kBad : Meaning::kWarning;
 }
 
@@ -236,8 +237,8 @@ std::vector<Line> help_lines() {
           {{"  p  hold the charts where they are; numbers and state go on"}},
           {{"Quality", Meaning::kStrong}},
           {{"  good", Meaning::kGood}, {"  corrected without reservation"}},
-          {{"  warming no_model settling fallback extrapolating", Meaning::kWarning}, {"  read with care"}},
-          {{"  no_data rate_invalid input_missing over_limit", Meaning::kBad}, {"  no corrected rate"}},
+          {{"  warming no_model settling fallback extrapolating slew_limited", Meaning::kWarning}, {"  with care"}},
+          {{"  no_data rate_invalid input_missing over_limit implausible", Meaning::kBad}, {"  not to be used"}},
           {{"What fills the window is drawn, but does not set the scale."}}};
 }
 

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+// What sensors cannot say or do: a thermometer of −273 or 1000 degC, a jump, a rate of 3.4e38, one that stands still.
+#include "compensation/plausibility.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "compensation/averager.hpp"
+#include "compensation/conditioner.hpp"
+
+namespace prism::compensation {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+Sample at(double seconds, double temperature_degc) {
+  Sample sample;
+  sample.time_ns = std::llround(seconds * 1e9);
+  sample.rate_deg_per_h = 8;
+  sample.interval_s = 0.1;
+  sample.temperature_degc = temperature_degc;
+  sample.uhfo_v = 5;
+  return sample;
+}
+
+TEST(Plausibility, ThePresetsBelieveNoImpossibleValue) {
+  Plausibility sensors{PlausibilityLimits()};
+  EXPECT_FALSE(sensors.implausible(at(0, 25)).any());
+  for (const double degc : {-273.0, 1000.0, -90.1, 200.1, 3.4e38, -3.4e38, HUGE_VAL, -HUGE_VAL}) {
+    const QuantitySet found = sensors.implausible(at(0.1, degc));
+    EXPECT_EQ(found, (QuantitySet{false, true, false})) << degc;
+  }
+  Sample sample = at(0.2, 25);
+  sample.rate_deg_per_h = 3.4e38;
+  EXPECT_EQ(sensors.implausible(sample), (QuantitySet{true, false, false}));
+  sample.rate_deg_per_h = -3.7e7;
+  sample.uhfo_v = 1e30;
+  EXPECT_EQ(sensors.implausible(sample), (QuantitySet{true, false, true}));
+}
+
+TEST(Plausibility, ThePresetsBelieveWhatGyrosDo) {
+  Plausibility sensors{PlausibilityLimits()};
+  // A chamber at 10 degC/min, the thermometer quantised by 1 degC, over a range of −60 to 120; a turn of 1000 deg/s.
+  for (int tenth = 0; tenth < 10'800; ++tenth) {
+    Sample sample = at(0.1 * tenth, std::floor(-60 + tenth / 60.0));
+    sample.rate_deg_per_h = tenth % 100 < 50 ? 3.6e6 : -3.6e6;
+    ASSERT_FALSE(sensors.implausible(sample).any()) << tenth;
+  }
+}
+
+TEST(Plausibility, WhatIsNotKnownIsNotJudged) {
+  Plausibility sensors{PlausibilityLimits()};
+  Sample sample;
+  for (sample.time_ns = 0; sample.time_ns < 10 * kSecond; sample.time_ns += kSecond)
+    EXPECT_FALSE(sensors.implausible(sample).any());
+}
+
+TEST(SensorCheck, ASpikeCostsItself) {
+  SensorCheck check(PlausibilityLimits().temperature);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(check.believes(i == 50 ? 45 : 25, i * kSecond / 10), i != 50) << i;
+}
+
+// The thermometer may have come there: 20 degC less the step of 2 take 18 s at 1 degC/s.
+TEST(SensorCheck, AJumpThatStaysIsBelievedOnceTheSensorCouldHaveComeThere) {
+  SensorCheck check(PlausibilityLimits().temperature);
+  std::int64_t time_ns = 0;
+  for (; time_ns <= 60 * kSecond; time_ns += kSecond / 10) ASSERT_TRUE(check.believes(25, time_ns));
+  const std::int64_t jump_ns = time_ns;
+  while (!check.believes(45, time_ns)) time_ns += kSecond / 10;
+  EXPECT_NEAR(1e-9 * static_cast<double>(time_ns - jump_ns), 18, 1.1);
+  EXPECT_TRUE(check.believes(45, time_ns + kSecond / 10));
+}
+
+// Many small steps are a steep slope, too.
+TEST(SensorCheck, ASteepRampIsSeenWhateverItsSteps) {
+  SensorCheck check(PlausibilityLimits().temperature);
+  int refused = 0;
+  for (int i = 0; i < 200; ++i) refused += !check.believes(25 + 0.1 * i, i * kSecond / 100);
+  EXPECT_GT(refused, 60) << "10 degC/s, of which 2 degC may come at once";
+}
+
+// The manual of a KVH 1775 gives three frames of 40, 29 and 29 degC, 0.4 ms apart: which of them lies nobody can say.
+TEST(SensorCheck, TheFirstSecondHasNothingToBeMeasuredBy) {
+  SensorCheck check(PlausibilityLimits().temperature);
+  EXPECT_TRUE(check.believes(40, 0));
+  EXPECT_TRUE(check.believes(29, kSecond / 2500));
+  for (int i = 1; i <= 20; ++i) EXPECT_TRUE(check.believes(29, i * kSecond / 10));
+  EXPECT_FALSE(check.believes(40, 2 * kSecond));
+}
+
+TEST(SensorCheck, ASensorThatStandsStillIsStuckWhereThatIsAskedFor) {
+  SensorLimits limits = PlausibilityLimits().temperature;
+  SensorCheck usual(limits);
+  limits.stuck_s = 60;
+  SensorCheck check(limits);
+  for (int i = 0; i <= 60; ++i) EXPECT_TRUE(check.believes(25, i * kSecond)) << i;
+  EXPECT_FALSE(check.believes(25, 61 * kSecond));
+  EXPECT_EQ(doubt_text(check.doubt(), "degC"), "found 25 degC for 61 s, expected it to move");
+  EXPECT_TRUE(check.believes(25.1, 62 * kSecond));
+  EXPECT_TRUE(check.believes(25.1, 122 * kSecond));
+  for (int i = 0; i < 100'000; ++i) ASSERT_TRUE(usual.believes(25, i * kSecond)) << "off unless configured";
+}
+
+TEST(SensorCheck, SaysWhatWasFoundAndWhatWasExpected) {
+  SensorCheck check(PlausibilityLimits().temperature);
+  EXPECT_TRUE(check.believes(25, 0));
+  EXPECT_TRUE(check.believes(25, kSecond));
+  EXPECT_FALSE(check.believes(-273, 2 * kSecond));
+  EXPECT_EQ(doubt_text(check.doubt(), "degC"), "found -273 degC, expected -90 to 200");
+  EXPECT_FALSE(check.believes(45, 3 * kSecond));
+  EXPECT_EQ(doubt_text(check.doubt(), "degC"), "found 45 degC, expected 21 to 29: it was 25 2 s before");
+  EXPECT_EQ(doubt_text({}, "degC"), "");
+}
+
+TEST(PlausibilityLimits, WhatIsStatedTakesThePlaceOfThePreset) {
+  PlausibilityLimits limits;
+  SensorStatements stated;
+  stated.temperature.range = Range{-40, 70};
+  stated.temperature.stuck_s = 600;
+  stated.rate.range = Range{-100, 100};
+  limits.take(stated);
+  EXPECT_EQ(limits.temperature, (SensorLimits{-40, 70, 1, 2, 600}));
+  EXPECT_EQ(limits.rate.high, 100);
+  EXPECT_EQ(limits.uhfo, PlausibilityLimits().uhfo);
+}
+
+// A mean is of what is believed; where nothing is, the log shows what was measured, and windows do not take it.
+TEST(Averager, MeansAreOfWhatIsBelieved) {
+  Averager averager;
+  const auto second = [&](int begin, double first_degc, double others_degc, bool all) {
+    for (int i = 1; i <= 10; ++i) {
+      const bool doubt = all || i == 1;
+      averager.push(at(begin + 0.1 * i, i == 1 ? first_degc : others_degc), {false, doubt, false});
+    }
+    return *averager.push(at(begin + 1.1, 25));
+  };
+  const Bucket one = second(0, 1000, 25, false);
+  EXPECT_DOUBLE_EQ(one.temperature_degc, 25);
+  EXPECT_EQ(one.implausible, (QuantitySet{false, true, false}));
+  EXPECT_FALSE(one.disbelieved.any());
+  averager = Averager();
+  const Bucket none = second(0, -273, -273, true);
+  EXPECT_DOUBLE_EQ(none.temperature_degc, -273);
+  EXPECT_DOUBLE_EQ(none.rate_deg_per_h, 8);
+  EXPECT_EQ(none.disbelieved, (QuantitySet{false, true, false}));
+  EXPECT_TRUE(std::isnan(believed(none).temperature_degc));
+  EXPECT_DOUBLE_EQ(believed(none).uhfo_v, 5);
+}
+
+TEST(Conditioner, TakesNothingThatIsDisbelievedIn) {
+  FeatureDefinition features;
+  features.length_s = 10;
+  features.end_mean_s = 2;
+  features.max_gap_s = 3;
+  features.lag_time_constants_s = {30};
+  Conditioner conditioner(features);
+  Window window;
+  const auto seconds = [&](std::int64_t from, std::int64_t to, double degc) {
+    for (std::int64_t s = from; s < to; ++s) {
+      Bucket bucket;
+      bucket.second = s;
+      bucket.rate_deg_per_h = 8;
+      bucket.temperature_degc = degc;
+      bucket.disbelieved.temperature = degc < -90;
+      window = conditioner.push(bucket);
+    }
+  };
+  seconds(0, 20, 25);
+  seconds(20, 23, -273);
+  EXPECT_DOUBLE_EQ(window.temperature_degc, 25) << "a short hole is bridged";
+  EXPECT_DOUBLE_EQ(window.bucket.temperature_degc, -273) << "what was measured stands in the row";
+  EXPECT_TRUE(window.lag_degc.empty());
+  seconds(23, 24, -273);
+  EXPECT_TRUE(std::isnan(window.temperature_degc)) << "a long one is not";
+  EXPECT_DOUBLE_EQ(window.rate_deg_per_h, 8);
+  seconds(24, 40, 25);
+  EXPECT_DOUBLE_EQ(window.temperature_degc, 25);
+  EXPECT_DOUBLE_EQ(window.slope_degc_per_s, 0);
+  EXPECT_NEAR(window.lag_degc.at(0), 0, 1e-12);
+}
+
+}  // namespace
+}  // namespace prism::compensation
