@@ -160,6 +160,8 @@ TEST(GateTable, SaysWhenThereIsNothingToCompensate) {
   const auto table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "room").value();
   const auto quality = analysis::check_blocks(table).value();
   EXPECT_TRUE(quality.nothing_to_compensate);
+  EXPECT_THAT(analysis::data_quality_refusal(quality),
+              testing::StartsWith("nothing to compensate."));  // named by who refuses
   EXPECT_THAT(analysis::data_quality_paragraph(quality, "room").text, HasSubstr("room: nothing to compensate."));
   EXPECT_EQ(analysis::data_quality_table(quality, "room").rows.size(), quality.findings.size());
 }

@@ -61,18 +61,21 @@ nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality)
           {"findings", findings}};
 }
 
-report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording) {
+std::string data_quality_refusal(const evaluation::DataQuality& quality) {
   if (quality.nothing_to_compensate)
-    return {recording + ": nothing to compensate. " + "No movement above the noise can be blamed on temperature.",
-            Emphasis::kBad};
-  if (quality.verdict == evaluation::Verdict::kRefuse) {
-    std::string why;
-    for (const evaluation::Finding& finding : quality.findings) {
-      if (finding.verdict == evaluation::Verdict::kRefuse)
-        why += fmt::format("{}{} {}", why.empty() ? "" : "; ", finding.name, finding.text);
-    }
-    return {fmt::format("{} is not fit for training: {}.", recording, why), Emphasis::kBad};
+    return "nothing to compensate. No movement above the noise can be blamed on temperature.";
+  if (quality.verdict != evaluation::Verdict::kRefuse) return {};
+  std::string why;
+  for (const evaluation::Finding& finding : quality.findings) {
+    if (finding.verdict == evaluation::Verdict::kRefuse)
+      why += fmt::format("{}{} {}", why.empty() ? "" : "; ", finding.name, finding.text);
   }
+  return fmt::format("not fit for training: {}.", why);
+}
+
+report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording) {
+  const std::string refusal = data_quality_refusal(quality);
+  if (!refusal.empty()) return {recording + ": " + refusal, Emphasis::kBad};
   if (quality.verdict == evaluation::Verdict::kWarn)
     return {recording + " can be trained on, with reservations.", Emphasis::kWarn};
   return {recording + " is fit for training.", Emphasis::kGood};

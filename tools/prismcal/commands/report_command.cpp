@@ -89,10 +89,10 @@ Result<bool> make_report(ReportChoice choice) {
   }
   const auto quality = analysis::check_blocks(loaded.front().table);
   if (!quality) return tl::unexpected(quality.error());
-  if (!choice.force && (quality->verdict == evaluation::Verdict::kRefuse || quality->nothing_to_compensate)) {
+  const std::string refusal = analysis::data_quality_refusal(*quality);
+  if (!choice.force && !refusal.empty()) {
     fmt::print(stderr, "{}", report::plain_text(analysis::data_quality_table(*quality, loaded.front().table.name)));
-    return refuse(choice.training, analysis::data_quality_paragraph(*quality, loaded.front().table.name).text +
-                                       " --force trains all the same");
+    return refuse(choice.training, refusal + " --force trains all the same");
   }
   std::vector<std::pair<std::string, const Loaded*>> recordings;
   analysis::ExperimentData data{loaded.front().table, {}, *correction};

@@ -42,8 +42,8 @@ Result<void> check_recordings(recordings::TrainingSet& set, const TrainChoice& c
     set.facts[i]["data_quality"] = analysis::data_quality_json(*quality);
     if (quality->verdict != evaluation::Verdict::kPass && !choice.method.quiet)
       fmt::print(stderr, "{}\n", report::plain_text(analysis::data_quality_table(*quality, table.name)));
-    if (quality->verdict == evaluation::Verdict::kRefuse || quality->nothing_to_compensate)
-      refused = Error{choice.files[i], analysis::data_quality_paragraph(*quality, table.name).text};
+    const std::string refusal = analysis::data_quality_refusal(*quality);
+    if (!refusal.empty()) refused = Error{choice.files[i], refusal};
   }
   if (refused && !choice.force) return refuse(refused->where, refused->what + " --force trains all the same");
   return {};
