@@ -11,7 +11,7 @@
 
 #include "tools/prismcal/commands/common_options.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
-#include "tools/prismcal/recordings/training_set.hpp"
+#include "tools/prismcal/commands/recording_options.hpp"
 
 namespace prism::prismcal {
 namespace {
@@ -33,7 +33,7 @@ TEST(NumberCheck, EveryNumberOfPrismcalRefusesNan) {
   recordings::TrainingSetOptions recordings;
   commands::CommonOptions common;
   commands::add_method_options(*app.add_subcommand("method"), method);
-  recordings::add_training_set_options(*app.add_subcommand("recordings"), recordings);
+  commands::add_training_set_options(*app.add_subcommand("recordings"), recordings);
   commands::add_common_options(*app.add_subcommand("common"), common);
   int numbers = 0;
   for (const CLI::App* command : app.get_subcommands({})) {

@@ -12,6 +12,7 @@
 #include "config/text_file.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/report/gnuplot.hpp"
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/text_forms.hpp"
@@ -37,8 +38,8 @@ double samples_per_second(const recordings::Recording& recording) {
 void add_common_options(CLI::App& command, CommonOptions& options) {
   const std::map<std::string, evaluation::Divisor> divisors = {{"N", evaluation::Divisor::kN},
                                                                {"N-1", evaluation::Divisor::kNMinus1}};
-  recordings::add_source_options(command, options.source);
-  recordings::add_site_options(command, options.site);
+  add_source_options(command, options.source);
+  add_site_options(command, options.site);
   command.add_option("--divisor", options.divisor, "of the variance: N or N-1 (default)")
       ->transform(CLI::CheckedTransformer(divisors).description("N|N-1"));
   command

@@ -10,6 +10,7 @@
 #include "drivers/wire/encode/frame_encoder.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::commands {
@@ -90,7 +91,7 @@ void add_convert_command(CLI::App& app, int& code) {
   command->add_option("--out", choice->out, "capture to write")->required();
   command->add_option("--frames", choice->frames, "frame description of one frame a second: a name or a path")
       ->capture_default_str();
-  recordings::add_source_options(*command, choice->source);
+  add_source_options(*command, choice->source);
   tools::add_examples(*command, {"prismcal convert logs/ --out record.pcap"});
   command->callback([choice, &code] {
     const auto frames = convert(*choice);

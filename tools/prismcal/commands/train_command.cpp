@@ -16,6 +16,7 @@
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/training_set.hpp"
 #include "tools/prismcal/report/text_forms.hpp"
@@ -152,7 +153,7 @@ void add_train_command(CLI::App& app, int& code) {
   command->add_option("--serial", choice->serial, "of the gyro (default: what the recordings say)");
   command->add_option("--name", choice->name, "of the model, for people");
   command->add_flag("--force", choice->force, "train although the data-quality check refuses a recording");
-  recordings::add_training_set_options(*command, choice->recordings);
+  add_training_set_options(*command, choice->recordings);
   add_method_options(*command, choice->method);
   tools::add_examples(*command,
                       {"prismcal train logs/ --inputs T,dTdt,U --out model.json",

@@ -5,7 +5,6 @@
 #include <sstream>
 
 #include "compensation/earth_rate.hpp"
-#include "tools/command_line.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -34,27 +33,6 @@ void Recording::add_metadata(const std::string& lines) {
     if (line.starts_with("# ") && colon != std::string::npos)
       metadata.emplace(line.substr(2, colon - 2), line.substr(colon + 2));
   }
-}
-
-void add_source_options(CLI::App& command, SourceOptions& options) {
-  command
-      .add_option("--map", options.map,
-                  "any CSV: QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET] for rate, temperature, uhfo, time; repeat or list")
-      ->delimiter(',');
-  command.add_option("--interval", options.interval_s, "seconds between rows, where a mapped CSV has no time")
-      ->check(tools::positive());
-  command.add_option("--config", options.config, "captures: the prismd.json they were recorded with");
-}
-
-void add_site_options(CLI::App& command, SiteOptions& options) {
-  command.add_option("--latitude", options.latitude_deg, "of the place, deg; else what the log states")
-      ->check(tools::within(-90, 90));
-  command.add_option("--elevation", options.elevation_deg, "of the input axis above the horizon, deg")
-      ->check(tools::within(-90, 90));
-  command.add_option("--azimuth", options.azimuth_deg, "of the input axis from north over east, deg")
-      ->check(tools::within(-360, 360));
-  command.add_flag("--no-earth-rate", options.no_earth_rate,
-                   "take no earth rate off: means are then offsets, sigmas stay");
 }
 
 Result<Recording> read_recording(const std::string& path, const SourceOptions& options) {

@@ -2,7 +2,6 @@
 // A recording: the seconds of a log of prismd, of a capture, or of any CSV whose columns are mapped by name and unit.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <map>
 #include <optional>
 #include <string>
@@ -42,11 +41,6 @@ struct SiteOptions {
   std::optional<double> latitude_deg, elevation_deg, azimuth_deg;  ///< instead of what the recording states
   bool no_earth_rate = false;
 };
-
-/// --map, --interval, --config.
-void add_source_options(CLI::App& command, SourceOptions& options);
-/// --latitude, --elevation, --azimuth, --no-earth-rate.
-void add_site_options(CLI::App& command, SiteOptions& options);
 
 /// One of the three, told apart by the options and the file's first bytes. Refused in one line, with file and line
 /// where there is one.

@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "tools/command_line.hpp"
 #include "tools/prismcal/recordings/fingerprint.hpp"
 
 namespace prism::recordings {
@@ -47,29 +46,6 @@ Result<std::size_t> append_recording(const BlockTable& table, TrainingSet& set) 
 }
 
 }  // namespace
-
-void add_training_set_options(CLI::App& command, TrainingSetOptions& o) {
-  add_source_options(command, o.source);
-  add_site_options(command, o.site);
-  command.add_option("--window", o.features.length_s, "seconds of the means and of the slope")
-      ->check(CLI::Range(1, 3600))
-      ->capture_default_str();
-  command.add_option("--slope", o.slope, "difference (the paper) or least_squares")
-      ->check(CLI::IsMember({"difference", "least_squares"}))
-      ->capture_default_str();
-  command.add_option("--end-mean", o.features.end_mean_s, "seconds averaged at each end of a difference")
-      ->check(CLI::Range(1, 3600))
-      ->capture_default_str();
-  command.add_option("--max-gap", o.features.max_gap_s, "seconds of a hole that empties the window")
-      ->check(CLI::Range(0, 3600))
-      ->capture_default_str();
-  command.add_option("--lag", o.features.lag_time_constants_s, "time constants of lag1, lag2, …, s")
-      ->delimiter(',')
-      ->check(tools::within(1, 1e7));
-  command.add_option("--hold-out", o.hold_out,
-                     "judge on a part that is not trained on: 0.5 (the last half of each recording) or blocks:600 "
-                     "(every second 600 s)");
-}
 
 std::size_t append_blocks(const BlockTable& table, training::TrainingData& data) {
   const int run = data.runs.empty() ? 0 : data.runs.back() + 1;

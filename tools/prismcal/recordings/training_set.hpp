@@ -3,7 +3,6 @@
 // off.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -22,8 +21,6 @@ struct TrainingSetOptions {
   SiteOptions site;
   std::string hold_out;  ///< see parse_hold_out; empty: every block trains
 };
-
-void add_training_set_options(CLI::App& command, TrainingSetOptions& options);
 
 struct TrainingSet {
   training::TrainingData data;  ///< one run per recording
