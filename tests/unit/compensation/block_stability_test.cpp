@@ -11,7 +11,7 @@
 namespace prism::compensation {
 namespace {
 
-constexpr double kRounding = 1e-12;
+constexpr double kSumRounding = 1e-12;
 
 CompensatedWindow row_at(std::int64_t second, double rate_deg_per_h, double corrected_deg_per_h,
                          WindowState state = WindowState::kReady) {
@@ -45,8 +45,8 @@ TEST(RunningVariance, AgreesWithTwoPasses) {
     running.add(values.back());
   }
   EXPECT_EQ(running.count(), 924);
-  EXPECT_NEAR(running.mean(), plain_mean(values), kRounding);
-  EXPECT_NEAR(running.sd(), plain_sd(values), kRounding);
+  EXPECT_NEAR(running.mean(), plain_mean(values), kSumRounding);
+  EXPECT_NEAR(running.sd(), plain_sd(values), kSumRounding);
 }
 
 TEST(RunningVariance, KeepsItsDigitsOnALargeOffset) {
@@ -63,7 +63,7 @@ TEST(RunningVariance, BelowTwoValuesThereIsNoDeviation) {
   EXPECT_EQ(running.mean(), 3);
   EXPECT_TRUE(std::isnan(running.sd()));
   running.add(5);
-  EXPECT_NEAR(running.sd(), std::sqrt(2.0), kRounding);  // divisor N − 1
+  EXPECT_NEAR(running.sd(), std::sqrt(2.0), kSumRounding);  // divisor N − 1
 }
 
 TEST(BlockStability, TakesEveryHundredthWindowAndNoneBetween) {
@@ -78,10 +78,10 @@ TEST(BlockStability, TakesEveryHundredthWindowAndNoneBetween) {
     if (ready && (s - 109) % 100 == 0) raw.push_back(rate), corrected.push_back(rest);
   }
   EXPECT_EQ(stability.raw().count(), 99);
-  EXPECT_NEAR(stability.raw().sd(), plain_sd(raw), kRounding);
-  EXPECT_NEAR(stability.corrected().sd(), plain_sd(corrected), kRounding);
-  EXPECT_NEAR(stability.all().sd(), plain_sd(raw), kRounding);
-  EXPECT_NEAR(stability.improvement().value(), 1 - plain_sd(corrected) / plain_sd(raw), kRounding);
+  EXPECT_NEAR(stability.raw().sd(), plain_sd(raw), kSumRounding);
+  EXPECT_NEAR(stability.corrected().sd(), plain_sd(corrected), kSumRounding);
+  EXPECT_NEAR(stability.all().sd(), plain_sd(raw), kSumRounding);
+  EXPECT_NEAR(stability.improvement().value(), 1 - plain_sd(corrected) / plain_sd(raw), kSumRounding);
 }
 
 TEST(BlockStability, AGapBeginsTheGridAnewSoThatNoBlockSpansIt) {
@@ -90,7 +90,7 @@ TEST(BlockStability, AGapBeginsTheGridAnewSoThatNoBlockSpansIt) {
   for (int s = 260; s < 300; ++s) stability.add(row_at(s, 1e6, 1e6, WindowState::kWarming), 100);
   for (int s = 370; s <= 470; ++s) stability.add(row_at(s, s, s), 100);  // blocks end at 370, 470
   EXPECT_EQ(stability.all().count(), 5);
-  EXPECT_NEAR(stability.all().mean(), (0 + 100 + 200 + 370 + 470) / 5.0, kRounding);
+  EXPECT_NEAR(stability.all().mean(), (0 + 100 + 200 + 370 + 470) / 5.0, kSumRounding);
 }
 
 TEST(BlockStability, AClockSetBackBeginsTheGridAnew) {
@@ -107,7 +107,7 @@ TEST(BlockStability, AMissingSecondAtABlocksEndMovesTheGridButDoesNotOverlap) {
     if (s != 100 && s != 101) stability.add(row_at(s, s, s), 100);
   }
   EXPECT_EQ(stability.all().count(), 3);  // 0, 102, 202
-  EXPECT_NEAR(stability.all().mean(), (0 + 102 + 202) / 3.0, kRounding);
+  EXPECT_NEAR(stability.all().mean(), (0 + 102 + 202) / 3.0, kSumRounding);
 }
 
 TEST(BlockStability, ComparesRawAndCorrectedOverTheSameBlocks) {
@@ -119,7 +119,7 @@ TEST(BlockStability, ComparesRawAndCorrectedOverTheSameBlocks) {
   EXPECT_EQ(stability.all().count(), 10);
   EXPECT_EQ(stability.raw().count(), 5);
   EXPECT_EQ(stability.corrected().count(), 5);
-  EXPECT_NEAR(stability.improvement().value(), 0.9, kRounding);
+  EXPECT_NEAR(stability.improvement().value(), 0.9, kSumRounding);
 }
 
 TEST(BlockStability, WithoutMovementThereIsNoImprovement) {
@@ -138,7 +138,7 @@ TEST(BlockStability, WithoutMovementThereIsNoImprovement) {
 TEST(BlockStability, AWorseCorrectionIsANegativeImprovement) {
   BlockStability stability;
   for (int block = 0; block < 4; ++block) stability.add(row_at(100 * block, block % 2, 3 * (block % 2)), 100);
-  EXPECT_NEAR(stability.improvement().value(), -2, kRounding);
+  EXPECT_NEAR(stability.improvement().value(), -2, kSumRounding);
 }
 
 TEST(BlockStability, ABlockWithoutARateIsLeftOut) {

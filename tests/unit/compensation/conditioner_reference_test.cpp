@@ -12,7 +12,7 @@
 namespace prism::compensation {
 namespace {
 
-constexpr double kRounding = 1e-10;
+constexpr double kReferenceRounding = 1e-10;
 
 using Quantity = double Bucket::*;
 
@@ -101,7 +101,7 @@ class Reference {
 void expect_alike(double a, double b, const char* what) {
   ASSERT_EQ(std::isfinite(a), std::isfinite(b)) << what;
   if (std::isfinite(b)) {
-    ASSERT_NEAR(a, b, kRounding) << what;
+    ASSERT_NEAR(a, b, kReferenceRounding) << what;
   }
 }
 

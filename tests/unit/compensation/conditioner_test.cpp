@@ -11,7 +11,7 @@
 namespace prism::compensation {
 namespace {
 
-constexpr double kRounding = 1e-11;  // means of 100 doubles below 100
+constexpr double kMeanRounding = 1e-11;  // means of 100 doubles below 100
 constexpr std::int64_t kStart = 1'795'425'059;
 
 FeatureDefinition definition(SlopeMethod slope, int length_s = 100, int end_mean_s = 10, int max_gap_s = 5) {
@@ -57,9 +57,10 @@ TEST_P(BothMethods, FindTheSlopeOfARamp) {
       Conditioner conditioner(definition(GetParam(), length, end));
       const Window window = push_ramp(conditioner, kStart, kStart + 2 * length + 1, slope);
       ASSERT_EQ(window.state, WindowState::kReady) << length;
-      EXPECT_NEAR(window.slope_degc_per_s, slope, kRounding) << length;
+      EXPECT_NEAR(window.slope_degc_per_s, slope, kMeanRounding) << length;
       // The mean of a ramp is its value in the middle of the window, (length - 1) / 2 seconds before its last second.
-      EXPECT_NEAR(window.temperature_degc, ramp(kStart + 2 * length, slope) - slope * (length - 1) / 2.0, kRounding);
+      EXPECT_NEAR(window.temperature_degc, ramp(kStart + 2 * length, slope) - slope * (length - 1) / 2.0,
+                  kMeanRounding);
     }
   }
 }
@@ -86,7 +87,7 @@ TEST_P(BothMethods, KeepTheWindowOverAHoleAtTheLimit) {
       EXPECT_EQ(window.gap_s, s == 150 + hole ? hole : 0);
       // Ready all along: also when the hole passes the far ends of the window, and with the slope of the ramp.
       ASSERT_EQ(window.state, WindowState::kReady) << "hole " << hole << ", second " << s;
-      ASSERT_NEAR(window.slope_degc_per_s, 0.01, kRounding) << "hole " << hole << ", second " << s;
+      ASSERT_NEAR(window.slope_degc_per_s, 0.01, kMeanRounding) << "hole " << hole << ", second " << s;
     }
   }
 }
@@ -99,7 +100,7 @@ TEST_P(BothMethods, EmptyTheWindowOverAHoleBeyondTheLimit) {
   EXPECT_EQ(window.warm_s, 1);
   EXPECT_EQ(window.state, WindowState::kWarming);
   EXPECT_TRUE(std::isnan(window.slope_degc_per_s));
-  EXPECT_NEAR(window.temperature_degc, ramp(kStart + 156, 0.01), kRounding);  // nothing from before the hole
+  EXPECT_NEAR(window.temperature_degc, ramp(kStart + 156, 0.01), kMeanRounding);  // nothing from before the hole
   const int full = history_s(conditioner.definition());
   window = push_ramp(conditioner, kStart + 157, kStart + 156 + full - 1, 0.01);
   EXPECT_EQ(window.state, WindowState::kWarming);
@@ -138,7 +139,7 @@ TEST_P(BothMethods, TakeATemperatureThatComesEveryFifthSecond) {
     const Window window = conditioner.push(bucket_of(kStart + s, s % 5 == 0 ? ramp(kStart + s, -0.02) : kUnknown));
     if (s < 150) continue;
     ASSERT_EQ(window.state, WindowState::kReady) << s;
-    ASSERT_NEAR(window.slope_degc_per_s, -0.02, kRounding) << s;
+    ASSERT_NEAR(window.slope_degc_per_s, -0.02, kMeanRounding) << s;
   }
 }
 
@@ -172,8 +173,8 @@ TEST(Conditioner, TheMethodsDifferOnACurveAsTheirFormulasSay) {
     d = by_difference.push(bucket_of(s, kA * s * s));
     l = by_least_squares.push(bucket_of(s, kA * s * s));
   }
-  EXPECT_NEAR(d.slope_degc_per_s, kA * (2 * (300 - 4.5) - 100), kRounding);
-  EXPECT_NEAR(l.slope_degc_per_s, kA * 2 * (300 - 49.5), kRounding);
+  EXPECT_NEAR(d.slope_degc_per_s, kA * (2 * (300 - 4.5) - 100), kMeanRounding);
+  EXPECT_NEAR(l.slope_degc_per_s, kA * 2 * (300 - 49.5), kMeanRounding);
 }
 
 TEST(Conditioner, AnEndThatFallsWhollyIntoAHoleHasNoSlopeForThatSecond) {
@@ -237,8 +238,8 @@ TEST(ConditionerLag, AStepDecaysAsTheExponentialSays) {
   for (int n = 1; n <= 1000; ++n) {  // n seconds after the step of 30 degC: T − EMA = 30 exp(−n / tau)
     const Window window = conditioner.push(bucket_of(49 + n, 50));
     ASSERT_EQ(window.lag_degc.size(), 2u);
-    ASSERT_NEAR(window.lag_degc[0], 30 * std::exp(-n / 25.0), kRounding);
-    ASSERT_NEAR(window.lag_degc[1], 30 * std::exp(-n / 400.0), kRounding);
+    ASSERT_NEAR(window.lag_degc[0], 30 * std::exp(-n / 25.0), kMeanRounding);
+    ASSERT_NEAR(window.lag_degc[1], 30 * std::exp(-n / 400.0), kMeanRounding);
   }
 }
 
@@ -248,7 +249,7 @@ TEST(ConditionerLag, ARampLagsAsTheClosedFormSays) {
   const double k = std::exp(-1 / 60.0), r = 0.02;
   for (int n = 0; n < 600; ++n) {
     const Window window = conditioner.push(bucket_of(n, 20 + r * n));
-    ASSERT_NEAR(window.lag_degc.at(0), r * k * (1 - std::pow(k, n)) / (1 - k), kRounding) << n;
+    ASSERT_NEAR(window.lag_degc.at(0), r * k * (1 - std::pow(k, n)) / (1 - k), kMeanRounding) << n;
   }
 }
 
@@ -257,10 +258,10 @@ TEST(ConditionerLag, AShortHoleIsBridgedByTheTrueElapsedTime) {
   conditioner.push(bucket_of(0, 20));
   const Window window = conditioner.push(bucket_of(100, 30));  // a tenth of the time constant, beyond max_gap_s
   EXPECT_EQ(window.state, WindowState::kWarming);
-  EXPECT_NEAR(window.lag_degc.at(0), 10 * std::exp(-0.1), kRounding);
+  EXPECT_NEAR(window.lag_degc.at(0), 10 * std::exp(-0.1), kMeanRounding);
   const Window unknown = conditioner.push(bucket_of(101, kUnknown));
   EXPECT_TRUE(unknown.lag_degc.empty());  // no temperature, no lag: never the one of the second before
-  EXPECT_NEAR(conditioner.push(bucket_of(102, 30)).lag_degc.at(0), 10 * std::exp(-0.102), kRounding);
+  EXPECT_NEAR(conditioner.push(bucket_of(102, 30)).lag_degc.at(0), 10 * std::exp(-0.102), kMeanRounding);
 }
 
 TEST(ConditionerLag, ALongHoleOrAClockSetBackBeginsAnew) {

@@ -15,7 +15,7 @@ namespace {
 
 using test::linear_model;
 
-constexpr double kRounding = 1e-12;
+constexpr double kEngineRounding = 1e-12;
 constexpr std::int64_t kPeriodNs = 100'000'000;  // ten samples a second
 
 FeatureDefinition short_features() {
@@ -103,7 +103,7 @@ TEST(Engine, FindsTheBiasThatWasPutIn) {
   }
   const Window& window = run.windows.back().window;
   // The mean of the 100 samples in (29, 39] s: T at 34.05 s, half a sample behind the middle.
-  EXPECT_NEAR(window.temperature_degc, 20 + 0.02 * 34.05, kRounding);
+  EXPECT_NEAR(window.temperature_degc, 20 + 0.02 * 34.05, kEngineRounding);
   const double bias = -1 + 0.01 * (20 + 0.02 * 34.05) - 2 * slope_degc_per_s + 0.5 * 5.25;
   EXPECT_NEAR(run.windows.back().correction.bias_deg_per_h, bias, 1e-10);
   EXPECT_NEAR(run.windows.back().corrected_deg_per_h, 8 - bias, 1e-10);
@@ -117,10 +117,10 @@ TEST(Engine, ASampleIsCorrectedWithTheLastFullSecondBeforeIt) {
   run.seconds(15);
   run.next.temperature_degc = 35;
   run.seconds(1);  // seconds 0 to 14 are closed, second 15 at 35 degC is open
-  EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.25, kRounding);
-  EXPECT_NEAR(run.last().corrected_deg_per_h, 7.75, kRounding);
+  EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.25, kEngineRounding);
+  EXPECT_NEAR(run.last().corrected_deg_per_h, 7.75, kEngineRounding);
   run.push();  // closes second 15: its window is nine seconds of 25 and one of 35 degC
-  EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.26, kRounding);
+  EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.26, kEngineRounding);
 }
 
 TEST(Engine, WithoutAModelNothingIsCalledCorrected) {
@@ -143,7 +143,7 @@ TEST(Engine, WarmingHasNoCorrectedRate) {
   }
   run.push();
   EXPECT_EQ(run.last().correction.quality, kGood);
-  EXPECT_NEAR(run.last().corrected_deg_per_h, 7.75, kRounding);
+  EXPECT_NEAR(run.last().corrected_deg_per_h, 7.75, kEngineRounding);
 }
 
 TEST(Engine, NoSampleBehindALongGapUsesTheBiasOfBefore) {
@@ -209,10 +209,10 @@ TEST(EngineSwap, AModelOfTheSameFeaturesKeepsTheWindowAndIsInForceAtOnce) {
   run.push();
   run.use(temperature_model(0.02), nullptr);
   run.push();  // within the same second: no window has come since the swap
-  EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.5, kRounding);
+  EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.5, kEngineRounding);
   EXPECT_EQ(run.last().correction.quality, kGood);
   run.seconds(1);
-  EXPECT_NEAR(run.windows.back().correction.bias_deg_per_h, 0.5, kRounding);
+  EXPECT_NEAR(run.windows.back().correction.bias_deg_per_h, 0.5, kEngineRounding);
 }
 
 TEST(EngineSwap, AModelOfOtherFeaturesWarmsAnew) {
@@ -230,7 +230,7 @@ TEST(EngineSwap, AModelOfOtherFeaturesWarmsAnew) {
       EXPECT_TRUE(std::isnan(run.last().corrected_deg_per_h)) << second;
     }
     run.seconds(1);
-    EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.5, kRounding);
+    EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.5, kEngineRounding);
   }
 }
 
@@ -248,11 +248,11 @@ TEST(EngineFallback, ServesWhileTheWindowIsNotFull) {
   run.seconds(kFullS);
   EXPECT_TRUE(std::isnan(run.rows[9].corrected_deg_per_h));  // the first second has no window before it
   for (std::size_t i = 10; i < run.rows.size(); ++i) {
-    EXPECT_NEAR(run.rows[i].corrected_deg_per_h, 7.5, kRounding);
+    EXPECT_NEAR(run.rows[i].corrected_deg_per_h, 7.5, kEngineRounding);
     EXPECT_EQ(run.rows[i].correction.quality, kWarming | kFallback);
   }
   run.push();
-  EXPECT_NEAR(run.last().corrected_deg_per_h, 7.75, kRounding);
+  EXPECT_NEAR(run.last().corrected_deg_per_h, 7.75, kEngineRounding);
   EXPECT_EQ(run.last().correction.quality, kGood);
 }
 
@@ -274,7 +274,7 @@ TEST(EngineFallback, ThatNeedsASlopeIsRefusedAndNothingChanges) {
             "fallback model: needs the input dTdt, expected T and U only: it serves while there is no slope");
   EXPECT_EQ(run.engine.model(), before);
   EXPECT_EQ(run.engine.fallback(), nullptr);
-  EXPECT_NEAR(run.engine.correction().bias_deg_per_h, 0.25, kRounding);
+  EXPECT_NEAR(run.engine.correction().bias_deg_per_h, 0.25, kEngineRounding);
 }
 
 TEST(EngineLimits, ABiasBeyondTheLimitIsNotBelieved) {
@@ -300,14 +300,14 @@ TEST(EngineLimits, OutsideTheTrainingBoxIsMarked) {
   Session run(linear_model({"T"}, {0.01}, 0, short_features(), Domain{{-40}, {24}}));
   run.seconds(20);
   EXPECT_EQ(run.last().correction.quality, kExtrapolating);
-  EXPECT_NEAR(run.last().corrected_deg_per_h, 7.75, kRounding);
+  EXPECT_NEAR(run.last().corrected_deg_per_h, 7.75, kEngineRounding);
 }
 
 TEST(EngineInputs, AModelOfTheVoltageAloneServesADeviceWithoutThermometer) {
   Session run(linear_model({"U"}, {0.1}, 0, short_features()));
   run.next.temperature_degc = kUnknown;
   run.seconds(20);
-  EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.525, kRounding);
+  EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.525, kEngineRounding);
   EXPECT_EQ(run.last().correction.quality, kGood);
 }
 

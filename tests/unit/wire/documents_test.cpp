@@ -41,7 +41,7 @@ TEST(Documents, TheDescriptionOfTheCourseLoadsAndDecodesItsVector) {
 }
 
 /// What the reader says to the course's description after one change.
-std::string refusal(const std::string& from, const std::string& to) {
+std::string course_refusal(const std::string& from, const std::string& to) {
   std::string text = course_description();
   text.replace(text.find(from), from.size(), to);
   const auto parsed = parse_frame_description(text, "ex-1.json");
@@ -55,7 +55,7 @@ TEST(Documents, TheRefusalsThatTheCourseShowsAreTheReadersOwn) {
   for (const auto& [from, to] : {std::pair{"\"at\": 4, \"type\": \"u8\"", "\"at\": 4, \"type\": \"u16\""},
                                  std::pair{"\"rate_hz\": 100", "\"rate_hz\": 2000"},
                                  std::pair{"FF DF 07 2A 98 01 01 41", "FF DF 06 2A 98 01 01 23"}}) {
-    EXPECT_NE(page.find("    " + refusal(from, to) + "\n"), std::string::npos) << refusal(from, to);
+    EXPECT_NE(page.find("    " + course_refusal(from, to) + "\n"), std::string::npos) << course_refusal(from, to);
   }
 }
 
