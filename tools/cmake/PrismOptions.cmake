@@ -3,7 +3,7 @@
 option(PRISM_WERROR "Treat warnings as errors" OFF)
 set(PRISM_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them: address,undefined or thread")
 option(PRISM_COVERAGE "Instrument for gcov" OFF)
-option(PRISM_FUZZ "Build the libFuzzer targets (clang only)" OFF)
+option(PRISM_FUZZ "Sanitizers and the libFuzzer targets (clang only)" OFF)
 option(PRISM_UNITY "Compile several files of a room at once: everything is built sooner, a change later" OFF)
 
 # Who says nothing gets what one would install.
@@ -50,7 +50,9 @@ if(PRISM_SANITIZE)
   endif()
 endif()
 if(PRISM_FUZZ)  # the libraries, too: libFuzzer steers by the edges that the input takes in them
-  target_compile_options(prism_settings INTERFACE -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all)
+  # clang 14 cannot compile a coroutine with the check of function pointers.
+  target_compile_options(prism_settings INTERFACE -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize=function
+    -fno-sanitize-recover=all)
   target_link_options(prism_settings INTERFACE -fsanitize=address,undefined)
 endif()
 # Every optimised build is hardened, with a preset or without one; tests/hardening.py reads it from the files. The sanitizers have
@@ -84,4 +86,17 @@ function(prism_room name)
   add_library(${name} STATIC ${ROOM_SOURCES})
   target_link_libraries(${name} PUBLIC prism_settings ${ROOM_LINK})
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${PRISM_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+endfunction()
+
+# prism_command_line(SOURCE file.cpp ... | TARGET name ...): what reads a command line runs once, and CLI11 is compiled in two thirds
+# of the time with fewer passes.
+function(prism_command_line what)
+  set(fewer $<$<CONFIG:Release>:-O1>)
+  if(what STREQUAL TARGET)
+    foreach(name ${ARGN})
+      target_compile_options(${name} PRIVATE ${fewer})
+    endforeach()
+  else()
+    set_property(SOURCE ${ARGN} APPEND PROPERTY COMPILE_OPTIONS ${fewer})
+  endif()
 endfunction()
