@@ -229,7 +229,7 @@ TEST_F(LogFolderTest, ImplausibleSecondsAreTold) {
   for (int i = 0; i < 4; ++i) {
     compensation::CompensatedWindow row;
     row.window.bucket = {kNoon + i - 1, 10, 0, 8.0, i < 2 ? -273.0 : 25.0, 5.25};
-    row.correction.quality = compensation::kNoModel | (i < 2 ? compensation::kImplausible : 0u);
+    row.correction.quality = compensation::kNoModel | (i < 2 ? compensation::kImplausible : compensation::kGood);
     compensation::append_csv(rows, row);
   }
   write("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows);
