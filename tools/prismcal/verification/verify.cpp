@@ -14,7 +14,7 @@ std::size_t Verdict::faults() const {
 }
 
 std::string without_path(const Error& error, const std::string& path) {
-  const std::string text = error.text();
+  std::string text = error.text();
   if (!text.starts_with(path + ":")) return text;
   return text.substr(text.find_first_not_of(' ', path.size() + 1));
 }
