@@ -30,6 +30,16 @@ inline compensation::ModelPtr linear_model(std::vector<std::string> inputs, std:
   return std::make_shared<compensation::PolynomialModel>(std::move(info), std::move(terms), 0.001);
 }
 
+/// A window that is full after kFullS seconds, so that a test is short.
+inline compensation::FeatureDefinition short_features() {
+  compensation::FeatureDefinition features;
+  features.length_s = 10;
+  features.end_mean_s = 2;
+  features.max_gap_s = 3;
+  return features;
+}
+inline constexpr int kFullS = 12;  // length_s + end_mean_s
+
 /// For tests that step temperatures as no thermometer does.
 inline compensation::EngineSettings believing(compensation::EngineSettings settings = {}) {
   settings.plausibility.temperature = {};

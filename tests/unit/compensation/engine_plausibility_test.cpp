@@ -13,14 +13,8 @@
 namespace prism::compensation {
 namespace {
 
-FeatureDefinition short_features() {
-  FeatureDefinition features;
-  features.length_s = 10;
-  features.end_mean_s = 2;
-  features.max_gap_s = 3;
-  return features;
-}
-constexpr int kFullS = 12;  // length_s + end_mean_s
+using test::kFullS;
+using test::short_features;
 
 // bias = 0.01 · T: 0.25 deg/h at 25 degC, −2.73 at −273.
 struct EnginePlausibility : testing::Test {

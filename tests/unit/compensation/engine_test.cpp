@@ -18,14 +18,8 @@ using test::linear_model;
 constexpr double kEngineRounding = 1e-12;
 constexpr std::int64_t kPeriodNs = 100'000'000;  // ten samples a second
 
-FeatureDefinition short_features() {
-  FeatureDefinition features;
-  features.length_s = 10;
-  features.end_mean_s = 2;
-  features.max_gap_s = 3;
-  return features;
-}
-constexpr int kFullS = 12;  // length_s + end_mean_s
+using test::kFullS;
+using test::short_features;
 
 ModelPtr temperature_model(double gain = 0.01) { return linear_model({"T"}, {gain}, 0, short_features()); }
 

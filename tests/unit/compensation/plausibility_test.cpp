@@ -13,9 +13,9 @@
 namespace prism::compensation {
 namespace {
 
-constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::int64_t kSecondNs = 1'000'000'000;
 
-Sample at(double seconds, double temperature_degc) {
+Sample thermal_sample(double seconds, double temperature_degc) {
   Sample sample;
   sample.time_ns = std::llround(seconds * 1e9);
   sample.rate_deg_per_h = 8;
@@ -27,12 +27,12 @@ Sample at(double seconds, double temperature_degc) {
 
 TEST(Plausibility, ThePresetsBelieveNoImpossibleValue) {
   Plausibility sensors{PlausibilityLimits()};
-  EXPECT_FALSE(sensors.implausible(at(0, 25)).any());
+  EXPECT_FALSE(sensors.implausible(thermal_sample(0, 25)).any());
   for (const double degc : {-273.0, 1000.0, -90.1, 200.1, 3.4e38, -3.4e38, HUGE_VAL, -HUGE_VAL}) {
-    const QuantitySet found = sensors.implausible(at(0.1, degc));
+    const QuantitySet found = sensors.implausible(thermal_sample(0.1, degc));
     EXPECT_EQ(found, (QuantitySet{false, true, false})) << degc;
   }
-  Sample sample = at(0.2, 25);
+  Sample sample = thermal_sample(0.2, 25);
   sample.rate_deg_per_h = 3.4e38;
   EXPECT_EQ(sensors.implausible(sample), (QuantitySet{true, false, false}));
   sample.rate_deg_per_h = -3.7e7;
@@ -44,7 +44,7 @@ TEST(Plausibility, ThePresetsBelieveWhatGyrosDo) {
   Plausibility sensors{PlausibilityLimits()};
   // A chamber at 10 degC/min, the thermometer quantised by 1 degC, over a range of −60 to 120; a turn of 1000 deg/s.
   for (int tenth = 0; tenth < 10'800; ++tenth) {
-    Sample sample = at(0.1 * tenth, std::floor(-60 + tenth / 60.0));
+    Sample sample = thermal_sample(0.1 * tenth, std::floor(-60 + tenth / 60.0));
     sample.rate_deg_per_h = tenth % 100 < 50 ? 3.6e6 : -3.6e6;
     ASSERT_FALSE(sensors.implausible(sample).any()) << tenth;
   }
@@ -53,31 +53,31 @@ TEST(Plausibility, ThePresetsBelieveWhatGyrosDo) {
 TEST(Plausibility, WhatIsNotKnownIsNotJudged) {
   Plausibility sensors{PlausibilityLimits()};
   Sample sample;
-  for (sample.time_ns = 0; sample.time_ns < 10 * kSecond; sample.time_ns += kSecond)
+  for (sample.time_ns = 0; sample.time_ns < 10 * kSecondNs; sample.time_ns += kSecondNs)
     EXPECT_FALSE(sensors.implausible(sample).any());
 }
 
 TEST(SensorCheck, ASpikeCostsItself) {
   SensorCheck check(PlausibilityLimits().temperature);
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(check.believes(i == 50 ? 45 : 25, i * kSecond / 10), i != 50) << i;
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(check.believes(i == 50 ? 45 : 25, i * kSecondNs / 10), i != 50) << i;
 }
 
 // The thermometer may have come there: 20 degC less the step of 2 take 18 s at 1 degC/s.
 TEST(SensorCheck, AJumpThatStaysIsBelievedOnceTheSensorCouldHaveComeThere) {
   SensorCheck check(PlausibilityLimits().temperature);
   std::int64_t time_ns = 0;
-  for (; time_ns <= 60 * kSecond; time_ns += kSecond / 10) ASSERT_TRUE(check.believes(25, time_ns));
+  for (; time_ns <= 60 * kSecondNs; time_ns += kSecondNs / 10) ASSERT_TRUE(check.believes(25, time_ns));
   const std::int64_t jump_ns = time_ns;
-  while (!check.believes(45, time_ns)) time_ns += kSecond / 10;
+  while (!check.believes(45, time_ns)) time_ns += kSecondNs / 10;
   EXPECT_NEAR(1e-9 * static_cast<double>(time_ns - jump_ns), 18, 1.1);
-  EXPECT_TRUE(check.believes(45, time_ns + kSecond / 10));
+  EXPECT_TRUE(check.believes(45, time_ns + kSecondNs / 10));
 }
 
 // Many small steps are a steep slope, too.
 TEST(SensorCheck, ASteepRampIsSeenWhateverItsSteps) {
   SensorCheck check(PlausibilityLimits().temperature);
   int refused = 0;
-  for (int i = 0; i < 200; ++i) refused += !check.believes(25 + 0.1 * i, i * kSecond / 100);
+  for (int i = 0; i < 200; ++i) refused += !check.believes(25 + 0.1 * i, i * kSecondNs / 100);
   EXPECT_GT(refused, 60) << "10 degC/s, of which 2 degC may come at once";
 }
 
@@ -85,9 +85,9 @@ TEST(SensorCheck, ASteepRampIsSeenWhateverItsSteps) {
 TEST(SensorCheck, TheFirstSecondHasNothingToBeMeasuredBy) {
   SensorCheck check(PlausibilityLimits().temperature);
   EXPECT_TRUE(check.believes(40, 0));
-  EXPECT_TRUE(check.believes(29, kSecond / 2500));
-  for (int i = 1; i <= 20; ++i) EXPECT_TRUE(check.believes(29, i * kSecond / 10));
-  EXPECT_FALSE(check.believes(40, 2 * kSecond));
+  EXPECT_TRUE(check.believes(29, kSecondNs / 2500));
+  for (int i = 1; i <= 20; ++i) EXPECT_TRUE(check.believes(29, i * kSecondNs / 10));
+  EXPECT_FALSE(check.believes(40, 2 * kSecondNs));
 }
 
 TEST(SensorCheck, ASensorThatStandsStillIsStuckWhereThatIsAskedFor) {
@@ -95,21 +95,21 @@ TEST(SensorCheck, ASensorThatStandsStillIsStuckWhereThatIsAskedFor) {
   SensorCheck usual(limits);
   limits.stuck_s = 60;
   SensorCheck check(limits);
-  for (int i = 0; i <= 60; ++i) EXPECT_TRUE(check.believes(25, i * kSecond)) << i;
-  EXPECT_FALSE(check.believes(25, 61 * kSecond));
+  for (int i = 0; i <= 60; ++i) EXPECT_TRUE(check.believes(25, i * kSecondNs)) << i;
+  EXPECT_FALSE(check.believes(25, 61 * kSecondNs));
   EXPECT_EQ(doubt_text(check.doubt(), "degC"), "found 25 degC for 61 s, expected it to move");
-  EXPECT_TRUE(check.believes(25.1, 62 * kSecond));
-  EXPECT_TRUE(check.believes(25.1, 122 * kSecond));
-  for (int i = 0; i < 100'000; ++i) ASSERT_TRUE(usual.believes(25, i * kSecond)) << "off unless configured";
+  EXPECT_TRUE(check.believes(25.1, 62 * kSecondNs));
+  EXPECT_TRUE(check.believes(25.1, 122 * kSecondNs));
+  for (int i = 0; i < 100'000; ++i) ASSERT_TRUE(usual.believes(25, i * kSecondNs)) << "off unless configured";
 }
 
 TEST(SensorCheck, SaysWhatWasFoundAndWhatWasExpected) {
   SensorCheck check(PlausibilityLimits().temperature);
   EXPECT_TRUE(check.believes(25, 0));
-  EXPECT_TRUE(check.believes(25, kSecond));
-  EXPECT_FALSE(check.believes(-273, 2 * kSecond));
+  EXPECT_TRUE(check.believes(25, kSecondNs));
+  EXPECT_FALSE(check.believes(-273, 2 * kSecondNs));
   EXPECT_EQ(doubt_text(check.doubt(), "degC"), "found -273 degC, expected -90 to 200");
-  EXPECT_FALSE(check.believes(45, 3 * kSecond));
+  EXPECT_FALSE(check.believes(45, 3 * kSecondNs));
   EXPECT_EQ(doubt_text(check.doubt(), "degC"), "found 45 degC, expected 21 to 29: it was 25 2 s before");
   EXPECT_EQ(doubt_text({}, "degC"), "");
 }
@@ -132,9 +132,9 @@ TEST(Averager, MeansAreOfWhatIsBelieved) {
   const auto second = [&](int begin, double first_degc, double others_degc, bool all) {
     for (int i = 1; i <= 10; ++i) {
       const bool doubt = all || i == 1;
-      averager.push(at(begin + 0.1 * i, i == 1 ? first_degc : others_degc), {false, doubt, false});
+      averager.push(thermal_sample(begin + 0.1 * i, i == 1 ? first_degc : others_degc), {false, doubt, false});
     }
-    return *averager.push(at(begin + 1.1, 25));
+    return *averager.push(thermal_sample(begin + 1.1, 25));
   };
   const Bucket one = second(0, 1000, 25, false);
   EXPECT_DOUBLE_EQ(one.temperature_degc, 25);

@@ -14,13 +14,7 @@ namespace {
 
 using test::linear_model;
 
-FeatureDefinition short_features() {
-  FeatureDefinition features;
-  features.length_s = 10;
-  features.end_mean_s = 2;
-  features.max_gap_s = 3;
-  return features;
-}
+using test::short_features;
 
 // 0.01 deg/h a degC over 100 degC: a span of 1 deg/h, so at most 4 · 1 / 10 = 0.4 deg/h a second.
 ModelPtr boxed(double gain = 0.01) { return linear_model({"T"}, {gain}, 0, short_features(), {{-30}, {70}}); }

@@ -11,19 +11,19 @@ namespace {
 using compensation::CompensatedWindow;
 using compensation::Doubt;
 
-CompensatedWindow row(double degc, bool implausible) {
-  CompensatedWindow row;
-  row.window.bucket.rate_deg_per_h = 8;
-  row.window.bucket.temperature_degc = degc;
-  row.window.bucket.implausible.temperature = implausible;
-  if (implausible) row.doubts.temperature = {Doubt::Reason::kOutOfRange, degc, -90, 200};
-  return row;
+CompensatedWindow watched_row(double degc, bool implausible) {
+  CompensatedWindow made;
+  made.window.bucket.rate_deg_per_h = 8;
+  made.window.bucket.temperature_degc = degc;
+  made.window.bucket.implausible.temperature = implausible;
+  if (implausible) made.doubts.temperature = {Doubt::Reason::kOutOfRange, degc, -90, 200};
+  return made;
 }
 
 std::vector<std::string> told(PlausibilityWatch& watch, int rows, double degc, bool implausible) {
   std::vector<std::string> texts;
   for (int i = 0; i < rows; ++i) {
-    for (const auto& notice : watch.push(row(degc, implausible)))
+    for (const auto& notice : watch.push(watched_row(degc, implausible)))
       texts.push_back((notice.entered ? "in: " : "out: ") + notice.text);
   }
   return texts;
@@ -53,7 +53,7 @@ TEST(PlausibilityWatch, ASensorThatFlickersIsOneFault) {
 TEST(PlausibilityWatch, EachSensorHasItsOwn) {
   PlausibilityWatch watch;
   EXPECT_EQ(told(watch, 10, -273, true).size(), 1u);
-  CompensatedWindow both = row(-273, true);
+  CompensatedWindow both = watched_row(-273, true);
   both.window.bucket.implausible.rate = true;
   both.doubts.rate = {Doubt::Reason::kOutOfRange, 3.4e38, -3.6e7, 3.6e7};
   const auto notices = watch.push(both);

@@ -10,7 +10,7 @@
 namespace prism::wire {
 namespace {
 
-std::string description(const std::string& gyro, const std::string& temperature, const std::string& uhfo) {
+std::string believed_text(const std::string& gyro, const std::string& temperature, const std::string& uhfo) {
   return R"({"format": "prism-frames", "version": 1, "name": "small", "line": {"baud": 9600}, "rate_hz": 10,
     "kinds": [{"name": "k", "sync": {"bytes": "AB CD"}, "length": 8, "checks": {"kind": "sum", "to": -1, "at": -1},
                "fields": {"rate": {"at": 2, "type": "s16", "min": -100, "max": 100},
@@ -19,15 +19,15 @@ std::string description(const std::string& gyro, const std::string& temperature,
          gyro + R"(}, "temperature": {"field": "t")" + temperature + R"(}, "uhfo": {"field": "u")" + uhfo + "}}";
 }
 
-std::string refusal(const std::string& gyro, const std::string& temperature, const std::string& uhfo) {
-  const auto parsed = parse_frame_description(description(gyro, temperature, uhfo), "f.json");
+std::string refused_belief(const std::string& gyro, const std::string& temperature, const std::string& uhfo) {
+  const auto parsed = parse_frame_description(believed_text(gyro, temperature, uhfo), "f.json");
   return parsed ? "accepted" : parsed.error().text();
 }
 
 TEST(Beliefs, AreReadInTheUnitsOfTheQuantities) {
-  const auto d = test::description_of(description(R"(, "range_deg_per_s": [-490, 490])",
-                                                  R"(, "range": [-40, 75], "greatest_slope_degc_per_s": 0.5)",
-                                                  R"(, "range": [0, 16])"));
+  const auto d = test::description_of(believed_text(R"(, "range_deg_per_s": [-490, 490])",
+                                                    R"(, "range": [-40, 75], "greatest_slope_degc_per_s": 0.5)",
+                                                    R"(, "range": [0, 16])"));
   EXPECT_EQ(d->plausible.rate.range->max, 490 * 3600.0);
   EXPECT_EQ(d->plausible.temperature.range->min, -40);
   EXPECT_EQ(d->plausible.temperature.greatest_slope_per_s, 0.5);
@@ -37,28 +37,30 @@ TEST(Beliefs, AreReadInTheUnitsOfTheQuantities) {
 
 // Logs name a description by its id: what is added later to be believed is not another way to read bytes.
 TEST(Beliefs, AreNotInTheId) {
-  const auto without = test::description_of(description("", "", ""));
+  const auto without = test::description_of(believed_text("", "", ""));
   const auto with = test::description_of(
-      description(R"(, "range_deg_per_s": [-1, 1])", R"(, "range": [-40, 75])", R"(, "range": [0, 1])"));
+      believed_text(R"(, "range_deg_per_s": [-1, 1])", R"(, "range": [-40, 75])", R"(, "range": [0, 1])"));
   EXPECT_EQ(without->id, with->id);
   EXPECT_FALSE(without->plausible.rate.range || without->plausible.temperature.range);
-  EXPECT_NE(without->id, test::description_of(description("", R"(, "stale_after_s": 2)", ""))->id);
+  EXPECT_NE(without->id, test::description_of(believed_text("", R"(, "stale_after_s": 2)", ""))->id);
 }
 
 TEST(Beliefs, AreRefusedWithTheirPlace) {
-  EXPECT_EQ(refusal("", R"(, "range": [75, -40])", ""),
+  EXPECT_EQ(refused_belief("", R"(, "range": [75, -40])", ""),
             "f.json:/temperature/range: found [75, -40], expected [low, high], low below high");
-  EXPECT_EQ(refusal("", R"(, "range": [1])", ""),
+  EXPECT_EQ(refused_belief("", R"(, "range": [1])", ""),
             "f.json:/temperature/range: found [1], expected [low, high], low below high");
-  EXPECT_NE(refusal(R"(, "range_deg_per_s": "wide")", "", "").find("f.json:/gyro/range_deg_per_s: found \"wide\""),
-            std::string::npos);
-  EXPECT_NE(refusal("", R"(, "greatest_slope_degc_per_s": 0)", "").find("/temperature/greatest_slope_degc_per_s"),
-            std::string::npos);
-  EXPECT_EQ(refusal("", "", R"(, "greatest_slope_degc_per_s": 1)"),
+  EXPECT_NE(
+      refused_belief(R"(, "range_deg_per_s": "wide")", "", "").find("f.json:/gyro/range_deg_per_s: found \"wide\""),
+      std::string::npos);
+  EXPECT_NE(
+      refused_belief("", R"(, "greatest_slope_degc_per_s": 0)", "").find("/temperature/greatest_slope_degc_per_s"),
+      std::string::npos);
+  EXPECT_EQ(refused_belief("", "", R"(, "greatest_slope_degc_per_s": 1)"),
             "f.json:/uhfo/greatest_slope_degc_per_s: belongs to the temperature only");
 }
 
-std::vector<std::uint8_t> frame(int rate, int temperature) {
+std::vector<std::uint8_t> small_frame(int rate, int temperature) {
   std::vector<std::uint8_t> bytes = {0xAB, 0xCD};
   for (const int value : {rate, temperature}) {
     bytes.push_back(static_cast<std::uint8_t>(value >> 8));
@@ -74,10 +76,10 @@ std::vector<std::uint8_t> frame(int rate, int temperature) {
 TEST(OutOfBounds, IsToldOfEachQuantity) {
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < 8; ++i) {
-    const auto one = frame(i == 4 ? 1000 : 10, i >= 5 ? -273 : 25);
+    const auto one = small_frame(i == 4 ? 1000 : 10, i >= 5 ? -273 : 25);
     bytes.insert(bytes.end(), one.begin(), one.end());
   }
-  const auto readings = test::decode(test::description_of(description("", "", "")), bytes);
+  const auto readings = test::decode(test::description_of(believed_text("", "", "")), bytes);
   ASSERT_EQ(readings.size(), 8u);
   for (std::size_t i = 0; i < readings.size(); ++i) {
     EXPECT_EQ(readings[i].out_of_bounds, (QuantitySet{i == 4, i >= 5, false})) << i;
