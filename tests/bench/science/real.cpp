@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compensation/evaluation/statistics.hpp"
 #include "tests/bench/science/contenders.hpp"
 #include "tests/bench/science/record.hpp"
 #include "tests/bench/science/tables.hpp"
@@ -87,7 +88,7 @@ void print_summary(int window_s, const char* kind, std::vector<double> all) {
   std::sort(all.begin(), all.end());
   const auto below = [&](double limit) { return std::lower_bound(all.begin(), all.end(), limit) - all.begin(); };
   fmt::print("<!-- {} s, {}: {} splits, worst {:.1f} %, {} below -5 %, {} below -25 %, median {:.1f} % -->\n", window_s,
-             kind, all.size(), 100 * all.front(), below(-0.05), below(-0.25), 100 * all[all.size() / 2]);
+             kind, all.size(), 100 * all.front(), below(-0.05), below(-0.25), 100 * evaluation::median_of(all));
 }
 
 }  // namespace
