@@ -24,7 +24,7 @@ using testing::IsEmpty;
 using testing::StartsWith;
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::int64_t kNoon = 1'795'262'400 * kSecond;  // 2026-11-21T12:00:00Z
+constexpr std::int64_t kNoonNs = 1'795'262'400 * kSecond;  // 2026-11-21T12:00:00Z
 using Bytes = std::vector<std::uint8_t>;
 
 struct CaptureLogTest : testing::Test {
@@ -33,7 +33,7 @@ struct CaptureLogTest : testing::Test {
     log.reset();
     log = std::make_unique<CaptureLog>(settings, name, disk, told.teller());
   }
-  void data(double second, const Bytes& bytes) { log->data(bytes, kNoon + static_cast<std::int64_t>(second * 1e9)); }
+  void data(double second, const Bytes& bytes) { log->data(bytes, kNoonNs + static_cast<std::int64_t>(second * 1e9)); }
   void flush() {
     log->flush();
     disk.drain();
@@ -58,10 +58,10 @@ struct CaptureLogTest : testing::Test {
 };
 
 TEST_F(CaptureLogTest, KeepsBytesAndMarksInOrder) {
-  log->mark_opened(kNoon);
+  log->mark_opened(kNoonNs);
   data(0.1, {'a', 'b'});
   data(0.2, {'c'});
-  log->mark_opened(kNoon + kSecond);
+  log->mark_opened(kNoonNs + kSecond);
   data(1.1, {'d'});
   log.reset();
   disk.drain();

@@ -29,7 +29,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-constexpr std::int64_t kNoon = 1'795'262'400;  // 2026-11-21T12:00:00Z
+constexpr std::int64_t kNoonS = 1'795'262'400;  // 2026-11-21T12:00:00Z
 const std::string kMetadata = "# a: b\n";
 
 struct RowLogTest : testing::Test {
@@ -65,7 +65,7 @@ struct RowLogTest : testing::Test {
   config::SegmentSettings settings = test::segments_in(folder.file("log"));
   LogCounters counters;
   test::Told told;
-  std::int64_t next = kNoon, session_ns = 1'000'000'001;
+  std::int64_t next = kNoonS, session_ns = 1'000'000'001;
   std::unique_ptr<RowLog> log;
 };
 
@@ -280,8 +280,8 @@ TEST_F(RowLogTest, AFolderThatIsAFileIsAFaultUntilItIsGone) {
 
 TEST_F(RowLogTest, ANameTooLongIsAFaultAndNoEnd) {
   RowLog longest(settings, std::string(250, 'n'), kMetadata, counters, told.teller());
-  longest.append(test::row_at(kNoon), session_ns);
-  longest.append(test::row_at(kNoon + 1), session_ns);
+  longest.append(test::row_at(kNoonS), session_ns);
+  longest.append(test::row_at(kNoonS + 1), session_ns);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("File name too long")));
   EXPECT_EQ(counters.dropped, 2u);
 }
@@ -317,9 +317,9 @@ struct RowWriterTest : RowLogTest {
 TEST_F(RowWriterTest, TheThreadedOneWritesSyncsAndClosesInOrder) {
   {
     ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.teller());
-    writer.append(test::row_at(kNoon), session_ns);
+    writer.append(test::row_at(kNoonS), session_ns);
     writer.set_metadata("# a: c\n");
-    writer.append(test::row_at(kNoon + 1), session_ns);
+    writer.append(test::row_at(kNoonS + 1), session_ns);
     writer.sync();
     disk.drain();
     EXPECT_EQ(writer.counters().rows, 2u);
@@ -332,13 +332,13 @@ TEST_F(RowWriterTest, RowsThatTheQueueCannotTakeAreCountedAndToldAtOnce) {
   ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.teller());
   std::promise<void> gate;
   disk.post(0, [&] { gate.get_future().wait(); });
-  for (int i = 0; i < 5; ++i) writer.append(test::row_at(kNoon + i), session_ns);
+  for (int i = 0; i < 5; ++i) writer.append(test::row_at(kNoonS + i), session_ns);
   EXPECT_EQ(writer.counters().dropped, 2u);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("the disk cannot keep up; rows are dropped and counted")));
   gate.set_value();
   for (int i = 0; i < 3; ++i) {
     disk.drain();
-    writer.append(test::row_at(kNoon + 5 + i), session_ns);
+    writer.append(test::row_at(kNoonS + 5 + i), session_ns);
     writer.sync();
   }
   disk.drain();
@@ -348,12 +348,12 @@ TEST_F(RowWriterTest, RowsThatTheQueueCannotTakeAreCountedAndToldAtOnce) {
 
 TEST_F(RowWriterTest, TheDirectOneKeepsTheFirstFault) {
   DirectRowWriter writer(settings, "gyro", kMetadata);
-  writer.append(test::row_at(kNoon), session_ns);
+  writer.append(test::row_at(kNoonS), session_ns);
   writer.sync();
   EXPECT_EQ(writer.first_fault(), "");
   {
     const test::FailingCall fault(test::failing_write, EIO);
-    writer.append(test::row_at(kNoon + 1), session_ns);
+    writer.append(test::row_at(kNoonS + 1), session_ns);
   }
   EXPECT_THAT(writer.first_fault(), HasSubstr("Input/output error"));
   EXPECT_EQ(writer.counters().dropped, 1u);
