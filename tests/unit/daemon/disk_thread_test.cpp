@@ -41,9 +41,9 @@ TEST(DiskThread, RunsWhatIsPostedInOrder) {
 
 TEST(DiskThread, RefusesBytesThatItsQueueCannotHoldButNeverATaskWithoutAny) {
   test::Told told;
+  int ran = 0;  // outlives the thread, which runs the last task at its end
   DiskThread disk(100, told.teller());
   Held held(disk);
-  int ran = 0;
   const auto task = [&ran] { ++ran; };
   EXPECT_TRUE(disk.post(60, task));
   EXPECT_FALSE(disk.post(41, task));
