@@ -2,6 +2,7 @@
 // The composite kernel's part of the model file: its variances, centres, and what serving needs to trust it.
 #include <fmt/format.h>
 
+#include "compensation/centres.hpp"
 #include "compensation/composite_model.hpp"
 #include "compensation/model_kinds.hpp"
 
@@ -34,7 +35,7 @@ std::string variances_text(const CompositeVariances& v) {
   return fmt::format(
       "  \"variances\": {{\"smooth\": {}, \"length_squared\": {}, \"linear\": {}, \"quadratic\": {}, \"nuisance\": {}, "
       "\"nuisance_time_h\": {}, \"offset\": {}, \"noise\": {}}},\n",
-      exact_text(v.kernel.rbf), list_text(v.kernel.length2), exact_text(v.kernel.linear),
+      exact_text(v.kernel.rbf), exact_numbers(v.kernel.length2), exact_text(v.kernel.linear),
       exact_text(v.kernel.quadratic), exact_text(v.nuisance), exact_text(v.nuisance_time_h), exact_text(v.offset),
       exact_text(v.noise));
 }
@@ -53,13 +54,8 @@ Result<ModelPtr> read_composite(Section& top, ModelInfo info) {
   p.time_h = vector_of(top.numbers("time_h", kAnyNumber, false));
   for (const double number : top.numbers("recording", {0, 1e6}, false)) p.recording.push_back(static_cast<int>(number));
   p.gram = symmetric_of(top, "gram", top.numbers("gram", kAnyNumber, false));
-  const auto d = static_cast<Eigen::Index>(info.inputs.size()), n = p.alpha.size();
-  if (top.good() && static_cast<Eigen::Index>(centres.size()) != d * n) {
-    top.fail("centres", fmt::format("found {} numbers, expected {}: {} inputs for each of {} alphas", centres.size(),
-                                    d * n, d, n));
-  }
+  p.centres = centres_of(top, centres, info.inputs.size(), p.alpha.size());
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
-  p.centres = Eigen::Map<const Eigen::MatrixXd>(centres.data(), d, n);
   return CompositeModel::make(std::move(info), std::move(p));
 }
 

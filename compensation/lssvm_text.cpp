@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "compensation/centres.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model_kinds.hpp"
 
@@ -36,13 +37,23 @@ Eigen::MatrixXd symmetric_of(Section& section, const char* key, const std::vecto
   return m;
 }
 
-std::string list_text(const Eigen::VectorXd& v) { return exact_texts({v.data(), static_cast<std::size_t>(v.size())}); }
+Eigen::MatrixXd centres_of(Section& section, const std::vector<double>& numbers, std::size_t inputs,
+                           Eigen::Index alphas) {
+  const auto d = static_cast<Eigen::Index>(inputs);
+  if (section.good() && static_cast<Eigen::Index>(numbers.size()) != d * alphas) {
+    section.fail("centres", fmt::format("found {} numbers, expected {}: {} inputs for each of {} alphas",
+                                        numbers.size(), d * alphas, d, alphas));
+  }
+  if (!section.good()) return {};
+  return Eigen::Map<const Eigen::MatrixXd>(numbers.data(), d, alphas);
+}
 
 std::string normalisation_text(const Normalisation& n) {
   return fmt::format(
       "  \"normalisation\": {{\"input_shift\": {}, \"input_scale\": {}, \"target_shift\": {}, \"target_scale\": "
       "{}}},\n",
-      list_text(n.input_shift), list_text(n.input_scale), exact_text(n.target_shift), exact_text(n.target_scale));
+      exact_numbers(n.input_shift), exact_numbers(n.input_scale), exact_text(n.target_shift),
+      exact_text(n.target_scale));
 }
 
 void append_rows(std::string& text, const char* key, const Eigen::MatrixXd& values, Eigen::Index width) {
@@ -96,13 +107,8 @@ Result<ModelPtr> read_lssvm(Section& top, ModelInfo info) {
   const std::vector<double> centres = top.numbers("centres", kAnyNumber);
   p.alpha = vector_of(top.numbers("alpha", kAnyNumber));
   p.weight = vector_of(top.numbers("weight", kPositive, false));
-  const auto d = static_cast<Eigen::Index>(info.inputs.size()), n = p.alpha.size();
-  if (top.good() && static_cast<Eigen::Index>(centres.size()) != d * n) {
-    top.fail("centres", fmt::format("found {} numbers, expected {}: {} inputs for each of {} alphas", centres.size(),
-                                    d * n, d, n));
-  }
+  p.centres = centres_of(top, centres, info.inputs.size(), p.alpha.size());
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
-  p.centres = Eigen::Map<const Eigen::MatrixXd>(centres.data(), d, n);
   return LssvmModel::make(std::move(info), std::move(p));
 }
 
@@ -112,7 +118,7 @@ std::string lssvm_content(const Model& model) {
                                  exact_text(p.sigma2), exact_text(p.b));
   text += normalisation_text(p.normalisation);
   if (p.linear.size() > 0)
-    text += fmt::format("  \"linear\": {},\n  \"linear_b\": {},\n", list_text(p.linear), exact_text(p.linear_b));
+    text += fmt::format("  \"linear\": {},\n  \"linear_b\": {},\n", exact_numbers(p.linear), exact_text(p.linear_b));
   if (p.uncertainty) text += uncertainty_text(*p.uncertainty);
   append_rows(text, "centres", p.centres, p.centres.rows());
   append_rows(text, "alpha", p.alpha, 4);

@@ -41,7 +41,10 @@ Eigen::VectorXd vector_of(const std::vector<double>& values);
 Normalisation read_normalisation(Section section);
 /// The lower triangle, row by row → the whole matrix; fails at `key` of the section where the count is none of one.
 Eigen::MatrixXd symmetric_of(Section& section, const char* key, const std::vector<double>& lower);
-std::string list_text(const Eigen::VectorXd& v);
+/// The centres of a kernel model [inputs x alphas], a column after the other; fails at "centres" where the count is
+/// another one. Empty where the section has failed.
+Eigen::MatrixXd centres_of(Section& section, const std::vector<double>& numbers, std::size_t inputs,
+                           Eigen::Index alphas);
 std::string normalisation_text(const Normalisation& n);
 /// `  "key": [` … `],`, so many numbers a line.
 void append_rows(std::string& text, const char* key, const Eigen::MatrixXd& values, Eigen::Index width);

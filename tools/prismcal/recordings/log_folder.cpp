@@ -19,19 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> files_of(const fs::path& folder, const std::string& extension) {
-  std::vector<std::string> paths;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    if (entry->path().string().ends_with(extension)) paths.push_back(entry->path().string());
-  }
-  std::sort(paths.begin(), paths.end());
-  return paths;
-}
-
 // What stands in a folder that has no log: its first file by name, and how many there are.
 std::string contents_of(const fs::path& folder) {
-  const std::vector<std::string> names = files_of(folder, "");
+  const std::vector<std::string> names = files_of(folder.string(), "");
   if (names.empty()) return "found an empty folder, expected one with prismd's log, *.csv";
   const auto capture = std::find_if(names.begin(), names.end(), is_capture);
   const fs::path shown = capture != names.end() ? *capture : names.front();
@@ -135,6 +125,16 @@ class Joiner {
 };
 
 }  // namespace
+
+std::vector<std::string> files_of(const std::string& folder, const std::string& extension) {
+  std::vector<std::string> paths;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->path().string().ends_with(extension)) paths.push_back(entry->path().string());
+  }
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
 
 Result<LogFolder> LogFolder::read(const std::string& path, const std::string& column) {
   LogFolder folder = salvage(path, column);

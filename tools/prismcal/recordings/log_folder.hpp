@@ -11,6 +11,9 @@
 
 namespace prism::recordings {
 
+/// Paths of what in a folder ends in `extension`, by name; none where the folder cannot be read.
+std::vector<std::string> files_of(const std::string& folder, const std::string& extension);
+
 /// Of a file, or of every *.csv in a folder. In order: by the index that prismd keeps beside them; those it does not
 /// know (of version 0.1, or without an index) before them, by session and first second.
 struct LogFolder {

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "tools/prismcal/recordings/log_folder.hpp"
+
 namespace prism::verification {
 namespace {
 
@@ -16,13 +18,7 @@ std::string rows_text(std::uint64_t rows) { return rows > 0 ? fmt::format(", wit
 }  // namespace
 
 Indexes::Indexes(const std::string& folder, const std::string& extension) : folder_(folder) {
-  std::vector<std::string> files;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    if (entry->path().string().ends_with(extension + ".index")) files.push_back(entry->path().string());
-  }
-  std::sort(files.begin(), files.end());
-  for (const std::string& file : files) {
+  for (const std::string& file : recordings::files_of(folder, extension + ".index")) {
     pipeline::SegmentIndex index(file);
     if (!index.read()) {
       damaged_.push_back(file);
