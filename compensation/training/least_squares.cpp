@@ -3,10 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
+#include <Eigen/Householder>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <utility>
 
 namespace prism::training {
 namespace {
@@ -16,7 +18,29 @@ constexpr long double kDependent = 1e-10L;
 
 double two_sided_p(double t, int df) {
   if (!std::isfinite(t)) return 0;
-  return 2 * boost::math::cdf(boost::math::complement(boost::math::students_t(df), std::fabs(t)));
+  using Plain = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
+  const boost::math::students_t_distribution<double, Plain> distribution(df);
+  return 2 * boost::math::cdf(boost::math::complement(distribution, std::fabs(t)));
+}
+
+// R of the QR of `a`, column by column: all sizes but the rows are small, and Eigen's blocked QR, in long double, takes
+// as long to compile as half of this room.
+template <typename Matrix>
+Matrix triangle_of(Matrix a) {
+  const Eigen::Index size = std::min(a.rows(), a.cols());
+  Matrix work(a.cols(), 1);
+  for (Eigen::Index j = 0; j < size; ++j) {
+    typename Matrix::Scalar tau, diagonal;
+    auto rest = a.col(j).tail(a.rows() - j);
+    rest.makeHouseholderInPlace(tau, diagonal);
+    a(j, j) = diagonal;
+    a.bottomRightCorner(a.rows() - j, a.cols() - j - 1)
+        .applyHouseholderOnTheLeft(a.col(j).tail(a.rows() - j - 1), tau, work.data());
+  }
+  Matrix r = Matrix::Zero(a.cols(), a.cols());
+  for (Eigen::Index j = 0; j < a.cols(); ++j)
+    r.col(j).head(std::min(j + 1, size)) = a.col(j).head(std::min(j + 1, size));
+  return r;
 }
 
 }  // namespace
@@ -35,10 +59,7 @@ LinearProblem::LinearProblem(const Eigen::MatrixXd& columns, const Eigen::Vector
     if (!(scale_[j] > noise)) scale_[j] = 0;
     all.col(j) *= scale_[j] > 0 ? 1 / scale_[j] : 0;
   }
-  const Eigen::HouseholderQR<Matrix> qr(all);
-  const Eigen::Index rows = std::min(n_, m + 1);
-  triangle_ = Matrix::Zero(m + 1, m + 1);
-  triangle_.topRows(rows) = qr.matrixQR().topRows(rows).template triangularView<Eigen::Upper>();
+  triangle_ = triangle_of(std::move(all));
 }
 
 Result<LinearFit> LinearProblem::fit(const std::vector<int>& subset) const {
@@ -52,19 +73,20 @@ Result<LinearFit> LinearProblem::fit(const std::vector<int>& subset) const {
     fit.sse = static_cast<double>(y.squaredNorm() * scale_.tail(1)[0] * scale_.tail(1)[0]);
     return fit;
   }
-  const Matrix x = triangle_(Eigen::all, subset);
-  const Eigen::HouseholderQR<Matrix> qr(x);
-  const Matrix r = qr.matrixQR().topRows(m).template triangularView<Eigen::Upper>();
+  Matrix stacked(triangle_.rows(), m + 1);
+  stacked << triangle_(Eigen::all, subset), y;
+  const Matrix r = triangle_of(std::move(stacked));
   for (Eigen::Index j = 0; j < m; ++j) {
     if (!(std::fabs(r(j, j)) > kDependent))
       return refuse("least squares",
                     fmt::format("term {} depends on the others", subset[static_cast<std::size_t>(j)] + 1));
   }
-  const Vector qty = qr.householderQ().adjoint() * y;
-  const Vector beta = r.template triangularView<Eigen::Upper>().solve(qty.head(m));
+  const auto upper = r.topLeftCorner(m, m).template triangularView<Eigen::Upper>();
+  const Vector beta = upper.solve(r.col(m).head(m));
   const long double y_scale = scale_.tail(1)[0];
-  const long double sse = qty.tail(qty.size() - m).squaredNorm() * y_scale * y_scale;
-  const Matrix inverse = r.template triangularView<Eigen::Upper>().solve(Matrix::Identity(m, m));
+  const long double sse = r(m, m) * r(m, m) * y_scale * y_scale;
+  Matrix inverse(m, m);
+  for (Eigen::Index j = 0; j < m; ++j) inverse.col(j) = upper.solve(Vector::Unit(m, j));
   const long double variance = fit.df > 0 ? sse / fit.df : 0;
   fit.sse = static_cast<double>(sse);
   fit.coefficient.resize(m);
@@ -99,7 +121,8 @@ double LinearProblem::condition(const std::vector<int>& subset) const {
     x.col(j + 1).tail(triangle_.rows()) = triangle_.col(column) * scale_[column];
   }
   x.colwise().normalize();
-  const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(x.cast<double>()).singularValues();
+  const Eigen::MatrixXd r = triangle_of(std::move(x)).cast<double>();
+  const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner>(r).singularValues();
   return singular[0] / singular[singular.size() - 1];
 }
 
