@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -46,7 +47,7 @@ char* put_integer(char* at, std::int64_t value) {
 
 char* put_fixed(char* at, double value, int decimals) {
   if (!std::isfinite(value)) return at;
-  if (std::fabs(value) > kFixedLimit) return fmt::format_to(at, "{}", value);
+  if (std::fabs(value) > kFixedLimit) return std::ranges::copy(fmt::format("{}", value), at).out;
   // Truncating what was moved by a half is llround without the call: exact below 2^52, above it as exact as the double.
   const double scaled = std::fabs(value) * kPowers[decimals] + 0.5;
   auto magnitude = static_cast<std::uint64_t>(scaled);

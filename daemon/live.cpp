@@ -53,7 +53,7 @@ class Live {
     if (!config.socket.path.empty() || inherited >= 0) {
       auto server = Server::open(io_, config.socket, inherited, instance_, rpc_);
       if (!server) {
-        spdlog::error("{}", server.error().text());
+        spdlog::error(server.error().text());
         return kExitFailed;
       }
       server_ = std::move(*server);
@@ -79,8 +79,8 @@ class Live {
     const LogCounters* const log = instance_.acquisition.log();
     instance_.acquisition.close();
     if (disk_.drain(kLastPatience)) return kExitDone;
-    spdlog::error("the disk does not answer: {} rows were not written, and {} more are not safe",
-                  log ? log->pending.load() : 0, log ? log->unsynced.load() : 0);
+    spdlog::error(fmt::format("the disk does not answer: {} rows were not written, and {} more are not safe",
+                              log ? log->pending.load() : 0, log ? log->unsynced.load() : 0));
     finish_logging();
     ::_exit(kExitFailed);
   }

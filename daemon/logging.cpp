@@ -76,11 +76,10 @@ void log_event(const Event& event) {
                      : event.severity == Severity::kWarning ? spdlog::level::warn
                      : event.severity == Severity::kInfo    ? spdlog::level::info
                                                             : spdlog::level::debug;
-  if (event.repeats > 0) {
-    spdlog::log(level, "{} ({} more times since it was last said)", event.text, event.repeats);
-  } else {
-    spdlog::log(level, "{}", event.text);
-  }
+  // As text that is made already: spdlog's own formatting would compile all of fmt once more.
+  spdlog::log(level, event.repeats == 0
+                         ? event.text
+                         : fmt::format("{} ({} more times since it was last said)", event.text, event.repeats));
 }
 
 }  // namespace prism::daemon

@@ -4,10 +4,9 @@
 
 #include "daemon/options.hpp"
 #include "daemon/pipeline/setup.hpp"
+#include "daemon/program.hpp"
 
 namespace prism::daemon {
-
-inline constexpr int kExitDone = 0, kExitFailed = 1, kExitUsage = 64, kExitBug = 70, kExitConfig = 78;
 
 /// Beside the gyro until SIGTERM or SIGINT. Returns the exit code.
 int run_live(const Options& options, pipeline::Setup setup);

@@ -16,7 +16,7 @@ constexpr Eigen::Index kTrustSamples = 1000;
 constexpr int kBlocks = 10;
 // A repeat of the training profile lies beside the trained trace: its variance passes twice the quantile in 2 to 11 %
 // of the blocks, five times in less than 2 %. An alarm that always rings is no alarm.
-constexpr double kGuardFactor = 5, kGuardQuantile = 0.99;
+constexpr double kLevelFactor = 5, kLevelQuantile = 0.99;
 
 CompositeSamples samples_of(const NormalisedData& data, const TrainingData& raw) {
   CompositeSamples samples{data.x, data.y, {}, raw.runs, 1};
@@ -74,14 +74,14 @@ double skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
 // |error| / sd_mean over the 2 that it should be. Never below 1: blocks of one record are not as strange as another
 // run.
 void calibrate(const CompositeSamples& samples, const CompositeFit& fit, compensation::CompositeTrust& trust) {
-  constexpr double kTrustedWeight = 0.3, kQuantile = 0.95;
+  constexpr double kBelievedWeight = 0.3, kQuantile = 0.95;
   const Folds folds = blocked_folds(samples.recording, kBlocks);
   const auto held = hold_out(samples, fit, folds);
   if (!held) return;
   const auto variances = composite_variances(fit.theta, samples.x.rows());
   std::vector<double> ratio;
   for (Eigen::Index i = 0; i < samples.y.size(); ++i) {
-    if (fit.weight[i] < kTrustedWeight) continue;
+    if (fit.weight[i] < kBelievedWeight) continue;
     compensation::Prediction served;
     served.bias_deg_per_h = held->mean[i];
     served.mean_deg_per_h = held->level[i];
@@ -108,9 +108,9 @@ double guard_of(const compensation::Model& model, const CompositeSamples& sample
     const auto known = model.predict({x.data(), static_cast<std::size_t>(x.size())}).knowledge;
     values.push_back(known->model_variance / known->target_variance);
   }
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(kGuardQuantile * static_cast<double>(values.size() - 1));
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(kLevelQuantile * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
-  return std::max(1e-12, kGuardFactor * *at);
+  return std::max(1e-12, kLevelFactor * *at);
 }
 
 // Parameters, beta, centres: all that the model needs but what its trust is made of.

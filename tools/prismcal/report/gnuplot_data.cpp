@@ -11,8 +11,6 @@
 namespace prism::report {
 namespace {
 
-using Out = std::back_insert_iterator<std::string>;
-
 /// Half-way points between the neighbours of a sorted grid, and as far out at its ends; in log10 where `logarithmic`.
 std::vector<double> grid_edges(std::vector<double> values, bool logarithmic) {
   if (logarithmic) std::transform(values.begin(), values.end(), values.begin(), [](double v) { return std::log10(v); });
@@ -43,8 +41,8 @@ void write_heat(std::string& script, const Series& series, const Panel& panel) {
     if (!std::isfinite(series.high[i])) continue;
     const auto [x0, x1] = cell_around(x_edges, series.x[i]);
     const auto [y0, y1] = cell_around(y_edges, series.y[i]);
-    fmt::format_to(Out(script), "{:.7g} {:.7g} {:.7g} {:.7g} {:.7g} {:.7g} {:.7g}\n", series.x[i], series.y[i], x0, x1,
-                   y0, y1, series.high[i]);
+    script += fmt::format("{:.7g} {:.7g} {:.7g} {:.7g} {:.7g} {:.7g} {:.7g}\n", series.x[i], series.y[i], x0, x1, y0,
+                          y1, series.high[i]);
   }
 }
 
@@ -54,7 +52,7 @@ void write_curve(std::string& script, const Series& series) {
   for (std::size_t i = 0; i < series.x.size() && i < series.y.size(); ++i) {
     const double high = series.form == Form::kBand && i < series.high.size() ? series.high[i] : 0;
     if (std::isfinite(series.x[i]) && std::isfinite(series.y[i]) && std::isfinite(high)) {
-      fmt::format_to(Out(script), "{:.7g} {:.7g} {:.7g}\n", series.x[i], series.y[i], high);
+      script += fmt::format("{:.7g} {:.7g} {:.7g}\n", series.x[i], series.y[i], high);
       any = true;
     } else if (any) {
       script += '\n';
@@ -66,12 +64,11 @@ void write_curve(std::string& script, const Series& series) {
 }  // namespace
 
 void write_gnuplot_data(std::string& script, const Plot& plot) {
-  Out out(script);
   for (std::size_t p = 0; p < plot.panels.size(); ++p) {
     const Panel& panel = plot.panels[p];
     for (std::size_t s = 0; s < panel.series.size(); ++s) {
       const Series& series = panel.series[s];
-      fmt::format_to(out, "$d{}_{} << EOD\n", p, s);
+      script += fmt::format("$d{}_{} << EOD\n", p, s);
       if (series.form == Form::kHeat) {
         write_heat(script, series, panel);
       } else {

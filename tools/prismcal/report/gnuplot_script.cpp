@@ -11,8 +11,6 @@
 namespace prism::report {
 namespace {
 
-using Out = std::back_insert_iterator<std::string>;
-
 /// Colour, width (px) and dash of an ink.
 struct CurveStyle {
   const char* colour;
@@ -59,15 +57,14 @@ std::string quoted(const std::string& text) {
 }
 
 void write_axis(std::string& script, const char* which, const Axis& axis) {
-  Out out(script);
-  fmt::format_to(out, "set {}label {} textcolor rgb '#374151' offset {}\n", which, quoted(axis.label),
-                 which[0] == 'x'   ? "0,0.4"
-                 : which[1] == '2' ? "-1,0"
-                                   : "0.8,0");
-  fmt::format_to(out, "{} logscale {}\n", axis.logarithmic ? "set" : "unset", which);
-  fmt::format_to(out, "set {}range [{}:{}]\n", which, axis.min ? fmt::format("{:.7g}", *axis.min) : "*",
-                 axis.max ? fmt::format("{:.7g}", *axis.max) : "*");
-  fmt::format_to(out, "set format {} {}\n", which, axis.logarithmic ? "'10^{%T}'" : "'%g'");
+  script += fmt::format("set {}label {} textcolor rgb '#374151' offset {}\n", which, quoted(axis.label),
+                        which[0] == 'x'   ? "0,0.4"
+                        : which[1] == '2' ? "-1,0"
+                                          : "0.8,0");
+  script += fmt::format("{} logscale {}\n", axis.logarithmic ? "set" : "unset", which);
+  script += fmt::format("set {}range [{}:{}]\n", which, axis.min ? fmt::format("{:.7g}", *axis.min) : "*",
+                        axis.max ? fmt::format("{:.7g}", *axis.max) : "*");
+  script += fmt::format("set format {} {}\n", which, axis.logarithmic ? "'10^{%T}'" : "'%g'");
 }
 
 std::string drawn(const Series& series, std::size_t panel, std::size_t index) {
@@ -167,9 +164,9 @@ void write_tic_step(std::string& script, const char* which, const Panel& panel, 
   }
   const bool logarithmic = right ? panel.right.logarithmic : panel.y.logarithmic;
   if (logarithmic || !(high > low)) {
-    fmt::format_to(Out(script), "set {}tics autofreq\n", which);
+    script += fmt::format("set {}tics autofreq\n", which);
   } else {
-    fmt::format_to(Out(script), "set {}tics {:.6g}\n", which, nice_step(high - low, height / 30));
+    script += fmt::format("set {}tics {:.6g}\n", which, nice_step(high - low, height / 30));
   }
 }
 
@@ -200,11 +197,10 @@ PanelArea area_of(const Plot& plot, std::size_t index) {
 }
 
 void write_panel(std::string& script, const Panel& panel, std::size_t index, const PanelArea& area) {
-  Out out(script);
-  fmt::format_to(out, "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\n", area.left, area.right);
-  fmt::format_to(out, "set bmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n", area.bottom, area.top);
-  fmt::format_to(out, "set label 1 {} at graph 0,1 left offset 0,{} textcolor rgb '#1b2733'\n", quoted(panel.title),
-                 0.75 + 1.15 * (area.heading.title_above ? area.heading.key_lines : 0));
+  script += fmt::format("set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\n", area.left, area.right);
+  script += fmt::format("set bmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n", area.bottom, area.top);
+  script += fmt::format("set label 1 {} at graph 0,1 left offset 0,{} textcolor rgb '#1b2733'\n", quoted(panel.title),
+                        0.75 + 1.15 * (area.heading.title_above ? area.heading.key_lines : 0));
   const bool empty = is_empty(panel);
   write_axis(script, "x", empty ? with_range(panel.x) : panel.x);
   write_axis(script, "y", empty ? with_range(panel.y) : panel.y);
@@ -230,8 +226,7 @@ std::string gnuplot_script(const Plot& plot, const std::string& name, const std:
   std::string script;
   const int columns = std::max(1, plot.columns);
   const int rows = (static_cast<int>(plot.panels.size()) + columns - 1) / columns;
-  fmt::format_to(
-      Out(script),
+  script += fmt::format(
       "set terminal svg enhanced dynamic size 960,{:.0f} font 'sans-serif,{}' name '{}' linewidth 1 dashlength 0.6\n"
       "set output {}\n",
       plot.panel_height * std::max(1, rows), columns > 1 ? 12 : 12.5, name, literal(svg_file));

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <regex>
 #include <set>
 
 #include "config/text_file.hpp"
@@ -19,10 +18,15 @@ using recordings::SegmentEnd;
 
 // "gyro1.csv.index" for "gyro1-20261121T091100Z-2.csv".
 std::string index_name(const std::string& file) {
-  const std::string stem = std::filesystem::path(file).stem().string();
-  static const std::regex kSegment(R"((.+)-\d{8}T\d{6}Z(-\d+)?)");
-  std::smatch parts;
-  return (std::regex_match(stem, parts, kSegment) ? parts.str(1) : stem) + ".csv.index";
+  constexpr std::string_view kStamp = "-00000000T000000Z";
+  std::string stem = std::filesystem::path(file).stem().string();
+  const std::size_t at = stem.rfind('Z') + 1 - kStamp.size();  // past the end where there is none
+  const auto fits = [](char found, char wanted) {
+    return wanted == '0' ? found >= '0' && found <= '9' : found == wanted;
+  };
+  if (at < stem.size() && std::equal(kStamp.begin(), kStamp.end(), stem.begin() + std::ptrdiff_t(at), fits))
+    stem.resize(at);
+  return stem + ".csv.index";
 }
 
 // What was wrong with a segment, for those who read its copy.

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include "daemon/logging.hpp"
+#include "daemon/service.hpp"
+#include "daemon/sniff.hpp"
+
+namespace prism::daemon {
+namespace {
+
+int check(const pipeline::Setup& setup) {
+  const config::Config& config = setup.config;
+  for (const std::string& note : setup.notes) fmt::print("note: {}\n", note);
+  fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}\n", config.path, setup.frames->name,
+             setup.frames->rate_hz,
+             setup.model ? setup.model->info().id.substr(0, 12) + " " + setup.model->info().name : "none",
+             config.line.device.empty() ? "none" : config.line.device);
+  return kExitDone;
+}
+
+}  // namespace
+
+int run(int argc, char** argv) {
+  Options options;
+  if (const auto code = parse_options(argc, argv, options)) return *code;
+  if (!options.sniff.empty()) return run_sniff(options.sniff, options.config);
+  if (options.check) {
+    if (const int code = check_document(options.config); code >= 0) return code;
+  }
+  Result<pipeline::Setup> setup = pipeline::load_setup(options.config, overrides_of(options));
+  if (!setup) {
+    fmt::print(stderr, "prismd: {}\n", setup.error().text());
+    return kExitConfig;
+  }
+  if (setup->config.line.device.empty() && options.replay.empty()) {
+    fmt::print(stderr, "prismd: {}:/line/device: is missing, expected the gyro's serial device (or use --replay)\n",
+               setup->config.path);
+    return kExitConfig;
+  }
+  begin_logging(setup->config.event_level);
+  if (options.check) return check(*setup);
+  const int code =
+      options.replay.empty() ? run_live(options, std::move(*setup)) : run_replay(options, std::move(*setup));
+  finish_logging();
+  return code;
+}
+
+}  // namespace prism::daemon

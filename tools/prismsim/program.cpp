@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismsim/program.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "tools/prismsim/capture_run.hpp"
+#include "tools/prismsim/options.hpp"
+#include "tools/prismsim/stop.hpp"
+#include "tools/prismsim/terminal_run.hpp"
+
+namespace prism::prismsim {
+namespace {
+
+constexpr int kDone = 0, kFailed = 1;
+
+int fail(const Error& error) {
+  fmt::print(stderr, "prismsim: {}\n", error.text());
+  return kFailed;
+}
+
+void announce(const SimOptions& options) {
+  const drivers::SimulationSettings& simulation = options.simulation;
+  const wire::FrameDescription& frames = *options.frames;
+  fmt::print(stderr, "prismsim: simulated gyro, profile {}, seed {}, {} frames/s of \"{}\", {:.2f} h\n",
+             simulation.profile.name, simulation.seed, simulation.rate_hz, frames.name, options.duration_s / 3600);
+  if (std::abs(simulation.rate_hz - frames.rate_hz) > std::max(frames.rate_tolerance, 1e-6) * frames.rate_hz) {
+    fmt::print(stderr, "prismsim: note: \"{}\" is described at {} frames/s; a reader that counts on it will be wrong\n",
+               frames.name, frames.rate_hz);
+  }
+  const double load = simulation.rate_hz * frames.max_frame_bytes * frames.wire.byte_time_ns() * 1e-9;
+  if (load > 1) {
+    fmt::print(stderr, "prismsim: note: the line of \"{}\" ({} baud) would need {:.1f} s for a second of frames\n",
+               frames.name, frames.wire.baud, load);
+  }
+}
+
+void conclude(const drivers::SimulationCounters& counters, const std::string& where) {
+  fmt::print(stderr, "prismsim: {}: {} simulated frames", where, counters.frames);
+  const std::pair<std::uint64_t, const char*> faults[]{{counters.lost_frames, "frames lost"},
+                                                       {counters.dropped_bytes, "bytes dropped"},
+                                                       {counters.damaged_bytes, "bytes damaged"},
+                                                       {counters.outliers, "outliers"}};
+  for (const auto& [count, name] : faults) {
+    if (count > 0) fmt::print(stderr, ", {} {}", count, name);
+  }
+  fmt::print(stderr, "\n");
+}
+
+}  // namespace
+
+int run(int argc, char** argv) {
+  SimOptions options;
+  if (auto code = parse_sim_options(argc, argv, options)) return *code;
+  catch_stop_signals();
+  announce(options);
+  if (!options.terminal) {
+    const auto done = run_capture(options);
+    if (!done) return fail(done.error());
+    conclude(*done, options.out);
+    return kDone;
+  }
+  auto terminal = PseudoTerminal::open(options.link);
+  if (!terminal) return fail(terminal.error());
+  fmt::print("{}\n", terminal->path());
+  std::fflush(stdout);
+  const auto done = run_terminal(options, *terminal);
+  if (!done) return fail(done.error());
+  conclude(*done, terminal->path());
+  return kDone;
+}
+
+}  // namespace prism::prismsim
