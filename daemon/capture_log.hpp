@@ -16,11 +16,14 @@ namespace prism::daemon {
 
 /// Gathers chunks and hands them to the disk thread each second (of arrival time) or 256 KiB, whichever comes first.
 /// A batch that the queue cannot take is dropped and counted, and the capture says so with a new-session mark: a replay
-/// then begins anew there, as the daemon would after a loss.
+/// then begins anew there, as the daemon would after a loss. After a fault of the disk what no good sync has seen is
+/// written again, into a new segment; the old one ends where its last good sync was.
 class CaptureLog {
  public:
   /// `tell` is called on any thread, once per fault and once when it is over.
-  CaptureLog(config::SegmentSettings settings, std::string name, DiskThread& disk, DiskFault::Tell tell);
+  /// `most_held`: bytes that wait in memory while the disk refuses them; what is more is dropped, the oldest first.
+  CaptureLog(config::SegmentSettings settings, std::string name, DiskThread& disk, DiskFault::Tell tell,
+             std::size_t most_held = 16 << 20);
   ~CaptureLog();
 
   void mark_opened(std::int64_t time_ns);
@@ -39,9 +42,9 @@ class CaptureLog {
   struct Batch {
     std::vector<Chunk> chunks;
     std::vector<std::uint8_t> bytes;
-    std::size_t done = 0;     // bytes written, or dropped and counted
     bool after_loss = false;  // a batch before it was dropped
   };
+  using BatchPtr = std::shared_ptr<Batch>;
 
   DiskThread& disk_;
   std::shared_ptr<Writer> writer_;

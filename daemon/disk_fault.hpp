@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -60,6 +61,20 @@ class DiskFault {
   std::mutex mutex_;
   bool faulty_ = false, again_ = false;
   std::uint64_t dropped_in_fault_ = 0;
+};
+
+/// When to try again what the disk refused, in turns of a second each: the pause doubles with each refusal.
+class RetryPause {
+ public:
+  static constexpr int kLongest = 60;
+
+  /// A turn passed; true where the next try is due, or where nothing was refused.
+  bool over() { return turns_ == 0 || --turns_ == 0; }
+  void begin() { turns_ = pause_ = std::clamp(2 * pause_, 1, kLongest); }
+  void end() { turns_ = pause_ = 0; }
+
+ private:
+  int pause_ = 0, turns_ = 0;
 };
 
 }  // namespace prism::daemon

@@ -59,7 +59,7 @@ void RowLog::write_row(Row row) {
 }
 
 void RowLog::sync() {
-  if (distrusted_ && --until_try_ <= 0) write_again();
+  if (distrusted_ && pause_.over()) write_again();
   if (file_ < 0 || !put_on_disk()) return;
   if (!segments_.in_place(file_)) {
     tell_(fmt::format("log: {}: was deleted or moved away, and its rows with it; a new segment begins", path_));
@@ -119,7 +119,7 @@ bool RowLog::put_on_disk() {
     unsynced_.clear();
     counters_.unsynced = 0;
     superseded_.clear();
-    pause_ = 0;
+    pause_.end();
     return true;
   }
   fault_.begin(fmt::format("{}: cannot be synced: {}", path_, std::strerror(errno)));
@@ -139,8 +139,7 @@ void RowLog::distrust() {
   }
   counters_.rows -= unsynced_.size();
   distrusted_ = true;
-  pause_ = std::clamp(2 * pause_, 1, kLongestPause);
-  until_try_ = pause_;
+  pause_.begin();
 }
 
 void RowLog::write_again() {

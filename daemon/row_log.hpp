@@ -57,7 +57,6 @@ class RowLog {
     std::string line;
   };
   static constexpr std::size_t kMostUnsynced = 3600;
-  static constexpr int kLongestPause = 60;  // syncs
 
   void write_row(Row row);
   bool open_segment(std::int64_t second);
@@ -76,7 +75,7 @@ class RowLog {
   std::string path_, superseded_;  // "FILE from row N", until its rows stand elsewhere
   std::deque<Row> unsynced_;       // as far back as kMostUnsynced
   bool distrusted_ = false;        // unsynced_ waits for a new segment
-  int pause_ = 0, until_try_ = 0;  // syncs
+  RetryPause pause_;               // in syncs
   int file_ = -1;
   std::int64_t bytes_ = 0, session_ns_ = 0;
   std::uint64_t rows_ = 0;  // in the segment

@@ -4,10 +4,10 @@
 . "$PRISM_SOURCE/tests/system/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 export ASAN_OPTIONS=verify_asan_link_order=0:${ASAN_OPTIONS:-}  # what injects a fault is loaded before a sanitizer's library
-# on_a_shimmed_disk ROWS: a simulated gyro and prismd on a disk that does what the word in $dir/disk says, good at first; prismd's
+# on_a_shimmed_disk ROWS [SETTINGS]: a simulated gyro and prismd on a disk that does what the word in $dir/disk says, good at first; prismd's
 # process is $prismd. Returns when so many rows are logged and one more.
 on_a_shimmed_disk() {
-  config
+  config "${2:-}"
   start_sim --profile steady --speed 1
   echo good >"$dir/disk"
   start prismd env LD_PRELOAD="$PRISM_BIN/tests/libdisk_shim.so" PRISM_DISK="$dir/disk" prismd "$dir/gyro.json"

@@ -109,21 +109,45 @@ TEST_F(CaptureLogTest, WhatTheQueueCannotTakeIsCountedToldOnceAndMarked) {
                                         "capture: writing again after 6000 bytes were dropped"));
 }
 
-TEST_F(CaptureLogTest, AFailedSyncBeginsASegmentAndIsToldOnce) {
+TEST_F(CaptureLogTest, AFailedSyncCostsNoByteAndIsToldOnce) {
   data(0, {'a'});
+  flush();
   {
     const test::FailingCall fault(test::failing_fdatasync, EIO);
-    flush();
     data(1, {'b'});
     flush();
-  }
-  for (const char byte : {'c', 'd', 'e'}) {
-    data(2, {static_cast<std::uint8_t>(byte)});
+    data(2, {'c'});
     flush();
   }
-  EXPECT_EQ(packets("gyro-20261121T120002Z.pcap"), "|cde");
+  for (const char byte : {'d', 'e', 'f'}) {
+    data(3, {static_cast<std::uint8_t>(byte)});
+    flush();
+  }
+  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "a") << "ends where its last good sync was";
+  EXPECT_EQ(packets("gyro-20261121T120001Z.pcap"), "bcdef");
+  EXPECT_THAT(test::files_in(settings.directory), testing::SizeIs(2)) << "no segment of which nothing is good";
+  EXPECT_EQ(log->dropped_bytes(), 0u);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be written: Input/output error"),
                                         "capture: writing again after 0 bytes were dropped"));
+}
+
+TEST_F(CaptureLogTest, AFaultOfADayTriesSeldomAndDropsTheOldest) {
+  log = std::make_unique<CaptureLog>(settings, "gyro", disk, told.teller(), 100);
+  {
+    const test::FailingCall fault(test::failing_fdatasync, EIO);
+    for (int i = 0; i < 100; ++i) {
+      data(i, Bytes(10, 'x'));
+      flush();
+    }
+  }
+  EXPECT_THAT(test::files_in(settings.directory), IsEmpty());
+  EXPECT_EQ(log->dropped_bytes(), 900u);
+  for (int i = 100; i < 170; ++i) {
+    data(i, {static_cast<std::uint8_t>('0' + i % 10)});
+    flush();
+  }
+  EXPECT_THAT(packets("gyro-20261121T120133Z.pcap"), AllOf(StartsWith("|xxxxxxxxxx"), EndsWith("789")));
+  EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("Input/output error"), HasSubstr("writing again after ")));
 }
 
 TEST_F(CaptureLogTest, AFolderThatIsAFileIsAFaultUntilItIsGone) {
@@ -132,19 +156,18 @@ TEST_F(CaptureLogTest, AFolderThatIsAFileIsAFaultUntilItIsGone) {
     data(i, {'x'});
     flush();
   }
-  EXPECT_EQ(log->dropped_bytes(), 3u);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be made: Not a directory")));
   std::filesystem::remove(settings.directory);
   data(3, {'a'});
   flush();
-  EXPECT_EQ(packets("gyro-20261121T120003Z.pcap"), "|a");
+  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "xxxa");
+  EXPECT_EQ(log->dropped_bytes(), 0u);
 }
 
 TEST_F(CaptureLogTest, ANameTooLongIsAFaultAndNoEnd) {
   begin(std::string(250, 'n'));
   data(0, {'a', 'b'});
   flush();
-  EXPECT_EQ(log->dropped_bytes(), 2u);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("File name too long")));
 }
 
@@ -157,7 +180,7 @@ TEST_F(CaptureLogTest, ADeletedFolderIsNoticedAndMadeAnew) {
   EXPECT_THAT(told.lines(), ElementsAre(AllOf(HasSubstr("capture: "), HasSubstr("was deleted or moved away"))));
   data(2, {'c'});
   flush();
-  EXPECT_EQ(packets("gyro-20261121T120002Z.pcap"), "c");
+  EXPECT_EQ(packets("gyro-20261121T120001Z.pcap"), "bc") << "what was written into the deleted one stands here";
 }
 
 TEST_F(CaptureLogTest, NeverWritesThroughALink) {
@@ -169,7 +192,7 @@ TEST_F(CaptureLogTest, NeverWritesThroughALink) {
   EXPECT_EQ(packets("gyro-20261121T120000Z-2.pcap"), "a");
 }
 
-TEST_F(CaptureLogTest, AFullDiskLeavesNoEmptyFilesAndWhatIsMissingIsCounted) {
+TEST_F(CaptureLogTest, AFullDiskLeavesNoEmptyFilesAndNoHole) {
   {
     const test::FailingCall fault(test::failing_write, ENOSPC);
     for (int i = 0; i < 3; ++i) {
@@ -178,8 +201,10 @@ TEST_F(CaptureLogTest, AFullDiskLeavesNoEmptyFilesAndWhatIsMissingIsCounted) {
     }
   }
   EXPECT_THAT(test::files_in(settings.directory), IsEmpty());
-  EXPECT_EQ(log->dropped_bytes(), 3u);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be written: No space left on device")));
+  data(3, {'y'});
+  flush();
+  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "xxxy") << "held until there was room";
 }
 
 // The story: "when_full" was the log's alone, though the manual gave it to the capture, too.
