@@ -82,7 +82,8 @@ endif()
 
 # prism_room(NAME SOURCES a.cpp ... [LINK lib ...] [WITH ROOM] [FAST]): one static library with the project's settings. In a unity
 # build the room is one file to the compiler; WITH another, both are, where whoever links one links the other: shared headers and
-# templates are most of the work. FAST: for what runs once (a command line, a page for people), two thirds of the time to compile.
+# templates are most of the work. FAST: compiled in two thirds of the time, with fewer passes; for what runs once (a command line, a
+# page for people), and for what leaves its long loops to the kernels' library.
 function(prism_room name)
   cmake_parse_arguments(ROOM "FAST" "WITH" "SOURCES;LINK" ${ARGN})
   if(PRISM_UNITY AND ROOM_WITH)
