@@ -3,6 +3,8 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <CLI/Config.hpp>  // App alone is declared by what these two define
+#include <CLI/Formatter.hpp>
 #include <string>
 #include <vector>
 

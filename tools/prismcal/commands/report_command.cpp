@@ -154,13 +154,13 @@ void add_report_command(CLI::App& app, int& code) {
   command->callback([choice, &code] {
     choice->experiment.stop = stop_on_interrupt();
     const auto kept = make_report(*choice);
-    const bool interrupted = !kept && choice->experiment.stop->load();
-    if (interrupted) {
+    const bool stopped = !kept && choice->experiment.stop->load();
+    if (stopped) {
       fmt::print(stderr, "{}prismcal: interrupted while training: no report was written\n", isatty(2) ? "\n" : "");
     } else if (!kept) {
       fmt::print(stderr, "prismcal: {}\n", kept.error().text());
     }
-    code = interrupted ? kInterrupted : kept && *kept ? 0 : 1;
+    code = stopped ? kInterrupted : kept && *kept ? 0 : 1;
   });
 }
 
