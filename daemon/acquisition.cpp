@@ -85,8 +85,8 @@ Result<Acquisition::Reconfigured> Acquisition::reconfigure(pipeline::Setup setup
   return done;
 }
 
-int Acquisition::block_s() const {
-  return (setup_.model ? setup_.model->info().features : compensation::FeatureDefinition{}).length_s;
+compensation::FeatureDefinition Acquisition::features() const {
+  return setup_.model ? setup_.model->info().features : compensation::FeatureDefinition{};
 }
 
 const pipeline::Rows& Acquisition::keep(const pipeline::Rows& rows) {

@@ -49,7 +49,9 @@ class Acquisition {
   const compensation::Engine& engine() const { return pipeline_->axes().front().engine; }
   const compensation::BlockStability& stability() const { return stability_; }
   /// Length in s of the window, and of the blocks that the stability is of: the model's, or the paper's.
-  int block_s() const;
+  int block_s() const { return features().length_s; }
+  /// Seconds of history that a correction takes: the window, and the means at the ends of its slope.
+  int full_s() const { return compensation::history_s(features()); }
   const History& history() const { return history_; }
   /// Of the session that runs: null before its first frame, before its first full second, and after its end.
   const compensation::Compensated* last_sample() const { return sampled_ ? &last_ : nullptr; }
@@ -61,6 +63,7 @@ class Acquisition {
   std::uint64_t frames() const { return frames_before_ + pipeline_->decoder().counters().frames; }
 
  private:
+  compensation::FeatureDefinition features() const;
   const pipeline::Rows& keep(const pipeline::Rows& rows);
   const pipeline::Rows& end_session(const pipeline::Rows& rows);
   void watch_quality(const compensation::CompensatedWindow& row);

@@ -67,10 +67,11 @@ ordered_json age_json(const Instance& instance) {
   return seconds(host_time_ns() - instance.line.last_data_ns);
 }
 
-// How long the means of the window are of, and how much of it is gathered.
+// How long the means of the window are of, how much history is gathered, and how much a correction takes.
 void put_window_length(ordered_json& json, const Instance& instance, const Current& now) {
   json["window_s"] = instance.acquisition.block_s();
   json["warm_s"] = now.window ? now.window->window.warm_s : 0;
+  json["full_s"] = instance.acquisition.full_s();
 }
 
 ordered_json counters_json(const wire::DecoderCounters& c) {

@@ -56,7 +56,8 @@ std::string age_text(const json& age_s) {
 std::string quality_with_progress(const json& answer) {
   std::string quality = text_of(at(answer, "quality"));
   if (quality.find("warming") == std::string::npos) return quality;
-  return fmt::format("{} ({} of {} s)", quality, integer(at(answer, "warm_s"), 0), window_length_s(answer));
+  return fmt::format("{} ({} of {} s)", quality, integer(at(answer, "warm_s"), 0),
+                     integer(at(answer, "full_s"), window_length_s(answer)));
 }
 
 std::string quality_words(const json& answer) {

@@ -28,7 +28,7 @@ class Answers : public test::InstanceFixture {
     expect_no_number(status["sample"]);
     expect_no_number(status["window"]);
     json numbers = bias;
-    for (const char* of_time : {"age_s", "window_s", "warm_s"}) numbers.erase(of_time);
+    for (const char* of_time : {"age_s", "window_s", "warm_s", "full_s"}) numbers.erase(of_time);
     expect_no_number(numbers);
   }
 
@@ -54,6 +54,7 @@ TEST_F(Answers, AMeasurementIsOfNow) {
   constexpr double kRounding = 1e-6;  // status has the digits of the log
   EXPECT_NEAR(bias["second_rate_deg_per_h"], status["window"]["rate_deg_per_h"], kRounding);
   EXPECT_EQ(bias["window_s"], 100);
+  EXPECT_EQ(bias["full_s"], 110) << "the window, and 10 s of mean before it";
   EXPECT_EQ(bias["warm_s"], status["warm_s"]);
   EXPECT_TRUE(status["age_s"].is_number());
   EXPECT_EQ(status["sessions"], 1);

@@ -17,7 +17,7 @@ using testing::Not;
 json receiving_status() {
   return json::parse(R"({"name": "gyro1", "version": "0.2.0", "state": "receiving", "detail": "", "state_since_s": 0,
     "device": "/dev/gyro", "frames": "trplg", "clock": "host", "model": null, "quality": "good", "age_s": 0.003,
-    "window_s": 100, "warm_s": 100,
+    "window_s": 100, "warm_s": 110, "full_s": 110,
     "sample": {"rate_deg_per_h": 20.0, "corrected_deg_per_h": 11.5, "quality": "good"},
     "window": {"rate_deg_per_h": 8.4, "mean_rate_deg_per_h": 8.47111, "bias_deg_per_h": 0.5, "sd_deg_per_h": 0.007,
                "corrected_deg_per_h": 7.9, "corrected_mean_deg_per_h": 7.97111, "mean_temperature_degc": 25.0,
@@ -48,7 +48,7 @@ TEST(StatusView, AMeanIsOfWhatIsGathered) {
   json status = receiving_status();
   status["quality"] = "warming", status["warm_s"] = 15;
   EXPECT_THAT(status_view(status), HasSubstr("8.47111 deg/h over 15 s\n"));
-  EXPECT_THAT(status_view(status), HasSubstr("quality      warming (15 of 100 s), last data 0.0 s ago\n"));
+  EXPECT_THAT(status_view(status), HasSubstr("quality      warming (15 of 110 s), last data 0.0 s ago\n"));
 }
 
 TEST(StatusView, AGyroThatIsGoneHasNoNumber) {
@@ -64,7 +64,7 @@ TEST(StatusView, AGyroThatIsGoneHasNoNumber) {
 TEST(BiasView, ShowsMeansAndNotOneFrame) {
   const json bias = json::parse(R"({"time_s": 10, "rate_deg_per_h": 20.0, "bias_deg_per_h": 0.5, "sd_deg_per_h": 0.007,
     "corrected_deg_per_h": 19.5, "second_rate_deg_per_h": 8.4, "second_corrected_deg_per_h": 7.9,
-    "mean_rate_deg_per_h": 8.47111, "corrected_mean_deg_per_h": 7.97111, "window_s": 100, "warm_s": 100,
+    "mean_rate_deg_per_h": 8.47111, "corrected_mean_deg_per_h": 7.97111, "window_s": 100, "warm_s": 110, "full_s": 110,
     "quality": "good", "age_s": 0.1, "model": "a0e547ce32dbb04c"})");
   const std::string text = bias_view(bias);
   EXPECT_THAT(text, HasSubstr("rate         8.40000 deg/h over 1 s, 8.47111 deg/h over 100 s\n"));

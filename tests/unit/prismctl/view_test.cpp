@@ -15,9 +15,9 @@ using testing::HasSubstr;
 using testing::Not;
 
 json status_of(const char* state, const char* quality, double age_s, int warm_s = 100) {
-  return {
-      {"name", "gyro1"}, {"state", state},   {"detail", ""},       {"quality", quality}, {"age_s", age_s},
-      {"window_s", 100}, {"warm_s", warm_s}, {"device", "/dev/g"}, {"frames", "trplg"},  {"line", {{"frames", 1234}}}};
+  return {{"name", "gyro1"},           {"state", state},   {"detail", ""},  {"quality", quality}, {"age_s", age_s},
+          {"window_s", 100},           {"warm_s", warm_s}, {"full_s", 110}, {"device", "/dev/g"}, {"frames", "trplg"},
+          {"line", {{"frames", 1234}}}};
 }
 
 json row_at(double time_s, double rate, json corrected = nullptr) {
@@ -68,14 +68,14 @@ TEST_F(LiveScreen, FitsEveryTerminal) {
 
 TEST_F(LiveScreen, StateAgeAndQualityStandOnTop) {
   view_.status(status_of("receiving", "warming", 0.2, 16), 0);
-  EXPECT_EQ(shown(0)[0], "gyro1  receiving  last data 0.2 s ago  warming (16 of 100 s)        04:00:00 UTC");
+  EXPECT_EQ(shown(0)[0], "gyro1  receiving  last data 0.2 s ago  warming (16 of 110 s)        04:00:00 UTC");
 }
 
 // "warming (4 s)" stood under 16 s of chart: the head was of the last event.
 TEST_F(LiveScreen, TheHeadIsOfTheLastStatus) {
   view_.status(status_of("receiving", "warming", 0, 4), 0);
   view_.status(status_of("receiving", "warming", 0, 16), 1);
-  EXPECT_THAT(all(1), HasSubstr("warming (16 of 100 s)"));
+  EXPECT_THAT(all(1), HasSubstr("warming (16 of 110 s)"));
   EXPECT_THAT(all(1), Not(HasSubstr("(4 of")));
 }
 
