@@ -49,4 +49,8 @@ std::string nearest_name(std::string_view name, std::span<const std::string> nam
   return nearest;
 }
 
+std::string counted(std::size_t count, std::string_view one) {
+  return std::to_string(count) + " " + std::string(one) + (count == 1 ? "" : "s");
+}
+
 }  // namespace prism

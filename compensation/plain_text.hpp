@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Words for refusals: foreign text made fit for one line, and the name that was probably meant.
+// Words for refusals and notes: foreign text made fit for one line, the name that was probably meant, things counted.
 #pragma once
 
 #include <cstddef>
@@ -15,5 +15,8 @@ std::string plain_text(std::string_view text, std::size_t most = 40);
 /// The one of `names` that a mistyped `name` probably stands for: a third of its letters (at least one) changed, left
 /// out, added or swapped with a neighbour, or one the beginning of the other. Empty where none is so near.
 std::string nearest_name(std::string_view name, std::span<const std::string> names);
+
+/// "1 row", "2 rows": `one` is the word for one of them.
+std::string counted(std::size_t count, std::string_view one);
 
 }  // namespace prism

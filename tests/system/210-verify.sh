@@ -44,4 +44,4 @@ prismcal train "$dir/clean" --force --method ls --inputs T --window 5 --end-mean
   fail "train: $(cat "$dir/train")"
 prismcal evaluate "$dir/model.json" "$dir/clean" --json >"$dir/evaluate" 2>"$dir/evaluate.err" || fail "evaluate: $(cat "$dir/evaluate.err")"
 prismcal allan "$dir/clean" --json >"$dir/allan" 2>"$dir/allan.err" || fail "allan: $(cat "$dir/allan.err")"
-[ "$(grep -c 'segments have no end' "$dir/train" "$dir/allan.err" | grep -vc ':0$')" = 0 ] || fail "the copy has a tear: $(cat "$dir/train")"
+[ "$(grep -c 'without an end' "$dir/train" "$dir/allan.err" | grep -vc ':0$')" = 0 ] || fail "the copy has a tear: $(cat "$dir/train")"

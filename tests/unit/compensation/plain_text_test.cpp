@@ -23,6 +23,12 @@ TEST(PlainText, MarksItsCut) {
   EXPECT_EQ(plain_text(std::string(1000, 'x')).size(), 43u);
 }
 
+TEST(Counted, AgreesWithItsNumber) {
+  EXPECT_EQ(counted(0, "row"), "0 rows");
+  EXPECT_EQ(counted(1, "row"), "1 row");
+  EXPECT_EQ(counted(2, "row"), "2 rows");
+}
+
 const std::vector<std::string> kNames = {"baud", "data_bits", "parity", "stop_bits", "retry_min_s", "retry_max_s"};
 
 TEST(NearestName, IsTheOneThatWasMeant) {

@@ -86,7 +86,7 @@ TEST_F(LogFolderTest, ARestartWithinASecondLeavesTwoPartsOfIt) {
   EXPECT_THAT(rows.sessions, ElementsAre(0u, 3u));
   EXPECT_EQ(rows.left_out.cut, 2u);
   EXPECT_THAT(rows.left_out.lines(),
-              ElementsAre(HasSubstr("2 seconds that the end or the beginning of a session cut")));
+              ElementsAre(HasSubstr("2 seconds in no block: cut by the end or the beginning of a session")));
 }
 
 // A session goes on over midnight and over a reload: no window begins anew there.
@@ -236,7 +236,8 @@ TEST_F(LogFolderTest, ImplausibleSecondsAreTold) {
   const LogRows read = joined();
   ASSERT_EQ(read.rows.size(), 4u);
   EXPECT_EQ(read.left_out.implausible, 2u);
-  EXPECT_THAT(read.left_out.lines(), testing::Contains(HasSubstr("2 seconds in which something was implausible")));
+  EXPECT_THAT(read.left_out.lines(),
+              testing::Contains(HasSubstr("2 seconds in no mean: something in it was implausible")));
   const auto series = read_rate_series(log, {});
   ASSERT_TRUE(series) << series.error().text();
   EXPECT_TRUE(std::isnan(series->rate_deg_per_h.front()));
@@ -276,7 +277,7 @@ TEST(Format1, AFolderOfVersion01IsReadForEver) {
   ASSERT_TRUE(recording) << recording.error().text();
   EXPECT_EQ(recording->buckets.size(), 61u);
   EXPECT_THAT(recording->sessions, ElementsAre(0u, 25u, 32u, 58u));
-  EXPECT_THAT(recording->notes, ElementsAre(HasSubstr("6 seconds that"), HasSubstr("1 segments have no end")));
+  EXPECT_THAT(recording->notes, ElementsAre(HasSubstr("6 seconds in no block"), HasSubstr("1 segment without an end")));
   EXPECT_EQ(recording->value("gyro_serial"), "70-0042");
   compensation::FeatureDefinition features;
   features.length_s = 5;

@@ -46,7 +46,7 @@ TEST(BlockTable, BeginsItsGridAnewAfterAGapAndCountsIt) {
 TEST(BlockTable, RefusesWhatHoldsNoFullBlock) {
   const auto buckets = test::simulated_day(90, 0, 1);
   EXPECT_THAT(recordings::make_block_table(buckets, {}, 0, "short").error().text(),
-              HasSubstr("short: 90 seconds in 1 stretches hold no full block"));
+              HasSubstr("short: 90 seconds in 1 piece hold no full block"));
   EXPECT_FALSE(recordings::make_block_table({}, {}, 0, "empty"));
   auto back = test::simulated_day(500, 0, 1);
   std::swap(back[100], back[101]);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "compensation/plain_text.hpp"
 #include "config/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
@@ -37,8 +38,7 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
   report::Report report;
   const std::string serial = cases.front().loaded.recording.value("gyro_serial");
   report.title = "Evaluation of gyro " + (serial.empty() ? std::string("without a serial") : serial);
-  report.subtitle = fmt::format("Model \"{}\" ({}) on {} recording{}", info.name, info.kind, cases.size(),
-                                cases.size() == 1 ? "" : "s");
+  report.subtitle = fmt::format("Model \"{}\" ({}) on {}", info.name, info.kind, counted(cases.size(), "recording"));
   report.tool = std::string("prismcal ") + kVersion;
   report.simulated =
       std::any_of(cases.begin(), cases.end(), [&](const Case& c) { return is_simulated(c.loaded.recording, options); });

@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "compensation/plain_text.hpp"
 #include "compensation/text_number.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
@@ -88,8 +89,9 @@ ordered_json json_of(const Verdict& verdict) {
 
 void print(const verification::Repaired& repaired, const std::string& out) {
   for (const auto& row : repaired.left_out) fmt::print("{}: left out: {}\n", place(row.path, row.line), row.why);
-  fmt::print("{}: {} rows in {} segments, {} captures, {} models, frames and configurations; {} left out\n", out,
-             repaired.rows, repaired.segments, repaired.captures, repaired.documents, repaired.left_out.size());
+  fmt::print("{}: {} in {}, {}, {} of models, frames and configurations; {} left out\n", out,
+             counted(repaired.rows, "row"), counted(repaired.segments, "segment"),
+             counted(repaired.captures, "capture"), counted(repaired.documents, "file"), repaired.left_out.size());
 }
 
 ordered_json json_of(const verification::Repaired& repaired, const std::string& out) {

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "compensation/plain_text.hpp"
+
 namespace prism::recordings {
 namespace {
 
@@ -138,8 +140,9 @@ Result<BlockTable> make_block_table(std::span<const compensation::Bucket> bucket
   }
   if (table.blocks.empty()) {
     return refuse(
-        name, fmt::format("{} seconds in {} stretches hold no full block; a block needs {} s without a gap",
-                          buckets.size(), table.gaps + (buckets.empty() ? 0 : 1), compensation::history_s(features)));
+        name,
+        fmt::format("{} in {} hold no full block; a block needs {} s without a gap", counted(buckets.size(), "second"),
+                    counted(table.gaps + (buckets.empty() ? 0 : 1), "piece"), compensation::history_s(features)));
   }
   return table;
 }

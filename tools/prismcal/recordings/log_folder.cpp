@@ -25,8 +25,8 @@ std::string contents_of(const fs::path& folder) {
   if (names.empty()) return "found an empty folder, expected one with prismd's log, *.csv";
   const auto capture = std::find_if(names.begin(), names.end(), is_capture);
   const fs::path shown = capture != names.end() ? *capture : names.front();
-  return fmt::format("found a folder of {} file{} without a .csv ({}), expected prismd's log{}", names.size(),
-                     names.size() == 1 ? "" : "s", shown.filename().string(),
+  return fmt::format("found a folder of {} without a .csv ({}), expected prismd's log{}", counted(names.size(), "file"),
+                     shown.filename().string(),
                      capture != names.end() ? "; a capture is given by its own name, with --config" : "");
 }
 
@@ -210,20 +210,17 @@ LogRows join_rows(const LogFolder& folder) {
 
 std::vector<std::string> LeftOut::lines() const {
   std::vector<std::string> lines;
-  if (cut > 0)
-    lines.push_back(fmt::format("{} seconds that the end or the beginning of a session cut are in no block", cut));
-  if (implausible > 0)
-    lines.push_back(fmt::format("{} seconds in which something was implausible are in no mean", implausible));
-  if (doubled > 0) lines.push_back(fmt::format("{} rows that stood there before were left out", doubled));
-  if (copies > 0) lines.push_back(fmt::format("{} files that are the same as another one were left out", copies));
+  if (cut > 0) lines.push_back(counted(cut, "second") + " in no block: cut by the end or the beginning of a session");
+  if (implausible > 0) lines.push_back(counted(implausible, "second") + " in no mean: something in it was implausible");
+  if (doubled > 0) lines.push_back(counted(doubled, "row") + " left out: stood there before");
+  if (copies > 0) lines.push_back(counted(copies, "file") + " left out: the same as another one");
   if (superseded > 0)
-    lines.push_back(
-        fmt::format("{} rows stand again in a later segment, as the disk had failed, and count once", superseded));
+    lines.push_back(counted(superseded, "row") +
+                    " written again into a later segment, as the disk had failed: counted once");
   if (torn_segments > 0)
     lines.push_back(
-        fmt::format("{} segments have no end, as prismd or the machine was ended by force; {} bytes of torn "
-                    "rows were left out",
-                    torn_segments, torn_bytes));
+        fmt::format("{} without an end, as prismd or the machine was ended by force; {} of torn rows left out",
+                    counted(torn_segments, "segment"), counted(torn_bytes, "byte")));
   for (const std::string& file : changed)
     lines.push_back(fmt::format("{} was changed after it was written: its sum does not hold", file));
   return lines;
