@@ -5,12 +5,25 @@
 
 #include <cstdlib>
 #include <limits>
-#include <regex>
 
 #include "compensation/plain_text.hpp"
 
 namespace prism::tools {
 namespace {
+
+// Of a type with its check the bounds: CLI::Range's "INT:INT in [1 - 256]", and what within() below says.
+std::string bounds_of(const std::string& type) {
+  std::string check = type.substr(type.rfind(':') + 1);
+  const std::size_t range = check.find(" in [");
+  if (range != std::string::npos) {
+    check = check.substr(range + 5, check.size() - range - 6);
+    const std::size_t dash = check.find(" - ");
+    return check.substr(0, dash) + " to " + check.substr(dash + 3);
+  }
+  if (check.starts_with("within ")) return check.substr(7);
+  if (check.starts_with("above ")) return check;
+  return check == "of 0 or more" ? "0 or more" : "";
+}
 
 // One word for the value beside the option's name; bounds and default in words behind the description. The words of a
 // choice stand in the description, written by hand.
@@ -30,14 +43,8 @@ class HelpText : public CLI::Formatter {
   std::string make_option_desc(const CLI::Option* option) const override {
     std::vector<std::string> facts;
     if (option->get_required() && !option->get_positional()) facts.push_back("required");
-    const std::string type = option->get_type_name();
-    std::smatch bounds;
-    if (std::regex_search(
-            type, bounds,
-            std::regex(R"(:(?:\w+ in \[(\S+) - (\S+)\]|within (\S+ to \S+)|(above \S+)|of (0 or more))$)"))) {
-      facts.push_back(bounds[1].matched ? bounds.str(1) + " to " + bounds.str(2)
-                                        : bounds.str(3) + bounds.str(4) + bounds.str(5));
-    }
+    const std::string bounds = bounds_of(option->get_type_name());
+    if (!bounds.empty()) facts.push_back(bounds);
     if (!option->get_default_str().empty()) facts.push_back("default " + option->get_default_str());
     for (const CLI::Option* other : option->get_excludes()) facts.push_back("not with " + other->get_name());
     return option->get_description() + (facts.empty() ? "" : fmt::format(" ({})", fmt::join(facts, "; ")));

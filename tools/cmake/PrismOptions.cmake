@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Compiler settings that every target of the project shares.
+option(PRISM_WARNINGS "Let the compiler warn" ON)
 option(PRISM_WERROR "Treat warnings as errors" OFF)
 set(PRISM_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them: address,undefined or thread")
 option(PRISM_COVERAGE "Instrument for gcov" OFF)
@@ -29,7 +30,21 @@ endif()
 add_library(prism_settings INTERFACE)
 target_include_directories(prism_settings INTERFACE ${CMAKE_SOURCE_DIR})
 # No fused multiply-add behind our back: the same capture gives the same log on every machine.
-target_compile_options(prism_settings INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -ffp-contract=off)
+target_compile_options(prism_settings INTERFACE -ffp-contract=off)
+if(PRISM_WARNINGS)
+  target_compile_options(prism_settings INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion)
+else()
+  target_compile_options(prism_settings INTERFACE -w)
+endif()
+# A room at once takes a tenth less time where g++ may hold 2 GB before it looks for memory to use again.
+if(PRISM_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  cmake_host_system_information(RESULT memory_mib QUERY TOTAL_PHYSICAL_MEMORY)
+  cmake_host_system_information(RESULT cores QUERY NUMBER_OF_LOGICAL_CORES)
+  math(EXPR memory_mib_a_core "${memory_mib} / ${cores}")
+  if(memory_mib_a_core GREATER 4000)
+    target_compile_options(prism_settings INTERFACE "SHELL:--param ggc-min-expand=100" "SHELL:--param ggc-min-heapsize=1048576")
+  endif()
+endif()
 # A program that uses nothing of a library of the tree does not load it.
 target_link_options(prism_settings INTERFACE LINKER:--as-needed)
 if(PRISM_WERROR)
