@@ -141,7 +141,7 @@ TEST_F(RepairTest, ATornCaptureKeepsItsWholePackets) {
   cut(path, 7);
   EXPECT_THAT(left_out(folder.file("capture")),
               ElementsAre(HasSubstr(":0: 31 bytes from byte 166 on are no whole packet")));
-  EXPECT_THAT(verify(out).findings[0].text, HasSubstr("4 packets, 30 bytes of the line, opened 1 times"));
+  EXPECT_THAT(verify(out).findings[0].text, HasSubstr("4 packets, 30 bytes of the line, opened 1 time"));
 }
 
 TEST_F(RepairTest, DocumentsGoWithTheLogWhereTheyAreWhole) {

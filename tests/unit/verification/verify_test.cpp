@@ -152,7 +152,7 @@ TEST_F(VerifyTest, LogsOfVersion01AreReadAndTheirTearIsFound) {
 TEST_F(VerifyTest, ACaptureIsWholeOrToldWithItsLastGoodByte) {
   const std::string path = capture("gyro1-20261121T120000Z.pcap", 5);
   EXPECT_THAT(verify(path).findings[0].text,
-              StartsWith("5 packets, 40 bytes of the line, opened 1 times, 2026-11-21T12:"));
+              StartsWith("5 packets, 40 bytes of the line, opened 1 time, 2026-11-21T12:"));
   EXPECT_THAT(faults(path), IsEmpty());
   const std::string text = test::content(path);
   cut(path, 7);

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "compensation/plain_text.hpp"
+
 namespace prism::analysis {
 namespace {
 
@@ -61,9 +63,9 @@ Result<AllanAnalysis> analyse_allan(const recordings::RateSeries& series, evalua
 std::string allan_text(const AllanAnalysis& analysis, const recordings::RateSeries& series, const std::string& where) {
   const evaluation::AllanCurve& curve = analysis.curve;
   std::string text =
-      fmt::format("{}: {} values of {}, every {:g} s ({}), {} holes, {} runs\n{} Allan deviation, {:g} % intervals\n\n",
-                  where, curve.values, series.column, curve.tau0_s, series.interval_source, curve.holes, curve.runs,
-                  estimator_text(curve.estimator), 100 * analysis.probability);
+      fmt::format("{}: {} values of {}, every {:g} s ({}), {}, {}\n{} Allan deviation, {:g} % intervals\n\n", where,
+                  curve.values, series.column, curve.tau0_s, series.interval_source, counted(curve.holes, "hole"),
+                  counted(curve.runs, "run"), estimator_text(curve.estimator), 100 * analysis.probability);
   text +=
       fmt::format("{:>12} {:>14} {:>14} {:>14} {:>10}  {}\n", "tau s", "dev deg/h", "low", "high", "clusters", "noise");
   for (std::size_t i = 0; i < curve.points.size(); ++i) {

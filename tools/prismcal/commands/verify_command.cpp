@@ -35,10 +35,11 @@ const char* word(State state) { return verification::kStateNames[static_cast<std
 
 void print_session(const LogSession& session) {
   constexpr std::size_t kMostHoles = 10;
-  const std::string missing = session.missing_s == 0 && session.missing_frames == 0
-                                  ? "nothing missing"
-                                  : fmt::format("missing: {} s in {} holes, {} frames", session.missing_s,
-                                                session.holes.size(), session.missing_frames);
+  const std::string missing =
+      session.missing_s == 0 && session.missing_frames == 0
+          ? "nothing missing"
+          : fmt::format("missing: {} s in {}, {}", session.missing_s, counted(session.holes.size(), "hole"),
+                        counted(session.missing_frames, "frame"));
   fmt::print("{}: session {} to {}: {} rows, {} of them partial; {}\n", session.log, utc_text(session.first_s),
              utc_text(session.last_s), session.rows, session.partial, missing);
   for (std::size_t i = 0; i < std::min(kMostHoles, session.holes.size()); ++i) {

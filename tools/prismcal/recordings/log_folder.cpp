@@ -219,7 +219,7 @@ std::vector<std::string> LeftOut::lines() const {
                     " written again into a later segment, as the disk had failed: counted once");
   if (torn_segments > 0)
     lines.push_back(
-        fmt::format("{} without an end, as prismd or the machine was ended by force; {} of torn rows left out",
+        fmt::format("{} without an end, copied while prismd wrote or ended by force; {} of torn rows left out",
                     counted(torn_segments, "segment"), counted(torn_bytes, "byte")));
   for (const std::string& file : changed)
     lines.push_back(fmt::format("{} was changed after it was written: its sum does not hold", file));

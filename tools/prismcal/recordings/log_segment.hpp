@@ -30,7 +30,7 @@ struct LeftOutRow {
 enum class SegmentEnd {
   kWhole,    ///< with its sum, which holds (format 1: with a whole line)
   kOpen,     ///< not yet: a living prismd writes it
-  kTorn,     ///< without: prismd or the machine was ended by force. Its rows are good
+  kTorn,     ///< without: prismd or the machine was ended by force, or it is a copy. Its rows are good
   kChanged,  ///< with a sum that does not hold: what stands in it was not written by prismd like that
 };
 

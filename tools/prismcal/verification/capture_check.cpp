@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include "compensation/plain_text.hpp"
 #include "compensation/text_number.hpp"
 #include "drivers/capture_file.hpp"
 #include "tools/prismcal/recordings/file_lock.hpp"
@@ -27,7 +28,8 @@ CheckedCapture check_capture(const std::string& path) {
     if (packet->event == drivers::CaptureEvent::kData) bytes += packet->bytes.size();
   }
   others += reader->foreign_packets();
-  std::string text = fmt::format("{} packets, {} bytes of the line, opened {} times", packets, bytes, opened);
+  std::string text = fmt::format("{}, {} of the line, opened {}", counted(packets, "packet"), counted(bytes, "byte"),
+                                 counted(opened, "time"));
   if (packets > 0) text += fmt::format(", {} to {}", utc_nano_text(first_ns), utc_nano_text(last_ns));
   if (back > 0) text += fmt::format("; the time goes back {} times", back);
   if (others > 0) text += fmt::format("; {} packets of other programs", others);
