@@ -50,7 +50,7 @@ class Acquisition {
   const compensation::BlockStability& stability() const { return stability_; }
   /// Length in s of the window, and of the blocks that the stability is of: the model's, or the paper's.
   int block_s() const { return features().length_s; }
-  /// Seconds of history that a correction takes: the window, and the means at the ends of its slope.
+  /// Seconds of history that a correction takes: the window, and the mean at the far end of its slope.
   int full_s() const { return compensation::history_s(features()); }
   const History& history() const { return history_; }
   /// Of the session that runs: null before its first frame, before its first full second, and after its end.

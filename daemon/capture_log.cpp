@@ -76,11 +76,11 @@ class CaptureLog::Writer {
 
   bool put_held() {
     for (const BatchPtr& batch : held_) {
-      bool marked = !batch->after_loss;
+      bool after_loss = batch->after_loss;
       std::size_t done = 0;
       for (const Chunk& chunk : batch->chunks) {
         const std::span<const std::uint8_t> bytes(batch->bytes.data() + done, chunk.end - done);
-        if (!put(chunk, bytes, !std::exchange(marked, true))) return false;
+        if (!put(chunk, bytes, std::exchange(after_loss, false))) return false;
         done = chunk.end;
       }
     }

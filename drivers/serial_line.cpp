@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "compensation/plain_text.hpp"
 #include "drivers/line_format.hpp"
 
 namespace prism::drivers {
@@ -27,8 +28,8 @@ const char* parity_name(wire::Parity parity) {
 }
 
 std::string format_text(const wire::WireFormat& format) {
-  return fmt::format("{} baud, {} data bits, parity {}, {} stop bit{}", format.baud, format.data_bits,
-                     parity_name(format.parity), format.stop_bits, format.stop_bits == 1 ? "" : "s");
+  return fmt::format("{} baud, {} data bits, parity {}, {}", format.baud, format.data_bits, parity_name(format.parity),
+                     counted(static_cast<std::size_t>(format.stop_bits), "stop bit"));
 }
 
 std::string why_not_open(int error) {
