@@ -17,7 +17,8 @@ kill -TERM "$prismd"
 wait "$prismd" || fail "SIGTERM: exit code $?"
 [ ! -e "$PRISM_SOCKET" ] || fail "the socket is left behind"
 log=$dir/log.csv
-cat "$dir"/log/gyro-*.csv >"$log"  # two segments where the simulated hour passes midnight
+# Two segments where the simulated hour passes midnight, each with its columns.
+awk '!(/^time_utc/ && seen++)' "$dir"/log/gyro-*.csv >"$log"
 same "first line" "$(head -c 8 "$log")" "# prism "
 contains "columns" "$(grep -v '^#' "$log" | head -1)" "time_utc,time_s,samples"
 same "rows without a number for the corrected rate after warming" "$(grep -v '^#' "$log" | tail -n +150 | awk -F, '$15 == ""' | wc -l)" 0
