@@ -232,6 +232,13 @@ def check_executable(path, text, mode):
         yield 1, "an executable file without '#!'"
 
 
+def check_traps(path, text):
+    """A trap of a test's own replaces the library's, and what it runs replaces the exit code: such a test could not fail."""
+    if re.match(r"tests/(?:system|faults)/\d", path):
+        for match in re.finditer(r"^\s*trap\b", text, re.M):
+            yield line_of(text, match.start()), "a trap of its own: expected at_exit of tests/system/lib.sh"
+
+
 def check_names(path, text):
     if is_code(path):
         for offset, message in house_names.check_namespaces(path, without_comments_and_texts(text)):
@@ -254,7 +261,8 @@ class UniqueTypes:
                 yield line, f"a second type {name}, as in {first}: expected one name for one type"
 
 
-RULES = [check_includes, check_links, check_clocks, check_file_system, check_first_lines, check_words, check_size, check_waiting, check_names]
+RULES = [check_includes, check_links, check_clocks, check_file_system, check_first_lines, check_words, check_size, check_waiting,
+         check_traps, check_names]
 
 
 def files_of(root):

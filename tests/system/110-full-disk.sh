@@ -4,7 +4,8 @@
 [ "$(id -u)" -eq 0 ] || skip "needs root to mount a small file system"
 mkdir "$dir/small"
 mount -t tmpfs -o size=64k tmpfs "$dir/small" 2>/dev/null || skip "cannot mount a tmpfs here"
-trap 'umount -l "$dir/small"; cleanup' EXIT
+unmount() { umount -l "$dir/small"; }
+at_exit unmount
 frames 20
 config
 sed -i "s|$dir/log|$dir/small/log|" "$dir/gyro.json"
@@ -13,7 +14,8 @@ start_prismd
 wait_for 20 field_above .log.dropped status 50
 same "events" "$(grep -c 'cannot be written' "$dir/prismd.err")" 1
 for file in "$dir"/small/log/*.csv; do
-  same "torn rows" "$(grep -v '^#' "$file" | awk -F, 'NF != 17' | wc -l)" 0
+  same "torn rows" "$(grep -v '^#' "$file" | awk -F, 'NR == 1 { columns = NF } NF != columns' | wc -l)" 0
+  same "rows" "$([ "$(grep -c '^[0-9]' "$file")" -gt 0 ] && echo some)" some
   same "last byte" "$(tail -c 1 "$file" | xxd -p)" 0a
 done
 mount -o remount,size=4m "$dir/small"

@@ -5,7 +5,8 @@
 command -v tmux >/dev/null || skip "no tmux; tools/setup brings it"
 export LC_ALL=C.UTF-8 PRISM_SOCKET=$dir/gyro.sock
 terminal() { tmux -S "$dir/tmux" -f /dev/null "$@"; }
-trap 'code=$?; terminal kill-server 2>/dev/null; (exit "$code"); cleanup' EXIT
+close_terminals() { terminal kill-server 2>/dev/null; }
+at_exit close_terminals
 screens=$PRISM_SOURCE/tests/system/screens
 
 # open NAME COLUMNS ROWS COMMAND: a terminal of its own.

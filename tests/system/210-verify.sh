@@ -15,11 +15,11 @@ same "exit code while prismd writes ($(cat "$dir/verify"))" "$code" 0
 contains "the segment" "$(cat "$dir/verify")" ": open: "
 contains "the configuration" "$(cat "$dir/verify")" ": whole: configuration of gyro"
 kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
+torn=$(ls "$dir"/log/*.csv | tail -1)  # not the first where a day ended meanwhile
 start_prismd
 wait_for 20 field_above .log.rows status 40
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 
-torn=$(ls "$dir"/log/*.csv | head -1)
 printf '2026-11-22T00:' >>"$torn"   # what a power cut leaves of a row
 verify "$dir/log"
 same "exit code after kill -9" "$code" 1

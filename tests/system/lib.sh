@@ -7,6 +7,8 @@ PATH=$PRISM_BIN/daemon:$PRISM_BIN/tools/prismctl:$PRISM_BIN/tools/prismsim:$PATH
 dir=$(mktemp -d "${TMPDIR:-/tmp}/prism-test.XXXXXX")
 export PRISM_SOCKET=$dir/gyro.sock
 children=()
+undo=()  # at_exit COMMAND: what a test takes down of its own. A trap of its own could lose the exit code, and did.
+at_exit() { undo+=("$1"); }
 cleanup() {
   code=$?
   if [ "$code" -ne 0 ] && [ "$code" -ne 77 ]; then
@@ -14,6 +16,7 @@ cleanup() {
   fi
   [ ${#children[@]} -eq 0 ] || kill -9 "${children[@]}" 2>/dev/null || true
   wait 2>/dev/null || true
+  for command in "${undo[@]}"; do "$command" || true; done
   rm -rf "$dir"
   exit "$code"
 }
