@@ -72,7 +72,7 @@ struct PlantedFaults : testing::Test {
   /// capture/NAME with `packets` packets of 10 bytes, one a second.
   std::string capture(const std::string& name, int packets) {
     std::filesystem::create_directories(folder.file("capture"));
-    const std::string path = folder.file("capture/" + name);
+    std::string path = folder.file("capture/" + name);
     auto file = drivers::CaptureWriter::open(path);
     const std::vector<std::uint8_t> bytes(10, 0x24);
     EXPECT_TRUE(file->opened(kNoon * 1'000'000'000));
