@@ -57,6 +57,8 @@ class Acquisition {
   const compensation::Compensated* last_sample() const { return sampled_ ? &last_ : nullptr; }
   const compensation::CompensatedWindow* last_window() const { return windowed_ ? &history_.last() : nullptr; }
   const LogCounters* log() const { return log_ ? &log_->counters() : nullptr; }
+  /// The log waits for the disk with rows that were returned.
+  bool unwritten() const { return log_ && log_->counters().pending > 0; }
   const CaptureLog* capture() const { return capture_.get(); }
   std::uint64_t sessions() const { return sessions_; }
   /// Since the start, over every pipeline that there was.

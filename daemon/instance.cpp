@@ -18,6 +18,18 @@ Instance::Instance(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::u
   line.since_ns = started_ns;
 }
 
+void Instance::rows_written() {
+  held_ = disk_late_ = false;
+  publisher.release();
+}
+
+void Instance::release_late() {
+  if (std::exchange(held_, publisher.holds()) && held_) {
+    disk_late_ = true;
+    publisher.release();
+  }
+}
+
 void Instance::tell(Severity severity, const std::string& kind, const std::string& text) {
   events.add(severity, kind, text, host_time_ns());
 }

@@ -15,18 +15,26 @@
 namespace prism::daemon {
 
 /// Hands on what the acquisition returns to those who subscribed. Lives on the live path's thread.
+///
+/// Clients are told a window once it is in the log, so that a kill takes back nothing that was told; a disk that takes
+/// none for a second and more is not waited for.
 struct Instance {
   /// `told` hears of every event that is shown, too.
   Instance(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<CaptureLog> capture,
            EventLog::Tell told);
 
-  void begin_session(std::int64_t now_ns) { publisher.rows(acquisition.begin_session(now_ns)); }
+  void begin_session(std::int64_t now_ns) { publish(acquisition.begin_session(now_ns)); }
   void feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
     line.last_data_ns = arrival_ns;
-    publisher.rows(acquisition.feed(bytes, arrival_ns));
+    publish(acquisition.feed(bytes, arrival_ns));
   }
-  void expire(std::int64_t now_ns) { publisher.rows(acquisition.expire(now_ns)); }
-  void finish() { publisher.rows(acquisition.finish()); }
+  void expire(std::int64_t now_ns) { publish(acquisition.expire(now_ns)); }
+  void finish() { publish(acquisition.finish()); }
+  void publish(const pipeline::Rows& rows) { publisher.rows(rows, !disk_late_ && acquisition.unwritten()); }
+  /// The disk has every row that it was given, or counted it as lost.
+  void rows_written();
+  /// Once a second and not oftener: windows that the disk has not taken since the last call go out.
+  void release_late();
   void tell(Severity severity, const std::string& kind, const std::string& text);
   void set_line(LineState state, const std::string& detail = {});
 
@@ -35,6 +43,9 @@ struct Instance {
   EventLog events;
   LineStatus line;
   Acquisition acquisition;
+
+ private:
+  bool held_ = false, disk_late_ = false;
 };
 
 }  // namespace prism::daemon

@@ -78,7 +78,9 @@ class Live {
   int end_disk() {
     const LogCounters* const log = instance_.acquisition.log();
     instance_.acquisition.close();
-    if (disk_.drain(kLastPatience)) return kExitDone;
+    const bool done = disk_.drain(kLastPatience);
+    instance_.publisher.release();
+    if (done) return kExitDone;
     spdlog::error(fmt::format("the disk does not answer: {} rows were not written, and {} more are not safe",
                               log ? log->pending.load() : 0, log ? log->unsynced.load() : 0));
     finish_logging();
@@ -111,7 +113,8 @@ class Live {
   std::unique_ptr<RowWriter> make_log(const pipeline::Setup& setup) {
     if (!setup.config.log) return nullptr;
     return std::make_unique<ThreadedRowWriter>(*setup.config.log, setup.config.name, pipeline::log_metadata(setup),
-                                               disk_, teller());
+                                               disk_, teller(),
+                                               [this] { asio::post(io_, [this] { instance_.rows_written(); }); });
   }
   std::unique_ptr<CaptureLog> make_capture(const pipeline::Setup& setup) {
     if (!setup.config.capture) return nullptr;
@@ -143,6 +146,7 @@ class Live {
       co_await tick_.async_wait(kUse);
       if (!disk_hangs_) instance_.acquisition.sync();
       watch_disk();
+      instance_.release_late();
       if (half_us == 0 && !under_systemd_) continue;
       if (std::string now = summary(instance_); now != shown) notify_status(shown = std::move(now));
       const auto& line = setup().config.line;

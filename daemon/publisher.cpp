@@ -41,12 +41,13 @@ void Publisher::update() {
   topics_ = std::move(topics);
 }
 
-void Publisher::rows(const pipeline::Rows& rows) {
+void Publisher::rows(const pipeline::Rows& rows, bool hold) {
   std::size_t next = 0;
   for (const pipeline::Rows::Window& window : rows.windows) {
     if (topics_.empty()) next = window.samples_before;
     for (; next < window.samples_before; ++next) sample(rows.samples[next].row);
     this->window(window.row);
+    if (!hold) release();
   }
   if (topics_.empty()) return;
   for (; next < rows.samples.size(); ++next) sample(rows.samples[next].row);
@@ -85,13 +86,22 @@ void Publisher::window(const compensation::CompensatedWindow& row) {
   const bool wanted =
       std::any_of(clients_.begin(), clients_.end(), [](const auto& c) { return c->subscription.windows; });
   if (!wanted) return;
-  flush();
   std::string text(kWindowHead);
   compensation::append_json(text, row);
   text += kTail;
-  const TextPart shared(std::move(text));
+  held_.emplace_back(std::move(text));
+}
+
+void Publisher::release() {
+  if (held_.empty()) return;
+  flush();
+  for (const TextPart& text : held_) send_window(text);
+  held_.clear();
+}
+
+void Publisher::send_window(const TextPart& text) {
   for (const auto& client : clients_) {
-    if (client->subscription.windows) client->send(shared, 1);
+    if (client->subscription.windows) client->send(text, 1);
   }
 }
 

@@ -14,7 +14,8 @@
 namespace prism::daemon {
 
 /// The samples of one call go out together: one send for many rows at high rates, and no delay at low ones. Windows and
-/// events go out at once, after the samples before them.
+/// events go out at once, after the samples before them; windows that are not in the log yet may be held until they
+/// are: a process that is killed has then lost no window that somebody was told.
 class Publisher {
  public:
   void add(std::shared_ptr<Client> client);
@@ -22,7 +23,10 @@ class Publisher {
   /// Takes note of the client's changed subscription.
   void update();
 
-  void rows(const pipeline::Rows& rows);
+  /// `hold`: the windows wait for release(), or for windows that need not wait.
+  void rows(const pipeline::Rows& rows, bool hold = false);
+  void release();
+  bool holds() const { return !held_.empty(); }
   /// `params`: the JSON object of an event notification.
   void event(const std::string& params);
 
@@ -33,6 +37,7 @@ class Publisher {
  private:
   void sample(const compensation::Compensated& row);
   void window(const compensation::CompensatedWindow& row);
+  void send_window(const TextPart& text);
   void flush();
 
   // Clients that want every n-th sample share one text.
@@ -45,6 +50,7 @@ class Publisher {
 
   std::vector<std::shared_ptr<Client>> clients_;
   std::vector<Topic> topics_;
+  std::vector<TextPart> held_;
   std::uint64_t lost_by_gone_ = 0;
 };
 

@@ -54,7 +54,7 @@ Result<std::string> Reloader::take(Result<pipeline::Setup> setup) {
   if (!setup) return tl::unexpected<Error>(setup.error());
   const auto taken = instance_.acquisition.reconfigure(std::move(*setup));
   if (!taken) return tl::unexpected<Error>(taken.error());
-  instance_.publisher.rows(taken->rows);
+  instance_.publish(taken->rows);
   if (taken->line_changed) line_changed_();
   const pipeline::Setup& now = instance_.acquisition.setup();
   return now.config.path + " in force, model " +

@@ -172,11 +172,12 @@ bool RowLog::write_all(const std::string& text) {
 }
 
 ThreadedRowWriter::ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
-                                     DiskThread& disk, DiskFault::Tell tell)
+                                     DiskThread& disk, DiskFault::Tell tell, Written written)
     : disk_(disk),
       counters_(std::make_shared<LogCounters>()),
       log_(std::make_shared<RowLog>(std::move(settings), std::move(name), std::move(metadata), *counters_,
-                                    std::move(tell))) {}
+                                    std::move(tell))),
+      written_(std::move(written)) {}
 
 ThreadedRowWriter::~ThreadedRowWriter() { close(); }
 
@@ -190,13 +191,13 @@ void ThreadedRowWriter::append(const compensation::CompensatedWindow& row, std::
   ++counters_->pending;
   const bool taken = disk_.post(
       sizeof row,
-      [log = log_, counters = counters_, row, session_ns] {
+      [log = log_, counters = counters_, written = written_, row, session_ns] {
         log->append(row, session_ns);
-        --counters->pending;
+        if (--counters->pending == 0) written();
       },
-      [log = log_, counters = counters_](const std::string& why) {
+      [log = log_, counters = counters_, written = written_](const std::string& why) {
         log->lose(why);
-        --counters->pending;
+        if (--counters->pending == 0) written();
       });
   if (!taken) {
     --counters_->pending;

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -97,11 +98,13 @@ class RowWriter {
 };
 
 /// Never waits: rows and syncs are posted. Rows that the queue cannot take are dropped and counted.
+/// `written` is called on the disk thread when no row waits for it any more.
 class ThreadedRowWriter : public RowWriter {
  public:
   /// As RowLog's; `tell` is called on any thread.
+  using Written = std::function<void()>;
   ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata, DiskThread& disk,
-                    DiskFault::Tell tell);
+                    DiskFault::Tell tell, Written written);
   ~ThreadedRowWriter() override;
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override;
@@ -114,6 +117,7 @@ class ThreadedRowWriter : public RowWriter {
   DiskThread& disk_;
   std::shared_ptr<LogCounters> counters_;
   std::shared_ptr<RowLog> log_;
+  const Written written_;
   bool unsynced_ = false;
 };
 

@@ -82,6 +82,24 @@ TEST_F(PublisherTest, AWindowComesBetweenTheSamplesBeforeAndBehindIt) {
   EXPECT_THAT(heard(peer), ElementsAre("sample 1", "sample 2", "window", "sample 3"));
 }
 
+// Samples wait for no disk; windows do, in their order.
+TEST_F(PublisherTest, AHeldWindowGoesOutWhenItIsReleasedOrWithTheNextThatNeedNotWait) {
+  auto& peer = subscriber({1, true, true});
+  pipeline::Rows rows;
+  rows.samples.push_back({0, sample_at(1)});
+  rows.windows.push_back({0, 1, 0, {}});
+  publisher.rows(rows, true);
+  publisher.event("{}");
+  EXPECT_THAT(heard(peer), ElementsAre("sample 1", "event"));
+  EXPECT_TRUE(publisher.holds());
+  publisher.release();
+  EXPECT_THAT(heard(peer), ElementsAre("window"));
+  EXPECT_FALSE(publisher.holds());
+  publisher.rows(rows, true);
+  publisher.rows(rows);
+  EXPECT_THAT(heard(peer), ElementsAre("sample 1", "sample 1", "window", "window"));
+}
+
 TEST_F(PublisherTest, ASubscriptionOfOthersDoesNotDisturbTheCount) {
   auto& third = subscriber({3, false, false});
   publish(1, 2);

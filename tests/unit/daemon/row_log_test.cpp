@@ -9,6 +9,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <future>
 #include <memory>
@@ -311,12 +312,13 @@ TEST_F(RowLogTest, ARowThatNeverCameHereIsCountedAndTold) {
 // The two ways to it.
 struct RowWriterTest : RowLogTest {
   test::Told unanswered;
+  std::atomic<int> written{0};
   DiskThread disk{3 * sizeof(compensation::CompensatedWindow), unanswered.teller()};
 };
 
 TEST_F(RowWriterTest, TheThreadedOneWritesSyncsAndClosesInOrder) {
   {
-    ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.teller());
+    ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.teller(), [this] { ++written; });
     writer.append(test::row_at(kNoonS), session_ns);
     writer.set_metadata("# a: c\n");
     writer.append(test::row_at(kNoonS + 1), session_ns);
@@ -329,13 +331,16 @@ TEST_F(RowWriterTest, TheThreadedOneWritesSyncsAndClosesInOrder) {
 }
 
 TEST_F(RowWriterTest, RowsThatTheQueueCannotTakeAreCountedAndToldAtOnce) {
-  ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.teller());
+  ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.teller(), [this] { ++written; });
   std::promise<void> gate;
   disk.post(0, [&] { gate.get_future().wait(); });
   for (int i = 0; i < 5; ++i) writer.append(test::row_at(kNoonS + i), session_ns);
   EXPECT_EQ(writer.counters().dropped, 2u);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("the disk cannot keep up; rows are dropped and counted")));
+  EXPECT_EQ(written, 0);
   gate.set_value();
+  disk.drain();
+  EXPECT_EQ(written, 1);  // once, when the third was
   for (int i = 0; i < 3; ++i) {
     disk.drain();
     writer.append(test::row_at(kNoonS + 5 + i), session_ns);
