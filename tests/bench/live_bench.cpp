@@ -13,6 +13,7 @@
 
 #include "config/text_file.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
+#include "tests/bench/abusers.hpp"
 #include "tests/bench/live_program.hpp"
 
 namespace {
@@ -121,24 +122,6 @@ void compare_paced(const Programs& programs, double rate_hz) {
   cpu_before.print("  CPU against the other prismd", 1.15);
 }
 
-// A client that asks for an hour of history without end, as a screen that redraws too often would, at nice 19.
-pid_t start_asker(const std::string& socket) {
-  const pid_t child = ::fork();
-  if (child != 0) return child;
-  ::setpriority(PRIO_PROCESS, 0, 19);
-  const int fd = prism::bench::connect_with_patience(socket);
-  const std::string ask = "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"history\",\"params\":{\"seconds\":3600}}\n";
-  std::vector<char> buffer(1 << 20);
-  while (::write(fd, ask.data(), ask.size()) > 0) {
-    ssize_t size = 0;
-    do {
-      size = ::read(fd, buffer.data(), buffer.size());
-      if (size <= 0) ::_exit(0);
-    } while (buffer[static_cast<std::size_t>(size - 1)] != '\n');
-  }
-  ::_exit(0);
-}
-
 // How much later another subscriber's lines come while four clients ask for an hour of history.
 void compare_history(const Programs& programs, const char* program, double rate_hz) {
   const Course course(programs, rate_hz, "device");
@@ -146,11 +129,10 @@ void compare_history(const Programs& programs, const char* program, double rate_
   bench->fill(static_cast<std::size_t>(3601 * rate_hz));
   if (::setpriority(PRIO_PROCESS, 0, -10) != 0) fmt::print("(only root can run the subscriber at nice -10)\n");
   const double alone_us = bench->paced(rate_hz, 10).p99_us;
-  std::vector<pid_t> askers;
-  for (int i = 0; i < 4; ++i) askers.push_back(start_asker(bench->socket()));
+  auto askers = prism::bench::four_that_ask(bench->socket(), prism::bench::hour_of_history(), 1);
   const double beside_us = bench->paced(rate_hz, 10).p99_us;
   ::setpriority(PRIO_PROCESS, 0, 0);
-  for (const pid_t asker : askers) ::kill(asker, SIGKILL), ::waitpid(asker, nullptr, 0);
+  askers.reset();
   fmt::print(
       "p99 lateness at {:g} frames/s: alone {:.2f} ms, beside four clients asking for an hour of history {:.2f} ms "
       "(wanted: 5 ms more at most)\n",

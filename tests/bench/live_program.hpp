@@ -22,6 +22,7 @@
 #include <fstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "drivers/wire/encode/frame_encoder.hpp"
@@ -118,14 +119,24 @@ class Bench {
     client_ = connect_with_patience(socket_);
   }
 
-  void start_prismd(const char* program, const std::string& description, const char* clock, const std::string& model) {
+  /// What a benchmark may add to prismd's start.
+  struct Start {
+    std::string log;  // a folder; none is written where it is empty
+    std::vector<std::pair<std::string, std::string>> environment;
+    int error_output = STDERR_FILENO;
+  };
+
+  void start_prismd(const char* program, const std::string& description, const char* clock, const std::string& model,
+                    const Start& start = {"", {}, STDERR_FILENO}) {
     const std::string config = folder_ + "/bench.json", frames = folder_ + "/frames.json";
     std::ofstream(frames) << description;
     std::ofstream(config) << fmt::format(
-        R"({{"line": {{"device": "{}"}}, "frames": "{}", "clock": "{}", "model": "{}", "write_log": false, "event_level": "error",
+        R"({{"line": {{"device": "{}"}}, "frames": "{}", "clock": "{}", "model": "{}", {}, "event_level": "{}",
             "socket": {{"path": "{}", "client_buffer_kib": 4096}}}})",
-        pty_.path, frames, clock, model, socket_);
-    spawn({program, config});
+        pty_.path, frames, clock, model,
+        start.log.empty() ? R"("write_log": false)" : fmt::format(R"("log": {{"directory": "{}"}})", start.log),
+        start.error_output == STDERR_FILENO ? "error" : "debug", socket_);
+    spawn({program, config}, start);
     client_ = connect_with_patience(socket_);
     const std::string ask =
         "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"subscribe\",\"params\":{\"streams\":[\"sample\"]}}\n";
@@ -207,6 +218,7 @@ class Bench {
   }
 
   const std::string& socket() const { return socket_; }
+  pid_t process() const { return child_; }
 
   Outcome flood(std::size_t count) {
     std::vector<std::uint8_t> bytes;
@@ -230,10 +242,12 @@ class Bench {
   }
 
  private:
-  void spawn(const std::vector<std::string>& words) {
+  void spawn(const std::vector<std::string>& words, const Start& start = {"", {}, STDERR_FILENO}) {
     child_ = ::fork();
     if (child_ != 0) return;
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // an interrupted benchmark leaves nobody on a pty that others will get
+    for (const auto& [name, value] : start.environment) ::setenv(name.c_str(), value.c_str(), 1);
+    ::dup2(start.error_output, STDERR_FILENO);
     std::vector<char*> argv;
     for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
     argv.push_back(nullptr);

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+// How late a subscriber's lines come at 1000 frames/s while others abuse prismd, each abuse against the same prismd without it.
+// A benchmark, not a test: it prints the figures and judges nothing.
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/text_file.hpp"
+#include "tests/bench/abusers.hpp"
+#include "tests/bench/live_program.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using prism::bench::Abusers;
+using prism::bench::Bench;
+using prism::bench::connect_with_patience;
+using prism::bench::request;
+using prism::bench::say;
+
+constexpr double kRateHz = 1000;
+
+struct Scene {
+  std::string socket, folder;
+  pid_t prismd;
+  void disk(const char* word) const { std::ofstream(folder + "/disk") << word; }
+};
+
+struct Abuse {
+  const char* what;
+  std::function<std::unique_ptr<Abusers>(const Scene&)> begin;
+};
+
+std::string joined(const std::string& part, std::size_t times, const char* head, const char* between, const char* tail) {
+  std::string text = head;
+  for (std::size_t i = 0; i < times; ++i) text += (i > 0 ? between : "") + part;
+  return text + tail;
+}
+
+std::unique_ptr<Abusers> many(int count, const std::function<void(int)>& harm) {
+  return std::make_unique<Abusers>(count, harm);
+}
+
+std::unique_ptr<Abusers> ask(const Scene& scene, const std::string& text, std::size_t lines) {
+  return prism::bench::four_that_ask(scene.socket, text, lines);
+}
+
+// Connects, says `text`, and leaves or stays without reading.
+std::unique_ptr<Abusers> say_and(bool leave, int clients, const Scene& scene, const std::string& text) {
+  return many(2, [=, socket = scene.socket](int) {
+    std::vector<int> open;
+    for (int i = 0; i < clients; ++i) {
+      open.push_back(connect_with_patience(socket));
+      say(open.back(), text);
+    }
+    if (!leave) ::sleep(3600);
+    for (const int fd : open) ::close(fd);
+  });
+}
+
+const std::vector<Abuse>& abuses() {
+  using prism::bench::hour_of_history;
+  static const std::vector<Abuse> all{
+      {"nothing", [](const Scene&) { return nullptr; }},
+      {"4 clients ask for the status without end", [](const Scene& s) { return ask(s, request("status"), 1); }},
+      {"4 clients ask for an hour of history", [](const Scene& s) { return ask(s, hour_of_history(), 1); }},
+      {"4 clients send batches of 100 of these",
+       [](const Scene& s) { return ask(s, joined(hour_of_history(), 100, "[", ",", "]"), 100); }},
+      {"4 clients send 65 kB of batches that are refused",
+       [](const Scene& s) { return ask(s, joined(hour_of_history(), 900, "[", ",", "]"), 1); }},
+      {"4 clients send lines of 70 kB",
+       [](const Scene& s) { return ask(s, std::string(70'000, ' ') + request("version"), 1); }},
+      {"4 clients send notifications without end",
+       [](const Scene& s) {
+         return ask(s, joined(request("history", "{}", false), 900, "", "\n", "\n") + request("version"), 1);
+       }},
+      {"2 processes connect and leave without end", [](const Scene& s) { return say_and(true, 1, s, ""); }},
+      {"2 processes ask 20 times for an hour, and leave",
+       [](const Scene& s) { return say_and(true, 1, s, joined(hour_of_history() + "\n", 20, "", "", "")); }},
+      {"250 clients that asked 20 times and never read",
+       [](const Scene& s) { return say_and(false, 125, s, joined(hour_of_history() + "\n", 20, "", "", "")); }},
+      {"20 subscribers that never read",
+       [](const Scene& s) {
+         return say_and(false, 10, s, request("subscribe", R"({"streams":["sample","window","event"]})") + "\n");
+       }},
+      {"50 reloads a second",
+       [](const Scene& s) {
+         return many(1, [pid = s.prismd](int) { ::kill(pid, SIGHUP), ::usleep(20'000); });
+       }},
+      {"the disk hangs", [](const Scene& s) { return s.disk("hang"), nullptr; }},
+      {"each sync of the disk fails", [](const Scene& s) { return s.disk("eio"), nullptr; }},
+      {"the log is deleted 10 times a second",
+       [](const Scene& s) {
+         return many(1, [log = s.folder + "/log"](int) {
+           std::error_code ignored;
+           fs::remove_all(log, ignored);
+           ::usleep(100'000);
+         });
+       }},
+  };
+  return all;
+}
+
+struct Place {
+  std::string prismd, shim, description, model, folder;
+  prism::wire::FrameDescriptionPtr frames;
+};
+
+// Messages go into a pipe that nobody reads, and that is full.
+int full_pipe() {
+  int ends[2];
+  if (::pipe2(ends, O_NONBLOCK) != 0) std::exit(1);
+  const std::string text(4096, 'x');
+  while (::write(ends[1], text.data(), text.size()) > 0) {
+  }
+  ::fcntl(ends[1], F_SETFL, 0);
+  return ends[1];
+}
+
+void measure(const Place& place, const Abuse& abuse) {
+  const std::string folder = place.folder + "/abuse";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  Bench bench(place.frames, "prismd", folder);
+  Bench::Start start;
+  start.log = folder + "/log";
+  start.environment = {{"LD_PRELOAD", place.shim}, {"PRISM_DISK", folder + "/disk"}};
+  start.error_output = full_pipe();
+  bench.start_prismd(place.prismd.c_str(), place.description, "device", place.model, start);
+  bench.fill(static_cast<std::size_t>(3601 * kRateHz));
+  ::setpriority(PRIO_PROCESS, 0, -10);
+  const double alone_us = bench.paced(kRateHz, 10).p99_us;
+  const Scene scene{bench.socket(), folder, bench.process()};
+  const auto abusers = abuse.begin(scene);
+  ::usleep(500'000);
+  const prism::bench::Outcome beside = bench.paced(kRateHz, 10);
+  ::setpriority(PRIO_PROCESS, 0, 0);
+  scene.disk("good");
+  fmt::print("{:<50} {:>8.2f} {:>8.2f} {:>+8.2f}   {:.3f} %\n", abuse.what, 1e-3 * alone_us, 1e-3 * beside.p99_us,
+             1e-3 * (beside.p99_us - alone_us), 100 * beside.lost);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+// usage: bench_abuse PRISMD DISK_SHIM DESCRIPTION MODEL FOLDER [NUMBER]...   only these abuses, from 0
+int main(int argc, char** argv) {
+  if (argc < 6) return 64;
+  ::signal(SIGPIPE, SIG_IGN);
+  const auto text = prism::config::read_text_file(argv[3]);
+  const auto frames = text ? prism::wire::parse_frame_description(*text, argv[3])
+                           : prism::Result<prism::wire::FrameDescriptionPtr>(tl::unexpected<prism::Error>(text.error()));
+  if (!frames) {
+    fmt::print(stderr, "bench_abuse: {}\n", frames.error().text());
+    return 1;
+  }
+  if (::geteuid() != 0) fmt::print("(only root can run the subscriber at nice -10)\n");
+  const Place place{argv[1], argv[2], *text, argv[4], argv[5], *frames};
+  fmt::print("p99 lateness of a subscriber at {:g} frames/s, ms, stderr of prismd unread (wanted: 5 more at most)\n{:<50} {:>8} {:>8} {:>8}   lost\n",
+             kRateHz, "", "before", "beside", "more");
+  for (std::size_t i = 0; i < abuses().size(); ++i) {
+    const bool wanted = argc == 6 || std::any_of(argv + 6, argv + argc, [i](const char* n) { return std::to_string(i) == n; });
+    if (wanted) measure(place, abuses()[i]);
+  }
+  return 0;
+}
