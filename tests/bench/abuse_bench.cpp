@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How late a subscriber's lines come at 1000 frames/s while others abuse prismd, each abuse against the same prismd without it.
-// A benchmark, not a test: it prints the figures and judges nothing.
+// How late a subscriber's lines come at 1000 frames/s while others abuse prismd, each abuse against the same prismd
+// without it. A benchmark, not a test: it prints the figures and judges nothing.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -38,7 +38,8 @@ struct Abuse {
   std::function<std::unique_ptr<Abusers>(const Scene&)> begin;
 };
 
-std::string joined(const std::string& part, std::size_t times, const char* head, const char* between, const char* tail) {
+std::string joined(const std::string& part, std::size_t times, const char* head, const char* between,
+                   const char* tail) {
   std::string text = head;
   for (std::size_t i = 0; i < times; ++i) text += (i > 0 ? between : "") + part;
   return text + tail;
@@ -91,9 +92,7 @@ const std::vector<Abuse>& abuses() {
          return say_and(false, 10, s, request("subscribe", R"({"streams":["sample","window","event"]})") + "\n");
        }},
       {"50 reloads a second",
-       [](const Scene& s) {
-         return many(1, [pid = s.prismd](int) { ::kill(pid, SIGHUP), ::usleep(20'000); });
-       }},
+       [](const Scene& s) { return many(1, [pid = s.prismd](int) { ::kill(pid, SIGHUP), ::usleep(20'000); }); }},
       {"the disk hangs", [](const Scene& s) { return s.disk("hang"), nullptr; }},
       {"each sync of the disk fails", [](const Scene& s) { return s.disk("eio"), nullptr; }},
       {"the log is deleted 10 times a second",
@@ -155,18 +154,22 @@ int main(int argc, char** argv) {
   if (argc < 6) return 64;
   ::signal(SIGPIPE, SIG_IGN);
   const auto text = prism::config::read_text_file(argv[3]);
-  const auto frames = text ? prism::wire::parse_frame_description(*text, argv[3])
-                           : prism::Result<prism::wire::FrameDescriptionPtr>(tl::unexpected<prism::Error>(text.error()));
+  const auto frames = text
+                          ? prism::wire::parse_frame_description(*text, argv[3])
+                          : prism::Result<prism::wire::FrameDescriptionPtr>(tl::unexpected<prism::Error>(text.error()));
   if (!frames) {
     fmt::print(stderr, "bench_abuse: {}\n", frames.error().text());
     return 1;
   }
   if (::geteuid() != 0) fmt::print("(only root can run the subscriber at nice -10)\n");
   const Place place{argv[1], argv[2], *text, argv[4], argv[5], *frames};
-  fmt::print("p99 lateness of a subscriber at {:g} frames/s, ms, stderr of prismd unread (wanted: 5 more at most)\n{:<50} {:>8} {:>8} {:>8}   lost\n",
-             kRateHz, "", "before", "beside", "more");
+  fmt::print(
+      "p99 lateness of a subscriber at {:g} frames/s, ms, stderr of prismd unread (wanted: 5 more at most)\n{:<50} "
+      "{:>8} {:>8} {:>8}   lost\n",
+      kRateHz, "", "before", "beside", "more");
   for (std::size_t i = 0; i < abuses().size(); ++i) {
-    const bool wanted = argc == 6 || std::any_of(argv + 6, argv + argc, [i](const char* n) { return std::to_string(i) == n; });
+    const bool wanted =
+        argc == 6 || std::any_of(argv + 6, argv + argc, [i](const char* n) { return std::to_string(i) == n; });
     if (wanted) measure(place, abuses()[i]);
   }
   return 0;

@@ -19,8 +19,8 @@
 namespace prism::bench {
 
 inline std::string request(const std::string& method, const std::string& params = "{}", bool answered = true) {
-  return std::string(R"({"jsonrpc":"2.0",)") + (answered ? R"("id":1,)" : "") + R"("method":")" + method + R"(","params":)" + params +
-         "}";
+  return std::string(R"({"jsonrpc":"2.0",)") + (answered ? R"("id":1,)" : "") + R"("method":")" + method +
+         R"(","params":)" + params + "}";
 }
 inline std::string hour_of_history() { return request("history", R"({"seconds":3600})"); }
 
