@@ -91,7 +91,7 @@ TEST_F(RepairTest, EveryFaultIsLeftOutByFileAndLineAndTheRestIsRead) {
   EXPECT_EQ(all_files(log), before) << "nothing is repaired in place";
   EXPECT_THAT(seconds_in(out), ElementsAre(0, 1, 2, 10, 11, 12, 13, 20, 22, 23, 40, 41, 42, 43));
   EXPECT_THAT(test::content(out + "/" + name(20)),
-              HasSubstr("; the segment was changed: its sum did not hold; 1 rows were left out\n"));
+              HasSubstr("; the segment was changed: its sum did not hold; 1 row left out\n"));
 }
 
 TEST_F(RepairTest, ACutAtAnyByteIsRepaired) {

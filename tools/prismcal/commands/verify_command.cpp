@@ -40,8 +40,8 @@ void print_session(const LogSession& session) {
           ? "nothing missing"
           : fmt::format("missing: {} s in {}, {}", session.missing_s, counted(session.holes.size(), "hole"),
                         counted(session.missing_frames, "frame"));
-  fmt::print("{}: session {} to {}: {} rows, {} of them partial; {}\n", session.log, utc_text(session.first_s),
-             utc_text(session.last_s), session.rows, session.partial, missing);
+  fmt::print("{}: session {} to {}: {}, {} of them partial; {}\n", session.log, utc_text(session.first_s),
+             utc_text(session.last_s), counted(session.rows, "row"), session.partial, missing);
   for (std::size_t i = 0; i < std::min(kMostHoles, session.holes.size()); ++i) {
     const verification::Hole& hole = session.holes[i];
     fmt::print("  no row: {} s, {} to {}\n", hole.last_s - hole.first_s + 1, utc_text(hole.first_s),

@@ -31,8 +31,8 @@ CheckedCapture check_capture(const std::string& path) {
   std::string text = fmt::format("{}, {} of the line, opened {}", counted(packets, "packet"), counted(bytes, "byte"),
                                  counted(opened, "time"));
   if (packets > 0) text += fmt::format(", {} to {}", utc_nano_text(first_ns), utc_nano_text(last_ns));
-  if (back > 0) text += fmt::format("; the time goes back {} times", back);
-  if (others > 0) text += fmt::format("; {} packets of other programs", others);
+  if (back > 0) text += "; the time goes back " + counted(back, "time");
+  if (others > 0) text += "; " + counted(others, "packet") + " of other programs";
   if (open) return {{path, State::kOpen, text + "; prismd writes it"}, {}};
   if (reader->tail_damage().empty()) return {{path, State::kWhole, text}, {}};
   const std::string damage =

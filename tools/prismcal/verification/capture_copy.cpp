@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "compensation/plain_text.hpp"
 #include "drivers/capture_file.hpp"
 #include "tools/prismcal/verification/checks.hpp"
 #include "tools/prismcal/verification/copies.hpp"
@@ -43,7 +44,7 @@ Result<bool> copy_capture(const std::string& path, const Copies& copies) {
   if (!writer) return tl::unexpected<Error>(writer.error());
   const auto others = copy_packets(*reader, *packet, *writer);
   if (!others) return tl::unexpected<Error>(others.error());
-  if (*others > 0) copies.leave_out(path, 0, fmt::format("{} packets of other programs", *others));
+  if (*others > 0) copies.leave_out(path, 0, counted(*others, "packet") + " of other programs");
   if (!damage.empty()) copies.leave_out(path, 0, damage);
   return true;
 }

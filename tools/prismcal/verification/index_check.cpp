@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "compensation/plain_text.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
 
 namespace prism::verification {
@@ -13,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string rows_text(std::uint64_t rows) { return rows > 0 ? fmt::format(", with {} rows", rows) : ""; }
+std::string rows_text(std::uint64_t rows) { return rows > 0 ? ", with " + counted(rows, "row") : ""; }
 
 }  // namespace
 
@@ -47,8 +48,8 @@ void Indexes::check(const std::map<std::string, std::uint64_t>& rows, std::vecto
       if (!fs::exists(path, error)) {
         findings.push_back({path, State::kMissing, "the index names it" + rows_text(made)});
       } else if (there != rows.end() && there->second < made) {
-        findings.push_back(
-            {path, State::kMissing, fmt::format("{} of the {} rows of the index", made - there->second, made)});
+        findings.push_back({path, State::kMissing,
+                            fmt::format("{} of the {} of the index", made - there->second, counted(made, "row"))});
       }
     }
   }

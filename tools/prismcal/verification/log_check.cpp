@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 
+#include "compensation/plain_text.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
 #include "tools/prismcal/verification/checks.hpp"
 #include "tools/prismcal/verification/index_check.hpp"
@@ -15,7 +16,7 @@ using recordings::LogSegment;
 using recordings::SegmentEnd;
 
 Finding of_segment(const LogSegment& segment) {
-  const std::string rows = fmt::format("{} rows, format {}", segment.rows.size(), segment.format);
+  const std::string rows = fmt::format("{}, format {}", counted(segment.rows.size(), "row"), segment.format);
   switch (segment.end) {
     case SegmentEnd::kWhole:
       return {segment.path, segment.damaged.empty() ? State::kWhole : State::kDamaged, rows};
@@ -24,8 +25,8 @@ Finding of_segment(const LogSegment& segment) {
     case SegmentEnd::kTorn:
       return {segment.path, State::kTorn,
               segment.torn_bytes == 0 ? rows + ", no end"
-                                      : fmt::format("{}, no end; {} bytes of a torn row from line {} on", rows,
-                                                    segment.torn_bytes, segment.torn_line)};
+                                      : fmt::format("{}, no end; {} of a torn row from line {} on", rows,
+                                                    counted(segment.torn_bytes, "byte"), segment.torn_line)};
     case SegmentEnd::kChanged:
       break;
   }

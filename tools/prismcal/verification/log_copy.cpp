@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "compensation/plain_text.hpp"
 #include "config/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
@@ -35,8 +36,8 @@ std::string remark_of(const LogSegment& segment, std::size_t left_out) {
                                                         {SegmentEnd::kOpen, "being written"},
                                                         {SegmentEnd::kTorn, "torn"},
                                                         {SegmentEnd::kChanged, "changed: its sum did not hold"}};
-  return fmt::format("by prismcal {}; the segment was {}; {} rows were left out", kVersion, kWords.at(segment.end),
-                     left_out);
+  return fmt::format("by prismcal {}; the segment was {}; {} left out", kVersion, kWords.at(segment.end),
+                     counted(left_out, "row"));
 }
 
 // The number of rows in the copy; 0: there is none.
@@ -45,7 +46,7 @@ Result<std::size_t> copy_segment(const LogSegment& segment, const std::set<std::
   if (without.contains(0)) return 0;  // the same as another file
   for (const auto& row : segment.damaged) copies.leave_out(row.path, row.line, row.why);
   if (segment.torn_bytes > 0)
-    copies.leave_out(segment.path, segment.torn_line, fmt::format("{} bytes of a torn row", segment.torn_bytes));
+    copies.leave_out(segment.path, segment.torn_line, counted(segment.torn_bytes, "byte") + " of a torn row");
   std::vector<std::size_t> kept;
   for (const auto& row : segment.rows) {
     if (!without.contains(row.line)) kept.push_back(row.line);
