@@ -35,6 +35,34 @@ std::optional<std::size_t> count_param(const json& params, const char* key, std:
   return static_cast<std::size_t>(value);
 }
 
+// Counts the values of a line without keeping them, and stops above the most.
+struct ValueCount : nlohmann::json_sax<json> {
+  std::size_t values = 0;
+
+  bool one() { return ++values <= kMaxValues; }
+  bool null() override { return one(); }
+  bool boolean(bool) override { return one(); }
+  bool number_integer(std::int64_t) override { return one(); }
+  bool number_unsigned(std::uint64_t) override { return one(); }
+  bool number_float(double, const std::string&) override { return one(); }
+  bool string(std::string&) override { return one(); }
+  bool binary(json::binary_t&) override { return one(); }
+  bool start_object(std::size_t) override { return one(); }
+  bool key(std::string&) override { return true; }
+  bool end_object() override { return true; }
+  bool start_array(std::size_t) override { return one(); }
+  bool end_array() override { return true; }
+  bool parse_error(std::size_t, const std::string&, const json::exception&) override { return false; }
+};
+
+// Made into a tree, 65 kB of small values hold the line for 4 ms; counted, for some tens of microseconds.
+bool too_many_values(std::string_view line) {
+  if (line.size() <= kMaxValues) return false;  // each takes a character and more
+  ValueCount count;
+  json::sax_parse(line, &count);
+  return count.values > kMaxValues;
+}
+
 }  // namespace
 
 std::string rpc_error(const json& id, int code, const std::string& message) {
@@ -50,6 +78,10 @@ std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_vi
     client->answer(rpc_error(nullptr, code, why));
     return std::deque<json>();
   };
+  if (too_many_values(line)) {
+    return refused(kInvalidRequest, fmt::format("found more than {} values in a line, expected {} requests at most",
+                                                kMaxValues, kMaxBatch));
+  }
   json parsed;
   try {
     parsed = json::parse(line);

@@ -16,7 +16,8 @@
 namespace prism::daemon {
 
 inline constexpr std::size_t kMaxRequestBytes = 65536;
-inline constexpr std::size_t kMaxBatch = 100;  ///< requests in one line
+inline constexpr std::size_t kMaxBatch = 100;    ///< requests in one line
+inline constexpr std::size_t kMaxValues = 2000;  ///< JSON values in it, containers too
 
 enum RpcCode {
   kParseError = -32700,

@@ -44,6 +44,31 @@ TEST_F(RpcTest, RefusesWhatIsNoRequest) {
   EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"subscribe","params":{"streams":["x"]}})"), kInvalidParams);
 }
 
+// 65 kB made into a tree would hold the line for milliseconds.
+TEST_F(RpcTest, ALineOfVeryManyValuesIsRefusedBeforeItIsKept) {
+  const std::string deep = std::string(3000, '[') + std::string(3000, ']');
+  std::string flat = "[1";
+  for (int i = 0; i < 30'000; ++i) flat += ",1";
+  for (const std::string& line : {deep, flat + "]", flat + ", and no JSON"}) {
+    const json answer = asker_.ask(rpc_, line);
+    EXPECT_EQ(answer["error"]["code"], kInvalidRequest);
+    EXPECT_EQ(answer["error"]["message"], "found more than 2000 values in a line, expected 100 requests at most");
+  }
+}
+
+TEST_F(RpcTest, AFullBatchOfTheRichestRequestIsAnswered) {
+  std::string line = "[";
+  for (int i = 0; i < 100; ++i) {
+    line +=
+        R"({"jsonrpc": "2.0", "id": 1, "method": "subscribe", "params": {"streams": ["sample", "window", "event"], "every": 2}})";
+    line += i < 99 ? ", " : "]";
+  }
+  rpc_.request(asker_.client(), line);
+  const std::string text = asker_.read();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 100);
+  EXPECT_EQ(text.find("error"), std::string::npos);
+}
+
 TEST_F(RpcTest, ANotificationIsNotAnswered) {
   rpc_.request(asker_.client(), R"({"jsonrpc":"2.0","method":"status"})");
   rpc_.request(asker_.client(), R"({"jsonrpc":"2.0","method":"history"})");
