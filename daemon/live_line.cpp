@@ -178,13 +178,18 @@ void LiveLine::rest() {
   });
 }
 
+// A device that is not there costs nothing to look for, and serves the moment it is back; one that is there and fails
+// is left in peace for longer and longer.
 void LiveLine::pause() {
+  const pipeline::Setup& setup = instance_.acquisition.setup();
+  const bool there = ::access(setup.line.device.c_str(), F_OK) == 0;
+  if (!there) retry_ = std::chrono::duration<double>(setup.config.line.retry_min_s);
   last_progress_ = Clock::now() + as_steady(retry_);
   pause_timer_.expires_after(as_steady(retry_));
   pause_timer_.async_wait([this](boost::system::error_code error) {
     if (!error && !stopping_ && !line_) open_or_pause();
   });
-  retry_ = std::min(retry_ * 2, std::chrono::duration<double>(instance_.acquisition.setup().config.line.retry_max_s));
+  if (there) retry_ = std::min(retry_ * 2, std::chrono::duration<double>(setup.config.line.retry_max_s));
 }
 
 }  // namespace prism::daemon

@@ -17,8 +17,9 @@
 
 namespace prism::daemon {
 
-/// One session: from open to the moment the line is lost (error, end of file, silence). Between sessions it pauses, at
-/// first for retry_min_s, doubling up to retry_max_s, and anew from the start once data has come.
+/// One session: from open to the moment the line is lost (error, end of file, silence). Between sessions it pauses,
+/// for retry_min_s where no device is there; else doubling up to retry_max_s, and anew from the start once data has
+/// come.
 class LiveLine {
  public:
   LiveLine(boost::asio::io_context& io, Instance& instance);
