@@ -26,6 +26,7 @@ struct SimulationSettings {
 struct SimulationCounters {
   std::uint64_t frames = 0;  ///< measured
   std::uint64_t lost_frames = 0, dropped_bytes = 0, damaged_bytes = 0, outliers = 0;
+  std::uint64_t overrun_bytes = 0;  ///< found no room at a slow reader's
 };
 
 /// Each fault draws from a stream of random numbers of its own: asking for damage leaves noise and truth as they were.

@@ -93,6 +93,8 @@ void declare_output(CLI::App& app, CommandLine& line, SimOptions& options) {
   app.add_flag("--pty", options.terminal, "send on a pseudo-terminal and print its path");
   app.add_option("--link", options.link, "the same, with a symbolic link to it")->type_name("PATH");
   app.add_flag("--wait", options.wait, "on a pseudo-terminal: begin when somebody reads");
+  app.add_flag("--overrun", options.overrun,
+               "on a pseudo-terminal: lose the bytes that a slow reader leaves no room for");
   app.add_option("--speed", line.speed, "on a pseudo-terminal: 1 real time, 10 ten times as fast, max")
       ->capture_default_str();
 }

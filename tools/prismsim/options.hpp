@@ -19,6 +19,7 @@ struct SimOptions {
   bool terminal = false;          ///< send on a pseudo-terminal
   std::string link;               ///< symbolic link to it; empty: none
   bool wait = false;              ///< time begins when somebody reads
+  bool overrun = false;           ///< bytes that find the pseudo-terminal full are lost
   std::optional<double> speed;    ///< of the pseudo-terminal's time; nothing: as fast as it is read
   std::uint64_t chunk_bytes = 0;  ///< bytes of a capture packet; 0: what arrives of one frame
 

@@ -42,6 +42,7 @@ void conclude(const drivers::SimulationCounters& counters, const std::string& wh
   const std::pair<std::uint64_t, const char*> faults[]{{counters.lost_frames, "frames lost"},
                                                        {counters.dropped_bytes, "bytes dropped"},
                                                        {counters.damaged_bytes, "bytes damaged"},
+                                                       {counters.overrun_bytes, "bytes lost to a slow reader"},
                                                        {counters.outliers, "outliers"}};
   for (const auto& [count, name] : faults) {
     if (count > 0) fmt::print(stderr, ", {} {}", count, name);

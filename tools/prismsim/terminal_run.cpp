@@ -69,7 +69,9 @@ class TerminalRun {
     if (truth_) {
       if (auto done = truth_->flush(); !done) return tl::unexpected<Error>(done.error());
     }
-    return line_.counters();
+    drivers::SimulationCounters counters = line_.counters();
+    counters.overrun_bytes = overrun_bytes_;
+    return counters;
   }
 
  private:
@@ -108,6 +110,10 @@ class TerminalRun {
       }
       const std::size_t taken = terminal_.write_some(rest);
       rest = rest.subspan(taken);
+      if (options_.overrun && !rest.empty()) {
+        overrun_bytes_ += rest.size();
+        return;
+      }
       if (taken == 0) terminal_.wait_for_room(20);
     }
   }
@@ -119,6 +125,7 @@ class TerminalRun {
   std::vector<std::uint8_t> pending_;
   Steady::time_point start_;
   std::int64_t start_ns_ = 0;
+  std::uint64_t overrun_bytes_ = 0;
   bool in_bunches_ = false;
 };
 
