@@ -1,10 +1,13 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Builds every fuzzer and runs each for SECONDS (default 60). What it learns stays in build/fuzz/corpus, what breaks it in
-# build/fuzz/found. usage: tests/fuzz/run.sh [SECONDS]
+# build/fuzz/found. usage: tests/fuzz/run.sh [SECONDS [LEAST]]
+# LEAST: fails where all of them together made fewer runs.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 seconds=${1:-60}
+least=${2:-1}
+total=0
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz
@@ -26,6 +29,12 @@ for fuzzer in build/fuzz/tests/fuzz/fuzz_*; do
   esac
   "$fuzzer" -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="build/fuzz/found/$name-" "$corpus" "${seeds[@]}" \
     >"$corpus.log" 2>&1 || { code=1; tail -40 "$corpus.log"; }
-  echo "$name: $(sed -n 's/^stat::number_of_executed_units: *//p' "$corpus.log") runs in $seconds s, $([ "$code" -eq 0 ] && echo good || echo FAILED)"
+  runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$corpus.log")
+  total=$((total + ${runs:-0}))
+  echo "$name: ${runs:-0} runs in $seconds s, $([ "$code" -eq 0 ] && echo good || echo FAILED)"
 done
+if [ "$total" -lt "$least" ]; then
+  echo "tests/fuzz/run.sh: found $total runs, expected $least at least" >&2
+  code=1
+fi
 exit "$code"
