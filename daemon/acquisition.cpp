@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/acquisition.hpp"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "daemon/arrival_clock.hpp"
@@ -77,6 +79,7 @@ Result<Acquisition::Reconfigured> Acquisition::reconfigure(pipeline::Setup setup
     done.rows = end_session(pipeline_->finish());
     frames_before_ = frames();
     pipeline_ = std::make_unique<pipeline::Pipeline>(setup);
+    told_by_arrival_ = 0;
   }
   setup_ = std::move(setup);
   rate_watch_ = RateWatch(setup_.frames->rate_hz);
@@ -97,6 +100,7 @@ const pipeline::Rows& Acquisition::keep(const pipeline::Rows& rows) {
     watch_quality(window.row);
     watch_rate(window.row);
     watch_plausibility(window.row);
+    watch_losses();
   }
   if (!rows.samples.empty()) {
     last_ = rows.samples.back().row;
@@ -128,6 +132,17 @@ void Acquisition::watch_quality(const compensation::CompensatedWindow& row) {
 void Acquisition::watch_rate(const compensation::CompensatedWindow& row) {
   const auto wrong = rate_watch_.push(row.window.bucket.samples);
   if (wrong) events_.add(Severity::kWarning, "rate", setup_.frames->name + ": " + *wrong, host_time_ns());
+}
+
+void Acquisition::watch_losses() {
+  const std::uint64_t lost = pipeline_->clock().status().missing_by_arrival;
+  if (lost == told_by_arrival_) return;
+  events_.add(Severity::kWarning, "frames_lost",
+              fmt::format("{} frames lost by their arrival times: this process stood still or the line was silent for "
+                          "longer than the gyro's counter can tell",
+                          lost - told_by_arrival_),
+              host_time_ns());
+  told_by_arrival_ = lost;
 }
 
 void Acquisition::watch_plausibility(const compensation::CompensatedWindow& row) {

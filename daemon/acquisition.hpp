@@ -71,6 +71,7 @@ class Acquisition {
   void watch_quality(const compensation::CompensatedWindow& row);
   void watch_rate(const compensation::CompensatedWindow& row);
   void watch_plausibility(const compensation::CompensatedWindow& row);
+  void watch_losses();
 
   pipeline::Setup setup_;
   EventLog& events_;
@@ -84,6 +85,7 @@ class Acquisition {
   compensation::Compensated last_;
   bool sampled_ = false, windowed_ = false;
   std::uint64_t sessions_ = 0, frames_before_ = 0;
+  std::uint64_t told_by_arrival_ = 0;  ///< of the pipeline's ClockStatus::missing_by_arrival
   std::uint32_t last_quality_ = compensation::kNoModel;
 };
 

@@ -90,6 +90,7 @@ ordered_json counters_json(const wire::DecoderCounters& c) {
 ordered_json clock_json(const drivers::ClockStatus& c) {
   return {{"samples", c.samples},
           {"missing_frames", c.missing_frames},
+          {"missing_by_arrival", c.missing_by_arrival},
           {"duplicates", c.duplicates},
           {"resets", c.resets},
           {"period_s", known(c.period_s)},

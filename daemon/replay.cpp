@@ -179,10 +179,13 @@ class Replay {
   void summarise(double seconds) const {
     const Acquisition& s = instance_->acquisition;
     const auto& line = s.pipeline().decoder().counters();
+    const drivers::ClockStatus& clock = s.pipeline().clock().status();
     fmt::print(
-        "replayed {} frames in {:.2f} s ({:.2f} million/s), {} failed their check, {} missing, {} bytes skipped\n",
+        "replayed {} frames in {:.2f} s ({:.2f} million/s), {} failed their check, {} missing{}, {} bytes skipped\n",
         line.frames, seconds, static_cast<double>(line.frames) / std::max(seconds, 1e-9) / 1e6, line.bad_check,
-        s.pipeline().clock().status().missing_frames, line.skipped_bytes);
+        clock.missing_frames,
+        clock.missing_by_arrival > 0 ? fmt::format(" ({} of them by arrival times)", clock.missing_by_arrival) : "",
+        line.skipped_bytes);
     if (stopped_) fmt::print("stopped before the end of the capture\n");
     if (rows_ != nullptr)
       fmt::print("log: {} rows in {}\n", rows_->counters().rows.load(), s.setup().config.log->directory);

@@ -14,6 +14,8 @@ constexpr double kShiftS = 1;
 /// Arrivals are never trusted to be truer than this, s.
 constexpr double kLeastJitterS = 1e-3;
 constexpr std::uint64_t kLeastPoints = 20;
+/// Buffers between gyro and reader hold more than this: who reads late by less has lost nothing.
+constexpr double kOverflowS = 0.1;
 /// A stamp goes back by more than this only because a clock was set.
 constexpr std::int64_t kClockSetNs = 1'000'000'000;
 
@@ -75,14 +77,36 @@ std::int64_t Clock::stamp_device(const FrameStep& step) {
 }
 
 /// True where the line no longer explains the arrivals: see the class.
-bool Clock::out_of_step(double residual_s, double y) {
+bool Clock::out_of_step(double residual_s, double y, std::uint32_t behind) {
   if (residual_s < -settings_.residual_limit_s) return true;
   if (residual_s <= settings_.residual_limit_s) {
     late_since_y_ = -1;
     return false;
   }
-  if (late_since_y_ < 0) late_since_y_ = std::max(y, 0.0);
+  if (behind >= description_->max_frame_bytes) return false;  // only the last of a chunk says how late the reader is
+  if (late_since_y_ < 0) {
+    late_since_y_ = std::max(y, 0.0);
+    least_late_s_ = residual_s;
+  }
+  least_late_s_ = std::min(least_late_s_, residual_s);
   return y - late_since_y_ > kShiftS;
+}
+
+/// True where frames that were lost unseen explain why all arrivals are late: counts them, and corrects x.
+bool Clock::recount(double& residual_s) {
+  const double turn = steps_.unseen_ticks(), turn_s = turn * tick_s_ * slope_;
+  if (residual_s < 0 || turn == 0 || points_ < kLeastPoints || least_late_s_ < kOverflowS) return false;
+  const double turns = std::round(least_late_s_ / turn_s);
+  if (turns < 1 || std::abs(least_late_s_ - turns * turn_s) > settings_.residual_limit_s) return false;
+  const std::uint32_t frames = steps_.frames_of(turns * turn);
+  missing_ += frames;
+  status_.missing_frames += frames;
+  status_.missing_by_arrival += frames;
+  ticks_ += turns * turn;
+  x_ = ticks_ * tick_s_;
+  residual_s -= turns * turn_s;
+  late_since_y_ = -1;
+  return true;
 }
 
 void Clock::fit(double y, double residual_s) {
@@ -112,8 +136,8 @@ std::int64_t Clock::stamp_host(const wire::Reading& reading, const FrameStep& st
   ticks_ += step.ticks;
   x_ = ticks_ * tick_s_;
   const ArrivalHull::StraightLine before = status_.period_is_estimated ? active_.edge() : active_.nominal();
-  const double residual = y - before.at(x_);
-  if (out_of_step(residual, y)) {
+  double residual = y - before.at(x_);
+  if (out_of_step(residual, y, reading.behind) && !recount(residual)) {
     ++status_.resets;
     start(reading);
     status_.residual_s = 0;
@@ -141,6 +165,7 @@ std::optional<Sample> Clock::push(const wire::Reading& reading) {
     if (status_.resets == resets) {
       missing_ += step.missing;
       status_.missing_frames += step.missing;
+      status_.missing_by_arrival += step.by_arrival;
     } else if (settings_.source == ClockSource::kHost && last_time_ns_ - time_ns > kClockSetNs) {
       last_time_ns_ = time_ns;
     }

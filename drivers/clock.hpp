@@ -27,11 +27,12 @@ struct ClockSettings {
 struct ClockStatus {
   std::uint64_t samples = 0;
   std::uint64_t missing_frames = 0;
-  std::uint64_t duplicates = 0;      ///< frames with the counter of the frame before: no sample
-  std::uint64_t resets = 0;          ///< fits begun anew: counter reset or residual over the limit (not reset())
-  double period_s = 0;               ///< the frame period in use: estimated (host) or nominal
-  bool period_is_estimated = false;  ///< false: still the nominal one
-  double residual_s = 0;             ///< host: how late the last frame came, beyond the fitted line
+  std::uint64_t missing_by_arrival = 0;  ///< of these: told by the arrival times, where the counter may have wrapped
+  std::uint64_t duplicates = 0;          ///< frames with the counter of the frame before: no sample
+  std::uint64_t resets = 0;              ///< fits begun anew: counter reset or residual over the limit (not reset())
+  double period_s = 0;                   ///< the frame period in use: estimated (host) or nominal
+  bool period_is_estimated = false;      ///< false: still the nominal one
+  double residual_s = 0;                 ///< host: how late the last frame came, beyond the fitted line
 };
 
 /// One Reading in, at most one Sample out. A Sample's time is the end of the interval its rate is the mean of.
@@ -40,7 +41,9 @@ struct ClockStatus {
 /// under all points (arrival_hull.hpp) turns x into stamps and gives the true period. Until the window is long enough
 /// to tell more than the nominal rate and its tolerance do, the nominal rate is used. Two windows take turns, so that
 /// the line always rests on the last one to two times switch_s. A reading that comes before the line by more than the
-/// limit, or later than it for a whole second, shows that the counter or a clock was set: a new fit begins there.
+/// limit, or later than it for a whole second, shows that the counter or a clock was set: a new fit begins there. Where
+/// they all are late by whole turns of the counter (by frames, without a counter), those were lost while nobody read
+/// the line: they are counted as missing by arrival, and the fit goes on.
 ///
 /// Device: first arrival + counter x nominal tick. A counter that jumps back by less than half its modulus was
 /// restarted; time goes on by one frame. Nothing but the first arrival and the counters enters.
@@ -64,7 +67,8 @@ class Clock {
   void start(const wire::Reading& reading);
   std::int64_t stamp_device(const FrameStep& step);
   std::int64_t stamp_host(const wire::Reading& reading, const FrameStep& step);
-  bool out_of_step(double residual_s, double y);
+  bool out_of_step(double residual_s, double y, std::uint32_t behind);
+  bool recount(double& residual_s);
   void fit(double y, double residual_s);
   std::optional<Sample> measure(const wire::Reading& reading, std::int64_t time_ns);
   std::optional<double> turned(const wire::Reading& reading, double& nominal_s);
@@ -89,6 +93,7 @@ class Clock {
   double jitter_s_ = 0;  ///< how far arrivals lie above the line
   std::uint64_t points_ = 0;
   double late_since_y_ = -1;  ///< since when every arrival is over the limit; below 0: the last was not
+  double least_late_s_ = 0;   ///< and by how much at least
   double slope_ = 1;          ///< host seconds per nominal device second, in use
 
   double gyro_x_ = 0;       ///< x of the last reading that carried the gyro

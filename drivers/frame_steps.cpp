@@ -10,13 +10,12 @@ namespace {
 
 /// The silence behind which the counter may have wrapped unseen; shorter ones may be a stalled machine.
 constexpr double kWrapUnseenS = 1;
+/// So many bytes at once had waited to be read.
+constexpr std::uint32_t kBacklogBytes = 1024;
 /// A backward jump is told from lost frames only where the counter holds this many frames.
 constexpr double kTellingFrames = 64;
 
-/// Of the nearest whole number of frames.
-std::uint32_t frames_between(double frames) {
-  return static_cast<std::uint32_t>(std::llround(std::clamp(frames - 1, 0.0, 4e9)));
-}
+std::uint32_t whole(double frames) { return static_cast<std::uint32_t>(std::llround(std::clamp(frames, 0.0, 4e9))); }
 
 }  // namespace
 
@@ -36,16 +35,35 @@ FrameStep FrameSteps::push(const wire::Reading& reading, double slope) {
   return step;
 }
 
-double FrameSteps::counted_ticks(const wire::Reading& reading, double slope) const {
+double FrameSteps::frame_ticks() const {
+  if (!description_->counter) return 1;
+  const wire::CounterRule& rule = *description_->counter;
+  return last_counter_ ? rule.ticks_per_frame : rule.ticks_per_s * description_->period_s();
+}
+
+double FrameSteps::unseen_ticks() const {
+  if (!last_counter_) return frame_ticks();
+  const wire::CounterRule& rule = *description_->counter;
+  return rule.step_varies ? 0 : static_cast<double>(rule.modulus);
+}
+
+std::uint32_t FrameSteps::frames_of(double ticks) const { return whole(ticks / frame_ticks()); }
+
+double FrameSteps::counted_ticks(const wire::Reading& reading) const {
   const wire::CounterRule& rule = *description_->counter;
   std::uint64_t ticks = reading.counter - *last_counter_;
-  if (rule.modulus == 0) return static_cast<double>(ticks);
-  if (reading.counter < *last_counter_) ticks += rule.modulus;
+  if (rule.modulus != 0 && reading.counter < *last_counter_) ticks += rule.modulus;
+  return static_cast<double>(ticks);
+}
+
+/// Whole turns of the counter during a silence.
+double FrameSteps::unseen_turns(const wire::Reading& reading, double ticks, double slope) const {
+  const wire::CounterRule& rule = *description_->counter;
   const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_.arrival_ns);
-  if (!by_arrival_ || elapsed_s <= kWrapUnseenS) return static_cast<double>(ticks);
-  const double modulus = static_cast<double>(rule.modulus);
-  const double turns = std::round((elapsed_s * rule.ticks_per_s / slope - static_cast<double>(ticks)) / modulus);
-  return static_cast<double>(ticks) + std::max(0.0, turns) * modulus;
+  if (rule.modulus == 0 || !by_arrival_ || elapsed_s <= kWrapUnseenS) return 0;
+  const double waited_s = static_cast<double>(reading.behind) / reading.length * description_->period_s();
+  if (reading.behind >= kBacklogBytes || waited_s > elapsed_s / 2) return 0;
+  return std::max(0.0, std::round((elapsed_s * rule.ticks_per_s / slope - ticks) / static_cast<double>(rule.modulus)));
 }
 
 double FrameSteps::frames_by_offset(const wire::Reading& reading) const {
@@ -58,8 +76,8 @@ FrameStep FrameSteps::uncounted(const wire::Reading& reading) const {
   FrameStep step;
   if (!reading.has_gyro || last_counter_) return step;
   const double frames = frames_by_offset(reading);
-  step.ticks = frames * (description_->counter ? description_->counter->ticks_per_s * description_->period_s() : 1);
-  step.missing = frames_between(frames);
+  step.ticks = frames * frame_ticks();
+  step.missing = whole(frames - 1);
   return step;
 }
 
@@ -67,14 +85,18 @@ FrameStep FrameSteps::step_to(const wire::Reading& reading, double slope) const 
   if (!reading.has_counter || !last_counter_) return uncounted(reading);
   const wire::CounterRule& rule = *description_->counter;
   FrameStep step;
-  step.ticks = counted_ticks(reading, slope);
+  step.ticks = counted_ticks(reading);
+  const double unseen = unseen_turns(reading, step.ticks, slope) * static_cast<double>(rule.modulus);
+  step.ticks += unseen;
   step.duplicate = step.ticks == 0;
   const double modulus = rule.modulus == 0 ? 0x1p64 : static_cast<double>(rule.modulus);
   if (!by_arrival_ && modulus / rule.ticks_per_frame >= kTellingFrames && step.ticks > modulus / 2) {
     step.restarted = true;
     step.ticks = rule.ticks_per_frame;
   }
-  if (!rule.step_varies) step.missing = frames_between(step.ticks / rule.ticks_per_frame);
+  if (rule.step_varies) return step;
+  step.missing = whole(step.ticks / rule.ticks_per_frame - 1);
+  step.by_arrival = std::min(step.missing, frames_of(unseen));
   return step;
 }
 

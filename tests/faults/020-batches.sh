@@ -50,3 +50,23 @@ wait_for 10 field_is .state status receiving
 sleep 1.5
 same "sessions after a stall" "$(field .sessions status)" 1
 [ "$(grep -c 'no data for' "$dir/prismd.err" || true)" = 0 ] || fail "a stall taken for silence: $(cat "$dir/prismd.err")"
+kill "$prismd" "$sim"; wait "$prismd" "$sim" || true
+
+# A line that waits for nobody, and a counter of 0.128 s: what 5 s did not leave room for is counted all the same.
+cp "$PRISM_SOURCE/config/frames/kvh1750.json" "$dir/frames.json"
+sed -i 's/"clock": "device"/"clock": "host"/; s|, *"model": "[^"]*"||; /"model":/d' "$dir/gyro.json"
+start_sim --profile steady --rate 1000 --overrun --wait
+start_prismd
+wait_for 10 field_is .state status receiving
+sleep 2
+kill -STOP "$prismd"; sleep 5; kill -CONT "$prismd"
+sleep 3
+kill -INT "$sim"; wait "$sim" || true
+wait_for 5 field_is .state status connecting
+sent=$(sed -n 's/.*: \([0-9]*\) simulated frames.*bytes lost to a slow reader.*/\1/p' "$dir/sim.err")
+read -r came lost by_arrival <<<"$(prismctl --json line | jq -r '"\(.decoder.frames) \(.timing.missing_frames) \(.timing.missing_by_arrival)"')"
+[ "$lost" -gt 4000 ] || fail "in a stall of 5 s: found $lost of $sent frames missing, expected most of 5000"
+unknown=$((sent - came - lost))  # while the line was opened and closed; a turn of the counter would be 128
+[ "$unknown" -ge 0 ] && [ "$unknown" -le 20 ] || fail "$came frames came, $lost are missing: expected $sent together"
+[ "$by_arrival" -gt 3500 ] && [ "$by_arrival" -le "$lost" ] || fail "by arrival: found $by_arrival of $lost"
+contains "events" "$(prismctl --json events)" '"frames_lost"'

@@ -97,6 +97,12 @@ std::string stability_view(const json& s) {
   return text + line("model", model_name(at(s, "model")));
 }
 
+// Of the missing frames, those that no counter told.
+std::string by_arrival(const json& timing) {
+  const json& count = at(timing, "missing_by_arrival");
+  return count.is_number() && count > 0 ? fmt::format(" ({} of them by arrival times)", count.dump()) : "";
+}
+
 std::string line_view(const json& l) {
   const auto n = [](const json& value) { return value.is_number() ? value.dump() : std::string("-"); };
   std::string text = line("device", fmt::format("{} at {} baud", text_of(at(l, "device"), "none"), n(at(l, "baud"))));
@@ -111,8 +117,8 @@ std::string line_view(const json& l) {
       "", fmt::format("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range", n(at(d, "skipped_bytes")),
                       n(at(d, "resyncs")), n(at(d, "timeouts")), n(at(d, "out_of_range"))));
   const json& t = at(l, "timing");
-  text += line("counter", fmt::format("{} frames missing, {} duplicates, {} resets", n(at(t, "missing_frames")),
-                                      n(at(t, "duplicates")), n(at(t, "resets"))));
+  text += line("counter", fmt::format("{} frames missing{}, {} duplicates, {} resets", n(at(t, "missing_frames")),
+                                      by_arrival(t), n(at(t, "duplicates")), n(at(t, "resets"))));
   const bool estimated = at(t, "period_is_estimated") == true;
   text += line("period", fmt::format("{:.6f} ms ({}), nominal {:.6f} ms", 1e3 * t.value("period_s", 0.0),
                                      estimated ? "estimated" : "nominal", 1e3 * l.value("nominal_period_s", 0.0)));

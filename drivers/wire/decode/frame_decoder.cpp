@@ -218,7 +218,7 @@ void FrameDecoder::accept(std::size_t at, const Candidate& candidate, std::vecto
   if (maker_.make(candidate.kind, view_, in_run_, reading)) {
     reading.offset = offset;
     reading.length = candidate.length;
-    reading.arrival_ns = arrival_of(end);
+    set_arrival(reading, end);
   } else {
     out.pop_back();
   }
@@ -230,11 +230,14 @@ void FrameDecoder::accept(std::size_t at, const Candidate& candidate, std::vecto
   trailer_at_ = 0;
 }
 
-std::int64_t FrameDecoder::arrival_of(std::uint64_t end) const {
+void FrameDecoder::set_arrival(Reading& reading, std::uint64_t end) const {
+  reading.arrival_ns = last_arrival_ns_;
   for (const ChunkEnd& chunk : chunk_ends_) {
-    if (chunk.end >= end) return chunk.arrival_ns - std::llround(byte_time_ns_ * static_cast<double>(chunk.end - end));
+    if (chunk.end < end) continue;
+    reading.behind = static_cast<std::uint32_t>(std::min<std::uint64_t>(chunk.end - end, ~std::uint32_t{0}));
+    reading.arrival_ns = chunk.arrival_ns - std::llround(byte_time_ns_ * static_cast<double>(chunk.end - end));
+    return;
   }
-  return last_arrival_ns_;
 }
 
 void FrameDecoder::drop_held(std::size_t bytes) {

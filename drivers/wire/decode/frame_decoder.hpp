@@ -94,7 +94,7 @@ class FrameDecoder {
   bool skip_trailer(std::size_t at);
   void skip(std::size_t bytes);
   void accept(std::size_t at, const Candidate& candidate, std::vector<Reading>& out);
-  std::int64_t arrival_of(std::uint64_t end) const;
+  void set_arrival(Reading& reading, std::uint64_t end) const;
   void drop_held(std::size_t bytes);
 
   FrameDescriptionPtr description_;

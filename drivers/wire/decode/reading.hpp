@@ -13,6 +13,7 @@ struct Reading {
   std::int64_t arrival_ns = 0;
   std::uint64_t offset = 0;  ///< of its first byte in the stream since the decoder was made
   std::uint32_t length = 0;  ///< bytes
+  std::uint32_t behind = 0;  ///< bytes that came behind it in its chunk: a chunk that waited brings many
   std::int32_t kind = 0;     ///< index into FrameDescription::kinds
   bool has_gyro = false;     ///< this kind carries the gyro's number (others may carry the counter or temperature)
   bool has_counter = false;
