@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+# One user fills his three quarters of the places: he is refused in one line, others still get in, and root does when every place is
+# taken. Long form: who asked for nothing in a minute gives way, who listens does not.
+. "$(dirname "$0")/lib.sh"
+[ "$(id -u)" -eq 0 ] || skip "needs root, to come as several users"
+chmod 711 "$dir"
+config
+sed -i 's|"socket": {|"socket": {"mode": "0666", "max_clients": 8, |' "$dir/gyro.json"
+start_sim --profile steady --speed 1
+start_prismd
+wait_for 10 field_is .state status receiving
+sleep 0.2  # prismctl's own connections are gone
+python3 - "$PRISM_SOCKET" "$(long 0 1)" <<'END' || fail "see above"
+import json, os, socket, sys, time
+ASK = b'{"jsonrpc":"2.0","id":1,"method":"version"}\n'
+LISTEN = b'{"jsonrpc":"2.0","id":1,"method":"subscribe","params":{"streams":["window"]}}\n'
+
+def come(user, first=ASK):
+    """A connection as `user`, and the first line that it is told."""
+    os.seteuid(user)
+    try:
+        s = socket.socket(socket.AF_UNIX)
+        s.settimeout(5)
+        s.connect(sys.argv[1])
+        s.sendall(first)
+    except BrokenPipeError:
+        pass  # refused before it asked; why stands there to be read
+    finally:
+        os.seteuid(0)
+    data = b""
+    while not data.endswith(b"\n"):
+        more = s.recv(4096)
+        if not more: break
+        data += more
+    return s, data
+
+def served(answer): return b'"result"' in answer
+def gone(s):
+    s.settimeout(1.5)
+    end = time.monotonic() + 1.5
+    try:
+        while time.monotonic() < end:
+            if not s.recv(4096): return True
+    except socket.timeout:
+        pass
+    return False
+
+def refused(answer, words):
+    assert not served(answer) and words in answer, "found %r, expected a refusal with %r" % (answer, words)
+
+greedy = [come(1001, LISTEN if i < 2 else ASK) for i in range(6)]
+assert all(served(answer) for _, answer in greedy), greedy
+refused(come(1001)[1], b"6 clients of this user are connected")
+others = [come(1002) for _ in range(2)]
+assert all(served(answer) for _, answer in others), others
+refused(come(1003)[1], b"8 clients are connected")
+root, answer = come(0)
+assert served(answer), answer
+assert gone(others[1][0]), "root came, and nobody gave way"
+assert not gone(greedy[0][0]) and not gone(others[0][0]), "more than one gave way"
+refused(come(1003)[1], b"8 clients are connected")
+if sys.argv[2] == "1":
+    time.sleep(61)
+    stranger, answer = come(1003)
+    assert served(answer), "after a minute: %r" % answer
+    silent = [gone(s) for s, _ in greedy[:2]]
+    assert silent == [False, False], "who listens gave way"
+END
