@@ -2,7 +2,7 @@
 # No byte is read that was never written, none outside of what was asked for, and nothing is lost: a replay of a minute (long form: a
 # day) of 200 frames/s with damage, log, capture and model, and prismctl's questions, under valgrind.
 . "$(dirname "$0")/lib.sh"
-if ldd "$PRISM_BIN/daemon/prismd" | grep -q 'lib[atu]b*san'; then skip "this prismd has a sanitizer of its own"; fi
+if sanitized; then skip "this prismd has a sanitizer of its own"; fi
 memcheck=(valgrind --quiet --error-exitcode=99 --leak-check=full --show-leak-kinds=definite,indirect --errors-for-leak-kinds=definite,indirect --child-silent-after-fork=yes)
 hours=$(long 0.02 24)
 config

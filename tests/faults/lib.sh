@@ -14,4 +14,6 @@ on_a_shimmed_disk() {
   prismd=$pid
   wait_for 10 field_above .log.rows status "$1"
 }
+# sanitized: prismd was built with a sanitizer, whose memory is not its own and not judged.
+sanitized() { ldd "$PRISM_BIN/daemon/prismd" | grep -q 'lib[atu]b*san'; }
 long() { [ -n "${PRISM_ENDURANCE:-}" ] && echo "$2" || echo "$1"; }
