@@ -10,3 +10,7 @@ expected=$(awk '/^  trained on cycle 1/ {
     before = $(NF - 2)
   } END {print line, last}' "$dir/out")
 grep -qF "$expected" "$PRISM_SOURCE/README.md" || fail "README.md: found no line \"$expected\" in its table, expected what tools/demo prints"
+range=$(sed -n 's/^Of further cycles 95 % are expected to improve by: \(.*\) % (.*/\1/p' "$dir/out")
+[ -n "$range" ] || fail "tools/demo printed no range of the improvement of further cycles"
+grep -qF "95 % of further such cycles are expected to improve by $range %" "$PRISM_SOURCE/README.md" ||
+  fail "README.md: found not the range \"$range %\" of further cycles, expected what tools/demo prints"

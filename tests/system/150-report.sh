@@ -28,3 +28,7 @@ for text in html csv json; do
 done
 same "rows of the ladder" "$(jq -r '.tables.ladder.rows[][0].text' report/report.json | paste -sd/)" \
   "LS, cubic/stepwise, model 1/stepwise, model 2/LSSVM/IR-LSSVM, huber"
+# Every improvement with its interval, and rows of the ladder that may be one number said to be that.
+jq -e '.tables.ladder.rows[] | .[6].text | test("^-?[0-9.]+ to -?[0-9.]+$")' report/report.json >/dev/null || fail "the ladder has no intervals"
+jq -e '.tables.ladder.rows[1:][] | .[-1].text | test(": (not distinguishable|better|worse)$")' report/report.json >/dev/null ||
+  fail "the ladder does not say which rows differ"

@@ -15,17 +15,6 @@
 namespace prism::science {
 namespace {
 
-struct Truth {
-  const char* name;
-  drivers::TruthSettings settings;
-};
-
-std::vector<Truth> truths() {
-  drivers::TruthSettings hard = drivers::TruthSettings::hard(), smooth, hard_smooth = hard;
-  smooth.smooth = hard_smooth.smooth = true;
-  return {{"base", {}}, {"hard", hard}, {"smooth", smooth}, {"hard smooth", hard_smooth}};
-}
-
 std::vector<drivers::ChamberProfile> profiles() {
   return {drivers::paper_profile(),  drivers::second_profile(), drivers::third_profile(),
           drivers::beyond_profile(), drivers::fast_profile(),   drivers::steady_profile()};
@@ -95,6 +84,12 @@ void print_row(const char* truth, const std::string& profile, const Cell& cell) 
 }
 
 }  // namespace
+
+std::vector<Truth> truths() {
+  drivers::TruthSettings hard = drivers::TruthSettings::hard(), smooth, hard_smooth = hard;
+  smooth.smooth = hard_smooth.smooth = true;
+  return {{"base", {}}, {"hard", hard}, {"smooth", smooth}, {"hard smooth", hard_smooth}};
+}
 
 int simulated(std::uint64_t first_seed, int count) {
   fmt::print("| truth | profile | composite (worst) |");

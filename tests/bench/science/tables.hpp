@@ -1,14 +1,26 @@
 // SPDX-License-Identifier: MIT
-// The two tables of docs/science.md, printed as Markdown.
+// The tables of docs/science.md, printed as Markdown.
 #pragma once
 
 #include <cstdint>
 #include <string>
+#include <vector>
+
+#include "drivers/simulated_gyro.hpp"
 
 namespace prism::science {
 
+struct Truth {
+  const char* name;
+  drivers::TruthSettings settings;
+};
+std::vector<Truth> truths();
+
 /// Seeds first_seed, first_seed + 10, …: `count` gyros a truth. Returns the exit code, as real() does.
 int simulated(std::uint64_t first_seed, int count);
+
+/// Two further days of each of `count` gyros: is the improvement of the second within the interval of the first?
+int intervals(std::uint64_t first_seed, int count);
 
 /// The splits of a real chamber recording (three axes), by branches of its temperature and by thirds.
 int real(const std::string& path);

@@ -125,8 +125,9 @@ TEST(StudyTables, PutThePaperBesideOurs) {
   const analysis::Experiment experiment = short_study();
   const report::Table table = analysis::least_squares_table(experiment);
   ASSERT_EQ(table.rows.size(), 1u);
-  EXPECT_EQ(table.rows[0][4].text, "0.01194");
-  EXPECT_EQ(table.rows[0][5].text, "35.46");
+  EXPECT_EQ(table.rows[0][4].text, analysis::interval_text(experiment.rows[0].judged[0].next));
+  EXPECT_EQ(table.rows[0][5].text, "0.01194");
+  EXPECT_EQ(table.rows[0][6].text, "35.46");
   EXPECT_EQ(table.rows[0][2].text, fmt::format("{:.5f}", analysis::on_repeat(experiment.rows[0]).after.sd));
   EXPECT_THAT(table.caption, HasSubstr("divisor N-1"));
   EXPECT_NEAR(*analysis::correlation_table(experiment).rows[0][1].value, 1, 0.2);

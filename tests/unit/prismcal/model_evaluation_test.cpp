@@ -62,6 +62,24 @@ TEST(ModelEvaluation, OfTheTrueModelLeavesTheNoise) {
   EXPECT_NEAR(judged.stability.after.sd, 0.007, 0.001);
   EXPECT_NEAR(judged.stability.after.mean, 0, 0.002);
   EXPECT_EQ(judged.extrapolated, 0u);
+  ASSERT_TRUE(judged.next);
+  EXPECT_DOUBLE_EQ(judged.next->value, *judged.stability.improvement);
+  EXPECT_GT(judged.next->low, 0.2) << "of 0.5";
+  EXPECT_LT(judged.next->high, 0.8);
+}
+
+TEST(ModelEvaluation, SaysOfTwoModelsWhetherTheyDiffer) {
+  const auto table =
+      recordings::make_block_table(test::simulated_day(24000, 0.07, 2), {}, test::kDayEarthRate, "day").value();
+  const auto judged = [&](double sensitivity) {
+    return analysis::evaluate_model(test::linear_model(sensitivity), table, {}, evaluation::Divisor::kN).value();
+  };
+  const auto right = judged(test::kDaySensitivity), nearly = judged(1.01 * test::kDaySensitivity), nothing = judged(0);
+  EXPECT_THAT(analysis::difference_cell(right, nearly, table).text, HasSubstr(": not distinguishable"));
+  EXPECT_THAT(analysis::difference_cell(nothing, right, table).text, HasSubstr(": better"));
+  EXPECT_THAT(analysis::difference_cell(right, nothing, table).text, HasSubstr(": worse"));
+  ASSERT_TRUE(nothing.next);
+  EXPECT_TRUE(nothing.next->holds_zero());
 }
 
 TEST(ModelEvaluation, HoldsEachPredictionOverItsOwnBlock) {

@@ -16,15 +16,20 @@ using report::text_cell;
 Table ladder_table(const Experiment& experiment) {
   Table table{
       "ladder", "From LS to IR-LSSVM", {}, {{"method", "", false}, {"inputs", "", false}, {"tuned by", "", false}}, {}};
-  table.caption = basis_text(experiment) +
-                  ". One of each kind, and the same model elsewhere: LS on the input that serves it best on the "
-                  "repeat, kernels tuned by "
-                  "likelihood on the training recording.";
+  table.caption =
+      basis_text(experiment) +
+      ". One of each kind, and the same model elsewhere: LS on the input that serves it best on the "
+      "repeat, kernels tuned by "
+      "likelihood on the training recording. 95 % of further: where the improvement of so many further "
+      "recordings of the profile is expected; against the row above: the same of the difference, on the repeat.";
   for (const recordings::BlockTable& recording : experiment.data.evaluated) {
     table.columns.push_back({recording.name + ": before", "deg/h"});
     table.columns.push_back({"after", "deg/h"});
     table.columns.push_back({"improvement", "%"});
+    table.columns.push_back({"95 % of further", "%"});
   }
+  table.columns.push_back({"against the row above", "points"});
+  const ExperimentRow* above = nullptr;
   std::vector<const ExperimentRow*> rows = {best_of(experiment, "ls", "")};
   for (const ExperimentRow* row : rows_of(experiment, "stepwise", "")) rows.push_back(row);
   rows.push_back(best_of(experiment, "lssvm", kUsualTune));
@@ -41,7 +46,11 @@ Table ladder_table(const Experiment& experiment) {
       cells.push_back(fixed_cell(s.before.sd, 5));
       cells.push_back(fixed_cell(s.after.sd, 5));
       cells.push_back(percent_cell(s.improvement, worse ? report::Emphasis::kBad : report::Emphasis::kNone));
+      cells.push_back(text_cell(interval_text(judged.next)));
     }
+    cells.push_back(above ? difference_cell(above->judged[0], row->judged[0], experiment.data.evaluated[0])
+                          : text_cell(report::kNothing));
+    above = row;
     table.rows.push_back(std::move(cells));
   }
   return table;

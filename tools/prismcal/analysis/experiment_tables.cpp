@@ -15,7 +15,7 @@ using report::percent_cell;
 using report::Table;
 using report::text_cell;
 
-/// before, after, improvement, then the paper's after and improvement.
+/// before, after, improvement and that of further recordings, then the paper's after and improvement.
 void append_effect(std::vector<Cell>& cells, const ExperimentRow& row,
                    report::Emphasis emphasis = report::Emphasis::kNone) {
   const evaluation::BiasStability& s = on_repeat(row);
@@ -23,15 +23,16 @@ void append_effect(std::vector<Cell>& cells, const ExperimentRow& row,
   cells.push_back(fixed_cell(s.before.sd, 5));
   cells.push_back(fixed_cell(s.after.sd, 5, emphasis));
   cells.push_back(percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? report::Emphasis::kBad : emphasis));
+  cells.push_back(text_cell(interval_text(row.judged.front().next)));
   cells.push_back(
       fixed_cell(paper ? std::optional(paper->after_deg_per_h) : std::nullopt, 5, report::Emphasis::kMuted));
   cells.push_back(percent_cell(paper ? std::optional(paper->improvement) : std::nullopt, report::Emphasis::kMuted));
 }
 
 std::vector<report::Column> effect_columns(std::vector<report::Column> first) {
-  for (report::Column column :
-       {report::Column{"before", "deg/h"}, report::Column{"after", "deg/h"}, report::Column{"improvement", "%"},
-        report::Column{"paper: after", "deg/h"}, report::Column{"paper: improvement", "%"}}) {
+  for (report::Column column : {report::Column{"before", "deg/h"}, report::Column{"after", "deg/h"},
+                                report::Column{"improvement", "%"}, report::Column{"95 % of further", "%"},
+                                report::Column{"paper: after", "deg/h"}, report::Column{"paper: improvement", "%"}}) {
     first.push_back(std::move(column));
   }
   return first;

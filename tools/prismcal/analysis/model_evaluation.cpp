@@ -88,7 +88,33 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   auto stability = stability_of(result, table, divisor);
   if (!stability) return tl::unexpected(stability.error());
   result.stability = *stability;
+  const auto next = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
+                                                 result.where_corrected(result.corrected_deg_per_h), table.name);
+  if (next) result.next = *next;
   return result;
+}
+
+std::string interval_text(const std::optional<evaluation::NextRecording>& next) {
+  return next ? fmt::format("{:.1f} to {:.1f}", 100 * next->low, 100 * next->high) : report::kNothing;
+}
+
+report::Cell difference_cell(const ModelEvaluation& first, const ModelEvaluation& other,
+                             const recordings::BlockTable& table) {
+  std::vector<double> before, one, two;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (!std::isfinite(first.corrected_deg_per_h[i]) || !std::isfinite(other.corrected_deg_per_h[i])) continue;
+    before.push_back(table.bias_deg_per_h[i]);
+    one.push_back(first.corrected_deg_per_h[i]);
+    two.push_back(other.corrected_deg_per_h[i]);
+  }
+  const auto difference = evaluation::next_difference(before, one, two, table.name);
+  if (!difference) return report::text_cell(report::kNothing);
+  const std::string range = fmt::format("{:+.1f} to {:+.1f}", 100 * difference->low, 100 * difference->high);
+  using report::Emphasis;
+  if (difference->holds_zero()) return {range + ": not distinguishable", 100 * difference->value, Emphasis::kMuted};
+  const bool better = difference->low > 0;
+  return {range + (better ? ": better" : ": worse"), 100 * difference->value,
+          better ? Emphasis::kGood : Emphasis::kBad};
 }
 
 }  // namespace prism::analysis

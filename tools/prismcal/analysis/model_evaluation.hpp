@@ -3,12 +3,15 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "compensation/engine.hpp"
 #include "compensation/evaluation/bias_stability.hpp"
+#include "compensation/evaluation/improvement_interval.hpp"
 #include "tools/prismcal/recordings/block_table.hpp"
+#include "tools/prismcal/report/document.hpp"
 
 namespace prism::analysis {
 
@@ -22,6 +25,8 @@ struct CorrectionSettings {
 
 struct ModelEvaluation {
   evaluation::BiasStability stability;  ///< over the blocks that have a correction
+  /// The improvement of further recordings; nothing where these blocks cannot tell.
+  std::optional<evaluation::NextRecording> next;
   std::vector<double>
       predicted_deg_per_h;  ///< one per block of the table: its correction; kUnknown where prismd has none
   std::vector<double> corrected_deg_per_h;  ///< one per block: what prismd logs as the mean, less the earth rate
@@ -49,6 +54,15 @@ struct ModelEvaluation {
     return kept;
   }
 };
+
+/// "44.1 to 61.3", in percent; an em dash where there is none.
+std::string interval_text(const std::optional<evaluation::NextRecording>& next);
+
+/// Where 95 % of further recordings put the improvement of `other` less that of `first`, in points, over the blocks of
+/// `table` that both correct, and whether that is a difference at all: "+1.2 to +4.0: better", "-0.3 to +0.5: not
+/// distinguishable". An em dash where these blocks cannot tell.
+report::Cell difference_cell(const ModelEvaluation& first, const ModelEvaluation& other,
+                             const recordings::BlockTable& table);
 
 /// Runs the engine's correction over every block of `table`, whose features must be the model's own. The slew limit
 /// allows from block to block what it allows in the seconds between them, where one follows the other. Refused:

@@ -57,6 +57,20 @@ Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<doubl
   return evaluation::extract_coefficients(*curve, evaluation::allan_confidence(*curve, seconds, 0.683), where);
 }
 
+namespace {
+
+/// What further recordings would show, as an insertion.
+std::string next_text(const ModelEvaluation& judged, int block_s) {
+  if (!judged.next) return "";
+  return fmt::format(
+      " (95 % of further recordings of this profile: {} %{}; their spread is assumed, from pieces of {:.1f} h of "
+      "this one and from simulated days)",
+      interval_text(judged.next), judged.next->holds_zero() ? ", not distinguishable from nothing" : "",
+      static_cast<double>(judged.next->block) * block_s / 3600);
+}
+
+}  // namespace
+
 report::Paragraph verdict_paragraph(const EvaluatedRecording& recording, const std::string& overlap) {
   const ModelEvaluation& judged = *recording.evaluation;
   const evaluation::BiasStability& s = judged.stability;
@@ -70,9 +84,12 @@ report::Paragraph verdict_paragraph(const EvaluatedRecording& recording, const s
             report::Emphasis::kWarn};
   if (!s.improvement) return {recording.table->name + ": " + figures, report::Emphasis::kNone};
   const bool helps = *s.improvement > 0;
-  return {fmt::format("{}: the model {} {:.1f} % of the drift. {}", recording.table->name, helps ? "removes" : "adds",
-                      100 * std::abs(*s.improvement), figures),
-          helps ? report::Emphasis::kGood : report::Emphasis::kBad};
+  const bool unsure = judged.next && judged.next->holds_zero();
+  return {fmt::format("{}: the model {} {:.1f} % of the drift{}. {}", recording.table->name, helps ? "removes" : "adds",
+                      100 * std::abs(*s.improvement), next_text(judged, recording.table->features.length_s), figures),
+          unsure  ? report::Emphasis::kWarn
+          : helps ? report::Emphasis::kGood
+                  : report::Emphasis::kBad};
 }
 
 namespace {
@@ -90,7 +107,9 @@ Table stability_table(const EvaluatedRecording& recording) {
   table.caption = fmt::format(
       "{}, {} blocks. The floor is what white noise alone gives a mean, from first differences; explained = (before² − "
       "after²) / (before² − floor²): near 100 % no model could do better; above, what is left is less than the floor, "
-      "which is an estimate.",
+      "which is an estimate. Of further recordings of the same profile 95 % are expected to improve by what stands in "
+      "the "
+      "last column.",
       means_text(recording), s.before.count);
   if (const std::size_t without = recording.evaluation->uncorrected; without > 0) {
     table.caption += fmt::format(
@@ -103,11 +122,13 @@ Table stability_table(const EvaluatedRecording& recording) {
         " In {} blocks the correction changed faster than the slew limit allows: prismd publishes what it allows.",
         held);
   }
-  table.columns = {{"", "", false},           {"mean", "deg/h"},    {"1 sigma", "deg/h"}, {"rms", "deg/h"},
-                   {"peak to peak", "deg/h"}, {"improvement", "%"}, {"floor", "deg/h"},   {"explained", "%"}};
+  table.columns = {{"", "", false},    {"mean", "deg/h"},         {"1 sigma", "deg/h"},
+                   {"rms", "deg/h"},   {"peak to peak", "deg/h"}, {"improvement", "%"},
+                   {"floor", "deg/h"}, {"explained", "%"},        {"95 % of further", "%"}};
   auto before = summary_row("before", s.before), after = summary_row("after", s.after);
-  before.insert(before.end(), {text_cell(""), fixed_cell(s.floor_deg_per_h, 5), text_cell("")});
-  after.insert(after.end(), {percent_cell(s.improvement), text_cell(""), explained_cell(s.explained)});
+  before.insert(before.end(), {text_cell(""), fixed_cell(s.floor_deg_per_h, 5), text_cell(""), text_cell("")});
+  after.insert(after.end(), {percent_cell(s.improvement), text_cell(""), explained_cell(s.explained),
+                             text_cell(interval_text(recording.evaluation->next))});
   table.rows = {before, after};
   return table;
 }

@@ -56,21 +56,25 @@ Result<Comparison> judge_all(const CompareChoice& choice) {
   return comparison;
 }
 
-/// One row for each model, three columns for each recording; the lowest sigma is marked, "against" is to the first
-/// model.
+/// One row for each model, some columns for each recording; the lowest sigma is marked, change and against are to the
+/// first model.
 report::Table comparison_table(const Comparison& comparison, evaluation::Divisor divisor) {
   report::Table table{
       "comparison", "Models on recordings", "", {{"model", "", false}, {"kind", "", false}, {"id", "", false}}, {}};
   table.caption = fmt::format(
       "Bias stability: 1 sigma of the model's means ({} s), divisor {}. Change: of the sigma after, against the first "
-      "model.",
+      "model. 95 % of further: where the improvement of so many further recordings of the profile is expected; against "
+      "the "
+      "first: the same of the difference of the improvements.",
       comparison.models.front()->info().features.length_s, evaluation::divisor_text(divisor));
   for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
     const std::string& name = comparison.recordings[r].table.name;
     for (const report::Column& column : {report::Column{name + ": before", "deg/h"},
                                          {"after", "deg/h"},
                                          {"improvement", "%"},
+                                         {"95 % of further", "%"},
                                          {"change", "%"},
+                                         {"against the first", "points"},
                                          {"off", "%"}}) {
       table.columns.push_back(column);
     }
@@ -89,7 +93,11 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
       cells.push_back(report::fixed_cell(s.after.sd, 5, best ? Emphasis::kBest : Emphasis::kNone));
       cells.push_back(
           report::percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? Emphasis::kBad : Emphasis::kNone));
+      cells.push_back(report::text_cell(analysis::interval_text(judged.next)));
       cells.push_back(report::percent_cell(m > 0 && first > 0 ? std::optional(s.after.sd / first - 1) : std::nullopt));
+      cells.push_back(m == 0
+                          ? report::text_cell(report::kNothing)
+                          : analysis::difference_cell(comparison.judged[0][r], judged, comparison.recordings[r].table));
       cells.push_back(report::fixed_cell(judged.extrapolated_percent(), 1));
     }
     table.rows.push_back(std::move(cells));

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/evaluation/improvement_interval.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <vector>
+
+#include "compensation/evaluation/correlation.hpp"
+#include "compensation/evaluation/statistics.hpp"
+
+namespace prism::evaluation {
+namespace {
+
+constexpr std::size_t kLeast = 20;
+constexpr int kDraws = 1000;
+
+double sd_of(std::span<const double> values) {
+  double sum = 0, squares = 0;
+  for (const double v : values) sum += v;
+  const double mean = sum / static_cast<double>(values.size());
+  for (const double v : values) squares += (v - mean) * (v - mean);
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+/// ln sd(after) − ln sd(before) of the pairs that `from` names.
+double log_ratio(std::span<const double> before, std::span<const double> after, const std::vector<std::size_t>& from) {
+  std::vector<double> raw(from.size()), left(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    raw[i] = before[from[i]];
+    left[i] = after[from[i]];
+  }
+  return std::log(sd_of(left) / sd_of(raw));
+}
+
+/// How much each pair moves the logarithm of the ratio (its influence function, times two): what the blocks' length is
+/// judged by.
+std::vector<double> influence(std::span<const double> before, std::span<const double> after) {
+  const auto squares = [](std::span<const double> values) {
+    std::vector<double> result(values.begin(), values.end());
+    const double sd = sd_of(result), mean = neumaier_sum(values) / static_cast<double>(values.size());
+    for (double& value : result) value = (value - mean) * (value - mean) / (sd * sd);
+    return result;
+  };
+  const std::vector<double> raw = squares(before);
+  std::vector<double> left = squares(after);
+  for (std::size_t i = 0; i < left.size(); ++i) left[i] -= raw[i];
+  return left;
+}
+
+std::vector<std::size_t> in_order(std::size_t n) {
+  std::vector<std::size_t> from(n);
+  for (std::size_t i = 0; i < n; ++i) from[i] = i;
+  return from;
+}
+
+/// The standard deviation of `statistic` over the draws.
+double bootstrap_sd(std::size_t n, std::size_t block,
+                    const std::function<double(const std::vector<std::size_t>&)>& statistic) {
+  std::mt19937_64 random(2019);
+  std::vector<std::size_t> from(n);
+  std::vector<double> drawn;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    for (std::size_t i = 0, start = 0; i < n; ++i) {
+      if (i % block == 0) start = random() % n;
+      from[i] = (start + i % block) % n;
+    }
+    drawn.push_back(statistic(from));
+  }
+  return sd_of(drawn);
+}
+
+/// How far the next recording may be from this one, in standard deviations of either.
+double reach(std::size_t n, std::size_t block) {
+  const double freedom = std::max(2.0, static_cast<double>(n) / static_cast<double>(block) - 1);
+  return std::sqrt(2.0) * boost::math::quantile(boost::math::students_t(freedom), 0.975);
+}
+
+Result<void> usable(std::span<const double> before, std::span<const double> after, const std::string& where) {
+  if (before.size() != after.size() || before.size() < kLeast) {
+    return refuse(where, fmt::format("an interval of the improvement needs as many corrected blocks as raw ones, {} or "
+                                     "more; found {} and {}",
+                                     kLeast, after.size(), before.size()));
+  }
+  for (const auto& series : {before, after}) {
+    const auto summary = summarise(series, Divisor::kN, where);
+    if (!summary) return tl::unexpected(summary.error());
+    if (!(summary->sd > 0)) return refuse(where, "stands still: no interval of an improvement");
+  }
+  return {};
+}
+
+/// Lags until the autocorrelation stays within its band (Politis and White 2004, footnote c).
+std::size_t memory(const std::vector<double>& coefficient, std::size_t n) {
+  const double log_n = std::log10(static_cast<double>(n));
+  const auto quiet = static_cast<std::size_t>(std::max(5.0, std::sqrt(log_n)));
+  const double band = 2 * std::sqrt(log_n / static_cast<double>(n));
+  std::size_t run = 0;
+  for (std::size_t lag = 1; lag < coefficient.size(); ++lag) {
+    run = std::abs(coefficient[lag]) < band ? run + 1 : 0;
+    if (run == quiet) return lag - quiet;
+  }
+  return coefficient.size() / 2;
+}
+
+}  // namespace
+
+std::size_t bootstrap_block(std::span<const double> values) {
+  const std::size_t n = values.size(), most = std::max<std::size_t>(1, n / 4);
+  const auto correlation = autocorrelate(values, n / 2, "");
+  if (!correlation) return 1;
+  const std::vector<double>& r = correlation->coefficient;
+  const std::size_t width = std::min(2 * std::max<std::size_t>(1, memory(r, n)), r.size() - 1);
+  double level = r[0], slope = 0;
+  for (std::size_t lag = 1; lag <= width; ++lag) {
+    const double t = static_cast<double>(lag) / static_cast<double>(width);
+    const double weight = t <= 0.5 ? 1 : 2 * (1 - t);
+    level += 2 * weight * r[lag];
+    slope += 2 * weight * static_cast<double>(lag) * r[lag];
+  }
+  const double length = std::cbrt(2 * slope * slope / (4.0 / 3.0 * level * level) * static_cast<double>(n));
+  if (!(length < static_cast<double>(most))) return most;
+  return std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(length)));
+}
+
+Result<NextRecording> next_improvement(std::span<const double> before, std::span<const double> after,
+                                       const std::string& where) {
+  if (auto good = usable(before, after, where); !good) return tl::unexpected(good.error());
+  const std::size_t n = before.size(), block = bootstrap_block(after);
+  std::vector<double> raw(n), left(n);
+  const auto statistic = [&](const std::vector<std::size_t>& from) {
+    for (std::size_t i = 0; i < n; ++i) {
+      left[i] = after[from[i]];
+      raw[i] = before[i] - after[i] + left[i];
+    }
+    return std::log(sd_of(left) / sd_of(raw));
+  };
+  const double here = statistic(in_order(n));
+  const double far =
+      std::hypot(reach(n, block) * bootstrap_sd(n, block, statistic), std::sqrt(2.0) * 1.96 * kBetweenDays);
+  return NextRecording{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), block};
+}
+
+Result<NextRecording> next_difference(std::span<const double> before, std::span<const double> first,
+                                      std::span<const double> second, const std::string& where) {
+  for (const auto& after : {first, second}) {
+    if (auto good = usable(before, after, where); !good) return tl::unexpected(good.error());
+  }
+  const std::size_t n = before.size();
+  const std::size_t block =
+      std::max(bootstrap_block(influence(before, first)), bootstrap_block(influence(before, second)));
+  const auto statistic = [&](const std::vector<std::size_t>& from) {
+    return std::exp(log_ratio(before, first, from)) - std::exp(log_ratio(before, second, from));
+  };
+  const double here = statistic(in_order(n)), far = reach(n, block) * bootstrap_sd(n, block, statistic);
+  return NextRecording{here, here - far, here + far, block};
+}
+
+}  // namespace prism::evaluation

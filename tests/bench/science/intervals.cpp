@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// How often the printed interval of an improvement holds that of the next recording.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "compensation/evaluation/improvement_interval.hpp"
+#include "tests/bench/science/contenders.hpp"
+#include "tests/bench/science/record.hpp"
+#include "tests/bench/science/tables.hpp"
+
+namespace prism::science {
+namespace {
+
+struct Day {
+  std::vector<double> before, after;
+};
+
+Day day_of(const compensation::Model& model, const Record& record) {
+  const Eigen::VectorXd after =
+      record.data.target - serve(model, record.data, compensation::Extrapolation::kPreset).bias;
+  return {{record.data.target.begin(), record.data.target.end()}, {after.begin(), after.end()}};
+}
+
+evaluation::NextRecording interval_of(const Day& day) {
+  const auto interval = evaluation::next_improvement(day.before, day.after, "bench_science");
+  if (!interval) {
+    fmt::print(stderr, "{}\n", interval.error().text());
+    std::exit(1);
+  }
+  return *interval;
+}
+
+struct Tally {
+  std::vector<double> held, width, block, far;
+};
+
+}  // namespace
+
+int intervals(std::uint64_t first_seed, int count) {
+  fmt::print(
+      "| truth | profile | method | held, % of {} | half width, points | sd of the next less this | block, 100 s |\n"
+      "| --- | --- | --- | --- | --- | --- | --- |\n",
+      count);
+  for (const Truth& truth : truths()) {
+    const drivers::ChamberProfile profiles[] = {drivers::paper_profile(), drivers::second_profile()};
+    for (const Contender& contender : {kContenders[1], kContenders[0]}) {
+      Tally tallies[2];
+      for (int s = 0; s < count; ++s) {
+        std::uint64_t seed = first_seed + 10 * static_cast<std::uint64_t>(s);
+        const compensation::ModelPtr model =
+            trained(contender, simulate(drivers::paper_profile(), truth.settings, seed).data);
+        for (std::size_t p = 0; p < 2; ++p) {
+          const auto here = interval_of(day_of(*model, simulate(profiles[p], truth.settings, ++seed)));
+          const auto next = interval_of(day_of(*model, simulate(profiles[p], truth.settings, ++seed)));
+          tallies[p].held.push_back(next.value >= here.low && next.value <= here.high);
+          tallies[p].width.push_back((here.high - here.low) / 2);
+          tallies[p].far.push_back((next.value - here.value) * (next.value - here.value));
+          tallies[p].block.push_back(static_cast<double>(here.block));
+        }
+      }
+      for (std::size_t p = 0; p < 2; ++p) {
+        fmt::print("| {} | {} | {} | {:.0f} | {:.1f} | {:.1f} | {:.0f} |\n", truth.name, profiles[p].name,
+                   contender.name, 100 * mean(tallies[p].held), 100 * mean(tallies[p].width),
+                   100 * std::sqrt(mean(tallies[p].far)), mean(tallies[p].block));
+      }
+      std::fflush(stdout);
+    }
+  }
+  return 0;
+}
+
+}  // namespace prism::science

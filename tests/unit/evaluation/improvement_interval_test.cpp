@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+// Truth first: series whose improvement is known, drawn again and again.
+#include "compensation/evaluation/improvement_interval.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "compensation/evaluation/bias_stability.hpp"
+
+namespace prism::evaluation {
+namespace {
+
+/// A first-order autoregression with a standard deviation of `sd`.
+std::vector<double> coloured(std::size_t n, double memory, double sd, std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  std::vector<double> series(n);
+  double value = normal(random);
+  for (double& sample : series) {
+    value = memory * value + std::sqrt(1 - memory * memory) * normal(random);
+    sample = sd * value;
+  }
+  return series;
+}
+
+struct Day {
+  std::vector<double> before, after;
+};
+
+/// A profile that repeats itself, on another day stronger or weaker, and what a model leaves of it.
+Day day(std::mt19937_64& random, double memory) {
+  Day made{{}, coloured(924, memory, 0.007, random)};
+  const double strength = std::exp(kBetweenDays * std::normal_distribution<double>()(random));
+  for (std::size_t i = 0; i < 924; ++i)
+    made.before.push_back(0.02 * strength * std::sin(static_cast<double>(i) / 73) + made.after[i]);
+  return made;
+}
+
+TEST(ImprovementInterval, HoldsTheNextDaysImprovement) {
+  std::mt19937_64 random(11);
+  int held = 0;
+  double width = 0;
+  for (int pair = 0; pair < 200; ++pair) {
+    const double memory = pair % 2 == 0 ? 0 : 0.9;
+    const Day here = day(random, memory), next = day(random, memory);
+    const auto interval = next_improvement(here.before, here.after, "here");
+    const auto further = measure_bias_stability(next.before, next.after, {}, Divisor::kN, "next");
+    ASSERT_TRUE(interval && further);
+    EXPECT_LT(interval->low, interval->value);
+    EXPECT_LT(interval->value, interval->high);
+    held += *further->improvement >= interval->low && *further->improvement <= interval->high;
+    width += interval->high - interval->low;
+  }
+  EXPECT_GE(held, 180);
+  EXPECT_LE(held, 198);
+  EXPECT_LT(width / 200, 0.3);
+}
+
+TEST(ImprovementInterval, OneNumberTwiceIsNotDistinguishable) {
+  std::mt19937_64 random(3);
+  const Day made = day(random, 0.9);
+  std::vector<double> alike = made.after, worse = made.after;
+  const std::vector<double> noise = coloured(924, 0, 0.0005, random), more = coloured(924, 0, 0.012, random);
+  for (std::size_t i = 0; i < alike.size(); ++i) {
+    alike[i] += noise[i];
+    worse[i] += more[i];
+  }
+  const auto same = next_difference(made.before, made.after, alike, "same");
+  const auto apart = next_difference(made.before, made.after, worse, "apart");
+  ASSERT_TRUE(same && apart);
+  EXPECT_TRUE(same->holds_zero()) << same->low << " to " << same->high;
+  EXPECT_LT(apart->high, 0);
+  EXPECT_LT(apart->value, -0.1);
+}
+
+TEST(ImprovementInterval, BlocksAreAsLongAsTheSeriesRemembers) {
+  std::mt19937_64 random(5);
+  const auto white = bootstrap_block(coloured(2000, 0, 1, random));
+  const auto some = bootstrap_block(coloured(2000, 0.8, 1, random));
+  const auto long_ago = bootstrap_block(coloured(2000, 0.98, 1, random));
+  EXPECT_LE(white, 4u);
+  EXPECT_GT(some, 10u);  // (2 G²/D)^(1/3) N^(1/3) with G = 2 φ/(1 − φ)², g = (1 + φ)/(1 − φ): 31
+  EXPECT_LT(some, 60u);
+  EXPECT_GT(long_ago, 60u);
+  EXPECT_LE(long_ago, 500u);
+  EXPECT_EQ(bootstrap_block(std::vector<double>(100, 1.0)), 1u);
+}
+
+TEST(ImprovementInterval, RefusesWhatHasNone) {
+  const std::vector<double> few(19, 1.0), still(30, 1.0);
+  std::vector<double> moving(30), holed(30);
+  for (std::size_t i = 0; i < 30; ++i) moving[i] = holed[i] = std::sin(static_cast<double>(i));
+  holed[7] = std::nan("");
+  EXPECT_FALSE(next_improvement(few, few, "few"));
+  EXPECT_FALSE(next_improvement(moving, few, "lengths"));
+  EXPECT_FALSE(next_improvement(still, moving, "still"));
+  EXPECT_FALSE(next_improvement(moving, still, "still"));
+  EXPECT_FALSE(next_improvement(moving, holed, "holed"));
+  EXPECT_FALSE(next_difference(moving, moving, holed, "holed"));
+}
+
+}  // namespace
+}  // namespace prism::evaluation
