@@ -159,6 +159,8 @@ class Replay {
       pass(*instance_, *packet);
       if (!reader->is_bare()) watch_rate(packet->time_ns);
     }
+    if (const std::string damage = reader->damaged_places().text(); !damage.empty())
+      spdlog::warn("{}: {}; the capture was read on behind", file, damage);
     if (!reader->tail_damage().empty()) spdlog::warn("{}", reader->tail_damage());
     if (reader->foreign_packets() > 0)
       spdlog::warn("{}: {} packets hold no serial record and were left out", file, reader->foreign_packets());

@@ -61,7 +61,18 @@ struct BareBytes {
   std::int64_t start_ns = 0;    ///< the time of the first byte
 };
 
-/// Reads captures packet by packet; nothing in a file, whole or damaged, stops it but the end of what can be read.
+/// Bytes between two packets that are none.
+struct DamagedPlaces {
+  std::uint64_t count = 0;
+  std::uint64_t bytes = 0;  ///< in all of them
+  std::uint64_t first = 0;  ///< offset in the file
+
+  /// "64 bytes in 1 place from byte 128 on are no packet"; empty where there are none.
+  std::string text() const;
+};
+
+/// Reads captures packet by packet; nothing in a file, whole or damaged, stops it but the end of what can be read. In a
+/// pcap file that prism wrote it goes on behind damage at the next packet that is sound.
 class CaptureReader {
  public:
   /// Opens a pcap or pcapng file of link type 250; with `bare`, a file of any other kind as bare bytes at that rate, in
@@ -78,7 +89,8 @@ class CaptureReader {
 
   /// After the end: where and how the file was cut or damaged, in one line; empty where it ended as it should.
   const std::string& tail_damage() const;
-  std::uint64_t foreign_packets() const;  ///< too short to hold a record
+  const DamagedPlaces& damaged_places() const;  ///< that were passed over so far
+  std::uint64_t foreign_packets() const;        ///< too short to hold a record
   bool is_bare() const;
   std::uint64_t position_bytes() const;  ///< read so far: for a progress bar
   std::uint64_t size_bytes() const;

@@ -11,7 +11,9 @@
 #include <cstdio>
 #include <cstring>
 
+#include "compensation/plain_text.hpp"
 #include "drivers/capture_file.hpp"
+#include "drivers/capture_search.hpp"
 
 namespace prism::drivers {
 namespace {
@@ -46,6 +48,11 @@ struct CaptureReader::File {
   std::size_t bare_chunk = 0;
   std::array<std::uint8_t, kMostBareBytes> bytes{};
   bool ended = false;
+  bool nanoseconds = false;     // the magic that prism writes
+  bool own = false;             // a packet of prism's was read: what is none of them is damage
+  std::uint64_t sound_end = 0;  // of the last packet that is prism's
+  std::uint64_t search_from = 0;
+  DamagedPlaces places;
 
   ~File() {
     if (pcap) {
@@ -113,22 +120,51 @@ struct CaptureReader::File {
     return CapturePacket{bare->start_ns + std::llround(seconds * 1e9), CaptureEvent::kData, {bytes.data(), got}};
   }
 
+  /// Goes on at the next packet of prism's; false: there is none.
+  bool resume() {
+    const auto found = find_packet(stream, std::max(sound_end, search_from) + 1, size);
+    if (!found || std::fseek(stream, static_cast<long>(*found), SEEK_SET) != 0) {
+      std::fseek(stream, 0, SEEK_END);
+      return false;
+    }
+    if (places.count++ == 0) places.first = sound_end;
+    places.bytes += *found - sound_end;
+    search_from = *found;
+    return true;
+  }
+
+  // Where the packet ends that prism wrote, the next one begins; what is anything else behind it is damage.
+  bool is_sound(std::span<const std::uint8_t> packet, std::uint32_t length, std::int64_t time_ns) {
+    if (!nanoseconds || packet.size() != length || !is_own_record(packet, time_ns)) return !own;
+    own = true;
+    sound_end = position();
+    return true;
+  }
+
   std::optional<CapturePacket> next_pcap() {
     while (true) {
       pcap_pkthdr* header = nullptr;
       const u_char* data = nullptr;
       const int result = pcap_next_ex(pcap, &header, &data);
       if (result != 1) {
-        if (result == PCAP_ERROR) damage = fmt::format("{}: {} (before byte {})", path, pcap_geterr(pcap), position());
-        return std::nullopt;
+        if (result != PCAP_ERROR) return std::nullopt;
+        damage = fmt::format("{}: {} (before byte {})", path, pcap_geterr(pcap), position());
+        if (!own || !resume()) return std::nullopt;
+        damage.clear();
+        continue;
       }
       const std::span<const std::uint8_t> packet(data, header->caplen);
+      const std::int64_t time_ns = std::int64_t{header->ts.tv_sec} * 1'000'000'000 + header->ts.tv_usec;
+      if (!is_sound(packet, header->len, time_ns)) {
+        if (resume()) continue;
+        damage = fmt::format("{}: no packet at byte {} and behind it", path, sound_end);
+        return std::nullopt;
+      }
       const std::optional<CaptureEvent> event = decode_capture_event(packet);
       if (!event) {
         ++foreign;
         continue;
       }
-      const std::int64_t time_ns = std::int64_t{header->ts.tv_sec} * 1'000'000'000 + header->ts.tv_usec;
       return CapturePacket{time_ns, *event, packet.subspan(kCaptureRecordBytes)};
     }
   }
@@ -148,6 +184,7 @@ Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional
   std::rewind(file->stream);
   Result<void> ready;
   if (is_pcap_magic({first.data(), got})) {
+    file->nanoseconds = first[0] == 0x4D;
     ready = file->open_pcap(got);
   } else if (bare) {
     ready = file->open_bare(*bare);
@@ -166,6 +203,12 @@ std::optional<CapturePacket> CaptureReader::next() {
   return packet;
 }
 
+std::string DamagedPlaces::text() const {
+  if (count == 0) return "";
+  return fmt::format("{} in {} from byte {} on are no packet", counted(bytes, "byte"), counted(count, "place"), first);
+}
+
+const DamagedPlaces& CaptureReader::damaged_places() const { return file_->places; }
 const std::string& CaptureReader::tail_damage() const { return file_->damage; }
 std::uint64_t CaptureReader::foreign_packets() const { return file_->foreign; }
 bool CaptureReader::is_bare() const { return file_->bare.has_value(); }

@@ -126,15 +126,56 @@ TEST(CaptureFile, GivesEverythingBeforeACutAnywhere) {
   }
 }
 
-TEST(CaptureFile, EndsAtAPacketHeaderThatMakesNoSense) {
+// Whatever becomes of one packet, its neighbours are there, nothing is read twice, and the place is told.
+TEST(CaptureFile, GoesOnBehindDamage) {
+  const test::TemporaryFolder folder;
+  write_story(folder.file("a.pcap"));
+  const Bytes whole = file_bytes(folder.file("a.pcap"));
+  ASSERT_GE(kStory.size(), 4u);
+  const auto second = static_cast<std::ptrdiff_t>(24 + 28 + kStory[0].bytes.size());
+  const auto third = second + static_cast<std::ptrdiff_t>(28 + kStory[1].bytes.size());
+  const auto mended = [&](const Bytes& bytes, const char* what, std::uint64_t lost, std::size_t packets_lost) {
+    write_bytes(folder.file("b.pcap"), bytes);
+    auto reader = CaptureReader::open(folder.file("b.pcap"));
+    ASSERT_TRUE(reader) << what;
+    std::vector<Kept> expected = kStory;
+    expected.erase(expected.begin() + 1, expected.begin() + 1 + static_cast<std::ptrdiff_t>(packets_lost));
+    EXPECT_EQ(read_all(*reader), expected) << what;
+    EXPECT_EQ(reader->damaged_places().count, 1u) << what;
+    EXPECT_EQ(reader->damaged_places().bytes, lost) << what;
+    EXPECT_EQ(reader->damaged_places().first, static_cast<std::uint64_t>(second)) << what;
+    EXPECT_EQ(reader->tail_damage(), "") << what;
+  };
+  const auto packet = static_cast<std::uint64_t>(third - second);
+  for (std::ptrdiff_t at = second; at < second + 28; ++at) {
+    if (at == second + 24) continue;  // the kind of the event is told once only
+    Bytes bytes = whole;
+    bytes[static_cast<std::size_t>(at)] ^= 0xFF;
+    // Below a microsecond a time is told once only.
+    if (at == second + 4) bytes[static_cast<std::size_t>(at + 1)] ^= 0xFF;
+    mended(bytes, ("byte " + std::to_string(at - second)).c_str(), packet, 1);
+  }
+  for (const int size : {1, 27, 28, 5000, 70'000}) {
+    Bytes bytes = whole, garbage;
+    for (int i = 0; i < size; ++i) garbage.push_back(static_cast<std::uint8_t>(i * 37 + i / 256));
+    bytes.insert(bytes.begin() + second, garbage.begin(), garbage.end());
+    mended(bytes, (std::to_string(size) + " bytes put in").c_str(), static_cast<std::uint64_t>(size), 0);
+  }
+  Bytes cut = whole;
+  cut.erase(cut.begin() + second + 3, cut.begin() + third - 1);
+  mended(cut, "cut out", 4, 1);
+}
+
+TEST(CaptureFile, EndsWhereNoPacketIsBehindTheDamage) {
   const test::TemporaryFolder folder;
   write_story(folder.file("a.pcap"));
   Bytes bytes = file_bytes(folder.file("a.pcap"));
-  for (int i = 0; i < 4; ++i) bytes[24 + 28 + 8 + static_cast<std::size_t>(i)] = 0xFF;  // caplen of the second packet
+  bytes.insert(bytes.end(), 100'000, 0x55);
   write_bytes(folder.file("a.pcap"), bytes);
   auto reader = CaptureReader::open(folder.file("a.pcap"));
   ASSERT_TRUE(reader);
-  EXPECT_EQ(read_all(*reader), std::vector<Kept>(kStory.begin(), kStory.begin() + 1));
+  EXPECT_EQ(read_all(*reader), kStory);
+  EXPECT_EQ(reader->damaged_places().count, 0u);
   EXPECT_NE(reader->tail_damage().find("a.pcap: "), std::string::npos);
 }
 

@@ -144,6 +144,15 @@ TEST_F(RepairTest, ATornCaptureKeepsItsWholePackets) {
   EXPECT_THAT(verify(out).findings[0].text, HasSubstr("4 packets, 30 bytes of the line, opened 1 time"));
 }
 
+TEST_F(RepairTest, ADamagedCaptureKeepsWhatIsBehindTheDamage) {
+  const std::string path = capture("gyro1-20261121T120000Z.pcap", 5);
+  const std::string text = test::content(path);
+  test::write_file(path, text.substr(0, 128) + std::string(64, '\xFF') + text.substr(128));
+  EXPECT_THAT(left_out(folder.file("capture")),
+              ElementsAre(HasSubstr(":0: 64 bytes in 1 place from byte 128 on are no packet")));
+  EXPECT_THAT(verify(out).findings[0].text, HasSubstr("5 packets, 40 bytes of the line, opened 1 time"));
+}
+
 TEST_F(RepairTest, DocumentsGoWithTheLogWhereTheyAreWhole) {
   segment(0, 2);
   const std::string model = std::string(PRISM_SOURCE_DIR) + "/config/models/tao2019-model2.json";

@@ -159,8 +159,13 @@ TEST_F(VerifyTest, ACaptureIsWholeOrToldWithItsLastGoodByte) {
   EXPECT_THAT(faults(path), ElementsAre(AllOf(HasSubstr(": torn: 4 packets, 30 bytes"),
                                               HasSubstr("31 bytes from byte 166 on are no whole packet"))));
   test::write_file(path, text.substr(0, 128) + std::string(64, '\xFF') + text.substr(128));
-  EXPECT_THAT(faults(path), ElementsAre(AllOf(HasSubstr(": torn: 3 packets"),
-                                              HasSubstr("140 bytes from byte 128 on are no whole packet"))));
+  EXPECT_THAT(faults(path), ElementsAre(AllOf(HasSubstr(": damaged: 5 packets, 40 bytes"),
+                                              HasSubstr("64 bytes in 1 place from byte 128 on are no packet"))));
+  test::write_file(path, text.substr(0, 128) + std::string(64, '\xFF') + text.substr(128, text.size() - 135));
+  EXPECT_THAT(faults(path),
+              ElementsAre(AllOf(HasSubstr(": damaged: 4 packets, 30 bytes"),
+                                HasSubstr("64 bytes in 1 place from byte 128 on are no packet; 31 bytes from "
+                                          "byte 230 on are no whole packet"))));
   test::write_file(path, "no capture");
   EXPECT_THAT(faults(path), ElementsAre(HasSubstr(": refused: found no pcap file")));
 }

@@ -52,6 +52,8 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
     if (packet->event == drivers::CaptureEvent::kData) take(pipeline.feed(packet->bytes, packet->time_ns));
   }
   take(pipeline.finish());
+  if (const std::string damage = reader->damaged_places().text(); !damage.empty()) recording.notes.push_back(damage);
+  if (!reader->tail_damage().empty()) recording.notes.push_back(reader->tail_damage());
   if (recording.buckets.empty()) return refuse(path, "holds no frame of " + setup->config.frames);
   const auto text = config::read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());

@@ -34,11 +34,13 @@ CheckedCapture check_capture(const std::string& path) {
   if (back > 0) text += "; the time goes back " + counted(back, "time");
   if (others > 0) text += "; " + counted(others, "packet") + " of other programs";
   if (open) return {{path, State::kOpen, text + "; prismd writes it"}, {}};
-  if (reader->tail_damage().empty()) return {{path, State::kWhole, text}, {}};
-  const std::string damage =
-      fmt::format("{} bytes from byte {} on are no whole packet ({})", reader->size_bytes() - good, good,
-                  without_path({"", reader->tail_damage()}, path));
-  return {{path, State::kTorn, fmt::format("{}; {}", text, damage)}, damage};
+  std::string damage = reader->damaged_places().text();
+  const State state = damage.empty() ? State::kTorn : State::kDamaged;
+  if (!reader->tail_damage().empty())
+    damage += fmt::format("{}{} bytes from byte {} on are no whole packet ({})", damage.empty() ? "" : "; ",
+                          reader->size_bytes() - good, good, without_path({"", reader->tail_damage()}, path));
+  if (damage.empty()) return {{path, State::kWhole, text}, {}};
+  return {{path, state, fmt::format("{}; {}", text, damage)}, damage};
 }
 
 void check_captures(const FolderContents& contents, Verdict& verdict) {

@@ -17,7 +17,7 @@ enum class State {
   kPassedOver,  ///< none of prism's files
   kTorn,        ///< no end, or a part of a row or packet at its end: prismd or the machine was ended by force
   kChanged,     ///< its sum does not hold: somebody or the disk changed it
-  kDamaged,     ///< a row or an index that cannot be read
+  kDamaged,     ///< a row, an index or a part of a capture that cannot be read
   kDoubled,     ///< rows that stood before, or go back, in their session; a copy of another file
   kMissing,     ///< an index names it, or more of its rows than there are
   kRefused,     ///< cannot be read, or is not what its name says
