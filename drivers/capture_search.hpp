@@ -15,8 +15,8 @@ inline constexpr std::size_t kPacketHeaderBytes = 16;
 /// A packet is believed to hold this much at most: what libpcap reads.
 inline constexpr std::uint32_t kMostPacketBytes = 262144;
 
-/// The record at the head of a packet repeats the time of the packet's header, to the microsecond, and its last bytes are
-/// zero: prism wrote it.
+/// The record at the head of a packet repeats the time of the packet's header, to the microsecond, and its last bytes
+/// are zero: prism wrote it.
 bool is_own_record(std::span<const std::uint8_t> packet, std::int64_t time_ns);
 
 /// The offset of the first whole packet of prism's at or after `from`, in a little-endian pcap file with nanoseconds of

@@ -121,6 +121,22 @@ TEST(Experiment, StopsAtTheFirstRefusalAndSaysWhichModel) {
   EXPECT_EQ(experiment.error().where, "ls T");
 }
 
+// A bias that shifts between training and recording is all in the rms, and nowhere in sigma.
+TEST(Experiment, JudgesAShiftByTheRms) {
+  auto shifted = test::simulated_day(4000, 0.07, 2);
+  for (compensation::Bucket& bucket : shifted) bucket.rate_deg_per_h += 0.1;
+  const auto table = recordings::make_block_table(test::simulated_day(4000, 0.07, 1), {}, 0, "day").value();
+  const auto other = recordings::make_block_table(shifted, {}, 0, "shifted").value();
+  const auto experiment = analysis::run_experiment({table, {table, other}}, {{"lssvm", {"T"}, "", "reml"}},
+                                                   evaluation::Divisor::kN, analysis::experiment_trainer({}), {});
+  ASSERT_TRUE(experiment) << experiment.error().text();
+  const auto& judged = experiment->rows[0].judged;
+  ASSERT_TRUE(judged[0].rms_improvement && judged[1].rms_improvement);
+  EXPECT_NEAR(*judged[0].rms_improvement, *judged[0].stability.improvement, 0.01);
+  EXPECT_GT(*judged[1].stability.improvement, 0.1);
+  EXPECT_LT(*judged[1].rms_improvement, 0.05);
+}
+
 TEST(StudyTables, PutThePaperBesideOurs) {
   const analysis::Experiment experiment = short_study();
   const report::Table table = analysis::least_squares_table(experiment);

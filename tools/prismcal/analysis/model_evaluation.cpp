@@ -28,6 +28,20 @@ std::vector<Correction> in_force(compensation::Engine& engine, const recordings:
   return corrections;
 }
 
+std::optional<double> rms_improvement(const compensation::Model& model, const recordings::BlockTable& table,
+                                      const ModelEvaluation& result) {
+  std::vector<double> inputs;
+  for (const std::string& name : model.info().inputs)
+    inputs.push_back(compensation::input_value(table.blocks.front(), name));
+  const double mean = model.predict(inputs).mean_deg_per_h;
+  if (!std::isfinite(mean)) return std::nullopt;
+  std::vector<double> before = result.where_corrected(table.bias_deg_per_h);
+  for (double& bias : before) bias -= mean;
+  const auto summary = evaluation::summarise(before, evaluation::Divisor::kN, table.name);
+  if (!summary || !(summary->rms > 0)) return std::nullopt;
+  return 1 - result.stability.after.rms / summary->rms;
+}
+
 Result<evaluation::BiasStability> stability_of(const ModelEvaluation& result, const recordings::BlockTable& table,
                                                evaluation::Divisor divisor) {
   std::vector<bool> follows = table.follows;
@@ -88,6 +102,7 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   auto stability = stability_of(result, table, divisor);
   if (!stability) return tl::unexpected(stability.error());
   result.stability = *stability;
+  result.rms_improvement = rms_improvement(*model, table, result);
   const auto next = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
                                                  result.where_corrected(result.corrected_deg_per_h), table.name);
   if (next) result.next = *next;

@@ -27,6 +27,9 @@ struct ModelEvaluation {
   evaluation::BiasStability stability;  ///< over the blocks that have a correction
   /// The improvement of further recordings; nothing where these blocks cannot tell.
   std::optional<evaluation::NextRecording> next;
+  /// 1 − rms(after) / rms(before − mean of the training): what a shift of the bias since then enters, and sigma does
+  /// not. Nothing where the model does not say that mean.
+  std::optional<double> rms_improvement;
   std::vector<double>
       predicted_deg_per_h;  ///< one per block of the table: its correction; kUnknown where prismd has none
   std::vector<double> corrected_deg_per_h;  ///< one per block: what prismd logs as the mean, less the earth rate

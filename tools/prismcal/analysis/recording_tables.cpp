@@ -107,9 +107,9 @@ Table stability_table(const EvaluatedRecording& recording) {
   table.caption = fmt::format(
       "{}, {} blocks. The floor is what white noise alone gives a mean, from first differences; explained = (before² − "
       "after²) / (before² − floor²): near 100 % no model could do better; above, what is left is less than the floor, "
-      "which is an estimate. Of further recordings of the same profile 95 % are expected to improve by what stands in "
-      "the "
-      "last column.",
+      "which is an estimate. 95 % of further: where the improvement of so many further recordings of the profile is "
+      "expected. rms improvement: against the mean of the training alone, so that a shift of the bias since then "
+      "counts.",
       means_text(recording), s.before.count);
   if (const std::size_t without = recording.evaluation->uncorrected; without > 0) {
     table.caption += fmt::format(
@@ -122,13 +122,15 @@ Table stability_table(const EvaluatedRecording& recording) {
         " In {} blocks the correction changed faster than the slew limit allows: prismd publishes what it allows.",
         held);
   }
-  table.columns = {{"", "", false},    {"mean", "deg/h"},         {"1 sigma", "deg/h"},
-                   {"rms", "deg/h"},   {"peak to peak", "deg/h"}, {"improvement", "%"},
-                   {"floor", "deg/h"}, {"explained", "%"},        {"95 % of further", "%"}};
+  table.columns = {{"", "", false},           {"mean", "deg/h"},       {"1 sigma", "deg/h"}, {"rms", "deg/h"},
+                   {"peak to peak", "deg/h"}, {"improvement", "%"},    {"floor", "deg/h"},   {"explained", "%"},
+                   {"95 % of further", "%"},  {"rms improvement", "%"}};
   auto before = summary_row("before", s.before), after = summary_row("after", s.after);
-  before.insert(before.end(), {text_cell(""), fixed_cell(s.floor_deg_per_h, 5), text_cell(""), text_cell("")});
+  before.insert(before.end(),
+                {text_cell(""), fixed_cell(s.floor_deg_per_h, 5), text_cell(""), text_cell(""), text_cell("")});
   after.insert(after.end(), {percent_cell(s.improvement), text_cell(""), explained_cell(s.explained),
-                             text_cell(interval_text(recording.evaluation->next))});
+                             text_cell(interval_text(recording.evaluation->next)),
+                             percent_cell(recording.evaluation->rms_improvement)});
   table.rows = {before, after};
   return table;
 }
