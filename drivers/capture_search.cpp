@@ -4,23 +4,22 @@
 #include <algorithm>
 #include <vector>
 
+#include "drivers/wire/description/field.hpp"
+
 namespace prism::drivers {
 namespace {
 
 constexpr std::size_t kHeadBytes = kPacketHeaderBytes + kCaptureRecordBytes;
 constexpr std::size_t kWindowBytes = 1 << 16;
 
-std::uint32_t little(const std::uint8_t* at) {
-  return at[0] | std::uint32_t{at[1]} << 8 | std::uint32_t{at[2]} << 16 | std::uint32_t{at[3]} << 24;
-}
-
 // Both headers of a packet that ends within the `left` bytes of the file from here on.
 bool begins_packet(const std::uint8_t* at, std::uint64_t left) {
-  const std::uint32_t second = little(at), nanosecond = little(at + 4), kept = little(at + 8);
-  if (kept != little(at + 12) || kept < kCaptureRecordBytes || kept > kMostPacketBytes) return false;
+  const std::uint64_t second = wire::load_little(at, 4), nanosecond = wire::load_little(at + 4, 4);
+  const std::uint64_t kept = wire::load_little(at + 8, 4);
+  if (kept != wire::load_little(at + 12, 4) || kept < kCaptureRecordBytes || kept > kMostPacketBytes) return false;
   if (nanosecond >= 1'000'000'000 || kPacketHeaderBytes + kept > left) return false;
   return is_own_record({at + kPacketHeaderBytes, kCaptureRecordBytes},
-                       std::int64_t{second} * 1'000'000'000 + nanosecond);
+                       static_cast<std::int64_t>(second * 1'000'000'000 + nanosecond));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -19,22 +20,13 @@ namespace {
 constexpr std::size_t kLeast = 20;
 constexpr int kDraws = 1000;
 
+/// Divisor N; of values that summarise() took before, as every draw asks for it.
 double sd_of(std::span<const double> values) {
   double sum = 0, squares = 0;
   for (const double v : values) sum += v;
   const double mean = sum / static_cast<double>(values.size());
   for (const double v : values) squares += (v - mean) * (v - mean);
   return std::sqrt(squares / static_cast<double>(values.size()));
-}
-
-/// ln sd(after) − ln sd(before) of the pairs that `from` names.
-double log_ratio(std::span<const double> before, std::span<const double> after, const std::vector<std::size_t>& from) {
-  std::vector<double> raw(from.size()), left(from.size());
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    raw[i] = before[from[i]];
-    left[i] = after[from[i]];
-  }
-  return std::log(sd_of(left) / sd_of(raw));
 }
 
 /// How much each pair moves the logarithm of the ratio (its influence function, times two): what the blocks' length is
@@ -52,17 +44,16 @@ std::vector<double> influence(std::span<const double> before, std::span<const do
   return left;
 }
 
-std::vector<std::size_t> in_order(std::size_t n) {
-  std::vector<std::size_t> from(n);
-  for (std::size_t i = 0; i < n; ++i) from[i] = i;
-  return from;
-}
-
-/// The standard deviation of `statistic` over the draws.
-double bootstrap_sd(std::size_t n, std::size_t block,
-                    const std::function<double(const std::vector<std::size_t>&)>& statistic) {
+/// What a statistic is of the whole recording, and its standard deviation over the draws.
+struct Spread {
+  double here, sd;
+};
+Spread bootstrap(std::size_t n, std::size_t block,
+                 const std::function<double(const std::vector<std::size_t>&)>& statistic) {
   std::mt19937_64 random(2019);
   std::vector<std::size_t> from(n);
+  std::iota(from.begin(), from.end(), std::size_t{0});
+  const double here = statistic(from);
   std::vector<double> drawn;
   for (int draw = 0; draw < kDraws; ++draw) {
     for (std::size_t i = 0, start = 0; i < n; ++i) {
@@ -71,7 +62,7 @@ double bootstrap_sd(std::size_t n, std::size_t block,
     }
     drawn.push_back(statistic(from));
   }
-  return sd_of(drawn);
+  return {here, sd_of(drawn)};
 }
 
 /// How far the next recording may be from this one, in standard deviations of either.
@@ -139,9 +130,8 @@ Result<NextRecording> next_improvement(std::span<const double> before, std::span
     }
     return std::log(sd_of(left) / sd_of(raw));
   };
-  const double here = statistic(in_order(n));
-  const double far =
-      std::hypot(reach(n, block) * bootstrap_sd(n, block, statistic), std::sqrt(2.0) * 1.96 * kBetweenDays);
+  const auto [here, sd] = bootstrap(n, block, statistic);
+  const double far = std::hypot(reach(n, block) * sd, std::sqrt(2.0) * 1.96 * kBetweenDays);
   return NextRecording{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), block};
 }
 
@@ -153,10 +143,16 @@ Result<NextRecording> next_difference(std::span<const double> before, std::span<
   const std::size_t n = before.size();
   const std::size_t block =
       std::max(bootstrap_block(influence(before, first)), bootstrap_block(influence(before, second)));
-  const auto statistic = [&](const std::vector<std::size_t>& from) {
-    return std::exp(log_ratio(before, first, from)) - std::exp(log_ratio(before, second, from));
+  std::vector<double> drawn(n);
+  const auto sd_drawn = [&](std::span<const double> values, const std::vector<std::size_t>& from) {
+    for (std::size_t i = 0; i < n; ++i) drawn[i] = values[from[i]];
+    return sd_of(drawn);
   };
-  const double here = statistic(in_order(n)), far = reach(n, block) * bootstrap_sd(n, block, statistic);
+  const auto statistic = [&](const std::vector<std::size_t>& from) {
+    return (sd_drawn(first, from) - sd_drawn(second, from)) / sd_drawn(before, from);
+  };
+  const auto [here, sd] = bootstrap(n, block, statistic);
+  const double far = reach(n, block) * sd;
   return NextRecording{here, here - far, here + far, block};
 }
 

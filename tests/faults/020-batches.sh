@@ -50,7 +50,8 @@ wait_for 10 field_is .state status receiving
 sleep 1.5
 same "sessions after a stall" "$(field .sessions status)" 1
 [ "$(grep -c 'no data for' "$dir/prismd.err" || true)" = 0 ] || fail "a stall taken for silence: $(cat "$dir/prismd.err")"
-kill "$prismd" "$sim"; wait "$prismd" "$sim" || true
+kill "$prismd"; wait "$prismd" || fail "the end of prismd: exit code $?"
+kill "$sim"; wait "$sim" || fail "the end of prismsim: exit code $?"
 
 # A line that waits for nobody, and a counter of 0.128 s: what 5 s did not leave room for is counted all the same.
 cp "$PRISM_SOURCE/config/frames/kvh1750.json" "$dir/frames.json"
@@ -61,7 +62,7 @@ wait_for 10 field_is .state status receiving
 sleep 2
 kill -STOP "$prismd"; sleep 5; kill -CONT "$prismd"
 sleep 3
-kill -INT "$sim"; wait "$sim" || true
+kill "$sim"; wait "$sim" || fail "the end of prismsim: exit code $?"
 wait_for 5 field_is .state status connecting
 sent=$(sed -n 's/.*: \([0-9]*\) simulated frames.*bytes lost to a slow reader.*/\1/p' "$dir/sim.err")
 read -r came lost by_arrival <<<"$(prismctl --json line | jq -r '"\(.decoder.frames) \(.timing.missing_frames) \(.timing.missing_by_arrival)"')"

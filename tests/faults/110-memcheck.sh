@@ -11,7 +11,7 @@ prismsim --profile second --hours "$hours" --frames "$dir/frames.json" --outlier
 "${memcheck[@]}" prismd "$dir/gyro.json" --replay "$dir/day.pcap" --out "$dir/log" >"$dir/replay.out" 2>"$dir/replay.err" ||
   fail "the replay under valgrind: exit code $?"
 cat "$dir/replay.out"
-[ -s "$dir/replay.err" ] && grep -q '^==' "$dir/replay.err" && fail "valgrind spoke"
+! grep -q '^==' "$dir/replay.err" || fail "the replay: valgrind spoke"
 rows=$(cat "$dir"/log/*.csv | grep -c '^[0-9]')
 awk -v rows="$rows" -v hours="$hours" 'BEGIN { exit !(rows > hours * 3600 - 5 && rows < hours * 3600 + 5) }' ||
   fail "$rows rows, expected those of $hours hours"
@@ -26,4 +26,4 @@ kill -HUP "$prismd"
 sleep 3
 kill -TERM "$prismd"
 wait "$prismd" || fail "live under valgrind: exit code $?"
-grep -q '^==' "$dir/prismd.err" && fail "valgrind spoke" || true
+! grep -q '^==' "$dir/prismd.err" || fail "live: valgrind spoke"

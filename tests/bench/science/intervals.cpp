@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "compensation/evaluation/bias_stability.hpp"
 #include "compensation/evaluation/improvement_interval.hpp"
 #include "tests/bench/science/contenders.hpp"
 #include "tests/bench/science/record.hpp"
@@ -32,6 +33,13 @@ evaluation::NextRecording interval_of(const Day& day) {
   return *interval;
 }
 
+double improvement_of(const Day& day) {
+  using evaluation::Divisor;
+  return *evaluation::measure_bias_stability(day.before, day.after, {}, Divisor::kN, "bench_science")
+              .value()
+              .improvement;
+}
+
 struct Tally {
   std::vector<double> held, width, block, far;
 };
@@ -53,10 +61,10 @@ int intervals(std::uint64_t first_seed, int count) {
             trained(contender, simulate(drivers::paper_profile(), truth.settings, seed).data);
         for (std::size_t p = 0; p < 2; ++p) {
           const auto here = interval_of(day_of(*model, simulate(profiles[p], truth.settings, ++seed)));
-          const auto next = interval_of(day_of(*model, simulate(profiles[p], truth.settings, ++seed)));
-          tallies[p].held.push_back(next.value >= here.low && next.value <= here.high);
+          const double next = improvement_of(day_of(*model, simulate(profiles[p], truth.settings, ++seed)));
+          tallies[p].held.push_back(next >= here.low && next <= here.high);
           tallies[p].width.push_back((here.high - here.low) / 2);
-          tallies[p].far.push_back((next.value - here.value) * (next.value - here.value));
+          tallies[p].far.push_back((next - here.value) * (next - here.value));
           tallies[p].block.push_back(static_cast<double>(here.block));
         }
       }
