@@ -12,25 +12,14 @@
 #include "tools/prismcal/analysis/limits.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
 #include "tools/prismcal/commands/commands.hpp"
-#include "tools/prismcal/commands/common_options.hpp"
+#include "tools/prismcal/commands/judging_run.hpp"
 #include "tools/prismcal/recordings/fingerprint.hpp"
 #include "tools/prismcal/report/text_forms.hpp"
 
 namespace prism::commands {
 namespace {
 
-struct EvaluateChoice {
-  std::string model, limits, training;
-  std::vector<std::string> recordings;
-  CommonOptions common;
-};
-
-/// One recording through the model.
-struct Case {
-  Loaded loaded;
-  analysis::ModelEvaluation evaluation;
-  std::string overlap;  ///< with what the model was trained on; empty: none known
-};
+using Case = JudgedRecording;
 
 report::Report begin_report(const compensation::Model& model, const std::vector<Case>& cases,
                             const CommonOptions& options) {
@@ -84,6 +73,16 @@ void print_tables(const report::Report& report) {
 }
 
 Result<bool> evaluate(const EvaluateChoice& choice) {
+  const auto judgement = judge_recordings(choice);
+  if (!judgement) return tl::unexpected(judgement.error());
+  if (!choice.common.json) print_tables(judgement->report);
+  if (const auto done = write_report(judgement->report, choice.common); !done) return tl::unexpected(done.error());
+  return judgement->kept;
+}
+
+}  // namespace
+
+Result<Judgement> judge_recordings(const EvaluateChoice& choice) {
   const auto model = load_model(choice.model);
   if (!model) return tl::unexpected(model.error());
   const auto limits = analysis::read_limits(choice.limits);
@@ -112,18 +111,16 @@ Result<bool> evaluate(const EvaluateChoice& choice) {
   for (const Case& c : cases) all.emplace_back("evaluated", &c.loaded);
   if (training) all.emplace_back("training", &*training);
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
-  bool kept = true;
+  Judgement judgement;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1), &cases[i].loaded.table,
                                                  &cases[i].evaluation, training ? &training->table : nullptr, nullptr};
-    report.sections.push_back(recording_section(recording, cases[i].overlap, *limits, kept));
+    report.sections.push_back(recording_section(recording, cases[i].overlap, *limits, judgement.kept));
   }
-  if (!choice.common.json) print_tables(report);
-  if (const auto done = write_report(report, choice.common); !done) return tl::unexpected(done.error());
-  return kept;
+  judgement.report = std::move(report);
+  judgement.cases = std::move(cases);
+  return judgement;
 }
-
-}  // namespace
 
 void add_evaluate_command(CLI::App& app, int& code) {
   CLI::App* command =

@@ -15,22 +15,13 @@
 #include "tools/prismcal/analysis/data_quality_table.hpp"
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/commands/commands.hpp"
-#include "tools/prismcal/commands/method_options.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
+#include "tools/prismcal/commands/training_run.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
-#include "tools/prismcal/recordings/training_set.hpp"
 #include "tools/prismcal/report/text_forms.hpp"
 
 namespace prism::commands {
 namespace {
-
-struct TrainChoice {
-  std::vector<std::string> files;
-  std::string inputs = "T,dTdt,U", out, serial, name;
-  recordings::TrainingSetOptions recordings;
-  MethodOptions method;
-  bool force = false;
-};
 
 // The data-quality check over every recording, before a model is made: its answer goes into the facts, and onto the
 // terminal where a recording does not simply pass.
@@ -98,6 +89,26 @@ std::string held_text(const nlohmann::ordered_json& held) {
 }
 
 Result<int> run(const TrainChoice& choice) {
+  auto run = train_on_recordings(choice, stop_on_interrupt);
+  if (!run) return tl::unexpected<Error>(run.error());
+  if (auto done = config::write_text_file(choice.out, run->model_text()); !done)
+    return tl::unexpected<Error>(done.error());
+  if (choice.method.json) {
+    fmt::print("{}\n", run->summary.dump(2));
+    return 0;
+  }
+  fmt::print("{}", summary_text(run->trained, run->settings, run->set.data.names));
+  if (run->summary.contains("held_out")) fmt::print("{}", held_text(run->summary["held_out"]));
+  return 0;
+}
+
+}  // namespace
+
+std::string TrainingRun::model_text() const {
+  return compensation::format_model(*trained.model, provenance(set, summary));
+}
+
+Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::atomic<bool>* (*stop)()) {
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
   const std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
@@ -119,8 +130,8 @@ Result<int> run(const TrainChoice& choice) {
       choice.name.empty() ? fmt::format("{} {}", training::method_name(settings->method), choice.inputs) : choice.name;
   info.gyro_serial = choice.serial.empty() ? set->serial : choice.serial;
   info.features = set->features;
-  auto trained =
-      training::train(set->data, std::move(info), *settings, progress_bar(choice.method.quiet), stop_on_interrupt());
+  auto trained = training::train(set->data, std::move(info), *settings, progress_bar(choice.method.quiet),
+                                 stop ? stop() : nullptr);
   end_progress();
   if (!trained) return tl::unexpected<Error>(trained.error());
   auto summary = summary_json(*trained, *settings, names);
@@ -130,31 +141,25 @@ Result<int> run(const TrainChoice& choice) {
     if (!held) return tl::unexpected<Error>(held.error());
     summary["held_out"] = std::move(*held);
   }
-  const std::string text = compensation::format_model(*trained->model, provenance(*set, summary));
-  if (auto done = config::write_text_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
-  if (choice.method.json) {
-    fmt::print("{}\n", summary.dump(2));
-    return 0;
-  }
-  fmt::print("{}", summary_text(*trained, *settings, names));
-  if (summary.contains("held_out")) fmt::print("{}", held_text(summary["held_out"]));
-  return 0;
+  return TrainingRun{std::move(*trained), std::move(*set), std::move(*settings), std::move(summary)};
 }
 
-}  // namespace
+void add_train_options(CLI::App& command, TrainChoice& choice) {
+  command.add_option("--inputs", choice.inputs, "T, dTdt, U, lag1, lag2, …")->capture_default_str();
+  command.add_option("--serial", choice.serial, "of the gyro (default: what the recordings say)");
+  command.add_option("--name", choice.name, "of the model, for people");
+  command.add_flag("--force", choice.force, "train although the data-quality check refuses a recording");
+  add_training_set_options(command, choice.recordings);
+  add_method_options(command, choice.method);
+}
 
 void add_train_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("train", "train a model on recordings, ready for prismd");
   const auto choice = std::make_shared<TrainChoice>();
   command->add_option("recordings", choice->files, "prismd's logs (files or folders), captures, or CSV with --map")
       ->required();
-  command->add_option("--inputs", choice->inputs, "T, dTdt, U, lag1, lag2, …")->capture_default_str();
   command->add_option("--out", choice->out, "model file to write")->required();
-  command->add_option("--serial", choice->serial, "of the gyro (default: what the recordings say)");
-  command->add_option("--name", choice->name, "of the model, for people");
-  command->add_flag("--force", choice->force, "train although the data-quality check refuses a recording");
-  add_training_set_options(*command, choice->recordings);
-  add_method_options(*command, choice->method);
+  add_train_options(*command, *choice);
   tools::add_examples(*command,
                       {"prismcal train logs/ --inputs T,dTdt,U --out model.json",
                        "prismcal train cycle1.pcap cycle2.pcap --config gyro.json --method stepwise --out model.json",

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// What `prismcal evaluate` does, for who has no command line: a model and recordings in, their judgement and report
+// out.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/prismcal/commands/common_options.hpp"
+
+namespace prism::commands {
+
+struct EvaluateChoice {
+  std::string model, limits, training;
+  std::vector<std::string> recordings;
+  CommonOptions common;
+};
+
+/// One recording through the model.
+struct JudgedRecording {
+  Loaded loaded;
+  analysis::ModelEvaluation evaluation;
+  std::string overlap;  ///< with what the model was trained on; empty: none known
+};
+
+struct Judgement {
+  std::vector<JudgedRecording> cases;  ///< in the order of the recordings
+  report::Report report;
+  bool kept = true;  ///< every limit of choice.limits
+};
+
+/// Refuses what `prismcal evaluate` refuses. Writes nothing: write_report() does.
+Result<Judgement> judge_recordings(const EvaluateChoice& choice);
+
+}  // namespace prism::commands

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// What `prismcal train` does, for who has no command line: recordings in, a model and its facts out.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <atomic>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/recordings/training_set.hpp"
+
+namespace prism::commands {
+
+struct TrainChoice {
+  std::vector<std::string> files;
+  std::string inputs = "T,dTdt,U", out, serial, name;
+  recordings::TrainingSetOptions recordings;
+  MethodOptions method;
+  bool force = false;
+};
+
+struct TrainingRun {
+  training::TrainedModel trained;
+  recordings::TrainingSet set;
+  training::TrainingSettings settings;
+  nlohmann::ordered_json summary;  ///< what --json prints
+
+  /// The model file, with its provenance and the time of now.
+  std::string model_text() const;
+};
+
+/// All options of train but the recordings and --out.
+void add_train_options(CLI::App& command, TrainChoice& choice);
+
+/// Reads the recordings, checks their quality and trains; choice.out is not looked at. Refuses what `prismcal train`
+/// refuses. `stop` is asked for a flag when the training begins, which ends tuning early with the best so far.
+Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::atomic<bool>* (*stop)() = nullptr);
+
+}  // namespace prism::commands
