@@ -12,6 +12,18 @@ namespace {
 
 using testing::HasSubstr;
 
+// bias = kDaySensitivity · T, and a standard deviation of its own.
+class SureModel : public compensation::Model {
+ public:
+  explicit SureModel(double sd) : Model(test::linear_model(0)->info()), sd_(sd) {}
+  compensation::Prediction predict(std::span<const double> inputs) const override {
+    return {test::kDaySensitivity * inputs[0], sd_, sd_, false, kUnknown, {}};
+  }
+
+ private:
+  double sd_;
+};
+
 TEST(Limits, AreReadWithComments) {
   const auto limits = analysis::parse_limits(R"({ "bias_stability_deg_per_h": {"max": 0.01}, // acceptance
                                         "mean_deg_per_h": {"min": -0.1, "max": 0.1} })",
@@ -56,9 +68,23 @@ TEST(Limits, CoverEveryQuantityOfADay) {
           .value();
   const auto measured = analysis::measure_all({"r1", &table, &judged, nullptr, nullptr});
   ASSERT_EQ(measured.size(), analysis::measured_names().size());
-  for (const analysis::Measured& m : measured) EXPECT_TRUE(m.value) << m.quantity;
+  for (const analysis::Measured& m : measured)  // this model states no standard deviation
+    EXPECT_EQ(m.value.has_value(), m.quantity != "within_two_sd_percent") << m.quantity;
   EXPECT_NEAR(*measured[1].value, 0.007, 0.001);       // bias_stability
   EXPECT_NEAR(*measured[7].value, 0.07 / 60, 0.0001);  // angle random walk
+}
+
+TEST(Limits, CountWhatLiesWithinTwoOfTheModelsOwnSd) {
+  const auto table =
+      recordings::make_block_table(test::simulated_day(24000, 0.07, 2), {}, test::kDayEarthRate, "day").value();
+  const auto covered = [&](double sd) {
+    const auto judged =
+        analysis::evaluate_model(std::make_shared<SureModel>(sd), table, {}, evaluation::Divisor::kNMinus1).value();
+    return *analysis::measure_all({"r1", &table, &judged, nullptr, nullptr}).back().value;
+  };
+  EXPECT_NEAR(covered(0.007), 95.4, 3);    // the noise of a block is 0.07 / √100
+  EXPECT_NEAR(covered(0.0035), 68.3, 10);  // 240 blocks
+  EXPECT_EQ(covered(1), 100);
 }
 
 }  // namespace

@@ -40,7 +40,8 @@ std::vector<std::string> measured_names() {
           "angle_random_walk_deg_per_sqrt_h",
           "bias_instability_deg_per_h",
           "extrapolating_percent",
-          "uncorrected_percent"};
+          "uncorrected_percent",
+          "within_two_sd_percent"};
 }
 
 std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
@@ -54,6 +55,9 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
     instability = allan->bias_instability_deg_per_h ? allan->bias_instability_deg_per_h->value
                                                     : allan->floor.minimum_deg_per_h / evaluation::kAllanFlicker;
   }
+  std::optional<double> covered;
+  if (const auto& e = *recording.evaluation; e.with_sd > 0)
+    covered = static_cast<double>(e.within_two_sd) / static_cast<double>(e.with_sd);
   const double blocks = static_cast<double>(recording.table->size());
   const std::vector<std::optional<double>> values = {
       s.after.mean,
@@ -66,9 +70,10 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
       walk,
       instability,
       recording.evaluation->extrapolated_percent(),
-      100 * static_cast<double>(recording.evaluation->uncorrected) / blocks};
+      100 * static_cast<double>(recording.evaluation->uncorrected) / blocks,
+      percent(covered)};
   const std::vector<std::string> units = {"deg/h", "deg/h",  "deg/h", "deg/h", "%", "%",
-                                          "deg/h", "deg/√h", "deg/h", "%",     "%"};
+                                          "deg/h", "deg/√h", "deg/h", "%",     "%", "%"};
   std::vector<Measured> measured;
   const auto names = measured_names();
   for (std::size_t i = 0; i < names.size(); ++i) measured.push_back({names[i], units[i], values[i]});

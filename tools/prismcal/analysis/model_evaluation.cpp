@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "compensation/extrapolation.hpp"
+
 namespace prism::analysis {
 namespace {
 
@@ -26,6 +28,20 @@ std::vector<Correction> in_force(compensation::Engine& engine, const recordings:
     corrections[i] = engine.follow(window);
   }
   return corrections;
+}
+
+/// Whether the model's own standard deviation of a block mean, noise and all, says what the block then was.
+void count_coverage(const compensation::Model& model, const recordings::BlockTable& table,
+                    const CorrectionSettings& settings, ModelEvaluation& result) {
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (!std::isfinite(result.corrected_deg_per_h[i])) continue;
+    const auto inputs = compensation::gather_inputs(model, table.blocks[i]);
+    const auto prediction = compensation::predict_within(model, inputs, settings.engine.extrapolation);
+    if (!std::isfinite(prediction.sd_mean_deg_per_h)) continue;
+    ++result.with_sd;
+    result.within_two_sd +=
+        std::abs(table.bias_deg_per_h[i] - prediction.bias_deg_per_h) <= 2 * prediction.sd_mean_deg_per_h;
+  }
 }
 
 std::optional<double> rms_improvement(const compensation::Model& model, const recordings::BlockTable& table,
@@ -103,6 +119,7 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   if (!stability) return tl::unexpected(stability.error());
   result.stability = *stability;
   result.rms_improvement = rms_improvement(*model, table, result);
+  count_coverage(*model, table, settings, result);
   const auto next = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
                                                  result.where_corrected(result.corrected_deg_per_h), table.name);
   if (next) result.next = *next;

@@ -41,7 +41,9 @@ struct ModelEvaluation {
   std::size_t extrapolated = 0;  ///< how many blocks of them
   std::size_t uncorrected = 0;   ///< blocks whose bias is beyond the limit: prismd publishes no corrected rate there
 
-  std::size_t slew_limited = 0;  ///< blocks whose correction the slew limit held back
+  std::size_t with_sd = 0;        ///< blocks with a correction whose standard deviation, with noise, the model states
+  std::size_t within_two_sd = 0;  ///< those of them that lie within two of it from the prediction
+  std::size_t slew_limited = 0;   ///< blocks whose correction the slew limit held back
 
   /// Share of the blocks that lie off the training data, %.
   double extrapolated_percent() const {
