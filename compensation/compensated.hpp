@@ -40,7 +40,8 @@ std::uint32_t parse_quality(const std::string& text);
 /// The bias in force, with what it is worth. bias_deg_per_h is kUnknown where no correction is possible.
 struct Correction {
   double bias_deg_per_h = kUnknown;
-  double sd_deg_per_h = kUnknown;
+  double sd_deg_per_h = kUnknown;       ///< of the true bias less this one, in a run that was not seen (Prediction)
+  double sd_mean_deg_per_h = kUnknown;  ///< with the noise of the window's mean rate
   std::uint32_t quality = kNoModel;
 };
 

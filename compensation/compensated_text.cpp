@@ -86,7 +86,9 @@ const std::array kColumns = {
                row.window.bucket.implausible = row.window.bucket.disbelieved = {true, true, true};
              return quality_text(row.correction.quality) == field;  // a torn or unknown name must not read as "good"
            }},
-    // Further columns stand behind those of format 1, and a log may lack them.
+    // Further columns stand behind those of format 1, and a log may lack them. The last one is a digit: no row can be
+    // torn unseen.
+    PRISM_REAL("sd_mean_deg_per_h", correction.sd_mean_deg_per_h, kRateDecimals),
     Column{"partial",
            [](std::string& text, const CompensatedWindow& row) { text += row.window.bucket.partial ? '1' : '0'; },
            [](std::string_view field, CompensatedWindow& row) {
@@ -132,6 +134,7 @@ class JsonWriter {
   void correction(const Correction& correction, double corrected) {
     member(",\"bias_deg_per_h\":", correction.bias_deg_per_h, kRateDecimals);
     member(",\"sd_deg_per_h\":", correction.sd_deg_per_h, kRateDecimals);
+    member(",\"sd_mean_deg_per_h\":", correction.sd_mean_deg_per_h, kRateDecimals);
     member(",\"corrected_deg_per_h\":", corrected, kRateDecimals);
     put(",\"quality\":\"");
     end_ = put_quality(end_, correction.quality);

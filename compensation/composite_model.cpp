@@ -15,22 +15,23 @@
 namespace prism::compensation {
 namespace {
 
-// In ranges. On a repeat of its own profile an input that wanders (U) leaves the box of one record all the time.
-constexpr double kBoxMargin = 0.02;
-
 std::string canonical(const CompositeParameters& p) {
   const CompositeVariances& v = p.variances;
   const CompositeTrust& t = p.trust;
   const Normalisation& n = p.normalisation;
-  std::string text = exact_texts(std::vector{v.kernel.rbf, v.kernel.linear, v.kernel.quadratic, v.nuisance,
-                                             v.nuisance_time_h, v.offset, v.noise, p.beta, n.target_shift,
-                                             n.target_scale, t.skill, t.sd_factor, t.guard});
+  std::string text =
+      exact_texts(std::vector{v.kernel.rbf, v.kernel.linear, v.kernel.quadratic, v.nuisance, v.nuisance_time_h,
+                              v.offset, v.noise, p.beta, n.target_shift, n.target_scale, t.skill, t.level, t.guard});
   for (const Eigen::MatrixXd& part :
        {Eigen::MatrixXd(v.kernel.length2), Eigen::MatrixXd(n.input_shift), Eigen::MatrixXd(n.input_scale), p.centres,
         Eigen::MatrixXd(p.alpha), Eigen::MatrixXd(p.weight), Eigen::MatrixXd(p.time_h), p.gram}) {
     text += '\n' + exact_numbers(part);
   }
-  return text + fmt::format("\n{} {}", t.sd_blocks, fmt::join(p.recording, " "));
+  text += fmt::format("\n{}", fmt::join(p.recording, " "));
+  if (!p.prior) return text;
+  text += "\nprior " + exact_text(p.prior->scale) + ' ' + exact_texts(p.prior->levels);
+  for (const ModelPtr& sibling : p.prior->models) text += ' ' + sibling->info().id;
+  return text;
 }
 
 ModelInfo identified(ModelInfo info, const CompositeParameters& parameters) {
@@ -40,6 +41,17 @@ ModelInfo identified(ModelInfo info, const CompositeParameters& parameters) {
 
 std::string wrong_shape(const ModelInfo& info, const CompositeParameters& p) {
   const auto d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
+  if (!info.spread) return "found no spread, expected it";
+  if (p.prior) {
+    if (p.prior->models.size() < 2 || p.prior->levels.size() != p.prior->models.size())
+      return fmt::format("found {} siblings and {} levels, expected at least 2 and a level of each",
+                         p.prior->models.size(), p.prior->levels.size());
+    for (const ModelPtr& sibling : p.prior->models) {
+      const ModelInfo& other = sibling->info();
+      if (other.inputs != info.inputs || other.features != info.features || other.table != info.table)
+        return fmt::format("the sibling {:.12} has other inputs or features", other.id);
+    }
+  }
   if (std::string wrong = wrong_centres(info, p.centres, p.alpha.size()); !wrong.empty()) return wrong;
   if (p.variances.kernel.length2.size() != d || p.normalisation.input_shift.size() != d ||
       p.normalisation.input_scale.size() != d) {
@@ -74,6 +86,16 @@ Eigen::MatrixXd nuisance_matrix(const CompositeVariances& variances, const Eigen
     begin = end;
   }
   return q;
+}
+
+// Of an Ornstein-Uhlenbeck process (Rybicki and Press 1995): 1ᵀq⁻¹1 = (1 + Σ tanh(Δt / 2 tau)) / s4².
+double nuisance_level(const CompositeVariances& variances, const Eigen::VectorXd& time_h,
+                      const std::vector<int>& recording) {
+  if (recording.empty() || recording.front() != recording.back()) return 0;
+  double information = 1;
+  for (Eigen::Index i = 1; i < time_h.size(); ++i)
+    information += std::tanh(std::abs(time_h[i] - time_h[i - 1]) / (2 * variances.nuisance_time_h));
+  return variances.nuisance / information;
 }
 
 CompositeModel::CompositeModel(ModelInfo info, CompositeParameters parameters)
@@ -118,7 +140,8 @@ Eigen::VectorXd CompositeModel::normalised(std::span<const double> inputs) const
 
 double CompositeModel::bias_deg_per_h(std::span<const double> inputs) const {
   const Normalisation& n = parameters_.normalisation;
-  return (centres_.sum(normalised(inputs)) + parameters_.beta) * n.target_scale + n.target_shift;
+  const double own = (centres_.sum(normalised(inputs)) + parameters_.beta) * n.target_scale + n.target_shift;
+  return parameters_.prior ? own + parameters_.prior->at(inputs).mean_deg_per_h : own;
 }
 
 // Dense: k(x,x) − kᵀ H⁻¹ k + (1 − nuᵀ k)² / 1ᵀ nu, with beta unknown beforehand. Sparse, φ = L⁻¹ k:
@@ -141,22 +164,17 @@ double CompositeModel::variance(const Eigen::VectorXd& x) const {
 Prediction CompositeModel::predict(std::span<const double> inputs) const {
   const CompositeTrust& trust = parameters_.trust;
   const double scale = parameters_.normalisation.target_scale, square = scale * scale;
-  const double fraction = variance(normalised(inputs));
+  // With q − level in the place of q the mean stays, and the variance falls by level everywhere.
+  const double fraction = std::max(0.0, variance(normalised(inputs)) - trust.level);
+  // Off its own data it is shrunk to what the siblings say, as far as they agree.
+  const auto prior = parameters_.prior ? parameters_.prior->at(inputs) : SiblingPrior::Said{0, 0, true};
   Prediction prediction;
   prediction.bias_deg_per_h = bias_deg_per_h(inputs);
-  prediction.extrapolating = excess(inputs) > kBoxMargin || fraction > trust.guard;
-  prediction.mean_deg_per_h = parameters_.normalisation.target_shift;
-  Knowledge known;
-  known.model_variance = fraction * square;
-  known.target_variance = square;
-  known.nuisance_variance = (parameters_.variances.nuisance + parameters_.variances.offset) * square;
-  known.noise_variance = parameters_.variances.noise * square;
-  known.preset = true;
-  known.skill = trust.skill;
-  known.sd_factor = trust.sd_factor;
-  known.excess = excess(inputs);
-  prediction.knowledge = known;
-  return stated(prediction, 1);
+  prediction.extrapolating = (outside_domain(inputs) || fraction > trust.guard) && prior.extrapolating;
+  prediction.mean_deg_per_h = parameters_.normalisation.target_shift + prior.mean_deg_per_h;
+  prediction.knowledge = {fraction * square, square + prior.variance, trust.skill,
+                          excess(inputs),    *info().spread,          true};
+  return stated(prediction, *prediction.knowledge, 1);
 }
 
 }  // namespace prism::compensation

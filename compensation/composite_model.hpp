@@ -3,12 +3,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "compensation/composite_kernel.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model.hpp"
 #include "compensation/result.hpp"
+#include "compensation/sibling_prior.hpp"
 
 namespace prism::compensation {
 
@@ -26,10 +28,11 @@ inline constexpr double kCompositeJitter = 1e-8;
 
 /// What the serving policy and the standard deviation need beyond the kernel (serving.hpp).
 struct CompositeTrust {
-  double skill = 1;      ///< r: with which each half of the record predicts the other, at most 1
-  double sd_factor = 1;  ///< sds are multiplied by it: what held-out blocks say of them, > 0
-  int sd_blocks = 0;     ///< how many blocks told sd_factor; 0: none
-  double guard = 1;      ///< model variance beyond this (normalised) is `extrapolating`, > 0
+  double skill = 1;  ///< r: with which each half of the record predicts the other, at most 1
+  /// Variance of the nuisance's level (normalised), which no record alone can tell from beta: taken off the model's, >=
+  /// 0.
+  double level = 0;
+  double guard = 1;  ///< model variance beyond this (normalised) is `extrapolating`, > 0
 };
 
 struct CompositeParameters {
@@ -45,6 +48,7 @@ struct CompositeParameters {
   Eigen::MatrixXd gram;
   Normalisation normalisation;
   CompositeTrust trust;
+  std::optional<SiblingPrior> prior;  ///< all of the above is of the target less its mean
 };
 
 /// q(t, t') + s5² over the samples of one recording, 0 between recordings (the part of H that is no function of
@@ -52,10 +56,15 @@ struct CompositeParameters {
 Eigen::MatrixXd nuisance_matrix(const CompositeVariances& variances, const Eigen::VectorXd& time_h,
                                 const std::vector<int>& recording);
 
+/// 1 / 1ᵀq⁻¹1 of the nuisance at these times of one recording: the variance of its level. 0 with several recordings,
+/// which tell it by s5².
+double nuisance_level(const CompositeVariances& variances, const Eigen::VectorXd& time_h,
+                      const std::vector<int>& recording);
+
 class CompositeModel final : public Model {
  public:
   /// Factorises once, O(N³/3). Refuses (where: the model's name) shapes that do not agree and a matrix that is not
-  /// positive definite. info.kind is "composite".
+  /// positive definite. info.kind is "composite", info.spread is there.
   static Result<ModelPtr> make(ModelInfo info, CompositeParameters parameters);
 
   Prediction predict(std::span<const double> inputs) const override;

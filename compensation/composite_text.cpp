@@ -5,6 +5,7 @@
 #include "compensation/centres.hpp"
 #include "compensation/composite_model.hpp"
 #include "compensation/model_kinds.hpp"
+#include "compensation/model_text.hpp"
 
 namespace prism::compensation {
 namespace {
@@ -25,10 +26,33 @@ CompositeVariances read_variances(Section section) {
 CompositeTrust read_trust(Section section) {
   CompositeTrust t;
   t.skill = section.number("skill", {-1e300, 1});
-  t.sd_factor = section.number("sd_factor", {1e-6, 1e6});
-  t.sd_blocks = static_cast<int>(section.integer("sd_blocks", {0, 1e9}));
+  t.level = section.number("level", {0, 1e300});
   t.guard = section.number("guard", kPositive);
   return t;
+}
+
+std::optional<SiblingPrior> read_prior(Section section) {
+  SiblingPrior prior;
+  prior.scale = section.number("scale", kPositive);
+  prior.levels = section.numbers("levels", kAnyNumber);
+  for (Section& sibling : section.objects("models")) {
+    const auto model = read_model(sibling);
+    if (!model && sibling.good()) sibling.fail("", model.error().what);
+    if (!sibling.good()) return std::nullopt;
+    prior.models.push_back(*model);
+  }
+  return prior;
+}
+
+std::string prior_text(const SiblingPrior& prior) {
+  std::string text = fmt::format("  \"prior\": {{\"scale\": {}, \"levels\": {}, \"models\": [\n",
+                                 exact_text(prior.scale), exact_texts(prior.levels));
+  for (const ModelPtr& sibling : prior.models) {
+    std::string model = format_model(*sibling);
+    model.pop_back();  // its line end
+    text += model + (sibling == prior.models.back() ? "" : ",\n");
+  }
+  return text + "]},\n";
 }
 
 std::string variances_text(const CompositeVariances& v) {
@@ -55,6 +79,7 @@ Result<ModelPtr> read_composite(Section& top, ModelInfo info) {
   for (const double number : top.numbers("recording", {0, 1e6}, false)) p.recording.push_back(static_cast<int>(number));
   p.gram = symmetric_of(top, "gram", top.numbers("gram", kAnyNumber, false));
   p.centres = centres_of(top, centres, info.inputs.size(), p.alpha.size());
+  if (top.has("prior")) p.prior = read_prior(top.object("prior"));
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   return CompositeModel::make(std::move(info), std::move(p));
 }
@@ -62,9 +87,9 @@ Result<ModelPtr> read_composite(Section& top, ModelInfo info) {
 std::string composite_content(const Model& model) {
   const CompositeParameters& p = static_cast<const CompositeModel&>(model).parameters();
   std::string text = variances_text(p.variances);
-  text += fmt::format("  \"trust\": {{\"skill\": {}, \"sd_factor\": {}, \"sd_blocks\": {}, \"guard\": {}}},\n",
-                      exact_text(p.trust.skill), exact_text(p.trust.sd_factor), p.trust.sd_blocks,
-                      exact_text(p.trust.guard));
+  if (p.prior) text += prior_text(*p.prior);
+  text += fmt::format("  \"trust\": {{\"skill\": {}, \"level\": {}, \"guard\": {}}},\n", exact_text(p.trust.skill),
+                      exact_text(p.trust.level), exact_text(p.trust.guard));
   text += fmt::format("  \"beta\": {},\n", exact_text(p.beta)) + normalisation_text(p.normalisation);
   append_rows(text, "centres", p.centres, p.centres.rows());
   append_rows(text, "alpha", p.alpha, 4);

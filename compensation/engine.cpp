@@ -66,7 +66,7 @@ void Engine::reset() {
 void Engine::forget_window() {
   window_.reset();
   break_off();
-  correction_ = {kUnknown, kUnknown, model_ ? kWarming : kNoModel};
+  correction_ = {kUnknown, kUnknown, kUnknown, model_ ? kWarming : kNoModel};
 }
 
 // A second that the session cut is published with the bias in force, and no window is made of it.
@@ -100,13 +100,13 @@ Correction Engine::follow(const Window& window) {
 }
 
 Correction Engine::correct(const Window& window) const {
-  if (!model_) return {kUnknown, kUnknown, kNoModel};
+  if (!model_) return {kUnknown, kUnknown, kUnknown, kNoModel};
   if (window.warm_s >= history_s(model_->info().features)) {
     Correction correction = predict(*model_, window);
     if (window.lag_settling) correction.quality |= kSettling;
     return correction;
   }
-  if (!fallback_) return {kUnknown, kUnknown, kWarming};
+  if (!fallback_) return {kUnknown, kUnknown, kUnknown, kWarming};
   Correction correction = predict(*fallback_, window);
   correction.quality |= kWarming | kFallback;
   return correction;
@@ -114,10 +114,12 @@ Correction Engine::correct(const Window& window) const {
 
 Correction Engine::predict(const Model& model, const Window& window) const {
   const std::vector<double> inputs = gather_inputs(model, window);
-  if (inputs.empty()) return {kUnknown, kUnknown, kInputMissing};
+  if (inputs.empty()) return {kUnknown, kUnknown, kUnknown, kInputMissing};
   const Prediction prediction = predict_within(model, inputs, settings_.extrapolation);
-  if (!(std::fabs(prediction.bias_deg_per_h) <= settings_.max_bias_deg_per_h)) return {kUnknown, kUnknown, kOverLimit};
-  return {prediction.bias_deg_per_h, prediction.sd_deg_per_h, prediction.extrapolating ? kExtrapolating : kGood};
+  if (!(std::fabs(prediction.bias_deg_per_h) <= settings_.max_bias_deg_per_h))
+    return {kUnknown, kUnknown, kUnknown, kOverLimit};
+  return {prediction.bias_deg_per_h, prediction.sd_deg_per_h, prediction.sd_mean_deg_per_h,
+          prediction.extrapolating ? kExtrapolating : kGood};
 }
 
 }  // namespace prism::compensation

@@ -9,38 +9,49 @@ namespace prism::compensation {
 namespace {
 
 Prediction clamped(const Model& model, std::span<const double> inputs, const Prediction& outside) {
-  const Domain& domain = model.info().domain;
-  if (domain.min.size() != inputs.size()) return outside;
-  std::vector<double> nearest(inputs.begin(), inputs.end());
-  for (std::size_t i = 0; i < nearest.size(); ++i) nearest[i] = std::clamp(nearest[i], domain.min[i], domain.max[i]);
-  Prediction prediction = model.predict(nearest);
+  Prediction prediction = model.predict(nearest_in_box(model, inputs));
   prediction.extrapolating = true;
-  if (outside.sd_deg_per_h > prediction.sd_deg_per_h) prediction.sd_deg_per_h = outside.sd_deg_per_h;
+  if (outside.sd_deg_per_h > prediction.sd_deg_per_h) {
+    prediction.sd_deg_per_h = outside.sd_deg_per_h;
+    prediction.sd_mean_deg_per_h = outside.sd_mean_deg_per_h;
+  }
   return prediction;
 }
 
 }  // namespace
 
-Prediction stated(Prediction prediction, double w) {
-  constexpr double kModelShare = 1.5, kNuisanceShare = 2;
-  const Knowledge& k = *prediction.knowledge;
-  const double from_mean = prediction.bias_deg_per_h - prediction.mean_deg_per_h;
-  prediction.bias_deg_per_h = w == 1 ? prediction.bias_deg_per_h : prediction.mean_deg_per_h + w * from_mean;
-  const double variance = kModelShare * (k.model_variance + (1 - w) * (k.target_variance + from_mean * from_mean)) +
-                          kNuisanceShare * k.nuisance_variance;
-  prediction.sd_deg_per_h = k.sd_factor * std::sqrt(variance);
-  prediction.sd_mean_deg_per_h = k.sd_factor * std::sqrt(variance + k.noise_variance);
+std::vector<double> nearest_in_box(const Model& model, std::span<const double> inputs) {
+  const Domain& domain = model.info().domain;
+  std::vector<double> nearest(inputs.begin(), inputs.end());
+  for (std::size_t i = 0; i < domain.min.size(); ++i) nearest[i] = std::clamp(nearest[i], domain.min[i], domain.max[i]);
+  return nearest;
+}
+
+Prediction stated(Prediction prediction, const Knowledge& known, double w) {
+  // A model judges itself by the record that it has seen: another day is stranger. Chosen on simulated gyros
+  // (docs/science.md).
+  constexpr double kStrangeness = 1.5;
+  const Spread& s = known.spread;
+  double variance = known.model_variance + s.nuisance_deg_per_h * s.nuisance_deg_per_h;
+  if (w != 1) {
+    const double from_mean = prediction.bias_deg_per_h - prediction.mean_deg_per_h;
+    prediction.bias_deg_per_h = prediction.mean_deg_per_h + w * from_mean;
+    variance += (1 - w) * (known.target_variance + from_mean * from_mean);
+  }
+  variance = kStrangeness * variance + s.offset_deg_per_h * s.offset_deg_per_h;
+  prediction.sd_deg_per_h = s.factor * std::sqrt(variance);
+  prediction.sd_mean_deg_per_h = s.factor * std::sqrt(variance + s.noise_deg_per_h * s.noise_deg_per_h);
   return prediction;
 }
 
 Prediction shrunk(Prediction prediction) {
   if (!prediction.knowledge) return prediction;
-  constexpr double kFullSkill = 0.5, kFreeExcess = 0.15, kExcessWeight = 20;
-  const Knowledge& k = *prediction.knowledge;
+  constexpr double kNoSkill = 0.25, kFullSkill = 0.4, kFreeExcess = 0.15, kExcessWeight = 20;
+  const Knowledge k = *prediction.knowledge;
   const double e = std::pow(std::max(k.excess - kFreeExcess, 0.0), 2);
-  const double w =
-      std::clamp(k.skill / kFullSkill, 0.0, 1.0) / (1 + k.model_variance / k.target_variance + kExcessWeight * e);
-  return stated(std::move(prediction), w);
+  const double believed = std::clamp((k.skill - kNoSkill) / (kFullSkill - kNoSkill), 0.0, 1.0);
+  const double w = believed / (1 + k.model_variance / k.target_variance + kExcessWeight * e);
+  return stated(std::move(prediction), k, w);
 }
 
 Prediction predict_within(const Model& model, std::span<const double> inputs, Extrapolation policy) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <span>
+#include <vector>
 
 #include "compensation/model.hpp"
 
@@ -27,12 +28,15 @@ inline const char* extrapolation_name(Extrapolation policy) {
 /// theirs.
 Prediction predict_within(const Model& model, std::span<const double> inputs, Extrapolation policy);
 
-/// p = mean + w (f − mean), w = g / (1 + v/var_y + 20 e), e = max(o − 0.15, 0)², g = min(max(r/0.5, 0), 1); with it
-/// sd² = 1.5 (v + (1 − w)(var_y + (f − mean)²)) + 2 s4², times sd_factor², and sd_mean with the noise of the window's
-/// mean rate. A prediction without Knowledge stays as it is.
+/// The point of the training box next to the inputs; the inputs themselves where the model states no box.
+std::vector<double> nearest_in_box(const Model& model, std::span<const double> inputs);
+
+/// p = mean + w (f − mean), w = g / (1 + v/var_y + 20 e), e = max(o − 0.15, 0)², g = min(max((r − 0.25)/0.15, 0), 1),
+/// and its standard deviations. A prediction without Knowledge stays as it is.
 Prediction shrunk(Prediction prediction);
 
-/// The prediction shrunk by a given w, 0 to 1, with the standard deviations that belong to it; needs Knowledge.
-Prediction stated(Prediction prediction, double w);
+/// The prediction shrunk by a given w, 0 to 1, with the standard deviations that belong to it:
+/// sd² = 1.5 (v + (1 − w)(var_y + (f − mean)²) + nuisance²) + offset², times factor²; sd_mean has noise² in it, too.
+Prediction stated(Prediction prediction, const Knowledge& known, double w);
 
 }  // namespace prism::compensation

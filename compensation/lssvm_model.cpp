@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "compensation/centres.hpp"
+#include "compensation/extrapolation.hpp"
 #include "compensation/factor.hpp"
 #include "compensation/model_id.hpp"
 
@@ -127,21 +128,17 @@ Prediction LssvmModel::predict(std::span<const double> inputs) const {
   prediction.bias_deg_per_h = bias_deg_per_h(inputs);
   prediction.extrapolating = outside_domain(inputs);
   prediction.mean_deg_per_h = parameters_.normalisation.target_shift;
-  if (const auto& u = parameters_.uncertainty) {
-    const double fraction = variance_fraction(point);
-    prediction.sd_deg_per_h =
-        std::sqrt(u->prior_variance * fraction) * u->sd_scale * parameters_.normalisation.target_scale;
-    const double scale = parameters_.normalisation.target_scale, variance = u->prior_variance * scale * scale;
-    Knowledge known;
-    known.model_variance = variance * fraction;
-    known.target_variance = scale * scale;
-    known.noise_variance = variance / parameters_.c;
-    known.excess = excess(inputs);
-    known.sd_factor = u->sd_scale;
-    prediction.knowledge = known;
+  const auto& u = parameters_.uncertainty;
+  const double scale = parameters_.normalisation.target_scale;
+  if (u) {
+    const double fraction = variance_fraction(point), variance = u->prior_variance * scale * scale;
     prediction.extrapolating = prediction.extrapolating || fraction > u->guard_fraction;
+    prediction.sd_deg_per_h = std::sqrt(u->prior_variance * fraction) * u->sd_scale * scale;
+    const Spread own{0, 0, std::sqrt(variance / parameters_.c), u->sd_scale};
+    prediction.knowledge = {variance * fraction, scale * scale, 1, excess(inputs), info().spread.value_or(own), false};
   }
-  return prediction;
+  if (!info().spread) return prediction;
+  return stated(prediction, prediction.knowledge.value_or(Knowledge{0, 0, 1, 0, *info().spread, false}), 1);
 }
 
 }  // namespace prism::compensation

@@ -7,16 +7,26 @@
 namespace prism::compensation {
 namespace {
 
+// On a repeat of its own profile an input that wanders leaves the box of one record all the time.
+constexpr double kBoxMargin = 0.02, kWanderingMargin = 0.2;  // in ranges
 constexpr double kGridPoints = 1024;
 constexpr std::size_t kGridInputs = 10;  // more: not even the corners fit
 constexpr double kGridSide = 65;         // of one input alone
+
+double margin_of(const ModelInfo& info, std::size_t input) {
+  if (!info.spread) return 0;
+  const std::string& name = info.inputs[input];
+  const bool wanders = !info.table && (name == kInputSlope || name == kInputUhfo || name.starts_with("lag"));
+  return wanders ? kWanderingMargin : kBoxMargin;
+}
 
 }  // namespace
 
 bool Model::outside_domain(std::span<const double> inputs) const {
   const Domain& domain = info_.domain;
   for (std::size_t i = 0; i < domain.min.size(); ++i) {
-    if (inputs[i] < domain.min[i] || inputs[i] > domain.max[i]) return true;
+    const double room = margin_of(info_, i) * (domain.max[i] - domain.min[i]);
+    if (inputs[i] < domain.min[i] - room || inputs[i] > domain.max[i] + room) return true;
   }
   return false;
 }

@@ -13,22 +13,38 @@
 
 namespace prism::compensation {
 
+/// What separates a run that was not seen from the model of another one, whatever the inputs say; standard deviations.
+struct Spread {
+  double nuisance_deg_per_h =
+      0;  ///< s4, s5: what moves with time, and from recording to recording where there are several
+  double offset_deg_per_h = 0;  ///< from run to run where one recording alone was trained: assumed, kAssumedOffset
+  double noise_deg_per_h = 0;   ///< of the window's mean rate
+  double factor = 1;            ///< on all of them: what held-out blocks say of the model's own, > 0
+  int blocks = 0;               ///< how many held-out blocks told factor or nuisance; 0: none
+  int samples = 0;              ///< in them
+  bool operator==(const Spread&) const = default;
+};
+
+/// The offset between two runs of a gyro that was recorded once, in standard deviations of its bias: the tenth by which
+/// its cycles differ (improvement_interval.hpp assumes the same).
+inline constexpr double kAssumedOffset = 0.1;
+
 /// What a model knows of its own ignorance at one point; variances in (deg/h)².
 struct Knowledge {
-  double model_variance = 0;     ///< v: of the prediction alone
-  double target_variance = 0;    ///< var_y: of the training target
-  double nuisance_variance = 0;  ///< s4² and s5²: what moves with time or from recording to recording
-  double noise_variance = 0;     ///< of the window's mean rate
-  double skill = 1;              ///< r: how well each half of the record predicts the other, the worse; at most 1
-  double excess = 0;             ///< o: how far an input lies outside its training range, in ranges; the worst
-  double sd_factor = 1;          ///< what held-out blocks say of the standard deviation
-  bool preset = false;           ///< made to be shrunk: served so unless a person says otherwise
+  double model_variance = 0;   ///< v: of the prediction alone
+  double target_variance = 0;  ///< var_y: of the training target
+  double skill = 1;            ///< r: how well each half of the record predicts the other, the worse; at most 1
+  double excess = 0;           ///< o: how far an input lies outside its training range, in ranges; the worst
+  Spread spread;
+  bool preset = false;  ///< made to be shrunk: served so unless a person says otherwise
 };
 
 struct Prediction {
   double bias_deg_per_h = kUnknown;
-  double sd_deg_per_h = kUnknown;  ///< predictive standard deviation of the bias; kUnknown where the model has none
-  double sd_mean_deg_per_h = kUnknown;  ///< the same with the noise of the window's mean rate; kUnknown likewise
+  /// Standard deviation of (true bias − prediction) in a run that was not seen; of models without Spread what they
+  /// have: their own uncertainty, a fit's residual, or kUnknown.
+  double sd_deg_per_h = kUnknown;
+  double sd_mean_deg_per_h = kUnknown;  ///< with the noise of the window's mean rate; kUnknown without Spread
   bool extrapolating = false;           ///< outside the training box, or where the model's own variance says so
   double mean_deg_per_h = kUnknown;     ///< of the training target; kUnknown where the model does not say
   std::optional<Knowledge> knowledge;   ///< for the shrink policy; none: it leaves the prediction as it is
@@ -50,6 +66,8 @@ struct ModelInfo {
   FeatureDefinition features;
   std::vector<std::string> inputs;  ///< in the order predict() takes them
   Domain domain;
+  /// Models of version 0.1 have none: their standard deviation is the model's own.
+  std::optional<Spread> spread;
   std::string gyro_serial;      ///< empty: any gyro
   std::string provenance_json;  ///< the file's "provenance" object as text; "{}" where it has none
 };
@@ -72,6 +90,8 @@ class Model {
 
  protected:
   explicit Model(ModelInfo info) : info_(std::move(info)) {}
+  /// Models with Spread leave a repeat of their profile some room (docs/science.md): 2 % of the range, 20 % where an
+  /// input is dT/dt, U or a lag.
   bool outside_domain(std::span<const double> inputs) const;
   /// How far the input that is worst off lies outside its training range, in ranges; 0 inside the box.
   double excess(std::span<const double> inputs) const;

@@ -25,6 +25,12 @@ std::string model_id(const ModelInfo& info, std::string_view content) {
                                       f.max_gap_s, exact_texts(f.lag_time_constants_s), fmt::join(info.inputs, " "),
                                       exact_texts(info.domain.min), exact_texts(info.domain.max));
   if (info.table) canonical += "table\n";
+  if (const auto& s = info.spread) {
+    canonical +=
+        fmt::format("spread {} {} {}\n",
+                    exact_texts(std::vector{s->nuisance_deg_per_h, s->offset_deg_per_h, s->noise_deg_per_h, s->factor}),
+                    s->blocks, s->samples);
+  }
   return sha256_hex(canonical += content);
 }
 

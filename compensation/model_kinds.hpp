@@ -28,6 +28,9 @@ const ModelKind* find_model_kind(std::string_view name);
 /// All names, for refusals: "polynomial", "stepwise", …
 std::string model_kind_names();
 
+/// A whole model, which may stand within another one; keys that nobody asked for are left to the document's finish().
+Result<ModelPtr> read_model(Section& top);
+
 Result<ModelPtr> read_polynomial(Section& top, ModelInfo info);
 std::string polynomial_content(const Model& model);
 Result<ModelPtr> read_lssvm(Section& top, ModelInfo info);

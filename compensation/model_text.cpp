@@ -62,8 +62,43 @@ void read_inputs(Section& top, ModelInfo& info) {
   }
 }
 
-Result<ModelPtr> read_model(Section& top, const std::string& where) {
+Spread read_spread(Section section) {
+  Spread s;
+  s.nuisance_deg_per_h = section.number("nuisance_deg_per_h", {0, 1e9});
+  s.offset_deg_per_h = section.number("offset_deg_per_h", {0, 1e9});
+  s.noise_deg_per_h = section.number("noise_deg_per_h", {0, 1e9});
+  s.factor = section.number("factor", {1e-6, 1e6}, 1.0);
+  s.blocks = static_cast<int>(section.integer("blocks", {0, 1e9}));
+  s.samples = static_cast<int>(section.integer("samples", {0, 1e9}));
+  return s;
+}
+
+std::string spread_text(const Spread& s) {
+  return fmt::format(
+      "  \"spread\": {{\"nuisance_deg_per_h\": {}, \"offset_deg_per_h\": {}, \"noise_deg_per_h\": {}, \"factor\": {}, "
+      "\"blocks\": {}, \"samples\": {}}},\n",
+      exact_text(s.nuisance_deg_per_h), exact_text(s.offset_deg_per_h), exact_text(s.noise_deg_per_h),
+      exact_text(s.factor), s.blocks, s.samples);
+}
+
+// Another format or version than this one is refused before a key of it is looked at.
+void read_format(Section& top) {
+  const std::string format = top.text("format");
+  if (top.good() && format != "prism-model")
+    top.fail("format", fmt::format("found {}, expected \"prism-model\"", in_quotes(format)));
+  const auto version = top.integer("version", {1, 1e9});
+  if (top.good() && version > kModelVersion) {
+    top.fail("version", fmt::format("found {}, expected at most {}: made by a newer prism", version, kModelVersion));
+  }
+}
+
+}  // namespace
+
+Result<ModelPtr> read_model(Section& top) {
+  const std::string where = top.where();
   ModelInfo info;
+  read_format(top);
+  if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   info.kind = top.text("kind");
   info.name = top.text("name", "");
   info.id = top.text("id");
@@ -71,6 +106,7 @@ Result<ModelPtr> read_model(Section& top, const std::string& where) {
   info.table = top.boolean("table", false);
   if (!info.table) info.features = read_features(top.object("features", true));
   read_inputs(top, info);
+  if (top.has("spread")) info.spread.emplace(read_spread(top.object("spread")));
   const nlohmann::json provenance = top.any("provenance");  // sorted, as it has always been written
   if (!provenance.is_null() && !provenance.is_object()) {
     top.fail("provenance", "found " + shown(provenance) + ", expected an object {...}");
@@ -79,10 +115,12 @@ Result<ModelPtr> read_model(Section& top, const std::string& where) {
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   const std::string stated = info.id;
   const ModelKind* kind = find_model_kind(info.kind);
-  if (kind == nullptr)
-    return refuse(where + ":/kind", fmt::format("found {}, expected {}", in_quotes(info.kind), model_kind_names()));
+  if (kind == nullptr) {
+    top.fail("kind", fmt::format("found {}, expected {}", in_quotes(info.kind), model_kind_names()));
+    return tl::unexpected<Error>(top.finish().error());
+  }
   Result<ModelPtr> model = kind->read(top, std::move(info));
-  if (auto rest = top.finish(); !rest) return tl::unexpected<Error>(rest.error());
+  if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   if (model && (*model)->info().id != stated) {
     return refuse(where + ":/id",
                   fmt::format("found {}, but the content gives \"{:.12}...\": it was changed or damaged",
@@ -90,6 +128,8 @@ Result<ModelPtr> read_model(Section& top, const std::string& where) {
   }
   return model;
 }
+
+namespace {
 
 std::string features_text(const FeatureDefinition& f) {
   return fmt::format(
@@ -102,19 +142,12 @@ std::string features_text(const FeatureDefinition& f) {
 }  // namespace
 
 Result<ModelPtr> parse_model(std::string_view text, std::string_view where) {
-  const std::string place(where);
   const Result<JsonDocument> document = parse_json_object(text, where);
   if (!document) return tl::unexpected<Error>(document.error());
   Section top(*document);
-  const std::string format = top.text("format");
-  if (top.good() && format != "prism-model")
-    top.fail("format", fmt::format("found {}, expected \"prism-model\"", in_quotes(format)));
-  const auto version = top.integer("version", {1, 1e9});
-  if (top.good() && version > kModelVersion) {
-    top.fail("version", fmt::format("found {}, expected at most {}: made by a newer prism", version, kModelVersion));
-  }
-  if (!top.good()) return tl::unexpected<Error>(top.finish().error());
-  return read_model(top, place);
+  Result<ModelPtr> model = read_model(top);
+  if (auto rest = top.finish(); !rest) return tl::unexpected<Error>(rest.error());
+  return model;
 }
 
 std::string format_model(const Model& model) { return format_model(model, model.info().provenance_json); }
@@ -140,6 +173,7 @@ std::string format_model(const Model& model, const std::string& provenance_json)
     text += "}";
   }
   text += "\n  ],\n";
+  if (info.spread) text += spread_text(*info.spread);
   text += find_model_kind(info.kind)->content(model);
   return text += fmt::format("  \"provenance\": {}\n}}\n", provenance_json.empty() ? "{}" : provenance_json);
 }

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "compensation/extrapolation.hpp"
 #include "compensation/model_id.hpp"
 
 namespace prism::compensation {
@@ -45,7 +46,8 @@ Prediction PolynomialModel::predict(std::span<const double> inputs) const {
   prediction.bias_deg_per_h = bias;
   prediction.sd_deg_per_h = sd_deg_per_h_;
   prediction.extrapolating = outside_domain(inputs);
-  return prediction;
+  if (!info().spread) return prediction;
+  return stated(prediction, {0, 0, 1, 0, *info().spread, false}, 1);
 }
 
 }  // namespace prism::compensation

@@ -23,7 +23,7 @@ _prismcal() {
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
-    train) words='-h --help --inputs --out --serial --name --force --map --interval --config --latitude --elevation --azimuth --no-earth-rate --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    train) words='-h --help --out --inputs --serial --name --prior --force --map --interval --config --latitude --elevation --azimuth --no-earth-rate --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
     fit) words='-h --help --inputs --target --fold-column --time --out --diagnostics --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
     cv) words='-h --help --inputs --target --fold-column --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
     predict) words='-h --help --out --extrapolation --json' ;;

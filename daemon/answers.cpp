@@ -40,7 +40,7 @@ ordered_json row_json(const Row& row) {
 struct Current {
   const compensation::Compensated* sample = nullptr;
   const compensation::CompensatedWindow* window = nullptr;
-  compensation::Correction correction{kUnknown, kUnknown, compensation::kNoData};
+  compensation::Correction correction{kUnknown, kUnknown, kUnknown, compensation::kNoData};
 };
 
 Current current(const Instance& instance) {
@@ -119,9 +119,12 @@ ordered_json slew_json(const pipeline::Setup& setup) {
   return known(compensation::greatest_slew_deg_per_h_per_s(*setup.model, engine.slew, engine.max_bias_deg_per_h));
 }
 
+// What a standard deviation is of: a run that was not seen, or, of models of version 0.1, what the model itself had.
+const char* sd_of(const compensation::Model& model) { return model.info().spread ? "run" : "model"; }
+
 ordered_json model_brief(const compensation::ModelPtr& model) {
   if (!model) return nullptr;
-  return {{"id", model->info().id}, {"kind", model->info().kind}, {"name", model->info().name}};
+  return {{"id", model->info().id}, {"kind", model->info().kind}, {"name", model->info().name}, {"sd", sd_of(*model)}};
 }
 
 ordered_json series_json(const compensation::RunningVariance& series) {
@@ -202,6 +205,7 @@ ordered_json bias_answer(const Instance& instance) {
                        {"rate_deg_per_h", known(sample ? sample->sample.rate_deg_per_h : kUnknown)},
                        {"bias_deg_per_h", known(correction.bias_deg_per_h)},
                        {"sd_deg_per_h", known(correction.sd_deg_per_h)},
+                       {"sd_mean_deg_per_h", known(correction.sd_mean_deg_per_h)},
                        {"corrected_deg_per_h", known(sample ? sample->corrected_deg_per_h : kUnknown)}};
   json["second_rate_deg_per_h"] = known(window ? window->window.bucket.rate_deg_per_h : kUnknown);
   json["second_corrected_deg_per_h"] = known(window ? window->corrected_deg_per_h : kUnknown);
@@ -214,6 +218,8 @@ ordered_json bias_answer(const Instance& instance) {
   json["quality"] = compensation::quality_text(correction.quality);
   json["age_s"] = age_json(instance);
   json["model"] = setup.model ? ordered_json(setup.model->info().id) : ordered_json();
+  const auto& by = correction.quality & compensation::kFallback ? setup.fallback : setup.model;
+  json["sd"] = by ? ordered_json(sd_of(*by)) : ordered_json();
   return json;
 }
 

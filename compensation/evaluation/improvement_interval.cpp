@@ -68,7 +68,7 @@ Spread bootstrap(std::size_t n, std::size_t block,
 /// How far the next recording may be from this one, in standard deviations of either.
 double reach(std::size_t n, std::size_t block) {
   const double freedom = std::max(2.0, static_cast<double>(n) / static_cast<double>(block) - 1);
-  return std::sqrt(2.0) * boost::math::quantile(boost::math::students_t(freedom), 0.975);
+  return std::sqrt(2 * (1 - kRepeats)) * boost::math::quantile(boost::math::students_t(freedom), 0.975);
 }
 
 Result<void> usable(std::span<const double> before, std::span<const double> after, const std::string& where) {
@@ -133,6 +133,24 @@ Result<NextRecording> next_improvement(std::span<const double> before, std::span
   const auto [here, sd] = bootstrap(n, block, statistic);
   const double far = std::hypot(reach(n, block) * sd, std::sqrt(2.0) * 1.96 * kBetweenDays);
   return NextRecording{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), block};
+}
+
+Result<NextRecording> next_of_several(std::span<const double> improvements, const std::string& where) {
+  if (improvements.size() < 3) {
+    return refuse(
+        where, fmt::format("found {} recordings, expected 3 or more: two do not tell a spread", improvements.size()));
+  }
+  std::vector<double> left;
+  for (const double improvement : improvements) {
+    if (!(improvement < 1)) return refuse(where, fmt::format("found an improvement of {}", improvement));
+    left.push_back(std::log(1 - improvement));
+  }
+  const auto summary = summarise(left, Divisor::kNMinus1, where);
+  if (!summary) return tl::unexpected(summary.error());
+  const auto n = static_cast<double>(left.size());
+  const double quantile = boost::math::quantile(boost::math::students_t(n - 1), 0.975);
+  const double far = quantile * summary->sd * std::sqrt(1 + 1 / n), here = summary->mean;
+  return NextRecording{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), 1};
 }
 
 Result<NextRecording> next_difference(std::span<const double> before, std::span<const double> first,

@@ -15,6 +15,10 @@ namespace prism::evaluation {
 /// docs/science.md.
 inline constexpr double kBetweenDays = 0.1;
 
+/// Of what a recording's residual scatters, the share that the next one repeats, as hidden causes of temperature do: it
+/// does not part the two. Of simulated days, likewise.
+inline constexpr double kRepeats = 0.25;
+
 /// A figure of one recording, and where 95 % of those of further recordings of the same profile lie.
 struct NextRecording {
   double value = 0;       ///< of this recording
@@ -29,8 +33,8 @@ struct NextRecording {
 /// The improvement 1 − sd(after)/sd(before), a share. Circular block bootstrap of the residual `after` on the fixed
 /// prediction `before` − `after`, 1 000 draws with a fixed seed; the interval is that of Student's t on the logarithm
 /// of the ratio, with as many degrees of freedom as the recording has blocks, less one, and kBetweenDays; all of it
-/// twice, as the next recording scatters as this one does. Refused: fewer than 20 values, lengths that differ, values
-/// not finite, a series that stands still.
+/// twice, as the next recording scatters as this one does, but for kRepeats. Refused: fewer than 20 values, lengths
+/// that differ, values not finite, a series that stands still.
 Result<NextRecording> next_improvement(std::span<const double> before, std::span<const double> after,
                                        const std::string& where);
 
@@ -38,6 +42,11 @@ Result<NextRecording> next_improvement(std::span<const double> before, std::span
 /// drawn together, and what moves both from day to day cancels. Refused likewise.
 Result<NextRecording> next_difference(std::span<const double> before, std::span<const double> first,
                                       std::span<const double> second, const std::string& where);
+
+/// What 95 % of further recordings improve, from the improvements of several recordings alone (shares, each below 1):
+/// Student's t on the logarithms of the ratios that are left, with the recordings' own spread. `value` is their mean,
+/// `block` 1. Refused: fewer than 3, or one that is not finite or not below 1.
+Result<NextRecording> next_of_several(std::span<const double> improvements, const std::string& where);
 
 /// How many neighbours to draw together: the block length with the least error of a mean's variance, from the
 /// autocorrelation (Politis and White 2004, corrected by Patton, Politis and White 2009), 1 to a quarter of the values.

@@ -71,13 +71,6 @@ class Search {
 
 }  // namespace
 
-std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most) {
-  const Eigen::Index step = (rows + most - 1) / most;
-  std::vector<Eigen::Index> part;
-  for (Eigen::Index i = 0; i < rows; i += step) part.push_back(i);
-  return part;
-}
-
 std::optional<ReweightReport> reweight(const CompositeSamples& samples, const Eigen::VectorXd& theta,
                                        const ReweightSettings& settings, Eigen::VectorXd& weight) {
   ReweightReport report;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "compensation/training/composite_system.hpp"
+#include "compensation/training/folds.hpp"
 #include "compensation/training/irlssvm.hpp"
 
 namespace prism::training {
@@ -32,8 +33,5 @@ using CompositeProgress = std::function<void(int done, int expected, double obje
 /// iterated before each polish. Refuses where no start has a finite objective.
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
                                       const CompositeProgress& progress, const std::function<bool()>& stop);
-
-/// Every n-th row, so that no more than `most` are left.
-std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most);
 
 }  // namespace prism::training

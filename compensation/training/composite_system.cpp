@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "compensation/training/dense.hpp"
+#include "compensation/training/folds.hpp"
 
 namespace prism::training {
 namespace {
@@ -13,9 +14,7 @@ constexpr double kPrior = 0.005;  // of |theta|²
 }  // namespace
 
 CompositeSamples CompositeSamples::part(const std::vector<Eigen::Index>& rows) const {
-  CompositeSamples some{x(Eigen::all, rows), y(rows), time_h(rows), {}, recordings};
-  for (const Eigen::Index i : rows) some.recording.push_back(recording[static_cast<std::size_t>(i)]);
-  return some;
+  return {x(Eigen::all, rows), y(rows), time_h(rows), taken(recording, rows), recordings};
 }
 
 Eigen::VectorXd composite_theta(const compensation::CompositeVariances& v, bool offsets) {

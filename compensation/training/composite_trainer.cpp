@@ -6,33 +6,31 @@
 #include "compensation/extrapolation.hpp"
 #include "compensation/training/composite_search.hpp"
 #include "compensation/training/composite_sparse.hpp"
+#include "compensation/training/spread.hpp"
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
 namespace {
 
 constexpr double kRowInterval_h = 100.0 / 3600;  // rows without a time: the paper's 100 s apart
-constexpr Eigen::Index kTrustSamples = 1000;
-constexpr int kBlocks = 10;
-// A repeat of the training profile lies beside the trained trace: its variance passes twice the quantile in 2 to 11 %
-// of the blocks, five times in less than 2 %. An alarm that always rings is no alarm.
-constexpr double kLevelFactor = 5, kLevelQuantile = 0.99;
 
 CompositeSamples samples_of(const NormalisedData& data, const TrainingData& raw) {
   CompositeSamples samples{data.x, data.y, {}, raw.runs, 1};
   const Eigen::Index n = data.y.size();
   if (samples.recording.empty()) samples.recording.assign(static_cast<std::size_t>(n), 0);
   samples.recordings = 1 + *std::max_element(samples.recording.begin(), samples.recording.end());
-  samples.time_h = raw.time_s.size() == n
-                       ? Eigen::VectorXd(raw.time_s / 3600)
-                       : Eigen::VectorXd(Eigen::VectorXd::LinSpaced(n, 0, kRowInterval_h * static_cast<double>(n - 1)));
+  samples.time_h = time_of(raw);
   return samples;
 }
 
 struct HeldOut {
-  Eigen::VectorXd mean, variance;  ///< of each sample, by a model that did not see its fold; normalised
+  Eigen::VectorXd mean, variance;  ///< of each sample, by a model that did not see its fold; normalised, without level
   Eigen::VectorXd level;           ///< the mean of the target that this model saw
 };
+
+double level_of(const CompositeSamples& samples, const Eigen::VectorXd& theta) {
+  return compensation::nuisance_level(composite_variances(theta, samples.x.rows()), samples.time_h, samples.recording);
+}
 
 // Parameters and weights fixed: one solve a fold.
 std::optional<HeldOut> hold_out(const CompositeSamples& samples, const CompositeFit& fit, const Folds& folds) {
@@ -47,7 +45,7 @@ std::optional<HeldOut> hold_out(const CompositeSamples& samples, const Composite
     if (!system) return std::nullopt;
     Eigen::VectorXd variance;
     held.mean(members) = system->predict(samples.x(Eigen::all, members), &variance);
-    held.variance(members) = variance;
+    held.variance(members) = (variance.array() - level_of(seen, fit.theta)).max(0);
     held.level(members).setConstant(seen.y.mean());
   }
   return held;
@@ -70,47 +68,45 @@ double skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
   return worst;
 }
 
-// Cross-conformal (Vovk 2015): blocks of the record, each served by a model that did not see it; the 95 % quantile of
-// |error| / sd_mean over the 2 that it should be. Never below 1: blocks of one record are not as strange as another
-// run.
-void calibrate(const CompositeSamples& samples, const CompositeFit& fit, compensation::CompositeTrust& trust) {
-  constexpr double kBelievedWeight = 0.3, kQuantile = 0.95;
-  const Folds folds = blocked_folds(samples.recording, kBlocks);
-  const auto held = hold_out(samples, fit, folds);
-  if (!held) return;
+// Normalised. Cross-conformal (Vovk 2015): blocks of the record or recordings, each served by a model that did not see
+// it; the 95 % quantile of |error| / sd_mean over the 2 that it should be. Never below 1: blocks of one record are not
+// as strange as another run.
+compensation::Spread calibrated(const CompositeSamples& samples, const CompositeFit& fit, double skill) {
+  constexpr double kBelievedWeight = 0.3;
   const auto variances = composite_variances(fit.theta, samples.x.rows());
+  compensation::Spread spread;
+  spread.nuisance_deg_per_h = std::sqrt(variances.nuisance - level_of(samples, fit.theta) + variances.offset);
+  spread.offset_deg_per_h = samples.recordings > 1 ? 0 : compensation::kAssumedOffset;
+  spread.noise_deg_per_h = std::sqrt(variances.noise);
+  const Folds folds = spread_folds(samples.recording);
+  const auto held = hold_out(samples, fit, folds);
+  if (!held || fold_count(folds) < 2) return spread;
   std::vector<double> ratio;
   for (Eigen::Index i = 0; i < samples.y.size(); ++i) {
     if (fit.weight[i] < kBelievedWeight) continue;
     compensation::Prediction served;
     served.bias_deg_per_h = held->mean[i];
     served.mean_deg_per_h = held->level[i];
-    served.knowledge.emplace();
-    served.knowledge->model_variance = held->variance[i];
-    served.knowledge->target_variance = 1;
-    served.knowledge->nuisance_variance = variances.nuisance + variances.offset;
-    served.knowledge->noise_variance = variances.noise;
-    served.knowledge->skill = trust.skill;
+    served.knowledge = {held->variance[i], 1, skill, 0, spread, true};
     served = compensation::shrunk(served);
     ratio.push_back(std::abs(samples.y[i] - served.bias_deg_per_h) / served.sd_mean_deg_per_h);
   }
-  if (ratio.empty()) return;
-  const auto at = ratio.begin() + static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(ratio.size() - 1));
-  std::nth_element(ratio.begin(), at, ratio.end());
-  trust.sd_factor = std::max(1.0, *at / 2);
-  trust.sd_blocks = fold_count(folds);
+  if (ratio.empty()) return spread;
+  spread.samples = static_cast<int>(ratio.size());
+  spread.blocks = fold_count(folds);
+  spread.factor = std::max(1.0, order_statistic(std::move(ratio), 0.95) / 2);
+  return spread;
 }
 
-double guard_of(const compensation::Model& model, const CompositeSamples& samples, const TrainingData& raw) {
+double guard_of(const compensation::CompositeModel& model, const CompositeSamples& samples, const TrainingData& raw) {
+  const double scale = model.parameters().normalisation.target_scale;
   std::vector<double> values;
-  for (const Eigen::Index i : thinned(samples.y.size(), kTrustSamples)) {
+  for (const Eigen::Index i : thinned(samples.y.size(), kSpreadSamples)) {
     const Eigen::VectorXd x = raw.inputs.col(i);
     const auto known = model.predict({x.data(), static_cast<std::size_t>(x.size())}).knowledge;
-    values.push_back(known->model_variance / known->target_variance);
+    values.push_back(known->model_variance / (scale * scale));
   }
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(kLevelQuantile * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return std::max(1e-12, kLevelFactor * *at);
+  return std::max(1e-12, kGuardFactor * order_statistic(std::move(values), kGuardQuantile));
 }
 
 // Parameters, beta, centres: all that the model needs but what its trust is made of.
@@ -152,6 +148,12 @@ Result<compensation::CompositeParameters> solved(const CompositeSamples& samples
 
 }  // namespace
 
+Eigen::VectorXd time_of(const TrainingData& data) {
+  const Eigen::Index n = data.target.size();
+  if (data.time_s.size() == n) return data.time_s / 3600;
+  return Eigen::VectorXd::LinSpaced(n, 0, kRowInterval_h * static_cast<double>(n - 1));
+}
+
 Result<TrainedModel> train_composite(const NormalisedData& data, const TrainingData& raw, compensation::ModelInfo info,
                                      const TrainingSettings& settings, const ResourcePlan& plan,
                                      const TuningProgress& progress, const std::atomic<bool>* stop) {
@@ -167,15 +169,19 @@ Result<TrainedModel> train_composite(const NormalisedData& data, const TrainingD
   const compensation::Normalisation& n = data.constants;
   trained.samples.fitted = trained.samples.fitted.array() * n.target_scale + n.target_shift;
   p->normalisation = n;
-  const std::vector<Eigen::Index> some = thinned(samples.y.size(), kTrustSamples);
+  const std::vector<Eigen::Index> some = thinned(samples.y.size(), kSpreadSamples);
   const CompositeSamples judged = samples.part(some);
   const CompositeFit judged_fit{fit->theta, fit->weight(some)};
+  p->prior = settings.prior;
   p->trust.skill = skill_of(judged, judged_fit);
-  calibrate(judged, judged_fit, p->trust);
+  p->trust.level = level_of(samples, fit->theta);
+  info.spread = calibrated(judged, judged_fit, p->trust.skill);
+  for (double* part : {&info.spread->nuisance_deg_per_h, &info.spread->offset_deg_per_h, &info.spread->noise_deg_per_h})
+    *part *= n.target_scale;
   info.kind = "composite";
   const auto first = compensation::CompositeModel::make(info, *p);
   if (!first) return tl::unexpected<Error>(first.error());
-  p->trust.guard = guard_of(**first, samples, raw);
+  p->trust.guard = guard_of(static_cast<const compensation::CompositeModel&>(**first), samples, raw);
   auto model = compensation::CompositeModel::make(std::move(info), std::move(*p));
   if (!model) return tl::unexpected<Error>(model.error());
   trained.model = std::move(*model);

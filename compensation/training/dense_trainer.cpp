@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT
 // LSSVM and IR-LSSVM with one centre a sample: the paper's models, refined, with their uncertainty.
-#include <algorithm>
 #include <cmath>
 
 #include "compensation/kernel.hpp"
+#include "compensation/training/spread.hpp"
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
 namespace {
 
 constexpr Eigen::Index kRefinedSamples = 4000;
-constexpr double kGuardFactor = 1.5,
-                 kGuardQuantile = 0.99;  // measured in domain tests: separates data from holes 20 to 1
 constexpr double kTrustedWeight = 0.01;  // variances at samples nearly dropped say nothing of the data
 
 double guard_of(const Eigen::VectorXd& fractions, const Eigen::VectorXd& weight) {
@@ -19,28 +17,7 @@ double guard_of(const Eigen::VectorXd& fractions, const Eigen::VectorXd& weight)
   for (Eigen::Index i = 0; i < fractions.size(); ++i) {
     if (weight[i] > kTrustedWeight && fractions[i] > 0) trusted.push_back(fractions[i]);
   }
-  if (trusted.empty()) return 1;
-  const auto at =
-      trusted.begin() + static_cast<std::ptrdiff_t>(kGuardQuantile * static_cast<double>(trusted.size() - 1));
-  std::nth_element(trusted.begin(), at, trusted.end());
-  return kGuardFactor * *at;
-}
-
-// Held-out residuals over their own standard deviations: robustly 1 for an honest model, more for one that does not
-// know its hidden states. The sd is never made smaller than the model says.
-double sd_scale_of(const LssvmFactor& factor, const Folds& folds, double prior) {
-  Eigen::VectorXd variance;
-  const Eigen::VectorXd residual = factor.leave_fold_out(folds, variance);
-  const Eigen::VectorXd ratio = residual.array().abs() / (prior * variance.array()).sqrt();
-  if (!ratio.allFinite()) return 1;
-  return std::clamp(1.483 * median(ratio), 1.0, 100.0);
-}
-
-Folds compacted(const Folds& folds, const std::vector<Eigen::Index>& kept) {
-  std::vector<double> column;
-  for (const Eigen::Index i : kept) column.push_back(folds[static_cast<std::size_t>(i)]);
-  const auto compact = folds_from(column);
-  return compact ? *compact : Folds();
+  return trusted.empty() ? 1 : kGuardFactor * order_statistic(std::move(trusted), kGuardQuantile);
 }
 
 SampleDiagnostics diagnostics_of(const IrlssvmFit& fit, const NormalisedData& data) {
@@ -57,7 +34,8 @@ SampleDiagnostics diagnostics_of(const IrlssvmFit& fit, const NormalisedData& da
 }  // namespace
 
 Result<TrainedModel> train_dense(const NormalisedData& data, compensation::ModelInfo info,
-                                 const TrainingSettings& settings, const Folds& folds, const TuningPoint& point) {
+                                 const TrainingSettings& settings, const std::vector<int>& runs,
+                                 const TuningPoint& point) {
   const Eigen::MatrixXd kernel = compensation::kernel_matrix(data.x, {point.sigma2});
   auto fit = fit_irlssvm(kernel, data.y, point.c, settings.reweight);
   if (!fit) return tl::unexpected<Error>(fit.error());
@@ -66,8 +44,6 @@ Result<TrainedModel> train_dense(const NormalisedData& data, compensation::Model
   compensation::LssvmUncertainty uncertainty;
   uncertainty.prior_variance = std::max(prior, 1e-30);
   uncertainty.guard_fraction = guard_of(fit->factor.variance_fractions(), fit->weight(fit->kept));
-  const Folds inside = compacted(folds, fit->kept);
-  if (!inside.empty()) uncertainty.sd_scale = sd_scale_of(fit->factor, inside, uncertainty.prior_variance);
   if (data.y.size() <= kRefinedSamples) {
     trained.refinement_steps = refine_fit(extended_kernel_matrix(data.x, point.sigma2), point.c, data.y, *fit);
   }
@@ -81,6 +57,9 @@ Result<TrainedModel> train_dense(const NormalisedData& data, compensation::Model
   p.sigma2 = point.sigma2;
   p.normalisation = data.constants;
   p.uncertainty = uncertainty;
+  const double scale = data.constants.target_scale;
+  info.spread =
+      spread_of(hold_out_lssvm(data, fit->weight, runs, point.c, point.sigma2), fit->residual * scale, scale, runs);
   info.kind = settings.reweight.weight.kind == WeightKind::kNone ? "lssvm" : "ir_lssvm";
   auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());

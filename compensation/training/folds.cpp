@@ -58,6 +58,19 @@ Result<Folds> folds_from(const std::vector<double>& column) {
 
 int fold_count(const Folds& folds) { return folds.empty() ? 0 : *std::max_element(folds.begin(), folds.end()) + 1; }
 
+std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most) {
+  const Eigen::Index step = (rows + most - 1) / most;
+  std::vector<Eigen::Index> part;
+  for (Eigen::Index i = 0; i < rows; i += step) part.push_back(i);
+  return part;
+}
+
+std::vector<int> taken(const std::vector<int>& of_rows, const std::vector<Eigen::Index>& rows) {
+  std::vector<int> part;
+  for (const Eigen::Index i : rows) part.push_back(of_rows[static_cast<std::size_t>(i)]);
+  return part;
+}
+
 std::vector<std::vector<Eigen::Index>> fold_members(const Folds& folds) {
   std::vector<std::vector<Eigen::Index>> members(static_cast<std::size_t>(fold_count(folds)));
   for (std::size_t i = 0; i < folds.size(); ++i)

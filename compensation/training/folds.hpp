@@ -24,6 +24,10 @@ Folds blocked_folds(const std::vector<int>& runs, int k);
 Result<Folds> folds_from(const std::vector<double>& column);
 
 int fold_count(const Folds& folds);
+/// Every n-th row, so that no more than `most` are left.
+std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most);
+/// The fold or recording of these rows.
+std::vector<int> taken(const std::vector<int>& of_rows, const std::vector<Eigen::Index>& rows);
 /// Indices of each fold's samples.
 std::vector<std::vector<Eigen::Index>> fold_members(const Folds& folds);
 

@@ -2,10 +2,12 @@
 // The paper's LS and stepwise models (eqs. 21 to 25).
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "compensation/polynomial_model.hpp"
+#include "compensation/training/spread.hpp"
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
@@ -22,6 +24,24 @@ Eigen::MatrixXd columns_of(const TrainingData& data, const TermPowers& terms) {
     }
   }
   return columns;
+}
+
+// The terms as they were chosen, fitted again without each fold.
+HeldOutErrors hold_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y, const std::vector<int>& chosen,
+                       const std::vector<int>& runs) {
+  HeldOutErrors held{y, Eigen::VectorXd::Zero(y.size()), spread_folds(runs)};
+  for (const auto& members : fold_members(held.folds)) {
+    std::vector<Eigen::Index> rest;
+    for (Eigen::Index i = 0; i < y.size(); ++i) {
+      if (!std::binary_search(members.begin(), members.end(), i)) rest.push_back(i);
+    }
+    const auto fit = LinearProblem(columns(rest, Eigen::all), y(rest)).fit(chosen);
+    if (!fit) return {};  // a block alone moved one of the inputs
+    held.error(members).array() -= fit->intercept;
+    for (std::size_t j = 0; j < chosen.size(); ++j)
+      held.error(members) -= columns(members, chosen[j]) * fit->coefficient[static_cast<Eigen::Index>(j)];
+  }
+  return held;
 }
 
 std::vector<compensation::Term> terms_of(const TermPowers& powers, const std::vector<int>& chosen, const LinearFit& fit,
@@ -71,7 +91,7 @@ std::string term_name(const std::vector<int>& powers, const std::vector<std::str
 }
 
 Result<TrainedModel> train_polynomial(const TrainingData& data, compensation::ModelInfo info,
-                                      const TrainingSettings& settings) {
+                                      const TrainingSettings& settings, const std::vector<int>& runs) {
   if (!data.inputs.allFinite() || !data.target.allFinite())
     return refuse("training data", "found a number that is not finite");
   for (const auto& powers : settings.terms) {
@@ -104,6 +124,9 @@ Result<TrainedModel> train_polynomial(const TrainingData& data, compensation::Mo
   }
   trained.samples.weight = Eigen::VectorXd::Ones(data.target.size());
   const std::size_t inputs = data.names.size();
+  const Eigen::VectorXd left = data.target - trained.samples.fitted;
+  const double sd = std::sqrt((data.target.array() - data.target.mean()).square().mean());
+  info.spread = spread_of(hold_out(columns, data.target, chosen, runs), left, sd, runs);
   trained.model = std::make_shared<compensation::PolynomialModel>(
       std::move(info), terms_of(settings.terms, chosen, *trained.linear, inputs), trained.linear->sd());
   return trained;

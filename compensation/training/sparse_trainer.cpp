@@ -8,6 +8,7 @@
 #include "compensation/kernel.hpp"
 #include "compensation/training/dense.hpp"
 #include "compensation/training/low_rank.hpp"
+#include "compensation/training/spread.hpp"
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
@@ -49,16 +50,14 @@ ReweightReport reweight(PrimalLssvm& primal, const ReweightSettings& settings, E
 
 double guard_of(const Eigen::VectorXd& leverages, double c) {
   std::vector<double> values(leverages.begin(), leverages.end());
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return std::max(1e-12, 1.5 * *at / c);
+  return std::max(1e-12, kGuardFactor * order_statistic(std::move(values), kGuardQuantile) / c);
 }
 
 }  // namespace
 
 Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::ModelInfo info,
-                                  const TrainingSettings& settings, const ResourcePlan& plan,
-                                  const TuningPoint& point) {
+                                  const TrainingSettings& settings, const std::vector<int>& runs,
+                                  const ResourcePlan& plan, const TuningPoint& point) {
   const LowRank system = low_rank(data.x, point.sigma2, kAccuracy / point.c, plan.max_rank, settings.seed);
   if (system.phi.size() == 0) return refuse("sparse LSSVM", "the pivots' kernel matrix is not positive definite");
   PrimalLssvm primal(system, data.y, point.c);
@@ -98,6 +97,8 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::Mode
         fmt::format("{} centres leave {:.2g} of the kernel: a wider kernel or more memory would represent it whole", r,
                     system.left));
   }
+  info.spread = spread_of(hold_out_lssvm(data, weight, runs, point.c, point.sigma2), residual * c.target_scale,
+                          c.target_scale, runs);
   info.kind = "sparse_lssvm";
   auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());

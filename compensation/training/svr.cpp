@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "compensation/training/parallel.hpp"
+#include "compensation/training/spread.hpp"
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
@@ -78,6 +79,23 @@ double fold_cost(const NormalisedData& data, const Folds& folds, const TuningPoi
   return total / count * data.constants.target_scale;
 }
 
+HeldOutErrors hold_out(const NormalisedData& data, const std::vector<int>& runs, const TuningPoint& point,
+                       double epsilon) {
+  const std::vector<Eigen::Index> some = thinned(data.y.size(), kSpreadSamples);
+  const Eigen::MatrixXd x = data.x(Eigen::all, some);
+  const Eigen::VectorXd y = data.y(some);
+  HeldOutErrors held{y, Eigen::VectorXd::Zero(y.size()), spread_folds(taken(runs, some))};
+  for (int f = 0; f < fold_count(held.folds); ++f) {
+    const auto inside = samples_of(held.folds, f, false), held_out = samples_of(held.folds, f, true);
+    Rows rows(x, inside), test(x, held_out);
+    const SvmModel model = fit(rows, y(inside), point, epsilon);
+    for (std::size_t i = 0; i < held_out.size(); ++i)
+      held.error[held_out[i]] -= svm_predict(model.get(), test.pointers()[i]);
+  }
+  held.error *= data.constants.target_scale;
+  return held;
+}
+
 TuningResult tune_svr(const NormalisedData& data, const Folds& folds, const TrainingSettings& settings,
                       const TuningProgress& progress, const std::atomic<bool>* stop) {
   TuningResult result;
@@ -105,8 +123,8 @@ TuningResult tune_svr(const NormalisedData& data, const Folds& folds, const Trai
 }  // namespace
 
 Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelInfo info,
-                               const TrainingSettings& settings, const Folds& folds, const TuningProgress& progress,
-                               const std::atomic<bool>* stop) {
+                               const TrainingSettings& settings, const std::vector<int>& runs, const Folds& folds,
+                               const TuningProgress& progress, const std::atomic<bool>* stop) {
   svm_set_print_string_function([](const char*) {});
   if (!(settings.epsilon >= 0))
     return refuse("epsilon", fmt::format("found {}, expected at least 0", settings.epsilon));
@@ -144,6 +162,9 @@ Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelIn
   trained.c = point.c;
   trained.sigma2 = point.sigma2;
   trained.centres = svm->l;
+  const double scale = data.constants.target_scale;
+  const Eigen::VectorXd left = scale * data.y.array() + data.constants.target_shift - trained.samples.fitted.array();
+  info.spread = spread_of(hold_out(data, runs, point, settings.epsilon), left, scale, runs);
   info.kind = "svr";
   auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());

@@ -96,8 +96,11 @@ Result<Method> parse_method(std::string_view name) {
 Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& wanted,
                            const TuningProgress& progress, const std::atomic<bool>* stop) {
   if (auto good = check(data, wanted); !good) return tl::unexpected<Error>(good.error());
+  if (!wanted.siblings.empty()) return train_with_siblings(data, std::move(info), wanted, progress, stop);
   set_domain(data, info);
-  if (!kernels(wanted.method)) return train_polynomial(data, std::move(info), wanted);
+  const std::vector<int> runs =
+      data.runs.empty() ? std::vector<int>(static_cast<std::size_t>(data.target.size()), 0) : data.runs;
+  if (!kernels(wanted.method)) return train_polynomial(data, std::move(info), wanted, runs);
   const auto plan = plan_resources(data.inputs.cols(), data.inputs.rows(), wanted);
   if (!plan) return tl::unexpected<Error>(plan.error());
   const auto normalised = normalise(data.inputs, data.target, wanted.scaling, data.names);
@@ -109,10 +112,9 @@ Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo inf
   }
   settings.folds = static_cast<int>(std::min<Eigen::Index>(wanted.folds, data.target.size()));
   if (settings.method != Method::kIrlssvm) settings.reweight.weight.kind = WeightKind::kNone;
-  const std::vector<int> runs =
-      data.runs.empty() ? std::vector<int>(static_cast<std::size_t>(data.target.size()), 0) : data.runs;
   const Folds folds = folds_of(settings, runs);
-  if (settings.method == Method::kSvr) return train_svr(*normalised, std::move(info), settings, folds, progress, stop);
+  if (settings.method == Method::kSvr)
+    return train_svr(*normalised, std::move(info), settings, runs, folds, progress, stop);
   TuningPoint point;
   std::optional<TuningResult> tuning;
   if (settings.c && settings.sigma2) {
@@ -125,8 +127,8 @@ Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo inf
     tuning = std::move(*found);
   }
   settings.reweight.weight.parameter = point.parameter;
-  auto trained = plan->sparse ? train_sparse(*normalised, std::move(info), settings, *plan, point)
-                              : train_dense(*normalised, std::move(info), settings, folds, point);
+  auto trained = plan->sparse ? train_sparse(*normalised, std::move(info), settings, runs, *plan, point)
+                              : train_dense(*normalised, std::move(info), settings, runs, point);
   if (!trained) return trained;
   trained->c = point.c;
   trained->sigma2 = point.sigma2;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "compensation/model.hpp"
+#include "compensation/sibling_prior.hpp"
 #include "compensation/training/normalise.hpp"
 #include "compensation/training/stepwise.hpp"
 #include "compensation/training/tuning.hpp"
@@ -54,7 +55,9 @@ struct TrainingSettings {
   std::optional<Folds> given_folds;  ///< for kGiven
   std::uint64_t seed = 1;
   int threads = 2;
-  double memory_limit_bytes = 1e9;  ///< what does not fit is refused before it begins
+  std::vector<compensation::ModelPtr> siblings;  ///< kComposite: models of gyros of the same type, none or at least 2
+  std::optional<compensation::SiblingPrior> prior;  ///< what they say; set by train()
+  double memory_limit_bytes = 1e9;                  ///< what does not fit is refused before it begins
 };
 
 /// One row per training sample.
@@ -74,6 +77,7 @@ struct TrainedModel {
   std::optional<LinearFit> linear;         ///< polynomials
   double condition = 0;                    ///< of the design matrix (polynomials)
   SampleDiagnostics samples;
+  std::optional<double> from_siblings;  ///< share of the record's variance that they explain; below 0: they mislead
   int centres = 0;
   int refinement_steps = 0;
   std::vector<std::string> notes;  ///< warnings for people
@@ -93,18 +97,26 @@ Result<ResourcePlan> plan_resources(Eigen::Index samples, Eigen::Index inputs, c
 Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& settings,
                            const TuningProgress& progress = {}, const std::atomic<bool>* stop = nullptr);
 
-// The parts, one file each; `info` is complete but for its id.
+// The parts, one file each; `info` is complete but for its id and spread. `runs`: of each sample.
 Result<TrainedModel> train_polynomial(const TrainingData& data, compensation::ModelInfo info,
-                                      const TrainingSettings& settings);
+                                      const TrainingSettings& settings, const std::vector<int>& runs);
 Result<TrainedModel> train_dense(const NormalisedData& data, compensation::ModelInfo info,
-                                 const TrainingSettings& settings, const Folds& folds, const TuningPoint& point);
+                                 const TrainingSettings& settings, const std::vector<int>& runs,
+                                 const TuningPoint& point);
 Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::ModelInfo info,
-                                  const TrainingSettings& settings, const ResourcePlan& plan, const TuningPoint& point);
+                                  const TrainingSettings& settings, const std::vector<int>& runs,
+                                  const ResourcePlan& plan, const TuningPoint& point);
 Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelInfo info,
-                               const TrainingSettings& settings, const Folds& folds, const TuningProgress& progress,
-                               const std::atomic<bool>* stop);
+                               const TrainingSettings& settings, const std::vector<int>& runs, const Folds& folds,
+                               const TuningProgress& progress, const std::atomic<bool>* stop);
 Result<TrainedModel> train_composite(const NormalisedData& data, const TrainingData& raw, compensation::ModelInfo info,
                                      const TrainingSettings& settings, const ResourcePlan& plan,
                                      const TuningProgress& progress, const std::atomic<bool>* stop);
+
+Result<TrainedModel> train_with_siblings(const TrainingData& data, compensation::ModelInfo info,
+                                         const TrainingSettings& settings, const TuningProgress& progress,
+                                         const std::atomic<bool>* stop);
+/// Hours of each sample; without times the rows are the paper's 100 s apart.
+Eigen::VectorXd time_of(const TrainingData& data);
 
 }  // namespace prism::training

@@ -64,6 +64,12 @@ double median(Eigen::VectorXd values) {
   return (*std::max_element(values.begin(), values.begin() + half) + values[half]) / 2;
 }
 
+double order_statistic(std::vector<double> values, double share) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 double robust_scale(const Eigen::VectorXd& residuals, ScaleKind kind) {
   const double chosen = kind == ScaleKind::kMad ? mad_scale(residuals) : iqr_scale(residuals);
   if (chosen > 0) return chosen;

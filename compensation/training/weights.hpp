@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <string_view>
+#include <vector>
 
 #include "compensation/result.hpp"
 
@@ -42,5 +43,7 @@ double robust_scale(const Eigen::VectorXd& residuals, ScaleKind kind);
 Eigen::VectorXd weights_of(const Eigen::VectorXd& residuals, double scale, const WeightFunction& function);
 
 double median(Eigen::VectorXd values);
+/// An order statistic: the value that `share` (0 to 1) of the values do not pass. Not empty, no NaN.
+double order_statistic(std::vector<double> values, double share);
 
 }  // namespace prism::training

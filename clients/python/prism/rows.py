@@ -28,7 +28,8 @@ class Window:
     slope_degc_per_s: Optional[float]
     mean_uhfo_v: Optional[float]
     bias_deg_per_h: Optional[float]
-    sd_deg_per_h: Optional[float]
+    sd_deg_per_h: Optional[float]  # of the true bias less this one
+    sd_mean_deg_per_h: Optional[float]  # with the noise of the mean rate; None for models of version 0.1
     quality: str
 
     @property
@@ -46,7 +47,8 @@ class Sample:
     temperature_degc: Optional[float]
     uhfo_v: Optional[float]
     bias_deg_per_h: Optional[float]
-    sd_deg_per_h: Optional[float]
+    sd_deg_per_h: Optional[float]  # of the true bias less this one
+    sd_mean_deg_per_h: Optional[float]  # with the noise of the mean rate; None for models of version 0.1
     corrected_deg_per_h: Optional[float]
     quality: str
 

@@ -7,7 +7,6 @@
 #include <numeric>
 
 namespace prism::science {
-namespace {
 
 training::TrainingSettings settings_of(const Contender& contender, std::size_t inputs) {
   training::TrainingSettings settings;
@@ -23,8 +22,6 @@ training::TrainingSettings settings_of(const Contender& contender, std::size_t i
   }
   return settings;
 }
-
-}  // namespace
 
 compensation::ModelPtr trained(const Contender& contender, const training::TrainingData& data) {
   auto model = training::train(data, {}, settings_of(contender, static_cast<std::size_t>(data.inputs.rows())));

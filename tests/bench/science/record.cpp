@@ -56,8 +56,11 @@ class Blocks {
 
 }  // namespace
 
-Record simulate(const drivers::ChamberProfile& profile, const drivers::TruthSettings& truth, std::uint64_t seed) {
+Record simulate(const drivers::ChamberProfile& profile, const drivers::TruthSettings& truth, std::uint64_t seed,
+                std::uint64_t individual) {
   drivers::SimulatedGyro gyro(profile, seed, truth);
+  drivers::RandomSource character(individual, 2);
+  const double scale = individual ? 0.2 * character.normal() : 0, bend = individual ? 0.004 * character.normal() : 0;
   drivers::RandomSource noise(seed, 1);
   Blocks blocks(compensation::FeatureDefinition{},
                 {compensation::kInputTemperature, compensation::kInputSlope, compensation::kInputUhfo});
@@ -70,10 +73,12 @@ Record simulate(const drivers::ChamberProfile& profile, const drivers::TruthSett
     compensation::Bucket bucket;
     bucket.second = second;
     bucket.samples = 1;
-    bucket.rate_deg_per_h = now.bias_deg_per_h + drivers::kRateNoise_deg_per_h_sqrt_s * noise.normal();
+    const double true_bias =
+        now.bias_deg_per_h + scale * now.causes.thermal + bend * std::tanh((now.body_degc - 10) / 25);
+    bucket.rate_deg_per_h = true_bias + drivers::kRateNoise_deg_per_h_sqrt_s * noise.normal();
     bucket.temperature_degc = now.sensor_degc;
     bucket.uhfo_v = now.uhfo_v;
-    bias += now.bias_deg_per_h;
+    bias += true_bias;
     ++seconds;
     const bool whole = seconds >= 100;
     if (!blocks.push(bucket)) continue;

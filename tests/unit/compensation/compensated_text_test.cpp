@@ -24,7 +24,7 @@ CompensatedWindow full_row() {
   window.temperature_degc = 25.01;
   window.slope_degc_per_s = -0.01666667;
   window.uhfo_v = 5.2505;
-  row.correction = {-0.011767, 0.0084, kExtrapolating | kSettling};
+  row.correction = {-0.011767, 0.0084, 0.0102, kExtrapolating | kSettling};
   row.corrected_deg_per_h = 8.4769795;
   row.corrected_mean_deg_per_h = 8.477017;
   return row;
@@ -38,13 +38,13 @@ std::string csv(const CompensatedWindow& row) {
 
 const std::string kFullLine =
     "2026-11-23T09:11:00Z,1795425060,200,3,8.465213,25.03750,5.251000,33,8.465250,25.01000,-0.01666667,5.250500,"
-    "-0.011767,0.008400,8.476980,8.477017,extrapolating+settling,0";
+    "-0.011767,0.008400,8.476980,8.477017,extrapolating+settling,0.010200,0";
 
 TEST(Csv, TheColumnsAreTheFormat) {
   EXPECT_EQ(csv_columns(),
             "time_utc,time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,"
             "mean_temperature_degc,slope_degc_per_s,mean_uhfo_v,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,"
-            "corrected_mean_deg_per_h,quality,partial");
+            "corrected_mean_deg_per_h,quality,sd_mean_deg_per_h,partial");
 }
 
 TEST(Csv, ARowStandsUnderTheEndOfItsSecond) { EXPECT_EQ(csv(full_row()), kFullLine + "\n"); }
@@ -52,7 +52,7 @@ TEST(Csv, ARowStandsUnderTheEndOfItsSecond) { EXPECT_EQ(csv(full_row()), kFullLi
 TEST(Csv, WhatIsUnknownIsAnEmptyField) {
   CompensatedWindow row;
   row.window.bucket.second = -1;
-  EXPECT_EQ(csv(row), "1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,0\n");
+  EXPECT_EQ(csv(row), "1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,0\n");
 }
 
 TEST(Csv, ARowAppendsToWhatIsThere) {
@@ -79,7 +79,7 @@ TEST(Csv, ReadsARowBack) {
 }
 
 TEST(Csv, AnEmptyFieldReadsAsUnknownAndTheWindowAsNotReady) {
-  const auto row = parse_csv("1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,0", "g.csv:7");
+  const auto row = parse_csv("1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,0", "g.csv:7");
   ASSERT_TRUE(row) << row.error().text();
   EXPECT_TRUE(std::isnan(row->window.bucket.rate_deg_per_h));
   EXPECT_TRUE(std::isnan(row->correction.bias_deg_per_h));
@@ -110,7 +110,7 @@ TEST(Csv, RandomRowsComeBackToTheirLastDecimal) {
     row.window.temperature_degc = maybe(100);
     row.window.slope_degc_per_s = maybe(1);
     row.window.uhfo_v = maybe(10);
-    row.correction = {maybe(100), maybe(1), static_cast<std::uint32_t>(random() % 2048)};
+    row.correction = {maybe(100), maybe(1), maybe(1), static_cast<std::uint32_t>(random() % 2048)};
     row.corrected_deg_per_h = maybe(1e6);
     row.corrected_mean_deg_per_h = maybe(1e6);
     const std::string line = csv(row);
@@ -159,9 +159,10 @@ TEST(Csv, EveryBadFieldIsRefusedByItsName) {
       {16, "extrapolating+sett", R"(g.csv:7: column quality: "extrapolating+sett" is not a value)"},
       {16, "good+warming", R"(g.csv:7: column quality: "good+warming" is not a value)"},
       {14, "\n\xff", R"(g.csv:7: column corrected_deg_per_h: "??" is not a value)"},
-      {16, "good,0", R"(g.csv:7: found 19 columns, expected 18)"},
-      {17, "", R"(g.csv:7: column partial: "" is not a value)"},
-      {17, "2", R"(g.csv:7: column partial: "2" is not a value)"},
+      {18, "0,0", R"(g.csv:7: found 20 columns, expected 19)"},
+      {17, "nan", R"(g.csv:7: column sd_mean_deg_per_h: "nan" is not a value)"},
+      {18, "", R"(g.csv:7: column partial: "" is not a value)"},
+      {18, "2", R"(g.csv:7: column partial: "2" is not a value)"},
   };
   // clang-format on
   for (const Row& row : rows) {
@@ -178,13 +179,13 @@ CsvLayout layout_of(const std::string& columns) {
 }
 
 // What version 0.1 wrote ends with the quality.
-TEST(Csv, ALogOfFormat1HasNoPartialSeconds) {
-  const std::string columns(csv_columns().substr(0, csv_columns().rfind(",partial")));
-  const auto row = parse_csv(kFullLine.substr(0, kFullLine.size() - 2), "g.csv:7", layout_of(columns));
+TEST(Csv, ALogOfFormat1HasNoPartialSecondsAndNoNoise) {
+  const std::string columns(csv_columns().substr(0, csv_columns().rfind(",sd_mean")));
+  const auto row = parse_csv(kFullLine.substr(0, kFullLine.rfind(",0.0102")), "g.csv:7", layout_of(columns));
   ASSERT_TRUE(row) << row.error().text();
-  EXPECT_EQ(csv(*row), kFullLine + "\n");
+  EXPECT_EQ(csv(*row), with_field(17, "") + "\n");
   EXPECT_EQ(parse_csv(kFullLine, "g.csv:7", layout_of(columns)).error().text(),
-            "g.csv:7: found 18 columns, expected 17");
+            "g.csv:7: found 19 columns, expected 17");
 }
 
 TEST(Csv, ColumnsAreReadByTheirNamesAndUnknownOnesPassedOver) {
@@ -213,7 +214,7 @@ TEST(Csv, EveryTornRowIsRefused) {
       ASSERT_FALSE(read) << line.substr(0, length);
     }
   }
-  EXPECT_EQ(parse_csv("", "g.csv:7").error().text(), "g.csv:7: found 1 columns, expected 18");
+  EXPECT_EQ(parse_csv("", "g.csv:7").error().text(), "g.csv:7: found 1 columns, expected 19");
 }
 
 TEST(Json, AWindowCarriesItsNumbers) {
@@ -223,7 +224,7 @@ TEST(Json, AWindowCarriesItsNumbers) {
       text,
       R"({"time_s":1795425060,"samples":200,"missing":3,"rate_deg_per_h":8.465213,"mean_rate_deg_per_h":8.465250,)"
       R"("mean_temperature_degc":25.01000,"slope_degc_per_s":-0.01666667,"mean_uhfo_v":5.250500,)"
-      R"("corrected_mean_deg_per_h":8.477017,"bias_deg_per_h":-0.011767,"sd_deg_per_h":0.008400,)"
+      R"("corrected_mean_deg_per_h":8.477017,"bias_deg_per_h":-0.011767,"sd_deg_per_h":0.008400,"sd_mean_deg_per_h":0.010200,)"
       R"("corrected_deg_per_h":8.476980,"quality":"extrapolating+settling"})");
   EXPECT_TRUE(json::accept(text));
 }
@@ -234,7 +235,7 @@ Compensated sample_row(std::int64_t time_ns) {
   row.sample.rate_deg_per_h = 8.5;
   row.sample.temperature_degc = 25;
   row.sample.uhfo_v = 5.25;
-  row.correction = {0.25, 0.001, kGood};
+  row.correction = {0.25, 0.001, 0.0065, kGood};
   row.corrected_deg_per_h = 8.25;
   return row;
 }
@@ -244,7 +245,8 @@ TEST(Json, ASampleCarriesItsNumbers) {
   append_json(text, sample_row(1'795'425'060'012'345'678));
   EXPECT_EQ(text,
             R"({"time_s":1795425060.012345,"rate_deg_per_h":8.500000,"temperature_degc":25.00000,"uhfo_v":5.250000,)"
-            R"("bias_deg_per_h":0.250000,"sd_deg_per_h":0.001000,"corrected_deg_per_h":8.250000,"quality":"good"})");
+            R"("bias_deg_per_h":0.250000,"sd_deg_per_h":0.001000,"sd_mean_deg_per_h":0.006500,)"
+            R"("corrected_deg_per_h":8.250000,"quality":"good"})");
   EXPECT_TRUE(json::accept(text));
 }
 
@@ -275,7 +277,8 @@ TEST(Json, WhatIsUnknownOrInfiniteIsNull) {
   for (const std::string& text : texts) {
     const json read = json::parse(text, nullptr, false);
     ASSERT_FALSE(read.is_discarded()) << text;
-    for (const char* key : {"rate_deg_per_h", "bias_deg_per_h", "sd_deg_per_h", "corrected_deg_per_h"}) {
+    for (const char* key :
+         {"rate_deg_per_h", "bias_deg_per_h", "sd_deg_per_h", "sd_mean_deg_per_h", "corrected_deg_per_h"}) {
       EXPECT_TRUE(read.at(key).is_null()) << key << " in " << text;
     }
     EXPECT_EQ(read.at("quality"), "no_model");

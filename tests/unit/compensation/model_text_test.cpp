@@ -59,7 +59,7 @@ const Damage kDamages[] = {
      R"(m.json:/id: found "3b5d", but the content gives "3b5d2cf2e79d...": it was changed or damaged)"},
     {[](json& f) { f.erase("id"); }, R"(m.json: "id" is missing)"},
     {[](json& f) { f["extra"] = 1; },
-     R"(m.json:/extra: unknown key in line 1; expected one of features, format, gyro, id, inputs, kind, name, provenance, sd_deg_per_h, table, terms, version)"},
+     R"(m.json:/extra: unknown key in line 1; expected one of features, format, gyro, id, inputs, kind, name, provenance, sd_deg_per_h, spread, table, terms, version)"},
     {[](json& f) { f["features"]["extra"] = 1; }, 
      R"(m.json:/features/extra: unknown key in line 1; expected one of end_mean_s, lag_time_constants_s, length_s, max_gap_s, slope)"},
     {[](json& f) { f["inputs"][1]["extra"] = 1; }, 

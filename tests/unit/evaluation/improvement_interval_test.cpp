@@ -88,6 +88,27 @@ TEST(ImprovementInterval, BlocksAreAsLongAsTheSeriesRemembers) {
   EXPECT_EQ(bootstrap_block(std::vector<double>(100, 1.0)), 1u);
 }
 
+// Truth first: recordings whose ratio scatters by 12 % about 0.5.
+TEST(ImprovementInterval, OfSeveralRecordingsHoldsTheNextOne) {
+  std::mt19937_64 random(8);
+  std::normal_distribution<double> normal;
+  const auto next = [&] { return 1 - 0.5 * std::exp(0.12 * normal(random)); };
+  int held = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    const std::vector<double> seen = {next(), next(), next(), next()};
+    const auto interval = next_of_several(seen, "four");
+    ASSERT_TRUE(interval);
+    const double further = next();
+    held += further >= interval->low && further <= interval->high;
+  }
+  EXPECT_GE(held, 366);  // 380 expected, 1 sigma 4.4
+  EXPECT_LE(held, 394);
+  EXPECT_EQ(next_of_several(std::vector{0.5, 0.6}, "two").error().text(),
+            "two: found 2 recordings, expected 3 or more: two do not tell a spread");
+  EXPECT_FALSE(next_of_several(std::vector{0.5, 0.6, 1.0}, "one"));
+  EXPECT_FALSE(next_of_several(std::vector{0.5, 0.6, std::nan("")}, "none"));
+}
+
 TEST(ImprovementInterval, RefusesWhatHasNone) {
   const std::vector<double> few(19, 1.0), still(30, 1.0);
   std::vector<double> moving(30), holed(30);

@@ -147,7 +147,7 @@ TEST(CompositeTrainer, CountsTheDriftInItsStandardDeviation) {
   ASSERT_TRUE(still && drifting);
   const std::vector<double> at = {10, 5.5};
   const auto a = still->model->predict(at), b = drifting->model->predict(at);
-  EXPECT_GT(b.sd_deg_per_h, 3 * a.sd_deg_per_h);
+  EXPECT_GT(b.sd_deg_per_h * b.sd_deg_per_h - a.sd_deg_per_h * a.sd_deg_per_h, 0.004 * 0.004);
   EXPECT_GT(judged(*drifting->model).second, 0.9);
   EXPECT_NEAR(std::hypot(a.sd_deg_per_h, 0.001), a.sd_mean_deg_per_h, 2e-4);
 }

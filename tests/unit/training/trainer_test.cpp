@@ -102,7 +102,7 @@ TEST(Trainer, LongRecordsBecomeSparseModelsThatPredictAlike) {
   const compensation::Prediction near = sparse->model->predict(std::vector{0.0, 5.5}),
                                  far = sparse->model->predict(std::vector{0.0, 7.5});
   EXPECT_GT(near.sd_deg_per_h, 0);
-  EXPECT_GT(far.sd_deg_per_h, 10 * near.sd_deg_per_h);
+  EXPECT_GT(far.sd_deg_per_h, 1.5 * near.sd_deg_per_h);
   EXPECT_TRUE(far.extrapolating);
   const auto read = compensation::parse_model(compensation::format_model(*sparse->model), "sparse.json");
   ASSERT_TRUE(read) << read.error().text();
@@ -119,7 +119,7 @@ TEST(Trainer, SupportVectorsFindTheDriftToo) {
   EXPECT_LT(trained->centres, 300);
   EXPECT_EQ(trained->model->predict(std::vector{0.0, 5.5}).bias_deg_per_h,
             trained->model->predict(std::vector{0.0, 5.5}).bias_deg_per_h);
-  EXPECT_TRUE(std::isnan(trained->model->predict(std::vector{0.0, 5.5}).sd_deg_per_h));
+  EXPECT_GT(trained->model->predict(std::vector{0.0, 5.5}).sd_deg_per_h, 0);
 }
 
 TEST(Trainer, StepwiseFindsTheTermsThatWerePutIn) {

@@ -71,7 +71,7 @@ Result<int> run(const CvChoice& choice) {
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
   if (settings->method != training::Method::kLssvm && settings->method != training::Method::kIrlssvm) {
-    return refuse("--method", fmt::format("found \"{}\", expected lssvm or ir-lssvm", choice.method.method));
+    return refuse("--method", fmt::format("found \"{}\", expected lssvm or ir-lssvm", method_name_of(choice.method)));
   }
   if (!settings->c || !settings->sigma2) return refuse("--c and --sigma2", "found one or none of them, expected both");
   const auto problem = read_problem(choice, *settings);

@@ -61,6 +61,21 @@ report::Section recording_section(const analysis::EvaluatedRecording& recording,
   return section;
 }
 
+/// What the recordings together say of further ones; nothing where they are fewer than three.
+std::optional<report::Section> together_section(const std::vector<Case>& cases) {
+  std::vector<double> improvements;
+  for (const Case& c : cases) {
+    if (const auto& improvement = c.evaluation.stability.improvement) improvements.push_back(*improvement);
+  }
+  const auto next = evaluation::next_of_several(improvements, "");
+  if (!next) return std::nullopt;
+  const std::string text = fmt::format(
+      "Over {} recordings the bias stability improves by {:.1f} % (geometric mean of what is left). 95 % of further "
+      "recordings like these: {} %; the spread from recording to recording is measured here, not assumed.",
+      improvements.size(), 100 * next->value, analysis::interval_text(*next));
+  return report::Section{"together", "All recordings together", {report::Paragraph{text, report::Emphasis::kNone}}};
+}
+
 /// Every table of the report on the terminal.
 void print_tables(const report::Report& report) {
   if (!report.warning.empty()) fmt::print("{}\n\n", report.warning);
@@ -111,6 +126,7 @@ Result<Judgement> judge_recordings(const EvaluateChoice& choice) {
   for (const Case& c : cases) all.emplace_back("evaluated", &c.loaded);
   if (training) all.emplace_back("training", &*training);
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
+  if (auto together = together_section(cases)) report.sections.push_back(std::move(*together));
   Judgement judgement;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1), &cases[i].loaded.table,

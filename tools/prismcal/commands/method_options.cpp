@@ -18,9 +18,10 @@ std::atomic<bool> bar_drawn{false};
 }  // namespace
 
 void add_method_options(CLI::App& command, MethodOptions& o) {
-  command.add_option("--method", o.method, "composite, ls, stepwise, lssvm, ir-lssvm or svr")
-      ->check(CLI::IsMember({"composite", "ls", "stepwise", "lssvm", "ir-lssvm", "svr"}))
-      ->capture_default_str();
+  command
+      .add_option("--method", o.method,
+                  "composite (default), ls, stepwise, lssvm, ir-lssvm (default with --c, --sigma2 or --tune) or svr")
+      ->check(CLI::IsMember({"composite", "ls", "stepwise", "lssvm", "ir-lssvm", "svr"}));
   command.add_option("--weight", o.weight, "composite, ir-lssvm: huber, hampel, logistic or myriad (default)")
       ->check(CLI::IsMember({"huber", "hampel", "logistic", "myriad"}));
   command.add_option("--c", o.c, "regularisation, normalised units; with --sigma2: nothing is tuned")
@@ -31,9 +32,8 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
   command.add_option("--epsilon", o.epsilon, "svr: half width of the tube, in sd of the target")
       ->check(tools::not_negative())
       ->capture_default_str();
-  command.add_option("--tune", o.tune, "blocked (folds), shuffled (folds), loo or reml")
-      ->check(CLI::IsMember({"blocked", "shuffled", "loo", "reml"}))
-      ->capture_default_str();
+  command.add_option("--tune", o.tune, "lssvm, ir-lssvm, svr: blocked (folds; default), shuffled (folds), loo or reml")
+      ->check(CLI::IsMember({"blocked", "shuffled", "loo", "reml"}));
   command.add_option("--folds", o.folds, "how many")->check(CLI::Range(2, 1000000))->capture_default_str();
   command.add_option("--reweight", o.reweight, "1 (the paper) or converge")
       ->check(CLI::IsMember({"1", "converge"}))
@@ -63,17 +63,22 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
   command.add_flag("--quiet", o.quiet, "no progress on stderr");
 }
 
+std::string method_name_of(const MethodOptions& options) {
+  if (!options.method.empty()) return options.method;
+  return options.c || options.sigma2 || !options.tune.empty() ? "ir-lssvm" : "composite";
+}
+
 Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
   training::TrainingSettings s;
-  s.method = *training::parse_method(o.method);
+  s.method = *training::parse_method(method_name_of(o));
   const bool composite = s.method == training::Method::kComposite;
-  if (composite && (o.c || o.sigma2))
-    return refuse("--method", "found composite with --c or --sigma2, which belong to lssvm, ir-lssvm and svr");
+  if (composite && (o.c || o.sigma2 || !o.tune.empty()))
+    return refuse("--method", "found composite with --c, --sigma2 or --tune, which belong to lssvm, ir-lssvm and svr");
   if (s.method == training::Method::kIrlssvm || composite) {
     s.reweight.weight.kind = *training::parse_weight(o.weight.empty() ? "myriad" : o.weight);
   } else if (!o.weight.empty()) {
     return refuse("--weight", fmt::format("found \"{}\" with --method {}, expected it with composite or ir-lssvm",
-                                          o.weight, o.method));
+                                          o.weight, method_name_of(o)));
   }
   if (o.beta && s.reweight.weight.kind != training::WeightKind::kHuber)
     return refuse("--beta", "belongs to --weight huber");
@@ -89,7 +94,7 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
   s.c = o.c;
   s.sigma2 = o.sigma2;
   s.epsilon = o.epsilon;
-  s.tuning = training::tuning_by_name(o.tune);
+  s.tuning = training::tuning_by_name(o.tune.empty() ? "blocked" : o.tune);
   s.folds = o.folds;
   s.seed = o.seed;
   s.threads = o.threads;

@@ -13,7 +13,8 @@
 namespace prism::commands {
 
 struct MethodOptions {
-  std::string method = "ir-lssvm", weight, tune = "blocked", reweight = "converge", scale = "mad", normalise = "zscore";
+  std::string method, tune;  ///< empty: method_name_of(), blocked
+  std::string weight, reweight = "converge", scale = "mad", normalise = "zscore";
   std::optional<double> c, sigma2, beta, delta;
   double epsilon = 0.1, hampel_floor = 1e-7;
   int folds = 10, threads = 2;
@@ -25,6 +26,10 @@ struct MethodOptions {
 };
 
 void add_method_options(CLI::App& command, MethodOptions& options);
+
+/// The method that is asked for; without one the composite kernel, or ir-lssvm where c, sigma2 or a tuning is given, as
+/// version 0.1 took it.
+std::string method_name_of(const MethodOptions& options);
 
 /// Options → settings, polynomial terms apart. Refuses combinations without a meaning.
 Result<training::TrainingSettings> settings_of(const MethodOptions& options);

@@ -92,10 +92,35 @@ void add_composite(ordered_json& json, const training::TrainedModel& trained) {
                        {"noise", v.noise}};
   json["length_squared"] = std::vector<double>(v.kernel.length2.begin(), v.kernel.length2.end());
   json["skill"] = p.trust.skill;
-  json["sd_factor"] = p.trust.sd_factor;
-  json["sd_blocks"] = p.trust.sd_blocks;
   json["centres"] = trained.centres;
   json["reweighting"] = {{"solves", trained.reweight->solves}, {"converged", trained.reweight->converged}};
+}
+
+ordered_json prior_json(const training::TrainedModel& trained) {
+  const auto& prior = *static_cast<const compensation::CompositeModel&>(*trained.model).parameters().prior;
+  ordered_json ids = ordered_json::array();
+  for (const compensation::ModelPtr& sibling : prior.models) ids.push_back(sibling->info().id);
+  return {{"scale", prior.scale}, {"explained", *trained.from_siblings}, {"models", std::move(ids)}};
+}
+
+ordered_json spread_json(const std::optional<compensation::Spread>& spread) {
+  if (!spread) return nullptr;
+  return {{"nuisance_deg_per_h", spread->nuisance_deg_per_h},
+          {"offset_deg_per_h", spread->offset_deg_per_h},
+          {"noise_deg_per_h", spread->noise_deg_per_h},
+          {"factor", spread->factor},
+          {"blocks", spread->blocks},
+          {"samples", spread->samples}};
+}
+
+std::string spread_text(const std::optional<compensation::Spread>& spread) {
+  if (!spread) return "  too short a record to say how far another run lies from this model\n";
+  const std::string judged = spread->blocks > 0
+                                 ? fmt::format("{} held-out parts, {} samples", spread->blocks, spread->samples)
+                                 : std::string("its own likelihood");
+  return fmt::format(
+      "  another run: nuisance {:.3g}, offset {:.3g}, noise of a mean {:.3g} deg/h, all times {:.2f} (by {})\n",
+      spread->nuisance_deg_per_h, spread->offset_deg_per_h, spread->noise_deg_per_h, spread->factor, judged);
 }
 
 std::string composite_text(const training::TrainedModel& trained) {
@@ -156,6 +181,8 @@ ordered_json summary_json(const training::TrainedModel& trained, const training:
   } else {
     trained.linear ? add_polynomial(json, trained, settings, names) : add_kernel(json, trained, settings);
   }
+  json["spread"] = spread_json(trained.model->info().spread);
+  if (trained.from_siblings) json["prior"] = prior_json(trained);
   json["warnings"] = trained.notes;
   json["id"] = trained.model->info().id;
   return json;
@@ -201,6 +228,12 @@ std::string summary_text(const training::TrainedModel& trained, const training::
       text += fmt::format("  {} re-weightings, scale {:.4g} (normalised), {} samples dropped\n",
                           trained.reweight->solves, trained.reweight->scale, trained.reweight->dropped);
     }
+  }
+  text += spread_text(trained.model->info().spread);
+  if (trained.from_siblings) {
+    const auto& prior = *static_cast<const compensation::CompositeModel&>(*trained.model).parameters().prior;
+    text += fmt::format("  {} siblings, scale {:.3g}: they explain {:.0f} % of the variance of this record\n",
+                        prior.models.size(), prior.scale, 100 * *trained.from_siblings);
   }
   for (const std::string& note : trained.notes) text += "  note: " + note + "\n";
   return text;

@@ -16,6 +16,7 @@
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
+#include "tools/prismcal/commands/siblings.hpp"
 #include "tools/prismcal/commands/training_run.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/report/text_forms.hpp"
@@ -130,6 +131,11 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::at
       choice.name.empty() ? fmt::format("{} {}", training::method_name(settings->method), choice.inputs) : choice.name;
   info.gyro_serial = choice.serial.empty() ? set->serial : choice.serial;
   info.features = set->features;
+  if (!choice.prior.empty()) {
+    auto siblings = read_siblings(choice.prior, info.gyro_serial);
+    if (!siblings) return tl::unexpected<Error>(siblings.error());
+    settings->siblings = std::move(*siblings);
+  }
   auto trained = training::train(set->data, std::move(info), *settings, progress_bar(choice.method.quiet),
                                  stop ? stop() : nullptr);
   end_progress();
@@ -148,6 +154,7 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
   command.add_option("--inputs", choice.inputs, "T, dTdt, U, lag1, lag2, …")->capture_default_str();
   command.add_option("--serial", choice.serial, "of the gyro (default: what the recordings say)");
   command.add_option("--name", choice.name, "of the model, for people");
+  command.add_option("--prior", choice.prior, "composite: folder of models of gyros of the same type, at least two");
   command.add_flag("--force", choice.force, "train although the data-quality check refuses a recording");
   add_training_set_options(command, choice.recordings);
   add_method_options(command, choice.method);
@@ -165,7 +172,8 @@ void add_train_command(CLI::App& app, int& code) {
                        "prismcal train cycle1.pcap cycle2.pcap --config gyro.json --method stepwise --out model.json",
                        "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "
                        "--no-earth-rate --inputs T,dTdt --out model.json",
-                       "prismcal train logs/ --hold-out blocks:600 --out model.json"});
+                       "prismcal train logs/ --hold-out blocks:600 --out model.json",
+                       "prismcal train four-hours.csv --prior models/ --out model.json"});
   command->callback([choice, &code] {
     const auto done = run(*choice);
     code = done ? *done : failed(done.error());

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+// A short record with the models of gyros of the same type: they say the shape, the record its scale and the rest.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compensation/extrapolation.hpp"
+#include "compensation/training/composite_system.hpp"
+#include "compensation/training/trainer.hpp"
+
+namespace prism::training {
+namespace {
+
+constexpr double kScaleSpread = 0.3;  // of one gyro's drift to another's of the same type, beforehand
+constexpr Eigen::Index kScaleSamples = 1000;
+
+Result<void> check(const TrainingData& data, const compensation::ModelInfo& info, const TrainingSettings& settings) {
+  if (settings.method != Method::kComposite)
+    return refuse("prior", fmt::format("found method {}, expected composite", method_name(settings.method)));
+  if (settings.siblings.size() < 2)
+    return refuse("prior", fmt::format("found {} models, expected at least 2 siblings", settings.siblings.size()));
+  for (const compensation::ModelPtr& sibling : settings.siblings) {
+    const compensation::ModelInfo& other = sibling->info();
+    const std::string who = fmt::format("prior, model {:.12} of {}", other.id, other.gyro_serial);
+    if (other.inputs != data.names)
+      return refuse(
+          who, fmt::format("found inputs {}, expected {}", fmt::join(other.inputs, ","), fmt::join(data.names, ",")));
+    if (other.features != info.features || other.table != info.table)
+      return refuse(who, "has other features: window, slope or lags");
+    if (other.domain.min.empty()) return refuse(who, "states no ranges of its inputs");
+  }
+  return {};
+}
+
+compensation::SiblingPrior prior_of(const TrainingData& data, const std::vector<compensation::ModelPtr>& siblings) {
+  compensation::SiblingPrior prior{1, siblings, {}};
+  for (const compensation::ModelPtr& sibling : siblings) {
+    double sum = 0;
+    for (Eigen::Index i = 0; i < data.inputs.cols(); ++i) {
+      const Eigen::VectorXd x = data.inputs.col(i);
+      sum += sibling->bias_deg_per_h(
+          compensation::nearest_in_box(*sibling, {x.data(), static_cast<std::size_t>(x.size())}));
+    }
+    prior.levels.push_back(sum / static_cast<double>(data.inputs.cols()));
+  }
+  return prior;
+}
+
+Eigen::VectorXd said(const compensation::SiblingPrior& prior, const Eigen::MatrixXd& inputs) {
+  Eigen::VectorXd mean(inputs.cols());
+  for (Eigen::Index i = 0; i < inputs.cols(); ++i) {
+    const Eigen::VectorXd x = inputs.col(i);
+    mean[i] = prior.at({x.data(), static_cast<std::size_t>(x.size())}).mean_deg_per_h;
+  }
+  return mean;
+}
+
+// Generalised least squares for y = beta + scale · m + f + n + e with a normal prior about 1 of scale: with P = C⁻¹
+// less its level, (mᵀP(y − m)) / (mᵀPm + 1/spread²), C as the first training found it.
+double scale_of(const TrainingData& data, const Eigen::VectorXd& m, const TrainedModel& first) {
+  const auto& p = static_cast<const compensation::CompositeModel&>(*first.model).parameters();
+  const std::vector<Eigen::Index> some = thinned(m.size(), kScaleSamples);
+  const double scale = p.normalisation.target_scale;
+  CompositeSamples samples{normalised_inputs(data.inputs(Eigen::all, some), p.normalisation),
+                           (data.target(some) - m(some)) / scale, time_of(data)(some),
+                           data.runs.empty() ? std::vector<int>(some.size(), 0) : taken(data.runs, some), 1};
+  const Eigen::VectorXd theta = composite_theta(p.variances, p.variances.offset > 0);
+  const Eigen::VectorXd weight = first.samples.weight(some);
+  const auto own = CompositeSystem::make(samples, theta, weight);
+  samples.y = m(some) / scale;
+  const auto theirs = CompositeSystem::make(samples, theta, weight);
+  if (!own || !theirs) return 1;
+  const double information = samples.y.dot(theirs->alpha()) + 1 / (kScaleSpread * kScaleSpread);
+  return std::clamp(1 + samples.y.dot(own->alpha()) / information, 0.1, 10.0);
+}
+
+}  // namespace
+
+Result<TrainedModel> train_with_siblings(const TrainingData& data, compensation::ModelInfo info,
+                                         const TrainingSettings& wanted, const TuningProgress& progress,
+                                         const std::atomic<bool>* stop) {
+  if (auto good = check(data, info, wanted); !good) return tl::unexpected<Error>(good.error());
+  TrainingSettings settings = wanted;
+  settings.siblings.clear();
+  settings.prior = prior_of(data, wanted.siblings);
+  const Eigen::VectorXd m = said(*settings.prior, data.inputs);
+  TrainingData rest = data;
+  rest.target = data.target - m;
+  auto trained = train(rest, info, settings, progress, stop);
+  if (!trained) return trained;
+  settings.prior->scale = scale_of(data, m, *trained);
+  rest.target = data.target - settings.prior->scale * m;
+  trained = train(rest, std::move(info), settings, progress, stop);
+  if (!trained) return trained;
+  trained->samples.fitted += settings.prior->scale * m;
+  const auto square = [](const Eigen::VectorXd& v) { return (v.array() - v.mean()).square().sum(); };
+  const double moved = square(data.target);
+  trained->from_siblings = moved > 0 ? 1 - square(rest.target) / moved : 0;
+  return trained;
+}
+
+}  // namespace prism::training

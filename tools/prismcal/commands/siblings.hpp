@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// The models of gyros of the same type, for `prismcal train --prior FOLDER`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "compensation/model.hpp"
+#include "compensation/result.hpp"
+
+namespace prism::commands {
+
+/// Every .json of the folder, by name, but the models bound to `own_serial` (where that is not empty). Refuses a folder
+/// that cannot be read, one of its files that is no model, and fewer than two that are left.
+Result<std::vector<compensation::ModelPtr>> read_siblings(const std::string& folder, const std::string& own_serial);
+
+}  // namespace prism::commands
