@@ -46,7 +46,7 @@ Prediction stated(Prediction prediction, const Knowledge& known, double w) {
 
 Prediction shrunk(Prediction prediction) {
   if (!prediction.knowledge) return prediction;
-  constexpr double kNoSkill = 0.25, kFullSkill = 0.4, kFreeExcess = 0.15, kExcessWeight = 20;
+  constexpr double kNoSkill = 0.1, kFullSkill = 0.6, kFreeExcess = 0.15, kExcessWeight = 20;
   const Knowledge k = *prediction.knowledge;
   const double e = std::pow(std::max(k.excess - kFreeExcess, 0.0), 2);
   const double believed = std::clamp((k.skill - kNoSkill) / (kFullSkill - kNoSkill), 0.0, 1.0);

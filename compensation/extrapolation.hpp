@@ -31,7 +31,7 @@ Prediction predict_within(const Model& model, std::span<const double> inputs, Ex
 /// The point of the training box next to the inputs; the inputs themselves where the model states no box.
 std::vector<double> nearest_in_box(const Model& model, std::span<const double> inputs);
 
-/// p = mean + w (f − mean), w = g / (1 + v/var_y + 20 e), e = max(o − 0.15, 0)², g = min(max((r − 0.25)/0.15, 0), 1),
+/// p = mean + w (f − mean), w = g / (1 + v/var_y + 20 e), e = max(o − 0.15, 0)², g = min(max((r − 0.1)/0.5, 0), 1),
 /// and its standard deviations. A prediction without Knowledge stays as it is.
 Prediction shrunk(Prediction prediction);
 

@@ -51,8 +51,9 @@ std::optional<HeldOut> hold_out(const CompositeSamples& samples, const Composite
   return held;
 }
 
-// r = 1 − Σ(y − prediction)² / Σ(y − mean of the other half)², each half of the record predicted by the other: the
-// worse of both, for it is not known which half the next record will be like.
+// r = 1 − Σ ω (y − prediction)² / Σ ω (y − mean of the other half)², each half of the record predicted by the other:
+// the worse of both, for it is not known which half the next record will be like. ω = 1 / (1 + v/var_y)²: where a half
+// says that it does not know it cannot contradict the other.
 double skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
   Folds halves(samples.recording.size(), 0);
   for (std::size_t i = halves.size() / 2; i < halves.size(); ++i) halves[i] = 1;
@@ -60,7 +61,8 @@ double skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
   if (!held) return 0;
   double worst = 1;
   for (const auto& half : fold_members(halves)) {
-    const Eigen::ArrayXd y = samples.y(half), v = fit.weight(half);
+    const Eigen::ArrayXd y = samples.y(half), knows = (1 + held->variance(half).array()).inverse();
+    const Eigen::ArrayXd v = fit.weight(half).array() * knows.square();
     const double missed = (v * (y - held->mean(half).array()).square()).sum(),
                  moved = (v * (y - held->level(half).array()).square()).sum();
     worst = std::min(worst, moved > 0 ? 1 - missed / moved : 0);

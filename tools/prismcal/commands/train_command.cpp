@@ -167,12 +167,13 @@ void add_train_command(CLI::App& app, int& code) {
       ->required();
   command->add_option("--out", choice->out, "model file to write")->required();
   add_train_options(*command, *choice);
+  constexpr const char* kForeign =
+      "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "
+      "--no-earth-rate --inputs T,dTdt --out model.json";
   tools::add_examples(*command,
                       {"prismcal train logs/ --inputs T,dTdt,U --out model.json",
                        "prismcal train cycle1.pcap cycle2.pcap --config gyro.json --method stepwise --out model.json",
-                       "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "
-                       "--no-earth-rate --inputs T,dTdt --out model.json",
-                       "prismcal train logs/ --hold-out blocks:600 --out model.json",
+                       kForeign, "prismcal train logs/ --hold-out blocks:600 --out model.json",
                        "prismcal train four-hours.csv --prior models/ --out model.json"});
   command->callback([choice, &code] {
     const auto done = run(*choice);
