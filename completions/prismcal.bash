@@ -3,7 +3,7 @@
 _prismcal() {
   local word words command= current=${COMP_WORDS[COMP_CWORD]}
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-    case $word in train|fit|cv|predict|evaluate|compare|report|allan|convert|verify) command=$word && break ;; esac
+    case $word in train|fit|cv|predict|evaluate|compare|report|allan|convert|verify|campaign) command=$word && break ;; esac
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
     'train --slope') words='difference least_squares' ;;
@@ -20,6 +20,7 @@ _prismcal() {
     'allan --grid') words='octave decade dense' ;;
     'allan --estimator') words='overlapping non-overlapping' ;;
     'convert --frames') words=$(for file in ./frames/*.json /etc/prism/frames/*.json /usr/share/prism/frames/*.json ${PRISM_DATA-.}/frames/*.json; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done) ;;
+    'campaign --engine') words='local print' ;;
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
@@ -33,7 +34,8 @@ _prismcal() {
     allan) words='-h --help --column --unit --time --interval --grid --estimator --confidence --json' ;;
     convert) words='-h --help --out --frames --map --interval --config' ;;
     verify) words='-h --help --repair --json' ;;
-    *) words='-h --help --version train fit cv predict evaluate compare report allan convert verify' ;;
+    campaign) words='-h --help --plan --status --task --engine --jobs --memory' ;;
+    *) words='-h --help --version train fit cv predict evaluate compare report allan convert verify campaign' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
   [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()

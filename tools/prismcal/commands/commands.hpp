@@ -23,6 +23,8 @@ void add_report_command(CLI::App& app, int& code);    ///< the paper's whole exp
 void add_allan_command(CLI::App& app, int& code);     ///< the Allan deviation of a recorded rate
 void add_convert_command(CLI::App& app, int& code);   ///< a recording as a capture
 void add_verify_command(CLI::App& app, int& code);    ///< what of prism's files is whole; clean copies
+/// All of it for hundreds of gyros, on cores or a cluster; `argv`: what the program was called with, to begin it again.
+void add_campaign_command(CLI::App& app, int& code, char** argv);
 
 /// "prismcal: …" on stderr, behind the end of a progress line; exit code 1.
 int failed(const Error& error);

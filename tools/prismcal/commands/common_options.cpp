@@ -176,7 +176,7 @@ Result<void> write_report(const report::Report& report, const CommonOptions& opt
   for (const auto& [name, text] : report::csv_files(report)) {
     if (auto done = config::write_text_file((folder / "tables" / name).string(), text); !done) return done;
   }
-  fmt::print(stderr, "report: {}\n", (folder / "report.html").string());
+  if (!options.quiet) fmt::print(stderr, "report: {}\n", (folder / "report.html").string());
   return {};
 }
 

@@ -24,6 +24,7 @@ struct CommonOptions {
   bool simulated = false;
   bool any_gyro = false;
   bool json = false;
+  bool quiet = false;  ///< do not say where the report stands
 };
 
 void add_common_options(CLI::App& command, CommonOptions& options);

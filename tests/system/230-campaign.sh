@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+# A campaign on this machine's cores: each gyro with each model, a gyro without a thermometer refused in one line, a task
+# killed and done again, what stands left alone, a changed recording made anew and nothing else.
+. "$(dirname "$0")/lib.sh"
+PATH=$PRISM_BIN/tools/prismcal:$PATH
+. "$(dirname "$0")/lot.sh"
+cd "$dir"
+
+gyro lot S1 1
+gyro lot S2 2
+gyro lot S3 3
+without_thermometer lot/S3
+campaign_file lot.json lot
+tasks() { ls lot.campaign/tasks; }
+sums() { (cd lot.campaign/tasks && find . -type f ! -name times.json | sort | xargs sha256sum); }
+
+prismcal campaign lot.json --plan >plan.out 2>plan.err || fail "plan"
+contains "the plan" "$(tail -1 plan.out)" "6 tasks of 3 gyros, 6 to do: about 0.0"
+code=0; prismcal campaign missing.json --plan >out 2>missing.err || code=$?
+same "exit code of a file that is not there" "$code" 1
+sed 's/"method"/"methd"/' lot.json >wrong.json
+code=0; prismcal campaign wrong.json --plan >out 2>wrong.out || code=$?
+same "exit code of an option that there is not" "$code" 1
+contains "what it says" "$(cat wrong.out)" "wrong.json:/models/"
+
+# Killed: what stands then stays, the rest is done by the same command.
+start run prismcal campaign lot.json --jobs 1
+wait_for 30 sh -c 'ls lot.campaign/tasks | grep -q .'
+kill -9 "$pid"; wait "$pid" 2>/dev/null || true
+sums >before
+prismcal campaign lot.json 2>run.err || fail "the second run"
+same "tasks that stand" "$(tasks | wc -l)" 6
+sums >after
+diff <(grep -Ff before after) before >/dev/null || fail "a task that stood was done again"
+[ -z "$(ls -A lot.campaign/tasks | grep '^\.')" ] || fail "left unfinished: $(ls -A lot.campaign/tasks)"
+
+prismcal campaign lot.json --status >status.out || fail "status: $(cat status.out)"
+contains "status" "$(head -1 status.out)" "6 of 6 tasks done, 0 running, 0 failed, 0 waiting"
+same "refused" "$(grep -c '^refused: S3 z, ' status.out)" 2
+for id in $(tasks); do
+  if [ "$(jq -r .serial "lot.campaign/tasks/$id/result.json")" = S3 ]; then continue; fi
+  same "the model's gyro" "$(jq -r .gyro.serial "lot.campaign/tasks/$id/model.json")" \
+    "$(jq -r .serial "lot.campaign/tasks/$id/result.json")"
+  [ -s "lot.campaign/tasks/$id/report/report.html" ] || fail "no report of $id"
+done
+
+# The same model as by hand, but for the name that the campaign gives it.
+id=$(jq -r 'select(.serial == "S1" and .model == "stepwise").task' lot.campaign/tasks/*/result.json)
+prismcal train lot/S1/cycle1 --method stepwise --name stepwise --threads 1 --quiet --out hand.json >/dev/null
+same "the model" "$(jq -Sc 'del(.provenance)' "lot.campaign/tasks/$id/model.json")" "$(jq -Sc 'del(.provenance)' hand.json)"
+
+# A changed input: exactly its own tasks.
+sleep 2.1
+prismcal campaign lot.json --plan >plan.out
+contains "nothing to do" "$(tail -1 plan.out)" ", 0 to do"
+rm -r lot/S2; gyro lot S2 22
+prismcal campaign lot.json --engine print >print.out
+same "tasks of the changed gyro" "$(wc -l <print.out)" 2
+sh -e print.out || fail "the printed commands"
+same "tasks" "$(tasks | wc -l)" 8
+prismcal campaign lot.json --engine print >print.out
+same "nothing is left" "$(wc -l <print.out)" 0
+
+# An input that goes between plan and task is a failure with its line, tried again.
+sed 's/"name": "lot"/"name": "other"/' lot.json >other.json
+prismcal campaign other.json --engine print >print.out
+mv lot/S1/cycle2 kept
+code=0; sh -c "$(grep "$(awk -F'\t' '$2 == "S1 z" {print $1; exit}' other.campaign/plan.tsv)" print.out)" 2>gone.out || code=$?
+same "exit code without the input" "$code" 1
+code=0; prismcal campaign other.json --status >status.out || code=$?
+same "exit code of a status with a failure" "$code" 1
+contains "the failure" "$(cat status.out)" "failed: S1 z, kernel: "
+mv kept lot/S1/cycle2
+prismcal campaign other.json 2>other.err || fail "the run after a failure"
+
+# A level that is forced is the one that computes; Ctrl-C leaves what stands.
+sed 's/"name": "lot"/"level": "baseline", "name": "third"/' lot.json >third.json
+start third prismcal campaign third.json --jobs 1
+wait_for 30 sh -c 'ls third.campaign/tasks | grep -q .'
+kill -INT "$pid"
+code=0; wait "$pid" || code=$?
+same "exit code after Ctrl-C ($(cat third.err))" "$code" 130
+[ -z "$(ls -A third.campaign/tasks | grep '^\.')" ] || fail "left unfinished by Ctrl-C"
+prismcal campaign third.json 2>third.err
+same "levels" "$(jq -r .level third.campaign/tasks/*/result.json | sort -u)" baseline

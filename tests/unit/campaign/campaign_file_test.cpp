@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+// A campaign's file: read strictly, and its schema says the same.
+#include "tools/prismcal/campaign/campaign_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/schema_validator.hpp"
+#include "tests/support/shared_files.hpp"
+
+namespace prism::campaign {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using TestJson = test::SchemaValidator::Json;
+const std::filesystem::path kSource = PRISM_SOURCE_DIR;
+
+// Every key once.
+constexpr const char* kWhole = R"({
+  "$schema": "campaign.schema.json", "name": "lot", "asked_by": "J. Smith",
+  "recordings": [{"role": "train", "paths": "lot/*/a"}, {"role": "repeat", "paths": ["lot/*/b", "/x/c"]}],
+  "models": {"kernel": {"method": "ir-lssvm", "folds": 10, "no-earth-rate": true, "force": false, "lag": [600, 1800]}},
+  "judging": {"max-bias": 50},
+  "limits": {"data_quality": {"verdict": "pass", "findings": {"disturbed": {"max": 0.05}}},
+             "repeat": {"improvement_percent": {"min": 30}}, "other": {"rms_deg_per_h": {"max": 1}}},
+  "level": "x86-64-v3", "output": {"folder": "out", "reports": false}, "previous": "old",
+  "slurm": {"options": ["--time=1:00:00"]}
+})";
+
+TestJson load(const std::filesystem::path& path) { return TestJson::parse(test::read_file(path), nullptr, true, true); }
+bool accepts(const TestJson& json) { return parse_campaign(json.dump(), "/lab/lot.json").has_value(); }
+std::string said(const std::string& pointer, const TestJson& value) {
+  TestJson json = TestJson::parse(kWhole);
+  json[TestJson::json_pointer(pointer)] = value;
+  const auto file = parse_campaign(json.dump(), "/lab/lot.json");
+  return file ? "accepted" : file.error().text();
+}
+
+TEST(CampaignFile, IsReadWithPathsBesideItself) {
+  const CampaignFile file = parse_campaign(kWhole, "/lab/lot.json").value();
+  EXPECT_EQ(file.name, "lot");
+  EXPECT_THAT(file.recordings.at(1).patterns, ElementsAre("/lab/lot/*/b", "/x/c"));
+  EXPECT_EQ(file.recordings.at(1).role, Role::kRepeat);
+  EXPECT_THAT(file.models.at(0).words,
+              ElementsAre("--method=ir-lssvm", "--folds=10", "--no-earth-rate", "--lag=600,1800"));
+  EXPECT_THAT(file.judging, ElementsAre("--max-bias=50"));
+  EXPECT_FALSE(file.limits.warnings_pass);
+  EXPECT_EQ(file.limits.findings.at(0).max, 0.05);
+  EXPECT_EQ(file.limits.repeat.at(0).min, 30);
+  EXPECT_EQ(file.limits.other.at(0).quantity, "rms_deg_per_h");
+  EXPECT_EQ(file.level, "x86-64-v3");
+  EXPECT_EQ(file.folder, "/lab/out");
+  EXPECT_EQ(file.previous, "/lab/old");
+  EXPECT_FALSE(file.reports);
+  EXPECT_THAT(file.slurm_options, ElementsAre("--time=1:00:00"));
+}
+
+TEST(CampaignFile, HasPresetsForWhatItDoesNotSay) {
+  const CampaignFile file = parse_campaign(R"({"models": {"m": {}}, "recordings": [{"role": "train", "paths": "a"},
+                                               {"role": "repeat", "paths": "b"}]})",
+                                           "/lab/winter.json")
+                                .value();
+  EXPECT_EQ(file.name, "winter");
+  EXPECT_EQ(file.folder, "/lab/winter.campaign");
+  EXPECT_EQ(file.level, "native");
+  EXPECT_TRUE(file.reports);
+  EXPECT_TRUE(file.limits.warnings_pass);
+  EXPECT_TRUE(file.models.at(0).words.empty());
+}
+
+TEST(CampaignFile, IsRefusedWithThePlace) {
+  EXPECT_THAT(said("/modles", 1), HasSubstr("modles"));
+  EXPECT_THAT(said("/recordings", TestJson::array({{{"role", "train"}, {"paths", "a"}}})), HasSubstr("role repeat"));
+  EXPECT_THAT(said("/recordings/0/role", "teach"), HasSubstr("/recordings/0/role"));
+  EXPECT_THAT(said("/models", TestJson::object()), HasSubstr("/models: found none"));
+  EXPECT_THAT(said("/models/kernel/lag", TestJson::array()), HasSubstr("/models/kernel/lag: found []"));
+  EXPECT_THAT(said("/limits/repeat/improvement", TestJson{{"min", 1}}), HasSubstr("no such quantity"));
+  EXPECT_THAT(said("/limits/data_quality/findings/noice", TestJson{{"min", 1}}), HasSubstr("no such finding"));
+  EXPECT_THAT(said("/limits/data_quality/findings/noise", TestJson::object()), HasSubstr("neither min nor max"));
+  EXPECT_THAT(said("/level", "avx"), HasSubstr("/level"));
+  EXPECT_THAT(parse_campaign("{", "/lab/lot.json").error().text(), HasSubstr("/lab/lot.json:1"));
+}
+
+TEST(CampaignSchema, TakesWhatTheReaderTakes) {
+  const test::SchemaValidator validator(load(kSource / "config/campaign.schema.json"));
+  for (const TestJson& json : {TestJson::parse(kWhole), load(kSource / "config/examples/campaign.json")}) {
+    EXPECT_TRUE(validator.accepts(json));
+    EXPECT_TRUE(accepts(json)) << parse_campaign(json.dump(), "x").error().text();
+  }
+}
+
+void walk(const TestJson& json, const TestJson::json_pointer& at,
+          const std::function<void(const TestJson::json_pointer&)>& visit) {
+  if (!at.empty()) visit(at);
+  if (!json.is_object()) return;
+  for (const auto& [key, value] : json.items()) walk(value, at / key, visit);
+}
+
+// Every value in turn becomes one of every type, and every object gets a key too many.
+TEST(CampaignSchema, TakesAndRefusesTheFormsThatTheReaderDoes) {
+  const test::SchemaValidator validator(load(kSource / "config/campaign.schema.json"));
+  const TestJson whole = TestJson::parse(kWhole);
+  const TestJson wrongs =
+      TestJson::array({nullptr, -1, 3, 0.25, "7", true, TestJson::array({nullptr}), TestJson{{"what", nullptr}}});
+  int refused = 0;
+  walk(whole, TestJson::json_pointer(), [&](const TestJson::json_pointer& at) {
+    if (at.to_string() == "/$schema") return;
+    for (const TestJson& wrong : wrongs) {
+      TestJson changed = whole;
+      changed[at] = wrong;
+      const bool read = accepts(changed);
+      refused += !read;
+      EXPECT_FALSE(read && !validator.accepts(changed)) << at.to_string() << " = " << wrong.dump();
+    }
+    if (!whole.at(at).is_object() || at.to_string().starts_with("/models") || at.to_string() == "/judging") return;
+    TestJson more = whole;
+    more[at]["a key too many"] = 1;
+    EXPECT_FALSE(accepts(more)) << at.to_string();
+    EXPECT_FALSE(validator.accepts(more)) << at.to_string();
+  });
+  EXPECT_GT(refused, 100);
+}
+
+}  // namespace
+}  // namespace prism::campaign

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// A lot of gyros as files, and work that takes no time, for the tests of campaigns.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/temporary_folder.hpp"
+#include "tools/prismcal/campaign/task_run.hpp"
+
+namespace prism::test {
+
+/// Logs that nobody reads but for their metadata.
+class Lot {
+ public:
+  void log(const std::string& name, const std::string& serial, const std::string& rows = "1\n") const {
+    const std::filesystem::path path = folder_.file(name);
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream(path) << "# prism 0.2.0 data log, format 2\n# instance: g\n# gyro_serial: " << serial
+                        << "\n# axis: z\n"
+                        << rows;
+    // As if it had been there for an hour: a cache does not trust what has just changed.
+    std::filesystem::last_write_time(path, std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+  }
+  void gyro(const std::string& serial) const {
+    log(serial + "/cycle1.csv", serial);
+    log(serial + "/cycle2.csv", serial, "2\n");
+  }
+  std::string path(const std::string& name) const { return folder_.file(name); }
+  campaign::CampaignFile file() const {
+    return campaign::parse_campaign(R"({"recordings": [{"role": "train", "paths": "*/cycle1.csv"},
+                                                       {"role": "repeat", "paths": "*/cycle2.csv"}],
+                                        "models": {"a": {"folds": 5}, "b": {}}, "output": {"folder": "out"}})",
+                                    path("lot.json"))
+        .value();
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+inline campaign::Work quick_work() {
+  campaign::Work work;
+  work.version = "1";
+  work.level = "baseline";
+  work.check = [](const campaign::CampaignFile&) { return Result<void>(); };
+  work.cost = [](const campaign::Task&, std::uint64_t training_s, std::uint64_t) -> Result<campaign::Cost> {
+    return campaign::Cost{static_cast<double>(training_s), 10};
+  };
+  work.run = [](const campaign::Task& task, const std::string& folder) -> Result<Json> {
+    std::ofstream(folder + "/model.json") << task.model.name;
+    return Json{{"outcome", "trained"}};
+  };
+  return work;
+}
+
+}  // namespace prism::test

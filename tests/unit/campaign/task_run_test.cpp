@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+// A task stands whole or not at all, is done once, and a failure is kept with its one line.
+#include "tools/prismcal/campaign/task_run.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/campaign/lot.hpp"
+#include "tools/prismcal/campaign/engines.hpp"
+#include "tools/prismcal/campaign/progress.hpp"
+
+namespace prism::campaign {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class TaskOfALot : public testing::Test {
+ protected:
+  TaskOfALot() {
+    lot_.gyro("S1");
+    EXPECT_TRUE(store_.create());
+    InputCache cache(store_.file("inputs.cache"));
+    plan_ = make_plan(lot_.file(), work_, cache).value();
+    EXPECT_TRUE(store_.write_plan(plan_));
+    task_ = plan_.tasks.at(0);
+  }
+
+  std::size_t unfinished() const {
+    return static_cast<std::size_t>(
+        std::count_if(fs::directory_iterator(store_.file("tasks")), fs::directory_iterator(),
+                      [](const auto& entry) { return entry.path().filename().string().starts_with("."); }));
+  }
+
+  test::Lot lot_;
+  Work work_ = test::quick_work();
+  Store store_{lot_.path("out")};
+  Plan plan_;
+  Task task_;
+};
+
+TEST_F(TaskOfALot, StandsInAFolderOfItsName) {
+  ASSERT_TRUE(run_task(store_, task_, work_));
+  EXPECT_TRUE(store_.stands(task_.id));
+  for (const char* name : {"model.json", "result.json", "task.json", "times.json"})
+    EXPECT_TRUE(fs::exists(store_.task_folder(task_.id) + "/" + name)) << name;
+  EXPECT_EQ(unfinished(), 0u);
+  EXPECT_EQ(read_status(store_)->done, 1u);
+  EXPECT_EQ(read_status(store_)->waiting, 1u);
+}
+
+TEST_F(TaskOfALot, IsNotDoneAgainWhereItStands) {
+  int runs = 0;
+  const auto run = work_.run;
+  work_.run = [&](const Task& task, const std::string& folder) { return ++runs, run(task, folder); };
+  ASSERT_TRUE(run_task(store_, task_, work_));
+  ASSERT_TRUE(run_task(store_, task_, work_));
+  EXPECT_EQ(runs, 1);
+  EXPECT_EQ(tasks_to_do(store_, store_.read_plan().value()).size(), 1u);
+}
+
+// Two engines that begin one task at a time: the first stands, the second goes without a word.
+TEST_F(TaskOfALot, TwoOfOneTaskAreOne) {
+  const auto run = work_.run;
+  work_.run = [&](const Task& task, const std::string& folder) {
+    if (auto other = store_.begin_task(task.id + ".x"); other) {
+      std::ofstream(*other + "/first") << "x";
+      EXPECT_TRUE(store_.publish_task(*other, task.id));
+    }
+    return run(task, folder);
+  };
+  ASSERT_TRUE(run_task(store_, task_, work_));
+  EXPECT_TRUE(fs::exists(store_.task_folder(task_.id) + "/first"));
+  EXPECT_EQ(unfinished(), 0u);
+}
+
+TEST_F(TaskOfALot, AFailureIsKeptAndTriedAgain) {
+  work_.run = [](const Task&, const std::string&) -> Result<Json> { return refuse("disk", "is full"); };
+  EXPECT_FALSE(run_task(store_, task_, work_));
+  EXPECT_FALSE(run_task(store_, task_, work_));
+  EXPECT_FALSE(store_.stands(task_.id));
+  EXPECT_EQ(unfinished(), 0u);
+  auto status = read_status(store_).value();
+  ASSERT_EQ(status.failed.size(), 1u);
+  EXPECT_EQ(status.failed[0].why, "disk: is full (2 times)");
+  ASSERT_TRUE(run_task(store_, task_, test::quick_work()));
+  EXPECT_TRUE(read_status(store_)->failed.empty());
+}
+
+TEST_F(TaskOfALot, ARefusalOfTheGyroIsAResult) {
+  work_.run = [](const Task&, const std::string&) -> Result<Json> {
+    return Json{{"outcome", "refused"}, {"why", "no thermometer"}};
+  };
+  ASSERT_TRUE(run_task(store_, task_, work_));
+  const auto status = read_status(store_).value();
+  EXPECT_EQ(status.done, 1u);
+  ASSERT_EQ(status.refused.size(), 1u);
+  EXPECT_EQ(status.refused[0].why, "no thermometer");
+}
+
+TEST_F(TaskOfALot, DoesNotTakeInputsThatChangedSinceThePlan) {
+  lot_.log("S1/cycle1.csv", "S1", "9\n");
+  EXPECT_THAT(run_task(store_, task_, work_).error().text(), HasSubstr("plan again"));
+  EXPECT_FALSE(store_.stands(task_.id));
+}
+
+TEST_F(TaskOfALot, OutOfMemoryIsAFailureOfTheMachine) {
+  work_.run = [](const Task&, const std::string&) -> Result<Json> { throw std::bad_alloc(); };
+  EXPECT_THAT(run_task(store_, task_, work_).error().text(), HasSubstr("out of memory"));
+  EXPECT_EQ(read_status(store_)->failed.size(), 1u);
+}
+
+TEST_F(TaskOfALot, WhatAKilledProcessLeftIsSweptAway) {
+  const auto mine = store_.begin_task(task_.id).value();
+  char host[256] = {};
+  gethostname(host, sizeof host - 1);
+  fs::create_directories(store_.file(fmt::format("tasks/.{}.{}.999999999", task_.id, host)));
+  store_.sweep();
+  EXPECT_EQ(unfinished(), 1u);  // this process lives
+  EXPECT_TRUE(fs::exists(mine));
+}
+
+TEST(TaskCommand, IsQuotedForAShell) {
+  CampaignFile file;
+  file.path = "/lab/it's lot.json";
+  EXPECT_EQ(task_command(file, {"/usr/bin/prismcal", 0, 0}, "ab12"),
+            "/usr/bin/prismcal campaign '/lab/it'\\''s lot.json' --task ab12");
+}
+
+TEST(DurationText, IsForPeople) {
+  EXPECT_EQ(duration_text(12.2), "12 s");
+  EXPECT_EQ(duration_text(125), "2 min 05 s");
+  EXPECT_EQ(duration_text(36000 + 300), "10 h 05 min");
+}
+
+}  // namespace
+}  // namespace prism::campaign

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/campaign/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "compensation/json_section.hpp"
+#include "compensation/sha256.hpp"
+
+namespace prism::campaign {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kIdChars = 32;
+
+using Gyros = std::map<std::pair<std::string, std::string>, std::vector<TaskInput>>;
+
+std::string last_name(const std::string& path) {
+  const fs::path name(path);
+  return (name.has_filename() ? name : name.parent_path()).filename().string();
+}
+
+std::string id_of(const Task& task) {
+  Json json = {{"version", task.version},   {"level", task.level},     {"serial", task.serial}, {"axis", task.axis},
+               {"model", task.model.words}, {"judging", task.judging}, {"report", task.report}};
+  for (const TaskInput& input : task.inputs) {
+    Json files = Json::array();
+    for (const InputFile& file : input.files) files.push_back({last_name(file.path), file.sha256});
+    json["inputs"].push_back({role_name(input.role), last_name(input.path), files});
+  }
+  return sha256_hex(json.dump()).substr(0, kIdChars);
+}
+
+std::uint64_t seconds_of(const Task& task, Role role) {
+  std::uint64_t lines = 0;
+  for (const TaskInput& input : task.inputs) {
+    if (input.role != role) continue;
+    for (const InputFile& file : input.files) lines += file.path.ends_with(".index") ? 0 : file.lines;
+  }
+  return lines;
+}
+
+/// What the files of one recording say together; refused where they are of two gyros or say no serial number.
+Result<std::pair<std::string, std::string>> owner_of(const TaskInput& input) {
+  std::set<std::pair<std::string, std::string>> owners;
+  for (const InputFile& file : input.files) {
+    if (!file.path.ends_with(".index")) owners.emplace(file.serial, file.axis);
+  }
+  if (owners.empty()) return refuse(input.path, "holds no log of prismd");
+  if (owners.size() > 1) return refuse(input.path, "found logs of several gyros or axes, expected those of one");
+  if (owners.begin()->first.empty())
+    return refuse(input.path, "its log names no gyro_serial, expected one: the model is bound to it");
+  return *owners.begin();
+}
+
+Result<void> add_recording(Role role, const std::string& path, InputCache& cache, Gyros& gyros, Plan& plan) {
+  TaskInput input{role, path, {}};
+  for (const std::string& name : files_of_recording(path)) {
+    auto file = cache.describe(name);
+    if (!file) return tl::unexpected<Error>(file.error());
+    input.files.push_back(std::move(*file));
+  }
+  const auto owner = owner_of(input);
+  if (!owner) {
+    plan.left_out.push_back({path, owner.error().what});
+    return {};
+  }
+  gyros[*owner].push_back(std::move(input));
+  return {};
+}
+
+Result<Gyros> find_gyros(const CampaignFile& file, InputCache& cache, Plan& plan) {
+  Gyros gyros;
+  for (const RecordingPattern& recording : file.recordings) {
+    for (const std::string& pattern : recording.patterns) {
+      const auto paths = paths_of_pattern(pattern);
+      if (paths.empty()) return refuse(pattern, "fits no file, expected one or more recordings");
+      for (const std::string& path : paths) {
+        if (auto done = add_recording(recording.role, path, cache, gyros, plan); !done)
+          return tl::unexpected<Error>(done.error());
+      }
+    }
+  }
+  return gyros;
+}
+
+std::string lacking(const std::vector<TaskInput>& inputs) {
+  for (const Role role : {Role::kTrain, Role::kRepeat}) {
+    if (std::none_of(inputs.begin(), inputs.end(), [role](const TaskInput& input) { return input.role == role; }))
+      return fmt::format("found no recording of the role {}, expected one or more", role_name(role));
+  }
+  return {};
+}
+
+Result<void> add_tasks(const CampaignFile& file, const Work& work, const Task& gyro, Plan& plan) {
+  for (const ModelChoice& model : file.models) {
+    Task task = gyro;
+    task.model = model;
+    task.id = id_of(task);
+    const auto cost = work.cost(task, seconds_of(task, Role::kTrain),
+                                seconds_of(task, Role::kRepeat) + seconds_of(task, Role::kOther));
+    if (!cost) return refuse(task.gyro(), fmt::format("model {}: {}", model.name, cost.error().text()));
+    task.cpu_s = cost->cpu_s;
+    task.memory_mb = cost->memory_mb;
+    plan.tasks.push_back(std::move(task));
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<std::string> Task::paths(Role role) const {
+  std::vector<std::string> found;
+  for (const TaskInput& input : inputs) {
+    if (input.role == role) found.push_back(input.path);
+  }
+  return found;
+}
+
+double Plan::cpu_s() const {
+  double sum = 0;
+  for (const Task& task : tasks) sum += task.cpu_s;
+  return sum;
+}
+
+Result<Plan> make_plan(const CampaignFile& file, const Work& work, InputCache& cache) {
+  if (auto good = work.check(file); !good) return tl::unexpected<Error>(good.error());
+  Plan plan;
+  auto gyros = find_gyros(file, cache, plan);
+  if (!gyros) return tl::unexpected<Error>(gyros.error());
+  for (auto& [owner, inputs] : *gyros) {
+    Task task;
+    task.serial = owner.first;
+    task.axis = owner.second;
+    if (const std::string lack = lacking(inputs); !lack.empty()) {
+      plan.left_out.push_back({task.gyro(), lack});
+      continue;
+    }
+    // By role, then in the order of the file: the same campaign makes the same tasks.
+    std::stable_sort(inputs.begin(), inputs.end(),
+                     [](const TaskInput& a, const TaskInput& b) { return a.role < b.role; });
+    task.inputs = std::move(inputs);
+    task.judging = file.judging;
+    task.report = file.reports;
+    task.version = work.version;
+    task.level = file.level == "native" ? work.level : file.level;
+    ++plan.gyros;
+    if (auto done = add_tasks(file, work, task, plan); !done) return tl::unexpected<Error>(done.error());
+  }
+  if (plan.tasks.empty())
+    return refuse(file.path,
+                  plan.left_out.empty()
+                      ? std::string("found no gyro, expected one or more")
+                      : fmt::format("found no gyro with all it takes, expected one or more; the first of {}: {}: {}",
+                                    plan.left_out.size(), plan.left_out[0].what, plan.left_out[0].why));
+  return plan;
+}
+
+Json task_json(const Task& task) {
+  Json json = {{"id", task.id},
+               {"serial", task.serial},
+               {"axis", task.axis},
+               {"model", task.model.name},
+               {"train", task.model.words},
+               {"judging", task.judging},
+               {"version", task.version},
+               {"level", task.level},
+               {"report", task.report}};
+  for (const TaskInput& input : task.inputs) {
+    Json files = Json::array();
+    for (const InputFile& file : input.files) files.push_back({{"path", file.path}, {"sha256", file.sha256}});
+    json["inputs"].push_back({{"role", role_name(input.role)}, {"path", input.path}, {"files", files}});
+  }
+  return json;
+}
+
+Result<Task> parse_task(std::string_view text, const std::string& where) {
+  const auto document = parse_json_object(text, where);
+  if (!document) return tl::unexpected<Error>(document.error());
+  const Section root(*document);
+  const auto list = [&](const std::string& key) {
+    std::vector<std::string> words;
+    for (const Json& word : root.any(key)) words.push_back(word.is_string() ? word.get<std::string>() : word.dump());
+    return words;
+  };
+  Task task;
+  task.id = root.text("id");
+  task.serial = root.text("serial");
+  task.axis = root.text("axis");
+  task.model = {root.text("model"), list("train")};
+  task.judging = list("judging");
+  task.version = root.text("version");
+  task.level = root.text("level");
+  task.report = root.boolean("report");
+  for (const Section& section : root.objects("inputs")) {
+    TaskInput input{static_cast<Role>(section.choice("role", kRoleNames)), section.text("path"), {}};
+    for (const Section& file : section.objects("files"))
+      input.files.push_back({file.text("path"), file.text("sha256"), {}, {}, 0, 0});
+    task.inputs.push_back(std::move(input));
+  }
+  if (auto done = root.finish(); !done) return tl::unexpected<Error>(done.error());
+  return task;
+}
+
+}  // namespace prism::campaign

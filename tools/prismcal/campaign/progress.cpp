@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/campaign/progress.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace prism::campaign {
+
+Result<Status> read_status(const Store& store, bool refusals) {
+  const auto plan = store.read_plan();
+  if (!plan) return tl::unexpected<Error>(plan.error());
+  const auto standing = store.standing();
+  const auto failures = store.failures();
+  const auto running = store.running();
+  Status status;
+  status.tasks = plan->size();
+  status.left_out = store.read_left_out();
+  for (const PlannedTask& task : *plan) {
+    status.cpu_s += task.cpu_s;
+    if (standing.contains(task.id)) {
+      ++status.done;
+      status.done_cpu_s += task.cpu_s;
+      std::string why = refusals ? store.refusal(task.id) : std::string();
+      if (!why.empty()) status.refused.push_back({task.gyro, task.model, std::move(why)});
+    } else if (running.contains(task.id)) {
+      ++status.running;
+    } else if (const auto failed = failures.find(task.id); failed != failures.end()) {
+      status.failed.push_back({task.gyro, task.model,
+                               failed->second.attempts > 1
+                                   ? fmt::format("{} ({} times)", failed->second.why, failed->second.attempts)
+                                   : failed->second.why});
+    } else {
+      ++status.waiting;
+    }
+  }
+  return status;
+}
+
+std::string duration_text(double s) {
+  const auto whole = static_cast<long>(s + 0.5);
+  if (whole < 100) return fmt::format("{} s", whole);
+  if (whole < 5400) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+  return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+}
+
+Progress::Progress(std::size_t tasks, std::size_t done, double to_do_cpu_s)
+    : tasks_(tasks), to_do_cpu_s_(to_do_cpu_s), terminal_(::isatty(STDERR_FILENO) != 0) {
+  show(done, 0, 0, 0);
+}
+
+Progress::~Progress() {
+  if (drawn_) fmt::print(stderr, "\n");
+}
+
+void Progress::show(std::size_t done, std::size_t running, std::size_t failed, double done_cpu_s) {
+  if (!terminal_) return;
+  constexpr std::size_t kWidth = 30;
+  const std::size_t filled = tasks_ > 0 ? kWidth * std::min(done, tasks_) / tasks_ : kWidth;
+  const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  const std::string left =
+      done_cpu_s > 0 ? duration_text(elapsed_s * std::max(0.0, to_do_cpu_s_ - done_cpu_s) / done_cpu_s) + " left" : "";
+  fmt::print(stderr, "\r[{:#<{}}{:{}}] {} of {} done, {} running{} {:<20}", "", filled, "", kWidth - filled, done,
+             tasks_, running, failed > 0 ? fmt::format(", {} failed", failed) : "", left);
+  std::fflush(stderr);
+  drawn_ = true;
+}
+
+void Progress::say(const std::string& line) { fmt::print(stderr, "{}prismcal: {}\n", drawn_ ? "\r\033[K" : "", line); }
+
+}  // namespace prism::campaign

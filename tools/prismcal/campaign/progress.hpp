@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// How far a campaign is, for people: counts, time left, a bar on a terminal.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "tools/prismcal/campaign/store.hpp"
+
+namespace prism::campaign {
+
+struct TaskLine {
+  std::string gyro, model, why;
+};
+
+struct Status {
+  std::size_t tasks = 0, done = 0, running = 0, waiting = 0;
+  double cpu_s = 0, done_cpu_s = 0;  ///< as planned
+  std::vector<TaskLine> refused;     ///< done: the training refused them, and says why
+  std::vector<TaskLine> failed;      ///< to be tried again
+  std::vector<LeftOutInput> left_out;
+};
+
+/// Reads the store; `refusals` false leaves `refused` empty. Refused: no plan.
+Result<Status> read_status(const Store& store, bool refusals = true);
+
+/// "2 h 05 min", "12 s".
+std::string duration_text(double s);
+
+/// The bar of a run: a line that is drawn again on a terminal, nothing elsewhere but what ends it.
+class Progress {
+ public:
+  Progress(std::size_t tasks, std::size_t done, double to_do_cpu_s);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void show(std::size_t done, std::size_t running, std::size_t failed, double done_cpu_s);
+  /// A line above the bar, on stderr.
+  void say(const std::string& line);
+
+ private:
+  std::size_t tasks_;
+  double to_do_cpu_s_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  bool terminal_, drawn_ = false;
+};
+
+}  // namespace prism::campaign

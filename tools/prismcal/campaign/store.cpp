@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/campaign/store.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "config/text_file.hpp"
+#include "tools/prismcal/recordings/csv_lines.hpp"
+
+namespace prism::campaign {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kRunningFor_s = 30;
+constexpr long kOldUnfinished_s = 86400;
+
+std::string host_name() {
+  char name[256] = {};
+  return ::gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
+}
+
+void each_name(const std::string& folder, const std::function<void(const std::string&)>& visit) {
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+    visit(at->path().filename().string());
+}
+
+/// The disk has what stands in the folder, and its names.
+Result<void> sync(const std::string& path) {
+  const int opened = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (opened < 0) return refuse(path, std::strerror(errno));
+  const int failed = ::fsync(opened) == 0 ? 0 : errno;
+  ::close(opened);
+  if (failed != 0) return refuse(path, std::strerror(failed));
+  return {};
+}
+
+long age_s(const std::string& path) {
+  struct stat found {};
+  return ::stat(path.c_str(), &found) == 0 ? ::time(nullptr) - found.st_mtim.tv_sec : -1;
+}
+
+/// False of a zombie, too, which has no command line any more.
+bool lives(const std::string& pid) {
+  char first = 0;
+  return !!std::ifstream("/proc/" + pid + "/cmdline").get(first);
+}
+
+/// A field of a table by tabs.
+std::string plain(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\t' || c == '\n' || c == '"'; }, ' ');
+  return text;
+}
+
+std::optional<Failure> read_failure(const std::string& path) {
+  Failure failure;
+  std::ifstream in(path);
+  if (!(in >> failure.attempts && in.ignore(1) && std::getline(in, failure.why))) return std::nullopt;
+  return failure;
+}
+
+}  // namespace
+
+Result<void> Store::create() const {
+  std::error_code error;
+  for (const char* name : {"tasks", "failed", "running"}) {
+    fs::create_directories(file(name), error);
+    if (error) return refuse(file(name), error.message());
+  }
+  return {};
+}
+
+Result<void> Store::write_plan(const Plan& plan) const {
+  std::string table = "task\tgyro\tmodel\tcpu_s\tmemory_mb\n", tasks, left_out;
+  for (const Task& task : plan.tasks) {
+    table += fmt::format("{}\t{}\t{}\t{:.4g}\t{:.4g}\n", task.id, plain(task.gyro()), plain(task.model.name),
+                         task.cpu_s, task.memory_mb);
+    tasks += task_json(task).dump() + "\n";
+  }
+  for (const LeftOutInput& input : plan.left_out) left_out += plain(input.what) + "\t" + plain(input.why) + "\n";
+  for (const auto& [name, text] : {std::pair{"tasks.jsonl", tasks}, {"left_out.tsv", left_out}, {"plan.tsv", table}}) {
+    if (auto done = config::write_text_file(file(name), text); !done) return done;
+  }
+  return {};
+}
+
+Result<std::vector<PlannedTask>> Store::read_plan() const {
+  std::ifstream in(file("plan.tsv"));
+  if (!in) return refuse(file("plan.tsv"), "no plan yet, expected one: `prismcal campaign FILE --plan` makes it");
+  std::vector<PlannedTask> tasks;
+  std::string line;
+  std::getline(in, line);
+  while (std::getline(in, line)) {
+    const auto fields = recordings::csv_fields(line, '\t');
+    if (fields.size() != 5) return refuse(file("plan.tsv"), fmt::format("found \"{}\", expected five fields", line));
+    tasks.push_back({fields[0], fields[1], fields[2], std::strtod(fields[3].c_str(), nullptr),
+                     std::strtod(fields[4].c_str(), nullptr)});
+  }
+  return tasks;
+}
+
+std::vector<LeftOutInput> Store::read_left_out() const {
+  std::ifstream in(file("left_out.tsv"));
+  std::vector<LeftOutInput> left_out;
+  for (std::string line; std::getline(in, line);) {
+    const auto fields = recordings::csv_fields(line, '\t');
+    if (fields.size() == 2) left_out.push_back({fields[0], fields[1]});
+  }
+  return left_out;
+}
+
+Result<Task> Store::read_task(const std::string& id) const {
+  std::ifstream in(file("tasks.jsonl"));
+  const std::string begin = "{\"id\":\"" + id + "\"";
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with(begin)) return parse_task(line, file("tasks.jsonl"));
+  }
+  return refuse(id, fmt::format("is no task of {}: planned anew since?", file("tasks.jsonl")));
+}
+
+bool Store::stands(const std::string& id) const { return ::access(task_folder(id).c_str(), F_OK) == 0; }
+
+std::unordered_set<std::string> Store::standing() const {
+  std::unordered_set<std::string> ids;
+  each_name(file("tasks"), [&](const std::string& name) {
+    if (!name.starts_with(".")) ids.insert(name);
+  });
+  return ids;
+}
+
+std::unordered_map<std::string, Failure> Store::failures() const {
+  std::unordered_map<std::string, Failure> failures;
+  each_name(file("failed"), [&](const std::string& name) {
+    if (name.starts_with(".") || name.ends_with(".new")) return;
+    if (auto failure = read_failure(file("failed/" + name))) failures[name] = std::move(*failure);
+  });
+  return failures;
+}
+
+std::unordered_set<std::string> Store::running() const {
+  std::unordered_set<std::string> ids;
+  each_name(file("running"), [&](const std::string& name) {
+    const long age = age_s(file("running/" + name));
+    if (age >= 0 && age <= kRunningFor_s) ids.insert(name);
+  });
+  return ids;
+}
+
+std::string Store::refusal(const std::string& id) const {
+  std::string line;
+  std::ifstream in(task_folder(id) + "/refused");
+  std::getline(in, line);
+  return line;
+}
+
+Result<void> Store::add_failure(const std::string& id, const std::string& why) const {
+  const auto before = read_failure(file("failed/" + id));
+  return config::write_text_file(file("failed/" + id), fmt::format("{}\t{}\n", (before ? before->attempts : 0) + 1,
+                                                                   why.substr(0, why.find('\n'))));
+}
+
+void Store::clear_failure(const std::string& id) const { ::unlink(file("failed/" + id).c_str()); }
+
+void Store::touch_running(const std::string& id) const {
+  const int opened = ::open(file("running/" + id).c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  if (opened < 0) return;
+  ::futimens(opened, nullptr);
+  ::close(opened);
+}
+
+void Store::clear_running(const std::string& id) const { ::unlink(file("running/" + id).c_str()); }
+
+Result<std::string> Store::begin_task(const std::string& id) const {
+  std::error_code error;
+  const std::string unfinished = file(fmt::format("tasks/.{}.{}.{}", id, host_name(), ::getpid()));
+  fs::remove_all(unfinished, error);
+  if (!fs::create_directories(unfinished, error)) return refuse(unfinished, error.message());
+  return unfinished;
+}
+
+Result<void> Store::publish_task(const std::string& unfinished, const std::string& id) const {
+  std::error_code error;
+  std::vector<std::string> folders = {unfinished};
+  for (fs::recursive_directory_iterator at(unfinished, error), end; !error && at != end; at.increment(error)) {
+    if (at->is_directory(error)) folders.push_back(at->path().string());
+  }
+  for (const std::string& folder : folders) {
+    if (auto done = sync(folder); !done) return done;
+  }
+  if (::rename(unfinished.c_str(), task_folder(id).c_str()) != 0) {
+    const int failed = errno;
+    fs::remove_all(unfinished, error);
+    if (failed != ENOTEMPTY && failed != EEXIST) return refuse(task_folder(id), std::strerror(failed));
+  }
+  return sync(file("tasks"));
+}
+
+void Store::sweep() const {
+  const std::string host = host_name();
+  each_name(file("tasks"), [&](const std::string& name) {
+    if (!name.starts_with(".")) return;
+    const std::string path = file("tasks/" + name);
+    const std::size_t dot = name.rfind('.');
+    const bool ours = dot != std::string::npos && name.find("." + host + ".") != std::string::npos;
+    const bool gone = ours && !lives(name.substr(dot + 1));
+    std::error_code error;
+    if (gone || age_s(path) > kOldUnfinished_s) fs::remove_all(path, error);
+  });
+}
+
+}  // namespace prism::campaign

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/campaign/task_run.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/utsname.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <mutex>
+#include <new>
+#include <thread>
+
+#include "config/text_file.hpp"
+
+namespace prism::campaign {
+namespace {
+
+constexpr std::chrono::seconds kTouch_s{10};
+
+/// Touches running/ID while it lives, so that a task without one is known to be lost.
+class Heartbeat {
+ public:
+  Heartbeat(const Store& store, std::string id) : store_(store), id_(std::move(id)) {
+    store_.touch_running(id_);
+    thread_ = std::thread([this] {
+      std::unique_lock lock(mutex_);
+      while (!end_.wait_for(lock, kTouch_s, [this] { return ended_; })) store_.touch_running(id_);
+    });
+  }
+  Heartbeat(const Heartbeat&) = delete;
+  Heartbeat& operator=(const Heartbeat&) = delete;
+  ~Heartbeat() {
+    {
+      const std::lock_guard lock(mutex_);
+      ended_ = true;
+    }
+    end_.notify_one();
+    thread_.join();
+    store_.clear_running(id_);
+  }
+
+ private:
+  const Store& store_;
+  std::string id_;
+  std::mutex mutex_;
+  std::condition_variable end_;
+  bool ended_ = false;
+  std::thread thread_;
+};
+
+Result<void> check_inputs(const Store& store, const Task& task) {
+  InputCache cache(store.file("inputs.cache"));
+  for (const TaskInput& input : task.inputs) {
+    if (const auto names = files_of_recording(input.path); names.size() != input.files.size())
+      return refuse(input.path, fmt::format("found {} files, expected the {} of the plan: plan again", names.size(),
+                                            input.files.size()));
+    for (const InputFile& file : input.files) {
+      const auto found = cache.describe(file.path);
+      if (!found) return tl::unexpected<Error>(found.error());
+      if (found->sha256 != file.sha256)
+        return refuse(file.path, fmt::format("found SHA-256 {:.12}…, expected {:.12}… as planned: plan again",
+                                             found->sha256, file.sha256));
+    }
+  }
+  return {};
+}
+
+double seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+Json times_json(std::chrono::steady_clock::time_point begin) {
+  rusage self{}, children{};
+  ::getrusage(RUSAGE_SELF, &self);
+  ::getrusage(RUSAGE_CHILDREN, &children);
+  utsname machine{};
+  ::uname(&machine);
+  return {{"wall_s", std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()},
+          {"cpu_s",
+           seconds(self.ru_utime) + seconds(self.ru_stime) + seconds(children.ru_utime) + seconds(children.ru_stime)},
+          {"peak_mb", static_cast<double>(self.ru_maxrss) / 1024},
+          {"host", machine.nodename}};
+}
+
+Result<void> work_in(const Store& store, const Task& task, const Work& work, const std::string& folder) {
+  const auto begin = std::chrono::steady_clock::now();
+  if (work.version != task.version)
+    return refuse(task.id, fmt::format("planned by version {}, this is {}: plan again", task.version, work.version));
+  if (auto good = check_inputs(store, task); !good) return good;
+  auto result = work.run(task, folder);
+  if (!result) return tl::unexpected<Error>(result.error());
+  std::vector<std::pair<std::string, std::string>> files = {{"task.json", task_json(task).dump(1) + "\n"},
+                                                            {"result.json", result->dump(1) + "\n"},
+                                                            {"times.json", times_json(begin).dump(1) + "\n"}};
+  if (result->contains("why")) files.emplace_back("refused", (*result)["why"].get<std::string>() + "\n");
+  for (const auto& [name, text] : files) {
+    if (auto done = config::write_text_file(folder + "/" + name, text); !done) return done;
+  }
+  return store.publish_task(folder, task.id);
+}
+
+}  // namespace
+
+Result<void> run_task(const Store& store, const Task& task, const Work& work) {
+  if (store.stands(task.id)) return {};
+  const Heartbeat heartbeat(store, task.id);
+  auto folder = store.begin_task(task.id);
+  Result<void> done;
+  try {
+    done = folder ? work_in(store, task, work, *folder) : tl::unexpected<Error>(folder.error());
+  } catch (const std::bad_alloc&) {
+    done = refuse(task.id, "out of memory");
+  }
+  if (done) {
+    store.clear_failure(task.id);
+    return done;
+  }
+  std::error_code error;
+  if (folder) std::filesystem::remove_all(*folder, error);
+  if (auto kept = store.add_failure(task.id, done.error().text()); !kept) return kept;
+  return done;
+}
+
+}  // namespace prism::campaign

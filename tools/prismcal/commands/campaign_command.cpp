@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "tools/command_line.hpp"
+#include "tools/prismcal/campaign/engines.hpp"
+#include "tools/prismcal/campaign/level.hpp"
+#include "tools/prismcal/campaign/progress.hpp"
+#include "tools/prismcal/campaign/task_run.hpp"
+#include "tools/prismcal/commands/campaign_work.hpp"
+#include "tools/prismcal/commands/commands.hpp"
+
+namespace prism::commands {
+namespace {
+
+struct CampaignChoice {
+  std::string file, engine = "local", task;
+  campaign::EngineSettings settings;
+  bool plan = false, status = false;
+};
+
+std::string program_path() {
+  std::error_code error;
+  return std::filesystem::read_symlink("/proc/self/exe", error).string();
+}
+
+/// What a plan or a status tells of gyros that no task takes.
+void print_left_out(const std::vector<campaign::LeftOutInput>& left_out) {
+  for (const campaign::LeftOutInput& input : left_out) fmt::print("left out: {}: {}\n", input.what, input.why);
+}
+
+Result<campaign::Plan> plan_and_keep(const campaign::CampaignFile& file, const campaign::Store& store) {
+  if (auto made = store.create(); !made) return tl::unexpected<Error>(made.error());
+  campaign::InputCache cache(store.file("inputs.cache"));
+  auto plan = campaign::make_plan(file, campaign_work(store.file("calibration.json")), cache);
+  if (!plan) return plan;
+  if (auto kept = cache.save(); !kept) return tl::unexpected<Error>(kept.error());
+  if (auto kept = store.write_plan(*plan); !kept) return tl::unexpected<Error>(kept.error());
+  return plan;
+}
+
+std::string state_of(const std::string& id, const std::unordered_set<std::string>& standing) {
+  return standing.contains(id) ? "stands" : "to do";
+}
+
+int print_plan(const campaign::Plan& plan, const campaign::Store& store) {
+  const auto standing = store.standing();
+  double to_do_s = 0, most_mb = 0;
+  std::size_t to_do = 0;
+  fmt::print("{:<32}  {:<20}  {:<14}  {:>8}  {:>6}\n", "task", "gyro", "model", "CPU s", "MB");
+  for (const campaign::Task& task : plan.tasks) {
+    const bool stands = standing.contains(task.id);
+    fmt::print("{}  {:<20}  {:<14}  {:>8.1f}  {:>6.0f}  {}\n", task.id, task.gyro(), task.model.name, task.cpu_s,
+               task.memory_mb, state_of(task.id, standing));
+    if (!stands) to_do_s += task.cpu_s;
+    to_do += !stands;
+    most_mb = std::max(most_mb, task.memory_mb);
+  }
+  print_left_out(plan.left_out);
+  fmt::print("{} tasks of {} gyros, {} to do: about {:.2f} CPU hours ({:.2f} in all), at most {:.0f} MB a task\n",
+             plan.tasks.size(), plan.gyros, to_do, to_do_s / 3600, plan.cpu_s() / 3600, most_mb);
+  return 0;
+}
+
+Result<int> print_status(const campaign::Store& store) {
+  const auto status = campaign::read_status(store);
+  if (!status) return tl::unexpected<Error>(status.error());
+  fmt::print("{} of {} tasks done, {} running, {} failed, {} waiting; about {:.2f} of {:.2f} CPU hours done\n",
+             status->done, status->tasks, status->running, status->failed.size(), status->waiting,
+             status->done_cpu_s / 3600, status->cpu_s / 3600);
+  const double left_s = status->cpu_s - status->done_cpu_s;
+  if (status->running > 0)
+    fmt::print("time left: about {} with {} at a time\n",
+               campaign::duration_text(left_s / static_cast<double>(status->running)), status->running);
+  for (const campaign::TaskLine& line : status->refused)
+    fmt::print("refused: {}, {}: {}\n", line.gyro, line.model, line.why);
+  for (const campaign::TaskLine& line : status->failed)
+    fmt::print("failed: {}, {}: {}\n", line.gyro, line.model, line.why);
+  print_left_out(status->left_out);
+  return status->failed.empty() ? 0 : 1;
+}
+
+Result<int> run_one(const campaign::Store& store, const std::string& id, char** argv) {
+  const auto task = store.read_task(id);
+  if (!task) return tl::unexpected<Error>(task.error());
+  if (store.stands(id)) return 0;
+  if (auto level = campaign::run_at_level(task->level, argv); !level) {
+    if (auto kept = store.add_failure(id, level.error().text()); !kept) return tl::unexpected<Error>(kept.error());
+    return tl::unexpected<Error>(level.error());
+  }
+  const auto done = campaign::run_task(store, *task, campaign_work(store.file("calibration.json")));
+  if (!done) return tl::unexpected<Error>(done.error());
+  return 0;
+}
+
+Result<int> run_engine(const CampaignChoice& choice, const campaign::CampaignFile& file, const campaign::Store& store) {
+  const auto plan = plan_and_keep(file, store);
+  if (!plan) return tl::unexpected<Error>(plan.error());
+  const auto planned = store.read_plan();
+  if (!planned) return tl::unexpected<Error>(planned.error());
+  const auto to_do = campaign::tasks_to_do(store, *planned);
+  if (choice.engine == "print") {
+    for (const campaign::PlannedTask& task : to_do)
+      fmt::print("{}\n", campaign::task_command(file, choice.settings, task.id));
+    return 0;
+  }
+  fmt::print(stderr, "prismcal: {} tasks of {} gyros, {} to do, {} stand\n", planned->size(), plan->gyros, to_do.size(),
+             planned->size() - to_do.size());
+  const auto end = campaign::run_local(file, store, *planned, choice.settings);
+  if (!end) return tl::unexpected<Error>(end.error());
+  const std::string left = fmt::format("{} done, {} failed, {} left", end->done, end->failed, to_do.size() - end->done);
+  if (end->interrupted) {
+    fmt::print(stderr, "prismcal: interrupted: {}; the same command goes on\n", left);
+    return kInterrupted;
+  }
+  fmt::print(stderr, "prismcal: {}\n", left);
+  return end->failed == 0 ? 0 : 1;
+}
+
+Result<int> run_campaign(const CampaignChoice& choice, char** argv) {
+  const auto file = campaign::load_campaign(choice.file);
+  if (!file) return tl::unexpected<Error>(file.error());
+  const campaign::Store store(file->folder);
+  if (!choice.task.empty()) return run_one(store, choice.task, argv);
+  if (choice.status) return print_status(store);
+  if (!choice.plan) return run_engine(choice, *file, store);
+  const auto plan = plan_and_keep(*file, store);
+  if (!plan) return tl::unexpected<Error>(plan.error());
+  return print_plan(*plan, store);
+}
+
+}  // namespace
+
+void add_campaign_command(CLI::App& app, int& code, char** argv) {
+  CLI::App* command = app.add_subcommand(
+      "campaign", "train and judge models of hundreds of gyros: on this machine's cores, or on a cluster");
+  const auto choice = std::make_shared<CampaignChoice>();
+  command->add_option("file", choice->file, "campaign file (JSON): recordings, models, limits, output")->required();
+  CLI::Option* plan =
+      command->add_flag("--plan", choice->plan, "print the tasks, and the CPU hours that they are expected to take");
+  CLI::Option* status =
+      command->add_flag("--status", choice->status, "print what is done, runs and failed, and the time left");
+  CLI::Option* task = command->add_option("--task", choice->task, "run this one task: what every engine calls");
+  plan->excludes(status)->excludes(task);
+  status->excludes(task);
+  command->add_option("--engine", choice->engine, "local (default) or print (a command a line, for others to run)")
+      ->check(CLI::IsMember({"local", "print"}));
+  command->add_option("--jobs", choice->settings.jobs, "local: tasks at a time (default: one a core)")
+      ->check(CLI::Range(1, 1024));
+  command
+      ->add_option("--memory", choice->settings.memory_mb,
+                   "local: MB of all tasks at a time (default: 80 % of what is free)")
+      ->check(tools::positive());
+  tools::add_examples(*command, {"prismcal campaign lot.json --plan", "prismcal campaign lot.json",
+                                 "prismcal campaign lot.json --engine print"});
+  command->callback([choice, &code, argv] {
+    choice->settings.program = program_path();
+    const auto done = run_campaign(*choice, argv);
+    code = done ? *done : failed(done.error());
+  });
+}
+
+}  // namespace prism::commands
