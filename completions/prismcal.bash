@@ -34,7 +34,7 @@ _prismcal() {
     allan) words='-h --help --column --unit --time --interval --grid --estimator --confidence --json' ;;
     convert) words='-h --help --out --frames --map --interval --config' ;;
     verify) words='-h --help --repair --json' ;;
-    campaign) words='-h --help --plan --status --task --engine --jobs --memory' ;;
+    campaign) words='-h --help --plan --status --task --collect --install --engine --jobs --memory' ;;
     *) words='-h --help --version train fit cv predict evaluate compare report allan convert verify campaign' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")

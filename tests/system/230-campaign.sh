@@ -83,3 +83,18 @@ same "exit code after Ctrl-C ($(cat third.err))" "$code" 130
 [ -z "$(ls -A third.campaign/tasks | grep '^\.')" ] || fail "left unfinished by Ctrl-C"
 prismcal campaign third.json 2>third.err
 same "levels" "$(jq -r .level third.campaign/tasks/*/result.json | sort -u)" baseline
+
+# The lot as one report, limits judged afterwards, and the accepted models in a folder, all in one step.
+code=0; prismcal campaign lot.json --collect >collect.out 2>collect.err || code=$?
+same "exit code of the collection" "$code" 0
+for name in report.html report.csv report.json tables/gyros.csv; do [ -s "lot.campaign/report/$name" ] || fail "no $name"; done
+same "rows of the report" "$(jq '.tables.gyros.rows | length' lot.campaign/report/report.json)" 6
+contains "links" "$(cat lot.campaign/report/report.html)" 'href="../tasks/'
+accepted=$(jq '.models | length' lot.campaign/accepted/manifest.json)
+[ "$accepted" -ge 1 ] || fail "no gyro was accepted: $(grep -A9 '# table,gyros' lot.campaign/report/report.csv)"
+prismcal campaign lot.json --install models/bench >install.out 2>install.err || code=1
+same "installed ($(cat install.err))" "$(ls models/bench | grep -vc manifest)" "$accepted"
+(cd models/bench && jq -r '.models[] | "\(.sha256)  \(.file)"' manifest.json | sha256sum -c --quiet) || fail "sums of the manifest"
+sed -i 's/"min": 15/"min": 99/' lot.json
+prismcal campaign lot.json --collect >collect.out 2>collect.err || fail "a second collection"
+same "accepted by a limit that none keeps" "$(jq '.models | length' lot.campaign/accepted/manifest.json)" 0

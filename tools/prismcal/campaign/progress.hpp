@@ -10,10 +10,6 @@
 
 namespace prism::campaign {
 
-struct TaskLine {
-  std::string gyro, model, why;
-};
-
 struct Status {
   std::size_t tasks = 0, done = 0, running = 0, waiting = 0;
   double cpu_s = 0, done_cpu_s = 0;  ///< as planned

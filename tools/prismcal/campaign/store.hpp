@@ -17,6 +17,11 @@ struct PlannedTask {
   double cpu_s = 0, memory_mb = 0;
 };
 
+/// A task and what is to be told of it.
+struct TaskLine {
+  std::string gyro, model, why;
+};
+
 struct Failure {
   int attempts = 0;
   std::string why;

@@ -7,8 +7,10 @@
 #include <memory>
 
 #include "tools/command_line.hpp"
+#include "tools/prismcal/campaign/accepted.hpp"
 #include "tools/prismcal/campaign/engines.hpp"
 #include "tools/prismcal/campaign/level.hpp"
+#include "tools/prismcal/campaign/lot_report.hpp"
 #include "tools/prismcal/campaign/progress.hpp"
 #include "tools/prismcal/campaign/task_run.hpp"
 #include "tools/prismcal/commands/campaign_work.hpp"
@@ -20,7 +22,8 @@ namespace {
 struct CampaignChoice {
   std::string file, engine = "local", task;
   campaign::EngineSettings settings;
-  bool plan = false, status = false;
+  bool plan = false, status = false, collect = false;
+  std::string install;
 };
 
 std::string program_path() {
@@ -84,6 +87,36 @@ Result<int> print_status(const campaign::Store& store) {
   return status->failed.empty() ? 0 : 1;
 }
 
+/// The whole campaign as one report, and the accepted models beside it.
+Result<int> collect(const campaign::CampaignFile& file, const campaign::Store& store) {
+  const auto lot = campaign::read_lot(store, file.limits);
+  if (!lot) return tl::unexpected<Error>(lot.error());
+  std::optional<campaign::Lot> previous;
+  if (!file.previous.empty()) {
+    auto read = campaign::read_lot(campaign::Store(file.previous), file.limits);
+    if (!read) return refuse(file.path + ":/previous", read.error().text());
+    previous = std::move(*read);
+  }
+  CommonOptions options;
+  options.out = store.file("report");
+  const auto report = campaign::lot_report(file, *lot, previous ? &*previous : nullptr);
+  if (auto done = write_report(report, options); !done) return tl::unexpected<Error>(done.error());
+  const auto accepted = campaign::install_models(file, store, *lot, store.file("accepted"), false);
+  if (!accepted) return tl::unexpected<Error>(accepted.error());
+  fmt::print("{}\naccepted models: {} in {}\n", report.subtitle, accepted->models, store.file("accepted"));
+  return lot->missing.empty() ? 0 : 1;
+}
+
+Result<int> install(const campaign::CampaignFile& file, const campaign::Store& store, const std::string& folder) {
+  const auto lot = campaign::read_lot(store, file.limits);
+  if (!lot) return tl::unexpected<Error>(lot.error());
+  const auto installed = campaign::install_models(file, store, *lot, folder, true);
+  if (!installed) return tl::unexpected<Error>(installed.error());
+  fmt::print("{} models installed in {}, {} of others kept; {} tasks without a result\n", installed->models, folder,
+             installed->kept, lot->missing.size());
+  return 0;
+}
+
 Result<int> run_one(const campaign::Store& store, const std::string& id, char** argv) {
   const auto task = store.read_task(id);
   if (!task) return tl::unexpected<Error>(task.error());
@@ -127,6 +160,8 @@ Result<int> run_campaign(const CampaignChoice& choice, char** argv) {
   const campaign::Store store(file->folder);
   if (!choice.task.empty()) return run_one(store, choice.task, argv);
   if (choice.status) return print_status(store);
+  if (choice.collect) return collect(*file, store);
+  if (!choice.install.empty()) return install(*file, store, choice.install);
   if (!choice.plan) return run_engine(choice, *file, store);
   const auto plan = plan_and_keep(*file, store);
   if (!plan) return tl::unexpected<Error>(plan.error());
@@ -145,8 +180,14 @@ void add_campaign_command(CLI::App& app, int& code, char** argv) {
   CLI::Option* status =
       command->add_flag("--status", choice->status, "print what is done, runs and failed, and the time left");
   CLI::Option* task = command->add_option("--task", choice->task, "run this one task: what every engine calls");
-  plan->excludes(status)->excludes(task);
-  status->excludes(task);
+  CLI::Option* collected = command->add_flag(
+      "--collect", choice->collect, "write the campaign's report (HTML, CSV, JSON) and the folder of accepted models");
+  CLI::Option* installed =
+      command->add_option("--install", choice->install, "put the accepted models into this folder, all in one step");
+  plan->excludes(status)->excludes(collected)->excludes(installed)->excludes(task);
+  status->excludes(collected)->excludes(installed)->excludes(task);
+  collected->excludes(installed)->excludes(task);
+  installed->excludes(task);
   command->add_option("--engine", choice->engine, "local (default) or print (a command a line, for others to run)")
       ->check(CLI::IsMember({"local", "print"}));
   command->add_option("--jobs", choice->settings.jobs, "local: tasks at a time (default: one a core)")
@@ -155,8 +196,10 @@ void add_campaign_command(CLI::App& app, int& code, char** argv) {
       ->add_option("--memory", choice->settings.memory_mb,
                    "local: MB of all tasks at a time (default: 80 % of what is free)")
       ->check(tools::positive());
-  tools::add_examples(*command, {"prismcal campaign lot.json --plan", "prismcal campaign lot.json",
-                                 "prismcal campaign lot.json --engine print"});
+  tools::add_examples(
+      *command,
+      {"prismcal campaign lot.json --plan", "prismcal campaign lot.json", "prismcal campaign lot.json --collect",
+       "prismcal campaign lot.json --install /srv/models", "prismcal campaign lot.json --engine print"});
   command->callback([choice, &code, argv] {
     choice->settings.program = program_path();
     const auto done = run_campaign(*choice, argv);

@@ -81,13 +81,26 @@ Json curve_json(const std::vector<recordings::BlockTable>& tables) {
   return {{"mean_deg_per_h", blocks > 0 ? number_json(sum / blocks) : Json()}, {"curve_degc_deg_per_h", curve}};
 }
 
-Json judged_json(const JudgedRecording& judged, const std::string& role) {
+/// A file of the recording that trained, too; empty: none. By the files themselves: seconds of a coarse rate are equal
+/// by chance.
+std::string shared_file(const JudgedRecording& judged, const campaign::Task& task) {
+  for (const campaign::TaskInput& input : task.inputs) {
+    for (const campaign::InputFile& file : input.files) {
+      const auto same = [&](const recordings::SourceFile& source) { return source.sha256 == file.sha256; };
+      const auto& files = judged.loaded.recording.files;
+      if (input.role == Role::kTrain && std::any_of(files.begin(), files.end(), same)) return file.path;
+    }
+  }
+  return {};
+}
+
+Json judged_json(const JudgedRecording& judged, const campaign::Task& task, const std::string& role) {
   const analysis::EvaluatedRecording recording{"r", &judged.loaded.table, &judged.evaluation, nullptr, nullptr};
   Json json = {{"role", role},
                {"recording", judged.loaded.table.name},
                {"blocks", judged.loaded.table.size()},
                {"before_deg_per_h", number_json(judged.evaluation.stability.before.sd)},
-               {"overlap", judged.overlap},
+               {"trained_on", shared_file(judged, task)},
                {"measured", Json::object()}};
   for (const analysis::Measured& m : analysis::measure_all(recording))
     json["measured"][m.quantity] = number_json(m.value);
@@ -139,7 +152,8 @@ Result<Json> run_task(const campaign::Task& task, const std::string& folder) {
   json["id"] = trained->trained.model->info().id;
   for (const Json& facts : trained->set.facts) json["data_quality"].push_back(facts["data_quality"]);
   json["training"] = curve_json(trained->set.tables);
-  for (std::size_t i = 0; i < roles.size(); ++i) json["judged"].push_back(judged_json(judgement->cases[i], roles[i]));
+  for (std::size_t i = 0; i < roles.size(); ++i)
+    json["judged"].push_back(judged_json(judgement->cases[i], task, roles[i]));
   json["simulated"] = judgement->report.simulated;
   return json;
 }

@@ -22,6 +22,7 @@ struct Cell {
   std::string text;
   std::optional<double> value{};
   Emphasis emphasis = Emphasis::kNone;
+  std::string link{};  ///< where HTML and JSON lead to from it; empty: nowhere
 };
 
 Cell text_cell(std::string text, Emphasis emphasis = Emphasis::kNone);

@@ -36,6 +36,11 @@ std::string in_words(const Figure& figure) {
   return fmt::format("{}. {}{}", figure.title, figure.caption, curves);
 }
 
+std::string linked(const Cell& cell) {
+  const std::string text = html_escaped(cell.text);
+  return cell.link.empty() ? text : fmt::format("<a href=\"{}\">{}</a>", html_escaped(cell.link), text);
+}
+
 /// Writes the page from top to bottom, counting tables and figures.
 class Page {
  public:
@@ -102,8 +107,7 @@ class Page {
       for (std::size_t i = 0; i < row.size(); ++i) {
         const bool number = i < table.columns.size() && table.columns[i].number;
         const char* kind = number ? "number" : row[i].text.size() > 36 ? "text long" : "text";
-        text_ +=
-            fmt::format("<td class=\"{} {}\">{}</td>", kind, css_class(row[i].emphasis), html_escaped(row[i].text));
+        text_ += fmt::format("<td class=\"{} {}\">{}</td>", kind, css_class(row[i].emphasis), linked(row[i]));
       }
       text_ += "</tr>\n";
     }

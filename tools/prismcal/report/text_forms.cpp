@@ -44,6 +44,7 @@ Json table_json(const Table& table) {
     for (const Cell& cell : row) {
       Json field = {{"text", cell.text}};
       if (cell.value) field["value"] = *cell.value;
+      if (!cell.link.empty()) field["link"] = cell.link;
       cells.push_back(std::move(field));
     }
     rows.push_back(std::move(cells));

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+// What came of a lot: limits, who stands out, who is alike, what drifted, and what is installed.
+#include "tests/unit/campaign/lot.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "compensation/model_text.hpp"
+#include "compensation/sha256.hpp"
+#include "config/text_file.hpp"
+#include "tests/support/shared_files.hpp"
+#include "tools/prismcal/campaign/accepted.hpp"
+#include "tools/prismcal/campaign/lot_analysis.hpp"
+#include "tools/prismcal/campaign/lot_report.hpp"
+#include "tools/prismcal/report/text_forms.hpp"
+
+namespace prism::campaign {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Outcome outcome(const std::string& serial, const std::string& model, double improvement, double slope = 1) {
+  Outcome made;
+  made.task = serial + model;
+  made.serial = made.gyro = serial;
+  made.model = model;
+  made.mean_deg_per_h = 1;
+  made.judged.push_back({"repeat", "cycle2", "", {{"improvement_percent", "", improvement}}, 0.01});
+  made.data_quality.push_back(
+      {{"verdict", "warn"}, {"findings", Json::array({{{"name", "noise"}, {"verdict", "warn"}, {"value", 4}}})}});
+  for (int i = 0; i < 8; ++i) made.curve.emplace_back(5 * i, slope * i * i);
+  return made;
+}
+
+CampaignLimits limits(double least) {
+  CampaignLimits made;
+  made.repeat = {{"improvement_percent", least, {}}};
+  return made;
+}
+
+TEST(BrokenLimits, NameTheLimitAndTheValue) {
+  EXPECT_TRUE(broken_limits(outcome("S1", "a", 50), limits(30)).empty());
+  EXPECT_THAT(broken_limits(outcome("S1", "a", 20), limits(30)),
+              ElementsAre("repeat cycle2: improvement_percent 20, expected at least 30"));
+  Outcome unmeasured = outcome("S1", "a", 20);
+  unmeasured.judged[0].measured.clear();
+  EXPECT_THAT(broken_limits(unmeasured, limits(30)), ElementsAre(HasSubstr("not measured")));
+  Outcome refused = outcome("S1", "a", 50);
+  refused.refused = true;
+  refused.why = "no thermometer";
+  EXPECT_THAT(broken_limits(refused, limits(30)), ElementsAre("refused: no thermometer"));
+  Outcome same = outcome("S1", "a", 50);
+  same.judged[0].trained_on = "/lot/cycle1.csv";
+  EXPECT_THAT(broken_limits(same, limits(30)), ElementsAre(HasSubstr("no test: the model was trained on /lot")));
+}
+
+TEST(BrokenLimits, CountTheDataQuality) {
+  CampaignLimits strict;
+  strict.warnings_pass = false;
+  EXPECT_THAT(broken_limits(outcome("S1", "a", 50), strict), ElementsAre("data quality: warn (noise), expected pass"));
+  CampaignLimits noise;
+  noise.findings = {{"noise", {}, 3.5}, {"quantised", {}, 1}};
+  EXPECT_THAT(broken_limits(outcome("S1", "a", 50), noise), ElementsAre("data quality: noise 4, expected at most 3.5"));
+}
+
+TEST(Lot, ChoosesTheFirstAcceptedModelInTheOrderOfTheFile) {
+  Lot lot;
+  for (const char* model : {"a", "b"}) {
+    lot.outcomes.push_back(outcome("S1", model, 50));
+    lot.outcomes.push_back(outcome("S2", model, 50));
+  }
+  lot.outcomes[1].broken = {"limit"};  // S2, a
+  const auto chosen = lot.chosen({{"a", {}}, {"b", {}}});
+  ASSERT_EQ(chosen.size(), 2u);
+  EXPECT_EQ(chosen[0]->model, "a");
+  EXPECT_EQ(chosen[1]->model, "b");
+}
+
+TEST(LotAnalysis, FindsTheOneThatStandsOut) {
+  std::vector<Outcome> lot;
+  for (int i = 0; i < 20; ++i) lot.push_back(outcome(fmt::format("S{}", i), "a", 50 + i % 5));
+  lot[7].judged[0].measured[0].value = 5;
+  const auto outliers = find_outliers(lot);
+  ASSERT_EQ(outliers.size(), 1u);
+  EXPECT_EQ(outliers[0].outcome->serial, "S7");
+  EXPECT_EQ(outliers[0].quantity, "improvement_percent");
+  EXPECT_LT(outliers[0].score, -kOutlierScore);
+}
+
+TEST(LotAnalysis, PutsSiblingsTogetherAndTellsDrift) {
+  const std::vector<Outcome> lot = {outcome("S1", "a", 50, 1), outcome("S2", "a", 50, -1), outcome("S3", "a", 50, 1.1)};
+  const auto siblings = find_siblings(lot);
+  ASSERT_EQ(siblings.size(), 3u);
+  EXPECT_EQ(siblings[0].outcome->serial, "S1");
+  EXPECT_EQ(siblings[0].nearest->serial, "S3");
+  EXPECT_NEAR(siblings[0].likeness.correlation, 1, 1e-12);
+  EXPECT_EQ(siblings[2].outcome->serial, "S2");  // alone
+  std::vector<Outcome> later = lot;
+  later[0].mean_deg_per_h = 1.25;
+  const auto drift = find_drift(later, lot);
+  ASSERT_EQ(drift.size(), 3u);
+  EXPECT_EQ(drift[0].mean_deg_per_h, 0.25);
+  EXPECT_EQ(drift[0].curve_deg_per_h, 0);
+}
+
+TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
+  test::Lot files;
+  Lot lot;
+  lot.outcomes = {outcome("S1", "a", 50), outcome("S2", "a", 20)};
+  lot.outcomes[1].broken = {"repeat cycle2: improvement_percent 20, expected at least 30"};
+  lot.missing = {{"S3", "a", "out of memory"}};
+  const report::Report report = lot_report(files.file(), lot, &lot);
+  const auto json = Json::parse(report::json_text(report));
+  const Json& rows = json["tables"]["gyros"]["rows"];
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_EQ(rows[0][0]["link"], "../tasks/S1a/report/report.html");
+  EXPECT_EQ(rows[0][2]["text"], "accepted");
+  EXPECT_EQ(rows[1][8]["text"], lot.outcomes[1].broken[0]);
+  EXPECT_EQ(rows[2][8]["text"], "out of memory");
+  EXPECT_EQ(json["tables"]["drift"]["rows"].size(), 2u);
+  EXPECT_THAT(report.warning, HasSubstr("not whole"));
+}
+
+class InstalledLot : public testing::Test {
+ protected:
+  InstalledLot() { EXPECT_TRUE(store_.create()); }
+
+  /// A model of the gyro stands as a task's result.
+  void stand(const std::string& serial) {
+    Outcome made = outcome(serial, "a", 50);
+    std::string text = test::read_file(fs::path(PRISM_SOURCE_DIR) / "config/models/tao2019-model2.json");
+    const auto at = text.find("\"gyro\"");
+    if (at != std::string::npos) {
+      const auto end = text.find('}', at);
+      text.replace(at, end + 1 - at, "\"gyro\": {\"serial\": \"" + serial + "\"}");
+    } else {
+      text.insert(text.find('{') + 1, "\"gyro\": {\"serial\": \"" + serial + "\"},");
+    }
+    fs::create_directories(store_.task_folder(made.task));
+    ASSERT_TRUE(config::write_text_file(store_.task_folder(made.task) + "/model.json", text));
+    const auto model = compensation::parse_model(text, "model");
+    ASSERT_TRUE(model) << model.error().text();
+    made.id = (*model)->info().id;
+    lot_.outcomes.push_back(std::move(made));
+  }
+  Result<InstalledModels> install() { return install_models(files_.file(), store_, lot_, files_.path("dest"), true); }
+
+  test::Lot files_;
+  Store store_{files_.path("out")};
+  Lot lot_;
+};
+
+TEST_F(InstalledLot, HasAManifestOfSumsAndKeepsOtherGyros) {
+  stand("S1");
+  ASSERT_EQ(install()->models, 1u);
+  lot_.outcomes.clear();
+  stand("S 2/x");
+  const auto second = install();
+  ASSERT_TRUE(second) << second.error().text();
+  EXPECT_EQ(second->kept, 1u);
+  const auto manifest = Json::parse(test::read_file(files_.path("dest/manifest.json")));
+  ASSERT_EQ(manifest["models"].size(), 2u);
+  EXPECT_EQ(manifest["models"][0]["file"], "S_2_x.json");
+  for (const Json& entry : manifest["models"])
+    EXPECT_EQ(entry["sha256"], sha256_hex(test::read_file(files_.path("dest/" + entry["file"].get<std::string>()))));
+  for (const auto& entry : fs::directory_iterator(files_.path("")))
+    EXPECT_FALSE(entry.path().string().ends_with(".new")) << entry.path();
+}
+
+TEST_F(InstalledLot, IsRefusedWholeWhereAModelIsNotTheOneThatWasJudged) {
+  stand("S1");
+  ASSERT_TRUE(install());
+  const std::string before = test::read_file(files_.path("dest/manifest.json"));
+  stand("S2");
+  lot_.outcomes[1].id = "0123";
+  EXPECT_THAT(install().error().text(), HasSubstr("not the model that was judged"));
+  lot_.outcomes[1].id = lot_.outcomes[0].id;
+  lot_.outcomes[1].serial = "S9";
+  EXPECT_THAT(install().error().text(), HasSubstr("expected that of \"S9\""));
+  EXPECT_EQ(test::read_file(files_.path("dest/manifest.json")), before);
+  EXPECT_FALSE(fs::exists(files_.path("dest/S2.json")));
+}
+
+TEST_F(InstalledLot, DoesNotTakeAFolderOfSomethingElse) {
+  stand("S1");
+  fs::create_directories(files_.path("dest"));
+  std::ofstream(files_.path("dest/letters.txt")) << "dear";
+  EXPECT_THAT(install().error().text(), HasSubstr("holds no manifest.json"));
+  EXPECT_TRUE(fs::exists(files_.path("dest/letters.txt")));
+}
+
+}  // namespace
+}  // namespace prism::campaign

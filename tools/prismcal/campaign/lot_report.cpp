@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/campaign/lot_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "config/version.hpp"
+#include "tools/prismcal/campaign/lot_analysis.hpp"
+
+namespace prism::campaign {
+namespace {
+
+using report::Cell;
+using report::Emphasis;
+using report::Table;
+
+constexpr std::size_t kBars = 24;
+
+Cell gyro_cell(const Outcome& outcome, bool pages) {
+  Cell cell = report::text_cell(outcome.gyro);
+  if (pages && !outcome.refused) cell.link = fmt::format("../tasks/{}/report/report.html", outcome.task);
+  return cell;
+}
+
+Cell quantity_cell(const Outcome& outcome, const char* quantity, int digits) {
+  return report::general_cell(lot_value(outcome, quantity), digits);
+}
+
+std::size_t count(const Lot& lot, const std::string& model, const std::function<bool(const Outcome&)>& which) {
+  return static_cast<std::size_t>(std::count_if(lot.outcomes.begin(), lot.outcomes.end(), [&](const Outcome& outcome) {
+    return outcome.model == model && which(outcome);
+  }));
+}
+
+Table models_table(const CampaignFile& file, const Lot& lot) {
+  Table table{"models",
+              "The lot by model",
+              "Installed: the first accepted model of each gyro, in this order.",
+              {{"model", "", false},
+               {"options", "", false},
+               {"accepted"},
+               {"rejected"},
+               {"refused"},
+               {"without a result"},
+               {"installed"}},
+              {}};
+  const auto chosen = lot.chosen(file.models);
+  const auto number = [](std::size_t value) { return report::fixed_cell(static_cast<double>(value), 0); };
+  for (const ModelChoice& model : file.models) {
+    const auto missing = std::count_if(lot.missing.begin(), lot.missing.end(),
+                                       [&](const TaskLine& line) { return line.model == model.name; });
+    const auto installed = std::count_if(chosen.begin(), chosen.end(),
+                                         [&](const Outcome* outcome) { return outcome->model == model.name; });
+    table.rows.push_back({report::text_cell(model.name),
+                          report::text_cell(fmt::format("{}", fmt::join(model.words, " "))),
+                          number(count(lot, model.name, [](const Outcome& o) { return o.accepted(); })),
+                          number(count(lot, model.name, [](const Outcome& o) { return !o.accepted() && !o.refused; })),
+                          number(count(lot, model.name, [](const Outcome& o) { return o.refused; })),
+                          number(static_cast<std::size_t>(missing)), number(static_cast<std::size_t>(installed))});
+  }
+  return table;
+}
+
+Table gyros_table(const CampaignFile& file, const Lot& lot) {
+  Table table{"gyros",
+              "Every gyro with every model",
+              "On the first repeat; 1 sigma of block means. What could not be measured does not pass.",
+              {{"gyro", "", false},
+               {"model", "", false},
+               {"verdict", "", false},
+               {"before", "deg/h"},
+               {"after", "deg/h"},
+               {"improvement", "%"},
+               {"hysteresis", "deg/h"},
+               {"within 2 sd", "%"},
+               {"by which limit", "", false},
+               {"id", "", false}},
+              {}};
+  for (const Outcome& outcome : lot.outcomes) {
+    const char* verdict = outcome.accepted() ? "accepted" : outcome.refused ? "refused" : "rejected";
+    table.rows.push_back(
+        {gyro_cell(outcome, file.reports), report::text_cell(outcome.model),
+         report::text_cell(verdict, outcome.accepted() ? Emphasis::kGood : Emphasis::kBad),
+         quantity_cell(outcome, "before_deg_per_h", 4), quantity_cell(outcome, "bias_stability_deg_per_h", 4),
+         quantity_cell(outcome, "improvement_percent", 4), quantity_cell(outcome, "hysteresis_gap_deg_per_h", 4),
+         quantity_cell(outcome, "within_two_sd_percent", 4),
+         report::text_cell(fmt::format("{}", fmt::join(outcome.broken, "; "))),
+         report::text_cell(outcome.id.substr(0, 12), Emphasis::kMuted)});
+  }
+  for (const TaskLine& line : lot.missing) {
+    std::vector<Cell> row(table.columns.size(), report::text_cell(report::kNothing));
+    row[0] = report::text_cell(line.gyro);
+    row[1] = report::text_cell(line.model);
+    row[2] = report::text_cell("no result", Emphasis::kWarn);
+    row[8] = report::text_cell(line.why);
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+std::vector<double> values_of(const Lot& lot, const std::string& model, const char* quantity) {
+  std::vector<double> values;
+  for (const Outcome& outcome : lot.outcomes) {
+    const auto value = outcome.model == model ? lot_value(outcome, quantity) : std::nullopt;
+    if (value) values.push_back(*value);
+  }
+  return values;
+}
+
+Table spread_table(const CampaignFile& file, const Lot& lot) {
+  Table table{"spread",
+              "Distributions over the lot",
+              "Robust sd: 1.4826 times the median absolute deviation.",
+              {{"model", "", false},
+               {"quantity", "", false},
+               {"unit", "", false},
+               {"gyros"},
+               {"least"},
+               {"5 %"},
+               {"median"},
+               {"95 %"},
+               {"greatest"},
+               {"robust sd"}},
+              {}};
+  for (const ModelChoice& model : file.models) {
+    for (const LotQuantity& quantity : kLotQuantities) {
+      const auto values = values_of(lot, model.name, quantity.name);
+      if (values.empty()) continue;
+      const Spread s = spread_of(values);
+      std::vector<Cell> row = {report::text_cell(model.name), report::text_cell(quantity.name),
+                               report::text_cell(quantity.unit), report::fixed_cell(static_cast<double>(s.count), 0)};
+      for (const double value : {s.least, s.low, s.median, s.high, s.greatest, s.robust_sd})
+        row.push_back(report::general_cell(value, 4));
+      table.rows.push_back(std::move(row));
+    }
+  }
+  return table;
+}
+
+report::Series histogram(const std::vector<double>& values, double least, double greatest, std::size_t number) {
+  constexpr std::array kInks{report::Ink::kCorrected, report::Ink::kModel, report::Ink::kAccent1, report::Ink::kAccent2,
+                             report::Ink::kAccent3};
+  report::Series series{"", kInks[number % kInks.size()], report::Form::kLinePoints};
+  const double width = (greatest - least) / static_cast<double>(kBars);
+  series.y.assign(kBars, 0);
+  for (std::size_t i = 0; i < kBars; ++i) series.x.push_back(least + width * (static_cast<double>(i) + 0.5));
+  for (const double value : values)
+    ++series.y[std::min(kBars - 1, static_cast<std::size_t>(std::max(0.0, (value - least) / width)))];
+  return series;
+}
+
+/// How many gyros lie where, from the 1st to the 99th percentile of all models, which a single outlier does not move.
+report::Figure spread_figure(const CampaignFile& file, const Lot& lot) {
+  report::Figure figure{"spread_figure",
+                        "Distributions over the lot",
+                        "Gyros in each of 24 bins; what lies beyond is in the outermost.",
+                        {}};
+  figure.plot.columns = 2;
+  for (const LotQuantity& quantity : kLotQuantities) {
+    std::vector<double> all;
+    for (const ModelChoice& model : file.models) {
+      for (const double value : values_of(lot, model.name, quantity.name)) all.push_back(value);
+    }
+    if (all.size() < 2) continue;
+    std::sort(all.begin(), all.end());
+    const double least = all[all.size() / 100], greatest = all[all.size() - 1 - all.size() / 100];
+    if (!(greatest > least)) continue;
+    report::Panel panel;
+    panel.x.label = fmt::format("{}, {}", quantity.name, quantity.unit);
+    std::replace(panel.x.label.begin(), panel.x.label.end(), '_', ' ');
+    panel.y.label = "gyros";
+    for (std::size_t i = 0; i < file.models.size(); ++i) {
+      const auto values = values_of(lot, file.models[i].name, quantity.name);
+      if (values.empty()) continue;
+      panel.series.push_back(histogram(values, least, greatest, i));
+      panel.series.back().name = file.models[i].name;
+    }
+    figure.plot.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+Table outliers_table(const CampaignFile& file, const Lot& lot) {
+  Table table{"outliers",
+              "Outliers",
+              fmt::format("Further than {} robust sds from the lot's median; of eight gyros or more.", kOutlierScore),
+              {{"gyro", "", false},
+               {"model", "", false},
+               {"quantity", "", false},
+               {"value"},
+               {"robust sds"},
+               {"verdict", "", false}},
+              {}};
+  for (const Outlier& outlier : find_outliers(lot.outcomes))
+    table.rows.push_back({gyro_cell(*outlier.outcome, file.reports), report::text_cell(outlier.outcome->model),
+                          report::text_cell(outlier.quantity), report::general_cell(outlier.value, 4),
+                          report::fixed_cell(outlier.score, 1),
+                          report::text_cell(outlier.outcome->accepted() ? "accepted" : "rejected")});
+  return table;
+}
+
+Table siblings_table(const CampaignFile& file, const Lot& lot) {
+  Table table{"siblings",
+              "Gyros that behave alike",
+              "Each gyro and the one that its bias against temperature is most like, of the training recordings in "
+              "bins of 5 degC about their mean; "
+              "the most alike first, who stands alone last.",
+              {{"gyro", "", false}, {"most like", "", false}, {"rms difference", "deg/h"}, {"correlation"}},
+              {}};
+  for (const Sibling& sibling : find_siblings(lot.outcomes))
+    table.rows.push_back({gyro_cell(*sibling.outcome, file.reports), gyro_cell(*sibling.nearest, file.reports),
+                          report::general_cell(sibling.likeness.difference_deg_per_h, 4),
+                          report::fixed_cell(sibling.likeness.correlation, 3)});
+  return table;
+}
+
+Table drift_table(const CampaignFile& file, const Lot& lot, const Lot& previous) {
+  Table table{"drift",
+              "Drift since the earlier campaign",
+              "Of the same gyro with the same model; now less then.",
+              {{"gyro", "", false},
+               {"model", "", false},
+               {"mean", "deg/h"},
+               {"against temperature, rms", "deg/h"},
+               {"after, then", "deg/h"},
+               {"after, now", "deg/h"}},
+              {}};
+  for (const Drift& drift : find_drift(lot.outcomes, previous.outcomes))
+    table.rows.push_back({gyro_cell(*drift.now, file.reports), report::text_cell(drift.now->model),
+                          report::general_cell(drift.mean_deg_per_h, 4), report::general_cell(drift.curve_deg_per_h, 4),
+                          quantity_cell(*drift.before, "bias_stability_deg_per_h", 4),
+                          quantity_cell(*drift.now, "bias_stability_deg_per_h", 4)});
+  return table;
+}
+
+std::string limits_text(const std::vector<analysis::Limit>& limits) {
+  std::string text;
+  for (const analysis::Limit& limit : limits) {
+    text += text.empty() ? "" : "; ";
+    text += limit.quantity;
+    if (limit.min) text += fmt::format(" at least {:g}", *limit.min);
+    if (limit.max) text += fmt::format(" at most {:g}", *limit.max);
+  }
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+report::Report lot_report(const CampaignFile& file, const Lot& lot, const Lot* previous) {
+  report::Report report;
+  std::set<std::string> gyros, levels;
+  for (const Outcome& outcome : lot.outcomes) {
+    gyros.insert(outcome.gyro);
+    levels.insert(outcome.level);
+    report.simulated = report.simulated || outcome.simulated;
+  }
+  const std::size_t chosen = lot.chosen(file.models).size();
+  report.title = "Campaign " + file.name;
+  report.subtitle = fmt::format("{} gyros with a result, {} of them with an accepted model; {} tasks without a result",
+                                gyros.size(), chosen, lot.missing.size());
+  report.tool = std::string("prismcal ") + kVersion;
+  report.facts = {
+      {"asked by", file.asked_by.empty() ? "not stated" : file.asked_by},
+      {"limits, data quality", fmt::format("worst verdict {}; {}", file.limits.warnings_pass ? "warn" : "pass",
+                                           limits_text(file.limits.findings))},
+      {"limits, repeat", limits_text(file.limits.repeat)},
+      {"limits, other profiles", limits_text(file.limits.other)},
+      {"instruction level", fmt::format("{}", fmt::join(levels, ", "))}};
+  for (const LeftOutInput& input : lot.left_out) report.facts.emplace_back("left out", input.what + ": " + input.why);
+  if (!lot.missing.empty())
+    report.warning = fmt::format("{} tasks have no result yet: the lot is not whole.", lot.missing.size());
+  report.sections.push_back({"summary", "The lot", {models_table(file, lot), spread_table(file, lot)}});
+  if (auto figure = spread_figure(file, lot); !figure.plot.panels.empty())
+    report.sections[0].blocks.emplace_back(std::move(figure));
+  report.sections.push_back({"verdicts", "Every gyro", {gyros_table(file, lot)}});
+  report.sections.push_back(
+      {"company", "Outliers and siblings", {outliers_table(file, lot), siblings_table(file, lot)}});
+  if (previous) report.sections.push_back({"drift_section", "Drift", {drift_table(file, lot, *previous)}});
+  return report;
+}
+
+}  // namespace prism::campaign
