@@ -20,7 +20,7 @@ _prismcal() {
     'allan --grid') words='octave decade dense' ;;
     'allan --estimator') words='overlapping non-overlapping' ;;
     'convert --frames') words=$(for file in ./frames/*.json /etc/prism/frames/*.json /usr/share/prism/frames/*.json ${PRISM_DATA-.}/frames/*.json; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done) ;;
-    'campaign --engine') words='local print' ;;
+    'campaign --engine') words='local slurm print' ;;
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
@@ -34,7 +34,7 @@ _prismcal() {
     allan) words='-h --help --column --unit --time --interval --grid --estimator --confidence --json' ;;
     convert) words='-h --help --out --frames --map --interval --config' ;;
     verify) words='-h --help --repair --json' ;;
-    campaign) words='-h --help --plan --status --task --collect --install --engine --jobs --memory' ;;
+    campaign) words='-h --help --plan --status --task --collect --install --engine --jobs --memory --detach' ;;
     *) words='-h --help --version train fit cv predict evaluate compare report allan convert verify campaign' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")

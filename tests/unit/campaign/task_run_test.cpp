@@ -123,7 +123,7 @@ TEST_F(TaskOfALot, WhatAKilledProcessLeftIsSweptAway) {
 TEST(TaskCommand, IsQuotedForAShell) {
   CampaignFile file;
   file.path = "/lab/it's lot.json";
-  EXPECT_EQ(task_command(file, {"/usr/bin/prismcal", 0, 0}, "ab12"),
+  EXPECT_EQ(task_command(file, {"/usr/bin/prismcal", 0, 0, false}, "ab12"),
             "/usr/bin/prismcal campaign '/lab/it'\\''s lot.json' --task ab12");
 }
 

@@ -143,7 +143,8 @@ Result<int> run_engine(const CampaignChoice& choice, const campaign::CampaignFil
   }
   fmt::print(stderr, "prismcal: {} tasks of {} gyros, {} to do, {} stand\n", planned->size(), plan->gyros, to_do.size(),
              planned->size() - to_do.size());
-  const auto end = campaign::run_local(file, store, *planned, choice.settings);
+  const auto end = choice.engine == "slurm" ? campaign::run_slurm(file, store, *planned, choice.settings)
+                                            : campaign::run_local(file, store, *planned, choice.settings);
   if (!end) return tl::unexpected<Error>(end.error());
   const std::string left = fmt::format("{} done, {} failed, {} left", end->done, end->failed, to_do.size() - end->done);
   if (end->interrupted) {
@@ -188,18 +189,21 @@ void add_campaign_command(CLI::App& app, int& code, char** argv) {
   status->excludes(collected)->excludes(installed)->excludes(task);
   collected->excludes(installed)->excludes(task);
   installed->excludes(task);
-  command->add_option("--engine", choice->engine, "local (default) or print (a command a line, for others to run)")
-      ->check(CLI::IsMember({"local", "print"}));
+  command
+      ->add_option("--engine", choice->engine,
+                   "local (default), slurm (job arrays) or print (a command a line, for others to run)")
+      ->check(CLI::IsMember({"local", "slurm", "print"}));
   command->add_option("--jobs", choice->settings.jobs, "local: tasks at a time (default: one a core)")
       ->check(CLI::Range(1, 1024));
   command
       ->add_option("--memory", choice->settings.memory_mb,
                    "local: MB of all tasks at a time (default: 80 % of what is free)")
       ->check(tools::positive());
+  command->add_flag("--detach", choice->settings.detach, "slurm: submit and return; --status tells the rest");
   tools::add_examples(
-      *command,
-      {"prismcal campaign lot.json --plan", "prismcal campaign lot.json", "prismcal campaign lot.json --collect",
-       "prismcal campaign lot.json --install /srv/models", "prismcal campaign lot.json --engine print"});
+      *command, {"prismcal campaign lot.json --plan", "prismcal campaign lot.json",
+                 "prismcal campaign lot.json --collect", "prismcal campaign lot.json --install /srv/models",
+                 "prismcal campaign lot.json --engine slurm --detach", "prismcal campaign lot.json --engine print"});
   command->callback([choice, &code, argv] {
     choice->settings.program = program_path();
     const auto done = run_campaign(*choice, argv);
