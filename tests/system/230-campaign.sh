@@ -22,6 +22,9 @@ sed 's/"method"/"methd"/' lot.json >wrong.json
 code=0; prismcal campaign wrong.json --plan >out 2>wrong.out || code=$?
 same "exit code of an option that there is not" "$code" 1
 contains "what it says" "$(cat wrong.out)" "wrong.json:/models/"
+sed 's/"method": "stepwise"/"method": "stepwise", "prior": "models"/' lot.json >wrong.json
+code=0; prismcal campaign wrong.json --plan >out 2>wrong.out || code=$?
+same "exit code of an option whose files are no inputs" "$code" 1
 
 # Killed: what stands then stays, the rest is done by the same command.
 start run prismcal campaign lot.json --jobs 1
