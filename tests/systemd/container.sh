@@ -53,6 +53,8 @@ container_up() {
   esac
   # The index of all manual pages would take ten seconds of every dpkg run.
   inside rm -f /var/lib/man-db/auto-update
+  # A prismd that was started here by hand has left its log, which is not that of a dynamic user.
+  inside rm -rf /var/log/prismd /var/log/private/prismd /var/lib/prismd /var/lib/private/prismd
   # Images made for containers forbid dpkg to start services; deb-systemd-invoke would do nothing.
   inside rm -f /usr/sbin/policy-rc.d
 }
