@@ -36,7 +36,7 @@ std::vector<double> nearest_in_box(const Model& model, std::span<const double> i
 Prediction shrunk(Prediction prediction);
 
 /// The prediction shrunk by a given w, 0 to 1, with the standard deviations that belong to it:
-/// sd² = 1.5 (v + (1 − w)(var_y + (f − mean)²) + nuisance²) + offset², times factor²; sd_mean has noise² in it, too.
+/// sd² = 1.25 (v + (1 − w)(var_y + (f − mean)²) + nuisance²) + offset², times factor²; sd_mean has noise² in it, too.
 Prediction stated(Prediction prediction, const Knowledge& known, double w);
 
 }  // namespace prism::compensation
