@@ -26,7 +26,7 @@ struct Spread {
 };
 
 /// The offset between two runs of a gyro that was recorded once, in standard deviations of its bias: the tenth by which
-/// its cycles differ (improvement_interval.hpp assumes the same).
+/// its cycles differ (docs/science.md).
 inline constexpr double kAssumedOffset = 0.1;
 
 /// What a model knows of its own ignorance at one point; variances in (deg/h)².

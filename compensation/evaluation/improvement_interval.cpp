@@ -68,7 +68,7 @@ Spread bootstrap(std::size_t n, std::size_t block,
 /// How far the next recording may be from this one, in standard deviations of either.
 double reach(std::size_t n, std::size_t block) {
   const double freedom = std::max(2.0, static_cast<double>(n) / static_cast<double>(block) - 1);
-  return std::sqrt(2 * (1 - kRepeats)) * boost::math::quantile(boost::math::students_t(freedom), 0.975);
+  return std::sqrt(2.0) * boost::math::quantile(boost::math::students_t(freedom), 0.975);
 }
 
 Result<void> usable(std::span<const double> before, std::span<const double> after, const std::string& where) {
@@ -131,7 +131,7 @@ Result<NextRecording> next_improvement(std::span<const double> before, std::span
     return std::log(sd_of(left) / sd_of(raw));
   };
   const auto [here, sd] = bootstrap(n, block, statistic);
-  const double far = std::hypot(reach(n, block) * sd, std::sqrt(2.0) * 1.96 * kBetweenDays);
+  const double far = std::hypot(std::sqrt(1 - kRepeats) * reach(n, block) * sd, std::sqrt(2.0) * 1.96 * kBetweenDays);
   return NextRecording{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), block};
 }
 

@@ -13,11 +13,11 @@ namespace prism::evaluation {
 /// From day to day the ratio of the sigmas moves by this much, 1 sigma of its logarithm, beyond what one recording
 /// shows of itself (another voltage, another turn-on). Assumed wherever there is one recording only: of simulated days,
 /// docs/science.md.
-inline constexpr double kBetweenDays = 0.1;
+inline constexpr double kBetweenDays = 0.09;
 
 /// Of what a recording's residual scatters, the share that the next one repeats, as hidden causes of temperature do: it
 /// does not part the two. Of simulated days, likewise.
-inline constexpr double kRepeats = 0.25;
+inline constexpr double kRepeats = 0.4;
 
 /// A figure of one recording, and where 95 % of those of further recordings of the same profile lie.
 struct NextRecording {

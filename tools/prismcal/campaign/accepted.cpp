@@ -124,10 +124,10 @@ Result<std::size_t> keep_old(const Json& old, const std::string& folder, const s
   for (const Json& entry : old["models"]) {
     const std::string name = entry.is_object() ? entry.value("file", "") : "";
     std::error_code error;
-    if (name.empty() || name.find('/') != std::string::npos || fs::exists(made + "/" + name, error)) continue;
-    const auto text = config::read_text_file(folder + "/" + name);
+    if (name.empty() || name.find('/') != std::string::npos || fs::exists(fs::path(made) / name, error)) continue;
+    const auto text = config::read_text_file((fs::path(folder) / name).string());
     if (!text) return tl::unexpected<Error>(text.error());
-    if (auto done = config::write_text_file(made + "/" + name, *text); !done)
+    if (auto done = config::write_text_file((fs::path(made) / name).string(), *text); !done)
       return tl::unexpected<Error>(done.error());
     manifest["models"].push_back(entry);
     ++kept;
@@ -143,12 +143,12 @@ Result<InstalledModels> fill(const CampaignFile& file, const Store& store, const
   for (const Outcome* outcome : lot.chosen(file.models)) {
     const std::string name = file_name_of(*outcome);
     std::error_code error;
-    if (fs::exists(made + "/" + name, error) || name == kManifest)
+    if (fs::exists(fs::path(made) / name, error) || name == kManifest)
       return refuse(
           name, fmt::format("found a second gyro of this file name ({}), expected names that differ", outcome->gyro));
     const auto text = model_text_of(store, *outcome);
     if (!text) return tl::unexpected<Error>(text.error());
-    if (auto done = config::write_text_file(made + "/" + name, *text); !done)
+    if (auto done = config::write_text_file((fs::path(made) / name).string(), *text); !done)
       return tl::unexpected<Error>(done.error());
     manifest["models"].push_back(entry_of(file, *outcome, name, *text));
     ++installed.models;

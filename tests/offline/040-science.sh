@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: MIT
+# The default model on gyros with hidden causes, a gyro a truth: nowhere worse than nothing but where there is nothing to correct, and
+# its standard deviation true. docs/science.md has the same table of six gyros.
+. "$(dirname "$0")/../system/lib.sh"
+"$PRISM_BIN/tests/bench/bench_science" simulated 101001 1 >"$dir/table" || fail "exit code $?"
+cat "$dir/table"
+# | truth | profile | composite (worst) | stepwise 2 | blocked | REML | against the best | within 2 sd_mean, % | …
+awk -F' *[|] *' '/^[|] (base|hard|smooth)/ {
+    ++rows
+    split($4, gain, " ")
+    if ($3 != "steady" && gain[1] < 20) print $2, $3 ": found an improvement of " gain[1] " %, expected 20 or more"
+    if ($9 < 70) print $2, $3 ": found " $9 " % within 2 sd_mean, expected 70 or more"
+    sum += $9
+  } END {
+    if (rows != 24) print "found " rows " rows, expected 24"
+    if (sum / rows < 92 || sum / rows > 99) print "found " sum / rows " % within 2 sd_mean over all rows, expected 92 to 99"
+  }' "$dir/table" >"$dir/wrong"
+[ ! -s "$dir/wrong" ] || fail "$(cat "$dir/wrong")"
