@@ -138,9 +138,13 @@ Eigen::VectorXd CompositeModel::normalised(std::span<const double> inputs) const
   return (x - parameters_.normalisation.input_shift).cwiseQuotient(parameters_.normalisation.input_scale);
 }
 
-double CompositeModel::bias_deg_per_h(std::span<const double> inputs) const {
+double CompositeModel::own_bias_deg_per_h(const Eigen::VectorXd& x) const {
   const Normalisation& n = parameters_.normalisation;
-  const double own = (centres_.sum(normalised(inputs)) + parameters_.beta) * n.target_scale + n.target_shift;
+  return (centres_.sum(x) + parameters_.beta) * n.target_scale + n.target_shift;
+}
+
+double CompositeModel::bias_deg_per_h(std::span<const double> inputs) const {
+  const double own = own_bias_deg_per_h(normalised(inputs));
   return parameters_.prior ? own + parameters_.prior->at(inputs).mean_deg_per_h : own;
 }
 
@@ -165,11 +169,12 @@ Prediction CompositeModel::predict(std::span<const double> inputs) const {
   const CompositeTrust& trust = parameters_.trust;
   const double scale = parameters_.normalisation.target_scale, square = scale * scale;
   // With q − level in the place of q the mean stays, and the variance falls by level everywhere.
-  const double fraction = std::max(0.0, variance(normalised(inputs)) - trust.level);
+  const Eigen::VectorXd x = normalised(inputs);
+  const double fraction = std::max(0.0, variance(x) - trust.level);
   // Off its own data it is shrunk to what the siblings say, as far as they agree.
   const auto prior = parameters_.prior ? parameters_.prior->at(inputs) : SiblingPrior::Said{0, 0, true};
   Prediction prediction;
-  prediction.bias_deg_per_h = bias_deg_per_h(inputs);
+  prediction.bias_deg_per_h = own_bias_deg_per_h(x) + prior.mean_deg_per_h;
   prediction.extrapolating = (outside_domain(inputs) || fraction > trust.guard) && prior.extrapolating;
   prediction.mean_deg_per_h = parameters_.normalisation.target_shift + prior.mean_deg_per_h;
   prediction.knowledge = {fraction * square, square + prior.variance, trust.skill,

@@ -78,6 +78,7 @@ class CompositeModel final : public Model {
   bool factorise();
   Eigen::VectorXd normalised(std::span<const double> inputs) const;
   double variance(const Eigen::VectorXd& x) const;
+  double own_bias_deg_per_h(const Eigen::VectorXd& x) const;  // without what siblings say
 
   CompositeParameters parameters_;
   CompositeCentres centres_;

@@ -16,7 +16,7 @@ SiblingPrior::Said SiblingPrior::at(std::span<const double> inputs) const {
     const double drift = models[s]->bias_deg_per_h(nearest) - levels[s];
     sum += drift;
     squares += drift * drift;
-    said.extrapolating = said.extrapolating || nearest != std::vector<double>(inputs.begin(), inputs.end());
+    said.extrapolating = said.extrapolating || !std::equal(inputs.begin(), inputs.end(), nearest.begin());
   }
   const double mean = sum / count, spread = std::max(0.0, squares - sum * mean) / (count - 1);
   said.mean_deg_per_h = scale * mean;

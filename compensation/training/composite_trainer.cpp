@@ -36,10 +36,7 @@ double level_of(const CompositeSamples& samples, const Eigen::VectorXd& theta) {
 std::optional<HeldOut> hold_out(const CompositeSamples& samples, const CompositeFit& fit, const Folds& folds) {
   HeldOut held{samples.y, samples.y, samples.y};
   for (const auto& members : fold_members(folds)) {
-    std::vector<Eigen::Index> rest;
-    for (Eigen::Index i = 0; i < samples.y.size(); ++i) {
-      if (!std::binary_search(members.begin(), members.end(), i)) rest.push_back(i);
-    }
+    const std::vector<Eigen::Index> rest = others(members, samples.y.size());
     const CompositeSamples seen = samples.part(rest);
     const auto system = CompositeSystem::make(seen, fit.theta, fit.weight(rest));
     if (!system) return std::nullopt;

@@ -71,6 +71,16 @@ std::vector<int> taken(const std::vector<int>& of_rows, const std::vector<Eigen:
   return part;
 }
 
+std::vector<Eigen::Index> others(const std::vector<Eigen::Index>& members, Eigen::Index count) {
+  std::vector<char> out(static_cast<std::size_t>(count), 0);
+  for (const Eigen::Index i : members) out[static_cast<std::size_t>(i)] = 1;
+  std::vector<Eigen::Index> rest;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (!out[static_cast<std::size_t>(i)]) rest.push_back(i);
+  }
+  return rest;
+}
+
 std::vector<std::vector<Eigen::Index>> fold_members(const Folds& folds) {
   std::vector<std::vector<Eigen::Index>> members(static_cast<std::size_t>(fold_count(folds)));
   for (std::size_t i = 0; i < folds.size(); ++i)

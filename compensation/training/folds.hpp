@@ -28,6 +28,8 @@ int fold_count(const Folds& folds);
 std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most);
 /// The fold or recording of these rows.
 std::vector<int> taken(const std::vector<int>& of_rows, const std::vector<Eigen::Index>& rows);
+/// Of `count` rows those that are not among `members`.
+std::vector<Eigen::Index> others(const std::vector<Eigen::Index>& members, Eigen::Index count);
 /// Indices of each fold's samples.
 std::vector<std::vector<Eigen::Index>> fold_members(const Folds& folds);
 

@@ -2,7 +2,6 @@
 // The paper's LS and stepwise models (eqs. 21 to 25).
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -31,10 +30,7 @@ HeldOutErrors hold_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y,
                        const std::vector<int>& runs) {
   HeldOutErrors held{y, Eigen::VectorXd::Zero(y.size()), spread_folds(runs)};
   for (const auto& members : fold_members(held.folds)) {
-    std::vector<Eigen::Index> rest;
-    for (Eigen::Index i = 0; i < y.size(); ++i) {
-      if (!std::binary_search(members.begin(), members.end(), i)) rest.push_back(i);
-    }
+    const std::vector<Eigen::Index> rest = others(members, y.size());
     const auto fit = LinearProblem(columns(rest, Eigen::all), y(rest)).fit(chosen);
     if (!fit) return {};  // a block alone moved one of the inputs
     held.error(members).array() -= fit->intercept;

@@ -55,20 +55,12 @@ SvmModel fit(Rows& rows, Eigen::VectorXd y, const TuningPoint& point, double eps
   return SvmModel(svm_train(&problem, &parameter));
 }
 
-std::vector<Eigen::Index> samples_of(const Folds& folds, int fold, bool inside) {
-  std::vector<Eigen::Index> samples;
-  for (std::size_t i = 0; i < folds.size(); ++i) {
-    if ((folds[i] == fold) == inside) samples.push_back(static_cast<Eigen::Index>(i));
-  }
-  return samples;
-}
-
 // Mean over folds of the held-out mean absolute error.
 double fold_cost(const NormalisedData& data, const Folds& folds, const TuningPoint& point, double epsilon) {
   double total = 0;
-  const int count = fold_count(folds);
-  for (int f = 0; f < count; ++f) {
-    const auto training = samples_of(folds, f, false), held_out = samples_of(folds, f, true);
+  const auto members = fold_members(folds);
+  for (const auto& held_out : members) {
+    const auto training = others(held_out, data.y.size());
     Rows rows(data.x, training), test(data.x, held_out);
     const SvmModel model = fit(rows, data.y(training), point, epsilon);
     double sum = 0;
@@ -76,7 +68,7 @@ double fold_cost(const NormalisedData& data, const Folds& folds, const TuningPoi
       sum += std::fabs(data.y[held_out[i]] - svm_predict(model.get(), test.pointers()[i]));
     total += sum / static_cast<double>(held_out.size());
   }
-  return total / count * data.constants.target_scale;
+  return total / static_cast<double>(members.size()) * data.constants.target_scale;
 }
 
 HeldOutErrors hold_out(const NormalisedData& data, const std::vector<int>& runs, const TuningPoint& point,
@@ -85,8 +77,8 @@ HeldOutErrors hold_out(const NormalisedData& data, const std::vector<int>& runs,
   const Eigen::MatrixXd x = data.x(Eigen::all, some);
   const Eigen::VectorXd y = data.y(some);
   HeldOutErrors held{y, Eigen::VectorXd::Zero(y.size()), spread_folds(taken(runs, some))};
-  for (int f = 0; f < fold_count(held.folds); ++f) {
-    const auto inside = samples_of(held.folds, f, false), held_out = samples_of(held.folds, f, true);
+  for (const auto& held_out : fold_members(held.folds)) {
+    const auto inside = others(held_out, y.size());
     Rows rows(x, inside), test(x, held_out);
     const SvmModel model = fit(rows, y(inside), point, epsilon);
     for (std::size_t i = 0; i < held_out.size(); ++i)
@@ -139,7 +131,7 @@ Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelIn
     if (!std::isfinite(point.cost))
       return refuse("tuning", "stopped before the first choice of c and sigma2 had a cost");
   }
-  Rows rows(data.x, samples_of(folds, -1, false));
+  Rows rows(data.x, others({}, data.y.size()));
   const SvmModel svm = fit(rows, data.y, point, settings.epsilon);
   std::vector<Eigen::Index> vectors;
   for (int i = 0; i < svm->l; ++i) vectors.push_back(svm->sv_indices[i] - 1);

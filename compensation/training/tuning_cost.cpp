@@ -45,16 +45,6 @@ bool reweight(PrimalLssvm& primal, const ReweightSettings& settings, const Weigh
   return true;
 }
 
-std::vector<Eigen::Index> others(const std::vector<Eigen::Index>& fold, Eigen::Index n) {
-  std::vector<char> out(static_cast<std::size_t>(n), 0);
-  for (const Eigen::Index i : fold) out[static_cast<std::size_t>(i)] = 1;
-  std::vector<Eigen::Index> rest;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    if (!out[static_cast<std::size_t>(i)]) rest.push_back(i);
-  }
-  return rest;
-}
-
 Eigen::VectorXd nothing(Eigen::Index n) { return Eigen::VectorXd::Constant(n, kNever); }
 
 }  // namespace

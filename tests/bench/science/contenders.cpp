@@ -7,6 +7,7 @@
 #include <numeric>
 
 namespace prism::science {
+namespace {
 
 training::TrainingSettings settings_of(const Contender& contender, std::size_t inputs) {
   training::TrainingSettings settings;
@@ -23,13 +24,22 @@ training::TrainingSettings settings_of(const Contender& contender, std::size_t i
   return settings;
 }
 
-compensation::ModelPtr trained(const Contender& contender, const training::TrainingData& data) {
-  auto model = training::train(data, {}, settings_of(contender, static_cast<std::size_t>(data.inputs.rows())));
+}  // namespace
+
+training::TrainedModel fitted(const Contender& contender, const training::TrainingData& data,
+                              const std::vector<compensation::ModelPtr>& siblings) {
+  training::TrainingSettings settings = settings_of(contender, static_cast<std::size_t>(data.inputs.rows()));
+  settings.siblings = siblings;
+  auto model = training::train(data, {}, settings);
   if (!model) {
     fmt::print(stderr, "{}: {}\n", contender.name, model.error().text());
     std::exit(1);
   }
-  return model->model;
+  return std::move(*model);
+}
+
+compensation::ModelPtr trained(const Contender& contender, const training::TrainingData& data) {
+  return fitted(contender, data).model;
 }
 
 Served serve(const compensation::Model& model, const training::TrainingData& data, compensation::Extrapolation policy) {

@@ -25,9 +25,9 @@ inline constexpr std::array<Contender, 4> kContenders = {{
     {"REML", training::Method::kIrlssvm, training::Tuning::kReml, compensation::Extrapolation::kPreset},
 }};
 
-training::TrainingSettings settings_of(const Contender& contender, std::size_t inputs);
-
 /// Ends the program where training refuses: a table with a hole in it would mislead.
+training::TrainedModel fitted(const Contender& contender, const training::TrainingData& data,
+                              const std::vector<compensation::ModelPtr>& siblings = {});
 compensation::ModelPtr trained(const Contender& contender, const training::TrainingData& data);
 
 /// What a model says of every row.

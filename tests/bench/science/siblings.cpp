@@ -14,19 +14,6 @@ namespace {
 constexpr int kSiblings = 4;
 constexpr Eigen::Index kShort = 4 * 36;  // blocks of 100 s
 
-compensation::ModelPtr trained_with(const training::TrainingData& data,
-                                    const std::vector<compensation::ModelPtr>& siblings, double* explained) {
-  training::TrainingSettings settings = settings_of(kContenders.front(), static_cast<std::size_t>(data.inputs.rows()));
-  settings.siblings = siblings;
-  auto model = training::train(data, {}, settings);
-  if (!model) {
-    fmt::print(stderr, "{}\n", model.error().text());
-    std::exit(1);
-  }
-  if (explained != nullptr) *explained = model->from_siblings.value_or(kUnknown);
-  return model->model;
-}
-
 struct Tally {
   std::vector<double> gain, held;
 
@@ -53,18 +40,17 @@ int siblings(std::uint64_t first_seed, int count) {
       std::uint64_t seed = first_seed + 20 * static_cast<std::uint64_t>(s);
       std::vector<compensation::ModelPtr> family;
       for (int i = 1; i <= kSiblings; ++i, ++seed)
-        family.push_back(trained_with(simulate(profiles[0], truth.settings, seed, seed).data, {}, nullptr));
+        family.push_back(trained(kContenders.front(), simulate(profiles[0], truth.settings, seed, seed).data));
       const std::uint64_t own = seed;
       const training::TrainingData cycle = simulate(profiles[0], truth.settings, ++seed, own).data;
       const training::TrainingData part = rows(cycle, 0, kShort);
-      double share = 0;
-      const auto with = trained_with(part, family, &share), without = trained_with(part, {}, nullptr),
-                 all = trained_with(cycle, {}, nullptr);
-      explained.push_back(share);
+      const training::TrainedModel with = fitted(kContenders.front(), part, family);
+      const auto without = trained(kContenders.front(), part), all = trained(kContenders.front(), cycle);
+      explained.push_back(with.from_siblings.value_or(kUnknown));
       for (int p = 0; p < 2; ++p) {
         const Record test = simulate(profiles[p], truth.settings, ++seed, own);
         alone[p].judge(*without, test);
-        together[p].judge(*with, test);
+        together[p].judge(*with.model, test);
         whole[p].judge(*all, test);
       }
     }

@@ -12,7 +12,6 @@ namespace prism::campaign {
 namespace {
 
 constexpr std::size_t kFewest = 8, kFewestBins = 4;
-constexpr double kMadToSd = 1.4826;
 
 double at_share(const std::vector<double>& sorted, double share) {
   const double place = share * static_cast<double>(sorted.size() - 1);
@@ -42,16 +41,8 @@ std::optional<double> lot_value(const Outcome& outcome, const std::string& quant
 
 Spread spread_of(std::vector<double> values) {
   std::sort(values.begin(), values.end());
-  Spread spread{values.size(),
-                values.front(),
-                at_share(values, 0.05),
-                at_share(values, 0.5),
-                at_share(values, 0.95),
-                values.back(),
-                0};
-  for (double& value : values) value = std::abs(value - spread.median);
-  spread.robust_sd = kMadToSd * evaluation::median_of(std::move(values));
-  return spread;
+  return {values.size(),          values.front(), at_share(values, 0.05),       at_share(values, 0.5),
+          at_share(values, 0.95), values.back(),  evaluation::robust_sd(values)};
 }
 
 std::vector<Outlier> find_outliers(const std::vector<Outcome>& outcomes) {
