@@ -24,15 +24,15 @@ _prismcal() {
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
-    train) words='-h --help --out --inputs --serial --name --prior --force --map --interval --config --latitude --elevation --azimuth --no-earth-rate --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    train) words='-h --help --out --inputs --serial --name --prior --force --map --interval --config --axis --latitude --elevation --azimuth --no-earth-rate --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
     fit) words='-h --help --inputs --target --fold-column --time --out --diagnostics --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
     cv) words='-h --help --inputs --target --fold-column --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
     predict) words='-h --help --out --extrapolation --json' ;;
-    evaluate) words='-h --help --training --limits --map --interval --config --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json' ;;
-    compare) words='-h --help --on --map --interval --config --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json' ;;
-    report) words='-h --help --models --limits --seed --folds --reweight --threads --force --map --interval --config --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json' ;;
-    allan) words='-h --help --column --unit --time --interval --grid --estimator --confidence --json' ;;
-    convert) words='-h --help --out --frames --map --interval --config' ;;
+    evaluate) words='-h --help --training --limits --map --interval --config --axis --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json' ;;
+    compare) words='-h --help --on --map --interval --config --axis --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json' ;;
+    report) words='-h --help --models --limits --seed --folds --reweight --threads --force --map --interval --config --axis --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json' ;;
+    allan) words='-h --help --column --axis --unit --time --interval --grid --estimator --confidence --json' ;;
+    convert) words='-h --help --out --frames --map --interval --config --axis' ;;
     verify) words='-h --help --repair --json' ;;
     campaign) words='-h --help --plan --status --task --collect --install --engine --jobs --memory --detach' ;;
     *) words='-h --help --version train fit cv predict evaluate compare report allan convert verify campaign' ;;

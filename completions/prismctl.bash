@@ -21,7 +21,7 @@ _prismctl() {
     reload) words='-h --help' ;;
     version) words='-h --help' ;;
     watch) words='-h --help --samples --every --count' ;;
-    *) words='-h --help --version -s --socket -n --name --json status bias stability line model config events history reload version watch' ;;
+    *) words='-h --help --version -s --socket -n --name --axis --json status bias stability line model config events history reload version watch' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
   [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "compensation/json_section.hpp"
+#include "config/axis_reader.hpp"
 #include "config/search_path.hpp"
 #include "config/socket_place.hpp"
 #include "config/text_file.hpp"
@@ -36,7 +37,7 @@ std::optional<T> optional_integer(Section& section, const char* key, Range range
 }
 
 // It stands in a line of the log's metadata, which a newline or NUL would make unreadable.
-std::string one_line(Section& section, const char* key, const std::string& otherwise) {
+std::string one_line(const Section& section, const char* key, const std::string& otherwise) {
   std::string text = section.text(key, otherwise);
   const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
   if (std::any_of(text.begin(), text.end(), is_control)) {
@@ -61,19 +62,6 @@ std::string read_name(Section& section, const fs::path& file) {
 /// A number of units as a whole number of their parts; `value` has the default.
 void read_scaled(const Section& section, const char* key, Range range, double unit, std::int64_t& value) {
   value = static_cast<std::int64_t>(section.number(key, range, static_cast<double>(value) / unit) * unit);
-}
-
-GyroSettings read_gyro(Section section) {
-  GyroSettings gyro;
-  gyro.serial = one_line(section, "serial", "");
-  gyro.axis = section.text("axis", "");
-  const auto sign = section.integer("sign", {-1, 1}, static_cast<std::int64_t>(gyro.sign));
-  if (sign == 0) section.fail("sign", "found 0, expected 1 or -1");
-  gyro.sign = static_cast<double>(sign);
-  if (section.has("scale_factor_arcsec_per_pulse")) {
-    gyro.scale_factor_arcsec_per_pulse = section.number("scale_factor_arcsec_per_pulse", {1e-9, 1e6});
-  }
-  return gyro;
 }
 
 LineConfig read_line(Section section, const fs::path& base) {
@@ -107,21 +95,6 @@ SensorStatement read_temperature(const Section& section) {
 
 SensorStatement read_uhfo(const Section& section) {
   return {read_range(section, "range_v", kChannelRanges), {}, read_stuck(section)};
-}
-
-void read_slew(const Section& correction, compensation::SlewSettings& slew) {
-  slew.limited = correction.boolean("slew_limit", slew.limited);
-  if (!correction.has("max_slew_deg_per_h_per_s")) return;
-  if (!slew.limited) correction.fail("max_slew_deg_per_h_per_s", "given although \"slew_limit\" is false");
-  slew.max_slew_deg_per_h_per_s = correction.number("max_slew_deg_per_h_per_s", {1e-9, 1e6});
-}
-
-SiteSettings read_site(Section section) {
-  SiteSettings site;
-  site.latitude_deg = section.number("latitude_deg", {-90, 90}, site.latitude_deg);
-  if (section.has("elevation_deg")) site.elevation_deg = section.number("elevation_deg", {-90, 90});
-  site.azimuth_deg = section.number("azimuth_deg", {-360, 360}, site.azimuth_deg);
-  return site;
 }
 
 SegmentSettings read_segments(Section section, const fs::path& root, const std::string& otherwise,
@@ -165,40 +138,26 @@ SocketSettings read_socket(Section section, const fs::path& base, const std::str
   return socket;
 }
 
-// Version 0.1 blended towards a line off the data.
-compensation::Extrapolation read_extrapolation(Section& correction, Config& config) {
-  constexpr auto& kNames = compensation::kExtrapolationNames;
-  std::vector<const char*> names(kNames.begin(), kNames.end());
-  names.push_back("blend");
-  const std::size_t chosen =
-      correction.choice("extrapolation", names, static_cast<std::size_t>(config.engine.extrapolation));
-  if (chosen < kNames.size()) return static_cast<compensation::Extrapolation>(chosen);
-  config.warnings.push_back(
-      config.path + ":/correction/extrapolation: \"blend\" made real gyros worse and is gone; served by \"shrink\"");
-  return compensation::Extrapolation::kShrink;
-}
-
 Config read_config(Section& top, const fs::path& file) {
   std::error_code error;  // no working folder: paths stay relative
   const fs::path base = fs::absolute(file, error).parent_path();
   Config config;
   config.path = file.string();
   config.name = read_name(top, file);
-  config.gyro = read_gyro(top.object("gyro"));
+  const Section section = top.object("gyro");
+  config.gyro_serial = one_line(section, "serial", "");
   config.line = read_line(top.object("line"), base);
   config.frames = find_data_file(top.text("frames", "trplg"), "frames", base);
   config.device_clock = top.choice("clock", kClocks, 0) == 1;
-  config.site = read_site(top.object("site"));
-  if (const std::string model = top.text("model", ""); !model.empty())
-    config.model = find_data_file(model, "models", base);
-  if (const std::string model = top.text("fallback_model", ""); !model.empty()) {
-    config.fallback_model = find_data_file(model, "models", base);
+  config.latitude_deg = top.object("site").number("latitude_deg", {-90, 90}, config.latitude_deg);
+  read_axes(top, base, config);
+  for (const AxisConfig& axis : config.axes) {
+    if (config.by_axes && config.name.size() + 1 + axis.name.size() > kMaxFileNameBytes - kStampBytes)
+      top.fail("name",
+               fmt::format("has {} bytes, expected at most {} with an axis \"{}\": segments of its log are named "
+                           "after both",
+                           config.name.size(), kMaxFileNameBytes - kStampBytes - 1 - axis.name.size(), axis.name));
   }
-  Section correction = top.object("correction");
-  config.engine.max_bias_deg_per_h =
-      correction.number("max_bias_deg_per_h", {1e-6, 1e6}, config.engine.max_bias_deg_per_h);
-  config.engine.extrapolation = read_extrapolation(correction, config);
-  read_slew(correction, config.engine.slew);
   const Section plausibility = top.object("plausibility");
   config.plausibility = {read_rate(plausibility.object("rate")), read_temperature(plausibility.object("temperature")),
                          read_uhfo(plausibility.object("uhfo"))};
@@ -220,6 +179,14 @@ Config read_config(Section& top, const fs::path& file) {
 }
 
 }  // namespace
+
+const AxisConfig* find_axis(const Config& config, const std::string& name) {
+  if (!config.by_axes) return &config.axes.front();
+  if (name.empty()) return config.axes.size() == 1 ? &config.axes.front() : nullptr;
+  const auto found =
+      std::find_if(config.axes.begin(), config.axes.end(), [&](const AxisConfig& axis) { return axis.name == name; });
+  return found == config.axes.end() ? nullptr : &*found;
+}
 
 Result<Config> parse_config(std::string_view text, const std::string& path) {
   const Result<JsonDocument> document = parse_json_object(text, path);

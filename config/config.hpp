@@ -14,13 +14,17 @@
 
 namespace prism::config {
 
-struct GyroSettings {
-  std::string serial;  ///< of the gyro on the line; a model bound to another serial is refused; empty: unknown
-  std::string axis;    ///< of a multi-axis device, as its frame description names them; empty: its first
-  double sign = 1;     ///< 1 or −1: the mounting
+/// What belongs to one input axis of the device.
+struct AxisConfig {
+  std::string name;  ///< as the frame description calls it; empty: its first (never where "axes" names them)
+  double sign = 1;   ///< 1 or −1: the mounting
   std::optional<double> scale_factor_arcsec_per_pulse;  ///< of this very gyro; default: the description's
+  std::string model, fallback_model;                    ///< paths; empty: none
+  std::optional<double> elevation_deg;  ///< of the input axis above the horizon; absent: earth rate is not reported
+  double azimuth_deg = 0;               ///< of the input axis, from north through east
+  compensation::EngineSettings engine;  ///< its plausibility is of presets only: pipeline::Setup joins all three
 
-  bool operator==(const GyroSettings&) const = default;
+  bool operator==(const AxisConfig&) const = default;
 };
 
 struct LineConfig {
@@ -35,14 +39,6 @@ struct LineConfig {
   double retry_max_s = 5;
 
   bool operator==(const LineConfig&) const = default;
-};
-
-struct SiteSettings {
-  double latitude_deg = 0;              ///< north positive, −90 to 90
-  std::optional<double> elevation_deg;  ///< of the input axis above the horizon; absent: earth rate is not reported
-  double azimuth_deg = 0;               ///< of the input axis, from north through east
-
-  bool operator==(const SiteSettings&) const = default;
 };
 
 /// Files written in segments: the log and the capture.
@@ -67,16 +63,16 @@ struct SocketSettings {
 };
 
 struct Config {
-  std::string path;  ///< the file it came from
-  std::string name;  ///< of the instance; default: the file's name without ".json"
-  GyroSettings gyro;
+  std::string path;              ///< the file it came from
+  std::string name;              ///< of the instance; default: the file's name without ".json"
+  std::string gyro_serial;       ///< of the device on the line; a model bound to another is refused; empty: unknown
+  std::vector<AxisConfig> axes;  ///< to be served: at least one
+  bool by_axes = false;  ///< the file names them in "axes": each has a log of its own, and its own inputs of a model
   LineConfig line;
   std::string frames;  ///< path of the frame description
   bool device_clock = false;
-  SiteSettings site;
-  std::string model, fallback_model;    ///< paths; empty: none
-  SensorStatements plausibility;        ///< beside what the frame description states
-  compensation::EngineSettings engine;  ///< its plausibility is of presets only: pipeline::Setup joins all three
+  double latitude_deg = 0;        ///< north positive, −90 to 90
+  SensorStatements plausibility;  ///< beside what the frame description states
   std::optional<SegmentSettings> log, capture;
   SocketSettings socket;
   std::string event_level = "info";
@@ -84,6 +80,10 @@ struct Config {
 
   bool operator==(const Config&) const = default;
 };
+
+/// The axis of this name; the only one that a file without "axes" has; without `name` the only one there is. Null:
+/// there is none, or `name` had to choose.
+const AxisConfig* find_axis(const Config& config, const std::string& name);
 
 /// Reads a configuration from its text. Paths in it become absolute: relative ones are relative to the file's folder;
 /// "frames" and models may be bare names, searched in the data folders. Every refusal: file:/pointer: found, expected.

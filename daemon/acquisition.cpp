@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "daemon/arrival_clock.hpp"
@@ -25,20 +26,56 @@ Result<void> same_places(const config::Config& before, const config::Config& aft
 }
 
 bool same_stream(const pipeline::Setup& a, const pipeline::Setup& b) {
-  return a.frames->id == b.frames->id && a.frames->gyro.axis == b.frames->gyro.axis &&
-         a.frames->gyro.scale == b.frames->gyro.scale && a.clock.source == b.clock.source;
+  const auto same_axis = [](const wire::AxisRule& one, const wire::AxisRule& other) {
+    return one.name == other.name && one.scale == other.scale;
+  };
+  return a.frames->id == b.frames->id && a.clock.source == b.clock.source &&
+         std::equal(a.frames->axes.begin(), a.frames->axes.end(), b.frames->axes.begin(), b.frames->axes.end(),
+                    same_axis);
+}
+
+bool same_engines(const pipeline::Setup& a, const pipeline::Setup& b) {
+  const auto same = [](const auto& one, const auto& other) { return one.engine == other.engine; };
+  return std::equal(a.axes.begin(), a.axes.end(), b.axes.begin(), b.axes.end(), same);
+}
+
+// Each log goes on under its name.
+Result<void> same_logs(const pipeline::Setup& before, const pipeline::Setup& after) {
+  const auto names = [](const pipeline::Setup& setup) {
+    std::vector<std::string> found;
+    for (std::size_t i = 0; i < setup.axes.size(); ++i) found.push_back(pipeline::log_name(setup, i));
+    return found;
+  };
+  if (names(before) == names(after)) return {};
+  return refuse(after.config.path, fmt::format("has logs {}, expected {} as before: that needs a restart of prismd",
+                                               fmt::join(names(after), ", "), fmt::join(names(before), ", ")));
 }
 
 }  // namespace
 
-Acquisition::Acquisition(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<CaptureLog> capture,
-                         EventLog& events)
+std::vector<std::unique_ptr<RowWriter>> make_logs(const pipeline::Setup& setup, const MakeLog& make) {
+  std::vector<std::unique_ptr<RowWriter>> logs;
+  if (!setup.config.log) return logs;
+  config::SegmentSettings settings = *setup.config.log;
+  settings.keep_bytes /= static_cast<std::int64_t>(setup.axes.size());
+  for (std::size_t i = 0; i < setup.axes.size(); ++i)
+    logs.push_back(make(settings, pipeline::log_name(setup, i), pipeline::log_metadata(setup, i)));
+  return logs;
+}
+
+Acquisition::Acquisition(pipeline::Setup setup, std::vector<std::unique_ptr<RowWriter>> logs,
+                         std::unique_ptr<CaptureLog> capture, EventLog& events)
     : setup_(std::move(setup)),
       events_(events),
-      log_(std::move(log)),
       capture_(std::move(capture)),
       pipeline_(std::make_unique<pipeline::Pipeline>(setup_)),
-      rate_watch_(setup_.frames->rate_hz) {}
+      rate_watch_(setup_.frames->rate_hz) {
+  const std::size_t axes = setup_.axes.size();
+  logs.resize(axes);
+  for (std::size_t i = 0; i < axes; ++i)
+    records_.emplace_back(std::move(logs[i]), events_, axes > 1 ? axis_name(i) + ": " : "");
+  if (const RowWriter* log = records_.front().log()) log_counters_ = &log->counters();
+}
 
 const pipeline::Rows& Acquisition::begin_session(std::int64_t now_ns) {
   if (capture_) capture_->mark_opened(now_ns);
@@ -60,20 +97,25 @@ const pipeline::Rows& Acquisition::finish() {
 }
 
 void Acquisition::close() {
-  if (log_) log_->close();
+  for (const AxisRecord& record : records_) {
+    if (record.log()) record.log()->close();
+  }
   capture_.reset();
 }
 
 void Acquisition::sync() {
-  if (log_) log_->sync();
+  for (const AxisRecord& record : records_) {
+    if (record.log()) record.log()->sync();
+  }
   if (capture_) capture_->flush();
 }
 
 Result<Acquisition::Reconfigured> Acquisition::reconfigure(pipeline::Setup setup) {
   if (auto same = same_places(setup_.config, setup.config); !same) return tl::unexpected<Error>(same.error());
+  if (auto same = same_logs(setup_, setup); !same) return tl::unexpected<Error>(same.error());
   const bool stream = same_stream(setup, setup_);
   Reconfigured done{!stream || !(setup.line == setup_.line), {}};
-  if (stream && setup.config.engine == setup_.config.engine) {
+  if (stream && same_engines(setup, setup_)) {
     if (auto used = pipeline_->use_models(setup); !used) return tl::unexpected<Error>(used.error());
   } else {
     done.rows = end_session(pipeline_->finish());
@@ -83,50 +125,33 @@ Result<Acquisition::Reconfigured> Acquisition::reconfigure(pipeline::Setup setup
   }
   setup_ = std::move(setup);
   rate_watch_ = RateWatch(setup_.frames->rate_hz);
-  stability_.reset();  // figures of two models do not mix
-  if (log_) log_->set_metadata(pipeline::log_metadata(setup_));
+  for (std::size_t i = 0; i < records_.size(); ++i) {
+    records_[i].begin_stability();
+    if (records_[i].log()) records_[i].log()->set_metadata(pipeline::log_metadata(setup_, i));
+  }
   return done;
-}
-
-compensation::FeatureDefinition Acquisition::features() const {
-  return setup_.model ? setup_.model->info().features : compensation::FeatureDefinition{};
 }
 
 const pipeline::Rows& Acquisition::keep(const pipeline::Rows& rows) {
   for (const pipeline::Rows::Window& window : rows.windows) {
-    if (log_) log_->append(window.row, window.session_ns);
-    stability_.add(window.row, block_s());
-    history_.add(window.row);
-    watch_quality(window.row);
-    watch_rate(window.row);
-    watch_plausibility(window.row);
+    records_[window.axis].keep(window.row, window.session_ns, (*rows.axes)[window.axis], block_s(window.axis));
+    if (window.axis == 0) watch_rate(window.row);
     watch_losses();
   }
-  if (!rows.samples.empty()) {
-    last_ = rows.samples.back().row;
-    sampled_ = true;
+  std::uint32_t wanted = (1U << records_.size()) - 1;  // the last of each axis
+  for (std::size_t i = rows.samples.size(); i-- > 0 && wanted != 0;) {
+    const std::size_t axis = rows.samples[i].axis;
+    if (wanted >> axis & 1) records_[axis].keep(rows.samples[i].row);
+    wanted &= ~(1U << axis);
   }
-  windowed_ = windowed_ || !rows.windows.empty();
   return rows;
 }
 
 // What comes out of the line's last bytes is kept, but is no measurement of now.
 const pipeline::Rows& Acquisition::end_session(const pipeline::Rows& rows) {
   keep(rows);
-  sampled_ = windowed_ = false;
+  for (AxisRecord& record : records_) record.end_session();
   return rows;
-}
-
-// A change of quality is an event; a flood of rows with the same fault is not. What is implausible has events of its
-// own.
-void Acquisition::watch_quality(const compensation::CompensatedWindow& row) {
-  const std::uint32_t quality = row.correction.quality & ~compensation::kImplausible;
-  if (quality == last_quality_) return;
-  last_quality_ = quality;
-  const bool harmless =
-      quality == compensation::kGood || quality == compensation::kWarming || quality == compensation::kNoModel;
-  events_.add(harmless ? Severity::kInfo : Severity::kWarning, "quality",
-              "quality is now " + compensation::quality_text(quality), host_time_ns());
 }
 
 void Acquisition::watch_rate(const compensation::CompensatedWindow& row) {
@@ -143,11 +168,6 @@ void Acquisition::watch_losses() {
                           lost - told_by_arrival_),
               host_time_ns());
   told_by_arrival_ = lost;
-}
-
-void Acquisition::watch_plausibility(const compensation::CompensatedWindow& row) {
-  for (const PlausibilityWatch::Notice& notice : plausibility_watch_.push(row))
-    events_.add(notice.entered ? Severity::kWarning : Severity::kInfo, "implausible", notice.text, host_time_ns());
 }
 
 }  // namespace prism::daemon

@@ -43,10 +43,10 @@ struct Current {
   compensation::Correction correction{kUnknown, kUnknown, kUnknown, compensation::kNoData};
 };
 
-Current current(const Instance& instance) {
-  const Acquisition& acquisition = instance.acquisition;
-  if (!instance.line.delivers() || acquisition.last_sample() == nullptr) return {};
-  Current now{acquisition.last_sample(), acquisition.last_window(), acquisition.engine().correction()};
+Current current(const Instance& instance, std::size_t axis) {
+  const AxisRecord& record = instance.acquisition.record(axis);
+  if (!instance.line.delivers() || record.last_sample() == nullptr) return {};
+  Current now{record.last_sample(), record.last_window(), instance.acquisition.engine(axis).correction()};
   now.correction.quality |= now.sample->correction.quality & compensation::kImplausible;
   if (now.window) now.correction.quality |= now.window->correction.quality & compensation::kImplausible;
   return now;
@@ -68,10 +68,10 @@ ordered_json age_json(const Instance& instance) {
 }
 
 // How long the means of the window are of, how much history is gathered, and how much a correction takes.
-void put_window_length(ordered_json& json, const Instance& instance, const Current& now) {
-  json["window_s"] = instance.acquisition.block_s();
+void put_window_length(ordered_json& json, const Acquisition& acquisition, std::size_t axis, const Current& now) {
+  json["window_s"] = acquisition.block_s(axis);
   json["warm_s"] = now.window ? now.window->window.warm_s : 0;
-  json["full_s"] = instance.acquisition.full_s();
+  json["full_s"] = acquisition.full_s(axis);
 }
 
 ordered_json counters_json(const wire::DecoderCounters& c) {
@@ -113,10 +113,10 @@ ordered_json plausibility_json(const compensation::PlausibilityLimits& limits) {
 }
 
 // deg/h per second; null: not limited, or no model.
-ordered_json slew_json(const pipeline::Setup& setup) {
-  const compensation::EngineSettings& engine = setup.config.engine;
-  if (!setup.model) return nullptr;
-  return known(compensation::greatest_slew_deg_per_h_per_s(*setup.model, engine.slew, engine.max_bias_deg_per_h));
+ordered_json slew_json(const pipeline::Setup::Axis& axis) {
+  if (!axis.model) return nullptr;
+  return known(
+      compensation::greatest_slew_deg_per_h_per_s(*axis.model, axis.engine.slew, axis.engine.max_bias_deg_per_h));
 }
 
 // What a standard deviation is of: a run that was not seen, or, of models of version 0.1, what the model itself had.
@@ -129,6 +129,48 @@ ordered_json model_brief(const compensation::ModelPtr& model) {
 
 ordered_json series_json(const compensation::RunningVariance& series) {
   return {{"blocks", series.count()}, {"mean_deg_per_h", known(series.mean())}, {"sd_deg_per_h", known(series.sd())}};
+}
+
+void put_models(ordered_json& json, const pipeline::Setup::Axis& axis) {
+  json["model"] = model_brief(axis.model);
+  json["fallback_model"] = model_brief(axis.fallback);
+}
+
+// The rows say their axis, as notifications do.
+template <class Row>
+ordered_json row_of_axis(const Row* row, std::uint32_t quality, const std::string& axis) {
+  ordered_json json = {{"axis", axis}};
+  json.update(row_or_nothing(row, quality));
+  return json;
+}
+
+void put_rows(ordered_json& json, const Instance& instance, std::size_t axis, const Current& now) {
+  const std::string& name = instance.acquisition.axis_name(axis);
+  json["sample"] = row_of_axis(now.sample, now.correction.quality, name);
+  json["window"] = row_of_axis(now.window, now.correction.quality, name);
+  put_window_length(json, instance.acquisition, axis, now);
+}
+
+// How the numbers of an axis are corrected, by the configuration.
+void put_correction(ordered_json& json, const pipeline::Setup& setup, std::size_t axis) {
+  const config::AxisConfig& config = setup.config.axes[axis];
+  json["model"] = config.model;
+  json["fallback_model"] = config.fallback_model;
+  json["max_bias_deg_per_h"] = config.engine.max_bias_deg_per_h;
+  json["max_slew_deg_per_h_per_s"] = slew_json(setup.axes[axis]);
+}
+
+std::string quality_of(const Instance& instance, std::size_t axis) {
+  return compensation::quality_text(current(instance, axis).correction.quality);
+}
+
+std::string qualities(const Instance& instance) {
+  const Acquisition& acquisition = instance.acquisition;
+  if (acquisition.axes() == 1) return "quality " + quality_of(instance, 0);
+  std::string text = "quality";
+  for (std::size_t i = 0; i < acquisition.axes(); ++i)
+    text += fmt::format("{} {} {}", i > 0 ? "," : "", acquisition.axis_name(i), quality_of(instance, i));
+  return text;
 }
 
 }  // namespace
@@ -144,20 +186,24 @@ ordered_json status_answer(const Instance& instance) {
                        {"state_since_s", seconds(instance.line.since_ns)},
                        {"started_s", seconds(instance.started_ns)},
                        {"device", c.line.device},
-                       {"gyro_serial", c.gyro.serial},
+                       {"gyro_serial", c.gyro_serial},
                        {"frames", setup.frames->name},
                        {"clock", c.device_clock ? "device" : "host"},
-                       {"sessions", acquisition.sessions()},
-                       {"model", model_brief(setup.model)},
-                       {"fallback_model", model_brief(setup.fallback)}};
+                       {"sessions", acquisition.sessions()}};
+  const bool one = acquisition.axes() == 1;
+  if (one) json["axis"] = acquisition.axis_name(0);
+  if (one) put_models(json, setup.axes.front());
   json["line"] = counters_json(acquisition.pipeline().decoder().counters());
   json["timing"] = clock_json(acquisition.pipeline().clock().status());
-  const Current now = current(instance);
-  json["quality"] = compensation::quality_text(now.correction.quality);
+  if (one) json["quality"] = quality_of(instance, 0);
   json["age_s"] = age_json(instance);
-  json["sample"] = row_or_nothing(now.sample, now.correction.quality);
-  json["window"] = row_or_nothing(now.window, now.correction.quality);
-  put_window_length(json, instance, now);
+  if (one) put_rows(json, instance, 0, current(instance, 0));
+  for (std::size_t i = 0; i < acquisition.axes() && !one; ++i) {
+    ordered_json& axis = json["axes"][acquisition.axis_name(i)];
+    put_models(axis, setup.axes[i]);
+    axis["quality"] = quality_of(instance, i);
+    put_rows(axis, instance, i, current(instance, i));
+  }
   if (const LogCounters* log = acquisition.log()) {
     json["log"] = {{"directory", c.log ? c.log->directory : ""},
                    {"rows", log->rows.load()},
@@ -197,11 +243,12 @@ ordered_json line_answer(const Instance& instance) {
   return json;
 }
 
-ordered_json bias_answer(const Instance& instance) {
-  const pipeline::Setup& setup = instance.acquisition.setup();
-  const Current now = current(instance);
+ordered_json bias_answer(const Instance& instance, std::size_t axis) {
+  const pipeline::Setup::Axis& own = instance.acquisition.setup().axes[axis];
+  const Current now = current(instance, axis);
   const auto [sample, window, correction] = now;
-  ordered_json json = {{"time_s", sample ? ordered_json(seconds(sample->sample.time_ns)) : ordered_json()},
+  ordered_json json = {{"axis", instance.acquisition.axis_name(axis)},
+                       {"time_s", sample ? ordered_json(seconds(sample->sample.time_ns)) : ordered_json()},
                        {"rate_deg_per_h", known(sample ? sample->sample.rate_deg_per_h : kUnknown)},
                        {"bias_deg_per_h", known(correction.bias_deg_per_h)},
                        {"sd_deg_per_h", known(correction.sd_deg_per_h)},
@@ -214,34 +261,37 @@ ordered_json bias_answer(const Instance& instance) {
   json["temperature_degc"] = known(window ? window->window.temperature_degc : kUnknown);
   json["slope_degc_per_s"] = known(window ? window->window.slope_degc_per_s : kUnknown);
   json["uhfo_v"] = known(window ? window->window.uhfo_v : kUnknown);
-  put_window_length(json, instance, now);
+  put_window_length(json, instance.acquisition, axis, now);
   json["quality"] = compensation::quality_text(correction.quality);
   json["age_s"] = age_json(instance);
-  json["model"] = setup.model ? ordered_json(setup.model->info().id) : ordered_json();
-  const auto& by = correction.quality & compensation::kFallback ? setup.fallback : setup.model;
+  json["model"] = own.model ? ordered_json(own.model->info().id) : ordered_json();
+  const auto& by = correction.quality & compensation::kFallback ? own.fallback : own.model;
   json["sd"] = by ? ordered_json(sd_of(*by)) : ordered_json();
   return json;
 }
 
-ordered_json stability_answer(const Instance& instance) {
+ordered_json stability_answer(const Instance& instance, std::size_t axis) {
   const Acquisition& acquisition = instance.acquisition;
-  const pipeline::Setup& setup = acquisition.setup();
-  const auto improvement = acquisition.stability().improvement();
-  return {{"block_s", acquisition.block_s()},
+  const compensation::BlockStability& stability = acquisition.record(axis).stability();
+  const auto improvement = stability.improvement();
+  return {{"axis", acquisition.axis_name(axis)},
+          {"block_s", acquisition.block_s(axis)},
           {"divisor", "N-1"},
-          {"all", series_json(acquisition.stability().all())},
-          {"raw", series_json(acquisition.stability().raw())},
-          {"corrected", series_json(acquisition.stability().corrected())},
+          {"all", series_json(stability.all())},
+          {"raw", series_json(stability.raw())},
+          {"corrected", series_json(stability.corrected())},
           {"improvement", improvement ? ordered_json(*improvement) : ordered_json()},
-          {"model", model_brief(setup.model)}};
+          {"model", model_brief(acquisition.setup().axes[axis].model)}};
 }
 
-ordered_json model_answer(const Instance& instance) {
+ordered_json model_answer(const Instance& instance, std::size_t axis) {
   const pipeline::Setup& setup = instance.acquisition.setup();
-  if (!setup.model) return nullptr;
-  const compensation::ModelInfo& info = setup.model->info();
-  ordered_json json = model_brief(setup.model);
-  json["file"] = setup.config.model;
+  const compensation::ModelPtr& model = setup.axes[axis].model;
+  if (!model) return nullptr;
+  const compensation::ModelInfo& info = model->info();
+  ordered_json json = model_brief(model);
+  json["axis"] = instance.acquisition.axis_name(axis);
+  json["file"] = setup.config.axes[axis].model;
   json["gyro_serial"] = info.gyro_serial;
   json["inputs"] = info.inputs;
   json["window"] = {
@@ -259,10 +309,15 @@ ordered_json config_answer(const Instance& instance) {
   const pipeline::Setup& setup = instance.acquisition.setup();
   const config::Config& c = setup.config;
   ordered_json json = {{"file", c.path}, {"name", c.name}};
-  json["gyro"] = {{"serial", c.gyro.serial},
-                  {"axis", setup.frames->gyro.axis},
-                  {"sign", c.gyro.sign},
-                  {"unit_scale", setup.frames->gyro.scale}};
+  const bool one = setup.axes.size() == 1;
+  json["gyro"] = {{"serial", c.gyro_serial}};
+  for (std::size_t i = 0; i < setup.axes.size(); ++i) {
+    ordered_json& axis = one ? json["gyro"] : json["axes"][setup.frames->axes[i].name];
+    if (one) axis["axis"] = setup.frames->axes[i].name;
+    axis["sign"] = c.axes[i].sign;
+    axis["unit_scale"] = setup.frames->axes[i].scale;
+    if (!one) put_correction(axis, setup, i);
+  }
   json["line"] = {{"device", c.line.device},           {"baud", setup.line.baud},
                   {"data_bits", setup.line.data_bits}, {"stop_bits", setup.line.stop_bits},
                   {"silence_s", c.line.silence_s},     {"retry_min_s", c.line.retry_min_s},
@@ -270,11 +325,8 @@ ordered_json config_answer(const Instance& instance) {
   json["frames"] = {
       {"file", c.frames}, {"name", setup.frames->name}, {"id", setup.frames->id}, {"rate_hz", setup.frames->rate_hz}};
   json["clock"] = c.device_clock ? "device" : "host";
-  json["model"] = c.model;
-  json["fallback_model"] = c.fallback_model;
-  json["max_bias_deg_per_h"] = c.engine.max_bias_deg_per_h;
-  json["max_slew_deg_per_h_per_s"] = slew_json(setup);
-  json["plausibility"] = plausibility_json(c.engine.plausibility);
+  if (one) put_correction(json, setup, 0);
+  json["plausibility"] = plausibility_json(setup.axes.front().engine.plausibility);
   json["log"] = c.log ? ordered_json(c.log->directory) : ordered_json();
   json["capture"] = c.capture ? ordered_json(c.capture->directory) : ordered_json();
   json["socket"] = c.socket.path;
@@ -286,8 +338,7 @@ std::string summary(const Instance& instance) {
   const std::string& device = acquisition.setup().config.line.device;
   switch (instance.line.state) {
     case LineState::kReceiving:
-      return fmt::format("receiving from {}, {} frames, quality {}", device, acquisition.frames(),
-                         compensation::quality_text(current(instance).correction.quality));
+      return fmt::format("receiving from {}, {} frames, {}", device, acquisition.frames(), qualities(instance));
     case LineState::kReplaying:
       return fmt::format("replaying, {} frames", acquisition.frames());
     default:

@@ -10,11 +10,13 @@
 namespace prism::daemon {
 
 nlohmann::ordered_json status_answer(const Instance& instance);
-nlohmann::ordered_json bias_answer(const Instance& instance);
-nlohmann::ordered_json stability_answer(const Instance& instance);
 nlohmann::ordered_json line_answer(const Instance& instance);
-nlohmann::ordered_json model_answer(const Instance& instance);
 nlohmann::ordered_json config_answer(const Instance& instance);
+
+/// Of one axis, below Acquisition::axes().
+nlohmann::ordered_json bias_answer(const Instance& instance, std::size_t axis);
+nlohmann::ordered_json stability_answer(const Instance& instance, std::size_t axis);
+nlohmann::ordered_json model_answer(const Instance& instance, std::size_t axis);
 
 /// One line for systemd's STATUS= and for people.
 std::string summary(const Instance& instance);

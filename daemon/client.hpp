@@ -31,8 +31,11 @@ struct TextPart {
 };
 
 struct Subscription {
-  std::uint32_t sample_every = 0;  ///< every n-th sample; 0: none
+  std::uint32_t sample_every = 0;  ///< every n-th sample of each axis; 0: none
   bool windows = false, events = false;
+  std::uint32_t axes = kAllAxes;  ///< whose samples and windows: a bit for each, as the pipeline's
+
+  static constexpr std::uint32_t kAllAxes = ~std::uint32_t{0};
 };
 
 class Client;

@@ -3,16 +3,16 @@
 
 #include <algorithm>
 
-#include "compensation/compensated_text.hpp"
+#include "daemon/row_text.hpp"
 
 namespace prism::daemon {
 
-void History::add(const compensation::CompensatedWindow& row) {
+void History::add(const compensation::CompensatedWindow& row, std::string_view axis) {
   last_ = row;
   if (blocks_.empty() || blocks_.back()->begins.size() == kBlockRows) blocks_.push_back(std::make_shared<Block>());
   Block& block = *blocks_.back();
   block.begins.push_back(block.text.size());
-  compensation::append_json(block.text, row);
+  append_row(block.text, axis, row);
   block.text += ',';
   if (blocks_.size() > kRows / kBlockRows + 1) blocks_.pop_front();
 }

@@ -6,6 +6,7 @@
 #include <deque>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compensation/compensated.hpp"
@@ -19,7 +20,8 @@ class History {
  public:
   static constexpr std::size_t kRows = 3600;
 
-  void add(const compensation::CompensatedWindow& row);
+  /// `axis`: its name.
+  void add(const compensation::CompensatedWindow& row, std::string_view axis);
   std::size_t size() const;
   bool empty() const { return blocks_.empty(); }
   const compensation::CompensatedWindow& last() const { return last_; }

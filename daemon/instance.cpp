@@ -7,14 +7,14 @@
 
 namespace prism::daemon {
 
-Instance::Instance(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<CaptureLog> capture,
-                   EventLog::Tell told)
+Instance::Instance(pipeline::Setup setup, std::vector<std::unique_ptr<RowWriter>> logs,
+                   std::unique_ptr<CaptureLog> capture, EventLog::Tell told)
     : started_ns(host_time_ns()),
       events([this, told = std::move(told)](const Event& event) {
         told(event);
         publisher.event(event.json);
       }),
-      acquisition(std::move(setup), std::move(log), std::move(capture), events) {
+      acquisition(std::move(setup), std::move(logs), std::move(capture), events) {
   line.since_ns = started_ns;
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "daemon/acquisition.hpp"
 #include "daemon/event_log.hpp"
@@ -20,7 +21,7 @@ namespace prism::daemon {
 /// none for a second and more is not waited for.
 struct Instance {
   /// `told` hears of every event that is shown, too.
-  Instance(pipeline::Setup setup, std::unique_ptr<RowWriter> log, std::unique_ptr<CaptureLog> capture,
+  Instance(pipeline::Setup setup, std::vector<std::unique_ptr<RowWriter>> logs, std::unique_ptr<CaptureLog> capture,
            EventLog::Tell told);
 
   void begin_session(std::int64_t now_ns) { publish(acquisition.begin_session(now_ns)); }

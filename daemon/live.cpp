@@ -35,7 +35,7 @@ class Live {
  public:
   Live(const Options& options, const pipeline::Setup& setup)
       : disk_(kDiskQueueBytes, teller()),
-        instance_(setup, make_log(setup), make_capture(setup), log_event),
+        instance_(setup, make_logs(setup), make_capture(setup), log_event),
         line_(io_, instance_),
         reloader_(Reloader::make(
             io_, disk_,
@@ -60,9 +60,7 @@ class Live {
       asio::co_spawn(io_, server_->serve(), asio::detached);
     }
     for (const std::string& note : setup().notes) instance_.tell(Severity::kInfo, "note", note);
-    if (!setup().model)
-      instance_.tell(Severity::kWarning, "no_model",
-                     "no model is configured: rates are published uncorrected, marked no_model");
+    tell_missing_models();
     line_.start();
     asio::co_spawn(io_, heed_signals(), asio::detached);
     asio::co_spawn(io_, tick(), asio::detached);
@@ -74,6 +72,16 @@ class Live {
   }
 
  private:
+  void tell_missing_models() {
+    const Acquisition& acquisition = instance_.acquisition;
+    for (std::size_t i = 0; i < acquisition.axes(); ++i) {
+      if (setup().axes[i].model) continue;
+      instance_.tell(Severity::kWarning, "no_model",
+                     (acquisition.axes() > 1 ? acquisition.axis_name(i) + ": " : "") +
+                         "no model is configured: rates are published uncorrected, marked no_model");
+    }
+  }
+
   // A disk that hangs does not hold up the end: what it did not take is told, and the process leaves it behind.
   int end_disk() {
     const LogCounters* const log = instance_.acquisition.log();
@@ -110,11 +118,13 @@ class Live {
       asio::post(io_, [this, what] { instance_.tell(Severity::kWarning, "disk", what); });
     };
   }
-  std::unique_ptr<RowWriter> make_log(const pipeline::Setup& setup) {
-    if (!setup.config.log) return nullptr;
-    return std::make_unique<ThreadedRowWriter>(*setup.config.log, setup.config.name, pipeline::log_metadata(setup),
-                                               disk_, teller(),
-                                               [this] { asio::post(io_, [this] { instance_.rows_written(); }); });
+  std::vector<std::unique_ptr<RowWriter>> make_logs(const pipeline::Setup& setup) {
+    const auto counters = std::make_shared<LogCounters>();
+    const auto written = [this] { asio::post(io_, [this] { instance_.rows_written(); }); };
+    return daemon::make_logs(setup, [&](config::SegmentSettings settings, std::string name, std::string metadata) {
+      return std::make_unique<ThreadedRowWriter>(std::move(settings), std::move(name), std::move(metadata), disk_,
+                                                 teller(), written, counters);
+    });
   }
   std::unique_ptr<CaptureLog> make_capture(const pipeline::Setup& setup) {
     if (!setup.config.capture) return nullptr;

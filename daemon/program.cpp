@@ -12,8 +12,7 @@ int check(const pipeline::Setup& setup) {
   const config::Config& config = setup.config;
   for (const std::string& note : setup.notes) fmt::print("note: {}\n", note);
   fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}\n", config.path, setup.frames->name,
-             setup.frames->rate_hz,
-             setup.model ? setup.model->info().id.substr(0, 12) + " " + setup.model->info().name : "none",
+             setup.frames->rate_hz, pipeline::models_text(setup),
              config.line.device.empty() ? "none" : config.line.device);
   return kExitDone;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "compensation/compensated_text.hpp"
@@ -32,36 +33,50 @@ void Publisher::remove(const Client* client) {
 void Publisher::update() {
   std::vector<Topic> topics;
   for (const auto& client : clients_) {
-    const std::uint32_t every = client->subscription.sample_every;
-    const auto same = [every](const Topic& topic) { return topic.every == every; };
+    const std::uint32_t every = client->subscription.sample_every, axes = client->subscription.axes;
+    const auto same = [&](const Topic& topic) { return topic.every == every && topic.axes == axes; };
     if (every == 0 || std::any_of(topics.begin(), topics.end(), same)) continue;
     const auto old = std::find_if(topics_.begin(), topics_.end(), same);
-    topics.push_back(old != topics_.end() ? std::move(*old) : Topic{every, 1, 0, {}});
+    topics.push_back(old != topics_.end() ? std::move(*old)
+                                          : Topic{every, axes, std::vector<std::uint32_t>(heads_.size(), 1), 0, {}});
   }
   topics_ = std::move(topics);
 }
 
+// Axes may have other names where another pipeline made the rows.
+void Publisher::know(const pipeline::Rows& rows) {
+  const bool same = axes_ && *axes_ == *rows.axes;
+  axes_ = rows.axes;
+  if (same) return;
+  heads_.clear();
+  for (const std::string& axis : *axes_) heads_.push_back(std::string(kSampleHead) + row_head(axis));
+  for (Topic& topic : topics_) topic.due.assign(heads_.size(), 1);
+}
+
 void Publisher::rows(const pipeline::Rows& rows, bool hold) {
+  if (clients_.empty() || !rows.axes) return;  // axes: no pipeline made them, there are none
+  if (axes_ != rows.axes) know(rows);
   std::size_t next = 0;
-  for (const pipeline::Rows::Window& window : rows.windows) {
+  for (std::size_t i = 0; i < rows.windows.size(); ++i) {
+    const pipeline::Rows::Window& window = rows.windows[i];
     if (topics_.empty()) next = window.samples_before;
-    for (; next < window.samples_before; ++next) sample(rows.samples[next].row);
-    this->window(window.row);
-    if (!hold) release();
+    for (; next < window.samples_before; ++next) sample(rows.samples[next]);
+    this->window(window);
+    const bool last = i + 1 == rows.windows.size() || rows.windows[i + 1].samples_before != window.samples_before;
+    if (!hold && last) release();
   }
   if (topics_.empty()) return;
-  for (; next < rows.samples.size(); ++next) sample(rows.samples[next].row);
+  for (; next < rows.samples.size(); ++next) sample(rows.samples[next]);
   flush();
 }
 
-void Publisher::sample(const compensation::Compensated& row) {
+void Publisher::sample(const pipeline::Rows::Sample& sample) {
+  const std::string& head = heads_[sample.axis];
   for (Topic& topic : topics_) {
-    if (--topic.due > 0) continue;
-    topic.due = topic.every;
-    char* at = topic.text.room(kSampleHead.size() + compensation::kJsonChars + kTail.size());
-    at = put(at, kSampleHead);
-    at = compensation::put_json(at, row);
-    topic.text.end_at(put(at, kTail));
+    if ((topic.axes >> sample.axis & 1) == 0 || --topic.due[sample.axis] > 0) continue;
+    topic.due[sample.axis] = topic.every;
+    char* const at = topic.text.room(head.size() + compensation::kJsonChars + kTail.size());
+    topic.text.end_at(put(put_row(at, head, sample.row), kTail));
     ++topic.rows;
   }
 }
@@ -71,7 +86,7 @@ void Publisher::flush() {
     if (topic.rows == 0) continue;
     std::optional<TextPart> shared;  // made for the first client that cannot take all at once; most can
     for (const auto& client : clients_) {
-      if (client->subscription.sample_every != topic.every) continue;
+      if (client->subscription.sample_every != topic.every || client->subscription.axes != topic.axes) continue;
       const auto sent = client->offer(topic.text.view(), topic.rows);
       if (!sent) continue;
       if (!shared) shared.emplace(std::string(topic.text.view()));
@@ -82,26 +97,41 @@ void Publisher::flush() {
   }
 }
 
-void Publisher::window(const compensation::CompensatedWindow& row) {
-  const bool wanted =
-      std::any_of(clients_.begin(), clients_.end(), [](const auto& c) { return c->subscription.windows; });
-  if (!wanted) return;
+void Publisher::window(const pipeline::Rows::Window& window) {
+  const auto wants = [&](const auto& client) {
+    return client->subscription.windows && (client->subscription.axes >> window.axis & 1) != 0;
+  };
+  if (std::none_of(clients_.begin(), clients_.end(), wants)) return;
   std::string text(kWindowHead);
-  compensation::append_json(text, row);
+  append_row(text, (*axes_)[window.axis], window.row);
   text += kTail;
-  held_.emplace_back(std::move(text));
+  held_.push_back({static_cast<std::uint32_t>(window.axis), std::move(text)});
 }
 
 void Publisher::release() {
   if (held_.empty()) return;
   flush();
-  for (const TextPart& text : held_) send_window(text);
+  std::set<std::uint32_t> choices;
+  for (const auto& client : clients_) {
+    if (client->subscription.windows) choices.insert(client->subscription.axes);
+  }
+  for (const std::uint32_t axes : choices) send_windows(axes);
   held_.clear();
 }
 
-void Publisher::send_window(const TextPart& text) {
+// One text for all who chose these axes.
+void Publisher::send_windows(std::uint32_t axes) {
+  std::string text;
+  std::uint64_t rows = 0;
+  for (const Window& window : held_) {
+    if ((axes >> window.axis & 1) == 0) continue;
+    text += window.text;
+    ++rows;
+  }
+  if (rows == 0) return;
+  const TextPart part(std::move(text));
   for (const auto& client : clients_) {
-    if (client->subscription.windows) client->send(text, 1);
+    if (client->subscription.windows && client->subscription.axes == axes) client->send(part, rows);
   }
 }
 

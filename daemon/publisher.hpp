@@ -14,8 +14,8 @@
 namespace prism::daemon {
 
 /// The samples of one call go out together: one send for many rows at high rates, and no delay at low ones. Windows and
-/// events go out at once, after the samples before them; windows that are not in the log yet may be held until they
-/// are: a process that is killed has then lost no window that somebody was told.
+/// events go out at once, after the samples before them, those of several axes in one send; windows that are not in the
+/// log yet may be held until they are: a process that is killed has then lost no window that somebody was told.
 class Publisher {
  public:
   void add(std::shared_ptr<Client> client);
@@ -35,22 +35,29 @@ class Publisher {
   std::uint64_t lost_rows() const;
 
  private:
-  void sample(const compensation::Compensated& row);
-  void window(const compensation::CompensatedWindow& row);
-  void send_window(const TextPart& text);
-  void flush();
-
-  // Clients that want every n-th sample share one text.
+  // Clients that want every n-th sample of the same axes share one text.
   struct Topic {
-    std::uint32_t every;
-    std::uint32_t due = 1;
+    std::uint32_t every, axes;
+    std::vector<std::uint32_t> due;  // by axis
     std::uint64_t rows = 0;
     RowText text;
   };
+  struct Window {
+    std::uint32_t axis;
+    std::string text;
+  };
+
+  void sample(const pipeline::Rows::Sample& sample);
+  void window(const pipeline::Rows::Window& window);
+  void send_windows(std::uint32_t axes);
+  void know(const pipeline::Rows& rows);
+  void flush();
 
   std::vector<std::shared_ptr<Client>> clients_;
   std::vector<Topic> topics_;
-  std::vector<TextPart> held_;
+  std::vector<Window> held_;
+  std::shared_ptr<const std::vector<std::string>> axes_;
+  std::vector<std::string> heads_;  // of a sample, by axis
   std::uint64_t lost_by_gone_ = 0;
 };
 

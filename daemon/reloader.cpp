@@ -57,8 +57,7 @@ Result<std::string> Reloader::take(Result<pipeline::Setup> setup) {
   instance_.publish(taken->rows);
   if (taken->line_changed) line_changed_();
   const pipeline::Setup& now = instance_.acquisition.setup();
-  return now.config.path + " in force, model " +
-         (now.model ? now.model->info().id.substr(0, 12) + " " + now.model->info().name : "none");
+  return now.config.path + " in force, model " + pipeline::models_text(now);
 }
 
 }  // namespace prism::daemon

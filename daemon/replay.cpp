@@ -82,13 +82,15 @@ class Replay {
  public:
   Replay(const Options& options, pipeline::Setup setup)
       : options_(options), signals_(io_, SIGINT, SIGTERM), timer_(io_) {
-    std::unique_ptr<DirectRowWriter> rows;
-    if (setup.config.log) {
-      rows = std::make_unique<DirectRowWriter>(*setup.config.log, setup.config.name, pipeline::log_metadata(setup));
-      rows_ = rows.get();
-    }
+    const auto counters = std::make_shared<LogCounters>();
+    auto logs = make_logs(setup, [&](config::SegmentSettings settings, std::string name, std::string metadata) {
+      auto rows =
+          std::make_unique<DirectRowWriter>(std::move(settings), std::move(name), std::move(metadata), counters);
+      rows_.push_back(rows.get());
+      return rows;
+    });
     rate_ = std::make_unique<ArrivalRate>(setup);
-    instance_ = std::make_unique<Instance>(std::move(setup), std::move(rows), nullptr, [](const Event& event) {
+    instance_ = std::make_unique<Instance>(std::move(setup), std::move(logs), nullptr, [](const Event& event) {
       if (event.kind != "quality") log_event(event);  // the log itself says it of each row
     });
     rpc_ = std::make_unique<Rpc>(*instance_,
@@ -108,7 +110,9 @@ class Replay {
     io_.run();
     const double seconds = std::chrono::duration<double>(Steady::now() - begin).count();
     if (!fault_.empty()) return fail(fault_);
-    if (rows_ != nullptr && !rows_->first_fault().empty()) return fail(rows_->first_fault());
+    for (const DirectRowWriter* rows : rows_) {
+      if (!rows->first_fault().empty()) return fail(rows->first_fault());
+    }
     if (instance_->acquisition.frames() == 0 && !stopped_) return fail(no_frame());
     summarise(seconds);
     return kExitDone;
@@ -189,9 +193,15 @@ class Replay {
         clock.missing_by_arrival > 0 ? fmt::format(" ({} of them by arrival times)", clock.missing_by_arrival) : "",
         line.skipped_bytes);
     if (stopped_) fmt::print("stopped before the end of the capture\n");
-    if (rows_ != nullptr)
-      fmt::print("log: {} rows in {}\n", rows_->counters().rows.load(), s.setup().config.log->directory);
-    const compensation::BlockStability& blocks = s.stability();
+    if (const LogCounters* log = s.log())
+      fmt::print("log: {} rows in {}\n", log->rows.load(), s.setup().config.log->directory);
+    for (std::size_t i = 0; i < s.axes(); ++i) {
+      if (s.axes() > 1) fmt::print("{}: ", s.axis_name(i));
+      summarise(s.record(i).stability());
+    }
+  }
+
+  static void summarise(const compensation::BlockStability& blocks) {
     const auto improvement = blocks.improvement();
     if (!improvement) {
       fmt::print("bias stability: unknown, it needs two full blocks with a correction, found {}\n",
@@ -206,7 +216,7 @@ class Replay {
 
   asio::io_context io_{1};
   Options options_;
-  DirectRowWriter* rows_ = nullptr;
+  std::vector<DirectRowWriter*> rows_;
   std::unique_ptr<Instance> instance_;
   std::unique_ptr<Rpc> rpc_;
   std::unique_ptr<Server> server_;

@@ -39,7 +39,12 @@ void RowLog::append(const compensation::CompensatedWindow& row, std::int64_t ses
   if (!distrusted_) return write_row(std::move(next));
   if (unsynced_.size() >= kMostUnsynced) return fault_.drop(1);
   unsynced_.push_back(std::move(next));
-  counters_.unsynced = unsynced_.size();
+  count_unsynced();
+}
+
+// Among those of other axes' logs.
+void RowLog::count_unsynced() {
+  counters_.unsynced += unsynced_.size() - std::exchange(counted_unsynced_, unsynced_.size());
 }
 
 void RowLog::write_row(Row row) {
@@ -55,7 +60,7 @@ void RowLog::write_row(Row row) {
   } else {
     fault_.drop(1);
   }
-  counters_.unsynced = unsynced_.size();
+  count_unsynced();
 }
 
 void RowLog::sync() {
@@ -117,7 +122,7 @@ void RowLog::write_end() {
 bool RowLog::put_on_disk() {
   if (::fdatasync(file_) == 0) {
     unsynced_.clear();
-    counters_.unsynced = 0;
+    count_unsynced();
     superseded_.clear();
     pause_.end();
     return true;
@@ -172,9 +177,10 @@ bool RowLog::write_all(const std::string& text) {
 }
 
 ThreadedRowWriter::ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
-                                     DiskThread& disk, DiskFault::Tell tell, Written written)
+                                     DiskThread& disk, DiskFault::Tell tell, Written written,
+                                     std::shared_ptr<LogCounters> counters)
     : disk_(disk),
-      counters_(std::make_shared<LogCounters>()),
+      counters_(std::move(counters)),
       log_(std::make_shared<RowLog>(std::move(settings), std::move(name), std::move(metadata), *counters_,
                                     std::move(tell))),
       written_(std::move(written)) {}
@@ -215,8 +221,10 @@ void ThreadedRowWriter::set_metadata(const std::string& metadata) {
   if (log_) disk_.post(0, [log = log_, metadata] { log->set_metadata(metadata); });
 }
 
-DirectRowWriter::DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata)
-    : log_(std::move(settings), std::move(name), std::move(metadata), counters_, [this](const std::string& what) {
+DirectRowWriter::DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
+                                 std::shared_ptr<LogCounters> counters)
+    : counters_(std::move(counters)),
+      log_(std::move(settings), std::move(name), std::move(metadata), *counters_, [this](const std::string& what) {
         if (first_fault_.empty()) first_fault_ = what;
       }) {}
 

@@ -17,7 +17,7 @@
 
 namespace prism::daemon {
 
-/// What a log did; read from any thread.
+/// What a log did, of several axes all together; read from any thread.
 struct LogCounters {
   std::atomic<std::uint64_t> rows{0}, dropped{0}, segments{0};
   std::atomic<std::uint64_t> pending{0};   ///< rows that wait for the disk thread
@@ -63,6 +63,7 @@ class RowLog {
   bool open_segment(std::int64_t second);
   void close_segment();
   bool put_on_disk();
+  void count_unsynced();
   void distrust();
   void write_again();
   void write_end();
@@ -75,8 +76,9 @@ class RowLog {
   Segments segments_;
   std::string path_, superseded_;  // "FILE from row N", until its rows stand elsewhere
   std::deque<Row> unsynced_;       // as far back as kMostUnsynced
-  bool distrusted_ = false;        // unsynced_ waits for a new segment
-  RetryPause pause_;               // in syncs
+  std::uint64_t counted_unsynced_ = 0;
+  bool distrusted_ = false;  // unsynced_ waits for a new segment
+  RetryPause pause_;         // in syncs
   int file_ = -1;
   std::int64_t bytes_ = 0, session_ns_ = 0;
   std::uint64_t rows_ = 0;  // in the segment
@@ -98,13 +100,14 @@ class RowWriter {
 };
 
 /// Never waits: rows and syncs are posted. Rows that the queue cannot take are dropped and counted.
-/// `written` is called on the disk thread when no row waits for it any more.
+/// `written` is called on the disk thread when no row of `counters`, which several may share, waits for it any more.
 class ThreadedRowWriter : public RowWriter {
  public:
   /// As RowLog's; `tell` is called on any thread.
   using Written = std::function<void()>;
   ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata, DiskThread& disk,
-                    DiskFault::Tell tell, Written written);
+                    DiskFault::Tell tell, Written written,
+                    std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>());
   ~ThreadedRowWriter() override;
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override;
@@ -124,7 +127,8 @@ class ThreadedRowWriter : public RowWriter {
 /// Waits for the disk: a replay loses nothing. The first fault is kept.
 class DirectRowWriter : public RowWriter {
  public:
-  DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata);
+  DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
+                  std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>());
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override {
     log_.append(row, session_ns);
@@ -132,11 +136,11 @@ class DirectRowWriter : public RowWriter {
   void sync() override {}  // a replay can be run again; the segment is synced when it closes
   void set_metadata(const std::string& metadata) override { log_.set_metadata(metadata); }
   void close() override { log_.close(); }
-  const LogCounters& counters() const override { return counters_; }
+  const LogCounters& counters() const override { return *counters_; }
   const std::string& first_fault() const { return first_fault_; }
 
  private:
-  LogCounters counters_;
+  std::shared_ptr<LogCounters> counters_;
   std::string first_fault_;
   RowLog log_;
 };

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The text of many rows, written in place.
+// The text of rows: of many, written in place; and of one with its axis.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <memory>
+#include <string>
 #include <string_view>
+
+#include "compensation/compensated.hpp"
 
 namespace prism::daemon {
 
@@ -34,5 +37,13 @@ class RowText {
   std::unique_ptr<char[]> text_;
   std::size_t size_ = 0, capacity_ = 0;
 };
+
+/// What stands before a row's JSON for put_row(): {"axis":"x"
+std::string row_head(std::string_view axis);
+
+/// A row as JSON, its axis first. `at` has room for `head` and compensation::kJsonChars.
+char* put_row(char* at, std::string_view head, const compensation::Compensated& row);
+/// The same, appended.
+void append_row(std::string& text, std::string_view axis, const compensation::CompensatedWindow& row);
 
 }  // namespace prism::daemon

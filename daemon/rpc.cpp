@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -33,6 +34,30 @@ std::optional<std::size_t> count_param(const json& params, const char* key, std:
   const auto value = params[key].get<std::int64_t>();
   if (value < 1 || value > static_cast<std::int64_t>(max)) return std::nullopt;
   return static_cast<std::size_t>(value);
+}
+
+// Of those that `chosen` has a bit for.
+std::vector<std::string> names_of(const Acquisition& acquisition, std::uint32_t chosen = Subscription::kAllAxes) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < acquisition.axes(); ++i) {
+    if (chosen >> i & 1) names.push_back(acquisition.axis_name(i));
+  }
+  return names;
+}
+
+// A bit for each axis that the list "axes" names, all where there is none; nothing where it holds something else.
+std::optional<std::uint32_t> axes_param(const json& params, const Acquisition& acquisition) {
+  if (!params.is_object() || !params.contains("axes")) return Subscription::kAllAxes;
+  const json& list = params["axes"];
+  if (!list.is_array() || list.empty()) return std::nullopt;
+  std::uint32_t chosen = 0;
+  for (const json& name : list) {
+    std::size_t axis = 0;
+    while (axis < acquisition.axes() && name != acquisition.axis_name(axis)) ++axis;
+    if (axis == acquisition.axes()) return std::nullopt;
+    chosen |= 1U << axis;
+  }
+  return chosen;
 }
 
 // Counts the values of a line without keeping them, and stops above the most.
@@ -125,13 +150,23 @@ void Rpc::one(const std::shared_ptr<Client>& client, const json& request) {
 
 void Rpc::dispatch(const std::string& method, const Call& call) {
   using Answer = ordered_json (*)(const Instance&);
+  using AxisAnswer = ordered_json (*)(const Instance&, std::size_t);
   static const std::map<std::string_view, Answer> kAnswers = {
-      {"status", status_answer}, {"bias", bias_answer},   {"stability", stability_answer},
-      {"line", line_answer},     {"model", model_answer}, {"config", config_answer}};
+      {"status", status_answer}, {"line", line_answer}, {"config", config_answer}};
+  static const std::map<std::string_view, AxisAnswer> kAxisAnswers = {
+      {"bias", bias_answer}, {"stability", stability_answer}, {"model", model_answer}};
   const bool acts = method == "subscribe" || method == "unsubscribe" || method == "reload";
   if (!call.wants_answer && !acts) return;  // nobody hears the answer: it is not worked out
   if (const auto answer = kAnswers.find(method); answer != kAnswers.end())
     return reply(call, answer->second(instance_));
+  if (const auto answer = kAxisAnswers.find(method); answer != kAxisAnswers.end()) {
+    const auto axes = axes_of(call);
+    if (!axes) return;
+    if (axes->size() == 1) return reply(call, answer->second(instance_, axes->front()));
+    ordered_json all;
+    for (const std::size_t axis : *axes) all[instance_.acquisition.axis_name(axis)] = answer->second(instance_, axis);
+    return reply(call, all);
+  }
   if (method == "version") return reply(call, {{"name", "prismd"}, {"version", kVersion}, {"protocol", 1}});
   if (method == "history") return history(call);
   if (method == "events") return events(call);
@@ -141,11 +176,36 @@ void Rpc::dispatch(const std::string& method, const Call& call) {
   fail(call, kMethodNotFound, fmt::format("no method \"{:.40}\"; expected one of {}", method, kMethods));
 }
 
+std::optional<std::vector<std::size_t>> Rpc::axes_of(const Call& call) {
+  const Acquisition& acquisition = instance_.acquisition;
+  std::vector<std::size_t> all(acquisition.axes());
+  std::iota(all.begin(), all.end(), 0);
+  if (!call.params.is_object() || !call.params.contains("axis")) return all;
+  std::vector<std::string> names;
+  for (const std::size_t axis : all) {
+    if (call.params["axis"] == acquisition.axis_name(axis)) return std::vector{axis};
+    names.push_back(acquisition.axis_name(axis));
+  }
+  fail(call, kInvalidParams,
+       fmt::format("found axis {}, expected one of {}", shown(call.params["axis"]), fmt::join(names, ", ")));
+  return std::nullopt;
+}
+
 // What grows with time is written when it happens; an answer only strings it together.
 void Rpc::history(const Call& call) {
   const auto count = count_param(call.params, "seconds", 100, History::kRows);
   if (!count) return fail_count(call, "seconds", History::kRows);
-  reply(call, instance_.acquisition.history().json(*count));
+  const auto axes = axes_of(call);
+  if (!axes) return;
+  const Acquisition& acquisition = instance_.acquisition;
+  if (axes->size() == 1) return reply(call, acquisition.record(axes->front()).history().json(*count));
+  std::vector<TextPart> parts;
+  for (const std::size_t axis : *axes) {
+    parts.emplace_back((parts.empty() ? "{" : ",") + json(acquisition.axis_name(axis)).dump() + ":");
+    for (TextPart& part : acquisition.record(axis).history().json(*count)) parts.push_back(std::move(part));
+  }
+  parts.emplace_back("}");
+  reply(call, std::move(parts));
 }
 
 void Rpc::events(const Call& call) {
@@ -168,6 +228,8 @@ void Rpc::subscribe(const Call& call, bool on) {
     known = true;
     wanted = on ? Subscription{static_cast<std::uint32_t>(*every), true, true} : Subscription{};
   }
+  const auto axes = axes_param(call.params, instance_.acquisition);
+  known = known && axes;
   for (const json& stream : streams.is_array() ? streams : json::array()) {
     if (stream == "sample") {
       wanted.sample_every = on && every ? static_cast<std::uint32_t>(*every) : 0;
@@ -182,9 +244,14 @@ void Rpc::subscribe(const Call& call, bool on) {
   if (!known) {
     return fail(call, kInvalidParams,
                 "found " + shown(call.params) +
-                    R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to 1000000})");
+                    R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to 1000000, "axes": [)" +
+                    fmt::format("{}]}}", fmt::join(names_of(instance_.acquisition), ", ")));
   }
-  reply(call, {{"sample_every", wanted.sample_every}, {"window", wanted.windows}, {"event", wanted.events}});
+  wanted.axes = *axes;
+  reply(call, {{"sample_every", wanted.sample_every},
+               {"window", wanted.windows},
+               {"event", wanted.events},
+               {"axes", names_of(instance_.acquisition, wanted.axes)}});
   call.client->subscription = wanted;
   instance_.publisher.update();
 }

@@ -6,8 +6,10 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "compensation/result.hpp"
 #include "daemon/client.hpp"
@@ -53,6 +55,8 @@ class Rpc {
     nlohmann::json params;
   };
   void dispatch(const std::string& method, const Call& call);
+  /// The axes that are asked of, which the parameter "axis" chooses; nothing where it names none: that is answered.
+  std::optional<std::vector<std::size_t>> axes_of(const Call& call);
   void subscribe(const Call& call, bool on);
   void history(const Call& call);
   void events(const Call& call);

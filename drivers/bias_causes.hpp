@@ -9,8 +9,16 @@
 
 namespace prism::drivers {
 
-/// Sizes; 0: the cause is not there. All but the first two are added to the bias.
+/// Which of a device's axes a gyro is: its body lags by so much, and its bias leans so far.
+struct AxisTruth {
+  double body_lag_s = 65 * 60;    ///< behind the chamber
+  double thermal_share = 1;       ///< of BiasCauses::thermal
+  std::uint64_t hidden_seed = 0;  ///< added to the seed of what no input tells; the UHFO's noise is the device's
+};
+
+/// Sizes; 0: the cause is not there. All but the first three are added to the bias.
 struct TruthSettings {
+  AxisTruth axis;
   bool smooth = false;              ///< the smooth truth, which is no quadratic, instead of the paper's equation
   double sensor_lag_s = 0;          ///< the thermometer lags behind the body that the bias follows
   double hysteresis_deg_per_h = 0;  ///< half the gap between heating and cooling

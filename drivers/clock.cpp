@@ -24,7 +24,8 @@ constexpr std::int64_t kClockSetNs = 1'000'000'000;
 Clock::Clock(wire::FrameDescriptionPtr description, ClockSettings settings)
     : description_(std::move(description)),
       settings_(settings),
-      steps_(description_, settings.source == ClockSource::kHost) {
+      steps_(description_, settings.source == ClockSource::kHost),
+      turns_(description_->axes.size()) {
   tick_s_ = description_->counter ? 1 / description_->counter->ticks_per_s : description_->period_s();
   byte_time_ns_ = description_->wire.byte_time_ns();
   status_.period_s = description_->period_s();
@@ -33,8 +34,7 @@ Clock::Clock(wire::FrameDescriptionPtr description, ClockSettings settings)
 void Clock::reset() {
   running_ = false;
   steps_.reset();
-  has_angle_ = false;
-  missing_ = 0;
+  turns_.assign(turns_.size(), {});
   last_time_ns_ = 0;
   status_.residual_s = 0;
 }
@@ -46,9 +46,10 @@ std::int64_t Clock::left_device_ns(const wire::Reading& reading) const {
 
 void Clock::start(const wire::Reading& reading) {
   running_ = true;
-  has_angle_ = false;
+  forget_angles();
   origin_ns_ = left_device_ns(reading);
-  ticks_ = x_ = gyro_x_ = 0;
+  ticks_ = x_ = 0;
+  for (Turn& turn : turns_) turn.x = 0;
   active_.clear();
   next_.clear();
   active_.push(0, 0);
@@ -65,7 +66,7 @@ void Clock::start(const wire::Reading& reading) {
 std::int64_t Clock::stamp_device(const FrameStep& step) {
   if (step.restarted) {
     ++status_.resets;
-    has_angle_ = false;
+    forget_angles();
   }
   ticks_ += step.ticks;
   x_ = ticks_ * tick_s_;
@@ -99,9 +100,7 @@ bool Clock::recount(double& residual_s) {
   const double turns = std::round(least_late_s_ / turn_s);
   if (turns < 1 || std::abs(least_late_s_ - turns * turn_s) > settings_.residual_limit_s) return false;
   const std::uint32_t frames = steps_.frames_of(turns * turn);
-  missing_ += frames;
-  status_.missing_frames += frames;
-  status_.missing_by_arrival += frames;
+  miss({.missing = frames, .by_arrival = frames});
   ticks_ += turns * turn;
   x_ = ticks_ * tick_s_;
   residual_s -= turns * turn_s;
@@ -149,7 +148,17 @@ std::int64_t Clock::stamp_host(const wire::Reading& reading, const FrameStep& st
   return origin_ns_ + std::llround(1e9 * line.at(x_));
 }
 
-std::optional<Sample> Clock::push(const wire::Reading& reading) {
+void Clock::forget_angles() {
+  for (Turn& turn : turns_) turn.has_angle = false;
+}
+
+void Clock::miss(const FrameStep& step) {
+  for (Turn& turn : turns_) turn.missing += step.missing;
+  status_.missing_frames += step.missing;
+  status_.missing_by_arrival += step.by_arrival;
+}
+
+bool Clock::push(const wire::Reading& reading) {
   std::int64_t time_ns;
   const FrameStep step = steps_.push(reading, slope_);
   if (!running_) {
@@ -158,57 +167,61 @@ std::optional<Sample> Clock::push(const wire::Reading& reading) {
   } else {
     if (step.duplicate) {
       ++status_.duplicates;
-      return std::nullopt;
+      return false;
     }
     const std::uint64_t resets = status_.resets;
     time_ns = settings_.source == ClockSource::kDevice ? stamp_device(step) : stamp_host(reading, step);
     if (status_.resets == resets) {
-      missing_ += step.missing;
-      status_.missing_frames += step.missing;
-      status_.missing_by_arrival += step.by_arrival;
+      if (step.missing != 0) miss(step);
     } else if (settings_.source == ClockSource::kHost && last_time_ns_ - time_ns > kClockSetNs) {
       last_time_ns_ = time_ns;
     }
   }
   if (last_time_ns_ != 0) time_ns = std::max(time_ns, last_time_ns_);
   last_time_ns_ = time_ns;
-  return reading.has_gyro ? measure(reading, time_ns) : std::nullopt;
+  counted_ = false;
+  return reading.has_gyro;
 }
 
 /// The angle in the reading's unit (or the rate), and the nominal seconds it was turned in.
-std::optional<double> Clock::turned(const wire::Reading& reading, double& nominal_s) {
+std::optional<double> Clock::turned(const wire::GyroReading& reading, std::size_t axis, double& nominal_s) {
   const wire::GyroRule& gyro = description_->gyro;
-  const double since_last_s = x_ - std::exchange(gyro_x_, x_);
+  Turn& turn = turns_[axis];
+  const double since_last_s = x_ - std::exchange(turn.x, x_);
   const bool varies =
       description_->counter && description_->counter->step_varies && gyro.meaning == wire::GyroMeaning::kIncrement;
   nominal_s = gyro.interval_s > 0 ? gyro.interval_s : varies ? since_last_s : description_->period_s();
   if (gyro.meaning != wire::GyroMeaning::kAccumulated)
-    return reading.valid ? std::optional(reading.gyro) : std::optional(kUnknown);
-  if (!reading.valid) return has_angle_ ? std::optional(kUnknown) : std::nullopt;
-  const double before = std::exchange(angle_, reading.gyro);
-  const double x_before = std::exchange(angle_x_, x_);
-  if (!std::exchange(has_angle_, true)) return std::nullopt;
+    return reading.valid ? std::optional(reading.value) : std::optional(kUnknown);
+  if (!reading.valid) return turn.has_angle ? std::optional(kUnknown) : std::nullopt;
+  const double before = std::exchange(turn.angle, reading.value);
+  const double x_before = std::exchange(turn.angle_x, x_);
+  if (!std::exchange(turn.has_angle, true)) return std::nullopt;
   nominal_s = x_ - x_before;
-  double difference = reading.gyro - before;
-  if (gyro.wrap > 0) difference -= gyro.wrap * std::round(difference / gyro.wrap);
+  double difference = reading.value - before;
+  const double wrap = description_->axes[axis].wrap;
+  if (wrap > 0) difference -= wrap * std::round(difference / wrap);
   return difference;
 }
 
-std::optional<Sample> Clock::measure(const wire::Reading& reading, std::int64_t time_ns) {
+std::optional<Sample> Clock::sample(const wire::Reading& reading, std::size_t axis) {
+  const wire::GyroReading& gyro = reading.gyro[axis];
+  if (!gyro.carried) return std::nullopt;
   double nominal_s = 0;
-  const std::optional<double> number = turned(reading, nominal_s);
+  const std::optional<double> number = turned(gyro, axis, nominal_s);
   if (!number || !(nominal_s > 0)) return std::nullopt;
   Sample sample;
-  sample.time_ns = time_ns;
+  sample.time_ns = last_time_ns_;
   sample.interval_s = nominal_s * slope_;
-  const double scaled = *number * description_->gyro.scale;
+  const double scaled = *number * description_->axes[axis].scale;
   sample.rate_deg_per_h = description_->gyro.meaning == wire::GyroMeaning::kRate ? scaled : scaled / sample.interval_s;
   sample.temperature_degc = reading.temperature_degc;
   sample.uhfo_v = reading.uhfo_v;
-  sample.missing_frames = std::exchange(missing_, 0);
+  sample.missing_frames = std::exchange(turns_[axis].missing, 0);
   sample.status = reading.status;
   sample.out_of_bounds = reading.out_of_bounds;
-  ++status_.samples;
+  sample.out_of_bounds.rate = gyro.out_of_bounds;
+  if (!std::exchange(counted_, true)) ++status_.samples;
   return sample;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "compensation/sample.hpp"
 #include "drivers/arrival_hull.hpp"
@@ -35,7 +36,8 @@ struct ClockStatus {
   double residual_s = 0;                 ///< host: how late the last frame came, beyond the fitted line
 };
 
-/// One Reading in, at most one Sample out. A Sample's time is the end of the interval its rate is the mean of.
+/// One Reading in, at most one Sample of each axis out. A Sample's time is the end of the interval its rate is the mean
+/// of.
 ///
 /// Host: the counter gives the device's time x, the arrival (less wire time and latency) the host's time y; the line
 /// under all points (arrival_hull.hpp) turns x into stamps and gives the true period. Until the window is long enough
@@ -51,12 +53,15 @@ struct ClockStatus {
 /// Without a counter (in this stream) each frame is one period after the one before; frames lost on the line are known
 /// from the bytes that were skipped there (where the stream has one kind of frame).
 ///
-/// The first reading of an accumulated angle gives no sample: there is nothing to take the difference to.
+/// The first reading of an axis's accumulated angle gives no sample: there is nothing to take the difference to.
 class Clock {
  public:
   Clock(wire::FrameDescriptionPtr description, ClockSettings settings = {});
 
-  std::optional<Sample> push(const wire::Reading& reading);
+  /// Places the reading in time. False where there is nothing to measure: a repeated frame, or one without a rate.
+  bool push(const wire::Reading& reading);
+  /// What the reading that push() took last says of an axis (index into FrameDescription::axes). Once each.
+  std::optional<Sample> sample(const wire::Reading& reading, std::size_t axis);
 
   /// The line was opened again: a new session. Stamps may start anywhere.
   void reset();
@@ -65,13 +70,14 @@ class Clock {
 
  private:
   void start(const wire::Reading& reading);
+  void forget_angles();
+  void miss(const FrameStep& step);
   std::int64_t stamp_device(const FrameStep& step);
   std::int64_t stamp_host(const wire::Reading& reading, const FrameStep& step);
   bool out_of_step(double residual_s, double y, std::uint32_t behind);
   bool recount(double& residual_s);
   void fit(double y, double residual_s);
-  std::optional<Sample> measure(const wire::Reading& reading, std::int64_t time_ns);
-  std::optional<double> turned(const wire::Reading& reading, double& nominal_s);
+  std::optional<double> turned(const wire::GyroReading& reading, std::size_t axis, double& nominal_s);
   std::int64_t left_device_ns(const wire::Reading& reading) const;
 
   wire::FrameDescriptionPtr description_;
@@ -82,7 +88,6 @@ class Clock {
   double byte_time_ns_ = 0;
 
   bool running_ = false;
-  std::uint32_t missing_ = 0;      ///< since the last sample
   std::int64_t origin_ns_ = 0;     ///< host time where x and y are 0
   double ticks_ = 0;               ///< unwrapped, since origin
   double x_ = 0;                   ///< the same in nominal seconds
@@ -96,10 +101,16 @@ class Clock {
   double least_late_s_ = 0;   ///< and by how much at least
   double slope_ = 1;          ///< host seconds per nominal device second, in use
 
-  double gyro_x_ = 0;       ///< x of the last reading that carried the gyro
-  bool has_angle_ = false;  ///< accumulated: the angle to take the difference to
-  double angle_ = 0;
-  double angle_x_ = 0;
+  /// What an axis has come to.
+  struct Turn {
+    std::uint32_t missing = 0;  ///< frames lost since its last sample
+    double x = 0;               ///< of the last reading that carried it
+    bool has_angle = false;     ///< accumulated: the angle to take the difference to
+    double angle = 0;
+    double angle_x = 0;
+  };
+  std::vector<Turn> turns_;  ///< as FrameDescription::axes
+  bool counted_ = false;     ///< the last reading is among ClockStatus::samples
 };
 
 }  // namespace prism::drivers

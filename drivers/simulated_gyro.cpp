@@ -8,7 +8,7 @@
 namespace prism::drivers {
 namespace {
 
-constexpr double kBodyLag_s = 65 * 60, kSelfHeating_degc = 4, kInnerLag_s = 4 * 3600;
+constexpr double kSelfHeating_degc = 4, kInnerLag_s = 4 * 3600;
 constexpr double kUhfoAt25_v = 5.32, kUhfoPerBody_v_per_degc = -0.0027, kUhfoPerInner_v_per_degc = -0.0018;
 constexpr double kUhfoNoise_v = 0.039, kUhfoNoiseTime_s = 73 * 60;
 constexpr double kExtraSlope_deg_per_h_per_degc_per_s = -1.83;
@@ -62,7 +62,8 @@ SimulatedGyro::SimulatedGyro(ChamberProfile profile, std::uint64_t seed, const T
     : profile_(std::move(profile)),
       settings_(truth),
       random_(seed, 0),
-      hidden_(truth, profile_.temperature_degc(0), seed),
+      body_share_(-std::expm1(-kGrid_s / truth.axis.body_lag_s)),
+      hidden_(truth, profile_.temperature_degc(0), seed + truth.axis.hidden_seed),
       uhfo_noise_v_(kUhfoNoise_v * random_.normal()) {
   before_.body_degc = before_.inner_degc = before_.sensor_degc = profile_.temperature_degc(0);
   before_.causes = hidden_.at_start();
@@ -74,27 +75,27 @@ SimulatedGyro::SimulatedGyro(ChamberProfile profile, std::uint64_t seed, const T
 // Everything that follows from the time, the two temperatures and the noise.
 void SimulatedGyro::complete(GyroTruth& truth) const {
   truth.chamber_degc = profile_.temperature_degc(truth.time_s);
-  truth.slope_degc_per_s = (truth.chamber_degc + kSelfHeating_degc - truth.body_degc) / kBodyLag_s;
+  truth.slope_degc_per_s = (truth.chamber_degc + kSelfHeating_degc - truth.body_degc) / settings_.axis.body_lag_s;
   truth.uhfo_v = kUhfoAt25_v + kUhfoPerBody_v_per_degc * (truth.body_degc - 25) +
                  kUhfoPerInner_v_per_degc * (truth.inner_degc - truth.body_degc) + uhfo_noise_v_;
   const double t = truth.body_degc, slope = truth.slope_degc_per_s, u = truth.uhfo_v;
-  truth.causes.thermal = settings_.smooth
+  const double thermal = settings_.smooth
                              ? smooth_bias_deg_per_h(t, slope, u)
                              : paper_bias_deg_per_h(t, slope, u) + kExtraSlope_deg_per_h_per_degc_per_s * slope +
                                    local_nonlinearity_deg_per_h(t, u);
+  truth.causes.thermal = settings_.axis.thermal_share * thermal;
   truth.bias_deg_per_h = truth.causes.sum();
 }
 
 // Each lag is exact for what drives it held at the middle of the second.
 GyroTruth SimulatedGyro::next_second(const GyroTruth& from) {
-  static const double body_share = -std::expm1(-kGrid_s / kBodyLag_s);
   static const double inner_share = -std::expm1(-kGrid_s / kInnerLag_s);
   static const double noise_kept = std::exp(-kGrid_s / kUhfoNoiseTime_s);
   static const double noise_new_v = kUhfoNoise_v * std::sqrt(1 - noise_kept * noise_kept);
   GyroTruth to;
   to.time_s = from.time_s + kGrid_s;
   const double drive = profile_.temperature_degc(from.time_s + kGrid_s / 2) + kSelfHeating_degc;
-  to.body_degc = from.body_degc + (drive - from.body_degc) * body_share;
+  to.body_degc = from.body_degc + (drive - from.body_degc) * body_share_;
   to.inner_degc = from.inner_degc + ((from.body_degc + to.body_degc) / 2 - from.inner_degc) * inner_share;
   const double lag_s = settings_.sensor_lag_s, body_middle = (from.body_degc + to.body_degc) / 2;
   to.sensor_degc =

@@ -59,6 +59,7 @@ class SimulatedGyro {
   ChamberProfile profile_;
   TruthSettings settings_;
   RandomSource random_;
+  double body_share_;
   HiddenBias hidden_;
   double uhfo_noise_v_ = 0;
   GyroTruth before_, after_;  ///< the grid points around truth_

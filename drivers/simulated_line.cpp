@@ -9,17 +9,29 @@ namespace {
 
 constexpr double kLeastOutlier_arcsec = 2, kMostOutlier_arcsec = 10;
 
+struct Axis {
+  double body_lag_s, thermal_share;
+};
+constexpr Axis kAxes[wire::kMaxAxes] = {{65 * 60, 1}, {52 * 60, -1.6}, {81 * 60, 2.2}, {70 * 60, 1.3}};
+constexpr std::uint64_t kHiddenSeeds = 1'000'003;  // between axes
+constexpr std::uint64_t kFirstNoise = 1, kFurtherNoise = 20;
+
 }  // namespace
 
 SimulatedLine::SimulatedLine(wire::FrameDescriptionPtr description, const SimulationSettings& settings)
     : settings_(settings),
       period_s_(1 / settings.rate_hz),
-      gyro_(settings.profile, settings.seed, settings.truth),
-      encoder_(std::move(description)),
-      noise_(settings.seed, 1),
+      encoder_(description),
       outliers_(settings.seed, 2),
       losses_(settings.seed, 3),
-      line_(settings.seed, 4) {}
+      line_(settings.seed, 4) {
+  for (std::size_t i = 0; i < description->axes.size(); ++i) {
+    TruthSettings truth = settings.truth;
+    truth.axis = {kAxes[i].body_lag_s, kAxes[i].thermal_share, i * kHiddenSeeds};
+    gyros_.emplace_back(settings.profile, settings.seed, truth);
+    noise_.emplace_back(settings.seed, i == 0 ? kFirstNoise : kFurtherNoise + i);
+  }
+}
 
 std::int64_t SimulatedLine::time_ns() const {
   return std::llround(static_cast<double>(counters_.frames) * (1e9 / settings_.rate_hz));
@@ -33,15 +45,19 @@ double SimulatedLine::outlier_arcsec() {
 }
 
 void SimulatedLine::next_frame(std::vector<std::uint8_t>& out) {
-  const GyroTruth& truth = gyro_.step(period_s_);
+  for (SimulatedGyro& gyro : gyros_) gyro.step(period_s_);
   ++counters_.frames;
   wire::GyroState state;
   state.interval_s = period_s_;
-  state.rate_deg_per_h = settings_.earth_rate_deg_per_h + truth.bias_deg_per_h +
-                         kRateNoise_deg_per_h_sqrt_s / std::sqrt(period_s_) * noise_.normal() +
-                         outlier_arcsec() / period_s_;
-  state.temperature_degc = truth.sensor_degc;
-  state.uhfo_v = truth.uhfo_v;
+  for (std::size_t i = 0; i < gyros_.size(); ++i)
+    state.rate_deg_per_h[i] = settings_.earth_rate_deg_per_h[i] + truth(i).bias_deg_per_h +
+                              kRateNoise_deg_per_h_sqrt_s / std::sqrt(period_s_) * noise_[i].normal() +
+                              outlier_arcsec() / period_s_;
+  const double time_s = truth().time_s;
+  for (const InvalidTime& time : settings_.invalid)
+    state.valid[time.axis] = state.valid[time.axis] && !(time_s >= time.from_s && time_s < time.to_s);
+  state.temperature_degc = truth().sensor_degc;
+  state.uhfo_v = truth().uhfo_v;
   if (losses_.chance(settings_.lose_frames)) {
     ++counters_.lost_frames;
     encoder_.skip(state, 1);

@@ -2,6 +2,7 @@
 // The virtual gyro on its wire: truth → noisy frames → bytes, whole, lost, dropped or damaged.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -10,16 +11,24 @@
 
 namespace prism::drivers {
 
+/// An axis that the device marks as not valid for a time, s since the gyro was switched on.
+struct InvalidTime {
+  std::size_t axis = 0;
+  double from_s = 0, to_s = 0;
+};
+
 struct SimulationSettings {
   ChamberProfile profile = paper_profile();
   TruthSettings truth;
   std::uint64_t seed = 7;
-  double rate_hz = 200;             ///< frames a second, > 0
-  double earth_rate_deg_per_h = 0;  ///< added to the bias
-  double outliers_per_h = 0;        ///< jumps of the angle by ±2 to ±10 arcsec within one frame
-  double lose_frames = 0;           ///< part of the frames that the gyro measures but does not send
-  double drop_bytes = 0;            ///< part of the bytes that the line swallows
-  double damage_bytes = 0;          ///< part of the bytes that the line changes
+  double rate_hz = 200;  ///< frames a second, > 0
+  /// Added to the bias of each axis, as FrameDescription::axes.
+  std::array<double, wire::kMaxAxes> earth_rate_deg_per_h{};
+  std::vector<InvalidTime> invalid;
+  double outliers_per_h = 0;  ///< jumps of the angle by ±2 to ±10 arcsec within one frame
+  double lose_frames = 0;     ///< part of the frames that the gyro measures but does not send
+  double drop_bytes = 0;      ///< part of the bytes that the line swallows
+  double damage_bytes = 0;    ///< part of the bytes that the line changes
 };
 
 /// What was done to the stream so far: a test knows what a decoder must find.
@@ -29,7 +38,10 @@ struct SimulationCounters {
   std::uint64_t overrun_bytes = 0;  ///< found no room at a slow reader's
 };
 
-/// Each fault draws from a stream of random numbers of its own: asking for damage leaves noise and truth as they were.
+/// Axes of one device stand in one chamber; their bodies lag by 65, 52, 81 and 70 minutes, their thermal bias is 1,
+/// −0.7, 1.4 and 0.5 times what SimulatedGyro says, and all else of their biases and noise is their own. The frame's
+/// temperature and UHFO voltage are the first one's. Each fault draws from a stream of random numbers of its own:
+/// asking for damage leaves noise and truth as they were.
 class SimulatedLine {
  public:
   SimulatedLine(wire::FrameDescriptionPtr description, const SimulationSettings& settings);
@@ -40,7 +52,7 @@ class SimulatedLine {
   /// When the last interval ended, ns since the gyro was switched on: frame n at n / rate, without drift.
   std::int64_t time_ns() const;
   /// At that moment.
-  const GyroTruth& truth() const { return gyro_.truth(); }
+  const GyroTruth& truth(std::size_t axis = 0) const { return gyros_[axis].truth(); }
   const SimulationCounters& counters() const { return counters_; }
 
  private:
@@ -49,9 +61,10 @@ class SimulatedLine {
 
   SimulationSettings settings_;
   double period_s_;
-  SimulatedGyro gyro_;
+  std::vector<SimulatedGyro> gyros_;  ///< by axis
   wire::FrameEncoder encoder_;
-  RandomSource noise_, outliers_, losses_, line_;
+  std::vector<RandomSource> noise_;  ///< by axis
+  RandomSource outliers_, losses_, line_;
   SimulationCounters counters_;
 };
 

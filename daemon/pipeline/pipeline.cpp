@@ -3,13 +3,16 @@
 
 #include <cassert>
 #include <optional>
+#include <utility>
 
 namespace prism::pipeline {
 
-Pipeline::Pipeline(const Setup& setup)
-    : decoder_(setup.frames),
-      clock_(setup.frames, setup.clock),
-      axes_{{setup.frames->gyro.axis, compensation::Engine(setup.config.engine)}} {
+Pipeline::Pipeline(const Setup& setup) : decoder_(setup.frames), clock_(setup.frames, setup.clock) {
+  for (std::size_t i = 0; i < setup.axes.size(); ++i)
+    axes_.push_back({setup.frames->axes[i].name, compensation::Engine(setup.axes[i].engine)});
+  std::vector<std::string> names;
+  for (const Axis& axis : axes_) names.push_back(axis.name);
+  rows_.axes = std::make_shared<const std::vector<std::string>>(std::move(names));
   [[maybe_unused]] const auto taken = use_models(setup);
   assert(taken);  // load_setup tried it
 }
@@ -46,7 +49,15 @@ const Rows& Pipeline::finish() {
   return rows_;
 }
 
-Result<void> Pipeline::use_models(const Setup& setup) { return axes_.front().engine.use(setup.model, setup.fallback); }
+// On copies first: of several axes all take theirs, or none.
+Result<void> Pipeline::use_models(const Setup& setup) {
+  std::vector<Axis> axes = axes_;
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    if (auto used = axes[i].engine.use(setup.axes[i].model, setup.axes[i].fallback); !used) return used;
+  }
+  axes_ = std::move(axes);
+  return {};
+}
 
 void Pipeline::begin_axes(std::int64_t now_ns) {
   session_ns_ = now_ns;
@@ -63,18 +74,20 @@ void Pipeline::end_axes() {
 
 const Rows& Pipeline::pass() {
   for (const wire::Reading& reading : readings_) {
-    const std::optional<Sample> sample = clock_.push(reading);
-    if (!sample) continue;
-    const std::int64_t second = compensation::bucket_second(sample->time_ns);
-    if (last_second_ && second < *last_second_) {
-      end_axes();
-      begin_axes(reading.arrival_ns);
-    }
-    last_second_ = second;
+    if (!clock_.push(reading)) continue;
+    const std::size_t before = rows_.samples.size();
     for (std::size_t i = 0; i < axes_.size(); ++i) {
+      const std::optional<Sample> sample = clock_.sample(reading, i);
+      if (!sample) continue;
+      const std::int64_t second = compensation::bucket_second(sample->time_ns);
+      if (last_second_ && second < *last_second_) {
+        end_axes();
+        begin_axes(reading.arrival_ns);
+      }
+      last_second_ = second;
       Rows::Sample made{i, {}};
       if (const auto window = axes_[i].engine.push(*sample, made.row)) {
-        rows_.windows.push_back({i, rows_.samples.size(), *session_ns_, *window});
+        rows_.windows.push_back({i, before, *session_ns_, *window});
       }
       rows_.samples.push_back(made);
     }

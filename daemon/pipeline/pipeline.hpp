@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,7 +16,8 @@
 
 namespace prism::pipeline {
 
-/// What a call made, in the order in which it came to be. A second that a sample closes stands before that sample.
+/// What a call made, in the order in which it came to be. Rows of one frame stand together: the seconds that it closes
+/// before its samples.
 struct Rows {
   struct Window {
     std::size_t axis;            ///< index into Pipeline::axes()
@@ -29,13 +31,15 @@ struct Rows {
   };
   std::vector<Sample> samples;
   std::vector<Window> windows;
+  /// Their names; outlives the pipeline that made the rows.
+  std::shared_ptr<const std::vector<std::string>> axes;
 
   void clear() { samples.clear(), windows.clear(); }
 };
 
 /// One input axis of the device: its corrections do not depend on the others'.
 struct Axis {
-  std::string name;  ///< as the frame description calls it; empty: the device has one
+  std::string name;  ///< as the frame description calls it
   compensation::Engine engine;
 };
 

@@ -29,9 +29,9 @@ Result<wire::FrameDescriptionPtr> load_frames(const config::Config& config) {
   const Result<std::string> text = config::read_data_file(config.frames, "frames");
   if (!text) return tl::unexpected<Error>(text.error());
   wire::GyroChoice choice;
-  choice.axis = config.gyro.axis;
-  choice.sign = config.gyro.sign;
-  choice.scale_factor_arcsec_per_pulse = config.gyro.scale_factor_arcsec_per_pulse;
+  choice.axes.clear();
+  for (const config::AxisConfig& axis : config.axes)
+    choice.axes.push_back({axis.name, axis.sign, axis.scale_factor_arcsec_per_pulse});
   Result<wire::FrameDescriptionPtr> frames = wire::parse_frame_description(*text, config.frames, choice);
   if (!frames) return frames;
   if (auto proved = wire::run_test_vectors(**frames); !proved) return tl::unexpected<Error>(proved.error());
@@ -50,10 +50,10 @@ Result<compensation::ModelPtr> load_model(const config::Config& config, const st
   Result<compensation::ModelPtr> model = compensation::parse_model(*text, path);
   if (!model) return model;
   const compensation::ModelInfo& info = (*model)->info();
-  if (!info.gyro_serial.empty() && !config.gyro.serial.empty() && info.gyro_serial != config.gyro.serial) {
+  if (!info.gyro_serial.empty() && !config.gyro_serial.empty() && info.gyro_serial != config.gyro_serial) {
     return refuse(path + ":/gyro/serial",
                   fmt::format("found \"{}\", expected \"{}\" as {} says: a model of another gyro", info.gyro_serial,
-                              config.gyro.serial, config.path));
+                              config.gyro_serial, config.path));
   }
   for (const std::string& input : info.inputs) {
     const bool carried = (input == compensation::kInputUhfo ? frames.uhfo : frames.temperature).present;
@@ -61,6 +61,46 @@ Result<compensation::ModelPtr> load_model(const config::Config& config, const st
     return refuse(path + ":/inputs", fmt::format("found {}, which frames of \"{}\" do not carry", input, frames.name));
   }
   return model;
+}
+
+Result<Setup::Axis> load_axis(const Setup& setup, const config::AxisConfig& config) {
+  Setup::Axis axis;
+  axis.engine = config.engine;
+  axis.engine.plausibility.take(setup.frames->plausible);
+  axis.engine.plausibility.take(setup.config.plausibility);
+  for (auto [path, model] : {std::pair(&config.model, &axis.model), {&config.fallback_model, &axis.fallback}}) {
+    Result<compensation::ModelPtr> loaded = load_model(setup.config, *path, *setup.frames);
+    if (!loaded) return tl::unexpected<Error>(loaded.error());
+    *model = std::move(*loaded);
+  }
+  compensation::Engine trial(axis.engine);
+  if (auto taken = trial.use(axis.model, axis.fallback); !taken)
+    return refuse(config.fallback_model, taken.error().what);
+  return axis;
+}
+
+/// The models of one device are of one gyro, also where the configuration does not say of which.
+Result<void> check_serials(Setup& setup) {
+  std::string path, serial;
+  for (std::size_t i = 0; i < setup.axes.size(); ++i) {
+    const config::AxisConfig& config = setup.config.axes[i];
+    for (const auto& [file, model] :
+         {std::pair(config.model, setup.axes[i].model), {config.fallback_model, setup.axes[i].fallback}}) {
+      const std::string found = model ? model->info().gyro_serial : "";
+      if (found.empty() || found == serial) continue;
+      if (!serial.empty()) {
+        return refuse(
+            file + ":/gyro/serial",
+            fmt::format("found \"{}\", but {} is of gyro \"{}\", expected models of one", found, path, serial));
+      }
+      serial = found, path = file;
+    }
+  }
+  if (!serial.empty() && setup.config.gyro_serial.empty()) {
+    setup.notes.push_back(fmt::format("{}: bound to gyro \"{}\", but {} names no gyro/serial to compare it with", path,
+                                      serial, setup.config.path));
+  }
+  return {};
 }
 
 drivers::LineSettings line_settings(const config::Config& config, const wire::WireFormat& wire) {
@@ -73,21 +113,28 @@ drivers::LineSettings line_settings(const config::Config& config, const wire::Wi
   return line;
 }
 
-void replace(config::Config& config, const Overrides& overrides) {
+Result<void> replace(config::Config& config, const Overrides& overrides) {
   namespace fs = std::filesystem;
   const auto absolute = [](const std::string& path) {
     std::error_code error;
     const fs::path found = fs::absolute(path, error);
     return error ? path : found.string();
   };
-  if (!overrides.model.empty()) config.model = config::find_data_file(overrides.model, "models", absolute("."));
-  if (overrides.without_models) config.model.clear(), config.fallback_model.clear();
+  if (!overrides.model.empty()) {
+    if (config.axes.size() > 1)
+      return refuse("--model", fmt::format("names one model, but {} serves {} axes", config.path, config.axes.size()));
+    config.axes.front().model = config::find_data_file(overrides.model, "models", absolute("."));
+  }
+  for (config::AxisConfig& axis : config.axes) {
+    if (overrides.without_models) axis.model.clear(), axis.fallback_model.clear();
+  }
   if (!overrides.device.empty()) config.line.device = absolute(overrides.device);
   if (!overrides.socket.empty()) config.socket.path = absolute(overrides.socket);
-  if (overrides.replay_log.empty()) return;
+  if (overrides.replay_log.empty()) return {};
   config.capture.reset();
   config.log = config.log.value_or(config::SegmentSettings{});
   config.log->directory = absolute(overrides.replay_log);
+  return {};
 }
 
 }  // namespace
@@ -97,55 +144,64 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
   if (!config) return tl::unexpected<Error>(config.error());
   Setup setup;
   setup.config = std::move(*config);
-  replace(setup.config, overrides);
+  if (auto replaced = replace(setup.config, overrides); !replaced) return tl::unexpected<Error>(replaced.error());
   const Result<wire::FrameDescriptionPtr> frames = load_frames(setup.config);
   if (!frames) return tl::unexpected<Error>(frames.error());
   setup.frames = *frames;
-  compensation::PlausibilityLimits& plausible = setup.config.engine.plausibility;
-  plausible.take(setup.frames->plausible);
-  plausible.take(setup.config.plausibility);
-  for (auto [path, model] :
-       {std::pair(&setup.config.model, &setup.model), {&setup.config.fallback_model, &setup.fallback}}) {
-    Result<compensation::ModelPtr> loaded = load_model(setup.config, *path, *setup.frames);
+  setup.notes = setup.frames->warnings;
+  setup.notes.insert(setup.notes.end(), setup.config.warnings.begin(), setup.config.warnings.end());
+  for (const config::AxisConfig& axis : setup.config.axes) {
+    Result<Setup::Axis> loaded = load_axis(setup, axis);
     if (!loaded) return tl::unexpected<Error>(loaded.error());
-    *model = std::move(*loaded);
+    setup.axes.push_back(std::move(*loaded));
   }
-  compensation::Engine trial(setup.config.engine);
-  if (auto taken = trial.use(setup.model, setup.fallback); !taken) {
-    return refuse(setup.config.fallback_model, taken.error().what);
+  if (auto one = check_serials(setup); !one) return tl::unexpected<Error>(one.error());
+  if (const auto& names = setup.frames->axis_names; names.size() > 1 && setup.config.axes.front().name.empty()) {
+    setup.notes.push_back(fmt::format("{}: names no axis: {} is served, the first of {}; \"axes\" serves several",
+                                      setup.config.path, names.front(), fmt::join(names, ", ")));
   }
   setup.line = line_settings(setup.config, setup.frames->wire);
   setup.clock.source = setup.config.device_clock ? drivers::ClockSource::kDevice : drivers::ClockSource::kHost;
-  setup.notes = setup.frames->warnings;
-  setup.notes.insert(setup.notes.end(), setup.config.warnings.begin(), setup.config.warnings.end());
-  if (setup.model && !setup.model->info().gyro_serial.empty() && setup.config.gyro.serial.empty()) {
-    setup.notes.push_back(fmt::format("{}: bound to gyro \"{}\", but {} names no gyro/serial to compare it with",
-                                      setup.config.model, setup.model->info().gyro_serial, config_path));
-  }
   return setup;
 }
 
-std::string log_metadata(const Setup& setup) {
+std::string log_metadata(const Setup& setup, std::size_t axis) {
   const config::Config& config = setup.config;
+  const config::AxisConfig& mounted = config.axes[axis];
+  const Setup::Axis& own = setup.axes[axis];
+  const wire::AxisRule& rule = setup.frames->axes[axis];
   const auto model_line = [](const compensation::ModelPtr& model) {
     return model ? fmt::format("{} {}", model->info().id, model->info().name) : std::string("none");
   };
   std::string text = fmt::format("# prism {} data log, format 2\n# instance: {}\n# gyro_serial: {}\n", kVersion,
-                                 config.name, config.gyro.serial.empty() ? "unknown" : config.gyro.serial);
-  text += fmt::format("# frames: {} {}\n# axis: {}\n# clock: {}\n", setup.frames->name, setup.frames->id,
-                      setup.frames->gyro.axis.empty() ? "-" : setup.frames->gyro.axis,
+                                 config.name, config.gyro_serial.empty() ? "unknown" : config.gyro_serial);
+  text += fmt::format("# frames: {} {}\n# axis: {}\n# clock: {}\n", setup.frames->name, setup.frames->id, rule.name,
                       config.device_clock ? "device" : "host");
-  text += fmt::format("# gyro_unit: {}\n# model: {}\n# fallback_model: {}\n", setup.frames->gyro.scale,
-                      model_line(setup.model), model_line(setup.fallback));
-  if (config.site.elevation_deg) {
-    text += fmt::format("# site: latitude_deg {} elevation_deg {} azimuth_deg {}\n", config.site.latitude_deg,
-                        *config.site.elevation_deg, config.site.azimuth_deg);
+  text += fmt::format("# gyro_unit: {}\n# model: {}\n# fallback_model: {}\n", rule.scale, model_line(own.model),
+                      model_line(own.fallback));
+  if (mounted.elevation_deg) {
+    text += fmt::format("# site: latitude_deg {} elevation_deg {} azimuth_deg {}\n", config.latitude_deg,
+                        *mounted.elevation_deg, mounted.azimuth_deg);
   }
-  const compensation::FeatureDefinition features =
-      setup.model ? setup.model->info().features : compensation::FeatureDefinition{};
+  const compensation::FeatureDefinition features = own.features();
   text += fmt::format("# window: length_s {} end_mean_s {} max_gap_s {}\n", features.length_s, features.end_mean_s,
                       features.max_gap_s);
   return text;
+}
+
+std::string models_text(const Setup& setup) {
+  std::string text;
+  for (std::size_t i = 0; i < setup.axes.size(); ++i) {
+    const compensation::ModelPtr& model = setup.axes[i].model;
+    if (i > 0) text += ", ";
+    if (setup.axes.size() > 1) text += setup.frames->axes[i].name + " ";
+    text += model ? model->info().id.substr(0, 12) + " " + model->info().name : "none";
+  }
+  return text;
+}
+
+std::string log_name(const Setup& setup, std::size_t axis) {
+  return setup.config.by_axes ? setup.config.name + "-" + setup.frames->axes[axis].name : setup.config.name;
 }
 
 }  // namespace prism::pipeline

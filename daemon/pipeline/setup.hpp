@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "compensation/engine.hpp"
 #include "compensation/model.hpp"
 #include "compensation/result.hpp"
 #include "config/config.hpp"
@@ -15,9 +16,20 @@
 namespace prism::pipeline {
 
 struct Setup {
+  /// One input axis: what its engine is made of.
+  struct Axis {
+    compensation::ModelPtr model, fallback;
+    compensation::EngineSettings engine;  ///< its plausibility joins presets, frame description and configuration
+
+    compensation::FeatureDefinition features() const {
+      return model ? model->info().features : compensation::FeatureDefinition{};
+    }
+    bool operator==(const Axis&) const = default;
+  };
+
   config::Config config;
   wire::FrameDescriptionPtr frames;
-  compensation::ModelPtr model, fallback;
+  std::vector<Axis> axes;  ///< as frames->axes and config.axes
   drivers::LineSettings line;
   drivers::ClockSettings clock;
   std::vector<std::string> notes;  ///< legal, but worth knowing: one line each
@@ -38,7 +50,14 @@ struct Overrides {
 /// What is overridden is replaced before anything is checked.
 Result<Setup> load_setup(const std::string& config_path, const Overrides& overrides = {});
 
-/// The metadata on top of every log segment: what the rows depend on, and nothing of the moment they were written in.
-std::string log_metadata(const Setup& setup);
+/// The metadata on top of every log segment of an axis: what the rows depend on, and nothing of the moment they were
+/// written in.
+std::string log_metadata(const Setup& setup, std::size_t axis);
+
+/// Which models serve, in a few words: the first characters of the id and the name; by axis where there are several.
+std::string models_text(const Setup& setup);
+
+/// What an axis's log segments are named after: the instance, and the axis where the configuration names several.
+std::string log_name(const Setup& setup, std::size_t axis);
 
 }  // namespace prism::pipeline

@@ -257,7 +257,7 @@ class Bench {
 
   void encode(std::vector<std::uint8_t>& bytes) {
     wire::GyroState state;
-    state.rate_deg_per_h = 8.4652;
+    state.rate_deg_per_h = {8.4652};
     state.interval_s = frames_->period_s();
     state.temperature_degc = 25.0 + 0.001 * static_cast<double>(++encoded_ % 1000);
     state.uhfo_v = 5.32;

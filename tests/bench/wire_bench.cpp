@@ -50,7 +50,7 @@ Bytes encoded(const wire::FrameDescriptionPtr& description) {
   prism::wire::FrameEncoder encoder(description);
   Bytes bytes;
   for (int i = 0; i < kFrames; ++i) {
-    encoder.encode({.rate_deg_per_h = 8.4652,
+    encoder.encode({.rate_deg_per_h = {8.4652},
                     .interval_s = description->period_s(),
                     .temperature_degc = 25 + 1e-6 * i,
                     .uhfo_v = 5.3},
@@ -84,7 +84,8 @@ void measure(const std::string& dir, const std::string& name) {
   double sum = 0;
   const double clock_s = fastest([&] {
     feed_all(decoder, bytes, out, [&](const wire::Reading& reading) {
-      if (const auto sample = clock.push(reading)) sum += sample->interval_s;
+      if (!clock.push(reading)) return;
+      if (const auto sample = clock.sample(reading, 0)) sum += sample->interval_s;
     });
   });
   const double encode_s = fastest([&] { frames += encoded(description).size(); });

@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   prism::wire::FrameDecoder decoder(*parsed);
   std::vector<std::uint8_t> bytes;
   std::vector<prism::wire::Reading> out;
-  for (int i = 0; i < 20; ++i) encoder.encode({.rate_deg_per_h = 10.0 * i, .interval_s = 0.01}, bytes);
+  for (int i = 0; i < 20; ++i) encoder.encode({.rate_deg_per_h = {10.0 * i}, .interval_s = 0.01}, bytes);
   decoder.feed(bytes, 0, out);
   decoder.finish(out);
   return 0;

@@ -34,7 +34,8 @@ std::unique_ptr<daemon::Instance> make_instance() {
                                           << R"(/config/frames/trplg.json", "line": {"device": "/dev/null"}})";
   const auto setup = pipeline::load_setup(folder.file("gyro.json"));
   require(setup.has_value());
-  auto instance = std::make_unique<daemon::Instance>(*setup, nullptr, nullptr, [](const daemon::Event&) {});
+  auto instance = std::make_unique<daemon::Instance>(*setup, std::vector<std::unique_ptr<daemon::RowWriter>>(), nullptr,
+                                                     [](const daemon::Event&) {});
   std::int64_t arrival_ns = 1'700'000'000'000'000'000;
   instance->begin_session(arrival_ns);
   instance->set_line(daemon::LineState::kReceiving);

@@ -49,6 +49,7 @@ class SchemaValidator {
     if (key == "maxLength") return !value.is_string() || value.get<std::string>().size() <= rule.get<std::size_t>();
     if (key == "minItems") return !value.is_array() || value.size() >= rule.get<std::size_t>();
     if (key == "maxItems") return !value.is_array() || value.size() <= rule.get<std::size_t>();
+    if (key == "propertyNames") return names_hold(rule, value);
     if (key == "minProperties") return !value.is_object() || value.size() >= rule.get<std::size_t>();
     if (key == "pattern") return !value.is_string() || matches(rule, value);
     if (key == "anyOf")
@@ -86,6 +87,14 @@ class SchemaValidator {
   static bool has_all(const Json& required, const Json& value) {
     return !value.is_object() || std::all_of(required.begin(), required.end(),
                                              [&](const Json& key) { return value.contains(key.get<std::string>()); });
+  }
+
+  bool names_hold(const Json& rule, const Json& value) const {
+    if (!value.is_object()) return true;
+    for (const auto& [key, member] : value.items()) {
+      if (!valid(rule, key)) return false;
+    }
+    return true;
   }
 
   bool members_hold(const Json& schema, const Json& value) const {

@@ -20,6 +20,7 @@ same "seconds of log and truth" "$(grep -v '^#' "$log" | tail -n +2 | cut -d, -f
 
 # Ctrl-C: exit 0, the link is gone, the file so far is good.
 start_sim --hours 10
+wait_for 2 test -s sim.out  # the link comes first
 same "path printed" "$(head -1 sim.out)" "$(readlink tty)"
 kill -INT "$sim"
 wait "$sim" || fail "SIGINT: exit code $?"

@@ -3,13 +3,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdio>
+#include <optional>
+#include <vector>
 
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
+#include "tools/prismctl/axes_view.hpp"
 #include "tools/prismctl/connection.hpp"
 #include "tools/prismctl/text_view.hpp"
 #include "tools/prismctl/watch.hpp"
+#include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
 namespace {
@@ -22,19 +28,44 @@ int fail(const Error& error) {
 }
 
 struct Choice {
-  std::string socket, name;
+  std::string socket, name, axis;
   bool json = false;
 };
 
-// One question, one answer, printed as `view` says or as JSON.
-int ask(const Choice& choice, const std::string& method, const nlohmann::json& params,
+std::optional<Error> axis_fault(const nlohmann::json& status, const std::string& axis) {
+  std::vector<std::string> names;
+  for (const auto& [name, own] : at(status, "axes").items()) names.push_back(name);
+  if (names.empty()) names.push_back(text_of(at(status, "axis"), "z"));
+  if (std::find(names.begin(), names.end(), axis) != names.end()) return std::nullopt;
+  return Error{"--axis", fmt::format("found {}, expected one of {}", axis, fmt::join(names, ", "))};
+}
+
+// Of a status for several axes, as if the one were alone.
+nlohmann::json status_of_axis(nlohmann::json status, const std::string& axis) {
+  const nlohmann::json own = at(at(status, "axes"), axis.c_str());
+  if (!own.is_object()) return status;
+  status.erase("axes");
+  status["axis"] = axis;
+  status.update(own);
+  return status;
+}
+
+// One question, one answer, printed as `view` says or as JSON. What is asked of axes is asked of the chosen one.
+int ask(const Choice& choice, const std::string& method, nlohmann::json params,
         const std::function<std::string(const nlohmann::json&)>& view) {
+  constexpr std::array kOfAxes = {"bias", "stability", "model", "history"};
+  const bool of_axes = std::find(kOfAxes.begin(), kOfAxes.end(), method) != kOfAxes.end();
+  if (of_axes && !choice.axis.empty()) params["axis"] = choice.axis;
   const auto path = find_socket(choice.socket, choice.name);
   if (!path) return fail(path.error());
   auto connection = Connection::open(*path);
   if (!connection) return fail(connection.error());
-  const auto answer = connection->ask(method, params);
+  auto answer = connection->ask(method, params);
   if (!answer) return fail(answer.error());
+  if (method == "status" && !choice.axis.empty()) {
+    if (const auto wrong = axis_fault(*answer, choice.axis)) return fail(*wrong);
+    *answer = status_of_axis(*answer, choice.axis);
+  }
   fmt::print("{}", choice.json ? answer->dump(2) + "\n" : view(*answer));
   return kDone;
 }
@@ -56,6 +87,7 @@ int run(int argc, char** argv) {
   app.add_option("-s,--socket", choice.socket,
                  "path of the daemon's socket (default: $PRISM_SOCKET, or the only one running)");
   app.add_option("-n,--name", choice.name, "instance, where several run");
+  app.add_option("--axis", choice.axis, "of a device of several axes: the one that is meant");
   app.add_flag("--json", choice.json, "print JSON, for programs");
   app.require_subcommand(1);
   app.fallthrough();
@@ -69,9 +101,11 @@ int run(int argc, char** argv) {
   };
   question("status", "state of the line, last values, counters", status_view);
   question("bias", "the corrected bias now", bias_view);
-  question("stability", "bias stability raw and corrected since the start", stability_view);
+  question("stability", "bias stability raw and corrected since the start",
+           [](const nlohmann::json& s) { return each_axis(s, stability_view); });
   question("line", "health of the serial line: frames, refusals, clock, hardware errors", line_view);
-  question("model", "the model in use and where it is from", model_view);
+  question("model", "the model in use and where it is from",
+           [](const nlohmann::json& m) { return each_axis(m, model_view); });
   question("config", "the configuration in force", [](const nlohmann::json& c) { return c.dump(2) + "\n"; });
 
   int count = 20, seconds = 60;
@@ -85,8 +119,10 @@ int run(int argc, char** argv) {
   history->add_option("--seconds", seconds, "how many")->check(CLI::Range(1, 3600))->capture_default_str();
   tools::add_examples(*history, {"prismctl history --seconds 600"});
   history->callback([&] {
-    code = ask(choice, "history", {{"seconds", seconds}},
-               [](const nlohmann::json& rows) { return window_heading() + lines_of(rows, window_line); });
+    code = ask(choice, "history", {{"seconds", seconds}}, [](const nlohmann::json& answer) {
+      return each_axis(answer,
+                       [](const nlohmann::json& rows) { return window_heading() + lines_of(rows, window_line); });
+    });
   });
   auto* reload = app.add_subcommand("reload", "read the configuration and the models again");
   tools::add_examples(*reload, {"prismctl reload"});
@@ -109,6 +145,7 @@ int run(int argc, char** argv) {
   tools::add_examples(*live, {"prismctl watch", "prismctl --json watch --samples --every 10 --count 100"});
   live->callback([&] {
     settings.json = choice.json;
+    settings.axis = choice.axis;
     const auto path = find_socket(choice.socket, choice.name);
     code = path ? watch(*path, settings) : fail(path.error());
   });

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "compensation/text_number.hpp"
+#include "tools/prismctl/axes_view.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
@@ -32,12 +33,11 @@ std::string means_text(const json& second, const json& window, int window_s) {
 
 }  // namespace
 
-std::string status_view(const json& s) {
-  std::string state = text_of(at(s, "state"));
-  if (const std::string why = text_of(at(s, "detail"), ""); !why.empty()) state += ": " + why;
-  std::string text = line("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
-  text += line("state", fmt::format("{}, since {}", state, utc(at(s, "state_since_s"))));
-  text += line("quality", fmt::format("{}, {}", quality_words(s), age_text(at(s, "age_s"))));
+namespace {
+
+// What is measured, of one axis: `s` has its quality, its window and its model.
+std::string measured(const json& s) {
+  std::string text = line("quality", fmt::format("{}, {}", quality_words(s), age_text(at(s, "age_s"))));
   const json& w = at(s, "window");
   const int window_s = mean_length_s(s);
   text += line("rate", means_text(at(w, "rate_deg_per_h"), at(w, "mean_rate_deg_per_h"), window_s));
@@ -46,7 +46,18 @@ std::string status_view(const json& s) {
   text += line("temperature", fmt::format("{}, slope {}", value_text(at(w, "mean_temperature_degc"), 3, " degC"),
                                           value_text(at(w, "slope_degc_per_s"), 6, " degC/s")));
   text += line("UHFO", value_text(at(w, "mean_uhfo_v"), 4, " V"));
-  text += line("model", model_name(at(s, "model")));
+  return text + line("model", model_name(at(s, "model")));
+}
+
+}  // namespace
+
+std::string status_view(const json& s) {
+  std::string state = text_of(at(s, "state"));
+  if (const std::string why = text_of(at(s, "detail"), ""); !why.empty()) state += ": " + why;
+  std::string text = line("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
+  text += line("state", fmt::format("{}, since {}", state, utc(at(s, "state_since_s"))));
+  const json& axes = at(s, "axes");
+  text += axes.is_object() ? line("data", age_text(at(s, "age_s"))) + axes_table(axes, "window") : measured(s);
   text += line("gyro", text_of(at(s, "gyro_serial"), "serial number not configured"));
   text += line("device", fmt::format("{}, frames {}, clock {}", text_of(at(s, "device"), "none"),
                                      text_of(at(s, "frames")), text_of(at(s, "clock"))));
@@ -66,6 +77,11 @@ std::string status_view(const json& s) {
 }
 
 std::string bias_view(const json& b) {
+  if (!axes_of(b).empty()) {
+    const json& first = *b.begin();
+    return line("time", fmt::format("{}, {}", utc(at(first, "time_s")), age_text(at(first, "age_s")))) +
+           axes_table(b, "");
+  }
   const int window_s = mean_length_s(b);
   std::string text = line("time", utc(at(b, "time_s")));
   text += line("quality", fmt::format("{}, {}", quality_words(b), age_text(at(b, "age_s"))));

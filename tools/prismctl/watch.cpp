@@ -9,6 +9,7 @@
 #include "tools/prismctl/screen/terminal.hpp"
 #include "tools/prismctl/screen/watch_screen.hpp"
 #include "tools/prismctl/text_view.hpp"
+#include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
 namespace {
@@ -36,20 +37,22 @@ void print_row(const std::string& method, const json& params, const WatchSetting
     row["mean_temperature_degc"] = row.value("temperature_degc", json());
     row["mean_uhfo_v"] = row.value("uhfo_v", json());
   }
-  fmt::print("{}", window_line(row));
+  fmt::print("{}{}", settings.several ? fmt::format("{:<5}", row.value("axis", "")) : "", window_line(row));
 }
 
-int watch_lines(const std::string& socket, const WatchSettings& settings) {
+int watch_lines(const std::string& socket, WatchSettings settings) {
   auto connection = Connection::open(socket);
   const std::string stream = settings.samples ? "sample" : "window";
-  auto subscribed = connection
-                        ? connection->ask("subscribe", {{"streams", {stream, "event"}}, {"every", settings.every}})
-                        : Result<json>(tl::unexpected<Error>(connection.error()));
+  json wanted = {{"streams", {stream, "event"}}, {"every", settings.every}};
+  if (!settings.axis.empty()) wanted["axes"] = {settings.axis};
+  auto subscribed =
+      connection ? connection->ask("subscribe", wanted) : Result<json>(tl::unexpected<Error>(connection.error()));
   if (!subscribed) {
     fmt::print(stderr, "prismctl: {}\n", subscribed.error().text());
     return 1;
   }
-  if (!settings.json) fmt::print("{}", window_heading());
+  settings.several = at(*subscribed, "axes").size() > 1;
+  if (!settings.json) fmt::print("{}{}", settings.several ? "axis " : "", window_heading());
   std::uint64_t rows = 0;
   while (!g_stop) {
     const auto message = connection->next(-1);
@@ -71,7 +74,7 @@ int watch_lines(const std::string& socket, const WatchSettings& settings) {
 
 int watch(const std::string& socket, const WatchSettings& settings) {
   const bool screen = screen::terminal_has_screen() && !settings.json && !settings.samples && settings.count == 0;
-  if (screen) return screen::watch_screen(socket);
+  if (screen) return screen::watch_screen(socket, settings.axis);
   stop_on_signal();
   return watch_lines(socket, settings);
 }

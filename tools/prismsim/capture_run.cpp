@@ -56,9 +56,9 @@ class Packets {
 Result<drivers::SimulationCounters> run_capture(const SimOptions& options) {
   auto writer = drivers::CaptureWriter::open(options.out);
   if (!writer) return tl::unexpected<Error>(writer.error());
-  std::optional<TruthFile> truth;
+  std::optional<TruthFiles> truth;
   if (!options.truth.empty()) {
-    auto opened = TruthFile::open(options.truth, options.simulation);
+    auto opened = TruthFiles::open(options.truth, options.simulation, *options.frames);
     if (!opened) return tl::unexpected<Error>(opened.error());
     truth = std::move(*opened);
   }
@@ -71,7 +71,7 @@ Result<drivers::SimulationCounters> run_capture(const SimOptions& options) {
     bytes.clear();
     line.next_frame(bytes);
     done = packets.add(line.time_ns(), bytes);
-    if (done && truth) done = truth->push(kCaptureStart_ns + line.time_ns(), line.truth());
+    if (done && truth) done = truth->push(kCaptureStart_ns + line.time_ns(), line);
   }
   if (done) done = packets.finish();
   if (done) done = writer->flush();

@@ -9,6 +9,8 @@
 #include <fstream>
 #include <iterator>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #include "compensation/earth_rate.hpp"
 #include "config/search_path.hpp"
@@ -23,10 +25,13 @@ constexpr double kMostHours = 24 * 366;
 
 // What the command line says, before it means something.
 struct CommandLine {
-  std::string profile = "paper", frames = "trplg", axis, speed = "1";
+  std::string profile = "paper", frames = "trplg", speed = "1";
+  std::vector<std::string> axes, invalid;
   std::optional<double> rate_hz, hours;
   double cycles = 1;
-  compensation::AxisPlacement placement;
+  double latitude_deg = compensation::AxisPlacement().latitude_deg;
+  std::vector<double> elevation_deg = {compensation::AxisPlacement().elevation_deg};
+  std::vector<double> azimuth_deg = {compensation::AxisPlacement().azimuth_deg};
 };
 
 int complain(int code, const std::string& what) {
@@ -48,16 +53,25 @@ void declare_gyro(CLI::App& app, CommandLine& line, SimOptions& options) {
       ->check(tools::within(1e-6, kMostHours))
       ->excludes(cycles);
   app.add_option("--frames", line.frames, "frame description: a name or a path")->capture_default_str();
-  app.add_option("--axis", line.axis, "the axis of the description that turns (default: its first)");
+  app.add_option("--axis", line.axes,
+                 "the axes of the description that turn: one or several, x,y,z (default: its first)")
+      ->delimiter(',')
+      ->type_name("TEXT");
+  app.add_option("--invalid", line.invalid, "AXIS:FROM:TO, in seconds: the device says that the axis is not valid")
+      ->delimiter(',');
   app.add_option("--rate", line.rate_hz, "frames a second, of every kind (default: the description's)")
       ->check(tools::within(0.01, 100000.0));
-  app.add_option("--latitude", line.placement.latitude_deg, "of the place, degrees north")
+  app.add_option("--latitude", line.latitude_deg, "of the place, degrees north")
       ->check(tools::within(-90.0, 90.0))
       ->capture_default_str();
-  app.add_option("--elevation", line.placement.elevation_deg, "of the input axis, degrees above the horizon")
+  app.add_option("--elevation", line.elevation_deg,
+                 "of the input axis, degrees above the horizon; of several axes a list")
+      ->delimiter(',')
       ->check(tools::within(-90.0, 90.0))
       ->capture_default_str();
-  app.add_option("--azimuth", line.placement.azimuth_deg, "of the input axis, degrees from north over east")
+  app.add_option("--azimuth", line.azimuth_deg,
+                 "of the input axis, degrees from north over east; of several axes a list")
+      ->delimiter(',')
       ->check(tools::within(-360.0, 360.0))
       ->capture_default_str();
   app.add_option("--outliers", simulation.outliers_per_h, "jumps of the angle in an hour")
@@ -105,7 +119,8 @@ std::optional<int> read_frames(const CommandLine& line, SimOptions& options) {
   if (!in) return complain(kBadConfiguration, path + ": cannot be read; expected a frame description");
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   wire::GyroChoice choice;
-  choice.axis = line.axis;
+  if (!line.axes.empty()) choice.axes.clear();
+  for (const std::string& axis : line.axes) choice.axes.push_back({.axis = axis});
   const auto frames = wire::parse_frame_description(text, path, choice);
   if (!frames) return complain(kBadConfiguration, frames.error().text());
   options.frames = *frames;
@@ -115,9 +130,41 @@ std::optional<int> read_frames(const CommandLine& line, SimOptions& options) {
 /// Frames of every kind that the device sends in a second; the description's rate counts those that carry the gyro.
 double sent_rate_hz(const wire::FrameDescription& frames) {
   const auto with_gyro = std::count_if(frames.sent_kinds.begin(), frames.sent_kinds.end(), [&](int kind) {
-    return !frames.kinds[static_cast<std::size_t>(kind)].roles.gyro.empty();
+    return frames.kinds[static_cast<std::size_t>(kind)].roles.carries_gyro();
   });
   return frames.rate_hz * static_cast<double>(frames.sent_kinds.size()) / static_cast<double>(with_gyro);
+}
+
+// "y:10:20"
+Result<drivers::InvalidTime> read_invalid(const std::string& text, const wire::FrameDescription& frames) {
+  const std::size_t first = text.find(':'), second = text.find(':', first + 1);
+  const std::string axis = text.substr(0, first);
+  drivers::InvalidTime time;
+  while (time.axis < frames.axes.size() && frames.axes[time.axis].name != axis) ++time.axis;
+  const bool good = second != std::string::npos && time.axis < frames.axes.size() &&
+                    CLI::detail::lexical_cast(text.substr(first + 1, second - first - 1), time.from_s) &&
+                    CLI::detail::lexical_cast(text.substr(second + 1), time.to_s) && time.from_s < time.to_s;
+  if (!good)
+    return refuse("--invalid", fmt::format("found \"{}\", expected AXIS:FROM:TO of an axis that --axis names", text));
+  return time;
+}
+
+// One number stands for all axes.
+std::optional<int> place(const CommandLine& line, SimOptions& options) {
+  const std::size_t axes = options.frames->axes.size();
+  const std::pair<const char*, std::size_t> lists[] = {{"--elevation", line.elevation_deg.size()},
+                                                       {"--azimuth", line.azimuth_deg.size()}};
+  for (const auto& [name, count] : lists) {
+    if (count != 1 && count != axes)
+      return complain(kUsage,
+                      fmt::format("{}: found {} numbers, expected one or {}, one for each axis", name, count, axes));
+  }
+  const auto of = [](const std::vector<double>& list, std::size_t i) { return list.size() == 1 ? list[0] : list[i]; };
+  for (std::size_t i = 0; i < axes; ++i) {
+    const compensation::AxisPlacement placement{line.latitude_deg, of(line.elevation_deg, i), of(line.azimuth_deg, i)};
+    options.simulation.earth_rate_deg_per_h[i] = compensation::earth_rate_deg_per_h(placement);
+  }
+  return std::nullopt;
 }
 
 std::optional<int> understand(const CommandLine& line, SimOptions& options) {
@@ -139,7 +186,12 @@ std::optional<int> understand(const CommandLine& line, SimOptions& options) {
   }
   if (auto code = read_frames(line, options)) return code;
   options.simulation.rate_hz = line.rate_hz.value_or(sent_rate_hz(*options.frames));
-  options.simulation.earth_rate_deg_per_h = compensation::earth_rate_deg_per_h(line.placement);
+  if (auto code = place(line, options)) return code;
+  for (const std::string& text : line.invalid) {
+    const auto time = read_invalid(text, *options.frames);
+    if (!time) return complain(kUsage, time.error().text());
+    options.simulation.invalid.push_back(*time);
+  }
   options.duration_s = line.hours ? *line.hours * 3600 : line.cycles * options.simulation.profile.duration_s();
   return std::nullopt;
 }

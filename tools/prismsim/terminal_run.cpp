@@ -49,7 +49,7 @@ class TerminalRun {
 
   Result<drivers::SimulationCounters> run() {
     if (!options_.truth.empty()) {
-      auto opened = TruthFile::open(options_.truth, options_.simulation);
+      auto opened = TruthFiles::open(options_.truth, options_.simulation, *options_.frames);
       if (!opened) return tl::unexpected<Error>(opened.error());
       truth_ = std::move(*opened);
     }
@@ -93,7 +93,7 @@ class TerminalRun {
     do {
       line_.next_frame(pending_);
       if (truth_) {
-        if (auto done = truth_->push(start_ns_ + line_.time_ns(), line_.truth()); !done) return done;
+        if (auto done = truth_->push(start_ns_ + line_.time_ns(), line_); !done) return done;
       }
     } while (line_.counters().frames < last && pending_.size() < kMostPending &&
              (!options_.speed || due(line_.counters().frames + 1) <= now));
@@ -121,7 +121,7 @@ class TerminalRun {
   const SimOptions& options_;
   PseudoTerminal& terminal_;
   drivers::SimulatedLine line_;
-  std::optional<TruthFile> truth_;
+  std::optional<TruthFiles> truth_;
   std::vector<std::uint8_t> pending_;
   Steady::time_point start_;
   std::int64_t start_ns_ = 0;

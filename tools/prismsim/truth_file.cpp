@@ -5,6 +5,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 #include "compensation/text_number.hpp"
@@ -14,7 +15,8 @@ namespace prism::prismsim {
 
 TruthFile::TruthFile(std::string path, File file) : path_(std::move(path)), file_(std::move(file)) {}
 
-Result<TruthFile> TruthFile::open(const std::string& path, const drivers::SimulationSettings& settings) {
+Result<TruthFile> TruthFile::open(const std::string& path, const drivers::SimulationSettings& settings,
+                                  std::size_t axis) {
   File file(std::fopen(path.c_str(), "we"), &std::fclose);
   if (!file) return refuse(path, fmt::format("cannot be created: {}", std::strerror(errno)));
   TruthFile truth(path, std::move(file));
@@ -22,7 +24,7 @@ Result<TruthFile> TruthFile::open(const std::string& path, const drivers::Simula
              "# simulated: the truth of a virtual gyro, not a measurement\n"
              "# tool: prismsim {}\n"
              "# profile: {}\n# seed: {}\n# frames_per_s: {}\n# earth_rate_deg_per_h: {}\n",
-             kVersion, settings.profile.name, settings.seed, settings.rate_hz, settings.earth_rate_deg_per_h);
+             kVersion, settings.profile.name, settings.seed, settings.rate_hz, settings.earth_rate_deg_per_h[axis]);
   fmt::print(truth.file_.get(),
              "time_utc,time_s,elapsed_s,chamber_degc,body_degc,inner_degc,slope_degc_per_s,uhfo_v,bias_deg_per_h,"
              "sensor_degc,thermal_deg_per_h,hysteresis_deg_per_h,turn_on_deg_per_h,warm_up_deg_per_h,flicker_deg_per_h,"
@@ -59,6 +61,34 @@ Result<void> TruthFile::push(std::int64_t time_ns, const drivers::GyroTruth& tru
 
 Result<void> TruthFile::flush() {
   if (std::fflush(file_.get()) != 0) return refuse_write();
+  return {};
+}
+
+Result<TruthFiles> TruthFiles::open(const std::string& path, const drivers::SimulationSettings& settings,
+                                    const wire::FrameDescription& frames) {
+  TruthFiles truths;
+  for (std::size_t i = 0; i < frames.axes.size(); ++i) {
+    std::filesystem::path own = path;
+    if (frames.axes.size() > 1)
+      own.replace_filename(own.stem().string() + "-" + frames.axes[i].name + own.extension().string());
+    auto opened = TruthFile::open(own.string(), settings, i);
+    if (!opened) return tl::unexpected<Error>(opened.error());
+    truths.files_.push_back(std::move(*opened));
+  }
+  return truths;
+}
+
+Result<void> TruthFiles::push(std::int64_t time_ns, const drivers::SimulatedLine& line) {
+  for (std::size_t i = 0; i < files_.size(); ++i) {
+    if (auto done = files_[i].push(time_ns, line.truth(i)); !done) return done;
+  }
+  return {};
+}
+
+Result<void> TruthFiles::flush() {
+  for (TruthFile& file : files_) {
+    if (auto done = file.flush(); !done) return done;
+  }
   return {};
 }
 

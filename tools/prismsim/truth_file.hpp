@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "compensation/result.hpp"
 #include "drivers/simulated_line.hpp"
@@ -17,7 +18,8 @@ namespace prism::prismsim {
 class TruthFile {
  public:
   /// Refused where the file cannot be created. One that is there is replaced.
-  static Result<TruthFile> open(const std::string& path, const drivers::SimulationSettings& settings);
+  static Result<TruthFile> open(const std::string& path, const drivers::SimulationSettings& settings,
+                                std::size_t axis = 0);
 
   /// Writes a row where a second has ended since the last call. `time_ns`: since 1970 UTC.
   Result<void> push(std::int64_t time_ns, const drivers::GyroTruth& truth);
@@ -32,6 +34,19 @@ class TruthFile {
   File file_;
   std::int64_t last_second_ = 0;
   bool begun_ = false;
+};
+
+/// One for each axis: where there are several, PATH-AXIS with the path's extension.
+class TruthFiles {
+ public:
+  static Result<TruthFiles> open(const std::string& path, const drivers::SimulationSettings& settings,
+                                 const wire::FrameDescription& frames);
+
+  Result<void> push(std::int64_t time_ns, const drivers::SimulatedLine& line);
+  Result<void> flush();
+
+ private:
+  std::vector<TruthFile> files_;
 };
 
 }  // namespace prism::prismsim

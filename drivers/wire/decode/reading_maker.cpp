@@ -64,7 +64,9 @@ void SlowValue::push(const FrameView& view, const FieldList& fields, int high, i
 ReadingMaker::ReadingMaker(FrameDescriptionPtr description)
     : description_(std::move(description)),
       temperature_(description_->temperature, description_->counted_rate_hz()),
-      uhfo_(description_->uhfo, description_->counted_rate_hz()) {}
+      uhfo_(description_->uhfo, description_->counted_rate_hz()) {
+  for (const FrameKind& kind : description_->kinds) tells_.push_back(kind.roles.tells_anything());
+}
 
 void ReadingMaker::reset() {
   temperature_.reset();
@@ -96,30 +98,33 @@ void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, b
   last_counter_ = reading.counter;
 }
 
-void ReadingMaker::read_gyro(const KindRoles& roles, const FrameView& view, Reading& reading) {
-  reading.has_gyro = !roles.gyro.empty();
+void ReadingMaker::read_axis(const AxisRoles& roles, const FrameView& view, GyroReading& reading) {
+  reading.carried = !roles.gyro.empty();
   for (const int field : roles.gyro) {
     const double raw = view.raw(field);
     if (std::isnan(raw) && !view.present(field)) continue;
     const double value = view.scaled(field, raw);
     if (std::isnan(value)) {
       ++out_of_range_;
-      reading.out_of_bounds.rate = !std::isnan(raw);
+      reading.out_of_bounds = !std::isnan(raw);
     }
     bool valid = !std::isnan(value);
     for (const ValidRule& rule : roles.valid) valid = valid && (view.bits(rule.field) & rule.mask) == rule.value;
     reading.valid = valid;
-    reading.gyro = value;
+    reading.value = value;
     return;
   }
 }
 
 bool ReadingMaker::make(std::int32_t kind, const FrameView& view, bool contiguous, Reading& reading) {
+  if (tells_[static_cast<std::size_t>(kind)] == 0) return false;
   const KindRoles& roles = description_->kinds[static_cast<std::size_t>(kind)].roles;
-  if (!roles.tells_anything()) return false;
   reading.kind = kind;
   read_counter(roles, view, contiguous, reading);
-  read_gyro(roles, view, reading);
+  for (std::size_t i = 0; i < roles.axes.size(); ++i) {
+    read_axis(roles.axes[i], view, reading.gyro[i]);
+    reading.has_gyro = reading.has_gyro || reading.gyro[i].carried;
+  }
   for (const int field : roles.status) {
     const std::uint64_t status = view.bits(field);
     if (status != 0 || view.present(field)) reading.status = static_cast<std::uint32_t>(status);

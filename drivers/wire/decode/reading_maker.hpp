@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "drivers/wire/decode/reading.hpp"
 #include "drivers/wire/description/frame_description.hpp"
@@ -56,9 +57,10 @@ class ReadingMaker {
 
  private:
   void read_counter(const KindRoles& roles, const FrameView& view, bool contiguous, Reading& reading);
-  void read_gyro(const KindRoles& roles, const FrameView& view, Reading& reading);
+  void read_axis(const AxisRoles& roles, const FrameView& view, GyroReading& reading);
 
   FrameDescriptionPtr description_;
+  std::vector<char> tells_;  ///< by kind: whether it says anything; asked of every frame
   SlowValue temperature_;
   SlowValue uhfo_;
   std::optional<std::uint64_t> last_counter_;

@@ -145,7 +145,7 @@ void check_line_speed(const Section& whole, const FrameDescription& description)
   if (description.sent_kinds.empty()) return whole.fail("gyro/axes", "the chosen field is in no kind");
   double gyro_kinds = 0;
   for (const int k : description.sent_kinds)
-    gyro_kinds += description.kinds[static_cast<std::size_t>(k)].roles.gyro.empty() ? 0 : 1;
+    gyro_kinds += description.kinds[static_cast<std::size_t>(k)].roles.carries_gyro() ? 1 : 0;
   if (gyro_kinds == 0) return whole.fail("send", "sends no kind that carries the gyro");
   const double load = bytes / gyro_kinds * description.rate_hz * description.wire.byte_time_ns() * 1e-9;
   if (load > 1) {
@@ -166,7 +166,7 @@ void warn(FrameDescription& description) {
                       kind.name, sync_bits, kind.check_bits, kind.confirmations));
     }
   }
-  if (description.gyro.meaning != GyroMeaning::kRate || description.axes.size() > 1) {
+  if (description.gyro.meaning != GyroMeaning::kRate || description.axis_names.size() > 1) {
     description.warnings.push_back(
         "the frame cannot prove the unit and meaning of the gyro's number: they are the device's set-up");
   }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "drivers/wire/description/readers.hpp"
 
@@ -71,7 +72,7 @@ void read_send(const Section& s, FrameDescription& description) {
     description.sent_kinds.push_back(static_cast<int>(kind - description.kinds.begin()));
   }
   for (std::size_t k = 0; k < description.kinds.size() && description.sent_kinds.empty(); ++k) {
-    if (!description.kinds[k].roles.gyro.empty()) description.sent_kinds.push_back(static_cast<int>(k));
+    if (description.kinds[k].roles.carries_gyro()) description.sent_kinds.push_back(static_cast<int>(k));
   }
 }
 
@@ -96,10 +97,14 @@ void read_all(const Section& s, const GyroChoice& choice, FrameDescription& desc
 }
 
 Result<void> check_choice(const std::string& where, const GyroChoice& choice) {
-  if (choice.sign != 1 && choice.sign != -1)
-    return refuse(where, fmt::format("sign {} is neither 1 nor -1", choice.sign));
-  if (const auto scale = choice.scale_factor_arcsec_per_pulse; scale && !(*scale > 0 && std::isfinite(*scale))) {
-    return refuse(where, fmt::format("scale factor {} arcsec/pulse is not above 0", *scale));
+  if (choice.axes.empty() || choice.axes.size() > kMaxAxes)
+    return refuse(where, fmt::format("{} axes are chosen, expected 1 to {}", choice.axes.size(), kMaxAxes));
+  std::set<std::string> names;
+  for (const AxisChoice& axis : choice.axes) {
+    if (!names.insert(axis.axis).second) return refuse(where, fmt::format("axis \"{}\" is chosen twice", axis.axis));
+    if (axis.sign != 1 && axis.sign != -1) return refuse(where, fmt::format("sign {} is neither 1 nor -1", axis.sign));
+    if (const auto scale = axis.scale_factor_arcsec_per_pulse; scale && !(*scale > 0 && std::isfinite(*scale)))
+      return refuse(where, fmt::format("scale factor {} arcsec/pulse is not above 0", *scale));
   }
   if (const auto rate = choice.rate_hz; rate && !(*rate >= kRateHz.min && *rate <= kRateHz.max)) {
     return refuse(where, fmt::format("a rate of {} Hz is not within {} to {}", *rate, kRateHz.min, kRateHz.max));

@@ -18,17 +18,21 @@ namespace prism::wire {
 
 /// What the gyro's number in a frame is.
 enum class GyroMeaning {
-  kRate,         ///< mean rate; GyroRule::scale gives deg/h
-  kIncrement,    ///< angle turned since the frame before; GyroRule::scale gives arcsec
-  kAccumulated,  ///< angle turned since an arbitrary start, wrapping; GyroRule::scale gives arcsec
+  kRate,         ///< mean rate; AxisRule::scale gives deg/h
+  kIncrement,    ///< angle turned since the frame before; AxisRule::scale gives arcsec
+  kAccumulated,  ///< angle turned since an arbitrary start, wrapping; AxisRule::scale gives arcsec
 };
 
 struct GyroRule {
-  std::string axis;  ///< the chosen one of FrameDescription::axes
   GyroMeaning meaning = GyroMeaning::kRate;
-  double scale = 1;       ///< one unit of Reading::gyro in deg/h (rate) or arcsec (angle); carries the chosen sign
-  double wrap = 0;        ///< accumulated: Reading::gyro is known modulo this; 0 where it never wraps
   double interval_s = 0;  ///< increment: what a number covers where the description says so; 0: from counter or period
+};
+
+/// An input axis that is served.
+struct AxisRule {
+  std::string name;  ///< one of FrameDescription::axis_names
+  double scale = 1;  ///< one unit of GyroReading::value in deg/h (rate) or arcsec (angle); carries the chosen sign
+  double wrap = 0;   ///< accumulated: GyroReading::value is known modulo this; 0 where it never wraps
 };
 
 /// A counter that the device sends: frames, samples or time ticks.
@@ -78,7 +82,8 @@ struct FrameDescription {
   double rate_tolerance = 0;  ///< by which part of rate_hz real devices differ
   double latency_s = 0;       ///< constant delay from the end of the measured interval to the first bit on the line
   GyroRule gyro;
-  std::vector<std::string> axes;  ///< what GyroChoice::axis may name; the first is the default
+  std::vector<AxisRule> axes;           ///< served, in the order chosen: at least one, at most kMaxAxes
+  std::vector<std::string> axis_names;  ///< what AxisChoice::axis may name; the first is the default
   std::optional<CounterRule> counter;
   std::vector<FrameKind> kinds;
   std::vector<int> sent_kinds;  ///< what an encoder sends, in turn: indices into kinds
@@ -98,11 +103,14 @@ struct FrameDescription {
 using FrameDescriptionPtr = std::shared_ptr<const FrameDescription>;
 
 /// What a configuration may choose or override.
+struct AxisChoice {
+  std::string axis = {};                                     ///< empty: the description's first
+  double sign = 1;                                           ///< +1 or -1
+  std::optional<double> scale_factor_arcsec_per_pulse = {};  ///< refused where the gyro's number is not in pulses
+};
 struct GyroChoice {
-  std::string axis;                                     ///< empty: the description's first
-  std::optional<double> scale_factor_arcsec_per_pulse;  ///< refused where the gyro's number is not in pulses
-  double sign = 1;                                      ///< +1 or -1
-  std::optional<double> rate_hz;  ///< the gyro's own set-up, where the description's rate is another one
+  std::vector<AxisChoice> axes = {{}};  ///< to be served: at least one, none twice
+  std::optional<double> rate_hz;        ///< the gyro's own set-up, where the description's rate is another one
 };
 
 /// Reads, checks and compiles a description. Refusals name `where` (the file) and the JSON pointer or line, what was

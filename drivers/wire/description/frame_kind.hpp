@@ -75,16 +75,24 @@ struct ValidRule {
 /// Indices into FrameKind::fields. Nearly always one, which then stands here and not in a place of its own.
 using FieldList = boost::container::small_vector<std::int32_t, 2>;
 
+struct AxisRoles {
+  FieldList gyro;
+  boost::container::small_vector<ValidRule, 1> valid;
+};
+
 /// Which fields of this kind feed which part of a Reading; the first that is present in a frame wins.
 struct KindRoles {
-  FieldList gyro, counter, status, latency;
+  FieldList counter, status, latency;
   FieldList temperature, uhfo;                      ///< whole values
   int temperature_high = -1, temperature_low = -1;  ///< halves in frames that follow each other
   int uhfo_high = -1, uhfo_low = -1;
-  boost::container::small_vector<ValidRule, 1> valid;
+  boost::container::small_vector<AxisRoles, 1> axes;  ///< as FrameDescription::axes
 
+  bool carries_gyro() const {
+    return std::any_of(axes.begin(), axes.end(), [](const AxisRoles& axis) { return !axis.gyro.empty(); });
+  }
   bool tells_anything() const {
-    return !gyro.empty() || !counter.empty() || !temperature.empty() || !uhfo.empty() || temperature_high >= 0 ||
+    return carries_gyro() || !counter.empty() || !temperature.empty() || !uhfo.empty() || temperature_high >= 0 ||
            temperature_low >= 0 || uhfo_high >= 0 || uhfo_low >= 0;
   }
 };

@@ -36,29 +36,32 @@ void assign(const Section& s, const char* key, FrameDescription& description, Fi
   assign(s, key, s.texts(key), description, [&](KindRoles& roles, int field) { (roles.*role).push_back(field); });
 }
 
-/// The first field that has a role, in whatever kind.
-const Field* first_with(const FrameDescription& description, FieldList KindRoles::*role) {
+/// The first field that has a role, in whatever kind. `role` gives a kind's list of them.
+template <class Role>
+const Field* first_with(const FrameDescription& description, Role role) {
   for (const FrameKind& kind : description.kinds) {
-    if (!(kind.roles.*role).empty()) return &kind.fields[static_cast<std::size_t>((kind.roles.*role).front())];
+    const FieldList& fields = *role(kind.roles);
+    if (!fields.empty()) return &kind.fields[static_cast<std::size_t>(fields.front())];
   }
   return nullptr;
 }
 
 bool is_whole(const Field& field) { return field.type == NumberType::kUnsigned || field.type == NumberType::kSigned; }
 
-void read_valid(const Section& s, FrameDescription& description) {
+/// For the served axes from `first` to before `end`.
+void read_valid(const Section& s, FrameDescription& description, std::size_t first, std::size_t end) {
   for (const Section& rule : s.one_or_more_objects("valid")) {
     const std::uint64_t mask = rule.bits("mask", ~std::uint64_t{0});
     const std::uint64_t value = rule.bits("value");
     assign(rule, "field", {rule.text("field")}, description, [&](KindRoles& roles, int field) {
-      roles.valid.push_back({field, mask, value});
+      for (std::size_t i = first; i < end; ++i) roles.axes[i].valid.push_back({field, mask, value});
     });
   }
 }
 
-/// deg/h or arcsec for one unit of the gyro's number. Pulses have the gyro's own scale factor, which the choice may
-/// give.
-double read_unit(const Section& s, GyroMeaning meaning, const GyroChoice& choice) {
+/// deg/h or arcsec for one unit of an axis's number into its scale. Pulses have the gyro's own scale factor, which the
+/// choice may give.
+void read_unit(const Section& s, const GyroChoice& choice, FrameDescription& description) {
   struct Unit {
     const char* name;
     double scale;  ///< deg/h or arcsec; 0: pulses
@@ -66,76 +69,93 @@ double read_unit(const Section& s, GyroMeaning meaning, const GyroChoice& choice
   static constexpr Unit kRates[] = {
       {"deg/h", 1}, {"arcsec/s", 1}, {"deg/s", kArcsecPerDegree}, {"rad/s", kArcsecPerRadian}, {"pulse/s", 0}};
   static constexpr Unit kAngles[] = {{"pulse", 0}, {"arcsec", 1}, {"deg", kArcsecPerDegree}, {"rad", kArcsecPerRadian}};
-  const std::span<const Unit> units = meaning == GyroMeaning::kRate ? std::span<const Unit>(kRates) : kAngles;
+  const std::span<const Unit> units =
+      description.gyro.meaning == GyroMeaning::kRate ? std::span<const Unit>(kRates) : kAngles;
   std::vector<const char*> names;
   for (const Unit& unit : units) names.push_back(unit.name);
   const Unit& unit = units[s.choice("unit", names)];
-  if (unit.scale == 0) {
-    const double scale = s.number("arcsec_per_pulse", {1e-9, 1e6});
-    return choice.scale_factor_arcsec_per_pulse.value_or(scale);
+  const bool pulses = unit.scale == 0;
+  if (!pulses && s.has("arcsec_per_pulse"))
+    s.fail("arcsec_per_pulse", "has no meaning with this unit; expected unit \"pulse\"");
+  const double scale = pulses ? s.number("arcsec_per_pulse", {1e-9, 1e6}) : unit.scale;
+  for (std::size_t i = 0; i < choice.axes.size(); ++i) {
+    const AxisChoice& axis = choice.axes[i];
+    if (!pulses && axis.scale_factor_arcsec_per_pulse)
+      s.fail("unit", fmt::format("is \"{}\": a scale factor in arcsec/pulse has no use here", unit.name));
+    description.axes[i].scale = axis.scale_factor_arcsec_per_pulse.value_or(scale) * axis.sign;
   }
-  if (s.has("arcsec_per_pulse")) s.fail("arcsec_per_pulse", "has no meaning with this unit; expected unit \"pulse\"");
-  if (choice.scale_factor_arcsec_per_pulse) {
-    s.fail("unit", fmt::format("is \"{}\": a scale factor in arcsec/pulse has no use here", unit.name));
-  }
-  return unit.scale;
 }
 
-/// One axis: its fields, its sign and its validity; or the names of its fields alone.
-void read_axis(const Section& axes, const std::string& name, FrameDescription& description) {
-  const auto give = [](KindRoles& roles, int field) { roles.gyro.push_back(field); };
+/// One axis, served at place `i`: its fields, its sign and its validity; or the names of its fields alone.
+void read_axis(const Section& axes, const std::string& name, FrameDescription& description, std::size_t i) {
+  const auto give = [i](KindRoles& roles, int field) { roles.axes[i].gyro.push_back(field); };
   if (!axes.is_object(name)) return assign(axes, name, axes.texts(name), description, give);
   const Section s = axes.object(name);
   assign(s, "field", s.texts("field"), description, give);
   const double sign = s.number("sign", {-1, 1}, 1);
   if (std::abs(sign) != 1) s.fail("sign", fmt::format("{} is neither 1 nor -1", sign));
-  description.gyro.scale *= sign;
-  read_valid(s, description);
+  description.axes[i].scale *= sign;
+  read_valid(s, description, i, i + 1);
 }
 
-/// The chosen axis goes into the description; the others are read all the same, so that a slip in them is not first
+/// The chosen axes go into the description; the others are read all the same, so that a slip in them is not first
 /// found by whoever chooses them.
 void read_axes(const Section& gyro, const GyroChoice& choice, FrameDescription& description) {
   const Section axes = gyro.object("axes", true);
-  description.axes = axes.names();
+  const std::vector<std::string>& names = description.axis_names = axes.names();
   if (!gyro.good()) return;
-  if (description.axes.empty()) return gyro.fail("axes", "found none, expected at least one axis");
-  std::string& chosen = description.gyro.axis;
-  chosen = choice.axis.empty() ? description.axes.front() : choice.axis;
-  if (!axes.has(chosen)) {
-    return gyro.fail("axes",
-                     fmt::format("has no axis \"{}\"; expected one of {}", chosen, fmt::join(description.axes, ", ")));
+  if (names.empty()) return gyro.fail("axes", "found none, expected at least one axis");
+  for (std::size_t i = 0; i < choice.axes.size(); ++i) {
+    std::string& chosen = description.axes[i].name;
+    chosen = choice.axes[i].axis.empty() ? names.front() : choice.axes[i].axis;
+    if (!axes.has(chosen))
+      return gyro.fail("axes", fmt::format("has no axis \"{}\"; expected one of {}", chosen, fmt::join(names, ", ")));
   }
-  for (const std::string& name : description.axes) {
+  for (const std::string& name : names) {
+    const auto served = std::find_if(description.axes.begin(), description.axes.end(),
+                                     [&](const AxisRule& axis) { return axis.name == name; });
     FrameDescription scratch = description;
-    if (name != chosen) read_axis(axes, name, scratch);
+    if (served == description.axes.end()) {
+      read_axis(axes, name, scratch, 0);
+    } else {
+      read_axis(axes, name, description, static_cast<std::size_t>(served - description.axes.begin()));
+    }
   }
-  read_axis(axes, chosen, description);
+}
+
+/// Modulo what an accumulated angle of each axis is known: as said, or the range of its own whole number.
+void read_wrap(const Section& s, FrameDescription& description) {
+  if (description.gyro.meaning != GyroMeaning::kAccumulated) {
+    if (s.has("wrap")) s.fail("wrap", "belongs to an accumulated angle only");
+    return;
+  }
+  for (std::size_t i = 0; i < description.axes.size(); ++i) {
+    const Field* field = first_with(description, [i](const KindRoles& roles) { return &roles.axes[i].gyro; });
+    if (field == nullptr) continue;
+    const double own = is_whole(*field) ? std::ldexp(std::abs(field->scaling.scale), field->bits) : 0;
+    description.axes[i].wrap = s.number("wrap", {0, 1e18}, own);
+  }
 }
 
 void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& description) {
   GyroRule& rule = description.gyro;
   rule.meaning = static_cast<GyroMeaning>(s.choice("meaning", {"rate", "increment", "accumulated"}));
-  rule.scale = read_unit(s, rule.meaning, choice) * choice.sign;
+  description.axes.resize(choice.axes.size());
+  for (FrameKind& kind : description.kinds) kind.roles.axes.resize(choice.axes.size());
+  read_unit(s, choice, description);
   rule.interval_s = s.number("interval_s", {1e-6, 1e4}, rule.interval_s);
   if (rule.interval_s != 0 && rule.meaning != GyroMeaning::kIncrement)
     s.fail("interval_s", "belongs to an increment only");
   description.plausible.rate.range = read_range(s, "range_deg_per_s", kRateRanges, kDegPerSInDegPerH);
-  read_valid(s, description);
+  read_valid(s, description, 0, description.axes.size());
   read_axes(s, choice, description);
-  const Field* field = first_with(description, &KindRoles::gyro);
-  if (rule.meaning != GyroMeaning::kAccumulated) {
-    if (s.has("wrap")) s.fail("wrap", "belongs to an accumulated angle only");
-  } else if (field != nullptr) {
-    const double own = is_whole(*field) ? std::ldexp(std::abs(field->scaling.scale), field->bits) : 0;
-    rule.wrap = s.number("wrap", {0, 1e18}, own);
-  }
+  read_wrap(s, description);
 }
 
 void read_counter(const Section& s, FrameDescription& description) {
   CounterRule rule;
   assign(s, "field", description, &KindRoles::counter);
-  const Field* field = first_with(description, &KindRoles::counter);
+  const Field* field = first_with(description, [](const KindRoles& roles) { return &roles.counter; });
   const std::uint64_t own = field == nullptr || field->bits >= 64 ? 0 : std::uint64_t{1} << field->bits;
   rule.modulus = s.bits("modulus", own);
   if (own != 0 && rule.modulus > own)

@@ -4,6 +4,9 @@
 
 namespace prism::wire {
 
+/// Input axes of a device: the most that we know of.
+inline constexpr std::size_t kMaxAxes = 4;
+
 enum class Parity { kNone, kEven, kOdd };
 
 struct WireFormat {

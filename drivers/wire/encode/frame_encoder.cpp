@@ -79,21 +79,22 @@ void FrameEncoder::write_counter(const KindRoles& roles) {
 }
 
 /// An accumulated angle within the field's own range: 0 to wrap, or around 0 where the field has a sign.
-double FrameEncoder::wrapped(double angle, const Field& field) const {
-  const double wrap = description_->gyro.wrap;
+double FrameEncoder::wrapped(std::size_t axis, const Field& field) const {
+  const double wrap = description_->axes[axis].wrap, angle = angles_[axis];
   if (wrap == 0) return angle;
   const bool centred =
       field.type == NumberType::kSigned || field.type == NumberType::kFloat32 || field.type == NumberType::kFloat64;
   return centred && angle >= wrap / 2 ? angle - wrap : angle;
 }
 
-void FrameEncoder::write_gyro(const KindRoles& roles, const GyroState& state) {
+void FrameEncoder::write_axis(const FieldList& fields, const GyroState& state, std::size_t axis) {
   const GyroRule& gyro = description_->gyro;
+  const double rate = state.rate_deg_per_h[axis] / description_->axes[axis].scale;
   double sent = 0;
-  for (const int index : roles.gyro) {
+  for (const int index : fields) {
     const Field& field = kind_->fields[static_cast<std::size_t>(index)];
     const bool whole = field.type == NumberType::kSigned || field.type == NumberType::kUnsigned;
-    double value = gyro.meaning == GyroMeaning::kRate ? state.rate_deg_per_h / gyro.scale : wrapped(angle_, field);
+    const double value = gyro.meaning == GyroMeaning::kRate ? rate : wrapped(axis, field);
     double raw = field.scaling.invert(value);
     if (whole) raw = std::nearbyint(raw);
     const bool signed_wrap = gyro.meaning == GyroMeaning::kAccumulated && whole;
@@ -103,7 +104,7 @@ void FrameEncoder::write_gyro(const KindRoles& roles, const GyroState& state) {
       put_number(index, raw);
     sent = field.scaling.apply(raw);
   }
-  if (gyro.meaning == GyroMeaning::kIncrement && !roles.gyro.empty()) angle_ -= sent;
+  if (gyro.meaning == GyroMeaning::kIncrement && !fields.empty()) angles_[axis] -= sent;
 }
 
 void FrameEncoder::write_channel(const SlowChannel& channel, const FieldList& whole, int high, int low, double value,
@@ -127,12 +128,23 @@ void FrameEncoder::write_channel(const SlowChannel& channel, const FieldList& wh
   if (find(low) != nullptr) put_bits(low, latched);
 }
 
+void FrameEncoder::write_valid(const AxisRoles& roles, bool valid) {
+  for (const ValidRule& rule : roles.valid) {
+    const auto index = static_cast<std::size_t>(rule.field);
+    const bool text = kind_->structure == Structure::kColumns;
+    const std::uint64_t old = text ? static_cast<std::uint64_t>(std::max(raw_[index], 0.0)) : view_.bits(rule.field);
+    const std::uint64_t bits = valid ? rule.value : ~rule.value;
+    put_bits(rule.field, (old & ~rule.mask) | (bits & rule.mask));
+  }
+}
+
 void FrameEncoder::write_status(const KindRoles& roles, const GyroState& state) {
   for (const int field : roles.status) put_bits(field, state.status);
-  for (const ValidRule& rule : roles.valid) {
-    const std::uint64_t old = kind_->structure == Structure::kColumns ? 0 : view_.bits(rule.field);
-    const std::uint64_t bits = state.valid ? rule.value : ~rule.value;
-    put_bits(rule.field, (old & ~rule.mask) | (bits & rule.mask));
+  // Axes share bits: those of a valid one are right whatever the others' said.
+  for (const bool valid : {false, true}) {
+    for (std::size_t i = 0; i < roles.axes.size(); ++i) {
+      if (state.valid[i] == valid) write_valid(roles.axes[i], valid);
+    }
   }
 }
 
@@ -146,14 +158,17 @@ void FrameEncoder::turn(const GyroState& state) {
     if (rule.modulus != 0) ticks_ = modulo(ticks_, static_cast<double>(rule.modulus));
   }
   if (gyro.meaning == GyroMeaning::kRate) return;
-  angle_ += state.rate_deg_per_h * state.interval_s / gyro.scale;
-  if (gyro.meaning == GyroMeaning::kAccumulated && gyro.wrap != 0) angle_ = modulo(angle_, gyro.wrap);
+  for (std::size_t i = 0; i < description_->axes.size(); ++i) {
+    const AxisRule& axis = description_->axes[i];
+    angles_[i] += state.rate_deg_per_h[i] * state.interval_s / axis.scale;
+    if (gyro.meaning == GyroMeaning::kAccumulated && axis.wrap != 0) angles_[i] = modulo(angles_[i], axis.wrap);
+  }
 }
 
 void FrameEncoder::skip(const GyroState& state, std::uint64_t frames) {
-  const double angle = angle_;
+  const auto angles = angles_;
   for (std::uint64_t i = 0; i < frames; ++i) turn(state);
-  if (description_->gyro.meaning == GyroMeaning::kIncrement) angle_ = angle;
+  if (description_->gyro.meaning == GyroMeaning::kIncrement) angles_ = angles;
 }
 
 void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out) {
@@ -171,7 +186,7 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
   write_status(roles, state);
   write_selectors(index);
   write_counter(roles);
-  write_gyro(roles, state);
+  for (std::size_t i = 0; i < roles.axes.size(); ++i) write_axis(roles.axes[i].gyro, state, i);
   write_channel(description_->temperature, roles.temperature, roles.temperature_high, roles.temperature_low,
                 state.temperature_degc, latched_temperature_);
   write_channel(description_->uhfo, roles.uhfo, roles.uhfo_high, roles.uhfo_low, state.uhfo_v, latched_uhfo_);

@@ -2,6 +2,7 @@
 // Builds frames from the same description that decodes them: the simulator and the round-trip tests speak through it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -12,12 +13,18 @@ namespace prism::wire {
 
 /// What the device would measure over one frame's interval.
 struct GyroState {
-  double rate_deg_per_h = 0;    ///< mean over the interval
-  double interval_s = 0;        ///< > 0
+  std::array<double, kMaxAxes> rate_deg_per_h{};  ///< mean over the interval, as FrameDescription::axes
+  double interval_s = 0;                          ///< > 0
   double temperature_degc = 0;  ///< kUnknown: the frame says that it is not there, where it can say so
   double uhfo_v = 0;            ///< kUnknown: the same
   std::uint32_t status = 0;     ///< bits besides those that say "valid", which the encoder sets
-  bool valid = true;
+  std::array<bool, kMaxAxes> valid = all_valid();
+
+  static constexpr std::array<bool, kMaxAxes> all_valid() {
+    std::array<bool, kMaxAxes> valid{};
+    valid.fill(true);
+    return valid;
+  }
 };
 
 /// Keeps what the device keeps: counter, accumulated angle, and what is left of the angle below one pulse, so that no
@@ -46,11 +53,12 @@ class FrameEncoder {
   void turn(const GyroState& state);
   void write_selectors(int kind);
   void write_counter(const KindRoles& roles);
-  void write_gyro(const KindRoles& roles, const GyroState& state);
+  void write_axis(const FieldList& fields, const GyroState& state, std::size_t axis);
   void write_channel(const SlowChannel& channel, const FieldList& whole, int high, int low, double value,
                      std::uint64_t& latched);
+  void write_valid(const AxisRoles& roles, bool valid);
   void write_status(const KindRoles& roles, const GyroState& state);
-  double wrapped(double angle, const Field& field) const;
+  double wrapped(std::size_t axis, const Field& field) const;
   const std::uint8_t* find(int field) const;
   void put_number(int field, double raw);
   void put_bits(int field, std::uint64_t bits);
@@ -60,7 +68,8 @@ class FrameEncoder {
   std::vector<std::vector<Selector>> selectors_;   ///< by kind
   std::uint64_t frame_number_ = 0;
   double ticks_ = 0;  ///< of the counter, modulo its modulus
-  double angle_ = 0;  ///< units of Reading::gyro: accumulated, or what increments have not carried yet
+  /// Units of GyroReading::value: accumulated, or what increments have not carried yet.
+  std::array<double, kMaxAxes> angles_{};
   std::uint64_t latched_temperature_ = 0;  ///< the joined number of which the high half was sent
   std::uint64_t latched_uhfo_ = 0;
 

@@ -44,8 +44,8 @@ TEST(Config, WhatIsBelievedAndHowFastTheBiasMayChangeMayBeSaid) {
   const Config usual = good("{}");
   EXPECT_FALSE(usual.plausibility.rate.range || usual.plausibility.temperature.range || usual.plausibility.uhfo.range);
   EXPECT_FALSE(usual.plausibility.temperature.stuck_s) << "off unless configured";
-  EXPECT_TRUE(usual.engine.slew.limited);
-  EXPECT_FALSE(usual.engine.slew.max_slew_deg_per_h_per_s);
+  EXPECT_TRUE(usual.axes[0].engine.slew.limited);
+  EXPECT_FALSE(usual.axes[0].engine.slew.max_slew_deg_per_h_per_s);
   const Config config = good(R"({"plausibility": {"rate": {"range_deg_per_s": [-10, 20], "stuck_s": 5},
     "temperature": {"range_degc": [-40, 70], "greatest_slope_degc_per_s": 0.1, "stuck_s": 3600}, "uhfo": {"range_v": [4, 6]}},
     "correction": {"max_slew_deg_per_h_per_s": 0.01}})");
@@ -54,8 +54,8 @@ TEST(Config, WhatIsBelievedAndHowFastTheBiasMayChangeMayBeSaid) {
   EXPECT_EQ(config.plausibility.temperature.range->min, -40);
   EXPECT_EQ(config.plausibility.temperature.greatest_slope_per_s, 0.1);
   EXPECT_EQ(config.plausibility.uhfo.range->min, 4);
-  EXPECT_EQ(config.engine.slew.max_slew_deg_per_h_per_s, 0.01);
-  EXPECT_FALSE(good(R"({"correction": {"slew_limit": false}})").engine.slew.limited);
+  EXPECT_EQ(config.axes[0].engine.slew.max_slew_deg_per_h_per_s, 0.01);
+  EXPECT_FALSE(good(R"({"correction": {"slew_limit": false}})").axes[0].engine.slew.limited);
   EXPECT_EQ(refusal(R"({"correction": {"slew_limit": false, "max_slew_deg_per_h_per_s": 1}})"),
             "/etc/prism/gyro1.json:/correction/max_slew_deg_per_h_per_s: given although \"slew_limit\" is false");
   EXPECT_EQ(refusal(R"({"plausibility": {"uhfo": {"range_v": [6, 4]}}})"),
@@ -76,13 +76,13 @@ TEST(Config, CommentsAreAllowedAndEverythingIsTakenOver) {
     "capture": {}, "socket": {"path": "table.sock", "mode": "0600"}, "correction": {"max_bias_deg_per_h": 5, "extrapolation": "blend"}
   })");
   EXPECT_EQ(config.name, "table");
-  EXPECT_EQ(config.gyro.serial, "70-123");
-  EXPECT_EQ(config.gyro.sign, -1);
-  EXPECT_EQ(config.gyro.scale_factor_arcsec_per_pulse, 0.25);
+  EXPECT_EQ(config.gyro_serial, "70-123");
+  EXPECT_EQ(config.axes[0].sign, -1);
+  EXPECT_EQ(config.axes[0].scale_factor_arcsec_per_pulse, 0.25);
   EXPECT_EQ(config.line.baud, 614400);
   EXPECT_EQ(config.line.parity, "even");
   EXPECT_TRUE(config.device_clock);
-  EXPECT_EQ(config.site.elevation_deg, 90);
+  EXPECT_EQ(config.axes[0].elevation_deg, 90);
   EXPECT_EQ(config.log->directory, "/etc/prism/logs");
   EXPECT_EQ(config.log->max_bytes, 1 << 20);
   EXPECT_EQ(config.log->max_age_s, 3600);
@@ -90,8 +90,8 @@ TEST(Config, CommentsAreAllowedAndEverythingIsTakenOver) {
   EXPECT_TRUE(config.capture);
   EXPECT_EQ(config.socket.path, "/etc/prism/table.sock");
   EXPECT_EQ(config.socket.mode, 0600);
-  EXPECT_EQ(config.engine.max_bias_deg_per_h, 5);
-  EXPECT_EQ(config.engine.extrapolation, compensation::Extrapolation::kShrink);
+  EXPECT_EQ(config.axes[0].engine.max_bias_deg_per_h, 5);
+  EXPECT_EQ(config.axes[0].engine.extrapolation, compensation::Extrapolation::kShrink);
   ASSERT_EQ(config.warnings.size(), 1u);
   EXPECT_THAT(config.warnings[0], HasSubstr("/correction/extrapolation: \"blend\""));
 }
@@ -193,7 +193,7 @@ TEST(Config, BareNamesAreFoundBesideTheConfigurationFirst) {
       parse_config(R"({"frames": "trplg", "model": "tao2019-model2"})", folder.file("g.json"));
   ASSERT_TRUE(config) << config.error().text();
   EXPECT_EQ(config->frames, folder.file("frames/trplg.json"));
-  EXPECT_THAT(config->model, HasSubstr("config/models/tao2019-model2.json"));
+  EXPECT_THAT(config->axes[0].model, HasSubstr("config/models/tao2019-model2.json"));
 }
 
 }  // namespace

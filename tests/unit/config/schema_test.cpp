@@ -36,6 +36,15 @@ constexpr const char* kWhole = R"({
   "event_level": "info"
 })";
 
+// What belongs to an axis, of a device with several: in the place of the same keys of one.
+constexpr const char* kAxes = R"({
+  "gyro": {"serial": "70-1"}, "site": {"latitude_deg": 34.25},
+  "axes": {"x": {"model": "m", "fallback_model": "n", "sign": -1, "scale_factor_arcsec_per_pulse": 0.1,
+                 "elevation_deg": 0.5, "azimuth_deg": 0.5,
+                 "correction": {"max_bias_deg_per_h": 5.5, "extrapolation": "clamp", "slew_limit": true,
+                                "max_slew_deg_per_h_per_s": 0.5}}}
+})";
+
 Json load(const std::filesystem::path& path) { return Json::parse(test::read_file(path), nullptr, true, true); }
 Json schema() { return load(kSource / "config/prismd.schema.json"); }
 bool reader_accepts(const Json& config) { return parse_config(config.dump(), "/etc/prism/x.json").has_value(); }
@@ -50,7 +59,9 @@ TEST(ConfigSchema, HasTheKeysOfTheReaderAndNoOthers) {
   std::set<std::string> written, asked, tried;
   test::add_schema_keys(schema(), written);
   test::add_reader_keys("config/config.cpp", asked);
+  test::add_reader_keys("config/axis_reader.cpp", asked);
   walk(Json::parse(kWhole), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });
+  tried.insert("axes");
   EXPECT_EQ(written, asked);
   EXPECT_EQ(tried, asked);
   EXPECT_TRUE(reader_accepts(Json::parse(kWhole)));
@@ -58,8 +69,7 @@ TEST(ConfigSchema, HasTheKeysOfTheReaderAndNoOthers) {
 
 TEST(ConfigSchema, TakesWhatIsShipped) {
   const test::SchemaValidator validator(schema());
-  for (const char* shipped :
-       {"config/prismd.json", "config/examples/gyro1.json", "config/examples/three-axes-x.json"}) {
+  for (const char* shipped : {"config/prismd.json", "config/examples/gyro1.json", "config/examples/three-axes.json"}) {
     const Json config = load(kSource / shipped);
     EXPECT_TRUE(validator.accepts(config)) << shipped;
     EXPECT_TRUE(reader_accepts(config)) << shipped;
@@ -67,10 +77,15 @@ TEST(ConfigSchema, TakesWhatIsShipped) {
 }
 
 // Every value in turn becomes one of every type. What the reader takes the schema takes; a wrong type both refuse.
-TEST(ConfigSchema, TakesAndRefusesTheFormsThatTheReaderDoes) {
+class ConfigForms : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Both, ConfigForms, testing::Values(kWhole, kAxes),
+                         [](const auto& form) { return form.index == 0 ? "OneAxis" : "Axes"; });
+
+TEST_P(ConfigForms, AreTakenAndRefusedByTheSchemaAsByTheReader) {
   const test::SchemaValidator validator(schema());
-  const Json whole = Json::parse(kWhole);
+  const Json whole = Json::parse(GetParam());
   ASSERT_TRUE(validator.accepts(whole));
+  ASSERT_TRUE(reader_accepts(whole));
   const Json wrongs =
       Json::array({nullptr, -1, 0, 3, 0.25, 1e12, "", "7", "even", true, Json::array({1}), Json{{"what", 1}}});
   walk(whole, Json::json_pointer(), [&](const Json::json_pointer& at) {

@@ -122,7 +122,7 @@ TEST_F(Answers, HistoryIsTheLastRowsOldestFirst) {
   begin_session();
   feed(200);
   const json all = result("history", R"({"seconds": 3600})");
-  ASSERT_EQ(all.size(), instance_->acquisition.history().size());
+  ASSERT_EQ(all.size(), instance_->acquisition.record(0).history().size());
   ASSERT_GE(all.size(), 198u);
   for (std::size_t wanted : {1u, 59u, 60u, 61u, 119u, 120u, 121u, 180u}) {
     const json some = result("history", json{{"seconds", wanted}}.dump());
@@ -135,7 +135,7 @@ TEST_F(Answers, HistoryKeepsAnHour) {
   feed(3900);
   const json all = result("history", R"({"seconds": 3600})");
   ASSERT_EQ(all.size(), 3600u);
-  EXPECT_EQ(all.back()["time_s"], instance_->acquisition.history().last().window.bucket.second + 1);
+  EXPECT_EQ(all.back()["time_s"], instance_->acquisition.record(0).history().last().window.bucket.second + 1);
   EXPECT_EQ(all.back()["time_s"].get<std::int64_t>() - all.front()["time_s"].get<std::int64_t>(), 3599);
 }
 

@@ -24,7 +24,8 @@ namespace prism::test {
 class InstanceFixture : public testing::Test {
  protected:
   InstanceFixture() : setup_(make_setup()), encoder_(setup_.frames) {
-    instance_ = std::make_unique<daemon::Instance>(setup_, nullptr, nullptr, [](const daemon::Event&) {});
+    instance_ = std::make_unique<daemon::Instance>(setup_, std::vector<std::unique_ptr<daemon::RowWriter>>{}, nullptr,
+                                                   [](const daemon::Event&) {});
   }
 
   pipeline::Setup make_setup(const std::string& more = "") {
@@ -42,7 +43,7 @@ class InstanceFixture : public testing::Test {
     const auto frames = static_cast<int>(setup_.frames->rate_hz) * seconds;
     for (int i = 0; i < frames; ++i) {
       std::vector<std::uint8_t> bytes;
-      encoder_.encode({10.0, setup_.frames->period_s(), 25.0, 1.5}, bytes);
+      encoder_.encode({{10.0}, setup_.frames->period_s(), 25.0, 1.5}, bytes);
       arrival_ns_ += static_cast<std::int64_t>(setup_.frames->period_s() * 1e9);
       instance_->feed(bytes, arrival_ns_);
     }

@@ -27,7 +27,9 @@ class InstanceTest : public test::InstanceFixture {
   InstanceTest() {
     auto writer = std::make_unique<WaitingWriter>();
     writer_ = writer.get();
-    instance_ = std::make_unique<Instance>(setup_, std::move(writer), nullptr, [](const Event&) {});
+    std::vector<std::unique_ptr<RowWriter>> logs;
+    logs.push_back(std::move(writer));
+    instance_ = std::make_unique<Instance>(setup_, std::move(logs), nullptr, [](const Event&) {});
     listener_.client()->subscription.windows = true;
     instance_->publisher.add(listener_.client());
     begin_session();

@@ -24,6 +24,12 @@ compensation::Compensated sample_at(std::int64_t second) {
   return row;
 }
 
+pipeline::Rows rows_of(std::vector<std::string> axes) {
+  pipeline::Rows rows;
+  rows.axes = std::make_shared<const std::vector<std::string>>(std::move(axes));
+  return rows;
+}
+
 struct PublisherTest : testing::Test {
   test::Asker& subscriber(const Subscription& subscription) {
     test::Asker& peer = peers.emplace_back(10'000);
@@ -33,20 +39,21 @@ struct PublisherTest : testing::Test {
     return peer;
   }
   // What the peer heard: "sample 3" (its time), "window", "event".
-  static std::vector<std::string> heard(test::Asker& peer) {
+  static std::vector<std::string> heard(test::Asker& peer, bool axes = false) {
     std::istringstream in(peer.read());
     std::vector<std::string> messages;
     for (std::string line; std::getline(in, line);) {
       const auto json = nlohmann::json::parse(line);
       std::string message = json["method"];
       if (message == "sample") message += " " + std::to_string(json["params"]["time_s"].get<int>());
+      if (axes) message = json["params"]["axis"].get<std::string>() + " " + message;
       messages.push_back(message);
     }
     return messages;
   }
   // One call of the pipeline: samples of these seconds, and behind them a window.
   void publish(std::int64_t first, std::int64_t last, bool window = false) {
-    pipeline::Rows rows;
+    pipeline::Rows rows = rows_of({"z"});
     for (std::int64_t second = first; second <= last; ++second) rows.samples.push_back({0, sample_at(second)});
     if (window) rows.windows.push_back({0, rows.samples.size(), 0, {}});
     publisher.rows(rows);
@@ -75,7 +82,7 @@ TEST_F(PublisherTest, EachHearsWhatItSubscribed) {
 // "A second that a sample closes stands before that sample": live clients see the order that the pipeline made.
 TEST_F(PublisherTest, AWindowComesBetweenTheSamplesBeforeAndBehindIt) {
   auto& peer = subscriber({1, true, false});
-  pipeline::Rows rows;
+  pipeline::Rows rows = rows_of({"z"});
   for (const std::int64_t second : {1, 2, 3}) rows.samples.push_back({0, sample_at(second)});
   rows.windows.push_back({0, 2, 0, {}});
   publisher.rows(rows);
@@ -85,7 +92,7 @@ TEST_F(PublisherTest, AWindowComesBetweenTheSamplesBeforeAndBehindIt) {
 // Samples wait for no disk; windows do, in their order.
 TEST_F(PublisherTest, AHeldWindowGoesOutWhenItIsReleasedOrWithTheNextThatNeedNotWait) {
   auto& peer = subscriber({1, true, true});
-  pipeline::Rows rows;
+  pipeline::Rows rows = rows_of({"z"});
   rows.samples.push_back({0, sample_at(1)});
   rows.windows.push_back({0, 1, 0, {}});
   publisher.rows(rows, true);
@@ -98,6 +105,25 @@ TEST_F(PublisherTest, AHeldWindowGoesOutWhenItIsReleasedOrWithTheNextThatNeedNot
   publisher.rows(rows, true);
   publisher.rows(rows);
   EXPECT_THAT(heard(peer), ElementsAre("sample 1", "sample 1", "window", "window"));
+}
+
+// Of a frame of three axes: its windows in one line each but one send, then its samples.
+TEST_F(PublisherTest, EachHearsTheAxesItChose) {
+  auto& all = subscriber({2, true, true});
+  auto& y = subscriber({1, true, false, 0b010});
+  auto& xz = subscriber({0, true, false, 0b101});
+  pipeline::Rows rows = rows_of({"x", "y", "z"});
+  for (const std::int64_t second : {1, 2}) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (second == 2) rows.windows.push_back({axis, 3, 0, {}});
+      rows.samples.push_back({axis, sample_at(second)});
+    }
+  }
+  publisher.rows(rows);
+  EXPECT_THAT(heard(all, true),
+              ElementsAre("x sample 1", "y sample 1", "z sample 1", "x window", "y window", "z window"));
+  EXPECT_THAT(heard(y, true), ElementsAre("y sample 1", "y window", "y sample 2"));
+  EXPECT_THAT(heard(xz, true), ElementsAre("x window", "z window"));
 }
 
 TEST_F(PublisherTest, ASubscriptionOfOthersDoesNotDisturbTheCount) {

@@ -57,7 +57,8 @@ class LiveRate : public test::InstanceFixture {};
 TEST_F(LiveRate, IsAnEventOfTheInstanceOnce) {
   std::vector<Event> events;
   setup_.clock.source = drivers::ClockSource::kHost;
-  Instance instance(setup_, nullptr, nullptr, [&](const Event& event) { events.push_back(event); });
+  Instance instance(setup_, std::vector<std::unique_ptr<RowWriter>>(), nullptr,
+                    [&](const Event& event) { events.push_back(event); });
   instance.begin_session(arrival_ns_);
   const double half_s = setup_.frames->period_s() / 2;  // twice as many a second as the description says
   for (int i = 0; i < 80 * 400; ++i) {

@@ -33,13 +33,13 @@ class ReloaderTest : public test::InstanceFixture {
 TEST_F(ReloaderTest, TakesOverWhatWasLoaded) {
   const auto reloader = make([this] {
     pipeline::Setup setup = setup_;
-    setup.config.engine.max_bias_deg_per_h = 7;
+    setup.axes[0].engine.max_bias_deg_per_h = 7;
     return setup;
   });
   bool done = false;
   reloader->reload([&](const Result<std::string>& outcome) { done = outcome.has_value(); });
   run_until(done);
-  EXPECT_EQ(instance_->acquisition.setup().config.engine.max_bias_deg_per_h, 7);
+  EXPECT_EQ(instance_->acquisition.setup().axes[0].engine.max_bias_deg_per_h, 7);
   EXPECT_EQ(reopened_, 0);
 }
 
@@ -82,7 +82,7 @@ TEST_F(ReloaderTest, AnotherLineIsOpenedAnew) {
 TEST_F(ReloaderTest, AnotherExtrapolationTakesEffect) {
   const auto reloader = make([this] {
     pipeline::Setup setup = setup_;
-    setup.config.engine.extrapolation = compensation::Extrapolation::kClamp;
+    setup.axes[0].engine.extrapolation = compensation::Extrapolation::kClamp;
     return setup;
   });
   begin_session();

@@ -89,7 +89,7 @@ TEST_F(RpcTest, ASubscriberGetsItsRows) {
   begin_session();
   feed(4);
   const std::string text = asker_.read();
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), instance_->acquisition.history().size());
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), instance_->acquisition.record(0).history().size());
   EXPECT_EQ(text.find("\"sample\""), std::string::npos);
   asker_.result(rpc_, "unsubscribe");
   feed(4);

@@ -46,7 +46,8 @@ Received receive(const SimulationSettings& settings, int frames) {
     line.next_frame(bytes);
     decoder.feed(bytes, line.time_ns(), readings);
     for (const wire::Reading& reading : readings) {
-      if (const auto sample = clock.push(reading)) received.samples.push_back(*sample);
+      if (!clock.push(reading)) continue;
+      if (const auto sample = clock.sample(reading, 0)) received.samples.push_back(*sample);
     }
   }
   received.decoder = decoder.counters();
@@ -57,7 +58,7 @@ Received receive(const SimulationSettings& settings, int frames) {
 
 TEST(SimulatedLine, CarriesTheTruthToTheOtherEnd) {
   SimulationSettings settings;
-  settings.earth_rate_deg_per_h = 8.4652;
+  settings.earth_rate_deg_per_h = {8.4652};
   const int seconds = 3000;
   const Received received = receive(settings, 200 * seconds);
   ASSERT_EQ(received.samples.size(), static_cast<std::size_t>(200 * seconds - 1));

@@ -36,9 +36,8 @@ class CaptureSource : public testing::Test {
     for (std::int64_t second = kStart; second < kStart + 10; ++second) {
       wire::GyroState state;
       state.interval_s = 1;
-      state.rate_deg_per_h = 8.5;
+      state.rate_deg_per_h = {8.5};
       state.temperature_degc = 25;
-      state.valid = true;
       std::vector<std::uint8_t> bytes;
       encoder.encode(state, bytes);
       EXPECT_TRUE(writer->data(second * 1'000'000'000 + 100'000'000, bytes));

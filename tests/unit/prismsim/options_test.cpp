@@ -34,7 +34,7 @@ TEST(SimOptions, DefaultToOnePaperCycleAtTheDescribedRateInXian) {
   ASSERT_FALSE(parsed.code) << parsed.complaint;
   EXPECT_EQ(parsed.options.simulation.profile.name, "paper");
   EXPECT_EQ(parsed.options.simulation.rate_hz, 200);
-  EXPECT_NEAR(parsed.options.simulation.earth_rate_deg_per_h, 8.4652, 5e-5);
+  EXPECT_NEAR(parsed.options.simulation.earth_rate_deg_per_h[0], 8.4652, 5e-5);
   EXPECT_EQ(parsed.options.total_frames(), 18'480'000u);
   EXPECT_FALSE(parsed.options.terminal);
   EXPECT_EQ(parsed.options.speed, 1.0);
@@ -71,7 +71,7 @@ TEST(SimOptions, TakeLengthAndFaultsAndPlace) {
   EXPECT_TRUE(parsed.options.terminal);
   EXPECT_EQ(parsed.options.speed, std::nullopt);
   EXPECT_EQ(parsed.options.total_frames(), 1'800'000u);
-  EXPECT_NEAR(simulation.earth_rate_deg_per_h, -8.4652, 5e-5);
+  EXPECT_NEAR(simulation.earth_rate_deg_per_h[0], -8.4652, 5e-5);
   EXPECT_EQ(simulation.outliers_per_h, 3);
   EXPECT_EQ(simulation.lose_frames, 0.25);
   EXPECT_EQ(simulation.drop_bytes, 1e-3);

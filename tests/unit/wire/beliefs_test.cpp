@@ -82,9 +82,10 @@ TEST(OutOfBounds, IsToldOfEachQuantity) {
   const auto readings = test::decode(test::description_of(believed_text("", "", "")), bytes);
   ASSERT_EQ(readings.size(), 8u);
   for (std::size_t i = 0; i < readings.size(); ++i) {
-    EXPECT_EQ(readings[i].out_of_bounds, (QuantitySet{i == 4, i >= 5, false})) << i;
+    EXPECT_EQ(readings[i].out_of_bounds, (QuantitySet{false, i >= 5, false})) << i;
+    EXPECT_EQ(readings[i].gyro[0].out_of_bounds, i == 4) << i;
     EXPECT_EQ(std::isnan(readings[i].temperature_degc), i >= 5) << i;
-    EXPECT_EQ(readings[i].valid, i != 4) << i;
+    EXPECT_EQ(readings[i].gyro[0].valid, i != 4) << i;
   }
 }
 

@@ -39,16 +39,16 @@ TEST(Captures, XsensRatesEqualTheGoldenOnes) {
     ASSERT_FALSE(golden.empty());
     for (std::size_t axis = 0; axis < 3; ++axis) {
       GyroChoice choice;
-      choice.axis = std::string(1, "xyz"[axis]);
+      choice.axes = {{.axis = std::string(1, "xyz"[axis])}};
       const auto readings =
           test::decode(test::shipped("xsens-mtdata2", choice), bytes_of("xsens_mtdata2_" + number + ".bin"));
       ASSERT_EQ(readings.size(), 100u);
       std::size_t next = axis;
       for (std::size_t i = 0; i < readings.size(); ++i) {
         EXPECT_EQ(readings[i].counter, readings[0].counter + i);
-        if (!readings[i].valid) continue;  // a message without a rate of turn
+        if (!readings[i].gyro[0].valid) continue;  // a message without a rate of turn
         ASSERT_LT(next, golden.size());
-        EXPECT_EQ(readings[i].gyro, golden[next]);
+        EXPECT_EQ(readings[i].gyro[0].value, golden[next]);
         next += 3;
         ++compared;
       }

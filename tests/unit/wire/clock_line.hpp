@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "drivers/clock.hpp"
@@ -34,12 +35,17 @@ inline wire::Reading reading_of(const wire::FrameDescriptionPtr& description, co
   reading.length = description->max_frame_bytes;
   reading.offset = static_cast<std::uint64_t>(i) * reading.length;
   reading.arrival_ns = kEpochNs + std::llround(1e9 * (measured_s + wire_s(*description) + line.delay_s(i)));
-  reading.has_gyro = reading.has_counter = reading.valid = true;
+  reading.has_gyro = reading.has_counter = reading.gyro[0].carried = reading.gyro[0].valid = true;
   reading.counter = (line.first_counter + static_cast<std::uint64_t>(i)) % description->counter->modulus;
-  const double pulses = std::floor(kRateDegPerH * measured_s / description->gyro.scale);
-  reading.gyro = std::fmod(pulses, 4294967296.0);
+  const double pulses = std::floor(kRateDegPerH * measured_s / description->axes[0].scale);
+  reading.gyro[0].value = std::fmod(pulses, 4294967296.0);
   reading.temperature_degc = 25;
   return reading;
+}
+
+/// The sample of the first axis.
+inline std::optional<Sample> pushed(drivers::Clock& clock, const wire::Reading& reading) {
+  return clock.push(reading) ? clock.sample(reading, 0) : std::nullopt;
 }
 
 inline std::vector<Sample> run(drivers::Clock& clock, const wire::FrameDescriptionPtr& description, const Line& line,
@@ -47,7 +53,7 @@ inline std::vector<Sample> run(drivers::Clock& clock, const wire::FrameDescripti
   std::vector<Sample> samples;
   for (int i = 0; i < frames; ++i) {
     if (line.lost(i)) continue;
-    if (const auto sample = clock.push(reading_of(description, line, i))) samples.push_back(*sample);
+    if (const auto sample = test::pushed(clock, reading_of(description, line, i))) samples.push_back(*sample);
   }
   return samples;
 }

@@ -28,14 +28,14 @@ std::vector<Sample> run(const FrameDescriptionPtr& description, drivers::Clock& 
   FrameDecoder decoder(description);
   const double period_s = description->period_s();
   const GyroState state{
-      .rate_deg_per_h = test::kRateDegPerH, .interval_s = period_s, .temperature_degc = 25, .uhfo_v = 1};
+      .rate_deg_per_h = {test::kRateDegPerH}, .interval_s = period_s, .temperature_degc = 25, .uhfo_v = 1};
   std::vector<std::uint8_t> frame, kept;
   std::vector<Reading> readings;
   std::vector<Sample> samples;
   const auto give = [&](std::vector<std::uint8_t>& bytes, double at_s) {
     decoder.feed(bytes, kEpochNs + std::llround(1e9 * at_s), readings);
     for (const Reading& reading : readings) {
-      if (const auto sample = clock.push(reading)) samples.push_back(*sample);
+      if (const auto sample = test::pushed(clock, reading)) samples.push_back(*sample);
     }
     readings.clear();
     bytes.clear();

@@ -110,7 +110,7 @@ TEST(Clock, TheWindowsForgetAnOldPeriod) {
     measured_s += i < 12'000 ? 1.0 / 200 : 1.0 / 200.02;
     Reading reading = reading_of(description, {}, i);
     reading.arrival_ns = kEpochNs + std::llround(1e9 * (measured_s + wire_s(*description)));
-    last = clock.push(reading);
+    last = test::pushed(clock, reading);
   }
   ASSERT_TRUE(last);
   EXPECT_NEAR(clock.status().period_s * 200.02, 1, 1e-9);
@@ -163,7 +163,7 @@ TEST(Clock, ARestartedCounterBeginsANewFit) {
   after.first_counter = static_cast<std::uint64_t>(65536 * 2 - 1400);  // frame 1400 has counter 0
   std::vector<Sample> samples;
   for (int i = 1400; i < 1800; ++i) {
-    if (const auto s = clock.push(reading_of(description, after, i))) samples.push_back(*s);
+    if (const auto s = test::pushed(clock, reading_of(description, after, i))) samples.push_back(*s);
   }
   EXPECT_EQ(clock.status().resets, 1u);
   EXPECT_EQ(clock.status().missing_frames, 0u);

@@ -37,7 +37,7 @@ Stream stream_of(const FrameDescriptionPtr& description, int frames) {
   for (int i = 0; i < frames; ++i) {
     stream.starts.push_back(stream.bytes.size());
     const double rate = 30 * std::sin(0.01 * i) + 1e-3 * below(random, 1000);
-    encoder.encode({.rate_deg_per_h = rate,
+    encoder.encode({.rate_deg_per_h = {rate},
                     .interval_s = description->period_s(),
                     .temperature_degc = 20 + 1e-3 * below(random, 10000),
                     .uhfo_v = 2 + 1e-4 * below(random, 1000)},
@@ -97,8 +97,8 @@ std::vector<Reading> readings_of(const FrameDescriptionPtr& description, double 
   std::vector<Reading> readings;
   for (int i = 0; i < kFrames; ++i) {
     bytes.clear();
-    encoder.encode({.rate_deg_per_h = kRateDegPerH, .interval_s = interval_s, .temperature_degc = 21.5, .uhfo_v = 2.31},
-                   bytes);
+    encoder.encode(
+        {.rate_deg_per_h = {kRateDegPerH}, .interval_s = interval_s, .temperature_degc = 21.5, .uhfo_v = 2.31}, bytes);
     decoder.feed(bytes, i, readings);
   }
   decoder.finish(readings);
@@ -109,19 +109,51 @@ std::vector<Reading> readings_of(const FrameDescriptionPtr& description, double 
 /// What one unit of the wire is worth in deg/h or arcsec; for floats a small part of the value.
 double resolution(const FrameDescription& description) {
   for (const FrameKind& kind : description.kinds) {
-    if (kind.roles.gyro.empty()) continue;
-    const Field& field = kind.fields[static_cast<std::size_t>(kind.roles.gyro[0])];
+    if (!kind.roles.carries_gyro()) continue;
+    const Field& field = kind.fields[static_cast<std::size_t>(kind.roles.axes[0].gyro[0])];
     const bool whole = field.type == NumberType::kSigned || field.type == NumberType::kUnsigned;
-    if (whole) return std::abs(description.gyro.scale * field.scaling.scale);
+    if (whole) return std::abs(description.axes[0].scale * field.scaling.scale);
   }
   return 0.02;
 }
 
+// Several axes of one frame are what each is alone, whatever the encoder wrote into the others.
+TEST_P(Shipped, AxesTogetherAreWhatEachIsAlone) {
+  GyroChoice all;
+  all.axes.clear();
+  const std::vector<std::string> names = test::shipped(GetParam())->axis_names;
+  for (const std::string& name : names) all.axes.push_back({.axis = name});
+  const auto together = test::shipped(GetParam(), all);
+  FrameEncoder encoder(together);
+  Bytes bytes;
+  for (int i = 0; i < kFrames; ++i) {
+    GyroState state{.rate_deg_per_h = {1000.0 + i, -20.0 * i, 3000.0 - i, 40},
+                    .interval_s = together->period_s(),
+                    .temperature_degc = 21.5,
+                    .uhfo_v = 2.31};
+    for (std::size_t axis = 0; axis < all.axes.size(); ++axis) state.valid[axis] = (i / 50 >> axis & 1) == 0;
+    encoder.encode(state, bytes);
+  }
+  const auto readings = test::decode(together, bytes);
+  for (std::size_t axis = 0; axis < all.axes.size(); ++axis) {
+    GyroChoice one;
+    one.axes = {all.axes[axis]};
+    const auto alone = test::decode(test::shipped(GetParam(), one), bytes);
+    ASSERT_EQ(alone.size(), readings.size());
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+      const GyroReading &mine = alone[i].gyro[0], &same = readings[i].gyro[axis];
+      EXPECT_EQ(mine.carried, same.carried);
+      EXPECT_EQ(mine.valid, same.valid);
+      EXPECT_TRUE(mine.value == same.value || (std::isnan(mine.value) && std::isnan(same.value)));
+    }
+  }
+}
+
 TEST_P(Shipped, WhatTheEncoderSaysTheDecoderReads) {
-  const std::vector<std::string> axes = test::shipped(GetParam())->axes;
+  const std::vector<std::string> axes = test::shipped(GetParam())->axis_names;
   for (const std::string& axis : axes) {
     GyroChoice choice;
-    choice.axis = axis;
+    choice.axes = {{.axis = axis}};
     const auto description = test::shipped(GetParam(), choice);
     const double interval_s = description->period_s() / static_cast<double>(description->sent_kinds.size());
     const double lsb = resolution(*description);
@@ -133,8 +165,8 @@ TEST_P(Shipped, WhatTheEncoderSaysTheDecoderReads) {
     for (const Reading& reading : readings) {
       if (!std::isnan(reading.temperature_degc)) temperature = reading.temperature_degc;
       if (!reading.has_gyro) continue;
-      ASSERT_TRUE(reading.valid) << axis << " at " << reading.offset;
-      const double value = reading.gyro * description->gyro.scale;
+      ASSERT_TRUE(reading.gyro[0].valid) << axis << " at " << reading.offset;
+      const double value = reading.gyro[0].value * description->axes[0].scale;
       if (description->gyro.meaning == GyroMeaning::kRate) {
         ASSERT_NEAR(value, kRateDegPerH, 0.51 * lsb);
       }

@@ -120,23 +120,22 @@ TEST(Description, WhatIsNoJsonIsRefusedWithItsLine) {
 
 TEST(Description, AChoiceMustFit) {
   GyroChoice axis;
-  axis.axis = "w";
+  axis.axes = {{.axis = "w"}};
   EXPECT_EQ(parse_frame_description(kGood, "f.json", axis).error().text(),
             "f.json:/gyro/axes: has no axis \"w\"; expected one of z");
   GyroChoice scale;
-  scale.scale_factor_arcsec_per_pulse = 0.5;
+  scale.axes[0].scale_factor_arcsec_per_pulse = 0.5;
   EXPECT_EQ(parse_frame_description(kGood, "f.json", scale).error().text(),
             "f.json:/gyro/unit: is \"deg/h\": a scale factor in arcsec/pulse has no use here");
 }
 
 TEST(Description, AChoiceReachesTheScale) {
   GyroChoice choice;
-  choice.scale_factor_arcsec_per_pulse = 0.25;
-  choice.sign = -1;
-  EXPECT_EQ(test::shipped("trplg", choice)->gyro.scale, -0.25);
+  choice.axes = {{.sign = -1, .scale_factor_arcsec_per_pulse = 0.25}};
+  EXPECT_EQ(test::shipped("trplg", choice)->axes[0].scale, -0.25);
   choice = {};
-  choice.axis = "y";
-  EXPECT_NEAR(test::shipped("novatel-rawimusx", choice)->gyro.scale, -206264.806, 1e-3) << "the log carries minus y";
+  choice.axes = {{.axis = "y"}};
+  EXPECT_NEAR(test::shipped("novatel-rawimusx", choice)->axes[0].scale, -206264.806, 1e-3) << "the log carries minus y";
 }
 
 TEST(Description, TheGyrosOwnRateReplacesTheNominalOne) {

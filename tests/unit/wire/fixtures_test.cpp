@@ -40,8 +40,8 @@ TEST(Fixtures, KvhValidityBitsReachTheReading) {
   for (const auto& [name, bytes] : frames) stream.insert(stream.end(), bytes.begin(), bytes.end());
   const auto readings = test::decode(test::shipped("kvh1750"), stream);
   ASSERT_EQ(readings.size(), 3u);
-  EXPECT_TRUE(readings[0].valid);
-  EXPECT_FALSE(readings[1].valid) << "start-up: the gyros are not valid yet";
+  EXPECT_TRUE(readings[0].gyro[0].valid);
+  EXPECT_FALSE(readings[1].gyro[0].valid) << "start-up: the gyros are not valid yet";
   EXPECT_EQ(readings[2].counter, 104u);
   EXPECT_EQ(readings[2].temperature_degc, 29);
 }
@@ -66,18 +66,18 @@ TEST(Fixtures, DspAsciiDropsTheTornLine) {
   stream += "       0.015733   1\r\n";  // the last one of the file is confirmed by one behind it
   const auto readings = test::decode(test::shipped("dsp3000-ascii"), {stream.begin(), stream.end()});
   ASSERT_GE(readings.size(), 2u);
-  for (const Reading& reading : readings) EXPECT_DOUBLE_EQ(reading.gyro, 0.015733);
+  for (const Reading& reading : readings) EXPECT_DOUBLE_EQ(reading.gyro[0].value, 0.015733);
 }
 
 TEST(Fixtures, TheStim300DatagramReadsExactly) {
   PRISM_NEEDS_SHARED("frames/stim300_af.hex");
   const auto readings = test::decode(test::shipped("stim300"), hex_frames("stim300_af.hex")[0].second);
   ASSERT_EQ(readings.size(), 1u);
-  EXPECT_EQ(readings[0].gyro, 0.017822265625);
+  EXPECT_EQ(readings[0].gyro[0].value, 0.017822265625);
   EXPECT_EQ(readings[0].temperature_degc, 35.625);
   EXPECT_EQ(readings[0].counter, 225u);
   EXPECT_DOUBLE_EQ(readings[0].latency_s, 506e-6);
-  EXPECT_TRUE(readings[0].valid);
+  EXPECT_TRUE(readings[0].gyro[0].valid);
 }
 
 TEST(Fixtures, TheUtilityLinesOfTheStim300HaveTheRightCrc) {

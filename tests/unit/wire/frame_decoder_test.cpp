@@ -18,15 +18,15 @@ Bytes frames_of(const FrameDescriptionPtr& description, int count) {
   Bytes out;
   for (int i = 0; i < count; ++i) {
     encoder.encode(
-        {.rate_deg_per_h = 8.4652 + i, .interval_s = 0.005, .temperature_degc = 25 + 0.01 * i, .uhfo_v = 5.3}, out);
+        {.rate_deg_per_h = {8.4652 + i}, .interval_s = 0.005, .temperature_degc = 25 + 0.01 * i, .uhfo_v = 5.3}, out);
   }
   return out;
 }
 
 bool same(const Reading& a, const Reading& b) {
   return a.offset == b.offset && a.length == b.length && a.kind == b.kind && a.counter == b.counter &&
-         a.gyro == b.gyro && a.temperature_degc == b.temperature_degc && a.uhfo_v == b.uhfo_v && a.status == b.status &&
-         a.valid == b.valid;
+         a.gyro[0].value == b.gyro[0].value && a.temperature_degc == b.temperature_degc && a.uhfo_v == b.uhfo_v &&
+         a.status == b.status && a.gyro[0].valid == b.gyro[0].valid;
 }
 
 std::vector<Reading> decode_in_chunks(const FrameDescriptionPtr& description, const Bytes& bytes, unsigned seed,
@@ -55,11 +55,11 @@ TEST(FrameDecoder, ReadsWhatTheWorkedExampleSays) {
   const auto readings = test::decode(description, description->test_vectors[0].bytes);
   ASSERT_EQ(readings.size(), 1u);
   EXPECT_EQ(readings[0].counter, 0x1234u);
-  EXPECT_EQ(readings[0].gyro, 1000000);
+  EXPECT_EQ(readings[0].gyro[0].value, 1000000);
   EXPECT_NEAR(readings[0].temperature_degc, 25, 1e-4);
   EXPECT_DOUBLE_EQ(readings[0].uhfo_v, 5.32);
   EXPECT_EQ(readings[0].status, 7u);
-  EXPECT_TRUE(readings[0].valid);
+  EXPECT_TRUE(readings[0].gyro[0].valid);
 }
 
 TEST(FrameDecoder, HoweverTheBytesAreCutTheSameReadingsComeOut) {
@@ -202,16 +202,17 @@ TEST(FrameDecoder, ASensorThatTheFrameCallsBadIsUnknown) {
   const auto description = test::shipped("trplg");
   FrameEncoder encoder(description);
   Bytes bytes;
-  encoder.encode({.rate_deg_per_h = 8, .interval_s = 0.005, .temperature_degc = 20, .uhfo_v = 5.3}, bytes);
+  encoder.encode({.rate_deg_per_h = {8}, .interval_s = 0.005, .temperature_degc = 20, .uhfo_v = 5.3}, bytes);
   encoder.encode(
-      {.rate_deg_per_h = 8, .interval_s = 0.005, .temperature_degc = kUnknown, .uhfo_v = 5.3, .valid = false}, bytes);
+      {.rate_deg_per_h = {8}, .interval_s = 0.005, .temperature_degc = kUnknown, .uhfo_v = 5.3, .valid = {false}},
+      bytes);
   const auto readings = test::decode(description, bytes);
   ASSERT_EQ(readings.size(), 2u);
   EXPECT_NEAR(readings[0].temperature_degc, 20, 1e-4);
   EXPECT_TRUE(std::isnan(readings[1].temperature_degc));
   EXPECT_DOUBLE_EQ(readings[1].uhfo_v, 5.3);
-  EXPECT_FALSE(readings[1].valid);
-  EXPECT_TRUE(readings[0].valid);
+  EXPECT_FALSE(readings[1].gyro[0].valid);
+  EXPECT_TRUE(readings[0].gyro[0].valid);
 }
 
 }  // namespace

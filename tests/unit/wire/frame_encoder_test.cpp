@@ -11,7 +11,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr GyroState kEarth{.rate_deg_per_h = 8.4652, .interval_s = 0.005, .temperature_degc = 25, .uhfo_v = 5.3};
+constexpr GyroState kEarth{.rate_deg_per_h = {8.4652}, .interval_s = 0.005, .temperature_degc = 25, .uhfo_v = 5.3};
 
 TEST(FrameEncoder, KeepsWhatIsLeftBelowOnePulse) {
   const auto description = test::shipped("trplg-increment");
@@ -19,7 +19,7 @@ TEST(FrameEncoder, KeepsWhatIsLeftBelowOnePulse) {
   Bytes bytes;
   for (int i = 0; i < 20'000; ++i) encoder.encode(kEarth, bytes);
   double pulses = 0;
-  for (const Reading& reading : test::decode(description, bytes)) pulses += reading.gyro;
+  for (const Reading& reading : test::decode(description, bytes)) pulses += reading.gyro[0].value;
   EXPECT_NEAR(pulses * 0.1, 8.4652 * 100, 0.1) << "0.42 pulses a frame";
 }
 
@@ -35,9 +35,9 @@ TEST(FrameEncoder, AnIncrementThatWasNotSentIsLostAndAnAccumulatedAngleIsNot) {
     ASSERT_EQ(readings.size(), 2u);
     EXPECT_EQ((readings[1].counter - readings[0].counter) & 0xFFFF, 2001u);
     if (accumulated) {
-      EXPECT_NEAR(0.1 * (readings[1].gyro - readings[0].gyro), 8.4652 * 2001 * 0.005, 0.1);
+      EXPECT_NEAR(0.1 * (readings[1].gyro[0].value - readings[0].gyro[0].value), 8.4652 * 2001 * 0.005, 0.1);
     } else {
-      EXPECT_LE(readings[1].gyro, 1);
+      EXPECT_LE(readings[1].gyro[0].value, 1);
     }
   }
 }
@@ -46,13 +46,13 @@ TEST(FrameEncoder, AnAccumulatedAngleRunsBackwardThroughZero) {
   const auto description = test::shipped("trplg");
   FrameEncoder encoder(description);
   GyroState state = kEarth;
-  state.rate_deg_per_h = -72'000;  // 3600 pulses a frame
+  state.rate_deg_per_h = {-72'000};  // 3600 pulses a frame
   Bytes bytes;
   for (int i = 0; i < 3; ++i) encoder.encode(state, bytes);
   const auto readings = test::decode(description, bytes);
   ASSERT_EQ(readings.size(), 3u);
-  EXPECT_EQ(readings[0].gyro, 4294967296.0 - 3600);
-  EXPECT_EQ(readings[2].gyro, 4294967296.0 - 3 * 3600);
+  EXPECT_EQ(readings[0].gyro[0].value, 4294967296.0 - 3600);
+  EXPECT_EQ(readings[2].gyro[0].value, 4294967296.0 - 3 * 3600);
 }
 
 TEST(FrameEncoder, HoldsWhatDoesNotFitAtTheFieldsLimit) {

@@ -34,7 +34,7 @@ TEST(FrameRules, ALineOfTextThatWasJoinedInTheMiddleIsNotBelieved) {
       test::decode(test::shipped("dsp3000-ascii"),
                    text("15.015733    1\r\n    0.015733   1\r\n    0.015734   1\r\n    0.015735   1\r\n"));
   ASSERT_EQ(readings.size(), 3u);
-  EXPECT_EQ(readings[0].gyro, 0.015733) << "not the rest of -115.015733";
+  EXPECT_EQ(readings[0].gyro[0].value, 0.015733) << "not the rest of -115.015733";
 }
 
 TEST(FrameRules, ALengthBelowItsMinimumIsNoFrame) {
@@ -91,7 +91,8 @@ TEST(FrameRules, TheFirstWeakFrameWaitsForASecond) {
   const auto description = test::shipped("xor7-10");
   FrameEncoder encoder(description);
   Bytes bytes;
-  for (int i = 0; i < 3; ++i) encoder.encode({.rate_deg_per_h = 10, .interval_s = 1e-3, .temperature_degc = 20}, bytes);
+  for (int i = 0; i < 3; ++i)
+    encoder.encode({.rate_deg_per_h = {10}, .interval_s = 1e-3, .temperature_degc = 20}, bytes);
   FrameDecoder decoder(description);
   std::vector<Reading> out;
   decoder.feed(std::span(bytes).first(10), 0, out);
@@ -107,7 +108,7 @@ TEST(FrameRules, AWeakFrameWithoutASecondIsNotBelieved) {
   const auto description = test::shipped("xor7-10");
   FrameEncoder encoder(description);
   Bytes bytes;
-  encoder.encode({.rate_deg_per_h = 10, .interval_s = 1e-3, .temperature_degc = 20}, bytes);
+  encoder.encode({.rate_deg_per_h = {10}, .interval_s = 1e-3, .temperature_degc = 20}, bytes);
   bytes.resize(40, 0x55);
   EXPECT_TRUE(test::decode(description, bytes).empty());
 }
@@ -116,7 +117,7 @@ TEST(FrameRules, WordsThatHardlyHaveASyncAreConfirmedAfterEveryBreak) {
   const auto description = test::shipped("dsp3000");
   FrameEncoder encoder(description);
   Bytes bytes;
-  for (int i = 0; i < 100; ++i) encoder.encode({.rate_deg_per_h = 1000.0 + i, .interval_s = 1e-3}, bytes);
+  for (int i = 0; i < 100; ++i) encoder.encode({.rate_deg_per_h = {1000.0 + i}, .interval_s = 1e-3}, bytes);
   const std::size_t good = bytes.size();
   std::mt19937 random(6);
   for (int i = 0; i < 2000; ++i) bytes.push_back(static_cast<std::uint8_t>(random()));
@@ -130,7 +131,7 @@ TEST(FrameRules, WordsThatHardlyHaveASyncAreConfirmedAfterEveryBreak) {
 TEST(FrameRules, WeakFramesConfirmEachOtherOnlyWithTheRightCounterStep) {
   const auto description = test::shipped("stim210");
   FrameEncoder encoder(description);
-  const GyroState state{.rate_deg_per_h = 10, .interval_s = 1e-3, .temperature_degc = 20};
+  const GyroState state{.rate_deg_per_h = {10}, .interval_s = 1e-3, .temperature_degc = 20};
   Bytes bytes;
   encoder.encode(state, bytes);
   encoder.skip(state, 5);
@@ -197,7 +198,7 @@ TEST(FrameRules, ASlowChannelIsHeldUntilItsLimitAndNotAcrossSessions) {
   const auto send = [&](int frames) {
     Bytes bytes;
     for (int i = 0; i < frames; ++i)
-      encoder.encode({.rate_deg_per_h = 10, .interval_s = 1e-3, .temperature_degc = 30, .uhfo_v = 5}, bytes);
+      encoder.encode({.rate_deg_per_h = {10}, .interval_s = 1e-3, .temperature_degc = 30, .uhfo_v = 5}, bytes);
     decoder.feed(bytes, 0, out);
   };
   send(48);

@@ -27,8 +27,8 @@ std::vector<std::uint8_t> second_of(const FrameDescriptionPtr& description) {
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < 200; ++i) {
     const double rate = 10 + 0.01 * static_cast<double>(random() % 100);
-    encoder.encode({.rate_deg_per_h = rate, .interval_s = description->period_s(), .temperature_degc = 30, .uhfo_v = 3},
-                   bytes);
+    encoder.encode(
+        {.rate_deg_per_h = {rate}, .interval_s = description->period_s(), .temperature_degc = 30, .uhfo_v = 3}, bytes);
   }
   bytes.erase(bytes.begin(), bytes.begin() + 7);  // the line was joined in the middle of a frame
   return bytes;

@@ -52,6 +52,7 @@ void add_allan_command(CLI::App& app, int& code) {
       ->required();
   command->add_option("--column", choice->series.column,
                       "the rate: a column's name, or its number from 1 (default: rate_deg_per_h)");
+  command->add_option("--axis", choice->series.axis, "of a log of several axes: the one that is meant");
   command->add_option("--unit", choice->series.unit,
                       "deg/h, deg/s, rad/s or arcsec/s (default: by the column's name, else deg/h)");
   command->add_option("--time", choice->series.time_column,

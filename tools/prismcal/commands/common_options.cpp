@@ -65,8 +65,12 @@ Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& op
   if (!options.source.config.empty()) {
     const auto config = config::load_config(options.source.config);
     if (!config) return tl::unexpected(config.error());
-    settings.engine = config->engine;
-    if (fallback.empty()) fallback = config->fallback_model;
+    const config::AxisConfig* axis = config::find_axis(*config, options.source.axis);
+    if (axis == nullptr)
+      return refuse(options.source.config,
+                    fmt::format("serves {} axes, expected --axis to name one of them", config->axes.size()));
+    settings.engine = axis->engine;
+    if (fallback.empty()) fallback = axis->fallback_model;
   }
   if (options.max_bias_deg_per_h) settings.engine.max_bias_deg_per_h = *options.max_bias_deg_per_h;
   const auto& names = compensation::kExtrapolationNames;

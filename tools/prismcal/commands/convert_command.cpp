@@ -54,8 +54,8 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
     if (bucket.partial) continue;
     wire::GyroState state;
     state.interval_s = 1;
-    state.valid = std::isfinite(bucket.rate_deg_per_h);
-    state.rate_deg_per_h = state.valid ? bucket.rate_deg_per_h : 0;
+    state.valid[0] = std::isfinite(bucket.rate_deg_per_h);
+    state.rate_deg_per_h[0] = state.valid[0] ? bucket.rate_deg_per_h : 0;
     state.temperature_degc = bucket.temperature_degc;
     state.uhfo_v = bucket.uhfo_v;
     if (bucket.second > next) encoder.skip(state, static_cast<std::uint64_t>(bucket.second - next));

@@ -13,6 +13,7 @@ void add_source_options(CLI::App& command, recordings::SourceOptions& options) {
   command.add_option("--interval", options.interval_s, "seconds between rows, where a mapped CSV has no time")
       ->check(tools::positive());
   command.add_option("--config", options.config, "captures: the prismd.json they were recorded with");
+  command.add_option("--axis", options.axis, "of recordings of several axes: the one that is meant");
 }
 
 void add_site_options(CLI::App& command, recordings::SiteOptions& options) {

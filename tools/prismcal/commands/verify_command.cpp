@@ -40,7 +40,8 @@ void print_session(const LogSession& session) {
           ? "nothing missing"
           : fmt::format("missing: {} s in {}, {}", session.missing_s, counted(session.holes.size(), "hole"),
                         counted(session.missing_frames, "frame"));
-  fmt::print("{}: session {} to {}: {}, {} of them partial; {}\n", session.log, utc_text(session.first_s),
+  fmt::print("{}: {}session {} to {}: {}, {} of them partial; {}\n", session.log,
+             session.axis.empty() ? "" : "axis " + session.axis + ", ", utc_text(session.first_s),
              utc_text(session.last_s), counted(session.rows, "row"), session.partial, missing);
   for (std::size_t i = 0; i < std::min(kMostHoles, session.holes.size()); ++i) {
     const verification::Hole& hole = session.holes[i];
@@ -77,6 +78,7 @@ ordered_json json_of(const Verdict& verdict) {
     ordered_json holes = ordered_json::array();
     for (const auto& hole : session.holes) holes.push_back({{"first_s", hole.first_s}, {"last_s", hole.last_s}});
     sessions.push_back({{"log", session.log},
+                        {"axis", session.axis.empty() ? ordered_json() : ordered_json(session.axis)},
                         {"first_s", session.first_s},
                         {"last_s", session.last_s},
                         {"rows", session.rows},

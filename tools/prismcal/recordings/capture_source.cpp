@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 // A capture as a recording: the seconds that prismd's own path makes of it.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <vector>
 
 #include "compensation/sha256.hpp"
 #include "config/text_file.hpp"
@@ -23,6 +26,20 @@ bool is_capture(const std::string& path) {
          value == 0x0a0d0d0a;
 }
 
+// Of the axes that the configuration serves.
+Result<std::size_t> axis_index(const pipeline::Setup& setup, const std::string& wanted) {
+  std::vector<std::string> names;
+  for (const wire::AxisRule& axis : setup.frames->axes) {
+    if (axis.name == wanted || (wanted.empty() && setup.axes.size() == 1)) return names.size();
+    names.push_back(axis.name);
+  }
+  if (wanted.empty())
+    return refuse(setup.config.path,
+                  fmt::format("serves the axes {}; --axis says which is meant", fmt::join(names, ", ")));
+  return refuse("--axis", fmt::format("found \"{}\", expected one of {} as {} serves", wanted, fmt::join(names, ", "),
+                                      setup.config.path));
+}
+
 Result<Recording> read_capture(const std::string& path, const SourceOptions& options) {
   if (options.config.empty())
     return refuse(path, "is a capture: say --config PRISMD.JSON, so that its frames can be read");
@@ -34,13 +51,16 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   const drivers::BareBytes bare{std::max(1.0, frames.rate_hz * frames.max_frame_bytes), 0};
   auto reader = drivers::CaptureReader::open(path, bare);
   if (!reader) return tl::unexpected<Error>(reader.error());
+  const auto axis = axis_index(*setup, options.axis);
+  if (!axis) return tl::unexpected<Error>(axis.error());
   Recording recording;
   recording.name = std::filesystem::path(path).stem().string();
-  recording.add_metadata(pipeline::log_metadata(*setup));
+  recording.add_metadata(pipeline::log_metadata(*setup, *axis));
   pipeline::Pipeline pipeline(*setup);
   std::optional<std::int64_t> session_ns;
-  const auto take = [&recording, &session_ns](const pipeline::Rows& rows) {
+  const auto take = [&](const pipeline::Rows& rows) {
     for (const auto& window : rows.windows) {
+      if (window.axis != *axis) continue;
       if (session_ns != window.session_ns) recording.sessions.push_back(recording.buckets.size());
       session_ns = window.session_ns;
       recording.buckets.push_back(window.row.window.bucket);

@@ -30,6 +30,12 @@ std::string contents_of(const fs::path& folder) {
                      capture != names.end() ? "; a capture is given by its own name, with --config" : "");
 }
 
+// As its metadata says; version 0.1 wrote "-" where there was none.
+std::string axis_of(const LogSegment& segment) {
+  std::string axis = segment.value("axis");
+  return axis == "-" ? "" : axis;
+}
+
 // "NAME-20261121T091100Z-10.csv" after "…Z-2.csv".
 auto by_name(const LogSegment& segment) { return std::tuple(segment.file.size(), segment.file); }
 
@@ -136,10 +142,11 @@ std::vector<std::string> files_of(const std::string& folder, const std::string& 
   return paths;
 }
 
-Result<LogFolder> LogFolder::read(const std::string& path, const std::string& column) {
+Result<LogFolder> LogFolder::read(const std::string& path, const std::string& axis, const std::string& column) {
   LogFolder folder = salvage(path, column);
   if (!folder.refused.empty()) return tl::unexpected<Error>(folder.refused.front().error);
   if (folder.segments.empty()) return refuse(path, contents_of(path));
+  if (auto one = folder.choose(axis, path); !one) return tl::unexpected<Error>(one.error());
   for (const LogSegment& segment : folder.segments) {
     if (segment.damaged.empty()) continue;
     const LeftOutRow& row = segment.damaged.front();
@@ -162,6 +169,46 @@ Result<void> LogFolder::of_one_gyro(const std::string& path) const {
       first = first != nullptr ? first : &segment;
     }
   }
+  return {};
+}
+
+std::vector<std::string> LogFolder::axes() const {
+  std::set<std::string> names;
+  for (const LogSegment& segment : segments) names.insert(axis_of(segment));
+  names.erase("");
+  return {names.begin(), names.end()};
+}
+
+std::vector<LogFolder> LogFolder::by_axis() const {
+  const std::vector<std::string> names = axes();
+  std::map<std::string, LogFolder> parts;
+  for (const LogSegment& segment : segments) {
+    const std::string axis = axis_of(segment);
+    parts[axis.empty() && names.size() == 1 ? names.front() : axis].segments.push_back(segment);
+  }
+  std::vector<LogFolder> folders;
+  for (auto& [name, part] : parts) {
+    for (const std::string& file : indexes) {
+      pipeline::SegmentIndex index(file);
+      const auto knows = [&](const LogSegment& segment) { return index.number(segment.file) > 0; };
+      if (index.read() && std::any_of(part.segments.begin(), part.segments.end(), knows)) part.indexes.push_back(file);
+    }
+    folders.push_back(std::move(part));
+  }
+  return folders;
+}
+
+Result<void> LogFolder::choose(const std::string& axis, const std::string& path) {
+  const std::vector<std::string> names = axes();
+  if (axis.empty() && names.size() < 2) return {};
+  if (axis.empty())
+    return refuse(path,
+                  fmt::format("found logs of the axes {}, expected one; --axis says which", fmt::join(names, ", ")));
+  std::erase_if(segments, [&](const LogSegment& segment) { return axis_of(segment) != axis; });
+  if (segments.empty())
+    return refuse(path,
+                  fmt::format("found no log of axis \"{}\", expected one of {}", plain_text(axis),
+                              names.empty() ? "a log that names its axis" : fmt::format("{}", fmt::join(names, ", "))));
   return {};
 }
 

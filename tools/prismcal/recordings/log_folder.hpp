@@ -25,13 +25,21 @@ struct LogFolder {
   };
   std::vector<RefusedFile> refused;  ///< files that read_log_segment refuses
 
-  /// Refused: what read_log_segment refuses, damaged rows within, a folder without a .csv file, the logs of two
-  /// instances or of two gyros.
-  static Result<LogFolder> read(const std::string& path, const std::string& column = {});
+  /// `axis`: the one that is wanted, where the folder holds the logs of several; empty: the only one. Refused: what
+  /// read_log_segment refuses, damaged rows within, a folder without a .csv file, the logs of two instances or of two
+  /// gyros, an axis that is not there, several axes without a choice.
+  static Result<LogFolder> read(const std::string& path, const std::string& axis = {}, const std::string& column = {});
   /// What can be read, for those who look for faults.
   static LogFolder salvage(const std::string& path, const std::string& column = {});
   /// Refused: its segments are of two instances or of two gyros.
   Result<void> of_one_gyro(const std::string& path) const;
+  /// Axes that its segments name, in order.
+  std::vector<std::string> axes() const;
+  /// One folder for each axis. Segments that name none stand with the only axis there is, or by themselves.
+  std::vector<LogFolder> by_axis() const;
+
+ private:
+  Result<void> choose(const std::string& axis, const std::string& path);
 };
 
 /// Why a superseded row is left out.

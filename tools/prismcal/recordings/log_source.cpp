@@ -7,8 +7,8 @@
 
 namespace prism::recordings {
 
-Result<Recording> read_log(const std::string& path) {
-  const auto folder = LogFolder::read(path);
+Result<Recording> read_log(const std::string& path, const std::string& axis) {
+  const auto folder = LogFolder::read(path, axis);
   if (!folder) return tl::unexpected<Error>(folder.error());
   Recording recording;
   const std::filesystem::path name(path);

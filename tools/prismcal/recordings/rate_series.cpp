@@ -122,7 +122,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   series.column = choice.column.empty() ? "rate_deg_per_h" : choice.column;
   const auto factor = take_unit(series, choice, path);
   if (!factor) return tl::unexpected(factor.error());
-  const auto folder = LogFolder::read(path, series.column);
+  const auto folder = LogFolder::read(path, choice.axis, series.column);
   if (!folder) return tl::unexpected(folder.error());
   const LogRows joined = join_rows(*folder);
   if (joined.rows.empty()) return refuse(path, "no row of numbers; expected a rate in every line");

@@ -15,6 +15,7 @@ struct RateSeriesChoice {
   std::string time_column;  ///< name or number, seconds; empty: "time_s" or "t_s" where there is one
   std::string unit;         ///< deg/h, deg/s, rad/s, arcsec/s; empty: by the column's name, else deg/h
   std::optional<double> interval_s;  ///< spacing of the rows; overrides the time column
+  std::string axis;                  ///< of a log of several axes: the one that is wanted
 };
 
 struct RateSeries {

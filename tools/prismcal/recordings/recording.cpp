@@ -37,7 +37,7 @@ void Recording::add_metadata(const std::string& lines) {
 
 Result<Recording> read_recording(const std::string& path, const SourceOptions& options) {
   if (!options.map.empty()) return read_mapped(path, options);
-  return is_capture(path) ? read_capture(path, options) : read_log(path);
+  return is_capture(path) ? read_capture(path, options) : read_log(path, options.axis);
 }
 
 Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options) {

@@ -35,6 +35,7 @@ struct SourceOptions {
   std::vector<std::string> map;
   double interval_s = 0;  ///< mapped CSV without a time column: seconds between rows, > 0
   std::string config;     ///< capture: the prismd.json that it was recorded with
+  std::string axis;       ///< of a log or capture of several axes: the one that is wanted
 };
 
 struct SiteOptions {
@@ -53,7 +54,7 @@ Result<double> earth_rate_of(const Recording& recording, const SiteOptions& opti
 // The three, one file each.
 /// A log file of prismd, or every *.csv of a folder (log_folder.hpp). Refused: what is not such a log, a row within
 /// that is damaged, a folder without one.
-Result<Recording> read_log(const std::string& path);
+Result<Recording> read_log(const std::string& path, const std::string& axis = {});
 /// pcap or pcapng by its first bytes; other files and folders are none.
 bool is_capture(const std::string& path);
 Result<Recording> read_capture(const std::string& path, const SourceOptions& options);

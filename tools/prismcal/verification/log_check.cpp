@@ -83,11 +83,15 @@ void check_log(const FolderContents& contents, Verdict& verdict) {
   if (!contents.one_file) Indexes(contents.folder, ".csv").check(rows, verdict.findings);
   if (auto one = folder.of_one_gyro(contents.log); !one)
     verdict.findings.push_back({contents.log, State::kRefused, one.error().what});
-  const recordings::LogRows joined = recordings::join_rows(folder);
-  add_left_out(joined.left_out.rows, verdict.findings);
-  for (std::size_t i = 0; i < joined.sessions.size(); ++i) {
-    const std::size_t end = i + 1 < joined.sessions.size() ? joined.sessions[i + 1] : joined.rows.size();
-    verdict.sessions.push_back(session_of(contents.log, joined, joined.sessions[i], end));
+  const std::vector<recordings::LogFolder> axes = folder.by_axis();
+  for (const recordings::LogFolder& axis : axes) {
+    const recordings::LogRows joined = recordings::join_rows(axis);
+    add_left_out(joined.left_out.rows, verdict.findings);
+    for (std::size_t i = 0; i < joined.sessions.size(); ++i) {
+      const std::size_t end = i + 1 < joined.sessions.size() ? joined.sessions[i + 1] : joined.rows.size();
+      verdict.sessions.push_back(session_of(contents.log, joined, joined.sessions[i], end));
+      if (axes.size() > 1) verdict.sessions.back().axis = axis.segments.front().value("axis");
+    }
   }
 }
 

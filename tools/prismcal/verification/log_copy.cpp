@@ -62,14 +62,7 @@ Result<std::size_t> copy_segment(const LogSegment& segment, const std::set<std::
   return config::write_text_file(copies.target(segment.path), *text).map([&] { return kept.size(); });
 }
 
-}  // namespace
-
-Result<void> copy_log(const FolderContents& contents, const Copies& copies) {
-  if (contents.log.empty()) return {};
-  const auto folder = recordings::LogFolder::salvage(contents.log);
-  if (auto one = folder.of_one_gyro(contents.log); !one) return one;
-  for (const auto& refused : folder.refused)
-    copies.leave_out(refused.path, 0, without_path(refused.error, refused.path));
+Result<void> copy_axis(const recordings::LogFolder& folder, const Copies& copies) {
   std::map<std::string, std::set<std::size_t>> without;
   for (const auto& row : recordings::join_rows(folder).left_out.rows) {
     copies.leave_out(row.path, row.line, row.why);
@@ -87,6 +80,20 @@ Result<void> copy_log(const FolderContents& contents, const Copies& copies) {
   const std::string name = folder.indexes.empty() ? index_name(made.front().first)
                                                   : std::filesystem::path(folder.indexes.front()).filename().string();
   return write_index(name, made, copies);
+}
+
+}  // namespace
+
+Result<void> copy_log(const FolderContents& contents, const Copies& copies) {
+  if (contents.log.empty()) return {};
+  const auto folder = recordings::LogFolder::salvage(contents.log);
+  if (auto one = folder.of_one_gyro(contents.log); !one) return one;
+  for (const auto& refused : folder.refused)
+    copies.leave_out(refused.path, 0, without_path(refused.error, refused.path));
+  for (const recordings::LogFolder& axis : folder.by_axis()) {
+    if (auto done = copy_axis(axis, copies); !done) return done;
+  }
+  return {};
 }
 
 }  // namespace prism::verification

@@ -43,6 +43,7 @@ struct Hole {
 /// One session of a log. A hole is a fault of the line or of the machine, not of the file.
 struct LogSession {
   std::string log;
+  std::string axis;                      ///< empty where its folder has one
   std::int64_t first_s = 0, last_s = 0;  ///< ends of its first and last second, s since 1970 or the device's epoch
   std::size_t rows = 0, partial = 0;
   std::uint64_t missing_frames = 0, missing_s = 0;

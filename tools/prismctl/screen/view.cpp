@@ -67,17 +67,41 @@ void View::status(const json& status, double steady_s) {
   status_steady_s_ = steady_s;
   instance_ = text_of(at(status, "name"), instance_);
   gone_.clear();
+  axes_.clear();
+  if (const json& axes = at(status, "axes"); axes.is_object()) {
+    for (const auto& [name, axis] : axes.items()) axes_.push_back(name);
+  }
+  if (chosen_ >= axes_.size()) chosen_ = 0;
+  const auto preferred = std::find(axes_.begin(), axes_.end(), preferred_);
+  if (preferred != axes_.end()) chosen_ = static_cast<std::size_t>(preferred - axes_.begin());
+}
+
+// Of an answer for several axes the one's own part; of one for a single axis all of it.
+const json& View::axis_status(const std::string& axis) const {
+  return axes_.empty() ? status_ : at(at(status_, "axes"), axis.c_str());
+}
+
+const std::string& View::charted() const {
+  static const std::string kOnly;
+  return axes_.empty() ? kOnly : axes_[chosen_];
 }
 
 void View::history(const json& rows, double steady_s) {
-  for (const json& row : rows) window(row, steady_s);
+  if (rows.is_object()) {
+    for (const auto& [axis, own] : rows.items()) {
+      for (const json& row : own) window(row, steady_s);
+    }
+  } else {
+    for (const json& row : rows) window(row, steady_s);
+  }
   if (at(status_, "age_s").is_number()) row_steady_s_ -= at(status_, "age_s").get<double>();
 }
 
 void View::window(const json& row, double steady_s) {
-  trace_.push(row, prismctl::window_length_s(status_));
+  const std::string axis = axes_.empty() ? "" : text_of(at(row, "axis"));
+  traces_[axis].push(row, prismctl::window_length_s(axis_status(axis)));
   row_steady_s_ = steady_s;
-  status_["window"] = row;
+  (axes_.empty() ? status_ : status_["axes"][axis])["window"] = row;
 }
 
 void View::events(const json& events) {
@@ -94,8 +118,16 @@ void View::key(char key, double steady_s) {
   if (key >= '1' && key <= '9') span_ = static_cast<std::size_t>(key - '1');
   if (key == 'a') same_scale_ = !same_scale_;
   if (key == '?') help_ = !help_;
+  choose(key);
   if (key != 'p') return;
   paused_at_s_ = paused_at_s_ ? std::nullopt : std::optional(data_now_s(steady_s));
+}
+
+void View::choose(char key) {
+  if (key == '\t' && !axes_.empty()) chosen_ = (chosen_ + 1) % axes_.size(), preferred_.clear();
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (axes_[i] == std::string(1, key)) chosen_ = i, preferred_.clear();
+  }
 }
 
 bool View::alive(double steady_s) const {
@@ -104,8 +136,9 @@ bool View::alive(double steady_s) const {
 
 // The data's own clock, which need not be this machine's: it goes on from the last row.
 double View::data_now_s(double steady_s) const {
-  if (trace_.points().empty()) return 0;
-  return trace_.points().back().time_s + std::max(steady_s - row_steady_s_, 0.0);
+  const auto found = traces_.find(charted());
+  if (found == traces_.end() || found->second.points().empty()) return 0;
+  return found->second.points().back().time_s + std::max(steady_s - row_steady_s_, 0.0);
 }
 
 Line View::head(double steady_s) const {
@@ -119,10 +152,12 @@ Line View::head(double steady_s) const {
     line.push_back({"no_data", Meaning::kBad});
     return line;
   }
-  const std::string state = text_of(at(status_, "state")), quality = text_of(at(status_, "quality"));
+  const std::string state = text_of(at(status_, "state"));
   line.push_back({state, meaning_of_state(state)});
   line.push_back({"  " + prismctl::age_text(age) + "  "});
-  line.push_back({prismctl::quality_with_progress(status_), meaning_of_quality(quality)});
+  const json& one = axis_status(charted());
+  if (!axes_.empty()) line.push_back({charted() + " ", Meaning::kStrong});
+  line.push_back({prismctl::quality_with_progress(one), meaning_of_quality(text_of(at(one, "quality")))});
   return line;
 }
 
@@ -130,13 +165,48 @@ Line View::why(double steady_s) const {
   if (!gone_.empty()) return {{gone_ + "; trying again", Meaning::kBad}};
   if (!alive(steady_s)) return {{"asked for its status each second, no answer yet", Meaning::kBad}};
   if (const std::string detail = text_of(at(status_, "detail"), ""); !detail.empty()) return {{detail, Meaning::kBad}};
-  const json& model = at(status_, "model");
+  const json& model = at(axis_status(charted()), "model");
   const std::string name = model.is_object() ? text_of(at(model, "name"), "unnamed") : "none: nothing is corrected";
   return {{fmt::format("{}, frames {}, model {}", text_of(at(status_, "device"), "no device"),
                        text_of(at(status_, "frames")), name)}};
 }
 
+// All axes side by side, the one whose curves are drawn marked.
+std::vector<Line> View::numbers_of_all(double steady_s) const {
+  constexpr int kLabel = 13;
+  static const json kNothing;
+  const int width = std::min(22, (80 - kLabel) / static_cast<int>(axes_.size()));
+  struct Row {
+    const char *label, *key, *unit;
+    int decimals;
+  };
+  constexpr Row kRows[] = {{"raw", "mean_rate_deg_per_h", " deg/h", 5},
+                           {"bias", "bias_deg_per_h", " deg/h", 5},
+                           {"corrected", "corrected_mean_deg_per_h", " deg/h", 5},
+                           {"temperature", "mean_temperature_degc", " degC", 3}};
+  std::vector<Line> lines(1, Line{{fmt::format("{:<{}}", "", kLabel)}});
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const std::string quality = text_of(at(axis_status(axes_[i]), "quality"));
+    const std::string name = (i == chosen_ ? "> " : "") + axes_[i];
+    lines[0].push_back({fmt::format("{:>{}}", name.substr(0, static_cast<std::size_t>(width) - 1), width),
+                        alive(steady_s) ? meaning_of_quality(quality) : Meaning::kBad});
+  }
+  for (const Row& row : kRows) {
+    Line& line = lines.emplace_back(Line{{fmt::format("{:<{}}", row.label, kLabel), Meaning::kStrong}});
+    for (const std::string& name : axes_) {
+      const json& axis = axis_status(name);
+      const bool known = alive(steady_s) && text_of(at(axis, "quality")) != "no_data";
+      line.push_back({fmt::format(
+          "{:>{}}",
+          value_text(at(known ? at(axis, "window") : kNothing, row.key), row.decimals, width > 15 ? row.unit : ""),
+          width)});
+    }
+  }
+  return lines;
+}
+
 std::vector<Line> View::numbers(double steady_s) const {
+  if (!axes_.empty()) return numbers_of_all(steady_s);
   static const json kNothing;
   const json& w = alive(steady_s) && text_of(at(status_, "quality")) != "no_data" ? at(status_, "window") : kNothing;
   const auto number = [](const json& value) { return fmt::format("{:>13}", value_text(value, 5)); };
@@ -167,7 +237,9 @@ std::vector<Line> View::charts(int columns, int rows, double steady_s) const {
   frame.utf8 = utf8_;
   frame.end_s = paused_at_s_.value_or(data_now_s(steady_s));
   frame.begin_s = frame.end_s - kSpans[span_].seconds;
-  const auto& points = trace_.points();
+  static const Trace kEmpty;
+  const auto trace = traces_.find(charted());
+  const auto& points = (trace == traces_.end() ? kEmpty : trace->second).points();
   Bounds raw = bounds_of(points, &TracePoint::raw_deg_per_h, frame);
   Bounds corrected = bounds_of(points, &TracePoint::corrected_deg_per_h, frame);
   if (same_scale_) {
@@ -183,9 +255,10 @@ std::vector<Line> View::charts(int columns, int rows, double steady_s) const {
       lines.push_back({{text.substr(0, scale), Meaning::kFaint}, {text.substr(scale), meaning}});
     }
   };
-  const std::string unit = fmt::format(", {} s mean, deg/h", prismctl::window_length_s(status_));
-  add("raw rate" + unit, &TracePoint::raw_deg_per_h, raw, Meaning::kPlain);
-  add("corrected rate" + unit, &TracePoint::corrected_deg_per_h, corrected, Meaning::kCurve);
+  const std::string unit = fmt::format(", {} s mean, deg/h", prismctl::window_length_s(axis_status(charted())));
+  const std::string whose = axes_.empty() ? "" : charted() + ": ";
+  add(whose + "raw rate" + unit, &TracePoint::raw_deg_per_h, raw, Meaning::kPlain);
+  add(whose + "corrected rate" + unit, &TracePoint::corrected_deg_per_h, corrected, Meaning::kCurve);
   lines.push_back({{time_axis(frame, paused_at_s_ ? "paused" : "now"), Meaning::kFaint}});
   return lines;
 }
@@ -213,11 +286,16 @@ std::vector<Line> View::last_events(std::size_t count) const {
 
 Line View::keys() const {
   const auto key = [](const char* name) { return Piece{name, Meaning::kStrong}; };
-  return {key("q"),   {" quit  "},
-          key("?"),   {" help  "},
-          key("1-9"), {fmt::format(" span: {}  ", kSpans[span_].name)},
-          key("a"),   {same_scale_ ? " axis: same span  " : " axis: each its own  "},
-          key("p"),   {paused_at_s_ ? " go on" : " pause charts"}};
+  Line line = {key("q"),   {" quit  "},
+               key("?"),   {" help  "},
+               key("1-9"), {fmt::format(" span: {}  ", kSpans[span_].name)},
+               key("a"),   {same_scale_ ? " axis: same span  " : " axis: each its own  "},
+               key("p"),   {paused_at_s_ ? " go on" : " pause charts"}};
+  if (!axes_.empty()) {
+    line.push_back(key("  Tab"));
+    line.push_back({" axis"});
+  }
+  return line;
 }
 
 namespace {
@@ -235,6 +313,7 @@ std::vector<Line> help_lines() {
           {{"       " + spans(5, 9)}},
           {{"  a  axis of the charts: each scaled by itself, or both of the same span"}},
           {{"  p  hold the charts where they are; numbers and state go on"}},
+          {{"  Tab  draws the next axis of several; x, y, z, …: the one of that name"}},
           {{"Quality", Meaning::kStrong}},
           {{"  good", Meaning::kGood}, {"  corrected without reservation"}},
           {{"  warming no_model settling fallback extrapolating slew_limited", Meaning::kWarning}, {"  with care"}},

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -24,16 +25,18 @@ class View {
   View(std::string instance, bool utf8) : instance_(std::move(instance)), utf8_(utf8) {}
 
   void status(const nlohmann::json& status, double steady_s);
-  /// Rows of the history, oldest first; asked for after status.
+  /// Rows of the history, oldest first, of several axes by name; asked for after status.
   void history(const nlohmann::json& rows, double steady_s);
   void window(const nlohmann::json& row, double steady_s);
+  /// The axis whose curves are drawn until a key chooses; of a name that is not there: the first.
+  void prefer(const std::string& axis) { preferred_ = axis; }
   /// What happened before, oldest first.
   void events(const nlohmann::json& events);
   void event(const nlohmann::json& event);
   /// prismd is gone, or is not there; why.
   void gone(const std::string& why) { gone_ = why; }
 
-  /// One key of the keyboard: 1 to 9, a, p, ?. Others are ignored.
+  /// One key of the keyboard: 1 to 9, a, p, ?, the tabulator and an axis's letter. Others are ignored.
   void key(char key, double steady_s);
 
   /// Exactly `size.rows` lines of at most `size.columns` columns. `utc`: the clock of this machine, for the corner.
@@ -41,6 +44,10 @@ class View {
 
  private:
   bool alive(double steady_s) const;
+  const nlohmann::json& axis_status(const std::string& axis) const;
+  const std::string& charted() const;
+  std::vector<Line> numbers_of_all(double steady_s) const;
+  void choose(char key);
   Line head(double steady_s) const;
   Line why(double steady_s) const;
   std::vector<Line> numbers(double steady_s) const;
@@ -54,7 +61,10 @@ class View {
   bool utf8_;
   nlohmann::json status_;
   double status_steady_s_ = 0, row_steady_s_ = 0;
-  Trace trace_;
+  std::string preferred_;
+  std::vector<std::string> axes_;        ///< names, where there are several
+  std::size_t chosen_ = 0;               ///< whose curves are drawn
+  std::map<std::string, Trace> traces_;  ///< by axis; "" where there is one
   std::deque<nlohmann::json> events_;
 
   std::size_t span_ = 3;

@@ -49,8 +49,10 @@ std::string utc_now() {
 /// One connection and what was asked on it; nothing here waits for an answer.
 class Watch {
  public:
-  explicit Watch(const std::string& socket)
-      : socket_(socket), view_(std::filesystem::path(socket).stem().string(), terminal_.utf8()) {}
+  Watch(const std::string& socket, const std::string& axis)
+      : socket_(socket), view_(std::filesystem::path(socket).stem().string(), terminal_.utf8()) {
+    view_.prefer(axis);
+  }
 
   int run() {
     while (!g_end && !quit_) {
@@ -180,9 +182,9 @@ class Watch {
 
 }  // namespace
 
-int watch_screen(const std::string& socket) {
+int watch_screen(const std::string& socket, const std::string& axis) {
   heed_signals();
-  return Watch(socket).run();
+  return Watch(socket, axis).run();
 }
 
 }  // namespace prism::screen

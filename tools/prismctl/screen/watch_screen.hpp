@@ -6,7 +6,8 @@
 
 namespace prism::screen {
 
-/// Until `q` or a signal; waits for prismd to come back where it goes. Returns the exit code.
-int watch_screen(const std::string& socket);
+/// `axis`: of several the one whose curves are drawn first; empty: the first. Until `q` or a signal; waits for prismd
+/// to come back where it goes. Returns the exit code.
+int watch_screen(const std::string& socket, const std::string& axis);
 
 }  // namespace prism::screen

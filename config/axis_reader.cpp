@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#include "config/axis_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "config/search_path.hpp"
+
+namespace prism::config {
+namespace {
+
+namespace fs = std::filesystem;
+
+// It stands in the names of files and in a line of metadata.
+bool is_axis_name(const std::string& name) {
+  constexpr std::size_t kMostChars = 16;
+  const auto plain = [](unsigned char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  };
+  return !name.empty() && name.size() <= kMostChars && std::all_of(name.begin(), name.end(), plain);
+}
+
+void read_mounting(const Section& section, AxisConfig& axis) {
+  const auto sign = section.integer("sign", {-1, 1}, static_cast<std::int64_t>(axis.sign));
+  if (sign == 0) section.fail("sign", "found 0, expected 1 or -1");
+  axis.sign = static_cast<double>(sign);
+  if (section.has("scale_factor_arcsec_per_pulse"))
+    axis.scale_factor_arcsec_per_pulse = section.number("scale_factor_arcsec_per_pulse", {1e-9, 1e6});
+}
+
+void read_direction(const Section& section, AxisConfig& axis) {
+  if (section.has("elevation_deg")) axis.elevation_deg = section.number("elevation_deg", {-90, 90});
+  axis.azimuth_deg = section.number("azimuth_deg", {-360, 360}, axis.azimuth_deg);
+}
+
+void read_slew(const Section& correction, compensation::SlewSettings& slew) {
+  slew.limited = correction.boolean("slew_limit", slew.limited);
+  if (!correction.has("max_slew_deg_per_h_per_s")) return;
+  if (!slew.limited) correction.fail("max_slew_deg_per_h_per_s", "given although \"slew_limit\" is false");
+  slew.max_slew_deg_per_h_per_s = correction.number("max_slew_deg_per_h_per_s", {1e-9, 1e6});
+}
+
+// Version 0.1 blended towards a line off the data.
+compensation::Extrapolation read_extrapolation(const Section& correction, compensation::Extrapolation otherwise,
+                                               std::vector<std::string>& warnings) {
+  constexpr auto& kNames = compensation::kExtrapolationNames;
+  std::vector<const char*> names(kNames.begin(), kNames.end());
+  names.push_back("blend");
+  const std::size_t chosen = correction.choice("extrapolation", names, static_cast<std::size_t>(otherwise));
+  if (chosen < kNames.size()) return static_cast<compensation::Extrapolation>(chosen);
+  warnings.push_back(correction.where() +
+                     "/extrapolation: \"blend\" made real gyros worse and is gone; served by \"shrink\"");
+  return compensation::Extrapolation::kShrink;
+}
+
+void read_models(const Section& section, const fs::path& base, AxisConfig& axis) {
+  if (const std::string model = section.text("model", ""); !model.empty())
+    axis.model = find_data_file(model, "models", base);
+  if (const std::string model = section.text("fallback_model", ""); !model.empty())
+    axis.fallback_model = find_data_file(model, "models", base);
+}
+
+void read_correction(const Section& correction, AxisConfig& axis, std::vector<std::string>& warnings) {
+  compensation::EngineSettings& engine = axis.engine;
+  engine.max_bias_deg_per_h = correction.number("max_bias_deg_per_h", {1e-6, 1e6}, engine.max_bias_deg_per_h);
+  engine.extrapolation = read_extrapolation(correction, engine.extrapolation, warnings);
+  read_slew(correction, engine.slew);
+}
+
+/// What belongs to one axis alone may not stand on top where "axes" names several.
+void refuse_both_forms(const Section& top) {
+  const auto refuse = [](const Section& section, std::initializer_list<const char*> keys) {
+    for (const char* key : keys) {
+      if (section.has(key)) section.fail(key, "stands beside \"axes\", expected it in each axis there");
+    }
+  };
+  refuse(top, {"model", "fallback_model", "correction"});
+  refuse(top.object("gyro"), {"axis", "sign", "scale_factor_arcsec_per_pulse"});
+  refuse(top.object("site"), {"elevation_deg", "azimuth_deg"});
+}
+
+}  // namespace
+
+void read_axes(const Section& top, const fs::path& base, Config& config) {
+  config.by_axes = top.has("axes");
+  if (!config.by_axes) {
+    AxisConfig& axis = config.axes.emplace_back();
+    axis.name = top.object("gyro").text("axis", "");
+    read_mounting(top.object("gyro"), axis);
+    read_direction(top.object("site"), axis);
+    read_models(top, base, axis);
+    return read_correction(top.object("correction"), axis, config.warnings);
+  }
+  refuse_both_forms(top);
+  const Section axes = top.object("axes");
+  for (const std::string& name : axes.names()) {
+    const Section section = axes.object(name);
+    if (!is_axis_name(name)) axes.fail(name, "found no name of an axis, expected 1 to 16 letters, digits or _");
+    AxisConfig& axis = config.axes.emplace_back();
+    axis.name = name;
+    read_mounting(section, axis);
+    read_direction(section, axis);
+    read_models(section, base, axis);
+    read_correction(section.object("correction"), axis, config.warnings);
+  }
+  if (config.axes.empty()) top.fail("axes", "found none, expected at least one axis");
+}
+
+}  // namespace prism::config

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+# A device of three axes, as its user meets it: recorded, trained, replayed and corrected on all axes; each axis's log is what a replay
+# of that axis alone writes, byte for byte; a live run in which one axis fails and the others go on, and its replay.
+. "$(dirname "$0")/lib.sh"
+PATH=$PRISM_BIN/tools/prismcal:$PATH
+cd "$dir"
+sed 's/"rate_hz": 1000/"rate_hz": 10/' "$PRISM_SOURCE/config/frames/stim300.json" >stim.json
+simulate() { prismsim --frames stim.json --axis x,y,z --elevation 0,0,90 --azimuth 0,90,0 "$@" 2>sim.err || fail "$(cat sim.err)"; }
+three() { # FILE MODEL-OF-AXIS: with $1 in the place of AXIS, none where empty
+  local axis members="" mount
+  for axis in x y z; do
+    mount='"elevation_deg": 0'; [ $axis = y ] && mount='"elevation_deg": 0, "azimuth_deg": 90'; [ $axis = z ] && mount='"elevation_deg": 90'
+    members+="\"$axis\": {${2:+\"model\": \"$dir/${2/AXIS/$axis}\", }$mount}, "
+  done
+  echo "{\"name\": \"imu\", \"gyro\": {\"serial\": \"I1\"}, \"frames\": \"$dir/stim.json\", \"clock\": \"device\",
+    \"site\": {\"latitude_deg\": 34.25}, \"line\": {\"device\": \"$dir/tty\", \"silence_s\": 1}, \"socket\": {\"path\": \"$PRISM_SOCKET\"},
+    \"log\": {\"directory\": \"$dir/live\"}, \"capture\": {\"directory\": \"$dir/bytes\"}, \"axes\": {${members%, }}}" >"$1"
+}
+
+simulate --smooth --profile fast --hours 8 --seed 1 --out one.pcap
+simulate --smooth --profile fast --hours 8 --seed 2 --out two.pcap
+three record.json ""
+prismd record.json --replay one.pcap --out logs >record.out || fail "the replay"
+same "series" "$(ls logs | sed 's/-2026.*//' | grep -v index | sort | tr '\n' ' ')" "imu-x imu-y imu-z "
+code=0; prismcal train logs --out no.json >out 2>train.err || code=$?
+same "exit code of a folder of three axes without a choice" "$code" 1
+contains "what it says" "$(cat train.err)" "found logs of the axes x, y, z, expected one; --axis says which"
+for axis in x y z; do
+  prismcal train logs --axis $axis --inputs T,dTdt --method stepwise --out $axis.json >train.$axis 2>&1 || fail "training of $axis: $(tail -3 train.$axis)"
+done
+three all.json AXIS.json
+prismd all.json --replay two.pcap --out corrected >summary || fail "the corrected replay"
+for axis in x y z; do
+  gain=$(sed -n "s/^$axis: bias stability.*improvement \(.*\) %/\1/p" summary)
+  awk -v gain="$gain" 'BEGIN {exit !(gain > 20)}' || fail "axis $axis is improved by '$gain' %: $(cat summary)"
+done
+
+# Alone, by the other form of the configuration.
+for axis in x y z; do
+  jq --arg axis $axis '. + {gyro: (.gyro + {axis: $axis}), model: .axes[$axis].model,
+    site: (.site + (.axes[$axis] | del(.model)))} | del(.axes)' all.json >alone.json
+  prismd alone.json --replay two.pcap --out alone-$axis >/dev/null || fail "the replay of $axis alone"
+  cat corrected/imu-$axis-*.csv >a; cat alone-$axis/imu-*.csv >b
+  cmp a b || fail "the log of $axis is not what it is alone"
+done
+
+# Live; y fails for two seconds.
+wait_for 1 test ! -e tty
+start sim prismsim --frames stim.json --axis x,y,z --elevation 0,0,90 --azimuth 0,90,0 --profile steady --link "$dir/tty" --wait --invalid y:3:1e9
+wait_for 5 test -e tty
+start prismd prismd all.json; daemon=$pid
+wait_for 5 prismctl version
+wait_for 10 sh -c "prismctl --json status | jq -e '.axes.y.window.quality | contains(\"rate_invalid\")'"
+prismctl --json bias >bias.json
+same "rate of y" "$(jq .y.rate_deg_per_h bias.json)" null
+for axis in x z; do
+  same "rate of $axis is a number" "$(jq "(.$axis.rate_deg_per_h | type) + \" \" + .$axis.axis" -r bias.json)" "number $axis"
+done
+prismctl status >status.out
+contains "status" "$(sed -n 4p status.out)" "                 x                     y                     z"
+awk 'length($0) > 80 && !/^(line|log|device)/ {exit 1}' status.out || fail "wider than 80 columns: $(cat status.out)"
+contains "bias of one axis" "$(prismctl --axis z bias)" "quality"
+code=0; prismctl --axis w bias 2>wrong.err || code=$?
+contains "an axis that is not there" "$(cat wrong.err)" "expected one of x, y, z"
+timeout 10 prismctl --json --axis z watch --count 2 >watch.out
+same "axes of the rows" "$(jq -r '.params.axis // empty' watch.out | sort -u)" z
+timeout 10 prismctl watch --count 6 >rows.out </dev/null
+same "axes of the lines" "$(awk '$1 ~ /^[xyz]$/ {print $1}' rows.out | sort -u | tr '\n' ' ')" "x y z "
+kill -TERM "$daemon"; wait "$daemon" || fail "exit code $?"
+prismd all.json --replay bytes/imu-*.pcap --out again >/dev/null
+for axis in x y z; do
+  cat live/imu-$axis-*.csv >a; cat again/imu-$axis-*.csv >b
+  cmp a b || fail "the replay's log of $axis differs from the live one"
+done
+prismcal verify live >verify.out || fail "verify: $(cat verify.out)"
+contains "verify" "$(cat verify.out)" "axis y, session"

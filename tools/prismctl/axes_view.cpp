@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismctl/axes_view.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tools/prismctl/words.hpp"
+
+namespace prism::prismctl {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kColumns = 80, kLabel = 13, kWidest = 22;
+
+struct Row {
+  const char* label;
+  std::function<std::string(const json& axis, const json& window)> text;
+};
+
+// Members of the window in `status`, and the same in `bias`.
+const json& either(const json& window, const char* key, const char* other) {
+  const json& found = at(window, key);
+  return found.is_null() ? at(window, other) : found;
+}
+
+const std::vector<Row>& rows() {
+  static const std::vector<Row> kRows = {
+      {"quality", [](const json& a, const json&) { return text_of(at(a, "quality")); }},
+      {"1 s rate",
+       [](const json&, const json& w) { return value_text(either(w, "second_rate_deg_per_h", "rate_deg_per_h"), 5); }},
+      {"mean rate", [](const json&, const json& w) { return value_text(at(w, "mean_rate_deg_per_h"), 5, " deg/h"); }},
+      {"bias", [](const json&, const json& w) { return value_text(at(w, "bias_deg_per_h"), 5, " deg/h"); }},
+      {"  sd", [](const json&, const json& w) { return value_text(at(w, "sd_deg_per_h"), 5); }},
+      {"corrected",
+       [](const json&, const json& w) { return value_text(at(w, "corrected_mean_deg_per_h"), 5, " deg/h"); }},
+      {"temperature",
+       [](const json&, const json& w) {
+         return value_text(either(w, "mean_temperature_degc", "temperature_degc"), 3, " degC");
+       }},
+      {"slope", [](const json&, const json& w) { return value_text(at(w, "slope_degc_per_s"), 6, " degC/s"); }},
+      {"UHFO", [](const json&, const json& w) { return value_text(either(w, "mean_uhfo_v", "uhfo_v"), 4, " V"); }},
+      {"model", [](const json& a, const json&) {
+         const json& model = at(a, "model");
+         return model.is_object() ? text_of(at(model, "name"), "unnamed") : text_of(model, "none").substr(0, 12);
+       }}};
+  return kRows;
+}
+
+std::string cell(const std::string& text, std::size_t width) {
+  const std::string kept = text.size() < width ? text : text.substr(0, width - 2) + ">";
+  return fmt::format("{:>{}}", kept, width);
+}
+
+}  // namespace
+
+std::vector<std::string> axes_of(const json& answer) {
+  std::vector<std::string> names;
+  if (!answer.is_object() || answer.contains("axis")) return names;
+  for (const auto& [name, own] : answer.items()) {
+    if (!own.is_object() && !own.is_array() && !own.is_null()) return {};
+    names.push_back(name);
+  }
+  return names;
+}
+
+std::string axes_table(const json& axes, const char* window) {
+  const std::size_t width = std::min(kWidest, (kColumns - kLabel) / std::max<std::size_t>(axes.size(), 1));
+  std::string text = fmt::format("{:<{}}", "", kLabel);
+  for (const auto& [name, axis] : axes.items()) text += cell(name, width);
+  text += '\n';
+  for (const Row& row : rows()) {
+    text += fmt::format("{:<{}}", row.label, kLabel);
+    for (const auto& [name, axis] : axes.items()) {
+      const json& own = *window == '\0' ? axis : at(axis, window);
+      text += cell(row.text(axis, own), width);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+std::string each_axis(const json& answer, const std::function<std::string(const json&)>& view) {
+  const std::vector<std::string> names = axes_of(answer);
+  if (names.empty()) return view(answer);
+  std::string text;
+  for (const std::string& name : names)
+    text += (text.empty() ? "" : "\n") + fmt::format("axis {}\n", name) + view(answer[name]);
+  return text;
+}
+
+}  // namespace prism::prismctl
