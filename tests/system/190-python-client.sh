@@ -14,7 +14,8 @@ with prism.Gyro() as gyro:
     assert gyro.status()["state"] == "receiving"
     assert gyro.bias()["quality"] == gyro.status()["quality"]
     history = gyro.history(5)
-    assert len(history) == 5 and isinstance(history[0], prism.Window), history
+    assert len(history) == 5 and isinstance(history[0], prism.Window) and history[0].axis == "z", history
+    assert gyro.history(5, axis="z")[0].axis == gyro.bias("z")["axis"] == "z"
     assert [row.time_s for row in history] == sorted(row.time_s for row in history)
     for method, params, code in (("nope", {}, -32601), ("history", {"seconds": 0}, -32602)):
         try:

@@ -12,6 +12,17 @@ RETRY_S = 0.5
 HISTORY_S = 3600
 
 
+def _chosen(axis: Optional[str]) -> Dict[str, Any]:
+    return {"axis": axis} if axis else {}
+
+
+def _in_time(history: Any) -> List[Dict[str, Any]]:
+    """The answer `history` of one axis is a list, of several an object of them by name."""
+    if isinstance(history, list):
+        return history
+    return sorted((row for axis in history.values() for row in axis), key=lambda row: row["time_s"])
+
+
 class Gyro:
     """Questions open the connection when they need it, and once again where prismd was restarted in between.
 
@@ -50,46 +61,57 @@ class Gyro:
     def status(self) -> Dict[str, Any]:
         return dict(self.ask("status"))
 
-    def bias(self) -> Dict[str, Any]:
-        return dict(self.ask("bias"))
+    def bias(self, axis: Optional[str] = None) -> Dict[str, Any]:
+        """Of a device of several axes without `axis`: of all, by name."""
+        return dict(self.ask("bias", **_chosen(axis)))
 
-    def stability(self) -> Dict[str, Any]:
-        return dict(self.ask("stability"))
+    def stability(self, axis: Optional[str] = None) -> Dict[str, Any]:
+        return dict(self.ask("stability", **_chosen(axis)))
 
-    def history(self, seconds: int = 100) -> List[Window]:
-        """The last rows, oldest first; at most an hour."""
-        return [row_of(Window, row) for row in self.ask("history", seconds=seconds)]
+    def history(self, seconds: int = 100, axis: Optional[str] = None) -> List[Window]:
+        """The last rows of each axis, or of one, oldest first; at most an hour."""
+        return [row_of(Window, row) for row in _in_time(self.ask("history", seconds=seconds, **_chosen(axis)))]
 
-    def rows(self, *, reconnect: bool = True) -> Iterator[Window]:
-        """A row a second, from now on. While prismd is away it is waited for; what it measured while only the connection
-        was lost (up to an hour) is handed over first. `reconnect=False`: Gone instead."""
-        last_s: Optional[float] = None
+    def rows(self, axes: Optional[List[str]] = None, *, reconnect: bool = True) -> Iterator[Window]:
+        """A row a second of each axis, or of those named, from now on. While prismd is away it is waited for; what it
+        measured while only the connection was lost (up to an hour) is handed over first. `reconnect=False`: Gone
+        instead."""
+        last_s: Dict[Optional[str], float] = {}
         started_s: Optional[float] = None
+        subscription = {"streams": ["window"], **({"axes": axes} if axes else {})}
         for connection in self._connections(reconnect):
             try:
-                connection.ask("subscribe", {"streams": ["window"]})
+                connection.ask("subscribe", subscription)
                 now_started_s = connection.ask("status")["started_s"]
-                if last_s is not None:
-                    since_s = last_s if now_started_s == started_s else float("-inf")  # a new prismd: all that it has
-                    for params in connection.ask("history", {"seconds": HISTORY_S}):
-                        if params["time_s"] > since_s:
-                            last_s = params["time_s"]
-                            yield row_of(Window, params)
-                first, started_s = last_s, now_started_s
+                if last_s:
+                    since_s = last_s if now_started_s == started_s else {}  # a new prismd: all that it has
+                    last_s = dict(since_s)
+                    for params in _in_time(connection.ask("history", {"seconds": HISTORY_S})):
+                        axis = params.get("axis")
+                        if axes and axis not in axes or params["time_s"] <= since_s.get(axis, float("-inf")):
+                            continue
+                        last_s[axis] = params["time_s"]
+                        yield row_of(Window, params)
+                first, started_s = dict(last_s), now_started_s
                 while True:
                     message = connection.notification()
                     params = message["params"]
-                    if message["method"] != "window" or (first is not None and params["time_s"] <= first):
+                    axis = params.get("axis")
+                    if message["method"] != "window" or params["time_s"] <= first.get(axis, float("-inf")):
                         continue  # it stood in the history
-                    first, last_s = None, params["time_s"]
+                    first.pop(axis, None)
+                    last_s[axis] = params["time_s"]
                     yield row_of(Window, params)
             except Gone:
                 if not reconnect:
                     raise
 
-    def samples(self, every: int = 1, *, reconnect: bool = True) -> Iterator[Sample]:
-        """Every n-th frame, from now on."""
-        return self._follow(Sample, "sample", {"streams": ["sample"], "every": every}, reconnect)
+    def samples(
+        self, every: int = 1, axes: Optional[List[str]] = None, *, reconnect: bool = True
+    ) -> Iterator[Sample]:
+        """Every n-th frame of each axis, or of those named, from now on."""
+        subscription = {"streams": ["sample"], "every": every, **({"axes": axes} if axes else {})}
+        return self._follow(Sample, "sample", subscription, reconnect)
 
     def events(self, *, reconnect: bool = True) -> Iterator[Event]:
         """What happens, from now on."""

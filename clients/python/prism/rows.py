@@ -17,6 +17,7 @@ def row_of(kind: Type[Row], params: Dict[str, Any]) -> Row:
 class Window:
     """One second, and the means of the window that it completes."""
 
+    axis: Optional[str]  # as the frame description names it; None: a prismd before 0.2
     time_s: float  # its end, seconds since 1970 UTC (clock "host")
     samples: int
     missing: int
@@ -42,6 +43,7 @@ class Window:
 class Sample:
     """One frame."""
 
+    axis: Optional[str]
     time_s: float
     rate_deg_per_h: Optional[float]
     temperature_degc: Optional[float]

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
+#include <filesystem>
 #include <limits>
 #include <memory>
 
@@ -89,17 +90,57 @@ std::string held_text(const nlohmann::ordered_json& held) {
          "test.\n  This model was trained without that part; train again without --hold-out for the one that serves.\n";
 }
 
-Result<int> run(const TrainChoice& choice) {
+/// Trains and writes one model; returns what --json prints, or the text for people is printed.
+Result<nlohmann::ordered_json> run_one(const TrainChoice& choice) {
   auto run = train_on_recordings(choice, stop_on_interrupt);
   if (!run) return tl::unexpected<Error>(run.error());
   if (auto done = config::write_text_file(choice.out, run->model_text()); !done)
     return tl::unexpected<Error>(done.error());
-  if (choice.method.json) {
-    fmt::print("{}\n", run->summary.dump(2));
-    return 0;
+  if (!choice.method.json) {
+    fmt::print("{}", summary_text(run->trained, run->settings, run->set.data.names));
+    if (run->summary.contains("held_out")) fmt::print("{}", held_text(run->summary["held_out"]));
   }
-  fmt::print("{}", summary_text(run->trained, run->settings, run->set.data.names));
-  if (run->summary.contains("held_out")) fmt::print("{}", held_text(run->summary["held_out"]));
+  return std::move(run->summary);
+}
+
+// "model.json" → "model-x.json"
+std::string path_of_axis(const std::string& out, const std::string& axis) {
+  const std::filesystem::path path(out);
+  return (path.parent_path() / (path.stem().string() + "-" + axis + path.extension().string())).string();
+}
+
+/// A model for each axis; one that cannot be trained is told, and the others are made all the same.
+int run_all(const TrainChoice& choice, const std::vector<std::string>& axes) {
+  nlohmann::ordered_json json;
+  int code = 0;
+  for (const std::string& axis : axes) {
+    TrainChoice own = choice;
+    own.recordings.source.axis = axis;
+    own.out = path_of_axis(choice.out, axis);
+    if (!own.name.empty()) own.name += " " + axis;
+    if (!choice.method.json) fmt::print("{}axis {}: {}\n", axis == axes.front() ? "" : "\n", axis, own.out);
+    std::fflush(stdout);
+    const auto done = run_one(own);
+    if (done) {
+      json[axis] = *done;
+    } else {
+      json[axis] = {{"refused", done.error().text()}};
+      code = failed(Error{"axis " + axis, done.error().text()});
+    }
+  }
+  if (choice.method.json) fmt::print("{}\n", json.dump(2));
+  return code;
+}
+
+Result<int> run(const TrainChoice& choice) {
+  if (choice.recordings.source.axis.empty()) {
+    const auto axes = recordings::axes_of(choice.files.front(), choice.recordings.source);
+    if (!axes) return tl::unexpected<Error>(axes.error());
+    if (axes->size() > 1) return run_all(choice, *axes);
+  }
+  const auto done = run_one(choice);
+  if (!done) return tl::unexpected<Error>(done.error());
+  if (choice.method.json) fmt::print("{}\n", done->dump(2));
   return 0;
 }
 
@@ -129,6 +170,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::at
   compensation::ModelInfo info;
   info.name =
       choice.name.empty() ? fmt::format("{} {}", training::method_name(settings->method), choice.inputs) : choice.name;
+  if (choice.name.empty() && !choice.recordings.source.axis.empty()) info.name += " " + choice.recordings.source.axis;
   info.gyro_serial = choice.serial.empty() ? set->serial : choice.serial;
   info.features = set->features;
   if (!choice.prior.empty()) {
@@ -165,7 +207,7 @@ void add_train_command(CLI::App& app, int& code) {
   const auto choice = std::make_shared<TrainChoice>();
   command->add_option("recordings", choice->files, "prismd's logs (files or folders), captures, or CSV with --map")
       ->required();
-  command->add_option("--out", choice->out, "model file to write")->required();
+  command->add_option("--out", choice->out, "model file to write; of several axes one each, NAME-AXIS")->required();
   add_train_options(*command, *choice);
   constexpr const char* kForeign =
       "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "compensation/sha256.hpp"
+#include "config/config.hpp"
 #include "config/text_file.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "drivers/capture_file.hpp"
@@ -38,6 +39,15 @@ Result<std::size_t> axis_index(const pipeline::Setup& setup, const std::string& 
                   fmt::format("serves the axes {}; --axis says which is meant", fmt::join(names, ", ")));
   return refuse("--axis", fmt::format("found \"{}\", expected one of {} as {} serves", wanted, fmt::join(names, ", "),
                                       setup.config.path));
+}
+
+Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options) {
+  if (options.config.empty()) return std::vector<std::string>();
+  const auto config = config::load_config(options.config);
+  if (!config) return tl::unexpected<Error>(config.error());
+  std::vector<std::string> names;
+  for (const config::AxisConfig& axis : config->axes) names.push_back(axis.name);
+  return names;
 }
 
 Result<Recording> read_capture(const std::string& path, const SourceOptions& options) {

@@ -1,11 +1,28 @@
 // SPDX-License-Identifier: MIT
 // prismd's log as a recording: one file, or a folder of segments, with what its metadata says.
 #include <filesystem>
+#include <fstream>
+#include <set>
+#include <string_view>
 
 #include "tools/prismcal/recordings/log_folder.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::recordings {
+
+std::vector<std::string> axes_of_log(const std::string& path) {
+  constexpr std::string_view kMark = "# axis: ";
+  std::set<std::string> names;
+  std::error_code error;
+  const bool folder = std::filesystem::is_directory(path, error);
+  for (const std::string& file : folder ? files_of(path, ".csv") : std::vector{path}) {
+    std::ifstream in(file);
+    for (std::string line; std::getline(in, line) && line.starts_with('#');) {
+      if (line.starts_with(kMark) && line.substr(kMark.size()) != "-") names.insert(line.substr(kMark.size()));
+    }
+  }
+  return {names.begin(), names.end()};
+}
 
 Result<Recording> read_log(const std::string& path, const std::string& axis) {
   const auto folder = LogFolder::read(path, axis);

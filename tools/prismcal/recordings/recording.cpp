@@ -40,6 +40,11 @@ Result<Recording> read_recording(const std::string& path, const SourceOptions& o
   return is_capture(path) ? read_capture(path, options) : read_log(path, options.axis);
 }
 
+Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOptions& options) {
+  if (!options.map.empty()) return std::vector<std::string>();
+  return is_capture(path) ? axes_of_capture(options) : axes_of_log(path);
+}
+
 Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options) {
   if (options.no_earth_rate) return 0.0;
   compensation::AxisPlacement placement;

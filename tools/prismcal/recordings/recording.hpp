@@ -47,9 +47,16 @@ struct SiteOptions {
 /// where there is one.
 Result<Recording> read_recording(const std::string& path, const SourceOptions& options);
 
+/// The axes that can be asked for: those that the logs of a folder name, or that the configuration of a capture serves;
+/// one or none of a file. Only heads are read.
+Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOptions& options);
+
 /// The earth rate on the axis by the options or the recording's "site", deg/h; 0 with --no-earth-rate. Refused: neither
 /// says where the gyro stood.
 Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options);
+
+std::vector<std::string> axes_of_log(const std::string& path);
+Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options);
 
 // The three, one file each.
 /// A log file of prismd, or every *.csv of a folder (log_folder.hpp). Refused: what is not such a log, a row within

@@ -10,6 +10,18 @@
 namespace prism::recordings {
 namespace {
 
+// Of two axes of a device no model can be made; version 0.1 wrote "-" where a device has one.
+Result<void> take_axis(const Recording& recording, TrainingSet& set) {
+  const std::string axis = recording.value("axis");
+  if (axis.empty() || axis == "-") return {};
+  if (!set.axis.empty() && set.axis != axis) {
+    return refuse(recording.name, fmt::format("recorded from axis \"{}\", expected \"{}\" as the recordings before it",
+                                              axis, set.axis));
+  }
+  set.axis = axis;
+  return {};
+}
+
 Result<void> take_serial(const Recording& recording, TrainingSet& set) {
   const std::string serial = recording.value("gyro_serial");
   if (serial.empty() || serial == "unknown") return {};
@@ -95,6 +107,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     const auto recording = read_recording(path, options.source);
     if (!recording) return tl::unexpected<Error>(recording.error());
     if (auto taken = take_serial(*recording, set); !taken) return tl::unexpected<Error>(taken.error());
+    if (auto taken = take_axis(*recording, set); !taken) return tl::unexpected<Error>(taken.error());
     const auto earth_rate = earth_rate_of(*recording, options.site);
     if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
     auto table = make_block_table(recording->buckets, set.features, *earth_rate, recording->name, recording->sessions);

@@ -25,6 +25,7 @@ struct TrainingSetOptions {
 struct TrainingSet {
   training::TrainingData data;  ///< one run per recording
   compensation::FeatureDefinition features;
+  std::string axis;                ///< of the device, as the recordings name it; empty: they do not
   std::string serial;              ///< of the gyro, where the recordings name one; empty: unknown
   nlohmann::ordered_json facts;    ///< one object per recording: files with SHA-256, blocks, gaps, earth rate
   std::vector<BlockTable> tables;  ///< one per recording, as the data-quality check takes them
