@@ -39,12 +39,17 @@ double Averager::Mean::value() const {
   return doubted.weight > 0 ? doubted.sum / doubted.weight : kUnknown;
 }
 
-std::optional<Bucket> Averager::push(const Sample& sample, QuantitySet implausible) {
+std::optional<Bucket> Averager::push(const Sample& sample, QuantitySet implausible, std::span<const double> sensors) {
   const std::int64_t second = bucket_second(sample.time_ns);
   std::optional<Bucket> closed;
   if (open_ && second != bucket_.second) closed = close();
   if (!open_ || closed) open(sample, second);
   add(sample, implausible);
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    if (!std::isfinite(sensors[i])) continue;
+    sensors_[i].sum += sensors[i];
+    sensors_[i].weight += 1;
+  }
   return closed;
 }
 
@@ -52,13 +57,15 @@ std::optional<Bucket> Averager::finish() {
   if (!open_) return std::nullopt;
   if (next_end_ns_ <= (bucket_.second + 1) * kNanosecondsPerSecond) bucket_.partial = true;
   const Bucket last = close();
-  *this = Averager();
+  *this = Averager(list_);
   return last;
 }
 
 void Averager::open(const Sample& sample, std::int64_t second) {
   const bool begun = begun_;
-  *this = Averager();
+  bucket_ = {};
+  rate_ = temperature_ = uhfo_ = {};
+  std::fill(sensors_.begin(), sensors_.end(), WeightedSum{});
   open_ = begun_ = true;
   bucket_.second = second;
   const std::int64_t interval_ns = interval_of(sample);
@@ -81,6 +88,9 @@ Bucket Averager::close() const {
   closed.rate_deg_per_h = rate_.value();
   closed.temperature_degc = temperature_.value();
   closed.uhfo_v = uhfo_.value();
+  closed.sensor_list = list_;
+  for (const WeightedSum& sensor : sensors_)
+    closed.sensors.push_back(sensor.weight > 0 ? sensor.sum / sensor.weight : kUnknown);
   closed.implausible = {rate_.any_doubted, temperature_.any_doubted, uhfo_.any_doubted};
   closed.disbelieved = {rate_.only_doubted(), temperature_.only_doubted(), uhfo_.only_doubted()};
   return closed;

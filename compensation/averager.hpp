@@ -4,8 +4,12 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "compensation/sample.hpp"
+#include "compensation/sensors.hpp"
 
 namespace prism::compensation {
 
@@ -23,10 +27,12 @@ struct Bucket {
   double rate_deg_per_h = kUnknown;  ///< weighted by each sample's interval
   double temperature_degc = kUnknown;
   double uhfo_v = kUnknown;
-  std::uint32_t status = 0;      ///< all status bits seen in the second, or-ed
-  bool partial = false;          ///< the session began or ended within this second: its means are of a part of it
-  QuantitySet implausible = {};  ///< of these samples were left out: they were implausible
-  QuantitySet disbelieved = {};  ///< of these every sample was: the mean is of them
+  std::uint32_t status = 0;          ///< all status bits seen in the second, or-ed
+  bool partial = false;              ///< the session began or ended within this second: its means are of a part of it
+  QuantitySet implausible = {};      ///< of these samples were left out: they were implausible
+  QuantitySet disbelieved = {};      ///< of these every sample was: the mean is of them
+  SensorList sensor_list = {};       ///< null: none
+  std::vector<double> sensors = {};  ///< as sensor_list
 };
 
 /// The bucket as windows take it: what is disbelieved is kUnknown.
@@ -38,8 +44,11 @@ Bucket believed(Bucket bucket);
 /// further sample would have belonged to it.
 class Averager {
  public:
-  /// `implausible`: what of the sample is not believed.
-  std::optional<Bucket> push(const Sample& sample, QuantitySet implausible = {});
+  explicit Averager(SensorList sensors = nullptr)
+      : sensors_(sensors ? sensors->size() : 0), list_(std::move(sensors)) {}
+
+  /// `implausible`: what of the sample is not believed. `sensors`: as the list.
+  std::optional<Bucket> push(const Sample& sample, QuantitySet implausible = {}, std::span<const double> sensors = {});
   std::optional<Bucket> finish();
 
  private:
@@ -60,6 +69,8 @@ class Averager {
 
   Bucket bucket_;
   Mean rate_, temperature_, uhfo_;
+  std::vector<WeightedSum> sensors_;
+  SensorList list_;
   std::int64_t next_end_ns_ = 0;  ///< when the sample after the last one is due
   bool open_ = false, begun_ = false;
 };

@@ -17,7 +17,7 @@
 namespace prism::compensation {
 namespace {
 
-constexpr int kRateDecimals = 6, kTemperatureDecimals = 5, kUhfoDecimals = 6, kSlopeDecimals = 8;
+constexpr int kRateDecimals = 6, kTemperatureDecimals = 5, kUhfoDecimals = 6, kSlopeDecimals = 8, kSensorDecimals = 6;
 constexpr std::int64_t kFarthestSecond = 9'223'372'036;  // what std::int64_t nanoseconds reach
 
 // How one column of the log is written and read; the table below is the format.
@@ -148,17 +148,50 @@ class JsonWriter {
 
 }  // namespace
 
-std::string_view csv_columns() {
-  static const std::string kLine = [] {
-    std::string line;
-    for (const Column& column : kColumns) line += (line.empty() ? "" : ",") + std::string(column.name);
-    return line;
-  }();
-  return kLine;
+std::string csv_columns(const std::vector<SensorName>& sensors) {
+  std::string line;
+  for (const Column& column : kColumns) {
+    if (&column == &kColumns.back()) {
+      for (const SensorName& sensor : sensors) line += "," + sensor_column(sensor);
+    }
+    line += (line.empty() ? "" : ",") + std::string(column.name);
+  }
+  return line;
+}
+
+namespace {
+constexpr std::string_view kSensorsKey = "# sensors: ";
+}  // namespace
+
+std::string sensors_line(const std::vector<SensorName>& sensors) {
+  if (sensors.empty()) return "";
+  std::string line(kSensorsKey);
+  for (const SensorName& sensor : sensors) line += (&sensor == &sensors.front() ? "" : " ") + sensor_column(sensor);
+  return line + "\n";
+}
+
+std::vector<SensorName> sensors_in(std::string_view metadata) {
+  std::vector<SensorName> sensors;
+  const std::size_t at = metadata.find(kSensorsKey);
+  if (at == std::string_view::npos) return sensors;
+  std::string_view rest = metadata.substr(at + kSensorsKey.size());
+  rest = rest.substr(0, rest.find('\n'));
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(' '), rest.size());
+    if (auto sensor = sensor_of_column(rest.substr(0, end))) sensors.push_back(std::move(*sensor));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return sensors;
 }
 
 void append_csv(std::string& text, const CompensatedWindow& row) {
   for (std::size_t i = 0; i < kColumns.size(); ++i) {
+    if (i + 1 == kColumns.size()) {
+      for (const double value : row.window.bucket.sensors) {
+        text += ',';
+        append_fixed(text, value, kSensorDecimals);
+      }
+    }
     if (i > 0) text += ',';
     kColumns[i].append(text, row);
   }
@@ -167,8 +200,13 @@ void append_csv(std::string& text, const CompensatedWindow& row) {
 
 CsvLayout::CsvLayout() : known_(kColumns.size()) { std::iota(known_.begin(), known_.end(), std::size_t{0}); }
 
-Result<CsvLayout> CsvLayout::parse(std::string_view columns, std::string_view where) {
+Result<CsvLayout> CsvLayout::parse(std::string_view columns, std::string_view where, SensorList sensors) {
   CsvLayout layout;
+  std::vector<std::string> wanted;
+  if (sensors && sensors->empty()) sensors = nullptr;
+  for (const SensorName& sensor : sensors ? *sensors : std::vector<SensorName>())
+    wanted.push_back(sensor_column(sensor));
+  layout.sensors_ = std::move(sensors);
   layout.known_.clear();
   std::set<std::string_view> names;
   for (std::size_t begin = 0, end = 0; end != columns.size(); begin = end + 1) {
@@ -178,7 +216,15 @@ Result<CsvLayout> CsvLayout::parse(std::string_view columns, std::string_view wh
       return refuse(std::string(where), fmt::format("the column \"{}\" is named twice", plain_text(name)));
     const auto known =
         std::find_if(kColumns.begin(), kColumns.end(), [name](const Column& column) { return column.name == name; });
-    layout.known_.push_back(known == kColumns.end() ? kPassedOver : static_cast<std::size_t>(known - kColumns.begin()));
+    const auto sensor = std::find(wanted.begin(), wanted.end(), name);
+    layout.known_.push_back(sensor != wanted.end()    ? kSensors + static_cast<std::size_t>(sensor - wanted.begin())
+                            : known == kColumns.end() ? kPassedOver
+                                                      : static_cast<std::size_t>(known - kColumns.begin()));
+  }
+  for (const std::string& column : wanted) {
+    if (!names.contains(column))
+      return refuse(std::string(where),
+                    fmt::format("found no column \"{}\", which its metadata names", plain_text(column)));
   }
   for (std::size_t i = 0; i < kColumnsOfFormat1; ++i) {
     if (names.contains(kColumns[i].name)) continue;
@@ -193,12 +239,17 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
   while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.remove_suffix(1);
   CompensatedWindow row;
   const std::vector<std::size_t>& known = layout.known_;
+  row.window.bucket.sensor_list = layout.sensors_;
+  if (layout.sensors_) row.window.bucket.sensors.assign(layout.sensors_->size(), kUnknown);
   std::size_t begin = 0, count = 0;
   for (;; ++count) {
     const std::size_t end = std::min(line.find(',', begin), line.size());
     const std::string_view field = line.substr(begin, end - begin);
     const bool read = count < known.size() && known[count] != CsvLayout::kPassedOver;
-    if (read && !kColumns[known[count]].parse(field, row)) {
+    if (read && known[count] >= CsvLayout::kSensors) {
+      if (!parse_real(field, row.window.bucket.sensors[known[count] - CsvLayout::kSensors]))
+        return refuse(std::string(where), fmt::format("a sensor: \"{}\" is not a value", plain_text(field)));
+    } else if (read && !kColumns[known[count]].parse(field, row)) {
       return refuse(std::string(where),
                     fmt::format("column {}: \"{}\" is not a value", kColumns[known[count]].name, plain_text(field)));
     }

@@ -13,8 +13,13 @@
 
 namespace prism::compensation {
 
-/// The column line of the log, without its line end.
-std::string_view csv_columns();
+/// The column line of the log, without its line end. Columns of `sensors` stand before the last one.
+std::string csv_columns(const std::vector<SensorName>& sensors = {});
+
+/// The sensors whose columns the metadata names: "# sensors: case_degc anode_v\n".
+std::vector<SensorName> sensors_in(std::string_view metadata);
+/// The line that says so; nothing where there are none.
+std::string sensors_line(const std::vector<SensorName>& sensors);
 
 /// One row, with its line end. Unknown quantities are empty fields. Decimals: rates and U 6, temperatures 5, slope 8.
 void append_csv(std::string& text, const CompensatedWindow& row);
@@ -26,13 +31,16 @@ class CsvLayout {
   /// As csv_columns() has it.
   CsvLayout();
   /// Of any log, this version's or another's. Refused: a name twice, or one of the columns missing that every log has
-  /// (those of format 1). Columns of unknown names are passed over.
-  static Result<CsvLayout> parse(std::string_view columns, std::string_view where);
+  /// (those of format 1), or one of `sensors`, which the metadata names. Columns of unknown names are passed over.
+  static Result<CsvLayout> parse(std::string_view columns, std::string_view where, SensorList sensors = nullptr);
 
  private:
   friend Result<CompensatedWindow> parse_csv(std::string_view, std::string_view, const CsvLayout&);
   static constexpr std::size_t kPassedOver = SIZE_MAX;
-  std::vector<std::size_t> known_;  ///< for each field, which column of append_csv it is
+  /// For each field, which column of append_csv it is, or kSensors and which of the sensors.
+  std::vector<std::size_t> known_;
+  static constexpr std::size_t kSensors = 1000;
+  SensorList sensors_;
 };
 
 /// Reads one row back (line end optional); what the columns do not carry stays at its default. `where` names the line.

@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace prism::compensation {
 namespace {
-
-using Quantity = double Bucket::*;
 
 // The mean of one quantity over the buckets of some seconds that have it.
 struct MeanValue {
@@ -18,13 +17,16 @@ struct MeanValue {
 };
 
 // The buckets in [first, last]; relative times keep the sums small.
-MeanValue mean_value(const std::deque<Bucket>& history, Quantity quantity, std::int64_t first, std::int64_t last) {
+template <class Quantity>
+MeanValue mean_value(const std::deque<Bucket>& history, Quantity value_of, std::int64_t first, std::int64_t last) {
   MeanValue result;
   double sum = 0;
   std::int64_t time_sum_s = 0, next = first;
   for (const Bucket& bucket : history) {
-    if (bucket.second < first || bucket.second > last || !std::isfinite(bucket.*quantity)) continue;
-    sum += bucket.*quantity;
+    if (bucket.second < first || bucket.second > last) continue;
+    const double value = value_of(bucket);
+    if (!std::isfinite(value)) continue;
+    sum += value;
     time_sum_s += bucket.second - last;
     ++result.count;
     result.longest_hole_s = std::max(result.longest_hole_s, bucket.second - next);
@@ -37,32 +39,59 @@ MeanValue mean_value(const std::deque<Bucket>& history, Quantity quantity, std::
   return result;
 }
 
-// Slope of the least-squares line through (second, T) of the buckets in [first, last].
-double least_squares_slope(const std::deque<Bucket>& history, std::int64_t first, std::int64_t last,
+// Slope of the least-squares line through (second, value) of the buckets in [first, last].
+template <class Quantity>
+double least_squares_slope(const std::deque<Bucket>& history, Quantity value_of, std::int64_t first, std::int64_t last,
                            const MeanValue& mean) {
   double covariance = 0, variance = 0;
   for (const Bucket& bucket : history) {
-    if (bucket.second < first || !std::isfinite(bucket.temperature_degc)) continue;
+    const double value = value_of(bucket);
+    if (bucket.second < first || !std::isfinite(value)) continue;
     const double dt = static_cast<double>(bucket.second - last) - mean.mean_time_s;
-    covariance += dt * (bucket.temperature_degc - mean.mean);
+    covariance += dt * (value - mean.mean);
     variance += dt * dt;
   }
   return variance > 0 ? covariance / variance : kUnknown;
 }
 
+// On a steady ramp both methods give its slope exactly, with or without holes: the times are those of the data.
+template <class Quantity>
+double slope_of(const std::deque<Bucket>& history, Quantity value_of, const FeatureDefinition& definition,
+                std::int64_t last) {
+  const std::int64_t first = last - definition.length_s + 1;
+  const auto values = [&](std::int64_t from, std::int64_t to) { return mean_value(history, value_of, from, to); };
+  if (definition.slope == SlopeMethod::kLeastSquares) {
+    const MeanValue all = values(first, last);
+    return all.longest_hole_s > definition.max_gap_s ? kUnknown
+                                                     : least_squares_slope(history, value_of, first, last, all);
+  }
+  const MeanValue now = values(last - definition.end_mean_s + 1, last);
+  const MeanValue before = values(first - definition.end_mean_s, first - 1);
+  if (std::max(now.longest_hole_s, before.longest_hole_s) > definition.max_gap_s) return kUnknown;
+  return (now.mean - before.mean) / (definition.length_s + now.mean_time_s - before.mean_time_s);
+}
+
+double temperature_of(const Bucket& bucket) { return bucket.temperature_degc; }
+
 }  // namespace
 
-Conditioner::Conditioner(FeatureDefinition definition) : definition_(std::move(definition)) { reset(); }
+Conditioner::Conditioner(FeatureDefinition definition)
+    : definition_(std::move(definition)), places_(definition_.sensors.size(), SIZE_MAX) {
+  reset();
+}
 
 void Conditioner::reset() {
   history_.clear();
   lag_mean_degc_.clear();
+  sensor_lag_mean_.assign(definition_.sensors.size(), {});
   lag_age_s_ = -1;
 }
 
 Window Conditioner::push(const Bucket& bucket) {
   Window window;
   window.bucket = bucket;
+  window.sensors.resize(definition_.sensors.size());
+  if (known_list_ != bucket.sensor_list) know(bucket);
   const Bucket taken = believed(bucket);
   admit(taken, window);
   update_lags(taken, window);
@@ -70,6 +99,22 @@ Window Conditioner::push(const Bucket& bucket) {
   window.warm_s = static_cast<int>(std::min<std::int64_t>(warm_s, history_s(definition_)));
   measure(window);
   return window;
+}
+
+// Of another list the history that stands is of other places: it is emptied where those differ.
+void Conditioner::know(const Bucket& bucket) {
+  static const std::vector<SensorName> kNone;
+  const std::vector<SensorName>& list = bucket.sensor_list ? *bucket.sensor_list : kNone;
+  std::vector<std::size_t> places;
+  for (const SensorName& sensor : definition_.sensors) places.push_back(sensor_index(list, sensor.name));
+  if (places != places_) history_.clear();
+  places_ = std::move(places);
+  known_list_ = bucket.sensor_list;
+}
+
+double Conditioner::quantity(const Bucket& bucket, std::size_t sensor) const {
+  const std::size_t place = places_[sensor];
+  return place < bucket.sensors.size() ? bucket.sensors[place] : kUnknown;
 }
 
 // Keeps exactly the seconds that a full window needs; a hole that is too long empties it first.
@@ -88,34 +133,26 @@ void Conditioner::admit(const Bucket& bucket, Window& window) {
 void Conditioner::measure(Window& window) const {
   const std::int64_t last = window.bucket.second;
   const std::int64_t first = std::max(last - definition_.length_s + 1, warm_since_);
-  const auto fresh_mean = [&](Quantity quantity) {
-    const MeanValue values = mean_value(history_, quantity, first, last);
+  const auto fresh_mean = [&](auto value_of) {
+    const MeanValue values = mean_value(history_, value_of, first, last);
     return values.longest_hole_s > definition_.max_gap_s ? kUnknown : values.mean;
   };
-  window.rate_deg_per_h = mean_value(history_, &Bucket::rate_deg_per_h, first, last).mean;
-  window.temperature_degc = fresh_mean(&Bucket::temperature_degc);
-  window.uhfo_v = fresh_mean(&Bucket::uhfo_v);
+  window.rate_deg_per_h = mean_value(
+                              history_, [](const Bucket& bucket) { return bucket.rate_deg_per_h; }, first, last)
+                              .mean;
+  window.temperature_degc = fresh_mean(temperature_of);
+  window.uhfo_v = fresh_mean([](const Bucket& bucket) { return bucket.uhfo_v; });
+  for (std::size_t i = 0; i < window.sensors.size(); ++i)
+    window.sensors[i].mean = fresh_mean([&](const Bucket& bucket) { return quantity(bucket, i); });
   if (window.warm_s < history_s(definition_)) return;
-  window.slope_degc_per_s = slope(last);
+  window.slope_degc_per_s = slope_of(history_, temperature_of, definition_, last);
+  for (std::size_t i = 0; i < window.sensors.size(); ++i) {
+    window.sensors[i].slope_per_s = slope_of(
+        history_, [&](const Bucket& bucket) { return quantity(bucket, i); }, definition_, last);
+  }
   const bool known_all = std::isfinite(window.rate_deg_per_h) && std::isfinite(window.temperature_degc) &&
                          std::isfinite(window.slope_degc_per_s);
   if (known_all) window.state = WindowState::kReady;
-}
-
-// On a steady ramp both methods give its slope exactly, with or without holes: the times are those of the data.
-double Conditioner::slope(std::int64_t last) const {
-  const std::int64_t first = last - definition_.length_s + 1;
-  const auto temperatures = [&](std::int64_t from, std::int64_t to) {
-    return mean_value(history_, &Bucket::temperature_degc, from, to);
-  };
-  if (definition_.slope == SlopeMethod::kLeastSquares) {
-    const MeanValue all = temperatures(first, last);
-    return all.longest_hole_s > definition_.max_gap_s ? kUnknown : least_squares_slope(history_, first, last, all);
-  }
-  const MeanValue now = temperatures(last - definition_.end_mean_s + 1, last);
-  const MeanValue before = temperatures(first - definition_.end_mean_s, first - 1);
-  if (std::max(now.longest_hole_s, before.longest_hole_s) > definition_.max_gap_s) return kUnknown;
-  return (now.mean - before.mean) / (definition_.length_s + now.mean_time_s - before.mean_time_s);
 }
 
 // One-pole mean of T per time constant. Short holes are bridged exactly (the pole decays by the true elapsed time);
@@ -129,12 +166,30 @@ void Conditioner::update_lags(const Bucket& bucket, Window& window) {
   const double bridge_s = std::max<double>(definition_.max_gap_s + 1, shortest / 10);
   if (lag_age_s_ < 0 || step <= 0 || static_cast<double>(step) > bridge_s) {
     lag_mean_degc_.assign(constants.size(), bucket.temperature_degc);
+    sensor_lag_mean_.assign(definition_.sensors.size(), {});
     lag_age_s_ = 0;
   } else {
     lag_age_s_ += step;
     for (std::size_t i = 0; i < constants.size(); ++i) {
       const double keep = std::exp(-static_cast<double>(step) / constants[i]);
       lag_mean_degc_[i] = keep * lag_mean_degc_[i] + (1 - keep) * bucket.temperature_degc;
+    }
+  }
+  for (std::size_t k = 0; k < sensor_lag_mean_.size(); ++k) {
+    const double value = quantity(bucket, k);
+    std::vector<double>& means = sensor_lag_mean_[k];
+    if (!std::isfinite(value)) {
+      means.clear();  // its past is not known: its lags begin anew, and settle anew
+      continue;
+    }
+    if (means.empty()) {
+      if (lag_age_s_ > 0) lag_age_s_ = 0;
+      means.assign(constants.size(), value);
+    }
+    for (std::size_t i = 0; i < constants.size(); ++i) {
+      const double keep = std::exp(-static_cast<double>(std::max<std::int64_t>(step, 0)) / constants[i]);
+      means[i] = keep * means[i] + (1 - keep) * value;
+      window.sensors[k].lag.push_back(value - means[i]);
     }
   }
   last_lag_second_ = bucket.second;

@@ -34,13 +34,17 @@ class Conditioner {
  private:
   void admit(const Bucket& bucket, Window& window);
   void measure(Window& window) const;
-  double slope(std::int64_t last) const;
   void update_lags(const Bucket& bucket, Window& window);
+  double quantity(const Bucket& bucket, std::size_t sensor) const;
+  void know(const Bucket& bucket);
 
   FeatureDefinition definition_;
   std::deque<Bucket> history_;
-  std::int64_t warm_since_ = 0;  ///< second of the first bucket since the window was emptied
+  std::int64_t warm_since_ = 0;      ///< second of the first bucket since the window was emptied
+  SensorList known_list_;            ///< of the last bucket
+  std::vector<std::size_t> places_;  ///< where in it each sensor of the definition stands; its size where it does not
   std::vector<double> lag_mean_degc_;
+  std::vector<std::vector<double>> sensor_lag_mean_;  ///< by sensor; kUnknown until it was known once
   std::int64_t last_lag_second_ = 0;
   std::int64_t lag_age_s_ = -1;
 };

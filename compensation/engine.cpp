@@ -29,10 +29,10 @@ Result<void> Engine::use(ModelPtr model, ModelPtr fallback) {
   return {};
 }
 
-std::optional<CompensatedWindow> Engine::push(const Sample& sample, Compensated& out) {
+std::optional<CompensatedWindow> Engine::push(const Sample& sample, Compensated& out, std::span<const double> values) {
   std::optional<CompensatedWindow> closed;
   const QuantitySet implausible = plausibility_.implausible(sample);
-  if (const auto bucket = averager_.push(sample, implausible)) {
+  if (const auto bucket = averager_.push(sample, implausible, values)) {
     closed = complete(*bucket);
     const std::int64_t step = bucket_second(sample.time_ns) - bucket->second;
     if (step <= 0 || step - 1 > conditioner_.definition().max_gap_s) forget_window();
@@ -56,7 +56,7 @@ std::optional<CompensatedWindow> Engine::finish() {
 }
 
 void Engine::reset() {
-  averager_ = Averager();
+  averager_ = Averager(sensors_);
   plausibility_ = Plausibility(settings_.plausibility);
   doubts_ = {};
   conditioner_.reset();

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <utility>
 
 #include "compensation/averager.hpp"
 #include "compensation/compensated.hpp"
@@ -32,8 +34,13 @@ struct EngineSettings {
 /// Deterministic: the same samples and models give the same rows, live or replayed. No model: rows carry kNoModel.
 class Engine {
  public:
-  explicit Engine(EngineSettings settings = {})
-      : settings_(settings), plausibility_(settings.plausibility), conditioner_(FeatureDefinition{}) {}
+  /// `sensors`: of the stream, as push() is given their values.
+  explicit Engine(EngineSettings settings = {}, SensorList sensors = nullptr)
+      : settings_(settings),
+        plausibility_(settings.plausibility),
+        sensors_(std::move(sensors)),
+        averager_(sensors_),
+        conditioner_(FeatureDefinition{}) {}
 
   /// Takes over `model` (null: none) and `fallback` (null: none), which serves while the window is not full. The window
   /// is kept where the new model defines its features alike (its bias is then in force at once), else it warms anew. A
@@ -42,7 +49,8 @@ class Engine {
 
   /// Corrects one sample; returns the window of a second that this sample closed. The first sample behind a gap longer
   /// than the model's max_gap_s, or behind a clock that was set back, already finds no bias: never the one of before.
-  std::optional<CompensatedWindow> push(const Sample& sample, Compensated& out);
+  /// `values`: of the sensors at that moment; unknown ones are kUnknown.
+  std::optional<CompensatedWindow> push(const Sample& sample, Compensated& out, std::span<const double> values = {});
   /// Closes the second still open: the end of a session or of a replay. No bias is in force afterwards.
   std::optional<CompensatedWindow> finish();
   /// A new session of the device: nothing of the past holds.
@@ -69,6 +77,7 @@ class Engine {
   Plausibility plausibility_;
   Doubts doubts_;  ///< of the second that is open
   SlewLimit slew_;
+  SensorList sensors_;
   Averager averager_;
   Conditioner conditioner_;
   std::optional<Window> window_;  ///< what correction_ was predicted from; none: no bias in force

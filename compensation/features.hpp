@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compensation/averager.hpp"
+#include "compensation/sensors.hpp"
 
 namespace prism::compensation {
 
@@ -24,6 +25,8 @@ struct FeatureDefinition {
   int max_gap_s = 5;    ///< a longer hole without buckets empties the window, 0 to 3600 s
   /// One input T − EMA(T) for each time constant, s, > 0: what the body knows of its thermal past.
   std::vector<double> lag_time_constants_s;
+  /// Sensors that inputs are made of, with their units.
+  std::vector<SensorName> sensors;
 
   bool operator==(const FeatureDefinition&) const = default;
 };
@@ -36,6 +39,13 @@ enum class WindowState {
   kReady,    ///< a full window with rate, temperature and slope
 };
 
+/// What a window knows of a sensor.
+struct SensorWindow {
+  double mean = kUnknown;
+  double slope_per_s = kUnknown;
+  std::vector<double> lag;  ///< value − EMA(value), one per time constant
+};
+
 /// The features at the end of one second. Means are over the last length_s seconds (fewer while warming).
 struct Window {
   Bucket bucket;  ///< the second that completed this window
@@ -46,19 +56,27 @@ struct Window {
   double temperature_degc = kUnknown;
   double slope_degc_per_s = kUnknown;
   double uhfo_v = kUnknown;
-  std::vector<double> lag_degc;  ///< T − EMA(T), one per time constant
-  bool lag_settling = false;     ///< less than three of the longest time constants since the lag filters began
+  std::vector<double> lag_degc;       ///< T − EMA(T), one per time constant
+  std::vector<SensorWindow> sensors;  ///< as FeatureDefinition::sensors
+  bool lag_settling = false;          ///< less than three of the longest time constants since the lag filters began
 };
 
-/// The names of model inputs in files and on command lines: "T", "dTdt", "U", "lag1", "lag2", …
+/// The names of model inputs in files and on command lines: "T", "dTdt", "U", "lag1", "lag2", …; of a sensor named case
+/// its mean "case", its slope "dcase/dt", its lags "lag1:case", …; and the difference of two means, "case-T".
 inline constexpr const char* kInputTemperature = "T";
 inline constexpr const char* kInputSlope = "dTdt";
 inline constexpr const char* kInputUhfo = "U";
 
+/// The sensors that inputs of these names are made of, in order, each once; what is no name of an input has none.
+std::vector<std::string> sensors_of(const std::vector<std::string>& inputs);
+
 /// True where `name` is an input that windows of this definition carry.
 bool has_input(const FeatureDefinition& definition, const std::string& name);
 
+/// The unit of an input that the definition has: degC, degC/s, V, …
+std::string unit_of_input(const FeatureDefinition& definition, const std::string& name);
+
 /// The value of one input in a window; kUnknown where the window does not have it. `name` must satisfy has_input.
-double input_value(const Window& window, const std::string& name);
+double input_value(const Window& window, const FeatureDefinition& definition, const std::string& name);
 
 }  // namespace prism::compensation

@@ -70,7 +70,7 @@ void Model::measure_bias_span() {
 std::vector<double> gather_inputs(const Model& model, const Window& window) {
   std::vector<double> inputs;
   for (const std::string& name : model.info().inputs) {
-    const double value = input_value(window, name);
+    const double value = input_value(window, model.info().features, name);
     if (!std::isfinite(value)) return {};
     inputs.push_back(value);
   }

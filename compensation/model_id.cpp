@@ -25,6 +25,7 @@ std::string model_id(const ModelInfo& info, std::string_view content) {
                                       f.max_gap_s, exact_texts(f.lag_time_constants_s), fmt::join(info.inputs, " "),
                                       exact_texts(info.domain.min), exact_texts(info.domain.max));
   if (info.table) canonical += "table\n";
+  for (const SensorName& sensor : f.sensors) canonical += fmt::format("sensor {} {}\n", sensor.name, sensor.unit);
   if (const auto& s = info.spread) {
     canonical +=
         fmt::format("spread {} {} {}\n",

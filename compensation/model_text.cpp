@@ -21,14 +21,17 @@ FeatureDefinition read_features(Section section) {
   features.end_mean_s = static_cast<int>(section.integer("end_mean_s", {1, double(features.length_s)}, 1));
   features.max_gap_s = static_cast<int>(section.integer("max_gap_s", {0, 3600}));
   features.lag_time_constants_s = section.numbers("lag_time_constants_s", {1, 1e7}, false);
+  const Section sensors = section.object("sensors");
+  for (const std::string& name : sensors.names()) {
+    if (!is_sensor_name(name)) sensors.fail(name, "found no name of a sensor, expected letters, digits, _ and .");
+    features.sensors.push_back({name, kSensorUnits[sensors.choice(name, kSensorUnits)]});
+  }
   return features;
 }
 
 // The inputs of a table model carry whatever unit the table had.
-const char* unit_of(const ModelInfo& info, const std::string& input) {
-  if (info.table) return "";
-  if (input == kInputSlope) return "degC/s";
-  return input == kInputUhfo ? "V" : "degC";
+std::string unit_of(const ModelInfo& info, const std::string& input) {
+  return info.table ? "" : unit_of_input(info.features, input);
 }
 
 // Both ends of the training box or none; one end alone would be a box that nobody meant.
@@ -44,11 +47,12 @@ void read_inputs(Section& top, ModelInfo& info) {
   for (Section& input : top.objects("inputs")) {
     const std::string name = input.text("name");
     if (!info.table && !has_input(info.features, name)) {
-      input.fail("name", fmt::format("found {}, expected T, dTdt, U or a lag that features define", in_quotes(name)));
+      input.fail("name", fmt::format("found {}, expected T, dTdt, U, a lag or a sensor's that features define",
+                                     in_quotes(name)));
     }
     if (std::count(info.inputs.begin(), info.inputs.end(), name))
       input.fail("name", in_quotes(name) + " is given twice");
-    const char* const expected = unit_of(info, name);
+    const std::string expected = unit_of(info, name);
     if (const std::string unit = input.text("unit", expected); unit != expected) {
       input.fail("unit", fmt::format("found {}, expected \"{}\"", in_quotes(unit), expected));
     }
@@ -132,11 +136,15 @@ Result<ModelPtr> read_model(Section& top) {
 namespace {
 
 std::string features_text(const FeatureDefinition& f) {
+  std::string sensors;
+  for (const SensorName& sensor : f.sensors)
+    sensors += fmt::format("{}\"{}\": \"{}\"", sensors.empty() ? ", \"sensors\": {" : ", ", sensor.name, sensor.unit);
+  if (!sensors.empty()) sensors += "}";
   return fmt::format(
       "  \"features\": {{\"length_s\": {}, \"slope\": \"{}\", \"end_mean_s\": {}, \"max_gap_s\": {}, "
-      "\"lag_time_constants_s\": {}}},\n",
+      "\"lag_time_constants_s\": {}{}}},\n",
       f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s,
-      exact_texts(f.lag_time_constants_s));
+      exact_texts(f.lag_time_constants_s), sensors);
 }
 
 }  // namespace

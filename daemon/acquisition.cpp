@@ -27,9 +27,12 @@ Result<void> same_places(const config::Config& before, const config::Config& aft
 
 bool same_stream(const pipeline::Setup& a, const pipeline::Setup& b) {
   const auto same_axis = [](const wire::AxisRule& one, const wire::AxisRule& other) {
-    return one.name == other.name && one.scale == other.scale;
+    return one.name == other.name && one.scale == other.scale && one.thermometer == other.thermometer;
   };
-  return a.frames->id == b.frames->id && a.clock.source == b.clock.source &&
+  const auto sensors = [](const pipeline::Setup& setup) {
+    return setup.sensors ? *setup.sensors : std::vector<SensorName>();
+  };
+  return a.frames->id == b.frames->id && a.clock.source == b.clock.source && sensors(a) == sensors(b) &&
          std::equal(a.frames->axes.begin(), a.frames->axes.end(), b.frames->axes.begin(), b.frames->axes.end(),
                     same_axis);
 }

@@ -95,7 +95,7 @@ bool RowLog::open_segment(std::int64_t second) {
   torn_ = false;
   if (!write_all(metadata_ + "# session: " + utc_nano_text(session_ns_) + "\n" +
                  (superseded_.empty() ? "" : "# supersedes: " + superseded_ + "\n") +
-                 std::string(compensation::csv_columns()) + "\n")) {
+                 compensation::csv_columns(compensation::sensors_in(metadata_)) + "\n")) {
     ::unlink(path_.c_str());
     torn_ = true;
     close_segment();

@@ -28,6 +28,8 @@ struct TruthSettings {
   double mode_hops_deg_per_h = 0;   ///< 1 sigma of the levels between which the cavity hops as it expands
   double ageing_deg_per_h_per_day = 0;
   double tilt_deg_per_h = 0;  ///< amplitude: the floor leans with the sun, once a day
+  /// Of (case − body), deg/h per degC: what the body's own thermometer cannot see, and the case's can.
+  double gradient_deg_per_h_per_degc = 0;
 
   /// The truths of docs/science.md: thermometer, hysteresis, warm-up, flicker and mode hops at once.
   static TruthSettings hard();
@@ -37,8 +39,13 @@ struct TruthSettings {
 struct BiasCauses {
   double thermal = 0;  ///< of T, dT/dt and U
   double hysteresis = 0, turn_on = 0, warm_up = 0, flicker = 0, mode_hops = 0, ageing = 0, tilt = 0;
+  double gradient = 0;  ///< of the case against the body
 
-  double sum() const { return thermal + hysteresis + turn_on + warm_up + flicker + mode_hops + ageing + tilt; }
+  /// What no thermometer can see.
+  double hidden() const { return hysteresis + turn_on + warm_up + flicker + mode_hops + ageing + tilt; }
+  double sum() const {
+    return thermal + hysteresis + turn_on + warm_up + flicker + mode_hops + ageing + tilt + gradient;
+  }
 };
 
 /// Everything but `thermal`, advanced second by second:

@@ -215,12 +215,14 @@ std::optional<Sample> Clock::sample(const wire::Reading& reading, std::size_t ax
   sample.interval_s = nominal_s * slope_;
   const double scaled = *number * description_->axes[axis].scale;
   sample.rate_deg_per_h = description_->gyro.meaning == wire::GyroMeaning::kRate ? scaled : scaled / sample.interval_s;
-  sample.temperature_degc = reading.temperature_degc;
+  const int own = description_->axes[axis].thermometer;
+  sample.temperature_degc = own < 0 ? reading.temperature_degc : reading.sensors[static_cast<std::size_t>(own)];
   sample.uhfo_v = reading.uhfo_v;
   sample.missing_frames = std::exchange(turns_[axis].missing, 0);
   sample.status = reading.status;
   sample.out_of_bounds = reading.out_of_bounds;
   sample.out_of_bounds.rate = gyro.out_of_bounds;
+  if (own >= 0) sample.out_of_bounds.temperature = false;
   if (!std::exchange(counted_, true)) ++status_.samples;
   return sample;
 }

@@ -13,6 +13,8 @@ constexpr double kUhfoAt25_v = 5.32, kUhfoPerBody_v_per_degc = -0.0027, kUhfoPer
 constexpr double kUhfoNoise_v = 0.039, kUhfoNoiseTime_s = 73 * 60;
 constexpr double kExtraSlope_deg_per_h_per_degc_per_s = -1.83;
 constexpr double kGrid_s = 1;
+constexpr double kCaseLag_s = 12 * 60, kCaseHeating_degc = 2, kDraught_degc = 3, kDraughtTime_s = 40 * 60;
+constexpr std::uint64_t kDraughtStream = 8;
 
 struct Bump {
   double height_deg_per_h, temperature_degc, width_degc, uhfo_v, width_v;
@@ -23,14 +25,14 @@ constexpr Bump kBumps[]{
 GyroTruth between(const GyroTruth& a, const GyroTruth& b, double part) {
   const auto mix = [part](double x, double y) { return x + (y - x) * part; };
   GyroTruth truth;
-  for (double GyroTruth::*member :
-       {&GyroTruth::time_s, &GyroTruth::chamber_degc, &GyroTruth::body_degc, &GyroTruth::inner_degc,
-        &GyroTruth::slope_degc_per_s, &GyroTruth::uhfo_v, &GyroTruth::bias_deg_per_h, &GyroTruth::sensor_degc}) {
+  for (double GyroTruth::*member : {&GyroTruth::time_s, &GyroTruth::chamber_degc, &GyroTruth::body_degc,
+                                    &GyroTruth::inner_degc, &GyroTruth::case_degc, &GyroTruth::slope_degc_per_s,
+                                    &GyroTruth::uhfo_v, &GyroTruth::bias_deg_per_h, &GyroTruth::sensor_degc}) {
     truth.*member = mix(a.*member, b.*member);
   }
   for (double BiasCauses::*member :
        {&BiasCauses::thermal, &BiasCauses::hysteresis, &BiasCauses::turn_on, &BiasCauses::warm_up, &BiasCauses::flicker,
-        &BiasCauses::mode_hops, &BiasCauses::ageing, &BiasCauses::tilt}) {
+        &BiasCauses::mode_hops, &BiasCauses::ageing, &BiasCauses::tilt, &BiasCauses::gradient}) {
     truth.causes.*member = mix(a.causes.*member, b.causes.*member);
   }
   return truth;
@@ -64,8 +66,10 @@ SimulatedGyro::SimulatedGyro(ChamberProfile profile, std::uint64_t seed, const T
       random_(seed, 0),
       body_share_(-std::expm1(-kGrid_s / truth.axis.body_lag_s)),
       hidden_(truth, profile_.temperature_degc(0), seed + truth.axis.hidden_seed),
-      uhfo_noise_v_(kUhfoNoise_v * random_.normal()) {
-  before_.body_degc = before_.inner_degc = before_.sensor_degc = profile_.temperature_degc(0);
+      draught_random_(seed, kDraughtStream),
+      uhfo_noise_v_(kUhfoNoise_v * random_.normal()),
+      draught_degc_(kDraught_degc * draught_random_.normal()) {
+  before_.case_degc = before_.body_degc = before_.inner_degc = before_.sensor_degc = profile_.temperature_degc(0);
   before_.causes = hidden_.at_start();
   complete(before_);
   after_ = next_second(before_);
@@ -84,6 +88,7 @@ void SimulatedGyro::complete(GyroTruth& truth) const {
                              : paper_bias_deg_per_h(t, slope, u) + kExtraSlope_deg_per_h_per_degc_per_s * slope +
                                    local_nonlinearity_deg_per_h(t, u);
   truth.causes.thermal = settings_.axis.thermal_share * thermal;
+  truth.causes.gradient = settings_.gradient_deg_per_h_per_degc * (truth.case_degc - truth.body_degc);
   truth.bias_deg_per_h = truth.causes.sum();
 }
 
@@ -100,6 +105,11 @@ GyroTruth SimulatedGyro::next_second(const GyroTruth& from) {
   const double lag_s = settings_.sensor_lag_s, body_middle = (from.body_degc + to.body_degc) / 2;
   to.sensor_degc =
       lag_s > 0 ? from.sensor_degc - (body_middle - from.sensor_degc) * std::expm1(-kGrid_s / lag_s) : to.body_degc;
+  static const double draught_kept = std::exp(-kGrid_s / kDraughtTime_s);
+  static const double draught_new = kDraught_degc * std::sqrt(1 - draught_kept * draught_kept);
+  draught_degc_ = draught_degc_ * draught_kept + draught_new * draught_random_.normal();
+  const double around = drive - kSelfHeating_degc + kCaseHeating_degc + draught_degc_;
+  to.case_degc = from.case_degc - (around - from.case_degc) * std::expm1(-kGrid_s / kCaseLag_s);
   to.causes = hidden_.step(to.time_s, to.body_degc);
   uhfo_noise_v_ = uhfo_noise_v_ * noise_kept + noise_new_v * random_.normal();
   complete(to);

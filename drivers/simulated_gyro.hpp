@@ -24,12 +24,14 @@ struct GyroTruth {
   double bias_deg_per_h = 0;    ///< causes.sum()
   double sensor_degc = 0;       ///< what the PT100 says: the body, or behind it by the lag asked for
   BiasCauses causes;
+  double case_degc = 0;  ///< of the device, which all its axes have in common
 };
 
 /// The physics, from the chamber to the bias:
 ///
 ///   d body/dt  = (chamber + 4 degC − body) / 65 min         first-order lag behind the chamber, self-heating 4 degC
 ///   d inner/dt = (body − inner) / 4 h                        the discharge, deep in the glass
+///   d case/dt  = (chamber + 2 degC + n − case) / 12 min      n: a draught, Ornstein-Uhlenbeck, 3 degC, 40 min
 ///   U    = 5.32 − 0.0027 (body − 25) − 0.0018 (inner − body) + n    V; n: Ornstein-Uhlenbeck, 0.039 V, 73 min
 ///   bias = eq25(body, d body/dt, U) − 1.83 d body/dt + local(body, U)    deg/h
 ///
@@ -61,7 +63,8 @@ class SimulatedGyro {
   RandomSource random_;
   double body_share_;
   HiddenBias hidden_;
-  double uhfo_noise_v_ = 0;
+  RandomSource draught_random_;
+  double uhfo_noise_v_ = 0, draught_degc_ = 0;
   GyroTruth before_, after_;  ///< the grid points around truth_
   GyroTruth truth_;
 };

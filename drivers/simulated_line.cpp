@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "drivers/simulated_line.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -24,7 +25,9 @@ SimulatedLine::SimulatedLine(wire::FrameDescriptionPtr description, const Simula
       encoder_(description),
       outliers_(settings.seed, 2),
       losses_(settings.seed, 3),
-      line_(settings.seed, 4) {
+      line_(settings.seed, 4),
+      description_(description),
+      spreads_(description->axes.size()) {
   for (std::size_t i = 0; i < description->axes.size(); ++i) {
     TruthSettings truth = settings.truth;
     truth.axis = {kAxes[i].body_lag_s, kAxes[i].thermal_share, i * kHiddenSeeds};
@@ -56,6 +59,8 @@ void SimulatedLine::next_frame(std::vector<std::uint8_t>& out) {
   const double time_s = truth().time_s;
   for (const InvalidTime& time : settings_.invalid)
     state.valid[time.axis] = state.valid[time.axis] && !(time_s >= time.from_s && time_s < time.to_s);
+  for (std::size_t i = 0; i < description_->sensors.size(); ++i) state.sensors[i] = sensor_value(i);
+  add_parts();
   state.temperature_degc = truth().sensor_degc;
   state.uhfo_v = truth().uhfo_v;
   if (losses_.chance(settings_.lose_frames)) {
@@ -66,6 +71,38 @@ void SimulatedLine::next_frame(std::vector<std::uint8_t>& out) {
   const std::size_t from = out.size();
   encoder_.encode(state, out);
   spoil(out, from);
+}
+
+double SimulatedLine::sensor_value(std::size_t sensor) const {
+  for (std::size_t i = 0; i < description_->axes.size(); ++i) {
+    if (description_->axes[i].thermometer == static_cast<int>(sensor)) return truth(i).sensor_degc;
+  }
+  const std::string& unit = description_->sensors[sensor].sensor.unit;
+  if (unit == "degC") return truth().case_degc;
+  return unit == "Pa" ? 101'325 : unit == "V" ? 5 : 1;
+}
+
+void SimulatedLine::add_parts() {
+  const auto second = static_cast<std::int64_t>(truth().time_s);
+  if (second == seconds_) return;
+  seconds_ = second;
+  for (std::size_t i = 0; i < gyros_.size(); ++i) {
+    const BiasCauses& causes = truth(i).causes;
+    const double parts[] = {causes.thermal, causes.gradient, causes.hidden()};
+    for (std::size_t k = 0; k < spreads_[i].size(); ++k) spreads_[i][k].add(parts[k]);
+  }
+}
+
+double SimulatedLine::Spread::sd(double count) const {
+  return count > 0 ? std::sqrt(std::max(0.0, squares / count - sum / count * (sum / count))) : 0;
+}
+
+std::vector<BiasParts> SimulatedLine::parts() const {
+  const auto count = static_cast<double>(seconds_);
+  std::vector<BiasParts> parts;
+  for (const auto& spreads : spreads_)
+    parts.push_back({spreads[0].sd(count), spreads[1].sd(count), spreads[2].sd(count)});
+  return parts;
 }
 
 void SimulatedLine::spoil(std::vector<std::uint8_t>& bytes, std::size_t from) {

@@ -9,7 +9,7 @@ namespace prism::pipeline {
 
 Pipeline::Pipeline(const Setup& setup) : decoder_(setup.frames), clock_(setup.frames, setup.clock) {
   for (std::size_t i = 0; i < setup.axes.size(); ++i)
-    axes_.push_back({setup.frames->axes[i].name, compensation::Engine(setup.axes[i].engine)});
+    axes_.push_back({setup.frames->axes[i].name, compensation::Engine(setup.axes[i].engine, setup.sensors)});
   std::vector<std::string> names;
   for (const Axis& axis : axes_) names.push_back(axis.name);
   rows_.axes = std::make_shared<const std::vector<std::string>>(std::move(names));
@@ -86,7 +86,7 @@ const Rows& Pipeline::pass() {
       }
       last_second_ = second;
       Rows::Sample made{i, {}};
-      if (const auto window = axes_[i].engine.push(*sample, made.row)) {
+      if (const auto window = axes_[i].engine.push(*sample, made.row, reading.sensors)) {
         rows_.windows.push_back({i, before, *session_ns_, *window});
       }
       rows_.samples.push_back(made);

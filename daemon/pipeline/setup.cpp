@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "compensation/compensated_text.hpp"
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
 #include "config/version.hpp"
@@ -30,6 +31,7 @@ Result<wire::FrameDescriptionPtr> load_frames(const config::Config& config) {
   if (!text) return tl::unexpected<Error>(text.error());
   wire::GyroChoice choice;
   choice.axes.clear();
+  choice.sensors = config.by_axes;
   for (const config::AxisConfig& axis : config.axes)
     choice.axes.push_back({axis.name, axis.sign, axis.scale_factor_arcsec_per_pulse});
   Result<wire::FrameDescriptionPtr> frames = wire::parse_frame_description(*text, config.frames, choice);
@@ -42,8 +44,9 @@ Result<wire::FrameDescriptionPtr> load_frames(const config::Config& config) {
 }
 
 // A model takes what the stream carries, of the gyro it was trained on, or is refused.
-Result<compensation::ModelPtr> load_model(const config::Config& config, const std::string& path,
-                                          const wire::FrameDescription& frames) {
+Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string& path, const wire::AxisRule& axis) {
+  const config::Config& config = setup.config;
+  const wire::FrameDescription& frames = *setup.frames;
   if (path.empty()) return compensation::ModelPtr();
   const Result<std::string> text = config::read_data_file(path, "models");
   if (!text) return tl::unexpected<Error>(text.error());
@@ -56,20 +59,34 @@ Result<compensation::ModelPtr> load_model(const config::Config& config, const st
                               config.gyro_serial, config.path));
   }
   for (const std::string& input : info.inputs) {
-    const bool carried = (input == compensation::kInputUhfo ? frames.uhfo : frames.temperature).present;
-    if (carried) continue;
+    const bool of_sensor = !compensation::sensors_of({input}).empty();
+    const bool own = axis.thermometer >= 0 && input != compensation::kInputUhfo;
+    if (of_sensor || own || (input == compensation::kInputUhfo ? frames.uhfo : frames.temperature).present) continue;
     return refuse(path + ":/inputs", fmt::format("found {}, which frames of \"{}\" do not carry", input, frames.name));
+  }
+  const std::vector<SensorName> there = setup.sensors ? *setup.sensors : std::vector<SensorName>();
+  for (const SensorName& sensor : info.features.sensors) {
+    const std::size_t index = sensor_index(there, sensor.name);
+    if (index == there.size()) {
+      return refuse(path + ":/features/sensors",
+                    fmt::format("found {}, expected one that {} gives{}: {}", sensor.name, frames.name,
+                                config.by_axes ? "" : " where \"axes\" names the axes", sensors_text(there)));
+    }
+    if (there[index].unit != sensor.unit)
+      return refuse(path + ":/features/sensors", fmt::format("found {} in {}, but {} gives it in {}", sensor.name,
+                                                             sensor.unit, frames.name, there[index].unit));
   }
   return model;
 }
 
-Result<Setup::Axis> load_axis(const Setup& setup, const config::AxisConfig& config) {
+Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index) {
+  const config::AxisConfig& config = setup.config.axes[index];
   Setup::Axis axis;
   axis.engine = config.engine;
   axis.engine.plausibility.take(setup.frames->plausible);
   axis.engine.plausibility.take(setup.config.plausibility);
   for (auto [path, model] : {std::pair(&config.model, &axis.model), {&config.fallback_model, &axis.fallback}}) {
-    Result<compensation::ModelPtr> loaded = load_model(setup.config, *path, *setup.frames);
+    Result<compensation::ModelPtr> loaded = load_model(setup, *path, setup.frames->axes[index]);
     if (!loaded) return tl::unexpected<Error>(loaded.error());
     *model = std::move(*loaded);
   }
@@ -150,8 +167,13 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
   setup.frames = *frames;
   setup.notes = setup.frames->warnings;
   setup.notes.insert(setup.notes.end(), setup.config.warnings.begin(), setup.config.warnings.end());
-  for (const config::AxisConfig& axis : setup.config.axes) {
-    Result<Setup::Axis> loaded = load_axis(setup, axis);
+  if (!setup.frames->sensors.empty()) {
+    std::vector<SensorName> sensors;
+    for (const wire::SensorRule& rule : setup.frames->sensors) sensors.push_back(rule.sensor);
+    setup.sensors = std::make_shared<const std::vector<SensorName>>(std::move(sensors));
+  }
+  for (std::size_t i = 0; i < setup.config.axes.size(); ++i) {
+    Result<Setup::Axis> loaded = load_axis(setup, i);
     if (!loaded) return tl::unexpected<Error>(loaded.error());
     setup.axes.push_back(std::move(*loaded));
   }
@@ -186,6 +208,7 @@ std::string log_metadata(const Setup& setup, std::size_t axis) {
   const compensation::FeatureDefinition features = own.features();
   text += fmt::format("# window: length_s {} end_mean_s {} max_gap_s {}\n", features.length_s, features.end_mean_s,
                       features.max_gap_s);
+  if (setup.sensors) text += compensation::sensors_line(*setup.sensors);
   return text;
 }
 

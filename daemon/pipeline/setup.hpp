@@ -30,6 +30,7 @@ struct Setup {
   config::Config config;
   wire::FrameDescriptionPtr frames;
   std::vector<Axis> axes;  ///< as frames->axes and config.axes
+  SensorList sensors;      ///< as frames->sensors; null: none
   drivers::LineSettings line;
   drivers::ClockSettings clock;
   std::vector<std::string> notes;  ///< legal, but worth knowing: one line each

@@ -42,7 +42,7 @@ std::unique_ptr<daemon::Instance> make_instance() {
   wire::FrameEncoder encoder(setup->frames);
   for (int i = 0; i < 2000; ++i) {
     std::vector<std::uint8_t> bytes;
-    encoder.encode({10.0, setup->frames->period_s(), 25.0, 1.5}, bytes);
+    encoder.encode({{10.0}, setup->frames->period_s(), 25.0, 1.5}, bytes);
     instance->feed(bytes, arrival_ns += static_cast<std::int64_t>(setup->frames->period_s() * 1e9));
   }
   return instance;

@@ -77,7 +77,9 @@ Result<drivers::SimulationCounters> run_capture(const SimOptions& options) {
   if (done) done = writer->flush();
   if (done && truth) done = truth->flush();
   if (!done) return tl::unexpected<Error>(done.error());
-  return line.counters();
+  drivers::SimulationCounters counters = line.counters();
+  counters.parts = line.parts();
+  return counters;
 }
 
 }  // namespace prism::prismsim

@@ -95,6 +95,8 @@ void declare_truth(CLI::App& app, drivers::TruthSettings& truth) {
       {"--flicker", truth.flicker_deg_per_h, "bias instability B, deg/h"},
       {"--mode-hops", truth.mode_hops_deg_per_h, "1 sigma of the levels that the cavity hops between, deg/h"},
       {"--ageing", truth.ageing_deg_per_h_per_day, "deg/h in a day"},
+      {"--gradient", truth.gradient_deg_per_h_per_degc,
+       "of the case's temperature less the body's, deg/h per degC: seen by a thermometer of the case alone"},
       {"--tilt", truth.tilt_deg_per_h, "of the floor, once a day to and fro, deg/h"}};
   for (const auto& [name, value, text] : sizes) app.add_option(name, value, text)->check(tools::within(0.0, 1e4));
 }
@@ -121,6 +123,7 @@ std::optional<int> read_frames(const CommandLine& line, SimOptions& options) {
   wire::GyroChoice choice;
   if (!line.axes.empty()) choice.axes.clear();
   for (const std::string& axis : line.axes) choice.axes.push_back({.axis = axis});
+  choice.sensors = true;
   const auto frames = wire::parse_frame_description(text, path, choice);
   if (!frames) return complain(kBadConfiguration, frames.error().text());
   options.frames = *frames;

@@ -37,7 +37,8 @@ void announce(const SimOptions& options) {
   }
 }
 
-void conclude(const drivers::SimulationCounters& counters, const std::string& where) {
+void conclude(const drivers::SimulationCounters& counters, const std::string& where,
+              const wire::FrameDescription& frames) {
   fmt::print(stderr, "prismsim: {}: {} simulated frames", where, counters.frames);
   const std::pair<std::uint64_t, const char*> faults[]{{counters.lost_frames, "frames lost"},
                                                        {counters.dropped_bytes, "bytes dropped"},
@@ -48,6 +49,15 @@ void conclude(const drivers::SimulationCounters& counters, const std::string& wh
     if (count > 0) fmt::print(stderr, ", {} {}", count, name);
   }
   fmt::print(stderr, "\n");
+  if (counters.parts.size() < 2) return;
+  for (std::size_t i = 0; i < counters.parts.size(); ++i) {
+    const drivers::BiasParts& parts = counters.parts[i];
+    fmt::print(
+        stderr,
+        "prismsim: axis {}: bias, 1 sigma: {:.4f} deg/h of its own temperature, slope and voltage; {:.4f} of the "
+        "gradient to the case; {:.4f} that no thermometer can see\n",
+        frames.axes[i].name, parts.own, parts.gradient, parts.hidden);
+  }
 }
 
 }  // namespace
@@ -60,7 +70,7 @@ int run(int argc, char** argv) {
   if (!options.terminal) {
     const auto done = run_capture(options);
     if (!done) return fail(done.error());
-    conclude(*done, options.out);
+    conclude(*done, options.out, *options.frames);
     return kDone;
   }
   auto terminal = PseudoTerminal::open(options.link);
@@ -69,7 +79,7 @@ int run(int argc, char** argv) {
   std::fflush(stdout);
   const auto done = run_terminal(options, *terminal);
   if (!done) return fail(done.error());
-  conclude(*done, terminal->path());
+  conclude(*done, terminal->path(), *options.frames);
   return kDone;
 }
 

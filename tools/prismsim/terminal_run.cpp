@@ -71,6 +71,7 @@ class TerminalRun {
     }
     drivers::SimulationCounters counters = line_.counters();
     counters.overrun_bytes = overrun_bytes_;
+    counters.parts = line_.parts();
     return counters;
   }
 

@@ -28,7 +28,7 @@ Result<TruthFile> TruthFile::open(const std::string& path, const drivers::Simula
   fmt::print(truth.file_.get(),
              "time_utc,time_s,elapsed_s,chamber_degc,body_degc,inner_degc,slope_degc_per_s,uhfo_v,bias_deg_per_h,"
              "sensor_degc,thermal_deg_per_h,hysteresis_deg_per_h,turn_on_deg_per_h,warm_up_deg_per_h,flicker_deg_per_h,"
-             "mode_hops_deg_per_h,ageing_deg_per_h,tilt_deg_per_h\n");
+             "mode_hops_deg_per_h,ageing_deg_per_h,tilt_deg_per_h,gradient_deg_per_h,case_degc\n");
   if (auto flushed = truth.flush(); !flushed) return tl::unexpected<Error>(flushed.error());
   return truth;
 }
@@ -45,11 +45,12 @@ Result<void> TruthFile::push(std::int64_t time_ns, const drivers::GyroTruth& tru
   row_ = utc_text(second) + ",";
   append_integer(row_, second);
   const drivers::BiasCauses& causes = truth.causes;
-  const std::pair<double, int> columns[]{
-      {truth.time_s, 6},           {truth.chamber_degc, 5}, {truth.body_degc, 6},      {truth.inner_degc, 6},
-      {truth.slope_degc_per_s, 9}, {truth.uhfo_v, 6},       {truth.bias_deg_per_h, 7}, {truth.sensor_degc, 6},
-      {causes.thermal, 7},         {causes.hysteresis, 7},  {causes.turn_on, 7},       {causes.warm_up, 7},
-      {causes.flicker, 7},         {causes.mode_hops, 7},   {causes.ageing, 7},        {causes.tilt, 7}};
+  const std::pair<double, int> columns[]{{truth.time_s, 6},         {truth.chamber_degc, 5},     {truth.body_degc, 6},
+                                         {truth.inner_degc, 6},     {truth.slope_degc_per_s, 9}, {truth.uhfo_v, 6},
+                                         {truth.bias_deg_per_h, 7}, {truth.sensor_degc, 6},      {causes.thermal, 7},
+                                         {causes.hysteresis, 7},    {causes.turn_on, 7},         {causes.warm_up, 7},
+                                         {causes.flicker, 7},       {causes.mode_hops, 7},       {causes.ageing, 7},
+                                         {causes.tilt, 7},          {causes.gradient, 7},        {truth.case_degc, 5}};
   for (const auto& [value, decimals] : columns) {
     row_ += ',';
     append_fixed(row_, value, decimals);

@@ -48,29 +48,31 @@ void SlowValue::take_halves(const FrameView& view, int high, int low, bool adjac
   if (has_high) high_ = view.bits(high);
 }
 
-void SlowValue::push(const FrameView& view, const FieldList& fields, int high, int low, std::uint64_t steps,
-                     bool adjacent) {
+void SlowValue::push(const FrameView& view, const ChannelFields& fields, std::uint64_t steps, bool adjacent) {
   out_of_range_ = false;
   age_frames_ += steps;
-  for (const int field : fields) {
+  for (const int field : fields.whole) {
     const double raw = view.raw(field);
     if (std::isnan(raw) && !view.present(field)) continue;
     take_whole(view, field, raw);
     return;
   }
-  if (high >= 0 || low >= 0 || high_) take_halves(view, high, low, adjacent);
+  if (fields.high >= 0 || fields.low >= 0 || high_) take_halves(view, fields.high, fields.low, adjacent);
 }
 
 ReadingMaker::ReadingMaker(FrameDescriptionPtr description)
     : description_(std::move(description)),
       temperature_(description_->temperature, description_->counted_rate_hz()),
       uhfo_(description_->uhfo, description_->counted_rate_hz()) {
+  for (const SensorRule& rule : description_->sensors)
+    sensors_.emplace_back(rule.channel, description_->counted_rate_hz());
   for (const FrameKind& kind : description_->kinds) tells_.push_back(kind.roles.tells_anything());
 }
 
 void ReadingMaker::reset() {
   temperature_.reset();
   uhfo_.reset();
+  for (SlowValue& sensor : sensors_) sensor.reset();
   last_counter_.reset();
 }
 
@@ -134,16 +136,21 @@ bool ReadingMaker::make(std::int32_t kind, const FrameView& view, bool contiguou
     if (const double latency = view.value(field); !std::isnan(latency)) reading.latency_s += latency;
   }
   if (description_->temperature.present) {
-    temperature_.push(view, roles.temperature, roles.temperature_high, roles.temperature_low, steps_, adjacent_);
+    temperature_.push(view, roles.temperature, steps_, adjacent_);
     reading.temperature_degc = temperature_.value();
     reading.out_of_bounds.temperature = temperature_.out_of_bounds();
     out_of_range_ += temperature_.out_of_range() ? 1 : 0;
   }
   if (description_->uhfo.present) {
-    uhfo_.push(view, roles.uhfo, roles.uhfo_high, roles.uhfo_low, steps_, adjacent_);
+    uhfo_.push(view, roles.uhfo, steps_, adjacent_);
     reading.uhfo_v = uhfo_.value();
     reading.out_of_bounds.uhfo = uhfo_.out_of_bounds();
     out_of_range_ += uhfo_.out_of_range() ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    sensors_[i].push(view, roles.sensors[i], steps_, adjacent_);
+    reading.sensors[i] = sensors_[i].value();
+    out_of_range_ += sensors_[i].out_of_range() ? 1 : 0;
   }
   return true;
 }

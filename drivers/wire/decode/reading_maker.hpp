@@ -20,7 +20,7 @@ class SlowValue {
 
   /// One frame; `steps` is how many frames the device made since the last one, `adjacent` whether none is missing
   /// between. Whole values come from `fields`; halves are joined only when their frames are adjacent.
-  void push(const FrameView& view, const FieldList& fields, int high, int low, std::uint64_t steps, bool adjacent);
+  void push(const FrameView& view, const ChannelFields& fields, std::uint64_t steps, bool adjacent);
   double value() const { return age_frames_ <= limit_frames_ ? value_ : kUnknown; }
   bool out_of_range() const { return out_of_range_; }
   /// The last value was a number, but out of range.
@@ -62,6 +62,7 @@ class ReadingMaker {
   FrameDescriptionPtr description_;
   std::vector<char> tells_;  ///< by kind: whether it says anything; asked of every frame
   SlowValue temperature_;
+  std::vector<SlowValue> sensors_;
   SlowValue uhfo_;
   std::optional<std::uint64_t> last_counter_;
   std::uint64_t steps_ = 1;

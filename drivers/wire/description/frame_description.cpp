@@ -116,6 +116,10 @@ Result<void> check_choice(const std::string& where, const GyroChoice& choice) {
 void erase_beliefs(Json& description) {
   description.erase("$schema");
   description["gyro"].erase("range_deg_per_s");
+  description.erase("sensors");  // of the form with "axes" alone: what one axis is decoded to does not hang on them
+  for (auto& [name, axis] : description["gyro"]["axes"].items()) {
+    if (axis.is_object() && axis.erase("temperature") > 0 && axis.size() == 1) axis = Json(axis.at("field"));
+  }
   for (const char* channel : {"temperature", "uhfo"}) {
     const auto found = description.find(channel);
     if (found == description.end()) continue;

@@ -11,6 +11,7 @@
 
 #include "compensation/result.hpp"
 #include "compensation/sensor_limits.hpp"
+#include "compensation/sensors.hpp"
 #include "drivers/wire/description/frame_kind.hpp"
 #include "drivers/wire/description/wire_format.hpp"
 
@@ -30,9 +31,10 @@ struct GyroRule {
 
 /// An input axis that is served.
 struct AxisRule {
-  std::string name;  ///< one of FrameDescription::axis_names
-  double scale = 1;  ///< one unit of GyroReading::value in deg/h (rate) or arcsec (angle); carries the chosen sign
-  double wrap = 0;   ///< accumulated: GyroReading::value is known modulo this; 0 where it never wraps
+  std::string name;      ///< one of FrameDescription::axis_names
+  double scale = 1;      ///< one unit of GyroReading::value in deg/h (rate) or arcsec (angle); carries the chosen sign
+  double wrap = 0;       ///< accumulated: GyroReading::value is known modulo this; 0 where it never wraps
+  int thermometer = -1;  ///< its own: index into FrameDescription::sensors; -1: the device's temperature
 };
 
 /// A counter that the device sends: frames, samples or time ticks.
@@ -52,6 +54,12 @@ struct SlowChannel {
   int bits = 16;
   bool is_signed = false;
   Scaling joined;
+};
+
+/// A further channel.
+struct SensorRule {
+  SensorName sensor;
+  SlowChannel channel;
 };
 
 /// One frame with the values that stand in it: hex or text in the description; run_test_vectors (decode/inspect.hpp)
@@ -91,6 +99,8 @@ struct FrameDescription {
   std::vector<std::string> warnings;  ///< one line each: legal, but worth knowing
   SlowChannel temperature;
   SlowChannel uhfo;
+  /// Where the choice asks for them; those that are known but not asked for are read and left out.
+  std::vector<SensorRule> sensors;
   SensorStatements plausible;  ///< what of the device's sensors is to be believed, as far as the description says it
   std::uint32_t max_frame_bytes = 0;  ///< the longest frame of any kind
 
@@ -110,6 +120,7 @@ struct AxisChoice {
 };
 struct GyroChoice {
   std::vector<AxisChoice> axes = {{}};  ///< to be served: at least one, none twice
+  bool sensors = false;                 ///< the description's sensors, and the axes' own thermometers
   std::optional<double> rate_hz;        ///< the gyro's own set-up, where the description's rate is another one
 };
 

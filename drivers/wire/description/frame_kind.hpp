@@ -80,20 +80,27 @@ struct AxisRoles {
   boost::container::small_vector<ValidRule, 1> valid;
 };
 
+/// Of a quantity that not every frame need carry.
+struct ChannelFields {
+  FieldList whole;
+  int high = -1, low = -1;  ///< halves in frames that follow each other
+
+  bool any() const { return !whole.empty() || high >= 0 || low >= 0; }
+};
+
 /// Which fields of this kind feed which part of a Reading; the first that is present in a frame wins.
 struct KindRoles {
   FieldList counter, status, latency;
-  FieldList temperature, uhfo;                      ///< whole values
-  int temperature_high = -1, temperature_low = -1;  ///< halves in frames that follow each other
-  int uhfo_high = -1, uhfo_low = -1;
+  ChannelFields temperature, uhfo;
+  std::vector<ChannelFields> sensors;                 ///< as FrameDescription::sensors
   boost::container::small_vector<AxisRoles, 1> axes;  ///< as FrameDescription::axes
 
   bool carries_gyro() const {
     return std::any_of(axes.begin(), axes.end(), [](const AxisRoles& axis) { return !axis.gyro.empty(); });
   }
   bool tells_anything() const {
-    return carries_gyro() || !counter.empty() || !temperature.empty() || !uhfo.empty() || temperature_high >= 0 ||
-           temperature_low >= 0 || uhfo_high >= 0 || uhfo_low >= 0;
+    return carries_gyro() || !counter.empty() || temperature.any() || uhfo.any() ||
+           std::any_of(sensors.begin(), sensors.end(), [](const ChannelFields& sensor) { return sensor.any(); });
   }
 };
 

@@ -86,6 +86,19 @@ void read_unit(const Section& s, const GyroChoice& choice, FrameDescription& des
   }
 }
 
+/// The sensor that is the axis's own thermometer.
+void read_thermometer(const Section& s, const FrameDescription& description, AxisRule& axis) {
+  if (!s.has("temperature")) return;
+  const std::string name = s.text("temperature");
+  for (std::size_t k = 0; k < description.sensors.size(); ++k) {
+    if (description.sensors[k].sensor.name == name) axis.thermometer = static_cast<int>(k);
+  }
+  if (axis.thermometer < 0)
+    return s.fail("temperature", fmt::format("found \"{}\", expected one of \"sensors\"", name));
+  const std::string& unit = description.sensors[static_cast<std::size_t>(axis.thermometer)].sensor.unit;
+  if (unit != "degC") s.fail("temperature", fmt::format("\"{}\" is in {}, expected degC", name, unit));
+}
+
 /// One axis, served at place `i`: its fields, its sign and its validity; or the names of its fields alone.
 void read_axis(const Section& axes, const std::string& name, FrameDescription& description, std::size_t i) {
   const auto give = [i](KindRoles& roles, int field) { roles.axes[i].gyro.push_back(field); };
@@ -95,6 +108,7 @@ void read_axis(const Section& axes, const std::string& name, FrameDescription& d
   const double sign = s.number("sign", {-1, 1}, 1);
   if (std::abs(sign) != 1) s.fail("sign", fmt::format("{} is neither 1 nor -1", sign));
   description.axes[i].scale *= sign;
+  read_thermometer(s, description, description.axes[i]);
   read_valid(s, description, i, i + 1);
 }
 
@@ -171,26 +185,54 @@ void read_counter(const Section& s, FrameDescription& description) {
   description.counter = rule;
 }
 
-void read_channel(const Section& s, FrameDescription& description, SlowChannel FrameDescription::*channel,
-                  FieldList KindRoles::*whole, int KindRoles::*high, int KindRoles::*low) {
-  SlowChannel& slow = description.*channel;
+/// `fields` gives a kind's roles of the channel.
+void read_channel(const Section& s, FrameDescription& description, SlowChannel& slow,
+                  const std::function<ChannelFields&(KindRoles&)>& fields) {
   slow.present = true;
   slow.stale_after_s = s.number("stale_after_s", {0, 3600}, slow.stale_after_s);
   if (s.has("field")) {
     for (const char* key : {"high", "low", "low_bits", "bits", "signed", "scale", "offset", "min", "max", "convert"}) {
       if (s.has(key)) s.fail(key, "belongs to halves (\"high\", \"low\"); with \"field\" the field itself says it");
     }
-    return assign(s, "field", description, whole);
+    return assign(s, "field", s.texts("field"), description,
+                  [&](KindRoles& roles, int field) { fields(roles).whole.push_back(field); });
   }
-  const auto assign_half = [&](const char* key, int KindRoles::*half) {
-    assign(s, key, {s.text(key)}, description, [&](KindRoles& roles, int field) { roles.*half = field; });
+  const auto assign_half = [&](const char* key, int ChannelFields::*half) {
+    assign(s, key, {s.text(key)}, description, [&](KindRoles& roles, int field) { fields(roles).*half = field; });
   };
-  assign_half("high", high);
-  assign_half("low", low);
+  assign_half("high", &ChannelFields::high);
+  assign_half("low", &ChannelFields::low);
   slow.low_bits = static_cast<int>(s.integer("low_bits", {1, 32}, slow.low_bits));
   slow.bits = static_cast<int>(s.integer("bits", {2, 64}, slow.bits));
   slow.is_signed = s.boolean("signed", slow.is_signed);
   slow.joined = read_scaling(s);
+}
+
+/// Before the axes, which name their thermometers among them.
+void read_sensors(const Section& s, FrameDescription& description) {
+  const std::vector<std::string> names = s.names();
+  if (names.size() > kMaxSensors)
+    return s.fail("", fmt::format("found {} sensors, expected at most {}", names.size(), kMaxSensors));
+  for (FrameKind& kind : description.kinds) kind.roles.sensors.resize(names.size());
+  description.sensors.resize(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Section own = s.object(names[i]);
+    if (!is_sensor_name(names[i]) || names[i].find('.') != std::string::npos)
+      s.fail(names[i], "found no name of a sensor, expected letters, digits and _, not T, U, dTdt or lagN");
+    SensorRule& rule = description.sensors[i];
+    rule.sensor = {names[i], kSensorUnits[own.choice("unit", kSensorUnits)]};
+    read_channel(own, description, rule.channel, [i](KindRoles& roles) -> ChannelFields& { return roles.sensors[i]; });
+    const Field* field = first_with(description, [i](const KindRoles& roles) { return &roles.sensors[i].whole; });
+    if (field && !field->unit.empty() && field->unit != rule.sensor.unit)
+      own.fail("unit",
+               fmt::format("found {}, but the field \"{}\" is in {}", rule.sensor.unit, field->name, field->unit));
+  }
+}
+
+void leave_sensors_out(FrameDescription& description) {
+  description.sensors.clear();
+  for (FrameKind& kind : description.kinds) kind.roles.sensors.clear();
+  for (AxisRule& axis : description.axes) axis.thermometer = -1;
 }
 
 /// What of a channel is believed.
@@ -201,20 +243,22 @@ SensorStatement read_statement(const Section& s) {
 }  // namespace
 
 void read_roles(const Section& s, const GyroChoice& choice, FrameDescription& description) {
+  read_sensors(s.object("sensors"), description);
   read_gyro(s.object("gyro", true), choice, description);
   if (s.has("counter")) read_counter(s.object("counter"), description);
   if (s.has("temperature")) {
-    read_channel(s.object("temperature"), description, &FrameDescription::temperature, &KindRoles::temperature,
-                 &KindRoles::temperature_high, &KindRoles::temperature_low);
+    read_channel(s.object("temperature"), description, description.temperature,
+                 [](KindRoles& roles) -> ChannelFields& { return roles.temperature; });
     description.plausible.temperature = read_statement(s.object("temperature"));
   }
   if (s.has("uhfo")) {
-    read_channel(s.object("uhfo"), description, &FrameDescription::uhfo, &KindRoles::uhfo, &KindRoles::uhfo_high,
-                 &KindRoles::uhfo_low);
+    read_channel(s.object("uhfo"), description, description.uhfo,
+                 [](KindRoles& roles) -> ChannelFields& { return roles.uhfo; });
     description.plausible.uhfo = read_statement(s.object("uhfo"));
     if (description.plausible.uhfo.greatest_slope_per_s)
       s.object("uhfo").fail("greatest_slope_degc_per_s", "belongs to the temperature only");
   }
+  if (!choice.sensors) leave_sensors_out(description);
   if (s.has("status")) assign(s.object("status"), "field", description, &KindRoles::status);
   if (s.has("latency")) assign(s.object("latency"), "field", description, &KindRoles::latency);
 }

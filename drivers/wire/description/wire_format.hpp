@@ -6,6 +6,8 @@ namespace prism::wire {
 
 /// Input axes of a device: the most that we know of.
 inline constexpr std::size_t kMaxAxes = 4;
+/// Further channels of a device that are read.
+inline constexpr std::size_t kMaxSensors = 16;
 
 enum class Parity { kNone, kEven, kOdd };
 

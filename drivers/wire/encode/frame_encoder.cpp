@@ -107,9 +107,10 @@ void FrameEncoder::write_axis(const FieldList& fields, const GyroState& state, s
   if (gyro.meaning == GyroMeaning::kIncrement && !fields.empty()) angles_[axis] -= sent;
 }
 
-void FrameEncoder::write_channel(const SlowChannel& channel, const FieldList& whole, int high, int low, double value,
+void FrameEncoder::write_channel(const SlowChannel& channel, const ChannelFields& fields, double value,
                                  std::uint64_t& latched) {
-  for (const int field : whole) {
+  const int high = fields.high, low = fields.low;
+  for (const int field : fields.whole) {
     const Field& f = kind_->fields[static_cast<std::size_t>(field)];
     if (std::isnan(value) && f.when.values.size() == 1)
       put_bits(f.when.field, ~f.when.values.front());
@@ -187,9 +188,11 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
   write_selectors(index);
   write_counter(roles);
   for (std::size_t i = 0; i < roles.axes.size(); ++i) write_axis(roles.axes[i].gyro, state, i);
-  write_channel(description_->temperature, roles.temperature, roles.temperature_high, roles.temperature_low,
-                state.temperature_degc, latched_temperature_);
-  write_channel(description_->uhfo, roles.uhfo, roles.uhfo_high, roles.uhfo_low, state.uhfo_v, latched_uhfo_);
+  latched_sensors_.resize(description_->sensors.size());
+  for (std::size_t i = 0; i < roles.sensors.size(); ++i)
+    write_channel(description_->sensors[i].channel, roles.sensors[i], state.sensors[i], latched_sensors_[i]);
+  write_channel(description_->temperature, roles.temperature, state.temperature_degc, latched_temperature_);
+  write_channel(description_->uhfo, roles.uhfo, state.uhfo_v, latched_uhfo_);
   if (kind_->structure == Structure::kColumns)
     frame_ = print_frame(*kind_, raw_);
   else

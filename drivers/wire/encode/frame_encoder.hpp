@@ -15,9 +15,10 @@ namespace prism::wire {
 struct GyroState {
   std::array<double, kMaxAxes> rate_deg_per_h{};  ///< mean over the interval, as FrameDescription::axes
   double interval_s = 0;                          ///< > 0
-  double temperature_degc = 0;  ///< kUnknown: the frame says that it is not there, where it can say so
-  double uhfo_v = 0;            ///< kUnknown: the same
-  std::uint32_t status = 0;     ///< bits besides those that say "valid", which the encoder sets
+  double temperature_degc = 0;                ///< kUnknown: the frame says that it is not there, where it can say so
+  double uhfo_v = 0;                          ///< kUnknown: the same
+  std::array<double, kMaxSensors> sensors{};  ///< as FrameDescription::sensors; kUnknown as above
+  std::uint32_t status = 0;                   ///< bits besides those that say "valid", which the encoder sets
   std::array<bool, kMaxAxes> valid = all_valid();
 
   static constexpr std::array<bool, kMaxAxes> all_valid() {
@@ -54,8 +55,7 @@ class FrameEncoder {
   void write_selectors(int kind);
   void write_counter(const KindRoles& roles);
   void write_axis(const FieldList& fields, const GyroState& state, std::size_t axis);
-  void write_channel(const SlowChannel& channel, const FieldList& whole, int high, int low, double value,
-                     std::uint64_t& latched);
+  void write_channel(const SlowChannel& channel, const ChannelFields& fields, double value, std::uint64_t& latched);
   void write_valid(const AxisRoles& roles, bool valid);
   void write_status(const KindRoles& roles, const GyroState& state);
   double wrapped(std::size_t axis, const Field& field) const;
@@ -72,6 +72,7 @@ class FrameEncoder {
   std::array<double, kMaxAxes> angles_{};
   std::uint64_t latched_temperature_ = 0;  ///< the joined number of which the high half was sent
   std::uint64_t latched_uhfo_ = 0;
+  std::vector<std::uint64_t> latched_sensors_;
 
   const FrameKind* kind_ = nullptr;  ///< of the frame in work
   std::vector<std::uint8_t> frame_;

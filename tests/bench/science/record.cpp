@@ -27,7 +27,8 @@ class Blocks {
     if (window.state != compensation::WindowState::kReady || bucket.second < next_) return false;
     next_ = bucket.second + length;
     std::vector<double> row;
-    for (const std::string& name : data_.names) row.push_back(compensation::input_value(window, name));
+    for (const std::string& name : data_.names)
+      row.push_back(compensation::input_value(window, conditioner_.definition(), name));
     inputs_.push_back(std::move(row));
     target_.push_back(window.rate_deg_per_h);
     time_s_.push_back(static_cast<double>(bucket.second));

@@ -34,16 +34,17 @@ TEST(Features, EachNameTakesItsOwnValue) {
   window.slope_degc_per_s = 2;
   window.uhfo_v = 3;
   window.lag_degc = {4, 5};
-  EXPECT_EQ(input_value(window, "T"), 1);
-  EXPECT_EQ(input_value(window, "dTdt"), 2);
-  EXPECT_EQ(input_value(window, "U"), 3);
-  EXPECT_EQ(input_value(window, "lag1"), 4);
-  EXPECT_EQ(input_value(window, "lag2"), 5);
+  EXPECT_EQ(input_value(window, with_two_lags(), "T"), 1);
+  EXPECT_EQ(input_value(window, with_two_lags(), "dTdt"), 2);
+  EXPECT_EQ(input_value(window, with_two_lags(), "U"), 3);
+  EXPECT_EQ(input_value(window, with_two_lags(), "lag1"), 4);
+  EXPECT_EQ(input_value(window, with_two_lags(), "lag2"), 5);
 }
 
 TEST(Features, WhatTheWindowDoesNotHaveIsUnknown) {
   const Window window;
-  for (const std::string name : {"T", "dTdt", "U", "lag1"}) EXPECT_TRUE(std::isnan(input_value(window, name))) << name;
+  for (const std::string name : {"T", "dTdt", "U", "lag1"})
+    EXPECT_TRUE(std::isnan(input_value(window, with_two_lags(), name))) << name;
 }
 
 TEST(Features, TheDifferenceNeedsItsFarEndToo) {

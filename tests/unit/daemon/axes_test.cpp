@@ -93,8 +93,7 @@ TEST_F(AxesTest, EachIsWhatItWouldBeAlone) {
   feed(all, three.frames, 3, flicker, [&](const pipeline::Rows& rows) {
     for (const auto& window : rows.windows) together[window.axis].push_back(text_of(window.row));
   });
-  const char* alone[] = {R"("gyro": {"axis": "x"})", R"("gyro": {"axis": "y", "sign": -1})",
-                         R"("gyro": {"axis": "z"})"};
+  const char* alone[] = {R"("axes": {"x": {}})", R"("axes": {"y": {"sign": -1}})", R"("axes": {"z": {}})"};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     pipeline::Pipeline one(good(alone[axis]));
     std::vector<std::string> rows;

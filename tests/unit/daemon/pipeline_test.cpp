@@ -21,7 +21,7 @@ struct PipelineTest : test::InstanceFixture {
   void frames(int count) {
     for (int i = 0; i < count; ++i) {
       std::vector<std::uint8_t> bytes;
-      encoder_.encode({10.0, setup.frames->period_s(), 25.0, 1.5}, bytes);
+      encoder_.encode({{10.0}, setup.frames->period_s(), 25.0, 1.5}, bytes);
       now_ns += std::llround(setup.frames->period_s() * 1e9);
       take(pipeline->feed(bytes, now_ns));
     }

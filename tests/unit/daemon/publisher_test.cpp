@@ -46,7 +46,7 @@ struct PublisherTest : testing::Test {
       const auto json = nlohmann::json::parse(line);
       std::string message = json["method"];
       if (message == "sample") message += " " + std::to_string(json["params"]["time_s"].get<int>());
-      if (axes) message = json["params"]["axis"].get<std::string>() + " " + message;
+      if (axes) message.insert(0, json["params"]["axis"].get<std::string>() + " ");
       messages.push_back(message);
     }
     return messages;

@@ -63,7 +63,7 @@ TEST_F(LiveRate, IsAnEventOfTheInstanceOnce) {
   const double half_s = setup_.frames->period_s() / 2;  // twice as many a second as the description says
   for (int i = 0; i < 80 * 400; ++i) {
     std::vector<std::uint8_t> bytes;
-    encoder_.encode({10.0, half_s, 25.0, 1.5}, bytes);
+    encoder_.encode({{10.0}, half_s, 25.0, 1.5}, bytes);
     instance.feed(bytes, arrival_ns_ += static_cast<std::int64_t>(half_s * 1e9));
   }
   std::vector<std::string> told;

@@ -13,8 +13,9 @@ namespace {
 constexpr std::int64_t kSecond = 1'000'000'000;
 
 drivers::GyroTruth truth_at(double elapsed_s) {
-  drivers::GyroTruth truth{elapsed_s, 25, 25.5, 25.25, 0.001, 5.32, 0.0123456, 25.375, {}};
-  truth.causes = {0.01, 0.001, 0.0002, -0.0003, 0.0004, 0.0005, 0.0006, -0.0000544};
+  drivers::GyroTruth truth{elapsed_s, 25, 25.5, 25.25, 0.001, 5.32, 0.0123456, 25.375, {}, 0};
+  truth.causes = {0.01, 0.001, 0.0002, -0.0003, 0.0004, 0.0005, 0.0006, -0.0000544, 0.0007};
+  truth.case_degc = 26;
   return truth;
 }
 
@@ -33,14 +34,16 @@ TEST(TruthFile, SaysWhatWasSimulatedAndWritesOneRowASecond) {
   const std::string text = test::read_file(folder.file("truth.csv"));
   EXPECT_EQ(text.find("# simulated: "), 0u);
   EXPECT_NE(text.find("\n# profile: paper\n# seed: 42\n"), std::string::npos);
-  EXPECT_EQ(rows_of(text),
-            "time_utc,time_s,elapsed_s,chamber_degc,body_degc,inner_degc,slope_degc_per_s,uhfo_v,bias_deg_per_h,"
-            "sensor_degc,thermal_deg_per_h,hysteresis_deg_per_h,turn_on_deg_per_h,warm_up_deg_per_h,flicker_deg_per_h,"
-            "mode_hops_deg_per_h,ageing_deg_per_h,tilt_deg_per_h\n"
-            "2026-01-01T00:00:01Z,1767225601,1.000000,25.00000,25.500000,25.250000,0.001000000,5.320000,0.0123456,"
-            "25.375000,0.0100000,0.0010000,0.0002000,-0.0003000,0.0004000,0.0005000,0.0006000,-0.0000544\n"
-            "2026-01-01T00:00:02Z,1767225602,2.000000,25.00000,25.500000,25.250000,0.001000000,5.320000,0.0123456,"
-            "25.375000,0.0100000,0.0010000,0.0002000,-0.0003000,0.0004000,0.0005000,0.0006000,-0.0000544\n");
+  EXPECT_EQ(
+      rows_of(text),
+      "time_utc,time_s,elapsed_s,chamber_degc,body_degc,inner_degc,slope_degc_per_s,uhfo_v,bias_deg_per_h,"
+      "sensor_degc,thermal_deg_per_h,hysteresis_deg_per_h,turn_on_deg_per_h,warm_up_deg_per_h,flicker_deg_per_h,"
+      "mode_hops_deg_per_h,ageing_deg_per_h,tilt_deg_per_h,gradient_deg_per_h,case_degc\n"
+      "2026-01-01T00:00:01Z,1767225601,1.000000,25.00000,25.500000,25.250000,0.001000000,5.320000,0.0123456,"
+      "25.375000,0.0100000,0.0010000,0.0002000,-0.0003000,0.0004000,0.0005000,0.0006000,-0.0000544,0.0007000,26.00000\n"
+      "2026-01-01T00:00:02Z,1767225602,2.000000,25.00000,25.500000,25.250000,0.001000000,5.320000,0.0123456,"
+      "25.375000,0.0100000,0.0010000,0.0002000,-0.0003000,0.0004000,0.0005000,0.0006000,-0.0000544,0.0007000,26."
+      "00000\n");
 }
 
 // A terminal's time begins anywhere within a second: the first row is at the first second that ends.

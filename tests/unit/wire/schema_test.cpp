@@ -90,6 +90,7 @@ const std::map<std::string, std::vector<std::string>> kSections = {
     {"valid", {"gyro", "valid"}},
     {"counter", {"counter"}},
     {"channel", {"temperature"}},
+    {"sensor", {"sensors", "*"}},
     {"role", {"status"}},
     {"vector", {"vectors"}},
 };

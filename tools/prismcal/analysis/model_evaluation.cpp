@@ -48,7 +48,7 @@ std::optional<double> rms_improvement(const compensation::Model& model, const re
                                       const ModelEvaluation& result) {
   std::vector<double> inputs;
   for (const std::string& name : model.info().inputs)
-    inputs.push_back(compensation::input_value(table.blocks.front(), name));
+    inputs.push_back(compensation::input_value(table.blocks.front(), model.info().features, name));
   const double mean = model.predict(inputs).mean_deg_per_h;
   if (!std::isfinite(mean)) return std::nullopt;
   std::vector<double> before = result.where_corrected(table.bias_deg_per_h);

@@ -193,7 +193,9 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::at
 }
 
 void add_train_options(CLI::App& command, TrainChoice& choice) {
-  command.add_option("--inputs", choice.inputs, "T, dTdt, U, lag1, lag2, …")->capture_default_str();
+  command
+      .add_option("--inputs", choice.inputs, "T, dTdt, U, lag1, lag2, …; of a sensor NAME, dNAME/dt, lag1:NAME, NAME-T")
+      ->capture_default_str();
   command.add_option("--serial", choice.serial, "of the gyro (default: what the recordings say)");
   command.add_option("--name", choice.name, "of the model, for people");
   command.add_option("--prior", choice.prior, "composite: folder of models of gyros of the same type, at least two");

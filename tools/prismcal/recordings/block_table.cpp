@@ -90,7 +90,7 @@ class Timeline {
 std::vector<double> BlockTable::column(const std::string& input) const {
   std::vector<double> values;
   values.reserve(blocks.size());
-  for (const compensation::Window& block : blocks) values.push_back(compensation::input_value(block, input));
+  for (const compensation::Window& block : blocks) values.push_back(compensation::input_value(block, features, input));
   return values;
 }
 

@@ -124,7 +124,9 @@ Result<RowReader> read_columns(const Lines& lines, LogSegment& segment, const st
   if (segment.format > kNewestFormat || segment.format < 1)
     return refuse(path, fmt::format("found format {}, expected 1 or 2: made by a newer prism", segment.format));
   const std::string place = fmt::format("{}:{}", path, lines.number());
-  auto layout = compensation::CsvLayout::parse(lines.line(), place);
+  const std::vector<SensorName> sensors = compensation::sensors_in(segment.comments);
+  auto layout =
+      compensation::CsvLayout::parse(lines.line(), place, std::make_shared<const std::vector<SensorName>>(sensors));
   if (!layout) return tl::unexpected<Error>(layout.error());
   segment.session = segment.value("session");
   if (!take_superseded(segment))

@@ -33,6 +33,35 @@ Result<void> take_serial(const Recording& recording, TrainingSet& set) {
   return {};
 }
 
+tl::unexpected<Error> no_input(const std::string& name) {
+  return refuse("--inputs",
+                fmt::format("found \"{}\", expected T, dTdt, U, a lag that --lag defines, or of a sensor its "
+                            "name, dNAME/dt, lagN:NAME, and NAME-T of one unit",
+                            name));
+}
+
+/// The sensors that the inputs are made of, with the units that the first recording gives them; every recording has
+/// them.
+Result<void> take_inputs(const Recording& recording, TrainingSet& set) {
+  const SensorList list = recording.buckets.empty() ? nullptr : recording.buckets.front().sensor_list;
+  const std::vector<SensorName> there = list ? *list : std::vector<SensorName>();
+  const bool first = set.tables.empty();
+  for (const std::string& name : compensation::sensors_of(set.data.names)) {
+    const std::size_t index = sensor_index(there, name);
+    if (index == there.size())
+      return refuse(recording.name, fmt::format("has no sensor \"{}\" as --inputs asks for; its sensors: {}", name,
+                                                sensors_text(there)));
+    if (first) set.features.sensors.push_back(there[index]);
+    if (set.features.sensors[sensor_index(set.features.sensors, name)].unit != there[index].unit)
+      return refuse(recording.name,
+                    fmt::format("has \"{}\" in {}, the recordings before it in another unit", name, there[index].unit));
+  }
+  for (const std::string& name : set.data.names) {
+    if (!compensation::has_input(set.features, name)) return no_input(name);
+  }
+  return {};
+}
+
 nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& table, std::size_t left_out) {
   nlohmann::ordered_json facts = {{"name", recording.name}, {"files", nlohmann::ordered_json::array()}};
   for (const SourceFile& file : recording.files)
@@ -94,20 +123,20 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   set.features.end_mean_s = std::min(set.features.end_mean_s, set.features.length_s);
   set.data.names = inputs;
   set.facts = nlohmann::ordered_json::array();
-  for (const std::string& name : inputs) {
-    if (!compensation::has_input(set.features, name))
-      return refuse("--inputs", fmt::format("found \"{}\", expected T, dTdt, U or a lag that --lag defines", name));
-  }
   if (!options.hold_out.empty()) {
     const auto hold_out = parse_hold_out(options.hold_out);
     if (!hold_out) return tl::unexpected<Error>(hold_out.error());
     set.hold_out = *hold_out;
+  }
+  for (const std::string& name : inputs) {
+    if (!compensation::has_input(set.features, name) && compensation::sensors_of({name}).empty()) return no_input(name);
   }
   for (const std::string& path : paths) {
     const auto recording = read_recording(path, options.source);
     if (!recording) return tl::unexpected<Error>(recording.error());
     if (auto taken = take_serial(*recording, set); !taken) return tl::unexpected<Error>(taken.error());
     if (auto taken = take_axis(*recording, set); !taken) return tl::unexpected<Error>(taken.error());
+    if (auto known = take_inputs(*recording, set); !known) return tl::unexpected<Error>(known.error());
     const auto earth_rate = earth_rate_of(*recording, options.site);
     if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
     auto table = make_block_table(recording->buckets, set.features, *earth_rate, recording->name, recording->sessions);

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: MIT
+# Sensors by name: a gradient that an axis's own thermometer cannot see is learned from the difference to the case's, over five
+# pairs of seeds on another profile; the log carries every sensor; a model that asks for one that is not there is refused.
+. "$(dirname "$0")/lib.sh"
+PATH=$PRISM_BIN/tools/prismcal:$PATH
+cd "$dir"
+sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/stim300.json" >frames.json
+echo '{"name": "imu", "frames": "frames.json", "clock": "device", "site": {"latitude_deg": 34.25}, "axes": {"x": {"elevation_deg": 90}}}' >imu.json
+record() { # FOLDER PROFILE SEED
+  prismsim --frames frames.json --axis x --gradient 0.004 --smooth --hours 12 --profile "$2" --seed "$3" --out "$1.pcap" 2>/dev/null
+  rm -rf "$1"; prismd imu.json --replay "$1.pcap" --out "$1" >/dev/null || fail "the replay of $1"
+}
+left() { # INPUTS: of the drift of the other profile, in deg/h
+  prismcal train one --inputs "$1" --method stepwise --quiet --out model.json >/dev/null || fail "training on $1"
+  prismcal evaluate model.json other | awk '$1 == "after" {print $3; exit}'
+}
+for pair in 1 2 3 4 5; do
+  record one fast $pair
+  record other second $((100 + pair))
+  without=$(left T,dTdt) with=$(left T,dTdt,acc_temp_x-T)
+  awk -v a="$without" -v b="$with" 'BEGIN {exit !(b > 0 && b <= 0.8 * a)}' ||
+    fail "pair $pair: $without deg/h are left without the difference, $with with it"
+  echo "pair $pair: left without the difference $without deg/h, with it $with"
+done
+contains "the log's columns" "$(grep -h '^time_utc' one/*.csv)" "sd_mean_deg_per_h,gyro_temp_x_degc,"
+contains "the model" "$(jq -c .features.sensors model.json)" '{"acc_temp_x":"degC"}'
+
+jq '.axes.x.model = "./model.json"' imu.json >served.json
+prismd served.json --replay other.pcap --out served >summary || fail "the corrected replay"
+contains "what it says" "$(cat summary)" "improvement"
+code=0; jq 'del(.axes) + {gyro: {axis: "x"}, model: "./model.json"}' imu.json >one.json; prismd one.json --check 2>one.err || code=$?
+same "exit code without axes" "$code" 78
+contains "what it says" "$(cat one.err)" 'found acc_temp_x, expected one that stim300 gives where "axes" names the axes: none'
+sed 's/"acc_temp_x": {"field": "acc_temp_x"/"board": {"field": "acc_temp_x"/' frames.json >other.json; mv other.json frames.json
+code=0; prismd served.json --check 2>served.err || code=$?
+same "exit code without the sensor" "$code" 78
+contains "what it says" "$(cat served.err)" "found acc_temp_x, expected one that stim300 gives: gyro_temp_x"
+code=0; prismcal train one --inputs T,shell-T --out no.json 2>no.err >out || code=$?
+contains "what it says" "$(cat no.err)" 'has no sensor "shell" as --inputs asks for; its sensors: gyro_temp_x, '

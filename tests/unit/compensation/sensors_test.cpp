@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+// Sensors by name: what inputs are called, what windows know of them, and how a log carries them.
+#include "compensation/sensors.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compensation/compensated_text.hpp"
+#include "compensation/conditioner.hpp"
+#include "compensation/engine.hpp"
+#include "compensation/model_text.hpp"
+#include "tests/support/models.hpp"
+
+namespace prism::compensation {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+SensorList list_of(std::vector<SensorName> sensors) {
+  return std::make_shared<const std::vector<SensorName>>(std::move(sensors));
+}
+
+FeatureDefinition with_case() {
+  FeatureDefinition features = test::short_features();
+  features.sensors = {{"case", "degC"}, {"anode", "V"}};
+  features.lag_time_constants_s = {20};
+  return features;
+}
+
+TEST(Sensors, InputsOfThemAreNamedByWhatIsMadeOfThem) {
+  const FeatureDefinition features = with_case();
+  for (const char* name :
+       {"T", "dTdt", "U", "lag1", "case", "dcase/dt", "lag1:case", "case-T", "T-case", "anode", "anode-U"})
+    EXPECT_TRUE(has_input(features, name)) << name;
+  for (const char* name : {"", "d/dt", "dT/dt", "lag2:case", "lag1:T", "case-case", "case-anode", "case-", "-T",
+                           "shell", "dshell/dt", "lag1:", "case-T-T", "dcase/dt-T"})
+    EXPECT_FALSE(has_input(features, name)) << name;
+  EXPECT_THAT(sensors_of({"T", "case-T", "dcase/dt", "anode", "lag1"}), ElementsAre("case", "anode"));
+  EXPECT_EQ(unit_of_input(features, "dcase/dt"), "degC/s");
+  EXPECT_EQ(unit_of_input(features, "anode"), "V");
+  EXPECT_EQ(unit_of_input(features, "case-T"), "degC");
+}
+
+TEST(Sensors, ANameIsNoneOfTheInputsThatWereThereBefore) {
+  for (const char* name : {"case", "gyro_temp_x", "chamber.temperature", "lag", "lagoon", "t"})
+    EXPECT_TRUE(is_sensor_name(name)) << name;
+  for (const char* name : {"", "T", "U", "dTdt", "lag1", "case-T", "a b", "1st", "dcase/dt", "x:y"})
+    EXPECT_FALSE(is_sensor_name(name)) << name;
+  EXPECT_EQ(sensor_column({"case", "degC"}), "case_degc");
+  EXPECT_EQ(sensor_of_column("anode_ma")->unit, "mA");
+  EXPECT_EQ(sensor_of_column("gyro_temp_x_degc")->name, "gyro_temp_x");
+  EXPECT_FALSE(sensor_of_column("quality"));
+}
+
+Bucket bucket_at(std::int64_t second, const SensorList& list, std::vector<double> values) {
+  Bucket bucket;
+  bucket.second = second;
+  bucket.samples = 1;
+  bucket.rate_deg_per_h = 8;
+  bucket.temperature_degc = 25;
+  bucket.sensor_list = list;
+  bucket.sensors = std::move(values);
+  return bucket;
+}
+
+// The case warms by 0.1 degC/s while T stands; in the stream it comes second.
+TEST(Sensors, AWindowHasTheirMeanSlopeLagAndDifference) {
+  const FeatureDefinition features = with_case();
+  Conditioner conditioner(features);
+  const SensorList list = list_of({{"anode", "V"}, {"case", "degC"}});
+  Window window;
+  for (int second = 0; second < 100; ++second)
+    window = conditioner.push(bucket_at(second, list, {5, 30 + 0.1 * second}));
+  const auto value = [&](const char* name) { return input_value(window, features, name); };
+  EXPECT_NEAR(value("case"), 30 + 0.1 * (99 - 4.5), 1e-9);
+  EXPECT_NEAR(value("dcase/dt"), 0.1, 1e-12);
+  EXPECT_NEAR(value("case-T"), value("case") - 25, 1e-12);
+  EXPECT_NEAR(value("T-case"), 25 - value("case"), 1e-12);
+  EXPECT_NEAR(value("lag1:case"), 2, 0.1) << "20 s behind at 0.1 degC/s";
+  EXPECT_EQ(value("anode"), 5);
+}
+
+TEST(Sensors, WhatIsNotKnownForLongerThanAHoleHasNoValueAndTheRestHas) {
+  const FeatureDefinition features = with_case();
+  Conditioner conditioner(features);
+  const SensorList list = list_of({{"case", "degC"}});
+  Window window;
+  for (int second = 0; second < 40; ++second)
+    window = conditioner.push(bucket_at(second, list, {second < 32 ? 30 : kUnknown}));
+  EXPECT_EQ(window.state, WindowState::kReady) << "T is known all the time";
+  for (const char* name : {"case", "dcase/dt", "lag1:case", "case-T", "anode"})
+    EXPECT_TRUE(std::isnan(input_value(window, features, name))) << name;
+  EXPECT_EQ(input_value(window, features, "T"), 25);
+}
+
+TEST(Sensors, AStreamOfAnotherOrderGoesOn) {
+  const FeatureDefinition features = with_case();
+  Conditioner conditioner(features);
+  Window window;
+  for (int second = 0; second < 30; ++second) {
+    const bool first = second < 15;
+    const SensorList list =
+        first ? list_of({{"case", "degC"}, {"anode", "V"}}) : list_of({{"anode", "V"}, {"case", "degC"}});
+    window = conditioner.push(bucket_at(second, list, first ? std::vector<double>{30, 5} : std::vector<double>{5, 30}));
+  }
+  EXPECT_EQ(input_value(window, features, "case"), 30);
+  EXPECT_EQ(input_value(window, features, "anode"), 5);
+}
+
+// Only the axes whose models use a sensor that fails are uncorrected.
+TEST(Sensors, AModelWithoutTheSensorServesOnWhereItFails) {
+  const SensorList list = list_of({{"case", "degC"}});
+  FeatureDefinition features = test::short_features();
+  features.sensors = {{"case", "degC"}};
+  Engine with({}, list), without({}, list);
+  ASSERT_TRUE(with.use(test::linear_model({"case-T"}, {0.1}, 0, features), nullptr));
+  ASSERT_TRUE(without.use(test::linear_model({"T"}, {0.1}, 0, test::short_features()), nullptr));
+  Correction last_with, last_without;
+  for (int tenth = 1; tenth < 600; ++tenth) {
+    Sample sample;
+    sample.time_ns = 1'700'000'000'000'000'000 + tenth * 100'000'000LL;
+    sample.interval_s = 0.1;
+    sample.rate_deg_per_h = 8;
+    sample.temperature_degc = 20;
+    const std::vector<double> values = {tenth < 300 ? 24 : kUnknown};
+    Compensated out;
+    with.push(sample, out, values);
+    last_with = out.correction;
+    if (tenth == 299) {
+      EXPECT_NEAR(last_with.bias_deg_per_h, 0.4, 1e-9);
+    }
+    without.push(sample, out, values);
+    last_without = out.correction;
+  }
+  EXPECT_TRUE(last_with.quality & kInputMissing);
+  EXPECT_TRUE(std::isnan(last_with.bias_deg_per_h));
+  EXPECT_EQ(last_without.quality, kGood);
+}
+
+TEST(Sensors, ALogCarriesThemBeforeItsLastColumn) {
+  const std::vector<SensorName> sensors = {{"case", "degC"}, {"anode", "V"}};
+  const std::string metadata = "# axis: x\n" + sensors_line(sensors) + "# session: …\n", columns = csv_columns(sensors);
+  EXPECT_EQ(sensors_in(metadata), sensors);
+  EXPECT_THAT(columns, HasSubstr(",sd_mean_deg_per_h,case_degc,anode_v,partial"));
+  CompensatedWindow row;
+  row.window.bucket = bucket_at(1'700'000'000, list_of(sensors), {21.5, kUnknown});
+  std::string line;
+  append_csv(line, row);
+  EXPECT_THAT(line, HasSubstr(",21.500000,,0\n"));
+  const auto layout = CsvLayout::parse(columns, "g.csv:5", list_of(sensors));
+  ASSERT_TRUE(layout);
+  const auto read = parse_csv(line, "g.csv:6", *layout);
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(*read->window.bucket.sensor_list, sensors);
+  EXPECT_EQ(read->window.bucket.sensors[0], 21.5);
+  EXPECT_TRUE(std::isnan(read->window.bucket.sensors[1]));
+  EXPECT_EQ(CsvLayout::parse(csv_columns(), "g.csv:5", list_of(sensors)).error().text(),
+            "g.csv:5: found no column \"case_degc\", which its metadata names");
+  EXPECT_EQ(parse_csv("2023-11-14T22:13:21Z,1700000001,1,0,8,25,,0,,,,,,,,,warming,,warm,5,0", "g.csv:7", *layout)
+                .error()
+                .text(),
+            "g.csv:7: a sensor: \"warm\" is not a value");
+  EXPECT_EQ(sensors_line({}), "");
+}
+
+TEST(Sensors, AModelFileNamesThemWithTheirUnits) {
+  FeatureDefinition features = with_case();
+  Domain domain{{-10, 0}, {10, 9}};
+  const auto model = test::linear_model({"case-T", "anode"}, {0.1, 2}, 0, features, domain);
+  const std::string text = format_model(*model);
+  EXPECT_THAT(text, HasSubstr(R"("sensors": {"case": "degC", "anode": "V"}})"));
+  const auto again = parse_model(text, "m.json");
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ((*again)->info().features, features);
+  EXPECT_EQ((*again)->info().id, model->info().id);
+  std::string lost = text;
+  lost.replace(lost.find("\"case\": \"degC\", "), 16, "");
+  EXPECT_EQ(parse_model(lost, "m.json").error().text(),
+            "m.json:/inputs/0/name: found \"case-T\", expected T, dTdt, U, a lag or a sensor's that features define");
+}
+
+}  // namespace
+}  // namespace prism::compensation
