@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "compensation/model_text.hpp"
 #include "compensation/text_number.hpp"
@@ -16,6 +17,7 @@
 #include "tools/prismcal/analysis/data_quality_table.hpp"
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/input_choice.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/commands/siblings.hpp"
 #include "tools/prismcal/commands/training_run.hpp"
@@ -150,7 +152,16 @@ std::string TrainingRun::model_text() const {
   return compensation::format_model(*trained.model, provenance(set, summary));
 }
 
-Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::atomic<bool>* (*stop)()) {
+Result<TrainingRun> train_on_recordings(const TrainChoice& asked, const std::atomic<bool>* (*stop)()) {
+  TrainChoice choice = asked;
+  std::optional<training::InputSearch> search;
+  if (choice.inputs == "auto") {
+    auto found = choose_inputs(choice);
+    if (!found) return tl::unexpected<Error>(found.error());
+    choice.inputs = fmt::format("{}", fmt::join(found->best().inputs, ","));
+    search = std::move(*found);
+    if (!choice.method.quiet) fmt::print(stderr, "{}", search_text(*search));
+  }
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
   const std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
@@ -184,6 +195,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::at
   if (!trained) return tl::unexpected<Error>(trained.error());
   auto summary = summary_json(*trained, *settings, names);
   summary["recordings"] = set->facts;
+  if (search) summary["input_search"] = search_json(*search);
   if (set->hold_out.wanted()) {
     auto held = judge_held(*trained, *set);
     if (!held) return tl::unexpected<Error>(held.error());
@@ -194,7 +206,8 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::at
 
 void add_train_options(CLI::App& command, TrainChoice& choice) {
   command
-      .add_option("--inputs", choice.inputs, "T, dTdt, U, lag1, lag2, …; of a sensor NAME, dNAME/dt, lag1:NAME, NAME-T")
+      .add_option("--inputs", choice.inputs,
+                  "T, dTdt, U, lag1, lag2, …; of a sensor NAME, dNAME/dt, lag1:NAME, NAME-T; or auto")
       ->capture_default_str();
   command.add_option("--serial", choice.serial, "of the gyro (default: what the recordings say)");
   command.add_option("--name", choice.name, "of the model, for people");

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/input_choice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace prism::commands {
+namespace {
+
+/// What a recording can give a model: T, dTdt, U, the lags, and of each sensor its difference to T (in degC; else
+/// itself) and its slope. What is not known most of the time is none.
+Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
+  const auto recording = recordings::read_recording(choice.files.front(), choice.recordings.source);
+  if (!recording) return tl::unexpected<Error>(recording.error());
+  const auto often = [&](auto value_of) {
+    const auto known = std::count_if(recording->buckets.begin(), recording->buckets.end(),
+                                     [&](const auto& bucket) { return std::isfinite(value_of(bucket)); });
+    return 10 * static_cast<std::size_t>(known) > 9 * recording->buckets.size();
+  };
+  std::vector<std::string> names = {"T", "dTdt"};
+  if (often([](const compensation::Bucket& bucket) { return bucket.uhfo_v; })) names.emplace_back("U");
+  const std::size_t lags = choice.recordings.features.lag_time_constants_s.size();
+  for (std::size_t i = 1; i <= lags; ++i) names.push_back(fmt::format("lag{}", i));
+  const SensorList list = recording->buckets.empty() ? nullptr : recording->buckets.front().sensor_list;
+  for (std::size_t i = 0; list && i < list->size(); ++i) {
+    if (!often([i](const compensation::Bucket& bucket) {
+          return i < bucket.sensors.size() ? bucket.sensors[i] : kUnknown;
+        }))
+      continue;
+    const SensorName& sensor = (*list)[i];
+    names.push_back(sensor.unit == "degC" ? sensor.name + "-T" : sensor.name);
+    names.push_back("d" + sensor.name + "/dt");
+  }
+  return names;
+}
+
+double gain_percent(const training::InputSearch& search, const training::InputSet& set) {
+  return 100 * (1 - set.error_deg_per_h / search.without_deg_per_h);
+}
+
+}  // namespace
+
+Result<training::InputSearch> choose_inputs(const TrainChoice& choice) {
+  const auto candidates = candidates_of(choice);
+  if (!candidates) return tl::unexpected<Error>(candidates.error());
+  const auto set = recordings::read_training_set(choice.files, *candidates, choice.recordings);
+  if (!set) return tl::unexpected<Error>(set.error());
+  return training::search_inputs(set->data);
+}
+
+std::string search_text(const training::InputSearch& search) {
+  std::string text = fmt::format(
+      "inputs, by second-order polynomials on held-out parts: the mean alone leaves {:.5f} deg/h; each by itself\n",
+      search.without_deg_per_h);
+  const auto line = [&](const std::string& name, const training::InputSet& set, const char* mark) {
+    text += fmt::format("  {:<36} {:.5f} ± {:.5f} deg/h  {:6.1f} %{}\n", name, set.error_deg_per_h,
+                        set.standard_error_deg_per_h, gain_percent(search, set), mark);
+  };
+  for (const training::InputSet& set : search.alone) line(set.inputs.front(), set, "");
+  text += "together, the most helpful first\n";
+  for (std::size_t i = 0; i < search.path.size(); ++i) {
+    line((i > 0 ? "+ " : "") + search.path[i].inputs.back(), search.path[i],
+         i == search.chosen ? "  chosen: the smallest set within one standard error of the best" : "");
+  }
+  return text;
+}
+
+nlohmann::ordered_json search_json(const training::InputSearch& search) {
+  const auto sets = [&](const std::vector<training::InputSet>& of) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::array();
+    for (const training::InputSet& set : of)
+      json.push_back({{"inputs", set.inputs},
+                      {"error_deg_per_h", set.error_deg_per_h},
+                      {"standard_error_deg_per_h", set.standard_error_deg_per_h},
+                      {"gain_percent", gain_percent(search, set)}});
+    return json;
+  };
+  return {{"without_deg_per_h", search.without_deg_per_h},
+          {"alone", sets(search.alone)},
+          {"path", sets(search.path)},
+          {"chosen", search.best().inputs}};
+}
+
+}  // namespace prism::commands
