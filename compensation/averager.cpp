@@ -40,16 +40,23 @@ double Averager::Mean::value() const {
 }
 
 std::optional<Bucket> Averager::push(const Sample& sample, QuantitySet implausible, std::span<const double> sensors) {
+  const auto take = [&] {
+    add(sample, implausible);
+    for (std::size_t i = 0; i < sensors_.size(); ++i) {
+      if (!std::isfinite(sensors[i])) continue;
+      sensors_[i].sum += sensors[i];
+      sensors_[i].weight += 1;
+    }
+  };
   const std::int64_t second = bucket_second(sample.time_ns);
-  std::optional<Bucket> closed;
-  if (open_ && second != bucket_.second) closed = close();
-  if (!open_ || closed) open(sample, second);
-  add(sample, implausible);
-  for (std::size_t i = 0; i < sensors_.size(); ++i) {
-    if (!std::isfinite(sensors[i])) continue;
-    sensors_[i].sum += sensors[i];
-    sensors_[i].weight += 1;
+  if (open_ && second == bucket_.second) {  // nearly always: no bucket is made, and none is destroyed
+    take();
+    return std::nullopt;
   }
+  std::optional<Bucket> closed;
+  if (open_) closed = close();
+  open(sample, second);
+  take();
   return closed;
 }
 

@@ -55,7 +55,8 @@ struct Course {
     }
     frames = *parsed;
     std::vector<std::uint8_t> one;
-    prism::wire::FrameEncoder(frames).encode({{8.4652}, frames->period_s(), 25, 5.32, 0, true}, one);
+    prism::wire::FrameEncoder(frames).encode(
+        {.rate_deg_per_h = {8.4652}, .interval_s = frames->period_s(), .temperature_degc = 25, .uhfo_v = 5.32}, one);
     frame_bytes = one.size();
     line_bytes = prismd()->line_bytes();
   }

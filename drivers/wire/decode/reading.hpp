@@ -21,6 +21,9 @@ struct GyroReading {
 };
 
 struct Reading {
+  /// The sensors stay as they are: who has none pays nothing for them.
+  Reading() {}  // the default one would set them to zero
+
   /// When the frame's last byte had arrived: arrival of its chunk minus the wire time of the bytes behind it there.
   std::int64_t arrival_ns = 0;
   std::uint64_t offset = 0;  ///< of its first byte in the stream since the decoder was made
