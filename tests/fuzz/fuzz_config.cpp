@@ -17,7 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   require(!config->name.empty() && config->name.size() < 256);
-  for (const std::string& word : {config->name, config->gyro.serial}) {
+  for (const std::string& word : {config->name, config->gyro_serial}) {
     for (const char c : word) require(static_cast<unsigned char>(c) >= 0x20);
   }
   require(config->name.find('/') == std::string::npos);
