@@ -75,8 +75,7 @@ Acquisition::Acquisition(pipeline::Setup setup, std::vector<std::unique_ptr<RowW
       rate_watch_(setup_.frames->rate_hz) {
   const std::size_t axes = setup_.axes.size();
   logs.resize(axes);
-  for (std::size_t i = 0; i < axes; ++i)
-    records_.emplace_back(std::move(logs[i]), events_, axes > 1 ? axis_name(i) + ": " : "");
+  for (std::size_t i = 0; i < axes; ++i) records_.emplace_back(std::move(logs[i]), events_, axis_prefix(i));
   if (const RowWriter* log = records_.front().log()) log_counters_ = &log->counters();
 }
 

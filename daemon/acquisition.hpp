@@ -57,6 +57,8 @@ class Acquisition {
   std::size_t axes() const { return records_.size(); }
   /// Of the frame description.
   const std::string& axis_name(std::size_t axis) const { return setup_.frames->axes[axis].name; }
+  /// What stands before a text of the axis: "x: " where there are several.
+  std::string axis_prefix(std::size_t axis) const { return setup_.axes.size() > 1 ? axis_name(axis) + ": " : ""; }
   const compensation::Engine& engine(std::size_t axis) const { return pipeline_->axes()[axis].engine; }
   const AxisRecord& record(std::size_t axis) const { return records_[axis]; }
   /// Length in s of the window, and of the blocks that the stability is of: the model's, or the paper's.

@@ -76,9 +76,9 @@ class Live {
     const Acquisition& acquisition = instance_.acquisition;
     for (std::size_t i = 0; i < acquisition.axes(); ++i) {
       if (setup().axes[i].model) continue;
-      instance_.tell(Severity::kWarning, "no_model",
-                     (acquisition.axes() > 1 ? acquisition.axis_name(i) + ": " : "") +
-                         "no model is configured: rates are published uncorrected, marked no_model");
+      instance_.tell(
+          Severity::kWarning, "no_model",
+          acquisition.axis_prefix(i) + "no model is configured: rates are published uncorrected, marked no_model");
     }
   }
 

@@ -196,7 +196,7 @@ class Replay {
     if (const LogCounters* log = s.log())
       fmt::print("log: {} rows in {}\n", log->rows.load(), s.setup().config.log->directory);
     for (std::size_t i = 0; i < s.axes(); ++i) {
-      if (s.axes() > 1) fmt::print("{}: ", s.axis_name(i));
+      fmt::print("{}", s.axis_prefix(i));
       summarise(s.record(i).stability());
     }
   }

@@ -99,8 +99,7 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureD
         path, fmt::format("recorded from gyro \"{}\", the model is bound to \"{}\"; --any-gyro judges it all the same",
                           serial, model->gyro_serial));
   }
-  const SensorList list = recording->buckets.empty() ? nullptr : recording->buckets.front().sensor_list;
-  const std::vector<SensorName> there = list ? *list : std::vector<SensorName>();
+  const std::vector<SensorName> there = recording->sensors();
   for (const SensorName& sensor : features.sensors) {
     if (sensor_index(there, sensor.name) == there.size())
       return refuse(path, fmt::format("has no sensor \"{}\" as the model asks for; its sensors: {}", sensor.name,

@@ -23,13 +23,13 @@ Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
   if (often([](const compensation::Bucket& bucket) { return bucket.uhfo_v; })) names.emplace_back("U");
   const std::size_t lags = choice.recordings.features.lag_time_constants_s.size();
   for (std::size_t i = 1; i <= lags; ++i) names.push_back(fmt::format("lag{}", i));
-  const SensorList list = recording->buckets.empty() ? nullptr : recording->buckets.front().sensor_list;
-  for (std::size_t i = 0; list && i < list->size(); ++i) {
+  const std::vector<SensorName> sensors = recording->sensors();
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
     if (!often([i](const compensation::Bucket& bucket) {
           return i < bucket.sensors.size() ? bucket.sensors[i] : kUnknown;
         }))
       continue;
-    const SensorName& sensor = (*list)[i];
+    const SensorName& sensor = sensors[i];
     names.push_back(sensor.unit == "degC" ? sensor.name + "-T" : sensor.name);
     names.push_back("d" + sensor.name + "/dt");
   }

@@ -26,6 +26,11 @@ std::string Recording::value(const std::string& key) const {
   return found == metadata.end() ? "" : found->second;
 }
 
+std::vector<SensorName> Recording::sensors() const {
+  const SensorList list = buckets.empty() ? nullptr : buckets.front().sensor_list;
+  return list ? *list : std::vector<SensorName>();
+}
+
 void Recording::add_metadata(const std::string& lines) {
   std::istringstream in(lines);
   for (std::string line; std::getline(in, line);) {

@@ -26,7 +26,9 @@ struct Recording {
   std::vector<std::string> notes;               ///< what was left out of it, for people
 
   std::string value(const std::string& key) const;  ///< empty where the recording does not say
-  void add_metadata(const std::string& lines);      ///< "# key: value" lines; other lines are passed over
+  /// Whose values its seconds carry; none where it has no second.
+  std::vector<SensorName> sensors() const;
+  void add_metadata(const std::string& lines);  ///< "# key: value" lines; other lines are passed over
 };
 
 struct SourceOptions {

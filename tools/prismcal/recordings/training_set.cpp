@@ -10,26 +10,17 @@
 namespace prism::recordings {
 namespace {
 
-// Of two axes of a device no model can be made; version 0.1 wrote "-" where a device has one.
-Result<void> take_axis(const Recording& recording, TrainingSet& set) {
-  const std::string axis = recording.value("axis");
-  if (axis.empty() || axis == "-") return {};
-  if (!set.axis.empty() && set.axis != axis) {
-    return refuse(recording.name, fmt::format("recorded from axis \"{}\", expected \"{}\" as the recordings before it",
-                                              axis, set.axis));
+/// What a log says of whose data it holds, where it does: of two gyros, or of two axes of one, no model is made.
+/// Version 0.1 wrote "-" for the axis of a device with one.
+Result<void> take_source(const Recording& recording, const char* key, const char* called, const char* none,
+                         std::string& known) {
+  const std::string found = recording.value(key);
+  if (found.empty() || found == none) return {};
+  if (!known.empty() && known != found) {
+    return refuse(recording.name, fmt::format("recorded from {} \"{}\", expected \"{}\" as the recordings before it",
+                                              called, found, known));
   }
-  set.axis = axis;
-  return {};
-}
-
-Result<void> take_serial(const Recording& recording, TrainingSet& set) {
-  const std::string serial = recording.value("gyro_serial");
-  if (serial.empty() || serial == "unknown") return {};
-  if (!set.serial.empty() && set.serial != serial) {
-    return refuse(recording.name, fmt::format("recorded from gyro \"{}\", expected \"{}\" as the recordings before it",
-                                              serial, set.serial));
-  }
-  set.serial = serial;
+  known = found;
   return {};
 }
 
@@ -43,8 +34,7 @@ tl::unexpected<Error> no_input(const std::string& name) {
 /// The sensors that the inputs are made of, with the units that the first recording gives them; every recording has
 /// them.
 Result<void> take_inputs(const Recording& recording, TrainingSet& set) {
-  const SensorList list = recording.buckets.empty() ? nullptr : recording.buckets.front().sensor_list;
-  const std::vector<SensorName> there = list ? *list : std::vector<SensorName>();
+  const std::vector<SensorName> there = recording.sensors();
   const bool first = set.tables.empty();
   for (const std::string& name : compensation::sensors_of(set.data.names)) {
     const std::size_t index = sensor_index(there, name);
@@ -134,8 +124,10 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   for (const std::string& path : paths) {
     const auto recording = read_recording(path, options.source);
     if (!recording) return tl::unexpected<Error>(recording.error());
-    if (auto taken = take_serial(*recording, set); !taken) return tl::unexpected<Error>(taken.error());
-    if (auto taken = take_axis(*recording, set); !taken) return tl::unexpected<Error>(taken.error());
+    if (auto taken = take_source(*recording, "gyro_serial", "gyro", "unknown", set.serial); !taken)
+      return tl::unexpected<Error>(taken.error());
+    if (auto taken = take_source(*recording, "axis", "axis", "-", set.axis); !taken)
+      return tl::unexpected<Error>(taken.error());
     if (auto known = take_inputs(*recording, set); !known) return tl::unexpected<Error>(known.error());
     const auto earth_rate = earth_rate_of(*recording, options.site);
     if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
