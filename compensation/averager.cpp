@@ -8,8 +8,8 @@ namespace prism::compensation {
 namespace {
 
 // Bounded: an interval of an hour or more leaves no second whole anyway.
-std::int64_t interval_of(const Sample& sample) {
-  return sample.interval_s > 0 ? std::llround(1e9 * std::min(sample.interval_s, 3600.0)) : 0;
+std::int64_t interval_ns(double interval_s) {
+  return interval_s > 0 ? std::llround(1e9 * std::min(interval_s, 3600.0)) : 0;
 }
 
 }  // namespace
@@ -42,27 +42,28 @@ double Averager::Mean::value() const {
 std::optional<Bucket> Averager::push(const Sample& sample, QuantitySet implausible, std::span<const double> sensors) {
   const auto take = [&] {
     add(sample, implausible);
-    for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
       if (!std::isfinite(sensors[i])) continue;
       sensors_[i].sum += sensors[i];
       sensors_[i].weight += 1;
     }
   };
-  const std::int64_t second = bucket_second(sample.time_ns);
-  if (open_ && second == bucket_.second) {  // nearly always: no bucket is made, and none is destroyed
+  const std::int64_t into_ns = sample.time_ns - begin_ns_;
+  if (open_ && into_ns > 0 && into_ns <= kNanosecondsPerSecond) {  // nearly always: no bucket is made or destroyed
     take();
     return std::nullopt;
   }
   std::optional<Bucket> closed;
   if (open_) closed = close();
-  open(sample, second);
+  open(sample, bucket_second(sample.time_ns));
   take();
   return closed;
 }
 
 std::optional<Bucket> Averager::finish() {
   if (!open_) return std::nullopt;
-  if (next_end_ns_ <= (bucket_.second + 1) * kNanosecondsPerSecond) bucket_.partial = true;
+  const std::int64_t next_end_ns = last_ns_ + interval_ns(last_interval_s_);  // when a further sample would be due
+  if (next_end_ns <= begin_ns_ + kNanosecondsPerSecond) bucket_.partial = true;
   const Bucket last = close();
   *this = Averager(list_);
   return last;
@@ -75,14 +76,16 @@ void Averager::open(const Sample& sample, std::int64_t second) {
   std::fill(sensors_.begin(), sensors_.end(), WeightedSum{});
   open_ = begun_ = true;
   bucket_.second = second;
-  const std::int64_t interval_ns = interval_of(sample);
-  const std::int64_t missed_ns = sample.time_ns - interval_ns - second * kNanosecondsPerSecond;
-  bucket_.partial = !begun && missed_ns > interval_ns / 100;  // stamps are that true, not truer
+  begin_ns_ = second * kNanosecondsPerSecond;
+  const std::int64_t length_ns = interval_ns(sample.interval_s);
+  const std::int64_t missed_ns = sample.time_ns - length_ns - begin_ns_;
+  bucket_.partial = !begun && missed_ns > length_ns / 100;  // stamps are that true, not truer
 }
 
 void Averager::add(const Sample& sample, QuantitySet implausible) {
   ++bucket_.samples;
-  next_end_ns_ = sample.time_ns + interval_of(sample);
+  last_ns_ = sample.time_ns;
+  last_interval_s_ = sample.interval_s;
   bucket_.missing_frames += sample.missing_frames;
   bucket_.status |= sample.status;
   rate_.add(sample.rate_deg_per_h, sample.interval_s, implausible.rate);

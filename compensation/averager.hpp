@@ -47,7 +47,7 @@ class Averager {
   explicit Averager(SensorList sensors = nullptr)
       : sensors_(sensors ? sensors->size() : 0), list_(std::move(sensors)) {}
 
-  /// `implausible`: what of the sample is not believed. `sensors`: as the list.
+  /// `implausible`: what of the sample is not believed. `sensors`: as the list; empty: not read with this sample.
   std::optional<Bucket> push(const Sample& sample, QuantitySet implausible = {}, std::span<const double> sensors = {});
   std::optional<Bucket> finish();
 
@@ -71,7 +71,9 @@ class Averager {
   Mean rate_, temperature_, uhfo_;
   std::vector<WeightedSum> sensors_;
   SensorList list_;
-  std::int64_t next_end_ns_ = 0;  ///< when the sample after the last one is due
+  std::int64_t last_ns_ = 0;    ///< of the last sample,
+  double last_interval_s_ = 0;  ///< and how long it was
+  std::int64_t begin_ns_ = 0;   ///< of the open bucket
   bool open_ = false, begun_ = false;
 };
 

@@ -13,6 +13,10 @@
 
 namespace prism::compensation {
 
+/// Decimal places of what is written.
+inline constexpr int kRateDecimals = 6, kTemperatureDecimals = 5, kUhfoDecimals = 6, kSlopeDecimals = 8,
+                     kSensorDecimals = 6;
+
 /// The column line of the log, without its line end. Columns of `sensors` stand before the last one.
 std::string csv_columns(const std::vector<SensorName>& sensors = {});
 
@@ -55,7 +59,7 @@ inline constexpr std::size_t kJsonChars = 1024;
 char* put_json(char* at, const Compensated& row);
 /// The same, appended.
 void append_json(std::string& text, const Compensated& row);
-/// The "params" of a window notification.
+/// The "params" of a window notification; with "sensors" where there are some: their means over the second.
 void append_json(std::string& text, const CompensatedWindow& row);
 
 }  // namespace prism::compensation

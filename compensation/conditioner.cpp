@@ -103,8 +103,7 @@ Window Conditioner::push(const Bucket& bucket) {
 
 // Of another list the history that stands is of other places: it is emptied where those differ.
 void Conditioner::know(const Bucket& bucket) {
-  static const std::vector<SensorName> kNone;
-  const std::vector<SensorName>& list = bucket.sensor_list ? *bucket.sensor_list : kNone;
+  const std::vector<SensorName>& list = sensors_of_list(bucket.sensor_list);
   std::vector<std::size_t> places;
   for (const SensorName& sensor : definition_.sensors) places.push_back(sensor_index(list, sensor.name));
   if (places != places_) history_.clear();

@@ -49,7 +49,7 @@ class Engine {
 
   /// Corrects one sample; returns the window of a second that this sample closed. The first sample behind a gap longer
   /// than the model's max_gap_s, or behind a clock that was set back, already finds no bias: never the one of before.
-  /// `values`: of the sensors at that moment; unknown ones are kUnknown.
+  /// `values`: of the sensors at that moment, unknown ones kUnknown; empty: not read with this sample.
   std::optional<CompensatedWindow> push(const Sample& sample, Compensated& out, std::span<const double> values = {});
   /// Closes the second still open: the end of a session or of a replay. No bias is in force afterwards.
   std::optional<CompensatedWindow> finish();

@@ -13,6 +13,11 @@ std::string lower(std::string text) {
 
 }  // namespace
 
+const std::vector<SensorName>& sensors_of_list(const SensorList& list) {
+  static const std::vector<SensorName> kNone;
+  return list ? *list : kNone;
+}
+
 bool is_own_input(std::string_view name) {
   if (name == "T" || name == "dTdt" || name == "U") return true;
   return name.size() > 3 && name.starts_with("lag") &&

@@ -25,6 +25,9 @@ struct SensorName {
 /// Those of a stream, in the order of their values. Shared by all that carry values.
 using SensorList = std::shared_ptr<const std::vector<SensorName>>;
 
+/// An empty one where there is no list.
+const std::vector<SensorName>& sensors_of_list(const SensorList& list);
+
 /// One of the names of model inputs that are no sensor's: T, dTdt, U, lagN.
 bool is_own_input(std::string_view name);
 /// True where it can be a sensor's: see SensorName.

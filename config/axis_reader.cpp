@@ -100,6 +100,7 @@ void read_axes(const Section& top, const fs::path& base, Config& config) {
     if (!is_axis_name(name)) axes.fail(name, "found no name of an axis, expected 1 to 16 letters, digits or _");
     AxisConfig& axis = config.axes.emplace_back();
     axis.name = name;
+    axis.thermometer = section.text("temperature", "");
     read_mounting(section, axis);
     read_direction(section, axis);
     read_models(section, base, axis);

@@ -11,6 +11,7 @@
 
 #include "compensation/json_section.hpp"
 #include "config/axis_reader.hpp"
+#include "config/line_reader.hpp"
 #include "config/search_path.hpp"
 #include "config/socket_place.hpp"
 #include "config/text_file.hpp"
@@ -20,7 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kParities = {"none", "even", "odd"};
 constexpr std::array kClocks = {"host", "device"};
 constexpr std::array kFullPolicies = {"stop", "delete_oldest"};
 constexpr std::array kLevels = {"debug", "info", "warning", "error"};
@@ -29,12 +29,6 @@ constexpr std::array kLevels = {"debug", "info", "warning", "error"};
 constexpr std::size_t kStampBytes = sizeof "-20261121T091100Z-999.pcap" - 1;
 constexpr std::size_t kMaxFileNameBytes = 255, kMaxPathBytes = 4095;
 constexpr std::size_t kMaxSocketPathBytes = sizeof(sockaddr_un::sun_path) - 1;
-
-template <class T>
-std::optional<T> optional_integer(Section& section, const char* key, Range range) {
-  if (!section.has(key)) return std::nullopt;
-  return static_cast<T>(section.integer(key, range));
-}
 
 // It stands in a line of the log's metadata, which a newline or NUL would make unreadable.
 std::string one_line(const Section& section, const char* key, const std::string& otherwise) {
@@ -62,21 +56,6 @@ std::string read_name(Section& section, const fs::path& file) {
 /// A number of units as a whole number of their parts; `value` has the default.
 void read_scaled(const Section& section, const char* key, Range range, double unit, std::int64_t& value) {
   value = static_cast<std::int64_t>(section.number(key, range, static_cast<double>(value) / unit) * unit);
-}
-
-LineConfig read_line(Section section, const fs::path& base) {
-  LineConfig line;
-  line.device = section.text("device", "");
-  if (!line.device.empty()) line.device = (base / line.device).lexically_normal().string();
-  line.baud = optional_integer<int>(section, "baud", {50, 20e6});
-  line.data_bits = optional_integer<int>(section, "data_bits", {5, 8});
-  if (section.has("parity")) line.parity = kParities[section.choice("parity", kParities)];
-  line.stop_bits = optional_integer<int>(section, "stop_bits", {1, 2});
-  line.silence_s = section.number("silence_s", {0.1, 3600}, line.silence_s);
-  line.retry_min_s = section.number("retry_min_s", {0.01, 60}, line.retry_min_s);
-  line.retry_max_s =
-      section.number("retry_max_s", {line.retry_min_s, 600}, std::max(line.retry_max_s, line.retry_min_s));
-  return line;
 }
 
 std::optional<double> read_stuck(const Section& section) {
@@ -147,6 +126,7 @@ Config read_config(Section& top, const fs::path& file) {
   const Section section = top.object("gyro");
   config.gyro_serial = one_line(section, "serial", "");
   config.line = read_line(top.object("line"), base);
+  read_sensor_lines(top, base, config);
   config.frames = find_data_file(top.text("frames", "trplg"), "frames", base);
   config.device_clock = top.choice("clock", kClocks, 0) == 1;
   config.latitude_deg = top.object("site").number("latitude_deg", {-90, 90}, config.latitude_deg);
@@ -157,6 +137,11 @@ Config read_config(Section& top, const fs::path& file) {
                fmt::format("has {} bytes, expected at most {} with an axis \"{}\": segments of its log are named "
                            "after both",
                            config.name.size(), kMaxFileNameBytes - kStampBytes - 1 - axis.name.size(), axis.name));
+  }
+  for (const SensorLineConfig& line : config.sensor_lines) {
+    if (config.name.size() + 1 + line.name.size() > kMaxFileNameBytes - kStampBytes)
+      top.fail("name",
+               fmt::format("is too long with a sensor line \"{}\": its capture is named after both", line.name));
   }
   const Section plausibility = top.object("plausibility");
   config.plausibility = {read_rate(plausibility.object("rate")), read_temperature(plausibility.object("temperature")),

@@ -11,6 +11,7 @@
 #include "compensation/engine.hpp"
 #include "compensation/result.hpp"
 #include "compensation/sensor_limits.hpp"
+#include "compensation/text_columns.hpp"
 
 namespace prism::config {
 
@@ -19,6 +20,7 @@ struct AxisConfig {
   std::string name;  ///< as the frame description calls it; empty: its first (never where "axes" names them)
   double sign = 1;   ///< 1 or −1: the mounting
   std::optional<double> scale_factor_arcsec_per_pulse;  ///< of this very gyro; default: the description's
+  std::string thermometer;                              ///< the sensor that is its T; empty: the description's
   std::string model, fallback_model;                    ///< paths; empty: none
   std::optional<double> elevation_deg;  ///< of the input axis above the horizon; absent: earth rate is not reported
   double azimuth_deg = 0;               ///< of the input axis, from north through east
@@ -39,6 +41,17 @@ struct LineConfig {
   double retry_max_s = 5;
 
   bool operator==(const LineConfig&) const = default;
+};
+
+/// The line of an instrument beside the gyro.
+struct SensorLineConfig {
+  std::string name;           ///< its sensors are called NAME.SENSOR
+  LineConfig line;            ///< silence_s: preset stale_after_s
+  std::string frames;         ///< path of its frame description
+  double stale_after_s = 30;  ///< a value serves for so long
+  TextColumns text;
+
+  bool operator==(const SensorLineConfig&) const = default;
 };
 
 /// Files written in segments: the log and the capture.
@@ -70,6 +83,7 @@ struct Config {
   bool by_axes = false;  ///< the file names them in "axes": each has a log of its own, and its own inputs of a model
   LineConfig line;
   std::string frames;  ///< path of the frame description
+  std::vector<SensorLineConfig> sensor_lines;
   bool device_clock = false;
   double latitude_deg = 0;        ///< north positive, −90 to 90
   SensorStatements plausibility;  ///< beside what the frame description states

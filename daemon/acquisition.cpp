@@ -29,12 +29,24 @@ bool same_stream(const pipeline::Setup& a, const pipeline::Setup& b) {
   const auto same_axis = [](const wire::AxisRule& one, const wire::AxisRule& other) {
     return one.name == other.name && one.scale == other.scale && one.thermometer == other.thermometer;
   };
-  const auto sensors = [](const pipeline::Setup& setup) {
-    return setup.sensors ? *setup.sensors : std::vector<SensorName>();
+  const auto same_line = [](const pipeline::Setup::SensorLine& one, const pipeline::Setup::SensorLine& other) {
+    return one.name == other.name && one.frames->id == other.frames->id && one.stale_after_s == other.stale_after_s;
   };
-  return a.frames->id == b.frames->id && a.clock.source == b.clock.source && sensors(a) == sensors(b) &&
+  const auto same_source = [](const auto& one, const auto& other) { return one.thermometer == other.thermometer; };
+  return a.frames->id == b.frames->id && a.clock.source == b.clock.source &&
+         sensors_of_list(a.sensors) == sensors_of_list(b.sensors) &&
+         std::equal(a.sensor_lines.begin(), a.sensor_lines.end(), b.sensor_lines.begin(), b.sensor_lines.end(),
+                    same_line) &&
+         std::equal(a.axes.begin(), a.axes.end(), b.axes.begin(), b.axes.end(), same_source) &&
          std::equal(a.frames->axes.begin(), a.frames->axes.end(), b.frames->axes.begin(), b.frames->axes.end(),
                     same_axis);
+}
+
+// Of every line: as it is opened.
+bool same_wires(const pipeline::Setup& a, const pipeline::Setup& b) {
+  const auto same = [](const auto& one, const auto& other) { return one.line == other.line; };
+  return a.line == b.line &&
+         std::equal(a.sensor_lines.begin(), a.sensor_lines.end(), b.sensor_lines.begin(), b.sensor_lines.end(), same);
 }
 
 bool same_engines(const pipeline::Setup& a, const pipeline::Setup& b) {
@@ -52,6 +64,20 @@ Result<void> same_logs(const pipeline::Setup& before, const pipeline::Setup& aft
   if (names(before) == names(after)) return {};
   return refuse(after.config.path, fmt::format("has logs {}, expected {} as before: that needs a restart of prismd",
                                                fmt::join(names(after), ", "), fmt::join(names(before), ", ")));
+}
+
+// Each has a capture and a state of its own.
+Result<void> same_sensor_lines(const pipeline::Setup& before, const pipeline::Setup& after) {
+  const auto names = [](const pipeline::Setup& setup) {
+    std::vector<std::string> found;
+    for (const pipeline::Setup::SensorLine& line : setup.sensor_lines) found.push_back(line.name);
+    return found;
+  };
+  if (names(before) == names(after)) return {};
+  return refuse(after.config.path,
+                fmt::format("has sensor lines {}, expected {} as before: that needs a restart of prismd",
+                            names(after).empty() ? "none" : fmt::to_string(fmt::join(names(after), ", ")),
+                            names(before).empty() ? "none" : fmt::to_string(fmt::join(names(before), ", "))));
 }
 
 }  // namespace
@@ -91,6 +117,26 @@ const pipeline::Rows& Acquisition::feed(std::span<const std::uint8_t> bytes, std
   return keep(pipeline_->feed(bytes, arrival_ns));
 }
 
+void Acquisition::begin_sensor_session(std::size_t line, std::int64_t now_ns) {
+  if (!sensor_captures_.empty()) sensor_captures_[line]->mark_opened(now_ns);
+  pipeline_->begin_sensor_session(line, now_ns);
+}
+
+void Acquisition::feed_sensors(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
+  if (!sensor_captures_.empty()) sensor_captures_[line]->data(bytes, arrival_ns);
+  pipeline_->feed_sensors(line, bytes, arrival_ns);
+}
+
+// Two marks on every line: a replay finds the same places in each capture, also in one that was silent meanwhile.
+const pipeline::Rows& Acquisition::clock_set(std::int64_t before_ns, std::int64_t now_ns) {
+  for (std::size_t line = 0; line < setup_.sensor_lines.size(); ++line) {
+    begin_sensor_session(line, before_ns);
+    begin_sensor_session(line, now_ns);
+  }
+  if (capture_ && !setup_.sensor_lines.empty()) capture_->mark_opened(before_ns);
+  return begin_session(now_ns);
+}
+
 const pipeline::Rows& Acquisition::expire(std::int64_t now_ns) { return keep(pipeline_->expire(now_ns)); }
 
 const pipeline::Rows& Acquisition::finish() {
@@ -103,6 +149,7 @@ void Acquisition::close() {
     if (record.log()) record.log()->close();
   }
   capture_.reset();
+  sensor_captures_.clear();
 }
 
 void Acquisition::sync() {
@@ -110,13 +157,15 @@ void Acquisition::sync() {
     if (record.log()) record.log()->sync();
   }
   if (capture_) capture_->flush();
+  for (const auto& capture : sensor_captures_) capture->flush();
 }
 
 Result<Acquisition::Reconfigured> Acquisition::reconfigure(pipeline::Setup setup) {
   if (auto same = same_places(setup_.config, setup.config); !same) return tl::unexpected<Error>(same.error());
   if (auto same = same_logs(setup_, setup); !same) return tl::unexpected<Error>(same.error());
+  if (auto same = same_sensor_lines(setup_, setup); !same) return tl::unexpected<Error>(same.error());
   const bool stream = same_stream(setup, setup_);
-  Reconfigured done{!stream || !(setup.line == setup_.line), {}};
+  Reconfigured done{!stream || !same_wires(setup, setup_), {}};
   if (stream && same_engines(setup, setup_)) {
     if (auto used = pipeline_->use_models(setup); !used) return tl::unexpected<Error>(used.error());
   } else {

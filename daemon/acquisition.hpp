@@ -35,6 +35,11 @@ class Acquisition {
   /// The line was opened (again) at now_ns.
   const pipeline::Rows& begin_session(std::int64_t now_ns);
   const pipeline::Rows& feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
+  /// The same for a sensor line (index into Setup::sensor_lines).
+  void begin_sensor_session(std::size_t line, std::int64_t now_ns);
+  void feed_sensors(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
+  /// The host's clock was set: what was before_ns by it is now_ns. A session begins on every line.
+  const pipeline::Rows& clock_set(std::int64_t before_ns, std::int64_t now_ns);
   /// Nothing has arrived until now_ns.
   const pipeline::Rows& expire(std::int64_t now_ns);
   /// The line was lost, or the run ends.
@@ -43,6 +48,9 @@ class Acquisition {
   void close();
   /// Once a second: what was written goes to the disk.
   void sync();
+
+  /// Of each sensor line; before anything arrives.
+  void capture_sensors(std::vector<std::unique_ptr<CaptureLog>> captures) { sensor_captures_ = std::move(captures); }
 
   struct Reconfigured {
     bool line_changed = false;  ///< the line has to be opened anew
@@ -70,6 +78,9 @@ class Acquisition {
   /// The log waits for the disk with rows that were returned.
   bool unwritten() const { return log_counters_ && log_counters_->pending > 0; }
   const CaptureLog* capture() const { return capture_.get(); }
+  const CaptureLog* sensor_capture(std::size_t line) const {
+    return line < sensor_captures_.size() ? sensor_captures_[line].get() : nullptr;
+  }
   std::uint64_t sessions() const { return sessions_; }
   /// Since the start, over every pipeline that there was.
   std::uint64_t frames() const { return frames_before_ + pipeline_->decoder().counters().frames; }
@@ -83,6 +94,7 @@ class Acquisition {
   pipeline::Setup setup_;
   EventLog& events_;
   std::unique_ptr<CaptureLog> capture_;
+  std::vector<std::unique_ptr<CaptureLog>> sensor_captures_;  ///< empty, or of each sensor line
   std::unique_ptr<pipeline::Pipeline> pipeline_;
   std::vector<AxisRecord> records_;  ///< as the pipeline's axes
   const LogCounters* log_counters_ = nullptr;

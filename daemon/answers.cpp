@@ -9,24 +9,14 @@
 #include "compensation/compensated_text.hpp"
 #include "compensation/text_number.hpp"
 #include "config/version.hpp"
+#include "daemon/answer_json.hpp"
 #include "daemon/arrival_clock.hpp"
+#include "daemon/line_answers.hpp"
 
 namespace prism::daemon {
 namespace {
 
 using nlohmann::ordered_json;
-
-ordered_json known(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); }
-
-double seconds(std::int64_t time_ns) {
-  const std::int64_t whole_us = time_ns / 1000;
-  return static_cast<double>(whole_us) / 1e6;
-}
-
-const char* state_name(LineState state) {
-  constexpr const char* kNames[] = {"none", "connecting", "receiving", "silent", "replaying", "ended"};
-  return kNames[static_cast<int>(state)];
-}
 
 template <class Row>
 ordered_json row_json(const Row& row) {
@@ -72,30 +62,6 @@ void put_window_length(ordered_json& json, const Acquisition& acquisition, std::
   json["window_s"] = acquisition.block_s(axis);
   json["warm_s"] = now.window ? now.window->window.warm_s : 0;
   json["full_s"] = acquisition.full_s(axis);
-}
-
-ordered_json counters_json(const wire::DecoderCounters& c) {
-  return {{"bytes", c.bytes},
-          {"frames", c.frames},
-          {"bad_check", c.bad_check},
-          {"bad_length", c.bad_length},
-          {"bad_body", c.bad_body},
-          {"skipped_bytes", c.skipped_bytes},
-          {"resyncs", c.resyncs},
-          {"timeouts", c.timeouts},
-          {"unconfirmed", c.unconfirmed},
-          {"out_of_range", c.out_of_range}};
-}
-
-ordered_json clock_json(const drivers::ClockStatus& c) {
-  return {{"samples", c.samples},
-          {"missing_frames", c.missing_frames},
-          {"missing_by_arrival", c.missing_by_arrival},
-          {"duplicates", c.duplicates},
-          {"resets", c.resets},
-          {"period_s", known(c.period_s)},
-          {"period_is_estimated", c.period_is_estimated},
-          {"residual_s", known(c.residual_s)}};
 }
 
 // What is not looked at is null.
@@ -160,6 +126,17 @@ void put_correction(ordered_json& json, const pipeline::Setup& setup, std::size_
   json["max_slew_deg_per_h_per_s"] = slew_json(setup.axes[axis]);
 }
 
+/// Of the sensor lines; empty where all deliver.
+std::string lines_without_data(const Instance& instance) {
+  std::string text;
+  for (std::size_t i = 0; i < instance.sensor_lines.size(); ++i) {
+    const LineStatus& line = instance.sensor_lines[i];
+    if (!line.delivers())
+      text += fmt::format(", {} {}", instance.acquisition.setup().sensor_lines[i].name, state_name(line.state));
+  }
+  return text;
+}
+
 std::string quality_of(const Instance& instance, std::size_t axis) {
   return compensation::quality_text(current(instance, axis).correction.quality);
 }
@@ -212,34 +189,12 @@ ordered_json status_answer(const Instance& instance) {
                    {"pending", log->pending.load()},
                    {"unsynced", log->unsynced.load()}};
   }
+  if (const ordered_json lines = sensor_lines_answer(instance); !lines.empty()) json["sensor_lines"] = lines;
+  if (setup.sensors) json["sensors"] = sensors_answer(instance);
   if (acquisition.capture() != nullptr)
     json["capture"] = {{"directory", c.capture ? c.capture->directory : ""},
                        {"dropped_bytes", acquisition.capture()->dropped_bytes()}};
   json["clients"] = {{"connected", instance.publisher.clients()}, {"lost_rows", instance.publisher.lost_rows()}};
-  return json;
-}
-
-ordered_json line_answer(const Instance& instance) {
-  const Acquisition& acquisition = instance.acquisition;
-  const pipeline::Setup& setup = acquisition.setup();
-  ordered_json json = {{"device", setup.config.line.device},
-                       {"state", state_name(instance.line.state)},
-                       {"detail", instance.line.detail},
-                       {"sessions", acquisition.sessions()},
-                       {"baud", setup.line.baud},
-                       {"notes", instance.line.notes}};
-  json["decoder"] = counters_json(acquisition.pipeline().decoder().counters());
-  json["timing"] = clock_json(acquisition.pipeline().clock().status());
-  json["nominal_period_s"] = setup.frames->period_s();
-  json["hardware"] = nullptr;
-  if (instance.line.hardware) {
-    json["hardware"] = {{"received", instance.line.hardware->received},
-                        {"framing_errors", instance.line.hardware->framing_errors},
-                        {"parity_errors", instance.line.hardware->parity_errors},
-                        {"overruns", instance.line.hardware->overruns},
-                        {"breaks", instance.line.hardware->breaks},
-                        {"buffer_overruns", instance.line.hardware->buffer_overruns}};
-  }
   return json;
 }
 
@@ -316,12 +271,21 @@ ordered_json config_answer(const Instance& instance) {
     if (one) axis["axis"] = setup.frames->axes[i].name;
     axis["sign"] = c.axes[i].sign;
     axis["unit_scale"] = setup.frames->axes[i].scale;
+    if (!c.axes[i].thermometer.empty()) axis["temperature"] = c.axes[i].thermometer;
     if (!one) put_correction(axis, setup, i);
   }
   json["line"] = {{"device", c.line.device},           {"baud", setup.line.baud},
                   {"data_bits", setup.line.data_bits}, {"stop_bits", setup.line.stop_bits},
                   {"silence_s", c.line.silence_s},     {"retry_min_s", c.line.retry_min_s},
                   {"retry_max_s", c.line.retry_max_s}};
+  for (std::size_t i = 0; i < setup.sensor_lines.size(); ++i) {
+    const config::SensorLineConfig& own = c.sensor_lines[i];
+    json["sensor_lines"][own.name] = {{"device", own.line.device},
+                                      {"baud", setup.sensor_lines[i].line.baud},
+                                      {"frames", own.frames},
+                                      {"stale_after_s", own.stale_after_s},
+                                      {"silence_s", own.line.silence_s}};
+  }
   json["frames"] = {
       {"file", c.frames}, {"name", setup.frames->name}, {"id", setup.frames->id}, {"rate_hz", setup.frames->rate_hz}};
   json["clock"] = c.device_clock ? "device" : "host";
@@ -338,7 +302,8 @@ std::string summary(const Instance& instance) {
   const std::string& device = acquisition.setup().config.line.device;
   switch (instance.line.state) {
     case LineState::kReceiving:
-      return fmt::format("receiving from {}, {} frames, {}", device, acquisition.frames(), qualities(instance));
+      return fmt::format("receiving from {}, {} frames, {}{}", device, acquisition.frames(), qualities(instance),
+                         lines_without_data(instance));
     case LineState::kReplaying:
       return fmt::format("replaying, {} frames", acquisition.frames());
     default:

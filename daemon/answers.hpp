@@ -10,7 +10,6 @@
 namespace prism::daemon {
 
 nlohmann::ordered_json status_answer(const Instance& instance);
-nlohmann::ordered_json line_answer(const Instance& instance);
 nlohmann::ordered_json config_answer(const Instance& instance);
 
 /// Of one axis, below Acquisition::axes().

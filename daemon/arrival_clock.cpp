@@ -17,15 +17,17 @@ constexpr std::int64_t kFollowNs = 500'000'000;
 
 std::int64_t host_time_ns() { return read_ns<std::chrono::system_clock>(); }
 
-void ArrivalClock::begin() { offset_ns_ = read_ns<std::chrono::system_clock>() - read_ns<std::chrono::steady_clock>(); }
+void ArrivalClock::begin() {
+  offset_ns_ = read_ns<std::chrono::system_clock>() - read_ns<std::chrono::steady_clock>();
+  last_ns_ = 0;
+}
 
 std::int64_t ArrivalClock::check() {
-  const std::int64_t before = offset_ns_;
-  begin();
-  const std::int64_t step = offset_ns_ - before;
-  if (std::abs(step) > kFollowNs) return step;
-  offset_ns_ = before;
-  return 0;
+  ArrivalClock now;
+  const std::int64_t step = now.offset_ns_ - offset_ns_;
+  if (std::abs(step) <= kFollowNs) return 0;
+  *this = now;
+  return step;
 }
 
 }  // namespace prism::daemon

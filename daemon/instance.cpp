@@ -16,6 +16,7 @@ Instance::Instance(pipeline::Setup setup, std::vector<std::unique_ptr<RowWriter>
       }),
       acquisition(std::move(setup), std::move(logs), std::move(capture), events) {
   line.since_ns = started_ns;
+  sensor_lines.resize(acquisition.setup().sensor_lines.size(), line);
 }
 
 void Instance::rows_written() {

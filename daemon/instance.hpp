@@ -29,6 +29,7 @@ struct Instance {
     line.last_data_ns = arrival_ns;
     publish(acquisition.feed(bytes, arrival_ns));
   }
+  void clock_set(std::int64_t before_ns, std::int64_t now_ns) { publish(acquisition.clock_set(before_ns, now_ns)); }
   void expire(std::int64_t now_ns) { publish(acquisition.expire(now_ns)); }
   void finish() { publish(acquisition.finish()); }
   void publish(const pipeline::Rows& rows) { publisher.rows(rows, !disk_late_ && acquisition.unwritten()); }
@@ -43,6 +44,7 @@ struct Instance {
   Publisher publisher;
   EventLog events;
   LineStatus line;
+  std::vector<LineStatus> sensor_lines;  ///< as Setup::sensor_lines
   Acquisition acquisition;
 
  private:

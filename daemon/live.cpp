@@ -36,16 +36,21 @@ class Live {
   Live(const Options& options, const pipeline::Setup& setup)
       : disk_(kDiskQueueBytes, teller()),
         instance_(setup, make_logs(setup), make_capture(setup), log_event),
-        line_(io_, instance_),
+        gyro_(instance_),
+        line_(io_, instance_, gyro_, clock_, setup.sensor_lines.empty()),
         reloader_(Reloader::make(
             io_, disk_,
             [path = options.config, overrides = overrides_of(options)] {
               return pipeline::load_setup(path, overrides);
             },
-            instance_, [this] { line_.reopen(); })),
+            instance_, [this] { reopen(); })),
         rpc_(instance_, [this](Reloader::Done done) { reloader_->reload(std::move(done)); }),
         signals_(io_, SIGINT, SIGTERM, SIGHUP),
-        tick_(io_) {}
+        tick_(io_) {
+    instance_.acquisition.capture_sensors(make_sensor_captures(setup));
+    for (std::size_t i = 0; i < setup.sensor_lines.size(); ++i)
+      sensor_lines_.push_back(std::make_unique<SensorLine>(io_, instance_, i, clock_));
+  }
 
   int run() {
     const config::Config& config = setup().config;
@@ -61,6 +66,7 @@ class Live {
     }
     for (const std::string& note : setup().notes) instance_.tell(Severity::kInfo, "note", note);
     tell_missing_models();
+    for (const auto& sensors : sensor_lines_) sensors->line.start();
     line_.start();
     asio::co_spawn(io_, heed_signals(), asio::detached);
     asio::co_spawn(io_, tick(), asio::detached);
@@ -72,6 +78,29 @@ class Live {
   }
 
  private:
+  struct SensorLine {
+    SensorLine(asio::io_context& io, Instance& instance, std::size_t index, ArrivalClock& clock)
+        : port(instance, index), line(io, instance, port, clock, false) {}
+    SensorPort port;
+    LiveLine line;
+  };
+
+  void reopen() {
+    line_.reopen();
+    for (const auto& sensors : sensor_lines_) sensors->line.reopen();
+  }
+
+  // Where the gyro's line is not open its next session begins with it.
+  void follow_clock() {
+    const std::int64_t step = line_.is_open() || !sensor_lines_.empty() ? clock_.check() : 0;
+    if (step == 0) return;
+    instance_.tell(
+        Severity::kWarning, "host_clock",
+        fmt::format("the host clock was set by {:+.3f} s; the window begins anew", static_cast<double>(step) * 1e-9));
+    const std::int64_t now_ns = clock_.now_ns();
+    instance_.clock_set(now_ns - step, now_ns);
+  }
+
   void tell_missing_models() {
     const Acquisition& acquisition = instance_.acquisition;
     for (std::size_t i = 0; i < acquisition.axes(); ++i) {
@@ -131,6 +160,19 @@ class Live {
     return std::make_unique<CaptureLog>(*setup.config.capture, setup.config.name, disk_, teller());
   }
 
+  // Each in a folder of its own: a folder of captures is of one line.
+  std::vector<std::unique_ptr<CaptureLog>> make_sensor_captures(const pipeline::Setup& setup) {
+    std::vector<std::unique_ptr<CaptureLog>> captures;
+    if (!setup.config.capture) return captures;
+    for (const pipeline::Setup::SensorLine& line : setup.sensor_lines) {
+      config::SegmentSettings settings = *setup.config.capture;
+      settings.directory += "/" + line.name;
+      captures.push_back(
+          std::make_unique<CaptureLog>(std::move(settings), setup.config.name + "-" + line.name, disk_, teller()));
+    }
+    return captures;
+  }
+
   asio::awaitable<void> heed_signals() {
     for (;;) {
       auto [error, signal] = co_await signals_.async_wait(kUse);
@@ -140,6 +182,7 @@ class Live {
     }
     notify_stopping();
     line_.stop();
+    for (const auto& sensors : sensor_lines_) sensors->line.stop();
     io_.stop();
   }
 
@@ -156,6 +199,7 @@ class Live {
       co_await tick_.async_wait(kUse);
       if (!disk_hangs_) instance_.acquisition.sync();
       watch_disk();
+      follow_clock();
       instance_.release_late();
       if (half_us == 0 && !under_systemd_) continue;
       if (std::string now = summary(instance_); now != shown) notify_status(shown = std::move(now));
@@ -168,7 +212,10 @@ class Live {
   asio::io_context io_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO};  // one thread does all I/O; others only post
   DiskThread disk_;
   Instance instance_;
+  ArrivalClock clock_;
+  GyroPort gyro_;
   LiveLine line_;
+  std::vector<std::unique_ptr<SensorLine>> sensor_lines_;
   std::shared_ptr<Reloader> reloader_;
   Rpc rpc_;
   asio::signal_set signals_;

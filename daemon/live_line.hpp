@@ -13,7 +13,7 @@
 #include <string>
 
 #include "daemon/arrival_clock.hpp"
-#include "daemon/instance.hpp"
+#include "daemon/line_port.hpp"
 
 namespace prism::daemon {
 
@@ -22,7 +22,8 @@ namespace prism::daemon {
 /// come.
 class LiveLine {
  public:
-  LiveLine(boost::asio::io_context& io, Instance& instance);
+  /// `port` and `clock` outlive the line; `alone`: no other line uses the clock.
+  LiveLine(boost::asio::io_context& io, Instance& instance, LinePort& port, ArrivalClock& clock, bool alone);
 
   /// Opens the line, now or as soon as it is there, until stop().
   void start();
@@ -32,6 +33,7 @@ class LiveLine {
 
   /// When something last went as it should: data came, or a pause that was meant to be began. For the watchdog.
   std::chrono::steady_clock::time_point last_progress() const { return last_progress_; }
+  bool is_open() const { return line_.has_value(); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -46,14 +48,18 @@ class LiveLine {
   void pause();
   void lose(const char* kind, const std::string& why);
   void complain(const char* kind, const std::string& text);
+  void tell(Severity severity, const char* kind, const std::string& text);
+  void set(LineState state, const std::string& detail = {});
   void begin_receiving(std::int64_t arrival_ns);
 
   boost::asio::io_context& io_;
   Instance& instance_;
+  LinePort& port_;
   std::optional<boost::asio::posix::stream_descriptor> line_;
   std::uint64_t opening_ = 0;  ///< counts how often the line was opened: a handler of one before does nothing
   boost::asio::steady_timer watch_timer_, pause_timer_;
-  ArrivalClock arrival_;
+  ArrivalClock& arrival_;
+  const bool alone_;
   Clock::time_point last_data_, last_progress_;
   std::chrono::duration<double> retry_{0};
   bool stopping_ = false, begun_ = false;

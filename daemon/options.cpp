@@ -39,6 +39,12 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("FILE");
+  app.add_option("--replay-sensors", options.replay_sensors,
+                 "a capture of a sensor line for the replay; again for the next one (default: LINE/*.pcap beside the "
+                 "gyro's)")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->type_name("LINE=FILE");
   std::string speed = "max";
   auto* speed_option =
       app.add_option("--speed", speed, "of the replay: 1 as recorded, 10 ten times as fast, max (the default)");
@@ -61,8 +67,8 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
     std::fprintf(stderr, "prismd: expected CONFIG or --sniff DEVICE; see prismd --help\n");
     return kUsage;
   }
-  if (options.replay.empty() && (*speed_option || !options.out.empty())) {
-    std::fprintf(stderr, "prismd: --speed and --out go with --replay\n");
+  if (options.replay.empty() && (*speed_option || !options.out.empty() || !options.replay_sensors.empty())) {
+    std::fprintf(stderr, "prismd: --speed, --out and --replay-sensors go with --replay\n");
     return kUsage;
   }
   if (speed == "max") return std::nullopt;

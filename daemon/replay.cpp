@@ -14,8 +14,10 @@
 #include <utility>
 
 #include "compensation/text_number.hpp"
+#include "daemon/arrival_clock.hpp"
 #include "daemon/awaiting.hpp"
 #include "daemon/logging.hpp"
+#include "daemon/pipeline/sensor_captures.hpp"
 #include "daemon/server.hpp"
 #include "daemon/service.hpp"
 #include "drivers/capture_file.hpp"
@@ -42,6 +44,27 @@ class Pace {
   std::optional<std::int64_t> first_ns_;
   Steady::time_point begin_;
 };
+
+// "chamber=a.pcap"
+Result<pipeline::SensorFiles> named_files(const std::vector<std::string>& named) {
+  pipeline::SensorFiles files;
+  for (const std::string& one : named) {
+    const std::size_t equals = one.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == one.size())
+      return refuse("--replay-sensors", fmt::format("found \"{}\", expected LINE=FILE", one));
+    files[one.substr(0, equals)].push_back(one.substr(equals + 1));
+  }
+  return files;
+}
+
+void pass_sensors(Instance& instance, std::size_t line, const drivers::CapturePacket& packet) {
+  instance.sensor_lines[line].last_data_ns = packet.time_ns;
+  if (packet.event == drivers::CaptureEvent::kData) {
+    instance.acquisition.feed_sensors(line, packet.bytes, packet.time_ns);
+  } else if (packet.event == drivers::CaptureEvent::kOpened) {
+    instance.acquisition.begin_sensor_session(line, packet.time_ns);
+  }
+}
 
 void pass(Instance& instance, const drivers::CapturePacket& packet) {
   if (packet.event == drivers::CaptureEvent::kData) {
@@ -98,6 +121,7 @@ class Replay {
   }
 
   int run() {
+    if (auto opened = open_sensors(); !opened) return fail(opened.error().text());
     if (!options_.socket.empty()) {
       auto server = Server::open(io_, instance_->acquisition.setup().config.socket, -1, *instance_, *rpc_);
       if (!server) return fail(server.error().text());
@@ -109,6 +133,9 @@ class Replay {
     const auto begin = Steady::now();
     io_.run();
     const double seconds = std::chrono::duration<double>(Steady::now() - begin).count();
+    if (sensors_) {
+      for (const std::string& note : sensors_->notes()) spdlog::warn("{}", note);
+    }
     if (!fault_.empty()) return fail(fault_);
     for (const DirectRowWriter* rows : rows_) {
       if (!rows->first_fault().empty()) return fail(rows->first_fault());
@@ -124,6 +151,18 @@ class Replay {
     return kExitFailed;
   }
 
+  Result<void> open_sensors() {
+    const pipeline::Setup& setup = instance_->acquisition.setup();
+    if (setup.sensor_lines.empty() && options_.replay_sensors.empty()) return {};
+    auto files = named_files(options_.replay_sensors);
+    if (!files) return tl::unexpected<Error>(files.error());
+    if (files->empty()) *files = pipeline::sensor_files_beside(setup, options_.replay.front());
+    auto opened = pipeline::SensorCaptures::open(setup, *files);
+    if (!opened) return tl::unexpected<Error>(opened.error());
+    sensors_.emplace(std::move(*opened));
+    return {};
+  }
+
   asio::awaitable<void> heed_signals() {
     co_await signals_.async_wait(kUse);
     stopped_ = true;
@@ -132,6 +171,7 @@ class Replay {
 
   asio::awaitable<void> feed_all() {
     instance_->set_line(LineState::kReplaying);
+    for (LineStatus& line : instance_->sensor_lines) line.set(LineState::kReplaying, "", host_time_ns());
     for (const std::string& file : options_.replay) {
       co_await feed_file(file);
       if (!fault_.empty() || stopped_) break;
@@ -150,6 +190,9 @@ class Replay {
       co_return;
     }
     constexpr int kSlice = 4096;  // packets between two looks at sockets and signals
+    const pipeline::SensorCaptures::Give give = [this](std::size_t line, const drivers::CapturePacket& sensors) {
+      pass_sensors(*instance_, line, sensors);
+    };
     Pace pace(options_.speed);
     for (int count = 1;; ++count) {
       const std::optional<drivers::CapturePacket> packet = reader->next();
@@ -160,6 +203,7 @@ class Replay {
       } else if (count % kSlice == 0) {
         co_await asio::post(io_, kUse);
       }
+      if (sensors_) sensors_->until(*packet, give);
       pass(*instance_, *packet);
       if (!reader->is_bare()) watch_rate(packet->time_ns);
     }
@@ -223,6 +267,7 @@ class Replay {
   asio::signal_set signals_;
   asio::steady_timer timer_;
   std::unique_ptr<ArrivalRate> rate_;
+  std::optional<pipeline::SensorCaptures> sensors_;
   std::string fault_;
   bool stopped_ = false;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/pipeline/pipeline.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <optional>
 #include <utility>
@@ -8,8 +9,13 @@
 namespace prism::pipeline {
 
 Pipeline::Pipeline(const Setup& setup) : decoder_(setup.frames), clock_(setup.frames, setup.clock) {
-  for (std::size_t i = 0; i < setup.axes.size(); ++i)
-    axes_.push_back({setup.frames->axes[i].name, compensation::Engine(setup.axes[i].engine, setup.sensors)});
+  for (std::size_t i = 0; i < setup.axes.size(); ++i) {
+    axes_.push_back({setup.frames->axes[i].name, compensation::Engine(setup.axes[i].engine, setup.sensors),
+                     setup.axes[i].thermometer});
+  }
+  for (const Setup::SensorLine& line : setup.sensor_lines) feeds_.emplace_back(line);
+  values_.assign(sensors_of_list(setup.sensors).size(), kUnknown);
+  stride_ = wire::sensor_stride(setup.frames->counted_rate_hz());
   std::vector<std::string> names;
   for (const Axis& axis : axes_) names.push_back(axis.name);
   rows_.axes = std::make_shared<const std::vector<std::string>>(std::move(names));
@@ -29,6 +35,7 @@ const Rows& Pipeline::feed(std::span<const std::uint8_t> bytes, std::int64_t arr
   rows_.clear();
   readings_.clear();
   if (!session_ns_) begin_axes(arrival_ns);
+  last_arrival_ns_ = arrival_ns;
   decoder_.feed(bytes, arrival_ns, readings_);
   return pass();
 }
@@ -49,6 +56,21 @@ const Rows& Pipeline::finish() {
   return rows_;
 }
 
+// What was said since the gyro's last bytes serves from its next ones on: only the last of it can be asked for.
+void Pipeline::feed_sensors(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
+  feeds_[line].feed(bytes, arrival_ns, decoder_.held_since_ns().value_or(arrival_ns), last_arrival_ns_);
+}
+
+std::vector<double> Pipeline::sensors_now(std::int64_t now_ns) const {
+  std::vector<double> values = values_;
+  std::size_t at = values.size();
+  for (auto feed = feeds_.rbegin(); feed != feeds_.rend(); ++feed) {
+    at -= feed->sensors();
+    feed->values_at(now_ns, std::span(values).subspan(at, feed->sensors()));
+  }
+  return values;
+}
+
 // On copies first: of several axes all take theirs, or none.
 Result<void> Pipeline::use_models(const Setup& setup) {
   std::vector<Axis> axes = axes_;
@@ -62,6 +84,7 @@ Result<void> Pipeline::use_models(const Setup& setup) {
 void Pipeline::begin_axes(std::int64_t now_ns) {
   session_ns_ = now_ns;
   last_second_.reset();
+  waiting_ = 0;
   for (Axis& axis : axes_) axis.engine.reset();
 }
 
@@ -72,24 +95,53 @@ void Pipeline::end_axes() {
   }
 }
 
+// Nothing where they have no turn: of a thousand frames a second not each one adds to a sensor's mean.
+std::span<const double> Pipeline::sensors_at(const wire::Reading& reading) {
+  const std::size_t own = decoder_.description().sensors.size();
+  if (own == values_.size()) {
+    if (own == 0 || !reading.sensors_read) return {};
+    std::copy_n(reading.sensors.begin(), own, values_.begin());
+    return values_;
+  }
+  std::copy_n(reading.sensors.begin(), own, values_.begin());
+  const std::int64_t arrival_ns = decoder_.chunk_arrival_ns(reading);
+  std::size_t at = own;
+  for (const SensorFeed& feed : feeds_) {
+    feed.values_at(arrival_ns, std::span(values_).subspan(at, feed.sensors()));
+    at += feed.sensors();
+  }
+  const bool turn = own > 0 ? reading.sensors_read : waiting_ == 0;
+  waiting_ = waiting_ == 0 ? stride_ - 1 : waiting_ - 1;
+  return turn ? std::span<const double>(values_) : std::span<const double>();
+}
+
+void Pipeline::enter_second(const Sample& sample, std::int64_t arrival_ns) {
+  const std::int64_t second = compensation::bucket_second(sample.time_ns);
+  if (last_second_ && second < *last_second_) {
+    end_axes();
+    begin_axes(arrival_ns);
+  }
+  last_second_ = second;
+}
+
 const Rows& Pipeline::pass() {
   for (const wire::Reading& reading : readings_) {
     if (!clock_.push(reading)) continue;
+    const std::span<const double> sensors = sensors_at(reading);
     const std::size_t before = rows_.samples.size();
     for (std::size_t i = 0; i < axes_.size(); ++i) {
-      const std::optional<Sample> sample = clock_.sample(reading, i);
+      std::optional<Sample> sample = clock_.sample(reading, i);
       if (!sample) continue;
-      const std::int64_t second = compensation::bucket_second(sample->time_ns);
-      if (last_second_ && second < *last_second_) {
-        end_axes();
-        begin_axes(reading.arrival_ns);
+      if (axes_[i].thermometer >= 0) {
+        sample->temperature_degc = values_[static_cast<std::size_t>(axes_[i].thermometer)];
+        sample->out_of_bounds.temperature = false;
       }
-      last_second_ = second;
-      Rows::Sample made{i, {}};
-      if (const auto window = axes_[i].engine.push(*sample, made.row, reading.sensors)) {
+      if (rows_.samples.size() == before) enter_second(*sample, reading.arrival_ns);  // the same for all axes
+      Rows::Sample& made = rows_.samples.emplace_back();
+      made.axis = i;
+      if (const auto window = axes_[i].engine.push(*sample, made.row, sensors)) {
         rows_.windows.push_back({i, before, *session_ns_, *window});
       }
-      rows_.samples.push_back(made);
     }
   }
   return rows_;

@@ -10,41 +10,65 @@
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
 #include "config/version.hpp"
-#include "drivers/wire/decode/inspect.hpp"
+#include "daemon/pipeline/load_frames.hpp"
 
 namespace prism::pipeline {
 namespace {
 
-wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wire) {
-  wire.baud = line.baud.value_or(wire.baud);
-  wire.data_bits = line.data_bits.value_or(wire.data_bits);
-  wire.stop_bits = line.stop_bits.value_or(wire.stop_bits);
-  if (line.parity)
-    wire.parity = *line.parity == "even"  ? wire::Parity::kEven
-                  : *line.parity == "odd" ? wire::Parity::kOdd
-                                          : wire::Parity::kNone;
-  return wire;
-}
-
-Result<wire::FrameDescriptionPtr> load_frames(const config::Config& config) {
-  const Result<std::string> text = config::read_data_file(config.frames, "frames");
-  if (!text) return tl::unexpected<Error>(text.error());
+Result<wire::FrameDescriptionPtr> load_gyro_frames(const config::Config& config) {
   wire::GyroChoice choice;
   choice.axes.clear();
   choice.sensors = config.by_axes;
   for (const config::AxisConfig& axis : config.axes)
     choice.axes.push_back({axis.name, axis.sign, axis.scale_factor_arcsec_per_pulse});
-  Result<wire::FrameDescriptionPtr> frames = wire::parse_frame_description(*text, config.frames, choice);
-  if (!frames) return frames;
-  if (auto proved = wire::run_test_vectors(**frames); !proved) return tl::unexpected<Error>(proved.error());
-  // The line as it is set, not as the description suggests: the time stamps subtract the time that a byte takes on it.
-  auto effective = std::make_shared<wire::FrameDescription>(**frames);
-  effective->wire = wire_format(config.line, effective->wire);
-  return wire::FrameDescriptionPtr(std::move(effective));
+  Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, choice, config.line);
+  if (frames && !(*frames)->carries_gyro())
+    return refuse(config.frames,
+                  "has no gyro, expected one; an instrument beside the gyro belongs to \"sensor_lines\"");
+  return frames;
+}
+
+Result<Setup::SensorLine> load_sensor_line(const config::SensorLineConfig& config) {
+  wire::GyroChoice choice;
+  choice.sensors = true;
+  choice.text = config.text;
+  const Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, choice, config.line);
+  if (!frames) return tl::unexpected<Error>(frames.error());
+  if ((*frames)->carries_gyro())
+    return refuse(config.frames, fmt::format("has a gyro, expected the frames of an instrument for {}", config.name));
+  if ((*frames)->sensors.empty())
+    return refuse(config.frames,
+                  fmt::format("has no sensor of its own; \"columns\" of {} says which stands where", config.name));
+  return Setup::SensorLine{config.name, *frames, line_settings(config.line, (*frames)->wire), config.stale_after_s};
+}
+
+/// The device's, then those of each line, which are called LINE.SENSOR.
+SensorList all_sensors(const Setup& setup) {
+  std::vector<SensorName> sensors;
+  for (const wire::SensorRule& rule : setup.frames->sensors) sensors.push_back(rule.sensor);
+  for (const Setup::SensorLine& line : setup.sensor_lines) {
+    for (const wire::SensorRule& rule : line.frames->sensors)
+      sensors.push_back({line.name + "." + rule.sensor.name, rule.sensor.unit});
+  }
+  return sensors.empty() ? nullptr : std::make_shared<const std::vector<SensorName>>(std::move(sensors));
+}
+
+/// Where an axis's T comes from, as the configuration says it.
+Result<int> find_thermometer(const Setup& setup, const config::AxisConfig& axis) {
+  if (axis.thermometer.empty()) return -1;
+  const std::vector<SensorName>& there = sensors_of_list(setup.sensors);
+  const std::size_t index = sensor_index(there, axis.thermometer);
+  const std::string where = fmt::format("{}:/axes/{}/temperature", setup.config.path, axis.name);
+  if (index == there.size())
+    return refuse(where, fmt::format("found \"{}\", expected one of {}", axis.thermometer, sensors_text(there)));
+  if (there[index].unit != "degC")
+    return refuse(where,
+                  fmt::format("{} is in {}, expected a thermometer in degC", axis.thermometer, there[index].unit));
+  return static_cast<int>(index);
 }
 
 // A model takes what the stream carries, of the gyro it was trained on, or is refused.
-Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string& path, const wire::AxisRule& axis) {
+Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string& path, bool own_thermometer) {
   const config::Config& config = setup.config;
   const wire::FrameDescription& frames = *setup.frames;
   if (path.empty()) return compensation::ModelPtr();
@@ -60,11 +84,11 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
   }
   for (const std::string& input : info.inputs) {
     const bool of_sensor = !compensation::sensors_of({input}).empty();
-    const bool own = axis.thermometer >= 0 && input != compensation::kInputUhfo;
+    const bool own = own_thermometer && input != compensation::kInputUhfo;
     if (of_sensor || own || (input == compensation::kInputUhfo ? frames.uhfo : frames.temperature).present) continue;
     return refuse(path + ":/inputs", fmt::format("found {}, which frames of \"{}\" do not carry", input, frames.name));
   }
-  const std::vector<SensorName> there = setup.sensors ? *setup.sensors : std::vector<SensorName>();
+  const std::vector<SensorName>& there = sensors_of_list(setup.sensors);
   for (const SensorName& sensor : info.features.sensors) {
     const std::size_t index = sensor_index(there, sensor.name);
     if (index == there.size()) {
@@ -82,11 +106,15 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
 Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index) {
   const config::AxisConfig& config = setup.config.axes[index];
   Setup::Axis axis;
+  const Result<int> thermometer = find_thermometer(setup, config);
+  if (!thermometer) return tl::unexpected<Error>(thermometer.error());
+  axis.thermometer = *thermometer;
   axis.engine = config.engine;
   axis.engine.plausibility.take(setup.frames->plausible);
   axis.engine.plausibility.take(setup.config.plausibility);
   for (auto [path, model] : {std::pair(&config.model, &axis.model), {&config.fallback_model, &axis.fallback}}) {
-    Result<compensation::ModelPtr> loaded = load_model(setup, *path, setup.frames->axes[index]);
+    const bool own = axis.thermometer >= 0 || setup.frames->axes[index].thermometer >= 0;
+    Result<compensation::ModelPtr> loaded = load_model(setup, *path, own);
     if (!loaded) return tl::unexpected<Error>(loaded.error());
     *model = std::move(*loaded);
   }
@@ -118,16 +146,6 @@ Result<void> check_serials(Setup& setup) {
                                       serial, setup.config.path));
   }
   return {};
-}
-
-drivers::LineSettings line_settings(const config::Config& config, const wire::WireFormat& wire) {
-  drivers::LineSettings line;
-  line.device = config.line.device;
-  line.baud = wire.baud;
-  line.data_bits = wire.data_bits;
-  line.stop_bits = wire.stop_bits;
-  line.parity = wire.parity;
-  return line;
 }
 
 Result<void> replace(config::Config& config, const Overrides& overrides) {
@@ -162,16 +180,17 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
   Setup setup;
   setup.config = std::move(*config);
   if (auto replaced = replace(setup.config, overrides); !replaced) return tl::unexpected<Error>(replaced.error());
-  const Result<wire::FrameDescriptionPtr> frames = load_frames(setup.config);
+  const Result<wire::FrameDescriptionPtr> frames = load_gyro_frames(setup.config);
   if (!frames) return tl::unexpected<Error>(frames.error());
   setup.frames = *frames;
   setup.notes = setup.frames->warnings;
   setup.notes.insert(setup.notes.end(), setup.config.warnings.begin(), setup.config.warnings.end());
-  if (!setup.frames->sensors.empty()) {
-    std::vector<SensorName> sensors;
-    for (const wire::SensorRule& rule : setup.frames->sensors) sensors.push_back(rule.sensor);
-    setup.sensors = std::make_shared<const std::vector<SensorName>>(std::move(sensors));
+  for (const config::SensorLineConfig& line : setup.config.sensor_lines) {
+    Result<Setup::SensorLine> loaded = load_sensor_line(line);
+    if (!loaded) return tl::unexpected<Error>(loaded.error());
+    setup.sensor_lines.push_back(std::move(*loaded));
   }
+  setup.sensors = all_sensors(setup);
   for (std::size_t i = 0; i < setup.config.axes.size(); ++i) {
     Result<Setup::Axis> loaded = load_axis(setup, i);
     if (!loaded) return tl::unexpected<Error>(loaded.error());
@@ -182,7 +201,7 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
     setup.notes.push_back(fmt::format("{}: names no axis: {} is served, the first of {}; \"axes\" serves several",
                                       setup.config.path, names.front(), fmt::join(names, ", ")));
   }
-  setup.line = line_settings(setup.config, setup.frames->wire);
+  setup.line = line_settings(setup.config.line, setup.frames->wire);
   setup.clock.source = setup.config.device_clock ? drivers::ClockSource::kDevice : drivers::ClockSource::kHost;
   return setup;
 }
@@ -209,6 +228,9 @@ std::string log_metadata(const Setup& setup, std::size_t axis) {
   text += fmt::format("# window: length_s {} end_mean_s {} max_gap_s {}\n", features.length_s, features.end_mean_s,
                       features.max_gap_s);
   if (setup.sensors) text += compensation::sensors_line(*setup.sensors);
+  for (const Setup::SensorLine& line : setup.sensor_lines)
+    text += fmt::format("# sensor_line: {} {} {}\n", line.name, line.frames->name, line.frames->id);
+  if (own.thermometer >= 0) text += fmt::format("# temperature: {}\n", mounted.thermometer);
   return text;
 }
 

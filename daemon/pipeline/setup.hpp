@@ -19,6 +19,7 @@ struct Setup {
   /// One input axis: what its engine is made of.
   struct Axis {
     compensation::ModelPtr model, fallback;
+    int thermometer = -1;                 ///< what the configuration says: index into Setup::sensors; -1: nothing
     compensation::EngineSettings engine;  ///< its plausibility joins presets, frame description and configuration
 
     compensation::FeatureDefinition features() const {
@@ -27,10 +28,19 @@ struct Setup {
     bool operator==(const Axis&) const = default;
   };
 
+  /// An instrument beside the gyro.
+  struct SensorLine {
+    std::string name;
+    wire::FrameDescriptionPtr frames;
+    drivers::LineSettings line;
+    double stale_after_s;
+  };
+
   config::Config config;
   wire::FrameDescriptionPtr frames;
-  std::vector<Axis> axes;  ///< as frames->axes and config.axes
-  SensorList sensors;      ///< as frames->sensors; null: none
+  std::vector<SensorLine> sensor_lines;  ///< as config.sensor_lines
+  std::vector<Axis> axes;                ///< as frames->axes and config.axes
+  SensorList sensors;                    ///< frames->sensors, then those of each line; null: none
   drivers::LineSettings line;
   drivers::ClockSettings clock;
   std::vector<std::string> notes;  ///< legal, but worth knowing: one line each

@@ -49,6 +49,30 @@ std::string measured(const json& s) {
   return text + line("model", model_name(at(s, "model")));
 }
 
+// Names and values one behind the other, in lines of 80 columns.
+std::string sensors_text(const json& sensors) {
+  constexpr std::size_t kWidth = 80 - 13;
+  std::string text, row;
+  for (const auto& [name, sensor] : sensors.items()) {
+    const std::string one =
+        name + " " + value_text(at(sensor, "value"), 3, (" " + text_of(at(sensor, "unit"))).c_str());
+    if (!row.empty() && row.size() + 2 + one.size() > kWidth) {
+      text += line(text.empty() ? "sensors" : "", row + ",");
+      row.clear();
+    }
+    row += (row.empty() ? "" : ", ") + one;
+  }
+  return row.empty() ? text : text + line(text.empty() ? "sensors" : "", row);
+}
+
+// "receiving, last value 0.4 s old"
+std::string line_state(const json& l) {
+  std::string state = text_of(at(l, "state"));
+  if (const std::string why = text_of(at(l, "detail"), ""); !why.empty()) state += ": " + why;
+  return at(l, "age_s").is_number() ? fmt::format("{}, last value {:.1f} s old", state, at(l, "age_s").get<double>())
+                                    : state + ", no value yet";
+}
+
 }  // namespace
 
 std::string status_view(const json& s) {
@@ -66,6 +90,11 @@ std::string status_view(const json& s) {
                                    count_text(at(l, "frames")), count_text(at(l, "bad_check")),
                                    count_text(at(at(s, "timing"), "missing_frames")), count_text(at(l, "resyncs")),
                                    count_text(at(l, "skipped_bytes"))));
+  for (const auto& [name, own] : at(s, "sensor_lines").items()) {
+    text += line(name.c_str(), line_state(own));
+    text += line("", fmt::format("{}, frames {}", text_of(at(own, "device")), text_of(at(own, "frames"))));
+  }
+  text += sensors_text(at(s, "sensors"));
   if (const json& log = at(s, "log"); log.is_object()) {
     text += line("log", fmt::format("{}: {} rows, {} dropped", text_of(at(log, "directory")),
                                     count_text(at(log, "rows")), count_text(at(log, "dropped"))));
@@ -119,32 +148,45 @@ std::string by_arrival(const json& timing) {
   return count.is_number() && count > 0 ? fmt::format(" ({} of them by arrival times)", count.dump()) : "";
 }
 
+std::string n(const json& value) { return value.is_number() ? value.dump() : std::string("-"); }
+
+std::string decoder_text(const json& d) {
+  return line("frames",
+              fmt::format("{} good of {} bytes; refused: {} by check, {} by length, {} by body", n(at(d, "frames")),
+                          n(at(d, "bytes")), n(at(d, "bad_check")), n(at(d, "bad_length")), n(at(d, "bad_body")))) +
+         line("", fmt::format("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range",
+                              n(at(d, "skipped_bytes")), n(at(d, "resyncs")), n(at(d, "timeouts")),
+                              n(at(d, "out_of_range"))));
+}
+
+std::string hardware_text(const json& h) {
+  if (!h.is_object()) return "this device does not count errors";
+  return fmt::format("{} parity, {} framing, {} overrun, {} buffer overrun errors, {} breaks",
+                     n(at(h, "parity_errors")), n(at(h, "framing_errors")), n(at(h, "overruns")),
+                     n(at(h, "buffer_overruns")), n(at(h, "breaks")));
+}
+
 std::string line_view(const json& l) {
-  const auto n = [](const json& value) { return value.is_number() ? value.dump() : std::string("-"); };
   std::string text = line("device", fmt::format("{} at {} baud", text_of(at(l, "device"), "none"), n(at(l, "baud"))));
   const std::string detail = text_of(at(l, "detail"), "");
   text += line("state", text_of(at(l, "state")) + (detail.empty() ? "" : ": " + detail));
   for (const json& note : at(l, "notes")) text += line("note", text_of(note));
-  const json& d = at(l, "decoder");
-  text += line("frames",
-               fmt::format("{} good of {} bytes; refused: {} by check, {} by length, {} by body", n(at(d, "frames")),
-                           n(at(d, "bytes")), n(at(d, "bad_check")), n(at(d, "bad_length")), n(at(d, "bad_body"))));
-  text += line(
-      "", fmt::format("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range", n(at(d, "skipped_bytes")),
-                      n(at(d, "resyncs")), n(at(d, "timeouts")), n(at(d, "out_of_range"))));
+  text += decoder_text(at(l, "decoder"));
   const json& t = at(l, "timing");
   text += line("counter", fmt::format("{} frames missing{}, {} duplicates, {} resets", n(at(t, "missing_frames")),
                                       by_arrival(t), n(at(t, "duplicates")), n(at(t, "resets"))));
   const bool estimated = at(t, "period_is_estimated") == true;
   text += line("period", fmt::format("{:.6f} ms ({}), nominal {:.6f} ms", 1e3 * t.value("period_s", 0.0),
                                      estimated ? "estimated" : "nominal", 1e3 * l.value("nominal_period_s", 0.0)));
-  const json& h = at(l, "hardware");
-  return text +
-         line("hardware", h.is_object()
-                              ? fmt::format("{} parity, {} framing, {} overrun, {} buffer overrun errors, {} breaks",
-                                            n(at(h, "parity_errors")), n(at(h, "framing_errors")), n(at(h, "overruns")),
-                                            n(at(h, "buffer_overruns")), n(at(h, "breaks")))
-                              : "this device does not count errors");
+  text += line("hardware", hardware_text(at(l, "hardware")));
+  for (const auto& [name, own] : at(l, "sensor_lines").items()) {
+    text += '\n' + line("line", name) +
+            line("device", fmt::format("{} at {} baud", text_of(at(own, "device")), n(at(own, "baud")))) +
+            line("state", line_state(own));
+    for (const json& note : at(own, "notes")) text += line("note", text_of(note));
+    text += decoder_text(at(own, "decoder")) + line("hardware", hardware_text(at(own, "hardware")));
+  }
+  return text;
 }
 
 std::string model_view(const json& m) {

@@ -126,6 +126,7 @@ std::optional<int> read_frames(const CommandLine& line, SimOptions& options) {
   choice.sensors = true;
   const auto frames = wire::parse_frame_description(text, path, choice);
   if (!frames) return complain(kBadConfiguration, frames.error().text());
+  if (!(*frames)->carries_gyro()) return complain(kBadConfiguration, path + ": has no gyro, expected one to simulate");
   options.frames = *frames;
   return std::nullopt;
 }

@@ -240,6 +240,10 @@ void FrameDecoder::set_arrival(Reading& reading, std::uint64_t end) const {
   }
 }
 
+std::int64_t FrameDecoder::chunk_arrival_ns(const Reading& reading) const {
+  return reading.arrival_ns + std::llround(byte_time_ns_ * static_cast<double>(reading.behind));
+}
+
 void FrameDecoder::drop_held(std::size_t bytes) {
   if (bytes == 0) return;
   before_held_ = held_[bytes - 1];

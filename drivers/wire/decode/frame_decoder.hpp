@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -62,6 +63,12 @@ class FrameDecoder {
   std::int64_t timeout_ns() const { return timeout_ns_; }
   /// True while bytes of an unfinished candidate are held: expire() can do something.
   bool waiting() const { return !held_.empty(); }
+  /// When the chunk had arrived in which the frame ended.
+  std::int64_t chunk_arrival_ns(const Reading& reading) const;
+  /// Of the oldest chunk that a frame which is still to be found may end in; nothing is held: the next one's.
+  std::optional<std::int64_t> held_since_ns() const {
+    return waiting() && !chunk_ends_.empty() ? std::optional(chunk_ends_.front().arrival_ns) : std::nullopt;
+  }
   const DecoderCounters& counters() const { return counters_; }
   const FrameDescription& description() const { return *description_; }
   const FrameDescriptionPtr& description_ptr() const { return description_; }

@@ -38,6 +38,7 @@ struct Reading {
   double temperature_degc = kUnknown;      ///< kUnknown: absent, out of range, or older than its limit
   double uhfo_v = kUnknown;
   std::array<double, kMaxSensors> sensors;  ///< as FrameDescription::sensors; others are not set
+  bool sensors_read = false;                ///< else as in a frame before: of fast ones not each is read for them
   /// Carried lately, but outside the min and max of its field; of the rate each axis says it.
   QuantitySet out_of_bounds;
   double latency_s = 0;  ///< from the end of the measured interval to the frame's first bit

@@ -4,8 +4,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace prism::wire {
+namespace {
+
+/// Whether every frame of a kind tells the same of its sensors: some need not be looked at.
+bool tells_alike(const FrameKind& kind) {
+  const auto always = [&](const ChannelFields& fields) {
+    return fields.high < 0 && fields.low < 0 && std::all_of(fields.whole.begin(), fields.whole.end(), [&](int field) {
+             return kind.fields[static_cast<std::size_t>(field)].when.field < 0;
+           });
+  };
+  return kind.structure == Structure::kPlain &&
+         std::all_of(kind.roles.sensors.begin(), kind.roles.sensors.end(), always);
+}
+
+}  // namespace
+
+std::uint32_t sensor_stride(double frames_hz) {
+  constexpr double kReadHz = 100;
+  return static_cast<std::uint32_t>(std::max(1.0, std::floor(frames_hz / kReadHz)));
+}
 
 SlowValue::SlowValue(const SlowChannel& channel, double rate_hz)
     : channel_(&channel), limit_frames_(static_cast<std::uint64_t>(std::ceil(channel.stale_after_s * rate_hz))) {}
@@ -66,6 +86,9 @@ ReadingMaker::ReadingMaker(FrameDescriptionPtr description)
       uhfo_(description_->uhfo, description_->counted_rate_hz()) {
   for (const SensorRule& rule : description_->sensors)
     sensors_.emplace_back(rule.channel, description_->counted_rate_hz());
+  if (std::all_of(description_->kinds.begin(), description_->kinds.end(), tells_alike))
+    stride_ = sensor_stride(description_->counted_rate_hz());
+  waiting_.assign(description_->kinds.size(), 0);
   for (const FrameKind& kind : description_->kinds) tells_.push_back(kind.roles.tells_anything());
 }
 
@@ -73,6 +96,8 @@ void ReadingMaker::reset() {
   temperature_.reset();
   uhfo_.reset();
   for (SlowValue& sensor : sensors_) sensor.reset();
+  std::fill(waiting_.begin(), waiting_.end(), 0);
+  untold_steps_ = 0;
   last_counter_.reset();
 }
 
@@ -118,6 +143,30 @@ void ReadingMaker::read_axis(const AxisRoles& roles, const FrameView& view, Gyro
   }
 }
 
+bool ReadingMaker::sensors_turn(std::int32_t kind) {
+  untold_steps_ += steps_;
+  std::uint32_t& waiting = waiting_[static_cast<std::size_t>(kind)];
+  if (waiting > 0) {
+    --waiting;
+    return false;
+  }
+  waiting = stride_ - 1;
+  return true;
+}
+
+void ReadingMaker::read_sensors(const KindRoles& roles, const FrameView& view, Reading& reading) {
+  reading.sensors_read = sensors_turn(reading.kind);
+  if (reading.sensors_read) {
+    const std::uint64_t steps = std::exchange(untold_steps_, 0);
+    for (std::size_t i = 0; i < sensors_.size(); ++i) {
+      sensors_[i].push(view, roles.sensors[i], steps, adjacent_);
+      held_[i] = sensors_[i].value();
+      out_of_range_ += sensors_[i].out_of_range() ? 1 : 0;
+    }
+  }
+  std::copy_n(held_.begin(), sensors_.size(), reading.sensors.begin());
+}
+
 bool ReadingMaker::make(std::int32_t kind, const FrameView& view, bool contiguous, Reading& reading) {
   if (tells_[static_cast<std::size_t>(kind)] == 0) return false;
   const KindRoles& roles = description_->kinds[static_cast<std::size_t>(kind)].roles;
@@ -147,11 +196,7 @@ bool ReadingMaker::make(std::int32_t kind, const FrameView& view, bool contiguou
     reading.out_of_bounds.uhfo = uhfo_.out_of_bounds();
     out_of_range_ += uhfo_.out_of_range() ? 1 : 0;
   }
-  for (std::size_t i = 0; i < sensors_.size(); ++i) {
-    sensors_[i].push(view, roles.sensors[i], steps_, adjacent_);
-    reading.sensors[i] = sensors_[i].value();
-    out_of_range_ += sensors_[i].out_of_range() ? 1 : 0;
-  }
+  if (!sensors_.empty()) read_sensors(roles, view, reading);
   return true;
 }
 

@@ -2,6 +2,7 @@
 // From a good frame to a Reading: the roles of its fields, and the slow channels that not every frame carries.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -44,6 +45,9 @@ class SlowValue {
   std::optional<std::uint64_t> high_;  ///< of the frame before
 };
 
+/// Every so many frames are read for the sensors: a second's mean needs no more than a hundred.
+std::uint32_t sensor_stride(double frames_hz);
+
 class ReadingMaker {
  public:
   explicit ReadingMaker(FrameDescriptionPtr description);
@@ -56,6 +60,8 @@ class ReadingMaker {
   void reset();
 
  private:
+  void read_sensors(const KindRoles& roles, const FrameView& view, Reading& reading);
+  bool sensors_turn(std::int32_t kind);
   void read_counter(const KindRoles& roles, const FrameView& view, bool contiguous, Reading& reading);
   void read_axis(const AxisRoles& roles, const FrameView& view, GyroReading& reading);
 
@@ -63,6 +69,10 @@ class ReadingMaker {
   std::vector<char> tells_;  ///< by kind: whether it says anything; asked of every frame
   SlowValue temperature_;
   std::vector<SlowValue> sensors_;
+  std::array<double, kMaxSensors> held_;  ///< what they said
+  std::uint32_t stride_ = 1;              ///< every so many frames of a kind are read for the sensors
+  std::vector<std::uint32_t> waiting_;    ///< by kind: how many more are not
+  std::uint64_t untold_steps_ = 0;        ///< frames since the sensors were read
   SlowValue uhfo_;
   std::optional<std::uint64_t> last_counter_;
   std::uint64_t steps_ = 1;

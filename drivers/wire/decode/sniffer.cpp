@@ -27,8 +27,9 @@ void Sniffer::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns)
   for (std::size_t i = 0; i < decoders_.size(); ++i) {
     readings_.clear();
     decoders_[i].feed(bytes, arrival_ns, readings_);
-    rates_[i] += static_cast<std::uint64_t>(
-        std::count_if(readings_.begin(), readings_.end(), [](const Reading& reading) { return reading.has_gyro; }));
+    const bool gyro = decoders_[i].description().carries_gyro();  // an instrument beside it tells what it has
+    rates_[i] += static_cast<std::uint64_t>(std::count_if(
+        readings_.begin(), readings_.end(), [&](const Reading& reading) { return reading.has_gyro || !gyro; }));
   }
 }
 

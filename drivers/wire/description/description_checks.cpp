@@ -142,8 +142,11 @@ class KindCheck {
 void check_line_speed(const Section& whole, const FrameDescription& description) {
   double bytes = 0;
   for (const int k : description.sent_kinds) bytes += description.kinds[static_cast<std::size_t>(k)].length.min;
-  if (description.sent_kinds.empty()) return whole.fail("gyro/axes", "the chosen field is in no kind");
-  double gyro_kinds = 0;
+  if (description.sent_kinds.empty()) {
+    if (description.carries_gyro()) whole.fail("gyro/axes", "the chosen field is in no kind");
+    return;
+  }
+  double gyro_kinds = description.carries_gyro() ? 0 : static_cast<double>(description.sent_kinds.size());
   for (const int k : description.sent_kinds)
     gyro_kinds += description.kinds[static_cast<std::size_t>(k)].roles.carries_gyro() ? 1 : 0;
   if (gyro_kinds == 0) return whole.fail("send", "sends no kind that carries the gyro");
@@ -166,6 +169,7 @@ void warn(FrameDescription& description) {
                       kind.name, sync_bits, kind.check_bits, kind.confirmations));
     }
   }
+  if (!description.carries_gyro()) return;
   if (description.gyro.meaning != GyroMeaning::kRate || description.axis_names.size() > 1) {
     description.warnings.push_back(
         "the frame cannot prove the unit and meaning of the gyro's number: they are the device's set-up");

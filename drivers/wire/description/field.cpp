@@ -2,10 +2,30 @@
 // Writing the bits of one field.
 #include "drivers/wire/description/field.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string>
+
+#include "compensation/sample.hpp"
+#include "drivers/wire/description/printed_number.hpp"
 
 namespace prism::wire {
+namespace {
+
+/// Held within what the characters can show.
+void store_digits(const Field& field, std::uint8_t* first, double number) {
+  const double most = std::pow(10.0, field.size) - 1, least = 1 - std::pow(10.0, field.size - 1);
+  const std::string text = fmt::format("{:0{}d}", std::llround(std::clamp(number, least, most)), field.size);
+  std::copy(text.begin(), text.end(), first);
+}
+
+}  // namespace
+
+double load_digits(const Field& field, const std::uint8_t* first) {
+  return parse_decimal({reinterpret_cast<const char*>(first), field.size}, '.');
+}
 
 void store_bits(const Field& field, std::uint8_t* first, std::uint64_t value) {
   const std::uint64_t mask = (~std::uint64_t{0} >> (64u - field.bits)) << field.shift;
@@ -19,7 +39,9 @@ void store_bits(const Field& field, std::uint8_t* first, std::uint64_t value) {
 
 void store_number(const Field& field, std::uint8_t* first, double number) {
   if (!std::isfinite(number)) number = 0;
-  if (field.type == NumberType::kFloat32) {
+  if (field.type == NumberType::kDigits) {
+    store_digits(field, first, number);
+  } else if (field.type == NumberType::kFloat32) {
     store_bits(field, first, std::bit_cast<std::uint32_t>(static_cast<float>(number)));
   } else if (field.type == NumberType::kFloat64) {
     store_bits(field, first, std::bit_cast<std::uint64_t>(number));

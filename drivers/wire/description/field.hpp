@@ -12,7 +12,15 @@
 
 namespace prism::wire {
 
-enum class NumberType { kUnsigned, kSigned, kFloat32, kFloat64, kDecimalText, kHexText };
+enum class NumberType {
+  kUnsigned,
+  kSigned,
+  kFloat32,
+  kFloat64,
+  kDigits,       ///< characters at a place of their own: "00000235"
+  kDecimalText,  ///< characters of a column
+  kHexText
+};
 
 /// Says when a field is there: (value of another field % modulus) & mask is one of `values`.
 struct Condition {
@@ -97,7 +105,10 @@ inline std::uint64_t load_bits(const Field& field, const std::uint8_t* first) {
   return static_cast<std::uint64_t>(static_cast<std::int64_t>(value) >> unused);
 }
 
-/// The raw number (before scaling) of a binary field.
+/// The number that the characters of a kDigits field print: blanks in front, a sign, digits, a point. kUnknown: none.
+double load_digits(const Field& field, const std::uint8_t* first);
+
+/// The raw number (before scaling) of a field at a place of its own.
 inline double load_number(const Field& field, const std::uint8_t* first) {
   const std::uint64_t bits = load_bits(field, first);
   switch (field.type) {
@@ -107,6 +118,8 @@ inline double load_number(const Field& field, const std::uint8_t* first) {
       return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
     case NumberType::kFloat64:
       return std::bit_cast<double>(bits);
+    case NumberType::kDigits:
+      return load_digits(field, first);
     default:
       return static_cast<double>(bits);
   }

@@ -2,6 +2,7 @@
 // From a field's JSON to its compiled form.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 
 #include "drivers/wire/description/readers.hpp"
@@ -82,6 +83,10 @@ bool parse_type(const std::string& type, Field& field) {
     field.bits = 64;
     return true;
   }
+  if (type == "digits") {
+    field.type = NumberType::kDigits;
+    return true;
+  }
   if (type == "f32" || type == "f64") {
     field.type = type == "f32" ? NumberType::kFloat32 : NumberType::kFloat64;
     field.bits = type == "f32" ? 32 : 64;
@@ -109,9 +114,15 @@ Condition read_condition(const Section& s, std::string& field) {
 void read_number_type(const Section& s, bool big_endian, std::int64_t bytes, Field& field) {
   const std::string type = s.text("type");
   if (!parse_type(type, field)) {
-    s.fail("type",
-           fmt::format("found {}, expected one of u1 to u64, s2 to s64, f32, f64, decimal, hex", shown(s.any("type"))));
+    s.fail("type", fmt::format("found {}, expected one of u1 to u64, s2 to s64, f32, f64, digits, decimal, hex",
+                               shown(s.any("type"))));
     field.bits = 8;
+  }
+  if (field.type == NumberType::kDigits) {
+    if (bytes == 0) s.fail("bytes", "is missing; expected the number of characters");
+    if (field.shift != 0 || field.group_bits != 8) s.fail("type", "digits have no shift and no group");
+    field.bits = static_cast<std::uint8_t>(8 * std::max<std::int64_t>(bytes, 1));
+    field.shift = 0, field.group_bits = 8;
   }
   const int needed = (field.bits + field.shift + field.group_bits - 1) / field.group_bits;
   const auto size = is_text(field) ? 1 : bytes > 0 ? bytes : needed;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "drivers/wire/description/column_choice.hpp"
 #include "drivers/wire/description/readers.hpp"
 
 namespace prism::wire {
@@ -63,7 +64,8 @@ void read_kinds(const Section& s, FrameDescription& description) {
   }
 }
 
-/// Which kinds an encoder sends, in turn: as "send" says, else the first that carries the gyro.
+/// Which kinds an encoder sends, in turn: as "send" says, else the first that carries the gyro (or, without one, says
+/// anything).
 void read_send(const Section& s, FrameDescription& description) {
   for (const std::string& name : s.texts("send", false)) {
     const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
@@ -72,7 +74,9 @@ void read_send(const Section& s, FrameDescription& description) {
     description.sent_kinds.push_back(static_cast<int>(kind - description.kinds.begin()));
   }
   for (std::size_t k = 0; k < description.kinds.size() && description.sent_kinds.empty(); ++k) {
-    if (description.kinds[k].roles.carries_gyro()) description.sent_kinds.push_back(static_cast<int>(k));
+    const KindRoles& roles = description.kinds[k].roles;
+    if (description.carries_gyro() ? roles.carries_gyro() : roles.tells_anything())
+      description.sent_kinds.push_back(static_cast<int>(k));
   }
 }
 
@@ -115,6 +119,7 @@ Result<void> check_choice(const std::string& where, const GyroChoice& choice) {
 /// Takes out of the canonical text what does not say how bytes are read.
 void erase_beliefs(Json& description) {
   description.erase("$schema");
+  if (!description.contains("gyro")) return;  // nothing but sensors
   description["gyro"].erase("range_deg_per_s");
   description.erase("sensors");  // of the form with "axes" alone: what one axis is decoded to does not hang on them
   for (auto& [name, axis] : description["gyro"]["axes"].items()) {
@@ -141,6 +146,8 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
   Result<JsonDocument> document = parse_json_object(text, where);
   if (!document) return tl::unexpected<Error>(document.error());
   if (const auto fits = check_choice(document->where, choice); !fits) return tl::unexpected<Error>(fits.error());
+  if (const auto chosen = choose_columns(document->value, document->where, choice.text); !chosen)
+    return tl::unexpected<Error>(chosen.error());
   auto description = std::make_shared<FrameDescription>();
   const Section whole(*document);
   read_all(whole, choice, *description);

@@ -12,6 +12,7 @@
 #include "compensation/result.hpp"
 #include "compensation/sensor_limits.hpp"
 #include "compensation/sensors.hpp"
+#include "compensation/text_columns.hpp"
 #include "drivers/wire/description/frame_kind.hpp"
 #include "drivers/wire/description/wire_format.hpp"
 
@@ -90,7 +91,7 @@ struct FrameDescription {
   double rate_tolerance = 0;  ///< by which part of rate_hz real devices differ
   double latency_s = 0;       ///< constant delay from the end of the measured interval to the first bit on the line
   GyroRule gyro;
-  std::vector<AxisRule> axes;           ///< served, in the order chosen: at least one, at most kMaxAxes
+  std::vector<AxisRule> axes;           ///< served, in the order chosen, at most kMaxAxes; empty: carries no gyro
   std::vector<std::string> axis_names;  ///< what AxisChoice::axis may name; the first is the default
   std::optional<CounterRule> counter;
   std::vector<FrameKind> kinds;
@@ -104,6 +105,8 @@ struct FrameDescription {
   SensorStatements plausible;  ///< what of the device's sensors is to be believed, as far as the description says it
   std::uint32_t max_frame_bytes = 0;  ///< the longest frame of any kind
 
+  /// False: an instrument beside a gyro; it has sensors.
+  bool carries_gyro() const { return !axes.empty(); }
   /// Nominal time from one gyro-carrying frame to the next, s.
   double period_s() const { return 1 / rate_hz; }
   /// Nominal frames a second that the counter counts (of any kind); rate_hz without a counter.
@@ -119,9 +122,10 @@ struct AxisChoice {
   std::optional<double> scale_factor_arcsec_per_pulse = {};  ///< refused where the gyro's number is not in pulses
 };
 struct GyroChoice {
-  std::vector<AxisChoice> axes = {{}};  ///< to be served: at least one, none twice
+  std::vector<AxisChoice> axes = {{}};  ///< to be served: at least one, none twice; no meaning without a gyro
   bool sensors = false;                 ///< the description's sensors, and the axes' own thermometers
-  std::optional<double> rate_hz;        ///< the gyro's own set-up, where the description's rate is another one
+  std::optional<double> rate_hz = {};   ///< the gyro's own set-up, where the description's rate is another one
+  TextColumns text = {};                ///< for descriptions of lines of text without a gyro
 };
 
 /// Reads, checks and compiles a description. Refusals name `where` (the file) and the JSON pointer or line, what was

@@ -63,6 +63,7 @@ struct TextRule {
   std::string separators;
   bool collapse = false;      ///< runs of separators count as one (blanks)
   std::uint32_t columns = 0;  ///< exactly so many; 0: any number
+  char point = '.';           ///< before the decimals; ',' in some countries
   std::string write;          ///< what an encoder prints: text with {field} or {field:9.6} or {field:08x}
 };
 

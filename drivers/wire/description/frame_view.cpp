@@ -4,6 +4,8 @@
 
 #include <charconv>
 
+#include "drivers/wire/description/printed_number.hpp"
+
 namespace prism::wire {
 namespace {
 
@@ -114,15 +116,13 @@ bool FrameView::present(int field) const {
   return kind_->structure == Structure::kColumns ? !column(f).empty() : find(f) != nullptr;
 }
 
-std::uint64_t FrameView::bits(int field) const {
-  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+std::uint64_t FrameView::bits_elsewhere(const Field& f) const {
   if (kind_->structure == Structure::kColumns) return text_bits(f);
   const std::uint8_t* at = find(f);
   return at == nullptr ? 0 : load_bits(f, at);
 }
 
-double FrameView::raw(int field) const {
-  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+double FrameView::raw_elsewhere(const Field& f) const {
   if (kind_->structure == Structure::kColumns) return raw_text(f);
   const std::uint8_t* at = find(f);
   return at == nullptr ? kUnknown : load_number(f, at);
@@ -155,9 +155,7 @@ double FrameView::raw_text(const Field& field) const {
     const auto [end, error] = std::from_chars(first, last, value, 16);
     return error == std::errc{} && end == last ? static_cast<double>(value) : kUnknown;
   }
-  double value = 0;
-  const auto [end, error] = std::from_chars(first, last, value, std::chars_format::fixed);
-  return error == std::errc{} && end == last ? value : kUnknown;
+  return parse_decimal({first, text.size()}, kind_->text.point);
 }
 
 std::uint64_t FrameView::text_bits(const Field& field) const {

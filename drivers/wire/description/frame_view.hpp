@@ -28,9 +28,17 @@ class FrameView {
   /// False where this frame does not carry the field.
   bool present(int field) const;
   /// The field's bits; 0 where it is absent or no whole number.
-  std::uint64_t bits(int field) const;
+  std::uint64_t bits(int field) const {
+    const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+    const std::uint8_t* at = at_once(f);
+    return at != nullptr ? load_bits(f, at) : bits_elsewhere(f);
+  }
   /// The number before scaling; kUnknown where it is absent or no number.
-  double raw(int field) const;
+  double raw(int field) const {
+    const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+    const std::uint8_t* at = at_once(f);
+    return at != nullptr ? load_number(f, at) : raw_elsewhere(f);
+  }
   /// The quantity that a raw number of the field stands for; kUnknown where it is not finite or out of its range.
   double scaled(int field, double raw) const {
     const Scaling& scaling = kind_->fields[static_cast<std::size_t>(field)].scaling;
@@ -41,6 +49,14 @@ class FrameView {
   double value(int field) const { return scaled(field, raw(field)); }
 
  private:
+  /// Nearly every field: at a place from the start, without a condition. Null: it has to be looked for.
+  const std::uint8_t* at_once(const Field& field) const {
+    const bool plain = kind_->structure == Structure::kPlain && field.when.field < 0 && field.at >= 0;
+    return plain && static_cast<std::size_t>(field.at) + field.size <= frame_.size() ? frame_.data() + field.at
+                                                                                     : nullptr;
+  }
+  std::uint64_t bits_elsewhere(const Field& field) const;
+  double raw_elsewhere(const Field& field) const;
   bool locate();
   bool locate_items();
   bool locate_blocks();

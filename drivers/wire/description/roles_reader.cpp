@@ -235,6 +235,13 @@ void leave_sensors_out(FrameDescription& description) {
   for (AxisRule& axis : description.axes) axis.thermometer = -1;
 }
 
+/// An instrument beside the gyro has sensors and nothing else.
+void refuse_of_gyro(const Section& s) {
+  for (const char* key : {"temperature", "uhfo", "latency", "status"}) {
+    if (s.has(key)) s.fail(key, "belongs to a gyro, but there is no \"gyro\"; expected it among \"sensors\"");
+  }
+}
+
 /// What of a channel is believed.
 SensorStatement read_statement(const Section& s) {
   return {read_range(s, "range", kChannelRanges), read_greatest_slope(s, "greatest_slope_degc_per_s"), {}};
@@ -244,7 +251,10 @@ SensorStatement read_statement(const Section& s) {
 
 void read_roles(const Section& s, const GyroChoice& choice, FrameDescription& description) {
   read_sensors(s.object("sensors"), description);
-  read_gyro(s.object("gyro", true), choice, description);
+  if (s.has("gyro") || !s.has("sensors"))
+    read_gyro(s.object("gyro", true), choice, description);
+  else
+    refuse_of_gyro(s);
   if (s.has("counter")) read_counter(s.object("counter"), description);
   if (s.has("temperature")) {
     read_channel(s.object("temperature"), description, description.temperature,
@@ -258,7 +268,7 @@ void read_roles(const Section& s, const GyroChoice& choice, FrameDescription& de
     if (description.plausible.uhfo.greatest_slope_per_s)
       s.object("uhfo").fail("greatest_slope_degc_per_s", "belongs to the temperature only");
   }
-  if (!choice.sensors) leave_sensors_out(description);
+  if (!choice.sensors && description.carries_gyro()) leave_sensors_out(description);
   if (s.has("status")) assign(s.object("status"), "field", description, &KindRoles::status);
   if (s.has("latency")) assign(s.object("latency"), "field", description, &KindRoles::latency);
 }

@@ -95,8 +95,11 @@ void read_text(const Section& s, FrameKind& kind) {
   kind.text.separators = s.text("separators");
   kind.text.collapse = s.boolean("collapse", kind.text.collapse);
   kind.text.columns = static_cast<std::uint32_t>(s.integer("columns", {0, FrameView::kMaxElements}, 0));
+  if (s.boolean("decimal_comma", false)) kind.text.point = ',';
   kind.text.write = s.text("write", "");
   if (kind.text.separators.empty()) s.fail("separators", "is empty; expected at least one character");
+  if (kind.text.separators.find(kind.text.point) != std::string::npos)
+    s.fail("separators", fmt::format("has '{}', which stands within numbers", kind.text.point));
 }
 
 void read_blocks(const Section& s, FrameKind& kind) {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -19,10 +20,13 @@ Placeholder placeholder(std::string_view inner) {
   return {inner.substr(0, colon), colon == std::string_view::npos ? std::string_view() : inner.substr(colon + 1)};
 }
 
-std::string print_number(std::string_view form, double number) {
+std::string print_number(std::string_view form, double number, char point = '.') {
   const bool whole = form.ends_with('d') || form.ends_with('x') || form.ends_with('X');
   const std::string pattern = fmt::format("{{:{}}}", form);
-  return whole ? fmt::format(fmt::runtime(pattern), std::llround(number)) : fmt::format(fmt::runtime(pattern), number);
+  std::string text =
+      whole ? fmt::format(fmt::runtime(pattern), std::llround(number)) : fmt::format(fmt::runtime(pattern), number);
+  std::replace(text.begin(), text.end(), '.', point);
+  return text;
 }
 
 }  // namespace
@@ -54,7 +58,7 @@ std::vector<std::uint8_t> print_frame(const FrameKind& kind, std::span<const dou
     if (open == std::string_view::npos) break;
     const std::size_t close = left.find('}', open);
     const Placeholder number = placeholder(left.substr(open + 1, close - open - 1));
-    out += print_number(number.form, raw[static_cast<std::size_t>(kind.field_index(number.field))]);
+    out += print_number(number.form, raw[static_cast<std::size_t>(kind.field_index(number.field))], kind.text.point);
     left.remove_prefix(close + 1);
   }
   for (const CheckRule& check : kind.checks) {

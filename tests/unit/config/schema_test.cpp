@@ -41,8 +41,12 @@ constexpr const char* kAxes = R"({
   "gyro": {"serial": "70-1"}, "site": {"latitude_deg": 34.25},
   "axes": {"x": {"model": "m", "fallback_model": "n", "sign": -1, "scale_factor_arcsec_per_pulse": 0.1,
                  "elevation_deg": 0.5, "azimuth_deg": 0.5,
-                 "correction": {"max_bias_deg_per_h": 5.5, "extrapolation": "clamp", "slew_limit": true,
-                                "max_slew_deg_per_h_per_s": 0.5}}}
+                 "temperature": "chamber.air", "correction": {"max_bias_deg_per_h": 5.5, "extrapolation": "clamp",
+                 "slew_limit": true, "max_slew_deg_per_h_per_s": 0.5}}},
+  "sensor_lines": {"chamber": {"device": "/dev/ttyS1", "frames": "ascii-columns", "stale_after_s": 5.5,
+      "columns": {"air": {"column": 2, "unit": "degC", "min": -50.5, "max": 90.5}}, "separators": ";", "line_end": "lf",
+      "decimal_comma": true, "baud": 9600, "data_bits": 8, "parity": "none", "stop_bits": 1, "silence_s": 2.5,
+      "retry_min_s": 0.5, "retry_max_s": 5.5}}
 })";
 
 Json load(const std::filesystem::path& path) { return Json::parse(test::read_file(path), nullptr, true, true); }
@@ -59,9 +63,10 @@ TEST(ConfigSchema, HasTheKeysOfTheReaderAndNoOthers) {
   std::set<std::string> written, asked, tried;
   test::add_schema_keys(schema(), written);
   test::add_reader_keys("config/config.cpp", asked);
-  test::add_reader_keys("config/axis_reader.cpp", asked);
+  for (const char* file : {"config/axis_reader.cpp", "config/line_reader.cpp"}) test::add_reader_keys(file, asked);
   walk(Json::parse(kWhole), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });
-  tried.insert("axes");
+  walk(Json::parse(kAxes), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });
+  for (const char* name : {"x", "chamber", "air"}) tried.erase(name);
   EXPECT_EQ(written, asked);
   EXPECT_EQ(tried, asked);
   EXPECT_TRUE(reader_accepts(Json::parse(kWhole)));

@@ -13,16 +13,6 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-std::vector<std::string> shipped_names() {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(test::frames_dir())) {
-    if (entry.path().extension() == ".json" && entry.path().stem() != "frame.schema")
-      names.push_back(entry.path().stem());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 struct Stream {
   Bytes bytes;
   std::vector<std::size_t> starts;  ///< of the frames; one more at the end
@@ -257,7 +247,7 @@ TEST_P(Shipped, GarbageIsNoFrameOfAStrongKind) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Descriptions, Shipped, testing::ValuesIn(shipped_names()), [](const auto& one) {
+INSTANTIATE_TEST_SUITE_P(Descriptions, Shipped, testing::ValuesIn(test::shipped_gyros()), [](const auto& one) {
   std::string name = one.param;
   std::replace(name.begin(), name.end(), '-', '_');
   return name;

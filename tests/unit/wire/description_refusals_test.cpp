@@ -89,6 +89,7 @@ INSTANTIATE_TEST_SUITE_P(
              "f.json:/kinds/0/fields/flags: overlaps a part of \"rate\"; expected none of it or all"},
         Slip{"\"type\": \"s32\"", "\"type\": \"int32\"",
              "f.json:/kinds/0/fields/rate/type: found \"int32\", expected one of u1 to u64, s2 to s64, f32, f64, "
+             "digits, "
              "decimal, hex"},
         Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"order\": [0, 1, 2, 2]",
              "f.json:/kinds/0/fields/rate/order: found [0,1,2,2], expected an order of the bytes 0 to 3, the most "

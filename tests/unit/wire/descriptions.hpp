@@ -30,6 +30,16 @@ inline wire::FrameDescriptionPtr shipped(const std::string& name, const wire::Gy
   return *parsed;
 }
 
+/// Names of the shipped descriptions that carry a gyro.
+inline std::vector<std::string> shipped_gyros() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(frames_dir())) {
+    if (entry.path().extension() != ".json" || entry.path().stem() == "frame.schema") continue;
+    if (shipped(entry.path().stem())->carries_gyro()) names.push_back(entry.path().stem());
+  }
+  return names;
+}
+
 /// All readings of a byte stream fed at once, with finish().
 inline std::vector<wire::Reading> decode(const wire::FrameDescriptionPtr& description,
                                          const std::vector<std::uint8_t>& bytes) {

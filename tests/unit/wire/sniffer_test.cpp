@@ -37,6 +37,7 @@ std::vector<std::uint8_t> second_of(const FrameDescriptionPtr& description) {
 TEST(Sniffer, RecognisesEveryShippedDescriptionAmongAllOthers) {
   const auto all = all_shipped();
   for (const FrameDescriptionPtr& truth : all) {
+    if (truth->sent_kinds.empty()) continue;  // lines of text whose columns nobody named
     Sniffer sniffer(all);
     sniffer.feed(second_of(truth), 0);
     const auto ranking = sniffer.ranking();

@@ -26,6 +26,7 @@ Result<wire::FrameDescriptionPtr> one_a_second(const std::string& frames) {
   const auto text = config::read_text_file(path);
   if (!text) return tl::unexpected(text.error());
   auto description = wire::parse_frame_description(*text, path);
+  if (description && !(*description)->carries_gyro()) return refuse(path, "has no gyro, expected one");
   if (description && (*description)->rate_hz != 1) {
     return refuse(path, fmt::format("{} frames a second; a recording has one row a second", (*description)->rate_hz));
   }

@@ -13,6 +13,7 @@
 #include "config/config.hpp"
 #include "config/text_file.hpp"
 #include "daemon/pipeline/pipeline.hpp"
+#include "daemon/pipeline/sensor_captures.hpp"
 #include "drivers/capture_file.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
@@ -76,12 +77,20 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
       recording.buckets.push_back(window.row.window.bucket);
     }
   };
+  auto sensors = pipeline::SensorCaptures::open(*setup, pipeline::sensor_files_beside(*setup, path));
+  if (!sensors) return tl::unexpected<Error>(sensors.error());
+  const auto give = [&](std::size_t line, const drivers::CapturePacket& packet) {
+    if (packet.event == drivers::CaptureEvent::kOpened) pipeline.begin_sensor_session(line, packet.time_ns);
+    if (packet.event == drivers::CaptureEvent::kData) pipeline.feed_sensors(line, packet.bytes, packet.time_ns);
+  };
   std::size_t packets = 0;
   for (; const auto packet = reader->next(); ++packets) {
+    sensors->until(*packet, give);
     if (packet->event == drivers::CaptureEvent::kOpened) take(pipeline.begin_session(packet->time_ns));
     if (packet->event == drivers::CaptureEvent::kData) take(pipeline.feed(packet->bytes, packet->time_ns));
   }
   take(pipeline.finish());
+  recording.notes.insert(recording.notes.end(), sensors->notes().begin(), sensors->notes().end());
   if (const std::string damage = reader->damaged_places().text(); !damage.empty()) recording.notes.push_back(damage);
   if (!reader->tail_damage().empty()) recording.notes.push_back(reader->tail_damage());
   if (recording.buckets.empty()) return refuse(path, "holds no frame of " + setup->config.frames);

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/line_answers.hpp"
+
+#include "daemon/answer_json.hpp"
+#include "daemon/arrival_clock.hpp"
+
+namespace prism::daemon {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Null where the driver does not count.
+ordered_json hardware_json(const std::optional<drivers::LineCounters>& counters) {
+  if (!counters) return nullptr;
+  return {{"received", counters->received},
+          {"framing_errors", counters->framing_errors},
+          {"parity_errors", counters->parity_errors},
+          {"overruns", counters->overruns},
+          {"breaks", counters->breaks},
+          {"buffer_overruns", counters->buffer_overruns}};
+}
+
+// A replay's time is that of its bytes.
+std::int64_t time_of(const Instance& instance) {
+  const LineState state = instance.line.state;
+  return state == LineState::kReplaying || state == LineState::kEnded ? instance.line.last_data_ns : host_time_ns();
+}
+
+}  // namespace
+
+ordered_json counters_json(const wire::DecoderCounters& c) {
+  return {{"bytes", c.bytes},
+          {"frames", c.frames},
+          {"bad_check", c.bad_check},
+          {"bad_length", c.bad_length},
+          {"bad_body", c.bad_body},
+          {"skipped_bytes", c.skipped_bytes},
+          {"resyncs", c.resyncs},
+          {"timeouts", c.timeouts},
+          {"unconfirmed", c.unconfirmed},
+          {"out_of_range", c.out_of_range}};
+}
+
+ordered_json clock_json(const drivers::ClockStatus& c) {
+  return {{"samples", c.samples},
+          {"missing_frames", c.missing_frames},
+          {"missing_by_arrival", c.missing_by_arrival},
+          {"duplicates", c.duplicates},
+          {"resets", c.resets},
+          {"period_s", known(c.period_s)},
+          {"period_is_estimated", c.period_is_estimated},
+          {"residual_s", known(c.residual_s)}};
+}
+
+ordered_json line_answer(const Instance& instance) {
+  const Acquisition& acquisition = instance.acquisition;
+  const pipeline::Setup& setup = acquisition.setup();
+  ordered_json json = {{"device", setup.config.line.device},
+                       {"state", state_name(instance.line.state)},
+                       {"detail", instance.line.detail},
+                       {"sessions", acquisition.sessions()},
+                       {"baud", setup.line.baud},
+                       {"notes", instance.line.notes}};
+  json["decoder"] = counters_json(acquisition.pipeline().decoder().counters());
+  json["timing"] = clock_json(acquisition.pipeline().clock().status());
+  json["nominal_period_s"] = setup.frames->period_s();
+  json["hardware"] = hardware_json(instance.line.hardware);
+  if (const ordered_json lines = sensor_lines_answer(instance); !lines.empty()) json["sensor_lines"] = lines;
+  return json;
+}
+
+ordered_json sensor_lines_answer(const Instance& instance) {
+  const Acquisition& acquisition = instance.acquisition;
+  ordered_json json = ordered_json::object();
+  for (std::size_t i = 0; i < instance.sensor_lines.size(); ++i) {
+    const pipeline::Setup::SensorLine& line = acquisition.setup().sensor_lines[i];
+    const LineStatus& status = instance.sensor_lines[i];
+    const pipeline::SensorFeed& feed = acquisition.pipeline().sensor_feeds()[i];
+    ordered_json& own = json[line.name];
+    own = {{"device", line.line.device},  {"state", state_name(status.state)},
+           {"detail", status.detail},     {"state_since_s", seconds(status.since_ns)},
+           {"frames", line.frames->name}, {"baud", line.line.baud},
+           {"notes", status.notes}};
+    own["age_s"] = feed.last_ns() ? ordered_json(seconds(time_of(instance) - *feed.last_ns())) : ordered_json();
+    own["stale_after_s"] = line.stale_after_s;
+    own["decoder"] = counters_json(feed.decoder().counters());
+    own["hardware"] = hardware_json(status.hardware);
+    if (const CaptureLog* capture = acquisition.sensor_capture(i))
+      own["capture_dropped_bytes"] = capture->dropped_bytes();
+  }
+  return json;
+}
+
+ordered_json sensors_answer(const Instance& instance) {
+  const Acquisition& acquisition = instance.acquisition;
+  const std::vector<SensorName>& sensors = sensors_of_list(acquisition.setup().sensors);
+  const std::vector<double> values = acquisition.pipeline().sensors_now(time_of(instance));
+  const std::size_t of_device = acquisition.setup().frames->sensors.size();
+  ordered_json json = ordered_json::object();
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const bool there = i >= of_device || instance.line.delivers();
+    json[sensors[i].name] = {{"value", known(there ? values[i] : kUnknown)}, {"unit", sensors[i].unit}};
+  }
+  return json;
+}
+
+}  // namespace prism::daemon

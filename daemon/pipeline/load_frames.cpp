@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/pipeline/load_frames.hpp"
+
+#include <memory>
+
+#include "config/search_path.hpp"
+#include "drivers/wire/decode/inspect.hpp"
+
+namespace prism::pipeline {
+namespace {
+
+wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wire) {
+  wire.baud = line.baud.value_or(wire.baud);
+  wire.data_bits = line.data_bits.value_or(wire.data_bits);
+  wire.stop_bits = line.stop_bits.value_or(wire.stop_bits);
+  if (line.parity)
+    wire.parity = *line.parity == "even"  ? wire::Parity::kEven
+                  : *line.parity == "odd" ? wire::Parity::kOdd
+                                          : wire::Parity::kNone;
+  return wire;
+}
+
+}  // namespace
+
+Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const wire::GyroChoice& choice,
+                                              const config::LineConfig& line) {
+  const Result<std::string> text = config::read_data_file(path, "frames");
+  if (!text) return tl::unexpected<Error>(text.error());
+  Result<wire::FrameDescriptionPtr> frames = wire::parse_frame_description(*text, path, choice);
+  if (!frames) return frames;
+  if (auto proved = wire::run_test_vectors(**frames); !proved) return tl::unexpected<Error>(proved.error());
+  auto effective = std::make_shared<wire::FrameDescription>(**frames);
+  effective->wire = wire_format(line, effective->wire);
+  return wire::FrameDescriptionPtr(std::move(effective));
+}
+
+drivers::LineSettings line_settings(const config::LineConfig& line, const wire::WireFormat& wire) {
+  drivers::LineSettings settings;
+  settings.device = line.device;
+  settings.baud = wire.baud;
+  settings.data_bits = wire.data_bits;
+  settings.stop_bits = wire.stop_bits;
+  settings.parity = wire.parity;
+  return settings;
+}
+
+}  // namespace prism::pipeline

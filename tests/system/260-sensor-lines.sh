@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+# A thermometer on a line of its own: the T of a gyro that sends none, trained and corrected from the captures of both lines. Live:
+# it is pulled and put back, only what needs it is unknown meanwhile, and the captures together give the live log byte for byte.
+. "$(dirname "$0")/lib.sh"
+command -v python3 >/dev/null || skip "no python3"
+PATH=$PRISM_BIN/tools/prismcal:$PATH
+here=$PRISM_SOURCE/tests/system
+cd "$dir"
+sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/dsp3000.json" >frames.json
+config() { # MEMBERS OF THE AXIS, OF THE LINE
+  cat <<END
+{"name": "fog", "frames": "frames.json", "clock": "device", "line": {"device": "tty", "silence_s": 1, "retry_min_s": 0.05},
+ "socket": {"path": "$PRISM_SOCKET"}, "log": {"directory": "live"}, "capture": {"directory": "bytes"}, "site": {"latitude_deg": 34.25},
+ "axes": {"z": {"elevation_deg": 90, $1}},
+ "sensor_lines": {"chamber": {"device": "chamber", "retry_min_s": 0.05, "stale_after_s": 2,
+   "columns": {"temperature": {"column": 2, "unit": "degC"}${2:-}}}}}
+END
+}
+record() { # FOLDER SEED: captures of both lines
+  mkdir -p "$1/chamber"
+  prismsim --frames frames.json --smooth --profile fast --hours 8 --seed "$2" --truth truth.csv --out "$1/fog.pcap" 2>/dev/null
+  python3 "$here/thermometer.py" truth.csv "$1/chamber/fog-chamber.pcap"
+}
+record one 1; record two 2
+config '"temperature": "chamber.temperature"' >train.json
+prismcal train one/fog.pcap --config train.json --inputs T,dTdt --method stepwise --quiet --out fog.json >/dev/null || fail "training on the captures"
+config '"temperature": "chamber.temperature", "model": "./fog.json"' >fog-z.json
+prismd fog-z.json --replay two/fog.pcap --out corrected >summary 2>replay.err || fail "the corrected replay: $(cat replay.err)"
+gain=$(sed -n 's/^bias stability.*improvement \(.*\) %/\1/p' summary)
+awk -v gain="$gain" 'BEGIN {exit !(gain > 20)}' || fail "improved by '$gain' %: $(cat summary)"
+prismd fog-z.json --replay two/fog.pcap --replay-sensors chamber=two/chamber/fog-chamber.pcap --out named >/dev/null
+cat corrected/fog-z-*.csv >a; cat named/fog-z-*.csv >b; cmp a b || fail "a capture by its name gives another log"
+contains "metadata" "$(head -30 a)" "# sensor_line: chamber ascii-columns "
+contains "metadata" "$(head -30 a)" "# temperature: chamber.temperature"
+contains "columns" "$(grep -m1 ^time_utc a)" ",chamber.temperature_degc,"
+prismcal train named --inputs chamber.temperature,dchamber.temperature/dt --method stepwise --quiet --out own.json >/dev/null || fail "training on the log"
+mv two/chamber two/elsewhere
+prismd fog-z.json --replay two/fog.pcap --out without >/dev/null 2>without.err || true
+contains "a capture that is missing" "$(cat without.err)" "chamber: no capture of this sensor line: its sensors are unknown"
+code=0; prismd fog-z.json --replay two/fog.pcap --replay-sensors oven=one/fog.pcap 2>wrong.err >/dev/null || code=$?
+contains "a line that there is not" "$(cat wrong.err)" 'has no sensor line "oven"'
+
+# Refusals, a line each.
+refused() { # WHAT EXPECTED: of wrong.json
+  code=0; prismd wrong.json --check 2>wrong.err >/dev/null || code=$?
+  same "exit code: $1" "$code" 78
+  contains "$1" "$(cat wrong.err)" "$2"
+}
+jq 'del(.axes) + {gyro: {axis: "z"}}' fog-z.json >wrong.json; refused "no axes" '/sensor_lines: stands without "axes"'
+jq '.axes.z.temperature = "oven.temperature"' fog-z.json >wrong.json; refused "no such thermometer" '/axes/z/temperature: found "oven.temperature", expected one of chamber.temperature'
+jq 'del(.sensor_lines.chamber.columns)' fog-z.json >wrong.json; refused "no columns" 'ascii-columns.json: has no sensor of its own; "columns" of chamber says'
+jq '.sensor_lines.chamber.frames = "trplg"' fog-z.json >wrong.json; refused "a gyro's frames" 'trplg.json'
+jq '.frames = "lutron-btm4208sd"' fog-z.json >wrong.json; refused "no gyro" 'has no gyro, expected one'
+jq 'del(.sensor_lines.chamber.columns.temperature.unit)' fog-z.json >wrong.json; refused "no unit" '/sensor_lines/chamber/columns/temperature: "unit" is missing'
+jq '.sensor_lines.chamber.device = "tty"' fog-z.json >wrong.json; refused "the same line twice" "is the gyro's line"
+jq '.axes.z.model = "./own.json" | del(.sensor_lines, .axes.z.temperature)' fog-z.json >wrong.json
+refused "a model that asks for what is not there" 'found chamber.temperature, expected one that dsp3000 gives: none'
+
+# Live.
+config '"model": "./own.json"' ', "pressure": {"column": 3, "unit": "Pa"}' >live.json
+start therm python3 "$here/thermometer.py" --link "$dir/chamber"; therm=$pid
+start sim prismsim --frames frames.json --profile steady --link "$dir/tty" --wait
+wait_for 5 test -e tty -a -e chamber
+start prismd prismd live.json; daemon=$pid
+wait_for 5 prismctl version
+known() { prismctl --json status | jq -e ".sensors[\"chamber.temperature\"].value | type == \"number\""; }
+unknown() { ! known; }
+wait_for 10 known
+prismctl status >status.out
+contains "status" "$(cat status.out)" "chamber      receiving, last value"
+contains "status" "$(cat status.out)" "chamber.pressure 101325.000 Pa"
+awk 'length($0) > 80 && !/^line|\// {exit 1}' status.out || fail "wider than 80 columns: $(cat status.out)"
+same "the line" "$(field .sensor_lines.chamber.state line)" receiving
+timeout 10 prismctl --json watch --count 2 >watch.out
+wait_for 10 sh -c "timeout 5 prismctl --json watch --count 12 | jq -e '.params.sensors[\"chamber.temperature\"] > 19'"
+kill -9 "$therm"
+wait_for 10 unknown
+wait_for 10 sh -c "timeout 5 prismctl --json watch --count 12 | jq -e '.params.sensors[\"chamber.temperature\"] == null and .params.samples'"
+same "the gyro goes on" "$(field .state status)" receiving
+same "the line that is gone" "$(field .sensor_lines.chamber.state status)" connecting
+contains "the event" "$(prismctl events)" "chamber: "
+start therm python3 "$here/thermometer.py" --link "$dir/chamber"
+wait_for 10 known
+jq '.sensor_lines.oven = .sensor_lines.chamber | .sensor_lines.oven.device = "oven"' live.json >other.json; cp live.json kept.json; cp other.json live.json
+code=0; prismctl reload 2>reload.err || code=$?
+contains "a reload with another line" "$(cat reload.err)" "has sensor lines chamber, oven, expected chamber as before"
+cp kept.json live.json
+wait_for 5 known
+sleep 2.5
+kill -TERM "$daemon"; wait "$daemon" || fail "exit code $?"
+prismd live.json --replay bytes/fog-*.pcap --out again >/dev/null 2>again.err || fail "$(cat again.err)"
+cat live/fog-z-*.csv >a; cat again/fog-z-*.csv >b
+cmp a b || fail "the replay's log differs from the live one: $(diff a b | head -6)"
+same "seconds with and without the thermometer" "$(awk -F, '/^time_utc/ {for (i = 1; i <= NF; ++i) if ($i == "chamber.temperature_degc") c = i; next} !/^#/ && c {n[$c != ""]++} END {print (n[0] > 0) (n[1] > 0)}' a)" 11
