@@ -15,6 +15,7 @@
 #include "tools/prismcal/analysis/experiment_report.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
+#include "tools/prismcal/report/merged.hpp"
 #include "tools/prismcal/report/text_forms.hpp"
 
 namespace prism::commands {
@@ -74,9 +75,38 @@ bool has_uhfo(const recordings::BlockTable& table) {
   return std::all_of(uhfo.begin(), uhfo.end(), [](double value) { return std::isfinite(value); });
 }
 
-Result<bool> make_report(ReportChoice choice) {
-  const auto limits = analysis::read_limits(choice.limits);
-  if (!limits) return tl::unexpected(limits.error());
+/// What came of one axis.
+struct AxisReport {
+  report::Report report;
+  report::Table ladder;
+  std::vector<report::Cell> overview;  ///< as overview_columns()
+  bool kept = true;                    ///< its limits
+};
+
+std::vector<report::Column> overview_columns() {
+  return {{"axis", {}, false}, {"model", {}, false}, {"before", "deg/h"},
+          {"after", "deg/h"},  {"improvement", "%"}, {"worst other profile", "%"}};
+}
+
+std::vector<report::Cell> overview_of(const analysis::Experiment& experiment, const std::string& axis) {
+  const analysis::ExperimentRow& chosen = *analysis::chosen_row(experiment);
+  const evaluation::BiasStability& repeat = analysis::on_repeat(chosen);
+  std::optional<double> worst;
+  for (std::size_t i = 1; i < chosen.judged.size(); ++i) {
+    const auto improvement = chosen.judged[i].stability.improvement;
+    if (improvement && (!worst || *improvement < *worst)) worst = improvement;
+  }
+  report::Cell name = report::text_cell(axis);
+  name.link = "#" + report::id_of_axis(axis, "summary");
+  return {name,
+          report::text_cell(analysis::method_text(chosen.spec) + " on " + chosen.spec.inputs_text()),
+          report::fixed_cell(repeat.before.sd, 5),
+          report::fixed_cell(repeat.after.sd, 5),
+          report::percent_cell(repeat.improvement),
+          report::percent_cell(worst)};
+}
+
+Result<AxisReport> report_axis(ReportChoice choice, const std::vector<analysis::Limit>& limits) {
   const auto correction = correction_settings(choice.common);
   if (!correction) return tl::unexpected(correction.error());
   std::vector<std::pair<std::string, std::string>> paths = {{"training", choice.training}, {"repeat", choice.repeat}};
@@ -104,23 +134,68 @@ Result<bool> make_report(ReportChoice choice) {
   }
   choice.experiment.gyro_serial = loaded.front().recording.value("gyro_serial");
   const auto specs = choice.models == "paper" ? analysis::paper_models(uhfo) : analysis::ladder_models(uhfo);
+  const auto progress = [&](std::size_t done, std::size_t all, const std::string& next) {
+    show_progress(done, all, choice.common.source.axis.empty() ? next : choice.common.source.axis + ": " + next);
+  };
   const auto experiment =
       analysis::run_experiment(std::move(data), specs, choice.common.divisor,
-                               analysis::experiment_trainer(choice.experiment), show_progress, choice.threads);
+                               analysis::experiment_trainer(choice.experiment), progress, choice.threads);
   if (!experiment) return tl::unexpected(experiment.error());
 
   report::Report report = begin_report(recordings, choice, *quality);
   report.facts.emplace_back("correction", correction->text());
-  bool kept = true;
-  auto sections = analysis::experiment_sections(*experiment, *limits, kept);
+  AxisReport made;
+  auto sections = analysis::experiment_sections(*experiment, limits, made.kept);
   report.facts.emplace_back("chosen model", fmt::format("{}, id {}", analysis::chosen_row(*experiment)->spec.key(),
                                                         analysis::chosen_row(*experiment)->trained.model->info().id));
   report.sections.insert(report.sections.begin(), std::move(sections.front()));
   report.sections.insert(report.sections.end(), std::make_move_iterator(sections.begin() + 1),
                          std::make_move_iterator(sections.end()));
-  if (!choice.common.json) fmt::print("{}", report::plain_text(analysis::ladder_table(*experiment)));
-  if (const auto done = write_report(report, choice.common); !done) return tl::unexpected(done.error());
+  made.report = std::move(report);
+  made.ladder = analysis::ladder_table(*experiment);
+  made.overview = overview_of(*experiment, choice.common.source.axis);
+  return made;
+}
+
+Result<bool> finish_report(const report::Report& report, const report::Table& first, const CommonOptions& common,
+                           bool kept) {
+  if (!common.json) fmt::print("{}", report::plain_text(first));
+  if (const auto done = write_report(report, common); !done) return tl::unexpected(done.error());
   return kept;
+}
+
+Result<bool> report_axes(ReportChoice choice, const std::vector<analysis::Limit>& limits,
+                         const std::vector<std::string>& axes) {
+  report::Table overview{
+      "all_axes", "The chosen model of each axis",
+      "Bias stability (1 sigma of 100 s means) on the repeat of the training profile before and after "
+      "the correction; the worst improvement on another profile.",
+      overview_columns()};
+  std::vector<std::pair<std::string, report::Report>> reports;
+  bool kept = true;
+  for (const std::string& axis : axes) {
+    choice.common.source.axis = axis;
+    auto made = report_axis(choice, limits);
+    if (!made) return refuse("axis " + axis, made.error().text());
+    overview.rows.push_back(std::move(made->overview));
+    reports.emplace_back(axis, std::move(made->report));
+    kept = kept && made->kept;
+  }
+  report::Section first{"all_axes_section", "All axes", {overview}};
+  return finish_report(report::merged(std::move(reports), std::move(first)), overview, choice.common, kept);
+}
+
+Result<bool> make_report(const ReportChoice& choice) {
+  const auto limits = analysis::read_limits(choice.limits);
+  if (!limits) return tl::unexpected(limits.error());
+  if (choice.common.source.axis.empty()) {
+    const auto axes = recordings::axes_of(choice.training, choice.common.source);
+    if (!axes) return tl::unexpected(axes.error());
+    if (axes->size() > 1) return report_axes(choice, *limits, *axes);
+  }
+  const auto made = report_axis(choice, *limits);
+  if (!made) return tl::unexpected(made.error());
+  return finish_report(made->report, made->ladder, choice.common, made->kept);
 }
 
 }  // namespace

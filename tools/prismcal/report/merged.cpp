@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/report/merged.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <iterator>
+
+namespace prism::report {
+namespace {
+
+using Fact = std::pair<std::string, std::string>;
+
+bool in_all(const std::vector<std::pair<std::string, Report>>& axes, const Fact& fact) {
+  return std::all_of(axes.begin(), axes.end(), [&](const auto& axis) {
+    const std::vector<Fact>& facts = axis.second.facts;
+    return std::find(facts.begin(), facts.end(), fact) != facts.end();
+  });
+}
+
+/// A report's facts that all have alike, or the others.
+std::vector<Fact> facts_of(const std::vector<std::pair<std::string, Report>>& axes, const Report& report, bool alike) {
+  std::vector<Fact> facts;
+  for (const Fact& fact : report.facts) {
+    if (in_all(axes, fact) == alike) facts.push_back(fact);
+  }
+  return facts;
+}
+
+Table own_facts_table(const std::vector<Fact>& facts) {
+  Table table{"own_facts", "What it was made of", "", {{"what", {}, false}, {"which", {}, false}}};
+  for (const auto& [name, value] : facts) table.rows.push_back({text_cell(name), text_cell(value)});
+  return table;
+}
+
+void name_after(const std::string& axis, Section& section) {
+  section.id = id_of_axis(axis, section.id);
+  section.heading = "Axis " + axis + ": " + section.heading;
+  for (Block& block : section.blocks) {
+    if (auto* table = std::get_if<Table>(&block)) table->id = id_of_axis(axis, table->id);
+    if (auto* figure = std::get_if<Figure>(&block)) figure->id = id_of_axis(axis, figure->id);
+  }
+}
+
+}  // namespace
+
+// An id is [a-z0-9_]: two axes whose names differ in case only do not stand in one report.
+std::string id_of_axis(const std::string& axis, const std::string& id) {
+  std::string text = "axis_" + axis + "_" + id;
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+Report merged(std::vector<std::pair<std::string, Report>> axes, Section overview) {
+  Report all;
+  const Report& first = axes.front().second;
+  all.title = first.title, all.subtitle = first.subtitle, all.tool = first.tool, all.warning = first.warning;
+  all.facts = facts_of(axes, first, true);
+  all.sections.push_back(std::move(overview));
+  for (auto& [axis, report] : axes) {
+    const std::vector<Fact> own = facts_of(axes, report, false);
+    if (!own.empty() && !report.sections.empty()) report.sections.front().blocks.emplace_back(own_facts_table(own));
+  }
+  for (auto& [axis, report] : axes) {
+    all.simulated = all.simulated || report.simulated;
+    for (Section& section : report.sections) name_after(axis, section);
+    std::move(report.sections.begin(), report.sections.end(), std::back_inserter(all.sections));
+  }
+  return all;
+}
+
+}  // namespace prism::report
