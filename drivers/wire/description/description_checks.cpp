@@ -158,6 +158,20 @@ void check_line_speed(const Section& whole, const FrameDescription& description)
   }
 }
 
+/// Without a counter frames are counted as they come: all of them have to be of every axis that is served.
+void check_axes(const Section& whole, const FrameDescription& description) {
+  if (description.counter || description.axes.size() < 2) return;
+  for (const FrameKind& kind : description.kinds) {
+    const auto carries = [&](const AxisRoles& axis) { return !axis.gyro.empty(); };
+    const auto carried = std::count_if(kind.roles.axes.begin(), kind.roles.axes.end(), carries);
+    if (carried != 0 && carried != static_cast<std::ptrdiff_t>(description.axes.size())) {
+      whole.fail("gyro/axes", fmt::format("kind {} carries {} of the {} axes that are served, and there is no counter: "
+                                          "their times are not known; expected one axis",
+                                          kind.name, carried, description.axes.size()));
+    }
+  }
+}
+
 void warn(FrameDescription& description) {
   for (const FrameKind& kind : description.kinds) {
     int sync_bits = 0;
@@ -198,6 +212,7 @@ void check_description(const Section& whole, FrameDescription& description) {
   }
   check_references(whole, description);
   if (whole.good()) check_line_speed(whole, description);
+  if (whole.good()) check_axes(whole, description);
   if (whole.good()) warn(description);
 }
 
