@@ -9,8 +9,17 @@
 namespace prism::commands {
 namespace {
 
+/// T by another name: the axis's own thermometer, whose difference to T would be rounding.
+bool is_own_thermometer(const recordings::Recording& recording, std::size_t sensor) {
+  constexpr double kSame_degc = 0.02;
+  return std::all_of(recording.buckets.begin(), recording.buckets.end(), [&](const compensation::Bucket& bucket) {
+    return sensor >= bucket.sensors.size() ||
+           !(std::fabs(bucket.sensors[sensor] - bucket.temperature_degc) > kSame_degc);
+  });
+}
+
 /// What a recording can give a model: T, dTdt, U, the lags, and of each sensor its difference to T (in degC; else
-/// itself) and its slope. What is not known most of the time is none.
+/// itself) and its slope. What is not known most of the time is none, nor is T once more.
 Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
   const auto recording = recordings::read_recording(choice.files.front(), choice.recordings.source);
   if (!recording) return tl::unexpected<Error>(recording.error());
@@ -30,6 +39,7 @@ Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
         }))
       continue;
     const SensorName& sensor = sensors[i];
+    if (sensor.unit == "degC" && is_own_thermometer(*recording, i)) continue;
     names.push_back(sensor.unit == "degC" ? sensor.name + "-T" : sensor.name);
     names.push_back("d" + sensor.name + "/dt");
   }
