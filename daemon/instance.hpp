@@ -12,6 +12,7 @@
 #include "daemon/event_log.hpp"
 #include "daemon/line_status.hpp"
 #include "daemon/publisher.hpp"
+#include "daemon/row_requests.hpp"
 
 namespace prism::daemon {
 
@@ -46,6 +47,7 @@ struct Instance {
   LineStatus line;
   std::vector<LineStatus> sensor_lines;  ///< as Setup::sensor_lines
   Acquisition acquisition;
+  RowRequests row_requests;
 
  private:
   bool held_ = false, disk_late_ = false;

@@ -150,9 +150,10 @@ class Live {
   std::vector<std::unique_ptr<RowWriter>> make_logs(const pipeline::Setup& setup) {
     const auto counters = std::make_shared<LogCounters>();
     const auto written = [this] { asio::post(io_, [this] { instance_.rows_written(); }); };
+    const auto synced = [this] { asio::post(io_, [this] { instance_.row_requests.synced(); }); };
     return daemon::make_logs(setup, [&](config::SegmentSettings settings, std::string name, std::string metadata) {
       return std::make_unique<ThreadedRowWriter>(std::move(settings), std::move(name), std::move(metadata), disk_,
-                                                 teller(), written, counters);
+                                                 teller(), written, counters, synced);
     });
   }
   std::unique_ptr<CaptureLog> make_capture(const pipeline::Setup& setup) {

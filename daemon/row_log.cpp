@@ -79,6 +79,10 @@ void RowLog::set_metadata(std::string metadata) {
   close_segment();
 }
 
+Result<RowPage> RowLog::page(const RowQuery& query) {
+  return log_rows_.page(query, {file_ >= 0 ? path_ : std::string(), synced_rows_});
+}
+
 void RowLog::lose(const std::string& why) { fault_.lose(1, why); }
 
 bool RowLog::open_segment(std::int64_t second) {
@@ -90,7 +94,7 @@ bool RowLog::open_segment(std::int64_t second) {
   file_ = made->descriptor;
   path_ = std::move(made->path);
   bytes_ = 0;
-  rows_ = 0;
+  rows_ = synced_rows_ = 0;
   sum_ = Sha256();
   torn_ = false;
   if (!write_all(metadata_ + "# session: " + utc_nano_text(session_ns_) + "\n" +
@@ -121,6 +125,7 @@ void RowLog::write_end() {
 
 bool RowLog::put_on_disk() {
   if (::fdatasync(file_) == 0) {
+    synced_rows_ = rows_;
     unsynced_.clear();
     count_unsynced();
     superseded_.clear();
@@ -178,12 +183,13 @@ bool RowLog::write_all(const std::string& text) {
 
 ThreadedRowWriter::ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
                                      DiskThread& disk, DiskFault::Tell tell, Written written,
-                                     std::shared_ptr<LogCounters> counters)
+                                     std::shared_ptr<LogCounters> counters, Written synced)
     : disk_(disk),
       counters_(std::move(counters)),
       log_(std::make_shared<RowLog>(std::move(settings), std::move(name), std::move(metadata), *counters_,
                                     std::move(tell))),
-      written_(std::move(written)) {}
+      written_(std::move(written)),
+      synced_(std::move(synced)) {}
 
 ThreadedRowWriter::~ThreadedRowWriter() { close(); }
 
@@ -214,11 +220,23 @@ void ThreadedRowWriter::append(const compensation::CompensatedWindow& row, std::
 
 void ThreadedRowWriter::sync() {
   if (!log_) return;
-  if (std::exchange(unsynced_, false) || counters_->unsynced > 0) disk_.post(0, [log = log_] { log->sync(); });
+  if (std::exchange(unsynced_, false) || counters_->unsynced > 0) {
+    disk_.post(0, [log = log_, synced = synced_] {
+      log->sync();
+      synced();
+    });
+  }
 }
 
 void ThreadedRowWriter::set_metadata(const std::string& metadata) {
   if (log_) disk_.post(0, [log = log_, metadata] { log->set_metadata(metadata); });
+}
+
+void ThreadedRowWriter::read(const RowQuery& query, Pages done) {
+  if (!log_) return;
+  disk_.post(
+      0, [log = log_, query, done] { done(log->page(query)); },
+      [done](const std::string& why) { done(refuse("rows", why)); });
 }
 
 DirectRowWriter::DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,

@@ -13,6 +13,7 @@
 #include "compensation/sha256.hpp"
 #include "daemon/disk_fault.hpp"
 #include "daemon/disk_thread.hpp"
+#include "daemon/log_rows.hpp"
 #include "daemon/segments.hpp"
 
 namespace prism::daemon {
@@ -49,6 +50,8 @@ class RowLog {
   void close();
   /// From the next row on, segments carry this metadata; the open one ends.
   void set_metadata(std::string metadata);
+  /// Rows that stand on the disk, by their places (LogRows).
+  Result<RowPage> page(const RowQuery& query);
   /// A row that could not even be given to append(): `why` is told. From any thread.
   void lose(const std::string& why);
 
@@ -74,6 +77,8 @@ class RowLog {
   DiskFault::Tell tell_;
   DiskFault fault_;
   Segments segments_;
+  LogRows log_rows_{segments_};
+  std::uint64_t synced_rows_ = 0;  // of the open segment
   std::string path_, superseded_;  // "FILE from row N", until its rows stand elsewhere
   std::deque<Row> unsynced_;       // as far back as kMostUnsynced
   std::uint64_t counted_unsynced_ = 0;
@@ -94,6 +99,10 @@ class RowWriter {
   /// Puts what was appended on the disk; called once a second of real time, however fast the data's time runs.
   virtual void sync() = 0;
   virtual void set_metadata(const std::string& metadata) = 0;
+  /// Reads what the disk has. `done` is called on any thread, perhaps before this returns; never where the writer ends
+  /// before.
+  using Pages = std::function<void(Result<RowPage>)>;
+  virtual void read(const RowQuery& query, Pages done) = 0;
   /// The last segment ends; nothing is taken from here on.
   virtual void close() = 0;
   virtual const LogCounters& counters() const = 0;
@@ -105,14 +114,16 @@ class ThreadedRowWriter : public RowWriter {
  public:
   /// As RowLog's; `tell` is called on any thread.
   using Written = std::function<void()>;
-  ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata, DiskThread& disk,
-                    DiskFault::Tell tell, Written written,
-                    std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>());
+  /// `synced` is called on the disk thread after each sync.
+  ThreadedRowWriter(
+      config::SegmentSettings settings, std::string name, std::string metadata, DiskThread& disk, DiskFault::Tell tell,
+      Written written, std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(), Written synced = [] {});
   ~ThreadedRowWriter() override;
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override;
   void sync() override;
   void set_metadata(const std::string& metadata) override;
+  void read(const RowQuery& query, Pages done) override;
   void close() override;
   const LogCounters& counters() const override { return *counters_; }
 
@@ -120,7 +131,7 @@ class ThreadedRowWriter : public RowWriter {
   DiskThread& disk_;
   std::shared_ptr<LogCounters> counters_;
   std::shared_ptr<RowLog> log_;
-  const Written written_;
+  const Written written_, synced_;
   bool unsynced_ = false;
 };
 
@@ -135,6 +146,7 @@ class DirectRowWriter : public RowWriter {
   }
   void sync() override {}  // a replay can be run again; the segment is synced when it closes
   void set_metadata(const std::string& metadata) override { log_.set_metadata(metadata); }
+  void read(const RowQuery& query, Pages done) override { done(log_.page(query)); }
   void close() override { log_.close(); }
   const LogCounters& counters() const override { return *counters_; }
   const std::string& first_fault() const { return first_fault_; }

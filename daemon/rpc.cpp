@@ -20,7 +20,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr const char* kMethods =
-    "version, status, bias, stability, line, model, config, history, events, subscribe, unsubscribe, reload";
+    "version, status, bias, stability, line, model, config, history, rows, events, subscribe, unsubscribe, reload";
 
 // Whatever bytes a client sent, what goes back is UTF-8.
 std::string line_of(const ordered_json& message) {
@@ -169,6 +169,7 @@ void Rpc::dispatch(const std::string& method, const Call& call) {
   }
   if (method == "version") return reply(call, {{"name", "prismd"}, {"version", kVersion}, {"protocol", 1}});
   if (method == "history") return history(call);
+  if (method == "rows") return rows(call);
   if (method == "events") return events(call);
   if (method == "subscribe") return subscribe(call, true);
   if (method == "unsubscribe") return subscribe(call, false);
@@ -217,6 +218,53 @@ void Rpc::events(const Call& call) {
   for (std::size_t i = first; i < recent.size(); ++i) parts.emplace_back((i > first ? "," : "") + recent[i].json);
   parts.emplace_back("]");
   reply(call, std::move(parts));
+}
+
+Result<RowParams> row_params(const json& params) {
+  RowParams wanted;
+  const auto wrong = [&] {
+    return refuse("rows", fmt::format(R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}}})",
+                                      shown(params), RowQuery::kMostRows, RowRequests::kLongestWait_s));
+  };
+  if (params.is_null()) return wanted;
+  if (!params.is_object()) return wrong();
+  if (params.contains("after")) {
+    if (!params["after"].is_string()) return wrong();
+    wanted.query.after = params["after"];
+  }
+  const auto limit = count_param(params, "limit", wanted.query.limit, RowQuery::kMostRows);
+  if (!limit) return wrong();
+  wanted.query.limit = *limit;
+  if (params.contains("wait_s")) {
+    if (!params["wait_s"].is_number()) return wrong();
+    wanted.wait_s = params["wait_s"];
+    if (!(wanted.wait_s >= 0 && wanted.wait_s <= RowRequests::kLongestWait_s)) return wrong();
+  }
+  return wanted;
+}
+
+// Read from the disk, by the disk's thread: the answer comes when it comes.
+void Rpc::rows(const Call& call) {
+  const auto axes = axes_of(call);
+  if (!axes) return;
+  if (axes->size() != 1)
+    return fail(call, kInvalidParams,
+                fmt::format("expected \"axis\", one of {}", fmt::join(names_of(instance_.acquisition), ", ")));
+  const auto params = row_params(call.params);
+  if (!params) return fail(call, kInvalidParams, params.error().text());
+  RowWriter* const log = instance_.acquisition.record(axes->front()).log();
+  if (log == nullptr)
+    return fail(call, kRefused, "rows: no log is written, expected \"write_log\" in the configuration");
+  const std::string axis = instance_.acquisition.axis_name(axes->front());
+  const auto answer = [this, call, axis](Result<RowPage> page) {
+    if (!page) return fail(call, kRefused, page.error().text());
+    std::vector<TextPart> parts{TextPart(std::move(page->json))};
+    parts.emplace_back(",\"axis\":" + json(axis).dump() + "}");
+    reply(call, std::move(parts));
+  };
+  RowRequests::Request request{call.client, log, axis, params->query, params->wait_s, answer};
+  if (!instance_.row_requests.add(call.client->socket().get_executor(), std::move(request)))
+    fail(call, kRefused, "rows: a request of this client is under way, expected one after the other");
 }
 
 void Rpc::subscribe(const Call& call, bool on) {

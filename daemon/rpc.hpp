@@ -60,6 +60,7 @@ class Rpc {
   void subscribe(const Call& call, bool on);
   void history(const Call& call);
   void events(const Call& call);
+  void rows(const Call& call);
   void reload(const Call& call);
   void reply(const Call& call, const nlohmann::ordered_json& result);
   void reply(const Call& call, std::vector<TextPart> result);
@@ -69,5 +70,12 @@ class Rpc {
   Instance& instance_;
   Reload reload_;
 };
+
+/// The parameters of "rows", but for the axis; what is wrong with them otherwise.
+struct RowParams {
+  RowQuery query;
+  double wait_s = 0;
+};
+Result<RowParams> row_params(const nlohmann::json& params);
 
 }  // namespace prism::daemon

@@ -62,9 +62,7 @@ Result<NewSegment> Segments::make(std::int64_t second) {
   std::error_code error;
   fs::create_directories(settings_.directory, error);
   if (error) return refuse(settings_.directory, "cannot be made: " + error.message());
-  std::vector<std::string> files;
-  for (const Segment& segment : list()) files.push_back(segment.file);
-  index_.refresh(files);
+  number_all();
   const std::string stem = fmt::format("{}/{}-{}", settings_.directory, name_, utc_file_text(second));
   for (int number = 1;;) {
     NewSegment made{-1, number == 1 ? stem + extension_ : fmt::format("{}-{}{}", stem, number, extension_)};
@@ -83,6 +81,29 @@ Result<NewSegment> Segments::make(std::int64_t second) {
       return refuse(made.path, std::string("cannot be created: ") + std::strerror(why));
     }
   }
+}
+
+std::map<std::string, std::string> Segments::number_all() {
+  std::vector<std::string> files;
+  std::map<std::string, std::string> paths;
+  for (const Segment& segment : list()) {
+    files.push_back(segment.file);
+    paths[segment.file] = segment.path;
+  }
+  index_.refresh(files);
+  return paths;
+}
+
+std::vector<NumberedSegment> Segments::numbered() {
+  std::error_code ignored;
+  fs::create_directories(settings_.directory, ignored);
+  const std::map<std::string, std::string> paths = number_all();
+  std::vector<NumberedSegment> segments;
+  for (const std::string& file : index_.files()) {
+    const auto there = paths.find(file);
+    segments.push_back({index_.number(file), file, there == paths.end() ? "" : there->second, index_.rows(file)});
+  }
+  return segments;
 }
 
 void Segments::ended(std::uint64_t rows) { index_.ended(fs::path(current_).filename().string(), rows); }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,13 @@ namespace prism::daemon {
 struct NewSegment {
   int descriptor = -1;
   std::string path;
+};
+
+/// A segment by its place in the index.
+struct NumberedSegment {
+  std::uint64_t number = 0;
+  std::string file, path;  ///< path: empty where the file is gone without having been deleted here
+  std::uint64_t rows = 0;  ///< 0: nobody ended it
 };
 
 /// Of errno: there is no room, for this user or for all.
@@ -47,6 +55,14 @@ class Segments {
   /// configuration says to stop (when_full).
   bool make_room();
 
+  /// All that were made and not deleted, in order. The folder's index is read, and made where there is none.
+  std::vector<NumberedSegment> numbered();
+  /// How many good rows a segment has that nobody ended.
+  void found(const std::string& file, std::uint64_t rows) { index_.ended(file, rows); }
+  /// Of the index, as numbered() last found it; empty: none could be made.
+  const std::string& id() const { return index_.id(); }
+  std::uint64_t deleted_rows() const { return index_.deleted_rows(); }
+
   /// False where the segment last made, open as `descriptor`, was deleted or moved away.
   bool in_place(int descriptor) const;
 
@@ -56,6 +72,8 @@ class Segments {
     std::int64_t bytes;
   };
   std::vector<Segment> list() const;
+  /// Paths by file name; each file has a number afterwards.
+  std::map<std::string, std::string> number_all();
   bool remove(const Segment& segment);
   void delete_old(std::int64_t second);
 

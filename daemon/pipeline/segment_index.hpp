@@ -37,6 +37,8 @@ class SegmentIndex {
   std::vector<std::string> files() const;
 
   const std::string& id() const { return id_; }
+  /// Of all segments that were deleted.
+  std::uint64_t deleted_rows() const { return deleted_rows_; }
 
  private:
   struct Entry {

@@ -13,6 +13,7 @@
 #include "tools/command_line.hpp"
 #include "tools/prismctl/axes_view.hpp"
 #include "tools/prismctl/connection.hpp"
+#include "tools/prismctl/rows.hpp"
 #include "tools/prismctl/text_view.hpp"
 #include "tools/prismctl/watch.hpp"
 #include "tools/prismctl/words.hpp"
@@ -123,6 +124,22 @@ int run(int argc, char** argv) {
       return each_axis(answer,
                        [](const nlohmann::json& rows) { return window_heading() + lines_of(rows, window_line); });
     });
+  });
+  RowsSettings wanted;
+  auto* log =
+      app.add_subcommand("rows", "the log's rows from any place of it, as CSV or with --json; on and on with --follow");
+  log->add_option("--after", wanted.after, "a cursor that rows gave, earliest or latest")->capture_default_str();
+  log->add_option("--cursor", wanted.cursor_file,
+                  "file that keeps the cursor: the next call goes on where this one ended");
+  log->add_option("--limit", wanted.limit, "end after so many rows")->check(CLI::PositiveNumber);
+  log->add_flag("--follow", wanted.follow, "wait for further rows, also while prismd restarts");
+  tools::add_examples(*log,
+                      {"prismctl rows --after latest --follow", "prismctl rows --cursor fetched --json >>gyro1.jsonl"});
+  log->callback([&] {
+    wanted.json = choice.json;
+    wanted.axis = choice.axis;
+    const auto path = find_socket(choice.socket, choice.name);
+    code = path ? rows(*path, wanted) : fail(path.error());
   });
   auto* reload = app.add_subcommand("reload", "read the configuration and the models again");
   tools::add_examples(*reload, {"prismctl reload"});

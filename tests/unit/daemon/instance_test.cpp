@@ -17,6 +17,7 @@ struct WaitingWriter : RowWriter {
   void append(const compensation::CompensatedWindow&, std::int64_t) override { ++waiting.pending; }
   void sync() override {}
   void set_metadata(const std::string&) override {}
+  void read(const RowQuery&, Pages) override {}
   void close() override {}
   const LogCounters& counters() const override { return waiting; }
   LogCounters waiting;

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: MIT
+# The log is the queue: rows are followed by cursor over kills, restarts and retention. What a follower has got is the log's rows,
+# each once and in order; what was deleted before it asked is counted.
+. "$(dirname "$0")/lib.sh"
+cd "$dir"
+config
+jq '.log.segment_mib = 0.01' gyro.json >small.json && mv small.json gyro.json
+of_log() { jq -r 'select(.made) | .file' log/gyro.csv.index | while read -r file; do [ ! -e "log/$file" ] || grep -hv '^[#t]' "log/$file"; done; }
+start_sim --profile steady --speed 1
+start_prismd
+start follower prismctl --socket "$PRISM_SOCKET" rows --follow --cursor kept
+follower=$pid
+for kill in 1 2 3; do
+  wait_for 10 field_above .log.rows status 2
+  sleep 1.3
+  kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
+  [ "$kill" = 2 ] && { sleep 0.3; kill -9 "$follower"; wait "$follower" 2>/dev/null || true; cp follower.out first.out
+    start follower prismctl --socket "$PRISM_SOCKET" rows --follow --cursor kept; follower=$pid; }
+  start_prismd
+done
+wait_for 10 field_above .log.rows status 3
+kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
+start_prismd
+prismctl rows --cursor mine.cursor >mine 2>mine.err || fail "rows: $(cat mine.err)"
+prismctl rows --json --limit 3 2>/dev/null >three
+same "rows of a limit" "$(wc -l <three)" 3
+same "a row's number and value" "$(jq -rs '.[2] | "\(.segment) \(.row) \(.samples | type)"' three)" "1 3 number"
+sleep 2.5
+kill -TERM "$follower"; wait "$follower" 2>/dev/null || true
+cat first.out follower.out | grep -v ^time_utc >got
+of_log >all
+same "rows that came twice" "$(sort got | uniq -d | wc -l)" 0
+head -n "$(wc -l <got)" all | cmp - got || fail "what was followed is not the log: $(diff all got | head -4)"
+[ "$(wc -l <got)" -ge 12 ] || fail "only $(wc -l <got) rows"
+
+# A second call goes on; a cursor of another log, beyond the end, or of no log is refused in a line.
+sleep 1.2
+prismctl rows --cursor mine.cursor >>mine 2>/dev/null
+grep -v ^time_utc mine >mine.rows
+head -n "$(wc -l <mine.rows)" <(of_log) | cmp - mine.rows || fail "the second call does not go on where the first one ended"
+refused() { code=0; prismctl rows --after "$2" 2>refused.err >/dev/null || code=$?; same "exit code: $1" "$code" 1; contains "$1" "$(cat refused.err)" "$3"; }
+refused "no cursor" now 'found cursor "now", expected one that rows gave, "earliest" or "latest"'
+refused "another log" "$(sed 's/^......../00000000/' mine.cursor)" "the cursor is of log 00000000"
+refused "beyond" "$(sed 's/-[0-9]*-[0-9]*-[0-9]*$/-99-1-1/' kept)" "which the log does not have"
+contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'expected {\"after\": CURSOR, \"limit\": 1 to 10000, \"wait_s\": 0 to 30}'
+contains "two at once" "$(printf '{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"latest","wait_s":3}}\n{"jsonrpc":"2.0","id":2,"method":"rows"}\n' | timeout 6 socat -t 4 - "UNIX-CONNECT:$PRISM_SOCKET")" "a request of this client is under way"
+
+# What retention deletes is told, never passed over.
+old=$(head -1 kept)
+kill -TERM "$prismd"; wait "$prismd"
+jq '.log.keep_mib = 1 | .log.segment_mib = 0.01 | .log.keep_days = 1' gyro.json >keep.json && mv keep.json gyro.json
+first=$(printf '%s' "$old" | sed 's/-[0-9]*-[0-9]*-[0-9]*$/-1-1-1/')
+gone=$(jq -r 'select(.made) | .file' log/gyro.csv.index | head -2)
+rows_gone=0; for file in $gone; do rows_gone=$((rows_gone + $(grep -cv '^[#t]' "log/$file"))); rm "log/$file"; done
+start_prismd
+prismctl rows --after "$first" --limit 1 >one 2>one.err
+contains "missing rows" "$(cat one.err)" "$((rows_gone - 1)) rows are missing here"

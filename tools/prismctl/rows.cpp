@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismctl/rows.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <cstring>
+#include <optional>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "config/text_file.hpp"
+#include "tools/prismctl/connection.hpp"
+#include "tools/prismctl/words.hpp"
+
+namespace prism::prismctl {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr double kWait_s = 5;  // below what Connection waits for an answer
+constexpr std::uint64_t kPage = 2000;
+
+std::vector<std::string> fields_of(const std::string& line) {
+  std::vector<std::string> fields;
+  for (std::size_t begin = 0, end = 0; end != line.size(); begin = end + 1) {
+    end = std::min(line.find(',', begin), line.size());
+    fields.push_back(line.substr(begin, end - begin));
+  }
+  return fields;
+}
+
+ordered_json value_of(const std::string& field) {
+  if (field.empty()) return nullptr;
+  double number = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
+  if (error != std::errc() || end != field.data() + field.size()) return field;
+  return ordered_json::parse(field, nullptr, false);
+}
+
+class Printer {
+ public:
+  explicit Printer(bool as_json) : json_(as_json) {}
+
+  void page(const json& page) {
+    for (const json& segment : at(page, "segments")) {
+      const std::string columns = text_of(at(segment, "columns"), "");
+      if (!json_ && columns != columns_) fmt::print("{}\n", columns);
+      columns_ = columns;
+      std::uint64_t row = at(segment, "first").get<std::uint64_t>();
+      for (const json& line : at(segment, "rows")) put(segment, row++, line.get<std::string>());
+    }
+    std::fflush(stdout);
+  }
+  std::uint64_t rows() const { return rows_; }
+
+ private:
+  void put(const json& segment, std::uint64_t row, const std::string& line) {
+    ++rows_;
+    if (!json_) return fmt::print("{}\n", line);
+    ordered_json object = {{"segment", at(segment, "segment")}, {"row", row}};
+    const std::vector<std::string> names = fields_of(columns_), fields = fields_of(line);
+    for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i) object[names[i]] = value_of(fields[i]);
+    fmt::print("{}\n", object.dump(-1, ' ', false, json::error_handler_t::replace));
+  }
+
+  bool json_;
+  std::string columns_;
+  std::uint64_t rows_ = 0;
+};
+
+class Follower {
+ public:
+  Follower(const std::string& socket, const RowsSettings& settings)
+      : socket_(socket), settings_(settings), printer_(settings.json), cursor_(settings.after) {}
+
+  int run() {
+    if (const auto begun = begin(); !begun) return fail(begun.error());
+    for (;;) {
+      const auto more = page();
+      if (!more) {
+        if (!settings_.follow || refused_) return fail(more.error());
+        pause(more.error());
+      } else if (!*more) {
+        break;
+      }
+    }
+    if (settings_.cursor_file.empty())
+      fmt::print(stderr, "prismctl: {} rows; --after {} goes on behind them\n", printer_.rows(), cursor_);
+    return 0;
+  }
+
+ private:
+  static int fail(const Error& error) {
+    fmt::print(stderr, "prismctl: {}\n", error.text());
+    return 1;
+  }
+
+  // A file that is not there yet is a first call.
+  Result<void> begin() {
+    if (settings_.cursor_file.empty()) return {};
+    errno = 0;
+    const auto kept = config::read_text_file(settings_.cursor_file);
+    if (!kept && errno == ENOENT) return {};
+    if (!kept) return tl::unexpected<Error>(kept.error());
+    if (const std::string cursor = kept->substr(0, kept->find('\n')); !cursor.empty()) cursor_ = cursor;
+    return {};
+  }
+
+  // One page; false where the end is reached.
+  Result<bool> page() {
+    if (!connection_) {
+      auto opened = Connection::open(socket_);
+      if (!opened) return tl::unexpected<Error>(opened.error());
+      connection_.emplace(std::move(*opened));
+    }
+    const std::uint64_t left = settings_.limit > 0 ? settings_.limit - printer_.rows() : kPage;
+    json params = {{"after", cursor_}, {"limit", std::min(left, kPage)}, {"wait_s", settings_.follow ? kWait_s : 0}};
+    if (!settings_.axis.empty()) params["axis"] = settings_.axis;
+    const auto answer = connection_->ask("rows", params);
+    if (!answer) {
+      refused_ = answer.error().text().find("rows: ") != std::string::npos;
+      connection_.reset();
+      return tl::unexpected<Error>(answer.error());
+    }
+    silent_ = false;
+    if (const json& missing = at(*answer, "missing"); missing.is_number() && missing > 0)
+      fmt::print(stderr, "prismctl: {} rows are missing here: they were deleted before they were fetched\n",
+                 missing.dump());
+    printer_.page(*answer);
+    cursor_ = text_of(at(*answer, "after"), cursor_);
+    if (!settings_.cursor_file.empty()) {
+      if (auto kept = config::write_text_file(settings_.cursor_file, cursor_ + "\n"); !kept) {
+        refused_ = true;
+        return tl::unexpected<Error>(kept.error());
+      }
+    }
+    const bool enough = settings_.limit > 0 && printer_.rows() >= settings_.limit;
+    return !enough && (settings_.follow || at(*answer, "more") == true);
+  }
+
+  void pause(const Error& error) {
+    if (!std::exchange(silent_, true))
+      fmt::print(stderr, "prismctl: {}; trying again until it is there\n", error.text());
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+  }
+
+  std::string socket_;
+  RowsSettings settings_;
+  Printer printer_;
+  std::string cursor_;
+  std::optional<Connection> connection_;
+  bool refused_ = false, silent_ = false;
+};
+
+}  // namespace
+
+int rows(const std::string& socket, const RowsSettings& settings) { return Follower(socket, settings).run(); }
+
+}  // namespace prism::prismctl
