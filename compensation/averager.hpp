@@ -27,8 +27,10 @@ struct Bucket {
   double rate_deg_per_h = kUnknown;  ///< weighted by each sample's interval
   double temperature_degc = kUnknown;
   double uhfo_v = kUnknown;
-  std::uint32_t status = 0;          ///< all status bits seen in the second, or-ed
-  bool partial = false;              ///< the session began or ended within this second: its means are of a part of it
+  std::uint32_t status = 0;  ///< all status bits seen in the second, or-ed
+  bool partial = false;      ///< the session began or ended within this second: its means are of a part of it
+  /// When its last sample had arrived, ns since 1970 UTC by the host's clock; 0: not known. The pipeline says it.
+  std::int64_t arrival_ns = 0;
   QuantitySet implausible = {};      ///< of these samples were left out: they were implausible
   QuantitySet disbelieved = {};      ///< of these every sample was: the mean is of them
   SensorList sensor_list = {};       ///< null: none

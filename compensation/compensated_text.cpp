@@ -88,6 +88,19 @@ const std::array kColumns = {
     // Further columns stand behind those of format 1, and a log may lack them. The last one is a digit: no row can be
     // torn unseen.
     PRISM_REAL("sd_mean_deg_per_h", correction.sd_mean_deg_per_h, kRateDecimals),
+    Column{"arrival_s",
+           [](std::string& text, const CompensatedWindow& row) {
+             const std::int64_t whole_ms = row.window.bucket.arrival_ns / 1'000'000;
+             if (whole_ms > 0) text += fmt::format("{}.{:03}", whole_ms / 1000, whole_ms % 1000);
+           },
+           [](std::string_view field, CompensatedWindow& row) {
+             double arrival_s = 0;
+             if (!parse_real(field, arrival_s) ||
+                 !(arrival_s >= 0 && arrival_s <= static_cast<double>(kFarthestSecond)))
+               return false;
+             row.window.bucket.arrival_ns = std::llround(arrival_s * 1e3) * 1'000'000;
+             return true;
+           }},
     Column{"partial",
            [](std::string& text, const CompensatedWindow& row) { text += row.window.bucket.partial ? '1' : '0'; },
            [](std::string_view field, CompensatedWindow& row) {

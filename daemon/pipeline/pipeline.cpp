@@ -10,8 +10,9 @@ namespace prism::pipeline {
 
 Pipeline::Pipeline(const Setup& setup) : decoder_(setup.frames), clock_(setup.frames, setup.clock) {
   for (std::size_t i = 0; i < setup.axes.size(); ++i) {
-    axes_.push_back({setup.frames->axes[i].name, compensation::Engine(setup.axes[i].engine, setup.sensors),
-                     setup.axes[i].thermometer});
+    axes_.push_back({.name = setup.frames->axes[i].name,
+                     .engine = compensation::Engine(setup.axes[i].engine, setup.sensors),
+                     .thermometer = setup.axes[i].thermometer});
   }
   for (const Setup::SensorLine& line : setup.sensor_lines) feeds_.emplace_back(line);
   values_.assign(sensors_of_list(setup.sensors).size(), kUnknown);
@@ -90,8 +91,7 @@ void Pipeline::begin_axes(std::int64_t now_ns) {
 
 void Pipeline::end_axes() {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    if (const auto row = axes_[i].engine.finish())
-      rows_.windows.push_back({i, rows_.samples.size(), *session_ns_, *row});
+    if (const auto row = axes_[i].engine.finish()) close_second(i, rows_.samples.size(), *row);
   }
 }
 
@@ -113,6 +113,11 @@ std::span<const double> Pipeline::sensors_at(const wire::Reading& reading) {
   const bool turn = own > 0 ? reading.sensors_read : waiting_ == 0;
   waiting_ = waiting_ == 0 ? stride_ - 1 : waiting_ - 1;
   return turn ? std::span<const double>(values_) : std::span<const double>();
+}
+
+void Pipeline::close_second(std::size_t axis, std::size_t samples_before, const compensation::CompensatedWindow& row) {
+  rows_.windows.push_back({axis, samples_before, *session_ns_, row});
+  rows_.windows.back().row.window.bucket.arrival_ns = axes_[axis].last_ns;
 }
 
 void Pipeline::enter_second(const Sample& sample, std::int64_t arrival_ns) {
@@ -139,9 +144,8 @@ const Rows& Pipeline::pass() {
       if (rows_.samples.size() == before) enter_second(*sample, reading.arrival_ns);  // the same for all axes
       Rows::Sample& made = rows_.samples.emplace_back();
       made.axis = i;
-      if (const auto window = axes_[i].engine.push(*sample, made.row, sensors)) {
-        rows_.windows.push_back({i, before, *session_ns_, *window});
-      }
+      if (const auto window = axes_[i].engine.push(*sample, made.row, sensors)) close_second(i, before, *window);
+      axes_[i].last_ns = reading.arrival_ns;
     }
   }
   return rows_;

@@ -42,7 +42,8 @@ struct Rows {
 struct Axis {
   std::string name;  ///< as the frame description calls it
   compensation::Engine engine;
-  int thermometer = -1;  ///< index into Setup::sensors; -1: what the frame description says
+  std::int64_t last_ns = 0;  ///< arrival of its last frame
+  int thermometer = -1;      ///< index into Setup::sensors; -1: what the frame description says
 };
 
 /// Synchronous and deterministic: what comes out depends on the bytes, their arrival times and the set-up only. Each
@@ -82,6 +83,7 @@ class Pipeline {
   const Rows& pass();
   void begin_axes(std::int64_t now_ns);
   void end_axes();
+  void close_second(std::size_t axis, std::size_t samples_before, const compensation::CompensatedWindow& row);
   void enter_second(const Sample& sample, std::int64_t arrival_ns);
   std::span<const double> sensors_at(const wire::Reading& reading);
 

@@ -20,6 +20,7 @@ CompensatedWindow full_row() {
   Window& window = row.window;
   window.state = WindowState::kReady;
   window.bucket = {1'795'425'059, 200, 3, 8.4652125, 25.0375, 5.251, 0x21};
+  window.bucket.arrival_ns = 1'795'425'060'004'000'000;
   window.rate_deg_per_h = 8.46525;
   window.temperature_degc = 25.01;
   window.slope_degc_per_s = -0.01666667;
@@ -38,13 +39,13 @@ std::string csv(const CompensatedWindow& row) {
 
 const std::string kFullLine =
     "2026-11-23T09:11:00Z,1795425060,200,3,8.465213,25.03750,5.251000,33,8.465250,25.01000,-0.01666667,5.250500,"
-    "-0.011767,0.008400,8.476980,8.477017,extrapolating+settling,0.010200,0";
+    "-0.011767,0.008400,8.476980,8.477017,extrapolating+settling,0.010200,1795425060.004,0";
 
 TEST(Csv, TheColumnsAreTheFormat) {
   EXPECT_EQ(csv_columns(),
             "time_utc,time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,"
             "mean_temperature_degc,slope_degc_per_s,mean_uhfo_v,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,"
-            "corrected_mean_deg_per_h,quality,sd_mean_deg_per_h,partial");
+            "corrected_mean_deg_per_h,quality,sd_mean_deg_per_h,arrival_s,partial");
 }
 
 TEST(Csv, ARowStandsUnderTheEndOfItsSecond) { EXPECT_EQ(csv(full_row()), kFullLine + "\n"); }
@@ -52,7 +53,7 @@ TEST(Csv, ARowStandsUnderTheEndOfItsSecond) { EXPECT_EQ(csv(full_row()), kFullLi
 TEST(Csv, WhatIsUnknownIsAnEmptyField) {
   CompensatedWindow row;
   row.window.bucket.second = -1;
-  EXPECT_EQ(csv(row), "1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,0\n");
+  EXPECT_EQ(csv(row), "1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,0\n");
 }
 
 TEST(Csv, ARowAppendsToWhatIsThere) {
@@ -79,7 +80,7 @@ TEST(Csv, ReadsARowBack) {
 }
 
 TEST(Csv, AnEmptyFieldReadsAsUnknownAndTheWindowAsNotReady) {
-  const auto row = parse_csv("1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,0", "g.csv:7");
+  const auto row = parse_csv("1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,0", "g.csv:7");
   ASSERT_TRUE(row) << row.error().text();
   EXPECT_TRUE(std::isnan(row->window.bucket.rate_deg_per_h));
   EXPECT_TRUE(std::isnan(row->correction.bias_deg_per_h));
@@ -127,11 +128,10 @@ TEST(Csv, RandomRowsComeBackToTheirLastDecimal) {
 }
 
 // kFullLine with the field `index` replaced.
-std::string with_field(std::size_t index, const std::string& field) {
+std::string with_field(std::size_t index, const std::string& field, std::string line = kFullLine) {
   std::size_t begin = 0;
-  for (; index > 0; --index) begin = kFullLine.find(',', begin) + 1;
-  std::string line = kFullLine;
-  return line.replace(begin, std::min(kFullLine.find(',', begin), kFullLine.size()) - begin, field);
+  for (; index > 0; --index) begin = line.find(',', begin) + 1;
+  return line.replace(begin, std::min(line.find(',', begin), line.size()) - begin, field);
 }
 
 TEST(Csv, EveryBadFieldIsRefusedByItsName) {
@@ -159,10 +159,12 @@ TEST(Csv, EveryBadFieldIsRefusedByItsName) {
       {16, "extrapolating+sett", R"(g.csv:7: column quality: "extrapolating+sett" is not a value)"},
       {16, "good+warming", R"(g.csv:7: column quality: "good+warming" is not a value)"},
       {14, "\n\xff", R"(g.csv:7: column corrected_deg_per_h: "??" is not a value)"},
-      {18, "0,0", R"(g.csv:7: found 20 columns, expected 19)"},
+      {19, "0,0", R"(g.csv:7: found 21 columns, expected 20)"},
       {17, "nan", R"(g.csv:7: column sd_mean_deg_per_h: "nan" is not a value)"},
-      {18, "", R"(g.csv:7: column partial: "" is not a value)"},
-      {18, "2", R"(g.csv:7: column partial: "2" is not a value)"},
+      {18, "-1", R"(g.csv:7: column arrival_s: "-1" is not a value)"},
+      {18, "1e12", R"(g.csv:7: column arrival_s: "1e12" is not a value)"},
+      {19, "", R"(g.csv:7: column partial: "" is not a value)"},
+      {19, "2", R"(g.csv:7: column partial: "2" is not a value)"},
   };
   // clang-format on
   for (const Row& row : rows) {
@@ -183,9 +185,9 @@ TEST(Csv, ALogOfFormat1HasNoPartialSecondsAndNoNoise) {
   const std::string columns(csv_columns().substr(0, csv_columns().rfind(",sd_mean")));
   const auto row = parse_csv(kFullLine.substr(0, kFullLine.rfind(",0.0102")), "g.csv:7", layout_of(columns));
   ASSERT_TRUE(row) << row.error().text();
-  EXPECT_EQ(csv(*row), with_field(17, "") + "\n");
+  EXPECT_EQ(csv(*row), with_field(17, "", with_field(18, "")) + "\n");
   EXPECT_EQ(parse_csv(kFullLine, "g.csv:7", layout_of(columns)).error().text(),
-            "g.csv:7: found 19 columns, expected 17");
+            "g.csv:7: found 20 columns, expected 17");
 }
 
 TEST(Csv, ColumnsAreReadByTheirNamesAndUnknownOnesPassedOver) {
@@ -214,7 +216,7 @@ TEST(Csv, EveryTornRowIsRefused) {
       ASSERT_FALSE(read) << line.substr(0, length);
     }
   }
-  EXPECT_EQ(parse_csv("", "g.csv:7").error().text(), "g.csv:7: found 1 columns, expected 19");
+  EXPECT_EQ(parse_csv("", "g.csv:7").error().text(), "g.csv:7: found 1 columns, expected 20");
 }
 
 TEST(Json, AWindowCarriesItsNumbers) {

@@ -31,6 +31,7 @@ TEST(FormatsDocument, ListsTheDecimalsOfTheColumns) {
   CompensatedWindow row;
   const double value = 1.23456789;
   row.window.bucket = {0, 1, 1, value, value, value, 1};
+  row.window.bucket.arrival_ns = 1'234'567'891;
   row.window.rate_deg_per_h = row.window.temperature_degc = row.window.slope_degc_per_s = row.window.uhfo_v = value;
   row.correction = {value, value, kGood};
   row.corrected_deg_per_h = row.corrected_mean_deg_per_h = value;

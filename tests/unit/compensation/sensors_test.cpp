@@ -147,7 +147,7 @@ TEST(Sensors, ALogCarriesThemBeforeItsLastColumn) {
   const std::vector<SensorName> sensors = {{"case", "degC"}, {"anode", "V"}};
   const std::string metadata = "# axis: x\n" + sensors_line(sensors) + "# session: …\n", columns = csv_columns(sensors);
   EXPECT_EQ(sensors_in(metadata), sensors);
-  EXPECT_THAT(columns, HasSubstr(",sd_mean_deg_per_h,case_degc,anode_v,partial"));
+  EXPECT_THAT(columns, HasSubstr(",sd_mean_deg_per_h,arrival_s,case_degc,anode_v,partial"));
   CompensatedWindow row;
   row.window.bucket = bucket_at(1'700'000'000, list_of(sensors), {21.5, kUnknown});
   std::string line;
@@ -162,7 +162,7 @@ TEST(Sensors, ALogCarriesThemBeforeItsLastColumn) {
   EXPECT_TRUE(std::isnan(read->window.bucket.sensors[1]));
   EXPECT_EQ(CsvLayout::parse(csv_columns(), "g.csv:5", list_of(sensors)).error().text(),
             "g.csv:5: found no column \"case_degc\", which its metadata names");
-  EXPECT_EQ(parse_csv("2023-11-14T22:13:21Z,1700000001,1,0,8,25,,0,,,,,,,,,warming,,warm,5,0", "g.csv:7", *layout)
+  EXPECT_EQ(parse_csv("2023-11-14T22:13:21Z,1700000001,1,0,8,25,,0,,,,,,,,,warming,,,warm,5,0", "g.csv:7", *layout)
                 .error()
                 .text(),
             "g.csv:7: a sensor: \"warm\" is not a value");

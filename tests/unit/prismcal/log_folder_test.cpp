@@ -185,7 +185,7 @@ TEST_F(LogFolderTest, ZeroesAtTheEndAreATear) {
 TEST_F(LogFolderTest, DamageWithinIsRefusedByItsLine) {
   write("gyro1-20261121T120000Z.csv",
         head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2) + "x\n" + rows_of(kNoon + 2, 2));
-  EXPECT_THAT(refusal(), HasSubstr(".csv:8: found 1 columns, expected 19"));
+  EXPECT_THAT(refusal(), HasSubstr(".csv:8: found 1 columns, expected 20"));
 }
 
 TEST_F(LogFolderTest, WhoLooksForFaultsGetsWhatCanBeRead) {
@@ -197,7 +197,7 @@ TEST_F(LogFolderTest, WhoLooksForFaultsGetsWhatCanBeRead) {
   EXPECT_THAT(ends_of(join_rows(salvaged)), ElementsAre(0, 1, 2, 3));
   ASSERT_EQ(salvaged.segments[0].damaged.size(), 1u);
   EXPECT_EQ(salvaged.segments[0].damaged[0].line, 8u);
-  EXPECT_EQ(salvaged.segments[0].damaged[0].why, "found 1 columns, expected 19");
+  EXPECT_EQ(salvaged.segments[0].damaged[0].why, "found 1 columns, expected 20");
   EXPECT_EQ(salvaged.segments[0].rows[2].number, 4u)
       << "the damaged row counts: an end or a superseding segment names it";
   ASSERT_EQ(salvaged.refused.size(), 1u);
