@@ -18,7 +18,7 @@ _prismctl() {
     config) words='-h --help' ;;
     events) words='-h --help --count' ;;
     history) words='-h --help --seconds' ;;
-    rows) words='-h --help --after --cursor --limit --follow' ;;
+    rows) words='-h --help --after --as --cursor --limit --follow' ;;
     reload) words='-h --help' ;;
     version) words='-h --help' ;;
     watch) words='-h --help --samples --every --count' ;;

@@ -61,6 +61,8 @@ struct SegmentSettings {
   std::int64_t max_age_s = 86400;        ///< of data time; segments begin at multiples of it (midnight UTC for a day)
   std::int64_t keep_bytes = 10LL << 30;  ///< the oldest segments are deleted beyond this sum
   std::int64_t keep_days = 3650;
+  std::vector<std::string>
+      keep_for;                   ///< followers of the log: what they have not fetched stays while the disk has room
   bool delete_when_full = false;  ///< disk full: delete the oldest segments (true) or drop rows and count them (false)
 
   bool operator==(const SegmentSettings&) const = default;

@@ -126,6 +126,24 @@ void put_correction(ordered_json& json, const pipeline::Setup& setup, std::size_
   json["max_slew_deg_per_h_per_s"] = slew_json(setup.axes[axis]);
 }
 
+/// By name, and by axis where there are several.
+ordered_json followers_json(const Acquisition& acquisition) {
+  ordered_json json = ordered_json::object();
+  for (std::size_t i = 0; i < acquisition.axes(); ++i) {
+    const RowWriter* const log = acquisition.record(i).log();
+    const Followers* const followers = log ? log->followers() : nullptr;
+    if (followers == nullptr) continue;
+    for (const auto& [name, follower] : followers->status()) {
+      ordered_json& own = acquisition.axes() > 1 ? json[acquisition.axis_name(i)][name] : json[name];
+      own = {{"user", follower.user},
+             {"after", follower.after.text()},
+             {"last_s", follower.time_s},
+             {"lost_rows", follower.lost_rows}};
+    }
+  }
+  return json;
+}
+
 /// Of the sensor lines; empty where all deliver.
 std::string lines_without_data(const Instance& instance) {
   std::string text;
@@ -188,6 +206,8 @@ ordered_json status_answer(const Instance& instance) {
                    {"segments", log->segments.load()},
                    {"pending", log->pending.load()},
                    {"unsynced", log->unsynced.load()}};
+    if (const ordered_json followers = followers_json(acquisition); !followers.empty())
+      json["log"]["followers"] = followers;
   }
   if (const ordered_json lines = sensor_lines_answer(instance); !lines.empty()) json["sensor_lines"] = lines;
   if (setup.sensors) json["sensors"] = sensors_answer(instance);

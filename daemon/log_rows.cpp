@@ -40,7 +40,7 @@ Result<RowPage> LogRows::page(const RowQuery& query, const OpenSegment& open) {
   const auto begin = resolve(query.after, all, deleted);
   if (!begin) return tl::unexpected<Error>(begin.error());
   RowPage page;
-  page.after = *begin;
+  page.begin = page.after = *begin;
   page.json = fmt::format("{{\"log\":\"{}\",\"segments\":[", segments_.id());
   std::size_t sent = 0;
   for (const Part& part : all) {
@@ -73,7 +73,8 @@ Result<RowCursor> LogRows::resolve(const std::string& after, const std::vector<P
                                    std::uint64_t first_total) {
   const std::string& id = segments_.id();
   if (id.empty()) return refuse("rows", "the log has no index yet");
-  if (after == "earliest" || (after == "latest" && parts.empty())) return RowCursor{id, 0, 0, first_total};
+  if (after.empty() || after == "earliest" || (after == "latest" && parts.empty()))
+    return RowCursor{id, 0, 0, first_total};
   if (after == "latest") {
     const Part& last = parts.back();
     return RowCursor{id, last.segment.number, last.segment.rows, last.end()};

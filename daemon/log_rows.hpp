@@ -17,8 +17,10 @@ namespace prism::daemon {
 struct RowQuery {
   static constexpr std::size_t kMostRows = 10'000;
 
-  std::string after = "earliest";  ///< a cursor's text, "earliest" or "latest"
-  std::size_t limit = 1000;        ///< 1 to kMostRows
+  std::string after = {};     ///< a cursor's text, "earliest" or "latest"; empty: the follower's own, else "earliest"
+  std::size_t limit = 1000;   ///< 1 to kMostRows
+  std::string follower = {};  ///< who asks; empty: nobody who is remembered
+  std::uint32_t user = 0;     ///< of the follower
 };
 
 /// What the query gets.
@@ -26,7 +28,7 @@ struct RowPage {
   /// {"log":…,"segments":[{"segment":…,"file":…,"metadata":{…},"columns":…,"first":…,"rows":[…]}…],"after":…,"more":…,
   /// "missing":…} without its last brace.
   std::string json;
-  RowCursor after;
+  RowCursor begin, after;  ///< of the query, and behind the last row
   std::size_t rows = 0;
   std::uint64_t missing = 0;  ///< rows behind the query's cursor that were deleted before it asked
 };

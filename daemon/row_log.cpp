@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <utility>
 
@@ -20,12 +21,16 @@ RowLog::RowLog(config::SegmentSettings settings, std::string name, std::string m
     : metadata_(std::move(metadata)),
       counters_(counters),
       tell_(tell),
-      fault_("log", "rows", counters.dropped, std::move(tell)),
-      segments_(std::move(settings), std::move(name), ".csv") {}
+      fault_("log", "rows", counters.dropped, tell),
+      segments_(settings, name, ".csv"),
+      followers_(fmt::format("{}/{}.csv.followers", settings.directory, name), settings.keep_for, std::move(tell)) {
+  segments_.ask(followers_);
+}
 
 RowLog::~RowLog() { close(); }
 
 void RowLog::close() {
+  followers_.save();
   if (distrusted_) write_again();
   close_segment();
   if (!distrusted_) return;
@@ -64,6 +69,7 @@ void RowLog::write_row(Row row) {
 }
 
 void RowLog::sync() {
+  followers_.save();
   if (distrusted_ && pause_.over()) write_again();
   if (file_ < 0 || !put_on_disk()) return;
   if (!segments_.in_place(file_)) {
@@ -79,8 +85,16 @@ void RowLog::set_metadata(std::string metadata) {
   close_segment();
 }
 
-Result<RowPage> RowLog::page(const RowQuery& query) {
-  return log_rows_.page(query, {file_ >= 0 ? path_ : std::string(), synced_rows_});
+// What a follower asks behind it has: a row that it lost on its way it asks for again.
+Result<RowPage> RowLog::page(RowQuery query) {
+  if (!query.follower.empty()) {
+    const auto place = followers_.find(query.follower, query.user);
+    if (!place) return tl::unexpected<Error>(place.error());
+    if (query.after.empty() && *place) query.after = (*place)->text();
+  }
+  auto page = log_rows_.page(query, {file_ >= 0 ? path_ : std::string(), synced_rows_});
+  if (page && !query.follower.empty()) followers_.remember(query.follower, query.user, page->begin, std::time(nullptr));
+  return page;
 }
 
 void RowLog::lose(const std::string& why) { fault_.lose(1, why); }

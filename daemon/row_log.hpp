@@ -13,6 +13,7 @@
 #include "compensation/sha256.hpp"
 #include "daemon/disk_fault.hpp"
 #include "daemon/disk_thread.hpp"
+#include "daemon/followers.hpp"
 #include "daemon/log_rows.hpp"
 #include "daemon/segments.hpp"
 
@@ -51,7 +52,8 @@ class RowLog {
   /// From the next row on, segments carry this metadata; the open one ends.
   void set_metadata(std::string metadata);
   /// Rows that stand on the disk, by their places (LogRows).
-  Result<RowPage> page(const RowQuery& query);
+  Result<RowPage> page(RowQuery query);
+  const Followers& followers() const { return followers_; }
   /// A row that could not even be given to append(): `why` is told. From any thread.
   void lose(const std::string& why);
 
@@ -78,6 +80,7 @@ class RowLog {
   DiskFault fault_;
   Segments segments_;
   LogRows log_rows_{segments_};
+  Followers followers_;
   std::uint64_t synced_rows_ = 0;  // of the open segment
   std::string path_, superseded_;  // "FILE from row N", until its rows stand elsewhere
   std::deque<Row> unsynced_;       // as far back as kMostUnsynced
@@ -103,6 +106,8 @@ class RowWriter {
   /// before.
   using Pages = std::function<void(Result<RowPage>)>;
   virtual void read(const RowQuery& query, Pages done) = 0;
+  /// Who follows the log by name; null: not known.
+  virtual const Followers* followers() const { return nullptr; }
   /// The last segment ends; nothing is taken from here on.
   virtual void close() = 0;
   virtual const LogCounters& counters() const = 0;
@@ -124,6 +129,7 @@ class ThreadedRowWriter : public RowWriter {
   void sync() override;
   void set_metadata(const std::string& metadata) override;
   void read(const RowQuery& query, Pages done) override;
+  const Followers* followers() const override { return log_ ? &log_->followers() : nullptr; }
   void close() override;
   const LogCounters& counters() const override { return *counters_; }
 

@@ -220,11 +220,25 @@ void Rpc::events(const Call& call) {
   reply(call, std::move(parts));
 }
 
+namespace {
+
+bool is_follower_name(const std::string& name) {
+  const auto fits = [](unsigned char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+           c == '.';
+  };
+  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), fits);
+}
+
+}  // namespace
+
 Result<RowParams> row_params(const json& params) {
   RowParams wanted;
   const auto wrong = [&] {
-    return refuse("rows", fmt::format(R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}}})",
-                                      shown(params), RowQuery::kMostRows, RowRequests::kLongestWait_s));
+    return refuse(
+        "rows",
+        fmt::format(R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "name": WHO}})",
+                    shown(params), RowQuery::kMostRows, RowRequests::kLongestWait_s));
   };
   if (params.is_null()) return wanted;
   if (!params.is_object()) return wrong();
@@ -235,6 +249,10 @@ Result<RowParams> row_params(const json& params) {
   const auto limit = count_param(params, "limit", wanted.query.limit, RowQuery::kMostRows);
   if (!limit) return wrong();
   wanted.query.limit = *limit;
+  if (params.contains("name")) {
+    if (!params["name"].is_string() || !is_follower_name(params["name"].get<std::string>())) return wrong();
+    wanted.query.follower = params["name"];
+  }
   if (params.contains("wait_s")) {
     if (!params["wait_s"].is_number()) return wrong();
     wanted.wait_s = params["wait_s"];
@@ -250,8 +268,9 @@ void Rpc::rows(const Call& call) {
   if (axes->size() != 1)
     return fail(call, kInvalidParams,
                 fmt::format("expected \"axis\", one of {}", fmt::join(names_of(instance_.acquisition), ", ")));
-  const auto params = row_params(call.params);
+  auto params = row_params(call.params);
   if (!params) return fail(call, kInvalidParams, params.error().text());
+  params->query.user = call.client->user().value_or(~std::uint32_t{0});
   RowWriter* const log = instance_.acquisition.record(axes->front()).log();
   if (log == nullptr)
     return fail(call, kRefused, "rows: no log is written, expected \"write_log\" in the configuration");

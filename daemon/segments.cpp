@@ -129,11 +129,20 @@ std::vector<Segments::Segment> Segments::list() const {
   return segments;
 }
 
+std::uint64_t Segments::rows_in(const Segment& segment) const {
+  const std::uint64_t rows = index_.rows(segment.file);
+  return rows == 0 && extension_ == ".csv" ? count_rows(segment.path) : rows;
+}
+
+bool Segments::is_held(const Segment& segment) const {
+  return guard_ != nullptr && guard_->holds(index_.number(segment.file), rows_in(segment));
+}
+
 bool Segments::remove(const Segment& segment) {
-  std::uint64_t rows = index_.rows(segment.file);
-  if (rows == 0 && extension_ == ".csv") rows = count_rows(segment.path);
+  const std::uint64_t rows = rows_in(segment);
   std::error_code error;
   if (!fs::remove(segment.path, error) || error) return false;
+  if (guard_ != nullptr) guard_->deleted(index_.number(segment.file), rows);
   index_.deleted(segment.file, rows);
   return true;
 }
@@ -145,15 +154,17 @@ void Segments::delete_old(std::int64_t second) {
   for (const Segment& segment : segments) total += segment.bytes;
   for (const Segment& segment : segments) {
     if (total <= settings_.keep_bytes && segment.stamp >= oldest_kept) continue;
-    if (segment.path != current_ && remove(segment)) total -= segment.bytes;
+    if (segment.path != current_ && !is_held(segment) && remove(segment)) total -= segment.bytes;
   }
 }
 
 bool Segments::make_room() {
   if (!settings_.delete_when_full) return false;
   const std::vector<Segment> segments = list();
+  const auto removed = [this](const Segment& segment) { return segment.path != current_ && remove(segment); };
   return std::any_of(segments.begin(), segments.end(),
-                     [this](const Segment& segment) { return segment.path != current_ && remove(segment); });
+                     [&](const Segment& segment) { return !is_held(segment) && removed(segment); }) ||
+         std::any_of(segments.begin(), segments.end(), removed);  // what is written now goes before what is held
 }
 
 bool Segments::in_place(int descriptor) const {

@@ -27,6 +27,16 @@ struct NumberedSegment {
   std::uint64_t rows = 0;  ///< 0: nobody ended it
 };
 
+/// Who has a say when segments are deleted.
+class SegmentGuard {
+ public:
+  virtual ~SegmentGuard() = default;
+  /// True where it is to stay as long as the disk has room. `rows` in it.
+  virtual bool holds(std::uint64_t segment, std::uint64_t rows) = 0;
+  /// It is gone.
+  virtual void deleted(std::uint64_t segment, std::uint64_t rows) = 0;
+};
+
 /// Of errno: there is no room, for this user or for all.
 bool disk_is_full(int error);
 
@@ -38,6 +48,9 @@ class Segments {
  public:
   /// `extension` with its dot.
   Segments(config::SegmentSettings settings, std::string name, std::string extension);
+
+  /// `guard` outlives this.
+  void ask(SegmentGuard& guard) { guard_ = &guard; }
 
   /// True where data of `second` that bring the segment to `bytes` belong into a new one. The first call begins one.
   /// By data time only, so that a replay cuts its segments where the live run did.
@@ -75,11 +88,14 @@ class Segments {
   /// Paths by file name; each file has a number afterwards.
   std::map<std::string, std::string> number_all();
   bool remove(const Segment& segment);
+  std::uint64_t rows_in(const Segment& segment) const;
+  bool is_held(const Segment& segment) const;
   void delete_old(std::int64_t second);
 
   config::SegmentSettings settings_;
   std::string name_, extension_, current_;
   pipeline::SegmentIndex index_;
+  SegmentGuard* guard_ = nullptr;
   std::int64_t period_ = INT64_MIN;
 };
 

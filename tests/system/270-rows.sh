@@ -42,8 +42,18 @@ refused() { code=0; prismctl rows --after "$2" 2>refused.err >/dev/null || code=
 refused "no cursor" now 'found cursor "now", expected one that rows gave, "earliest" or "latest"'
 refused "another log" "$(sed 's/^......../00000000/' mine.cursor)" "the cursor is of log 00000000"
 refused "beyond" "$(sed 's/-[0-9]*-[0-9]*-[0-9]*$/-99-1-1/' kept)" "which the log does not have"
-contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'expected {\"after\": CURSOR, \"limit\": 1 to 10000, \"wait_s\": 0 to 30}'
+contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'expected {\"after\": CURSOR, \"limit\": 1 to 10000, \"wait_s\": 0 to 30, \"name\": WHO}'
 contains "two at once" "$(printf '{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"latest","wait_s":3}}\n{"jsonrpc":"2.0","id":2,"method":"rows"}\n' | timeout 6 socat -t 4 - "UNIX-CONNECT:$PRISM_SOCKET")" "a request of this client is under way"
+
+# Under a name: the place is remembered over a restart, for this user alone.
+prismctl rows --as audit --limit 5 >named 2>/dev/null
+sleep 1.5
+kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
+start_prismd
+prismctl rows --as audit --limit 3 2>/dev/null >>named
+grep -v ^time_utc named >named.rows
+head -n 8 <(of_log) | cmp - named.rows || fail "a named follower does not go on where it was"
+same "the follower's place in the status" "$(field '.log.followers.audit | (.after | length > 32) and .lost_rows == 0' status)" true
 
 # What retention deletes is told, never passed over.
 old=$(head -1 kept)

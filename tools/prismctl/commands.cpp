@@ -128,7 +128,9 @@ int run(int argc, char** argv) {
   RowsSettings wanted;
   auto* log =
       app.add_subcommand("rows", "the log's rows from any place of it, as CSV or with --json; on and on with --follow");
-  log->add_option("--after", wanted.after, "a cursor that rows gave, earliest or latest")->capture_default_str();
+  log->add_option("--after", wanted.after,
+                  "a cursor that rows gave, earliest or latest (default: earliest, or where --as is)");
+  log->add_option("--as", wanted.follower, "a name that prismd remembers the place by, of this user")->type_name("WHO");
   log->add_option("--cursor", wanted.cursor_file,
                   "file that keeps the cursor: the next call goes on where this one ended");
   log->add_option("--limit", wanted.limit, "end after so many rows")->check(CLI::PositiveNumber);

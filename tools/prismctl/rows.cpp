@@ -90,6 +90,9 @@ class Follower {
         break;
       }
     }
+    if (!settings_.follower.empty()) {
+      if (const auto done = acknowledge(); !done) return fail(done.error());
+    }
     if (settings_.cursor_file.empty())
       fmt::print(stderr, "prismctl: {} rows; --after {} goes on behind them\n", printer_.rows(), cursor_);
     return 0;
@@ -120,7 +123,9 @@ class Follower {
       connection_.emplace(std::move(*opened));
     }
     const std::uint64_t left = settings_.limit > 0 ? settings_.limit - printer_.rows() : kPage;
-    json params = {{"after", cursor_}, {"limit", std::min(left, kPage)}, {"wait_s", settings_.follow ? kWait_s : 0}};
+    json params = {{"limit", std::min(left, kPage)}, {"wait_s", settings_.follow ? kWait_s : 0}};
+    if (!cursor_.empty()) params["after"] = cursor_;
+    if (!settings_.follower.empty()) params["name"] = settings_.follower;
     if (!settings_.axis.empty()) params["axis"] = settings_.axis;
     const auto answer = connection_->ask("rows", params);
     if (!answer) {
@@ -142,6 +147,15 @@ class Follower {
     }
     const bool enough = settings_.limit > 0 && printer_.rows() >= settings_.limit;
     return !enough && (settings_.follow || at(*answer, "more") == true);
+  }
+
+  // The last page was printed, too.
+  Result<void> acknowledge() {
+    json params = {{"after", cursor_}, {"limit", 1}, {"name", settings_.follower}};
+    if (!settings_.axis.empty()) params["axis"] = settings_.axis;
+    const auto answer = connection_->ask("rows", params);
+    if (!answer) return tl::unexpected<Error>(answer.error());
+    return {};
   }
 
   void pause(const Error& error) {

@@ -8,8 +8,9 @@
 namespace prism::prismctl {
 
 struct RowsSettings {
-  std::string after = "earliest";  ///< a cursor, "earliest" or "latest"
-  std::string cursor_file;         ///< where the cursor is kept between two calls; it goes before `after`
+  std::string after;        ///< a cursor, "earliest" or "latest"; empty: where `follower` is, else the earliest
+  std::string follower;     ///< the name that prismd remembers the place by
+  std::string cursor_file;  ///< where the cursor is kept between two calls; it goes before `after`
   std::string axis;
   std::uint64_t limit = 0;  ///< rows in all; 0: no limit
   bool follow = false, json = false;
