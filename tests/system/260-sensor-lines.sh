@@ -92,3 +92,27 @@ prismd live.json --replay bytes/fog-*.pcap --out again >/dev/null 2>again.err ||
 cat live/fog-z-*.csv >a; cat again/fog-z-*.csv >b
 cmp a b || fail "the replay's log differs from the live one: $(diff a b | head -6)"
 same "seconds with and without the thermometer" "$(awk -F, '/^time_utc/ {for (i = 1; i <= NF; ++i) if ($i == "chamber.temperature_degc") c = i; next} !/^#/ && c {n[$c != ""]++} END {print (n[0] > 0) (n[1] > 0)}' a)" 11
+
+# The host's clock is set back and forth while both lines speak: sessions begin on both, and the captures find their places.
+fake=$(find /usr/lib -name libfaketimeMT.so.1 | head -1)
+[ -n "$fake" ] || { echo "left out: the steps of the clock (no libfaketime; tools/setup installs it)"; exit 0; }
+jq '.clock = "host" | .log.directory = "stepped" | .capture.directory = "stepped-bytes"' live.json >stepped.json
+echo '+0' >offset
+start stepped env LD_PRELOAD="$fake" FAKETIME_TIMESTAMP_FILE="$dir/offset" FAKETIME_NO_CACHE=1 FAKETIME_DONT_FAKE_MONOTONIC=1 \
+  prismd stepped.json
+daemon=$pid
+wait_for 5 prismctl version
+wait_for 10 known
+for offset in -40.5 -20 -60.25; do
+  sleep 2
+  steps=$(grep -c 'the host clock was set' stepped.err || true)
+  echo "$offset" >offset
+  wait_for 5 sh -c "[ \$(grep -c 'the host clock was set' stepped.err) -gt ${steps:-0} ]"
+done
+sleep 3.2
+kill -TERM "$daemon"; wait "$daemon" || fail "exit code $?"
+prismd stepped.json --replay stepped-bytes/fog-*.pcap --out unstepped >/dev/null 2>again.err || fail "$(cat again.err)"
+in_order() { jq -r 'select(.made) | .file' "$1/fog-z.csv.index" | while read -r file; do cat "$1/$file"; done; }
+in_order stepped >a; in_order unstepped >b
+cmp a b || fail "the replay over steps of the clock differs: $(diff a b | head -6)"
+[ "$(grep -c '^# session' a)" -ge 4 ] || fail "no session for each step: $(grep '^# session' a)"
