@@ -66,6 +66,49 @@ std::unique_ptr<Abusers> say_and(bool leave, int clients, const Scene& scene, co
   });
 }
 
+// 30 days of rows, a segment a day, beside the one that is written.
+void make_archive(const std::string& log) {
+  std::string head, row, name;
+  for (const auto& entry : fs::directory_iterator(log)) {
+    if (entry.path().extension() != ".csv") continue;
+    name = entry.path().stem().string();
+    name.resize(name.rfind('-'));
+    std::ifstream in(entry.path());
+    for (std::string line; std::getline(in, line);) {
+      const bool is_row = line[0] >= '0' && line[0] <= '9';
+      if (is_row) row = line;
+      if (!is_row && !line.starts_with("# end")) head += line + "\n";
+    }
+  }
+  std::string day = head;
+  for (int second = 0; second < 86'400; ++second) day += row + "\n";
+  for (int i = 1; i <= 30; ++i) std::ofstream(fmt::format("{}/{}-200001{:02}T000000Z.csv", log, name, i)) << day;
+}
+
+// Asks for page after page, and from the beginning again.
+std::unique_ptr<Abusers> followers(const Scene& scene, int count) {
+  make_archive(scene.folder + "/log");
+  return many(count, [socket = scene.socket](int) {
+    const int fd = connect_with_patience(socket);
+    std::string cursor = "earliest", answer;
+    std::vector<char> buffer(1 << 20);
+    for (;;) {
+      say(fd, request("rows", R"({"limit":10000,"after":")" + cursor + R"("})") + "\n");
+      for (answer.clear(); !answer.ends_with('\n');) {
+        const ssize_t size = ::read(fd, buffer.data(), buffer.size());
+        if (size <= 0) return;
+        answer.append(buffer.data(), static_cast<std::size_t>(size));
+      }
+      constexpr std::string_view kAfter = R"("after":")";
+      const std::size_t at = answer.rfind(kAfter);
+      const bool more = answer.rfind(R"("more":true)") != std::string::npos;
+      cursor = at == std::string::npos || !more
+                   ? "earliest"
+                   : answer.substr(at + kAfter.size(), answer.find('"', at + kAfter.size()) - at - kAfter.size());
+    }
+  });
+}
+
 const std::vector<Abuse>& abuses() {
   using prism::bench::hour_of_history;
   static const std::vector<Abuse> all{
@@ -93,6 +136,8 @@ const std::vector<Abuse>& abuses() {
        }},
       {"50 reloads a second",
        [](const Scene& s) { return many(1, [pid = s.prismd](int) { ::kill(pid, SIGHUP), ::usleep(20'000); }); }},
+      {"1 follower fetches 30 days of the log, again and again", [](const Scene& s) { return followers(s, 1); }},
+      {"4 followers fetch 30 days of the log, again and again", [](const Scene& s) { return followers(s, 4); }},
       {"the disk hangs", [](const Scene& s) { return s.disk("hang"), nullptr; }},
       {"each sync of the disk fails", [](const Scene& s) { return s.disk("eio"), nullptr; }},
       {"the log is deleted 10 times a second",
