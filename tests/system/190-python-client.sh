@@ -32,6 +32,30 @@ except prism.Gone as why:
     assert str(why) == "/nowhere/x.sock: no prismd answers: No such file or directory", why
 END
 
+# The log from its beginning, page by page, goes on where it ended; a place that prismd keeps by name does, too.
+python3 - <<'END' || fail "the log"
+import time
+import prism
+gyro = prism.Gyro()
+pages = list(gyro.log())
+seconds = [row["time_s"] for page in pages for row in page.rows]
+assert len(seconds) >= 20 and seconds == [seconds[0] + i for i in range(len(seconds))], seconds
+first = pages[0].rows[0]
+assert (first["segment"], first["row"]) == (1, 1) and isinstance(first["rate_deg_per_h"], float), first
+assert first["bias_deg_per_h"] is None and first["quality"] == "warming" and first["arrival_s"] > 1.7e9, first
+named = [row["time_s"] for page in gyro.log(name="audit") for row in page.rows]
+time.sleep(1.5)
+more = [row["time_s"] for page in gyro.log(name="audit") for row in page.rows]
+assert more and more[0] == named[-1] + 1, (named[-1], more)
+follower = gyro.log(after=pages[-1].cursor, follow=True)
+assert next(follower).rows[0]["time_s"] == seconds[-1] + 1
+try:
+    next(gyro.log(after="0" * 32 + "-1-1-1"))
+    raise SystemExit("another log's cursor was not refused")
+except prism.Refused as why:
+    assert "is of log 00000000" in str(why), why
+END
+
 # No second is missing and none comes twice, although the connection is lost in between, without prismd.
 python3 - <<'END' || fail "rows over a lost connection"
 import socket, time

@@ -13,6 +13,6 @@ Units stand in the names. None is a quantity that is not known. See prism-protoc
 
 from ._connection import Gone, PrismError, Refused, running_sockets
 from .gyro import Gyro
-from .rows import Event, Sample, Window
+from .rows import Event, LogPage, Sample, Window
 
-__all__ = ["Event", "Gone", "Gyro", "PrismError", "Refused", "Sample", "Window", "running_sockets"]
+__all__ = ["Event", "Gone", "Gyro", "LogPage", "PrismError", "Refused", "Sample", "Window", "running_sockets"]

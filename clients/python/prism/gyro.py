@@ -5,11 +5,12 @@ import time
 from typing import Any, Dict, Iterator, List, Optional, Type, TypeVar
 
 from ._connection import Connection, Gone, find_socket
-from .rows import Event, Sample, Window, row_of
+from .rows import Event, LogPage, Sample, Window, page_of, row_of
 
 Row = TypeVar("Row")
 RETRY_S = 0.5
 HISTORY_S = 3600
+WAIT_S = 5.0  # below what a connection waits for an answer
 
 
 def _chosen(axis: Optional[str]) -> Dict[str, Any]:
@@ -71,6 +72,32 @@ class Gyro:
     def history(self, seconds: int = 100, axis: Optional[str] = None) -> List[Window]:
         """The last rows of each axis, or of one, oldest first; at most an hour."""
         return [row_of(Window, row) for row in _in_time(self.ask("history", seconds=seconds, **_chosen(axis)))]
+
+    def log(
+        self, after: str = "", *, axis: Optional[str] = None, name: Optional[str] = None, follow: bool = False
+    ) -> Iterator[LogPage]:
+        """Pages of the log's rows behind a cursor, from the earliest on without one, to the end; with `follow` for ever,
+        over restarts of prismd. Only what is on the disk, each row once; what was deleted meanwhile is counted. Keep
+        page.cursor once the page is safe. `name`: prismd keeps the place, as far as pages were taken; it belongs to
+        the user. Refused: a cursor of another log, or beyond its end."""
+        cursor = after
+        while True:
+            params: Dict[str, Any] = {**_chosen(axis), "wait_s": WAIT_S if follow else 0, "limit": 2000}
+            params.update({key: value for key, value in (("after", cursor), ("name", name)) if value})
+            try:
+                page = page_of(self.ask("rows", **params))
+            except Gone:
+                if not follow:
+                    raise
+                time.sleep(RETRY_S)
+                continue
+            cursor = page.cursor
+            if page.rows:
+                yield page
+            if not follow and not page.more:
+                break
+        if name:  # the last page was taken, too
+            self.ask("rows", **{**_chosen(axis), "after": cursor, "name": name, "limit": 1})
 
     def rows(self, axes: Optional[List[str]] = None, *, reconnect: bool = True) -> Iterator[Window]:
         """A row a second of each axis, or of those named, from now on. While prismd is away it is waited for; what it

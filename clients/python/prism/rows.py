@@ -2,7 +2,7 @@
 """What prismd notifies: rows with units in their names; None is a quantity that is not known."""
 
 from dataclasses import dataclass, fields
-from typing import Any, Dict, Optional, Type, TypeVar
+from typing import Any, Dict, List, Optional, Type, TypeVar, Union
 
 Row = TypeVar("Row")
 
@@ -32,6 +32,7 @@ class Window:
     sd_deg_per_h: Optional[float]  # of the true bias less this one
     sd_mean_deg_per_h: Optional[float]  # with the noise of the mean rate; None for models of version 0.1
     quality: str
+    sensors: Optional[Dict[str, Optional[float]]]  # means of the second by name; None: there are none
 
     @property
     def good(self) -> bool:
@@ -64,3 +65,39 @@ class Event:
     kind: str
     text: str
     repeats: Optional[int]
+
+
+Value = Union[int, float, str, None]
+
+
+@dataclass(frozen=True)
+class LogPage:
+    """Rows of the log, oldest first, and the place behind the last one."""
+
+    rows: List[Dict[str, Value]]  # by the names of the log's columns, and "segment", "row", which count its rows
+    cursor: str  # what `after` takes to go on, in years, too
+    missing: int  # rows before the first one that were deleted before they were fetched
+    more: bool  # others wait
+    axis: str
+
+
+def _value(field: str) -> Value:
+    if not field:
+        return None
+    for kind in (int, float):
+        try:
+            return kind(field)
+        except ValueError:
+            pass
+    return field
+
+
+def page_of(answer: Dict[str, Any]) -> LogPage:
+    rows: List[Dict[str, Value]] = []
+    for segment in answer["segments"]:
+        columns = segment["columns"].split(",")
+        for number, line in enumerate(segment["rows"], segment["first"]):
+            row: Dict[str, Value] = {"segment": segment["segment"], "row": number}
+            row.update(zip(columns, map(_value, line.split(","))))
+            rows.append(row)
+    return LogPage(rows, answer["after"], answer["missing"], answer["more"], answer["axis"])
