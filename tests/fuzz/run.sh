@@ -28,10 +28,10 @@ for fuzzer in build/fuzz/tests/fuzz/fuzz_*; do
     fuzz_rpc_line) seeds=(tests/fuzz/corpus/rpc) ;;
   esac
   "$fuzzer" -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="build/fuzz/found/$name-" "$corpus" "${seeds[@]}" \
-    >"$corpus.log" 2>&1 || { code=1; tail -40 "$corpus.log"; }
+    >"$corpus.log" 2>&1 && said=good || { said=FAILED code=1; tail -40 "$corpus.log"; }
   runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$corpus.log")
   total=$((total + ${runs:-0}))
-  echo "$name: ${runs:-0} runs in $seconds s, $([ "$code" -eq 0 ] && echo good || echo FAILED)"
+  echo "$name: ${runs:-0} runs in $seconds s, $said"
 done
 if [ "$total" -lt "$least" ]; then
   echo "tests/fuzz/run.sh: found $total runs, expected $least at least" >&2
