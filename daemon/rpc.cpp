@@ -12,6 +12,7 @@
 #include "compensation/json_section.hpp"
 #include "config/version.hpp"
 #include "daemon/answers.hpp"
+#include "daemon/line_answers.hpp"
 
 namespace prism::daemon {
 namespace {
