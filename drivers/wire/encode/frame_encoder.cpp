@@ -173,6 +173,7 @@ void FrameEncoder::skip(const GyroState& state, std::uint64_t frames) {
 }
 
 void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out) {
+  if (description_->sent_kinds.empty()) return;  // columns that nobody has chosen yet: nothing to say
   const int index = description_->sent_kinds[frame_number_ % description_->sent_kinds.size()];
   turn(state);
   kind_ = &description_->kinds[static_cast<std::size_t>(index)];

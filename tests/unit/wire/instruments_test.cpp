@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "drivers/wire/description/printed_number.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::wire {
@@ -89,6 +90,13 @@ TEST(Instruments, EachChannelOfALoggerIsHeldUntilItSpeaksAgain) {
   EXPECT_DOUBLE_EQ(last.sensors[1], -23.5);
   EXPECT_TRUE(std::isnan(last.sensors[2]));
   EXPECT_DOUBLE_EQ(last.sensors[11], 0.1);
+}
+
+TEST(Instruments, ColumnsThatNobodyChoseSayNothing) {
+  FrameEncoder encoder(test::shipped("ascii-columns", {}));
+  std::vector<std::uint8_t> bytes;
+  encoder.encode({.rate_deg_per_h = {10}, .interval_s = 1}, bytes);
+  EXPECT_TRUE(bytes.empty());
 }
 
 TEST(Instruments, WhatIsWrongIsSaidInOneLine) {
