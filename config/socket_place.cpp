@@ -40,4 +40,12 @@ std::string default_socket(const std::string& instance) {
   return (system ? std::string(kSystemFolder) : own) + "/" + instance + ".sock";
 }
 
+bool would_start(const std::string& socket) {
+  const std::filesystem::path path = socket;
+  std::error_code error;
+  const auto activated = path.parent_path() / "activated" / path.filename();
+  if (!std::filesystem::is_symlink(std::filesystem::symlink_status(activated, error))) return false;
+  return !std::filesystem::exists(path.parent_path() / "running" / path.stem(), error);
+}
+
 }  // namespace prism::config

@@ -15,4 +15,8 @@ std::vector<std::string> socket_folders();
 /// service of systemd (which sets LOGS_DIRECTORY), and where the user has no folder.
 std::string default_socket(const std::string& instance);
 
+/// Whether systemd listens at `socket` for an instance that does not run now: whoever connects would start it, also
+/// where somebody stopped it. From the folders that prismd@.socket and prismd@.service keep beside the socket.
+bool would_start(const std::string& socket);
+
 }  // namespace prism::config

@@ -7,10 +7,13 @@ plug
 check "the socket is enabled and started" inside systemctl enable --now "$socket"
 same "the daemon waits for the first client" "$(property ActiveState)" inactive
 same "mode, owner and group of the socket" "$(inside stat -c '%A %U:%G' "$address")" "srw-rw---- root:prism"
+check "a link says that systemd listens" inside test -L /run/prismd/activated/gyro1.sock
+refuse "nothing says that it runs" inside test -e /run/prismd/running/gyro1
 contains "a stranger is refused" "$(stranger socat -u "UNIX-CONNECT:$address" STDOUT 2>&1)" "Permission denied"
 same "the stranger did not start the daemon" "$(property ActiveState)" inactive
 contains "a member's question starts the daemon" "$(ask version 2>&1)" '"prismd"'
 becomes 5 "the daemon is active" active property ActiveState
+check "its folder says that it runs" inside test -d /run/prismd/running/gyro1
 same "what systemd was told" "$(property Type)/$(property NotifyAccess)/$(property Restart)/$(property WatchdogUSec)" "notify/main/on-failure/10s"
 becomes 5 "it tells systemd that the gyro delivers" receiving line_state
 same "a member without rights receives samples" "$(ask watch --samples --count 50 2>&1 | grep -c rate_deg_per_h)" 50

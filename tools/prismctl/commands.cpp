@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "config/version.hpp"
+#include "tools/client/connection.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismctl/axes_view.hpp"
-#include "tools/prismctl/connection.hpp"
 #include "tools/prismctl/rows.hpp"
 #include "tools/prismctl/text_view.hpp"
 #include "tools/prismctl/watch.hpp"
@@ -57,9 +57,9 @@ int ask(const Choice& choice, const std::string& method, nlohmann::json params,
   constexpr std::array kOfAxes = {"bias", "stability", "model", "history"};
   const bool of_axes = std::find(kOfAxes.begin(), kOfAxes.end(), method) != kOfAxes.end();
   if (of_axes && !choice.axis.empty()) params["axis"] = choice.axis;
-  const auto path = find_socket(choice.socket, choice.name);
+  const auto path = client::find_socket(choice.socket, choice.name);
   if (!path) return fail(path.error());
-  auto connection = Connection::open(*path);
+  auto connection = client::Connection::open(*path);
   if (!connection) return fail(connection.error());
   auto answer = connection->ask(method, params);
   if (!answer) return fail(answer.error());
@@ -140,7 +140,7 @@ int run(int argc, char** argv) {
   log->callback([&] {
     wanted.json = choice.json;
     wanted.axis = choice.axis;
-    const auto path = find_socket(choice.socket, choice.name);
+    const auto path = client::find_socket(choice.socket, choice.name);
     code = path ? rows(*path, wanted) : fail(path.error());
   });
   auto* reload = app.add_subcommand("reload", "read the configuration and the models again");
@@ -165,7 +165,7 @@ int run(int argc, char** argv) {
   live->callback([&] {
     settings.json = choice.json;
     settings.axis = choice.axis;
-    const auto path = find_socket(choice.socket, choice.name);
+    const auto path = client::find_socket(choice.socket, choice.name);
     code = path ? watch(*path, settings) : fail(path.error());
   });
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "config/text_file.hpp"
-#include "tools/prismctl/connection.hpp"
+#include "tools/client/connection.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
@@ -118,7 +118,7 @@ class Follower {
   // One page; false where the end is reached.
   Result<bool> page() {
     if (!connection_) {
-      auto opened = Connection::open(socket_);
+      auto opened = client::Connection::open(socket_);
       if (!opened) return tl::unexpected<Error>(opened.error());
       connection_.emplace(std::move(*opened));
     }
@@ -168,7 +168,7 @@ class Follower {
   RowsSettings settings_;
   Printer printer_;
   std::string cursor_;
-  std::optional<Connection> connection_;
+  std::optional<client::Connection> connection_;
   bool refused_ = false, silent_ = false;
 };
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "tools/prismctl/connection.hpp"
+#include "tools/client/connection.hpp"
 
 namespace prism::prismctl {
 

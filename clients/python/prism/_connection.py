@@ -43,8 +43,16 @@ def _connect(path: str) -> socket.socket:
     return link
 
 
+def would_start(path: str) -> bool:
+    """Whether a connection would have systemd start the instance: it listens there, and the instance does not run."""
+    folder, name = os.path.split(path)
+    activated = os.path.islink(os.path.join(folder, "activated", name))
+    return activated and not os.path.exists(os.path.join(folder, "running", name[:-5]))
+
+
 def running_sockets() -> Dict[str, str]:
-    """The instances that run: name → path of the socket. One that may not be entered runs all the same."""
+    """The instances that run, or that systemd starts for who connects: name → path of the socket. None is started here. One
+    that may not be entered runs all the same."""
     found: Dict[str, str] = {}
     for folder in _folders():
         try:
@@ -54,6 +62,9 @@ def running_sockets() -> Dict[str, str]:
         for name in names:
             path = os.path.join(folder, name)
             if not name.endswith(".sock") or name[:-5] in found:
+                continue
+            if would_start(path):
+                found[name[:-5]] = path
                 continue
             try:
                 _connect(path).close()

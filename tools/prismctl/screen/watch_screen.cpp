@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "compensation/text_number.hpp"
-#include "tools/prismctl/connection.hpp"
+#include "tools/client/connection.hpp"
 #include "tools/prismctl/screen/terminal.hpp"
 #include "tools/prismctl/screen/view.hpp"
 #include "tools/prismctl/words.hpp"
@@ -19,8 +19,8 @@
 namespace prism::screen {
 namespace {
 
+using client::Connection, prismctl::at;
 using nlohmann::json;
-using prismctl::at, prismctl::Connection;
 
 constexpr double kStatusEveryS = 1, kRetryS = 1, kDrawEveryS = 1, kLeastBetweenDrawsS = 0.1;
 

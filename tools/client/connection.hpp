@@ -9,9 +9,10 @@
 
 #include "compensation/result.hpp"
 
-namespace prism::prismctl {
+namespace prism::client {
 
-/// Sockets of running daemons: those that answer in config::socket_folders().
+/// Sockets of daemons in config::socket_folders(): those that answer, and those at which systemd starts one for who
+/// connects (none is started here).
 std::vector<std::string> running_sockets();
 
 /// The socket to talk to: `socket` where given, else $PRISM_SOCKET, else that of instance `name`, else the only one
@@ -45,4 +46,4 @@ class Connection {
   int last_id_ = 0;
 };
 
-}  // namespace prism::prismctl
+}  // namespace prism::client

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismctl/connection.hpp"
+#include "tools/client/connection.hpp"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -18,7 +18,7 @@
 #include "compensation/plain_text.hpp"
 #include "config/socket_place.hpp"
 
-namespace prism::prismctl {
+namespace prism::client {
 namespace {
 
 namespace fs = std::filesystem;
@@ -58,6 +58,10 @@ std::vector<std::string> running_sockets() {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(folder, error)) {
       if (entry.path().extension() != ".sock") continue;
+      if (config::would_start(entry.path().string())) {
+        found.push_back(entry.path().string());
+        continue;
+      }
       const int fd = connect_to(entry.path().string());
       if (fd < 0 && errno != EACCES) continue;  // one that we may not enter is running all the same
       if (fd >= 0) ::close(fd);
@@ -146,4 +150,4 @@ Result<std::optional<nlohmann::json>> Connection::next(int timeout_ms) {
   }
 }
 
-}  // namespace prism::prismctl
+}  // namespace prism::client
