@@ -84,7 +84,7 @@ Result<RowCursor> LogRows::resolve(const std::string& after, const std::vector<P
     return refuse(
         "rows", fmt::format("found cursor \"{:.80}\", expected one that rows gave, \"earliest\" or \"latest\"", after));
   if (cursor->log != id) {
-    return refuse("rows",
+    return refuse(kForeign,
                   fmt::format("the cursor is of log {:.8}, this one is {:.8}: the folder was emptied or is another "
                               "one; \"earliest\" begins it",
                               cursor->log, id));
@@ -94,8 +94,8 @@ Result<RowCursor> LogRows::resolve(const std::string& after, const std::vector<P
   const bool beyond = own != parts.end() ? cursor->row > own->segment.rows && !own->segment.path.empty()
                                          : !parts.empty() && cursor->segment > parts.back().segment.number;
   if (beyond)
-    return refuse("rows", fmt::format("the cursor is behind row {} of segment {}, which the log does not have",
-                                      cursor->row, cursor->segment));
+    return refuse(kForeign, fmt::format("the cursor is behind row {} of segment {}, which the log does not have",
+                                        cursor->row, cursor->segment));
   return *cursor;
 }
 

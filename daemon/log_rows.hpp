@@ -45,6 +45,9 @@ class LogRows {
  public:
   static constexpr std::size_t kMostBytes = 256 << 10;  ///< of rows in a page
 
+  /// Where a refusal says it is: the cursor is of another log, or beyond the end of this one.
+  static constexpr const char* kForeign = "rows/after";
+
   explicit LogRows(Segments& segments) : segments_(segments) {}
 
   /// Refused: a cursor of another log, one beyond the log's end, or no cursor at all.

@@ -4,8 +4,8 @@
 #include <boost/asio/post.hpp>
 #include <utility>
 
+#include "config/notify.hpp"
 #include "daemon/answers.hpp"
-#include "daemon/notify.hpp"
 
 namespace prism::daemon {
 
@@ -25,7 +25,7 @@ void Reloader::reload(Done done) {
 
 void Reloader::begin() {
   running_ = std::exchange(waiting_, {});
-  notify_reloading();
+  config::notify_reloading();
   const auto loaded = [io = &io_, reloader = weak_from_this()](Result<pipeline::Setup> found) {
     auto setup = std::make_shared<Result<pipeline::Setup>>(std::move(found));
     boost::asio::post(*io, [setup, reloader] {
@@ -45,7 +45,7 @@ void Reloader::finish(Result<pipeline::Setup> setup) {
     instance_.tell(Severity::kError, "reload_refused",
                    "reload refused, everything stays as it was: " + outcome.error().text());
   }
-  notify_ready(summary(instance_));
+  config::notify_ready(summary(instance_));
   for (const Done& done : std::exchange(running_, {})) done(outcome);
   if (!waiting_.empty()) begin();
 }

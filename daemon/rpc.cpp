@@ -13,6 +13,7 @@
 #include "config/version.hpp"
 #include "daemon/answers.hpp"
 #include "daemon/line_answers.hpp"
+#include "daemon/log_rows.hpp"
 
 namespace prism::daemon {
 namespace {
@@ -277,7 +278,8 @@ void Rpc::rows(const Call& call) {
     return fail(call, kRefused, "rows: no log is written, expected \"write_log\" in the configuration");
   const std::string axis = instance_.acquisition.axis_name(axes->front());
   const auto answer = [this, call, axis](Result<RowPage> page) {
-    if (!page) return fail(call, kRefused, page.error().text());
+    if (!page)
+      return fail(call, page.error().where == LogRows::kForeign ? kForeignCursor : kRefused, page.error().text());
     std::vector<TextPart> parts{TextPart(std::move(page->json))};
     parts.emplace_back(",\"axis\":" + json(axis).dump() + "}");
     reply(call, std::move(parts));

@@ -26,8 +26,9 @@ enum RpcCode {
   kInvalidRequest = -32600,
   kMethodNotFound = -32601,
   kInvalidParams = -32602,
-  kRefused = -32000,       ///< the daemon understood and says no: data of a failed reload, a full table
-  kNotPermitted = -32001,  ///< the peer may not change things
+  kRefused = -32000,        ///< the daemon understood and says no: data of a failed reload, a full table
+  kNotPermitted = -32001,   ///< the peer may not change things
+  kForeignCursor = -32002,  ///< of another log, or beyond the end of this one
 };
 
 std::string rpc_error(const nlohmann::json& id, int code, const std::string& message);

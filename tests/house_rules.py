@@ -49,7 +49,7 @@ MAY_NOT_LINK = {
     EVALUATION: ASYNC + "|Threads::|prism_(?:wire|clock|drivers|simulation|config|daemon|training)",
     WIRE: ASYNC + "|Threads::|prism_(?:compensation|training|evaluation|drivers|config|daemon)",
     DRIVERS: "spdlog|SYSTEMD|CLI11|prism_(?:compensation|training|evaluation|config|daemon)",
-    CONFIG: ASYNC + "|prism_(?:daemon|training|evaluation)",
+    CONFIG: ASYNC.replace("|SYSTEMD", "") + "|prism_(?:daemon|training|evaluation)",  # prism_notify: for every service
     PIPELINE: ASYNC + "|Threads::|prism_(?:daemon|training|evaluation|simulation)",
     DAEMON: "prism_(?:training|evaluation|simulation)",
     TOOLS: "prism_daemon",

@@ -129,7 +129,7 @@ class Follower {
     if (!settings_.axis.empty()) params["axis"] = settings_.axis;
     const auto answer = connection_->ask("rows", params);
     if (!answer) {
-      refused_ = answer.error().text().find("rows: ") != std::string::npos;
+      refused_ = answer.error().text().find("rows") != std::string::npos;
       connection_.reset();
       return tl::unexpected<Error>(answer.error());
     }
