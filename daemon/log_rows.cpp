@@ -27,6 +27,13 @@ void take_superseded(const std::string& text, std::string& file, std::uint64_t& 
   if (std::from_chars(first, text.data() + text.size(), row).ec == std::errc()) file = text.substr(0, at);
 }
 
+// Numbers, commas and words of the log need no escape; what somebody wrote into a segment by hand may.
+std::string text_json(const std::string& line) {
+  const bool plain = std::all_of(line.begin(), line.end(),
+                                 [](unsigned char c) { return c >= 0x20 && c < 0x7f && c != '"' && c != '\\'; });
+  return plain ? '"' + line + '"' : json(line).dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
 template <class Map>
 void keep_few(Map& map) {
   while (map.size() > kRemembered) map.erase(map.begin());
@@ -50,9 +57,9 @@ Result<RowPage> LogRows::page(const RowQuery& query, const OpenSegment& open) {
     if (page.rows >= query.limit || sent >= kMostBytes || head == nullptr) break;
     page.missing += part.before + behind - std::min(part.before + behind, page.after.total);
     page.json +=
-        fmt::format("{}{{\"segment\":{},\"file\":{},\"metadata\":{{{}}},\"columns\":\"{}\",\"first\":{},\"rows\":[",
+        fmt::format("{}{{\"segment\":{},\"file\":{},\"metadata\":{{{}}},\"columns\":{},\"first\":{},\"rows\":[",
                     page.rows > 0 ? "," : "", part.segment.number, json(part.segment.file).dump(), head->metadata,
-                    head->columns, behind + 1);
+                    text_json(head->columns), behind + 1);
     const std::size_t before = page.json.size();
     const std::uint64_t most = std::min<std::uint64_t>(query.limit - page.rows, part.segment.rows - behind);
     const std::uint64_t rows = append_rows(part.segment, *head, behind, most, page.json);
@@ -183,7 +190,8 @@ std::uint64_t LogRows::append_rows(const NumberedSegment& segment, const Head& h
   const std::size_t begin = text.size();
   for (; rows < most && text.size() - begin < kMostBytes && std::getline(in, line); ++rows) {
     place.offset += line.size() + 1;
-    text += (rows > 0 ? ",\"" : "\"") + line + '"';  // numbers, commas and words of the log: nothing to escape
+    if (rows > 0) text += ',';
+    text += text_json(line);
   }
   place.row += rows;
   places_[segment.number] = place;

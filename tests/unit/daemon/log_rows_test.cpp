@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -117,6 +118,26 @@ TEST_F(LogRowsTest, EveryRowComesOnceOrIsCountedAsMissing) {
     EXPECT_GT(got.size(), 50u);
     for (std::size_t i = 1; i < got.size(); ++i) ASSERT_LT(got[i - 1], got[i]) << "seed " << seed;
   }
+}
+
+// Somebody's editor was at a segment: its lines are told as they stand there, in JSON that is whole.
+TEST_F(LogRowsTest, WhatWasWrittenByHandIsTextLikeAnyOther) {
+  auto log = open();
+  for (int i = 0; i < 2; ++i) log->append(row_of(i), 0);
+  log->sync();
+  log.reset();
+  for (const auto& entry : std::filesystem::directory_iterator(settings.directory)) {
+    if (entry.path().extension() != ".csv") continue;
+    std::ofstream(entry.path())
+        << "# prism TEST data log, format 2\n# instance: gyro\ntime\"utc,\\\na\"b\\c\t\xff,1\n2,3\n";
+  }
+  log = open();
+  const auto page = log->page({"earliest", 10});
+  ASSERT_TRUE(page);
+  const json answer = json::parse(page->json + "}");
+  EXPECT_EQ(answer["segments"][0]["columns"], "time\"utc,\\");
+  EXPECT_EQ(answer["segments"][0]["rows"][0], "a\"b\\c\t\xef\xbf\xbd,1");
+  EXPECT_EQ(answer["segments"][0]["rows"][1], "2,3");
 }
 
 TEST_F(LogRowsTest, AFolderThatWasEmptiedIsAnotherLog) {
