@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: MIT
+# prismrelay into a real PostgreSQL: every row of the log once, over a server that goes and comes, a log that is emptied, lines that
+# are no rows, and a schema that is not ours.
+. "$(dirname "$0")/lib.sh"
+. "$(dirname "$0")/servers.sh"
+cd "$dir"
+refused() { code=0; "${@:3}" 2>refused.err >/dev/null || code=$?; same "exit code: $2" "$code" "$1"; contains "the refusal" "$(cat refused.err)" "$2"; same "lines of the refusal: $2" "$(wc -l <refused.err)" 1; }
+say_config() { echo "$1" >bad.json; refused 78 "$2" prismrelay --check bad.json; }
+
+# What is wrong is said in a line, before anything runs.
+say_config '{"postgresql": {"connection": "dbname=x"}}' '"site" is missing'
+say_config '{"site": "a/b", "postgresql": {"connection": "dbname=x"}}' 'found "a/b", expected 1 to 64 characters without blanks, /, + and #'
+say_config '{"site": "lab"}' 'names nowhere to carry rows to, expected postgresql, mqtt or metrics'
+say_config '{"site": "lab", "postgresql": {"connection": "dbname=x password=y"}}' 'holds a password, expected it in a file'
+say_config '{"site": "lab", "mqtt": {"host": "h", "portt": 1}}' 'portt'
+say_config '{"site": "lab", "instances": ["g", "/x/g.sock"], "metrics": {"file": "/x/p.prom"}}' '"g" stands there twice'
+refused 1 'no relay wrote its status here' prismrelay --status <(echo '{"site": "lab", "status_file": "/nowhere/x", "metrics": {"file": "/x/p.prom"}}')
+refused 64 '--what' prismrelay --what
+
+start_postgres
+relay_config
+config
+jq '.log.segment_mib = 0.01 | .clock = "device"' gyro.json >small.json && mv small.json gyro.json
+frames 50
+start_sim --profile steady --speed 5
+start_prismd
+rows_of_log() { jq -r 'select(.made) | .file' log/gyro.csv.index | while read -r file; do [ ! -e "log/$file" ] || grep -hv '^[#t]' "log/$file"; done; }
+all_there() { sql_is "SELECT count(*) FROM prism.rows" "$(rows_of_log | wc -l)"; }
+
+# Without tables, and of a later version: said, and tried again until it is right.
+start_relay
+wait_for 10 relay_is .targets.postgresql.error 'postgresql: has no schema prism, expected one that prismrelay --init made'
+prismrelay --schema | psql -X -q -v ON_ERROR_STOP=1 -h "$dir/pg" -U relay prism >schema.out 2>&1 || fail "the SQL of --schema: $(cat schema.out)"
+sql 'UPDATE prism.version SET version = 2'
+wait_for 20 relay_is .targets.postgresql.error 'postgresql: found version 2 of the schema prism, expected 1: made by a later prismrelay'
+refused 1 'found version 2 of the schema prism' prismrelay --init relay.json
+sql 'DROP SCHEMA prism CASCADE' 2>/dev/null
+contains "the schema is made" "$(prismrelay --init relay.json)" "made the schema prism, version 1"
+contains "and found again" "$(prismrelay --init relay.json)" "the schema prism is there"
+wait_for 30 sql_above "SELECT count(*) FROM prism.rows" 20
+same "the status of a relay that works" "$(relay_says '.logs[0] | "\(.gyro) \(.axis) \(.refused_rows) \(.missing_rows) \(.error)"')" "lab/gyro z 0 0 "
+contains "for a person" "$(prismrelay --status relay.json)" "lab/gyro                running"
+same "events" "$(sql "SELECT count(*) > 1, bool_or(kind = 'line_receiving') FROM prism.events WHERE gyro = 'lab/gyro'")" "t|t"
+same "the model of a segment" "$(sql "SELECT DISTINCT left(model, 8) || ' ' || (metadata ->> 'instance') FROM prism.segments")" "a0e547ce gyro"
+
+# The server goes for some seconds, and the relay is killed: nothing is lost, nothing twice.
+stop_postgres immediate
+wait_for 15 relay_is .targets.postgresql.up false
+sleep 2
+kill -9 "$relay"; wait "$relay" 2>/dev/null || true
+start_relay
+run_postgres
+wait_for 30 relay_is .targets.postgresql.up true
+before=$(sql "SELECT count(*) FROM prism.rows")
+wait_for 20 sql_above "SELECT count(*) FROM prism.rows" $((before + 20))
+
+# The server may not write any more: nothing of a batch is there, and all of it when it may again.
+sql "ALTER ROLE relay SET default_transaction_read_only = on"
+sql "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE application_name = 'prismrelay'" >/dev/null
+wait_for 20 relay_is '.targets.postgresql.error | test("read-only")' true
+psql -X -q -h "$dir/pg" -U relay prism -c "SET default_transaction_read_only = off" -c "ALTER ROLE relay RESET default_transaction_read_only"
+wait_for 40 relay_is .targets.postgresql.up true
+
+# The gyro is gone: the relay says so, its last row stays, and it comes again.
+kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
+wait_for 10 relay_is '.instances["lab/gyro"].state' gone
+start_prismd
+wait_for 15 relay_is '.instances["lab/gyro"].state' running
+
+# A line that somebody wrote into a segment by hand is kept as it stands, and holds up nobody.
+kill -TERM "$prismd"; wait "$prismd"
+last=$(jq -r 'select(.made) | .file' log/gyro.csv.index | tail -1)
+kill -STOP "$relay"
+start_prismd
+wait_for 10 field_above .log.rows status 10
+kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
+last=$(jq -r 'select(.made) | .file' log/gyro.csv.index | tail -1)
+sed -i '$s/,[a-z_+]*,\([^,]*,[^,]*,[01]\)$/,Robert"); DROP TABLE,\1/' "log/$last"
+grep -q Robert "log/$last" || fail "the line was not changed: $(tail -1 "log/$last")"
+kill -CONT "$relay"
+start_prismd
+wait_for 20 sql_is "SELECT count(*) || ' ' || min(why) FROM prism.refused_rows" '1 quality: found "Robert"); DROP TABLE"'
+sql "SELECT line FROM prism.refused_rows" >line
+grep -qxF "$(cat line)" "log/$last" || fail "the refused line is not the log's"
+
+# Checksum over both sides: every row of the log, each value, once.
+kill -TERM "$sim"; wait "$sim" 2>/dev/null || true
+sleep 2
+kill -TERM "$prismd"; wait "$prismd"
+start_prismd
+wait_for 20 sql_is "SELECT count(*) FROM prism.rows" "$(($(rows_of_log | wc -l) - 1))"
+cat >compare.py <<'END'
+import csv, sys
+number = lambda text: text if text and not text[0].isdigit() and text[0] != "-" else (float(text) if text else None)
+names = "time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,slope_degc_per_s,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,quality,arrival_s,partial".split(",")
+log = [[number(row[name]) for name in names] for row in csv.DictReader(open("log.csv")) if "Robert" not in row["quality"]]
+table = [[number(row[name]) for name in names] for row in csv.DictReader(open("table.csv"))]
+for mine, theirs in zip(log, table):
+    if any(a != b and not (isinstance(a, float) and isinstance(b, float) and abs(a - b) < 1e-5 * max(1, abs(a) * 1e-9)) for a, b in zip(mine, theirs)):
+        sys.exit(f"found {theirs}, expected {mine}")
+sys.exit(0 if len(log) == len(table) > 50 else f"found {len(table)} rows, expected {len(log)}")
+END
+first=$(jq -r 'select(.made) | .file' log/gyro.csv.index | head -1)
+{ grep -m1 ^time_utc "log/$first"; rows_of_log; } >log.csv
+psql -X -q --csv -h "$dir/pg" -U relay prism -c "SELECT *, extract(epoch FROM time) AS time_s, extract(epoch FROM arrival) AS arrival_s FROM prism.rows ORDER BY segment, row_number" >table.csv
+python3 compare.py || fail "the table is not the log"
+
+# The folder is emptied: another log begins, the old one's rows stay, and the change is kept.
+kill -TERM "$prismd"; wait "$prismd"
+old=$(sql "SELECT count(*) FROM prism.rows")
+rm -rf log
+start_sim --profile steady --speed 5
+start_prismd
+wait_for 20 sql_is "SELECT kind FROM prism.gaps" log_changed
+wait_for 20 sql_above "SELECT count(*) FROM prism.rows" $((old + 10))
+same "logs in the table" "$(sql "SELECT count(DISTINCT log) FROM prism.rows")" 2
+same "the last of every gyro" "$(sql "SELECT gyro || ' ' || axis || ' ' || (arrival > now() - interval '10 s') FROM prism.latest")" "lab/gyro z true"
+same "hours" "$(sql "SELECT sum(seconds) >= $old FROM prism.hourly")" t
+
+# Partitions: made ahead, and dropped beyond keep_days, which is said.
+same "partitions" "$(sql "SELECT count(*) > 2 FROM prism.days")" t
+kill -TERM "$relay"; wait "$relay" || fail "exit code $? of a relay that was asked to end"
+sql "CREATE TABLE prism.rows_20200101 PARTITION OF prism.rows FOR VALUES FROM ('2020-01-01 00:00:00+00') TO ('2020-01-02 00:00:00+00')"
+jq '.postgresql.keep_days = 30' relay.json >kept.json && mv kept.json relay.json
+start_relay
+wait_for 15 sql_is "SELECT count(*) FROM prism.days WHERE day < '2021-01-01'" 0
+contains "what was dropped is said" "$(cat relay.err)" "dropped rows_20200101"

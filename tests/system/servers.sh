@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: MIT
+# Real servers for the tests that need one, in the test's own folder, on unix sockets and loopback alone. Sourced after lib.sh.
+PATH=$PRISM_BIN/tools/prismrelay:$PATH
+
+# As root, a server takes another user: PostgreSQL refuses to run as root.
+as_server() { if [ "$(id -u)" -eq 0 ]; then runuser -u "$server_user" -- "$@"; else "$@"; fi; }
+server_folder() {
+  mkdir -p "$1"
+  [ "$(id -u)" -ne 0 ] || { chmod 711 "$dir" && chown "$server_user" "$1"; }
+}
+free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
+
+# start_postgres: on $dir/pg, database prism of user relay; sql STATEMENT asks it. stop_postgres [MODE]: smart, fast or immediate.
+start_postgres() {
+  server_user=postgres
+  postgres_bin=$(ls -d /usr/lib/postgresql/*/bin 2>/dev/null | tail -1)
+  [ -n "$postgres_bin" ] || skip "no PostgreSQL is installed here (tools/setup)"
+  if [ ! -d "$dir/pg/data" ]; then
+    server_folder "$dir/pg"
+    as_server "$postgres_bin/initdb" -D "$dir/pg/data" -A trust -U relay --no-sync -E UTF8 --locale=C >"$dir/initdb.out" 2>&1 || fail "initdb: $(tail -3 "$dir/initdb.out")"
+    at_exit kill_postgres
+  fi
+  run_postgres
+  as_server "$postgres_bin/createdb" -h "$dir/pg" -U relay prism
+}
+run_postgres() { as_server "$postgres_bin/pg_ctl" -D "$dir/pg/data" -w -t 60 -l "$dir/pg/log" -o "-k $dir/pg -c listen_addresses='' -c fsync=${postgres_fsync:-off} ${postgres_options:-}" start >/dev/null || fail "PostgreSQL: $(tail -5 "$dir/pg/log")"; }
+kill_postgres() { stop_postgres immediate; }
+stop_postgres() { as_server "$postgres_bin/pg_ctl" -D "$dir/pg/data" -m "${1:-fast}" -w stop >/dev/null 2>&1; }
+sql() { psql -X -q -A -t -v ON_ERROR_STOP=1 -h "$dir/pg" -U relay prism -c "$1"; }
+sql_is() { [ "$(sql "$1" 2>&1)" = "$2" ]; }
+sql_above() { [ "$(sql "$1" 2>/dev/null || echo 0)" -gt "$2" ]; }
+
+# relay_config [MEMBERS]: $dir/relay.json for the sockets in $dir, into the server of start_postgres unless MEMBERS say otherwise.
+relay_config() {
+  cat >"$dir/relay.json" <<END
+{"site": "lab", "instances": "$dir/", "status_file": "status.json"
+ ${1:-, \"postgresql\": {\"connection\": \"host=$dir/pg dbname=prism user=relay\"}}}
+END
+}
+start_relay() { start relay prismrelay "$dir/relay.json"; relay=$pid; }
+relay_says() { prismrelay --status --json "$dir/relay.json" | jq -r "$1"; }
+relay_is() { [ "$(relay_says "$1")" = "$2" ]; }

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismrelay/live_loop.hpp"
+
+#include <fmt/format.h>
+
+#include <boost/asio/post.hpp>
+#include <utility>
+
+#include "tools/prismrelay/instances.hpp"
+
+namespace prism::prismrelay {
+namespace {
+
+using nlohmann::json;
+using std::chrono_literals::operator""s;
+
+constexpr unsigned kStatusEvery_s = 5;
+
+std::string line_of(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
+
+}  // namespace
+
+LiveLoop::LiveLoop(const Settings& settings, RelayState& state)
+    : settings_(settings), state_(state), context_(1), second_timer_(context_) {
+  if (settings.mqtt) mqtt_ = std::make_unique<Mqtt>(*settings.mqtt, settings.site, state);
+}
+
+void LiveLoop::run() {
+  once_a_second();
+  context_.run();
+}
+
+void LiveLoop::stop() {
+  boost::asio::post(context_, [this] {
+    for (auto& [gyro, source] : sources_) source.instance->close();
+    if (mqtt_) mqtt_->finish();
+    context_.stop();
+  });
+}
+
+void LiveLoop::look_around() {
+  const auto found = find_instances(settings_.instances);
+  for (const auto& [name, socket] : found) {
+    const std::string gyro = settings_.site + "/" + name;
+    if (sources_.count(gyro) == 0) follow(gyro, name, socket);
+  }
+  for (auto at = sources_.begin(); at != sources_.end();) {
+    const bool there = found.count(at->first.substr(settings_.site.size() + 1)) != 0 || at->second.instance->running();
+    if (!there) at->second.instance->close();
+    if (!there) state_.forget(at->first);
+    at = there ? std::next(at) : sources_.erase(at);
+  }
+}
+
+void LiveLoop::follow(const std::string& gyro, const std::string& name, const std::string& socket) {
+  if (mqtt_ && !is_topic_part(name) && refused_.insert(name).second)
+    say(Level::kWarning,
+        fmt::format("mqtt: the gyro \"{}\" is not told: its name holds what MQTT keeps for topics", name));
+  Source& source = sources_[gyro];
+  InstanceFollower::Calls calls;
+  calls.begun = [this, &source, gyro, name](const json& status) {
+    source.asked = false;
+    take_status(gyro, name, status);
+    source.instance->ask("subscribe", {{"streams", {"window", "event"}}}, [](const json&) {});
+  };
+  calls.told = [this, name](const json& notification) { told(name, notification); };
+  calls.gone = [this, &source, name] { tell_offline(name, source.axes, "gone"); };
+  source.instance = std::make_shared<InstanceFollower>(context_, state_, gyro, socket, std::move(calls));
+  source.instance->begin();
+}
+
+void LiveLoop::told(const std::string& name, const json& notification) {
+  if (!mqtt_ || refused_.count(name) != 0) return;
+  const std::string method = notification.value("method", "");
+  const json params = notification.value("params", json());
+  const json axis = params.is_object() ? params.value("axis", json()) : json();
+  if (method == "window" && axis.is_string() && is_topic_part(axis.get<std::string>()))
+    mqtt_->publish_last(name + "/" + axis.get<std::string>() + "/window", line_of(params), false);
+  if (method == "event") mqtt_->publish_once(name + "/event", line_of(params));
+  if (method == "lost" && params.is_object()) state_.dropped("mqtt", params.value("rows", std::uint64_t{0}));
+}
+
+void LiveLoop::take_status(const std::string& gyro, const std::string& name, json status) {
+  Source& source = sources_[gyro];
+  const StatusAxes axes = axes_of(status);
+  source.axes.clear();
+  for (const std::string& axis : axes.names) {
+    if (is_topic_part(axis)) source.axes.insert(axis);
+  }
+  if (mqtt_ && refused_.count(name) == 0) {
+    for (const std::string& axis : source.axes) {
+      json own = status;
+      own.erase("axes");
+      if (axes.several) own.update(status["axes"][axis]);
+      own["axis"] = axis;
+      own["state"] = "running";
+      mqtt_->publish_last(name + "/" + axis + "/status", line_of(own), true);
+    }
+  }
+  state_.status(gyro, std::move(status));
+}
+
+// What was told last is not true any more, and a retained message stays until another one comes.
+void LiveLoop::tell_offline(const std::string& name, const std::set<std::string>& axes, const std::string& state) {
+  if (!mqtt_ || refused_.count(name) != 0) return;
+  for (const std::string& axis : axes) {
+    const json own = {{"axis", axis}, {"state", state}, {"quality", "no_data"}, {"since_s", host_time_s()}};
+    mqtt_->publish_last(name + "/" + axis + "/status", line_of(own), true);
+    mqtt_->publish_last(name + "/" + axis + "/window", line_of(own), false);
+  }
+}
+
+void LiveLoop::once_a_second() {
+  state_.progress(kLoop);
+  look_around();
+  for (auto& [gyro, source] : sources_) {
+    if (second_ % kStatusEvery_s != 0 || !source.instance->running()) continue;
+    if (std::exchange(source.asked, true)) {
+      source.instance->restart("does not answer");
+      source.asked = false;
+      continue;
+    }
+    const std::string name = gyro.substr(settings_.site.size() + 1);
+    source.instance->ask("status", nullptr, [this, gyro = gyro, name](const json& message) {
+      const auto own = sources_.find(gyro);
+      if (own == sources_.end()) return;
+      own->second.asked = false;
+      if (const auto status = message.find("result"); status != message.end() && status->is_object())
+        take_status(gyro, name, *status);
+    });
+  }
+  ++second_;
+  second_timer_.expires_after(1s);
+  second_timer_.async_wait([this](boost::system::error_code stopped) {
+    if (!stopped) once_a_second();
+  });
+}
+
+}  // namespace prism::prismrelay

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismrelay/mqtt.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace prism::prismrelay {
+namespace {
+
+constexpr const char* kBroker = "mqtt";
+constexpr int kKeepAlive_s = 15, kAtLeastOnce = 1;
+
+}  // namespace
+
+bool is_topic_part(const std::string& name) {
+  return !name.empty() && name.size() <= 200 && std::none_of(name.begin(), name.end(), [](unsigned char c) {
+    return c < 0x20 || c == '+' || c == '#' || c == '/';
+  });
+}
+
+Mqtt::Mqtt(const MqttSettings& settings, const std::string& site, RelayState& state)
+    : base_(settings.prefix + "/" + site + "/"), state_(state) {
+  mosquitto_lib_init();
+  client_.reset(mosquitto_new(settings.client_id.c_str(), true, this));
+  last_["relay"] = {"online", true};
+  if (client_) begin(settings);
+}
+
+// Everything that can be refused before the broker is asked is told as the broker's refusals are.
+void Mqtt::begin(const MqttSettings& settings) {
+  mosquitto* const client = client_.get();
+  const auto fails = [&](int code, const std::string& what) {
+    if (code == MOSQ_ERR_SUCCESS) return false;
+    state_.down(kBroker, fmt::format("mqtt: {}: {}", what, mosquitto_strerror(code)));
+    return true;
+  };
+  if (!settings.user.empty()) {
+    std::string password;
+    if (!settings.password_file.empty()) {
+      auto read = read_password(settings.password_file);
+      if (!read) return state_.down(kBroker, "mqtt: " + read.error().text());
+      password = std::move(*read);
+    }
+    mosquitto_username_pw_set(client, settings.user.c_str(), password.empty() ? nullptr : password.c_str());
+  }
+  if (settings.tls) {
+    const auto text = [](const std::string& path) { return path.empty() ? nullptr : path.c_str(); };
+    if (fails(mosquitto_tls_set(client, text(settings.ca_file), nullptr, text(settings.cert_file),
+                                text(settings.key_file), nullptr),
+              settings.ca_file))
+      return;
+  }
+  const std::string will = "offline";
+  mosquitto_will_set(client, (base_ + "relay").c_str(), static_cast<int>(will.size()), will.data(), kAtLeastOnce, true);
+  mosquitto_reconnect_delay_set(client, 1, 30, true);
+  mosquitto_max_inflight_messages_set(client, 100);
+  mosquitto_connect_callback_set(client,
+                                 [](mosquitto*, void* self, int code) { static_cast<Mqtt*>(self)->connected(code); });
+  mosquitto_disconnect_callback_set(
+      client, [](mosquitto*, void* self, int code) { static_cast<Mqtt*>(self)->disconnected(code); });
+  mosquitto_publish_callback_set(client, [](mosquitto*, void* self, int) {
+    auto& own = *static_cast<Mqtt*>(self);
+    {
+      const std::lock_guard lock(own.mutex_);
+      --own.in_flight_;
+    }
+    own.state_.committed(kBroker);
+  });
+  // A broker that is not there yet is tried again by the library's thread.
+  const int code = mosquitto_connect_async(client, settings.host.c_str(), settings.port, kKeepAlive_s);
+  if (code != MOSQ_ERR_SUCCESS)
+    state_.down(kBroker, fmt::format("mqtt: {}:{}: {}", settings.host, settings.port, mosquitto_strerror(code)));
+  if (!fails(mosquitto_loop_start(client), "thread")) began_ = true;
+}
+
+Mqtt::~Mqtt() {
+  finish();
+  client_.reset();
+  mosquitto_lib_cleanup();
+}
+
+void Mqtt::finish() {
+  if (!std::exchange(began_, false)) return;
+  {
+    const std::lock_guard lock(mutex_);
+    if (up_) send("relay", "offline", true);
+  }
+  mosquitto_disconnect(client_.get());
+  mosquitto_loop_stop(client_.get(), false);
+}
+
+void Mqtt::connected(int code) {
+  if (code != 0)
+    return state_.down(kBroker, fmt::format("mqtt: the broker refuses: {}", mosquitto_connack_string(code)));
+  state_.up(kBroker);
+  const std::lock_guard lock(mutex_);
+  up_ = true;
+  in_flight_ = 0;
+  for (const auto& [topic, last] : last_) send(topic, last.text, last.retained);
+}
+
+void Mqtt::disconnected(int code) {
+  {
+    const std::lock_guard lock(mutex_);
+    up_ = false;
+  }
+  if (code != 0) state_.down(kBroker, fmt::format("mqtt: {}", mosquitto_strerror(code)));
+}
+
+void Mqtt::publish_last(const std::string& topic, const std::string& text, bool retained) {
+  const std::lock_guard lock(mutex_);
+  last_[topic] = {text, retained};
+  if (up_) send(topic, text, retained);
+}
+
+void Mqtt::publish_once(const std::string& topic, const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (!up_ || !send(topic, text, false)) state_.dropped(kBroker, 1);
+}
+
+// With the lock held.
+bool Mqtt::send(const std::string& topic, const std::string& text, bool retained) {
+  if (in_flight_ >= kMostInFlight) return false;
+  const int code = mosquitto_publish(client_.get(), nullptr, (base_ + topic).c_str(), static_cast<int>(text.size()),
+                                     text.data(), kAtLeastOnce, retained);
+  if (code == MOSQ_ERR_SUCCESS) ++in_flight_;
+  return code == MOSQ_ERR_SUCCESS;
+}
+
+}  // namespace prism::prismrelay

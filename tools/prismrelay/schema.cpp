@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismrelay/schema.hpp"
+
+#include <fmt/format.h>
+
+#include "compensation/text_number.hpp"
+#include "tools/prismrelay/schema_sql.hpp"
+
+namespace prism::prismrelay {
+namespace {
+
+// "2026-11-23"
+std::string day_text(std::int64_t day) { return utc_text(day * 86400).substr(0, 10); }
+
+}  // namespace
+
+std::string schema_sql() { return kSchemaSql; }
+
+std::string partition_name(std::int64_t day) {
+  std::string name = day_text(day);
+  std::erase(name, '-');
+  return "rows_" + name;
+}
+
+std::string partition_sql(std::int64_t day) {
+  return fmt::format(
+      "CREATE TABLE IF NOT EXISTS prism.{} PARTITION OF prism.rows FOR VALUES FROM ('{} 00:00:00+00') TO ('{} "
+      "00:00:00+00')",
+      partition_name(day), day_text(day), day_text(day + 1));
+}
+
+}  // namespace prism::prismrelay
