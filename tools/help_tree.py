@@ -8,6 +8,7 @@ PROGRAMS = {
     "prismctl": "tools/prismctl/prismctl",
     "prismcal": "tools/prismcal/prismcal",
     "prismsim": "tools/prismsim/prismsim",
+    "prismrelay": "tools/prismrelay/prismrelay",
 }
 HELP_COLUMN = 30  # where a value leaves one blank only, the column alone tells the help from it
 

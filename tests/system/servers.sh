@@ -23,7 +23,8 @@ start_postgres() {
   run_postgres
   as_server "$postgres_bin/createdb" -h "$dir/pg" -U relay prism
 }
-run_postgres() { as_server "$postgres_bin/pg_ctl" -D "$dir/pg/data" -w -t 60 -l "$dir/pg/log" -o "-k $dir/pg -c listen_addresses='' -c fsync=${postgres_fsync:-off} ${postgres_options:-}" start >/dev/null || fail "PostgreSQL: $(tail -5 "$dir/pg/log")"; }
+try_postgres() { as_server "$postgres_bin/pg_ctl" -D "$dir/pg/data" -w -t 60 -l "$dir/pg/log" -o "-k $dir/pg -c listen_addresses='' -c fsync=${postgres_fsync:-off} ${postgres_options:-}" start >/dev/null 2>&1; }
+run_postgres() { try_postgres || fail "PostgreSQL: $(tail -5 "$dir/pg/log")"; }
 kill_postgres() { stop_postgres immediate; }
 stop_postgres() { as_server "$postgres_bin/pg_ctl" -D "$dir/pg/data" -m "${1:-fast}" -w stop >/dev/null 2>&1; }
 sql() { psql -X -q -A -t -v ON_ERROR_STOP=1 -h "$dir/pg" -U relay prism -c "$1"; }
@@ -32,10 +33,9 @@ sql_above() { [ "$(sql "$1" 2>/dev/null || echo 0)" -gt "$2" ]; }
 
 # relay_config [MEMBERS]: $dir/relay.json for the sockets in $dir, into the server of start_postgres unless MEMBERS say otherwise.
 relay_config() {
-  cat >"$dir/relay.json" <<END
-{"site": "lab", "instances": "$dir/", "status_file": "status.json"
- ${1:-, \"postgresql\": {\"connection\": \"host=$dir/pg dbname=prism user=relay\"}}}
-END
+  local members=${1:-}
+  [ -n "$members" ] || members=", \"postgresql\": {\"connection\": \"host=$dir/pg dbname=prism user=relay\"}"
+  echo "{\"site\": \"lab\", \"instances\": \"$dir/\", \"status_file\": \"status.json\" $members}" >"$dir/relay.json"
 }
 start_relay() { start relay prismrelay "$dir/relay.json"; relay=$pid; }
 relay_says() { prismrelay --status --json "$dir/relay.json" | jq -r "$1"; }

@@ -13,6 +13,7 @@
 #include "tools/client/connection.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismctl/axes_view.hpp"
+#include "tools/prismctl/metrics.hpp"
 #include "tools/prismctl/rows.hpp"
 #include "tools/prismctl/text_view.hpp"
 #include "tools/prismctl/watch.hpp"
@@ -143,6 +144,12 @@ int run(int argc, char** argv) {
     const auto path = client::find_socket(choice.socket, choice.name);
     code = path ? rows(*path, wanted) : fail(path.error());
   });
+  std::string file;
+  auto* exposition = app.add_subcommand("metrics", "the state of every instance of this host as Prometheus' text");
+  exposition->add_option("--file", file, "write it there, as a whole: a file .prom of node_exporter's textfile folder");
+  tools::add_examples(*exposition,
+                      {"prismctl metrics", "prismctl metrics --file /var/lib/prometheus/node-exporter/prism.prom"});
+  exposition->callback([&] { code = metrics(choice.socket, choice.name, file); });
   auto* reload = app.add_subcommand("reload", "read the configuration and the models again");
   tools::add_examples(*reload, {"prismctl reload"});
   reload->callback([&] {

@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 using std::chrono_literals::operator""s;
 
-constexpr unsigned kStatusEvery_s = 5;
+constexpr unsigned kStatusEvery_s = 5, kRetryEvery_s = 3;
 
 std::string line_of(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
 
@@ -113,6 +113,7 @@ void LiveLoop::tell_offline(const std::string& name, const std::set<std::string>
 void LiveLoop::once_a_second() {
   state_.progress(kLoop);
   look_around();
+  if (mqtt_ && second_ % kRetryEvery_s == 0) mqtt_->retry();
   for (auto& [gyro, source] : sources_) {
     if (second_ % kStatusEvery_s != 0 || !source.instance->running()) continue;
     if (std::exchange(source.asked, true)) {

@@ -4,13 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
 #include <utility>
 
 namespace prism::prismrelay {
 namespace {
 
 constexpr const char* kBroker = "mqtt";
-constexpr int kKeepAlive_s = 15, kAtLeastOnce = 1;
+constexpr int kKeepAlive_s = 15, kAtLeastOnce = 1, kRound_ms = 1000;
+constexpr int kLongestPause_s = 5;  // between two attempts; an end waits as long
 
 }  // namespace
 
@@ -21,40 +25,42 @@ bool is_topic_part(const std::string& name) {
 }
 
 Mqtt::Mqtt(const MqttSettings& settings, const std::string& site, RelayState& state)
-    : base_(settings.prefix + "/" + site + "/"), state_(state) {
+    : settings_(settings), base_(settings.prefix + "/" + site + "/"), state_(state) {
   mosquitto_lib_init();
   client_.reset(mosquitto_new(settings.client_id.c_str(), true, this));
   last_["relay"] = {"online", true};
-  if (client_) begin(settings);
+  retry();
 }
 
 // Everything that can be refused before the broker is asked is told as the broker's refusals are.
-void Mqtt::begin(const MqttSettings& settings) {
+void Mqtt::retry() {
+  if (began_ || !client_) return;
   mosquitto* const client = client_.get();
   const auto fails = [&](int code, const std::string& what) {
     if (code == MOSQ_ERR_SUCCESS) return false;
     state_.down(kBroker, fmt::format("mqtt: {}: {}", what, mosquitto_strerror(code)));
     return true;
   };
-  if (!settings.user.empty()) {
+  if (!settings_.user.empty()) {
     std::string password;
-    if (!settings.password_file.empty()) {
-      auto read = read_password(settings.password_file);
+    if (!settings_.password_file.empty()) {
+      auto read = read_password(settings_.password_file);
       if (!read) return state_.down(kBroker, "mqtt: " + read.error().text());
       password = std::move(*read);
     }
-    mosquitto_username_pw_set(client, settings.user.c_str(), password.empty() ? nullptr : password.c_str());
+    mosquitto_username_pw_set(client, settings_.user.c_str(), password.empty() ? nullptr : password.c_str());
   }
-  if (settings.tls) {
+  if (settings_.tls) {
     const auto text = [](const std::string& path) { return path.empty() ? nullptr : path.c_str(); };
-    if (fails(mosquitto_tls_set(client, text(settings.ca_file), nullptr, text(settings.cert_file),
-                                text(settings.key_file), nullptr),
-              settings.ca_file))
+    if (fails(mosquitto_tls_set(client, text(settings_.ca_file), nullptr, text(settings_.cert_file),
+                                text(settings_.key_file), nullptr),
+              settings_.ca_file))
       return;
   }
   const std::string will = "offline";
   mosquitto_will_set(client, (base_ + "relay").c_str(), static_cast<int>(will.size()), will.data(), kAtLeastOnce, true);
-  mosquitto_reconnect_delay_set(client, 1, 30, true);
+  mosquitto_threaded_set(client, true);
+  mosquitto_reconnect_delay_set(client, 1, kLongestPause_s, true);
   mosquitto_max_inflight_messages_set(client, 100);
   mosquitto_connect_callback_set(client,
                                  [](mosquitto*, void* self, int code) { static_cast<Mqtt*>(self)->connected(code); });
@@ -68,11 +74,22 @@ void Mqtt::begin(const MqttSettings& settings) {
     }
     own.state_.committed(kBroker);
   });
-  // A broker that is not there yet is tried again by the library's thread.
-  const int code = mosquitto_connect_async(client, settings.host.c_str(), settings.port, kKeepAlive_s);
-  if (code != MOSQ_ERR_SUCCESS)
-    state_.down(kBroker, fmt::format("mqtt: {}:{}: {}", settings.host, settings.port, mosquitto_strerror(code)));
-  if (!fails(mosquitto_loop_start(client), "thread")) began_ = true;
+  began_ = true;
+  thread_ = std::thread([this] { loop(); });
+}
+
+// The library's own thread ends for good at a name that is not found, or at a fault of TLS: neither has to last.
+void Mqtt::loop() {
+  mosquitto* const client = client_.get();
+  int code = mosquitto_connect_async(client, settings_.host.c_str(), settings_.port, kKeepAlive_s);
+  while (!ending_) {
+    if (code == MOSQ_ERR_SUCCESS) code = mosquitto_loop_forever(client, kRound_ms, 1);
+    if (ending_ || code == MOSQ_ERR_SUCCESS) break;
+    const char* const why = code == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(code);
+    state_.down(kBroker, fmt::format("mqtt: {}:{}: {}", settings_.host, settings_.port, why));
+    for (int i = 0; i < kLongestPause_s && !ending_; ++i) std::this_thread::sleep_for(std::chrono::seconds(1));
+    code = mosquitto_reconnect(client);
+  }
 }
 
 Mqtt::~Mqtt() {
@@ -87,8 +104,9 @@ void Mqtt::finish() {
     const std::lock_guard lock(mutex_);
     if (up_) send("relay", "offline", true);
   }
+  ending_ = true;
   mosquitto_disconnect(client_.get());
-  mosquitto_loop_stop(client_.get(), false);
+  thread_.join();
 }
 
 void Mqtt::connected(int code) {

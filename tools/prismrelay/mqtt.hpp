@@ -4,18 +4,20 @@
 
 #include <mosquitto.h>
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 
 #include "tools/prismrelay/settings.hpp"
 #include "tools/prismrelay/state.hpp"
 
 namespace prism::prismrelay {
 
-/// One connection, on the library's own thread; reconnects for ever. QoS 1. Under PREFIX/SITE/relay stands "online",
+/// One connection, on a thread of its own; reconnects for ever. QoS 1. Under PREFIX/SITE/relay stands "online",
 /// or, by the broker's own hand when we are gone, "offline" (retained).
 class Mqtt {
  public:
@@ -24,6 +26,8 @@ class Mqtt {
   Mqtt(const Mqtt&) = delete;
   Mqtt& operator=(const Mqtt&) = delete;
 
+  /// Where the connection could not even be begun (no password to be read, no certificate): tries again.
+  void retry();
   /// The last value of a topic is kept, and told again when the broker is there again. `topic` goes behind
   /// PREFIX/SITE/.
   void publish_last(const std::string& topic, const std::string& text, bool retained);
@@ -42,11 +46,12 @@ class Mqtt {
   };
   static constexpr int kMostInFlight = 1000;  ///< messages that the broker has not acknowledged
 
-  void begin(const MqttSettings& settings);
+  void loop();
   void connected(int code);
   void disconnected(int code);
   bool send(const std::string& topic, const std::string& text, bool retained);
 
+  const MqttSettings settings_;
   const std::string base_;  ///< PREFIX/SITE/
   RelayState& state_;
   std::unique_ptr<mosquitto, Free> client_;
@@ -54,6 +59,8 @@ class Mqtt {
   std::map<std::string, Last> last_;
   int in_flight_ = 0;
   bool up_ = false, began_ = false;
+  std::atomic<bool> ending_ = false;
+  std::thread thread_;
 };
 
 /// Whether a name may stand between the '/' of a topic: no wildcard, no '/', no NUL, something at all.

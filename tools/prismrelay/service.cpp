@@ -15,6 +15,7 @@
 #include "tools/prismrelay/ledger_loop.hpp"
 #include "tools/prismrelay/live_loop.hpp"
 #include "tools/prismrelay/options.hpp"
+#include "tools/prismrelay/relay_metrics.hpp"
 #include "tools/prismrelay/report.hpp"
 #include "tools/prismrelay/schema.hpp"
 
@@ -41,6 +42,7 @@ class Reporter {
   void round() {
     const RelayState::View view = state_.view();
     if (rounds_++ % kStatusEvery == 0) write_status(view);
+    if (settings_.metrics && host_time_s() - measured_s_ >= settings_.metrics->every_s) write_metrics(view);
     if (std::string now = summary(view); now != shown_) config::notify_status(shown_ = std::move(now));
     if (watchdog_ && state_.all_progress(2, kPatience)) config::notify_watchdog();
   }
@@ -53,11 +55,20 @@ class Reporter {
     fault_ = why;
   }
 
+  void write_metrics(const RelayState::View& view) {
+    measured_s_ = host_time_s();
+    const auto written = metrics::write_exposition(settings_.metrics->file, metrics_text(view));
+    const std::string why = written ? "" : written.error().text();
+    if (why != metrics_fault_ && !why.empty()) say(Level::kWarning, "the metrics cannot be written: " + why);
+    metrics_fault_ = why;
+  }
+
   const Settings& settings_;
   const RelayState& state_;
   const bool watchdog_ = config::watchdog_half_us() > 0;
   unsigned rounds_ = 0;
-  std::string shown_, fault_;
+  double measured_s_ = 0;
+  std::string shown_, fault_, metrics_fault_;
 };
 
 int show_status(const Settings& settings, bool as_json) {

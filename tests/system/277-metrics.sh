@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: MIT
+# The metrics of a real gyro and of the relay: Prometheus' own tools find nothing to blame, its alerts mean what they say, and a real
+# Prometheus scrapes them from a real node_exporter.
+. "$(dirname "$0")/lib.sh"
+. "$(dirname "$0")/servers.sh"
+cd "$dir"
+frames 50
+config
+start_sim --profile steady
+start_prismd
+wait_for 10 field_above .log.rows status 2
+prismctl metrics >all
+contains "the gyro" "$(cat all)" 'prism_line_receiving{gyro="gyro"} 1'
+contains "its rate" "$(cat all)" 'prism_rate_degrees_per_hour{gyro="gyro",axis="z"} 8.'
+prismctl metrics --file prism.prom
+same "in a file" "$(grep -c '' prism.prom)" "$(grep -c '' all)"
+same "mode of the file" "$(stat -c %a prism.prom)" 644
+code=0; prismctl metrics --file /nowhere/x.prom 2>refused.err || code=$?
+same "exit code without a folder" "$code" 1
+same "lines of the refusal" "$(wc -l <refused.err)" 1
+command -v promtool >/dev/null || skip "no prometheus is installed here (tools/setup); the rest was tried"
+same "what promtool says of the text" "$(promtool check metrics <all 2>&1)" ""
+promtool check rules "$PRISM_SOURCE/config/prometheus/prism.rules.yml" >rules.out || fail "$(cat rules.out)"
+promtool test rules "$PRISM_SOURCE/tests/metrics/prism.rules.test.yml" >rules.out 2>&1 || fail "$(cat rules.out)"
+
+# The relay writes the same for node_exporter's folder; a gyro that goes is down, and has no number left.
+mkdir textfiles
+port=$(free_port)
+relay_config ", \"metrics\": {\"file\": \"textfiles/prism.prom\", \"every_s\": 1}, \"postgresql\": {\"connection\": \"host=127.0.0.1 port=1 dbname=x\"}"
+start_relay
+has() { grep -qF "$1" textfiles/prism.prom; }
+wait_for 15 has 'prism_up{gyro="lab/gyro"} 1'
+wait_for 15 has 'prism_relay_target_up{target="postgresql"} 0'
+same "what promtool says of the relay's" "$(promtool check metrics <textfiles/prism.prom 2>&1)" ""
+start exporter prometheus-node-exporter --web.listen-address="127.0.0.1:$port" --collector.disable-defaults --collector.textfile --collector.textfile.directory="$dir/textfiles"
+other=$(free_port)
+cat >prometheus.yml <<END
+global: {scrape_interval: 1s, evaluation_interval: 1s}
+rule_files: ["$PRISM_SOURCE/config/prometheus/prism.rules.yml"]
+scrape_configs: [{job_name: gyros, static_configs: [{targets: ["127.0.0.1:$port"]}]}]
+END
+start prometheus prometheus --config.file=prometheus.yml --storage.tsdb.path="$dir/tsdb" --web.listen-address="127.0.0.1:$other"
+found() { curl -s -G "http://127.0.0.1:$other/api/v1/query" --data-urlencode "query=$1" | jq -r '.data.result[0].value[1] // "nothing"'; }
+found_is() { [ "$(found "$1")" = "$2" ]; }
+wait_for 30 found_is 'prism_line_receiving{gyro="lab/gyro"}' 1
+wait_for 10 found_is 'count(prism_rate_degrees_per_hour) > 0' 1
+kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
+wait_for 15 found_is 'prism_up{gyro="lab/gyro"}' 0
+wait_for 15 found_is 'count(prism_rate_degrees_per_hour)' nothing
+wait_for 15 found_is 'ALERTS{alertname="PrismDown"}' 1

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+// Prometheus' text: the whole of a small one, written by hand, and what a gyro's answers become.
+#include "tools/metrics/exposition.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "tests/support/shared_files.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tools/metrics/gyro_metrics.hpp"
+
+namespace prism::metrics {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr Family kRate{"prism_rate", Type::kGauge, "A \\ rate\nof it."};
+constexpr Family kCount{"prism_count_total", Type::kCounter, "A count."};
+
+TEST(Exposition, AFamilyStandsTogetherWhateverTheOrder) {
+  Exposition out;
+  out.add(kRate, {{"gyro", "a"}}, 0.1);
+  out.add(kCount, {}, 12345678901234567.0);
+  out.add(kRate, {{"gyro", "q\"\\\n"}, {"axis", "x"}}, -2);
+  out.add(kRate, {}, std::nan(""));
+  out.add(kRate, {}, INFINITY);
+  EXPECT_EQ(
+      out.text(),
+      "# HELP prism_count_total A count.\n# TYPE prism_count_total counter\nprism_count_total 1.2345678901234568e+16\n"
+      "# HELP prism_rate A \\\\ rate\\nof it.\n# TYPE prism_rate gauge\nprism_rate{gyro=\"a\"} 0.1\n"
+      "prism_rate{gyro=\"q\\\"\\\\\\n\",axis=\"x\"} -2\n");
+}
+
+TEST(Exposition, IsWrittenAsAWholeForEverybody) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.file("prism.prom");
+  ASSERT_TRUE(write_exposition(path, "one\n"));
+  ASSERT_TRUE(write_exposition(path, "two\n"));
+  EXPECT_EQ(test::read_file(path), "two\n");
+  struct stat facts {};
+  ASSERT_EQ(::stat(path.c_str(), &facts), 0);
+  EXPECT_EQ(facts.st_mode & 0777, 0644u);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.file("")), {}), 1);
+  EXPECT_FALSE(write_exposition(folder.file("no/such/folder.prom"), "x"));
+}
+
+json status_of(const std::string& quality) {
+  return {{"state", "receiving"},
+          {"axis", "z"},
+          {"quality", quality},
+          {"age_s", 0.25},
+          {"started_s", 1000.5},
+          {"line", {{"frames", 7}, {"bad_check", 2}}},
+          {"timing", {{"missing_frames", 3}, {"resets", 1}}},
+          {"window", {{"rate_deg_per_h", 8.5}, {"bias_deg_per_h", nullptr}}},
+          {"log", {{"rows", 10}, {"dropped", 0}, {"followers", {{"relay", {{"lost_rows", 4}}}}}}},
+          {"sensors", {{"case", {{"value", 23.5}, {"unit", "degC"}}}, {"anode", {{"value", nullptr}, {"unit", "V"}}}}}};
+}
+
+std::string text_of(const GyroAnswers& answers) {
+  Exposition out;
+  add_gyro(out, "gyro1", answers);
+  return out.text();
+}
+
+TEST(GyroMetrics, WhatIsKnownHasASampleAndWhatIsNotHasNone) {
+  const std::string text = text_of({status_of("warming+implausible"), {}, {}});
+  for (const char* line : {"prism_up{gyro=\"gyro1\"} 1\n", "prism_line_receiving{gyro=\"gyro1\"} 1\n",
+                           "prism_rate_degrees_per_hour{gyro=\"gyro1\",axis=\"z\"} 8.5\n",
+                           "prism_quality_good{gyro=\"gyro1\",axis=\"z\"} 0\n",
+                           "prism_quality_reason{gyro=\"gyro1\",axis=\"z\",reason=\"warming\"} 1\n",
+                           "prism_quality_reason{gyro=\"gyro1\",axis=\"z\",reason=\"implausible\"} 1\n",
+                           "prism_line_refused_total{gyro=\"gyro1\",reason=\"bad_check\"} 2\n",
+                           "prism_log_follower_lost_rows_total{gyro=\"gyro1\",follower=\"relay\"} 4\n",
+                           "prism_sensor_celsius{gyro=\"gyro1\",sensor=\"case\"} 23.5\n"})
+    EXPECT_THAT(text, HasSubstr(line));
+  for (const char* absent : {"prism_bias_degrees", "prism_sensor_volts", "null", "nan"})
+    EXPECT_THAT(text, Not(HasSubstr(absent)));
+  EXPECT_THAT(text_of({status_of("good"), {}, {}}), Not(HasSubstr("prism_quality_reason")));
+}
+
+TEST(GyroMetrics, AGyroThatDoesNotAnswerIsDownAndNothingElse) {
+  const std::string text = text_of({});
+  EXPECT_THAT(text, HasSubstr("prism_up{gyro=\"gyro1\"} 0\n"));
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
+}
+
+TEST(GyroMetrics, EachAxisHasItsOwn) {
+  json status = status_of("good");
+  const json own = {{"quality", "good"}, {"window", {{"rate_deg_per_h", 1}}}};
+  status.erase("axis");
+  status["axes"] = {{"x", own}, {"y", own}};
+  const std::string text = text_of({status, {}, {{"y", {{"raw", {{"sd_deg_per_h", 0.02}}}}}}});
+  EXPECT_THAT(text, HasSubstr("prism_rate_degrees_per_hour{gyro=\"gyro1\",axis=\"x\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("prism_rate_degrees_per_hour{gyro=\"gyro1\",axis=\"y\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("prism_stability_degrees_per_hour{gyro=\"gyro1\",axis=\"y\",of=\"raw\"} 0.02\n"));
+  EXPECT_THAT(text, Not(HasSubstr("axis=\"x\",of")));
+}
+
+}  // namespace
+}  // namespace prism::metrics

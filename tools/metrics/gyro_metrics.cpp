@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+#include "tools/metrics/gyro_metrics.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <limits>
+
+namespace prism::metrics {
+namespace {
+
+using nlohmann::json;
+
+constexpr Family kUp{"prism_up", Type::kGauge, "Whether the gyro's prismd answers."};
+constexpr Family kInfo{"prism_info", Type::kGauge, "What runs: version, frame description, serial number."};
+constexpr Family kStart{"prism_start_time_seconds", Type::kGauge, "When prismd started, since 1970."};
+constexpr Family kReceiving{"prism_line_receiving", Type::kGauge, "Whether the line delivers frames."};
+constexpr Family kAge{"prism_last_data_age_seconds", Type::kGauge, "Since the last bytes of the line came."};
+constexpr Family kSessions{"prism_line_sessions_total", Type::kCounter, "How often the line began to deliver."};
+constexpr Family kBytes{"prism_line_bytes_total", Type::kCounter, "Bytes that came."};
+constexpr Family kFrames{"prism_line_frames_total", Type::kCounter, "Frames that were read."};
+constexpr Family kRefused{"prism_line_refused_total", Type::kCounter, "Frames and bytes that were refused, by reason."};
+constexpr Family kMissing{"prism_frames_missing_total", Type::kCounter,
+                          "Frames that the gyro sent and that did not come."};
+constexpr Family kResets{"prism_clock_resets_total", Type::kCounter,
+                         "How often the gyro's counter began anew, or a clock was set."};
+constexpr Family kHardware{"prism_line_hardware_errors_total", Type::kCounter,
+                           "Errors that the serial driver counted, by kind."};
+constexpr Family kGood{"prism_quality_good", Type::kGauge, "Whether the correction in force is good."};
+constexpr Family kReason{"prism_quality_reason", Type::kGauge, "Why the quality is not good: each reason that holds."};
+constexpr Family kRate{"prism_rate_degrees_per_hour", Type::kGauge, "Mean rate of the last second, as measured."};
+constexpr Family kBias{"prism_bias_degrees_per_hour", Type::kGauge, "Predicted bias in force."};
+constexpr Family kSd{"prism_bias_sd_degrees_per_hour", Type::kGauge, "Standard deviation of true less predicted bias."};
+constexpr Family kCorrected{"prism_corrected_rate_degrees_per_hour", Type::kGauge,
+                            "Mean rate of the last second less the bias."};
+constexpr Family kMean{"prism_mean_corrected_rate_degrees_per_hour", Type::kGauge,
+                       "Mean rate of the window less the bias."};
+constexpr Family kTemperature{"prism_temperature_celsius", Type::kGauge, "Mean temperature of the window."};
+constexpr Family kSlope{"prism_temperature_slope_celsius_per_second", Type::kGauge,
+                        "Slope of the temperature over the window."};
+constexpr Family kUhfo{"prism_uhfo_volts", Type::kGauge,
+                       "Mean voltage of the high-frequency oscillator over the window."};
+constexpr Family kModel{"prism_model_info", Type::kGauge, "The model in force: kind, name, id."};
+constexpr Family kStability{"prism_stability_degrees_per_hour", Type::kGauge,
+                            "Standard deviation of means of a block, since the start: raw and corrected."};
+constexpr Family kRows{"prism_log_rows_total", Type::kCounter, "Rows of the log that were written."};
+constexpr Family kDropped{"prism_log_dropped_rows_total", Type::kCounter, "Rows that the disk did not take."};
+constexpr Family kPending{"prism_log_pending_rows", Type::kGauge, "Rows that wait for the disk."};
+constexpr Family kCapture{"prism_capture_dropped_bytes_total", Type::kCounter,
+                          "Bytes of the capture that the disk did not take."};
+constexpr Family kFollower{"prism_log_follower_lost_rows_total", Type::kCounter,
+                           "Rows that retention deleted before the follower had them."};
+constexpr Family kClients{"prism_clients", Type::kGauge, "Clients that are connected."};
+constexpr Family kClientRows{"prism_client_lost_rows_total", Type::kCounter, "Rows that slow clients lost."};
+constexpr Family kSensorLine{"prism_sensor_line_receiving", Type::kGauge, "Whether an instrument's line delivers."};
+constexpr Family kMade{"prism_metrics_timestamp_seconds", Type::kGauge, "When these metrics were made, since 1970."};
+
+struct SensorUnit {
+  const char* unit;
+  Family family;
+};
+constexpr std::array kSensors = {
+    SensorUnit{"degC", {"prism_sensor_celsius", Type::kGauge, "A sensor of the device or of an instrument."}},
+    SensorUnit{"V", {"prism_sensor_volts", Type::kGauge, "A sensor of the device or of an instrument."}},
+    SensorUnit{"A", {"prism_sensor_amperes", Type::kGauge, "A sensor of the device or of an instrument."}},
+    SensorUnit{"mA", {"prism_sensor_milliamperes", Type::kGauge, "A sensor of the device or of an instrument."}},
+    SensorUnit{"Pa", {"prism_sensor_pascals", Type::kGauge, "A sensor of the device or of an instrument."}},
+    SensorUnit{"g", {"prism_sensor_g", Type::kGauge, "A sensor of the device or of an instrument."}},
+};
+
+const json& at(const json& object, const char* key) {
+  static const json nothing;
+  if (!object.is_object()) return nothing;
+  const auto found = object.find(key);
+  return found == object.end() ? nothing : *found;
+}
+
+double value_of(const json& value) {
+  if (value.is_boolean()) return value.get<bool>() ? 1 : 0;
+  return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string text_of(const json& value) { return value.is_string() ? value.get<std::string>() : ""; }
+
+class GyroWriter {
+ public:
+  GyroWriter(Exposition& exposition, const std::string& gyro) : out_(exposition), labels_{{"gyro", gyro}} {}
+
+  void put(const Family& family, const json& value) const { out_.add(family, labels_, value_of(value)); }
+  void put(const Family& family, const Labels& more, double value) const { out_.add(family, with(more), value); }
+  GyroWriter of_axis(const std::string& axis) const {
+    GyroWriter own = *this;
+    own.labels_.emplace_back("axis", axis);
+    return own;
+  }
+
+ private:
+  Labels with(const Labels& more) const {
+    Labels all = labels_;
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  Exposition& out_;
+  Labels labels_;
+};
+
+void add_line(const GyroWriter& gyro, const json& status, const json& line) {
+  gyro.put(kReceiving, text_of(at(status, "state")) == "receiving");
+  gyro.put(kAge, at(status, "age_s"));
+  gyro.put(kSessions, at(status, "sessions"));
+  const json& counters = at(status, "line");
+  gyro.put(kBytes, at(counters, "bytes"));
+  gyro.put(kFrames, at(counters, "frames"));
+  for (const char* reason :
+       {"bad_check", "bad_length", "bad_body", "skipped_bytes", "timeouts", "unconfirmed", "out_of_range"})
+    gyro.put(kRefused, {{"reason", reason}}, value_of(at(counters, reason)));
+  const json& timing = at(status, "timing");
+  gyro.put(kMissing, at(timing, "missing_frames"));
+  gyro.put(kResets, at(timing, "resets"));
+  for (const char* kind : {"framing_errors", "parity_errors", "overruns", "breaks", "buffer_overruns"})
+    gyro.put(kHardware, {{"kind", kind}}, value_of(at(at(line, "hardware"), kind)));
+  for (const auto& [name, own] : at(status, "sensor_lines").items())
+    gyro.put(kSensorLine, {{"line", name}}, text_of(at(own, "state")) == "receiving");
+}
+
+void add_quality(const GyroWriter& axis, const std::string& quality) {
+  axis.put(kGood, quality == "good");
+  for (std::size_t begin = 0; begin < quality.size() && quality != "good";) {
+    const std::size_t end = std::min(quality.find('+', begin), quality.size());
+    axis.put(kReason, {{"reason", quality.substr(begin, end - begin)}}, 1);
+    begin = end + 1;
+  }
+}
+
+void add_axis(const GyroWriter& axis, const json& own, const json& stability) {
+  add_quality(axis, text_of(at(own, "quality")));
+  const json& window = at(own, "window");
+  axis.put(kRate, at(window, "rate_deg_per_h"));
+  axis.put(kBias, at(window, "bias_deg_per_h"));
+  axis.put(kSd, at(window, "sd_deg_per_h"));
+  axis.put(kCorrected, at(window, "corrected_deg_per_h"));
+  axis.put(kMean, at(window, "corrected_mean_deg_per_h"));
+  axis.put(kTemperature, at(window, "mean_temperature_degc"));
+  axis.put(kSlope, at(window, "slope_degc_per_s"));
+  axis.put(kUhfo, at(window, "mean_uhfo_v"));
+  if (const json& model = at(own, "model"); model.is_object())
+    axis.put(kModel,
+             {{"kind", text_of(at(model, "kind"))},
+              {"name", text_of(at(model, "name"))},
+              {"id", text_of(at(model, "id")).substr(0, 16)}},
+             1);
+  for (const char* of : {"raw", "corrected"})
+    axis.put(kStability, {{"of", of}}, value_of(at(at(stability, of), "sd_deg_per_h")));
+}
+
+void add_log(const GyroWriter& gyro, const json& status) {
+  const json& log = at(status, "log");
+  gyro.put(kRows, at(log, "rows"));
+  gyro.put(kDropped, at(log, "dropped"));
+  gyro.put(kPending, at(log, "pending"));
+  gyro.put(kCapture, at(at(status, "capture"), "dropped_bytes"));
+  const auto add = [](const GyroWriter& own, const std::string& name, const json& follower) {
+    own.put(kFollower, {{"follower", name}}, value_of(at(follower, "lost_rows")));
+  };
+  for (const auto& [name, own] : at(log, "followers").items()) {
+    if (!at(own, "lost_rows").is_null()) {
+      add(gyro, name, own);
+    } else {  // by axis
+      for (const auto& [follower, its] : own.items()) add(gyro.of_axis(name), follower, its);
+    }
+  }
+  gyro.put(kClients, at(at(status, "clients"), "connected"));
+  gyro.put(kClientRows, at(at(status, "clients"), "lost_rows"));
+}
+
+void add_sensors(const GyroWriter& gyro, const json& sensors) {
+  for (const auto& [name, own] : sensors.items()) {
+    const std::string unit = text_of(at(own, "unit"));
+    const auto family =
+        std::find_if(kSensors.begin(), kSensors.end(), [&](const SensorUnit& s) { return s.unit == unit; });
+    if (family != kSensors.end()) gyro.put(family->family, {{"sensor", name}}, value_of(at(own, "value")));
+  }
+}
+
+}  // namespace
+
+void add_gyro(Exposition& exposition, const std::string& name, const GyroAnswers& answers) {
+  const GyroWriter gyro(exposition, name);
+  const json& status = answers.status;
+  gyro.put(kUp, status.is_object());
+  if (!status.is_object()) return;
+  gyro.put(kInfo,
+           {{"version", text_of(at(status, "version"))},
+            {"frames", text_of(at(status, "frames"))},
+            {"serial", text_of(at(status, "gyro_serial"))}},
+           1);
+  gyro.put(kStart, at(status, "started_s"));
+  add_line(gyro, status, answers.line);
+  add_log(gyro, status);
+  add_sensors(gyro, at(status, "sensors"));
+  const json& axes = at(status, "axes");
+  if (!axes.is_object()) {
+    const std::string axis = text_of(at(status, "axis"));
+    return add_axis(gyro.of_axis(axis.empty() ? "z" : axis), status, answers.stability);
+  }
+  for (const auto& [axis, own] : axes.items()) add_axis(gyro.of_axis(axis), own, at(answers.stability, axis.c_str()));
+}
+
+void add_time(Exposition& exposition, double time_s) { exposition.add(kMade, {}, time_s); }
+
+}  // namespace prism::metrics
