@@ -39,6 +39,13 @@ LedgerLoop::LedgerLoop(const Settings& settings, RelayState& state)
   traffic_.state = &state_;
   traffic_.follower = settings.postgresql->follower;
   traffic_.gathered = [this] { gathered(); };
+  traffic_.freed = [this] {
+    if (std::exchange(asking_, true)) return;
+    boost::asio::post(context_, [this] {
+      asking_ = false;
+      each_log([](RowFollower& log) { log.ask(); });
+    });
+  };
 }
 
 void LedgerLoop::run() {

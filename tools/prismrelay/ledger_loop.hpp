@@ -56,7 +56,7 @@ class LedgerLoop {
   std::map<std::string, Source> sources_;
   std::chrono::milliseconds pause_;
   std::chrono::steady_clock::time_point last_talk_, days_kept_;
-  bool waiting_ = false;
+  bool waiting_ = false, asking_ = false;
 };
 
 }  // namespace prism::prismrelay

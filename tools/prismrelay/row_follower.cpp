@@ -127,7 +127,9 @@ void RowFollower::dropped() {
 }
 
 void RowFollower::give_back() {
-  if (std::exchange(large_, false)) --traffic_.large;
+  if (!std::exchange(large_, false)) return;
+  --traffic_.large;
+  traffic_.freed();
 }
 
 bool RowFollower::deaf(steady_clock::time_point now) const { return asking_ && now - asked_at_ > kDeaf; }

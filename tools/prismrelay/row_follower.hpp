@@ -21,6 +21,7 @@ struct RowTraffic {
   RelayState* state = nullptr;
   std::string follower;                  ///< the name that prismd remembers us by
   std::function<void()> gathered;        ///< something is in the batch
+  std::function<void()> freed;           ///< another large page may be asked for
   bool open = false;                     ///< the ledger takes rows
   int large = 0;                         ///< large pages on their way
   static constexpr int kMostLarge = 24;  // of 256 KiB: what a thousand that lag behind may hold of our memory
