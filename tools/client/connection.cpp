@@ -52,21 +52,30 @@ std::string unknown_name(const std::string& name, const std::vector<std::string>
 
 }  // namespace
 
-std::vector<std::string> running_sockets() {
+std::vector<std::string> listed_sockets() {
   std::vector<std::string> found;
   for (const std::string& folder : config::socket_folders()) {
     std::error_code error;
+    const std::size_t before = found.size();
     for (const auto& entry : fs::directory_iterator(folder, error)) {
-      if (entry.path().extension() != ".sock") continue;
-      if (config::would_start(entry.path().string())) {
-        found.push_back(entry.path().string());
-        continue;
-      }
-      const int fd = connect_to(entry.path().string());
-      if (fd < 0 && errno != EACCES) continue;  // one that we may not enter is running all the same
-      if (fd >= 0) ::close(fd);
-      found.push_back(entry.path().string());
+      if (entry.path().extension() == ".sock") found.push_back(entry.path().string());
     }
+    std::sort(found.begin() + static_cast<std::ptrdiff_t>(before), found.end());
+  }
+  return found;
+}
+
+std::vector<std::string> running_sockets() {
+  std::vector<std::string> found;
+  for (const std::string& path : listed_sockets()) {
+    if (config::would_start(path)) {
+      found.push_back(path);
+      continue;
+    }
+    const int fd = connect_to(path);
+    if (fd < 0 && errno != EACCES) continue;  // one that we may not enter is running all the same
+    if (fd >= 0) ::close(fd);
+    found.push_back(path);
   }
   std::sort(found.begin(), found.end());
   return found;

@@ -11,6 +11,9 @@
 
 namespace prism::client {
 
+/// Sockets in config::socket_folders(), in the order of the folders, whether somebody answers there or not.
+std::vector<std::string> listed_sockets();
+
 /// Sockets of daemons in config::socket_folders(): those that answer, and those at which systemd starts one for who
 /// connects (none is started here).
 std::vector<std::string> running_sockets();

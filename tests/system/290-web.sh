@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+# prismweb beside a real prismd: who gets in, what passes, every sample to two clients at 1000 frames/s, one that reads nothing, and
+# prismd restarted while they look.
+. "$(dirname "$0")/lib.sh"
+PATH=$PRISM_BIN/tools/prismweb:$PATH
+python=
+for candidate in /usr/bin/python3 python3; do ! "$candidate" -c 'import websockets' 2>/dev/null || { python=$candidate; break; }; done
+[ -n "$python" ] || skip "no python3-websockets here (tools/setup installs it)"
+cd "$dir"
+export XDG_RUNTIME_DIR=$dir
+frames 1000
+jq '.name = "<script>alert(1)</script>"' "$PRISM_SOURCE/config/models/tao2019-model2.json" >script.json
+config
+jq --arg model "$dir/script.json" '.model = $model' gyro.json >other.json && mv other.json gyro.json
+start_sim --profile steady --hours 1
+start_prismd
+
+# An address that others reach is refused without TLS and passwords; so is one that is none.
+code=0; prismweb --listen 0.0.0.0:0 2>refused || code=$?
+same "exit code of an open address" "$code" 78
+contains "an open address" "$(cat refused)" '0.0.0.0: is not of this host alone, expected "tls" and "passwords"'
+code=0; prismweb --listen lab:80 2>refused || code=$?
+same "exit code of a name" "$code" 64
+
+mkdir -p page/.git
+echo "<!DOCTYPE html><title>prism</title>" >page/index.html
+touch page/.git/config
+start web prismweb --listen 127.0.0.1:0 --page page --instance "$PRISM_SOCKET"
+web=$pid
+wait_for 5 grep -q token= web.out
+url=$(sed 's/#.*//' web.out)
+token=$(sed 's/.*#token=//' web.out)
+port=$(sed 's|.*:\([0-9]*\)/#.*|\1|' web.out)
+same "the token's file" "$(cat "prismweb-$port.token")" "$token"
+same "mode of the token's file" "$(stat -c %a "prismweb-$port.token")" 600
+client() { "$python" "$PRISM_SOURCE/tests/system/web_client.py" "ws://127.0.0.1:$port/ws" "$@"; }
+status() { curl -s -o /dev/null -w '%{http_code}' "$@"; }
+api() { curl -s -H "Authorization: Bearer $token" "${url}api/$1"; }
+running() { [ "$(api instances | jq -r '.[0].state')" = running ]; }
+wait_for 5 running
+
+# Who gets in.
+same "the page without a token" "$(status "$url")" 200
+same "without a token" "$(status "${url}api/instances")" 401
+same "a wrong token" "$(status -H "Authorization: Bearer x$token" "${url}api/instances")" 401
+same "/metrics without a token" "$(status "${url}metrics")" 401
+same "another name of this host" "$(status -H 'Host: rebound.example' "$url")" 421
+same "an origin of another site" "$(status -H 'Origin: http://evil.example' "$url")" 403
+same "its own origin" "$(status -H "Origin: http://localhost:$port" "$url")" 200
+same "a WebSocket with a wrong token" "$(client wrong hello)" "closed 1008"
+same "a WebSocket without one" "$(client '' hello)" "closed 1008"
+same "greeting" "$(client "$token" hello | jq -c '[.ready, .instances]')" '[true,[{"axes":["z"],"name":"gyro","state":"running"}]]'
+headers=$(curl -sI "$url")
+contains "headers" "$headers" "Content-Security-Policy: default-src 'self'; frame-ancestors 'none'"
+contains "headers" "$headers" "X-Content-Type-Options: nosniff"
+contains "headers" "$headers" "Referrer-Policy: no-referrer"
+tag=$(sed -n 's/^ETag: \(.*\)\r/\1/p' <<<"$headers")
+same "a file that did not change" "$(status -H "If-None-Match: $tag" "$url")" 304
+for target in 'x/../../../etc/passwd' '..%2f..%2fetc%2fpasswd' '.git/config' 'index.php'; do
+  same "$target" "$(status --path-as-is "$url$target")" 404
+done
+same "a header that is too long" "$(status -H "X-Long: $(head -c 9000 /dev/zero | tr '\0' x)" "$url")" 000
+same "a body" "$(status -X POST -d x=1 "$url")" 000
+
+# What passes: questions, and the text of a model as data.
+for method in reload config shutdown; do
+  contains "$method" "$(client "$token" ask $method)" "no method \\\"$method\\\""
+  same "/api/gyro/$method" "$(status -H "Authorization: Bearer $token" "${url}api/gyro/$method")" 404
+done
+same "a model's name" "$(client "$token" ask model | jq -r .result.name)" "<script>alert(1)</script>"
+same "its media type" "$(curl -s -o /dev/null -w '%{content_type}' -H "Authorization: Bearer $token" "${url}api/gyro/model")" application/json
+same "an answer of prismd" "$(client "$token" ask version | jq -c '[.jsonrpc, .id, .result.name, .instance]')" '["2.0","q","prismd","gyro"]'
+contains "wrong params are prismd's to refuse" "$(client "$token" ask history '{"seconds":0}')" '"code": -32602'
+contains "a follower's name" "$(client "$token" ask rows '{"name":"x"}')" '"code": -32602'
+contains "no such instance" "$(client "$token" ask status '{}' '<b>')" 'no instance \"<b>\"'
+same "rows" "$(client "$token" ask rows '{"limit":1}' | jq '.result.segments[0].rows | length')" 1
+same "/api of no instance" "$(status -H "Authorization: Bearer $token" "${url}api/none/bias")" 404
+
+# Two clients at 1000 frames/s, one of every tenth, and one that reads nothing.
+start deaf client "$token" deaf 20
+deaf=$pid
+for name in first second; do start $name client "$token" listen 6 1; eval "$name=$pid"; done
+start tenth client "$token" listen 6 10
+wait "$first"; wait "$second"; wait "$pid"
+for name in first second; do
+  same "$name: holes" "$(jq '[.holes, .lost, .prismd_lost]' -c $name.out)" '[0,0,0]'
+  same "$name: samples of 6 s" "$(jq '.samples > 5500 and .samples < 6500' $name.out)" true
+  same "$name: at most 25 messages a second" "$(jq '.messages_per_s > 5 and .messages_per_s <= 25' $name.out)" true
+done
+same "every tenth" "$(jq '.samples > 550 and .samples < 650 and .lost == 0' tenth.out)" true
+
+# prismd restarted: they are told, and hear again without asking.
+start follow client "$token" follow 9 follow.txt
+follow=$pid
+wait_for 5 grep -q ^window follow.txt
+kill -TERM "$prismd"; wait "$prismd"
+gone() { [ "$(api instances | jq -r '.[0].state')" = gone ]; }
+wait_for 5 gone
+same "while it is away" "$(status -H "Authorization: Bearer $token" "${url}api/gyro/bias")" 503
+start_prismd
+wait_for 5 running
+wait "$follow"
+contains "told that it went" "$(grep ^instances follow.txt)" '"state": "gone"'
+contains "windows before and after" "$(sed 's/ .*//' follow.txt | uniq | tr '\n' ' ')" "window instances window "
+
+wait "$deaf"
+same "the one that read nothing lost some, and was told" "$(jq '.lost > 0' deaf.out)" true
+[ "$(awk '/^VmHWM/{print $2}' "/proc/$web/status")" -lt 65536 ] || fail "prismweb held $(grep VmHWM "/proc/$web/status")"
+kill -TERM "$web"; wait "$web" || fail "exit code $?"
+[ ! -e "prismweb-$port.token" ] || fail "the token's file is left"
+
+# A unix socket asks for no token, but for the right host.
+start unix prismweb --page page --socket "$dir/web.sock" --instance "$PRISM_SOCKET"
+wait_for 5 test -S web.sock
+same "a unix socket" "$(curl -s --unix-socket web.sock http://localhost/api/instances | jq -r '.[0].name')" gyro
+same "another host there" "$(status --unix-socket web.sock http://evil.example/)" 421
+kill -TERM "$pid"; wait "$pid" || fail "exit code $?"
+[ ! -e web.sock ] || fail "the socket is left"

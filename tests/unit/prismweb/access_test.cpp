@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/access.hpp"
+
+#include <gtest/gtest.h>
+
+namespace prism::prismweb {
+namespace {
+
+TEST(HostList, KnowsThisHostAndWhatWasNamed) {
+  const HostList hosts("192.0.2.7", {"Lab.Example"});
+  for (const char* host : {"localhost", "localhost:8467", "127.0.0.1:1", "[::1]:8467", "[::1]", "LOCALHOST:80",
+                           "localhost.", "192.0.2.7:443", "lab.example", "lab.example.:8467"})
+    EXPECT_TRUE(hosts.allows_host(host)) << host;
+}
+
+// A page of evil.example whose name is made to resolve to 127.0.0.1 sends its own name.
+TEST(HostList, RefusesEveryOtherName) {
+  const HostList hosts("127.0.0.1", {});
+  for (const char* host : {"", "evil.example", "evil.example:8467", "localhost.evil.example",
+                           "localhost:8467@evil.example", "127.0.0.1.evil.example", "localhost:x", "localhost:12345678",
+                           "[::1", "[::1]x", "::1", "lab.example", "localhost:80 "})
+    EXPECT_FALSE(hosts.allows_host(host)) << host;
+}
+
+TEST(HostList, JudgesOriginsByTheirHost) {
+  const HostList hosts("127.0.0.1", {});
+  EXPECT_TRUE(hosts.allows_origin("")) << "no browser sent it";
+  EXPECT_TRUE(hosts.allows_origin("http://localhost:8467"));
+  EXPECT_TRUE(hosts.allows_origin("https://127.0.0.1"));
+  for (const char* origin : {"null", "http://evil.example", "http://evil.example:8467", "file://localhost", "localhost",
+                             "http://", "http://localhost/path", "http://localhost@evil.example"})
+    EXPECT_FALSE(hosts.allows_origin(origin)) << origin;
+}
+
+TEST(Secrets, AreComparedWhole) {
+  EXPECT_TRUE(is_secret("abc", "abc"));
+  for (const char* given : {"", "ab", "abcd", "abd", "ABC"}) EXPECT_FALSE(is_secret(given, "abc")) << given;
+  EXPECT_FALSE(is_secret("", "")) << "no secret lets nobody in";
+}
+
+TEST(Secrets, TokensAreLongAndNeverTheSame) {
+  const std::string one = make_token(), other = make_token();
+  EXPECT_EQ(one.size(), 64U);
+  EXPECT_NE(one, other);
+}
+
+TEST(Bearer, IsTakenFromItsFieldAlone) {
+  EXPECT_EQ(bearer_of("Bearer abc"), "abc");
+  EXPECT_EQ(bearer_of("bearer abc"), "abc");
+  for (const char* field : {"", "Bearer", "Bearer ", "Basic abc", "abc"}) EXPECT_EQ(bearer_of(field), "") << field;
+}
+
+TEST(Addresses, OfThisHostAloneAreLoopback) {
+  for (const char* address : {"127.0.0.1", "127.9.9.9", "::1"}) EXPECT_TRUE(*is_loopback(address)) << address;
+  for (const char* address : {"0.0.0.0", "::", "192.0.2.7"}) EXPECT_FALSE(*is_loopback(address)) << address;
+  EXPECT_FALSE(is_loopback("localhost").has_value());
+}
+
+}  // namespace
+}  // namespace prism::prismweb

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/send_queue.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace prism::prismweb {
+namespace {
+
+Text text_of(std::size_t bytes) { return std::make_shared<const std::string>(bytes, 'x'); }
+
+TEST(SendQueue, WhatDoesNotFitIsCountedUntilAllWasTaken) {
+  SendQueue queue;
+  const Text large = text_of(SendQueue::kMostBatchBytes / 2);
+  for (int i = 0; i < 5; ++i) queue.batch("g", large, 10);
+  EXPECT_EQ(queue.bytes(), SendQueue::kMostBatchBytes);
+  queue.take();
+  queue.batch("g", text_of(1), 1);  // there is room, but one hole is told, not two
+  queue.batch("h", text_of(1), 2);
+  EXPECT_EQ(queue.take(), large);
+  std::vector<nlohmann::json> lost;
+  while (!queue.empty()) lost.push_back(nlohmann::json::parse(*queue.take()));
+  ASSERT_EQ(lost.size(), 2U);
+  EXPECT_EQ(lost[0]["params"], nlohmann::json({{"instance", "g"}, {"rows", 31}, {"rows_total", 31}}));
+  EXPECT_EQ(lost[1]["params"], nlohmann::json({{"instance", "h"}, {"rows", 2}, {"rows_total", 2}}));
+  queue.batch("g", text_of(1), 1);
+  EXPECT_EQ(queue.take()->size(), 1U) << "it goes on";
+  EXPECT_TRUE(queue.empty());
+}
+
+TEST(SendQueue, ABatchLargerThanTheBoundGoesWhereNothingWaits) {
+  SendQueue queue;
+  queue.batch("g", text_of(SendQueue::kMostBatchBytes + 1), 10);
+  EXPECT_FALSE(queue.empty());
+}
+
+TEST(SendQueue, AnswersAreNeverLeftOutAndAPileOfThemEndsTheClient) {
+  SendQueue queue;
+  const Text large = text_of(SendQueue::kMostBatchBytes);
+  int taken = 0;
+  while (queue.answer(large)) ++taken;
+  EXPECT_EQ(taken, 9);
+}
+
+}  // namespace
+}  // namespace prism::prismweb

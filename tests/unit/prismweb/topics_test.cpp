@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/topics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace prism::prismweb {
+namespace {
+
+using nlohmann::json;
+
+std::string line(const std::string& method, const std::string& axis, int number) {
+  return R"({"jsonrpc":"2.0","method":")" + method + R"(","params":{"axis":")" + axis + R"(","time_s":)" +
+         std::to_string(number) + "}}";
+}
+
+struct Client : Subscriber {
+  std::vector<Text> texts;
+  std::vector<std::string> got;  // method axis number
+
+  void deliver(const std::string& instance, const Text& text, std::uint64_t rows) override {
+    texts.push_back(text);
+    const json batch = json::parse(*text);
+    EXPECT_EQ(batch["instance"], instance);
+    EXPECT_EQ(batch["batch"].size(), rows);
+    for (const json& one : batch["batch"])
+      got.push_back(one["method"].get<std::string>() + " " + one["params"].value("axis", "") + " " +
+                    std::to_string(one["params"].value("time_s", 0)));
+  }
+};
+
+void put(Topics& topics, const std::string& text) { topics.put(notification_of(text)); }
+
+TEST(Notifications, AreToldByTheirHead) {
+  const std::string text = line("sample", "z", 1);
+  EXPECT_EQ(notification_of(text).method, "sample");
+  EXPECT_EQ(notification_of(text).axis, "z");
+  EXPECT_EQ(notification_of(R"({"jsonrpc":"2.0","method":"event","params":{"time_s":1}})").axis, "");
+  EXPECT_EQ(notification_of(R"({"jsonrpc":"2.0","id":1,"result":{}})").method, "");
+  EXPECT_EQ(notification_of("").method, "");
+}
+
+TEST(Topics, OneTextServesAllWhoWantTheSame) {
+  Topics topics("g");
+  Client one, other, windows;
+  topics.set(&one, {1, true, true, {}});
+  topics.set(&other, {1, true, true, {}});
+  topics.set(&windows, {0, true, false, {}});
+  for (int i = 0; i < 3; ++i) put(topics, line("sample", "z", i));
+  put(topics, line("window", "z", 3));
+  topics.flush();
+  EXPECT_EQ(one.got, (std::vector<std::string>{"sample z 0", "sample z 1", "sample z 2", "window z 3"}));
+  EXPECT_EQ(one.texts, other.texts) << "the very same text";
+  EXPECT_EQ(windows.got, std::vector<std::string>{"window z 3"});
+  EXPECT_FALSE(topics.pending());
+  topics.flush();
+  EXPECT_EQ(one.texts.size(), 1U) << "nothing is no batch";
+}
+
+// prismd is asked for the greatest common divisor; each gets its own share of that, axis by axis.
+TEST(Topics, EachGetsEveryNthSampleOfEachAxis) {
+  Topics topics("g");
+  Client fourth, sixth;
+  topics.set(&fourth, {4, false, false, {}});
+  topics.set(&sixth, {6, false, false, {"x"}});
+  EXPECT_EQ(topics.sample_every(), 2U);
+  for (int i = 0; i < 6; ++i) {
+    put(topics, line("sample", "x", i));
+    put(topics, line("sample", "y", i));
+  }
+  topics.flush();
+  EXPECT_EQ(fourth.got, (std::vector<std::string>{"sample x 1", "sample y 1", "sample x 3", "sample y 3", "sample x 5",
+                                                  "sample y 5"}));
+  EXPECT_EQ(sixth.got, (std::vector<std::string>{"sample x 2", "sample x 5"}));
+}
+
+TEST(Topics, WhatPrismdLostReachesEveryListener) {
+  Topics topics("g");
+  Client client;
+  topics.set(&client, {0, false, true, {"z"}});
+  put(topics, R"({"jsonrpc":"2.0","method":"lost","params":{"rows":5,"rows_total":5}})");
+  put(topics, line("window", "z", 1));
+  topics.flush();
+  EXPECT_EQ(client.got, std::vector<std::string>{"lost  0"});
+}
+
+TEST(Topics, WhoLeavesWhileBatchesAreHandedOutGetsNone) {
+  struct Leaver : Client {
+    Topics* topics = nullptr;
+    Subscriber* other = nullptr;
+    void deliver(const std::string& instance, const Text& text, std::uint64_t rows) override {
+      Client::deliver(instance, text, rows);
+      topics->set(other, {});
+    }
+  };
+  Topics topics("g");
+  Leaver first;
+  Client second;
+  first.topics = &topics;
+  first.other = &second;
+  topics.set(&first, {0, true, false, {}});
+  topics.set(&second, {0, true, false, {}});
+  put(topics, line("window", "z", 1));
+  topics.flush();
+  EXPECT_EQ(first.got.size(), 1U);
+  EXPECT_TRUE(second.got.empty());
+  EXPECT_FALSE(topics.wish_of(&second).any());
+}
+
+}  // namespace
+}  // namespace prism::prismweb

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/web_config.hpp"
+
+#include <gtest/gtest.h>
+
+namespace prism::prismweb {
+namespace {
+
+std::string refusal_of(const std::string& text) {
+  Settings settings;
+  const auto read = parse_web_config(text, "/etc/prism/web.json", settings);
+  return read ? "" : read.error().text();
+}
+
+TEST(WebConfig, EverySettingIsRead) {
+  Settings settings;
+  const auto read =
+      parse_web_config(R"({"listen": "[::1]:80", "hosts": ["lab.example"], "instances": ["gyro1", "/run/x.sock"],
+    "page": "page", "dygraphs": "/d", "state": "/var/lib/prismweb", "passwords": "web.passwords",
+    "tls": {"certificate": "web.crt", "key": "/k"}})",
+                       "/etc/prism/web.json", settings);
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(settings.address, "::1");
+  EXPECT_EQ(settings.port, 80);
+  EXPECT_EQ(settings.hosts, std::vector<std::string>{"lab.example"});
+  EXPECT_EQ(settings.instances, (std::vector<std::string>{"gyro1", "/run/x.sock"}));
+  EXPECT_EQ(settings.page, "/etc/prism/page");
+  EXPECT_EQ(settings.dygraphs, "/d");
+  EXPECT_EQ(settings.state, "/var/lib/prismweb");
+  EXPECT_EQ(settings.passwords, "/etc/prism/web.passwords");
+  EXPECT_EQ(settings.tls->certificate, "/etc/prism/web.crt");
+  EXPECT_EQ(settings.tls->key, "/k");
+}
+
+TEST(WebConfig, AUnixSocketStandsInThePlaceOfAnAddress) {
+  Settings settings;
+  ASSERT_TRUE(parse_web_config(R"({"socket": "/run/prismweb/web.sock"})", "web.json", settings));
+  EXPECT_EQ(settings.unix_socket, "/run/prismweb/web.sock");
+  EXPECT_EQ(settings.address, "");
+}
+
+TEST(WebConfig, WhatIsWrongIsToldWithItsPlace) {
+  EXPECT_EQ(refusal_of(R"({"listen": "localhost:80"})"),
+            "/etc/prism/web.json:/listen: found \"localhost:80\", expected ADDRESS:PORT, such as \"127.0.0.1:8467\" or "
+            "\"[::1]:8467\"");
+  EXPECT_NE(refusal_of(R"({"lisen": "127.0.0.1:80"})"), "");
+  EXPECT_NE(refusal_of(R"({"listen": "127.0.0.1:80", "socket": "/x"})"), "");
+  EXPECT_NE(refusal_of(R"({"tls": {"certificate": "a"}})"), "");
+  EXPECT_NE(refusal_of(R"({"hosts": "a", "hosts": "b"})"), "");
+  EXPECT_NE(refusal_of("[]"), "");
+}
+
+TEST(WebConfig, AddressesAreWrittenInOneWay) {
+  for (const char* text : {"127.0.0.1", "127.0.0.1:", ":80", "127.0.0.1:70000", "127.0.0.1:-1", "127.0.0.1:8 ",
+                           "::1:80", "[::1:80", "[127.0.0.1]:80", "host:80", "[]:80"}) {
+    Settings settings;
+    EXPECT_FALSE(parse_listen(text, settings)) << text;
+    EXPECT_EQ(settings.port, 8467) << text;
+  }
+}
+
+TEST(WebConfig, AnAddressThatOthersReachNeedsTlsAndPasswords) {
+  Settings settings;
+  EXPECT_TRUE(check_settings(settings));
+  settings.address = "0.0.0.0";
+  EXPECT_FALSE(check_settings(settings));
+  settings.tls = TlsSettings{"a", "b"};
+  EXPECT_FALSE(check_settings(settings));
+  settings.passwords = "p";
+  EXPECT_TRUE(check_settings(settings));
+  settings.tls.reset();
+  EXPECT_FALSE(check_settings(settings));
+}
+
+}  // namespace
+}  // namespace prism::prismweb

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/instances.hpp"
+
+#include <algorithm>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <filesystem>
+#include <utility>
+
+#include "config/socket_place.hpp"
+#include "tools/client/connection.hpp"
+#include "tools/prismweb/awaiting.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace asio = boost::asio;
+
+constexpr std::size_t kMostInstances = 256;
+constexpr std::chrono::seconds kLook{2};
+constexpr std::chrono::milliseconds kTurn{50};  // 20 messages a second: a client is promised no more than 25
+
+}  // namespace
+
+Instances::Instances(asio::io_context& io, std::vector<std::string> wanted) : io_(io), wanted_(std::move(wanted)) {}
+
+void Instances::start() {
+  asio::co_spawn(io_, look(), asio::detached);
+  asio::co_spawn(io_, take_turns(), asio::detached);
+}
+
+Hub* Instances::find(const std::string& name) {
+  const auto found = std::find_if(hubs_.begin(), hubs_.end(), [&](const auto& hub) { return hub->name() == name; });
+  return found == hubs_.end() ? nullptr : found->get();
+}
+
+nlohmann::json Instances::listing() const {
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& hub : hubs_) list.push_back(hub->listing());
+  return list;
+}
+
+void Instances::add(const std::string& socket) {
+  const std::string name = std::filesystem::path(socket).stem().string();
+  if (find(name) != nullptr || hubs_.size() >= kMostInstances) return;
+  hubs_.push_back(std::make_unique<Hub>(io_, name, socket));
+  Hub& hub = *hubs_.back();
+  hub.on_change = [this] {
+    if (on_change) on_change();
+  };
+  if (on_new) on_new(hub);
+  asio::co_spawn(io_, hub.run(), asio::detached);
+  if (on_change) on_change();
+}
+
+asio::awaitable<void> Instances::look() {
+  for (const std::string& one : wanted_) {
+    if (one.find('/') != std::string::npos) {
+      add(one);
+      continue;
+    }
+    const std::vector<std::string> there = client::listed_sockets();
+    const auto is_named = [&](const std::string& path) { return std::filesystem::path(path).stem() == one; };
+    const auto found = std::find_if(there.begin(), there.end(), is_named);
+    add(found != there.end() ? *found : config::default_socket(one));
+  }
+  asio::steady_timer pause(io_);
+  while (wanted_.empty()) {
+    for (const std::string& socket : client::listed_sockets()) add(socket);
+    pause.expires_after(kLook);
+    co_await pause.async_wait(kUse);
+  }
+}
+
+asio::awaitable<void> Instances::take_turns() {
+  asio::steady_timer tick(io_);
+  for (;;) {
+    tick.expires_after(kTurn);
+    co_await tick.async_wait(kUse);
+    flush_next();
+  }
+}
+
+// One instance a turn: a client that listens to several has no more messages for it.
+void Instances::flush_next() {
+  for (std::size_t i = 0; i < hubs_.size(); ++i) {
+    Hub& hub = *hubs_[turn_++ % hubs_.size()];
+    if (hub.topics().pending()) return hub.topics().flush();
+  }
+}
+
+}  // namespace prism::prismweb

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// All instances that are served: found, listed, and given their turns to speak.
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/io_context.hpp>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/prismweb/hub.hpp"
+
+namespace prism::prismweb {
+
+class Instances {
+ public:
+  /// `wanted`: names, or paths of sockets; empty: all of the host, also those that come later.
+  Instances(boost::asio::io_context& io, std::vector<std::string> wanted);
+
+  /// Finds instances (each 2 s where none are named) and hands out batches, until the context ends.
+  void start();
+
+  Hub* find(const std::string& name);
+  nlohmann::json listing() const;  ///< a list of Hub::listing()
+  const std::vector<std::unique_ptr<Hub>>& all() const { return hubs_; }
+
+  std::function<void()> on_change;   ///< the list is another
+  std::function<void(Hub&)> on_new;  ///< before it connects for the first time
+
+ private:
+  boost::asio::awaitable<void> look();
+  boost::asio::awaitable<void> take_turns();
+  void add(const std::string& socket);
+  void flush_next();
+
+  boost::asio::io_context& io_;
+  std::vector<std::string> wanted_;
+  std::vector<std::unique_ptr<Hub>> hubs_;
+  std::size_t turn_ = 0;
+};
+
+}  // namespace prism::prismweb

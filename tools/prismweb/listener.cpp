@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/listener.hpp"
+
+#include <fmt/format.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/ip/address.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+#include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/http_session.hpp"
+#include "tools/prismweb/site.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace asio = boost::asio;
+constexpr int kBacklog = 64, kMostConnections = 128;
+constexpr int kSendBufferBytes = 256 << 10;  // of a client that does not read, no more than that lies in the kernel
+constexpr mode_t kSocketMode = 0660;
+
+Result<int> listening(int fd, const sockaddr* address, socklen_t size, const std::string& where) {
+  if (fd >= 0 && ::bind(fd, address, size) == 0 && ::listen(fd, kBacklog) == 0) return fd;
+  const int error = errno;
+  if (fd >= 0) ::close(fd);
+  return refuse(where, fmt::format("cannot listen here: {}", std::strerror(error)));
+}
+
+// Counts a connection as long as it is served.
+struct Place {
+  explicit Place(int& count) : open(count) { ++open; }
+  ~Place() { --open; }
+  int& open;
+};
+int open_connections = 0;
+
+template <class Stream>
+asio::awaitable<void> serve_one(Stream stream, Site& site) {
+  const Place place(open_connections);
+  co_await serve(std::move(stream), site);
+}
+
+void forget(std::exception_ptr) {}  // of one connection; the others go on
+
+}  // namespace
+
+Listener::Listener(asio::io_context& io, int fd, int family, std::string path)
+    : io_(io), acceptor_(io, Protocol(family, family == AF_UNIX ? 0 : IPPROTO_TCP), fd), path_(std::move(path)) {}
+
+Listener::~Listener() {
+  if (!path_.empty()) ::unlink(path_.c_str());
+}
+
+Result<std::unique_ptr<Listener>> Listener::open_tcp(asio::io_context& io, const std::string& address,
+                                                     std::uint16_t port) {
+  boost::system::error_code error;
+  const asio::ip::tcp::endpoint here(asio::ip::make_address(address, error), port);
+  const int family = here.protocol().family();
+  const int fd = ::socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0), on = 1;
+  ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  const auto bound =
+      listening(fd, here.data(), static_cast<socklen_t>(here.size()), fmt::format("{}:{}", address, port));
+  if (!bound) return tl::unexpected<Error>(bound.error());
+  std::unique_ptr<Listener> listener(new Listener(io, *bound, family, ""));
+  asio::ip::tcp::endpoint there;
+  socklen_t size = static_cast<socklen_t>(there.capacity());
+  if (::getsockname(fd, there.data(), &size) == 0) listener->port_ = there.port();
+  return listener;
+}
+
+Result<std::unique_ptr<Listener>> Listener::open_unix(asio::io_context& io, const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path)
+    return refuse(path, fmt::format("has {} bytes, expected at most {}", path.size(), sizeof address.sun_path - 1));
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  const auto* const place = reinterpret_cast<const sockaddr*>(&address);
+  struct stat found {};
+  if (::lstat(path.c_str(), &found) == 0) {
+    if (!S_ISSOCK(found.st_mode)) return refuse(path, "is there and is no socket; expected a free path");
+    const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    const bool taken = ::connect(probe, place, sizeof address) == 0 || errno == EAGAIN;
+    ::close(probe);
+    if (taken) return refuse(path, "another process listens there; expected a free path");
+    ::unlink(path.c_str());
+  }
+  const mode_t before = ::umask(0777 & ~kSocketMode);
+  const auto bound = listening(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0), place, sizeof address, path);
+  ::umask(before);
+  if (!bound) return tl::unexpected<Error>(bound.error());
+  return std::unique_ptr<Listener>(new Listener(io, *bound, AF_UNIX, path));
+}
+
+asio::awaitable<void> Listener::serve_all(Site& site, asio::ssl::context* tls) {
+  asio::steady_timer pause(io_);
+  for (;;) {
+    Protocol::socket socket(io_);
+    const auto [error] = co_await acceptor_.async_accept(socket, kUse);
+    if (error == asio::error::operation_aborted) co_return;
+    if (error) {  // no descriptor is free: later there may be one
+      pause.expires_after(std::chrono::milliseconds(100));
+      co_await pause.async_wait(kUse);
+      continue;
+    }
+    if (open_connections >= kMostConnections) continue;
+    const int on = 1, buffer = kSendBufferBytes;
+    ::setsockopt(socket.native_handle(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
+    if (path_.empty()) ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    PlainStream stream(std::move(socket));
+    if (tls != nullptr) {
+      asio::co_spawn(io_, serve_one(TlsStream(std::move(stream), *tls), site), forget);
+    } else {
+      asio::co_spawn(io_, serve_one(std::move(stream), site), forget);
+    }
+  }
+}
+
+}  // namespace prism::prismweb

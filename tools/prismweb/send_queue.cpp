@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/send_queue.hpp"
+
+#include "tools/prismweb/json_text.hpp"
+
+namespace prism::prismweb {
+
+void SendQueue::put(const Text& text) {
+  texts_.push_back(text);
+  bytes_ += text->size();
+}
+
+bool SendQueue::answer(const Text& text) {
+  if (bytes_ > kMostBytes) return false;  // what waits counts, not the answer: an hour of history is long
+  put(text);
+  return true;
+}
+
+void SendQueue::batch(const std::string& instance, const Text& text, std::uint64_t rows) {
+  losing_ = losing_ || (bytes_ > 0 && bytes_ + text->size() > kMostBatchBytes);
+  if (!losing_) return put(text);
+  lost_[instance].rows += rows;
+  lost_[instance].rows_total += rows;
+}
+
+Text SendQueue::take() {
+  Text text = texts_.front();
+  texts_.pop_front();
+  bytes_ -= text->size();
+  if (texts_.empty() && losing_) tell_lost();
+  return text;
+}
+
+void SendQueue::tell_lost() {
+  losing_ = false;
+  for (auto& [instance, lost] : lost_) {
+    if (lost.rows == 0) continue;
+    const nlohmann::json params = {{"instance", instance}, {"rows", lost.rows}, {"rows_total", lost.rows_total}};
+    put(std::make_shared<const std::string>(dumped({{"jsonrpc", "2.0"}, {"method", "lost"}, {"params", params}})));
+    lost.rows = 0;
+  }
+}
+
+}  // namespace prism::prismweb

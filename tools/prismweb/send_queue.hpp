@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// What waits to be sent to one client: bounded, and what did not fit is counted.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <string>
+
+#include "tools/prismweb/topics.hpp"
+
+namespace prism::prismweb {
+
+class SendQueue {
+ public:
+  static constexpr std::size_t kMostBatchBytes = 2 << 20, kMostBytes = 16 << 20;
+
+  /// False: so much lies here that the client should be given up.
+  bool answer(const Text& text);
+  /// Left out and counted where it does not fit, and so are all until the queue is empty: one hole, not a sieve.
+  void batch(const std::string& instance, const Text& text, std::uint64_t rows);
+
+  bool empty() const { return texts_.empty(); }
+  std::size_t bytes() const { return bytes_; }
+  /// The next text. Behind the last one come the "lost" of each instance.
+  Text take();
+
+ private:
+  struct Lost {
+    std::uint64_t rows = 0, rows_total = 0;
+  };
+  void put(const Text& text);
+  void tell_lost();
+
+  std::deque<Text> texts_;
+  std::size_t bytes_ = 0;
+  std::map<std::string, Lost> lost_;
+  bool losing_ = false;
+};
+
+}  // namespace prism::prismweb

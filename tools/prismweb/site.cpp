@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/site.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <utility>
+
+#include "config/version.hpp"
+#include "tools/prismweb/api.hpp"
+#include "tools/prismweb/json_text.hpp"
+#include "tools/prismweb/static_files.hpp"
+#include "tools/prismweb/ws_client.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace asio = boost::asio;
+using nlohmann::json;
+
+constexpr std::size_t kMostClients = 64;
+constexpr std::string_view kLibrary = "/dygraphs";
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+Answer file_answer(const Settings& settings, const Request& request) {
+  if (request.method != "GET" && request.method != "HEAD") return plain(405, "expected GET or HEAD");
+  const std::string_view target = request.target;
+  const bool library = target.starts_with(std::string(kLibrary) + "/");
+  StaticFile file =
+      library ? read_static(settings.dygraphs, target.substr(kLibrary.size()), 3) : read_static(settings.page, target);
+  if (file.status != 200) return plain(404, "there is no such file");
+  if (request.if_none_match == file.etag) return {304, {}, {}, std::move(file.etag), {}};
+  return {200, std::move(file.media_type), std::move(file.body), std::move(file.etag), {}};
+}
+
+}  // namespace
+
+Site::Site(asio::io_context& io, const Settings& settings, std::string token)
+    : io_(io),
+      settings_(settings),
+      token_(std::move(token)),
+      hosts_(settings.address, settings.hosts),
+      instances_(io, settings.instances) {
+  instances_.on_change = [this] { tell_instances(); };
+}
+
+asio::awaitable<Refusal> Site::refusal(const Request& request) {
+  Refusal refusal;
+  if (!hosts_.allows_host(request.host)) {
+    refusal.status = 421;
+  } else if (!hosts_.allows_origin(request.origin)) {
+    refusal.status = 403;
+  } else if (is_api(request.target) && !is_token(bearer_of(request.authorization))) {
+    refusal = {401, "Bearer"};
+  }
+  co_return refusal;
+}
+
+asio::awaitable<Answer> Site::answer(const Request& request) {
+  if (is_api(request.target)) {
+    if (request.method != "GET") co_return plain(405, "expected GET");
+    Answer answer = co_await api_answer(*this, request.target);
+    co_return answer;
+  }
+  co_return file_answer(settings_, request);
+}
+
+std::string Site::greeting() const {
+  return dumped({{"ready", true}, {"host", host_name()}, {"version", kVersion}, {"instances", instances_.listing()}});
+}
+
+bool Site::has_room_for_client() const { return clients_.size() < kMostClients; }
+
+void Site::tell_instances() {
+  const json list = {{"jsonrpc", "2.0"}, {"method", "instances"}, {"params", instances_.listing()}};
+  const auto text = std::make_shared<const std::string>(dumped(list));
+  for (WsClient* client : std::set(clients_)) {
+    if (clients_.contains(client)) client->tell(text);
+  }
+}
+
+}  // namespace prism::prismweb

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// What is served, whatever stream it is served on: files, plain JSON, and the clients of the WebSocket.
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/io_context.hpp>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "tools/prismweb/access.hpp"
+#include "tools/prismweb/http_message.hpp"
+#include "tools/prismweb/instances.hpp"
+#include "tools/prismweb/settings.hpp"
+
+namespace prism::prismweb {
+
+class WsClient;
+
+class Site : public std::enable_shared_from_this<Site> {
+ public:
+  Site(boost::asio::io_context& io, const Settings& settings, std::string token);
+
+  void start() { instances_.start(); }
+
+  /// What every request must pass. Files of the page need no token, and the WebSocket's first message brings it.
+  boost::asio::awaitable<Refusal> refusal(const Request& request);
+  /// The answer to a request that passed.
+  boost::asio::awaitable<Answer> answer(const Request& request);
+
+  bool is_token(std::string_view given) const { return token_.empty() || is_secret(given, token_); }
+  /// The first line of a client that was let in.
+  std::string greeting() const;
+
+  bool has_room_for_client() const;
+  void add(WsClient* client) { clients_.insert(client); }
+  void remove(WsClient* client) { clients_.erase(client); }
+
+  Instances& instances() { return instances_; }
+  boost::asio::io_context& io() { return io_; }
+
+ private:
+  void tell_instances();
+
+  boost::asio::io_context& io_;
+  Settings settings_;
+  std::string token_;
+  HostList hosts_;
+  Instances instances_;
+  std::set<WsClient*> clients_;
+};
+
+}  // namespace prism::prismweb

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/web_config.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <filesystem>
+
+#include "compensation/json_section.hpp"
+#include "config/text_file.hpp"
+#include "tools/prismweb/access.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string path_of(const Section& section, const char* key, const fs::path& base, const std::string& otherwise) {
+  const std::string path = section.text(key, otherwise);
+  return path.empty() ? path : (base / path).lexically_normal().string();
+}
+
+void read_listen(const Section& top, Settings& settings) {
+  const std::string listen = top.text("listen");
+  if (!parse_listen(listen, settings))
+    top.fail("listen", fmt::format("found {}, expected ADDRESS:PORT, such as \"127.0.0.1:8467\" or \"[::1]:8467\"",
+                                   shown(Json(listen))));
+}
+
+void read_tls(const Section& tls, const fs::path& base, Settings& settings) {
+  settings.tls = TlsSettings{path_of(tls, "certificate", base, ""), path_of(tls, "key", base, "")};
+  if (settings.tls->certificate.empty()) tls.fail("certificate", "is missing, expected the path of a PEM file");
+  if (settings.tls->key.empty()) tls.fail("key", "is missing, expected the path of a PEM file");
+}
+
+}  // namespace
+
+bool parse_listen(std::string_view text, Settings& settings) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string_view::npos) return false;
+  std::string_view address = text.substr(0, colon);
+  const std::string_view port = text.substr(colon + 1);
+  if (address.starts_with('[') != address.ends_with(']')) return false;
+  const bool bracketed = address.starts_with('[');
+  if (bracketed) address = address.substr(1, address.size() - 2);
+  if (bracketed != (address.find(':') != std::string_view::npos) || !is_loopback(std::string(address))) return false;
+  std::uint16_t number = 0;
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
+  if (port.empty() || error != std::errc() || end != port.data() + port.size()) return false;
+  settings.address = address;
+  settings.port = number;
+  settings.unix_socket.clear();
+  return true;
+}
+
+Result<void> parse_web_config(std::string_view text, const std::string& path, Settings& settings) {
+  const Result<JsonDocument> document = parse_json_object(text, path);
+  if (!document) return tl::unexpected<Error>(document.error());
+  std::error_code error;
+  const fs::path base = fs::absolute(path, error).parent_path();
+  const Section top(*document);
+  top.any("$schema");  // for editors
+  if (top.has("listen") && top.has("socket")) top.fail("socket", "given beside \"listen\", expected one of them");
+  if (top.has("listen")) read_listen(top, settings);
+  if (top.has("socket")) {
+    settings.unix_socket = path_of(top, "socket", base, "");
+    settings.address.clear();
+    if (settings.unix_socket.empty()) top.fail("socket", "found \"\", expected a path");
+  }
+  if (top.has("hosts")) settings.hosts = top.texts("hosts");
+  if (top.has("instances")) settings.instances = top.texts("instances");
+  settings.page = path_of(top, "page", base, settings.page);
+  settings.dygraphs = path_of(top, "dygraphs", base, settings.dygraphs);
+  settings.state = path_of(top, "state", base, settings.state);
+  if (top.has("tls")) read_tls(top.object("tls"), base, settings);
+  settings.passwords = path_of(top, "passwords", base, settings.passwords);
+  return top.finish();
+}
+
+Result<void> load_web_config(const std::string& path, Settings& settings) {
+  const Result<std::string> text = config::read_text_file(path);
+  if (!text) return tl::unexpected<Error>(text.error());
+  return parse_web_config(*text, path, settings);
+}
+
+Result<void> check_settings(const Settings& settings) {
+  if (settings.address.empty()) return {};
+  const Result<bool> loopback = is_loopback(settings.address);
+  if (!loopback) return tl::unexpected<Error>(loopback.error());
+  if (!*loopback && (!settings.tls || settings.passwords.empty()))
+    return refuse(settings.address,
+                  "is not of this host alone, expected \"tls\" and \"passwords\" in the configuration, or a loopback "
+                  "address");
+  return {};
+}
+
+}  // namespace prism::prismweb

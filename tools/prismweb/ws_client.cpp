@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/ws_client.hpp"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "tools/prismweb/json_text.hpp"
+#include "tools/prismweb/methods.hpp"
+#include "tools/prismweb/site.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kMostUnderWay = 32;
+constexpr std::size_t kMostIdBytes = 64;
+
+std::string text_of(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+}  // namespace
+
+WsClient::WsClient(Site& site, Channel& channel) : site_(site), there_(site.weak_from_this()), channel_(channel) {}
+
+WsClient::~WsClient() {
+  const auto site = there_.lock();
+  if (!site) return;
+  site->remove(this);
+  for (const auto& hub : site->instances().all()) hub->wish(this, {});
+}
+
+bool WsClient::message(std::string_view text) {
+  if (!let_in_) return let_in(text);
+  request(text);
+  return true;
+}
+
+bool WsClient::let_in(std::string_view text) {
+  const json first = json::parse(text, nullptr, false);
+  if (!first.is_object() || !site_.is_token(text_of(first, "token")) || !site_.has_room_for_client()) return false;
+  let_in_ = true;
+  channel_.answer(std::make_shared<const std::string>(site_.greeting()));
+  site_.add(this);
+  return true;
+}
+
+void WsClient::request(std::string_view text) {
+  const json request = json::parse(text, nullptr, false);
+  if (!request.is_object()) return answer("null", "", error_member(-32600, "found no object, expected a request"));
+  const json id = request.value("id", json());
+  const std::string id_text = dumped(id);
+  if (!(id.is_number() || id.is_string()) || id_text.size() > kMostIdBytes)
+    return answer("null", "", error_member(-32600, "expected an id, a number or a text of at most 64 bytes"));
+  const std::string instance = text_of(request, "instance"), method = text_of(request, "method");
+  const json params = request.value("params", json());
+  if (method == "subscribe" || method == "unsubscribe") {
+    Hub* const hub = site_.instances().find(instance);
+    if (hub == nullptr) return answer(id_text, instance, error_member(kWrongParams, "no such instance"));
+    return subscribe(*hub, id_text, params, method == "subscribe");
+  }
+  if (under_way_ >= kMostUnderWay)
+    return answer(id_text, instance, error_member(kTooMuch, "32 requests are under way, expected fewer"));
+  ++under_way_;
+  const Hub::Answer reply = [weak = weak_from_this(), id_text, instance](std::string_view member) {
+    const auto client = weak.lock();
+    if (!client) return;
+    --client->under_way_;
+    client->answer(id_text, instance, member);
+  };
+  call_method(site_, instance, method, params, reply);
+}
+
+void WsClient::subscribe(Hub& hub, const std::string& id, const json& params, bool on) {
+  const auto wish = wish_of_params(params, on, hub.topics().wish_of(this));
+  if (!wish) {
+    return answer(
+        id, hub.name(),
+        error_member(kWrongParams, "found " + dumped(params).substr(0, 80) +
+                                       R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to )"
+                                       R"(1000000, "axes": [NAME, …]})"));
+  }
+  hub.wish(this, *wish);
+  answer(id, hub.name(), "\"result\":" + dumped(wish_json(*wish, hub.axes())));
+}
+
+void WsClient::answer(const std::string& id, const std::string& instance, std::string_view member) {
+  std::string text = R"({"jsonrpc":"2.0","id":)" + id + ",";
+  text += member;
+  if (!instance.empty()) text += R"(,"instance":)" + dumped(instance);
+  text += '}';
+  channel_.answer(std::make_shared<const std::string>(std::move(text)));
+}
+
+}  // namespace prism::prismweb

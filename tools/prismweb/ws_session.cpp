@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/ws_session.hpp"
+
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket/ssl.hpp>
+#include <boost/beast/websocket/stream.hpp>
+#include <chrono>
+#include <memory>
+#include <utility>
+
+#include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/send_queue.hpp"
+#include "tools/prismweb/site.hpp"
+#include "tools/prismweb/ws_client.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+
+constexpr std::size_t kMostMessageBytes = 64 << 10;
+constexpr std::chrono::seconds kFirstMessage{10}, kSilence{30}, kDeaf{30};
+
+template <class Stream>
+class WsSession final : public Channel, public std::enable_shared_from_this<WsSession<Stream>> {
+ public:
+  WsSession(Stream stream, Site& site)
+      : site_(site), ws_(std::move(stream)), watch_(site.io()), client_(std::make_shared<WsClient>(site, *this)) {}
+
+  asio::awaitable<void> run(const UpgradeRequest& request) {
+    beast::get_lowest_layer(ws_).expires_never();
+    ws_.set_option(websocket::stream_base::timeout{kFirstMessage, kSilence, true});
+    ws_.read_message_max(kMostMessageBytes);
+    ws_.auto_fragment(false);
+    ws_.text(true);
+    const auto [error] = co_await ws_.async_accept(request, kUse);
+    if (error) co_return;
+    watch(kFirstMessage);
+    co_await read();
+    watch_.cancel();
+    client_.reset();
+    ended_ = true;
+  }
+
+  void answer(const Text& text) override {
+    if (!queue_.answer(text)) return drop();
+    write_next();
+  }
+
+  void batch(const std::string& instance, const Text& text, std::uint64_t rows) override {
+    queue_.batch(instance, text, rows);
+    write_next();
+  }
+
+ private:
+  asio::awaitable<void> read() {
+    beast::flat_buffer buffer(kMostMessageBytes);
+    for (;;) {
+      const auto [error, size] = co_await ws_.async_read(buffer, kUse);
+      if (error) co_return;
+      const auto data = buffer.cdata();
+      const bool stays = ws_.got_text() && client_->message({static_cast<const char*>(data.data()), data.size()});
+      buffer.consume(size);
+      if (!stays) break;
+    }
+    const websocket::close_reason reason(websocket::close_code::policy_error, "expected {\"token\":…} first");
+    co_await ws_.async_close(reason, kUse);
+  }
+
+  void write_next() {
+    if (writing_ || ended_ || queue_.empty()) return;
+    writing_ = true;
+    writing_since_ = std::chrono::steady_clock::now();
+    text_ = queue_.take();
+    ws_.async_write(asio::buffer(*text_),
+                    [self = this->shared_from_this()](const boost::system::error_code& error, std::size_t) {
+                      self->writing_ = false;
+                      if (error) return self->drop();
+                      self->write_next();
+                    });
+  }
+
+  // A client that was not let in in time, or that takes nothing.
+  void watch(std::chrono::seconds patience) {
+    watch_.expires_after(patience);
+    watch_.async_wait([self = this->shared_from_this()](const boost::system::error_code& error) {
+      if (error) return;
+      const bool deaf = self->writing_ && std::chrono::steady_clock::now() - self->writing_since_ >= kDeaf;
+      if (deaf || (self->client_ && !self->client_->is_let_in())) return self->drop();
+      self->watch(std::chrono::seconds(5));
+    });
+  }
+
+  // The reader sees it and ends the session.
+  void drop() { beast::get_lowest_layer(ws_).close(); }
+
+  Site& site_;
+  websocket::stream<Stream> ws_;
+  asio::steady_timer watch_;
+  std::shared_ptr<WsClient> client_;
+  SendQueue queue_;
+  Text text_;
+  bool writing_ = false, ended_ = false;
+  std::chrono::steady_clock::time_point writing_since_;
+};
+
+template <class Stream>
+asio::awaitable<void> run_session(Stream stream, const UpgradeRequest& request, Site& site) {
+  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), site);
+  co_await session->run(request);
+}
+
+}  // namespace
+
+asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, Site& site) {
+  co_await run_session(std::move(stream), request, site);
+}
+
+asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site) {
+  co_await run_session(std::move(stream), request, site);
+}
+
+}  // namespace prism::prismweb

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// A connection that became a WebSocket.
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/message.hpp>
+
+#include "tools/prismweb/stream.hpp"
+
+namespace prism::prismweb {
+
+class Site;
+using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
+
+/// Serves the client until it leaves, is not let in (closed with 1008), or takes nothing for 30 s.
+boost::asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, Site& site);
+boost::asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site);
+
+}  // namespace prism::prismweb
