@@ -25,12 +25,12 @@ same "exit code of a name" "$code" 64
 mkdir -p page/.git
 echo "<!DOCTYPE html><title>prism</title>" >page/index.html
 touch page/.git/config
-start web prismweb --listen 127.0.0.1:0 --page page --instance "$PRISM_SOCKET"
+start first_web prismweb --listen 127.0.0.1:0 --page page --state state --instance "$PRISM_SOCKET"
 web=$pid
-wait_for 5 grep -q token= web.out
-url=$(sed 's/#.*//' web.out)
-token=$(sed 's/.*#token=//' web.out)
-port=$(sed 's|.*:\([0-9]*\)/#.*|\1|' web.out)
+wait_for 5 grep -q token= first_web.out
+url=$(sed 's/#.*//' first_web.out)
+token=$(sed 's/.*#token=//' first_web.out)
+port=$(sed 's|.*:\([0-9]*\)/#.*|\1|' first_web.out)
 same "the token's file" "$(cat "prismweb-$port.token")" "$token"
 same "mode of the token's file" "$(stat -c %a "prismweb-$port.token")" 600
 client() { "$python" "$PRISM_SOURCE/tests/system/web_client.py" "ws://127.0.0.1:$port/ws" "$@"; }
@@ -108,6 +108,51 @@ same "the one that read nothing lost some, and was told" "$(jq '.lost > 0' deaf.
 [ "$(awk '/^VmHWM/{print $2}' "/proc/$web/status")" -lt 65536 ] || fail "prismweb held $(grep VmHWM "/proc/$web/status")"
 kill -TERM "$web"; wait "$web" || fail "exit code $?"
 [ ! -e "prismweb-$port.token" ] || fail "the token's file is left"
+
+# Minutes of what the log has, over the end and a kill of prismweb: nothing is lost and nothing counted twice.
+sleep 62
+web_again() {
+  : >web.out
+  start web prismweb --listen "127.0.0.1:$port" --state state --instance "$PRISM_SOCKET"
+  web=$pid
+  wait_for 5 grep -q token= web.out
+  token=$(sed 's/.*#token=//' web.out)
+  wait_for 5 running
+}
+of_log() { grep -hv '^[#t]' log/*.csv | awk -F, -v to="$1" '$2 <= to {n += 1; s += $3; if (n == 1 || $5 < l) l = $5; if (n == 1 || $5 > g) g = $5} END {printf "%d %d %.6f %.6f\n", n, s, l, g}'; }
+of_store() { jq -r '.columns as $c | [.rows[] | [., $c] | transpose | map({(.[1]): .[0]}) | add] |
+  "\(map(.seconds) | add) \(map(.samples) | add) \(map(.rate_min) | min) \(map(.rate_max) | max)"' | awk '{printf "%d %d %.6f %.6f\n", $1, $2, $3, $4}'; }
+up_to_date() { [ "$(api 'gyro/range?seconds=200000&points=5000' | jq .building)" = 1 ]; }
+for end in -KILL -TERM -KILL; do
+  web_again
+  wait_for 5 up_to_date
+  sleep 3
+  api 'gyro/range?seconds=200000&points=5000' >range.json
+  same "source" "$(jq -r .source range.json)" minutes; same "axis" "$(jq -r .axis range.json)" z
+  same "the store against the log" "$(of_store <range.json)" "$(of_log "$(jq .last_s range.json)")"
+  kill $end "$web"; wait "$web" 2>/dev/null || true
+done
+[ "$(stat -c %s state/gyro/z/minutes)" -ge 128 ] || fail "no minute was kept"
+
+# TLS and passwords: for every path, and the WebSocket.
+openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout web.key -out web.crt -days 2 -subj /CN=localhost 2>/dev/null
+echo "look:$(echo 'a secret' | prismweb --hash-password)" >web.passwords
+echo '{"listen": "127.0.0.1:0", "tls": {"certificate": "web.crt", "key": "web.key"}, "passwords": "web.passwords", "page": "page", "state": "tls"}' >web.json
+code=0; prismweb --config web.json --check 2>refused || code=$?
+same "passwords that others may read" "$code $(cat refused)" "78 prismweb: $dir/web.passwords: others may read it, expected mode 0640 or stricter"
+chmod 600 web.passwords
+prismweb --config web.json --check >/dev/null || fail "a good configuration is refused"
+start tls prismweb --config web.json --instance "$PRISM_SOCKET"
+wait_for 5 grep -q https: tls.out
+secure=$(cat tls.out)
+case "$secure" in *token*) fail "a token beside passwords" ;; esac
+same "no password" "$(status -k "$secure")" 401
+same "a wrong one" "$(status -k -u look:wrong "$secure")" 401
+same "a wrong name" "$(status -k -u lock:'a secret' "$secure")" 401
+same "the right one" "$(status -k -u look:'a secret' "$secure")" 200
+same "/api by password" "$(curl -sk -u look:'a secret' "${secure}api/instances" | jq -r '.[0].name')" gyro
+same "no TLS there" "$(status "http${secure#https}")" 000
+kill -TERM "$pid"; wait "$pid" || fail "exit code $?"
 
 # A unix socket asks for no token, but for the right host.
 start unix prismweb --page page --socket "$dir/web.sock" --instance "$PRISM_SOCKET"

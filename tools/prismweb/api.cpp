@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "tools/prismweb/archive.hpp"
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/methods.hpp"
@@ -107,7 +108,12 @@ asio::awaitable<Answer> api_answer(Site& site, std::string_view target) {
     *member = text;
     answered->cancel();
   };
-  call_method(site, call->instance, call->method, call->params, keep);
+  Archive* const archive = call->method == "rows" ? site.archive(call->instance) : nullptr;
+  if (archive != nullptr) {
+    archive->rows(call->params, keep);
+  } else {
+    call_method(site, call->instance, call->method, call->params, keep);
+  }
   if (member->empty()) co_await answered->async_wait(kUse);
   if (call->method == "instances" || site.instances().find(call->instance) != nullptr) co_return answer_of(*member);
   co_return Answer{404, "application/json", error_body("no instance \"" + call->instance + "\""), {}, {}};

@@ -33,7 +33,7 @@ Request request_of(const Fields& fields) {
 }
 
 const char* reason_of(int status) {
-  if (status == 401) return "expected a token: Authorization: Bearer TOKEN";
+  if (status == 401) return "expected a token (Authorization: Bearer TOKEN) or a name and its password";
   if (status == 403) return "the Origin is of another site";
   if (status == 421) return "the Host is not one of this server's; \"hosts\" of the configuration names more";
   return "refused";

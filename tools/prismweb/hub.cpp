@@ -21,14 +21,12 @@ namespace {
 
 namespace asio = boost::asio;
 using nlohmann::json;
-using std::chrono::milliseconds;
-using std::chrono::seconds;
 
-constexpr milliseconds kRetry{500};
-constexpr seconds kPatience{15};
+constexpr std::chrono::milliseconds kRetry{500};
+constexpr std::chrono::seconds kPatience{15};
 // A service that is told to end closes its clients before it ends: a connection in between would start it again.
 // systemd gives it 15 s (TimeoutStopSec).
-constexpr seconds kEnding{20};
+constexpr std::chrono::seconds kEnding{20};
 constexpr std::size_t kMostLineBytes = 32 << 20;
 
 // {"jsonrpc":"2.0","id":17,"result":…} → 17 and `"result":…`.
@@ -201,7 +199,7 @@ void Hub::read_line(std::string_view line) {
 asio::awaitable<void> Hub::expire() {
   asio::steady_timer tick(io_);
   for (;;) {
-    tick.expires_after(seconds(1));
+    tick.expires_after(std::chrono::seconds(1));
     co_await tick.async_wait(kUse);
     const auto now = Clock::now();
     std::vector<Waiting> late;

@@ -9,6 +9,7 @@
 
 #include "compensation/json_section.hpp"
 #include "compensation/plain_text.hpp"
+#include "tools/prismweb/archive.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/site.hpp"
 
@@ -26,16 +27,23 @@ std::string unknown_method(const std::string& method) {
                      plain_text(method.substr(0, 40)), fmt::join(kPassed, ", "));
 }
 
+std::string unknown_instance(const std::string& instance) {
+  return error_member(kWrongParams, "no instance \"" + plain_text(instance, 80) + "\"");
+}
+
 }  // namespace
 
 void call_method(Site& site, const std::string& instance, const std::string& method, const json& params,
                  const Hub::Answer& answer) {
   if (method == "instances") return answer("\"result\":" + dumped(site.instances().listing()));
+  if (method == "range") {
+    Archive* const archive = site.archive(instance);
+    return archive != nullptr ? archive->range(params, answer) : answer(unknown_instance(instance));
+  }
   const bool passed = std::find(kPassed.begin(), kPassed.end(), method) != kPassed.end();
   if (!passed) return answer(error_member(kNoMethod, unknown_method(method)));
   Hub* const hub = site.instances().find(instance);
-  if (hub == nullptr)
-    return answer(error_member(kWrongParams, "no instance \"" + plain_text(instance.substr(0, 80)) + "\""));
+  if (hub == nullptr) return answer(unknown_instance(instance));
   if (!params.is_null() && !params.is_object())
     return answer(error_member(kWrongParams, "found params that are no object, expected one"));
   if (method == "rows" && params.is_object() && (params.contains("name") || params.contains("wait_s")))

@@ -5,6 +5,7 @@
 
 #include <charconv>
 #include <cstdio>
+#include <cstdlib>
 #include <string_view>
 
 #include "config/search_path.hpp"
@@ -16,6 +17,15 @@ namespace prism::prismweb {
 namespace {
 
 constexpr const char* kDygraphs = "/usr/share/javascript/dygraphs";
+
+// systemd's, else the user's.
+std::string usual_state() {
+  if (const char* made = std::getenv("STATE_DIRECTORY"); made != nullptr && *made != '\0') return made;
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache != '\0')
+    return std::string(cache) + "/prismweb";
+  const char* const home = std::getenv("HOME");
+  return home != nullptr && *home != '\0' ? std::string(home) + "/.cache/prismweb" : "";
+}
 
 }  // namespace
 
@@ -36,7 +46,7 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("NAME|PATH");
   app.add_option("--page", page, "folder of the page's files instead of the installed ones")->type_name("FOLDER");
-  app.add_option("--state", state, "folder for minutes and hours of long views; without it they are not kept")
+  app.add_option("--state", state, "folder for minutes and hours of long views (default: ~/.cache/prismweb)")
       ->type_name("FOLDER");
   app.add_flag("--hash-password", options.hash_password,
                "read a password from standard input and print what the file of passwords has of it, then exit");
@@ -55,6 +65,7 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   Settings& settings = options.settings;
   settings.page = config::data_places("page", "").back().string();
   settings.dygraphs = kDygraphs;
+  settings.state = usual_state();
   if (!config.empty()) {
     const Result<void> read = load_web_config(config, settings);
     if (!read) return refused(kExitConfig, read.error().text());

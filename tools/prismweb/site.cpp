@@ -8,6 +8,7 @@
 
 #include "config/version.hpp"
 #include "tools/prismweb/api.hpp"
+#include "tools/prismweb/archive.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/static_files.hpp"
 #include "tools/prismweb/ws_client.hpp"
@@ -39,13 +40,30 @@ Answer file_answer(const Settings& settings, const Request& request) {
 
 }  // namespace
 
-Site::Site(asio::io_context& io, const Settings& settings, std::string token)
+Site::Site(asio::io_context& io, const Settings& settings, std::string token, PasswordHashes hashes)
     : io_(io),
       settings_(settings),
       token_(std::move(token)),
       hosts_(settings.address, settings.hosts),
+      gate_(io, std::move(hashes)),
       instances_(io, settings.instances) {
   instances_.on_change = [this] { tell_instances(); };
+  instances_.on_new = [this](Hub& hub) {
+    Archive& archive = *(archives_[hub.name()] = std::make_unique<Archive>(io_, hub, settings_.state));
+    hub.on_connect = [&archive] { archive.connected(); };
+    hub.on_notification = [&archive](const Notification& notification) { archive.notified(notification); };
+  };
+}
+
+Site::~Site() = default;
+
+Archive* Site::archive(const std::string& instance) {
+  const auto found = archives_.find(instance);
+  return found == archives_.end() ? nullptr : found->second.get();
+}
+
+void Site::finish() {
+  for (const auto& [name, archive] : archives_) archive->finish();
 }
 
 asio::awaitable<Refusal> Site::refusal(const Request& request) {
@@ -54,6 +72,9 @@ asio::awaitable<Refusal> Site::refusal(const Request& request) {
     refusal.status = 421;
   } else if (!hosts_.allows_origin(request.origin)) {
     refusal.status = 403;
+  } else if (gate_.asks()) {
+    const bool let_in = co_await gate_.lets_in(request.authorization);
+    if (!let_in) refusal = {401, "Basic realm=\"prism\", charset=\"UTF-8\""};
   } else if (is_api(request.target) && !is_token(bearer_of(request.authorization))) {
     refusal = {401, "Bearer"};
   }

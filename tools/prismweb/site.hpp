@@ -4,22 +4,26 @@
 
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
 
 #include "tools/prismweb/access.hpp"
+#include "tools/prismweb/gate.hpp"
 #include "tools/prismweb/http_message.hpp"
 #include "tools/prismweb/instances.hpp"
 #include "tools/prismweb/settings.hpp"
 
 namespace prism::prismweb {
 
+class Archive;
 class WsClient;
 
 class Site : public std::enable_shared_from_this<Site> {
  public:
-  Site(boost::asio::io_context& io, const Settings& settings, std::string token);
+  Site(boost::asio::io_context& io, const Settings& settings, std::string token, PasswordHashes hashes);
+  ~Site();
 
   void start() { instances_.start(); }
 
@@ -37,6 +41,10 @@ class Site : public std::enable_shared_from_this<Site> {
   void remove(WsClient* client) { clients_.erase(client); }
 
   Instances& instances() { return instances_; }
+  /// The series of an instance; none where there is no such instance.
+  Archive* archive(const std::string& instance);
+  /// Keeps what is to outlast the program.
+  void finish();
   boost::asio::io_context& io() { return io_; }
 
  private:
@@ -46,7 +54,9 @@ class Site : public std::enable_shared_from_this<Site> {
   Settings settings_;
   std::string token_;
   HostList hosts_;
+  Gate gate_;
   Instances instances_;
+  std::map<std::string, std::unique_ptr<Archive>> archives_;
   std::set<WsClient*> clients_;
 };
 

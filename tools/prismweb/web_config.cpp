@@ -20,17 +20,17 @@ std::string path_of(const Section& section, const char* key, const fs::path& bas
   return path.empty() ? path : (base / path).lexically_normal().string();
 }
 
-void read_listen(const Section& top, Settings& settings) {
-  const std::string listen = top.text("listen");
+void read_listen(const Section& section, Settings& settings) {
+  const std::string listen = section.text("listen");
   if (!parse_listen(listen, settings))
-    top.fail("listen", fmt::format("found {}, expected ADDRESS:PORT, such as \"127.0.0.1:8467\" or \"[::1]:8467\"",
-                                   shown(Json(listen))));
+    section.fail("listen", fmt::format("found {}, expected ADDRESS:PORT, such as \"127.0.0.1:8467\" or \"[::1]:8467\"",
+                                       shown(Json(listen))));
 }
 
-void read_tls(const Section& tls, const fs::path& base, Settings& settings) {
-  settings.tls = TlsSettings{path_of(tls, "certificate", base, ""), path_of(tls, "key", base, "")};
-  if (settings.tls->certificate.empty()) tls.fail("certificate", "is missing, expected the path of a PEM file");
-  if (settings.tls->key.empty()) tls.fail("key", "is missing, expected the path of a PEM file");
+void read_tls(const Section& section, const fs::path& base, Settings& settings) {
+  settings.tls = TlsSettings{path_of(section, "certificate", base, ""), path_of(section, "key", base, "")};
+  if (settings.tls->certificate.empty()) section.fail("certificate", "is missing, expected the path of a PEM file");
+  if (settings.tls->key.empty()) section.fail("key", "is missing, expected the path of a PEM file");
 }
 
 }  // namespace
@@ -58,23 +58,24 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
   if (!document) return tl::unexpected<Error>(document.error());
   std::error_code error;
   const fs::path base = fs::absolute(path, error).parent_path();
-  const Section top(*document);
-  top.any("$schema");  // for editors
-  if (top.has("listen") && top.has("socket")) top.fail("socket", "given beside \"listen\", expected one of them");
-  if (top.has("listen")) read_listen(top, settings);
-  if (top.has("socket")) {
-    settings.unix_socket = path_of(top, "socket", base, "");
+  const Section section(*document);
+  section.any("$schema");  // for editors
+  if (section.has("listen") && section.has("socket"))
+    section.fail("socket", "given beside \"listen\", expected one of them");
+  if (section.has("listen")) read_listen(section, settings);
+  if (section.has("socket")) {
+    settings.unix_socket = path_of(section, "socket", base, "");
     settings.address.clear();
-    if (settings.unix_socket.empty()) top.fail("socket", "found \"\", expected a path");
+    if (settings.unix_socket.empty()) section.fail("socket", "found \"\", expected a path");
   }
-  if (top.has("hosts")) settings.hosts = top.texts("hosts");
-  if (top.has("instances")) settings.instances = top.texts("instances");
-  settings.page = path_of(top, "page", base, settings.page);
-  settings.dygraphs = path_of(top, "dygraphs", base, settings.dygraphs);
-  settings.state = path_of(top, "state", base, settings.state);
-  if (top.has("tls")) read_tls(top.object("tls"), base, settings);
-  settings.passwords = path_of(top, "passwords", base, settings.passwords);
-  return top.finish();
+  if (section.has("hosts")) settings.hosts = section.texts("hosts");
+  if (section.has("instances")) settings.instances = section.texts("instances");
+  settings.page = path_of(section, "page", base, settings.page);
+  settings.dygraphs = path_of(section, "dygraphs", base, settings.dygraphs);
+  settings.state = path_of(section, "state", base, settings.state);
+  if (section.has("tls")) read_tls(section.object("tls"), base, settings);
+  settings.passwords = path_of(section, "passwords", base, settings.passwords);
+  return section.finish();
 }
 
 Result<void> load_web_config(const std::string& path, Settings& settings) {

@@ -3,6 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <set>
+
+#include "tests/support/schema_keys.hpp"
+
 namespace prism::prismweb {
 namespace {
 
@@ -48,6 +53,37 @@ TEST(WebConfig, WhatIsWrongIsToldWithItsPlace) {
   EXPECT_NE(refusal_of(R"({"tls": {"certificate": "a"}})"), "");
   EXPECT_NE(refusal_of(R"({"hosts": "a", "hosts": "b"})"), "");
   EXPECT_NE(refusal_of("[]"), "");
+}
+
+// Every key once; the other of "listen" and "socket" is added where it is due.
+constexpr const char* kWhole =
+    R"({"$schema": "web.schema.json", "listen": "127.0.0.1:80", "hosts": ["a"], "instances": "gyro1",
+  "page": "p", "dygraphs": "d", "state": "s", "tls": {"certificate": "c", "key": "k"}, "passwords": "w"})";
+
+TEST(WebConfig, TheSchemaHasTheKeysOfTheReaderAndSaysTheSame) {
+  using Json = test::SchemaValidator::Json;
+  const std::filesystem::path source = PRISM_SOURCE_DIR;
+  const Json schema = Json::parse(test::read_file(source / "config/web.schema.json"));
+  std::set<std::string> written, asked;
+  test::add_schema_keys(schema, written);
+  test::add_reader_keys("tools/prismweb/web_config.cpp", asked);
+  EXPECT_EQ(written, asked);
+  const test::SchemaValidator validator(schema);
+  const Json whole = Json::parse(kWhole);
+  EXPECT_TRUE(validator.accepts(whole));
+  EXPECT_EQ(refusal_of(kWhole), "");
+  const std::string shipped = test::read_file(source / "config/examples/web.json");
+  EXPECT_TRUE(validator.accepts(Json::parse(shipped, nullptr, true, true)));
+  EXPECT_EQ(refusal_of(shipped), "");
+  for (const auto& [key, value] : whole.items()) {
+    for (const Json& wrong : Json::parse(R"([null, -1, 0.5, true, [], [1], {"what": 1}])")) {
+      Json changed = whole;
+      changed[key] = wrong;
+      if (key == "$schema") continue;
+      EXPECT_FALSE(validator.accepts(changed)) << changed.dump();
+      EXPECT_NE(refusal_of(changed.dump()), "") << changed.dump();
+    }
+  }
 }
 
 TEST(WebConfig, AddressesAreWrittenInOneWay) {

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/archive.hpp"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <utility>
+
+#include "tools/prismweb/json_text.hpp"
+#include "tools/prismweb/range.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::int64_t kMostRows_s = RecentSeconds::kLength_s;
+
+json row_json(const Extremes& second) {
+  static constexpr std::array<const char*, kQuantities> kNames = {
+      "rate_deg_per_h",   "corrected_deg_per_h", "bias_deg_per_h", "sd_deg_per_h",
+      "temperature_degc", "slope_degc_per_s",    "uhfo_v"};
+  json row = {{"time_s", second.begin_s + 1},
+              {"samples", second.samples},
+              {"missing", second.missing},
+              {"good", second.good > 0}};
+  for (std::size_t i = 0; i < kQuantities; ++i) row[kNames[i]] = second.least[i];
+  return row;
+}
+
+}  // namespace
+
+std::string path_part(const std::string& name) {
+  std::string part;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = std::isalnum(byte) || c == '_' || c == '-' || (c == '.' && !part.empty());
+    part += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
+  }
+  return part;
+}
+
+Archive::Archive(boost::asio::io_context& io, Hub& hub, std::string folder)
+    : io_(io), hub_(hub), folder_(std::move(folder)) {}
+
+void Archive::connected() {
+  for (const std::string& axis : hub_.axes()) {
+    auto& archive = axes_[axis];
+    if (!archive) {
+      const std::string folder = folder_.empty() ? "" : folder_ + "/" + path_part(hub_.name()) + "/" + path_part(axis);
+      archive = std::make_shared<AxisArchive>(io_, hub_, axis, folder);
+    }
+    archive->follow();
+  }
+}
+
+void Archive::notified(const Notification& notification) {
+  if (notification.method != "window") return;
+  const auto axis = axes_.find(std::string(notification.axis));
+  const json message = json::parse(notification.line, nullptr, false);
+  if (axis != axes_.end() && message.is_object()) axis->second->window(message.value("params", json()));
+}
+
+void Archive::finish() {
+  for (const auto& [name, axis] : axes_) axis->finish();
+}
+
+AxisArchive* Archive::axis_of(const json& params) {
+  const json axis = params.is_object() ? params.value("axis", json()) : json();
+  if (axis.is_null() && axes_.size() == 1) return axes_.begin()->second.get();
+  const auto found = axis.is_string() ? axes_.find(axis.get<std::string>()) : axes_.end();
+  return found == axes_.end() ? nullptr : found->second.get();
+}
+
+std::string Archive::wrong_axis() const {
+  if (axes_.empty()) return error_member(kNotRunning, hub_.name() + " was never connected");
+  return error_member(kWrongParams, fmt::format("expected \"axis\", one of {}", fmt::join(hub_.axes(), ", ")));
+}
+
+void Archive::range(const json& params, const Hub::Answer& answer) {
+  AxisArchive* const axis = axis_of(params);
+  if (axis == nullptr) return answer(wrong_axis());
+  const Result<RangeQuery> query = parse_range(params);
+  if (!query) return answer(error_member(kWrongParams, query.error().text()));
+  answer_range(hub_, *axis, *query, answer);
+}
+
+void Archive::rows(const json& params, const Hub::Answer& answer) {
+  AxisArchive* const axis = axis_of(params);
+  if (axis == nullptr) return answer(wrong_axis());
+  const json seconds = params.is_object() ? params.value("seconds", json(60)) : json(60);
+  if (!seconds.is_number_integer() || seconds < 1 || seconds > kMostRows_s)
+    return answer(error_member(kWrongParams, fmt::format("expected seconds, 1 to {}", kMostRows_s)));
+  json rows = json::array();
+  const auto& all = axis->recent().all();
+  const std::size_t count = std::min<std::size_t>(all.size(), seconds.get<std::size_t>());
+  for (std::size_t i = all.size() - count; i < all.size(); ++i) rows.push_back(row_json(all[i]));
+  answer("\"result\":" + dumped(rows));
+}
+
+}  // namespace prism::prismweb

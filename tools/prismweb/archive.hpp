@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// The series of one instance: an archive for each axis, and the method `range` over them.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "tools/prismweb/axis_archive.hpp"
+#include "tools/prismweb/hub.hpp"
+
+namespace prism::prismweb {
+
+class Archive {
+ public:
+  /// `folder` of all stores; empty: none is kept.
+  Archive(boost::asio::io_context& io, Hub& hub, std::string folder);
+
+  void connected();
+  void notified(const Notification& notification);
+  void finish();
+
+  /// docs/page.md, "range". The answer may come later.
+  void range(const nlohmann::json& params, const Hub::Answer& answer);
+  /// The last seconds as objects, with the names and units of the log.
+  void rows(const nlohmann::json& params, const Hub::Answer& answer);
+
+ private:
+  AxisArchive* axis_of(const nlohmann::json& params);
+  std::string wrong_axis() const;
+
+  boost::asio::io_context& io_;
+  Hub& hub_;
+  std::string folder_;
+  std::map<std::string, std::shared_ptr<AxisArchive>> axes_;
+};
+
+/// A name as one part of a path: other characters than letters, digits, '_', '-' and '.' as %XX; so is a '.' at the
+/// beginning.
+std::string path_part(const std::string& name);
+
+}  // namespace prism::prismweb

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// What is known of one axis over time: the last hours in memory, minutes and hours on the disk, both kept up with
+// prismd's log.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "tools/prismweb/hub.hpp"
+#include "tools/prismweb/recent.hpp"
+#include "tools/prismweb/store.hpp"
+
+namespace prism::prismweb {
+
+class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
+ public:
+  /// `folder` of the store; empty: none is kept.
+  AxisArchive(boost::asio::io_context& io, Hub& hub, std::string axis, const std::string& folder);
+
+  /// prismd is connected: fetches what was missed, and goes on.
+  void follow();
+  /// Keeps what was not kept yet.
+  void finish();
+  void window(const nlohmann::json& params);
+
+  const std::string& name() const { return axis_; }
+  const RecentSeconds& recent() const { return recent_; }
+  const Store* store() const { return has_log_ ? store_.get() : nullptr; }
+  /// 0 to 1, 1 where the store is up to date; nothing where there is none.
+  std::optional<double> building() const;
+
+ private:
+  void ask();
+  void take(std::string_view member);
+  void take_page(std::string_view member);
+  void take_history(std::string_view member);
+  void say(const std::string& what);
+
+  boost::asio::io_context& io_;
+  Hub& hub_;
+  std::string axis_;
+  RecentSeconds recent_;
+  std::unique_ptr<Store> store_;
+  boost::asio::steady_timer pause_;
+  std::string cursor_;  ///< behind what the store was given
+  int uncommitted_pages_ = 0;
+  bool has_log_ = true, asking_ = false, behind_ = true;
+  std::string said_;
+};
+
+}  // namespace prism::prismweb

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/extremes.hpp"
+
+#include <algorithm>
+#include <map>
+
+namespace prism::prismweb {
+namespace {
+
+constexpr std::array<std::int64_t, 18> kSteps = {1,   2,   5,    10,   15,   30,    60,    120,   300,
+                                                 600, 900, 1800, 3600, 7200, 10800, 21600, 43200, 86400};
+
+double number_of(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_number() ? found->get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::uint32_t count_of(const nlohmann::json& object, const char* key) {
+  const double number = number_of(object, key);
+  return number >= 0 && number < 4e9 ? static_cast<std::uint32_t>(number) : 0;
+}
+
+Extremes of_values(std::int64_t begin_s, const std::array<double, kQuantities>& values) {
+  Extremes second;
+  second.begin_s = begin_s;
+  second.least = second.greatest = values;
+  second.seconds = 1;
+  return second;
+}
+
+}  // namespace
+
+// fmin and fmax take the other one where one is unknown.
+void Extremes::add(const Extremes& other) {
+  for (std::size_t i = 0; i < kQuantities; ++i) {
+    least[i] = std::fmin(least[i], other.least[i]);
+    greatest[i] = std::fmax(greatest[i], other.greatest[i]);
+  }
+  samples += other.samples;
+  missing += other.missing;
+  seconds += other.seconds;
+  good += other.good;
+}
+
+Extremes second_of(const compensation::CompensatedWindow& row) {
+  const compensation::Bucket& bucket = row.window.bucket;
+  Extremes second = of_values(bucket.second, {bucket.rate_deg_per_h, row.corrected_deg_per_h,
+                                              row.correction.bias_deg_per_h, row.correction.sd_deg_per_h,
+                                              bucket.temperature_degc, row.window.slope_degc_per_s, bucket.uhfo_v});
+  second.samples = static_cast<std::uint32_t>(bucket.samples);
+  second.missing = static_cast<std::uint32_t>(bucket.missing_frames);
+  second.good = row.correction.quality == compensation::kGood ? 1 : 0;
+  return second;
+}
+
+std::optional<Extremes> second_of(const nlohmann::json& window) {
+  if (!window.is_object()) return std::nullopt;
+  const double end_s = number_of(window, "time_s");
+  if (!(std::fabs(end_s) < 1e10)) return std::nullopt;
+  Extremes second =
+      of_values(std::llround(end_s) - 1, {number_of(window, "rate_deg_per_h"), number_of(window, "corrected_deg_per_h"),
+                                          number_of(window, "bias_deg_per_h"), number_of(window, "sd_deg_per_h"),
+                                          number_of(window, "mean_temperature_degc"),
+                                          number_of(window, "slope_degc_per_s"), number_of(window, "mean_uhfo_v")});
+  second.samples = count_of(window, "samples");
+  second.missing = count_of(window, "missing");
+  second.good = window.value("quality", nlohmann::json()) == "good" ? 1 : 0;
+  return second;
+}
+
+std::int64_t floor_to(std::int64_t time_s, std::int64_t length_s) {
+  const std::int64_t rest = time_s % length_s;
+  return time_s - (rest < 0 ? rest + length_s : rest);
+}
+
+// One more than the quotient may be cut by the borders.
+std::int64_t step_for(double length_s, int points, std::int64_t least_s) {
+  const auto fits = [&](std::int64_t step) {
+    return step >= least_s && length_s / static_cast<double>(step) + 1 <= std::max(points, 2);
+  };
+  const auto found = std::find_if(kSteps.begin(), kSteps.end(), fits);
+  if (found != kSteps.end()) return *found;
+  return kSteps.back() *
+         static_cast<std::int64_t>(std::ceil(length_s / static_cast<double>(kSteps.back()) / std::max(points - 1, 1)));
+}
+
+std::vector<Extremes> thinned(std::span<const Extremes> periods, std::int64_t from_s, std::int64_t to_s,
+                              std::int64_t step_s) {
+  std::vector<Extremes> steps;
+  bool in_order = true;
+  for (const Extremes& period : periods) {
+    if (period.begin_s < from_s || period.begin_s >= to_s) continue;
+    const std::int64_t begin_s = floor_to(period.begin_s, step_s);
+    if (steps.empty() || steps.back().begin_s != begin_s) {
+      in_order = in_order && (steps.empty() || steps.back().begin_s < begin_s);
+      steps.push_back(period);
+      steps.back().begin_s = begin_s;
+    } else {
+      steps.back().add(period);
+    }
+  }
+  if (in_order) return steps;
+  std::map<std::int64_t, Extremes> sorted;  // a clock was set back
+  for (const Extremes& step : steps) {
+    const auto [at, is_new] = sorted.emplace(step.begin_s, step);
+    if (!is_new) at->second.add(step);
+  }
+  steps.clear();
+  for (const auto& [begin_s, step] : sorted) steps.push_back(step);
+  return steps;
+}
+
+std::optional<Extremes> PeriodFolder::push(const Extremes& second) {
+  const std::int64_t begin_s = floor_to(second.begin_s, length_s_);
+  if (open_ && open_->begin_s == begin_s) {
+    open_->add(second);
+    return std::nullopt;
+  }
+  const std::optional<Extremes> ended = open_;
+  open_ = second;
+  open_->begin_s = begin_s;
+  return ended;
+}
+
+}  // namespace prism::prismweb

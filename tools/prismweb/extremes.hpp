@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// What long views are made of: of each quantity the least and the greatest value of a period.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "compensation/compensated.hpp"
+
+namespace prism::prismweb {
+
+/// deg/h: rate, corrected, bias, sd; degC; degC/s; V.
+enum Quantity : std::size_t { kRate, kCorrected, kBias, kSd, kTemperature, kSlope, kUhfo, kQuantities };
+
+/// A second, or several of them joined. NaN: the quantity was known in none of them.
+struct Extremes {
+  std::int64_t begin_s = 0;  ///< of the data's time; a row of the log with time_s = t begins at t − 1
+  std::array<double, kQuantities> least = unknown(), greatest = unknown();
+  std::uint32_t samples = 0, missing = 0;
+  std::uint32_t seconds = 0, good = 0;  ///< rows, and those of quality "good"
+
+  static std::array<double, kQuantities> unknown() {
+    std::array<double, kQuantities> none{};
+    none.fill(std::numeric_limits<double>::quiet_NaN());
+    return none;
+  }
+  /// Joins another period to this one, which keeps its begin.
+  void add(const Extremes& other);
+};
+
+/// Of a row of the log.
+Extremes second_of(const compensation::CompensatedWindow& row);
+/// Of the params of a window notification, which has means of T and U over the window; nothing where it is none.
+std::optional<Extremes> second_of(const nlohmann::json& window);
+
+/// The begin of the period of `length_s` that `time_s` is in.
+std::int64_t floor_to(std::int64_t time_s, std::int64_t length_s);
+
+/// The shortest step, of those that docs/page.md has, that gives at most `points` for `length_s` and is not below
+/// `least_s`. Beyond the longest, whole days.
+std::int64_t step_for(double length_s, int points, std::int64_t least_s);
+
+/// The periods whose begin is within [from_s, to_s), joined by steps, in the order of time. Nothing is left out.
+std::vector<Extremes> thinned(std::span<const Extremes> periods, std::int64_t from_s, std::int64_t to_s,
+                              std::int64_t step_s);
+
+/// Joins what is pushed to periods of one length.
+class PeriodFolder {
+ public:
+  explicit PeriodFolder(std::int64_t length_s) : length_s_(length_s) {}
+  /// The period that `second` ended, as it is of another one.
+  std::optional<Extremes> push(const Extremes& second);
+  const std::optional<Extremes>& open() const { return open_; }
+  void restore(std::optional<Extremes> open) { open_ = open; }
+
+ private:
+  std::int64_t length_s_;
+  std::optional<Extremes> open_;
+};
+
+}  // namespace prism::prismweb

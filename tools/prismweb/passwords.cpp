@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/passwords.hpp"
+
+#include <crypt.h>
+#include <fmt/format.h>
+#include <openssl/evp.h>
+#include <sys/stat.h>
+
+#include <cctype>
+#include <memory>
+#include <vector>
+
+#include "compensation/plain_text.hpp"
+#include "config/text_file.hpp"
+#include "tools/prismweb/access.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+constexpr std::size_t kMostPasswordBytes = 72, kHashBytes = 60;
+constexpr unsigned long kCost = 11;
+
+bool is_bcrypt(std::string_view hash) {
+  return hash.size() == kHashBytes && (hash.starts_with("$2b$") || hash.starts_with("$2y$"));
+}
+
+std::string hashed(const std::string& password, const std::string& setting) {
+  const auto data = std::make_unique<crypt_data>();
+  const char* const hash = ::crypt_r(password.c_str(), setting.c_str(), data.get());
+  return hash != nullptr ? hash : "";
+}
+
+}  // namespace
+
+Result<PasswordHashes> parse_passwords(std::string_view text, const std::string& path) {
+  PasswordHashes hashes;
+  int number = 0;
+  while (!text.empty()) {
+    std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    ++number;
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (line.empty() || line.front() == '#') continue;
+    const std::size_t colon = line.find(':');
+    const std::string where = fmt::format("{}:{}", path, number);
+    if (colon == 0 || colon == std::string_view::npos || !is_bcrypt(line.substr(colon + 1)))
+      return refuse(where, "expected NAME:HASH with a hash of bcrypt; \"prismweb --hash-password\" writes one");
+    const std::string name(line.substr(0, colon));
+    if (!hashes.emplace(name, line.substr(colon + 1)).second)
+      return refuse(where, fmt::format("found \"{}\" twice", plain_text(name)));
+  }
+  if (hashes.empty()) return refuse(path, "found no name, expected lines NAME:HASH");
+  return hashes;
+}
+
+Result<PasswordHashes> load_passwords(const std::string& path) {
+  const Result<std::string> text = config::read_text_file(path);
+  if (!text) return tl::unexpected<Error>(text.error());
+  struct stat found {};
+  if (::stat(path.c_str(), &found) == 0 && (found.st_mode & 007) != 0)
+    return refuse(path, "others may read it, expected mode 0640 or stricter");
+  return parse_passwords(*text, path);
+}
+
+bool is_password(const std::string& password, const std::string& hash) {
+  return password.find('\0') == std::string::npos && is_secret(hashed(password, hash), hash);
+}
+
+Result<std::string> hash_password(const std::string& password) {
+  if (password.empty() || password.size() > kMostPasswordBytes)
+    return refuse("--hash-password",
+                  fmt::format("found a password of {} bytes, expected 1 to {}", password.size(), kMostPasswordBytes));
+  char setting[CRYPT_GENSALT_OUTPUT_SIZE];
+  if (::crypt_gensalt_rn("$2b$", kCost, nullptr, 0, setting, sizeof setting) == nullptr)
+    return refuse("--hash-password", "libcrypt makes no salt of bcrypt");
+  std::string hash = hashed(password, setting);
+  if (!is_bcrypt(hash)) return refuse("--hash-password", "libcrypt makes no hash of bcrypt");
+  return hash;
+}
+
+std::optional<std::pair<std::string, std::string>> basic_of(std::string_view authorization) {
+  constexpr std::string_view kScheme = "basic ";
+  if (authorization.size() <= kScheme.size() || authorization.size() > 1024) return std::nullopt;
+  for (std::size_t i = 0; i < kScheme.size(); ++i) {
+    if (std::tolower(static_cast<unsigned char>(authorization[i])) != kScheme[i]) return std::nullopt;
+  }
+  const std::string_view code = authorization.substr(kScheme.size());
+  std::vector<unsigned char> bytes(code.size() / 4 * 3 + 3);
+  const int size = ::EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(code.data()),
+                                     static_cast<int>(code.size()));
+  const int padding = code.ends_with("==") ? 2 : code.ends_with('=') ? 1 : 0;
+  if (size < padding) return std::nullopt;
+  const std::string text(reinterpret_cast<const char*>(bytes.data()), static_cast<std::size_t>(size - padding));
+  const std::size_t colon = text.find(':');
+  if (colon == std::string::npos) return std::nullopt;
+  return std::pair(text.substr(0, colon), text.substr(colon + 1));
+}
+
+}  // namespace prism::prismweb

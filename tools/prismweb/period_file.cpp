@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/period_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/crc.hpp>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace prism::prismweb {
+namespace {
+
+constexpr std::size_t kChecked = kRecordBytes - 4, kBlockRecords = 1024;
+using Record = std::array<unsigned char, kRecordBytes>;
+
+std::uint32_t crc_of(const unsigned char* record) {
+  boost::crc_32_type crc;
+  crc.process_bytes(record, kChecked);
+  return crc.checksum();
+}
+
+// Puts or takes one value after the other.
+struct Cursor {
+  unsigned char* at;
+  template <class T>
+  void put(T value) {
+    std::memcpy(at, &value, sizeof value);
+    at += sizeof value;
+  }
+  template <class T>
+  void take(T& value) {
+    std::memcpy(&value, at, sizeof value);
+    at += sizeof value;
+  }
+};
+
+std::uint16_t count16(std::uint32_t count) { return static_cast<std::uint16_t>(std::min<std::uint32_t>(count, 65535)); }
+
+Record record_of(const Extremes& period) {
+  Record record{};
+  Cursor out{record.data()};
+  out.put(period.begin_s);
+  for (std::size_t i = 0; i < kQuantities; ++i) {
+    if (i != kSd) out.put(period.least[i]);
+    out.put(period.greatest[i]);
+  }
+  out.put(period.samples);
+  out.put(period.missing);
+  out.put(count16(period.seconds));
+  out.put(count16(period.good));
+  out.put(crc_of(record.data()));
+  return record;
+}
+
+Extremes period_of(unsigned char* record) {
+  Extremes period;
+  Cursor in{record};
+  in.take(period.begin_s);
+  for (std::size_t i = 0; i < kQuantities; ++i) {
+    if (i != kSd) in.take(period.least[i]);
+    in.take(period.greatest[i]);
+  }
+  period.least[kSd] = period.greatest[kSd];
+  std::uint16_t seconds = 0, good = 0;
+  in.take(period.samples);
+  in.take(period.missing);
+  in.take(seconds);
+  in.take(good);
+  period.seconds = seconds;
+  period.good = good;
+  return period;
+}
+
+off_t offset_of(std::uint64_t record) { return static_cast<off_t>(record * kRecordBytes); }
+
+}  // namespace
+
+PeriodFile::PeriodFile(PeriodFile&& other) noexcept { *this = std::move(other); }
+
+PeriodFile& PeriodFile::operator=(PeriodFile&& other) noexcept {
+  std::swap(fd_, other.fd_);
+  std::swap(path_, other.path_);
+  std::swap(records_, other.records_);
+  std::swap(in_order_, other.in_order_);
+  std::swap(last_begin_s_, other.last_begin_s_);
+  return *this;
+}
+
+PeriodFile::~PeriodFile() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+Result<PeriodFile> PeriodFile::open(const std::string& path, std::uint64_t records) {
+  PeriodFile file;
+  file.path_ = path;
+  file.fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
+  if (file.fd_ < 0) return refuse(path, std::strerror(errno));
+  const off_t size = ::lseek(file.fd_, 0, SEEK_END);
+  if (size < offset_of(records))
+    return refuse(path, fmt::format("found {} bytes, expected {} records of {}", size, records, kRecordBytes));
+  if (::ftruncate(file.fd_, offset_of(records)) != 0) return refuse(path, std::strerror(errno));
+  file.records_ = records;
+  if (records == 0) return file;
+  Record last{};
+  std::uint32_t crc = 0;
+  if (::pread(file.fd_, last.data(), last.size(), offset_of(records - 1)) != static_cast<ssize_t>(last.size()))
+    return refuse(path, std::strerror(errno));
+  std::memcpy(&crc, last.data() + kChecked, sizeof crc);
+  if (crc != crc_of(last.data())) return refuse(path, fmt::format("record {} is damaged", records));
+  std::int64_t before = INT64_MIN;
+  for (const Extremes& period : file.read(INT64_MIN, INT64_MAX)) {
+    file.in_order_ = file.in_order_ && before <= period.begin_s;
+    before = period.begin_s;
+  }
+  file.last_begin_s_ = before;
+  return file;
+}
+
+Result<void> PeriodFile::append(std::span<const Extremes> periods) {
+  std::string bytes;
+  for (const Extremes& period : periods) {
+    const Record record = record_of(period);
+    bytes.append(reinterpret_cast<const char*>(record.data()), record.size());
+  }
+  if (::pwrite(fd_, bytes.data(), bytes.size(), offset_of(records_)) != static_cast<ssize_t>(bytes.size()))
+    return refuse(path_, fmt::format("cannot write: {}", std::strerror(errno)));
+  for (const Extremes& period : periods) {
+    in_order_ = in_order_ && last_begin_s_ <= period.begin_s;
+    last_begin_s_ = period.begin_s;
+  }
+  records_ += periods.size();
+  return {};
+}
+
+Result<void> PeriodFile::sync() {
+  if (::fdatasync(fd_) != 0) return refuse(path_, fmt::format("cannot sync: {}", std::strerror(errno)));
+  return {};
+}
+
+std::int64_t PeriodFile::begin_of(std::uint64_t record) const {
+  std::int64_t begin_s = INT64_MAX;
+  if (::pread(fd_, &begin_s, sizeof begin_s, offset_of(record)) != sizeof begin_s) return INT64_MAX;
+  return begin_s;
+}
+
+std::vector<Extremes> PeriodFile::read(std::int64_t from_s, std::int64_t to_s) const {
+  std::uint64_t first = 0;
+  if (in_order_ && from_s != INT64_MIN) {
+    for (std::uint64_t end = records_; first < end;) {
+      const std::uint64_t middle = first + (end - first) / 2;
+      if (begin_of(middle) < from_s) {
+        first = middle + 1;
+      } else {
+        end = middle;
+      }
+    }
+  }
+  std::vector<Extremes> found;
+  std::vector<unsigned char> block(kBlockRecords * kRecordBytes);
+  for (; first < records_; first += kBlockRecords) {
+    const std::uint64_t count = std::min<std::uint64_t>(kBlockRecords, records_ - first);
+    if (::pread(fd_, block.data(), count * kRecordBytes, offset_of(first)) != offset_of(count)) break;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const Extremes period = period_of(block.data() + i * kRecordBytes);
+      if (in_order_ && period.begin_s >= to_s) return found;
+      if (period.begin_s >= from_s && period.begin_s < to_s) found.push_back(period);
+    }
+  }
+  return found;
+}
+
+}  // namespace prism::prismweb

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// Periods on the disk: one file, records of 128 bytes, appended.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "compensation/result.hpp"
+#include "tools/prismweb/extremes.hpp"
+
+namespace prism::prismweb {
+
+/// A record, little-endian: int64 begin_s; double least and greatest of rate, corrected, bias, greatest sd, least and
+/// greatest of temperature, slope, uhfo; uint32 samples, missing; uint16 seconds, good; uint32 CRC-32 of what stands
+/// before it.
+inline constexpr std::size_t kRecordBytes = 128;
+
+class PeriodFile {
+ public:
+  PeriodFile() = default;
+  PeriodFile(PeriodFile&& other) noexcept;
+  PeriodFile& operator=(PeriodFile&& other) noexcept;
+  ~PeriodFile();
+
+  /// Opens or makes it with its first `records`; what stands behind them was never acknowledged and is cut off. Refused
+  /// where there are fewer, or the last one is damaged.
+  static Result<PeriodFile> open(const std::string& path, std::uint64_t records);
+
+  Result<void> append(std::span<const Extremes> periods);
+  Result<void> sync();
+  std::uint64_t records() const { return records_; }
+
+  /// Those whose begin is within [from_s, to_s), in the order in which they were written.
+  std::vector<Extremes> read(std::int64_t from_s, std::int64_t to_s) const;
+
+ private:
+  std::int64_t begin_of(std::uint64_t record) const;
+
+  int fd_ = -1;
+  std::string path_;
+  std::uint64_t records_ = 0;
+  bool in_order_ = true;  ///< else a clock was set back, and all of it must be looked at
+  std::int64_t last_begin_s_ = INT64_MIN;
+};
+
+}  // namespace prism::prismweb

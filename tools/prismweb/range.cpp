@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/range.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "tools/prismweb/json_text.hpp"
+#include "tools/prismweb/log_page.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kFarthest_s = 9e9;
+constexpr std::int64_t kLongestOfRows_s = 7200;
+constexpr int kMostPages = 40;  // of up to 256 KiB: what lies between two known cursors, and the range
+
+// What is answered, once its periods are there.
+struct View {
+  std::int64_t from_s, to_s, step_s;  // of begins
+  const char* source;
+};
+
+json columns() {
+  return {"time_s",   "rate_min", "rate_max",        "corrected_min",   "corrected_max", "bias_min",
+          "bias_max", "sd_max",   "temperature_min", "temperature_max", "slope_min",     "slope_max",
+          "uhfo_min", "uhfo_max", "samples",         "missing",         "seconds",       "good"};
+}
+
+json row_of(const Extremes& step, std::int64_t step_s) {
+  json row = {step.begin_s + step_s};
+  for (std::size_t i = 0; i < kQuantities; ++i) {
+    if (i != kSd) row.push_back(step.least[i]);
+    row.push_back(step.greatest[i]);
+  }
+  for (const std::uint32_t count : {step.samples, step.missing, step.seconds, step.good}) row.push_back(count);
+  return row;
+}
+
+std::optional<std::int64_t> first_of(const AxisArchive& axis) {
+  const auto stored = axis.store() != nullptr ? axis.store()->first_second() : std::nullopt;
+  if (axis.recent().empty()) return stored;
+  return std::min(axis.recent().first_s(), stored.value_or(INT64_MAX));
+}
+
+std::optional<std::int64_t> last_of(const AxisArchive& axis) {
+  if (!axis.recent().empty()) return axis.recent().last_s();
+  return axis.store() != nullptr ? axis.store()->last_second() : std::nullopt;
+}
+
+std::string result_of(const AxisArchive& axis, const View& view, const std::vector<Extremes>& periods) {
+  json rows = json::array();
+  for (const Extremes& step : thinned(periods, view.from_s, view.to_s, view.step_s))
+    rows.push_back(row_of(step, view.step_s));
+  const auto first = first_of(axis), last = last_of(axis);
+  const auto building = axis.building();
+  const json result = {{"axis", axis.name()},
+                       {"from_s", view.from_s},
+                       {"to_s", view.to_s},
+                       {"step_s", view.step_s},
+                       {"source", view.source},
+                       {"columns", columns()},
+                       {"rows", std::move(rows)},
+                       {"first_s", first ? json(*first + 1) : json()},
+                       {"last_s", last ? json(*last + 1) : json()},
+                       {"building", building ? json(*building) : json()}};
+  return "\"result\":" + dumped(result);
+}
+
+// The seconds that the store does not have yet.
+void add_newer(std::vector<Extremes>& periods, const AxisArchive& axis) {
+  const std::int64_t last_s = axis.store()->last_second().value_or(INT64_MIN);
+  for (const Extremes& second : axis.recent().all()) {
+    if (second.begin_s > last_s) periods.push_back(second);
+  }
+}
+
+// Seconds of long ago: page after page of prismd's log, from a cursor before them.
+struct Fetch : std::enable_shared_from_this<Fetch> {
+  Fetch(Hub& hub_, std::shared_ptr<AxisArchive> axis_, std::string name_, View view_, Hub::Answer answer_)
+      : hub(hub_), axis(std::move(axis_)), name(std::move(name_)), view(view_), answer(std::move(answer_)) {}
+
+  void ask(const std::string& cursor) {
+    const auto take = [self = shared_from_this()](std::string_view member) { self->take(member); };
+    hub.ask("rows", {{"after", cursor}, {"limit", 10000}, {"axis", name}}, take);
+  }
+
+  void take(std::string_view member) {
+    const Result<LogPage> page = parse_log_page(member);
+    if (!page)
+      return answer(std::string(member).starts_with("\"error\"") ? std::string(member)
+                                                                 : error_member(kNotRunning, page.error().text()));
+    for (const Extremes& second : page->seconds) {
+      if (second.begin_s >= view.from_s && second.begin_s < view.to_s) found.push_back(second);
+    }
+    const bool past = !page->seconds.empty() && page->seconds.back().begin_s >= view.to_s;
+    if (past || !page->more || ++pages >= kMostPages) return answer(result_of(*axis, view, found));
+    ask(page->after);
+  }
+
+  Hub& hub;
+  std::shared_ptr<AxisArchive> axis;
+  std::string name;
+  View view;
+  Hub::Answer answer;
+  std::vector<Extremes> found;
+  int pages = 0;
+};
+
+}  // namespace
+
+Result<RangeQuery> parse_range(const json& params) {
+  RangeQuery query;
+  const auto wrong = [] {
+    return refuse("range",
+                  "expected {\"axis\": NAME, \"from_s\": T or \"seconds\": N, \"to_s\": T, \"points\": 1 to 5000}");
+  };
+  if (params.is_null()) return query;
+  if (!params.is_object()) return wrong();
+  const auto time = [&](const char* key, std::optional<double>& value) {
+    if (!params.contains(key)) return true;
+    if (!params[key].is_number() || !(std::fabs(params[key].get<double>()) <= kFarthest_s)) return false;
+    value = params[key].get<double>();
+    return true;
+  };
+  std::optional<double> seconds, points;
+  if (!time("from_s", query.from_s) || !time("to_s", query.to_s) || !time("seconds", seconds) ||
+      !time("points", points))
+    return wrong();
+  if (seconds && (query.from_s || !(*seconds >= 1))) return wrong();
+  if (points && !(*points >= 1 && *points <= 5000 && *points == std::floor(*points))) return wrong();
+  query.seconds = seconds.value_or(query.seconds);
+  query.points = static_cast<int>(points.value_or(query.points));
+  if (query.from_s && query.to_s && *query.from_s >= *query.to_s) return wrong();
+  return query;
+}
+
+void answer_range(Hub& hub, AxisArchive& axis, const RangeQuery& query, const Hub::Answer& answer) {
+  const std::int64_t last_s = last_of(axis).value_or(0) + 1;
+  const double to_s = query.to_s.value_or(static_cast<double>(last_s));
+  const double from_s = query.from_s.value_or(to_s - query.seconds);
+  View view{static_cast<std::int64_t>(std::floor(from_s)), static_cast<std::int64_t>(std::ceil(to_s)), 1, "seconds"};
+  const double length_s = std::max(to_s - from_s, 1.0);
+  const Store* const store = axis.store();
+  view.step_s = step_for(length_s, query.points, 1);
+  const bool in_memory = !axis.recent().empty() && view.from_s >= axis.recent().first_s();
+  if (store == nullptr || in_memory || !store->first_second())
+    return answer(result_of(axis, view, axis.recent().all()));
+  if (length_s <= kLongestOfRows_s && hub.state() == HubState::kRunning) {
+    const auto fetch = std::make_shared<Fetch>(hub, axis.shared_from_this(), axis.name(), view, answer);
+    return fetch->ask(store->cursor_before(view.from_s).value_or("earliest"));
+  }
+  view.step_s = step_for(length_s, query.points, 60);
+  const bool by_hours = view.step_s >= 3600;
+  view.source = by_hours ? "hours" : "minutes";
+  const std::int64_t period_s = by_hours ? 3600 : 60;
+  const std::int64_t whole_from_s = floor_to(view.from_s, period_s);
+  view.from_s = whole_from_s;  // a period that the border cuts is in it
+  std::vector<Extremes> periods =
+      by_hours ? store->hours(whole_from_s, view.to_s) : store->minutes(whole_from_s, view.to_s);
+  add_newer(periods, axis);
+  answer(result_of(axis, view, periods));
+}
+
+}  // namespace prism::prismweb
