@@ -12,7 +12,7 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 import help_tree
 
 PAGES = {"prismd": "prismd.8.scd", "prismctl": "prismctl.1.scd", "prismcal": "prismcal.1.scd", "prismsim": "prismsim.1.scd",
-         "prismrelay": "prismrelay.8.scd"}
+         "prismrelay": "prismrelay.8.scd", "prismweb": "prismweb.8.scd"}
 
 
 def differences(program, known, page):

@@ -9,6 +9,7 @@ PROGRAMS = {
     "prismcal": "tools/prismcal/prismcal",
     "prismsim": "tools/prismsim/prismsim",
     "prismrelay": "tools/prismrelay/prismrelay",
+    "prismweb": "tools/prismweb/prismweb",
 }
 HELP_COLUMN = 30  # where a value leaves one blank only, the column alone tells the help from it
 
