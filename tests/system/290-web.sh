@@ -74,6 +74,9 @@ contains "wrong params are prismd's to refuse" "$(client "$token" ask history '{
 contains "a follower's name" "$(client "$token" ask rows '{"name":"x"}')" '"code": -32602'
 contains "no such instance" "$(client "$token" ask status '{}' '<b>')" 'no instance \"<b>\"'
 same "rows" "$(client "$token" ask rows '{"limit":1}' | jq '.result.segments[0].rows | length')" 1
+metrics=$(curl -s -D metrics.head -H "Authorization: Bearer $token" "${url}metrics")
+contains "/metrics" "$metrics" 'prism_up{gyro="gyro"} 1'
+contains "its media type" "$(cat metrics.head)" "Content-Type: text/plain; version=0.0.4"
 same "/api of no instance" "$(status -H "Authorization: Bearer $token" "${url}api/none/bias")" 404
 
 # Two clients at 1000 frames/s, one of every tenth, and one that reads nothing.
@@ -96,6 +99,7 @@ wait_for 5 grep -q ^window follow.txt
 kill -TERM "$prismd"; wait "$prismd"
 gone() { [ "$(api instances | jq -r '.[0].state')" = gone ]; }
 wait_for 5 gone
+contains "/metrics of one that is away" "$(curl -s -H "Authorization: Bearer $token" "${url}metrics")" 'prism_up{gyro="gyro"} 0'
 same "while it is away" "$(status -H "Authorization: Bearer $token" "${url}api/gyro/bias")" 503
 start_prismd
 wait_for 5 running

@@ -10,6 +10,7 @@
 #include "tools/prismweb/api.hpp"
 #include "tools/prismweb/archive.hpp"
 #include "tools/prismweb/json_text.hpp"
+#include "tools/prismweb/metrics_page.hpp"
 #include "tools/prismweb/static_files.hpp"
 #include "tools/prismweb/ws_client.hpp"
 
@@ -84,7 +85,12 @@ asio::awaitable<Refusal> Site::refusal(const Request& request) {
 asio::awaitable<Answer> Site::answer(const Request& request) {
   if (is_api(request.target)) {
     if (request.method != "GET") co_return plain(405, "expected GET");
-    Answer answer = co_await api_answer(*this, request.target);
+    Answer answer;
+    if (request.target == "/metrics") {
+      answer = co_await metrics_answer(*this);
+    } else {
+      answer = co_await api_answer(*this, request.target);
+    }
     co_return answer;
   }
   co_return file_answer(settings_, request);

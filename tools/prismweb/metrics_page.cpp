@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/metrics_page.hpp"
+
+#include <array>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tools/metrics/gyro_metrics.hpp"
+#include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/site.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace asio = boost::asio;
+using nlohmann::json;
+
+struct Gathered {
+  explicit Gathered(asio::io_context& io) : all_there(io, asio::steady_timer::time_point::max()) {}
+  std::map<std::string, metrics::GyroAnswers> gyros;
+  int missing = 0;
+  asio::steady_timer all_there;
+};
+
+void gather(const std::shared_ptr<Gathered>& gathered, Hub& hub) {
+  using Member = json metrics::GyroAnswers::*;
+  static constexpr std::array<std::pair<const char*, Member>, 3> kAsked = {
+      {{"status", &metrics::GyroAnswers::status},
+       {"line", &metrics::GyroAnswers::line},
+       {"stability", &metrics::GyroAnswers::stability}}};
+  gathered->gyros[hub.name()];
+  for (const auto& [method, member] : kAsked) {
+    ++gathered->missing;
+    hub.ask(method, json::object(), [gathered, name = hub.name(), member = member](std::string_view text) {
+      const json answer = json::parse("{" + std::string(text) + "}", nullptr, false);
+      if (answer.is_object()) gathered->gyros[name].*member = answer.value("result", json());
+      if (--gathered->missing == 0) gathered->all_there.cancel();
+    });
+  }
+}
+
+}  // namespace
+
+asio::awaitable<Answer> metrics_answer(Site& site) {
+  const auto gathered = std::make_shared<Gathered>(site.io());
+  for (const auto& hub : site.instances().all()) gather(gathered, *hub);
+  if (gathered->missing > 0) co_await gathered->all_there.async_wait(kUse);
+  metrics::Exposition exposition;
+  for (const auto& [name, answers] : gathered->gyros) metrics::add_gyro(exposition, name, answers);
+  metrics::add_time(exposition,
+                    std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count());
+  Answer answer;
+  answer.media_type = "text/plain; version=0.0.4; charset=utf-8";
+  answer.body = exposition.text();
+  co_return answer;
+}
+
+}  // namespace prism::prismweb
