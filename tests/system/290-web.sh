@@ -155,6 +155,9 @@ same "a wrong one" "$(status -k -u look:wrong "$secure")" 401
 same "a wrong name" "$(status -k -u lock:'a secret' "$secure")" 401
 same "the right one" "$(status -k -u look:'a secret' "$secure")" 200
 same "/api by password" "$(curl -sk -u look:'a secret' "${secure}api/instances" | jq -r '.[0].name')" gyro
+wss() { PRISM_BASIC=$1 "$python" "$PRISM_SOURCE/tests/system/web_client.py" "wss${secure#https}ws" '' hello; }
+same "a WebSocket by password" "$(wss 'look:a secret' | jq .ready)" true
+same "a WebSocket with a wrong one" "$(wss 'look:wrong')" "refused 401"
 same "no TLS there" "$(status "http${secure#https}")" 000
 kill -TERM "$pid"; wait "$pid" || fail "exit code $?"
 
@@ -165,3 +168,26 @@ same "a unix socket" "$(curl -s --unix-socket web.sock http://localhost/api/inst
 same "another host there" "$(status --unix-socket web.sock http://evil.example/)" 421
 kill -TERM "$pid"; wait "$pid" || fail "exit code $?"
 [ ! -e web.sock ] || fail "the socket is left"
+
+# One that somebody stopped: systemd listens at its socket (prismd@.socket keeps the folders), and nobody connects until it runs. Nor
+# while a service ends that closed the connection: the same run is not knocked at again.
+mkdir -p held/activated
+ln -s ../held.sock held/activated/held.sock
+start held socat "UNIX-LISTEN:held/held.sock,fork" SYSTEM:"echo knock >>$dir/knocks"
+wait_for 5 test -S held/held.sock
+start resting prismweb --listen 127.0.0.1:0 --state state --instance "$dir/held/held.sock"
+wait_for 5 grep -q token= resting.out
+url=$(sed 's/#.*//' resting.out)
+token=$(sed 's/.*#token=//' resting.out)
+sleep 2
+same "a stopped instance" "$(api instances | jq -r '.[0].state')" stopped
+[ ! -e knocks ] || fail "prismweb connected to an instance that was stopped"
+mkdir -p held/running/held
+wait_for 5 test -e knocks
+sleep 3
+same "connections while it ends" "$(wc -l <knocks)" 1
+rmdir held/running/held
+wait_for 5 test "$(api instances | jq -r '.[0].state')" != running
+mkdir held/running/held
+again() { [ "$(wc -l <knocks)" = 2 ]; }
+wait_for 5 again
