@@ -109,10 +109,6 @@ void LedgerLoop::take_events(const std::string& gyro, const json& message) {
 }
 
 void LedgerLoop::gathered() {
-  if (!traffic_.open) {
-    batch_ = {};
-    return;
-  }
   if (batch_.bytes() >= kLargeBatch) return commit();
   if (batch_.empty() || std::exchange(waiting_, true)) return;
   commit_timer_.expires_after(std::chrono::milliseconds(static_cast<int>(settings_.postgresql->gather_s * 1000)));

@@ -35,6 +35,7 @@ void RowFollower::close() {
 
 void RowFollower::go_on(const std::string& cursor) {
   cursor_ = cursor.empty() ? "earliest" : cursor;
+  gathered_ = false;
   ask();
 }
 
@@ -60,6 +61,7 @@ void RowFollower::ask() {
 
 void RowFollower::answer(const json& message) {
   asking_ = false;
+  if (!traffic_.open) return give_back();  // the ledger went meanwhile: it will say where to go on
   if (const auto error = message.find("error"); error != message.end()) return refused(*error);
   const auto page = message.find("result");
   const json& segments = page == message.end() || !page->is_object() ? json() : page->value("segments", json());
