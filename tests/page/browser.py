@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""Debian's chromium without a screen, for the tests of the page: what they wait for, what they must never see, pictures of it."""
+import os
+import tempfile
+import time
+
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+
+QUIET = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+         "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage", "--hide-scrollbars", "--enable-precise-memory-info"]
+
+
+class Browser:
+    """A chromium of its own, with an empty profile that goes with it."""
+
+    def __init__(self, width=1600, height=1000, dark=False, pictures=None):
+        self.profile = tempfile.TemporaryDirectory(prefix="prism-chromium.", ignore_cleanup_errors=True)
+        options = webdriver.ChromeOptions()
+        for argument in [*QUIET, f"--user-data-dir={self.profile.name}", f"--window-size={width},{height}"]:
+            options.add_argument(argument)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        options.add_experimental_option("prefs", {"download.default_directory": os.path.join(self.profile.name, "files")})
+        self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        self.pictures, self.allowed, self.said = pictures, [], []
+        self.size(width, height)
+        self.theme("dark" if dark else "light")
+
+    def size(self, width, height):
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600})
+
+    def theme(self, scheme):
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
+
+    def open(self, url):
+        self.driver.get(url)
+
+    def run(self, script, *arguments):
+        return self.driver.execute_script(script, *arguments)
+
+    def all(self, selector):
+        return self.driver.find_elements(By.CSS_SELECTOR, selector)
+
+    def one(self, selector):
+        found = self.all(selector)
+        assert found, f"nothing is {selector}"
+        return found[0]
+
+    def text(self, selector):
+        """As it stands in the document, also where a style would show it otherwise."""
+        return self.run("return document.querySelector(arguments[0])?.textContent ?? null", selector)
+
+    def wait(self, what, condition, seconds=10):
+        """Until condition() is true; says what did not come about."""
+        deadline = time.monotonic() + seconds
+        while True:
+            found = condition()
+            if found:
+                return found
+            assert time.monotonic() < deadline, f"not within {seconds} s: {what}; the page: {self.text('main')!r:.600}"
+            time.sleep(0.05)
+
+    def picture(self, name, whole=False):
+        if not self.pictures:
+            return
+        os.makedirs(self.pictures, exist_ok=True)
+        if whole:
+            size = self.run("return [innerWidth, document.documentElement.scrollHeight, innerHeight]")
+            self.size(size[0], size[1])
+            time.sleep(0.6)
+        self.driver.save_screenshot(os.path.join(self.pictures, f"{name}.png"))
+        if whole:
+            self.size(size[0], size[2])
+
+    def complaints(self):
+        """What the console said, but for the cuts that a test made itself (self.allowed)."""
+        self.said += [entry["message"] for entry in self.driver.get_log("browser")]
+        return [text for text in self.said if not any(part in text for part in self.allowed)]
+
+    def close(self):
+        self.driver.quit()
+        self.profile.cleanup()

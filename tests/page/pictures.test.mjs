@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// What the page draws by itself, and what it saves: the numbers behind.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+const from = (name) => import(new URL(`../../tools/prismweb/page/${name}`, import.meta.url));
+const { sparkPoints } = await from("spark.js"), { inputsOf, onScale } = await from("domain.js"), { csvOf } = await from("save.js");
+const { ticksOf } = await from("ticks.js");
+
+test("a spark line ends at the right edge and leaves out what is not known", () => {
+  assert.equal(sparkPoints([[0, 1], [300, null], [600, 2]], 600), "0.0,41.0 240.0,3.0");
+  assert.equal(sparkPoints([[0, 1], [600, 1]], 600), "0.0,22.0 240.0,22.0");
+  assert.equal(sparkPoints([[0, null], [1, 5]], 600), "");
+});
+
+test("a value outside of the domain stands outside of its range, and never beyond the scale", () => {
+  assert.deepEqual(onScale(24, 10, 30), { from: 4 / 28, to: 24 / 28, at: 18 / 28, inside: true });
+  assert.deepEqual([onScale(9, 10, 20).inside, onScale(9, 10, 20).at < onScale(9, 10, 20).from], [false, true]);
+  assert.equal(onScale(1e9, 10, 20).at, 1);
+  assert.deepEqual([onScale(null, 10, 20).at, onScale(null, 10, 20).inside], [null, null]);
+});
+
+test("inputs of a model have the units and values of the window, also where a model has no domain", () => {
+  const inputs = inputsOf({ inputs: ["T", "dTdt", "lag1"], domain: { min: [], max: [] } }, { mean_temperature_degc: 25, slope_degc_per_s: 0.001 });
+  assert.deepEqual(inputs.map((input) => [input.name, input.unit, input.value, input.least]), [["T", "°C", 25, undefined], ["dTdt", "°C/s", 0.001, undefined], ["lag1", "", undefined, undefined]]);
+});
+
+test("a saved table has a line a row, units in its names, and no line of another's making", () => {
+  const rows = [{ end_s: 1795455900, time_s: 1795455898, raw_1s: [1, 2, 3] }, { end_s: 1795455905, time_s: 1795455903 }];
+  const lines = csvOf(rows, 5, ["gyro\n1,2,3"]).trimEnd().split("\n");
+  assert.deepEqual(lines, ["# gyro 1,2,3", "# step_s: 5", "time_utc,time_s,min_rate_deg_per_h,mean_rate_deg_per_h,max_rate_deg_per_h", "2026-11-23T17:45:00Z,1795455900,1,2,3", "2026-11-23T17:45:05Z,1795455905,,,"]);
+});
+
+test("scales have three round numbers or more, with the decimals that they need", () => {
+  assert.deepEqual(ticksOf(8.44, 8.486, 4).map((tick) => tick.label), ["8.44", "8.45", "8.46", "8.47", "8.48"]);
+  assert.deepEqual(ticksOf(0, 200, 3).map((tick) => tick.label), ["0", "100", "200"]);
+  assert.deepEqual(ticksOf(-0.002, 0.0021, 3).map((tick) => tick.label), ["\u22120.002", "0.000", "0.002"]);
+  assert.deepEqual(ticksOf(5, 5, 3).map((tick) => tick.v), [5]);
+});

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+// What the page computes, without a browser.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+const page = new URL("../../tools/prismweb/page/", import.meta.url);
+const from = (name) => import(new URL(name, page));
+const format = await from("format.js"), quality = await from("quality.js"), state = await from("state.js");
+const { Steps, indexAt, tableOf } = await from("steps.js");
+const { stepsOf } = await from("range.js"), { TimeView, kGreatest_s } = await from("time_view.js");
+
+test("an unknown number is a dash, and no number is minus zero", () => {
+  for (const unknown of [null, undefined, NaN, Infinity, "8"]) assert.equal(format.fixed(unknown, 3), "–");
+  assert.equal(format.fixed(-0.0001, 2), "0.00");
+  assert.equal(format.fixed(-1.5, 1), "\u22121.5");
+  assert.equal(format.withUnit(null, 3, "V"), "–");
+  assert.equal(format.plusMinus(1, null, 1), "1.0");
+  assert.equal(format.plusMinus(0.01, 0.004, 3), "0.010 ± 0.004");
+});
+
+test("spans, moments and file names", () => {
+  assert.deepEqual([0.04, 59.9, 200, 3600, 7260, 90000].map(format.span), ["0.0 s", "59 s", "3 min 20 s", "1 h", "2 h 1 min", "1 d 1 h"]);
+  assert.equal(format.moment(1795455900), "2026-11-23 17:45:00");
+  assert.equal(format.fileName("../a<script>/ö b"), "a-script-b");
+  assert.equal(format.fileName("///"), "gyro");
+  assert.deepEqual([0.01, 3, 250].map(format.decimalsFor), [4, 2, 0]);
+});
+
+test("the worst reason of a quality decides, and one that nobody knows is not good", () => {
+  assert.equal(quality.meaningOfQuality("good"), "good");
+  assert.equal(quality.meaningOfQuality("warming+no_model"), "care");
+  assert.equal(quality.meaningOfQuality("extrapolating+rate_invalid"), "bad");
+  assert.equal(quality.meaningOfQuality("a_reason_of_next_year"), "care");
+  assert.equal(quality.meaningOfQuality(undefined), "bad");
+});
+
+const second = (time_s, rate, more) => ({ axis: "z", time_s, samples: 200, missing: 0, rate_deg_per_h: rate, corrected_deg_per_h: rate, quality: "good", ...more });
+
+test("live seconds fold into the step that they end in, with least, mean and greatest", () => {
+  const steps = new Steps(5);
+  for (const [time_s, rate] of [[101, 1], [102, 2], [105, 6], [106, 7]]) assert.equal(steps.push(second(time_s, rate)), true);
+  assert.deepEqual(steps.rows.map((row) => [row.end_s, row.time_s, row.seconds, row.raw_1s]), [[105, 103, 3, [1, 3, 6]], [110, 108, 1, [7, 7, 7]]]);
+  assert.equal(steps.push(second(99, 1)), false, "a clock that was set back is told");
+});
+
+test("an unknown rate leaves the mean of the others alone", () => {
+  const steps = new Steps(1);
+  steps.push(second(1, null, { quality: "rate_invalid" }));
+  assert.equal(steps.rows[0].raw_1s, undefined);
+  assert.equal(steps.rows[0].good, 0);
+});
+
+test("a running mean is that of its seconds, is unknown where half of them are, and ends at a hole", () => {
+  const steps = new Steps(1);
+  for (let t = 1; t <= 10; t++) steps.push(second(t, t));
+  for (let t = 30; t <= 33; t++) steps.push(second(t, 100));
+  steps.run(4);
+  assert.deepEqual(steps.rows.map((row) => row.raw?.[1]), [undefined, 1.5, 2, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, undefined, 100, 100, 100]);
+});
+
+test("no line is drawn over a hole, and a band is so many sd wide", () => {
+  const rows = [1, 2, 9].map((time_s) => ({ time_s, bias: [1, 1, 1], sd: [0.5, 0.5, 0.5] }));
+  const table = tableOf(rows, 1, [{ key: "bias", band: "sd", times: 2 }]);
+  assert.deepEqual(table.map((row) => row[0]), [1000, 2000, 3000, 9000]);
+  assert.deepEqual(table[2][1], [NaN, NaN, NaN]);
+  assert.deepEqual(table[3][1], [0, 1, 2]);
+  assert.deepEqual([0, 1.5, 2, 100].map((time_s) => indexAt(rows, time_s)), [0, 0, 1, 2]);
+  assert.equal(indexAt([], 1), -1);
+});
+
+test("rows of `range` are read by the names of their columns, whatever their order", () => {
+  const answer = { step_s: 10, columns: ["good", "new_one", "rate_max", "rate_min", "time_s", "seconds", "samples", "missing", "sd_max"], rows: [[9, 7, 3, 1, 110, 10, 2000, 20, null]] };
+  const steps = stepsOf(answer), [row] = steps.rows;
+  assert.deepEqual([row.raw_1s, row.corrected_1s, row.samples[1], row.missing[1], row.good, row.end_s, row.time_s, row.sd], [[1, 2, 3], undefined, 200, 2, 9, 110, 105.5, undefined]);
+  assert.equal(steps.hasMeans, false, "the middle of least and greatest is no mean");
+  const means = stepsOf({ ...answer, columns: [...answer.columns, "rate_mean", "corrected_mean"], rows: [[...answer.rows[0], 1.2, null]] });
+  assert.deepEqual([means.hasMeans, means.rows[0].raw_1s], [true, [1, 1.2, 3]]);
+  means.push(second(110.5, 5));
+  assert.equal(means.rows.length, 2);
+});
+
+test("the window of time follows the present until it is moved, and again when it reaches it", () => {
+  let changes = 0;
+  const view = new TimeView(100, () => 1000, () => changes++);
+  assert.deepEqual(view.range(), [900, 1000]);
+  view.pan(-0.5);
+  assert.deepEqual([view.isLive, ...view.range()], [false, 850, 950]);
+  view.scale(0.5);
+  assert.deepEqual(view.range(), [875, 925]);
+  view.zoom(990, 1010);
+  assert.deepEqual([view.isLive, view.span_s], [true, 20]);
+  view.zoom(0, 1);
+  assert.equal(view.span_s, 10);
+  view.setSpan(1e12);
+  view.scale(2);
+  assert.equal(view.span_s, kGreatest_s);
+  assert.equal(changes, 6);
+});
+
+function gyroOf(status) {
+  const gyro = state.makeGyro("g");
+  state.takeInstance(gyro, { name: "g", state: "running", axes: [] });
+  state.takeStatus(gyro, status);
+  return gyro;
+}
+
+test("what is not of now is said to be old, for each reason that there is", () => {
+  const gyro = gyroOf({ axis: "z", state: "receiving", quality: "good" }), axis = gyro.axes.get("z");
+  state.takeWindow(gyro, second(10, 1), 5000);
+  const now = (linked, now_ms) => state.judge(gyro, axis, linked, now_ms);
+  assert.deepEqual([now(true, 6000).meaning, now(true, 6000).old], ["good", false]);
+  assert.deepEqual([now(true, 9000).meaning, now(true, 9000).old], ["bad", true]);
+  assert.equal(now(false, 6000).old, true);
+  gyro.status.state = "connecting";
+  assert.deepEqual([now(true, 6000).word, now(true, 6000).old], ["connecting", true]);
+  state.takeInstance(gyro, { name: "g", state: "gone", axes: ["z"] });
+  assert.deepEqual([now(true, 6000).word, now(true, 6000).old], ["prismd is gone", true]);
+  state.takeInstance(gyro, { name: "g", state: "stopped", axes: ["z"] });
+  assert.deepEqual([now(true, 6000).word, now(true, 6000).meaning], ["stopped", "care"]);
+});
+
+test("answers for one axis and for several are read alike, and an axis that went is forgotten", () => {
+  const gyro = gyroOf({ state: "receiving", axes: { x: { axis: "x", quality: "good" }, y: { axis: "y", quality: "no_model" } } });
+  assert.deepEqual([...gyro.axes.values()].map((axis) => [axis.name, axis.quality]), [["x", "good"], ["y", "no_model"]]);
+  state.takeStability(gyro, { x: { axis: "x", improvement: 0.5 } });
+  assert.equal(gyro.axes.get("x").stability.improvement, 0.5);
+  state.takeStatus(gyro, { axis: "y", state: "receiving", quality: "good" });
+  assert.deepEqual([...gyro.axes.keys()], ["y"]);
+});
+
+test("a trace keeps ten minutes, and begins anew with the device's clock", () => {
+  const gyro = gyroOf({ axis: "z", state: "receiving" });
+  for (let t = 1; t <= 1000; t++) state.takeWindow(gyro, { ...second(t, t), corrected_mean_deg_per_h: t }, t);
+  const { trace } = gyro.axes.get("z");
+  assert.deepEqual([trace[0][0], trace.length], [400, 601]);
+  state.takeWindow(gyro, second(5, 1), 1001);
+  assert.equal(gyro.axes.get("z").trace.length, 1);
+});

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// The Allan deviation of what the charts show, raw and corrected, in a log-log plot of our own: dygraphs draws no curve twice
+// logarithmic with marks at decades alone.
+import { allanDeviation } from "./allan.js";
+import { el, setText, svg } from "./dom.js";
+import { span } from "./format.js";
+
+const kWidth = 360, kHeight = 230, kLeft = 58, kBottom = 30, kTop = 8, kRight = 10;
+const kCurves = [["raw_1s", "raw", "raw"], ["corrected_1s", "corrected", "corrected"]];
+
+/** The values of one quantity, one each step, with a hole where there is no row. Exported for its test. */
+export function evenly(rows, step_s, key) {
+  const values = [];
+  for (const row of rows) {
+    const place = Math.round((row.time_s - rows[0].time_s) / step_s);
+    while (values.length < place) values.push(NaN);
+    values[place] = row[key]?.[1] ?? NaN;
+  }
+  return values;
+}
+
+const decades = (low, high) => [Math.floor(Math.log10(low) + 1e-9), Math.ceil(Math.log10(high) - 1e-9)];
+const power = (exponent) => (exponent >= -2 && exponent <= 4 ? String(10 ** exponent) : `1e${exponent}`);
+
+function draw(plot, curves) {
+  plot.replaceChildren();
+  const points = curves.flatMap((curve) => curve.points).filter((point) => point.deviation > 0);
+  if (points.length === 0) return;
+  const x0 = Math.log10(Math.min(...points.map((point) => point.tau_s))), x1 = Math.log10(Math.max(...points.map((point) => point.tau_s)));
+  const [y0, y1] = decades(Math.min(...points.map((point) => point.deviation)), Math.max(...points.map((point) => point.deviation)));
+  const x = (tau_s) => kLeft + ((Math.log10(tau_s) - x0) / Math.max(x1 - x0, 0.1)) * (kWidth - kLeft - kRight);
+  const y = (value) => kHeight - kBottom - ((Math.log10(value) - y0) / Math.max(y1 - y0, 1)) * (kHeight - kBottom - kTop);
+  for (let k = Math.ceil(x0 - 1e-9); k <= x1 + 1e-9; k++) {
+    plot.append(svg("line", { class: "grid", x1: x(10 ** k), x2: x(10 ** k), y1: kTop, y2: kHeight - kBottom }),
+      svg("text", { x: x(10 ** k), y: kHeight - kBottom + 14, "text-anchor": "middle" }, power(k)));
+  }
+  for (let k = y0; k <= Math.max(y1, y0 + 1); k++) {
+    plot.append(svg("line", { class: "grid", x1: kLeft, x2: kWidth - kRight, y1: y(10 ** k), y2: y(10 ** k) }),
+      svg("text", { x: kLeft - 6, y: y(10 ** k) + 4, "text-anchor": "end" }, power(k)));
+  }
+  plot.append(svg("text", { x: (kWidth + kLeft) / 2, y: kHeight - 2, "text-anchor": "middle", class: "axis-name" }, "averaging time, s"));
+  for (const curve of curves) {
+    const known = curve.points.filter((point) => point.deviation > 0);
+    plot.append(svg("polyline", { class: `curve ${curve.name}`, points: known.map((point) => `${x(point.tau_s).toFixed(1)},${y(point.deviation).toFixed(1)}`).join(" ") }));
+  }
+}
+
+/** The plot in `place`; update(rows, step_s) computes and draws. */
+export function makeAllan(place) {
+  const plot = svg("svg", { viewBox: `0 0 ${kWidth} ${kHeight}`, class: "allan", role: "img", "aria-label": "Allan deviation" });
+  const words = el("p", { class: "note" });
+  const legend = el("ul", { class: "legend" }, ...kCurves.map(([, name, label]) => el("li", {}, el("span", { class: `swatch c--${name}`, "aria-hidden": "true" }), el("span", { class: "label" }, label))));
+  place.append(legend, plot, words);
+  return {
+    update({ rows: all, step_s, hasMeans }, from_s, to_s) {
+      const rows = hasMeans ? all.filter((row) => row.time_s >= from_s && row.time_s <= to_s) : [];
+      const curves = kCurves.map(([key, name, label]) => ({ name, label, points: rows.length > 2 ? allanDeviation(evenly(rows, step_s, key), step_s) : [] }));
+      draw(plot, curves);
+      const least = curves.map(({ label, points }) => {
+        const lowest = points.reduce((a, b) => (a && a.deviation <= b.deviation ? a : b), null);
+        return lowest && `${label}: least ${lowest.deviation.toPrecision(3)} deg/h at ${span(lowest.tau_s)}`;
+      }).filter(Boolean);
+      setText(words, !hasMeans ? "Only least and greatest values are kept of so long a view: zoom in." : least.length > 0 ? `Overlapping, deg/h, of ${span(rows.length * step_s)} from means of ${span(step_s)}; ${least.join("; ")}` : "Not enough rows.");
+      plot.setAttribute("aria-label", words.textContent);
+      return curves;
+    },
+  };
+}

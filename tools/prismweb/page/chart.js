@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+// One strip chart: dygraphs in a frame of our own, with a legend that holds the values under the cursor as text.
+import { colour, el, setText } from "./dom.js";
+import { decimalsFor, fixed } from "./format.js";
+import { tableOf } from "./steps.js";
+import { ticksOf } from "./ticks.js";
+
+/* global Dygraph */
+// Its legend writes inline styles, which the page's policy forbids; ours is above the chart.
+Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
+
+export const kLabelWidth_px = 72, kRightGap_px = 14;
+const kTickGap_px = 34;
+
+function legendOf(spec) {
+  const values = new Map();
+  const list = el("ul", { class: "legend" }, ...spec.series.map((series) => {
+    const value = el("span", { class: "value" });
+    values.set(series.label, value);
+    return el("li", {}, el("span", { class: `swatch c${series.colour}`, "aria-hidden": "true" }), el("span", { class: "label" }, series.label), value);
+  }));
+  return { list, values };
+}
+
+export class Chart {
+  /** `select(time_s)`: the mouse is over the row of that time; null: over none. */
+  constructor(spec, { select, underlay }) {
+    Object.assign(this, { spec, select, underlay, rows: [], step_s: 1 });
+    const { list, values } = legendOf(spec);
+    this.values = values;
+    this.plot = el("div", { class: `plot${spec.tall ? " tall" : ""}` });
+    this.title = el("h3", {}, spec.title, el("span", { class: "unit" }, ` ${spec.unit}`));
+    this.element = el("section", { class: "chart", "data-chart": spec.key, role: "img" }, el("header", {}, this.title, list), this.plot);
+  }
+
+  options() {
+    const grid = colour("--grid"), series = {};
+    for (const one of this.spec.series) {
+      series[one.label] = { color: colour(one.colour), strokeWidth: one.width ?? 1.2, ...(one.pattern && { strokePattern: one.pattern }) };
+    }
+    return {
+      labels: ["time", ...this.spec.series.map((one) => one.label)], customBars: true, labelsUTC: true, series, fillAlpha: 0.18,
+      gridLineColor: grid, axisLineColor: grid, gridLineWidth: 1, axisLabelFontSize: 11, rightGap: kRightGap_px, yRangePad: 4,
+      highlightCircleSize: 3, interactionModel: {}, connectSeparatedPoints: false, ...(this.spec.fromZero && { includeZero: true }),
+      axes: {
+        x: { ticker: Dygraph.dateTicker, axisLabelFormatter: Dygraph.dateAxisLabelFormatter, pixelsPerLabel: 72, axisLabelWidth: 68 },
+        y: { axisLabelWidth: kLabelWidth_px, ticker: (low, high, pixels) => ticksOf(low, high, pixels / kTickGap_px) },
+      },
+      highlightCallback: (event, time_ms) => this.select(time_ms / 1000),
+      unhighlightCallback: () => this.select(null),
+      underlayCallback: (context, area, graph) => this.underlay(context, area, graph, this),
+    };
+  }
+
+  /** As many decimals as the height of the chart asks for. */
+  decimals() {
+    if (!this.graph) return 3;
+    const [low, high] = this.graph.yAxisRange();
+    return decimalsFor((high - low) / 2);
+  }
+
+  /** Draws rows of `from_ms` to `to_ms`. */
+  draw(rows, step_s, dateWindow) {
+    Object.assign(this, { rows, step_s });
+    const file = rows.length > 0 ? tableOf(rows, step_s, this.spec.series) : [[dateWindow[0], ...this.spec.series.map(() => [NaN, NaN, NaN])]];
+    if (this.graph) this.graph.updateOptions({ file, dateWindow });
+    else this.graph = new Dygraph(this.plot, file, { ...this.options(), dateWindow });
+  }
+
+  /** Draws other quantities in the place of the series: {raw: "raw_1s", …}. */
+  use(keys) {
+    this.spec = { ...this.spec, series: this.spec.series.map((one) => ({ ...one, key: keys[one.label] })) };
+  }
+
+  /** The colours changed. */
+  recolour() {
+    if (this.graph) this.graph.updateOptions(this.options());
+  }
+
+  /** The legend's values are those of a row, or of none. */
+  show(row) {
+    for (const one of this.spec.series) {
+      const value = row?.[one.key], decimals = one.decimals ?? Math.min(this.decimals() + 1, 7);
+      let text = fixed(value?.[1], decimals);
+      const wide = one.band ? row?.[one.band]?.[2] : undefined;
+      if (value && Number.isFinite(wide)) text += ` ± ${fixed(one.times * wide, decimals)}`;
+      else if (value && value[2] > value[0] && this.step_s > 1) text += ` (${fixed(value[0], decimals)} … ${fixed(value[2], decimals)})`;
+      setText(this.values.get(one.label), text);
+    }
+  }
+
+  /** What the chart shows, in words. */
+  describe(words) {
+    this.element.setAttribute("aria-label", `${this.spec.title}, ${this.spec.unit}, ${words}`);
+  }
+
+  destroy() {
+    this.graph?.destroy();
+  }
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// The last events of a gyro, newest first; a press on one moves the charts there.
+import { el } from "./dom.js";
+import { moment } from "./format.js";
+import { kMarks, meaningOfSeverity } from "./quality.js";
+
+const kShown = 60;
+
+export function makeEvents(lookAt) {
+  const list = el("ol", { class: "events" });
+  let drawn = "";
+  const entry = (event) => {
+    const meaning = meaningOfSeverity(event.severity), again = event.repeats ? ` (${event.repeats} more times)` : "";
+    return el("li", { class: meaning }, el("button", { type: "button", click: () => lookAt(event.time_s) },
+      el("span", { class: "mark", "aria-label": event.severity }, kMarks[meaning]), el("time", {}, moment(event.time_s)), el("span", { class: "text" }, event.text + again)));
+  };
+  return {
+    element: list,
+    draw(events) {
+      const last = events.at(-1), now = `${events.length} ${last?.time_s} ${last?.text} ${last?.repeats}`;
+      if (now === drawn) return;
+      drawn = now;
+      list.replaceChildren(...events.slice(-kShown).reverse().map(entry));
+    },
+  };
+}

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// Mouse, finger and wheel over the charts, as changes of the one window of time that all of them share.
+// Mouse: drag zooms in, Shift-drag moves, Ctrl-wheel zooms, double-click goes back to now. Finger: drag moves, two fingers zoom.
+import { el } from "./dom.js";
+
+const kLeast_px = 6;
+
+/**
+ * `timeAt(clientX)`: seconds; `view`: {range(): [from, to], zoom(from, to), live(), touch(time)}.
+ */
+export function listenToGestures(place, timeAt, view) {
+  const selection = el("div", { class: "selection", hidden: true });
+  place.append(selection);
+  const pointers = new Map();
+  let drag = null;
+
+  const x = (event) => event.clientX - place.getBoundingClientRect().left;
+  const begin = (event) => {
+    if (event.button !== 0 || event.target.closest("button")) return;
+    pointers.set(event.pointerId, event.clientX);
+    const range = view.range();
+    drag = { range, pans: event.pointerType !== "mouse" || event.shiftKey, from_px: x(event), clientX: event.clientX, moved: false,
+      times: [...pointers.values()].map(timeAt) };
+    if (event.pointerType === "mouse") event.preventDefault(); // no text is selected
+  };
+  const pan = (event) => {
+    const perPixel = timeAt(1) - timeAt(0), shift_s = (drag.clientX - event.clientX) * perPixel;
+    view.zoom(drag.range[0] + shift_s, drag.range[1] + shift_s);
+  };
+  /** Both fingers stay on the times that they took hold of. */
+  const pinch = () => {
+    const [a, b] = [...pointers.values()], [ta, tb] = drag.times;
+    if (Math.abs(a - b) < kLeast_px) return;
+    const perPixel = (tb - ta) / (b - a), [from, to] = view.range(), now = (to - from) / ((timeAt(1) - timeAt(0)) || 1);
+    if (!(perPixel > 0)) return;
+    const left = a - (timeAt(a) - from) / (timeAt(1) - timeAt(0));
+    view.zoom(ta - (a - left) * perPixel, ta - (a - left) * perPixel + now * perPixel);
+  };
+  const move = (event) => {
+    if (!drag || !pointers.has(event.pointerId)) return;
+    pointers.set(event.pointerId, event.clientX);
+    if (Math.abs(event.clientX - drag.clientX) > kLeast_px) drag.moved = true;
+    if (pointers.size === 2) return pinch();
+    if (!drag.moved) return;
+    if (drag.pans) return pan(event);
+    const to_px = x(event);
+    selection.hidden = false;
+    selection.style.left = `${Math.min(drag.from_px, to_px)}px`;
+    selection.style.width = `${Math.abs(to_px - drag.from_px)}px`;
+  };
+  const end = (event) => {
+    const held = pointers.delete(event.pointerId);
+    selection.hidden = true;
+    if (!drag || !held) return;
+    const done = drag;
+    drag = null;
+    if (event.type === "pointercancel") return;
+    if (!done.moved) { if (done.pans) view.touch(timeAt(event.clientX)); return; }
+    if (done.pans) return;
+    const times = [timeAt(done.clientX), timeAt(event.clientX)].sort((a, b) => a - b);
+    view.zoom(times[0], times[1]);
+  };
+  const wheel = (event) => {
+    const [from, to] = view.range(), at = timeAt(event.clientX);
+    if (event.ctrlKey) {
+      const factor = Math.exp(Math.max(-60, Math.min(60, event.deltaY)) / 120);
+      view.zoom(at - (at - from) * factor, at + (to - at) * factor);
+    } else if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) {
+      const shift_s = ((event.deltaX || event.deltaY) / 800) * (to - from);
+      view.zoom(from + shift_s, to + shift_s);
+    } else return;
+    event.preventDefault();
+  };
+  place.addEventListener("pointerdown", begin);
+  addEventListener("pointermove", move);
+  addEventListener("pointerup", end);
+  addEventListener("pointercancel", end);
+  place.addEventListener("wheel", wheel, { passive: false });
+  place.addEventListener("dblclick", () => view.live());
+  return () => {
+    removeEventListener("pointermove", move);
+    removeEventListener("pointerup", end);
+    removeEventListener("pointercancel", end);
+  };
+}

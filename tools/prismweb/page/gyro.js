@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+// One axis of one gyro: its numbers, its strip charts, its model's domain, the Allan deviation, its events.
+import { makeAllan } from "./allan_view.js";
+import { kMeans, kSpans } from "./chart_list.js";
+import { makeDomain } from "./domain.js";
+import { el, setText } from "./dom.js";
+import { makeEvents } from "./events.js";
+import { fileName, moment, span } from "./format.js";
+import { makeNumbers } from "./numbers.js";
+import { loadRange } from "./range.js";
+import { saveCsv, savePng } from "./save.js";
+import { judge } from "./state.js";
+import { Steps } from "./steps.js";
+import { Strips } from "./strips.js";
+import { TimeView } from "./time_view.js";
+
+const kWait_ms = 150, kHole_s = 2.5, kRecent = 120, kSlowest_ms = 15000;
+
+export class GyroView {
+  /** `say(text)`: to a screen reader. */
+  constructor(place, { socket, gyro, axis, say }) {
+    Object.assign(this, { socket, gyro, axis, say, steps: new Steps(1), recent: [], asked: 0, drawn_ms: 0 });
+    this.present = { time_s: Date.now() / 1000, at_ms: performance.now() };
+    this.view = new TimeView(3600, () => this.present.time_s + (performance.now() - this.present.at_ms) / 1000, () => this.moved());
+    this.build(place);
+    this.reload();
+  }
+
+  build(place) {
+    this.numbers = makeNumbers();
+    this.spans = kSpans.map(([span_s, name]) => el("button", { type: "button", click: () => this.setSpan(span_s) }, name));
+    const tool = (name, label, act) => el("button", { type: "button", "aria-label": label, title: label, click: act }, name);
+    this.now = el("button", { type: "button", class: "now", click: () => this.view.live() }, "now");
+    this.means = tool("means: window", "means of 1 s, or of the model's window", () => this.switchMeans());
+    this.busy = el("p", { class: "busy", role: "status" });
+    const tools = el("div", { class: "tools", role: "toolbar", "aria-label": "time and files" }, el("div", { class: "group spans" }, ...this.spans),
+      el("div", { class: "group" }, tool("◀", "earlier", () => this.view.pan(-0.5)), tool("▶", "later", () => this.view.pan(0.5)),
+        tool("+", "zoom in", () => this.view.scale(0.5)), tool("−", "zoom out", () => this.view.scale(2)), this.now),
+      el("div", { class: "group" }, this.means), el("div", { class: "group" }, tool("PNG", "save the charts as a picture", () => this.savePng()),
+        tool("CSV", "save the charts' rows as a table", () => this.saveCsv())));
+    const left = el("div", { class: "left" }), panel = (title, ...children) => el("section", { class: "panel" }, el("h2", {}, title), ...children);
+    const domain = el("div"), allan = el("div");
+    this.events = makeEvents((time_s) => this.lookAt(time_s));
+    const right = el("aside", { class: "right" }, panel("Training domain", domain), panel("Allan deviation of what is shown", allan), panel("Events", this.events.element));
+    this.element = el("div", { class: "gyro" }, this.numbers.element, tools, el("div", { class: "columns" }, left, right));
+    place.append(this.element);
+    const head = el("div", { class: "strip-head" });
+    left.append(head);
+    this.strips = new Strips(left, { range: () => this.view.range(), zoom: (from_s, to_s) => this.view.zoom(from_s, to_s), live: () => this.view.live() });
+    head.append(this.strips.time, this.busy);
+    this.domain = makeDomain(domain);
+    this.allan = makeAllan(allan);
+    this.strips.events = this.gyro.events;
+    this.observer = new ResizeObserver(() => this.draw());
+    this.observer.observe(left);
+    this.showSpan();
+  }
+
+  setSpan(span_s) {
+    this.view.setSpan(span_s);
+    this.say(`span ${span(span_s)}`);
+  }
+
+  showSpan() {
+    this.spans.forEach((button, i) => button.setAttribute("aria-pressed", String(kSpans[i][0] === this.view.span_s)));
+    this.now.setAttribute("aria-pressed", String(this.view.isLive));
+  }
+
+  /** The window of time moved: what is there is shown at once, and what is missing asked for when it rests. */
+  moved() {
+    this.showSpan();
+    this.draw();
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => this.reload(), kWait_ms);
+  }
+
+  async reload() {
+    const asked = ++this.asked, [from_s, to_s] = this.view.range(), width = this.strips.area().width;
+    this.strips.element.setAttribute("aria-busy", "true");
+    try {
+      const before_s = this.length_s();  // so that the first running mean is whole
+      const answer = await loadRange(this.socket, this.gyro.name, this.axis.name, from_s - before_s, to_s, Math.max(300, Math.min(1200, Math.round(width))));
+      if (asked !== this.asked) return;
+      this.take(answer);
+    } catch (error) {
+      if (asked === this.asked) setText(this.busy, `rows: ${error.message}`);
+    } finally {
+      if (asked === this.asked) this.strips.element.setAttribute("aria-busy", "false");
+    }
+  }
+
+  /** Length of the model's window, and of the running means. */
+  length_s() {
+    return this.axis.window_s ?? 100;
+  }
+
+  take({ steps, last_s, building }) {
+    this.steps = steps;
+    if (this.view.isLive) for (const window of this.recent) if (!(window.time_s <= last_s)) steps.push(window);
+    const unbuilt = typeof building === "number" && building < 1;
+    setText(this.busy, unbuilt ? `The long view is being built: ${Math.floor(100 * building)} % of the log is read.` : "");
+    clearTimeout(this.again);
+    if (unbuilt) this.again = setTimeout(() => this.reload(), 2000);
+    this.draw();
+    this.strips.describe(`${span(this.view.span_s)} until ${moment(this.view.range()[1])} UTC, ${steps.rows.length} rows of ${span(steps.step_s)}`);
+    clearTimeout(this.settled);
+    this.settled = setTimeout(() => this.analyse(), 200);
+  }
+
+  analyse() {
+    const [from_s, to_s] = this.view.range();
+    this.allan.update(this.steps, from_s, to_s);
+  }
+
+  /** A live second. */
+  window(row) {
+    const before_s = this.recent.at(-1)?.time_s;
+    this.present = { time_s: row.time_s + 1, at_ms: performance.now() };
+    this.recent.push(row);
+    if (this.recent.length > kRecent) this.recent.shift();
+    const follows = !this.view.isLive || this.steps.push(row);
+    if (!follows || (before_s !== undefined && Math.abs(row.time_s - before_s - 1) > kHole_s)) {
+      clearTimeout(this.resting);
+      this.resting = setTimeout(() => this.reload(), 1500);
+    }
+    this.tick();
+  }
+
+  /** A live view is drawn when a pixel of it has gone by; numbers are drawn by draw() of the page. */
+  tick() {
+    if (!this.view.isLive) return;
+    const pixel_ms = Math.min(kSlowest_ms, (1000 * this.view.span_s) / this.strips.area().width);
+    if (performance.now() - this.drawn_ms < Math.max(900, pixel_ms)) return;
+    this.steps.forget(this.view.range()[0] - this.length_s() - this.steps.step_s);
+    this.draw();
+    if (performance.now() - (this.analysed_ms ?? 0) > kSlowest_ms) {
+      this.analysed_ms = performance.now();
+      this.analyse();
+    }
+  }
+
+  draw() {
+    this.drawn_ms = performance.now();
+    this.steps.run(this.length_s());
+    this.strips.draw(this.steps.rows, this.steps.step_s);
+  }
+
+  /** What is not a chart: numbers, domain, events. */
+  update(linked, now_ms) {
+    const verdict = judge(this.gyro, this.axis, linked, now_ms);
+    this.numbers.draw(this.gyro, this.axis, verdict, now_ms);
+    if (this.shown !== (this.model?.id ?? null)) {
+      this.shown = this.model?.id ?? null;
+      this.domain.show(this.model);
+    }
+    this.domain.draw(verdict.old ? null : this.axis.window, this.steps.rows);
+    this.events.draw(this.gyro.events);
+    this.element.classList.toggle("old", verdict.old);
+    if (verdict.old) this.tick();
+  }
+
+  switchMeans() {
+    const toSecond = !this.bySecond;
+    this.bySecond = toSecond;
+    this.strips.useMeans(kMeans[toSecond ? "second" : "window"]);
+    setText(this.means, toSecond ? "means: 1 s" : "means: window");
+    this.draw();
+  }
+
+  lookAt(time_s) {
+    this.view.zoom(time_s - this.view.span_s / 2, time_s + this.view.span_s / 2);
+    this.strips.pointAt(time_s);
+  }
+
+  about() {
+    const [from_s, to_s] = this.view.range(), { name, status } = this.gyro;
+    return [`${name} axis ${this.axis.name}${status?.gyro_serial ? `, gyro ${status.gyro_serial}` : ""}, model ${this.axis.model?.name || "none"}`,
+      `${moment(from_s)} to ${moment(to_s)} UTC, rows of ${span(this.steps.step_s)}`];
+  }
+
+  fileName() {
+    return fileName(`${this.gyro.name}-${this.axis.name}-${moment(this.view.range()[1]).replace(" ", "T").replaceAll(":", "")}`);
+  }
+
+  saveCsv() {
+    saveCsv(this.fileName(), this.steps.rows, this.steps.step_s, this.about());
+    this.say("table saved");
+  }
+
+  savePng() {
+    savePng(this.fileName(), this.strips, this.about());
+    this.say("picture saved");
+  }
+
+  /** Answers whether the key was one of the charts'. */
+  key(event) {
+    const digit = Number(event.key);
+    if (digit >= 1 && digit <= kSpans.length) this.setSpan(kSpans[digit - 1][0]);
+    else if (event.key === "+" || event.key === "=") this.view.scale(0.5);
+    else if (event.key === "-") this.view.scale(2);
+    else if (event.key === "l" || event.key === "L") this.view.live();
+    else if (event.key === "m" || event.key === "M") this.switchMeans();
+    else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
+      const by = event.key === "ArrowLeft" ? -1 : 1;
+      if (event.shiftKey) this.view.pan(0.25 * by);
+      else this.say(this.strips.step(by));
+    } else if (event.key === "Escape" && this.strips.cursor_s !== null) this.strips.pointAt(null);
+    else return false;
+    return true;
+  }
+
+  destroy() {
+    this.observer.disconnect();
+    this.asked++;
+    for (const timer of [this.resting, this.again, this.settled]) clearTimeout(timer);
+    this.strips.destroy();
+    this.element.remove();
+  }
+}

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+// The page: one connection, what it tells kept in the state, and one of two views of it: all gyros, or one axis of one.
+import { el, setText } from "./dom.js";
+import { clock } from "./format.js";
+import { GyroView } from "./gyro.js";
+import { makeOverview } from "./overview.js";
+import { Socket } from "./socket.js";
+import { axisOf, byAxis, judgeGyro, kTrace_s, makeGyro, takeEvent, takeInstance, takeStability, takeStatus, takeWindow } from "./state.js";
+import { startTheme } from "./theme.js";
+
+const kStatus_ms = 2000, kStability_ms = 10000, kTokenKey = "prism-token";
+const find = (id) => document.getElementById(id);
+const gyros = new Map(), main = find("main");
+let view = null, overview = null, frame = 0, worst = "", cut_s = null;
+
+/** The token stands in the fragment once; then this tab keeps it, and the address shows it no more. */
+function takeToken() {
+  const token = new URLSearchParams(location.hash.slice(1)).get("token");
+  if (token !== null) {
+    sessionStorage.setItem(kTokenKey, token);
+    history.replaceState(null, "", "#/");
+  }
+  return sessionStorage.getItem(kTokenKey) ?? "";
+}
+
+const say = (text) => setText(find("spoken"), text);
+const socket = new Socket(new URL("ws", location.href.replace(/^http/, "ws").replace(/#.*/, "")), takeToken());
+
+/** Everything that is text is drawn once a frame, however much came. */
+function draw() {
+  frame = frame || requestAnimationFrame(() => {
+    frame = 0;
+    performance.mark("update-begin");
+    const now_ms = performance.now();
+    overview?.draw(gyros, socket.ready, now_ms);
+    view?.update(socket.ready, now_ms);
+    performance.measure("prism-update", "update-begin");
+    const bad = [...gyros.values()].filter((gyro) => judgeGyro(gyro, socket.ready, now_ms) === "bad").map((gyro) => gyro.name).join(", ");
+    if (bad !== worst) say(bad ? `to look at: ${bad}` : "all gyros are well");
+    worst = bad;
+    document.title = bad ? `■ ${bad} – prism` : "prism";
+  });
+}
+
+async function ask(gyro, method, params, take) {
+  try {
+    take(await socket.call(gyro.name, method, params));
+    draw();
+  } catch (error) {
+    gyro.refused = error.message; // said by `instances` where the instance went away
+  }
+}
+
+const askStatus = (gyro) => ask(gyro, "status", null, (answer) => takeStatus(gyro, answer));
+const askStability = (gyro) => ask(gyro, "stability", null, (answer) => takeStability(gyro, answer));
+const askModel = (shown) => ask(shown.gyro, "model", { axis: shown.axis.name }, (answer) => { shown.model = answer; });
+
+/** All that is not told by itself, when an instance is there, or is there again. */
+function begin(gyro) {
+  ask(gyro, "subscribe", { streams: ["window", "event"] }, () => {});
+  askStatus(gyro);
+  askStability(gyro);
+  ask(gyro, "history", { seconds: kTrace_s }, (answer) => {
+    const fresh_ms = performance.now();
+    for (const rows of Array.isArray(answer) ? [answer] : byAxis(answer).map(([, part]) => part)) {
+      if (rows.length > 0) axisOf(gyro, rows[0].axis).trace = [];
+      for (const row of rows) takeWindow(gyro, row, gyro.axes.get(row.axis)?.window_ms ?? fresh_ms);
+    }
+  });
+  ask(gyro, "events", null, (answer) => { gyro.events.splice(0, gyro.events.length, ...answer); });
+  if (view?.gyro === gyro) { askModel(view); view.reload(); }
+}
+
+function takeInstances(list) {
+  for (const name of [...gyros.keys()]) if (!list.some((one) => one.name === name)) gyros.delete(name);
+  for (const one of list) {
+    if (!gyros.has(one.name)) gyros.set(one.name, makeGyro(one.name));
+    const gyro = gyros.get(one.name), before = gyro.state;
+    takeInstance(gyro, one);
+    if (one.state === "running" && before !== "running") begin(gyro);
+  }
+  if (!overview && !view) route();
+  draw();
+}
+
+function takeBatch({ instance, batch }) {
+  const gyro = gyros.get(instance);
+  if (!gyro) return;
+  const now_ms = performance.now();
+  for (const { method, params } of batch) {
+    if (method === "window") {
+      takeWindow(gyro, params, now_ms);
+      if (view?.gyro === gyro && view.axis.name === params.axis) view.window(params);
+    } else if (method === "event") {
+      takeEvent(gyro, params);
+      askStatus(gyro);
+      if (params.kind === "reloaded" && view?.gyro === gyro) askModel(view);
+      if (params.severity !== "info") say(`${gyro.name}: ${params.text}`);
+    }
+  }
+  draw();
+}
+
+/** #/ is the overview, #/GYRO/AXIS one axis. */
+function route() {
+  const [, name, axis] = location.hash.split("/").map(decodeURIComponent), gyro = gyros.get(name);
+  view?.destroy();
+  view = overview = null;
+  main.replaceChildren();
+  if (gyro) {
+    const tabs = [...gyro.axes.keys()].map((one) => el("a", { href: `#/${encodeURIComponent(name)}/${encodeURIComponent(one)}`, "aria-current": one === (axis || [...gyro.axes.keys()][0]) && "page" }, `${name} ${one}`));
+    main.append(el("nav", { class: "trail", "aria-label": "where" }, el("a", { href: "#/" }, "all gyros"), ...tabs));
+    view = new GyroView(main, { socket, gyro, axis: axisOf(gyro, axis || [...gyro.axes.keys()][0] || ""), say });
+    askModel(view);
+  } else {
+    main.append(el("h1", { class: "unseen" }, "All gyros"));
+    overview = makeOverview(main);
+  }
+  draw();
+}
+
+function cut(text) {
+  const alarm = find("alarm");
+  alarm.hidden = text === "";
+  setText(alarm, text);
+  document.body.classList.toggle("cut", text !== "");
+  setText(find("link"), text ? "■ not connected" : "● connected");
+  draw();
+}
+
+socket.addEventListener("ready", ({ detail }) => {
+  cut_s = null;
+  cut("");
+  setText(find("host"), `${detail.host} · prismweb ${detail.version}`);
+  for (const gyro of gyros.values()) gyro.state = "";
+  takeInstances(detail.instances);
+});
+socket.addEventListener("cut", ({ detail }) => {
+  cut_s ??= Date.now() / 1000;
+  cut(`No connection to prismweb since ${clock(cut_s)} UTC: ${detail.why}. Every value below is old. It is tried again by itself.`);
+});
+socket.addEventListener("refused", ({ detail }) => cut(`prismweb refused this page: ${detail.why || "the token is wrong"}. Open the address that prismweb printed, with its token.`));
+socket.addEventListener("instances", ({ detail }) => takeInstances(detail));
+socket.addEventListener("batch", ({ detail }) => takeBatch(detail));
+socket.addEventListener("lost", ({ detail }) => { if (view?.gyro.name === detail.instance) view.reload(); });
+addEventListener("hashchange", route);
+
+const nextTheme = startTheme(find("theme"), () => view?.strips.recolour());
+find("keys").addEventListener("click", () => find("help").showModal());
+addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey || find("help").open || event.target.closest("input, select")) return;
+  if (view?.key(event)) event.preventDefault();
+  else if (event.key === "t" || event.key === "T") nextTheme();
+  else if (event.key === "?") find("help").showModal();
+  else if (event.key === "Escape" && view) location.hash = "#/";
+});
+setInterval(() => {
+  setText(find("utc"), `${clock(Date.now() / 1000)} UTC`);
+  draw();
+}, 500);
+setInterval(() => { for (const gyro of gyros.values()) if (gyro.state === "running") askStatus(gyro); }, kStatus_ms);
+setInterval(() => { for (const gyro of gyros.values()) if (gyro.state === "running") askStability(gyro); }, kStability_ms);

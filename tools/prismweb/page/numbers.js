@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// The numbers of one axis above its charts.
+import { el, setAttribute, setText } from "./dom.js";
+import { count, fixed, kUnknown, plusMinus, span } from "./format.js";
+import { kMarks } from "./quality.js";
+import { ageOf } from "./state.js";
+
+/** name: [label, unit, text of (window row, axis, gyro)]. */
+const kCells = {
+  raw: ["raw", "deg/h", (row) => fixed(row.mean_rate_deg_per_h, 5)],
+  bias: ["bias ± sd", "deg/h", (row) => plusMinus(row.bias_deg_per_h, row.sd_deg_per_h, 5)],
+  temperature: ["temperature", "°C", (row) => fixed(row.mean_temperature_degc, 3)],
+  slope: ["slope", "°C/s", (row) => fixed(row.slope_degc_per_s, 6)],
+  uhfo: ["UHFO", "V", (row) => fixed(row.mean_uhfo_v, 4)],
+  stability: ["stability since start, deg/h", "", (row, axis) => stability(axis.stability)],
+  frames: ["frames good, refused, missing", "", (row, axis, gyro) => frames(gyro.status)],
+  model: ["model", "", (row, axis) => axis.model?.name || axis.model?.kind || "none"],
+};
+
+function stability(answer) {
+  if (!Number.isFinite(answer?.corrected?.sd_deg_per_h)) return fixed(answer?.all?.sd_deg_per_h, 5);
+  const less = Number.isFinite(answer.improvement) ? ` (${fixed(100 * answer.improvement, 0)} % less)` : "";
+  return `${fixed(answer.raw.sd_deg_per_h, 5)} → ${fixed(answer.corrected.sd_deg_per_h, 5)}${less}`;
+}
+
+function frames(status) {
+  if (!status?.line) return kUnknown;
+  const refused = ["bad_check", "bad_length", "bad_body"].reduce((sum, key) => sum + (status.line[key] ?? 0), 0);
+  return `${count(status.line.frames)}, ${count(refused)}, ${count(status.timing?.missing_frames)}`;
+}
+
+export function makeNumbers() {
+  const values = {}, mark = el("span", { class: "mark", "aria-hidden": "true" }), word = el("span", { class: "word", role: "status" });
+  const rate = el("span", { class: "value big" }), why = el("p", { class: "why" }), age = el("span", { class: "age" });
+  const name = el("h1"), cells = Object.entries(kCells).map(([key, [label, unit]]) => {
+    values[key] = el("span", { class: "value" });
+    return el("div", { class: `cell ${key}` }, el("dt", {}, label), el("dd", {}, values[key], unit ? el("span", { class: "unit" }, ` ${unit}`) : null));
+  });
+  const element = el("section", { class: "numbers", "aria-label": "present values" },
+    el("div", { class: "hero" }, name, el("p", { class: "verdict" }, mark, word),
+      el("p", { class: "rate" }, el("span", { class: "label" }, "corrected"), rate, el("span", { class: "unit" }, "deg/h"), age), why),
+    el("dl", { class: "cells" }, ...cells));
+  return {
+    element,
+    draw(gyro, axis, verdict, now_ms) {
+      const row = axis.window ?? {};
+      setAttribute(element, "class", `numbers ${verdict.meaning}${verdict.old ? " old" : ""}`);
+      setText(name, `${gyro.name} ${axis.name}`);
+      setText(mark, kMarks[verdict.meaning]);
+      setText(word, verdict.word);
+      setText(why, `${verdict.why}; means of ${span(axis.window_s ?? 100)}`);
+      setText(rate, fixed(row.corrected_mean_deg_per_h, 5));
+      setText(age, verdict.old ? ageOf(axis, now_ms) : "");
+      for (const [key, [, , text]] of Object.entries(kCells)) setText(values[key], text(row, axis, gyro));
+    },
+  };
+}

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// All gyros and axes of the host: a tile each, that says first whether somebody should look.
+import { el, setAttribute, setText } from "./dom.js";
+import { fixed, kUnknown, plusMinus, withUnit } from "./format.js";
+import { kMarks } from "./quality.js";
+import { makeSpark } from "./spark.js";
+import { ageOf, judge, kTrace_s } from "./state.js";
+
+function makeTile(gyro, axis) {
+  const value = (name) => el("dd", { class: `value ${name}` });
+  const part = {
+    mark: el("span", { class: "mark", "aria-hidden": "true" }),
+    word: el("span", { class: "word" }),
+    rate: el("span", { class: "value big" }),
+    age: el("span", { class: "age" }),
+    bias: value("bias"), temperature: value("temperature"), stability: value("stability"), model: value("model"),
+    spark: makeSpark(),
+  };
+  const pair = (label, element) => el("div", {}, el("dt", {}, label), element);
+  const tile = el("a", { class: "tile", href: `#/${encodeURIComponent(gyro.name)}/${encodeURIComponent(axis.name)}` },
+    el("header", {}, el("h2", {}, gyro.name, el("span", { class: "axis" }, ` ${axis.name}`)), el("span", { class: "verdict" }, part.mark, part.word)),
+    el("p", { class: "rate" }, el("span", { class: "label" }, "corrected"), part.rate, el("span", { class: "unit" }, "deg/h"), part.age),
+    part.spark.element, el("p", { class: "note" }, "last 10 min"),
+    el("dl", {}, pair("bias ± sd, deg/h", part.bias), pair("temperature", part.temperature),
+      pair("stability since start, deg/h", part.stability), pair("model", part.model)));
+  return { element: tile, ...part };
+}
+
+/** "0.01552 → 0.00677": standard deviation of 100 s means, raw and corrected. */
+function stabilityText(stability) {
+  const raw = stability?.raw?.sd_deg_per_h, corrected = stability?.corrected?.sd_deg_per_h;
+  if (!Number.isFinite(raw) && !Number.isFinite(stability?.all?.sd_deg_per_h)) return kUnknown;
+  if (!Number.isFinite(corrected)) return `${fixed(raw ?? stability.all.sd_deg_per_h, 5)} raw`;
+  return `${fixed(raw, 5)} → ${fixed(corrected, 5)}`;
+}
+
+function drawTile(tile, gyro, axis, linked, now_ms) {
+  const verdict = judge(gyro, axis, linked, now_ms), row = axis.window ?? {};
+  setAttribute(tile.element, "class", `tile ${verdict.meaning}${verdict.old ? " old" : ""}`);
+  setText(tile.mark, kMarks[verdict.meaning]);
+  setText(tile.word, verdict.word);
+  setAttribute(tile.element, "title", verdict.why);
+  setText(tile.rate, fixed(row.corrected_mean_deg_per_h, 5));
+  setText(tile.age, verdict.old ? ageOf(axis, now_ms) : "");
+  setText(tile.bias, plusMinus(row.bias_deg_per_h, row.sd_deg_per_h, 5));
+  setText(tile.temperature, withUnit(row.mean_temperature_degc, 3, "°C"));
+  setText(tile.stability, stabilityText(axis.stability));
+  setText(tile.model, axis.model?.name || axis.model?.kind || "none");
+  setAttribute(tile.element, "aria-label", `${gyro.name} axis ${axis.name}: ${verdict.word}, ${verdict.why}`);
+  tile.spark.draw(axis.trace, kTrace_s);
+}
+
+/** "3 gyros, 5 axes: 4 good, 1 to look at". */
+function sumUp(gyros, linked, now_ms) {
+  const counts = { good: 0, care: 0, bad: 0 };
+  let axes = 0;
+  for (const gyro of gyros.values()) {
+    if (gyro.axes.size === 0) counts[gyro.gone ? "bad" : "care"]++;
+    for (const axis of gyro.axes.values()) { counts[judge(gyro, axis, linked, now_ms).meaning]++; axes++; }
+  }
+  const words = [`${counts.good} good`, counts.care && `${counts.care} with care`, counts.bad && `${counts.bad} to look at`];
+  const plural = (n, one, many) => `${n} ${n === 1 ? one : many}`;
+  return `${plural(gyros.size, "gyro", "gyros")}, ${plural(axes, "axis", "axes")}: ${words.filter(Boolean).join(", ")}`;
+}
+
+/** The overview in `place`; draw() is called whenever something is new. */
+export function makeOverview(place) {
+  const tiles = new Map();
+  const sum = el("p", { class: "sum", role: "status" }), grid = el("div", { class: "tiles" });
+  const empty = el("p", { class: "empty", hidden: true }, "No prismd runs on this host.");
+  place.append(sum, grid, empty);
+  const remove = (key) => { tiles.get(key).element.remove(); tiles.delete(key); };
+  const tileOf = (key, gyro, axis) => {
+    if (!tiles.has(key)) { tiles.set(key, makeTile(gyro, axis)); grid.append(tiles.get(key).element); }
+    return tiles.get(key);
+  };
+  return {
+    draw(gyros, linked, now_ms) {
+      const seen = new Set();
+      for (const gyro of gyros.values()) {
+        const axes = gyro.axes.size > 0 ? [...gyro.axes.values()] : [{ name: "", window: null, window_ms: -Infinity, trace: [], quality: "no_data" }];
+        for (const axis of axes) {
+          const key = JSON.stringify([gyro.name, axis.name]);
+          seen.add(key);
+          drawTile(tileOf(key, gyro, axis), gyro, axis, linked, now_ms);
+        }
+      }
+      for (const key of [...tiles.keys()]) if (!seen.has(key)) remove(key);
+      empty.hidden = gyros.size > 0 || !linked;
+      setText(sum, linked ? sumUp(gyros, linked, now_ms) : "Not connected: everything here is old.");
+    },
+  };
+}

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+// What is known of each gyro, and whether it is of now. No element of the page in here.
+import { meaningOfQuality, meaningOfState, wordsOfQuality, worse } from "./quality.js";
+import { span } from "./format.js";
+
+const kEventsKept = 256;
+const kFresh_ms = 3500; // rows come each second
+export const kTrace_s = 600;
+
+export const makeGyro = (name) => ({ name, state: "", gone: "", status: null, axes: new Map(), events: [] });
+
+const makeAxis = (name) => ({ name, window: null, window_ms: -Infinity, trace: [], stability: null, quality: "no_data", model: null });
+
+export function axisOf(gyro, name) {
+  if (!gyro.axes.has(name)) gyro.axes.set(name, makeAxis(name));
+  return gyro.axes.get(name);
+}
+
+/** Of an answer for several axes the parts by their names; of one for a single axis that one. */
+export function byAxis(answer) {
+  if (answer?.axes && typeof answer.axes === "object") return Object.entries(answer.axes);
+  return answer?.axis !== undefined ? [[answer.axis, answer]] : Object.entries(answer ?? {});
+}
+
+export function takeStatus(gyro, status) {
+  gyro.status = status;
+  const parts = byAxis(status);
+  for (const name of [...gyro.axes.keys()]) if (!parts.some(([axis]) => axis === name)) gyro.axes.delete(name);
+  for (const [name, part] of parts) {
+    const axis = axisOf(gyro, name);
+    axis.quality = part.quality ?? "no_data";
+    axis.model = part.model ?? null;
+    for (const key of ["window_s", "warm_s", "full_s"]) axis[key] = part[key] ?? status[key];
+    if (part.window && !axis.window) axis.window = part.window;
+  }
+}
+
+export function takeStability(gyro, answer) {
+  for (const [name, part] of byAxis(answer)) axisOf(gyro, name).stability = part;
+}
+
+/** One second's row, live or of the history. The data's time may begin anew: then so does the trace. */
+export function takeWindow(gyro, row, now_ms) {
+  const axis = axisOf(gyro, row.axis ?? "");
+  const last = axis.trace[axis.trace.length - 1];
+  if (last && row.time_s < last[0] - 1) axis.trace.length = 0;
+  if (!last || row.time_s > last[0] || axis.trace.length === 0) {
+    axis.trace.push([row.time_s, row.corrected_mean_deg_per_h ?? row.mean_rate_deg_per_h]);
+  }
+  while (axis.trace.length > 0 && axis.trace[0][0] < row.time_s - kTrace_s) axis.trace.shift();
+  axis.window = row;
+  axis.window_ms = now_ms;
+  axis.quality = row.quality ?? axis.quality;
+}
+
+export function takeEvent(gyro, event) {
+  gyro.events.push(event);
+  if (gyro.events.length > kEventsKept) gyro.events.shift();
+}
+
+/** What `instances` says of one. */
+export function takeInstance(gyro, { state, axes }) {
+  if (state === "running" && gyro.state !== "running") gyro.status = null;
+  gyro.state = state;
+  gyro.gone = state === "gone" ? "nobody answers at its socket; prismweb tries again" : "";
+  for (const axis of axes) axisOf(gyro, axis);
+}
+
+/**
+ * What a person should think of an axis: {meaning, word, why, old}. `old`: what is shown is not of now.
+ * `linked`: the page has its connection.
+ */
+export function judge(gyro, axis, linked, now_ms) {
+  if (!linked) return { meaning: "bad", word: "not connected", why: "the page has no connection", old: true };
+  if (gyro.state === "stopped") return { meaning: "care", word: "stopped", why: "somebody stopped this instance", old: true };
+  if (gyro.gone) return { meaning: "bad", word: "prismd is gone", why: gyro.gone, old: true };
+  if (!gyro.status) return { meaning: "care", word: "asking", why: "no answer yet", old: true };
+  const state = gyro.status.state ?? "unknown";
+  if (meaningOfState(state) === "bad") return { meaning: "bad", word: state, why: gyro.status.detail || "the line brings nothing", old: true };
+  if (now_ms - axis.window_ms > kFresh_ms) {
+    return { meaning: "bad", word: "no data", why: "no row came in the last seconds", old: true };
+  }
+  const meaning = meaningOfQuality(axis.quality);
+  const warm = axis.quality?.includes("warming") && axis.full_s ? `: ${axis.warm_s ?? 0} of ${axis.full_s} s` : "";
+  return { meaning, word: axis.quality + warm, why: wordsOfQuality(axis.quality), old: false };
+}
+
+/** The worst of all axes of a gyro, for the line that sums up. */
+export const judgeGyro = (gyro, linked, now_ms) =>
+  [...gyro.axes.values()].map((axis) => judge(gyro, axis, linked, now_ms).meaning).reduce(worse, gyro.gone || !linked ? "bad" : "good");
+
+/** How long ago the last row of an axis came, in words. */
+export function ageOf(axis, now_ms) {
+  return Number.isFinite(axis.window_ms) ? `${span((now_ms - axis.window_ms) / 1000)} old` : "nothing so far";
+}

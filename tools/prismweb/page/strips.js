@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+// The strip charts below each other: one window of time, one cursor, the same marks in all. A change redraws one chart a frame,
+// so that no frame of the browser is late.
+import { Chart, kLabelWidth_px, kRightGap_px } from "./chart.js";
+import { kCharts } from "./chart_list.js";
+import { colour, el, setText } from "./dom.js";
+import { moment } from "./format.js";
+import { listenToGestures } from "./gestures.js";
+import { meaningOfSeverity } from "./quality.js";
+import { indexAt } from "./steps.js";
+
+const kTick_px = 6; // what dygraphs keeps on both sides of its labels
+
+export class Strips {
+  /** `view`: {range(): [from_s, to_s], zoom(from_s, to_s), live()}. */
+  constructor(place, view) {
+    Object.assign(this, { view, rows: [], step_s: 1, events: [], dirty: new Set(), cursor_s: null });
+    this.time = el("output", { class: "cursor-time", "aria-live": "off" });
+    this.line = el("div", { class: "cursor", hidden: true });
+    this.element = el("div", { class: "strips", tabindex: "0", role: "group",
+      "aria-label": "Charts. Arrow keys move the cursor, with Shift the time; plus and minus zoom; L goes back to now." });
+    const hooks = { select: (time_s) => this.pointAt(time_s), underlay: (...args) => this.underlay(...args) };
+    this.charts = kCharts.map((spec) => new Chart(spec, hooks));
+    this.element.append(...this.charts.map((chart) => chart.element), this.line);
+    place.append(this.element);
+    this.stop = listenToGestures(this.element, (clientX) => this.timeAt(clientX), { ...view, touch: (time_s) => this.pointAt(time_s) });
+  }
+
+  /** Where the plots begin and how wide they are, in the page's pixels from the strips' left. */
+  area() {
+    const plot = this.charts[0].plot, left = plot.offsetLeft + kLabelWidth_px + kTick_px;
+    return { left, width: Math.max(plot.clientWidth - kLabelWidth_px - kTick_px - kRightGap_px, 1) };
+  }
+
+  timeAt(clientX) {
+    const { left, width } = this.area(), [from_s, to_s] = this.view.range();
+    return from_s + ((clientX - this.element.getBoundingClientRect().left - left) / width) * (to_s - from_s);
+  }
+
+  /** New rows, a new window of time, or new colours: all charts are drawn anew, one a frame. */
+  draw(rows, step_s) {
+    Object.assign(this, { rows, step_s });
+    for (const chart of this.charts) this.dirty.add(chart);
+    this.schedule();
+  }
+
+  schedule() {
+    this.frame ??= requestAnimationFrame(() => {
+      this.frame = undefined;
+      const [chart] = this.dirty;
+      if (!chart) return;
+      this.dirty.delete(chart);
+      performance.mark("chart-begin");
+      const [from_s, to_s] = this.view.range();
+      chart.draw(this.rows, this.step_s, [from_s * 1000, to_s * 1000]);
+      if (this.cursor_s === null) chart.show(this.rows[this.rows.length - 1]);
+      performance.measure("prism-chart", "chart-begin");
+      if (this.dirty.size > 0) this.schedule();
+      else this.placeCursor();
+    });
+  }
+
+  /** The rate chart draws these quantities: one of kMeans. */
+  useMeans(keys) {
+    this.charts[0].use(keys);
+  }
+
+  recolour() {
+    for (const chart of this.charts) chart.recolour();
+  }
+
+  /** The cursor at a time; null: none. */
+  pointAt(time_s) {
+    if (time_s !== null && !Number.isFinite(time_s)) return;
+    this.cursor_s = time_s;
+    this.placeCursor();
+    const index = time_s === null ? -1 : indexAt(this.rows, time_s);
+    const row = index >= 0 ? this.rows[index] : undefined;
+    for (const chart of this.charts) chart.show(time_s === null ? this.rows[this.rows.length - 1] : row);
+    const near = this.events.filter((event) => row && Math.abs(event.time_s - row.time_s) <= this.step_s);
+    setText(this.time, row ? [moment(row.time_s) + " UTC", `${row.good} of ${row.seconds} s good`, ...near.map((event) => event.text)].filter(Boolean).join(" · ") : "");
+  }
+
+  placeCursor() {
+    const [from_s, to_s] = this.view.range(), inside = this.cursor_s !== null && this.cursor_s >= from_s && this.cursor_s <= to_s;
+    this.line.hidden = !inside;
+    if (!inside) return;
+    const { left, width } = this.area();
+    this.line.style.transform = `translateX(${left + ((this.cursor_s - from_s) / (to_s - from_s)) * width}px)`;
+  }
+
+  /** The cursor goes so many rows on; from nowhere, to the last. Answers what a screen reader should say. */
+  step(by) {
+    if (this.rows.length === 0) return "no data";
+    const now = this.cursor_s === null ? this.rows.length - 1 : indexAt(this.rows, this.cursor_s) + by;
+    this.pointAt(this.rows[Math.max(0, Math.min(this.rows.length - 1, now))].time_s);
+    return [this.time.textContent, ...this.charts.map((chart) => `${chart.spec.title} ${chart.element.querySelector(".legend").textContent}`)].join("; ");
+  }
+
+  /** Events as marks: a line over the chart's height, and above it a sign by its severity. */
+  underlay(context, area, graph) {
+    const [from_s, to_s] = this.view.range();
+    for (const event of this.events) {
+      if (event.time_s < from_s || event.time_s > to_s) continue;
+      const meaning = meaningOfSeverity(event.severity), x = Math.round(graph.toDomXCoord(event.time_s * 1000)) + 0.5;
+      context.strokeStyle = context.fillStyle = colour(meaning === "good" ? "--mark" : `--${meaning}`);
+      context.setLineDash([2, 3]);
+      context.beginPath();
+      context.moveTo(x, area.y);
+      context.lineTo(x, area.y + area.h);
+      context.stroke();
+      context.setLineDash([]);
+      context.beginPath();
+      if (meaning === "bad") context.rect(x - 3, area.y, 6, 6);
+      else if (meaning === "care") { context.moveTo(x, area.y); context.lineTo(x + 4, area.y + 7); context.lineTo(x - 4, area.y + 7); }
+      else context.arc(x, area.y + 3, 2.5, 0, 7);
+      context.fill();
+    }
+  }
+
+  describe(words) {
+    for (const chart of this.charts) chart.describe(words);
+  }
+
+  destroy() {
+    this.stop();
+    for (const chart of this.charts) chart.destroy();
+    this.element.remove();
+  }
+}

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+// Round numbers along a scale, with just the decimals that tell them apart.
+import { fixed } from "./format.js";
+
+/** {v, label} of multiples of 1, 2 or 5 times a power of ten from `low` to `high`, about `wanted` of them. */
+export function ticksOf(low, high, wanted) {
+  if (!(high > low)) return Number.isFinite(low) ? [{ v: low, label: fixed(low, 3) }] : [];
+  const rough = (high - low) / Math.max(wanted, 1), power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((digit) => digit * power).find((one) => one >= rough * 0.85);
+  const decimals = Math.max(0, Math.min(9, -Math.floor(Math.log10(step) + 1e-9)));
+  const ticks = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) ticks.push({ v: k * step, label: fixed(k * step, decimals) });
+  return ticks;
+}
