@@ -100,7 +100,7 @@ test("the window of time follows the present until it is moved, and again when i
 function gyroOf(status) {
   const gyro = state.makeGyro("g");
   state.takeInstance(gyro, { name: "g", state: "running", axes: [] });
-  state.takeStatus(gyro, status);
+  state.takeStatus(gyro, status, 0);
   return gyro;
 }
 
@@ -124,7 +124,7 @@ test("answers for one axis and for several are read alike, and an axis that went
   assert.deepEqual([...gyro.axes.values()].map((axis) => [axis.name, axis.quality]), [["x", "good"], ["y", "no_model"]]);
   state.takeStability(gyro, { x: { axis: "x", improvement: 0.5 } });
   assert.equal(gyro.axes.get("x").stability.improvement, 0.5);
-  state.takeStatus(gyro, { axis: "y", state: "receiving", quality: "good" });
+  state.takeStatus(gyro, { axis: "y", state: "receiving", quality: "good" }, 0);
   assert.deepEqual([...gyro.axes.keys()], ["y"]);
 });
 

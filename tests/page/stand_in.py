@@ -3,10 +3,11 @@
 """Plays prismweb's side of docs/page.md with made-up, SIMULATED gyros, for what a real one cannot play within a test: thirty days of
 rows, an hour of them at once, a name that is markup, a server that stands still.
 
-usage: stand_in.py PORT [--gyros N] [--name TEXT] [--days N]; commands on standard input: gone NAME, back NAME, freeze, go
+usage: stand_in.py PORT (0: a free one) [--gyros N] [--name TEXT] [--days N]; commands on standard input: gone NAME, back NAME, freeze, go
 """
 import argparse
 import asyncio
+import contextlib
 import json
 import math
 import os
@@ -114,7 +115,7 @@ class Server:
         self.clients.add(ws)
         async for message in ws:
             if message.type == WSMsgType.TEXT and not self.frozen:
-                await ws.send_json(self.reply(json.loads(message.data)))
+                await self.send(ws, self.reply(json.loads(message.data)))
         self.clients.discard(ws)
         return ws
 
@@ -134,6 +135,11 @@ class Server:
 
     async def tell(self, message):
         for ws in list(self.clients):
+            await self.send(ws, message)
+
+    @staticmethod
+    async def send(ws, message):
+        with contextlib.suppress(ConnectionResetError):  # it went away meanwhile
             await ws.send_json(message)
 
     async def commands(self):
@@ -173,7 +179,7 @@ async def main():
     runner = web.AppRunner(app)
     await runner.setup()
     await web.TCPSite(runner, "127.0.0.1", options.port).start()
-    print(f"http://127.0.0.1:{options.port}/#token=secret", flush=True)
+    print(f"http://127.0.0.1:{runner.addresses[0][1]}/#token=secret", flush=True)
     commands = asyncio.create_task(server.commands())
     await server.live()
     await commands

@@ -45,15 +45,16 @@ function draw(plot, curves) {
   }
 }
 
-/** The plot in `place`; update(rows, step_s) computes and draws. */
+/** The plot in `place`; update(steps) computes and draws. */
 export function makeAllan(place) {
   const plot = svg("svg", { viewBox: `0 0 ${kWidth} ${kHeight}`, class: "allan", role: "img", "aria-label": "Allan deviation" });
   const words = el("p", { class: "note" });
   const legend = el("ul", { class: "legend" }, ...kCurves.map(([, name, label]) => el("li", {}, el("span", { class: `swatch c--${name}`, "aria-hidden": "true" }), el("span", { class: "label" }, label))));
   place.append(legend, plot, words);
   return {
-    update({ rows: all, step_s, hasMeans }, from_s, to_s) {
-      const rows = hasMeans ? all.filter((row) => row.time_s >= from_s && row.time_s <= to_s) : [];
+    refuse: (why) => setText(words, why),
+    update({ rows: all, step_s, hasMeans }) {
+      const rows = hasMeans ? all : [];
       const curves = kCurves.map(([key, name, label]) => ({ name, label, points: rows.length > 2 ? allanDeviation(evenly(rows, step_s, key), step_s) : [] }));
       draw(plot, curves);
       const least = curves.map(({ label, points }) => {

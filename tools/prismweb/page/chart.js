@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One strip chart: dygraphs in a frame of our own, with a legend that holds the values under the cursor as text.
+import { plotters } from "./band.js";
 import { colour, el, setText } from "./dom.js";
 import { decimalsFor, fixed } from "./format.js";
 import { tableOf } from "./steps.js";
@@ -39,7 +40,7 @@ export class Chart {
       series[one.label] = { color: colour(one.colour), strokeWidth: one.width ?? 1.2, ...(one.pattern && { strokePattern: one.pattern }) };
     }
     return {
-      labels: ["time", ...this.spec.series.map((one) => one.label)], customBars: true, labelsUTC: true, series, fillAlpha: 0.18,
+      labels: ["time", ...this.spec.series.map((one) => one.label)], customBars: true, labelsUTC: true, series, plotter: plotters(), fillAlpha: 0.18,
       gridLineColor: grid, axisLineColor: grid, gridLineWidth: 1, axisLabelFontSize: 11, rightGap: kRightGap_px, yRangePad: 4,
       highlightCircleSize: 3, interactionModel: {}, connectSeparatedPoints: false, ...(this.spec.fromZero && { includeZero: true }),
       axes: {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Where a model was trained, and where the gyro is now: a gauge for each input, and temperature against its slope as a map.
 import { el, setAttribute, setText, svg } from "./dom.js";
-import { decimalsFor, fixed } from "./format.js";
+import { decimalsFor, fixed, withUnit } from "./format.js";
 
 const kOfWindow = { T: ["mean_temperature_degc", "°C"], dTdt: ["slope_degc_per_s", "°C/s"], U: ["mean_uhfo_v", "V"] };
 const kWidth = 240, kHeight = 150, kPad = 0.2;
@@ -24,9 +24,9 @@ export function inputsOf(model, row) {
 
 function makeGauge() {
   const range = svg("rect", { class: "range", y: 5, height: 8, rx: 2 }), point = svg("path", { class: "present" });
-  const words = el("span", { class: "value" }), name = el("span", { class: "label" }), verdict = el("span", { class: "verdict" });
+  const words = el("span", { class: "value" }), within = el("span", { class: "note" }), name = el("span", { class: "label" }), verdict = el("span", { class: "verdict" });
   const picture = svg("svg", { viewBox: `0 0 ${kWidth} 18`, class: "gauge", "aria-hidden": "true" }, svg("line", { class: "scale", x1: 0, x2: kWidth, y1: 9, y2: 9 }), range, point);
-  return { element: el("li", {}, el("div", {}, name, words, verdict), picture), name, words, verdict, range, point };
+  return { element: el("li", {}, el("div", {}, name, words, within, verdict), picture), name, words, within, verdict, range, point };
 }
 
 function drawGauge(gauge, input) {
@@ -34,7 +34,8 @@ function drawGauge(gauge, input) {
   const decimals = known ? decimalsFor((input.greatest - input.least) / 3) : 4;
   const scale = known ? onScale(input.value, input.least, input.greatest) : null;
   setText(gauge.name, input.name);
-  setText(gauge.words, `${fixed(input.value, decimals)} ${input.unit}${known ? ` in ${fixed(input.least, decimals)} … ${fixed(input.greatest, decimals)}` : ""}`);
+  setText(gauge.words, withUnit(input.value, decimals, input.unit));
+  setText(gauge.within, known ? `trained ${fixed(input.least, decimals)} … ${fixed(input.greatest, decimals)} ${input.unit}` : "");
   setText(gauge.verdict, scale?.inside === false ? "▲ outside" : "");
   setAttribute(gauge.range, "x", (scale?.from ?? 0) * kWidth);
   setAttribute(gauge.range, "width", ((scale?.to ?? 0) - (scale?.from ?? 0)) * kWidth);

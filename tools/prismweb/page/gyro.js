@@ -14,12 +14,13 @@ import { Steps } from "./steps.js";
 import { Strips } from "./strips.js";
 import { TimeView } from "./time_view.js";
 
-const kWait_ms = 150, kHole_s = 2.5, kRecent = 120, kSlowest_ms = 15000;
+const kWait_ms = 150, kHole_s = 2.5, kRecent = 120, kSlowest_ms = 15000, kAnalysis_ms = 60000;
+const kFinest = 5000; // rows that `range` gives at most
 
 export class GyroView {
   /** `say(text)`: to a screen reader. */
   constructor(place, { socket, gyro, axis, say }) {
-    Object.assign(this, { socket, gyro, axis, say, steps: new Steps(1), recent: [], asked: 0, drawn_ms: 0 });
+    Object.assign(this, { socket, gyro, axis, say, steps: new Steps(1), recent: [], asked: 0, drawn_ms: 0, analysed_ms: performance.now() });
     this.present = { time_s: Date.now() / 1000, at_ms: performance.now() };
     this.view = new TimeView(3600, () => this.present.time_s + (performance.now() - this.present.at_ms) / 1000, () => this.moved());
     this.build(place);
@@ -79,7 +80,7 @@ export class GyroView {
     this.strips.element.setAttribute("aria-busy", "true");
     try {
       const before_s = this.length_s();  // so that the first running mean is whole
-      const answer = await loadRange(this.socket, this.gyro.name, this.axis.name, from_s - before_s, to_s, Math.max(300, Math.min(1200, Math.round(width))));
+      const answer = await loadRange(this.socket, this.gyro.name, this.axis.name, from_s - before_s, to_s, Math.max(200, Math.min(600, Math.round(width / 2))));
       if (asked !== this.asked) return;
       this.take(answer);
     } catch (error) {
@@ -107,9 +108,16 @@ export class GyroView {
     this.settled = setTimeout(() => this.analyse(), 200);
   }
 
-  analyse() {
-    const [from_s, to_s] = this.view.range();
-    this.allan.update(this.steps, from_s, to_s);
+  /** The Allan deviation has rows of its own, as fine as there are. */
+  async analyse() {
+    const [from_s, to_s] = this.view.range(), asked = (this.analysis = (this.analysis ?? 0) + 1);
+    this.analysed_ms = performance.now();
+    try {
+      const { steps } = await loadRange(this.socket, this.gyro.name, this.axis.name, from_s, to_s, kFinest);
+      if (asked === this.analysis && this.element.isConnected) this.allan.update(steps);
+    } catch (error) {
+      this.allan.refuse(error.message);
+    }
   }
 
   /** A live second. */
@@ -133,10 +141,7 @@ export class GyroView {
     if (performance.now() - this.drawn_ms < Math.max(900, pixel_ms)) return;
     this.steps.forget(this.view.range()[0] - this.length_s() - this.steps.step_s);
     this.draw();
-    if (performance.now() - (this.analysed_ms ?? 0) > kSlowest_ms) {
-      this.analysed_ms = performance.now();
-      this.analyse();
-    }
+    if (performance.now() - this.analysed_ms > kAnalysis_ms) this.analyse();
   }
 
   draw() {
@@ -211,7 +216,7 @@ export class GyroView {
 
   destroy() {
     this.observer.disconnect();
-    this.asked++;
+    this.asked++; // what is still under way is nobody's
     for (const timer of [this.resting, this.again, this.settled]) clearTimeout(timer);
     this.strips.destroy();
     this.element.remove();

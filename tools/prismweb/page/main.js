@@ -7,6 +7,7 @@ import { makeOverview } from "./overview.js";
 import { Socket } from "./socket.js";
 import { axisOf, byAxis, judgeGyro, kTrace_s, makeGyro, takeEvent, takeInstance, takeStability, takeStatus, takeWindow } from "./state.js";
 import { startTheme } from "./theme.js";
+import { measured } from "./timing.js";
 
 const kStatus_ms = 2000, kStability_ms = 10000, kTokenKey = "prism-token";
 const find = (id) => document.getElementById(id);
@@ -30,11 +31,10 @@ const socket = new Socket(new URL("ws", location.href.replace(/^http/, "ws").rep
 function draw() {
   frame = frame || requestAnimationFrame(() => {
     frame = 0;
-    performance.mark("update-begin");
     const now_ms = performance.now();
     overview?.draw(gyros, socket.ready, now_ms);
     view?.update(socket.ready, now_ms);
-    performance.measure("prism-update", "update-begin");
+    measured("prism-update", now_ms);
     const bad = [...gyros.values()].filter((gyro) => judgeGyro(gyro, socket.ready, now_ms) === "bad").map((gyro) => gyro.name).join(", ");
     if (bad !== worst) say(bad ? `to look at: ${bad}` : "all gyros are well");
     worst = bad;
@@ -51,7 +51,7 @@ async function ask(gyro, method, params, take) {
   }
 }
 
-const askStatus = (gyro) => ask(gyro, "status", null, (answer) => takeStatus(gyro, answer));
+const askStatus = (gyro) => ask(gyro, "status", null, (answer) => takeStatus(gyro, answer, performance.now()));
 const askStability = (gyro) => ask(gyro, "stability", null, (answer) => takeStability(gyro, answer));
 const askModel = (shown) => ask(shown.gyro, "model", { axis: shown.axis.name }, (answer) => { shown.model = answer; });
 

@@ -22,7 +22,7 @@ export function byAxis(answer) {
   return answer?.axis !== undefined ? [[answer.axis, answer]] : Object.entries(answer ?? {});
 }
 
-export function takeStatus(gyro, status) {
+export function takeStatus(gyro, status, now_ms) {
   gyro.status = status;
   const parts = byAxis(status);
   for (const name of [...gyro.axes.keys()]) if (!parts.some(([axis]) => axis === name)) gyro.axes.delete(name);
@@ -31,7 +31,7 @@ export function takeStatus(gyro, status) {
     axis.quality = part.quality ?? "no_data";
     axis.model = part.model ?? null;
     for (const key of ["window_s", "warm_s", "full_s"]) axis[key] = part[key] ?? status[key];
-    if (part.window && !axis.window) axis.window = part.window;
+    if (part.window && !axis.window) Object.assign(axis, { window: part.window, window_ms: now_ms - 1000 * (status.age_s ?? Infinity) });
   }
 }
 

@@ -8,6 +8,7 @@ import { moment } from "./format.js";
 import { listenToGestures } from "./gestures.js";
 import { meaningOfSeverity } from "./quality.js";
 import { indexAt } from "./steps.js";
+import { measured } from "./timing.js";
 
 const kTick_px = 6; // what dygraphs keeps on both sides of its labels
 
@@ -50,13 +51,15 @@ export class Strips {
       const [chart] = this.dirty;
       if (!chart) return;
       this.dirty.delete(chart);
-      performance.mark("chart-begin");
+      const begin_ms = performance.now();
       const [from_s, to_s] = this.view.range();
+      Object.assign(this.element.dataset, { from: from_s, to: to_s });
       chart.draw(this.rows, this.step_s, [from_s * 1000, to_s * 1000]);
       if (this.cursor_s === null) chart.show(this.rows[this.rows.length - 1]);
-      performance.measure("prism-chart", "chart-begin");
-      if (this.dirty.size > 0) this.schedule();
-      else this.placeCursor();
+      measured("prism-chart", begin_ms);
+      if (this.dirty.size > 0) return this.schedule();
+      this.placeCursor();
+      if (this.rows.length > 0) measured("prism-drawn");
     });
   }
 
@@ -73,6 +76,7 @@ export class Strips {
   pointAt(time_s) {
     if (time_s !== null && !Number.isFinite(time_s)) return;
     this.cursor_s = time_s;
+    this.element.classList.toggle("pointed", time_s !== null);
     this.placeCursor();
     const index = time_s === null ? -1 : indexAt(this.rows, time_s);
     const row = index >= 0 ? this.rows[index] : undefined;
@@ -124,6 +128,8 @@ export class Strips {
 
   destroy() {
     this.stop();
+    cancelAnimationFrame(this.frame);
+    this.dirty.clear();
     for (const chart of this.charts) chart.destroy();
     this.element.remove();
   }

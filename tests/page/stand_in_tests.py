@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: MIT
+"""The page in a browser, before a server that can play what a real gyro cannot within a test."""
+import csv
+import glob
+import os
+import time
+
+from worlds import SCRIPT
+
+
+
+def place(browser, part):
+    """A point of the first chart's plot, in pixels of the page: 0 its left edge, 1 its right."""
+    left, width, top = browser.run("const p=document.querySelector('.plot').getBoundingClientRect(); return [p.left+78, p.width-92, p.top+60]")
+    return left + part * width, top
+
+
+def mouse(browser, kind, part, modifiers=0, buttons=0):
+    x, y = place(browser, part)
+    browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, "button": "left" if buttons or kind == "mouseReleased" else "none",
+                                                               "buttons": buttons, "modifiers": modifiers, "clickCount": 1})
+
+
+def drag(browser, begin, end, modifiers=0):
+    mouse(browser, "mousePressed", begin, modifiers, 1)
+    for step in range(1, 6):
+        mouse(browser, "mouseMoved", begin + (end - begin) * step / 5, modifiers, 1)
+    mouse(browser, "mouseReleased", end, modifiers)
+
+
+def shown(browser):
+    """Span of what the charts show, in seconds, as their description says it to a screen reader."""
+    return browser.one(".strips").get_attribute("data-from"), browser.one(".strips").get_attribute("data-to")
+
+
+def span_of(browser):
+    begin, end = map(float, shown(browser))
+    return end - begin
+
+
+def open_gyro(browser, name="gyro2", axis="z"):
+    browser.run("location.hash = `#/${arguments[0]}/${arguments[1]}`", name, axis)
+    browser.wait("charts with rows", lambda: "rows of" in (browser.one(".chart").get_attribute("aria-label") or ""))
+
+
+def key(browser, text, modifiers=0):
+    codes = {"ArrowLeft": 37, "ArrowRight": 39, "Escape": 27, "Enter": 13, "Tab": 9}
+    more = {"windowsVirtualKeyCode": codes[text]} if text in codes else {"text": text}
+    if text == "Enter":
+        more["text"] = "\r"
+    for kind in ("keyDown", "keyUp"):
+        browser.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": text, "modifiers": modifiers, **(more if kind == "keyDown" else {})})
+
+
+def overview(browser, world):
+    browser.open(world.url)
+    browser.wait("five tiles with a rate", lambda: len(browser.all(".tile")) == 5 and all("." in tile.text for tile in browser.all(".tile .big")))
+    assert browser.text(".sum") == "3 gyros, 5 axes: 4 good, 1 with care", browser.text(".sum")
+    words = {(tile.find_element("css selector", ".mark").text, tile.find_element("css selector", ".word").text) for tile in browser.all(".tile")}
+    assert words == {("●", "good"), ("▲", "extrapolating")}, words
+    assert browser.run("return location.href.includes('secret')") is False, "the token is still in the address"
+    assert len(browser.one(".spark-line").get_attribute("points")) > 1000
+    browser.picture("overview", whole=True)
+
+
+def names_are_data(browser, world):
+    open_gyro(browser)
+    assert SCRIPT in browser.text(".cell.model"), browser.text(".cell.model")
+    assert browser.run("return document.querySelectorAll('main script, main img, .events b').length") == 0
+    assert "taken" not in browser.driver.title
+    assert "<b>for a moment</b>" in browser.text(".events")
+    browser.picture("gyro", whole=True)
+
+
+def zoom_and_pan(browser, world):
+    assert abs(span_of(browser) - 3600) < 1
+    drag(browser, 0.25, 0.5)
+    browser.wait("a quarter of the hour", lambda: abs(span_of(browser) - 900) < 40)
+    begin = float(shown(browser)[0])
+    domains = browser.run("return [...document.querySelectorAll('.plot')].map(p => p.querySelector('.dygraph-axis-label-x')?.textContent)")
+    assert len(set(domains)) == 1 and domains[0], f"the charts' times differ: {domains}"
+    browser.wait("finer rows", lambda: "rows of 2.0 s" in browser.one(".chart").get_attribute("aria-label"))
+    drag(browser, 0.2, 0.7, modifiers=8)
+    browser.wait("half of it earlier", lambda: abs(float(shown(browser)[0]) - begin + 450) < 40)
+    key(browser, "-")
+    browser.wait("twice as long", lambda: abs(span_of(browser) - 1800) < 60)
+    key(browser, "ArrowRight", modifiers=8)
+    assert browser.one(".now").get_attribute("aria-pressed") == "false"
+    key(browser, "l")
+    browser.wait("now again", lambda: browser.one(".now").get_attribute("aria-pressed") == "true")
+
+
+def cursor(browser, world):
+    mouse(browser, "mouseMoved", 0.5)
+    browser.wait("the time under the cursor", lambda: "UTC" in (browser.text(".cursor-time") or ""))
+    value = browser.text(".chart .legend .value")
+    assert value.startswith("8.4"), value
+    browser.picture("cursor")
+    before = browser.text(".cursor-time")
+    key(browser, "ArrowLeft")
+    assert browser.text(".cursor-time") < before
+    assert "Bias in force" in browser.text("#spoken"), "the cursor's values are not said"
+    key(browser, "Escape")
+    assert browser.run("return document.querySelector('.cursor').hidden")
+
+
+def thirty_days(browser, world):
+    key(browser, "8")
+    browser.wait("30 days", lambda: abs(span_of(browser) - 2592000) < 1 and "rows of 2 h" in browser.one(".chart").get_attribute("aria-label"))
+    rows = int(browser.one(".chart").get_attribute("aria-label").split(" rows")[0].split(", ")[-1])
+    assert 300 < rows <= 600, rows
+    browser.picture("thirty-days")
+    key(browser, "4")
+    browser.wait("an hour", lambda: abs(span_of(browser) - 3600) < 1 and "rows of 10 s" in browser.one(".chart").get_attribute("aria-label"))
+
+
+def files(browser, world):
+    folder = os.path.join(browser.profile.name, "files")
+    os.makedirs(folder, exist_ok=True)
+    browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": folder})
+    for button in browser.all(".tools button"):
+        if button.text in ("PNG", "CSV"):
+            button.click()
+    browser.wait("two files", lambda: len(glob.glob(folder + "/*.csv")) == 1 and len(glob.glob(folder + "/*.png")) == 1)
+    with open(glob.glob(folder + "/*.csv")[0]) as file:
+        table = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert len(table) > 350 and abs(float(table[-1]["mean_rate_deg_per_h"]) - 8.465) < 0.5, table[-1]
+    with open(glob.glob(folder + "/*.png")[0], "rb") as file:
+        picture = file.read()
+    assert picture[:8] == b"\x89PNG\r\n\x1a\n" and len(picture) > 50000, len(picture)
+    if browser.pictures:
+        with open(os.path.join(browser.pictures, "saved.png"), "wb") as file:
+            file.write(picture)
+
+
+def night(browser, world):
+    ground = "return getComputedStyle(document.body).backgroundColor"
+    light = browser.run(ground)
+    browser.theme("dark")
+    browser.wait("a dark page where the system is", lambda: browser.run(ground) != light)
+    browser.picture("night", whole=True)
+    key(browser, "t")
+    browser.wait("light by choice", lambda: browser.run(ground) == light)
+    browser.driver.refresh()
+    browser.wait("light still, after a reload without the token", lambda: browser.run(ground) == light and browser.all(".numbers"))
+    browser.run("localStorage.clear()")
+    browser.theme("light")
+
+
+def gone(browser, world):
+    browser.run("location.hash = '#/'")
+    world.say("gone gyro1")
+    tile = browser.wait("the tile of gyro1, red", lambda: next((tile for tile in browser.all(".tile.bad.old") if "gyro1" in tile.text), None))
+    assert "prismd is gone" in tile.text and "1 to look at" in browser.text(".sum"), tile.text
+    struck = browser.run("return [...arguments[0].querySelectorAll('.value:not(.model)')].map(v => getComputedStyle(v).textDecorationLine)", tile)
+    assert set(struck) == {"line-through"}, struck
+    browser.picture("gone")
+    world.say("back gyro1")
+    browser.wait("gyro1 as before", lambda: not browser.all(".tile.old"))
+
+
+def frozen(browser, world):
+    open_gyro(browser)
+    world.say("freeze")
+    browser.wait("the alarm", lambda: browser.one(".alarm").is_displayed(), 9)
+    assert "does not answer" in browser.text(".alarm"), browser.text(".alarm")
+    assert browser.run("return getComputedStyle(document.querySelector('.hero .big')).textDecorationLine") == "line-through"
+    browser.picture("frozen")
+    world.say("go")
+    browser.wait("the end of the alarm", lambda: not browser.one(".alarm").is_displayed() and not browser.all(".numbers.old"), 15)
+
+
+def by_keyboard(browser, world):
+    browser.run("location.hash = '#/'; document.activeElement.blur()")
+    browser.wait("tiles", lambda: browser.all(".tile"))
+    for _ in range(12):
+        key(browser, "Tab")
+        if browser.run("return document.activeElement.className").startswith("tile"):
+            break
+    assert "axis" in browser.run("return document.activeElement.getAttribute('aria-label')")
+    assert browser.run("return getComputedStyle(document.activeElement).outlineStyle") == "solid", "the focus is not to be seen"
+    key(browser, "Enter")
+    browser.wait("the gyro", lambda: browser.all(".numbers"))
+    nameless = browser.run("""return [...document.querySelectorAll("button, a, [role=img], [role=group]")].filter(
+      (e) => !(e.getAttribute("aria-label") || e.textContent.trim())).map((e) => e.outerHTML)""")
+    assert not nameless, nameless
+    key(browser, "Escape")
+    browser.wait("the overview", lambda: browser.all(".tile"))
+
+
+def phone(browser, world):
+    browser.size(380, 800)
+    browser.driver.refresh()
+    browser.wait("tiles", lambda: len(browser.all(".tile")) == 5 and "." in browser.text(".tile .big"))
+    assert browser.run("return document.documentElement.scrollWidth") == 380
+    browser.picture("phone-overview", whole=True)
+    open_gyro(browser)
+    assert browser.run("return document.documentElement.scrollWidth") == 380
+    small = browser.run("return [...document.querySelectorAll('.tools button')].filter((b) => b.offsetHeight < 36 || b.offsetWidth < 30).map((b) => b.textContent)")
+    assert not small, f"too small for a finger: {small}"
+    browser.picture("phone-gyro", whole=True)
+    browser.size(1600, 1000)
+
+
+def wall(browser, world):
+    browser.size(2560, 1440)
+    browser.run("location.hash = '#/'")
+    browser.wait("tiles", lambda: len(browser.all(".tile")) == 5)
+    time.sleep(0.5)
+    browser.picture("wall")
+    browser.size(1600, 1000)
+
+
+def wrong_token(browser, world):
+    browser.open("about:blank")
+    browser.open(world.url.replace("secret", "wrong"))
+    browser.wait("a refusal", lambda: "refused" in (browser.text(".alarm") or ""))
+    browser.open("about:blank")
+    browser.open(world.url)
+    browser.wait("tiles", lambda: len(browser.all(".tile")) == 5)
+
+
+def the_checks_bite(browser, world):
+    """What the policy forbids is seen by complaints(): otherwise their silence would prove nothing."""
+    before = len(browser.complaints())
+    browser.run("document.body.setAttribute('style', 'color: red')")
+    browser.wait("a complaint", lambda: len(browser.complaints()) == before + 1)
+    browser.said.pop()
+
+
+TESTS = [overview, names_are_data, zoom_and_pan, cursor, thirty_days, files, night, gone, frozen, by_keyboard, phone, wall, wrong_token, the_checks_bite]
