@@ -21,9 +21,11 @@ class Browser:
         for argument in [*QUIET, f"--user-data-dir={self.profile.name}", f"--window-size={width},{height}"]:
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        options.add_experimental_option("prefs", {"download.default_directory": os.path.join(self.profile.name, "files")})
         self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
         self.pictures, self.allowed, self.said = pictures, [], []
+        self.files = os.path.join(self.profile.name, "files")
+        os.makedirs(self.files, exist_ok=True)
+        self.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": self.files})
         self.size(width, height)
         self.theme("dark" if dark else "light")
 

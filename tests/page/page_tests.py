@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The page in Debian's chromium. usage: page_tests.py PICTURES-FOLDER"""
+"""The page in Debian's chromium. usage: page_tests.py PICTURES-FOLDER PROGRAMS-FOLDER"""
 import sys
 import time
 import traceback
 
 sys.dont_write_bytecode = True
+import real_tests
 import stand_in_tests
 from browser import Browser
-from worlds import SCRIPT, StandIn
+from worlds import SCRIPT, Real, StandIn
 
 
 def run(tests, world, browser):
@@ -28,9 +29,10 @@ def run(tests, world, browser):
     return failed
 
 
-def main(pictures):
+def main(pictures, programs):
     failed = 0
-    worlds = [(lambda: StandIn("--name", SCRIPT), stand_in_tests.TESTS)]
+    worlds = [(lambda: StandIn("--name", SCRIPT), stand_in_tests.TESTS),
+              (lambda: Real(programs), real_tests.TESTS)]
     for make, tests in worlds:
         world = make()
         try:

@@ -5,6 +5,7 @@ import { test } from "node:test";
 
 const from = (name) => import(new URL(`../../tools/prismweb/page/${name}`, import.meta.url));
 const { sparkPoints } = await from("spark.js"), { inputsOf, onScale } = await from("domain.js"), { csvOf } = await from("save.js");
+const { lineRows } = await from("line_panel.js");
 const { ticksOf } = await from("ticks.js");
 
 test("a spark line ends at the right edge and leaves out what is not known", () => {
@@ -35,5 +36,18 @@ test("scales have three round numbers or more, with the decimals that they need"
   assert.deepEqual(ticksOf(8.44, 8.486, 4).map((tick) => tick.label), ["8.44", "8.45", "8.46", "8.47", "8.48"]);
   assert.deepEqual(ticksOf(0, 200, 3).map((tick) => tick.label), ["0", "100", "200"]);
   assert.deepEqual(ticksOf(-0.002, 0.0021, 3).map((tick) => tick.label), ["\u22120.002", "0.000", "0.002"]);
+  assert.deepEqual(ticksOf(-0.03, 0.04, 2).map((tick) => tick.label), ["\u22120.02", "0.00", "0.02", "0.04"]);
   assert.deepEqual(ticksOf(5, 5, 3).map((tick) => tick.v), [5]);
+});
+
+test("the health of a line has the counters of both stages, and says what is not counted", () => {
+  const line = { device: "/dev/x", baud: 921600, decoder: { frames: 12345, bad_check: 1, bad_length: 2, bad_body: 3 }, timing: { period_s: 0.00501, missing_frames: 4 }, nominal_period_s: 0.005, hardware: null, notes: ["<b>"] };
+  const rows = Object.fromEntries(lineRows(line));
+  assert.equal(rows["frames good"], "12\u2009345");
+  assert.equal(rows["refused: check, length, body"], "1, 2, 3");
+  assert.equal(rows["period"], "5.010000 ms, 2000.0 ppm off nominal");
+  assert.equal(rows["hardware errors"], "not counted by this device");
+  assert.equal(rows.note, "<b>");
+  assert.equal(Object.fromEntries(lineRows({ ...line, hardware: { overruns: 2, breaks: 0 } }))["hardware errors"], "2 overruns");
+  assert.deepEqual(lineRows(null), []);
 });

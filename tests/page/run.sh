@@ -8,4 +8,4 @@ for program in chromium chromedriver; do command -v $program >/dev/null || skip 
 [ -f /usr/share/javascript/dygraphs/dygraph.min.js ] || skip "no libjs-dygraphs"
 python=/usr/bin/python3  # Debian's: it has Debian's modules
 for module in selenium aiohttp; do "$python" -c "import $module" 2>/dev/null || skip "no python3-$module"; done
-exec "$python" "$here/page_tests.py" "${PRISM_BIN:?set by ctest}/page"
+exec "$python" "$here/page_tests.py" "${PRISM_BIN:?set by ctest}/page" "$PRISM_BIN"

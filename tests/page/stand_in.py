@@ -68,6 +68,11 @@ class Gyro:
                  "line": {"frames": int((time.time() - self.first_s) * 200), "bad_check": 2, "bad_length": 0, "bad_body": 0}, "timing": {"missing_frames": 3}}
         return {**whole, **parts[self.axes[0]]} if len(self.axes) == 1 else {**whole, "axes": parts}
 
+    def line(self):
+        return {"device": "/dev/simulated", "baud": 921600, "decoder": {"frames": 1000, "bad_check": 2, "bad_length": 0, "bad_body": 0, "skipped_bytes": 40,
+                "resyncs": 1, "timeouts": 0}, "timing": {"missing_frames": 3, "duplicates": 0, "resets": 0, "period_s": 0.00500001},
+                "nominal_period_s": 0.005, "hardware": None, "notes": ["SIMULATED"]}
+
     def range(self, axis, from_s, to_s, points):
         from_s, to_s = max(from_s, self.first_s), min(to_s, time.time())
         step = next((s for s in STEPS if (to_s - from_s) / s <= points), STEPS[-1])
@@ -91,7 +96,7 @@ class Gyro:
             return self.range(axis, params["from_s"], params["to_s"], params["points"])
         now = int(time.time())
         of = {"status": self.status, "events": lambda: self.events, "model": lambda: self.model(axis), "subscribe": lambda: {"window": True},
-              "stability": lambda: {name: {"axis": name, "all": {"sd_deg_per_h": 0.0071}, "raw": {"sd_deg_per_h": 0.01552}, "corrected": {"sd_deg_per_h": 0.00677},
+              "line": self.line, "stability": lambda: {name: {"axis": name, "all": {"sd_deg_per_h": 0.0071}, "raw": {"sd_deg_per_h": 0.01552}, "corrected": {"sd_deg_per_h": 0.00677},
                                            "improvement": 0.56} for name in self.axes},
               "history": lambda: {name: [self.window(name, t) for t in range(now - params.get("seconds", 100), now)] for name in self.axes}}
         found = of[method]()

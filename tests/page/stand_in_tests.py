@@ -1,55 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The page in a browser, before a server that can play what a real gyro cannot within a test."""
-import csv
 import glob
 import os
 import time
 
+from acts import drag, key, mouse, open_gyro, saved_table, shown, span_of
 from worlds import SCRIPT
 
-
-
-def place(browser, part):
-    """A point of the first chart's plot, in pixels of the page: 0 its left edge, 1 its right."""
-    left, width, top = browser.run("const p=document.querySelector('.plot').getBoundingClientRect(); return [p.left+78, p.width-92, p.top+60]")
-    return left + part * width, top
-
-
-def mouse(browser, kind, part, modifiers=0, buttons=0):
-    x, y = place(browser, part)
-    browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, "button": "left" if buttons or kind == "mouseReleased" else "none",
-                                                               "buttons": buttons, "modifiers": modifiers, "clickCount": 1})
-
-
-def drag(browser, begin, end, modifiers=0):
-    mouse(browser, "mousePressed", begin, modifiers, 1)
-    for step in range(1, 6):
-        mouse(browser, "mouseMoved", begin + (end - begin) * step / 5, modifiers, 1)
-    mouse(browser, "mouseReleased", end, modifiers)
-
-
-def shown(browser):
-    """Span of what the charts show, in seconds, as their description says it to a screen reader."""
-    return browser.one(".strips").get_attribute("data-from"), browser.one(".strips").get_attribute("data-to")
-
-
-def span_of(browser):
-    begin, end = map(float, shown(browser))
-    return end - begin
-
-
-def open_gyro(browser, name="gyro2", axis="z"):
-    browser.run("location.hash = `#/${arguments[0]}/${arguments[1]}`", name, axis)
-    browser.wait("charts with rows", lambda: "rows of" in (browser.one(".chart").get_attribute("aria-label") or ""))
-
-
-def key(browser, text, modifiers=0):
-    codes = {"ArrowLeft": 37, "ArrowRight": 39, "Escape": 27, "Enter": 13, "Tab": 9}
-    more = {"windowsVirtualKeyCode": codes[text]} if text in codes else {"text": text}
-    if text == "Enter":
-        more["text"] = "\r"
-    for kind in ("keyDown", "keyUp"):
-        browser.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": text, "modifiers": modifiers, **(more if kind == "keyDown" else {})})
 
 
 def overview(browser, world):
@@ -115,17 +72,12 @@ def thirty_days(browser, world):
 
 
 def files(browser, world):
-    folder = os.path.join(browser.profile.name, "files")
-    os.makedirs(folder, exist_ok=True)
-    browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": folder})
-    for button in browser.all(".tools button"):
-        if button.text in ("PNG", "CSV"):
-            button.click()
-    browser.wait("two files", lambda: len(glob.glob(folder + "/*.csv")) == 1 and len(glob.glob(folder + "/*.png")) == 1)
-    with open(glob.glob(folder + "/*.csv")[0]) as file:
-        table = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    table = saved_table(browser)
     assert len(table) > 350 and abs(float(table[-1]["mean_rate_deg_per_h"]) - 8.465) < 0.5, table[-1]
-    with open(glob.glob(folder + "/*.png")[0], "rb") as file:
+    browser.one("[aria-label='save the charts as a picture']").click()
+    pattern = os.path.join(browser.files, "*.png")
+    browser.wait("a picture", lambda: glob.glob(pattern))
+    with open(glob.glob(pattern)[0], "rb") as file:
         picture = file.read()
     assert picture[:8] == b"\x89PNG\r\n\x1a\n" and len(picture) > 50000, len(picture)
     if browser.pictures:

@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""What a browser test looks at: a stand-in server of simulated gyros."""
+"""What a browser test looks at: a stand-in server of simulated gyros, or prismsim, prismd and prismweb as they are."""
+import json
 import os
+import signal
 import subprocess
 import sys
+import tempfile
+import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(os.path.dirname(HERE))
+WINDOW_S = 5
 SCRIPT = "<script>document.title='taken'</script><img src=x onerror=\"document.title='taken'\">"
 
 
@@ -25,3 +31,87 @@ class StandIn:
         self.process.wait()
         self.process.stdin.close()
         self.process.stdout.close()
+
+
+class Real:
+    """A simulated gyro on a pseudo-terminal, prismd beside it, prismweb on a free port."""
+
+    about = {"gyro": {"serial": "SIMULATED"}, "site": {"latitude_deg": 34.25, "elevation_deg": 90}}
+
+    def __init__(self, programs, speed="1"):
+        self.programs, self.speed, self.children = programs, speed, {}
+        self.folder = tempfile.TemporaryDirectory(prefix="prism-page.")
+        self.path = self.folder.name
+        self.train()
+        self.write("gyro1.json", {**self.about, "line": {"device": f"{self.path}/tty", "silence_s": 1, "retry_min_s": 0.05, "retry_max_s": 0.2},
+                                  "frames": "trplg", "clock": "host", "model": f"{self.path}/model.json",
+                                  "log": {"directory": f"{self.path}/log"}, "socket": {"path": f"{self.path}/gyro1.sock"}})
+        self.plug()
+        self.start_prismd()
+        self.url = self.start_prismweb()
+
+    def train(self):
+        """A model with a short window, so that a correction is there soon, and a name that is markup."""
+        with open(os.path.join(ROOT, "config/frames/trplg.json")) as file:
+            frames = file.read().replace('"rate_hz": 200', '"rate_hz": 10')
+        with open(os.path.join(self.path, "slow.json"), "w") as file:
+            file.write(frames)
+        self.write("record.json", {**self.about, "line": {"device": "/none"}, "frames": f"{self.path}/slow.json", "clock": "device"})
+        for program, *arguments in [
+                ("tools/prismsim/prismsim", "--frames", "slow.json", "--profile", "fast", "--hours", "4", "--out", "cycle.pcap"),
+                ("daemon/prismd", "record.json", "--replay", "cycle.pcap", "--out", "cycle"),
+                ("tools/prismcal/prismcal", "train", "cycle", "--method", "stepwise", "--window", str(WINDOW_S), "--end-mean", "2", "--name", SCRIPT, "--out", "model.json", "--quiet", "--force")]:
+            done = subprocess.run([os.path.join(self.programs, program), *arguments], cwd=self.path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            assert done.returncode == 0, f"{program}: {done.stderr}"
+
+    def write(self, name, value):
+        with open(os.path.join(self.path, name), "w") as file:
+            json.dump(value, file)
+
+    def start(self, name, program, *arguments):
+        log = open(os.path.join(self.path, f"{name}.err"), "a")
+        self.children[name] = subprocess.Popen([os.path.join(self.programs, program), *arguments], stdout=subprocess.PIPE, stderr=log, text=True)
+        log.close()
+        return self.children[name]
+
+    def end(self, name, how=signal.SIGKILL):
+        child = self.children.pop(name)
+        child.send_signal(how)
+        child.wait()
+        child.stdout.close()
+
+    def plug(self):
+        self.start("prismsim", "tools/prismsim/prismsim", "--profile", "steady", "--link", f"{self.path}/tty", "--speed", self.speed)
+        self.wait_for(f"{self.path}/tty")
+
+    def unplug(self):
+        self.end("prismsim", signal.SIGTERM)
+
+    def start_prismd(self):
+        self.start("prismd", "daemon/prismd", f"{self.path}/gyro1.json")
+        self.wait_for(f"{self.path}/gyro1.sock")
+
+    def start_prismweb(self, port=0):
+        os.environ["XDG_RUNTIME_DIR"] = self.path
+        web = self.start("prismweb", "tools/prismweb/prismweb", "--listen", f"127.0.0.1:{port}", "--instance", f"{self.path}/gyro1.sock",
+                         "--page", os.path.join(ROOT, "tools/prismweb/page"), "--state", f"{self.path}/state")
+        for line in web.stdout:
+            if "http://" in line:
+                return line[line.index("http://"):].split()[0]
+        raise AssertionError("prismweb printed no address: " + self.said("prismweb"))
+
+    def said(self, name):
+        with open(os.path.join(self.path, f"{name}.err")) as file:
+            return file.read()[-2000:]
+
+    @staticmethod
+    def wait_for(path, seconds=10):
+        deadline = time.monotonic() + seconds
+        while not os.path.exists(path):
+            assert time.monotonic() < deadline, f"{path} did not come"
+            time.sleep(0.02)
+
+    def close(self):
+        for name in list(self.children):
+            self.end(name)
+        self.folder.cleanup()

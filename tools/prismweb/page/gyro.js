@@ -6,6 +6,7 @@ import { makeDomain } from "./domain.js";
 import { el, setText } from "./dom.js";
 import { makeEvents } from "./events.js";
 import { fileName, moment, span } from "./format.js";
+import { makeLinePanel } from "./line_panel.js";
 import { makeNumbers } from "./numbers.js";
 import { loadRange } from "./range.js";
 import { saveCsv, savePng } from "./save.js";
@@ -41,8 +42,9 @@ export class GyroView {
         tool("CSV", "save the charts' rows as a table", () => this.saveCsv())));
     const left = el("div", { class: "left" }), panel = (title, ...children) => el("section", { class: "panel" }, el("h2", {}, title), ...children);
     const domain = el("div"), allan = el("div");
+    this.line = makeLinePanel();
     this.events = makeEvents((time_s) => this.lookAt(time_s));
-    const right = el("aside", { class: "right" }, panel("Training domain", domain), panel("Allan deviation of what is shown", allan), panel("Events", this.events.element));
+    const right = el("aside", { class: "right" }, panel("Training domain", domain), panel("Allan deviation of what is shown", allan), panel("Line", this.line.element), panel("Events", this.events.element));
     this.element = el("div", { class: "gyro" }, this.numbers.element, tools, el("div", { class: "columns" }, left, right));
     place.append(this.element);
     const head = el("div", { class: "strip-head" });
@@ -67,12 +69,14 @@ export class GyroView {
     this.now.setAttribute("aria-pressed", String(this.view.isLive));
   }
 
-  /** The window of time moved: what is there is shown at once, and what is missing asked for when it rests. */
+  /** The window of time moved: what is there is shown at once; what is missing is asked for at once, too, and while it goes on moving, when it rests. */
   moved() {
     this.showSpan();
     this.draw();
     clearTimeout(this.resting);
-    this.resting = setTimeout(() => this.reload(), kWait_ms);
+    const still_ms = performance.now() - (this.moved_ms ?? 0);
+    this.moved_ms = performance.now();
+    this.resting = setTimeout(() => this.reload(), still_ms > 3 * kWait_ms ? 0 : kWait_ms);
   }
 
   async reload() {

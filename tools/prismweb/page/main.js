@@ -53,6 +53,7 @@ async function ask(gyro, method, params, take) {
 
 const askStatus = (gyro) => ask(gyro, "status", null, (answer) => takeStatus(gyro, answer, performance.now()));
 const askStability = (gyro) => ask(gyro, "stability", null, (answer) => takeStability(gyro, answer));
+const askLine = (shown) => ask(shown.gyro, "line", null, (answer) => shown.line.draw(answer));
 const askModel = (shown) => ask(shown.gyro, "model", { axis: shown.axis.name }, (answer) => { shown.model = answer; });
 
 /** All that is not told by itself, when an instance is there, or is there again. */
@@ -68,7 +69,7 @@ function begin(gyro) {
     }
   });
   ask(gyro, "events", null, (answer) => { gyro.events.splice(0, gyro.events.length, ...answer); });
-  if (view?.gyro === gyro) { askModel(view); view.reload(); }
+  if (view?.gyro === gyro) { askModel(view); askLine(view); view.reload(); }
 }
 
 function takeInstances(list) {
@@ -112,6 +113,7 @@ function route() {
     main.append(el("nav", { class: "trail", "aria-label": "where" }, el("a", { href: "#/" }, "all gyros"), ...tabs));
     view = new GyroView(main, { socket, gyro, axis: axisOf(gyro, axis || [...gyro.axes.keys()][0] || ""), say });
     askModel(view);
+    askLine(view);
   } else {
     main.append(el("h1", { class: "unseen" }, "All gyros"));
     overview = makeOverview(main);
@@ -143,7 +145,7 @@ socket.addEventListener("refused", ({ detail }) => cut(`prismweb refused this pa
 socket.addEventListener("instances", ({ detail }) => takeInstances(detail));
 socket.addEventListener("batch", ({ detail }) => takeBatch(detail));
 socket.addEventListener("lost", ({ detail }) => { if (view?.gyro.name === detail.instance) view.reload(); });
-addEventListener("hashchange", route);
+addEventListener("hashchange", () => (location.hash.includes("token=") ? location.reload() : route()));
 
 const nextTheme = startTheme(find("theme"), () => view?.strips.recolour());
 find("keys").addEventListener("click", () => find("help").showModal());
@@ -158,5 +160,9 @@ setInterval(() => {
   setText(find("utc"), `${clock(Date.now() / 1000)} UTC`);
   draw();
 }, 500);
-setInterval(() => { for (const gyro of gyros.values()) if (gyro.state === "running") askStatus(gyro); }, kStatus_ms);
-setInterval(() => { for (const gyro of gyros.values()) if (gyro.state === "running") askStability(gyro); }, kStability_ms);
+
+/** Asks each instance that runs, again and again. */
+const often = (period_ms, act) => setInterval(() => [...gyros.values()].filter((gyro) => gyro.state === "running" && socket.ready).forEach(act), period_ms);
+often(kStatus_ms, askStatus);
+often(kStability_ms, askStability);
+often(kStatus_ms, (gyro) => { if (view?.gyro === gyro) askLine(view); });

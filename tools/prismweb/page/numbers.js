@@ -19,7 +19,7 @@ const kCells = {
 
 function stability(answer) {
   if (!Number.isFinite(answer?.corrected?.sd_deg_per_h)) return fixed(answer?.all?.sd_deg_per_h, 5);
-  const less = Number.isFinite(answer.improvement) ? ` (${fixed(100 * answer.improvement, 0)} % less)` : "";
+  const less = Number.isFinite(answer.improvement) ? ` (${fixed(100 * Math.abs(answer.improvement), 0)} % ${answer.improvement < 0 ? "more" : "less"})` : "";
   return `${fixed(answer.raw.sd_deg_per_h, 5)} → ${fixed(answer.corrected.sd_deg_per_h, 5)}${less}`;
 }
 

@@ -101,9 +101,22 @@ export class Strips {
     return [this.time.textContent, ...this.charts.map((chart) => `${chart.spec.title} ${chart.element.querySelector(".legend").textContent}`)].join("; ");
   }
 
+  /** Below the rate: a bar where seconds were not good, full where none was. */
+  underlayQuality(context, area, graph) {
+    context.fillStyle = colour("--care");
+    for (const row of this.rows) {
+      const share = row.seconds > 0 ? 1 - row.good / row.seconds : 0;
+      if (share <= 0) continue;
+      const [left, right] = [row.end_s - this.step_s, row.end_s].map((time_s) => graph.toDomXCoord(time_s * 1000));
+      const height = 2 + 5 * share;
+      context.fillRect(left, area.y + area.h - height, Math.max(right - left, 1), height);
+    }
+  }
+
   /** Events as marks: a line over the chart's height, and above it a sign by its severity. */
-  underlay(context, area, graph) {
+  underlay(context, area, graph, chart) {
     const [from_s, to_s] = this.view.range();
+    if (chart === this.charts[0]) this.underlayQuality(context, area, graph);
     for (const event of this.events) {
       if (event.time_s < from_s || event.time_s > to_s) continue;
       const meaning = meaningOfSeverity(event.severity), x = Math.round(graph.toDomXCoord(event.time_s * 1000)) + 0.5;

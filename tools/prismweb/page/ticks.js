@@ -2,7 +2,7 @@
 // Round numbers along a scale, with just the decimals that tell them apart.
 import { fixed } from "./format.js";
 
-/** {v, label} of multiples of 1, 2 or 5 times a power of ten from `low` to `high`, about `wanted` of them. */
+/** {v, label} of multiples of 1, 2 or 5 times a power of ten from `low` to `high`, about `wanted` of them, two at least. */
 export function ticksOf(low, high, wanted) {
   if (!(high > low)) return Number.isFinite(low) ? [{ v: low, label: fixed(low, 3) }] : [];
   const rough = (high - low) / Math.max(wanted, 1), power = 10 ** Math.floor(Math.log10(rough));
@@ -10,5 +10,5 @@ export function ticksOf(low, high, wanted) {
   const decimals = Math.max(0, Math.min(9, -Math.floor(Math.log10(step) + 1e-9)));
   const ticks = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) ticks.push({ v: k * step, label: fixed(k * step, decimals) });
-  return ticks;
+  return ticks.length >= 2 || wanted > 32 ? ticks : ticksOf(low, high, 2 * Math.max(wanted, 1));
 }

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""What a person does with the page: mouse, keys, saving; and what the charts then show."""
+import csv
+import glob
+import os
+
+
+def place(browser, part):
+    """A point of the first chart's plot, in pixels of the page: 0 its left edge, 1 its right."""
+    left, width, top = browser.run("const p=document.querySelector('.plot').getBoundingClientRect(); return [p.left+78, p.width-92, p.top+60]")
+    return left + part * width, top
+
+
+def mouse(browser, kind, part, modifiers=0, buttons=0):
+    x, y = place(browser, part)
+    browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, "button": "left" if buttons or kind == "mouseReleased" else "none",
+                                                               "buttons": buttons, "modifiers": modifiers, "clickCount": 1})
+
+
+def drag(browser, begin, end, modifiers=0):
+    mouse(browser, "mousePressed", begin, modifiers, 1)
+    for step in range(1, 6):
+        mouse(browser, "mouseMoved", begin + (end - begin) * step / 5, modifiers, 1)
+    mouse(browser, "mouseReleased", end, modifiers)
+
+
+def shown(browser):
+    """Span of what the charts show, in seconds, as their description says it to a screen reader."""
+    return browser.one(".strips").get_attribute("data-from"), browser.one(".strips").get_attribute("data-to")
+
+
+def span_of(browser):
+    begin, end = map(float, shown(browser))
+    return end - begin
+
+
+def open_gyro(browser, name="gyro2", axis="z"):
+    browser.run("location.hash = `#/${arguments[0]}/${arguments[1]}`", name, axis)
+    browser.wait("charts with rows", lambda: "rows of" in (browser.one(".chart").get_attribute("aria-label") or ""))
+
+
+def key(browser, text, modifiers=0):
+    codes = {"ArrowLeft": 37, "ArrowRight": 39, "Escape": 27, "Enter": 13, "Tab": 9}
+    more = {"windowsVirtualKeyCode": codes[text]} if text in codes else {"text": text}
+    if text == "Enter":
+        more["text"] = "\r"
+    for kind in ("keyDown", "keyUp"):
+        browser.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": text, "modifiers": modifiers, **(more if kind == "keyDown" else {})})
+
+
+def saved_table(browser):
+    """The rows that the button CSV saves, of what the charts show now."""
+    pattern = os.path.join(browser.files, "*.csv")
+    for old in glob.glob(pattern):
+        os.remove(old)
+    browser.one("[aria-label='save the charts\\' rows as a table']").click()
+    browser.wait("a table", lambda: glob.glob(pattern))
+    with open(glob.glob(pattern)[0]) as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))

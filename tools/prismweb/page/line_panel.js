@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// The health of the line, as `prismctl line` tells it.
+import { el, setText } from "./dom.js";
+import { count, fixed, kUnknown } from "./format.js";
+
+/** [label, value] of an answer of `line`. Exported for its test. */
+export function lineRows(line) {
+  if (!line) return [];
+  const { decoder = {}, timing = {}, hardware } = line;
+  const parts_per_million = 1e6 * (timing.period_s / line.nominal_period_s - 1);
+  const errors = hardware && Object.entries(hardware).filter(([, value]) => value > 0).map(([name, value]) => `${count(value)} ${name}`).join(", ");
+  return [
+    ["device", `${line.device ?? kUnknown}${line.baud ? `, ${count(line.baud)} baud` : ""}`],
+    ["frames good", count(decoder.frames)],
+    ["refused: check, length, body", [decoder.bad_check, decoder.bad_length, decoder.bad_body].map(count).join(", ")],
+    ["bytes skipped, resyncs, time-outs", [decoder.skipped_bytes, decoder.resyncs, decoder.timeouts].map(count).join(", ")],
+    ["frames missing, duplicate; resets", [timing.missing_frames, timing.duplicates, timing.resets].map(count).join(", ")],
+    ["period", `${fixed(1000 * timing.period_s, 6)} ms, ${fixed(parts_per_million, 1)} ppm off nominal`],
+    ["hardware errors", hardware ? errors || "none" : "not counted by this device"],
+    ...(line.notes ?? []).map((note) => ["note", note]),
+  ];
+}
+
+export function makeLinePanel() {
+  const list = el("dl", { class: "line" });
+  let drawn = "";
+  return {
+    element: list,
+    draw(line) {
+      const rows = lineRows(line), labels = rows.map(([label]) => label).join("\n");
+      if (labels !== drawn) list.replaceChildren(...rows.map(([label]) => el("div", {}, el("dt", {}, label), el("dd", { class: "value" }))));
+      drawn = labels;
+      rows.forEach(([, value], i) => setText(list.children[i].lastChild, value));
+    },
+  };
+}
