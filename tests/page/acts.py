@@ -26,7 +26,7 @@ def drag(browser, begin, end, modifiers=0):
 
 def shown(browser):
     """Span of what the charts show, in seconds, as their description says it to a screen reader."""
-    return browser.one(".strips").get_attribute("data-from"), browser.one(".strips").get_attribute("data-to")
+    return [browser.one(".strips").get_attribute(name) or "nan" for name in ("data-from", "data-to")]
 
 
 def span_of(browser):

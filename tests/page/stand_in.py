@@ -3,7 +3,7 @@
 """Plays prismweb's side of docs/page.md with made-up, SIMULATED gyros, for what a real one cannot play within a test: thirty days of
 rows, an hour of them at once, a name that is markup, a server that stands still.
 
-usage: stand_in.py PORT (0: a free one) [--gyros N] [--name TEXT] [--days N]; commands on standard input: gone NAME, back NAME, freeze, go
+usage: stand_in.py PORT (0: a free one) [--gyros N] [--name TEXT] [--days N] [--speed N]; commands on standard input: gone NAME, back NAME, freeze, go
 """
 import argparse
 import asyncio
@@ -131,12 +131,15 @@ class Server:
             return {**head, "error": {"code": -32003, "message": "the instance does not run"}}
         return {**head, "result": gyro.answer(asked["method"], asked.get("params") or {})}
 
-    async def live(self):
+    async def live(self, speed):
+        """Each second's rows; at another speed so many seconds' in one."""
+        time_s = int(time.time())
         while True:
-            await asyncio.sleep(1 - time.time() % 1)
+            await asyncio.sleep(1 / speed - time.time() % (1 / speed))
+            time_s += 1
             for gyro in self.gyros:
                 if gyro.state == "running" and not self.frozen:
-                    await self.tell({"instance": gyro.name, "batch": [{"jsonrpc": "2.0", "method": "window", "params": gyro.window(axis, int(time.time()) - 1)} for axis in gyro.axes]})
+                    await self.tell({"instance": gyro.name, "batch": [{"jsonrpc": "2.0", "method": "window", "params": gyro.window(axis, time_s - 1)} for axis in gyro.axes]})
 
     async def tell(self, message):
         for ws in list(self.clients):
@@ -164,6 +167,7 @@ async def main():
     parser.add_argument("--gyros", type=int, default=3)
     parser.add_argument("--name", default="composite kernel")
     parser.add_argument("--days", type=float, default=31)
+    parser.add_argument("--speed", type=float, default=1)
     options = parser.parse_args()
     server = Server([Gyro(f"gyro{i + 1}", options.name, options.days, ["z"] if i != 1 else ["x", "y", "z"]) for i in range(options.gyros)])
 
@@ -186,7 +190,7 @@ async def main():
     await web.TCPSite(runner, "127.0.0.1", options.port).start()
     print(f"http://127.0.0.1:{runner.addresses[0][1]}/#token=secret", flush=True)
     commands = asyncio.create_task(server.commands())
-    await server.live()
+    await server.live(options.speed)
     await commands
 
 

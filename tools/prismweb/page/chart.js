@@ -10,8 +10,11 @@ import { ticksOf } from "./ticks.js";
 // Its legend writes inline styles, which the page's policy forbids; ours is above the chart.
 Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
 
-export const kLabelWidth_px = 72, kRightGap_px = 14;
-const kTickGap_px = 34;
+export const kRightGap_px = 14;
+const kTickGap_px = 34, kNarrow_px = 480;
+
+/** Room for the numbers of the vertical scale, in a plot so wide. */
+export const labelWidth = (plot) => (plot.clientWidth < kNarrow_px ? 54 : 72);
 
 function legendOf(spec) {
   const values = new Map();
@@ -45,7 +48,7 @@ export class Chart {
       highlightCircleSize: 3, interactionModel: {}, connectSeparatedPoints: false, ...(this.spec.fromZero && { includeZero: true }),
       axes: {
         x: { ticker: Dygraph.dateTicker, axisLabelFormatter: Dygraph.dateAxisLabelFormatter, pixelsPerLabel: 72, axisLabelWidth: 68 },
-        y: { axisLabelWidth: kLabelWidth_px, ticker: (low, high, pixels) => ticksOf(low, high, pixels / kTickGap_px) },
+        y: { axisLabelWidth: labelWidth(this.plot), ticker: (low, high, pixels) => ticksOf(low, high, pixels / kTickGap_px) },
       },
       highlightCallback: (event, time_ms) => this.select(time_ms / 1000),
       unhighlightCallback: () => this.select(null),

@@ -10,7 +10,7 @@ export const kCharts = [
     { key: "temperature", label: "T", colour: "--temperature" }] },
   { key: "slope", title: "Slope of the temperature", unit: "°C/s", series: [
     { key: "slope", label: "dT/dt", colour: "--slope" }] },
-  { key: "uhfo", title: "Voltage of the high-frequency oscillator (UHFO)", unit: "V", series: [
+  { key: "uhfo", title: "UHFO, the high-frequency oscillator", unit: "V", series: [
     { key: "uhfo", label: "U", colour: "--uhfo" }] },
   { key: "line", title: "Line", unit: "frames/s", fromZero: true, series: [
     { key: "samples", label: "samples", colour: "--samples", decimals: 0 },

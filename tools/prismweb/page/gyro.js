@@ -15,7 +15,7 @@ import { Steps } from "./steps.js";
 import { Strips } from "./strips.js";
 import { TimeView } from "./time_view.js";
 
-const kWait_ms = 150, kHole_s = 2.5, kRecent = 120, kSlowest_ms = 15000, kAnalysis_ms = 60000;
+const kWait_ms = 150, kHole_s = 2.5, kRecent = 120, kTick_ms = 900, kSlowest_ms = 15000, kAnalysis_ms = 60000;
 const kFinest = 5000; // rows that `range` gives at most
 
 export class GyroView {
@@ -44,17 +44,21 @@ export class GyroView {
     const domain = el("div"), allan = el("div");
     this.line = makeLinePanel();
     this.events = makeEvents((time_s) => this.lookAt(time_s));
-    const right = el("aside", { class: "right" }, panel("Training domain", domain), panel("Allan deviation of what is shown", allan), panel("Line", this.line.element), panel("Events", this.events.element));
+    const right = el("aside", { class: "right" }, panel("Training domain", domain), panel("Allan deviation of what is shown", allan), panel("Line", this.line.element));
     this.element = el("div", { class: "gyro" }, this.numbers.element, tools, el("div", { class: "columns" }, left, right));
     place.append(this.element);
     const head = el("div", { class: "strip-head" });
     left.append(head);
     this.strips = new Strips(left, { range: () => this.view.range(), zoom: (from_s, to_s) => this.view.zoom(from_s, to_s), live: () => this.view.live() });
     head.append(this.strips.time, this.busy);
+    left.append(panel("Events", this.events.element));
     this.domain = makeDomain(domain);
     this.allan = makeAllan(allan);
     this.strips.events = this.gyro.events;
-    this.observer = new ResizeObserver(() => this.draw());
+    this.observer = new ResizeObserver(() => {
+      this.strips.place = undefined;
+      this.draw();
+    });
     this.observer.observe(left);
     this.showSpan();
   }
@@ -101,6 +105,7 @@ export class GyroView {
 
   take({ steps, last_s, building }) {
     this.steps = steps;
+    this.strips.whole = true;
     if (this.view.isLive) for (const window of this.recent) if (!(window.time_s <= last_s)) steps.push(window);
     const unbuilt = typeof building === "number" && building < 1;
     setText(this.busy, unbuilt ? `The long view is being built: ${Math.floor(100 * building)} % of the log is read.` : "");
@@ -135,16 +140,17 @@ export class GyroView {
       clearTimeout(this.resting);
       this.resting = setTimeout(() => this.reload(), 1500);
     }
-    this.tick();
   }
 
-  /** A live view is drawn when a pixel of it has gone by; numbers are drawn by draw() of the page. */
+  /** A live view follows the present: each chart as often as a pixel of it goes by, one after the other. */
   tick() {
-    if (!this.view.isLive) return;
+    const since_ms = performance.now() - this.drawn_ms;
+    if (!this.view.isLive || since_ms < kTick_ms) return;
     const pixel_ms = Math.min(kSlowest_ms, (1000 * this.view.span_s) / this.strips.area().width);
-    if (performance.now() - this.drawn_ms < Math.max(900, pixel_ms)) return;
+    this.drawn_ms = performance.now();
     this.steps.forget(this.view.range()[0] - this.length_s() - this.steps.step_s);
-    this.draw();
+    this.steps.run(this.length_s());
+    this.strips.refresh(this.steps.rows, this.steps.step_s, Math.min(1, since_ms / pixel_ms));
     if (performance.now() - this.analysed_ms > kAnalysis_ms) this.analyse();
   }
 
@@ -165,7 +171,7 @@ export class GyroView {
     this.domain.draw(verdict.old ? null : this.axis.window, this.steps.rows);
     this.events.draw(this.gyro.events);
     this.element.classList.toggle("old", verdict.old);
-    if (verdict.old) this.tick();
+    this.tick();
   }
 
   switchMeans() {

@@ -9,10 +9,10 @@ import { axisOf, byAxis, judgeGyro, kTrace_s, makeGyro, takeEvent, takeInstance,
 import { startTheme } from "./theme.js";
 import { measured } from "./timing.js";
 
-const kStatus_ms = 2000, kStability_ms = 10000, kTokenKey = "prism-token";
+const kStatus_ms = 2000, kStability_ms = 10000, kGather_ms = 60, kTokenKey = "prism-token";
 const find = (id) => document.getElementById(id);
 const gyros = new Map(), main = find("main");
-let view = null, overview = null, frame = 0, worst = "", cut_s = null;
+let view = null, overview = null, due, worst = "", cut_s = null;
 
 /** The token stands in the fragment once; then this tab keeps it, and the address shows it no more. */
 function takeToken() {
@@ -27,20 +27,26 @@ function takeToken() {
 const say = (text) => setText(find("spoken"), text);
 const socket = new Socket(new URL("ws", location.href.replace(/^http/, "ws").replace(/#.*/, "")), takeToken());
 
-/** Everything that is text is drawn once a frame, however much came. */
+/** What is new is drawn together, soon after the first of it came. */
 function draw() {
-  frame = frame || requestAnimationFrame(() => {
-    frame = 0;
-    const now_ms = performance.now();
-    overview?.draw(gyros, socket.ready, now_ms);
-    view?.update(socket.ready, now_ms);
-    measured("prism-update", now_ms);
-    const bad = [...gyros.values()].filter((gyro) => judgeGyro(gyro, socket.ready, now_ms) === "bad").map((gyro) => gyro.name).join(", ");
-    if (bad !== worst) say(bad ? `to look at: ${bad}` : "all gyros are well");
-    worst = bad;
-    document.title = bad ? `■ ${bad} – prism` : "prism";
-  });
+  due ??= setTimeout(() => requestAnimationFrame(drawNow), kGather_ms);
 }
+
+function drawNow() {
+  const now_ms = performance.now(), bad = [];
+  due = undefined;
+  overview?.draw(gyros, socket.ready, now_ms);
+  view?.update(socket.ready, now_ms);
+  setText(find("utc"), `${clock(Date.now() / 1000)} UTC`);
+  for (const gyro of gyros.values()) if (judgeGyro(gyro, socket.ready, now_ms) === "bad") bad.push(gyro.name);
+  const names = bad.join(", ");
+  if (names !== worst) say(names ? `to look at: ${names}` : "all gyros are well");
+  worst = names;
+  if (document.title !== titleOf(names)) document.title = titleOf(names);
+  measured("prism-update", now_ms);
+}
+
+const titleOf = (names) => (names ? `■ ${names} – prism` : "prism");
 
 async function ask(gyro, method, params, take) {
   try {
@@ -156,10 +162,7 @@ addEventListener("keydown", (event) => {
   else if (event.key === "?") find("help").showModal();
   else if (event.key === "Escape" && view) location.hash = "#/";
 });
-setInterval(() => {
-  setText(find("utc"), `${clock(Date.now() / 1000)} UTC`);
-  draw();
-}, 500);
+setInterval(draw, 1000);
 
 /** Asks each instance that runs, again and again. */
 const often = (period_ms, act) => setInterval(() => [...gyros.values()].filter((gyro) => gyro.state === "running" && socket.ready).forEach(act), period_ms);

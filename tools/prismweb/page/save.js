@@ -39,6 +39,7 @@ function drawText(context, element, origin, font) {
 
 /** All charts below each other with their titles, scales and legends, twice as fine as on the screen. */
 export function pictureOf(strips, head) {
+  strips.drawAll();
   const canvas = document.createElement("canvas"), box = strips.element.getBoundingClientRect(), scale = 2;
   canvas.width = (box.width + 2 * kMargin_px) * scale;
   canvas.height = (box.height + kHead_px + kMargin_px) * scale;

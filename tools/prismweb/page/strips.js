@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The strip charts below each other: one window of time, one cursor, the same marks in all. A change redraws one chart a frame,
-// so that no frame of the browser is late.
-import { Chart, kLabelWidth_px, kRightGap_px } from "./chart.js";
+// The strip charts below each other: one window of time, one cursor, the same marks in all. What is not on the screen is
+// not drawn, and no frame of the browser has more of it than it has room for.
+import { Chart, kRightGap_px, labelWidth } from "./chart.js";
 import { kCharts } from "./chart_list.js";
 import { colour, el, setText } from "./dom.js";
 import { moment } from "./format.js";
@@ -10,12 +10,13 @@ import { meaningOfSeverity } from "./quality.js";
 import { indexAt } from "./steps.js";
 import { measured } from "./timing.js";
 
+const kSlice_ms = 3;
 const kTick_px = 6; // what dygraphs keeps on both sides of its labels
 
 export class Strips {
   /** `view`: {range(): [from_s, to_s], zoom(from_s, to_s), live()}. */
   constructor(place, view) {
-    Object.assign(this, { view, rows: [], step_s: 1, events: [], dirty: new Set(), cursor_s: null });
+    Object.assign(this, { view, rows: [], step_s: 1, whole: false, events: [], dirty: new Set(), seen: new Set(), cursor_s: null });
     this.time = el("output", { class: "cursor-time", "aria-live": "off" });
     this.line = el("div", { class: "cursor", hidden: true });
     this.element = el("div", { class: "strips", tabindex: "0", role: "group",
@@ -24,13 +25,19 @@ export class Strips {
     this.charts = kCharts.map((spec) => new Chart(spec, hooks));
     this.element.append(...this.charts.map((chart) => chart.element), this.line);
     place.append(this.element);
+    this.sight = this.watchSight();
     this.stop = listenToGestures(this.element, (clientX) => this.timeAt(clientX), { ...view, touch: (time_s) => this.pointAt(time_s) });
   }
 
-  /** Where the plots begin and how wide they are, in the page's pixels from the strips' left. */
+  /** Where the plots begin and how wide they are, from the strips' left in pixels; asked for once after each change of size, as asking lays the page out. */
   area() {
-    const plot = this.charts[0].plot, left = plot.offsetLeft + kLabelWidth_px + kTick_px;
-    return { left, width: Math.max(plot.clientWidth - kLabelWidth_px - kTick_px - kRightGap_px, 1) };
+    this.place ??= this.measure();
+    return this.place;
+  }
+
+  measure() {
+    const plot = this.charts[0].plot, label = labelWidth(plot) + kTick_px;
+    return { left: plot.offsetLeft + label, width: Math.max(plot.clientWidth - label - kRightGap_px, 1) };
   }
 
   timeAt(clientX) {
@@ -38,29 +45,60 @@ export class Strips {
     return from_s + ((clientX - this.element.getBoundingClientRect().left - left) / width) * (to_s - from_s);
   }
 
-  /** New rows, a new window of time, or new colours: all charts are drawn anew, one a frame. */
+  /** New rows, a new window of time, or new colours: all charts are to be drawn anew. */
   draw(rows, step_s) {
     Object.assign(this, { rows, step_s });
     for (const chart of this.charts) this.dirty.add(chart);
     this.schedule();
   }
 
+  /** The same rows with more behind: of the charts on the screen that share which was not drawn for longest. */
+  refresh(rows, step_s, share) {
+    Object.assign(this, { rows, step_s });
+    const seen = [...this.seen].sort((a, b) => a.drawn_ms - b.drawn_ms);
+    for (const chart of seen.slice(0, Math.ceil(seen.length * share))) this.dirty.add(chart);
+    for (const chart of this.charts) if (!this.seen.has(chart)) this.dirty.add(chart);
+    this.schedule();
+  }
+
+  /** Draws what is on the screen, as long as a frame has room for it; another chart is due until somebody scrolls there. */
   schedule() {
     this.frame ??= requestAnimationFrame(() => {
       this.frame = undefined;
-      const [chart] = this.dirty;
-      if (!chart) return;
-      this.dirty.delete(chart);
-      const begin_ms = performance.now();
-      const [from_s, to_s] = this.view.range();
-      Object.assign(this.element.dataset, { from: from_s, to: to_s });
-      chart.draw(this.rows, this.step_s, [from_s * 1000, to_s * 1000]);
-      if (this.cursor_s === null) chart.show(this.rows[this.rows.length - 1]);
-      measured("prism-chart", begin_ms);
-      if (this.dirty.size > 0) return this.schedule();
+      const end_ms = performance.now() + kSlice_ms, due = [...this.dirty].filter((chart) => this.seen.has(chart));
+      while (due.length > 0 && performance.now() < end_ms) this.drawChart(due.shift());
+      if (due.length > 0) return this.schedule();
       this.placeCursor();
-      if (this.rows.length > 0) measured("prism-drawn");
+      if (this.whole && this.seen.size > 0) measured("prism-drawn");
     });
+  }
+
+  drawChart(chart) {
+    const begin_ms = performance.now(), [from_s, to_s] = this.view.range();
+    this.dirty.delete(chart);
+    chart.drawn_ms = begin_ms;
+    Object.assign(this.element.dataset, { from: from_s, to: to_s });
+    chart.draw(this.rows, this.step_s, [from_s * 1000, to_s * 1000]);
+    if (this.cursor_s === null) chart.show(this.rows.at(-1));
+    measured("prism-chart", begin_ms);
+  }
+
+  /** All charts as they are now, also those that nobody sees: for a picture. */
+  drawAll() {
+    for (const chart of this.charts) this.drawChart(chart);
+  }
+
+  watchSight() {
+    const sight = new IntersectionObserver((changes) => {
+      for (const { target, isIntersecting } of changes) {
+        const chart = this.charts.find((one) => one.element === target);
+        if (isIntersecting) this.seen.add(chart);
+        else this.seen.delete(chart);
+      }
+      this.schedule();
+    }, { rootMargin: "100px" });
+    for (const chart of this.charts) sight.observe(chart.element);
+    return sight;
   }
 
   /** The rate chart draws these quantities: one of kMeans. */
@@ -141,6 +179,7 @@ export class Strips {
 
   destroy() {
     this.stop();
+    this.sight.disconnect();
     cancelAnimationFrame(this.frame);
     this.dirty.clear();
     for (const chart of this.charts) chart.destroy();

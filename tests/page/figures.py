@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""What the page costs the browser, traced in Debian's chromium; judges nothing.
+
+usage: figures.py [paint | work | memory] [--url URL]; without a URL: before the stand-in's simulated gyros
+paint: from asking for the page until an hour, then 30 days, of one gyro are drawn, five times each
+work: the renderer's main thread while an hour is looked at, a minute long: processor time of its tasks, and of all within a second
+memory: an hour of rows at 20 times the pace, heap and elements after each five minutes of rows
+"""
+import argparse
+import asyncio
+import json
+import math
+import time
+import urllib.request
+
+import aiohttp
+from acts import key, open_gyro
+from browser import Browser
+from worlds import StandIn
+
+OBSERVE = """window.spent = []; new PerformanceObserver((list) => window.spent.push(...list.getEntries().map((e) => [e.name, e.startTime, e.duration])))
+  .observe({type: "measure"})"""
+DRAWN = "return window.spent.filter((entry) => entry[0] === 'prism-drawn')[0]?.[2] ?? null"
+
+
+def quantile(values, share):
+    return sorted(values)[min(len(values) - 1, math.ceil(share * len(values)) - 1)] if values else math.nan
+
+
+def told(name, values):
+    print(f"{name}: median {quantile(values, 0.5):.1f} ms, p95 {quantile(values, 0.95):.1f} ms, most {max(values):.1f} ms, {len(values)} of them")
+
+
+def watch(browser):
+    browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": OBSERVE})
+
+
+def paint(browser, url, name, axis):
+    watch(browser)
+    browser.open(url)
+    open_gyro(browser, name, axis)
+    for what, digit in (("an hour", "4"), ("30 days", "8")):
+        times = []
+        for _ in range(5):
+            browser.driver.refresh()  # on the gyro's own address: what a person waits for
+            browser.wait("charts", lambda: browser.run(DRAWN), 20)
+            if digit == "4":
+                times.append(browser.run(DRAWN))
+                continue
+            browser.run("window.spent = []; window.begin = performance.now()")
+            key(browser, digit)
+            rows = lambda: "30 d until" in browser.one(".chart").get_attribute("aria-label") and browser.run("return window.spent.filter((e) => e[0] === 'prism-drawn').at(-1)?.[2] ?? null")
+            browser.wait("30 days", rows, 20)
+            times.append(rows() - browser.run("return window.begin"))
+        told(f"first paint, {what}", times)
+
+
+async def traced(address, seconds):
+    """Chromium's trace events of so many seconds."""
+    with urllib.request.urlopen(f"http://{address}/json/version") as answer:
+        url = json.load(answer)["webSocketDebuggerUrl"]
+    events = []
+    async with aiohttp.ClientSession() as session, session.ws_connect(url, max_msg_size=0) as ws:
+        await ws.send_json({"id": 1, "method": "Tracing.start", "params": {"categories": "disabled-by-default-devtools.timeline", "transferMode": "ReportEvents"}})
+        await asyncio.sleep(seconds)
+        await ws.send_json({"id": 2, "method": "Tracing.end"})
+        async for message in ws:
+            said = json.loads(message.data)
+            if said.get("method") == "Tracing.dataCollected":
+                events += said["params"]["value"]
+            if said.get("method") == "Tracing.tracingComplete":
+                return events
+
+
+def work(browser, url, name, axis, seconds=60):
+    watch(browser)
+    browser.open(url)
+    open_gyro(browser, name, axis)
+    time.sleep(3)
+    browser.run("window.spent = []")
+    events = asyncio.run(traced(browser.driver.capabilities["goog:chromeOptions"]["debuggerAddress"], seconds))
+    mains = {(e["pid"], e["tid"]) for e in events if e["name"] == "thread_name" and e["args"]["name"] == "CrRendererMain"}
+    tasks = [e for e in events if e["name"] == "RunTask" and e["ph"] == "X" and (e["pid"], e["tid"]) in mains]
+    busiest = max({e["pid"] for e in tasks}, key=lambda pid: sum(e["dur"] for e in tasks if e["pid"] == pid))
+    tasks = [(e["ts"] / 1e6, e["tdur"] / 1e3) for e in tasks if e["pid"] == busiest]
+    told("main thread, tasks of 0.1 ms and more", [ms for _, ms in tasks if ms >= 0.1])
+    sums = {}
+    for at_s, ms in tasks:
+        sums[int(at_s)] = sums.get(int(at_s), 0) + ms
+    told("main thread, all tasks within a second", list(sums.values()))
+    for entry in ("prism-chart", "prism-update"):
+        told(f"{entry}, script", [ms for what, _, ms in browser.run("return window.spent") if what == entry])
+
+
+def memory(browser, url, name, axis, minutes=60, speed=20):
+    browser.open(url)
+    open_gyro(browser, name, axis)
+    browser.driver.execute_cdp_cmd("Performance.enable", {})
+    for minute in range(0, minutes + 1, 5):
+        browser.driver.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
+        metrics = {m["name"]: m["value"] for m in browser.driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]}
+        print(f"{minute:3} min of rows: heap {metrics['JSHeapUsedSize'] / 2**20:.2f} MiB, {metrics['Nodes']:.0f} nodes, {metrics['JSEventListeners']:.0f} listeners", flush=True)
+        if minute < minutes:
+            time.sleep(300 / speed)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("what", nargs="?", choices=["paint", "work", "memory"])
+    parser.add_argument("--url")
+    parser.add_argument("--gyro", default="gyro2/z")
+    options = parser.parse_args()
+    for what in [options.what] if options.what else ["paint", "work", "memory"]:
+        world = None if options.url else StandIn("--speed", "20" if what == "memory" else "1")
+        browser = Browser()
+        try:
+            {"paint": paint, "work": work, "memory": memory}[what](browser, options.url or world.url, *options.gyro.split("/"))
+        finally:
+            browser.close()
+            if world:
+                world.close()
+
+
+if __name__ == "__main__":
+    main()
