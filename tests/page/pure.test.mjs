@@ -6,7 +6,7 @@ import { test } from "node:test";
 const page = new URL("../../tools/prismweb/page/", import.meta.url);
 const from = (name) => import(new URL(name, page));
 const format = await from("format.js"), quality = await from("quality.js"), state = await from("state.js");
-const { Steps, indexAt, tableOf } = await from("steps.js");
+const { Steps, indexAt, stepFor, tableOf } = await from("steps.js");
 const { stepsOf } = await from("range.js"), { TimeView, kGreatest_s } = await from("time_view.js");
 
 test("an unknown number is a dash, and no number is minus zero", () => {
@@ -56,6 +56,15 @@ test("a running mean is that of its seconds, is unknown where half of them are, 
   for (let t = 30; t <= 33; t++) steps.push(second(t, 100));
   steps.run(4);
   assert.deepEqual(steps.rows.map((row) => row.raw?.[1]), [undefined, 1.5, 2, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, undefined, 100, 100, 100]);
+});
+
+test("seconds become coarser steps with their true means, also of seconds that were not known", () => {
+  const steps = new Steps(1);
+  for (let t = 1; t <= 9; t++) steps.push(second(t, t === 7 ? null : t, { quality: t > 5 ? "warming" : "good" }));
+  const rows = steps.coarser(5).rows;
+  assert.deepEqual(rows.map((row) => [row.end_s, row.seconds, row.good, row.samples]), [[5, 5, 5, [200, 200, 200]], [10, 4, 0, [200, 200, 200]]]);
+  assert.deepEqual([rows[0].raw_1s, rows[1].raw_1s[0], rows[1].raw_1s[2]], [[1, 3, 5], 6, 9]);
+  assert.deepEqual([100, 3700, 5000, 1e6].map((seconds) => stepFor(seconds, 500)), [1, 10, 10, 120]);
 });
 
 test("no line is drawn over a hole, and a band is so many sd wide", () => {

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The page before the real programs: a simulated gyro that is unplugged while somebody looks, a prismd and a prismweb that are killed."""
+import csv
+import glob
 import signal
 import time
 
+from acts import saved_table
 from worlds import SCRIPT
 
 STRUCK = "return getComputedStyle(document.querySelector('.hero .big')).textDecorationLine === 'line-through'"
@@ -19,7 +22,7 @@ def live(browser, world):
 
 def look(browser, world):
     browser.one(".tile").click()
-    assert browser.text(".hero h1") == "gyro1 z"
+    browser.wait("the gyro", lambda: browser.text(".hero h1") == "gyro1 z")
     browser.wait("the model's name, as text", lambda: SCRIPT in browser.text(".cell.model"))
     assert "taken" not in browser.driver.title and browser.run("return document.querySelectorAll('main script, main img').length") == 0
     assert abs(float(browser.text(".hero .big")) - 8.465) < 1, browser.text(".hero .big")
@@ -27,6 +30,25 @@ def look(browser, world):
     browser.wait("events of prismd", lambda: "receiving" in browser.text(".events"))
     browser.wait("the line's health", lambda: "921\u2009600 baud" in browser.text(".line"))
     browser.picture("real-gyro", whole=True)
+
+
+def rows_of_log(browser, world):
+    """What the charts show is what prismd wrote."""
+    browser.one(".spans button").click()
+    browser.wait("a minute in rows of a second", lambda: "rows of 1.0 s" in browser.one(".chart").get_attribute("aria-label"))
+    time.sleep(2)
+    log = {}
+    for path in glob.glob(world.path + "/log/*.csv"):
+        with open(path) as file:
+            log.update({row["time_s"]: row for row in csv.DictReader(line for line in file if not line.startswith("#"))})
+    table = [row for row in saved_table(browser) if row["time_s"] in log]
+    assert len(table) >= 10, (len(table), len(log))
+    for row in table:
+        for name in ("rate_deg_per_h", "corrected_deg_per_h", "bias_deg_per_h"):
+            found, expected = row["mean_" + name], log[row["time_s"]][name]
+            assert found == expected == "" or abs(float(found) - float(expected)) < 2e-6, (name, row["time_s"], found, expected)
+    browser.wait("the Allan deviation of these seconds", lambda: "from means of 1.0 s" in browser.text(".panel .allan + .note"), 20)
+    browser.picture("real-rows", whole=True)
 
 
 def unplugged(browser, world):
@@ -57,12 +79,32 @@ def prismd_restarted(browser, world):
     browser.wait("good again", lambda: browser.all(".numbers.good:not(.old)"), 30)
 
 
+def prismweb_stands_still(browser, world):
+    """The page says so, and then fills the hole from `range`: what came while it was cut is in its charts."""
+    browser.allowed.append("WebSocket")  # the browser's own words on a connection that is given up
+    world.children["prismweb"].send_signal(signal.SIGSTOP)
+    browser.wait("the alarm", lambda: browser.one(".alarm").is_displayed(), 9)
+    assert "does not answer" in browser.text(".alarm"), browser.text(".alarm")
+    browser.wait("the values struck", lambda: browser.run(STRUCK), 2)
+    time.sleep(3)
+    world.children["prismweb"].send_signal(signal.SIGCONT)
+    browser.wait("the end of the alarm", lambda: not browser.one(".alarm").is_displayed(), 20)
+    browser.wait("good again", lambda: browser.all(".numbers.good:not(.old)"), 15)
+    browser.wait("every second of the last ones", lambda: holes(saved_table(browser)[-15:]) == [], 20)
+
+
+def holes(table):
+    """The times behind which seconds are missing."""
+    times = [float(row["time_s"]) for row in table]
+    return [before for before, after in zip(times, times[1:]) if after - before > 1]
+
+
 def prismweb_restarted(browser, world):
     port = int(world.url.split(":")[2].split("/")[0])
-    browser.allowed.append("WebSocket connection to")  # the browser's own word on a connection that is refused
     world.end("prismweb", signal.SIGTERM)
     browser.wait("the alarm", lambda: browser.one(".alarm").is_displayed(), 3)
-    assert "prismweb" in browser.text(".alarm") and browser.run(STRUCK)
+    assert "prismweb" in browser.text(".alarm"), browser.text(".alarm")
+    browser.wait("the values struck", lambda: browser.run(STRUCK), 2)
     browser.picture("real-cut")
     world.url = world.start_prismweb(port)
     browser.wait("a word on the token, which is another one", lambda: "refused this page" in browser.text(".alarm"), 15)
@@ -70,4 +112,4 @@ def prismweb_restarted(browser, world):
     browser.wait("good again", lambda: browser.all(".tile.good:not(.old)"), 15)
 
 
-TESTS = [live, look, unplugged, prismd_restarted, prismweb_restarted]
+TESTS = [live, look, rows_of_log, unplugged, prismd_restarted, prismweb_stands_still, prismweb_restarted]

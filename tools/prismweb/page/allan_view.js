@@ -52,7 +52,6 @@ export function makeAllan(place) {
   const legend = el("ul", { class: "legend" }, ...kCurves.map(([, name, label]) => el("li", {}, el("span", { class: `swatch c--${name}`, "aria-hidden": "true" }), el("span", { class: "label" }, label))));
   place.append(legend, plot, words);
   return {
-    refuse: (why) => setText(words, why),
     update({ rows: all, step_s, hasMeans }) {
       const rows = hasMeans ? all : [];
       const curves = kCurves.map(([key, name, label]) => ({ name, label, points: rows.length > 2 ? allanDeviation(evenly(rows, step_s, key), step_s) : [] }));

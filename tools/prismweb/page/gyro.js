@@ -11,7 +11,7 @@ import { makeNumbers } from "./numbers.js";
 import { loadRange } from "./range.js";
 import { saveCsv, savePng } from "./save.js";
 import { judge } from "./state.js";
-import { Steps } from "./steps.js";
+import { Steps, stepFor } from "./steps.js";
 import { Strips } from "./strips.js";
 import { TimeView } from "./time_view.js";
 
@@ -21,7 +21,7 @@ const kFinest = 5000; // rows that `range` gives at most
 export class GyroView {
   /** `say(text)`: to a screen reader. */
   constructor(place, { socket, gyro, axis, say }) {
-    Object.assign(this, { socket, gyro, axis, say, steps: new Steps(1), recent: [], asked: 0, drawn_ms: 0, analysed_ms: performance.now() });
+    Object.assign(this, { socket, gyro, axis, say, steps: new Steps(1), fine: new Steps(1), recent: [], asked: 0, drawn_ms: 0, analysed_ms: performance.now() });
     this.present = { time_s: Date.now() / 1000, at_ms: performance.now() };
     this.view = new TimeView(3600, () => this.present.time_s + (performance.now() - this.present.at_ms) / 1000, () => this.moved());
     this.build(place);
@@ -84,13 +84,13 @@ export class GyroView {
   }
 
   async reload() {
-    const asked = ++this.asked, [from_s, to_s] = this.view.range(), width = this.strips.area().width;
+    const asked = ++this.asked, [from_s, to_s] = this.view.range(), length_s = to_s - from_s + this.length_s();
+    const rows = Math.max(200, Math.min(600, Math.round(this.strips.area().width / 2)));
     this.strips.element.setAttribute("aria-busy", "true");
     try {
-      const before_s = this.length_s();  // so that the first running mean is whole
-      const answer = await loadRange(this.socket, this.gyro.name, this.axis.name, from_s - before_s, to_s, Math.max(200, Math.min(600, Math.round(width / 2))));
-      if (asked !== this.asked) return;
-      this.take(answer);
+      // from a window's length before, so that the first running mean is whole; by the second where that is possible: these have means
+      const answer = await loadRange(this.socket, this.gyro.name, this.axis.name, to_s - length_s, to_s, length_s < kFinest - 2 ? kFinest : rows);
+      if (asked === this.asked) this.take(answer, stepFor(length_s, rows));
     } catch (error) {
       if (asked === this.asked) setText(this.busy, `rows: ${error.message}`);
     } finally {
@@ -103,30 +103,31 @@ export class GyroView {
     return this.axis.window_s ?? 100;
   }
 
-  take({ steps, last_s, building }) {
-    this.steps = steps;
+  take({ steps, last_s, building }, step_s) {
+    this.fine = steps;
+    this.steps = steps.step_s < step_s ? steps.coarser(step_s) : steps;
     this.strips.whole = true;
-    if (this.view.isLive) for (const window of this.recent) if (!(window.time_s <= last_s)) steps.push(window);
-    const unbuilt = typeof building === "number" && building < 1;
-    setText(this.busy, unbuilt ? `The long view is being built: ${Math.floor(100 * building)} % of the log is read.` : "");
+    if (this.view.isLive) for (const window of this.recent) if (!(window.time_s <= last_s)) this.push(window);
+    const unbuilt = typeof building === "number" && building < 1, middle = "Least and greatest second of each step; the line is their middle.";
+    setText(this.busy, unbuilt ? `The long view is being built: ${Math.floor(100 * building)} % of the log is read.` : steps.hasMeans ? "" : middle);
     clearTimeout(this.again);
     if (unbuilt) this.again = setTimeout(() => this.reload(), 2000);
     this.draw();
-    this.strips.describe(`${span(this.view.span_s)} until ${moment(this.view.range()[1])} UTC, ${steps.rows.length} rows of ${span(steps.step_s)}`);
+    this.strips.describe(`${span(this.view.span_s)} until ${moment(this.view.range()[1])} UTC, ${this.steps.rows.length} rows of ${span(this.steps.step_s)}`);
     clearTimeout(this.settled);
     this.settled = setTimeout(() => this.analyse(), 200);
   }
 
-  /** The Allan deviation has rows of its own, as fine as there are. */
-  async analyse() {
-    const [from_s, to_s] = this.view.range(), asked = (this.analysis = (this.analysis ?? 0) + 1);
+  /** The Allan deviation of the finest rows that there are of what is shown. */
+  analyse() {
+    const [from_s, to_s] = this.view.range(), { step_s, hasMeans } = this.fine;
     this.analysed_ms = performance.now();
-    try {
-      const { steps } = await loadRange(this.socket, this.gyro.name, this.axis.name, from_s, to_s, kFinest);
-      if (asked === this.analysis && this.element.isConnected) this.allan.update(steps);
-    } catch (error) {
-      this.allan.refuse(error.message);
-    }
+    this.allan.update({ step_s, hasMeans, rows: this.fine.rows.filter((row) => row.time_s > from_s && row.time_s <= to_s) });
+  }
+
+  push(row) {
+    if (this.fine !== this.steps) this.fine.push(row);
+    return this.steps.push(row);
   }
 
   /** A live second. */
@@ -135,7 +136,7 @@ export class GyroView {
     this.present = { time_s: row.time_s + 1, at_ms: performance.now() };
     this.recent.push(row);
     if (this.recent.length > kRecent) this.recent.shift();
-    const follows = !this.view.isLive || this.steps.push(row);
+    const follows = !this.view.isLive || this.push(row);
     if (!follows || (before_s !== undefined && Math.abs(row.time_s - before_s - 1) > kHole_s)) {
       clearTimeout(this.resting);
       this.resting = setTimeout(() => this.reload(), 1500);
@@ -148,7 +149,7 @@ export class GyroView {
     if (!this.view.isLive || since_ms < kTick_ms) return;
     const pixel_ms = Math.min(kSlowest_ms, (1000 * this.view.span_s) / this.strips.area().width);
     this.drawn_ms = performance.now();
-    this.steps.forget(this.view.range()[0] - this.length_s() - this.steps.step_s);
+    for (const steps of new Set([this.steps, this.fine])) steps.forget(this.view.range()[0] - this.length_s() - steps.step_s);
     this.steps.run(this.length_s());
     this.strips.refresh(this.steps.rows, this.steps.step_s, Math.min(1, since_ms / pixel_ms));
     if (performance.now() - this.analysed_ms > kAnalysis_ms) this.analyse();

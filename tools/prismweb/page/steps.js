@@ -16,8 +16,9 @@ export const kQuantities = {
 };
 const kRunning = { raw: "raw_1s", corrected: "corrected_1s" };
 
-const fold = (old, value, n) =>
-  old ? [Math.min(old[0], value), old[1] + (value - old[1]) / n, Math.max(old[2], value)] : [value, value, value];
+/** [least, mean, greatest] with `value`, of the same form, that stands for `share` of both. */
+const fold = (old, value, share) =>
+  old ? [Math.min(old[0], value[0]), old[1] + (value[1] - old[1]) * share, Math.max(old[2], value[2])] : [...value];
 
 export class Steps {
   constructor(step_s) {
@@ -31,17 +32,32 @@ export class Steps {
 
   /** A live second. One that is older than the last row, as after a clock that was set back, answers false: ask `range` anew. */
   push(window) {
-    const end_s = Math.ceil(window.time_s / this.step_s) * this.step_s, last = this.rows.at(-1);
+    const values = {};
+    for (const [name, member] of Object.entries(kQuantities)) {
+      if (Number.isFinite(window[member])) values[name] = Array(3).fill(window[member]);
+    }
+    return this.add(window.time_s, { ...values, seconds: 1, good: window.quality === "good" ? 1 : 0 });
+  }
+
+  /** Values of some seconds that end at `time_s`; false where they are older than the last row. */
+  add(time_s, values) {
+    const end_s = Math.ceil(time_s / this.step_s) * this.step_s, last = this.rows.at(-1);
     if (last && end_s < last.end_s) return false;
     const row = last?.end_s === end_s ? last : this.row(end_s, 0);
     if (row !== last) this.rows.push(row);
-    row.seconds++;
-    if (window.quality === "good") row.good++;
-    for (const [name, member] of Object.entries(kQuantities)) {
-      const value = window[member];
-      if (Number.isFinite(value)) row[name] = fold(row[name], value, row.seconds);
+    row.seconds += values.seconds;
+    row.good += values.good;
+    for (const name of Object.keys(kQuantities)) {
+      if (values[name]) row[name] = fold(row[name], values[name], values.seconds / row.seconds);
     }
     return true;
+  }
+
+  /** The same in steps of a multiple of these. */
+  coarser(step_s) {
+    const result = new Steps(step_s);
+    for (const row of this.rows) result.add(row.end_s, row);
+    return result;
   }
 
   /** Takes away what ended before `time_s`. */
@@ -50,8 +66,15 @@ export class Steps {
     if (keep > 0) this.rows.splice(0, keep);
   }
 
-  /** Gives each row the running means of `length_s` until it, of raw and corrected rate; unknown while less than half is there. */
+  /**
+   * Gives each row the running means of `length_s` until it, of raw and corrected rate; unknown while less than half is there. Where
+   * only least and greatest are known, these stand for themselves.
+   */
   run(length_s) {
+    if (!this.hasMeans) {
+      for (const row of this.rows) for (const [name, of] of Object.entries(kRunning)) row[name] = row[of];
+      return;
+    }
     const wide_s = Math.max(1, Math.round(length_s / this.step_s)) * this.step_s;
     for (const [name, of] of Object.entries(kRunning)) {
       let begin = 0, sum = 0, known = 0;
@@ -100,3 +123,6 @@ export function indexAt(rows, time_s) {
   }
   return high < 0 ? -1 : low;
 }
+
+/** The step of which a view of so many seconds has at most so many rows. */
+export const stepFor = (seconds, rows) => [1, 2, 5, 10, 15, 30, 60].find((step_s) => seconds / step_s <= rows) ?? 120;
