@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """What the page costs the browser, traced in Debian's chromium; judges nothing.
 
-usage: figures.py [paint | work | memory] [--url URL]; without a URL: before the stand-in's simulated gyros
+usage: figures.py [paint | work | memory] [--programs FOLDER]; prismsim, prismd and prismweb of that build tree; without: the stand-in
 paint: from asking for the page until an hour, then 30 days, of one gyro are drawn, five times each
 work: the renderer's main thread while an hour is looked at, a minute long: processor time of its tasks, and of all within a second
 memory: an hour of rows at 20 times the pace, heap and elements after each five minutes of rows
@@ -17,7 +17,7 @@ import urllib.request
 import aiohttp
 from acts import key, open_gyro
 from browser import Browser
-from worlds import StandIn
+from worlds import Real, StandIn
 
 OBSERVE = """window.spent = []; new PerformanceObserver((list) => window.spent.push(...list.getEntries().map((e) => [e.name, e.startTime, e.duration])))
   .observe({type: "measure"})"""
@@ -105,21 +105,27 @@ def memory(browser, url, name, axis, minutes=60, speed=20):
             time.sleep(300 / speed)
 
 
+def hour_of_rows(programs):
+    """The real programs, when an hour of rows is in prismd's log; the gyro then goes on."""
+    world = Real(programs, hurry=True)
+    while world.rows() < 3700:
+        time.sleep(0.5)
+    return world
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("what", nargs="?", choices=["paint", "work", "memory"])
-    parser.add_argument("--url")
-    parser.add_argument("--gyro", default="gyro2/z")
+    parser.add_argument("--programs")
     options = parser.parse_args()
     for what in [options.what] if options.what else ["paint", "work", "memory"]:
-        world = None if options.url else StandIn("--speed", "20" if what == "memory" else "1")
+        world = hour_of_rows(options.programs) if options.programs else StandIn("--speed", "20" if what == "memory" else "1")
         browser = Browser()
         try:
-            {"paint": paint, "work": work, "memory": memory}[what](browser, options.url or world.url, *options.gyro.split("/"))
+            {"paint": paint, "work": work, "memory": memory}[what](browser, world.url, "gyro1" if options.programs else "gyro2", "z")
         finally:
             browser.close()
-            if world:
-                world.close()
+            world.close()
 
 
 if __name__ == "__main__":

@@ -25,6 +25,8 @@ COLUMNS = ["time_s"] + [f"{name}_{part}" for name in ("rate", "corrected", "bias
     f"{name}_{part}" for name in ("temperature", "slope", "uhfo") for part in ("min", "max")] + [
     "samples", "missing", "seconds", "good", "rate_mean", "corrected_mean"]
 
+NOISE = [random.Random(seed).gauss(0, 1) for seed in range(9973)]
+
 
 class Gyro:
     """What one simulated gyro measures is a function of time, so that history and live rows agree."""
@@ -38,13 +40,13 @@ class Gyro:
 
     def truth(self, axis, time_s, span_s=0):
         """Means over the second, or at a long step the drift alone."""
-        noise = random.Random(f"{self.name}{axis}{int(time_s)}")
+        at = int(time_s) * 7 + self.axes.index(axis) * 1009
         degc = 25 + 12 * math.sin(2 * math.pi * time_s / 20000) + 3 * math.sin(2 * math.pi * time_s / 86400)
         slope = 12 * 2 * math.pi / 20000 * math.cos(2 * math.pi * time_s / 20000)
         bias = 0.02 * math.sin(2 * math.pi * time_s / 20000 + self.axes.index(axis)) + 3 * slope
-        rate = 8.465 + bias + noise.gauss(0, 0.06)
+        rate = 8.465 + bias + 0.06 * NOISE[at % len(NOISE)]
         return {"rate": rate, "bias": bias, "corrected": rate - bias, "sd": 0.004, "temperature": degc, "slope": slope,
-                "uhfo": 5.35 + 0.002 * degc + noise.gauss(0, 0.0005)}
+                "uhfo": 5.35 + 0.002 * degc + 0.0005 * NOISE[(at + 3) % len(NOISE)]}
 
     def window(self, axis, time_s):
         t = self.truth(axis, time_s)

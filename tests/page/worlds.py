@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What a browser test looks at: a stand-in server of simulated gyros, or prismsim, prismd and prismweb as they are."""
+import glob
 import json
 import os
 import signal
@@ -38,13 +39,14 @@ class Real:
 
     about = {"gyro": {"serial": "SIMULATED"}, "site": {"latitude_deg": 34.25, "elevation_deg": 90}}
 
-    def __init__(self, programs, speed="1"):
-        self.programs, self.speed, self.children = programs, speed, {}
+    def __init__(self, programs, hurry=False):
+        """`hurry`: at 400 times the pace, 10 frames a second, by the device's clock, so that an hour is there in ten seconds."""
+        self.programs, self.hurry, self.children = os.path.abspath(programs), hurry, {}
         self.folder = tempfile.TemporaryDirectory(prefix="prism-page.")
         self.path = self.folder.name
         self.train()
         self.write("gyro1.json", {**self.about, "line": {"device": f"{self.path}/tty", "silence_s": 1, "retry_min_s": 0.05, "retry_max_s": 0.2},
-                                  "frames": "trplg", "clock": "host", "model": f"{self.path}/model.json",
+                                  "frames": f"{self.path}/slow.json" if hurry else "trplg", "clock": "device" if hurry else "host", "model": f"{self.path}/model.json",
                                   "log": {"directory": f"{self.path}/log"}, "socket": {"path": f"{self.path}/gyro1.sock"}})
         self.plug()
         self.start_prismd()
@@ -81,7 +83,8 @@ class Real:
         child.stdout.close()
 
     def plug(self):
-        self.start("prismsim", "tools/prismsim/prismsim", "--profile", "steady", "--link", f"{self.path}/tty", "--speed", self.speed)
+        self.start("prismsim", "tools/prismsim/prismsim", "--profile", "steady", "--link", f"{self.path}/tty",
+                   *(["--speed", "400", "--frames", f"{self.path}/slow.json"] if self.hurry else []))
         self.wait_for(f"{self.path}/tty")
 
     def unplug(self):
@@ -99,6 +102,14 @@ class Real:
             if "http://" in line:
                 return line[line.index("http://"):].split()[0]
         raise AssertionError("prismweb printed no address: " + self.said("prismweb"))
+
+    def rows(self):
+        """How many rows are in prismd's log."""
+        count = 0
+        for path in glob.glob(f"{self.path}/log/*.csv"):
+            with open(path) as file:
+                count += sum(1 for line in file if line[:1].isdigit())
+        return count
 
     def said(self, name):
         with open(os.path.join(self.path, f"{name}.err")) as file:

@@ -15,7 +15,7 @@ import { Steps, stepFor } from "./steps.js";
 import { Strips } from "./strips.js";
 import { TimeView } from "./time_view.js";
 
-const kWait_ms = 150, kHole_s = 2.5, kRecent = 120, kTick_ms = 900, kSlowest_ms = 15000, kAnalysis_ms = 60000;
+const kWait_ms = 150, kHole_s = 2.5, kOff_s = 5, kRecent = 120, kTick_ms = 900, kSlowest_s = 15, kAnalysis_ms = 60000;
 const kFinest = 5000; // rows that `range` gives at most
 
 export class GyroView {
@@ -133,6 +133,7 @@ export class GyroView {
   /** A live second. */
   window(row) {
     const before_s = this.recent.at(-1)?.time_s;
+    if (!this.anchored) this.anchor(row.time_s);
     this.present = { time_s: row.time_s + 1, at_ms: performance.now() };
     this.recent.push(row);
     if (this.recent.length > kRecent) this.recent.shift();
@@ -147,16 +148,17 @@ export class GyroView {
   tick() {
     const since_ms = performance.now() - this.drawn_ms;
     if (!this.view.isLive || since_ms < kTick_ms) return;
-    const pixel_ms = Math.min(kSlowest_ms, (1000 * this.view.span_s) / this.strips.area().width);
-    this.drawn_ms = performance.now();
-    for (const steps of new Set([this.steps, this.fine])) steps.forget(this.view.range()[0] - this.length_s() - steps.step_s);
+    const to_s = this.view.range()[1], pixel_s = Math.min(kSlowest_s, this.view.span_s / this.strips.area().width);
+    const share = Math.min(1, Math.abs(to_s - this.drawn_to_s) / pixel_s);
+    Object.assign(this, { drawn_ms: performance.now(), drawn_to_s: to_s });
+    for (const steps of new Set([this.steps, this.fine])) steps.forget(to_s - this.view.span_s - this.length_s() - steps.step_s);
     this.steps.run(this.length_s());
-    this.strips.refresh(this.steps.rows, this.steps.step_s, Math.min(1, since_ms / pixel_ms));
+    this.strips.refresh(this.steps.rows, this.steps.step_s, share);
     if (performance.now() - this.analysed_ms > kAnalysis_ms) this.analyse();
   }
 
   draw() {
-    this.drawn_ms = performance.now();
+    Object.assign(this, { drawn_ms: performance.now(), drawn_to_s: this.view.range()[1] });
     this.steps.run(this.length_s());
     this.strips.draw(this.steps.rows, this.steps.step_s);
   }
@@ -164,6 +166,7 @@ export class GyroView {
   /** What is not a chart: numbers, domain, events. */
   update(linked, now_ms) {
     const verdict = judge(this.gyro, this.axis, linked, now_ms);
+    if (!this.anchored && this.gyro.status?.clock === "device" && this.axis.window) this.anchor(this.axis.window.time_s);
     this.numbers.draw(this.gyro, this.axis, verdict, now_ms);
     if (this.shown !== (this.model?.id ?? null)) {
       this.shown = this.model?.id ?? null;
@@ -173,6 +176,14 @@ export class GyroView {
     this.events.draw(this.gyro.events);
     this.element.classList.toggle("old", verdict.old);
     this.tick();
+  }
+
+  /** A device's own clock need not be this machine's: the first row that is known says what its present is. */
+  anchor(time_s) {
+    this.anchored = true;
+    const off_s = Math.abs(time_s + 1 - this.view.now());
+    this.present = { time_s: time_s + 1, at_ms: performance.now() };
+    if (off_s > kOff_s) this.moved();
   }
 
   switchMeans() {

@@ -75,18 +75,21 @@ function begin(gyro) {
     }
   });
   ask(gyro, "events", null, (answer) => { gyro.events.splice(0, gyro.events.length, ...answer); });
-  if (view?.gyro === gyro) { askModel(view); askLine(view); view.reload(); }
 }
 
 function takeInstances(list) {
+  const starting = [];
   for (const name of [...gyros.keys()]) if (!list.some((one) => one.name === name)) gyros.delete(name);
   for (const one of list) {
     if (!gyros.has(one.name)) gyros.set(one.name, makeGyro(one.name));
     const gyro = gyros.get(one.name), before = gyro.state;
     takeInstance(gyro, one);
-    if (one.state === "running" && before !== "running") begin(gyro);
+    if (one.state === "running" && before !== "running") starting.push(gyro);
   }
+  // the rows that somebody waits for are asked for first
   if (!overview && !view) route();
+  else if (starting.includes(view?.gyro)) { view.reload(); askModel(view); askLine(view); }
+  starting.forEach(begin);
   draw();
 }
 
