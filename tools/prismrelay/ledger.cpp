@@ -195,7 +195,7 @@ Result<void> Ledger::transact(const Batch& batch) {
     if (lines.empty()) continue;
     const bool rows = i == Batch::kRows;
     const std::string columns = rows ? RowConverter::copy_columns() : kWays[i].columns;
-    const auto copied =
+    auto copied =
         connection_->copy(fmt::format("COPY {} ({}) FROM STDIN (FORMAT csv)", kWays[i].table, columns), lines, until);
     if (!copied) return copied;
     if (const auto put = connection_->run(rows ? kInsertRows : kWays[i].insert, until); !put) return passed_on(put);

@@ -94,7 +94,7 @@ void LiveLoop::take_status(const std::string& gyro, const std::string& name, jso
       if (axes.several) own.update(status["axes"][axis]);
       own["axis"] = axis;
       own["state"] = "running";
-      mqtt_->publish_last(name + "/" + axis + "/status", line_of(own), true);
+      mqtt_->publish_last(fmt::format("{}/{}/status", name, axis), line_of(own), true);
     }
   }
   state_.status(gyro, std::move(status));
@@ -105,8 +105,8 @@ void LiveLoop::tell_offline(const std::string& name, const std::set<std::string>
   if (!mqtt_ || refused_.count(name) != 0) return;
   for (const std::string& axis : axes) {
     const json own = {{"axis", axis}, {"state", state}, {"quality", "no_data"}, {"since_s", host_time_s()}};
-    mqtt_->publish_last(name + "/" + axis + "/status", line_of(own), true);
-    mqtt_->publish_last(name + "/" + axis + "/window", line_of(own), false);
+    mqtt_->publish_last(fmt::format("{}/{}/status", name, axis), line_of(own), true);
+    mqtt_->publish_last(fmt::format("{}/{}/window", name, axis), line_of(own), false);
   }
 }
 

@@ -11,6 +11,7 @@
 
 #include "config/notify.hpp"
 #include "config/text_file.hpp"
+#include "tools/metrics/exposition.hpp"
 #include "tools/prismrelay/ledger.hpp"
 #include "tools/prismrelay/ledger_loop.hpp"
 #include "tools/prismrelay/live_loop.hpp"

@@ -21,7 +21,7 @@ constexpr int kPagesACommit = 20;
 }  // namespace
 
 AxisArchive::AxisArchive(boost::asio::io_context& io, Hub& hub, std::string axis, const std::string& folder)
-    : io_(io), hub_(hub), axis_(std::move(axis)), pause_(io) {
+    : hub_(hub), axis_(std::move(axis)), pause_(io) {
   if (folder.empty()) return;
   auto store = Store::open(folder);
   if (!store) {

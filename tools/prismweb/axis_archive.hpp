@@ -39,7 +39,6 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
   void take_history(std::string_view member);
   void say(const std::string& what);
 
-  boost::asio::io_context& io_;
   Hub& hub_;
   std::string axis_;
   RecentSeconds recent_;

@@ -69,7 +69,6 @@ asio::awaitable<void> Hub::run() {
     if (config::would_start(path_)) {
       become(HubState::kStopped);
     } else if (!ending) {
-      boost::system::error_code ignored;
       socket_ = Protocol::socket(io_);
       const auto [error] = co_await socket_.async_connect(there, kUse);
       if (!error) {

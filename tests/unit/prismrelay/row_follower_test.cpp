@@ -34,7 +34,7 @@ struct RowFollowerTest : testing::Test {
   json question() {
     context.poll();
     const std::size_t size = boost::asio::read_until(prismd, boost::asio::dynamic_buffer(text), '\n');
-    const json request = json::parse(text.substr(0, size));
+    json request = json::parse(text.substr(0, size));
     text.erase(0, size);
     return request;
   }
