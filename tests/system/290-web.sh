@@ -111,7 +111,8 @@ wait "$deaf"
 same "the one that read nothing lost some, and was told" "$(jq '.lost > 0' deaf.out)" true
 [ "$(awk '/^VmHWM/{print $2}' "/proc/$web/status")" -lt 65536 ] || fail "prismweb held $(grep VmHWM "/proc/$web/status")"
 kill -TERM "$web"; wait "$web" || fail "exit code $?"
-[ ! -e "prismweb-$port.token" ] || fail "the token's file is left"
+same "the token stays for the pages that are open" "$(cat "prismweb-$port.token")" "$token"
+first_token=$token
 
 # Minutes of what the log has, over the end and a kill of prismweb: nothing is lost and nothing counted twice.
 sleep 62
@@ -129,6 +130,7 @@ of_store() { jq -r '.columns as $c | [.rows[] | [., $c] | transpose | map({(.[1]
 up_to_date() { [ "$(api 'gyro/range?seconds=200000&points=5000' | jq .building)" = 1 ]; }
 for end in -KILL -TERM -KILL; do
   web_again
+  same "the token after a restart" "$token" "$first_token"
   wait_for 5 up_to_date
   sleep 3
   api 'gyro/range?seconds=200000&points=5000' >range.json
@@ -136,6 +138,11 @@ for end in -KILL -TERM -KILL; do
   same "the store against the log" "$(of_store <range.json)" "$(of_log "$(jq .last_s range.json)")"
   kill $end "$web"; wait "$web" 2>/dev/null || true
 done
+chmod 644 "prismweb-$port.token"   # others may have read it
+web_again
+[ "$token" != "$first_token" ] || fail "a token that others could read was taken again"
+same "mode of the new token's file" "$(stat -c %a "prismweb-$port.token")" 600
+kill -TERM "$web"; wait "$web" || fail "exit code $?"
 [ "$(stat -c %s state/gyro/z/minutes)" -ge 128 ] || fail "no minute was kept"
 
 # TLS and passwords: for every path, and the WebSocket.

@@ -108,12 +108,12 @@ int serve_site(const Settings& settings, Loaded loaded) {
   auto listener = listen(io, settings);
   if (!listener) return fail(kExitFailed, listener.error().text());
   const bool needs_token = settings.unix_socket.empty() && settings.passwords.empty();
-  const std::string token = needs_token ? make_token() : "";
-  std::string token_file;
-  if (needs_token) {
-    auto written = write_token(token, (*listener)->port());
+  std::string token = needs_token ? kept_token((*listener)->port()) : "";
+  if (needs_token && token.empty()) {
+    token = make_token();
+    if (token.empty()) return fail(kExitFailed, "the system gives no random numbers for a token");
+    const auto written = write_token(token, (*listener)->port());
     if (!written) return fail(kExitFailed, written.error().text());
-    token_file = *written;
   }
   const auto site = std::make_shared<Site>(io, settings, token, std::move(loaded.passwords));
   site->start();
@@ -126,7 +126,6 @@ int serve_site(const Settings& settings, Loaded loaded) {
   io.run();
   config::notify_stopping();
   site->finish();
-  if (!token_file.empty()) ::unlink(token_file.c_str());
   return kExitDone;
 }
 
