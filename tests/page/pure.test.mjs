@@ -128,6 +128,13 @@ test("what is not of now is said to be old, for each reason that there is", () =
   assert.deepEqual([now(true, 6000).word, now(true, 6000).meaning], ["stopped", "care"]);
 });
 
+test("a row without a time is no row: of a gyro that is silent the status has one of nulls", () => {
+  const gyro = gyroOf({ axis: "z", state: "connecting", quality: "no_data", window: { axis: "z", time_s: null, rate_deg_per_h: null } });
+  assert.equal(gyro.axes.get("z").window, null);
+  state.takeStatus(gyro, { axis: "z", state: "receiving", quality: "good", age_s: 0.5, window: second(10, 1) }, 1000);
+  assert.equal(gyro.axes.get("z").window.time_s, 10);
+});
+
 test("answers for one axis and for several are read alike, and an axis that went is forgotten", () => {
   const gyro = gyroOf({ state: "receiving", axes: { x: { axis: "x", quality: "good" }, y: { axis: "y", quality: "no_model" } } });
   assert.deepEqual([...gyro.axes.values()].map((axis) => [axis.name, axis.quality]), [["x", "good"], ["y", "no_model"]]);

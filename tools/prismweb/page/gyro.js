@@ -105,6 +105,7 @@ export class GyroView {
 
   take({ steps, last_s, building }, step_s) {
     this.fine = steps;
+    this.last_s = last_s;
     this.steps = steps.step_s < step_s ? steps.coarser(step_s) : steps;
     this.strips.whole = true;
     if (this.view.isLive) for (const window of this.recent) if (!(window.time_s <= last_s)) this.push(window);
@@ -166,7 +167,8 @@ export class GyroView {
   /** What is not a chart: numbers, domain, events. */
   update(linked, now_ms) {
     const verdict = judge(this.gyro, this.axis, linked, now_ms);
-    if (!this.anchored && this.gyro.status?.clock === "device" && this.axis.window) this.anchor(this.axis.window.time_s);
+    const known_s = this.axis.window?.time_s ?? this.last_s;  // of one that is silent: what its log ends with
+    if (!this.anchored && this.gyro.status?.clock === "device" && Number.isFinite(known_s)) this.anchor(known_s);
     this.numbers.draw(this.gyro, this.axis, verdict, now_ms);
     if (this.shown !== (this.model?.id ?? null)) {
       this.shown = this.model?.id ?? null;

@@ -31,7 +31,7 @@ export function takeStatus(gyro, status, now_ms) {
     axis.quality = part.quality ?? "no_data";
     axis.model = part.model ?? null;
     for (const key of ["window_s", "warm_s", "full_s"]) axis[key] = part[key] ?? status[key];
-    if (part.window && !axis.window) Object.assign(axis, { window: part.window, window_ms: now_ms - 1000 * (status.age_s ?? Infinity) });
+    if (Number.isFinite(part.window?.time_s) && !axis.window) Object.assign(axis, { window: part.window, window_ms: now_ms - 1000 * (status.age_s ?? Infinity) });
   }
 }
 
