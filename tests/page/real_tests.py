@@ -2,6 +2,7 @@
 """The page before the real programs: a simulated gyro that is unplugged while somebody looks, a prismd and a prismweb that are killed."""
 import csv
 import glob
+import os
 import signal
 import time
 
@@ -106,6 +107,10 @@ def prismweb_restarted(browser, world):
     assert "prismweb" in browser.text(".alarm"), browser.text(".alarm")
     browser.wait("the values struck", lambda: browser.run(STRUCK), 2)
     browser.picture("real-cut")
+    world.url = world.start_prismweb(port)
+    browser.wait("good again by itself: the token was kept", lambda: browser.all(".numbers.good:not(.old)"), 15)
+    world.end("prismweb", signal.SIGTERM)
+    os.unlink(f"{world.path}/prismweb-{port}.token")
     world.url = world.start_prismweb(port)
     browser.wait("a word on the token, which is another one", lambda: "refused this page" in browser.text(".alarm"), 15)
     browser.open(world.url)

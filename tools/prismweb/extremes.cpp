@@ -24,6 +24,7 @@ Extremes of_values(std::int64_t begin_s, const std::array<double, kQuantities>& 
   Extremes second;
   second.begin_s = begin_s;
   second.least = second.greatest = values;
+  for (std::size_t i = 0; i < kMeans; ++i) second.mean[i].take(values[i]);
   second.seconds = 1;
   return second;
 }
@@ -35,6 +36,10 @@ void Extremes::add(const Extremes& other) {
   for (std::size_t i = 0; i < kQuantities; ++i) {
     least[i] = std::fmin(least[i], other.least[i]);
     greatest[i] = std::fmax(greatest[i], other.greatest[i]);
+  }
+  for (std::size_t i = 0; i < kMeans; ++i) {
+    mean[i].sum += other.mean[i].sum;
+    mean[i].known += other.mean[i].known;
   }
   samples += other.samples;
   missing += other.missing;

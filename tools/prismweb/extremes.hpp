@@ -18,10 +18,26 @@ namespace prism::prismweb {
 /// deg/h: rate, corrected, bias, sd; degC; degC/s; V.
 enum Quantity : std::size_t { kRate, kCorrected, kBias, kSd, kTemperature, kSlope, kUhfo, kQuantities };
 
+/// Of the seconds in which a quantity was known.
+struct KnownMean {
+  double sum = 0;
+  std::uint32_t known = 0;  ///< seconds
+
+  void take(double value) {
+    if (std::isnan(value)) return;
+    sum += value;
+    ++known;
+  }
+  /// NaN: known in none.
+  double value() const { return known > 0 ? sum / known : std::numeric_limits<double>::quiet_NaN(); }
+};
+inline constexpr std::size_t kMeans = 2;  ///< kRate and kCorrected have one
+
 /// A second, or several of them joined. NaN: the quantity was known in none of them.
 struct Extremes {
   std::int64_t begin_s = 0;  ///< of the data's time; a row of the log with time_s = t begins at t − 1
   std::array<double, kQuantities> least = unknown(), greatest = unknown();
+  std::array<KnownMean, kMeans> mean{};
   std::uint32_t samples = 0, missing = 0;
   std::uint32_t seconds = 0, good = 0;  ///< rows, and those of quality "good"
 

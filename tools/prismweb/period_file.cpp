@@ -46,13 +46,17 @@ Record record_of(const Extremes& period) {
   Cursor out{record.data()};
   out.put(period.begin_s);
   for (std::size_t i = 0; i < kQuantities; ++i) {
-    if (i != kSd) out.put(period.least[i]);
+    if (i == kSd) continue;
+    out.put(period.least[i]);
     out.put(period.greatest[i]);
   }
+  out.put(static_cast<float>(period.greatest[kSd]));
+  for (const KnownMean& mean : period.mean) out.put(static_cast<float>(mean.value()));
   out.put(period.samples);
   out.put(period.missing);
   out.put(count16(period.seconds));
   out.put(count16(period.good));
+  for (const KnownMean& mean : period.mean) out.put(count16(mean.known));
   out.put(crc_of(record.data()));
   return record;
 }
@@ -62,15 +66,24 @@ Extremes period_of(unsigned char* record) {
   Cursor in{record};
   in.take(period.begin_s);
   for (std::size_t i = 0; i < kQuantities; ++i) {
-    if (i != kSd) in.take(period.least[i]);
+    if (i == kSd) continue;
+    in.take(period.least[i]);
     in.take(period.greatest[i]);
   }
-  period.least[kSd] = period.greatest[kSd];
-  std::uint16_t seconds = 0, good = 0;
+  float sd = 0;
+  in.take(sd);
+  period.least[kSd] = period.greatest[kSd] = static_cast<double>(sd);
+  std::array<float, kMeans> means{};
+  for (float& mean : means) in.take(mean);
+  std::uint16_t seconds = 0, good = 0, known = 0;
   in.take(period.samples);
   in.take(period.missing);
   in.take(seconds);
   in.take(good);
+  for (std::size_t i = 0; i < kMeans; ++i) {
+    in.take(known);
+    period.mean[i] = {known > 0 ? static_cast<double>(means[i]) * known : 0, known};
+  }
   period.seconds = seconds;
   period.good = good;
   return period;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Periods on the disk: one file, records of 128 bytes, appended.
+// Periods on the disk: one file, records of 136 bytes, appended.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 namespace prism::prismweb {
 
-/// A record, little-endian: int64 begin_s; double least and greatest of rate, corrected, bias, greatest sd, least and
-/// greatest of temperature, slope, uhfo; uint32 samples, missing; uint16 seconds, good; uint32 CRC-32 of what stands
-/// before it.
-inline constexpr std::size_t kRecordBytes = 128;
+/// A record, little-endian: int64 begin_s; double least and greatest of rate, corrected, bias, temperature, slope,
+/// uhfo; float greatest sd, mean of rate and corrected; uint32 samples, missing; uint16 seconds, good, seconds in which
+/// rate and corrected were known; uint32 CRC-32 of what stands before it.
+inline constexpr std::size_t kRecordBytes = 136;
 
 class PeriodFile {
  public:

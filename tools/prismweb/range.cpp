@@ -27,9 +27,9 @@ struct View {
 };
 
 json columns() {
-  return {"time_s",   "rate_min", "rate_max",        "corrected_min",   "corrected_max", "bias_min",
-          "bias_max", "sd_max",   "temperature_min", "temperature_max", "slope_min",     "slope_max",
-          "uhfo_min", "uhfo_max", "samples",         "missing",         "seconds",       "good"};
+  return {"time_s",    "rate_min",        "rate_max",        "corrected_min", "corrected_max", "bias_min", "bias_max",
+          "sd_max",    "temperature_min", "temperature_max", "slope_min",     "slope_max",     "uhfo_min", "uhfo_max",
+          "rate_mean", "corrected_mean",  "samples",         "missing",       "seconds",       "good"};
 }
 
 json row_of(const Extremes& step, std::int64_t step_s) {
@@ -38,6 +38,7 @@ json row_of(const Extremes& step, std::int64_t step_s) {
     if (i != kSd) row.push_back(step.least[i]);
     row.push_back(step.greatest[i]);
   }
+  for (const KnownMean& mean : step.mean) row.push_back(mean.value());
   for (const std::uint32_t count : {step.samples, step.missing, step.seconds, step.good}) row.push_back(count);
   return row;
 }

@@ -17,9 +17,12 @@ constexpr std::int64_t kBetweenPlaces_s = 3 * 3600;
 
 json period_json(const std::optional<Extremes>& period) {
   if (!period) return nullptr;
-  return {{"begin_s", period->begin_s}, {"least", period->least},     {"greatest", period->greatest},
-          {"samples", period->samples}, {"missing", period->missing}, {"seconds", period->seconds},
-          {"good", period->good}};
+  json means = json::array();
+  for (const KnownMean& mean : period->mean) means.push_back({mean.sum, mean.known});
+  return {{"begin_s", period->begin_s},   {"least", period->least},
+          {"greatest", period->greatest}, {"samples", period->samples},
+          {"missing", period->missing},   {"seconds", period->seconds},
+          {"good", period->good},         {"means", means}};
 }
 
 std::array<double, kQuantities> values_of(const json& list) {
@@ -40,6 +43,8 @@ std::optional<Extremes> period_of_json(const json& place) {
   period.missing = place.at("missing");
   period.seconds = place.at("seconds");
   period.good = place.at("good");
+  for (std::size_t i = 0; i < kMeans; ++i)
+    period.mean[i] = {place.at("means").at(i).at(0), place.at("means").at(i).at(1)};
   return period;
 }
 

@@ -14,6 +14,7 @@ Extremes second(std::int64_t begin_s, double rate) {
   Extremes one;
   one.begin_s = begin_s;
   one.least[kRate] = one.greatest[kRate] = rate;
+  one.mean[kRate].take(rate);
   one.seconds = 1;
   one.samples = 200;
   return one;
@@ -43,15 +44,20 @@ TEST(Thinning, LosesNoExtremeAndNoRow) {
         ASSERT_TRUE(i == 0 || steps[i].begin_s >= steps[i - 1].begin_s + step_s);
         ASSERT_EQ(floor_to(steps[i].begin_s, step_s), steps[i].begin_s);
         double least = std::nan(""), greatest = std::nan("");
+        KnownMean mean;
         for (const Extremes& one : seconds) {
           const bool within = one.begin_s >= steps[i].begin_s && one.begin_s < steps[i].begin_s + step_s &&
                               one.begin_s >= begin_s + 10 && one.begin_s < begin_s + 4900;
           if (within) least = std::fmin(least, one.least[kRate]);
           if (within) greatest = std::fmax(greatest, one.greatest[kRate]);
+          if (within) mean.take(one.least[kRate]);
         }
         ASSERT_TRUE(least == steps[i].least[kRate] || (std::isnan(least) && std::isnan(steps[i].least[kRate])));
         ASSERT_TRUE(greatest == steps[i].greatest[kRate] ||
                     (std::isnan(greatest) && std::isnan(steps[i].greatest[kRate])));
+        ASSERT_EQ(mean.known, steps[i].mean[kRate].known);
+        ASSERT_TRUE(mean.known == 0 || std::abs(mean.value() - steps[i].mean[kRate].value()) < 1e-12);
+        ASSERT_TRUE(std::isnan(steps[i].mean[kCorrected].value()));
         ASSERT_TRUE(std::isnan(steps[i].least[kUhfo]));
         rows += steps[i].seconds;
       }

@@ -20,6 +20,7 @@ Extremes at(std::int64_t i) {
   Extremes one;
   one.begin_s = kBegin + i;
   one.least[kRate] = one.greatest[kRate] = std::sin(static_cast<double>(i) * 0.37) * static_cast<double>(i % 97);
+  if (i % 5 != 0) one.mean[kRate].take(one.least[kRate]);
   one.samples = 1000;
   one.seconds = one.good = 1;
   return one;
@@ -40,7 +41,8 @@ std::string shown(const std::vector<Extremes>& periods) {
   for (const Extremes& one : periods)
     text += std::to_string(one.begin_s - kBegin) + ":" + std::to_string(one.least[kRate]) + "/" +
             std::to_string(one.greatest[kRate]) + "*" + std::to_string(one.seconds) + "," +
-            std::to_string(one.samples) + " ";
+            std::to_string(one.samples) + "m" + std::to_string(one.mean[kRate].known) + "~" +
+            std::to_string(std::lround(1000 * one.mean[kRate].value())) + " ";
   return text;
 }
 std::string minutes(const Store& store) { return shown(store.minutes(INT64_MIN, INT64_MAX)); }
