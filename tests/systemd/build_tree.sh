@@ -6,4 +6,4 @@ packages=$(mktemp -d "${TMPDIR:-/tmp}/prism-packages.XXXXXX")
 trap 'rm -rf "$packages"' EXIT
 cpack --config "$1/CPackConfig.cmake" -G DEB -B "$packages" -D CPACK_DEBIAN_COMPRESSION_TYPE=gzip >"$packages/log" 2>&1 ||
   { cat "$packages/log"; exit 1; }
-bash "$(dirname "$0")/run.sh" "$packages"/prism_*.deb "$packages"/prism-tools_*.deb "$packages"/prism-relay_*.deb "$2"
+bash "$(dirname "$0")/run.sh" "$packages"/prism_*.deb "$packages"/prism-tools_*.deb "$packages"/prism-relay_*.deb "$packages"/prism-web_*.deb "$2"

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Does run.sh notice? Each mutant is the package with one sabotage; by hand, half a minute each.
-# usage: mutants.sh PRISM.deb PRISM-TOOLS.deb PRISM-RELAY.deb PROBE [MUTANT...]
+# usage: mutants.sh PRISM.deb PRISM-TOOLS.deb PRISM-RELAY.deb PRISM-WEB.deb PROBE [MUTANT...]
 # Exits with 0 where the unharmed package passes and every mutant is caught.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 work=$(mktemp -d "${TMPDIR:-/tmp}/prism-mutants.XXXXXX")
 trap 'rm -rf "$work"' EXIT
-deb=$1 tools=$2 relay=$3 probe=$4; shift 4
+deb=$1 tools=$2 relay=$3 web=$4 probe=$5; shift 5
 chosen=" $* "
 missed=0
 
@@ -22,7 +22,7 @@ mutant() {
   [ "$1" = unharmed ] || [ "$(sha256sum "$file")" != "$original" ] || { echo "$1: nothing to sabotage in $2"; missed=$((missed + 1)); return 0; }
   dpkg-deb -Znone --root-owner-group --build "$work/tree" "$work/mutant.deb" >/dev/null
   local code=0 verdict=MISSED
-  timeout 250 bash "$here/run.sh" "$work/mutant.deb" "$tools" "$relay" "$probe" >"$work/log" 2>&1 || code=$?
+  timeout 250 bash "$here/run.sh" "$work/mutant.deb" "$tools" "$relay" "$web" "$probe" >"$work/log" 2>&1 || code=$?
   [ "$code" -eq 0 ] || verdict=caught
   [ "$1" != unharmed ] || { verdict=$([ "$code" -eq 0 ] && echo passes || echo MISSED); }
   [ "$code" -ne 77 ] || { cat "$work/log"; exit 77; }

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # The packages under a real systemd, from the installation to the purge, on a throw-away copy of this machine.
-# usage: run.sh PRISM.deb PRISM-TOOLS.deb PRISM-RELAY.deb PROBE      (ctest: systemd.packages; tools/check --system: the release's packages)
+# usage: run.sh PRISM.deb PRISM-TOOLS.deb PRISM-RELAY.deb PRISM-WEB.deb PROBE      (ctest: systemd.packages; tools/check --system: the release's packages)
 # Exits with 0 where every check passed, 1 where one failed, 77 where no container can run here.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
@@ -10,7 +10,7 @@ trap container_down EXIT
 . "$here/checks.sh"
 . "$here/gyro.sh"
 
-[ $# -eq 4 ] || { echo "run.sh: found $# arguments, expected PRISM.deb PRISM-TOOLS.deb PRISM-RELAY.deb PROBE" >&2; exit 64; }
+[ $# -eq 5 ] || { echo "run.sh: found $# arguments, expected PRISM.deb PRISM-TOOLS.deb PRISM-RELAY.deb PRISM-WEB.deb PROBE" >&2; exit 64; }
 obstacle=$(container_obstacle)
 [ -z "$obstacle" ] || { echo "skipped: no container can run here: $obstacle"; exit 77; }
 
@@ -20,7 +20,8 @@ sed -i 's/^Version: .*/&+next/' "$box/next/DEBIAN/control"
 dpkg-deb -Znone --root-owner-group --build "$box/next" "$box/next.deb" >/dev/null
 
 container_up --bind-ro="$(realpath "$1")":/prism.deb --bind-ro="$(realpath "$2")":/prism-tools.deb \
-  --bind-ro="$box/next.deb":/next.deb --bind-ro="$(realpath "$3")":/prism-relay.deb --bind-ro="$(realpath "$4")":/usr/lib/prism-probe
+  --bind-ro="$box/next.deb":/next.deb --bind-ro="$(realpath "$3")":/prism-relay.deb \
+  --bind-ro="$(realpath "$4")":/prism-web.deb --bind-ro="$(realpath "$5")":/usr/lib/prism-probe
 echo "booted $(inside systemctl --version | head -1) after $(elapsed_ms) ms"
 set +e   # from here on a failure is a line of the report
 for subject in "$here"/[0-9]*.sh; do
