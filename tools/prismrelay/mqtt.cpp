@@ -70,7 +70,7 @@ void Mqtt::retry() {
     auto& own = *static_cast<Mqtt*>(self);
     {
       const std::lock_guard lock(own.mutex_);
-      --own.in_flight_;
+      if (own.in_flight_ > 0) --own.in_flight_;  // what was sent before a reconnection is acknowledged, too
     }
     own.state_.committed(kBroker);
   });
@@ -130,7 +130,7 @@ void Mqtt::disconnected(int code) {
 void Mqtt::publish_last(const std::string& topic, const std::string& text, bool retained) {
   const std::lock_guard lock(mutex_);
   last_[topic] = {text, retained};
-  if (up_) send(topic, text, retained);
+  if (up_ && !send(topic, text, retained)) state_.dropped(kBroker, 1);
 }
 
 void Mqtt::publish_once(const std::string& topic, const std::string& text) {
