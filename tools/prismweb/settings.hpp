@@ -15,6 +15,12 @@ struct TlsSettings {
   std::string certificate, key;  ///< paths, PEM
 };
 
+struct PlotJugglerSettings {
+  std::string address;  ///< an IP address
+  std::uint16_t port = 9870;
+  bool samples = false;  ///< every frame, beside one row a second
+};
+
 struct Settings {
   std::string address = "127.0.0.1";   ///< an IP address; empty: no TCP
   std::uint16_t port = 8467;           ///< 0: one that is free
@@ -24,6 +30,7 @@ struct Settings {
   std::string page, dygraphs;          ///< folders of files
   std::string state;                   ///< folder of the minutes and hours; empty: none are kept
   std::optional<TlsSettings> tls;
+  std::optional<PlotJugglerSettings> plotjuggler;
   std::string passwords;  ///< path of a file NAME:BCRYPT; empty: none
 };
 

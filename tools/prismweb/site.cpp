@@ -11,6 +11,7 @@
 #include "tools/prismweb/archive.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/metrics_page.hpp"
+#include "tools/prismweb/plotjuggler.hpp"
 #include "tools/prismweb/static_files.hpp"
 #include "tools/prismweb/ws_client.hpp"
 
@@ -47,9 +48,11 @@ Site::Site(asio::io_context& io, const Settings& settings, std::string token, Pa
       token_(std::move(token)),
       hosts_(settings.address, settings.hosts),
       gate_(io, std::move(hashes)),
+      plotjuggler_(settings.plotjuggler ? std::make_unique<PlotJuggler>(io, *settings.plotjuggler) : nullptr),
       instances_(io, settings.instances) {
   instances_.on_change = [this] { tell_instances(); };
   instances_.on_new = [this](Hub& hub) {
+    if (plotjuggler_) hub.wish(plotjuggler_.get(), plotjuggler_->wish());
     Archive& archive = *(archives_[hub.name()] = std::make_unique<Archive>(io_, hub, settings_.state));
     hub.on_connect = [&archive] { archive.connected(); };
     hub.on_notification = [&archive](const Notification& notification) { archive.notified(notification); };

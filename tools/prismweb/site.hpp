@@ -18,6 +18,7 @@
 namespace prism::prismweb {
 
 class Archive;
+class PlotJuggler;
 class WsClient;
 
 class Site : public std::enable_shared_from_this<Site> {
@@ -55,6 +56,7 @@ class Site : public std::enable_shared_from_this<Site> {
   std::string token_;
   HostList hosts_;
   Gate gate_;
+  std::unique_ptr<PlotJuggler> plotjuggler_;  ///< outlives the instances that it listens to
   Instances instances_;
   std::map<std::string, std::unique_ptr<Archive>> archives_;
   std::set<WsClient*> clients_;

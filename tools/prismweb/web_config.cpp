@@ -33,6 +33,15 @@ void read_tls(const Section& section, const fs::path& base, Settings& settings) 
   if (settings.tls->key.empty()) section.fail("key", "is missing, expected the path of a PEM file");
 }
 
+PlotJugglerSettings read_plotjuggler(const Section& section) {
+  Settings parsed;
+  const std::string to = section.text("send_to");
+  if (section.good() && (!parse_listen(to, parsed) || parsed.port == 0))
+    section.fail("send_to",
+                 fmt::format("found {}, expected ADDRESS:PORT, such as \"127.0.0.1:9870\"", shown(Json(to))));
+  return {parsed.address, parsed.port, section.boolean("samples", false)};
+}
+
 }  // namespace
 
 bool parse_listen(std::string_view text, Settings& settings) {
@@ -74,6 +83,7 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
   settings.dygraphs = path_of(section, "dygraphs", base, settings.dygraphs);
   settings.state = path_of(section, "state", base, settings.state);
   if (section.has("tls")) read_tls(section.object("tls"), base, settings);
+  if (section.has("plotjuggler")) settings.plotjuggler = read_plotjuggler(section.object("plotjuggler"));
   settings.passwords = path_of(section, "passwords", base, settings.passwords);
   return section.finish();
 }

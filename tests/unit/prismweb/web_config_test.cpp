@@ -58,7 +58,8 @@ TEST(WebConfig, WhatIsWrongIsToldWithItsPlace) {
 // Every key once; the other of "listen" and "socket" is added where it is due.
 constexpr const char* kWhole =
     R"({"$schema": "web.schema.json", "listen": "127.0.0.1:80", "hosts": ["a"], "instances": "gyro1",
-  "page": "p", "dygraphs": "d", "state": "s", "tls": {"certificate": "c", "key": "k"}, "passwords": "w"})";
+  "page": "p", "dygraphs": "d", "state": "s", "tls": {"certificate": "c", "key": "k"}, "passwords": "w",
+  "plotjuggler": {"send_to": "127.0.0.1:9870", "samples": true}})";
 
 TEST(WebConfig, TheSchemaHasTheKeysOfTheReaderAndSaysTheSame) {
   using Json = test::SchemaValidator::Json;

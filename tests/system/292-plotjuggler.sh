@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: MIT
+# What a real gyro says, as datagrams for PlotJuggler: a time on top, and a number for each curve, also after prismd was restarted; a wrong
+# address is refused.
+. "$(dirname "$0")/lib.sh"
+PATH=$PRISM_BIN/tools/prismweb:$PATH
+cd "$dir"
+frames 50
+config
+echo '{"listen": "127.0.0.1:0", "plotjuggler": {"send_to": "nowhere"}}' >bad.json
+code=0; prismweb --config bad.json --check 2>refused || code=$?
+same "exit code of a wrong address" "$code" 78
+contains "the refusal" "$(cat refused)" 'send_to: found "nowhere", expected ADDRESS:PORT'
+start_sim --profile steady
+start_prismd
+cat >listen.py <<'END'
+import json, socket, sys
+def curves(prefix, value):
+    if isinstance(value, dict):
+        for key, below in value.items(): yield from curves(f"{prefix}/{key}", below)
+    elif isinstance(value, (int, float)): yield prefix, value
+s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+s.bind(("127.0.0.1", 0))
+open("port.part", "w").write(str(s.getsockname()[1])); import os; os.rename("port.part", "port")
+while True:
+    datagram = json.loads(s.recv(65536))
+    time = datagram.pop("timestamp")
+    for name, value in curves("", datagram): print(time, name, value, flush=True)
+END
+start curves python3 listen.py
+wait_for 5 test -s port
+XDG_RUNTIME_DIR=$dir
+export XDG_RUNTIME_DIR
+echo "{\"listen\": \"127.0.0.1:0\", \"instances\": \"$PRISM_SOCKET\", \"state\": \"\", \"plotjuggler\": {\"send_to\": \"127.0.0.1:$(cat port)\", \"samples\": true}}" >web.json
+start web prismweb --config web.json
+rows() { awk -v name="$1" '$2 == name' curves.out; }
+more_than() { [ "$(rows "$1" | wc -l)" -gt "$2" ]; }
+wait_for 10 more_than /gyro/z/window/rate_deg_per_h 3
+wait_for 10 more_than /gyro/z/sample/rate_deg_per_h 100
+same "times go up" "$(rows /gyro/z/sample/rate_deg_per_h | awk '$1 <= last {n++} {last = $1} END {print n + 0}')" 0
+same "the rate is the gyro's" "$(rows /gyro/z/window/rate_deg_per_h | awk '$3 < 8 || $3 > 9 {n++} END {print n + 0}')" 0
+same "what is not known has no curve" "$(rows /gyro/z/window/slope_degc_per_s | wc -l)" 0
+kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
+before=$(rows /gyro/z/sample/rate_deg_per_h | wc -l)
+start_prismd
+wait_for 10 more_than /gyro/z/sample/rate_deg_per_h $((before + 100))
