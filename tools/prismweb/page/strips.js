@@ -61,10 +61,14 @@ export class Strips {
     this.schedule();
   }
 
-  /** Draws what is on the screen, as long as a frame has room for it; another chart is due until somebody scrolls there. */
+  /**
+   * Draws what is on the screen, a slice at a time; another chart is due until somebody scrolls there. Not within a frame: what the
+   * browser then does with the drawn canvas takes as long again, and a key or a finger comes in between. A hidden page draws nothing.
+   */
   schedule() {
-    this.frame ??= requestAnimationFrame(() => {
-      this.frame = undefined;
+    const later = document.hidden ? requestAnimationFrame : setTimeout;
+    this.drawing ??= later(() => {
+      this.drawing = undefined;
       const end_ms = performance.now() + kSlice_ms, due = [...this.dirty].filter((chart) => this.seen.has(chart));
       while (due.length > 0 && performance.now() < end_ms) this.drawChart(due.shift());
       if (due.length > 0) return this.schedule();
@@ -180,8 +184,8 @@ export class Strips {
   destroy() {
     this.stop();
     this.sight.disconnect();
-    cancelAnimationFrame(this.frame);
-    this.dirty.clear();
+    this.seen.clear(); // a slice that is still due finds nothing to draw
+    this.cursor_s = null;
     for (const chart of this.charts) chart.destroy();
     this.element.remove();
   }
