@@ -211,7 +211,7 @@ class Live {
   }
 
   asio::io_context io_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO};  // one thread does all I/O; others only post
-  DiskThread disk_;
+  config::DiskThread disk_;
   Instance instance_;
   ArrivalClock clock_;
   GyroPort gyro_;

@@ -9,12 +9,12 @@
 
 namespace prism::daemon {
 
-std::shared_ptr<Reloader> Reloader::make(boost::asio::io_context& io, DiskThread& disk, Load load, Instance& instance,
-                                         std::function<void()> line_changed) {
+std::shared_ptr<Reloader> Reloader::make(boost::asio::io_context& io, config::DiskThread& disk, Load load,
+                                         Instance& instance, std::function<void()> line_changed) {
   return std::shared_ptr<Reloader>(new Reloader(io, disk, std::move(load), instance, std::move(line_changed)));
 }
 
-Reloader::Reloader(boost::asio::io_context& io, DiskThread& disk, Load load, Instance& instance,
+Reloader::Reloader(boost::asio::io_context& io, config::DiskThread& disk, Load load, Instance& instance,
                    std::function<void()> line_changed)
     : io_(io), disk_(disk), load_(std::move(load)), instance_(instance), line_changed_(std::move(line_changed)) {}
 

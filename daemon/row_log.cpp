@@ -196,7 +196,7 @@ bool RowLog::write_all(const std::string& text) {
 }
 
 ThreadedRowWriter::ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
-                                     DiskThread& disk, DiskFault::Tell tell, Written written,
+                                     config::DiskThread& disk, DiskFault::Tell tell, Written written,
                                      std::shared_ptr<LogCounters> counters, Written synced)
     : disk_(disk),
       counters_(std::move(counters)),

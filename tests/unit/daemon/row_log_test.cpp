@@ -313,7 +313,7 @@ TEST_F(RowLogTest, ARowThatNeverCameHereIsCountedAndTold) {
 struct RowWriterTest : RowLogTest {
   test::Told unanswered;
   std::atomic<int> written{0};
-  DiskThread disk{3 * sizeof(compensation::CompensatedWindow), unanswered.teller()};
+  config::DiskThread disk{3 * sizeof(compensation::CompensatedWindow), unanswered.teller()};
 };
 
 TEST_F(RowWriterTest, TheThreadedOneWritesSyncsAndClosesInOrder) {
