@@ -40,16 +40,18 @@ std::string path_part(const std::string& name) {
   return part;
 }
 
-Archive::Archive(boost::asio::io_context& io, Hub& hub, std::string folder)
-    : io_(io), hub_(hub), folder_(std::move(folder)) {}
+Archive::Archive(boost::asio::io_context& io, Hub& hub, config::DiskThread& disk, std::string folder)
+    : io_(io), hub_(hub), disk_(disk), folder_(std::move(folder)) {}
+
+std::unique_ptr<StoreKeeper> Archive::store_of(const std::string& axis) const {
+  if (folder_.empty()) return nullptr;
+  return std::make_unique<StoreKeeper>(io_, disk_, folder_ + "/" + path_part(hub_.name()) + "/" + path_part(axis));
+}
 
 void Archive::connected() {
   for (const std::string& axis : hub_.axes()) {
     auto& archive = axes_[axis];
-    if (!archive) {
-      const std::string folder = folder_.empty() ? "" : folder_ + "/" + path_part(hub_.name()) + "/" + path_part(axis);
-      archive = std::make_shared<AxisArchive>(io_, hub_, axis, folder);
-    }
+    if (!archive) archive = std::make_shared<AxisArchive>(io_, hub_, axis, store_of(axis));
     archive->follow();
   }
 }

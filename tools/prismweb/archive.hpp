@@ -13,8 +13,8 @@ namespace prism::prismweb {
 
 class Archive {
  public:
-  /// `folder` of all stores; empty: none is kept.
-  Archive(boost::asio::io_context& io, Hub& hub, std::string folder);
+  /// `folder` of all stores; empty: none is kept. `disk` is where they are read and written.
+  Archive(boost::asio::io_context& io, Hub& hub, config::DiskThread& disk, std::string folder);
 
   void connected();
   void notified(const Notification& notification);
@@ -26,11 +26,13 @@ class Archive {
   void rows(const nlohmann::json& params, const Hub::Answer& answer);
 
  private:
+  std::unique_ptr<StoreKeeper> store_of(const std::string& axis) const;
   AxisArchive* axis_of(const nlohmann::json& params);
   std::string wrong_axis() const;
 
   boost::asio::io_context& io_;
   Hub& hub_;
+  config::DiskThread& disk_;
   std::string folder_;
   std::map<std::string, std::shared_ptr<AxisArchive>> axes_;
 };

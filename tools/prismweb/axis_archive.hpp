@@ -5,20 +5,21 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "tools/prismweb/hub.hpp"
 #include "tools/prismweb/recent.hpp"
-#include "tools/prismweb/store.hpp"
+#include "tools/prismweb/store_keeper.hpp"
 
 namespace prism::prismweb {
 
 class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
  public:
-  /// `folder` of the store; empty: none is kept.
-  AxisArchive(boost::asio::io_context& io, Hub& hub, std::string axis, const std::string& folder);
+  /// `store` may be null: none is kept.
+  AxisArchive(boost::asio::io_context& io, Hub& hub, std::string axis, std::unique_ptr<StoreKeeper> store);
 
   /// prismd is connected: fetches what was missed, and goes on.
   void follow();
@@ -28,24 +29,30 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
 
   const std::string& name() const { return axis_; }
   const RecentSeconds& recent() const { return recent_; }
-  const Store* store() const { return has_log_ ? store_.get() : nullptr; }
-  /// 0 to 1, 1 where the store is up to date; nothing where there is none.
+  /// Of the store as it was last told; null where there is none.
+  const StoreKeeper::Known* known() const { return has_log_ && known_.open ? &known_ : nullptr; }
+  StoreKeeper& store() { return *store_; }
+  /// 0 to 1, 1 where the store is up to date; nothing where none is kept.
   std::optional<double> building() const;
 
  private:
   void ask();
   void take(std::string_view member);
-  void take_page(std::string_view member);
+  void take(const Error& refused);
+  void told(const StoreKeeper::Known& known);
+  void rest(std::chrono::milliseconds pause);
+  StoreKeeper::Told teller();
   void take_history(std::string_view member);
   void say(const std::string& what);
 
   Hub& hub_;
   std::string axis_;
   RecentSeconds recent_;
-  std::unique_ptr<Store> store_;
+  std::unique_ptr<StoreKeeper> store_;
+  StoreKeeper::Known known_;
   boost::asio::steady_timer pause_;
   std::string cursor_;  ///< behind what the store was given
-  int uncommitted_pages_ = 0;
+  /// A page is asked for until the store has it: what a disk that hangs is given does not grow.
   bool has_log_ = true, asking_ = false, behind_ = true;
   std::string said_;
 };

@@ -21,7 +21,8 @@
 
 namespace prism::prismweb {
 
-inline constexpr int kNoMethod = -32601, kWrongParams = -32602, kNotRunning = -32003, kTooMuch = -32004;
+inline constexpr int kNoMethod = -32601, kWrongParams = -32602, kNotDone = -32000, kNotRunning = -32003,
+                     kTooMuch = -32004;
 
 /// `"error":{"code":…,"message":…}`, a member of an answer.
 std::string error_member(int code, const std::string& message);

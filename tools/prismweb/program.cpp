@@ -125,8 +125,11 @@ int serve_site(const Settings& settings, Loaded loaded) {
   config::notify_ready("serving");
   io.run();
   config::notify_stopping();
-  site->finish();
-  return kExitDone;
+  if (site->finish()) return kExitDone;
+  // A thread that waits for such a disk cannot be joined: the process leaves it behind.
+  fmt::print(stderr, "prismweb: the disk does not answer: the last minutes will be made again from the log\n");
+  std::fflush(stderr);
+  ::_exit(kExitFailed);
 }
 
 }  // namespace

@@ -44,14 +44,14 @@ json row_of(const Extremes& step, std::int64_t step_s) {
 }
 
 std::optional<std::int64_t> first_of(const AxisArchive& axis) {
-  const auto stored = axis.store() != nullptr ? axis.store()->first_second() : std::nullopt;
+  const auto stored = axis.known() != nullptr ? axis.known()->first_s : std::nullopt;
   if (axis.recent().empty()) return stored;
   return std::min(axis.recent().first_s(), stored.value_or(INT64_MAX));
 }
 
 std::optional<std::int64_t> last_of(const AxisArchive& axis) {
   if (!axis.recent().empty()) return axis.recent().last_s();
-  return axis.store() != nullptr ? axis.store()->last_second() : std::nullopt;
+  return axis.known() != nullptr ? axis.known()->last_s : std::nullopt;
 }
 
 std::string result_of(const AxisArchive& axis, const View& view, const std::vector<Extremes>& periods) {
@@ -74,17 +74,28 @@ std::string result_of(const AxisArchive& axis, const View& view, const std::vect
 }
 
 // The seconds that the store does not have yet.
-void add_newer(std::vector<Extremes>& periods, const AxisArchive& axis) {
-  const std::int64_t last_s = axis.store()->last_second().value_or(INT64_MIN);
+std::vector<Extremes> with_newer(const StoreKeeper::Periods& stored, const AxisArchive& axis) {
+  std::vector<Extremes> periods = stored.steps;
   for (const Extremes& second : axis.recent().all()) {
-    if (second.begin_s > last_s) periods.push_back(second);
+    if (second.begin_s > stored.last_s.value_or(INT64_MIN)) periods.push_back(second);
   }
+  return periods;
 }
+
+std::string disk_error(const Error& error) { return error_member(kNotDone, "the " + error.where + " " + error.what); }
 
 // Seconds of long ago: page after page of prismd's log, from a cursor before them.
 struct Fetch : std::enable_shared_from_this<Fetch> {
   Fetch(Hub& hub_, std::shared_ptr<AxisArchive> axis_, std::string name_, View view_, Hub::Answer answer_)
       : hub(hub_), axis(std::move(axis_)), name(std::move(name_)), view(view_), answer(std::move(answer_)) {}
+
+  void begin() {
+    const auto take_cursor = [self = shared_from_this()](const Result<std::string>& cursor) {
+      if (!cursor) return self->answer(disk_error(cursor.error()));
+      self->ask(cursor->empty() ? "earliest" : *cursor);
+    };
+    axis->store().cursor_before(view.from_s, take_cursor);
+  }
 
   void ask(const std::string& cursor) {
     const auto take = [self = shared_from_this()](std::string_view member) { self->take(member); };
@@ -147,14 +158,13 @@ void answer_range(Hub& hub, AxisArchive& axis, const RangeQuery& query, const Hu
   const double from_s = query.from_s.value_or(to_s - query.seconds);
   View view{static_cast<std::int64_t>(std::floor(from_s)), static_cast<std::int64_t>(std::ceil(to_s)), 1, "seconds"};
   const double length_s = std::max(to_s - from_s, 1.0);
-  const Store* const store = axis.store();
   view.step_s = step_for(length_s, query.points, 1);
   const bool in_memory = !axis.recent().empty() && view.from_s >= axis.recent().first_s();
-  if (store == nullptr || in_memory || !store->first_second())
+  if (axis.known() == nullptr || in_memory || !axis.known()->first_s)
     return answer(result_of(axis, view, axis.recent().all()));
   if (length_s <= kLongestOfRows_s && hub.state() == HubState::kRunning) {
     const auto fetch = std::make_shared<Fetch>(hub, axis.shared_from_this(), axis.name(), view, answer);
-    return fetch->ask(store->cursor_before(view.from_s).value_or("earliest"));
+    return fetch->begin();
   }
   view.step_s = step_for(length_s, query.points, 60);
   const bool by_hours = view.step_s >= 3600;
@@ -162,10 +172,10 @@ void answer_range(Hub& hub, AxisArchive& axis, const RangeQuery& query, const Hu
   const std::int64_t period_s = by_hours ? 3600 : 60;
   const std::int64_t whole_from_s = floor_to(view.from_s, period_s);
   view.from_s = whole_from_s;  // a period that the border cuts is in it
-  std::vector<Extremes> periods =
-      by_hours ? store->hours(whole_from_s, view.to_s) : store->minutes(whole_from_s, view.to_s);
-  add_newer(periods, axis);
-  answer(result_of(axis, view, periods));
+  const auto take = [self = axis.shared_from_this(), view, answer](const Result<StoreKeeper::Periods>& stored) {
+    answer(stored ? result_of(*self, view, with_newer(*stored, *self)) : disk_error(stored.error()));
+  };
+  axis.store().periods({view.from_s, view.to_s, view.step_s, by_hours}, take);
 }
 
 }  // namespace prism::prismweb

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismweb/site.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <array>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <utility>
 
 #include "config/version.hpp"
 #include "tools/prismweb/api.hpp"
 #include "tools/prismweb/archive.hpp"
+#include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/metrics_page.hpp"
 #include "tools/prismweb/plotjuggler.hpp"
@@ -23,6 +29,10 @@ using nlohmann::json;
 
 constexpr std::size_t kMostClients = 64;
 constexpr std::string_view kLibrary = "/dygraphs";
+
+constexpr std::chrono::seconds kLastPatience{3};
+
+void say_disk(const std::string& what) { fmt::print(stderr, "prismweb: the disk {}\n", what); }
 
 std::string host_name() {
   std::array<char, 256> name{};
@@ -45,6 +55,7 @@ Answer file_answer(const Settings& settings, const Request& request) {
 Site::Site(asio::io_context& io, const Settings& settings, std::string token, PasswordHashes hashes)
     : io_(io),
       settings_(settings),
+      disk_(0, say_disk),
       token_(std::move(token)),
       hosts_(settings.address, settings.hosts),
       gate_(io, std::move(hashes)),
@@ -53,7 +64,7 @@ Site::Site(asio::io_context& io, const Settings& settings, std::string token, Pa
   instances_.on_change = [this] { tell_instances(); };
   instances_.on_new = [this](Hub& hub) {
     if (plotjuggler_) hub.wish(plotjuggler_.get(), plotjuggler_->wish());
-    Archive& archive = *(archives_[hub.name()] = std::make_unique<Archive>(io_, hub, settings_.state));
+    Archive& archive = *(archives_[hub.name()] = std::make_unique<Archive>(io_, hub, disk_, settings_.state));
     hub.on_connect = [&archive] { archive.connected(); };
     hub.on_notification = [&archive](const Notification& notification) { archive.notified(notification); };
   };
@@ -66,8 +77,27 @@ Archive* Site::archive(const std::string& instance) {
   return found == archives_.end() ? nullptr : found->second.get();
 }
 
-void Site::finish() {
+void Site::start() {
+  instances_.start();
+  asio::co_spawn(io_, watch_disk(), asio::detached);
+}
+
+bool Site::finish() {
   for (const auto& [name, archive] : archives_) archive->finish();
+  return disk_.drain(kLastPatience);
+}
+
+// A disk that hangs says nothing itself.
+asio::awaitable<void> Site::watch_disk() {
+  asio::steady_timer tick(io_);
+  for (bool hangs = false;;) {
+    tick.expires_after(std::chrono::seconds(1));
+    co_await tick.async_wait(kUse);
+    const bool hung = std::exchange(hangs, disk_.busy_for() >= kDiskPatience);
+    if (hangs && !hung)
+      say_disk(fmt::format("has not answered for {} s; minutes and hours wait for it", kDiskPatience.count()));
+    if (hung && !hangs) say_disk("answers again");
+  }
 }
 
 asio::awaitable<Refusal> Site::refusal(const Request& request) {

@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "config/disk_thread.hpp"
 #include "tools/prismweb/access.hpp"
 #include "tools/prismweb/gate.hpp"
 #include "tools/prismweb/http_message.hpp"
@@ -26,7 +27,7 @@ class Site : public std::enable_shared_from_this<Site> {
   Site(boost::asio::io_context& io, const Settings& settings, std::string token, PasswordHashes hashes);
   ~Site();
 
-  void start() { instances_.start(); }
+  void start();
 
   /// What every request must pass. Files of the page need no token, and the WebSocket's first message brings it.
   boost::asio::awaitable<Refusal> refusal(const Request& request);
@@ -44,15 +45,17 @@ class Site : public std::enable_shared_from_this<Site> {
   Instances& instances() { return instances_; }
   /// The series of an instance; none where there is no such instance.
   Archive* archive(const std::string& instance);
-  /// Keeps what is to outlast the program.
-  void finish();
+  /// Keeps what is to outlast the program. False: the disk did not take it in time, and its thread still waits.
+  bool finish();
   boost::asio::io_context& io() { return io_; }
 
  private:
   void tell_instances();
+  boost::asio::awaitable<void> watch_disk();
 
   boost::asio::io_context& io_;
   Settings settings_;
+  config::DiskThread disk_;  ///< outlives the archives
   std::string token_;
   HostList hosts_;
   Gate gate_;

@@ -64,10 +64,10 @@ Result<Store> Store::open(const std::string& folder) {
   Store store;
   store.folder_ = folder;
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
+  const bool is_new = std::filesystem::create_directories(folder, error);
   if (error) return refuse(folder, error.message());
   if (const Result<void> restored = store.restore(); !restored) {
-    store.begun_anew_ = restored.error().text();
+    if (!is_new) store.begun_anew_ = restored.error().text();
     if (const Result<void> cleared = store.clear(); !cleared) return tl::unexpected<Error>(cleared.error());
   }
   return store;

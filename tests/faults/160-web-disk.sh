@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: MIT
+# A disk that hangs under prismweb's minutes: what is live and in memory is served as before, what only the disk knows is refused with
+# the reason, both ends are told, and SIGTERM ends it within 5 s. The story: one sync that hung stopped every page until systemd killed it.
+. "$(dirname "$0")/lib.sh"
+PATH=$PRISM_BIN/tools/prismweb:$PATH
+export XDG_RUNTIME_DIR=$dir
+config
+start_sim --profile steady --speed 20
+start_prismd
+wait_for 20 field_above .log.rows status 130
+echo good >"$dir/disk"
+web_again() {
+  : >"$dir/web.out"
+  start web env LD_PRELOAD="$PRISM_BIN/tests/libdisk_shim.so" PRISM_DISK="$dir/disk" prismweb --listen 127.0.0.1:0 --state "$dir/state" \
+    --instance "$PRISM_SOCKET"
+  web=$pid
+  wait_for 5 grep -q token= "$dir/web.out"
+  url=$(sed 's/#.*//' "$dir/web.out")
+  token=$(sed 's/.*#token=//' "$dir/web.out")
+}
+api() { curl -s --max-time 10 -H "Authorization: Bearer $token" "$url$1"; }
+all='api/gyro/range?seconds=100000'
+source_is() { [ "$(api "$all" | jq -r '[.source, .building] | @csv')" = "$1" ]; }
+newest() { api 'api/gyro/range?seconds=60' | jq .last_s; }
+moves_on() { [ "$(newest)" -gt "$1" ]; }
+
+web_again
+wait_for 10 source_is '"minutes",1'
+[ "$(wc -l <"$dir/web.err")" = 0 ] || fail "a new store is no trouble, found: $(cat "$dir/web.err")"
+echo hang >"$dir/disk"
+wait_for 15 grep -q 'the disk has not answered for 5 s; minutes and hours wait for it' "$dir/web.err"
+wait_for 5 moves_on "$(newest)"
+contains "/metrics" "$(api metrics)" 'prism_up{gyro="gyro"} 1'
+same "state" "$(api api/gyro/status | jq -r .state)" receiving
+begin=$(date +%s%N)
+contains "what only the disk knows" "$(api "$all")" '"the disk has not answered for '
+took=$((($(date +%s%N) - begin) / 1000000))
+[ "$took" -lt 2000 ] || fail "refused after $took ms, expected at once"
+echo good >"$dir/disk"
+wait_for 5 grep -q 'the disk answers again' "$dir/web.err"
+wait_for 5 source_is '"minutes",1'
+
+# It ends while the disk hangs, and the next one makes again what was not kept.
+echo hang >"$dir/disk"
+told_again() { [ "$(grep -c 'the disk has not answered' "$dir/web.err")" = 2 ]; }
+wait_for 15 told_again
+begin=$(date +%s%N)
+kill -TERM "$web"
+code=0; wait "$web" || code=$?
+took=$((($(date +%s%N) - begin) / 1000000))
+[ "$took" -lt 5000 ] || fail "SIGTERM took $took ms, expected less than 5000"
+same "exit code" "$code" 1
+contains "its last words" "$(tail -1 "$dir/web.err")" "the last minutes will be made again from the log"
+echo good >"$dir/disk"
+web_again
+wait_for 10 source_is '"minutes",1'
+rows=$(field .log.rows status)
+found=$(api "$all&points=5000" | jq '.columns as $c | [.rows[][$c | index("seconds")]] | add')
+[ "$found" -ge "$rows" ] && [ "$found" -le $((rows + 100)) ] || fail "the store has $found seconds, expected $rows or those that came since"
+
+# An answer that the disk owes when it begins to hang comes too: refused in time.
+echo hang >"$dir/disk"
+is_refused() { api "$all" | grep -q 'has not answered for 5 s'; }
+wait_for 15 is_refused
+echo good >"$dir/disk"
+kill -TERM "$web"; wait "$web" || fail "exit code $?"
