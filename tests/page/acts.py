@@ -24,6 +24,28 @@ def drag(browser, begin, end, modifiers=0):
     mouse(browser, "mouseReleased", end, modifiers)
 
 
+def touch(browser, kind, *points):
+    browser.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(points)]})
+
+
+def slide(browser, begins, ends):
+    """Fingers from where to where, in pixels of the page."""
+    between = lambda part: [tuple(a + (b - a) * part for a, b in zip(begin, end)) for begin, end in zip(begins, ends)]
+    touch(browser, "touchStart", *begins)
+    for step in range(1, 11):
+        touch(browser, "touchMove", *between(step / 10))
+    touch(browser, "touchEnd")
+
+
+def swipe(browser, begin, end, down=0):
+    (x, y), (x_end, _) = place(browser, begin), place(browser, end)
+    slide(browser, [(x, y)], [(x_end, y + down)])
+
+
+def pinch(browser, left, right, left_end, right_end):
+    slide(browser, [place(browser, left), place(browser, right)], [place(browser, left_end), place(browser, right_end)])
+
+
 def shown(browser):
     """Span of what the charts show, in seconds, as their description says it to a screen reader."""
     return [browser.one(".strips").get_attribute(name) or "nan" for name in ("data-from", "data-to")]

@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: MIT
 """What the page costs the browser, traced in Debian's chromium; judges nothing.
 
-usage: figures.py [paint | work | memory] [--programs FOLDER]; prismsim, prismd and prismweb of that build tree; without: the stand-in
+usage: figures.py [paint | work | memory | days] [--programs FOLDER]; prismsim, prismd and prismweb of that build tree; without: the stand-in
 paint: from asking for the page until an hour, then 30 days, of one gyro are drawn, five times each
 work: the renderer's main thread while an hour is looked at, a minute long: processor time of its tasks, and of all within a second
-memory: an hour of rows at 20 times the pace, heap and elements after each five minutes of rows
+memory: heap and elements after each five minutes: two real hours of the programs, the first of
+which fills the charts; one of the stand-in, whose charts are full, at 20 times the pace
+days: 30 days of prismd's log: how long prismweb builds its minutes, how large they are, and from pressing "30 d" until they are drawn
 """
 import argparse
 import asyncio
+import functools
 import json
 import math
 import time
@@ -48,11 +51,7 @@ def paint(browser, url, name, axis):
             if digit == "4":
                 times.append(browser.run(DRAWN))
                 continue
-            browser.run("window.spent = []; window.begin = performance.now()")
-            key(browser, digit)
-            rows = lambda: "30 d until" in browser.one(".chart").get_attribute("aria-label") and browser.run("return window.spent.filter((e) => e[0] === 'prism-drawn').at(-1)?.[2] ?? null")
-            browser.wait("30 days", rows, 20)
-            times.append(rows() - browser.run("return window.begin"))
+            times.append(thirty_days_drawn(browser))
         told(f"first paint, {what}", times)
 
 
@@ -93,7 +92,7 @@ def work(browser, url, name, axis, seconds=60):
         told(f"{entry}, script", [ms for what, _, ms in browser.run("return window.spent") if what == entry])
 
 
-def memory(browser, url, name, axis, minutes=60, speed=20):
+def memory(browser, url, name, axis, speed, minutes):
     browser.open(url)
     open_gyro(browser, name, axis)
     browser.driver.execute_cdp_cmd("Performance.enable", {})
@@ -105,6 +104,35 @@ def memory(browser, url, name, axis, minutes=60, speed=20):
             time.sleep(300 / speed)
 
 
+def thirty_days_drawn(browser):
+    """From pressing "30 d" until the rows are drawn, in ms."""
+    browser.run("window.spent = []; window.begin = performance.now()")
+    key(browser, "8")
+    drawn = lambda: "30 d until" in browser.one(".chart").get_attribute("aria-label") and browser.run("return window.spent.filter((e) => e[0] === 'prism-drawn').at(-1)?.[2] ?? null")
+    browser.wait("30 days", drawn, 20)
+    return drawn() - browser.run("return window.begin")
+
+
+def days(browser, world):
+    begin = time.monotonic()
+    world.url = world.start_prismweb()
+    watch(browser)
+    browser.open(world.url)
+    open_gyro(browser, "gyro1", "z")
+    key(browser, "8")
+    said = {browser.wait("how far it is", lambda: browser.text(".busy"))}
+    while "being built" in (browser.text(".busy") or ""):
+        said.add(browser.text(".busy"))
+        time.sleep(0.2)
+    print(f"minutes of {world.rows()} rows: built after {time.monotonic() - begin:.1f} s, {world.stored_bytes() / 1024:.0f} KiB; the page said {len(said)} times how far")
+    times = []
+    for _ in range(5):
+        browser.driver.refresh()
+        browser.wait("charts", lambda: browser.run(DRAWN), 20)
+        times.append(thirty_days_drawn(browser))
+    told("30 days of the programs", times)
+
+
 def hour_of_rows(programs):
     """The real programs, when an hour of rows is in prismd's log; the gyro then goes on."""
     world = Real(programs, hurry=True)
@@ -113,16 +141,28 @@ def hour_of_rows(programs):
     return world
 
 
+def world_of(what, programs):
+    if not programs:
+        return StandIn("--speed", "20" if what == "memory" else "1")
+    if what == "days":
+        return Real(programs, days=30)
+    return Real(programs) if what == "memory" else hour_of_rows(programs)
+
+
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("what", nargs="?", choices=["paint", "work", "memory"])
+    parser.add_argument("what", nargs="?", choices=["paint", "work", "memory", "days"])
     parser.add_argument("--programs")
     options = parser.parse_args()
     for what in [options.what] if options.what else ["paint", "work", "memory"]:
-        world = hour_of_rows(options.programs) if options.programs else StandIn("--speed", "20" if what == "memory" else "1")
+        world = world_of(what, options.programs)
         browser = Browser()
         try:
-            {"paint": paint, "work": work, "memory": memory}[what](browser, world.url, "gyro1" if options.programs else "gyro2", "z")
+            if what == "days":
+                days(browser, world)
+                continue
+            act = {"paint": paint, "work": work, "memory": functools.partial(memory, **({"speed": 1, "minutes": 120} if options.programs else {"speed": 20, "minutes": 60}))}[what]
+            act(browser, world.url, "gyro1" if options.programs else "gyro2", "z")
         finally:
             browser.close()
             world.close()

@@ -9,7 +9,7 @@ sys.dont_write_bytecode = True
 import real_tests
 import stand_in_tests
 from browser import Browser
-from worlds import SCRIPT, Real, StandIn
+from worlds import SCRIPT, Real, RealAxes, StandIn
 
 
 def run(tests, world, browser):
@@ -32,6 +32,7 @@ def run(tests, world, browser):
 def main(pictures, programs):
     failed = 0
     worlds = [(lambda: StandIn("--name", SCRIPT), stand_in_tests.TESTS),
+              (lambda: RealAxes(programs, valid_s=10), real_tests.AXES_TESTS),
               (lambda: Real(programs), real_tests.TESTS)]
     for make, tests in worlds:
         world = make()

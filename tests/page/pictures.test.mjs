@@ -4,14 +4,15 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 const from = (name) => import(new URL(`../../tools/prismweb/page/${name}`, import.meta.url));
-const { sparkPoints } = await from("spark.js"), { inputsOf, onScale } = await from("domain.js"), { csvOf } = await from("save.js");
+const { sparkPath } = await from("spark.js"), { inputsOf, onScale } = await from("domain.js"), { csvOf } = await from("save.js");
 const { lineRows } = await from("line_panel.js");
 const { ticksOf } = await from("ticks.js");
 
-test("a spark line ends at the right edge and leaves out what is not known", () => {
-  assert.equal(sparkPoints([[0, 1], [300, null], [600, 2]], 600), "0.0,41.0 240.0,3.0");
-  assert.equal(sparkPoints([[0, 1], [600, 1]], 600), "0.0,22.0 240.0,22.0");
-  assert.equal(sparkPoints([[0, null], [1, 5]], 600), "");
+test("a spark line ends at the right edge and has a gap where a second is not known", () => {
+  assert.equal(sparkPath([[598, 1], [599, 1.5], [600, 2]], 2), "M0.0,41.0L120.0,22.0L240.0,3.0");
+  assert.equal(sparkPath([[0, 1], [1, 1], [2, null], [3, 1], [600, 1]], 600), "M0.0,22.0L0.4,22.0L1.2,22.0M240.0,22.0", "one second is no gap that is seen");
+  assert.equal(sparkPath([[0, 1], [1, null], [2, null], [3, 2]], 3), "M0.0,41.0M240.0,3.0");
+  assert.equal(sparkPath([[0, null], [1, 5]], 600), "");
 });
 
 test("a value outside of the domain stands outside of its range, and never beyond the scale", () => {

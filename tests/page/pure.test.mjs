@@ -144,6 +144,16 @@ test("answers for one axis and for several are read alike, and an axis that went
   assert.deepEqual([...gyro.axes.keys()], ["y"]);
 });
 
+test("the number that is read first is corrected, raw without a model, and none where the last second had none", () => {
+  const of = (model, row) => Object.values(state.rateOf({ model, window: row && { rate_deg_per_h: 8, mean_rate_deg_per_h: 8.5, ...row } }));
+  assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: 8.4 }), ["corrected", 8.4]);
+  assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: null }), ["corrected", null]);
+  assert.deepEqual(of(null, {}), ["raw, without a model", 8.5]);
+  assert.deepEqual(of(null, { rate_deg_per_h: null }), ["raw, without a model", null]);
+  assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: 8.4, rate_deg_per_h: null }), ["corrected", null]);
+  assert.deepEqual(of(null, null), ["corrected", null]);
+});
+
 test("a trace keeps ten minutes, and begins anew with the device's clock", () => {
   const gyro = gyroOf({ axis: "z", state: "receiving" });
   for (let t = 1; t <= 1000; t++) state.takeWindow(gyro, { ...second(t, t), corrected_mean_deg_per_h: t }, t);

@@ -6,7 +6,7 @@ import os
 import signal
 import time
 
-from acts import saved_table
+from acts import open_gyro, saved_table
 from worlds import SCRIPT
 
 STRUCK = "return getComputedStyle(document.querySelector('.hero .big')).textDecorationLine === 'line-through'"
@@ -117,4 +117,23 @@ def prismweb_restarted(browser, world):
     browser.wait("good again", lambda: browser.all(".tile.good:not(.old)"), 15)
 
 
+def three_axes(browser, world):
+    """Each axis has its tile and its charts; the one that its device calls invalid is red and has no number, and the others are as they were."""
+    browser.open(world.url)
+    tiles = lambda: {tile.find_element("css selector", "h2").text: tile for tile in browser.all(".tile")}
+    browser.wait("three tiles with a rate", lambda: sorted(tiles()) == ["gyro1 x", "gyro1 y", "gyro1 z"] and all("." in tile.text for tile in tiles().values()))
+    browser.wait("y in red", lambda: "bad" in tiles()["gyro1 y"].get_attribute("class"), 30)
+    browser.wait("no number of y", lambda: "." not in tiles()["gyro1 y"].find_element("css selector", ".big").text)
+    for name in ("gyro1 x", "gyro1 z"):
+        assert "bad" not in tiles()[name].get_attribute("class") and "." in tiles()[name].find_element("css selector", ".big").text, tiles()[name].text
+    browser.picture("real-axes")
+    tiles()["gyro1 y"].click()
+    browser.wait("the axis", lambda: browser.text(".hero h1") == "gyro1 y")
+    browser.wait("rows of before", lambda: "rows of" in browser.one(".chart").get_attribute("aria-label"))
+    browser.picture("real-axis-invalid", whole=True)
+    open_gyro(browser, "gyro1", "z")
+    browser.wait("another one's number", lambda: "." in browser.text(".hero .big"))
+
+
 TESTS = [live, look, rows_of_log, unplugged, prismd_restarted, prismweb_stands_still, prismweb_restarted]
+AXES_TESTS = [three_axes]

@@ -3,7 +3,8 @@
 """Plays prismweb's side of docs/page.md with made-up, SIMULATED gyros, for what a real one cannot play within a test: thirty days of
 rows, an hour of them at once, a name that is markup, a server that stands still.
 
-usage: stand_in.py PORT (0: a free one) [--gyros N] [--name TEXT] [--days N] [--speed N]; commands on standard input: gone NAME, back NAME, freeze, go
+usage: stand_in.py PORT (0: a free one) [--gyros N] [--name TEXT] [--days N] [--speed N]; commands on standard input: gone NAME,
+back NAME, freeze, go, building SHARE (0 to 1, of the long view), disk hangs, disk answers
 """
 import argparse
 import asyncio
@@ -90,7 +91,7 @@ class Gyro:
             small = (t["rate"] - 8.465 - t["bias"]) / math.sqrt(step)
             rows.append(row + [200 * step, 0, step, step, 8.465 + t["bias"] + small, 8.465 + small])
         return {"axis": axis, "from_s": from_s, "to_s": to_s, "step_s": step, "source": "seconds", "columns": COLUMNS, "rows": rows,
-                "first_s": self.first_s, "last_s": int(time.time()) - 1, "building": 1}
+                "first_s": self.first_s, "last_s": int(time.time()) - 1}
 
     def answer(self, method, params):
         axis = params.get("axis") or self.axes[0]
@@ -107,7 +108,7 @@ class Gyro:
 
 class Server:
     def __init__(self, gyros):
-        self.gyros, self.clients, self.frozen = gyros, set(), False
+        self.gyros, self.clients, self.frozen, self.building, self.disk = gyros, set(), False, 1, "answers"
 
     def instances(self):
         return [{"name": gyro.name, "state": gyro.state, "axes": gyro.axes} for gyro in self.gyros]
@@ -131,7 +132,10 @@ class Server:
         head = {"jsonrpc": "2.0", "id": asked["id"], "instance": asked.get("instance")}
         if gyro is None or gyro.state != "running":
             return {**head, "error": {"code": -32003, "message": "the instance does not run"}}
-        return {**head, "result": gyro.answer(asked["method"], asked.get("params") or {})}
+        if asked["method"] == "range" and self.disk == "hangs":
+            return {**head, "error": {"code": -32000, "message": "the disk has not answered for 5 s"}}
+        result = gyro.answer(asked["method"], asked.get("params") or {})
+        return {**head, "result": {**result, "building": self.building} if asked["method"] == "range" else result}
 
     async def live(self, speed):
         """Each second's rows; at another speed so many seconds' in one."""
@@ -157,6 +161,8 @@ class Server:
         await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
         while line := (await reader.readline()).decode().split():
             self.frozen = line[0] == "freeze"
+            self.building = float(line[1]) if line[0] == "building" else self.building
+            self.disk = line[1] if line[0] == "disk" else self.disk
             for gyro in self.gyros:
                 if len(line) > 1 and gyro.name == line[1]:
                     gyro.state = {"gone": "gone", "stopped": "stopped"}.get(line[0], "running")

@@ -4,9 +4,8 @@ import glob
 import os
 import time
 
-from acts import drag, key, mouse, open_gyro, saved_table, shown, span_of
+from acts import drag, key, mouse, open_gyro, pinch, saved_table, shown, span_of, swipe
 from worlds import SCRIPT
-
 
 
 def overview(browser, world):
@@ -16,7 +15,7 @@ def overview(browser, world):
     words = {(tile.find_element("css selector", ".mark").text, tile.find_element("css selector", ".word").text) for tile in browser.all(".tile")}
     assert words == {("●", "good"), ("▲", "extrapolating")}, words
     assert browser.run("return location.href.includes('secret')") is False, "the token is still in the address"
-    assert len(browser.one(".spark-line").get_attribute("points")) > 1000
+    assert len(browser.one(".spark-line").get_attribute("d")) > 1000
     browser.picture("overview", whole=True)
 
 
@@ -69,6 +68,26 @@ def thirty_days(browser, world):
     browser.picture("thirty-days")
     key(browser, "4")
     browser.wait("an hour", lambda: abs(span_of(browser) - 3600) < 1 and "rows of 10 s" in browser.one(".chart").get_attribute("aria-label"))
+
+
+def long_view_is_built(browser, world):
+    world.say("building 0.42")
+    key(browser, "8")
+    browser.wait("how far it is", lambda: browser.text(".busy") == "The long view is being built: 42 % of the log is read.")
+    browser.picture("building")
+    world.say("building 0.77")
+    browser.wait("that it goes on, unasked", lambda: "77 %" in browser.text(".busy"), 15)
+    world.say("building 1")
+    browser.wait("that it is done", lambda: "being built" not in browser.text(".busy"), 15)
+
+
+def disk_hangs(browser, world):
+    world.say("disk hangs")
+    key(browser, "7")
+    browser.wait("why no rows come", lambda: browser.text(".busy") == "rows: the disk has not answered for 5 s")
+    world.say("disk answers")
+    key(browser, "4")
+    browser.wait("an hour", lambda: "rows of 10 s" in browser.one(".chart").get_attribute("aria-label") and "disk" not in browser.text(".busy"))
 
 
 def files(browser, world):
@@ -154,6 +173,27 @@ def phone(browser, world):
     browser.size(1600, 1000)
 
 
+def fingers(browser, world):
+    browser.size(380, 800)
+    browser.fingers(True)
+    open_gyro(browser)
+    browser.wait("an hour", lambda: abs(span_of(browser) - 3600) < 1)
+    browser.run("document.querySelector('.plot').scrollIntoView({block: 'center'})")
+    end = float(shown(browser)[1])
+    swipe(browser, 0.2, 0.7)
+    browser.wait("half of it earlier", lambda: abs(float(shown(browser)[1]) - end + 1800) < 300 and abs(span_of(browser) - 3600) < 1)
+    pinch(browser, 0.45, 0.55, 0.2, 0.8)
+    browser.wait("six times as near", lambda: abs(span_of(browser) - 600) < 150)
+    before = browser.run("return scrollY")
+    swipe(browser, 0.5, 0.5, down=-200)
+    browser.wait("the page scrolled", lambda: browser.run("return scrollY") > before + 100)
+    assert abs(span_of(browser) - 600) < 150, "a finger that scrolls the page moved the charts"
+    key(browser, "l")
+    key(browser, "4")
+    browser.fingers(False)
+    browser.size(1600, 1000)
+
+
 def wall(browser, world):
     browser.size(2560, 1440)
     browser.run("location.hash = '#/'")
@@ -180,4 +220,4 @@ def the_checks_bite(browser, world):
     browser.said.pop()
 
 
-TESTS = [overview, names_are_data, zoom_and_pan, cursor, thirty_days, files, night, gone, frozen, by_keyboard, phone, wall, wrong_token, the_checks_bite]
+TESTS = [overview, names_are_data, zoom_and_pan, cursor, thirty_days, long_view_is_built, disk_hangs, files, night, gone, frozen, by_keyboard, phone, fingers, wall, wrong_token, the_checks_bite]

@@ -4,6 +4,7 @@ import glob
 import json
 import os
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -13,6 +14,28 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 WINDOW_S = 5
 SCRIPT = "<script>document.title='taken'</script><img src=x onerror=\"document.title='taken'\">"
+
+
+CAPTURE_HEAD, PACKET_HEAD = 24, 16  # of a pcap file
+
+
+def first_second(path):
+    with open(path, "rb") as file:
+        file.seek(CAPTURE_HEAD)
+        return struct.unpack("<I", file.read(4))[0]
+
+
+def shift_capture(path, shift_s):
+    """Every packet so many seconds later."""
+    with open(path, "rb") as file:
+        data = bytearray(file.read())
+    at = CAPTURE_HEAD
+    while at + PACKET_HEAD <= len(data):
+        second, _, size = struct.unpack_from("<III", data, at)
+        struct.pack_into("<I", data, at, second + shift_s)
+        at += PACKET_HEAD + size
+    with open(path, "wb") as file:
+        file.write(data)
 
 
 class StandIn:
@@ -39,8 +62,9 @@ class Real:
 
     about = {"gyro": {"serial": "SIMULATED"}, "site": {"latitude_deg": 34.25, "elevation_deg": 90}}
 
-    def __init__(self, programs, hurry=False):
-        """`hurry`: at 400 times the pace, 10 frames a second, by the device's clock, so that an hour is there in ten seconds."""
+    def __init__(self, programs, hurry=False, days=0):
+        """`hurry`: at 400 times the pace, 10 frames a second, by the device's clock, so that an hour is there in ten seconds.
+        `days`: prismd's log already has so many, up to now; prismweb is not started."""
         self.programs, self.hurry, self.children = os.path.abspath(programs), hurry, {}
         self.folder = tempfile.TemporaryDirectory(prefix="prism-page.")
         self.path = self.folder.name
@@ -48,9 +72,11 @@ class Real:
         self.write("gyro1.json", {**self.about, "line": {"device": f"{self.path}/tty", "silence_s": 1, "retry_min_s": 0.05, "retry_max_s": 0.2},
                                   "frames": f"{self.path}/slow.json" if hurry else "trplg", "clock": "device" if hurry else "host", "model": f"{self.path}/model.json",
                                   "log": {"directory": f"{self.path}/log"}, "socket": {"path": f"{self.path}/gyro1.sock"}})
+        if days:
+            self.lay_log(days)
         self.plug()
         self.start_prismd()
-        self.url = self.start_prismweb()
+        self.url = None if days else self.start_prismweb()
 
     def train(self):
         """A model with a short window, so that a correction is there soon, and a name that is markup."""
@@ -63,11 +89,31 @@ class Real:
                 ("tools/prismsim/prismsim", "--frames", "slow.json", "--profile", "fast", "--hours", "4", "--out", "cycle.pcap"),
                 ("daemon/prismd", "record.json", "--replay", "cycle.pcap", "--out", "cycle"),
                 ("tools/prismcal/prismcal", "train", "cycle", "--method", "stepwise", "--window", str(WINDOW_S), "--end-mean", "2", "--name", SCRIPT, "--out", "model.json", "--quiet", "--force")]:
-            done = subprocess.run([os.path.join(self.programs, program), *arguments], cwd=self.path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-            assert done.returncode == 0, f"{program}: {done.stderr}"
+            self.do(program, *arguments)
+
+    def do(self, program, *arguments):
+        done = subprocess.run([os.path.join(self.programs, program), *arguments], cwd=self.path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        assert done.returncode == 0, f"{program}: {done.stderr}"
+
+    def lay_log(self, days):
+        """A log as prismd wrote it if the gyro had run so long: a frame a second, replayed."""
+        self.do("tools/prismsim/prismsim", "--frames", "slow.json", "--rate", "1", "--hours", str(24 * days), "--out", "days.pcap")
+        shift_s = int(time.time()) - 60 - days * 86400 - first_second(f"{self.path}/days.pcap")
+        shift_capture(f"{self.path}/days.pcap", shift_s)
+        with open(f"{self.path}/gyro1.json") as file:
+            settings = json.load(file)
+        with open(f"{self.path}/slow.json") as file:
+            frames = file.read().replace('"rate_hz": 10', '"rate_hz": 1')
+        with open(f"{self.path}/one.json", "w") as file:
+            file.write(frames)
+        self.write("days/gyro1.json", {**settings, "frames": f"{self.path}/one.json", "clock": "device"})
+        self.do("daemon/prismd", "days/gyro1.json", "--replay", "days.pcap", "--out", "log")
+        os.unlink(f"{self.path}/days.pcap")
 
     def write(self, name, value):
-        with open(os.path.join(self.path, name), "w") as file:
+        path = os.path.join(self.path, name)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(path, "w") as file:
             json.dump(value, file)
 
     def start(self, name, program, *arguments):
@@ -111,6 +157,10 @@ class Real:
                 count += sum(1 for line in file if line[:1].isdigit())
         return count
 
+    def stored_bytes(self):
+        """How large prismweb's own store is."""
+        return sum(os.path.getsize(path) for path in glob.glob(f"{self.path}/state/**", recursive=True) if os.path.isfile(path))
+
     def said(self, name):
         with open(os.path.join(self.path, f"{name}.err")) as file:
             return file.read()[-2000:]
@@ -126,3 +176,22 @@ class Real:
         for name in list(self.children):
             self.end(name)
         self.folder.cleanup()
+
+
+class RealAxes(Real):
+    """A device of three axes without models, whose y says after `valid_s` that it is not valid."""
+
+    def __init__(self, programs, valid_s):
+        self.programs, self.hurry, self.children, self.valid_s = os.path.abspath(programs), False, {}, valid_s
+        self.folder = tempfile.TemporaryDirectory(prefix="prism-page.")
+        self.path = self.folder.name
+        self.write("gyro1.json", {"site": {"latitude_deg": 34.25}, "line": {"device": f"{self.path}/tty", "silence_s": 1}, "frames": "stim300", "log": {"directory": f"{self.path}/log"},
+                                  "socket": {"path": f"{self.path}/gyro1.sock"}, "axes": {axis: {"elevation_deg": 90 * (axis == "z")} for axis in "xyz"}})
+        self.plug()
+        self.start_prismd()
+        self.url = self.start_prismweb()
+
+    def plug(self):
+        self.start("prismsim", "tools/prismsim/prismsim", "--profile", "steady", "--frames", "stim300", "--axis", "x,y,z", "--elevation", "0,0,90",
+                   "--azimuth", "0,90,0", "--invalid", f"y:{self.valid_s}:1e9", "--link", f"{self.path}/tty", "--wait")
+        self.wait_for(f"{self.path}/tty")

@@ -3,11 +3,11 @@
 import { el, setAttribute, setText } from "./dom.js";
 import { count, fixed, kUnknown, plusMinus, span } from "./format.js";
 import { kMarks } from "./quality.js";
-import { ageOf } from "./state.js";
+import { ageOf, isValid, rateOf } from "./state.js";
 
 /** name: [label, unit, text of (window row, axis, gyro)]. */
 const kCells = {
-  raw: ["raw", "deg/h", (row) => fixed(row.mean_rate_deg_per_h, 5)],
+  raw: ["raw", "deg/h", (row) => fixed(isValid(row) ? row.mean_rate_deg_per_h : null, 5)],
   bias: ["bias ± sd", "deg/h", (row) => plusMinus(row.bias_deg_per_h, row.sd_deg_per_h, 5)],
   temperature: ["temperature", "°C", (row) => fixed(row.mean_temperature_degc, 3)],
   slope: ["slope", "°C/s", (row) => fixed(row.slope_degc_per_s, 6)],
@@ -31,14 +31,14 @@ function frames(status) {
 
 export function makeNumbers() {
   const values = {}, mark = el("span", { class: "mark", "aria-hidden": "true" }), word = el("span", { class: "word", role: "status" });
-  const rate = el("span", { class: "value big" }), why = el("p", { class: "why" }), age = el("span", { class: "age" });
+  const what = el("span", { class: "label" }), rate = el("span", { class: "value big" }), why = el("p", { class: "why" }), age = el("span", { class: "age" });
   const name = el("h1"), cells = Object.entries(kCells).map(([key, [label, unit]]) => {
     values[key] = el("span", { class: "value" });
     return el("div", { class: `cell ${key}` }, el("dt", {}, label), el("dd", {}, values[key], unit ? el("span", { class: "unit" }, ` ${unit}`) : null));
   });
   const element = el("section", { class: "numbers", "aria-label": "present values" },
     el("div", { class: "hero" }, name, el("p", { class: "verdict" }, mark, word),
-      el("p", { class: "rate" }, el("span", { class: "label" }, "corrected"), rate, el("span", { class: "unit" }, "deg/h"), age), why),
+      el("p", { class: "rate" }, what, rate, el("span", { class: "unit" }, "deg/h"), age), why),
     el("dl", { class: "cells" }, ...cells));
   return {
     element,
@@ -49,7 +49,9 @@ export function makeNumbers() {
       setText(mark, kMarks[verdict.meaning]);
       setText(word, verdict.word);
       setText(why, `${verdict.why}; means of ${span(axis.window_s ?? 100)}`);
-      setText(rate, fixed(row.corrected_mean_deg_per_h, 5));
+      const first = rateOf(axis);
+      setText(what, first.what);
+      setText(rate, fixed(first.deg_per_h, 5));
       setText(age, verdict.old ? ageOf(axis, now_ms) : "");
       for (const [key, [, , text]] of Object.entries(kCells)) setText(values[key], text(row, axis, gyro));
     },

@@ -4,13 +4,14 @@ import { el, setAttribute, setText } from "./dom.js";
 import { fixed, kUnknown, plusMinus, withUnit } from "./format.js";
 import { kMarks } from "./quality.js";
 import { makeSpark } from "./spark.js";
-import { ageOf, judge, kTrace_s } from "./state.js";
+import { ageOf, judge, kTrace_s, rateOf } from "./state.js";
 
 function makeTile(gyro, axis) {
   const value = (name) => el("dd", { class: `value ${name}` });
   const part = {
     mark: el("span", { class: "mark", "aria-hidden": "true" }),
     word: el("span", { class: "word" }),
+    what: el("span", { class: "label" }),
     rate: el("span", { class: "value big" }),
     age: el("span", { class: "age" }),
     bias: value("bias"), temperature: value("temperature"), stability: value("stability"), model: value("model"),
@@ -19,7 +20,7 @@ function makeTile(gyro, axis) {
   const pair = (label, element) => el("div", {}, el("dt", {}, label), element);
   const tile = el("a", { class: "tile", href: `#/${encodeURIComponent(gyro.name)}/${encodeURIComponent(axis.name)}` },
     el("header", {}, el("h2", {}, gyro.name, el("span", { class: "axis" }, ` ${axis.name}`)), el("span", { class: "verdict" }, part.mark, part.word)),
-    el("p", { class: "rate" }, el("span", { class: "label" }, "corrected"), part.rate, el("span", { class: "unit" }, "deg/h"), part.age),
+    el("p", { class: "rate" }, part.what, part.rate, el("span", { class: "unit" }, "deg/h"), part.age),
     part.spark.element, el("p", { class: "note" }, "last 10 min"),
     el("dl", {}, pair("bias ± sd, deg/h", part.bias), pair("temperature", part.temperature),
       pair("stability since start, deg/h", part.stability), pair("model", part.model)));
@@ -40,7 +41,9 @@ function drawTile(tile, gyro, axis, linked, now_ms) {
   setText(tile.mark, kMarks[verdict.meaning]);
   setText(tile.word, verdict.word);
   setAttribute(tile.element, "title", verdict.why);
-  setText(tile.rate, fixed(row.corrected_mean_deg_per_h, 5));
+  const rate = rateOf(axis);
+  setText(tile.what, rate.what);
+  setText(tile.rate, fixed(rate.deg_per_h, 5));
   setText(tile.age, verdict.old ? ageOf(axis, now_ms) : "");
   setText(tile.bias, plusMinus(row.bias_deg_per_h, row.sd_deg_per_h, 5));
   setText(tile.temperature, withUnit(row.mean_temperature_degc, 3, "°C"));

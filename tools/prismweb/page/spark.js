@@ -2,10 +2,10 @@
 // A spark line: the last ten minutes of one quantity, on its own scale.
 import { svg, setAttribute } from "./dom.js";
 
-const kWidth = 240, kHeight = 44, kPad = 3;
+const kWidth = 240, kHeight = 44, kPad = 3, kNext_s = 2.5;
 
-/** The points of a polyline in a box of kWidth × kHeight; "" where there is nothing to draw. Exported for its test. */
-export function sparkPoints(trace, span_s) {
+/** The path of a line in a box of kWidth × kHeight, with a gap where a second is missing or unknown; "" where there is nothing to draw. Exported for its test. */
+export function sparkPath(trace, span_s) {
   const known = trace.filter(([, value]) => Number.isFinite(value));
   if (known.length < 2) return "";
   const end_s = trace[trace.length - 1][0];
@@ -13,15 +13,16 @@ export function sparkPoints(trace, span_s) {
   for (const [, value] of known) [low, high] = [Math.min(low, value), Math.max(high, value)];
   const scale = high > low ? (kHeight - 2 * kPad) / (high - low) : 0;
   return known
-    .map(([time_s, value]) => {
+    .map(([time_s, value], i) => {
       const x = kWidth * (1 - (end_s - time_s) / span_s), y = scale ? kHeight - kPad - (value - low) * scale : kHeight / 2;
-      return `${x.toFixed(1)},${y.toFixed(1)}`;
+      const follows = i > 0 && time_s - known[i - 1][0] < kNext_s;
+      return `${follows ? "L" : "M"}${x.toFixed(1)},${y.toFixed(1)}`;
     })
-    .join(" ");
+    .join("");
 }
 
 export function makeSpark() {
-  const line = svg("polyline", { class: "spark-line", points: "" });
+  const line = svg("path", { class: "spark-line", d: "" });
   const element = svg("svg", { class: "spark", viewBox: `0 0 ${kWidth} ${kHeight}`, preserveAspectRatio: "none", "aria-hidden": "true" }, line);
-  return { element, draw: (trace, span_s) => setAttribute(line, "points", sparkPoints(trace, span_s)) };
+  return { element, draw: (trace, span_s) => setAttribute(line, "d", sparkPath(trace, span_s)) };
 }

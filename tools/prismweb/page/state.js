@@ -45,12 +45,22 @@ export function takeWindow(gyro, row, now_ms) {
   const last = axis.trace[axis.trace.length - 1];
   if (last && row.time_s < last[0] - 1) axis.trace.length = 0;
   if (!last || row.time_s > last[0] || axis.trace.length === 0) {
-    axis.trace.push([row.time_s, row.corrected_mean_deg_per_h ?? row.mean_rate_deg_per_h]);
+    axis.trace.push([row.time_s, isValid(row) ? row.corrected_mean_deg_per_h ?? row.mean_rate_deg_per_h : null]);
   }
   while (axis.trace.length > 0 && axis.trace[0][0] < row.time_s - kTrace_s) axis.trace.shift();
   axis.window = row;
   axis.window_ms = now_ms;
   axis.quality = row.quality ?? axis.quality;
+}
+
+/** Whether the last second had a rate: where it had none the window's mean goes on, and is not of now. */
+export const isValid = (row) => Number.isFinite(row.rate_deg_per_h);
+
+/** The number that a person reads first: {what, deg_per_h}; raw where no model corrects. */
+export function rateOf({ window, model }) {
+  const row = window ?? {}, corrects = model || Number.isFinite(row.corrected_mean_deg_per_h);
+  const deg_per_h = corrects ? row.corrected_mean_deg_per_h : row.mean_rate_deg_per_h;
+  return { what: corrects || !window ? "corrected" : "raw, without a model", deg_per_h: isValid(row) ? deg_per_h : null };
 }
 
 export function takeEvent(gyro, event) {
