@@ -67,8 +67,8 @@ export class Chart {
   draw(rows, step_s, dateWindow) {
     Object.assign(this, { rows, step_s });
     const file = rows.length > 0 ? tableOf(rows, step_s, this.spec.series) : [[dateWindow[0], ...this.spec.series.map(() => [NaN, NaN, NaN])]];
-    const empty = !rows.some((row) => this.spec.series.some((one) => row[one.key]));
-    this.plot.dataset.empty = empty ? "nothing is known in this time" : "";
+    const known = (end) => rows.some((row) => this.spec.series.some((one) => row[one.key + end]));
+    this.plot.dataset.empty = known("") ? "" : known("_1s") ? "no whole window in this time, for its mean" : "nothing is known in this time";
     if (this.graph) this.graph.updateOptions({ file, dateWindow });
     else this.graph = new Dygraph(this.plot, file, { ...this.options(), dateWindow });
   }

@@ -15,7 +15,7 @@ import { Steps, stepFor } from "./steps.js";
 import { Strips } from "./strips.js";
 import { TimeView } from "./time_view.js";
 
-const kWait_ms = 150, kHole_s = 2.5, kOff_s = 5, kRecent = 120, kTick_ms = 900, kSlowest_s = 15, kAnalysis_ms = 60000;
+const kWait_ms = 150, kHole_s = 2.5, kOff_s = 5, kRecent = 120, kTick_ms = 900, kSlowest_s = 15, kAnalysis_ms = 60000, kRetry_ms = 5000;
 const kFinest = 5000; // rows that `range` gives at most
 
 export class GyroView {
@@ -92,7 +92,10 @@ export class GyroView {
       const answer = await loadRange(this.socket, this.gyro.name, this.axis.name, to_s - length_s, to_s, length_s < kFinest - 2 ? kFinest : rows);
       if (asked === this.asked) this.take(answer, stepFor(length_s, rows));
     } catch (error) {
-      if (asked === this.asked) setText(this.busy, `rows: ${error.message}`);
+      if (asked !== this.asked) return;
+      setText(this.busy, `rows: ${error.message}`);
+      clearTimeout(this.again);
+      this.again = setTimeout(() => this.reload(), kRetry_ms);
     } finally {
       if (asked === this.asked) this.strips.element.setAttribute("aria-busy", "false");
     }
