@@ -29,20 +29,44 @@ Notification notification_of(std::string_view line) {
 }
 
 void Topics::set(Subscriber* who, const Wish& wish) {
-  for (Topic& topic : topics_) std::erase(topic.subscribers, who);
-  std::erase_if(topics_, [](const Topic& topic) { return topic.subscribers.empty(); });
+  if (wish_of(who) == wish) return;
+  if (wish.any()) hand_over(who);
+  for (Topic& topic : topics_) std::erase_if(topic.listeners, [&](const Listener& one) { return one.who == who; });
+  std::erase_if(topics_, [](const Topic& topic) { return topic.listeners.empty(); });
   if (!wish.any()) return;
   auto same = std::find_if(topics_.begin(), topics_.end(), [&](const Topic& topic) { return topic.wish == wish; });
   if (same == topics_.end()) same = topics_.insert(topics_.end(), Topic{wish, {}, {}, {}, 0});
-  same->subscribers.push_back(who);
+  same->listeners.push_back({who, same->lines.size(), same->rows});
+}
+
+const Topics::Topic* Topics::topic_of(const Subscriber* who) const {
+  const auto hears = [&](const Listener& one) { return one.who == who; };
+  const auto found = std::find_if(topics_.begin(), topics_.end(), [&](const Topic& topic) {
+    return std::any_of(topic.listeners.begin(), topic.listeners.end(), hears);
+  });
+  return found == topics_.end() ? nullptr : &*found;
 }
 
 Wish Topics::wish_of(const Subscriber* who) const {
-  for (const Topic& topic : topics_) {
-    if (std::find(topic.subscribers.begin(), topic.subscribers.end(), who) != topic.subscribers.end())
-      return topic.wish;
-  }
-  return {};
+  const Topic* const topic = topic_of(who);
+  return topic == nullptr ? Wish() : topic->wish;
+}
+
+Text Topics::batch_of(const Topic& topic, std::size_t from) const {
+  std::string_view lines = topic.lines;
+  lines.remove_prefix(from);
+  if (lines.starts_with(',')) lines.remove_prefix(1);
+  return std::make_shared<const std::string>(R"({"instance":)" + dumped(instance_) + R"(,"batch":[)" +
+                                             std::string(lines) + "]}");
+}
+
+void Topics::hand_over(Subscriber* who) const {
+  const Topic* const topic = topic_of(who);
+  if (topic == nullptr) return;
+  const auto own = std::find_if(topic->listeners.begin(), topic->listeners.end(),
+                                [&](const Listener& one) { return one.who == who; });
+  const std::uint64_t rows = topic->rows - own->from_rows;
+  if (rows > 0) who->deliver(instance_, batch_of(*topic, own->from), rows);
 }
 
 std::uint32_t Topics::sample_every() const {
@@ -83,22 +107,24 @@ bool Topics::pending() const {
 
 void Topics::flush() {
   struct Due {
-    std::vector<Subscriber*> subscribers;
+    Subscriber* who;
     Text text;
     std::uint64_t rows;
   };
   std::vector<Due> due;  // a subscriber may leave, or go, while it is handed something
-  const std::string head = R"({"instance":)" + dumped(instance_);
   for (Topic& topic : topics_) {
     if (topic.rows == 0) continue;
-    auto text = std::make_shared<const std::string>(head + R"(,"batch":[)" + topic.lines + "]}");
-    due.push_back({topic.subscribers, std::move(text), std::exchange(topic.rows, 0)});
+    const Text whole = batch_of(topic, 0);
+    for (Listener& one : topic.listeners) {
+      const std::uint64_t rows = topic.rows - one.from_rows;
+      if (rows > 0) due.push_back({one.who, one.from == 0 ? whole : batch_of(topic, one.from), rows});
+      one.from = one.from_rows = 0;
+    }
     topic.lines.clear();
+    topic.rows = 0;
   }
   for (const Due& one : due) {
-    for (Subscriber* who : one.subscribers) {
-      if (wish_of(who).any()) who->deliver(instance_, one.text, one.rows);
-    }
+    if (wish_of(one.who).any()) one.who->deliver(instance_, one.text, one.rows);
   }
 }
 

@@ -46,7 +46,8 @@ class Topics {
  public:
   explicit Topics(std::string instance) : instance_(std::move(instance)) {}
 
-  /// Replaces what `who` wanted; nothing any more where the wish is empty.
+  /// Replaces what `who` wanted; nothing any more where the wish is empty. What was gathered for it is handed over
+  /// first, so that a wish that grows loses nothing and brings nothing twice.
   void set(Subscriber* who, const Wish& wish);
   Wish wish_of(const Subscriber* who) const;
 
@@ -60,13 +61,21 @@ class Topics {
   void flush();
 
  private:
+  struct Listener {
+    Subscriber* who;
+    std::size_t from = 0;  ///< what lies in `lines` already is not for it
+    std::uint64_t from_rows = 0;
+  };
   struct Topic {
     Wish wish;
-    std::vector<Subscriber*> subscribers;
+    std::vector<Listener> listeners;
     std::map<std::string, std::uint32_t, std::less<>> seen;  ///< samples of each axis since the last that was taken
     std::string lines;
     std::uint64_t rows = 0;
   };
+  const Topic* topic_of(const Subscriber* who) const;
+  void hand_over(Subscriber* who) const;
+  Text batch_of(const Topic& topic, std::size_t from) const;
   bool wants(Topic& topic, const Notification& notification, std::uint32_t every) const;
 
   std::string instance_;

@@ -15,7 +15,7 @@ std::string line(const std::string& method, const std::string& axis, int number)
          std::to_string(number) + "}}";
 }
 
-struct Client : Subscriber {
+struct Recorder : Subscriber {
   std::vector<Text> texts;
   std::vector<std::string> got;  // method axis number
 
@@ -43,7 +43,7 @@ TEST(Notifications, AreToldByTheirHead) {
 
 TEST(Topics, OneTextServesAllWhoWantTheSame) {
   Topics topics("g");
-  Client one, other, windows;
+  Recorder one, other, windows;
   topics.set(&one, {1, true, true, {}});
   topics.set(&other, {1, true, true, {}});
   topics.set(&windows, {0, true, false, {}});
@@ -58,10 +58,29 @@ TEST(Topics, OneTextServesAllWhoWantTheSame) {
   EXPECT_EQ(one.texts.size(), 1U) << "nothing is no batch";
 }
 
+// A client that adds a curve in the middle of a batch.
+TEST(Topics, AWishThatChangesLosesNothingAndBringsNothingTwice) {
+  Topics topics("g");
+  Recorder grows, other;
+  topics.set(&grows, {0, true, false, {}});
+  topics.set(&other, {1, true, false, {}});
+  put(topics, line("window", "z", 1));
+  topics.set(&grows, {1, true, false, {}});
+  put(topics, line("sample", "z", 2));
+  topics.set(&grows, {1, true, false, {}});
+  topics.flush();
+  EXPECT_EQ(grows.got, (std::vector<std::string>{"window z 1", "sample z 2"}));
+  EXPECT_EQ(other.got, (std::vector<std::string>{"window z 1", "sample z 2"}));
+  EXPECT_EQ(grows.texts.size(), 2U);
+  put(topics, line("sample", "z", 3));
+  topics.flush();
+  EXPECT_EQ(grows.texts[2], other.texts[1]) << "the very same text again";
+}
+
 // prismd is asked for the greatest common divisor; each gets its own share of that, axis by axis.
 TEST(Topics, EachGetsEveryNthSampleOfEachAxis) {
   Topics topics("g");
-  Client fourth, sixth;
+  Recorder fourth, sixth;
   topics.set(&fourth, {4, false, false, {}});
   topics.set(&sixth, {6, false, false, {"x"}});
   EXPECT_EQ(topics.sample_every(), 2U);
@@ -77,7 +96,7 @@ TEST(Topics, EachGetsEveryNthSampleOfEachAxis) {
 
 TEST(Topics, WhatPrismdLostReachesEveryListener) {
   Topics topics("g");
-  Client client;
+  Recorder client;
   topics.set(&client, {0, false, true, {"z"}});
   put(topics, R"({"jsonrpc":"2.0","method":"lost","params":{"rows":5,"rows_total":5}})");
   put(topics, line("window", "z", 1));
@@ -86,17 +105,17 @@ TEST(Topics, WhatPrismdLostReachesEveryListener) {
 }
 
 TEST(Topics, WhoLeavesWhileBatchesAreHandedOutGetsNone) {
-  struct Leaver : Client {
+  struct Leaver : Recorder {
     Topics* topics = nullptr;
     Subscriber* other = nullptr;
     void deliver(const std::string& instance, const Text& text, std::uint64_t rows) override {
-      Client::deliver(instance, text, rows);
+      Recorder::deliver(instance, text, rows);
       topics->set(other, {});
     }
   };
   Topics topics("g");
   Leaver first;
-  Client second;
+  Recorder second;
   first.topics = &topics;
   first.other = &second;
   topics.set(&first, {0, true, false, {}});
