@@ -18,8 +18,8 @@ awk -v b="$before" -v i="$improvement" 'BEGIN { exit !(b > 20 && b < 26 && i > 6
 
 # The report needs nothing else, and its three texts agree.
 for text in report.html report.csv; do contains "$text" "$(grep -F "$improvement" "report/$text")" "$improvement"; done
-! grep -qE 'src=|https?://[^w]' report/report.html || fail "the page needs the network"
-! grep -qiw nan report/report.html report/report.csv report/report.json || fail "NaN in the report"
+! report_text report/report.html | grep -E 'src=|https?://[^w]' || fail "the page needs the network"
+for text in html csv json; do ! report_text report/report.$text | grep -iw nan || fail "NaN in report.$text"; done
 
 prismcal convert "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --frames "$PRISM_SOURCE/config/frames/second-means.json" --out x.pcap
 cat >real.json <<END

@@ -38,6 +38,9 @@ wait_for() {
 same() { [ "$2" = "$3" ] || fail "$1: found '$2', expected '$3'"; }
 contains() { case "$2" in *"$3"*) ;; *) fail "$1: found '$2', expected it to contain '$3'" ;; esac; }
 
+# report_text FILE: a report without the script of its charts, a library's, whose words are its own.
+report_text() { sed '/^<script>/,/^<\/script>/d' "$1"; }
+
 # start NAME COMMAND...: in the background, stderr to NAME.err; its pid in $pid.
 start() {
   local name=$1; shift

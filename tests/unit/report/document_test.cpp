@@ -8,6 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "tests/unit/report/page_text.hpp"
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/text_forms.hpp"
 
@@ -63,10 +64,33 @@ TEST(HtmlPage, HoldsEverythingAndEscapesIt) {
   EXPECT_THAT(page, Not(HasSubstr("SIMULATED")));
 }
 
+// The policy keeps the script from the network, whatever stands in it.
 TEST(HtmlPage, NeedsNothingFromTheNetwork) {
   const std::string page = html_page(sample(), no_drawing).value();
+  EXPECT_THAT(page,
+              HasSubstr("content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'sha256-"));
+  const std::string own = test::without_script(page);
+  EXPECT_LT(own.size(), page.size());
   for (const char* outside : {"src=", "http://", "https://", "@import", "url("})
-    EXPECT_THAT(page, Not(HasSubstr(outside)));
+    EXPECT_THAT(own, Not(HasSubstr(outside)));
+}
+
+TEST(HtmlPage, HasTheScriptOnceAndOnlyForFiguresThatItCanShow) {
+  Report report = sample();
+  auto& blocks = report.sections[0].blocks;
+  blocks.push_back(blocks[2]);
+  std::get<Figure>(blocks[3]).id = "fig_two";
+  const auto count = [&](const std::string& what) {
+    const std::string page = html_page(report, no_drawing).value();
+    std::size_t found = 0;
+    for (std::size_t at = 0; (at = page.find(what, at)) != std::string::npos; ++at) ++found;
+    return found;
+  };
+  EXPECT_EQ(count("<script>"), 1U);
+  EXPECT_EQ(count("<script type=\"application/json\">{"), 2U);
+  for (const std::size_t i : {2U, 3U}) std::get<Figure>(blocks[i]).plot.panels[0].series[0].form = Form::kHeat;
+  EXPECT_EQ(count("<script"), 0U);
+  EXPECT_EQ(count("<svg"), 2U);
 }
 
 TEST(HtmlPage, SaysOnTopAndInEveryCaptionThatDataAreSimulated) {

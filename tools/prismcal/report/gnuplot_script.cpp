@@ -6,38 +6,11 @@
 #include <iterator>
 #include <string_view>
 
+#include "tools/prismcal/report/curve_style.hpp"
 #include "tools/prismcal/report/gnuplot.hpp"
 
 namespace prism::report {
 namespace {
-
-/// Colour, width (px) and dash of an ink.
-struct CurveStyle {
-  const char* colour;
-  double width;
-  const char* dash;
-  int point, open_point;
-};
-
-CurveStyle look(Ink ink) {
-  switch (ink) {
-    case Ink::kRaw:
-      return {"#9db2c7", 1.3, "solid", 7, 6};
-    case Ink::kModel:
-      return {"#c2410c", 1.8, "solid", 5, 4};
-    case Ink::kCorrected:
-      return {"#12385f", 1.4, "solid", 7, 6};
-    case Ink::kAccent1:
-      return {"#1f7a5c", 1.5, "(9,4)", 9, 8};
-    case Ink::kAccent2:
-      return {"#7a4fa3", 1.5, "(3,3)", 11, 10};
-    case Ink::kAccent3:
-      return {"#b8860b", 1.5, "(12,3,2,3)", 13, 12};
-    case Ink::kGuide:
-      return {"#6b7280", 1.0, "(5,4)", 1, 1};
-  }
-  return {"#000000", 1, "solid", 7, 6};
-}
 
 /// Single quotes hold everything in gnuplot but themselves.
 std::string literal(std::string_view text) {
@@ -68,7 +41,7 @@ void write_axis(std::string& script, const char* which, const Axis& axis) {
 }
 
 std::string drawn(const Series& series, std::size_t panel, std::size_t index) {
-  const CurveStyle l = look(series.ink);
+  const CurveStyle l = curve_style(series.ink);
   const std::string data = fmt::format("$d{}_{}", panel, index);
   const std::string line = fmt::format("lw {} dt {} lc rgb '{}'", l.width, l.dash, l.colour);
   const std::string title = series.name.empty() ? "notitle" : "title " + quoted(series.name);

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "tools/prismcal/report/chart_json.hpp"
+
 namespace prism::report {
 namespace {
 
@@ -41,6 +43,11 @@ std::string linked(const Cell& cell) {
   return cell.link.empty() ? text : fmt::format("<a href=\"{}\">{}</a>", html_escaped(cell.link), text);
 }
 
+/// Nothing from anywhere else, and no script but ours.
+std::string policy() {
+  return fmt::format("default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src '{}'", kChartScriptHash);
+}
+
 /// Writes the page from top to bottom, counting tables and figures.
 class Page {
  public:
@@ -56,7 +63,9 @@ class Page {
       }
       text_ += "</section>\n";
     }
-    text_ += fmt::format("<footer>{}</footer>\n</body>\n</html>\n", html_escaped(report_.tool));
+    text_ += fmt::format("<footer>{}</footer>\n", html_escaped(report_.tool));
+    if (charts_ > 0) text_ += fmt::format("<script>{}</script>\n", kChartScript);
+    text_ += "</body>\n</html>\n";
     return std::move(text_);
   }
 
@@ -65,9 +74,10 @@ class Page {
     text_ += fmt::format(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
         "<meta name=\"viewport\" content=\"width=device-width, "
-        "initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n"
+        "initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" "
+        "content=\"{}\">\n<title>{}</title>\n<style>{}</style>\n"
         "</head>\n<body>\n<header>\n<h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n",
-        html_escaped(report_.title), kStyle, html_escaped(report_.title), html_escaped(report_.subtitle));
+        policy(), html_escaped(report_.title), kStyle, html_escaped(report_.title), html_escaped(report_.subtitle));
     if (!report_.warning.empty()) text_ += fmt::format("<p class=\"warning\">{}</p>\n", html_escaped(report_.warning));
     if (report_.simulated) text_ += "<div class=\"simulated\">SIMULATED DATA: no gyro was measured</div>\n";
     text_ += "<nav>\n";
@@ -120,7 +130,12 @@ class Page {
     if (!svg) return tl::unexpected(svg.error());
     if (svg->starts_with("<svg"))
       svg->insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", html_escaped(in_words(figure))));
-    text_ += fmt::format("<figure id=\"{}\">\n{}\n<figcaption>{}</figcaption>\n</figure>\n", figure.id, *svg,
+    text_ += fmt::format("<figure id=\"{}\">\n{}\n", figure.id, *svg);
+    if (can_be_charted(figure.plot)) {
+      text_ += fmt::format("<script type=\"application/json\">{}</script>\n", chart_json(figure.plot));
+      ++charts_;
+    }
+    text_ += fmt::format("<figcaption>{}</figcaption>\n</figure>\n",
                          caption("Figure", ++figures_, figure.title, figure.caption));
     return {};
   }
@@ -128,7 +143,7 @@ class Page {
   const Report& report_;
   const Draw& draw_;
   std::string text_;
-  int tables_ = 0, figures_ = 0;
+  int tables_ = 0, figures_ = 0, charts_ = 0;
 };
 
 }  // namespace

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/report/chart_json.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "tools/prismcal/report/curve_style.hpp"
+
+namespace prism::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* form_name(Form form) {
+  switch (form) {
+    case Form::kLine:
+      return "line";
+    case Form::kPoints:
+      return "points";
+    case Form::kOpenPoints:
+      return "open";
+    case Form::kLinePoints:
+      return "linepoints";
+    case Form::kBand:
+      return "band";
+    case Form::kBars:
+      return "bars";
+    case Form::kHeat:
+    case Form::kMark:
+      break;
+  }
+  return "";
+}
+
+bool is_curve(Form form) { return form == Form::kLine || form == Form::kLinePoints || form == Form::kBand; }
+
+bool is_known(const Series& series, std::size_t i) { return std::isfinite(series.x[i]) && std::isfinite(series.y[i]); }
+
+bool can_be_charted(const Series& series, const Panel& panel) {
+  if (*form_name(series.form) == '\0') return false;
+  if (series.form == Form::kBars && panel.x.logarithmic) return false;
+  const bool log_y = series.right_axis ? panel.right.logarithmic : panel.y.logarithmic;
+  double last = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
+    if (!is_known(series, i)) continue;
+    if ((panel.x.logarithmic && series.x[i] <= 0) || (log_y && series.y[i] <= 0)) return false;
+    if (is_curve(series.form) && series.x[i] < last) return false;
+    last = series.x[i];
+  }
+  return true;
+}
+
+bool has_point(const Panel& panel) {
+  return std::any_of(panel.series.begin(), panel.series.end(), [](const Series& series) {
+    for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i)
+      if (is_known(series, i)) return true;
+    return false;
+  });
+}
+
+// As many digits as gnuplot is given.
+Json number(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  return std::stod(fmt::format("{:.7g}", value));
+}
+
+Json numbers(const std::vector<double>& values) {
+  Json list = Json::array();
+  for (const double value : values) list.push_back(number(value));
+  return list;
+}
+
+Json axis_json(const Axis& axis) {
+  Json json = {{"label", axis.label}};
+  if (axis.logarithmic) json["log"] = true;
+  if (axis.min) json["min"] = number(*axis.min);
+  if (axis.max) json["max"] = number(*axis.max);
+  return json;
+}
+
+// "(9,4)" as [9,4].
+Json dash_json(std::string dash) {
+  if (!dash.starts_with('(')) return nullptr;
+  return Json::parse("[" + dash.substr(1, dash.size() - 2) + "]");
+}
+
+Json series_json(const Series& series) {
+  const CurveStyle style = curve_style(series.ink);
+  Json json = {
+      {"name", series.name}, {"form", form_name(series.form)}, {"colour", style.colour}, {"width", style.width}};
+  if (Json dash = dash_json(style.dash); !dash.is_null()) json["dash"] = std::move(dash);
+  if (series.right_axis) json["right"] = true;
+  json["x"] = numbers(series.x);
+  json["y"] = numbers(series.y);
+  if (series.form == Form::kBand) json["high"] = numbers(series.high);
+  return json;
+}
+
+Json panel_json(const Panel& panel) {
+  Json series = Json::array();
+  for (const Series& one : panel.series) series.push_back(series_json(one));
+  return {{"title", panel.title},
+          {"x", axis_json(panel.x)},
+          {"y", axis_json(panel.y)},
+          {"right", axis_json(panel.right)},
+          {"series", std::move(series)}};
+}
+
+}  // namespace
+
+bool can_be_charted(const Plot& plot) {
+  return !plot.panels.empty() && std::all_of(plot.panels.begin(), plot.panels.end(), [](const Panel& panel) {
+    return has_point(panel) && std::all_of(panel.series.begin(), panel.series.end(),
+                                           [&](const Series& series) { return can_be_charted(series, panel); });
+  });
+}
+
+std::string chart_json(const Plot& plot) {
+  Json panels = Json::array();
+  for (const Panel& panel : plot.panels) panels.push_back(panel_json(panel));
+  const Json json = {
+      {"columns", std::max(1, plot.columns)}, {"height", number(plot.panel_height)}, {"panels", std::move(panels)}};
+  std::string text;
+  for (const char c : json.dump(-1, ' ', false, Json::error_handler_t::replace))
+    text += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  return text;
+}
+
+}  // namespace prism::report
