@@ -3,9 +3,7 @@
 # prismd restarted while they look.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH
-python=
-for candidate in /usr/bin/python3 python3; do ! "$candidate" -c 'import websockets' 2>/dev/null || { python=$candidate; break; }; done
-[ -n "$python" ] || skip "no python3-websockets here (tools/setup installs it)"
+needs_websockets
 cd "$dir"
 export XDG_RUNTIME_DIR=$dir
 frames 1000
@@ -73,7 +71,8 @@ same "an answer of prismd" "$(client "$token" ask version | jq -c '[.jsonrpc, .i
 contains "wrong params are prismd's to refuse" "$(client "$token" ask history '{"seconds":0}')" '"code": -32602'
 contains "a follower's name" "$(client "$token" ask rows '{"name":"x"}')" '"code": -32602'
 contains "no such instance" "$(client "$token" ask status '{}' '<b>')" 'no instance \"<b>\"'
-same "rows" "$(client "$token" ask rows '{"limit":1}' | jq '.result.segments[0].rows | length')" 1
+first_row() { [ "$(client "$token" ask rows '{"limit":1}' | jq '.result.segments[0].rows | length')" = 1 ]; }  # once a second is whole
+wait_for 10 first_row
 metrics=$(curl -s -D metrics.head -H "Authorization: Bearer $token" "${url}metrics")
 contains "/metrics" "$metrics" 'prism_up{gyro="gyro"} 1'
 contains "its media type" "$(cat metrics.head)" "Content-Type: text/plain; version=0.0.4"

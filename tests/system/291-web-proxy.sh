@@ -4,9 +4,7 @@
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH:/usr/sbin
 command -v nginx >/dev/null || skip "no nginx is installed here (tools/setup)"
-python=
-for candidate in /usr/bin/python3 python3; do ! "$candidate" -c 'import websockets' 2>/dev/null || { python=$candidate; break; }; done
-[ -n "$python" ] || skip "no python3-websockets here (tools/setup installs it)"
+needs_websockets
 cd "$dir"
 frames 50
 config

@@ -30,8 +30,7 @@ start curves python3 listen.py
 wait_for 5 test -s port
 XDG_RUNTIME_DIR=$dir
 export XDG_RUNTIME_DIR
-echo "{\"listen\": \"127.0.0.1:0\", \"instances\": \"$PRISM_SOCKET\", \"state\": \"\", \"plotjuggler\": {\"send_to\": \"127.0.0.1:$(cat port)\", \"samples\": true}}" >web.json
-start web prismweb --config web.json
+start_web "\"plotjuggler\": {\"send_to\": \"127.0.0.1:$(cat port)\", \"samples\": true}"
 rows() { awk -v name="$1" '$2 == name' curves.out; }
 more_than() { [ "$(rows "$1" | wc -l)" -gt "$2" ]; }
 wait_for 10 more_than /gyro/z/window/rate_deg_per_h 3

@@ -67,6 +67,21 @@ END
 }
 start_prismd() { start prismd prismd "$dir/gyro.json" "$@"; prismd=$pid; wait_for 5 prismctl version; }
 
+# needs_websockets: a python with python3-websockets, a client that is not ours, in $python.
+needs_websockets() {
+  for python in /usr/bin/python3 python3; do ! "$python" -c 'import websockets' 2>/dev/null || return 0; done
+  skip "no python3-websockets here (tools/setup installs it)"
+}
+
+# start_web [MEMBERS]: a prismweb over the virtual gyro's prismd with these members in its configuration; its URL, token and all, in web.out.
+start_web() {
+  echo "{\"listen\": \"127.0.0.1:0\", \"instances\": \"$PRISM_SOCKET\", \"state\": \"\"${1:+, $1}}" >"$dir/web.json"
+  : >"$dir/web.out"
+  start web prismweb --config "$dir/web.json"
+  wait_for 5 grep -q token= "$dir/web.out"
+}
+foxglove_url() { sed 's/^http\(.*\)#\(token=.*\)/ws\1foxglove?\2/' "$dir/web.out"; }
+
 # ask METHOD [PARAMS]: the raw answer; field FILTER METHOD: one value of prismctl's JSON.
 ask() { printf '{"jsonrpc":"2.0","id":1,"method":"%s","params":%s}\n' "$1" "${2:-null}" | timeout 5 socat -t 2 - "UNIX-CONNECT:$PRISM_SOCKET"; }
 field() { prismctl --json "$2" | jq -r "$1"; }

@@ -150,4 +150,5 @@ async def main(url, token, command, *words):
     await socket.close()
 
 
-asyncio.run(main(*sys.argv[1:]))
+if __name__ == "__main__":
+    asyncio.run(main(*sys.argv[1:]))

@@ -29,6 +29,9 @@ class HostList {
   std::vector<std::string> names_;
 };
 
+/// Whether a text can be an Origin field: SCHEME://, and a host with its port or nothing ("file://").
+bool is_origin(std::string_view text);
+
 /// Whether an IP address is of this host alone. Refused where the text is no address.
 Result<bool> is_loopback(const std::string& address);
 

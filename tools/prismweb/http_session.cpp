@@ -9,9 +9,12 @@
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <chrono>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/foxglove_protocol.hpp"
 #include "tools/prismweb/site.hpp"
 #include "tools/prismweb/ws_session.hpp"
 
@@ -34,7 +37,7 @@ Request request_of(const Fields& fields) {
 
 const char* reason_of(int status) {
   if (status == 401) return "expected a token (Authorization: Bearer TOKEN) or a name and its password";
-  if (status == 403) return "the Origin is of another site";
+  if (status == 403) return "the Origin is of another site (for Foxglove \"origins\" of the configuration names it)";
   if (status == 421) return "the Host is not one of this server's; \"hosts\" of the configuration names more";
   return "refused";
 }
@@ -75,8 +78,17 @@ asio::awaitable<void> serve_requests(Stream stream, Site& site) {
       answer = plain(refusal.status, reason_of(refusal.status));
       answer.challenge = refusal.challenge;
     } else if (upgrade && request.target == "/ws") {
-      co_await run_websocket(std::move(stream), fields, site);
+      const std::string our_own;
+      co_await run_websocket(std::move(stream), fields, site, our_own);
       co_return;
+    } else if (upgrade && is_foxglove(request.target)) {
+      const std::string protocol(foxglove_protocol_of(fields[http::field::sec_websocket_protocol]));
+      std::optional<Answer> why = site.foxglove_refusal(protocol);
+      if (!why) {
+        co_await run_websocket(std::move(stream), fields, site, protocol);
+        co_return;
+      }
+      answer = std::move(*why);
     } else if (upgrade) {
       answer = plain(404, "the WebSocket is /ws");
     } else {

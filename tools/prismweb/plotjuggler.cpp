@@ -3,38 +3,37 @@
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/address.hpp>
+#include <utility>
+
+#include "tools/prismweb/batch.hpp"
+#include "tools/prismweb/json_text.hpp"
 
 namespace prism::prismweb {
 namespace {
 
 using nlohmann::json;
 
-json known_of(const json& params) {
-  json known = json::object();
-  for (const auto& [key, value] : params.items()) {
-    if (!value.is_null() && key != "axis" && key != "time_s") known[key] = value;
+std::string datagram_of(const std::string& instance, BatchRow row) {
+  json own = {{"timestamp", row.params["time_s"]}};
+  if (row.method == "event") {
+    own[instance]["event"] = text_of(row.params, "text");
+  } else {
+    const std::string axis = text_of(row.params, "axis");
+    row.params.erase("axis");
+    row.params.erase("time_s");
+    own[instance][axis][row.method] = std::move(row.params);
   }
-  return known;
+  return dumped(own);
 }
 
 }  // namespace
 
-std::vector<std::string> plotjuggler_datagrams(const std::string& batch) {
+std::vector<std::string> plotjuggler_datagrams(const std::string& text) {
   std::vector<std::string> datagrams;
-  const json whole = json::parse(batch, nullptr, false);
-  if (!whole.is_object() || !whole.contains("batch") || !whole["batch"].is_array()) return datagrams;
-  const std::string instance = whole.value("instance", "");
-  for (const json& notification : whole["batch"]) {
-    const std::string method = notification.value("method", "");
-    const json params = notification.value("params", json());
-    if (!params.is_object() || !params.value("time_s", json()).is_number()) continue;
-    json own = {{"timestamp", params["time_s"]}};
-    if (method == "event") {
-      own[instance]["event"] = params.value("text", "");
-    } else {
-      own[instance][params.value("axis", "-")][method] = known_of(params);
-    }
-    datagrams.push_back(own.dump(-1, ' ', false, json::error_handler_t::replace));
+  Batch batch = read_batch(text);
+  for (BatchRow& row : batch.rows) {
+    if (row.params.value("time_s", json()).is_number())
+      datagrams.push_back(datagram_of(batch.instance, std::move(row)));
   }
   return datagrams;
 }

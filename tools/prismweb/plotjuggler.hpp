@@ -16,7 +16,7 @@ namespace prism::prismweb {
 /// A datagram for each notification of a batch {"instance":…,"batch":[…]} that has a time:
 /// {"timestamp": s, INSTANCE: {AXIS: {"window" or "sample": {…}}}}, or {"timestamp": s, INSTANCE: {"event": TEXT}}.
 /// PlotJuggler makes a curve of each number, named by its place. What is not known is left out.
-std::vector<std::string> plotjuggler_datagrams(const std::string& batch);
+std::vector<std::string> plotjuggler_datagrams(const std::string& text);
 
 /// Sends without waiting and without an answer: whether PlotJuggler runs is its own affair.
 class PlotJuggler : public Subscriber {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismweb/send_queue.hpp"
 
-#include "tools/prismweb/json_text.hpp"
-
 namespace prism::prismweb {
 
 void SendQueue::put(const Text& text) {
@@ -35,8 +33,7 @@ void SendQueue::tell_lost() {
   losing_ = false;
   for (auto& [instance, lost] : lost_) {
     if (lost.rows == 0) continue;
-    const nlohmann::json params = {{"instance", instance}, {"rows", lost.rows}, {"rows_total", lost.rows_total}};
-    put(std::make_shared<const std::string>(dumped({{"jsonrpc", "2.0"}, {"method", "lost"}, {"params", params}})));
+    put(std::make_shared<const std::string>(lost_text_(instance, lost.rows, lost.rows_total)));
     lost.rows = 0;
   }
 }

@@ -5,8 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "tools/prismweb/topics.hpp"
 
@@ -15,6 +17,11 @@ namespace prism::prismweb {
 class SendQueue {
  public:
   static constexpr std::size_t kMostBatchBytes = 2 << 20, kMostBytes = 16 << 20;
+
+  /// What tells a client that so many rows of an instance were left out, now and in all.
+  using LostText =
+      std::function<std::string(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total)>;
+  explicit SendQueue(LostText lost_text) : lost_text_(std::move(lost_text)) {}
 
   /// False: so much lies here that the client should be given up.
   bool answer(const Text& text);
@@ -33,6 +40,7 @@ class SendQueue {
   void put(const Text& text);
   void tell_lost();
 
+  LostText lost_text_;
   std::deque<Text> texts_;
   std::size_t bytes_ = 0;
   std::map<std::string, Lost> lost_;

@@ -21,6 +21,10 @@ struct PlotJugglerSettings {
   bool samples = false;  ///< every frame, beside one row a second
 };
 
+struct FoxgloveSettings {
+  std::vector<std::string> origins;  ///< of Foxglove's page, as its browser names it
+};
+
 struct Settings {
   std::string address = "127.0.0.1";   ///< an IP address; empty: no TCP
   std::uint16_t port = 8467;           ///< 0: one that is free
@@ -31,6 +35,7 @@ struct Settings {
   std::string state;                   ///< folder of the minutes and hours; empty: none are kept
   std::optional<TlsSettings> tls;
   std::optional<PlotJugglerSettings> plotjuggler;
+  std::optional<FoxgloveSettings> foxglove;
   std::string passwords;  ///< path of a file NAME:BCRYPT; empty: none
 };
 

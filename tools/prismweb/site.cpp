@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
@@ -15,11 +16,11 @@
 #include "tools/prismweb/api.hpp"
 #include "tools/prismweb/archive.hpp"
 #include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/client.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/metrics_page.hpp"
 #include "tools/prismweb/plotjuggler.hpp"
 #include "tools/prismweb/static_files.hpp"
-#include "tools/prismweb/ws_client.hpp"
 
 namespace prism::prismweb {
 namespace {
@@ -57,6 +58,7 @@ Site::Site(asio::io_context& io, const Settings& settings, std::string token, Pa
       settings_(settings),
       disk_(0, say_disk),
       token_(std::move(token)),
+      host_(host_name()),
       hosts_(settings.address, settings.hosts),
       gate_(io, std::move(hashes)),
       plotjuggler_(settings.plotjuggler ? std::make_unique<PlotJuggler>(io, *settings.plotjuggler) : nullptr),
@@ -104,15 +106,37 @@ asio::awaitable<Refusal> Site::refusal(const Request& request) {
   Refusal refusal;
   if (!hosts_.allows_host(request.host)) {
     refusal.status = 421;
-  } else if (!hosts_.allows_origin(request.origin)) {
+  } else if (!allows_origin(request)) {
     refusal.status = 403;
   } else if (gate_.asks()) {
     const bool let_in = co_await gate_.lets_in(request.authorization);
     if (!let_in) refusal = {401, "Basic realm=\"prism\", charset=\"UTF-8\""};
-  } else if (is_api(request.target) && !is_token(bearer_of(request.authorization))) {
+  } else if (!has_token(request)) {
     refusal = {401, "Bearer"};
   }
   co_return refusal;
+}
+
+// Foxglove's own page is of another site: it may come from those that are named, and to its WebSocket alone.
+bool Site::allows_origin(const Request& request) const {
+  if (hosts_.allows_origin(request.origin)) return true;
+  if (!settings_.foxglove || !is_foxglove(request.target)) return false;
+  const auto& origins = settings_.foxglove->origins;
+  return std::find(origins.begin(), origins.end(), request.origin) != origins.end();
+}
+
+bool Site::has_token(const Request& request) const {
+  if (is_api(request.target)) return is_token(bearer_of(request.authorization));
+  if (is_foxglove(request.target))
+    return is_token(foxglove_token_of(request.target)) || is_token(bearer_of(request.authorization));
+  return true;
+}
+
+std::optional<Answer> Site::foxglove_refusal(std::string_view protocol) const {
+  if (!settings_.foxglove) return plain(404, "\"foxglove\" is not in the configuration");
+  if (protocol.empty()) return plain(400, "expected the protocol foxglove.websocket.v1 or foxglove.sdk.v1");
+  if (!has_room_for_client()) return plain(503, "64 clients are connected, expected fewer");
+  return std::nullopt;
 }
 
 asio::awaitable<Answer> Site::answer(const Request& request) {
@@ -130,16 +154,17 @@ asio::awaitable<Answer> Site::answer(const Request& request) {
 }
 
 std::string Site::greeting() const {
-  return dumped({{"ready", true}, {"host", host_name()}, {"version", kVersion}, {"instances", instances_.listing()}});
+  return dumped({{"ready", true}, {"host", host_}, {"version", kVersion}, {"instances", instances_.listing()}});
 }
 
 bool Site::has_room_for_client() const { return clients_.size() < kMostClients; }
 
 void Site::tell_instances() {
-  const json list = {{"jsonrpc", "2.0"}, {"method", "instances"}, {"params", instances_.listing()}};
+  const json listing = instances_.listing(), list = {{"jsonrpc", "2.0"}, {"method", "instances"}, {"params", listing}};
+  foxglove_topics_.learn(listing);
   const auto text = std::make_shared<const std::string>(dumped(list));
-  for (WsClient* client : std::set(clients_)) {
-    if (clients_.contains(client)) client->tell(text);
+  for (Client* client : std::set(clients_)) {
+    if (clients_.contains(client)) client->instances_changed(text);
   }
 }
 

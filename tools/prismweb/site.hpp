@@ -6,11 +6,13 @@
 #include <boost/asio/io_context.hpp>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 
 #include "config/disk_thread.hpp"
 #include "tools/prismweb/access.hpp"
+#include "tools/prismweb/foxglove_protocol.hpp"
 #include "tools/prismweb/gate.hpp"
 #include "tools/prismweb/http_message.hpp"
 #include "tools/prismweb/instances.hpp"
@@ -19,8 +21,8 @@
 namespace prism::prismweb {
 
 class Archive;
+class Client;
 class PlotJuggler;
-class WsClient;
 
 class Site : public std::enable_shared_from_this<Site> {
  public:
@@ -39,8 +41,13 @@ class Site : public std::enable_shared_from_this<Site> {
   std::string greeting() const;
 
   bool has_room_for_client() const;
-  void add(WsClient* client) { clients_.insert(client); }
-  void remove(WsClient* client) { clients_.erase(client); }
+  void add(Client* client) { clients_.insert(client); }
+  void remove(Client* client) { clients_.erase(client); }
+
+  /// Why a request for /foxglove that passed is not served all the same. `protocol`: that was chosen; empty: none.
+  std::optional<Answer> foxglove_refusal(std::string_view protocol) const;
+  const FoxgloveTopics& foxglove_topics() const { return foxglove_topics_; }
+  const std::string& host() const { return host_; }
 
   Instances& instances() { return instances_; }
   /// The series of an instance; none where there is no such instance.
@@ -51,18 +58,22 @@ class Site : public std::enable_shared_from_this<Site> {
 
  private:
   void tell_instances();
+  bool allows_origin(const Request& request) const;
+  bool has_token(const Request& request) const;
   boost::asio::awaitable<void> watch_disk();
 
   boost::asio::io_context& io_;
   Settings settings_;
   config::DiskThread disk_;  ///< outlives the archives
   std::string token_;
+  std::string host_;
   HostList hosts_;
   Gate gate_;
   std::unique_ptr<PlotJuggler> plotjuggler_;  ///< outlives the instances that it listens to
   Instances instances_;
   std::map<std::string, std::unique_ptr<Archive>> archives_;
-  std::set<WsClient*> clients_;
+  FoxgloveTopics foxglove_topics_;
+  std::set<Client*> clients_;
 };
 
 }  // namespace prism::prismweb

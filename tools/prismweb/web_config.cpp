@@ -42,6 +42,16 @@ PlotJugglerSettings read_plotjuggler(const Section& section) {
   return {parsed.address, parsed.port, section.boolean("samples", false)};
 }
 
+FoxgloveSettings read_foxglove(const Section& section) {
+  FoxgloveSettings foxglove{section.texts("origins", false)};
+  for (const std::string& origin : foxglove.origins) {
+    if (!is_origin(origin))
+      section.fail("origins", fmt::format("found {}, expected SCHEME://HOST, such as \"https://app.foxglove.dev\"",
+                                          shown(Json(origin))));
+  }
+  return foxglove;
+}
+
 }  // namespace
 
 bool parse_listen(std::string_view text, Settings& settings) {
@@ -84,6 +94,7 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
   settings.state = path_of(section, "state", base, settings.state);
   if (section.has("tls")) read_tls(section.object("tls"), base, settings);
   if (section.has("plotjuggler")) settings.plotjuggler = read_plotjuggler(section.object("plotjuggler"));
+  if (section.has("foxglove")) settings.foxglove = read_foxglove(section.object("foxglove"));
   settings.passwords = path_of(section, "passwords", base, settings.passwords);
   return section.finish();
 }

@@ -16,23 +16,10 @@ using nlohmann::json;
 constexpr int kMostUnderWay = 32;
 constexpr std::size_t kMostIdBytes = 64;
 
-std::string text_of(const json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
-}
-
 }  // namespace
 
-WsClient::WsClient(Site& site, Channel& channel) : site_(site), there_(site.weak_from_this()), channel_(channel) {}
-
-WsClient::~WsClient() {
-  const auto site = there_.lock();
-  if (!site) return;
-  site->remove(this);
-  for (const auto& hub : site->instances().all()) hub->wish(this, {});
-}
-
-bool WsClient::message(std::string_view text) {
+bool WsClient::message(std::string_view text, bool is_text) {
+  if (!is_text) return false;
   if (!let_in_) return let_in(text);
   request(text);
   return true;
@@ -40,11 +27,16 @@ bool WsClient::message(std::string_view text) {
 
 bool WsClient::let_in(std::string_view text) {
   const json first = json::parse(text, nullptr, false);
-  if (!first.is_object() || !site_.is_token(text_of(first, "token")) || !site_.has_room_for_client()) return false;
+  if (!first.is_object() || !site().is_token(text_of(first, "token")) || !site().has_room_for_client()) return false;
   let_in_ = true;
-  channel_.answer(std::make_shared<const std::string>(site_.greeting()));
-  site_.add(this);
+  channel().answer(std::make_shared<const std::string>(site().greeting()));
+  enter();
   return true;
+}
+
+std::string WsClient::lost_text(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) const {
+  const json params = {{"instance", instance}, {"rows", rows}, {"rows_total", rows_total}};
+  return dumped({{"jsonrpc", "2.0"}, {"method", "lost"}, {"params", params}});
 }
 
 void WsClient::request(std::string_view text) {
@@ -57,7 +49,7 @@ void WsClient::request(std::string_view text) {
   const std::string instance = text_of(request, "instance"), method = text_of(request, "method");
   const json params = request.value("params", json());
   if (method == "subscribe" || method == "unsubscribe") {
-    Hub* const hub = site_.instances().find(instance);
+    Hub* const hub = site().instances().find(instance);
     if (hub == nullptr) return answer(id_text, instance, error_member(kWrongParams, "no such instance"));
     return subscribe(*hub, id_text, params, method == "subscribe");
   }
@@ -65,12 +57,12 @@ void WsClient::request(std::string_view text) {
     return answer(id_text, instance, error_member(kTooMuch, "32 requests are under way, expected fewer"));
   ++under_way_;
   const Hub::Answer reply = [weak = weak_from_this(), id_text, instance](std::string_view member) {
-    const auto client = weak.lock();
+    const auto client = std::static_pointer_cast<WsClient>(weak.lock());
     if (!client) return;
     --client->under_way_;
     client->answer(id_text, instance, member);
   };
-  call_method(site_, instance, method, params, reply);
+  call_method(site(), instance, method, params, reply);
 }
 
 void WsClient::subscribe(Hub& hub, const std::string& id, const json& params, bool on) {
@@ -91,7 +83,7 @@ void WsClient::answer(const std::string& id, const std::string& instance, std::s
   text += member;
   if (!instance.empty()) text += R"(,"instance":)" + dumped(instance);
   text += '}';
-  channel_.answer(std::make_shared<const std::string>(std::move(text)));
+  channel().answer(std::make_shared<const std::string>(std::move(text)));
 }
 
 }  // namespace prism::prismweb

@@ -7,9 +7,11 @@
 #include <boost/beast/websocket/stream.hpp>
 #include <chrono>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/foxglove_client.hpp"
 #include "tools/prismweb/send_queue.hpp"
 #include "tools/prismweb/site.hpp"
 #include "tools/prismweb/ws_client.hpp"
@@ -24,20 +26,31 @@ namespace websocket = beast::websocket;
 constexpr std::size_t kMostMessageBytes = 64 << 10;
 constexpr std::chrono::seconds kFirstMessage{10}, kSilence{30}, kDeaf{30};
 
+std::shared_ptr<Client> make_client(bool is_foxglove, Site& site, Channel& channel) {
+  if (is_foxglove) return std::make_shared<FoxgloveClient>(site, channel);
+  return std::make_shared<WsClient>(site, channel);
+}
+
 template <class Stream>
 class WsSession final : public Channel, public std::enable_shared_from_this<WsSession<Stream>> {
  public:
-  WsSession(Stream stream, Site& site)
-      : site_(site), ws_(std::move(stream)), watch_(site.io()), client_(std::make_shared<WsClient>(site, *this)) {}
+  WsSession(Stream stream, Site& site, std::string protocol)
+      : ws_(std::move(stream)),
+        watch_(site.io()),
+        protocol_(std::move(protocol)),
+        client_(make_client(!protocol_.empty(), site, *this)) {}
 
   asio::awaitable<void> run(const UpgradeRequest& request) {
     beast::get_lowest_layer(ws_).expires_never();
     ws_.set_option(websocket::stream_base::timeout{kFirstMessage, kSilence, true});
     ws_.read_message_max(kMostMessageBytes);
     ws_.auto_fragment(false);
-    ws_.text(true);
+    ws_.set_option(websocket::stream_base::decorator([protocol = protocol_](websocket::response_type& response) {
+      if (!protocol.empty()) response.set(beast::http::field::sec_websocket_protocol, protocol);
+    }));
     const auto [error] = co_await ws_.async_accept(request, kUse);
     if (error) co_return;
+    client_->begin();
     watch(kFirstMessage);
     co_await read();
     watch_.cancel();
@@ -62,7 +75,7 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
       const auto [error, size] = co_await ws_.async_read(buffer, kUse);
       if (error) co_return;
       const auto data = buffer.cdata();
-      const bool stays = ws_.got_text() && client_->message({static_cast<const char*>(data.data()), data.size()});
+      const bool stays = client_->message({static_cast<const char*>(data.data()), data.size()}, ws_.got_text());
       buffer.consume(size);
       if (!stays) break;
     }
@@ -75,6 +88,7 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
     writing_ = true;
     writing_since_ = std::chrono::steady_clock::now();
     text_ = queue_.take();
+    ws_.text(text_->starts_with('{'));
     ws_.async_write(asio::buffer(*text_),
                     [self = this->shared_from_this()](const boost::system::error_code& error, std::size_t) {
                       self->writing_ = false;
@@ -97,30 +111,35 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
   // The reader sees it and ends the session.
   void drop() { beast::get_lowest_layer(ws_).close(); }
 
-  Site& site_;
   websocket::stream<Stream> ws_;
   asio::steady_timer watch_;
-  std::shared_ptr<WsClient> client_;
-  SendQueue queue_;
+  const std::string protocol_;
+  std::shared_ptr<Client> client_;
+  SendQueue queue_{[this](const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) {
+    return client_->lost_text(instance, rows, rows_total);
+  }};
   Text text_;
   bool writing_ = false, ended_ = false;
   std::chrono::steady_clock::time_point writing_since_;
 };
 
 template <class Stream>
-asio::awaitable<void> run_session(Stream stream, const UpgradeRequest& request, Site& site) {
-  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), site);
+asio::awaitable<void> run_session(Stream stream, const UpgradeRequest& request, Site& site,
+                                  const std::string& protocol) {
+  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), site, protocol);
   co_await session->run(request);
 }
 
 }  // namespace
 
-asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, Site& site) {
-  co_await run_session(std::move(stream), request, site);
+asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, Site& site,
+                                    const std::string& protocol) {
+  co_await run_session(std::move(stream), request, site, protocol);
 }
 
-asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site) {
-  co_await run_session(std::move(stream), request, site);
+asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site,
+                                    const std::string& protocol) {
+  co_await run_session(std::move(stream), request, site, protocol);
 }
 
 }  // namespace prism::prismweb

@@ -5,6 +5,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
+#include <string>
 
 #include "tools/prismweb/stream.hpp"
 
@@ -13,8 +14,11 @@ namespace prism::prismweb {
 class Site;
 using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 
-/// Serves the client until it leaves, is not let in (closed with 1008), or takes nothing for 30 s.
-boost::asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, Site& site);
-boost::asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site);
+/// Serves the client until it leaves, is not let in (closed with 1008), or takes nothing for 30 s. `protocol`: the one
+/// of Foxglove's that was agreed on; empty: our own.
+boost::asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, Site& site,
+                                           const std::string& protocol);
+boost::asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site,
+                                           const std::string& protocol);
 
 }  // namespace prism::prismweb

@@ -8,10 +8,14 @@
 namespace prism::prismweb {
 namespace {
 
+std::string lost_text(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) {
+  return nlohmann::json({{"instance", instance}, {"rows", rows}, {"rows_total", rows_total}}).dump();
+}
+
 Text text_of(std::size_t bytes) { return std::make_shared<const std::string>(bytes, 'x'); }
 
 TEST(SendQueue, WhatDoesNotFitIsCountedUntilAllWasTaken) {
-  SendQueue queue;
+  SendQueue queue(lost_text);
   const Text large = text_of(SendQueue::kMostBatchBytes / 2);
   for (int i = 0; i < 5; ++i) queue.batch("g", large, 10);
   EXPECT_EQ(queue.bytes(), SendQueue::kMostBatchBytes);
@@ -22,21 +26,21 @@ TEST(SendQueue, WhatDoesNotFitIsCountedUntilAllWasTaken) {
   std::vector<nlohmann::json> lost;
   while (!queue.empty()) lost.push_back(nlohmann::json::parse(*queue.take()));
   ASSERT_EQ(lost.size(), 2U);
-  EXPECT_EQ(lost[0]["params"], nlohmann::json({{"instance", "g"}, {"rows", 31}, {"rows_total", 31}}));
-  EXPECT_EQ(lost[1]["params"], nlohmann::json({{"instance", "h"}, {"rows", 2}, {"rows_total", 2}}));
+  EXPECT_EQ(lost[0], nlohmann::json({{"instance", "g"}, {"rows", 31}, {"rows_total", 31}}));
+  EXPECT_EQ(lost[1], nlohmann::json({{"instance", "h"}, {"rows", 2}, {"rows_total", 2}}));
   queue.batch("g", text_of(1), 1);
   EXPECT_EQ(queue.take()->size(), 1U) << "it goes on";
   EXPECT_TRUE(queue.empty());
 }
 
 TEST(SendQueue, ABatchLargerThanTheBoundGoesWhereNothingWaits) {
-  SendQueue queue;
+  SendQueue queue(lost_text);
   queue.batch("g", text_of(SendQueue::kMostBatchBytes + 1), 10);
   EXPECT_FALSE(queue.empty());
 }
 
 TEST(SendQueue, AnswersAreNeverLeftOutAndAPileOfThemEndsTheClient) {
-  SendQueue queue;
+  SendQueue queue(lost_text);
   const Text large = text_of(SendQueue::kMostBatchBytes);
   int taken = 0;
   while (queue.answer(large)) ++taken;

@@ -53,13 +53,16 @@ TEST(WebConfig, WhatIsWrongIsToldWithItsPlace) {
   EXPECT_NE(refusal_of(R"({"tls": {"certificate": "a"}})"), "");
   EXPECT_NE(refusal_of(R"({"hosts": "a", "hosts": "b"})"), "");
   EXPECT_NE(refusal_of("[]"), "");
+  EXPECT_EQ(refusal_of(R"({"foxglove": {"origins": ["file://", "app.foxglove.dev"]}})"),
+            "/etc/prism/web.json:/foxglove/origins: found \"app.foxglove.dev\", expected SCHEME://HOST, such as "
+            "\"https://app.foxglove.dev\"");
 }
 
 // Every key once; the other of "listen" and "socket" is added where it is due.
 constexpr const char* kWhole =
     R"({"$schema": "web.schema.json", "listen": "127.0.0.1:80", "hosts": ["a"], "instances": "gyro1",
   "page": "p", "dygraphs": "d", "state": "s", "tls": {"certificate": "c", "key": "k"}, "passwords": "w",
-  "plotjuggler": {"send_to": "127.0.0.1:9870", "samples": true}})";
+  "plotjuggler": {"send_to": "127.0.0.1:9870", "samples": true}, "foxglove": {"origins": "https://app.foxglove.dev"}})";
 
 TEST(WebConfig, TheSchemaHasTheKeysOfTheReaderAndSaysTheSame) {
   using Json = test::SchemaValidator::Json;
@@ -85,6 +88,15 @@ TEST(WebConfig, TheSchemaHasTheKeysOfTheReaderAndSaysTheSame) {
       EXPECT_NE(refusal_of(changed.dump()), "") << changed.dump();
     }
   }
+}
+
+TEST(WebConfig, FoxgloveIsThereWhereItIsNamed) {
+  Settings settings;
+  ASSERT_TRUE(parse_web_config("{}", "web.json", settings));
+  EXPECT_FALSE(settings.foxglove);
+  ASSERT_TRUE(parse_web_config(R"({"foxglove": {}})", "web.json", settings));
+  ASSERT_TRUE(settings.foxglove);
+  EXPECT_TRUE(settings.foxglove->origins.empty());
 }
 
 TEST(WebConfig, AddressesAreWrittenInOneWay) {

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/foxglove_client.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "tools/prismweb/json_text.hpp"
+#include "tools/prismweb/site.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint64_t kNoNumber = std::numeric_limits<std::uint64_t>::max();
+
+/// A number of 32 bits, or kNoNumber.
+std::uint64_t number32_of(const json& value) {
+  const std::uint64_t number = value.is_number_unsigned() ? value.get<std::uint64_t>() : kNoNumber;
+  return number <= std::numeric_limits<std::uint32_t>::max() ? number : kNoNumber;
+}
+
+std::uint64_t number32_of(const json& object, const char* key) {
+  return object.is_object() ? number32_of(object.value(key, json())) : kNoNumber;
+}
+
+}  // namespace
+
+FoxgloveClient::FoxgloveClient(Site& site, Channel& channel) : Client(site, channel) {}
+
+void FoxgloveClient::begin() {
+  enter();
+  send(foxglove_server_info("prism, " + site().host()));
+  advertise();
+}
+
+void FoxgloveClient::send(const json& operation) {
+  channel().answer(std::make_shared<const std::string>(dumped(operation)));
+}
+
+void FoxgloveClient::complain(const std::string& text) { send(foxglove_warning(text)); }
+
+void FoxgloveClient::instances_changed(const Text&) { advertise(); }
+
+// What is new, and what is gone; a number means the same topic as long as prismweb runs.
+void FoxgloveClient::advertise() {
+  json channels = json::array(), gone = json::array();
+  const auto& all = site().foxglove_topics().all();
+  for (const auto& [number, topic] : all) {
+    if (advertised_.insert(number).second) channels.push_back(foxglove_channel(number, topic));
+  }
+  for (auto number = advertised_.begin(); number != advertised_.end();) {
+    const bool there = all.contains(*number);
+    if (!there) gone.push_back(*number);
+    number = there ? std::next(number) : advertised_.erase(number);
+  }
+  // A subscription ends with its channel: Foxglove makes a new one when the channel is back.
+  std::erase_if(subscriptions_, [&](const auto& known) { return !advertised_.contains(known.second.channel); });
+  if (!gone.empty()) send({{"op", "unadvertise"}, {"channelIds", gone}});
+  if (!channels.empty()) send({{"op", "advertise"}, {"channels", channels}});
+}
+
+bool FoxgloveClient::message(std::string_view text, bool is_text) {
+  const json request = is_text ? json::parse(text, nullptr, false) : json();
+  const json op = request.is_object() ? request.value("op", json()) : json();
+  if (op == "subscribe") {
+    subscribe(request);
+  } else if (op == "unsubscribe") {
+    unsubscribe(request);
+  } else {
+    complain(fmt::format("found {}, expected subscribe or unsubscribe: prismweb only tells",
+                         op.is_string() ? dumped(op).substr(0, 80) : "no operation"));
+  }
+  return true;
+}
+
+void FoxgloveClient::subscribe(const json& request) {
+  const auto& all = site().foxglove_topics().all();
+  const json list = request.value("subscriptions", json());
+  for (const json& one : list.is_array() ? list : json::array({nullptr})) {
+    const std::uint64_t id = number32_of(one, "id"), channel = number32_of(one, "channelId");
+    const auto topic = channel == kNoNumber ? all.end() : all.find(static_cast<std::uint32_t>(channel));
+    const bool taken = std::any_of(subscriptions_.begin(), subscriptions_.end(),
+                                   [&](const auto& known) { return id == known.second.id; });
+    if (id == kNoNumber || topic == all.end() || taken || subscriptions_.contains(topic->second)) {
+      complain(fmt::format("found {}, expected a new \"id\" and the \"channelId\" of a channel without a subscription",
+                           dumped(one).substr(0, 80)));
+    } else {
+      subscriptions_.emplace(topic->second, Subscription{static_cast<std::uint32_t>(id), topic->first});
+    }
+  }
+  wish();
+}
+
+void FoxgloveClient::unsubscribe(const json& request) {
+  const json list = request.value("subscriptionIds", json());
+  for (const json& one : list.is_array() ? list : json::array({nullptr})) {
+    const std::uint64_t id = number32_of(one);
+    if (std::erase_if(subscriptions_, [&](const auto& known) { return known.second.id == id; }) == 0)
+      complain(fmt::format("found {}, expected the id of a subscription", dumped(one).substr(0, 80)));
+  }
+  wish();
+}
+
+void FoxgloveClient::wish() {
+  for (const auto& hub : site().instances().all()) {
+    Wish wish;
+    std::set<std::string> axes;
+    for (const auto& [topic, subscription] : subscriptions_) {
+      if (topic.instance != hub->name()) continue;
+      if (topic.stream == "sample") wish.sample_every = 1;
+      wish.windows |= topic.stream == "window";
+      wish.events |= topic.stream == "event";
+      if (!topic.axis.empty()) axes.insert(topic.axis);
+    }
+    wish.axes.assign(axes.begin(), axes.end());
+    hub->wish(this, wish);
+  }
+}
+
+void FoxgloveClient::deliver(const std::string& instance, const Text& batch, std::uint64_t) {
+  std::uint64_t lost = 0;
+  for (const FoxgloveRow& row : foxglove_rows(*batch, lost)) {
+    const auto subscription = subscriptions_.find(row.topic);
+    if (subscription == subscriptions_.end()) continue;
+    channel().batch(instance,
+                    std::make_shared<const std::string>(foxglove_data(subscription->second.id, row.time_ns, row.json)),
+                    1);
+  }
+  if (lost > 0) complain(fmt::format("{}: prismd left out {} rows for prismweb, which was too slow", instance, lost));
+}
+
+std::string FoxgloveClient::lost_text(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) const {
+  return dumped(foxglove_warning(fmt::format(
+      "{}: {} rows were left out, {} since the beginning: this client reads too slowly", instance, rows, rows_total)));
+}
+
+}  // namespace prism::prismweb

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/foxglove_protocol.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tools/prismweb/batch.hpp"
+#include "tools/prismweb/json_text.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kTarget = "/foxglove", kTokenPart = "?token=";
+constexpr double kMostSeconds = 9e9;  // an int64 of nanoseconds
+
+struct Field {
+  const char *name, *type, *what;
+};
+
+constexpr std::array kCorrection = {
+    Field{"bias_deg_per_h", "number", "the model's bias, deg/h"},
+    Field{"sd_deg_per_h", "number", "its standard deviation, deg/h"},
+    Field{"sd_mean_deg_per_h", "number", "with the noise of the window's mean rate in it, deg/h"},
+    Field{"corrected_deg_per_h", "number", "rate - bias, deg/h"},
+    Field{"quality", "string", "good, or reasons joined by +"},
+};
+constexpr std::array kSample = {
+    Field{"rate_deg_per_h", "number", "deg/h"},
+    Field{"temperature_degc", "number", "degC"},
+    Field{"uhfo_v", "number", "V"},
+};
+constexpr std::array kWindow = {
+    Field{"samples", "integer", "frames of the second"},
+    Field{"missing", "integer", "frames missing in it"},
+    Field{"rate_deg_per_h", "number", "of the second, deg/h"},
+    Field{"mean_rate_deg_per_h", "number", "of the window, deg/h"},
+    Field{"mean_temperature_degc", "number", "of the window, degC"},
+    Field{"slope_degc_per_s", "number", "of temperature over the window, degC/s"},
+    Field{"mean_uhfo_v", "number", "of the window, V"},
+    Field{"corrected_mean_deg_per_h", "number", "the window's mean rate - bias, deg/h"},
+};
+constexpr std::array kEvent = {
+    Field{"severity", "string", "debug, info, warning or error"},
+    Field{"kind", "string", "such as line_lost"},
+    Field{"text", "string", "what happened"},
+    Field{"repeats", "integer", "how often the same was held back"},
+};
+
+template <class Fields>
+void put(json& properties, const Fields& fields) {
+  for (const Field& field : fields) properties[field.name] = {{"type", field.type}, {"description", field.what}};
+}
+
+json schema_of(const std::string& stream) {
+  json properties = {{"time_s", {{"type", "number"}, {"description", "the data's time, s"}}}};
+  if (stream == "event") {
+    put(properties, kEvent);
+  } else {
+    properties["axis"] = {{"type", "string"}, {"description", "as the frame description names it"}};
+    stream == "sample" ? put(properties, kSample) : put(properties, kWindow);
+    put(properties, kCorrection);
+  }
+  return {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+          {"type", "object"},
+          {"required", {"time_s"}},
+          {"properties", properties}};
+}
+
+const char* schema_name(const std::string& stream) {
+  return stream == "event" ? "prism.Event" : stream == "sample" ? "prism.Sample" : "prism.Window";
+}
+
+template <class Number>
+void put_little_endian(std::string& data, Number number) {
+  for (std::size_t i = 0; i < sizeof number; ++i) data += static_cast<char>((number >> (8 * i)) & 0xff);
+}
+
+}  // namespace
+
+std::string_view foxglove_protocol_of(std::string_view offered) {
+  while (!offered.empty()) {
+    const std::size_t end = std::min(offered.find(','), offered.size());
+    std::string_view one = offered.substr(0, end);
+    offered.remove_prefix(std::min(end + 1, offered.size()));
+    while (one.starts_with(' ') || one.starts_with('\t')) one.remove_prefix(1);
+    while (one.ends_with(' ') || one.ends_with('\t')) one.remove_suffix(1);
+    if (one == "foxglove.websocket.v1" || one == "foxglove.sdk.v1") return one;
+  }
+  return {};
+}
+
+bool is_foxglove(std::string_view target) { return target.substr(0, target.find('?')) == kTarget; }
+
+std::string_view foxglove_token_of(std::string_view target) {
+  const std::string_view query = target.substr(std::min(kTarget.size(), target.size()));
+  return query.starts_with(kTokenPart) ? query.substr(kTokenPart.size()) : std::string_view();
+}
+
+std::string FoxgloveTopic::name() const { return "/" + instance + (axis.empty() ? "" : "/" + axis) + "/" + stream; }
+
+void FoxgloveTopics::learn(const json& listing) {
+  there_.clear();
+  const auto add = [this](FoxgloveTopic topic) {
+    const auto next = static_cast<std::uint32_t>(numbers_.size() + 1);
+    const auto known = numbers_.emplace(std::move(topic), next).first;
+    there_.emplace(known->second, known->first);
+  };
+  for (const json& one : listing) {
+    const std::string instance = one.at("name");
+    add({instance, "", "event"});
+    for (const std::string axis : one.at("axes")) {
+      for (const char* stream : {"window", "sample"}) add({instance, axis, stream});
+    }
+  }
+}
+
+json foxglove_server_info(const std::string& name) {
+  return {{"op", "serverInfo"}, {"name", name}, {"capabilities", json::array()}, {"supportedEncodings", json::array()}};
+}
+
+json foxglove_channel(std::uint32_t number, const FoxgloveTopic& topic) {
+  return {{"id", number},
+          {"topic", topic.name()},
+          {"encoding", "json"},
+          {"schemaName", schema_name(topic.stream)},
+          {"schemaEncoding", "jsonschema"},
+          {"schema", dumped(schema_of(topic.stream))}};
+}
+
+json foxglove_warning(const std::string& text) {
+  constexpr int kWarning = 1;
+  return {{"op", "status"}, {"level", kWarning}, {"message", text}};
+}
+
+std::vector<FoxgloveRow> foxglove_rows(const std::string& text, std::uint64_t& lost) {
+  std::vector<FoxgloveRow> rows;
+  const Batch batch = read_batch(text);
+  for (const auto& [method, params] : batch.rows) {
+    if (method == "lost" && params.value("rows", json()).is_number_unsigned())
+      lost += params["rows"].get<std::uint64_t>();
+    const double time_s = params.value("time_s", json()).is_number() ? params["time_s"].get<double>() : kMostSeconds;
+    if (!(std::abs(time_s) < kMostSeconds)) continue;
+    const std::string axis = method == "event" ? "" : text_of(params, "axis");
+    // Of a double's seconds the microseconds are right.
+    rows.push_back({{batch.instance, axis, method}, std::llround(time_s * 1e6) * 1000, dumped(params)});
+  }
+  return rows;
+}
+
+std::string foxglove_data(std::uint32_t subscription, std::int64_t time_ns, std::string_view json_text) {
+  std::string data(1, '\x01');
+  data.reserve(1 + sizeof subscription + sizeof time_ns + json_text.size());
+  put_little_endian(data, subscription);
+  put_little_endian(data, static_cast<std::uint64_t>(time_ns));
+  data += json_text;
+  return data;
+}
+
+}  // namespace prism::prismweb
