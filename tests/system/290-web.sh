@@ -69,6 +69,9 @@ same "a model's name" "$(client "$token" ask model | jq -r .result.name)" "<scri
 same "its media type" "$(curl -s -o /dev/null -w '%{content_type}' -H "Authorization: Bearer $token" "${url}api/gyro/model")" application/json
 same "an answer of prismd" "$(client "$token" ask version | jq -c '[.jsonrpc, .id, .result.name, .instance]')" '["2.0","q","prismd","gyro"]'
 contains "wrong params are prismd's to refuse" "$(client "$token" ask history '{"seconds":0}')" '"code": -32602'
+# Beyond what prismd reads it would close the connection, which is everybody's.
+contains "params that are too long" "$(client "$token" ask history "{\"seconds\":[$(seq -s, 3000)]}")" "expected at most 2000"
+same "nobody else is cut off by them" "$(api instances | jq -r '.[0].state')" running
 contains "a follower's name" "$(client "$token" ask rows '{"name":"x"}')" '"code": -32602'
 contains "no such instance" "$(client "$token" ask status '{}' '<b>')" 'no instance \"<b>\"'
 first_row() { [ "$(client "$token" ask rows '{"limit":1}' | jq '.result.segments[0].rows | length')" = 1 ]; }  # once a second is whole

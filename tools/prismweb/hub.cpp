@@ -28,6 +28,9 @@ constexpr std::chrono::seconds kPatience{15};
 // systemd gives it 15 s (TimeoutStopSec).
 constexpr std::chrono::seconds kEnding{20};
 constexpr std::size_t kMostLineBytes = 32 << 20;
+// prismd answers a request of more than 2000 values without its id, and closes the connection, which is everybody's,
+// where a line is longer than 65 536 bytes. So many bytes hold neither.
+constexpr std::size_t kMostParamsBytes = 2000;
 
 // {"jsonrpc":"2.0","id":17,"result":…} → 17 and `"result":…`.
 bool split_answer(std::string_view line, std::uint64_t& id, std::string_view& member) {
@@ -140,6 +143,9 @@ void Hub::wish(Subscriber* who, const Wish& wish) {
 void Hub::ask(std::string_view method, const nlohmann::json& params, Answer answer) {
   if (state_ != HubState::kRunning) return answer(error_member(kNotRunning, name_ + " does not run"));
   std::string text = params.is_null() ? "{}" : dumped(params);
+  if (text.size() > kMostParamsBytes)
+    return answer(error_member(
+        kWrongParams, fmt::format("found params of {} bytes, expected at most {}", text.size(), kMostParamsBytes)));
   if (method != "rows") return send(method, text, std::move(answer));
   rows_.push_back({std::move(text), std::move(answer)});
   next_rows();

@@ -42,8 +42,8 @@ class Hub {
   /// stopped.
   boost::asio::awaitable<void> run();
 
-  /// Asks prismd. The answer comes later, or at once where it does not run; an error after 15 s of silence. `rows`, of
-  /// which prismd takes one at a time, wait for each other.
+  /// Asks prismd. The answer comes later, or at once where it does not run or the params are longer than any that
+  /// prismd takes; an error after 15 s of silence. `rows`, of which prismd takes one at a time, wait for each other.
   void ask(std::string_view method, const nlohmann::json& params, Answer answer);
 
   void wish(Subscriber* who, const Wish& wish);
