@@ -22,6 +22,9 @@ using nlohmann::json;
 constexpr std::array<std::string_view, 9> kPassed = {"version", "status",  "bias", "stability", "line",
                                                      "model",   "history", "rows", "events"};
 
+// More than any device has; each row is held against a client's list.
+constexpr std::size_t kMostAxes = 64;
+
 std::string unknown_method(const std::string& method) {
   return fmt::format("no method \"{}\"; expected one of instances, range, {}, subscribe, unsubscribe",
                      plain_text(method.substr(0, 40)), fmt::join(kPassed, ", "));
@@ -64,7 +67,7 @@ std::optional<Wish> wish_of_params(const json& params, bool on, const Wish& befo
   }
   wish.axes.clear();
   if (given.contains("axes")) {
-    if (!given["axes"].is_array() || given["axes"].empty()) return std::nullopt;
+    if (!given["axes"].is_array() || given["axes"].empty() || given["axes"].size() > kMostAxes) return std::nullopt;
     for (const json& axis : given["axes"]) {
       if (!axis.is_string()) return std::nullopt;
       wish.axes.push_back(axis);

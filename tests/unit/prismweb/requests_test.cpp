@@ -45,6 +45,8 @@ TEST(Wishes, OfAnotherFormAreNone) {
                              R"({"every":0})", R"({"every":1.5})", R"({"every":1000001})", R"({"axes":[]})",
                              R"({"axes":[1]})", R"({"axes":"z"})", R"({"every":-1})"})
     EXPECT_FALSE(wish_of_params(json::parse(params), true, {})) << params;
+  EXPECT_TRUE(wish_of_params({{"axes", std::vector<std::string>(64, "z")}}, true, {}));
+  EXPECT_FALSE(wish_of_params({{"axes", std::vector<std::string>(65, "z")}}, true, {})) << "a list that costs each row";
 }
 
 TEST(Errors, AreMembersOfAnAnswer) {
