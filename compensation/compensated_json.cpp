@@ -102,6 +102,8 @@ void append_json(std::string& text, const CompensatedWindow& row) {
   line.put(",\"missing\":");
   line.integer(window.bucket.missing_frames);
   line.member(",\"rate_deg_per_h\":", window.bucket.rate_deg_per_h, kRateDecimals);
+  line.member(",\"temperature_degc\":", window.bucket.temperature_degc, kTemperatureDecimals);
+  line.member(",\"uhfo_v\":", window.bucket.uhfo_v, kUhfoDecimals);
   line.member(",\"mean_rate_deg_per_h\":", window.rate_deg_per_h, kRateDecimals);
   line.member(",\"mean_temperature_degc\":", window.temperature_degc, kTemperatureDecimals);
   line.member(",\"slope_degc_per_s\":", window.slope_degc_per_s, kSlopeDecimals);

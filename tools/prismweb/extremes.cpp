@@ -15,6 +15,11 @@ double number_of(const nlohmann::json& object, const char* key) {
   return found != object.end() && found->is_number() ? found->get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
+// Of the second; a prismd before 0.2 tells the window's mean alone.
+double second_or_mean(const nlohmann::json& window, const char* of_second, const char* of_window) {
+  return number_of(window, window.contains(of_second) ? of_second : of_window);
+}
+
 std::uint32_t count_of(const nlohmann::json& object, const char* key) {
   const double number = number_of(object, key);
   return number >= 0 && number < 4e9 ? static_cast<std::uint32_t>(number) : 0;
@@ -62,11 +67,11 @@ std::optional<Extremes> second_of(const nlohmann::json& window) {
   if (!window.is_object()) return std::nullopt;
   const double end_s = number_of(window, "time_s");
   if (!(std::fabs(end_s) < 1e10)) return std::nullopt;
-  Extremes second =
-      of_values(std::llround(end_s) - 1, {number_of(window, "rate_deg_per_h"), number_of(window, "corrected_deg_per_h"),
-                                          number_of(window, "bias_deg_per_h"), number_of(window, "sd_deg_per_h"),
-                                          number_of(window, "mean_temperature_degc"),
-                                          number_of(window, "slope_degc_per_s"), number_of(window, "mean_uhfo_v")});
+  Extremes second = of_values(std::llround(end_s) - 1,
+                              {number_of(window, "rate_deg_per_h"), number_of(window, "corrected_deg_per_h"),
+                               number_of(window, "bias_deg_per_h"), number_of(window, "sd_deg_per_h"),
+                               second_or_mean(window, "temperature_degc", "mean_temperature_degc"),
+                               number_of(window, "slope_degc_per_s"), second_or_mean(window, "uhfo_v", "mean_uhfo_v")});
   second.samples = count_of(window, "samples");
   second.missing = count_of(window, "missing");
   second.good = window.value("quality", nlohmann::json()) == "good" ? 1 : 0;

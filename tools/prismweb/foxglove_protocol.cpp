@@ -36,6 +36,8 @@ constexpr std::array kWindow = {
     Field{"samples", "integer", "frames of the second"},
     Field{"missing", "integer", "frames missing in it"},
     Field{"rate_deg_per_h", "number", "of the second, deg/h"},
+    Field{"temperature_degc", "number", "of the second, degC"},
+    Field{"uhfo_v", "number", "of the second, V"},
     Field{"mean_rate_deg_per_h", "number", "of the window, deg/h"},
     Field{"mean_temperature_degc", "number", "of the window, degC"},
     Field{"slope_degc_per_s", "number", "of temperature over the window, degC/s"},

@@ -22,6 +22,8 @@ class Window:
     samples: int
     missing: int
     rate_deg_per_h: Optional[float]  # of the second
+    temperature_degc: Optional[float]  # of the second; None also for a prismd before 0.2
+    uhfo_v: Optional[float]
     corrected_deg_per_h: Optional[float]
     mean_rate_deg_per_h: Optional[float]  # of the window
     corrected_mean_deg_per_h: Optional[float]

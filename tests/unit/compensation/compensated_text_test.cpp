@@ -224,7 +224,8 @@ TEST(Json, AWindowCarriesItsNumbers) {
   append_json(text, full_row());
   EXPECT_EQ(
       text,
-      R"({"time_s":1795425060,"samples":200,"missing":3,"rate_deg_per_h":8.465213,"mean_rate_deg_per_h":8.465250,)"
+      R"({"time_s":1795425060,"samples":200,"missing":3,"rate_deg_per_h":8.465213,"temperature_degc":25.03750,"uhfo_v":5.251000,)"
+      R"("mean_rate_deg_per_h":8.465250,)"
       R"("mean_temperature_degc":25.01000,"slope_degc_per_s":-0.01666667,"mean_uhfo_v":5.250500,)"
       R"("corrected_mean_deg_per_h":8.477017,"bias_deg_per_h":-0.011767,"sd_deg_per_h":0.008400,"sd_mean_deg_per_h":0.010200,)"
       R"("corrected_deg_per_h":8.476980,"quality":"extrapolating+settling"})");

@@ -121,5 +121,18 @@ TEST(Windows, AreReadAsSeconds) {
   EXPECT_FALSE(second_of(nlohmann::json::parse(R"({"time_s":"x"})")));
 }
 
+// Where the temperature rises by 0.01 degC/s the mean of 100 s is half a degree behind: told as one curve with the
+// log's seconds, it had a step where memory begins.
+TEST(Windows, HaveTheSecondsOwnTemperatureAndVoltage) {
+  const auto read = [](const char* text) { return second_of(nlohmann::json::parse(text)).value(); };
+  const auto now =
+      read(R"({"time_s":100,"temperature_degc":25.5,"mean_temperature_degc":25,"uhfo_v":5.4,"mean_uhfo_v":5.3})");
+  EXPECT_EQ(now.least[kTemperature], 25.5);
+  EXPECT_EQ(now.least[kUhfo], 5.4);
+  const auto failed = read(R"({"time_s":100,"temperature_degc":null,"mean_temperature_degc":25})");
+  EXPECT_TRUE(std::isnan(failed.least[kTemperature]));
+  EXPECT_EQ(read(R"({"time_s":100,"mean_temperature_degc":25})").least[kTemperature], 25) << "a prismd before 0.2";
+}
+
 }  // namespace
 }  // namespace prism::prismweb
