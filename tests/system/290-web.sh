@@ -192,11 +192,11 @@ sleep 2
 same "a stopped instance" "$(api instances | jq -r '.[0].state')" stopped
 [ ! -e knocks ] || fail "prismweb connected to an instance that was stopped"
 mkdir -p held/running/held
-wait_for 5 test -e knocks
+knocked() { [ "$(wc -l <knocks)" = "$1" ]; }
+wait_for 5 knocked 3  # once, for what is short, what is long and what comes by itself
 sleep 3
-same "connections while it ends" "$(wc -l <knocks)" 1
+same "connections while it ends" "$(wc -l <knocks)" 3
 rmdir held/running/held
 wait_for 5 test "$(api instances | jq -r '.[0].state')" != running
 mkdir held/running/held
-again() { [ "$(wc -l <knocks)" = 2 ]; }
-wait_for 5 again
+wait_for 5 knocked 6

@@ -3,12 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/write.hpp>
-#include <charconv>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <utility>
 
 #include "config/socket_place.hpp"
@@ -23,26 +22,14 @@ namespace asio = boost::asio;
 using nlohmann::json;
 
 constexpr std::chrono::milliseconds kRetry{500};
-constexpr std::chrono::seconds kPatience{15};
 // A service that is told to end closes its clients before it ends: a connection in between would start it again.
 // systemd gives it 15 s (TimeoutStopSec).
 constexpr std::chrono::seconds kEnding{20};
-constexpr std::size_t kMostLineBytes = 32 << 20;
 // prismd answers a request of more than 2000 values without its id, and closes the connection, which is everybody's,
 // where a line is longer than 65 536 bytes. So many bytes hold neither.
 constexpr std::size_t kMostParamsBytes = 2000;
 
-// {"jsonrpc":"2.0","id":17,"result":…} → 17 and `"result":…`.
-bool split_answer(std::string_view line, std::uint64_t& id, std::string_view& member) {
-  constexpr std::string_view kHead = R"({"jsonrpc":"2.0","id":)";
-  if (!line.starts_with(kHead) || !line.ends_with('}')) return false;
-  const char* const first = line.data() + kHead.size();
-  const auto [end, error] = std::from_chars(first, line.data() + line.size(), id);
-  if (error != std::errc() || end == line.data() + line.size() || *end != ',') return false;
-  member = line.substr(static_cast<std::size_t>(end + 1 - line.data()));
-  member.remove_suffix(1);
-  return true;
-}
+bool is_long(std::string_view method) { return method == "rows" || method == "history" || method == "events"; }
 
 }  // namespace
 
@@ -51,7 +38,13 @@ std::string error_member(int code, const std::string& message) {
 }
 
 Hub::Hub(asio::io_context& io, std::string name, std::string socket)
-    : io_(io), name_(std::move(name)), path_(std::move(socket)), socket_(io), topics_(name_) {}
+    : io_(io),
+      name_(std::move(name)),
+      path_(std::move(socket)),
+      short_(io, path_),
+      long_(io, path_),
+      ears_(io, path_),
+      topics_(name_) {}
 
 json Hub::listing() const {
   const char* const state = state_ == HubState::kRunning   ? "running"
@@ -63,22 +56,20 @@ json Hub::listing() const {
 asio::awaitable<void> Hub::run() {
   asio::co_spawn(io_, expire(), asio::detached);
   asio::steady_timer pause(io_);
-  const Protocol::endpoint there(path_);
   RunMark ended;  // the run of a service that closed this connection
-  auto ended_at = Clock::now();
+  auto ended_at = std::chrono::steady_clock::now();
   for (;;) {
     const RunMark now = run_mark(path_);
-    const bool ending = ended && now == ended && Clock::now() < ended_at + kEnding;
+    const bool ending = ended && now == ended && std::chrono::steady_clock::now() < ended_at + kEnding;
     if (config::would_start(path_)) {
       become(HubState::kStopped);
     } else if (!ending) {
-      socket_ = Protocol::socket(io_);
-      const auto [error] = co_await socket_.async_connect(there, kUse);
-      if (!error) {
+      const bool connected = co_await connect();
+      if (connected) {
         co_await session();
         disconnected();
         ended = now;
-        ended_at = Clock::now();
+        ended_at = std::chrono::steady_clock::now();
       }
       become(HubState::kGone);
     }
@@ -87,52 +78,73 @@ asio::awaitable<void> Hub::run() {
   }
 }
 
-asio::awaitable<void> Hub::session() {
-  learn_axes();
-  std::string pending;
-  std::vector<char> buffer(256 << 10);
-  const auto room = asio::buffer(buffer);
-  for (std::size_t searched = 0;;) {
-    const auto [error, size] = co_await socket_.async_read_some(room, kUse);
-    if (error) break;
-    pending.append(buffer.data(), size);
-    std::size_t begin = 0;
-    for (std::size_t end; (end = pending.find('\n', std::max(begin, searched))) != std::string::npos; begin = end + 1)
-      read_line(std::string_view(pending).substr(begin, end - begin));
-    pending.erase(0, begin);
-    searched = pending.size();
-    if (pending.size() > kMostLineBytes) break;
+asio::awaitable<bool> Hub::connect() {
+  for (Lane* const lane : lanes_) {
+    const bool stopped = config::would_start(path_);  // since the last one
+    bool there = false;
+    if (!stopped) there = co_await lane->connect();
+    if (there) continue;
+    for (Lane* const one : lanes_) one->close();
+    co_return false;
   }
+  co_return true;
+}
+
+// Where one of them ends, all do.
+asio::awaitable<void> Hub::session() {
+  using namespace asio::experimental::awaitable_operators;
+  short_.ask("status", "{}", [this](std::string_view member) { learn(member); });
+  const Lane::Other hear_line = [this](std::string_view line) { hear(line); };
+  auto reading = ears_.read(hear_line) || short_.read(hear_line) || long_.read(hear_line);
+  co_await std::move(reading);
+}
+
+void Hub::hear(std::string_view line) {
+  const Notification notification = notification_of(line);
+  if (notification.method.empty()) return;
+  if (on_notification) on_notification(notification);
+  topics_.put(notification);
 }
 
 // What prismd serves is known when it has said so; until then nobody is told that it runs.
-void Hub::learn_axes() {
-  send("status", "{}", [this](std::string_view member) {
-    const json answer = json::parse("{" + std::string(member) + "}", nullptr, false);
-    if (!answer.is_object() || !answer.contains("result") || !answer["result"].is_object()) return socket_.close();
-    const json& status = answer["result"];
-    axes_.clear();
-    if (status.contains("axes") && status["axes"].is_object()) {
-      for (const auto& [axis, of_axis] : status["axes"].items()) axes_.push_back(axis);
-    } else if (status.contains("axis") && status["axis"].is_string()) {
-      axes_.push_back(status["axis"]);
-    }
+void Hub::learn(std::string_view member) {
+  const json answer = json::parse("{" + std::string(member) + "}", nullptr, false);
+  if (!answer.is_object() || !answer.contains("result") || !answer["result"].is_object()) return short_.close();
+  const json& status = answer["result"];
+  axes_.clear();
+  if (status.contains("axes") && status["axes"].is_object()) {
+    for (const auto& [axis, of_axis] : status["axes"].items()) axes_.push_back(axis);
+  } else if (status.contains("axis") && status["axis"].is_string()) {
+    axes_.push_back(status["axis"]);
+  }
+  listen();
+}
+
+// Before anything is asked of the past, so that no second falls in between.
+void Hub::listen() {
+  ears_.ask("subscribe", R"({"streams":["window","event"]})", [this](std::string_view member) {
+    if (!member.starts_with(R"("result")")) return ears_.close();
     state_ = HubState::kRunning;
     subscribed_every_ = 0;
-    send("subscribe", R"({"streams":["window","event"]})", [](std::string_view) {});
+    subscribing_ = false;
     subscribe();
     if (on_change) on_change();
     if (on_connect) on_connect();
   });
 }
 
+// One change after the other, whatever clients wish in between.
 void Hub::subscribe() {
   const std::uint32_t every = topics_.sample_every();
-  if (state_ != HubState::kRunning || every == subscribed_every_) return;
+  if (state_ != HubState::kRunning || subscribing_ || every == subscribed_every_) return;
+  subscribing_ = true;
   subscribed_every_ = every;
-  send(every > 0 ? "subscribe" : "unsubscribe",
-       every > 0 ? fmt::format(R"({{"streams":["sample"],"every":{}}})", every) : R"({"streams":["sample"]})",
-       [](std::string_view) {});
+  ears_.ask(every > 0 ? "subscribe" : "unsubscribe",
+            every > 0 ? fmt::format(R"({{"streams":["sample"],"every":{}}})", every) : R"({"streams":["sample"]})",
+            [this](std::string_view) {
+              subscribing_ = false;
+              subscribe();
+            });
 }
 
 void Hub::wish(Subscriber* who, const Wish& wish) {
@@ -142,98 +154,30 @@ void Hub::wish(Subscriber* who, const Wish& wish) {
 
 void Hub::ask(std::string_view method, const nlohmann::json& params, Answer answer) {
   if (state_ != HubState::kRunning) return answer(error_member(kNotRunning, name_ + " does not run"));
-  std::string text = params.is_null() ? "{}" : dumped(params);
+  const std::string text = params.is_null() ? "{}" : dumped(params);
   if (text.size() > kMostParamsBytes)
     return answer(error_member(
         kWrongParams, fmt::format("found params of {} bytes, expected at most {}", text.size(), kMostParamsBytes)));
-  if (method != "rows") return send(method, text, std::move(answer));
-  rows_.push_back({std::move(text), std::move(answer)});
-  next_rows();
-}
-
-void Hub::next_rows() {
-  if (rows_under_way_ || rows_.empty()) return;
-  Queued next = std::move(rows_.front());
-  rows_.pop_front();
-  rows_under_way_ = true;
-  send("rows", next.params, std::move(next.answer));
-}
-
-void Hub::send(std::string_view method, const std::string& params, Answer answer) {
-  const std::uint64_t id = ++last_id_;
-  waiting_.emplace(id, Waiting{std::move(answer), Clock::now() + kPatience, method == "rows"});
-  send_line(fmt::format(R"({{"jsonrpc":"2.0","id":{},"method":"{}","params":{}}})"
-                        "\n",
-                        id, method, params));
-}
-
-void Hub::send_line(std::string line) {
-  outgoing_.push_back(std::move(line));
-  if (!writing_) write_next();
-}
-
-void Hub::write_next() {
-  if (outgoing_.empty()) return;
-  writing_ = true;
-  asio::async_write(socket_, asio::buffer(outgoing_.front()),
-                    [this](const boost::system::error_code& error, std::size_t) {
-                      writing_ = false;
-                      if (error || outgoing_.empty()) return;  // the reader sees the end, too
-                      outgoing_.pop_front();
-                      write_next();
-                    });
-}
-
-void Hub::read_line(std::string_view line) {
-  std::uint64_t id = 0;
-  std::string_view member;
-  if (const Notification notification = notification_of(line); !notification.method.empty()) {
-    if (on_notification) on_notification(notification);
-    topics_.put(notification);
-  } else if (split_answer(line, id, member)) {
-    const auto waiting = waiting_.find(id);
-    if (waiting == waiting_.end()) return;  // it came too late
-    const Waiting own = std::move(waiting->second);
-    waiting_.erase(waiting);
-    if (own.rows) rows_under_way_ = false;
-    own.answer(member);
-    next_rows();
-  }
+  if (!(is_long(method) ? long_ : short_).ask(method, text, answer))
+    answer(error_member(kTooMuch, "so many questions wait for " + name_ + " that this one is not taken"));
 }
 
 asio::awaitable<void> Hub::expire() {
   asio::steady_timer tick(io_);
+  const std::string member =
+      error_member(kNotRunning, fmt::format("{} did not answer within {} s", name_, kAnswerPatience.count()));
   for (;;) {
     tick.expires_after(std::chrono::seconds(1));
     co_await tick.async_wait(kUse);
-    const auto now = Clock::now();
-    std::vector<Waiting> late;
-    for (auto at = waiting_.begin(); at != waiting_.end();) {
-      const bool is_late = at->second.until < now;
-      if (is_late) late.push_back(std::move(at->second));
-      at = is_late ? waiting_.erase(at) : std::next(at);
-    }
-    const std::string member =
-        error_member(kNotRunning, fmt::format("{} did not answer within {} s", name_, kPatience.count()));
-    for (const Waiting& one : late) {
-      if (one.rows) rows_under_way_ = false;
-      one.answer(member);
-    }
-    next_rows();
+    for (Lane* const lane : lanes_) lane->expire(member);
   }
 }
 
 void Hub::disconnected() {
-  boost::system::error_code ignored;
-  socket_.close(ignored);
-  outgoing_.clear();
+  for (Lane* const lane : lanes_) lane->close();
   become(HubState::kGone);
   const std::string member = error_member(kNotRunning, name_ + " went away");
-  const auto waiting = std::exchange(waiting_, {});
-  const auto rows = std::exchange(rows_, {});
-  rows_under_way_ = false;
-  for (const auto& [id, one] : waiting) one.answer(member);
-  for (const Queued& one : rows) one.answer(member);
+  for (Lane* const lane : lanes_) lane->end(member);
 }
 
 void Hub::become(HubState state) {

@@ -1,22 +1,18 @@
 // SPDX-License-Identifier: MIT
-// The one connection to a prismd, which serves all clients of prismweb.
+// What prismweb has to do with a prismd, for all its clients together.
 #pragma once
 
+#include <array>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/local/stream_protocol.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <chrono>
 #include <cstdint>
-#include <deque>
 #include <functional>
-#include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "tools/prismweb/lane.hpp"
 #include "tools/prismweb/topics.hpp"
 
 namespace prism::prismweb {
@@ -31,8 +27,7 @@ enum class HubState { kGone, kStopped, kRunning };
 
 class Hub {
  public:
-  /// Takes what prismd answered, the member `"result":…` or `"error":{…}`, valid during the call.
-  using Answer = std::function<void(std::string_view member)>;
+  using Answer = Lane::Answer;
 
   Hub(boost::asio::io_context& io, std::string name, std::string socket);
   Hub(const Hub&) = delete;
@@ -42,8 +37,9 @@ class Hub {
   /// stopped.
   boost::asio::awaitable<void> run();
 
-  /// Asks prismd. The answer comes later, or at once where it does not run or the params are longer than any that
-  /// prismd takes; an error after 15 s of silence. `rows`, of which prismd takes one at a time, wait for each other.
+  /// Asks prismd. The answer comes later, or at once where it does not run, too many wait or the params are longer than
+  /// any that prismd takes; an error after 15 s of silence. One question follows the other; those with long answers
+  /// (`rows`, `history`, `events`) hold up no short one.
   void ask(std::string_view method, const nlohmann::json& params, Answer answer);
 
   void wish(Subscriber* who, const Wish& wish);
@@ -59,43 +55,25 @@ class Hub {
   std::function<void(const Notification&)> on_notification;  ///< each, before it is batched
 
  private:
-  using Protocol = boost::asio::local::stream_protocol;
-  using Clock = std::chrono::steady_clock;
-  struct Waiting {
-    Answer answer;
-    Clock::time_point until;
-    bool rows;
-  };
-  struct Queued {
-    std::string params;
-    Answer answer;
-  };
-
+  boost::asio::awaitable<bool> connect();
   boost::asio::awaitable<void> session();
   boost::asio::awaitable<void> expire();
-  void send(std::string_view method, const std::string& params, Answer answer);
-  void send_line(std::string line);
-  void write_next();
-  void read_line(std::string_view line);
-  void next_rows();
+  void hear(std::string_view line);
+  void learn(std::string_view status);
+  void listen();
   void subscribe();
-  void learn_axes();
   void disconnected();
   void become(HubState state);
 
   boost::asio::io_context& io_;
   std::string name_, path_;
-  Protocol::socket socket_;
+  Lane short_, long_, ears_;
+  const std::array<Lane*, 3> lanes_{&ears_, &short_, &long_};
   HubState state_ = HubState::kGone;
   std::vector<std::string> axes_;
   Topics topics_;
-  std::map<std::uint64_t, Waiting> waiting_;
-  std::deque<Queued> rows_;
-  bool rows_under_way_ = false;
-  std::uint64_t last_id_ = 0;
   std::uint32_t subscribed_every_ = 0;
-  std::deque<std::string> outgoing_;
-  bool writing_ = false;
+  bool subscribing_ = false;
 };
 
 }  // namespace prism::prismweb
