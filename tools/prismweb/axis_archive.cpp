@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::chrono::milliseconds kUpToDate{2000};
+constexpr std::chrono::milliseconds kUpToDate{2000}, kReopen{30000};
 constexpr std::chrono::milliseconds kBuilding{5};  // the others have their turn between two pages
 
 }  // namespace
@@ -36,9 +36,10 @@ void AxisArchive::follow() {
   };
   hub_.ask("history", {{"seconds", 3600}, {"axis", axis_}}, history);
   if (!store_ || std::exchange(asking_, true)) return;
-  if (known_.open) return ask();
-  store_->open(teller());
+  go_on();
 }
+
+void AxisArchive::go_on() { known_.open ? ask() : store_->open(teller()); }
 
 StoreKeeper::Told AxisArchive::teller() {
   return [weak = weak_from_this()](const StoreKeeper::Known& known) {
@@ -46,13 +47,12 @@ StoreKeeper::Told AxisArchive::teller() {
   };
 }
 
-// A store that could not be opened is tried again when prismd is connected again.
 void AxisArchive::told(const StoreKeeper::Known& known) {
   const bool is_opened = known.open && !known_.open;
   known_ = known;
   say(known.trouble);
   if (is_opened) cursor_ = known.cursor;
-  known.open ? rest(behind_ ? kBuilding : kUpToDate) : void(asking_ = false);
+  rest(!known.open ? kReopen : behind_ ? kBuilding : kUpToDate);
 }
 
 void AxisArchive::take_history(std::string_view member) {
@@ -80,7 +80,7 @@ void AxisArchive::rest(std::chrono::milliseconds pause) {
     const auto self = weak.lock();
     if (!self || error) return;
     self->asking_ = self->has_log_ && self->hub_.state() == HubState::kRunning;
-    if (self->asking_) self->ask();  // else follow() begins again
+    if (self->asking_) self->go_on();  // else follow() begins again
   });
 }
 

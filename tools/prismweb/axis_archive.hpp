@@ -36,6 +36,7 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
   std::optional<double> building() const;
 
  private:
+  void go_on();
   void ask();
   void take(std::string_view member);
   void take(const Error& refused);

@@ -26,6 +26,7 @@ Result<LogPage> parse_log_page(std::string_view member) {
     }
     page.after = result.at("after");
     page.more = result.at("more");
+    page.missing = result.value("missing", std::uint64_t{0});
   } catch (const json::exception&) {
     return refuse("", "prismd's answer is no page of rows");
   }

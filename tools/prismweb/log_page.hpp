@@ -2,6 +2,7 @@
 // A page of prismd's `rows`, as seconds.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,7 @@ struct LogPage {
   std::vector<Extremes> seconds;  ///< in the order of the log
   std::string after;              ///< the cursor behind them
   bool more = false;
+  std::uint64_t missing = 0;  ///< rows between the cursor and the first one that are deleted
 };
 
 /// prismd refuses a cursor of another log with this code.

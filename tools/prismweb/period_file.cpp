@@ -98,9 +98,7 @@ PeriodFile::PeriodFile(PeriodFile&& other) noexcept { *this = std::move(other); 
 PeriodFile& PeriodFile::operator=(PeriodFile&& other) noexcept {
   std::swap(fd_, other.fd_);
   std::swap(path_, other.path_);
-  std::swap(records_, other.records_);
-  std::swap(in_order_, other.in_order_);
-  std::swap(last_begin_s_, other.last_begin_s_);
+  std::swap(held_, other.held_);
   return *this;
 }
 
@@ -117,21 +115,34 @@ Result<PeriodFile> PeriodFile::open(const std::string& path, std::uint64_t recor
   if (size < offset_of(records))
     return refuse(path, fmt::format("found {} bytes, expected {} records of {}", size, records, kRecordBytes));
   if (::ftruncate(file.fd_, offset_of(records)) != 0) return refuse(path, std::strerror(errno));
-  file.records_ = records;
-  if (records == 0) return file;
-  Record last{};
-  std::uint32_t crc = 0;
-  if (::pread(file.fd_, last.data(), last.size(), offset_of(records - 1)) != static_cast<ssize_t>(last.size()))
-    return refuse(path, std::strerror(errno));
-  std::memcpy(&crc, last.data() + kChecked, sizeof crc);
-  if (crc != crc_of(last.data())) return refuse(path, fmt::format("record {} is damaged", records));
-  std::int64_t before = INT64_MIN;
-  for (const Extremes& period : file.read(INT64_MIN, INT64_MAX)) {
-    file.in_order_ = file.in_order_ && before <= period.begin_s;
-    before = period.begin_s;
-  }
-  file.last_begin_s_ = before;
+  file.held_.records = records;
+  if (const Result<void> whole = file.look_through(); !whole) return tl::unexpected<Error>(whole.error());
   return file;
+}
+
+void PeriodFile::note(std::int64_t begin_s) {
+  held_.in_order = held_.in_order && held_.last_begin_s <= begin_s;
+  held_.last_begin_s = begin_s;
+}
+
+// Every record, a block at a time: a disk damages those in the middle, too, and years of them need no memory.
+Result<void> PeriodFile::look_through() {
+  std::vector<unsigned char> block(kBlockRecords * kRecordBytes);
+  for (std::uint64_t first = 0; first < held_.records; first += kBlockRecords) {
+    const std::uint64_t count = std::min<std::uint64_t>(kBlockRecords, held_.records - first);
+    if (::pread(fd_, block.data(), count * kRecordBytes, offset_of(first)) != offset_of(count))
+      return refuse(path_, std::strerror(errno));
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const unsigned char* const record = block.data() + i * kRecordBytes;
+      std::uint32_t crc = 0;
+      std::int64_t begin_s = 0;
+      std::memcpy(&crc, record + kChecked, sizeof crc);
+      std::memcpy(&begin_s, record, sizeof begin_s);
+      if (crc != crc_of(record)) return refuse(path_, fmt::format("record {} is damaged", first + i + 1));
+      note(begin_s);
+    }
+  }
+  return {};
 }
 
 Result<void> PeriodFile::append(std::span<const Extremes> periods) {
@@ -140,13 +151,10 @@ Result<void> PeriodFile::append(std::span<const Extremes> periods) {
     const Record record = record_of(period);
     bytes.append(reinterpret_cast<const char*>(record.data()), record.size());
   }
-  if (::pwrite(fd_, bytes.data(), bytes.size(), offset_of(records_)) != static_cast<ssize_t>(bytes.size()))
+  if (::pwrite(fd_, bytes.data(), bytes.size(), offset_of(held_.records)) != static_cast<ssize_t>(bytes.size()))
     return refuse(path_, fmt::format("cannot write: {}", std::strerror(errno)));
-  for (const Extremes& period : periods) {
-    in_order_ = in_order_ && last_begin_s_ <= period.begin_s;
-    last_begin_s_ = period.begin_s;
-  }
-  records_ += periods.size();
+  for (const Extremes& period : periods) note(period.begin_s);
+  held_.records += periods.size();
   return {};
 }
 
@@ -163,8 +171,8 @@ std::int64_t PeriodFile::begin_of(std::uint64_t record) const {
 
 std::vector<Extremes> PeriodFile::read(std::int64_t from_s, std::int64_t to_s) const {
   std::uint64_t first = 0;
-  if (in_order_ && from_s != INT64_MIN) {
-    for (std::uint64_t end = records_; first < end;) {
+  if (held_.in_order && from_s != INT64_MIN) {
+    for (std::uint64_t end = held_.records; first < end;) {
       const std::uint64_t middle = first + (end - first) / 2;
       if (begin_of(middle) < from_s) {
         first = middle + 1;
@@ -175,12 +183,12 @@ std::vector<Extremes> PeriodFile::read(std::int64_t from_s, std::int64_t to_s) c
   }
   std::vector<Extremes> found;
   std::vector<unsigned char> block(kBlockRecords * kRecordBytes);
-  for (; first < records_; first += kBlockRecords) {
-    const std::uint64_t count = std::min<std::uint64_t>(kBlockRecords, records_ - first);
+  for (; first < held_.records; first += kBlockRecords) {
+    const std::uint64_t count = std::min<std::uint64_t>(kBlockRecords, held_.records - first);
     if (::pread(fd_, block.data(), count * kRecordBytes, offset_of(first)) != offset_of(count)) break;
     for (std::uint64_t i = 0; i < count; ++i) {
       const Extremes period = period_of(block.data() + i * kRecordBytes);
-      if (in_order_ && period.begin_s >= to_s) return found;
+      if (held_.in_order && period.begin_s >= to_s) return found;
       if (period.begin_s >= from_s && period.begin_s < to_s) found.push_back(period);
     }
   }

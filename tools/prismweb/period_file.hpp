@@ -25,24 +25,33 @@ class PeriodFile {
   ~PeriodFile();
 
   /// Opens or makes it with its first `records`; what stands behind them was never acknowledged and is cut off. Refused
-  /// where there are fewer, or the last one is damaged.
+  /// where there are fewer, or one is damaged.
   static Result<PeriodFile> open(const std::string& path, std::uint64_t records);
 
   Result<void> append(std::span<const Extremes> periods);
   Result<void> sync();
-  std::uint64_t records() const { return records_; }
+  std::uint64_t records() const { return held_.records; }
+
+  /// What it holds; after back_to() what was appended since is written over.
+  struct Mark {
+    std::uint64_t records = 0;
+    bool in_order = true;  ///< else a clock was set back, and all of it must be looked at
+    std::int64_t last_begin_s = INT64_MIN;
+  };
+  const Mark& mark() const { return held_; }
+  void back_to(const Mark& mark) { held_ = mark; }
 
   /// Those whose begin is within [from_s, to_s), in the order in which they were written.
   std::vector<Extremes> read(std::int64_t from_s, std::int64_t to_s) const;
 
  private:
+  Result<void> look_through();
+  void note(std::int64_t begin_s);
   std::int64_t begin_of(std::uint64_t record) const;
 
   int fd_ = -1;
   std::string path_;
-  std::uint64_t records_ = 0;
-  bool in_order_ = true;  ///< else a clock was set back, and all of it must be looked at
-  std::int64_t last_begin_s_ = INT64_MIN;
+  Mark held_;
 };
 
 }  // namespace prism::prismweb

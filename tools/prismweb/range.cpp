@@ -17,7 +17,8 @@ namespace {
 using nlohmann::json;
 
 constexpr double kFarthest_s = 9e9;
-constexpr std::int64_t kLongestOfRows_s = 7200;
+constexpr std::int64_t kLongestOfRows_s = 7200, kFar_s = 6 * 3600, kFresh_s = 60;
+constexpr std::size_t kMostRuns = 4;
 constexpr int kMostPages = 40;  // of up to 256 KiB: what lies between two known cursors, and the range
 
 // What is answered, once its periods are there.
@@ -84,22 +85,50 @@ std::vector<Extremes> with_newer(const StoreKeeper::Periods& stored, const AxisA
 
 std::string disk_error(const Error& error) { return error_member(kNotDone, "the " + error.where + " " + error.what); }
 
-// Seconds of long ago: page after page of prismd's log, from a cursor before them.
+// By minutes or hours of the store, and what memory has behind them.
+void answer_periods(AxisArchive& axis, View view, int points, const Hub::Answer& answer) {
+  view.step_s = step_for(static_cast<double>(view.to_s - view.from_s), points, 60);
+  const bool by_hours = view.step_s >= 3600;
+  view.source = by_hours ? "hours" : "minutes";
+  view.from_s = floor_to(view.from_s, by_hours ? 3600 : 60);  // a period that the border cuts is in it
+  const auto take = [self = axis.shared_from_this(), view, answer](const Result<StoreKeeper::Periods>& stored) {
+    answer(stored ? result_of(*self, view, with_newer(*stored, *self)) : disk_error(stored.error()));
+  };
+  axis.store().periods({view.from_s, view.to_s, view.step_s, by_hours}, take);
+}
+
+// Seconds that memory does not have: page after page of prismd's log, from a cursor before them up to memory's first.
 struct Fetch : std::enable_shared_from_this<Fetch> {
-  Fetch(Hub& hub_, std::shared_ptr<AxisArchive> axis_, std::string name_, View view_, Hub::Answer answer_)
-      : hub(hub_), axis(std::move(axis_)), name(std::move(name_)), view(view_), answer(std::move(answer_)) {}
+  Fetch(Hub& hub_, std::shared_ptr<AxisArchive> axis_, View view_, int points_, Hub::Answer answer_)
+      : hub(hub_), axis(std::move(axis_)), view(view_), points(points_), answer(std::move(answer_)) {
+    const RecentSeconds& recent = axis->recent();
+    if (!recent.empty() && view.from_s < recent.first_s()) memory_s = recent.first_s();
+  }
 
   void begin() {
-    const auto take_cursor = [self = shared_from_this()](const Result<std::string>& cursor) {
-      if (!cursor) return self->answer(disk_error(cursor.error()));
-      self->ask(cursor->empty() ? "earliest" : *cursor);
+    const auto take_cursors = [self = shared_from_this()](const Result<std::vector<std::string>>& known) {
+      if (!known) return self->answer(disk_error(known.error()));
+      self->cursors = *known;
+      if (self->cursors.empty()) self->cursors.emplace_back("earliest");
+      if (self->cursors.size() > kMostRuns) self->cursors.resize(kMostRuns);
+      std::reverse(self->cursors.begin(), self->cursors.end());
+      self->next_run();
     };
-    axis->store().cursor_before(view.from_s, take_cursor);
+    axis->store().cursors_before(view.from_s, take_cursors);
+  }
+
+  // Where a clock began anew, a time may be in several runs of it: the last one that has it is told.
+  void next_run() {
+    if (!found.empty() || cursors.empty()) return done();
+    const std::string cursor = std::move(cursors.back());
+    cursors.pop_back();
+    pages = 0;
+    ask(cursor);
   }
 
   void ask(const std::string& cursor) {
     const auto take = [self = shared_from_this()](std::string_view member) { self->take(member); };
-    hub.ask("rows", {{"after", cursor}, {"limit", 10000}, {"axis", name}}, take);
+    hub.ask("rows", {{"after", cursor}, {"limit", 10000}, {"axis", axis->name()}}, take);
   }
 
   void take(std::string_view member) {
@@ -107,19 +136,33 @@ struct Fetch : std::enable_shared_from_this<Fetch> {
     if (!page)
       return answer(std::string(member).starts_with("\"error\"") ? std::string(member)
                                                                  : error_member(kNotRunning, page.error().text()));
+    // Retention took what the store still has the minutes of.
+    const bool cut =
+        page->missing > 0 && found.empty() && (page->seconds.empty() || page->seconds.front().begin_s > view.from_s);
+    if (cut) return answer_periods(*axis, view, points, answer);
+    const std::int64_t end_s = std::min(view.to_s, memory_s);
     for (const Extremes& second : page->seconds) {
-      if (second.begin_s >= view.from_s && second.begin_s < view.to_s) found.push_back(second);
+      if (second.begin_s >= view.from_s && second.begin_s < end_s) found.push_back(second);
     }
-    const bool past = !page->seconds.empty() && page->seconds.back().begin_s >= view.to_s;
-    if (past || !page->more || ++pages >= kMostPages) return answer(result_of(*axis, view, found));
+    const bool past = !page->seconds.empty() && page->seconds.back().begin_s >= end_s;
+    if (past || !page->more || ++pages >= kMostPages) return next_run();
     ask(page->after);
+  }
+
+  void done() {
+    for (const Extremes& second : axis->recent().all()) {
+      if (second.begin_s >= memory_s) found.push_back(second);
+    }
+    answer(result_of(*axis, view, found));
   }
 
   Hub& hub;
   std::shared_ptr<AxisArchive> axis;
-  std::string name;
   View view;
+  int points;
   Hub::Answer answer;
+  std::int64_t memory_s = INT64_MAX;  ///< from there on memory has them
+  std::vector<std::string> cursors;   ///< of runs of the clock that are still to be looked at, the next one last
   std::vector<Extremes> found;
   int pages = 0;
 };
@@ -130,7 +173,7 @@ Result<RangeQuery> parse_range(const json& params) {
   RangeQuery query;
   const auto wrong = [] {
     return refuse("range",
-                  "expected {\"axis\": NAME, \"from_s\": T or \"seconds\": N, \"to_s\": T, \"points\": 1 to 5000}");
+                  "expected {\"axis\": NAME, \"from_s\": T or \"seconds\": N, \"to_s\": T, \"points\": 2 to 5000}");
   };
   if (params.is_null()) return query;
   if (!params.is_object()) return wrong();
@@ -145,7 +188,7 @@ Result<RangeQuery> parse_range(const json& params) {
       !time("points", points))
     return wrong();
   if (seconds && (query.from_s || !(*seconds >= 1))) return wrong();
-  if (points && !(*points >= 1 && *points <= 5000 && *points == std::floor(*points))) return wrong();
+  if (points && !(*points >= 2 && *points <= 5000 && *points == std::floor(*points))) return wrong();
   query.seconds = seconds.value_or(query.seconds);
   query.points = static_cast<int>(points.value_or(query.points));
   if (query.from_s && query.to_s && *query.from_s >= *query.to_s) return wrong();
@@ -159,23 +202,20 @@ void answer_range(Hub& hub, AxisArchive& axis, const RangeQuery& query, const Hu
   View view{static_cast<std::int64_t>(std::floor(from_s)), static_cast<std::int64_t>(std::ceil(to_s)), 1, "seconds"};
   const double length_s = std::max(to_s - from_s, 1.0);
   view.step_s = step_for(length_s, query.points, 1);
-  const bool in_memory = !axis.recent().empty() && view.from_s >= axis.recent().first_s();
+  // Behind memory's last second a run of the clock may lie that was before it began anew.
+  const RecentSeconds& recent = axis.recent();
+  const bool in_memory =
+      !recent.empty() && view.from_s >= recent.first_s() && view.from_s <= recent.last_s() + kFresh_s;
   if (axis.known() == nullptr || in_memory || !axis.known()->first_s)
     return answer(result_of(axis, view, axis.recent().all()));
+  // While the store is built, what lies between it and the view is not looked for: it may be days.
+  const bool is_far = axis.building().value_or(1) < 1 && *axis.known()->last_s + kFar_s < view.from_s;
+  if (is_far) return answer(result_of(axis, view, axis.recent().all()));
   if (length_s <= kLongestOfRows_s && hub.state() == HubState::kRunning) {
-    const auto fetch = std::make_shared<Fetch>(hub, axis.shared_from_this(), axis.name(), view, answer);
+    const auto fetch = std::make_shared<Fetch>(hub, axis.shared_from_this(), view, query.points, answer);
     return fetch->begin();
   }
-  view.step_s = step_for(length_s, query.points, 60);
-  const bool by_hours = view.step_s >= 3600;
-  view.source = by_hours ? "hours" : "minutes";
-  const std::int64_t period_s = by_hours ? 3600 : 60;
-  const std::int64_t whole_from_s = floor_to(view.from_s, period_s);
-  view.from_s = whole_from_s;  // a period that the border cuts is in it
-  const auto take = [self = axis.shared_from_this(), view, answer](const Result<StoreKeeper::Periods>& stored) {
-    answer(stored ? result_of(*self, view, with_newer(*stored, *self)) : disk_error(stored.error()));
-  };
-  axis.store().periods({view.from_s, view.to_s, view.step_s, by_hours}, take);
+  answer_periods(axis, view, query.points, answer);
 }
 
 }  // namespace prism::prismweb

@@ -122,12 +122,21 @@ void Store::push(const Extremes& second) {
   last_second_ = second.begin_s;
 }
 
-Result<void> Store::commit(const std::string& cursor) {
+// Whole or not at all: what was appended before the disk refused is written over by the next one.
+Result<void> Store::append_ended() {
+  const PeriodFile::Mark minutes = minute_file_.mark(), hours = hour_file_.mark();
   auto done = minute_file_.append(ended_minutes_);
   if (done) done = hour_file_.append(ended_hours_);
   if (done && !ended_minutes_.empty()) done = minute_file_.sync();
   if (done && !ended_hours_.empty()) done = hour_file_.sync();
-  if (!done) return done;
+  if (done) return done;
+  minute_file_.back_to(minutes);
+  hour_file_.back_to(hours);
+  return done;
+}
+
+Result<void> Store::commit(const std::string& cursor) {
+  if (const Result<void> done = append_ended(); !done) return done;
   ended_minutes_.clear();
   ended_hours_.clear();
   cursor_ = cursor;
@@ -155,10 +164,17 @@ Result<void> Store::write_place() const {
   return config::write_text_file(folder_ + "/place.json", dumped(place) + "\n");
 }
 
-std::optional<std::string> Store::cursor_before(std::int64_t second) const {
-  std::optional<std::string> found;
-  for (const auto& [begin_s, cursor] : places_) {
-    if (begin_s <= second) found = cursor;
+std::vector<std::string> Store::cursors_before(std::int64_t second) const {
+  std::vector<std::string> found;
+  std::int64_t run_s = INT64_MAX;  // of the places behind
+  bool in_run = false;             // this run of the clock has one already
+  for (auto place = places_.rbegin(); place != places_.rend(); ++place) {
+    if (place->first >= run_s) in_run = false;
+    run_s = place->first;
+    if (!in_run && place->first <= second) {
+      found.push_back(place->second);
+      in_run = true;
+    }
   }
   return found;
 }

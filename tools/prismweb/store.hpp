@@ -34,8 +34,9 @@ class Store {
   const std::string& begun_anew() const { return begun_anew_; }
   std::optional<std::int64_t> last_second() const { return last_second_; }
   std::optional<std::int64_t> first_second() const { return first_second_; }
-  /// A cursor before the rows of `second`, where one is known.
-  std::optional<std::string> cursor_before(std::int64_t second) const;
+  /// Cursors before the rows of `second`, as far as they are known; where a clock began anew one of each run of it, the
+  /// last run first.
+  std::vector<std::string> cursors_before(std::int64_t second) const;
 
   /// Minutes or hours whose begin is within [from_s, to_s), the open one too.
   std::vector<Extremes> minutes(std::int64_t from_s, std::int64_t to_s) const;
@@ -43,6 +44,7 @@ class Store {
 
  private:
   Result<void> restore();
+  Result<void> append_ended();
   Result<void> write_place() const;
 
   std::string folder_, cursor_, begun_anew_;

@@ -52,6 +52,7 @@ struct StoreKeeper::Kept {
   }
 
   void take(const std::vector<Extremes>& seconds, const std::string& cursor, bool building) {
+    if (!store) return;
     for (const Extremes& second : seconds) store->push(second);
     ++uncommitted_pages;
     const bool due = building ? uncommitted_pages >= kPagesACommit : store->has_ended_minute() || uncommitted_pages > 1;
@@ -64,10 +65,12 @@ struct StoreKeeper::Kept {
     trouble = done ? "" : done.error().text();
   }
 
+  // What could not be cleared is of another log, and is not served: it is opened, and cleared, again.
   void clear() {
     uncommitted_pages = 0;
     const auto done = store->clear();
     trouble = done ? "" : done.error().text();
+    if (!done) store.reset();
   }
 
   Known known() const {
@@ -127,9 +130,9 @@ void StoreKeeper::ask(Work work, Answer<T> answer) {
     if (!error) waiting->tell(tl::unexpected<Error>(hanging(patience)));
   });
   auto task = [kept = kept_, &io = io_, work = std::move(work), waiting] {
-    Result<T> result = refuse("disk", "is read by a thread that has no memory left");
+    Result<T> result = refuse("disk", kept->store ? "is read by a thread that has no memory left" : kept->trouble);
     try {
-      result = work(*kept);
+      if (kept->store) result = work(*kept);
     } catch (const std::exception&) {
     }
     asio::post(io, [waiting, result = std::move(result)] { waiting->tell(result); });
@@ -137,9 +140,9 @@ void StoreKeeper::ask(Work work, Answer<T> answer) {
   disk_.post(0, std::move(task));
 }
 
-void StoreKeeper::cursor_before(std::int64_t second, Answer<std::string> answer) {
-  const auto work = [second](const Kept& kept) { return kept.store->cursor_before(second).value_or(""); };
-  ask<std::string>(work, std::move(answer));
+void StoreKeeper::cursors_before(std::int64_t second, Answer<std::vector<std::string>> answer) {
+  const auto work = [second](const Kept& kept) { return kept.store->cursors_before(second); };
+  ask<std::vector<std::string>>(work, std::move(answer));
 }
 
 void StoreKeeper::periods(const Query& query, Answer<Periods> answer) {

@@ -56,8 +56,8 @@ class StoreKeeper {
   void keep(const std::string& cursor);
 
   /// Each is answered once; refused where the disk has not answered within the patience.
-  /// A cursor before the rows of `second`; empty where none is known.
-  void cursor_before(std::int64_t second, Answer<std::string> answer);
+  /// Store::cursors_before.
+  void cursors_before(std::int64_t second, Answer<std::vector<std::string>> answer);
   void periods(const Query& query, Answer<Periods> answer);
 
  private:

@@ -65,9 +65,9 @@ TEST_F(Keeping, TellsWhatTheStoreHas) {
   std::vector<Extremes> steps;
   std::string cursor;
   const auto take_steps = [&](const Result<StoreKeeper::Periods>& found) { steps = found->steps; };
-  const auto take_cursor = [&](const Result<std::string>& found) { cursor = *found; };
+  const auto take_cursor = [&](const Result<std::vector<std::string>>& found) { cursor = found->at(0); };
   store->periods({kMidnight, kMidnight + 200, 120, false}, take_steps);
-  store->cursor_before(kMidnight + 200, take_cursor);
+  store->cursors_before(kMidnight + 200, take_cursor);
   settle();
   ASSERT_EQ(steps.size(), 2U);
   EXPECT_EQ(steps[0].seconds, 120U);
@@ -115,22 +115,24 @@ TEST_F(Keeping, ADiskThatHangsIsToldInTimeAndOnce) {
   std::promise<void> answers;
   disk_.post(0, [until = answers.get_future().share()] { until.wait(); });
   std::vector<std::string> found;
-  const auto take = [&](const Result<std::string>& cursor) { found.push_back(cursor ? *cursor : cursor.error().what); };
-  store->cursor_before(0, take);
+  const auto take = [&](const Result<std::vector<std::string>>& cursors) {
+    found.push_back(cursors ? std::to_string(cursors->size()) : cursors.error().what);
+  };
+  store->cursors_before(0, take);
   io_.run_for(std::chrono::milliseconds(500));
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0], "has not answered for 0 s");
-  store->cursor_before(0, take);  // it hangs: that is known without waiting
+  store->cursors_before(0, take);  // it hangs: that is known without waiting
   io_.restart();
   io_.poll();
   EXPECT_EQ(found.size(), 2U);
   answers.set_value();
   settle();
   EXPECT_EQ(found.size(), 2U) << "an answer that comes too late is none";
-  store->cursor_before(0, take);
+  store->cursors_before(0, take);
   settle();
   ASSERT_EQ(found.size(), 3U);
-  EXPECT_EQ(found[2], "");
+  EXPECT_EQ(found[2], "0");
 }
 
 }  // namespace

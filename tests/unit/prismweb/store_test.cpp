@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismweb/store.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -99,6 +101,11 @@ TEST(Store, BeginsAnewWhereItIsDamaged) {
         file.seekp(static_cast<std::streamoff>(fs::file_size(z + "/minutes") - 20));
         file.put('\x55');
       },
+      [](const std::string& z) {  // a record in the middle
+        std::fstream file(z + "/minutes", std::ios::in | std::ios::out | std::ios::binary);
+        file.seekp(kRecordBytes * 5 + 12);
+        file.put('\x55');
+      },
       [](const std::string& z) { std::ofstream(z + "/place.json") << "{\"version\":1,"; },
       [](const std::string& z) { std::ofstream(z + "/place.json") << "{\"version\":2}"; },
       [](const std::string& z) { fs::remove(z + "/place.json"); },
@@ -136,9 +143,66 @@ TEST(Store, ADayOfMinutesIsSmallAndReadInParts) {
   EXPECT_EQ(part.front().begin_s, kBegin + 40000 / 60 * 60);
   EXPECT_EQ(part.size(), 50000U / 60 - 40000 / 60);
   EXPECT_EQ(store.hours(INT64_MIN, INT64_MAX).size(), 24U);
-  EXPECT_FALSE(store.cursor_before(kBegin + 1));
-  EXPECT_EQ(store.cursor_before(kBegin + 1700), "6f0c6f0c6f0c6f0c6f0c6f0c6f0c6f0c-12-0-0");
-  EXPECT_NE(store.cursor_before(kBegin + 80000), store.cursor_before(kBegin + 1700));
+  using Cursors = std::vector<std::string>;
+  EXPECT_EQ(store.cursors_before(kBegin + 1), Cursors());
+  EXPECT_EQ(store.cursors_before(kBegin + 1700), Cursors{"6f0c6f0c6f0c6f0c6f0c6f0c6f0c6f0c-12-0-0"});
+  EXPECT_NE(store.cursors_before(kBegin + 80000), store.cursors_before(kBegin + 1700));
+}
+
+// A counter that began anew: a time that only the earlier run had was sought in the later one, and not found.
+TEST(Store, KnowsAPlaceInEachRunOfAClock) {
+  const test::TemporaryFolder folder;
+  Store store = opened(folder);
+  const auto keep = [&](std::int64_t from, std::int64_t to, const char* cursor) {
+    push(store, from, to);
+    ASSERT_TRUE(store.commit(cursor));
+  };
+  keep(0, 1000, "first-1000");
+  keep(1000, 12000, "first-12000");
+  keep(5000, 6000, "second-6000");
+  using Cursors = std::vector<std::string>;
+  EXPECT_EQ(store.cursors_before(kBegin + 7000), (Cursors{"second-6000", "first-1000"}));
+  EXPECT_EQ(store.cursors_before(kBegin + 12500), (Cursors{"second-6000", "first-12000"}));
+  EXPECT_EQ(store.cursors_before(kBegin + 2000), Cursors{"first-1000"});
+}
+
+// In the place of the file under a descriptor of this process, until it goes: one that cannot be written.
+class ReadOnly {
+ public:
+  explicit ReadOnly(const std::string& path) {
+    for (const auto& entry : fs::directory_iterator("/proc/self/fd")) {
+      std::error_code gone;
+      if (fs::read_symlink(entry.path(), gone) == fs::path(path)) fd_ = std::stoi(entry.path().filename());
+    }
+    EXPECT_GE(fd_, 0) << path;
+    kept_ = ::dup(fd_);
+    const int other = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    ::dup2(other, fd_);
+    ::close(other);
+  }
+  ~ReadOnly() {
+    ::dup2(kept_, fd_);
+    ::close(kept_);
+  }
+
+ private:
+  int fd_ = -1, kept_ = -1;
+};
+
+// Eight seconds of a failing disk: each try appended the same minutes, and a minute had 300 seconds from then on.
+TEST(Store, ACommitThatFailsHalfwayIsNoneAndTheNextOneIsWhole) {
+  const test::TemporaryFolder folder;
+  Store store = opened(folder);
+  push(store, 0, 3700);
+  for (int i = 0; i < 3; ++i) {
+    const ReadOnly hours(folder.file("z/hours"));
+    EXPECT_FALSE(store.commit("refused"));
+    EXPECT_EQ(minutes(store), whole(3700)) << i;
+  }
+  push(store, 3700, 4000);
+  ASSERT_TRUE(store.commit("after"));
+  EXPECT_EQ(minutes(store), whole(4000));
+  EXPECT_EQ(minutes(opened(folder)), whole(4000));
 }
 
 TEST(Store, AClockThatWasSetBackLosesNothing) {
