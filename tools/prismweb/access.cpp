@@ -43,7 +43,9 @@ std::string host_of(std::string_view authority) {
 
 HostList::HostList(const std::string& address, const std::vector<std::string>& further)
     : names_{"localhost", "127.0.0.1", "[::1]"} {
-  if (!address.empty()) names_.push_back(address.find(':') == std::string::npos ? address : "[" + address + "]");
+  boost::system::error_code error;
+  const auto ip = boost::asio::ip::make_address(address, error);  // as a browser writes it
+  if (!error) names_.push_back(ip.is_v4() ? ip.to_string() : "[" + ip.to_string() + "]");
   for (const std::string& name : further) names_.push_back(lower(name));
 }
 

@@ -90,6 +90,7 @@ void Archive::range(const json& params, const Hub::Answer& answer) {
 void Archive::rows(const json& params, const Hub::Answer& answer) {
   AxisArchive* const axis = axis_of(params);
   if (axis == nullptr) return answer(wrong_axis());
+  if (hub_.state() != HubState::kRunning) return answer(error_member(kNotRunning, hub_.name() + " does not run"));
   const json seconds = params.is_object() ? params.value("seconds", json(60)) : json(60);
   if (!seconds.is_number_integer() || seconds < 1 || seconds > kMostRows_s)
     return answer(error_member(kWrongParams, fmt::format("expected seconds, 1 to {}", kMostRows_s)));

@@ -17,7 +17,7 @@ namespace prism::prismweb {
 namespace {
 
 namespace asio = boost::asio;
-constexpr int kMostComparing = 8;
+constexpr std::size_t kMostComparing = 8;
 constexpr std::size_t kMostKnown = 64;
 constexpr std::chrono::seconds kAfterWrong{1};
 
@@ -34,36 +34,47 @@ std::string Gate::digest_of(const std::string& authorization) const {
   return {digest.begin(), digest.begin() + size};
 }
 
-asio::awaitable<bool> Gate::lets_in(std::string authorization) {
-  const auto given = basic_of(authorization);
-  if (!given) co_return false;
-  const std::string digest = digest_of(authorization);
-  if (known_.contains(digest)) co_return true;
-  if (comparing_ >= kMostComparing) co_return false;
-  ++comparing_;
-  const auto own = hashes_.find(given->first);
-  const std::string hash = own != hashes_.end() ? own->second : hashes_.begin()->second;
-  const auto right = std::make_shared<bool>(false);
-  const auto compared = std::make_shared<asio::steady_timer>(io_, asio::steady_timer::time_point::max());
-  const auto compare = [&io = io_, password = given->second, hash, right, compared] {
-    const bool same = is_password(password, hash);
-    asio::post(io, [same, right, compared] {
-      *right = same;
-      compared->cancel();
+struct Gate::Comparison {
+  explicit Comparison(asio::io_context& io) : done(io, asio::steady_timer::time_point::max()) {}
+  bool right = false;
+  asio::steady_timer done;  ///< cancelled when it is known
+};
+
+std::shared_ptr<Gate::Comparison> Gate::compare(const std::string& digest, const std::string& name,
+                                                const std::string& password) {
+  if (const auto same = comparisons_.find(digest); same != comparisons_.end()) return same->second;
+  if (comparisons_.size() >= kMostComparing) return nullptr;
+  const auto comparison = std::make_shared<Comparison>(io_);
+  comparisons_.emplace(digest, comparison);
+  const auto own = hashes_.find(name);
+  const bool is_known = own != hashes_.end();
+  // A name that is not there takes as long.
+  asio::post(thread_, [this, digest, password, hash = (is_known ? own : hashes_.begin())->second, is_known] {
+    const bool right = is_password(password, hash) && is_known;
+    asio::post(io_, [this, digest, right] {
+      const auto found = comparisons_.extract(digest);
+      found.mapped()->right = right;
+      found.mapped()->done.cancel();
+      if (!right) return;
+      if (known_.size() >= kMostKnown) known_.clear();
+      known_.insert(digest);
     });
-  };
-  asio::post(thread_, compare);
-  co_await compared->async_wait(kUse);
-  const bool lets = *right && own != hashes_.end();
-  if (!lets) {
-    compared->expires_after(kAfterWrong);
-    co_await compared->async_wait(kUse);
-  } else {
-    if (known_.size() >= kMostKnown) known_.clear();
-    known_.insert(digest);
-  }
-  --comparing_;
-  co_return lets;
+  });
+  return comparison;
+}
+
+asio::awaitable<Pass> Gate::lets_in(std::string authorization) {
+  const auto given = basic_of(authorization);
+  if (!given) co_return Pass::kNo;
+  const std::string digest = digest_of(authorization);
+  if (known_.contains(digest)) co_return Pass::kYes;
+  const auto comparison = compare(digest, given->first, given->second);
+  if (!comparison) co_return Pass::kBusy;
+  co_await comparison->done.async_wait(kUse);
+  if (comparison->right) co_return Pass::kYes;
+  asio::steady_timer pause(io_, kAfterWrong);
+  co_await pause.async_wait(kUse);
+  co_return Pass::kNo;
 }
 
 }  // namespace prism::prismweb

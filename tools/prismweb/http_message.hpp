@@ -16,6 +16,7 @@ struct Answer {
   std::string body;
   std::string etag;
   std::string challenge;  ///< of a 401: how to come in
+  bool is_last = false;   ///< the connection ends with it
 };
 
 inline Answer plain(int status, const std::string& text) {

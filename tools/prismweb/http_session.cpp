@@ -9,6 +9,7 @@
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -39,6 +40,7 @@ const char* reason_of(int status) {
   if (status == 401) return "expected a token (Authorization: Bearer TOKEN) or a name and its password";
   if (status == 403) return "the Origin is of another site (for Foxglove \"origins\" of the configuration names it)";
   if (status == 421) return "the Host is not one of this server's; \"hosts\" of the configuration names more";
+  if (status == 503) return "too many passwords are being compared; try again in a second";
   return "refused";
 }
 
@@ -51,7 +53,8 @@ http::response<http::string_body> response_of(const Fields& request, Answer answ
   if (!answer.media_type.empty()) response.set(http::field::content_type, answer.media_type);
   if (!answer.etag.empty()) response.set(http::field::etag, answer.etag);
   if (answer.status == 401) response.set(http::field::www_authenticate, answer.challenge);
-  response.keep_alive(request.keep_alive());
+  if (answer.status == 503) response.set(http::field::retry_after, "1");
+  response.keep_alive(request.keep_alive() && !answer.is_last);
   const std::size_t size = answer.body.size();
   if (request.method() != http::verb::head) response.body() = std::move(answer.body);
   if (answer.status != 304) response.content_length(size);
@@ -59,7 +62,7 @@ http::response<http::string_body> response_of(const Fields& request, Answer answ
 }
 
 template <class Stream>
-asio::awaitable<void> serve_requests(Stream stream, Site& site) {
+asio::awaitable<void> serve_requests(Stream stream, Site& site, std::shared_ptr<Connection> connection) {
   beast::flat_buffer buffer(kMostHeaderBytes * 2);
   auto patience = kRequest;
   for (;;) {
@@ -73,19 +76,21 @@ asio::awaitable<void> serve_requests(Stream stream, Site& site) {
     const Request request = request_of(fields);
     const bool upgrade = beast::websocket::is_upgrade(fields);
     const Refusal refusal = co_await site.refusal(request);
+    connection->is_known = connection->is_known || (refusal.status == 0 && site.proves(request));
     Answer answer;
     if (refusal.status != 0) {
       answer = plain(refusal.status, reason_of(refusal.status));
       answer.challenge = refusal.challenge;
+      answer.is_last = true;  // who was refused has no place here until his next try
     } else if (upgrade && request.target == "/ws") {
       const std::string our_own;
-      co_await run_websocket(std::move(stream), fields, site, our_own);
+      co_await run_websocket(std::move(stream), fields, site, our_own, connection);
       co_return;
     } else if (upgrade && is_foxglove(request.target)) {
       const std::string protocol(foxglove_protocol_of(fields[http::field::sec_websocket_protocol]));
       std::optional<Answer> why = site.foxglove_refusal(protocol);
       if (!why) {
-        co_await run_websocket(std::move(stream), fields, site, protocol);
+        co_await run_websocket(std::move(stream), fields, site, protocol, connection);
         co_return;
       }
       answer = std::move(*why);
@@ -105,13 +110,15 @@ asio::awaitable<void> serve_requests(Stream stream, Site& site) {
 
 }  // namespace
 
-asio::awaitable<void> serve(PlainStream stream, Site& site) { co_await serve_requests(std::move(stream), site); }
+asio::awaitable<void> serve(PlainStream stream, Site& site, std::shared_ptr<Connection> connection) {
+  co_await serve_requests(std::move(stream), site, connection);
+}
 
-asio::awaitable<void> serve(TlsStream stream, Site& site) {
+asio::awaitable<void> serve(TlsStream stream, Site& site, std::shared_ptr<Connection> connection) {
   beast::get_lowest_layer(stream).expires_after(kRequest);
   const auto [error] = co_await stream.async_handshake(asio::ssl::stream_base::server, kUse);
   if (error) co_return;
-  co_await serve_requests(std::move(stream), site);
+  co_await serve_requests(std::move(stream), site, connection);
 }
 
 }  // namespace prism::prismweb

@@ -16,6 +16,8 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <list>
+#include <memory>
 #include <utility>
 
 #include "tools/prismweb/awaiting.hpp"
@@ -26,7 +28,8 @@ namespace prism::prismweb {
 namespace {
 
 namespace asio = boost::asio;
-constexpr int kBacklog = 64, kMostConnections = 128;
+constexpr int kBacklog = 64;
+constexpr std::size_t kMostConnections = 128;
 constexpr int kSendBufferBytes = 256 << 10;  // of a client that does not read, no more than that lies in the kernel
 constexpr mode_t kSocketMode = 0660;
 
@@ -37,18 +40,32 @@ Result<int> listening(int fd, const sockaddr* address, socklen_t size, const std
   return refuse(where, fmt::format("cannot listen here: {}", std::strerror(error)));
 }
 
-// Counts a connection as long as it is served.
+// All that are served, the oldest first.
+std::list<std::shared_ptr<Connection>> connections;
+
 struct Place {
-  explicit Place(int& count) : open(count) { ++open; }
-  ~Place() { --open; }
-  int& open;
+  explicit Place(std::list<std::shared_ptr<Connection>>::iterator at_) : at(at_) {}
+  ~Place() { connections.erase(at); }
+  std::list<std::shared_ptr<Connection>>::iterator at;
 };
-int open_connections = 0;
+
+// Where all places are taken, the oldest one that has shown nothing makes room: it ends, and is away in a moment.
+// False: all of them are known.
+bool make_room() {
+  if (connections.size() < kMostConnections) return true;
+  for (const auto& connection : connections) {
+    if (connection->is_known || connection->is_ending) continue;
+    connection->is_ending = true;
+    ::shutdown(connection->fd, SHUT_RDWR);
+    return true;
+  }
+  return false;
+}
 
 template <class Stream>
-asio::awaitable<void> serve_one(Stream stream, Site& site) {
-  const Place place(open_connections);
-  co_await serve(std::move(stream), site);
+asio::awaitable<void> serve_one(Stream stream, Site& site, std::shared_ptr<Connection> connection) {
+  const Place place(connections.insert(connections.end(), connection));
+  co_await serve(std::move(stream), site, connection);
 }
 
 void forget(std::exception_ptr) {}  // of one connection; the others go on
@@ -113,15 +130,16 @@ asio::awaitable<void> Listener::serve_all(Site& site, asio::ssl::context* tls) {
       co_await pause.async_wait(kUse);
       continue;
     }
-    if (open_connections >= kMostConnections) continue;
+    if (!make_room()) continue;
     const int on = 1, buffer = kSendBufferBytes;
     ::setsockopt(socket.native_handle(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
     if (path_.empty()) ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    const auto connection = std::make_shared<Connection>(Connection{socket.native_handle()});
     PlainStream stream(std::move(socket));
     if (tls != nullptr) {
-      asio::co_spawn(io_, serve_one(TlsStream(std::move(stream), *tls), site), forget);
+      asio::co_spawn(io_, serve_one(TlsStream(std::move(stream), *tls), site, connection), forget);
     } else {
-      asio::co_spawn(io_, serve_one(std::move(stream), site), forget);
+      asio::co_spawn(io_, serve_one(std::move(stream), site, connection), forget);
     }
   }
 }

@@ -19,8 +19,11 @@ namespace {
 namespace asio = boost::asio;
 using nlohmann::json;
 
+// A scraper gives up after some 10 s, and would then know nothing of the others, too.
+constexpr std::chrono::seconds kPatience{4};
+
 struct Gathered {
-  explicit Gathered(asio::io_context& io) : all_there(io, asio::steady_timer::time_point::max()) {}
+  explicit Gathered(asio::io_context& io) : all_there(io, kPatience) {}
   std::map<std::string, metrics::GyroAnswers> gyros;
   int missing = 0;
   asio::steady_timer all_there;

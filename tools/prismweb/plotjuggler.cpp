@@ -14,7 +14,8 @@ namespace {
 using nlohmann::json;
 
 std::string datagram_of(const std::string& instance, BatchRow row) {
-  json own = {{"timestamp", row.params["time_s"]}};
+  json own;
+  const json time_s = row.params["time_s"];
   if (row.method == "event") {
     own[instance]["event"] = text_of(row.params, "text");
   } else {
@@ -23,6 +24,7 @@ std::string datagram_of(const std::string& instance, BatchRow row) {
     row.params.erase("time_s");
     own[instance][axis][row.method] = std::move(row.params);
   }
+  own["timestamp"] = time_s;  // also where an instance has that name
   return dumped(own);
 }
 

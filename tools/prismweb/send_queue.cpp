@@ -3,29 +3,34 @@
 
 namespace prism::prismweb {
 
-void SendQueue::put(const Text& text) {
-  texts_.push_back(text);
+void SendQueue::put(const Text& text, bool is_answer) {
+  waiting_.push_back({text, is_answer ? text->size() : 0});
   bytes_ += text->size();
+  answer_bytes_ += waiting_.back().answer_bytes;
+  bytes_of_all_ += waiting_.back().answer_bytes;
 }
 
 bool SendQueue::answer(const Text& text) {
-  if (bytes_ > kMostBytes) return false;  // what waits counts, not the answer: an hour of history is long
-  put(text);
+  // What waits counts, not the answer: an hour of history is long.
+  if (bytes_ > kMostBytes || (bytes_of_all_ > kMostOfAll && bytes_ > kPart)) return false;
+  put(text, true);
   return true;
 }
 
 void SendQueue::batch(const std::string& instance, const Text& text, std::uint64_t rows) {
   losing_ = losing_ || (bytes_ > 0 && bytes_ + text->size() > kMostBatchBytes);
-  if (!losing_) return put(text);
+  if (!losing_) return put(text, false);
   lost_[instance].rows += rows;
   lost_[instance].rows_total += rows;
 }
 
 Text SendQueue::take() {
-  Text text = texts_.front();
-  texts_.pop_front();
+  const auto [text, answer_bytes] = waiting_.front();
+  waiting_.pop_front();
   bytes_ -= text->size();
-  if (texts_.empty() && losing_) tell_lost();
+  answer_bytes_ -= answer_bytes;
+  bytes_of_all_ -= answer_bytes;
+  if (waiting_.empty() && losing_) tell_lost();
   return text;
 }
 
@@ -33,7 +38,7 @@ void SendQueue::tell_lost() {
   losing_ = false;
   for (auto& [instance, lost] : lost_) {
     if (lost.rows == 0) continue;
-    put(std::make_shared<const std::string>(lost_text_(instance, lost.rows, lost.rows_total)));
+    put(std::make_shared<const std::string>(lost_text_(instance, lost.rows, lost.rows_total)), false);
     lost.rows = 0;
   }
 }

@@ -109,8 +109,9 @@ asio::awaitable<Refusal> Site::refusal(const Request& request) {
   } else if (!allows_origin(request)) {
     refusal.status = 403;
   } else if (gate_.asks()) {
-    const bool let_in = co_await gate_.lets_in(request.authorization);
-    if (!let_in) refusal = {401, "Basic realm=\"prism\", charset=\"UTF-8\""};
+    const Pass pass = co_await gate_.lets_in(request.authorization);
+    if (pass == Pass::kNo) refusal = {401, "Basic realm=\"prism\", charset=\"UTF-8\""};
+    if (pass == Pass::kBusy) refusal.status = 503;
   } else if (!has_token(request)) {
     refusal = {401, "Bearer"};
   }
@@ -130,6 +131,10 @@ bool Site::has_token(const Request& request) const {
   if (is_foxglove(request.target))
     return is_token(foxglove_token_of(request.target)) || is_token(bearer_of(request.authorization));
   return true;
+}
+
+bool Site::proves(const Request& request) const {
+  return gate_.asks() || token_.empty() || is_api(request.target) || is_foxglove(request.target);
 }
 
 std::optional<Answer> Site::foxglove_refusal(std::string_view protocol) const {

@@ -40,6 +40,9 @@ class Site : public std::enable_shared_from_this<Site> {
   /// The first line of a client that was let in.
   std::string greeting() const;
 
+  /// Whether a request that was not refused has shown who is there: a page's files need no token.
+  bool proves(const Request& request) const;
+
   bool has_room_for_client() const;
   void add(Client* client) { clients_.insert(client); }
   void remove(Client* client) { clients_.erase(client); }

@@ -12,6 +12,7 @@
 
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/foxglove_client.hpp"
+#include "tools/prismweb/http_session.hpp"
 #include "tools/prismweb/send_queue.hpp"
 #include "tools/prismweb/site.hpp"
 #include "tools/prismweb/ws_client.hpp"
@@ -34,8 +35,9 @@ std::shared_ptr<Client> make_client(bool is_foxglove, Site& site, Channel& chann
 template <class Stream>
 class WsSession final : public Channel, public std::enable_shared_from_this<WsSession<Stream>> {
  public:
-  WsSession(Stream stream, Site& site, std::string protocol)
-      : ws_(std::move(stream)),
+  WsSession(Stream stream, Site& site, std::string protocol, std::shared_ptr<Connection> connection)
+      : connection_(std::move(connection)),
+        ws_(std::move(stream)),
         watch_(site.io()),
         protocol_(std::move(protocol)),
         client_(make_client(!protocol_.empty(), site, *this)) {}
@@ -78,6 +80,7 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
       const bool stays = client_->message({static_cast<const char*>(data.data()), data.size()}, ws_.got_text());
       buffer.consume(size);
       if (!stays) break;
+      connection_->is_known = client_->is_let_in();
     }
     const websocket::close_reason reason(websocket::close_code::policy_error, "expected {\"token\":…} first");
     co_await ws_.async_close(reason, kUse);
@@ -111,6 +114,7 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
   // The reader sees it and ends the session.
   void drop() { beast::get_lowest_layer(ws_).close(); }
 
+  std::shared_ptr<Connection> connection_;
   websocket::stream<Stream> ws_;
   asio::steady_timer watch_;
   const std::string protocol_;
@@ -124,22 +128,22 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
 };
 
 template <class Stream>
-asio::awaitable<void> run_session(Stream stream, const UpgradeRequest& request, Site& site,
-                                  const std::string& protocol) {
-  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), site, protocol);
+asio::awaitable<void> run_session(Stream stream, const UpgradeRequest& request, Site& site, const std::string& protocol,
+                                  std::shared_ptr<Connection> connection) {
+  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), site, protocol, connection);
   co_await session->run(request);
 }
 
 }  // namespace
 
 asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, Site& site,
-                                    const std::string& protocol) {
-  co_await run_session(std::move(stream), request, site, protocol);
+                                    const std::string& protocol, std::shared_ptr<Connection> connection) {
+  co_await run_session(std::move(stream), request, site, protocol, connection);
 }
 
 asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site,
-                                    const std::string& protocol) {
-  co_await run_session(std::move(stream), request, site, protocol);
+                                    const std::string& protocol, std::shared_ptr<Connection> connection) {
+  co_await run_session(std::move(stream), request, site, protocol, connection);
 }
 
 }  // namespace prism::prismweb

@@ -47,5 +47,23 @@ TEST(SendQueue, AnswersAreNeverLeftOutAndAPileOfThemEndsTheClient) {
   EXPECT_EQ(taken, 9);
 }
 
+// Sixty clients that ask and do not read had 16 MiB each: more than the service may have.
+TEST(SendQueue, AllClientsTogetherHaveABound) {
+  std::vector<std::unique_ptr<SendQueue>> greedy;
+  const Text large = text_of(1 << 20);
+  std::size_t taken = 0;
+  for (int i = 0; i < 60; ++i) {
+    greedy.push_back(std::make_unique<SendQueue>(lost_text));
+    while (greedy.back()->answer(large)) ++taken;
+  }
+  EXPECT_LT(taken << 20, SendQueue::kMostOfAll + 60 * (SendQueue::kPart + 2 * large->size()));
+  SendQueue modest(lost_text);
+  EXPECT_TRUE(modest.answer(large)) << "who reads is served";
+  greedy.clear();
+  int alone = 0;
+  while (modest.answer(large)) ++alone;
+  EXPECT_EQ(alone, 16);
+}
+
 }  // namespace
 }  // namespace prism::prismweb

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+# What one client, one gyro or a stranger must not do to the others of prismweb: long answers to many questions at once, a prismd that
+# hangs, wrong passwords, connections that show nothing. The story: prismd closed the one connection of prismweb when three axes' hours
+# were asked for at once, again and again; such a gyro was never served.
+. "$(dirname "$0")/lib.sh"
+PATH=$PRISM_BIN/tools/prismweb:$PATH
+needs_websockets
+cd "$dir"
+export XDG_RUNTIME_DIR=$dir
+sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/stim300.json" >three.json
+echo "{\"frames\": \"$dir/three.json\", \"clock\": \"device\", \"line\": {\"device\": \"$dir/tty\"}, \"log\": {\"directory\": \"$dir/log\"},
+  \"socket\": {\"path\": \"$PRISM_SOCKET\", \"client_buffer_kib\": 16}, \"axes\": {\"x\": {}, \"y\": {}, \"z\": {}}, \"site\": {\"latitude_deg\": 34}}" >gyro.json
+start sim prismsim --link tty --frames three.json --axis x,y,z --profile steady --speed 100
+wait_for 5 test -e tty
+start_prismd
+enough() { [ "$(field .log.rows status)" -gt 1200 ]; }  # some 200 kB an answer: more than prismd lets wait, 4 of 16 KiB
+wait_for 20 enough
+start_web
+web=$pid
+url=$(sed 's/#.*//' web.out)
+token=$(sed 's/.*#token=//' web.out)
+api() { curl -s --max-time 20 -H "Authorization: Bearer $token" "${url}$1"; }
+state() { api api/instances | jq -r '.[0].state'; }
+running() { [ "$(state)" = running ]; }
+wait_for 5 running
+cat >watch.py <<'END'
+import asyncio, json, sys, websockets
+
+async def main(url, token):
+    """One asks for eight long answers without waiting; another one watches. Prints how many came, and what the other was told."""
+    ready = json.dumps({"token": token})
+    async with websockets.connect(url, max_size=None) as greedy, websockets.connect(url) as other:
+        for socket in greedy, other:
+            await socket.send(ready)
+            await socket.recv()
+        for i in range(8):
+            await greedy.send(json.dumps({"jsonrpc": "2.0", "id": i, "instance": "gyro", "method": "history", "params": {"seconds": 3600, "axis": "xyz"[i % 3]}}))
+        answers = 0
+        while answers < 8:
+            message = json.loads(await asyncio.wait_for(greedy.recv(), 20))
+            answers += "result" in message
+            assert "error" not in message, message
+        told = []
+        try:
+            while True:
+                told.append(json.loads(await asyncio.wait_for(other.recv(), 1)).get("method"))
+        except asyncio.TimeoutError:
+            pass
+        print(answers, told)
+
+asyncio.run(main(*sys.argv[1:]))
+END
+same "eight long answers, and the other" "$("$python" watch.py "ws${url#http}ws" "$token")" "8 []"
+same "state behind them" "$(state)" running
+for axis in x y z; do
+  same "seconds of $axis in memory" "$(api "api/gyro/rows?axis=$axis&seconds=300" | jq 'length >= 250')" true
+done
+
+# A prismd that hangs does not take the metrics of the others away: a scraper gives up after ten seconds.
+kill -STOP "$prismd"
+begin=$(date +%s%N)
+contains "/metrics" "$(api metrics)" 'prism_up{gyro="gyro"} 0'
+took=$((($(date +%s%N) - begin) / 1000000))
+[ "$took" -lt 8000 ] || fail "/metrics took $took ms, expected less than 8000"
+kill -CONT "$prismd"
+
+# Strangers that hold every place make room for who has the token.
+cat >strangers.py <<'END'
+import socket, sys, time
+
+port = int(sys.argv[1])
+held = []
+for i in range(150):
+    one = socket.create_connection(("127.0.0.1", port))
+    one.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+    held.append(one)
+print("held", flush=True)
+time.sleep(20)
+END
+start strangers "$python" strangers.py "$(sed 's|.*:\([0-9]*\)/$|\1|' <<<"$url")"
+wait_for 10 grep -q held strangers.out
+for _ in 1 2 3; do wait_for 1 running; done
+kill -9 "$pid"; wait "$pid" 2>/dev/null || true
+
+# Eight wrong passwords at once are no reason to call a right one wrong.
+kill -TERM "$web"; wait "$web" || fail "exit code $?"
+openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout web.key -out web.crt -days 2 -subj /CN=localhost 2>/dev/null
+(umask 077; echo "look:$(echo 'a secret' | prismweb --hash-password)" >web.passwords)
+echo '{"tls": {"certificate": "web.crt", "key": "web.key"}, "passwords": "web.passwords"}' >tls.json
+start tls prismweb --config tls.json --listen 127.0.0.1:0 --instance "$PRISM_SOCKET" --state ""
+wait_for 5 grep -q https: tls.out
+secure=$(cat tls.out)
+login() { curl -sk -o /dev/null -w '%{http_code}\n' -u "look:$1" "${secure}api/instances"; }
+for i in 1 2 3 4 5 6 7 8; do login "wrong$i" >>wrong.codes & guesses[i]=$!; done
+sleep 0.1
+right=$(login 'a secret')
+wait "${guesses[@]}"
+same "the wrong ones" "$(sort -u wrong.codes)" 401
+case "$right" in 200|503) ;; *) fail "the right one was answered $right, expected 200, or 503 and another try" ;; esac
+let_in() { [ "$(login 'a secret')" = 200 ]; }
+wait_for 10 let_in
