@@ -70,11 +70,18 @@ def key(browser, text, modifiers=0):
         browser.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": text, "modifiers": modifiers, **(more if kind == "keyDown" else {})})
 
 
+def holes(table):
+    """The times behind which seconds are missing."""
+    times = [float(row["time_s"]) for row in table]
+    return [before for before, after in zip(times, times[1:]) if after - before > 1]
+
+
 def saved_table(browser):
     """The rows that the button CSV saves, of what the charts show now."""
     pattern = os.path.join(browser.files, "*.csv")
     for old in glob.glob(pattern):
         os.remove(old)
+    browser.wait("rows to be saved", lambda: browser.one("[aria-label='save the charts\\' rows as a table']").is_enabled())
     browser.one("[aria-label='save the charts\\' rows as a table']").click()
     browser.wait("a table", lambda: glob.glob(pattern))
     with open(glob.glob(pattern)[0]) as file:

@@ -45,6 +45,9 @@ test("too little gives no point, and a record of unknowns neither", () => {
 });
 
 test("rows become evenly spaced values, with a hole where a row is missing", () => {
-  const rows = [0, 10, 40, 50].map((end_s) => ({ time_s: end_s + 0.5, raw_1s: end_s === 50 ? undefined : [0, end_s, 0] }));
+  const rows = [0, 10, 40, 50].map((end_s) => ({ time_s: end_s + 0.5, seconds: 10, raw_1s: end_s === 50 ? undefined : [0, end_s, 0] }));
   assert.deepEqual(evenly(rows, 10, "raw_1s"), [0, 10, NaN, NaN, 40, NaN]);
+  rows[1].seconds = 8;
+  rows[2].seconds = 9;
+  assert.deepEqual(evenly(rows, 10, "raw_1s"), [0, NaN, NaN, NaN, 40, NaN], "a step that is not whole is a hole");
 });

@@ -6,6 +6,7 @@ import { test } from "node:test";
 const from = (name) => import(new URL(`../../tools/prismweb/page/${name}`, import.meta.url));
 const { sparkPath } = await from("spark.js"), { inputsOf, onScale } = await from("domain.js"), { csvOf } = await from("save.js");
 const { lineRows } = await from("line_panel.js");
+const { modelName } = await from("state.js");
 const { ticksOf } = await from("ticks.js");
 
 test("a spark line ends at the right edge and has a gap where a second is not known", () => {
@@ -30,7 +31,19 @@ test("inputs of a model have the units and values of the window, also where a mo
 test("a saved table has a line a row, units in its names, and no line of another's making", () => {
   const rows = [{ end_s: 1795455900, time_s: 1795455898, raw_1s: [1, 2, 3] }, { end_s: 1795455905, time_s: 1795455903 }];
   const lines = csvOf(rows, 5, ["gyro\n1,2,3"]).trimEnd().split("\n");
-  assert.deepEqual(lines, ["# gyro 1,2,3", "# step_s: 5", "time_utc,time_s,min_rate_deg_per_h,mean_rate_deg_per_h,max_rate_deg_per_h", "2026-11-23T17:45:00Z,1795455900,1,2,3", "2026-11-23T17:45:05Z,1795455905,,,"]);
+  assert.deepEqual(lines, ["# gyro 1 2 3", "# step_s: 5", "time_utc,time_s,min_rate_deg_per_h,mean_rate_deg_per_h,max_rate_deg_per_h", "2026-11-23T17:45:00Z,1795455900,1,2,3", "2026-11-23T17:45:05Z,1795455905,,,"]);
+});
+
+test("a saved table has no value that its steps do not have, and no comment that begins a cell", () => {
+  const row = { end_s: 10, time_s: 5.5, bias: [1, 2, 3], sd: [4, 4, 4], samples: [200, 200, 200] };
+  const parts = { bias: [true, false, true], sd: [false, false, true], samples: [false, true, false] };
+  const lines = csvOf([row], 10, ['model x",=1+1;=2\t=3'], parts).trimEnd().split("\n");
+  assert.equal(lines[0], "# model x =1+1 =2 =3");
+  assert.equal(lines.at(-1).split(",").slice(2).join(","), "1,,3,,,4,,200,");
+});
+
+test("a model that is not known yet is not called none", () => {
+  assert.deepEqual([undefined, null, { kind: "ls" }, { kind: "ls", name: "m" }].map((model) => modelName({ model })), ["–", "none", "ls", "m"]);
 });
 
 test("scales have three round numbers or more, with the decimals that they need", () => {
@@ -39,6 +52,8 @@ test("scales have three round numbers or more, with the decimals that they need"
   assert.deepEqual(ticksOf(-0.002, 0.0021, 3).map((tick) => tick.label), ["\u22120.002", "0.000", "0.002"]);
   assert.deepEqual(ticksOf(-0.03, 0.04, 2).map((tick) => tick.label), ["\u22120.02", "0.00", "0.02", "0.04"]);
   assert.deepEqual(ticksOf(5, 5, 3).map((tick) => tick.v), [5]);
+  assert.deepEqual(ticksOf(15.041067, 15.041067000000002, 3).map((tick) => tick.v), [15.041067], "a range of the last digit alone: this did not end");
+  assert.deepEqual(ticksOf(NaN, NaN, 3), []);
 });
 
 test("the health of a line has the counters of both stages, and says what is not counted", () => {

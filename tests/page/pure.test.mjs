@@ -43,6 +43,20 @@ test("live seconds fold into the step that they end in, with least, mean and gre
   assert.equal(steps.push(second(99, 1)), false, "a clock that was set back is told");
 });
 
+test("temperature and UHFO are the second's own, of an older prismd the window's", () => {
+  const steps = new Steps(1), own = { temperature_degc: 25, uhfo_v: 5.4 }, mean = { mean_temperature_degc: 24, mean_uhfo_v: 5.3 };
+  for (const [i, more] of [{ ...own, ...mean }, mean, { ...mean, temperature_degc: null, uhfo_v: null }].entries()) steps.push(second(i + 1, 1, more));
+  assert.deepEqual(steps.rows.map((row) => [row.temperature?.[1], row.uhfo?.[1]]), [[25, 5.4], [24, 5.3], [undefined, undefined]]);
+});
+
+test("steps longer than a second say what they do not have, and coarser ones of them, too", () => {
+  const columns = ["time_s", "rate_min", "rate_max", "bias_min", "bias_max", "rate_mean", "corrected_mean"], rows = [[10, 1, 3, 1, 3, 2, 2]];
+  const { parts } = stepsOf({ columns, rows, step_s: 10 });
+  assert.deepEqual([parts.raw_1s, parts.bias, parts.sd, parts.samples], [[true, true, true], [true, false, true], [false, false, true], [false, true, false]]);
+  assert.deepEqual(stepsOf({ columns, rows, step_s: 10 }).coarser(30).parts, parts);
+  assert.deepEqual(stepsOf({ columns, rows, step_s: 1 }).coarser(30).parts, {}, "of seconds all is known");
+});
+
 test("an unknown rate leaves the mean of the others alone", () => {
   const steps = new Steps(1);
   steps.push(second(1, null, { quality: "rate_invalid" }));
@@ -133,6 +147,22 @@ test("a row without a time is no row: of a gyro that is silent the status has on
   assert.equal(gyro.axes.get("z").window, null);
   state.takeStatus(gyro, { axis: "z", state: "receiving", quality: "good", age_s: 0.5, window: second(10, 1) }, 1000);
   assert.equal(gyro.axes.get("z").window.time_s, 10);
+});
+
+test("the age of a line that was silent before the page was opened is the status's", () => {
+  const gyro = state.makeGyro("g");
+  state.takeInstance(gyro, { name: "g", state: "running", axes: ["z"] });
+  state.takeStatus(gyro, { axis: "z", state: "silent", age_s: 7200 }, 1000);
+  assert.equal(state.ageOf(gyro.axes.get("z"), 1000), "2 h old");
+});
+
+test("how far the warming is stands beside its word; well are all only where each is good", () => {
+  const gyro = gyroOf({ axis: "z", state: "receiving", quality: "warming", warm_s: 35, full_s: 110, age_s: 0 }), axis = gyro.axes.get("z");
+  const { word, count } = state.judge(gyro, axis, true, 0);
+  assert.deepEqual([word, count], ["warming", "35 of 110 s"]);
+  assert.deepEqual([state.allGood([gyro], true, 0), state.allGood([], true, 0)], [false, false]);
+  axis.quality = "good";
+  assert.deepEqual([state.allGood([gyro], true, 0), state.allGood([gyro, state.makeGyro("h")], true, 0)], [true, false]);
 });
 
 test("answers for one axis and for several are read alike, and an axis that went is forgotten", () => {

@@ -6,7 +6,7 @@ import os
 import signal
 import time
 
-from acts import open_gyro, saved_table
+from acts import holes, open_gyro, saved_table
 from worlds import SCRIPT
 
 STRUCK = "return getComputedStyle(document.querySelector('.hero .big')).textDecorationLine === 'line-through'"
@@ -92,12 +92,6 @@ def prismweb_stands_still(browser, world):
     browser.wait("the end of the alarm", lambda: not browser.one(".alarm").is_displayed(), 20)
     browser.wait("good again", lambda: browser.all(".numbers.good:not(.old)"), 15)
     browser.wait("every second of the last ones", lambda: holes(saved_table(browser)[-15:]) == [], 20)
-
-
-def holes(table):
-    """The times behind which seconds are missing."""
-    times = [float(row["time_s"]) for row in table]
-    return [before for before, after in zip(times, times[1:]) if after - before > 1]
 
 
 def prismweb_restarted(browser, world):

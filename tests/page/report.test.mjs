@@ -36,4 +36,5 @@ test("a logarithmic axis has powers of ten, and 2 and 5 of them where there is r
   assert.deepEqual(decadesOf(1, 14000).map((tick) => tick.label), ["1", "10", "100", "1000", "10000"]);
   assert.deepEqual(decadesOf(0.004, 0.06).map((tick) => tick.label), ["0.005", "0.01", "0.02", "0.05"]);
   assert.deepEqual(decadesOf(1e-6, 1e-3).map((tick) => tick.label), ["1e-6", "1e-5", "1e-4", "0.001"]);
+  for (const low of [0, -1, NaN]) assert.deepEqual(decadesOf(low, 10), [], "nothing has a logarithm there, and the loop did not end");
 });

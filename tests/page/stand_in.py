@@ -4,7 +4,8 @@
 rows, an hour of them at once, a name that is markup, a server that stands still.
 
 usage: stand_in.py PORT (0: a free one) [--gyros N] [--name TEXT] [--days N] [--speed N]; commands on standard input: gone NAME,
-back NAME, freeze, go, building SHARE (0 to 1, of the long view), disk hangs, disk answers
+back NAME, leave NAME (it is on the list no more), silent NAME (of its line), freeze, go, building SHARE (0 to 1, of the long view), disk hangs, disk answers,
+shift SECONDS (of the data's time, from now on), range delay SECONDS
 """
 import argparse
 import asyncio
@@ -34,10 +35,16 @@ class Gyro:
 
     def __init__(self, name, model_name, days, axes):
         self.name, self.model_name, self.axes, self.state = name, model_name, axes, "running"
+        self.shift_s = 0
+        self.silent_since_s = None
         self.first_s = time.time() - days * 86400
         self.events = [{"time_s": time.time() - 900, "severity": "info", "kind": "note", "text": "SIMULATED: made up by a test"},
                        {"time_s": time.time() - 300, "severity": "warning", "kind": "quality", "text": "quality is now extrapolating"},
                        {"time_s": time.time() - 200, "severity": "error", "kind": "line_lost", "text": f"{name}: line lost <b>for a moment</b>"}]
+
+    def now(self):
+        """By the data's own clock."""
+        return time.time() + self.shift_s
 
     def truth(self, axis, time_s, span_s=0):
         """Means over the second, or at a long step the drift alone."""
@@ -52,6 +59,7 @@ class Gyro:
     def window(self, axis, time_s):
         t = self.truth(axis, time_s)
         return {"axis": axis, "time_s": time_s, "samples": 200, "missing": 1 if int(time_s) % 97 == 0 else 0, "rate_deg_per_h": round(t["rate"], 6),
+                "temperature_degc": round(t["temperature"], 5), "uhfo_v": round(t["uhfo"], 6),
                 "mean_rate_deg_per_h": round(8.465 + t["bias"], 6), "mean_temperature_degc": round(t["temperature"], 5),
                 "slope_degc_per_s": round(t["slope"], 8), "mean_uhfo_v": round(t["uhfo"], 6), "corrected_mean_deg_per_h": round(8.465 + (t["corrected"] - 8.465) / 10, 6),
                 "bias_deg_per_h": round(t["bias"], 6), "sd_deg_per_h": t["sd"], "sd_mean_deg_per_h": t["sd"] * 2,
@@ -65,11 +73,15 @@ class Gyro:
                 "window": {"length_s": 100}, "domain": {"min": [12, -0.0045, 5.37], "max": [40.0, 0.0045, 5.44]}, "provenance": {"note": "SIMULATED"}}
 
     def status(self):
-        parts = {axis: {"axis": axis, "model": self.model(axis), "quality": self.quality(axis), "window": self.window(axis, int(time.time()) - 1),
+        parts = {axis: {"axis": axis, "model": self.model(axis), "quality": self.quality(axis), "window": self.window(axis, int(self.now()) - 1),
                         "window_s": 100, "warm_s": 110, "full_s": 110} for axis in self.axes}
-        whole = {"name": self.name, "version": "0", "state": "receiving", "detail": "", "age_s": 0.01, "gyro_serial": "SIMULATED",
+        whole = {"name": self.name, "version": "0", "state": "receiving", "detail": "", "age_s": 0.01, **self.silence(), "gyro_serial": "SIMULATED",
                  "line": {"frames": int((time.time() - self.first_s) * 200), "bad_check": 2, "bad_length": 0, "bad_body": 0}, "timing": {"missing_frames": 3}}
         return {**whole, **parts[self.axes[0]]} if len(self.axes) == 1 else {**whole, "axes": parts}
+
+    def silence(self):
+        """Of a status, where its line brings nothing."""
+        return {} if self.silent_since_s is None else {"state": "silent", "detail": "", "age_s": time.time() - self.silent_since_s}
 
     def line(self):
         return {"device": "/dev/simulated", "baud": 921600, "decoder": {"frames": 1000, "bad_check": 2, "bad_length": 0, "bad_body": 0, "skipped_bytes": 40,
@@ -77,7 +89,8 @@ class Gyro:
                 "nominal_period_s": 0.005, "hardware": None, "notes": ["SIMULATED"]}
 
     def range(self, axis, from_s, to_s, points):
-        from_s, to_s = max(from_s, self.first_s), min(to_s, time.time())
+        last_s = int(self.now()) - 1
+        from_s, to_s = max(from_s, self.first_s), min(to_s, last_s)
         step = next((s for s in STEPS if (to_s - from_s) / s <= points), STEPS[-1])
         rows = []
         for end in range(int(from_s // step + 1) * step, int(to_s // step + 1) * step + (step > 1) * step, step):
@@ -91,13 +104,13 @@ class Gyro:
             small = (t["rate"] - 8.465 - t["bias"]) / math.sqrt(step)
             rows.append(row + [200 * step, 0, step, step, 8.465 + t["bias"] + small, 8.465 + small])
         return {"axis": axis, "from_s": from_s, "to_s": to_s, "step_s": step, "source": "seconds", "columns": COLUMNS, "rows": rows,
-                "first_s": self.first_s, "last_s": int(time.time()) - 1}
+                "first_s": self.first_s, "last_s": last_s}
 
     def answer(self, method, params):
         axis = params.get("axis") or self.axes[0]
         if method == "range":
             return self.range(axis, params["from_s"], params["to_s"], params["points"])
-        now = int(time.time())
+        now = int(self.now())
         of = {"status": self.status, "events": lambda: self.events, "model": lambda: self.model(axis), "subscribe": lambda: {"window": True},
               "line": self.line, "stability": lambda: {name: {"axis": name, "all": {"sd_deg_per_h": 0.0071}, "raw": {"sd_deg_per_h": 0.01552}, "corrected": {"sd_deg_per_h": 0.00677},
                                            "improvement": 0.56} for name in self.axes},
@@ -109,9 +122,10 @@ class Gyro:
 class Server:
     def __init__(self, gyros):
         self.gyros, self.clients, self.frozen, self.building, self.disk = gyros, set(), False, 1, "answers"
+        self.delay_s, self.tasks = 0, set()
 
     def instances(self):
-        return [{"name": gyro.name, "state": gyro.state, "axes": gyro.axes} for gyro in self.gyros]
+        return [{"name": gyro.name, "state": gyro.state, "axes": gyro.axes} for gyro in self.gyros if gyro.state != "left"]
 
     async def socket(self, request):
         ws = web.WebSocketResponse(max_msg_size=65536)
@@ -123,11 +137,25 @@ class Server:
         self.clients.add(ws)
         async for message in ws:
             if message.type == WSMsgType.TEXT and not self.frozen:
-                await self.send(ws, self.reply(json.loads(message.data)))
+                await self.hear(ws, json.loads(message.data))
         self.clients.discard(ws)
         return ws
 
+    async def hear(self, ws, asked):
+        """An answer has what there is when it is given, not when it was asked for."""
+        if asked["method"] != "range" or not self.delay_s:
+            return await self.send(ws, self.reply(asked))
+        task = asyncio.create_task(self.later(ws, asked))
+        self.tasks.add(task)
+        task.add_done_callback(self.tasks.discard)
+
+    async def later(self, ws, asked):
+        await asyncio.sleep(self.delay_s)
+        await self.send(ws, self.reply(asked))
+
     def reply(self, asked):
+        if asked["method"] == "instances":
+            return {"jsonrpc": "2.0", "id": asked["id"], "result": self.instances()}
         gyro = next((gyro for gyro in self.gyros if gyro.name == asked.get("instance")), None)
         head = {"jsonrpc": "2.0", "id": asked["id"], "instance": asked.get("instance")}
         if gyro is None or gyro.state != "running":
@@ -144,8 +172,8 @@ class Server:
             await asyncio.sleep(1 / speed - time.time() % (1 / speed))
             time_s += 1
             for gyro in self.gyros:
-                if gyro.state == "running" and not self.frozen:
-                    await self.tell({"instance": gyro.name, "batch": [{"jsonrpc": "2.0", "method": "window", "params": gyro.window(axis, time_s - 1)} for axis in gyro.axes]})
+                if gyro.state == "running" and not self.frozen and gyro.silent_since_s is None:
+                    await self.tell({"instance": gyro.name, "batch": [{"jsonrpc": "2.0", "method": "window", "params": gyro.window(axis, time_s - 1 + gyro.shift_s)} for axis in gyro.axes]})
 
     async def tell(self, message):
         for ws in list(self.clients):
@@ -163,9 +191,12 @@ class Server:
             self.frozen = line[0] == "freeze"
             self.building = float(line[1]) if line[0] == "building" else self.building
             self.disk = line[1] if line[0] == "disk" else self.disk
+            self.delay_s = float(line[2]) if line[0] == "range" else self.delay_s
             for gyro in self.gyros:
+                gyro.shift_s += int(line[1]) if line[0] == "shift" else 0
                 if len(line) > 1 and gyro.name == line[1]:
-                    gyro.state = {"gone": "gone", "stopped": "stopped"}.get(line[0], "running")
+                    gyro.state = {"gone": "gone", "stopped": "stopped", "leave": "left"}.get(line[0], "running")
+                    gyro.silent_since_s = time.time() - 7200 if line[0] == "silent" else None
             await self.tell({"jsonrpc": "2.0", "method": "instances", "params": self.instances()})
 
 

@@ -8,13 +8,17 @@ import { span } from "./format.js";
 const kWidth = 360, kHeight = 230, kLeft = 58, kBottom = 30, kTop = 8, kRight = 10;
 const kCurves = [["raw_1s", "raw", "raw"], ["corrected_1s", "corrected", "corrected"]];
 
-/** The values of one quantity, one each step, with a hole where there is no row. Exported for its test. */
+/** A step that holds less of its seconds than this is a hole: its mean has more noise than the others', and another middle. */
+const kWhole = 0.9;
+const isWhole = (row, step_s) => !(row.seconds < kWhole * step_s);
+
+/** The values of one quantity, one each step, with a hole where there is no whole row. Exported for its test. */
 export function evenly(rows, step_s, key) {
   const values = [];
   for (const row of rows) {
     const place = Math.round((row.time_s - rows[0].time_s) / step_s);
     while (values.length < place) values.push(NaN);
-    values[place] = row[key]?.[1] ?? NaN;
+    values[place] = isWhole(row, step_s) ? row[key]?.[1] ?? NaN : NaN;
   }
   return values;
 }
@@ -53,14 +57,14 @@ export function makeAllan(place) {
   place.append(legend, plot, words);
   return {
     update({ rows: all, step_s, hasMeans }) {
-      const rows = hasMeans ? all : [];
+      const rows = hasMeans ? all : [], used = rows.filter((row) => isWhole(row, step_s)).length;
       const curves = kCurves.map(([key, name, label]) => ({ name, label, points: rows.length > 2 ? allanDeviation(evenly(rows, step_s, key), step_s) : [] }));
       draw(plot, curves);
       const least = curves.map(({ label, points }) => {
         const lowest = points.reduce((a, b) => (a && a.deviation <= b.deviation ? a : b), null);
         return lowest && `${label}: least ${lowest.deviation.toPrecision(3)} deg/h at ${span(lowest.tau_s)}`;
       }).filter(Boolean);
-      setText(words, !hasMeans ? "Only least and greatest values are kept of so long a view: zoom in." : least.length > 0 ? `Overlapping, deg/h, of ${span(rows.length * step_s)} from means of ${span(step_s)}; ${least.join("; ")}` : "Not enough rows.");
+      setText(words, !hasMeans ? "Only least and greatest values are kept of so long a view: zoom in." : least.length > 0 ? `Overlapping, deg/h, of ${span(used * step_s)} from means of ${span(step_s)}; ${least.join("; ")}` : "Not enough rows.");
       plot.setAttribute("aria-label", words.textContent);
       return curves;
     },

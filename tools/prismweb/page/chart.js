@@ -63,12 +63,12 @@ export class Chart {
     return decimalsFor((high - low) / 2);
   }
 
-  /** Draws rows of `from_ms` to `to_ms`. */
-  draw(rows, step_s, dateWindow) {
+  /** Draws rows of `from_ms` to `to_ms`. `whole`: these are all that there are; until then it is not said that there are none. */
+  draw(rows, step_s, dateWindow, whole) {
     Object.assign(this, { rows, step_s });
     const file = rows.length > 0 ? tableOf(rows, step_s, this.spec.series) : [[dateWindow[0], ...this.spec.series.map(() => [NaN, NaN, NaN])]];
     const known = (end) => rows.some((row) => this.spec.series.some((one) => row[one.key + end]));
-    this.plot.dataset.empty = known("") ? "" : known("_1s") ? "no whole window in this time, for its mean" : "nothing is known in this time";
+    this.plot.dataset.empty = known("") || !whole ? "" : known("_1s") ? "no whole window in this time, for its mean" : "nothing is known in this time";
     if (this.graph) this.graph.updateOptions({ file, dateWindow });
     else this.graph = new Dygraph(this.plot, file, { ...this.options(), dateWindow });
   }
@@ -102,5 +102,6 @@ export class Chart {
 
   destroy() {
     this.graph?.destroy();
+    this.graph = undefined; // a slice that is still due asks it nothing
   }
 }

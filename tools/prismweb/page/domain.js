@@ -44,7 +44,7 @@ function drawGauge(gauge, input) {
   setAttribute(gauge.point, "class", scale?.inside === false ? "present outside" : "present");
 }
 
-/** The domain in `place`: show(model) when the model is another, draw(row, rows) when there is something new. */
+/** The domain in `place`: show(model) when the model is another (undefined: not known yet; null: none), draw(row, rows) when there is something new. */
 export function makeDomain(place) {
   const list = el("ul", { class: "gauges" }), trail = svg("path", { class: "trail" }), box = svg("rect", { class: "range" });
   const point = svg("circle", { class: "present", r: 4.5 }), note = el("p", { class: "note" });
@@ -61,7 +61,7 @@ export function makeDomain(place) {
       list.replaceChildren(...gauges.map((gauge) => gauge.element));
       figure.hidden = !hasMap();
       const boxed = inputsOf(model, null).some((input) => Number.isFinite(input.least));
-      setText(note, !model ? "No model is loaded." : boxed ? "" : "This model does not say where it was trained.");
+      setText(note, model === undefined ? "The model is not known yet." : !model ? "No model is loaded." : boxed ? "" : "This model does not say where it was trained.");
     },
     draw(row, rows) {
       const inputs = inputsOf(model, row);

@@ -10,18 +10,19 @@ import { makeLinePanel } from "./line_panel.js";
 import { makeNumbers } from "./numbers.js";
 import { loadRange } from "./range.js";
 import { saveCsv, savePng } from "./save.js";
-import { judge } from "./state.js";
+import { judge, modelName } from "./state.js";
 import { Steps, stepFor } from "./steps.js";
 import { Strips } from "./strips.js";
 import { TimeView } from "./time_view.js";
 
-const kWait_ms = 150, kHole_s = 2.5, kOff_s = 5, kRecent = 120, kTick_ms = 900, kSlowest_s = 15, kAnalysis_ms = 60000, kRetry_ms = 5000;
+const kWait_ms = 150, kBack_s = 2.5, kOff_s = 5, kRecent = 120, kTick_ms = 900, kSlowest_s = 15, kAnalysis_ms = 60000, kRetry_ms = 5000;
+const kReload_ms = 1500, kNext_s = 1.5; // what follows a second comes no later than so
 const kFinest = 5000; // rows that `range` gives at most
 
 export class GyroView {
   /** `say(text)`: to a screen reader. */
   constructor(place, { socket, gyro, axis, say }) {
-    Object.assign(this, { socket, gyro, axis, say, steps: new Steps(1), fine: new Steps(1), recent: [], asked: 0, drawn_ms: 0, analysed_ms: performance.now() });
+    Object.assign(this, { socket, gyro, axis, say, steps: new Steps(1), fine: new Steps(1), recent: [], known_s: -Infinity, asked: 0, drawn_ms: 0, analysed_ms: performance.now() });
     this.present = { time_s: Date.now() / 1000, at_ms: performance.now() };
     this.view = new TimeView(3600, () => this.present.time_s + (performance.now() - this.present.at_ms) / 1000, () => this.moved());
     this.build(place);
@@ -32,14 +33,14 @@ export class GyroView {
     this.numbers = makeNumbers();
     this.spans = kSpans.map(([span_s, name]) => el("button", { type: "button", click: () => this.setSpan(span_s) }, name));
     const tool = (name, label, act) => el("button", { type: "button", "aria-label": label, title: label, click: act }, name);
-    this.now = el("button", { type: "button", class: "now", click: () => this.view.live() }, "now");
+    this.now = el("button", { type: "button", class: "now", click: () => this.goLive() }, "now");
     this.means = tool("means: window", "means of 1 s, or of the model's window", () => this.switchMeans());
     this.busy = el("p", { class: "busy", role: "status" });
+    this.files = [tool("PNG", "save the charts as a picture", () => this.savePng()), tool("CSV", "save the charts' rows as a table", () => this.saveCsv())];
     const tools = el("div", { class: "tools", role: "toolbar", "aria-label": "time and files" }, el("div", { class: "group spans" }, ...this.spans),
       el("div", { class: "group" }, tool("◀", "earlier", () => this.view.pan(-0.5)), tool("▶", "later", () => this.view.pan(0.5)),
         tool("+", "zoom in", () => this.view.scale(0.5)), tool("−", "zoom out", () => this.view.scale(2)), this.now),
-      el("div", { class: "group" }, this.means), el("div", { class: "group" }, tool("PNG", "save the charts as a picture", () => this.savePng()),
-        tool("CSV", "save the charts' rows as a table", () => this.saveCsv())));
+      el("div", { class: "group" }, this.means), el("div", { class: "group" }, ...this.files));
     const left = el("div", { class: "left" }), panel = (title, ...children) => el("section", { class: "panel" }, el("h2", {}, title), ...children);
     const domain = el("div"), allan = el("div");
     this.line = makeLinePanel();
@@ -49,7 +50,7 @@ export class GyroView {
     place.append(this.element);
     const head = el("div", { class: "strip-head" });
     left.append(head);
-    this.strips = new Strips(left, { range: () => this.view.range(), zoom: (from_s, to_s) => this.view.zoom(from_s, to_s), live: () => this.view.live() });
+    this.strips = new Strips(left, { range: () => this.view.range(), zoom: (from_s, to_s) => this.view.zoom(from_s, to_s), live: () => this.goLive() });
     head.append(this.strips.time, this.busy);
     left.append(panel("Events", this.events.element));
     this.domain = makeDomain(domain);
@@ -73,9 +74,21 @@ export class GyroView {
     this.now.setAttribute("aria-pressed", String(this.view.isLive));
   }
 
+  /** Whether the rows are those of the view that is shown: until then none are saved, and it is not said that there are none. */
+  setWhole(whole) {
+    this.strips.whole = whole;
+    for (const button of this.files) button.disabled = !whole;
+  }
+
+  goLive() {
+    this.strips.pointAt(null);
+    this.view.live();
+  }
+
   /** The window of time moved: what is there is shown at once; what is missing is asked for at once, too, and while it goes on moving, when it rests. */
   moved() {
     this.showSpan();
+    this.setWhole(false);
     this.draw();
     clearTimeout(this.resting);
     const still_ms = performance.now() - (this.moved_ms ?? 0);
@@ -83,7 +96,15 @@ export class GyroView {
     this.resting = setTimeout(() => this.reload(), still_ms > 3 * kWait_ms ? 0 : kWait_ms);
   }
 
+  /** Soon, once, however often it is said: rows that come each second do not put it off. */
+  reloadSoon() {
+    this.soon ??= setTimeout(() => this.reload(), kReload_ms);
+  }
+
   async reload() {
+    clearTimeout(this.soon);
+    this.soon = undefined;
+    this.setWhole(false);
     const asked = ++this.asked, [from_s, to_s] = this.view.range(), length_s = to_s - from_s + this.length_s();
     const rows = Math.max(200, Math.min(600, Math.round(this.strips.area().width / 2)));
     this.strips.element.setAttribute("aria-busy", "true");
@@ -106,18 +127,18 @@ export class GyroView {
     return this.axis.window_s ?? 100;
   }
 
-  take({ steps, last_s, building }, step_s) {
+  take({ steps, last_s, known_s, building }, step_s) {
     this.fine = steps;
-    this.last_s = last_s;
+    Object.assign(this, { last_s, known_s });
     this.steps = steps.step_s < step_s ? steps.coarser(step_s) : steps;
-    this.strips.whole = true;
-    if (this.view.isLive) for (const window of this.recent) if (!(window.time_s <= last_s)) this.push(window);
+    this.setWhole(true);
+    if (this.view.isLive) this.follow();
     const unbuilt = typeof building === "number" && building < 1, middle = "Least and greatest second of each step; the line is their middle.";
     setText(this.busy, unbuilt ? `The long view is being built: ${Math.floor(100 * building)} % of the log is read.` : steps.hasMeans ? "" : middle);
     clearTimeout(this.again);
     if (unbuilt) this.again = setTimeout(() => this.reload(), 2000);
     this.draw();
-    this.strips.describe(`${span(this.view.span_s)} until ${moment(this.view.range()[1])} UTC, ${this.steps.rows.length} rows of ${span(this.steps.step_s)}`);
+    this.strips.describe(`${span(this.view.span_s)} until ${this.view.isLive ? "now" : `${moment(this.view.range()[1])} UTC`}, ${this.steps.rows.length} rows of ${span(this.steps.step_s)}`);
     clearTimeout(this.settled);
     this.settled = setTimeout(() => this.analyse(), 200);
   }
@@ -134,18 +155,54 @@ export class GyroView {
     return this.steps.push(row);
   }
 
+  /** The live seconds behind the answer. What is missing between them may be there by now. */
+  follow() {
+    const behind = this.recent.filter((row) => row.time_s > this.known_s);
+    if (behind.length > 0) this.askForHole(behind[0].time_s, this.known_s);
+    for (const row of behind) this.push(row);
+  }
+
+  /** Once for each row behind a hole: one that is in the data, too, stays. */
+  askForHole(time_s, before_s) {
+    if (!(time_s - before_s > kNext_s) || before_s === -Infinity || this.holed_s === time_s) return;
+    this.holed_s = time_s;
+    this.reloadSoon();
+  }
+
+  /** The data's time went back: what is drawn lies in its future, and would refuse all that comes. */
+  restart() {
+    Object.assign(this, { recent: [], known_s: -Infinity, holed_s: undefined });
+    if (!this.view.isLive) return; // somebody looks at the past
+    const isFine = this.fine === this.steps;
+    this.steps = new Steps(this.steps.step_s);
+    this.fine = isFine ? this.steps : new Steps(this.fine.step_s);
+    this.asked++; // an answer under way is of the time before
+    this.reloadSoon();
+  }
+
   /** A live second. */
   window(row) {
-    const before_s = this.recent.at(-1)?.time_s;
+    const before_s = this.recent.at(-1)?.time_s ?? -Infinity;
+    if (row.time_s === before_s) return;
+    if (row.time_s < before_s || row.time_s < this.known_s - kBack_s) this.restart();
     if (!this.anchored) this.anchor(row.time_s);
     this.present = { time_s: row.time_s + 1, at_ms: performance.now() };
     this.recent.push(row);
     if (this.recent.length > kRecent) this.recent.shift();
-    const follows = !this.view.isLive || this.push(row);
-    if (!follows || (before_s !== undefined && Math.abs(row.time_s - before_s - 1) > kHole_s)) {
-      clearTimeout(this.resting);
-      this.resting = setTimeout(() => this.reload(), 1500);
-    }
+    if (!this.view.isLive || row.time_s <= this.known_s) return;
+    this.askForHole(row.time_s, this.fine.step_s === 1 ? this.fine.rows.at(-1)?.end_s ?? -Infinity : before_s);
+    if (!this.push(row)) this.reloadSoon();
+    this.forget(row.time_s);
+  }
+
+  /** Also where nothing is drawn, as in a tab that nobody sees. */
+  forget(to_s) {
+    for (const steps of new Set([this.steps, this.fine])) steps.forget(to_s - this.view.span_s - this.length_s() - steps.step_s);
+  }
+
+  /** The computer slept for so long: its steady clock did not. */
+  slept(ms) {
+    this.present.at_ms -= ms;
   }
 
   /** A live view follows the present: each chart as often as a pixel of it goes by, one after the other. */
@@ -155,7 +212,7 @@ export class GyroView {
     const to_s = this.view.range()[1], pixel_s = Math.min(kSlowest_s, this.view.span_s / this.strips.area().width);
     const share = Math.min(1, Math.abs(to_s - this.drawn_to_s) / pixel_s);
     Object.assign(this, { drawn_ms: performance.now(), drawn_to_s: to_s });
-    for (const steps of new Set([this.steps, this.fine])) steps.forget(to_s - this.view.span_s - this.length_s() - steps.step_s);
+    this.forget(to_s);
     this.steps.run(this.length_s());
     this.strips.refresh(this.steps.rows, this.steps.step_s, share);
     if (performance.now() - this.analysed_ms > kAnalysis_ms) this.analyse();
@@ -173,8 +230,9 @@ export class GyroView {
     const known_s = this.axis.window?.time_s ?? this.last_s;  // of one that is silent: what its log ends with
     if (!this.anchored && this.gyro.status?.clock === "device" && Number.isFinite(known_s)) this.anchor(known_s);
     this.numbers.draw(this.gyro, this.axis, verdict, now_ms);
-    if (this.shown !== (this.model?.id ?? null)) {
-      this.shown = this.model?.id ?? null;
+    const shown = this.model === undefined ? "not known" : this.model?.id ?? null;
+    if (this.shown !== shown) {
+      this.shown = shown;
       this.domain.show(this.model);
     }
     this.domain.draw(verdict.old ? null : this.axis.window, this.steps.rows);
@@ -206,7 +264,7 @@ export class GyroView {
 
   about() {
     const [from_s, to_s] = this.view.range(), { name, status } = this.gyro;
-    return [`${name} axis ${this.axis.name}${status?.gyro_serial ? `, gyro ${status.gyro_serial}` : ""}, model ${this.axis.model?.name || "none"}`,
+    return [`${name} axis ${this.axis.name}${status?.gyro_serial ? `, gyro ${status.gyro_serial}` : ""}, model ${modelName(this.axis)}`,
       `${moment(from_s)} to ${moment(to_s)} UTC, rows of ${span(this.steps.step_s)}`];
   }
 
@@ -215,7 +273,8 @@ export class GyroView {
   }
 
   saveCsv() {
-    saveCsv(this.fileName(), this.steps.rows, this.steps.step_s, this.about());
+    const [from_s, to_s] = this.view.range(), rows = this.steps.rows.filter((row) => row.time_s > from_s && row.time_s <= to_s);
+    saveCsv(this.fileName(), rows, this.steps.step_s, this.about(), this.steps.parts);
     this.say("table saved");
   }
 
@@ -230,7 +289,7 @@ export class GyroView {
     if (digit >= 1 && digit <= kSpans.length) this.setSpan(kSpans[digit - 1][0]);
     else if (event.key === "+" || event.key === "=") this.view.scale(0.5);
     else if (event.key === "-") this.view.scale(2);
-    else if (event.key === "l" || event.key === "L") this.view.live();
+    else if (event.key === "l" || event.key === "L") this.goLive();
     else if (event.key === "m" || event.key === "M") this.switchMeans();
     else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
       const by = event.key === "ArrowLeft" ? -1 : 1;
@@ -244,7 +303,7 @@ export class GyroView {
   destroy() {
     this.observer.disconnect();
     this.asked++; // what is still under way is nobody's
-    for (const timer of [this.resting, this.again, this.settled]) clearTimeout(timer);
+    for (const timer of [this.resting, this.soon, this.again, this.settled]) clearTimeout(timer);
     this.strips.destroy();
     this.element.remove();
   }

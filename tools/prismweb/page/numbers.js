@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The numbers of one axis above its charts.
 import { el, setAttribute, setText } from "./dom.js";
-import { count, fixed, kUnknown, plusMinus, span } from "./format.js";
+import { count as counted, fixed, kUnknown, plusMinus, span } from "./format.js";
 import { kMarks } from "./quality.js";
-import { ageOf, isValid, rateOf } from "./state.js";
+import { ageOf, isValid, modelName, rateOf } from "./state.js";
 
 /** name: [label, unit, text of (window row, axis, gyro)]. */
 const kCells = {
@@ -14,7 +14,7 @@ const kCells = {
   uhfo: ["UHFO", "V", (row) => fixed(row.mean_uhfo_v, 4)],
   stability: ["stability since start, deg/h", "", (row, axis) => stability(axis.stability)],
   frames: ["frames good, refused, missing", "", (row, axis, gyro) => frames(gyro.status)],
-  model: ["model", "", (row, axis) => axis.model?.name || axis.model?.kind || "none"],
+  model: ["model", "", (row, axis) => modelName(axis)],
 };
 
 function stability(answer) {
@@ -26,18 +26,18 @@ function stability(answer) {
 function frames(status) {
   if (!status?.line) return kUnknown;
   const refused = ["bad_check", "bad_length", "bad_body"].reduce((sum, key) => sum + (status.line[key] ?? 0), 0);
-  return `${count(status.line.frames)}, ${count(refused)}, ${count(status.timing?.missing_frames)}`;
+  return `${counted(status.line.frames)}, ${counted(refused)}, ${counted(status.timing?.missing_frames)}`;
 }
 
 export function makeNumbers() {
-  const values = {}, mark = el("span", { class: "mark", "aria-hidden": "true" }), word = el("span", { class: "word", role: "status" });
+  const values = {}, mark = el("span", { class: "mark", "aria-hidden": "true" }), word = el("span", { class: "word", role: "status" }), count = el("span", { class: "count" });
   const what = el("span", { class: "label" }), rate = el("span", { class: "value big" }), why = el("p", { class: "why" }), age = el("span", { class: "age" });
   const name = el("h1"), cells = Object.entries(kCells).map(([key, [label, unit]]) => {
     values[key] = el("span", { class: "value" });
     return el("div", { class: `cell ${key}` }, el("dt", {}, label), el("dd", {}, values[key], unit ? el("span", { class: "unit" }, ` ${unit}`) : null));
   });
   const element = el("section", { class: "numbers", "aria-label": "present values" },
-    el("div", { class: "hero" }, name, el("p", { class: "verdict" }, mark, word),
+    el("div", { class: "hero" }, name, el("p", { class: "verdict" }, mark, word, count),
       el("p", { class: "rate" }, what, rate, el("span", { class: "unit" }, "deg/h"), age), why),
     el("dl", { class: "cells" }, ...cells));
   return {
@@ -48,6 +48,7 @@ export function makeNumbers() {
       setText(name, `${gyro.name} ${axis.name}`);
       setText(mark, kMarks[verdict.meaning]);
       setText(word, verdict.word);
+      setText(count, verdict.count ?? "");
       setText(why, `${verdict.why}; means of ${span(axis.window_s ?? 100)}`);
       const first = rateOf(axis);
       setText(what, first.what);

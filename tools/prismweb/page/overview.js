@@ -4,13 +4,15 @@ import { el, setAttribute, setText } from "./dom.js";
 import { fixed, kUnknown, plusMinus, withUnit } from "./format.js";
 import { kMarks } from "./quality.js";
 import { makeSpark } from "./spark.js";
-import { ageOf, judge, kTrace_s, rateOf } from "./state.js";
+import { ageOf, judge, kTrace_s, modelName, rateOf } from "./state.js";
 
 function makeTile(gyro, axis) {
   const value = (name) => el("dd", { class: `value ${name}` });
   const part = {
     mark: el("span", { class: "mark", "aria-hidden": "true" }),
     word: el("span", { class: "word" }),
+    count: el("span", { class: "count" }),
+    note: el("p", { class: "note" }),
     what: el("span", { class: "label" }),
     rate: el("span", { class: "value big" }),
     age: el("span", { class: "age" }),
@@ -19,9 +21,9 @@ function makeTile(gyro, axis) {
   };
   const pair = (label, element) => el("div", {}, el("dt", {}, label), element);
   const tile = el("a", { class: "tile", href: `#/${encodeURIComponent(gyro.name)}/${encodeURIComponent(axis.name)}` },
-    el("header", {}, el("h2", {}, gyro.name, el("span", { class: "axis" }, ` ${axis.name}`)), el("span", { class: "verdict" }, part.mark, part.word)),
+    el("header", {}, el("h2", {}, gyro.name, el("span", { class: "axis" }, ` ${axis.name}`)), el("span", { class: "verdict" }, part.mark, part.word, part.count)),
     el("p", { class: "rate" }, part.what, part.rate, el("span", { class: "unit" }, "deg/h"), part.age),
-    part.spark.element, el("p", { class: "note" }, "last 10 min"),
+    part.spark.element, part.note,
     el("dl", {}, pair("bias ± sd, deg/h", part.bias), pair("temperature", part.temperature),
       pair("stability since start, deg/h", part.stability), pair("model", part.model)));
   return { element: tile, ...part };
@@ -40,6 +42,8 @@ function drawTile(tile, gyro, axis, linked, now_ms) {
   setAttribute(tile.element, "class", `tile ${verdict.meaning}${verdict.old ? " old" : ""}`);
   setText(tile.mark, kMarks[verdict.meaning]);
   setText(tile.word, verdict.word);
+  setText(tile.count, verdict.count ?? "");
+  setText(tile.note, verdict.old ? "its last 10 min" : "last 10 min");
   setAttribute(tile.element, "title", verdict.why);
   const rate = rateOf(axis);
   setText(tile.what, rate.what);
@@ -48,8 +52,9 @@ function drawTile(tile, gyro, axis, linked, now_ms) {
   setText(tile.bias, plusMinus(row.bias_deg_per_h, row.sd_deg_per_h, 5));
   setText(tile.temperature, withUnit(row.mean_temperature_degc, 3, "°C"));
   setText(tile.stability, stabilityText(axis.stability));
-  setText(tile.model, axis.model?.name || axis.model?.kind || "none");
-  setAttribute(tile.element, "aria-label", `${gyro.name} axis ${axis.name}: ${verdict.word}, ${verdict.why}`);
+  setText(tile.model, modelName(axis));
+  const said = [`${gyro.name} axis ${axis.name}: ${verdict.word}`, verdict.why, `${rate.what} ${tile.rate.textContent} deg/h`, tile.age.textContent];
+  setAttribute(tile.element, "aria-label", said.filter(Boolean).join(", "));
   tile.spark.draw(axis.trace, kTrace_s);
 }
 
@@ -81,7 +86,7 @@ export function makeOverview(place) {
     draw(gyros, linked, now_ms) {
       const seen = new Set();
       for (const gyro of gyros.values()) {
-        const axes = gyro.axes.size > 0 ? [...gyro.axes.values()] : [{ name: "", window: null, window_ms: -Infinity, trace: [], quality: "no_data" }];
+        const axes = gyro.axes.size > 0 ? [...gyro.axes.values()] : [{ name: "", window: null, window_ms: -Infinity, trace: [], quality: "no_data", model: undefined }];
         for (const axis of axes) {
           const key = JSON.stringify([gyro.name, axis.name]);
           seen.add(key);

@@ -12,21 +12,24 @@ function download(name, blob) {
   setTimeout(() => URL.revokeObjectURL(url), 10000);
 }
 
-/** The rows as CSV: time, and of each quantity least, mean and greatest of its step; an unknown quantity is empty. */
-export function csvOf(rows, step_s, about) {
+/**
+ * The rows as CSV: time, and of each quantity least, mean and greatest of its step; empty where it is unknown, and where the step has no such
+ * value (`parts`, of Steps). A comment has nothing that begins another cell: one with "=" would be a formula.
+ */
+export function csvOf(rows, step_s, about, parts = {}) {
   const quantities = Object.entries(kQuantities).filter(([name]) => rows.some((row) => row[name]));
-  const lines = about.map((line) => `# ${line.replace(/[\r\n]+/g, " ")}`);
+  const lines = about.map((line) => `# ${line.replace(/[\r\n,;\t"]+/g, " ")}`);
   lines.push(`# step_s: ${step_s}`);
   lines.push(["time_utc", "time_s", ...quantities.flatMap(([, member]) => ["min", "mean", "max"].map((part) => `${part}_${member}`))].join(","));
   const number = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(12))) : "");
   for (const row of rows) {
-    const cells = quantities.flatMap(([name]) => [0, 1, 2].map((part) => number(row[name]?.[part])));
+    const cells = quantities.flatMap(([name]) => [0, 1, 2].map((part) => (parts[name]?.[part] === false ? "" : number(row[name]?.[part]))));
     lines.push([moment(row.end_s).replace(" ", "T") + "Z", row.end_s, ...cells].join(","));
   }
   return lines.join("\n") + "\n";
 }
 
-export const saveCsv = (name, rows, step_s, about) => download(`${name}.csv`, new Blob([csvOf(rows, step_s, about)], { type: "text/csv" }));
+export const saveCsv = (name, ...table) => download(`${name}.csv`, new Blob([csvOf(...table)], { type: "text/csv" }));
 
 /** Draws an element's text where it stands, relative to `origin`. */
 function drawText(context, element, origin, font) {

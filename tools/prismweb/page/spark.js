@@ -24,5 +24,14 @@ export function sparkPath(trace, span_s) {
 export function makeSpark() {
   const line = svg("path", { class: "spark-line", d: "" });
   const element = svg("svg", { class: "spark", viewBox: `0 0 ${kWidth} ${kHeight}`, preserveAspectRatio: "none", "aria-hidden": "true" }, line);
-  return { element, draw: (trace, span_s) => setAttribute(line, "d", sparkPath(trace, span_s)) };
+  let drawn = "";
+  return {
+    element,
+    /** Only where the trace is another: a page of many gyros has a path of 600 points for each. */
+    draw(trace, span_s) {
+      const now = `${trace.length} ${trace[0]} ${trace.at(-1)}`;
+      if (now !== drawn) setAttribute(line, "d", sparkPath(trace, span_s));
+      drawn = now;
+    },
+  };
 }

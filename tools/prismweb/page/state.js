@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
 // What is known of each gyro, and whether it is of now. No element of the page in here.
 import { meaningOfQuality, meaningOfState, wordsOfQuality, worse } from "./quality.js";
-import { span } from "./format.js";
+import { kUnknown, span } from "./format.js";
 
 const kEventsKept = 256;
 const kFresh_ms = 3500; // rows come each second
 export const kTrace_s = 600;
 
-export const makeGyro = (name) => ({ name, state: "", gone: "", status: null, axes: new Map(), events: [] });
+/** `run`: how many times it began to run while this page looked; `polls`: what is asked again and again and not answered yet. */
+export const makeGyro = (name) => ({ name, state: "", gone: "", status: null, axes: new Map(), events: [], run: 0, polls: new Set() });
 
-const makeAxis = (name) => ({ name, window: null, window_ms: -Infinity, trace: [], stability: null, quality: "no_data", model: null });
+/** `model`: undefined until a status told it, null where there is none. */
+const makeAxis = (name) => ({ name, window: null, window_ms: -Infinity, trace: [], stability: null, quality: "no_data", model: undefined });
 
 export function axisOf(gyro, name) {
   if (!gyro.axes.has(name)) gyro.axes.set(name, makeAxis(name));
@@ -31,7 +33,9 @@ export function takeStatus(gyro, status, now_ms) {
     axis.quality = part.quality ?? "no_data";
     axis.model = part.model ?? null;
     for (const key of ["window_s", "warm_s", "full_s"]) axis[key] = part[key] ?? status[key];
-    if (Number.isFinite(part.window?.time_s) && !axis.window) Object.assign(axis, { window: part.window, window_ms: now_ms - 1000 * (status.age_s ?? Infinity) });
+    if (Number.isFinite(part.window?.time_s) && !axis.window) axis.window = part.window;
+    // of a line that is silent no row comes: how old the last one is only the status says
+    if (axis.window_ms === -Infinity && Number.isFinite(status.age_s)) axis.window_ms = now_ms - 1000 * status.age_s;
   }
 }
 
@@ -58,7 +62,7 @@ export const isValid = (row) => Number.isFinite(row.rate_deg_per_h);
 
 /** The number that a person reads first: {what, deg_per_h}; raw where no model corrects. */
 export function rateOf({ window, model }) {
-  const row = window ?? {}, corrects = model || Number.isFinite(row.corrected_mean_deg_per_h);
+  const row = window ?? {}, corrects = model !== null || Number.isFinite(row.corrected_mean_deg_per_h);
   const deg_per_h = corrects ? row.corrected_mean_deg_per_h : row.mean_rate_deg_per_h;
   return { what: corrects || !window ? "corrected" : "raw, without a model", deg_per_h: isValid(row) ? deg_per_h : null };
 }
@@ -77,7 +81,8 @@ export function takeInstance(gyro, { state, axes }) {
 }
 
 /**
- * What a person should think of an axis: {meaning, word, why, old}. `old`: what is shown is not of now.
+ * What a person should think of an axis: {meaning, word, count, why, old}. `old`: what is shown is not of now. `count`: how far it is, beside
+ * the word, as a reader of the screen would say it again each second; left out where nothing is counted.
  * `linked`: the page has its connection.
  */
 export function judge(gyro, axis, linked, now_ms) {
@@ -91,13 +96,22 @@ export function judge(gyro, axis, linked, now_ms) {
     return { meaning: "bad", word: "no data", why: "no row came in the last seconds", old: true };
   }
   const meaning = meaningOfQuality(axis.quality);
-  const warm = axis.quality?.includes("warming") && axis.full_s ? `: ${axis.warm_s ?? 0} of ${axis.full_s} s` : "";
-  return { meaning, word: axis.quality + warm, why: wordsOfQuality(axis.quality), old: false };
+  const count = axis.quality?.includes("warming") && axis.full_s ? `${axis.warm_s ?? 0} of ${axis.full_s} s` : "";
+  return { meaning, word: axis.quality, count, why: wordsOfQuality(axis.quality), old: false };
+}
+
+/** Whether each axis of each gyro is judged good, and there is one. */
+export function allGood(gyros, linked, now_ms) {
+  const axes = [...gyros].map((gyro) => [...gyro.axes.values()].map((axis) => judge(gyro, axis, linked, now_ms).meaning));
+  return axes.length > 0 && axes.every((meanings) => meanings.length > 0 && meanings.every((meaning) => meaning === "good"));
 }
 
 /** The worst of all axes of a gyro, for the line that sums up. */
 export const judgeGyro = (gyro, linked, now_ms) =>
   [...gyro.axes.values()].map((axis) => judge(gyro, axis, linked, now_ms).meaning).reduce(worse, gyro.gone || !linked ? "bad" : "good");
+
+/** The model's name; a dash where it is not known yet. */
+export const modelName = ({ model }) => (model === undefined ? kUnknown : model?.name || model?.kind || "none");
 
 /** How long ago the last row of an axis came, in words. */
 export function ageOf(axis, now_ms) {

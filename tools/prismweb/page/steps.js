@@ -8,12 +8,14 @@ export const kQuantities = {
   corrected_1s: "corrected_deg_per_h",
   bias: "bias_deg_per_h",
   sd: "sd_deg_per_h",
-  temperature: "mean_temperature_degc",
+  temperature: "temperature_degc",
   slope: "slope_degc_per_s",
-  uhfo: "mean_uhfo_v",
+  uhfo: "uhfo_v",
   samples: "samples",
   missing: "missing",
 };
+/** What stands for a member that an older prismd does not tell: the mean of its window. */
+const kOlder = { temperature: "mean_temperature_degc", uhfo: "mean_uhfo_v" };
 const kRunning = { raw: "raw_1s", corrected: "corrected_1s" };
 
 /** [least, mean, greatest] with `value`, of the same form, that stands for `share` of both. */
@@ -21,8 +23,9 @@ const fold = (old, value, share) =>
   old ? [Math.min(old[0], value[0]), old[1] + (value[1] - old[1]) * share, Math.max(old[2], value[2])] : [...value];
 
 export class Steps {
+  /** `parts`: of a quantity which of [least, mean, greatest] are truly known; all where it is not named. */
   constructor(step_s) {
-    Object.assign(this, { step_s, rows: [], hasMeans: true });
+    Object.assign(this, { step_s, rows: [], hasMeans: true, parts: {} });
   }
 
   /** A row of the step that ends at `end_s`: its time is the middle of the seconds in it, which are named by their ends. */
@@ -34,7 +37,8 @@ export class Steps {
   push(window) {
     const values = {};
     for (const [name, member] of Object.entries(kQuantities)) {
-      if (Number.isFinite(window[member])) values[name] = Array(3).fill(window[member]);
+      const value = window[member in window ? member : kOlder[name]];
+      if (Number.isFinite(value)) values[name] = Array(3).fill(value);
     }
     return this.add(window.time_s, { ...values, seconds: 1, good: window.quality === "good" ? 1 : 0 });
   }
@@ -55,7 +59,7 @@ export class Steps {
 
   /** The same in steps of a multiple of these. */
   coarser(step_s) {
-    const result = new Steps(step_s);
+    const result = Object.assign(new Steps(step_s), { hasMeans: this.hasMeans, parts: this.parts });
     for (const row of this.rows) result.add(row.end_s, row);
     return result;
   }

@@ -72,7 +72,7 @@ export class Strips {
       const end_ms = performance.now() + kSlice_ms, due = [...this.dirty].filter((chart) => this.seen.has(chart));
       while (due.length > 0 && performance.now() < end_ms) this.drawChart(due.shift());
       if (due.length > 0) return this.schedule();
-      this.placeCursor();
+      this.showCursor();
       if (this.whole && this.seen.size > 0) measured("prism-drawn");
     });
   }
@@ -82,8 +82,8 @@ export class Strips {
     this.dirty.delete(chart);
     chart.drawn_ms = begin_ms;
     Object.assign(this.element.dataset, { from: from_s, to: to_s });
-    chart.draw(this.rows, this.step_s, [from_s * 1000, to_s * 1000]);
-    if (this.cursor_s === null) chart.show(this.rows.at(-1));
+    chart.draw(this.rows, this.step_s, [from_s * 1000, to_s * 1000], this.whole);
+    chart.show(this.pointed());
     measured("prism-chart", begin_ms);
   }
 
@@ -118,28 +118,45 @@ export class Strips {
   pointAt(time_s) {
     if (time_s !== null && !Number.isFinite(time_s)) return;
     this.cursor_s = time_s;
-    this.element.classList.toggle("pointed", time_s !== null);
-    this.placeCursor();
-    const index = time_s === null ? -1 : indexAt(this.rows, time_s);
-    const row = index >= 0 ? this.rows[index] : undefined;
-    for (const chart of this.charts) chart.show(time_s === null ? this.rows[this.rows.length - 1] : row);
-    const near = this.events.filter((event) => row && Math.abs(event.time_s - row.time_s) <= this.step_s);
-    setText(this.time, row ? [moment(row.time_s) + " UTC", `${row.good} of ${row.seconds} s good`, ...near.map((event) => event.text)].filter(Boolean).join(" · ") : "");
+    this.showCursor();
   }
 
-  placeCursor() {
-    const [from_s, to_s] = this.view.range(), inside = this.cursor_s !== null && this.cursor_s >= from_s && this.cursor_s <= to_s;
-    this.line.hidden = !inside;
-    if (!inside) return;
+  /** The row whose values stand beside the charts: the last one, or that of the cursor; none where the cursor is in a hole. */
+  pointed() {
+    if (this.cursor_s === null) return this.rows.at(-1);
+    const index = indexAt(this.rows, this.cursor_s);
+    return [this.rows[index], this.rows[index + 1]].find((row) => row && Math.abs(row.time_s - this.cursor_s) <= this.step_s);
+  }
+
+  /** Cursor, its values and its time belong to one row: they are told anew with each change of the rows and of the window, which may leave it behind. */
+  showCursor() {
+    const [from_s, to_s] = this.view.range();
+    if (this.cursor_s !== null && !(this.cursor_s >= from_s && this.cursor_s <= to_s)) this.cursor_s = null;
+    this.placeCursor(from_s, to_s);
+    const row = this.pointed();
+    for (const chart of this.charts) chart.show(row);
+    setText(this.time, this.cursor_s === null ? "" : row ? this.wordsOf(row) : `${moment(this.cursor_s)} UTC · no row`);
+  }
+
+  wordsOf(row) {
+    const near = this.events.filter((event) => Math.abs(event.time_s - row.time_s) <= this.step_s);
+    return [moment(row.time_s) + " UTC", `${row.good} of ${row.seconds} s good`, ...near.map((event) => event.text)].join(" · ");
+  }
+
+  placeCursor(from_s, to_s) {
+    this.element.classList.toggle("pointed", this.cursor_s !== null);
+    this.line.hidden = this.cursor_s === null;
+    if (this.cursor_s === null) return;
     const { left, width } = this.area();
     this.line.style.transform = `translateX(${left + ((this.cursor_s - from_s) / (to_s - from_s)) * width}px)`;
   }
 
   /** The cursor goes so many rows on; from nowhere, to the last. Answers what a screen reader should say. */
   step(by) {
-    if (this.rows.length === 0) return "no data";
-    const now = this.cursor_s === null ? this.rows.length - 1 : indexAt(this.rows, this.cursor_s) + by;
-    this.pointAt(this.rows[Math.max(0, Math.min(this.rows.length - 1, now))].time_s);
+    const [from_s, to_s] = this.view.range(), rows = this.rows.filter((row) => row.time_s >= from_s && row.time_s <= to_s);
+    if (rows.length === 0) return "no data";
+    const now = this.cursor_s === null ? rows.length - 1 : indexAt(rows, this.cursor_s) + by;
+    this.pointAt(rows[Math.max(0, Math.min(rows.length - 1, now))].time_s);
     return [this.time.textContent, ...this.charts.map((chart) => `${chart.spec.title} ${chart.element.querySelector(".legend").textContent}`)].join("; ");
   }
 

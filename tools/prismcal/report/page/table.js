@@ -43,8 +43,9 @@ export function valueNear(rows, row, s, far) {
   return null;
 }
 
-/** {v, label} at powers of ten, and at 2 and 5 times them where few are in sight. */
+/** {v, label} at powers of ten, and at 2 and 5 times them where few are in sight; none where `low` has no logarithm. */
 export function decadesOf(low, high) {
+  if (!(low > 0 && high < Infinity)) return [];
   const ticks = [], digits = Math.log10(high / low) < 2.5 ? [1, 2, 5] : [1];
   for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power++) {
     for (const digit of digits) {
