@@ -6,7 +6,8 @@ PATH=$PRISM_BIN/tools/prismweb:$PATH
 for program in node npm; do command -v $program >/dev/null || skip "no $program here (Debian's packages nodejs and npm, or the machine's own)"; done
 cd "$dir"
 mkdir client && cp "$PRISM_SOURCE"/tests/foxglove/* client/
-(cd client && timeout 120 npm ci --silent --no-audit --no-fund) >npm.out 2>&1 || skip "npm's registry is not to be had: $(grep -m1 . npm.out || true)"
+# npm waits for a registry that stalls for minutes, and takes no SIGTERM then.
+(cd client && timeout -k 5 60 npm ci --prefer-offline --silent --no-audit --no-fund) >npm.out 2>&1 || skip "npm's registry is not to be had: $(grep -m1 . npm.out || true)"
 frames 100
 config
 start_sim --profile steady
