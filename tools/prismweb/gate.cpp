@@ -44,7 +44,7 @@ std::shared_ptr<Gate::Comparison> Gate::compare(const std::string& digest, const
                                                 const std::string& password) {
   if (const auto same = comparisons_.find(digest); same != comparisons_.end()) return same->second;
   if (comparisons_.size() >= kMostComparing) return nullptr;
-  const auto comparison = std::make_shared<Comparison>(io_);
+  auto comparison = std::make_shared<Comparison>(io_);
   comparisons_.emplace(digest, comparison);
   const auto own = hashes_.find(name);
   const bool is_known = own != hashes_.end();

@@ -136,7 +136,7 @@ Result<void> Store::append_ended() {
 }
 
 Result<void> Store::commit(const std::string& cursor) {
-  if (const Result<void> done = append_ended(); !done) return done;
+  if (Result<void> done = append_ended(); !done) return done;
   ended_minutes_.clear();
   ended_hours_.clear();
   cursor_ = cursor;
