@@ -174,7 +174,6 @@ asio::awaitable<void> Hub::expire() {
 }
 
 void Hub::disconnected() {
-  for (Lane* const lane : lanes_) lane->close();
   become(HubState::kGone);
   const std::string member = error_member(kNotRunning, name_ + " went away");
   for (Lane* const lane : lanes_) lane->end(member);
