@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# The table in README.md is what tools/demo prints: same seeds, same commands, same digits.
+# The table in README.md is what tools/demo prints: same seeds, same commands, same digits. And its
+# folder is served as a page, with a gyro in real time beside it, until Ctrl-C, which leaves nothing.
 . "$(dirname "$0")/../system/lib.sh"
 "$PRISM_SOURCE/tools/demo" --table "$dir/demo" >"$dir/out" 2>&1 || { cat "$dir/out"; fail "tools/demo --table: exit code $?"; }
 cat "$dir/out"
@@ -14,3 +15,21 @@ expected=$(awk '/^  trained on cycle 1/ {
 while read -r line; do
   grep -qF "$line" "$PRISM_SOURCE/README.md" || fail "README.md: found no line \"$line\" in its table, expected what tools/demo prints"
 done <<<"$expected"
+
+cd "$dir"
+TMPDIR=$dir start serve env --default-signal=INT "$PRISM_SOURCE/tools/demo" --serve "$dir/demo" --listen 127.0.0.1:0
+serve=$pid
+wait_for 10 grep -q token= serve.out
+url=$(sed -n 's|^\(http.*\)#token=.*|\1|p' serve.out)
+token=$(sed -n 's/.*#token=//p' serve.out)
+contains "the page" "$(curl -s "$url")" '<!DOCTYPE html>'
+api() { curl -s -H "Authorization: Bearer $token" "${url}api/$1"; }
+both() { [ "$(api instances | jq -c '[.[] | [.name, .state]]')" = '[["run","running"],["live","running"]]' ]; }
+wait_for 5 both
+live() { [ "$(api live/status | jq .line.frames)" -gt 100 ]; }
+wait_for 10 live
+code=0
+kill -INT "$serve"; wait "$serve" || code=$?
+same "exit code of a served demo that was interrupted" "$code" 130
+[ -z "$(ls -d "$dir"/prism-page.* 2>/dev/null)" ] || fail "found $(ls -d "$dir"/prism-page.*), expected nothing left of a served demo"
+! pgrep -f "$dir/demo/" >/dev/null || fail "found $(pgrep -fa "$dir/demo/"), expected that a served demo ends what it started"
