@@ -5,7 +5,7 @@ rows, an hour of them at once, a name that is markup, a server that stands still
 
 usage: stand_in.py PORT (0: a free one) [--gyros N] [--name TEXT] [--days N] [--speed N]; commands on standard input: gone NAME,
 back NAME, leave NAME (it is on the list no more), silent NAME (of its line), freeze, go, building SHARE (0 to 1, of the long view), disk hangs, disk answers,
-shift SECONDS (of the data's time, from now on), range delay SECONDS
+shift SECONDS (of the data's time, from now on), range delay SECONDS, refuse METHOD... (from now on; none: answer all)
 """
 import argparse
 import asyncio
@@ -122,7 +122,7 @@ class Gyro:
 class Server:
     def __init__(self, gyros):
         self.gyros, self.clients, self.frozen, self.building, self.disk = gyros, set(), False, 1, "answers"
-        self.delay_s, self.tasks = 0, set()
+        self.delay_s, self.tasks, self.refused = 0, set(), []
 
     def instances(self):
         return [{"name": gyro.name, "state": gyro.state, "axes": gyro.axes} for gyro in self.gyros if gyro.state != "left"]
@@ -160,6 +160,8 @@ class Server:
         head = {"jsonrpc": "2.0", "id": asked["id"], "instance": asked.get("instance")}
         if gyro is None or gyro.state != "running":
             return {**head, "error": {"code": -32003, "message": "the instance does not run"}}
+        if asked["method"] in self.refused:
+            return {**head, "error": {"code": -32003, "message": "so many questions wait that this one is not taken"}}
         if asked["method"] == "range" and self.disk == "hangs":
             return {**head, "error": {"code": -32000, "message": "the disk has not answered for 5 s"}}
         result = gyro.answer(asked["method"], asked.get("params") or {})
@@ -191,6 +193,7 @@ class Server:
             self.frozen = line[0] == "freeze"
             self.building = float(line[1]) if line[0] == "building" else self.building
             self.disk = line[1] if line[0] == "disk" else self.disk
+            self.refused = line[1:] if line[0] == "refuse" else self.refused
             self.delay_s = float(line[2]) if line[0] == "range" else self.delay_s
             for gyro in self.gyros:
                 gyro.shift_s += int(line[1]) if line[0] == "shift" else 0

@@ -95,6 +95,23 @@ def disk_hangs(browser, world):
     browser.wait("an hour", lambda: "rows of 10 s" in browser.one(".chart").get_attribute("aria-label"))
 
 
+def refused(browser, world):
+    """What is asked once in a run, and is refused, is asked again as long as the run lasts."""
+    world.say("refuse history events model")
+    browser.driver.refresh()
+    browser.wait("the live numbers", lambda: "." in (browser.text(".hero .big") or ""))
+    time.sleep(1)
+    assert not browser.all(".events li") and not browser.all(".gauge"), "the stand-in refused nothing"
+    browser.run("location.hash = '#/'")
+    drawn = lambda: len(browser.one(".spark-line").get_attribute("d"))
+    browser.wait("a tile", lambda: browser.all(".tile"))
+    assert drawn() < 300, drawn()
+    world.say("refuse")
+    browser.wait("ten minutes on the spark line", lambda: drawn() > 1000, 12)
+    open_gyro(browser)
+    browser.wait("the events and the domain", lambda: browser.all(".events li") and browser.all(".gauge"))
+
+
 def files(browser, world):
     table = saved_table(browser)
     assert 350 < len(table) <= 361 and abs(float(table[-1]["mean_rate_deg_per_h"]) - 8.465) < 0.5, table[-1]
@@ -366,5 +383,5 @@ def the_checks_bite(browser, world):
     browser.said.pop()
 
 
-TESTS = [overview, names_are_data, zoom_and_pan, cursor, thirty_days, long_view_is_built, disk_hangs, files, night, gone, frozen, nothing_to_tell, slept, hidden, time_goes_back,
+TESTS = [overview, names_are_data, zoom_and_pan, cursor, thirty_days, long_view_is_built, disk_hangs, refused, files, night, gone, frozen, nothing_to_tell, slept, hidden, time_goes_back,
          no_holes, cursor_leaves, addresses, silent_for_hours, by_keyboard, narrow, phone, fingers, wall, wrong_token, the_checks_bite]
