@@ -37,6 +37,22 @@ again() { [ "$(rows $((last - 100)) "$last")" = "$heard" ]; }
 wait_for 10 again
 
 first=$(range seconds=100 | jq .first_s)
+# The longer the steps, the more lies in the first one: a step that the border cuts is whole, from the seconds and from the minutes.
+seconds_of() {  # seconds_of LENGTH POINTS: how many are in the rows, and whether these begin at the border or before it
+  curl -s -H "Authorization: Bearer $token" "${url}api/gyro/range?from_s=$((last - $1))&to_s=$last&points=$2" |
+    jq -c --argjson from $((last - $1)) '(.columns | index("seconds")) as $i | [([.rows[][$i]] | add), .rows[0][0] - .step_s <= $from]'
+}
+for length in 7001 8501; do
+  fine=$(seconds_of $length 5000 | jq '.[0]')
+  for points in 2 7 40 110; do
+    coarse=$(seconds_of $length $points)
+    same "a view of $length s in $points rows, [seconds, from its border], $fine are known" "$(jq -c --argjson fine "$fine" '[.[0] >= $fine, .[1]]' <<<"$coarse")" '[true,true]'
+  done
+done
+
+# A view behind all that there is has nothing, and does not end before it begins.
+same "of the far future" "$(range from_s=9e9 | jq -c '[.rows, .to_s >= .from_s]')" '[[],true]'
+
 # The counter begins anew: both views have the same seconds of now.
 kill -KILL "$sim"; wait "$sim" 2>/dev/null || true
 start_sim --profile fast --speed 4 --seed 8

@@ -90,7 +90,7 @@ void answer_periods(AxisArchive& axis, View view, int points, const Hub::Answer&
   view.step_s = step_for(static_cast<double>(view.to_s - view.from_s), points, 60);
   const bool by_hours = view.step_s >= 3600;
   view.source = by_hours ? "hours" : "minutes";
-  view.from_s = floor_to(view.from_s, by_hours ? 3600 : 60);  // a period that the border cuts is in it
+  view.from_s = floor_to(view.from_s, view.step_s);
   const auto take = [self = axis.shared_from_this(), view, answer](const Result<StoreKeeper::Periods>& stored) {
     answer(stored ? result_of(*self, view, with_newer(*stored, *self)) : disk_error(stored.error()));
   };
@@ -197,19 +197,21 @@ Result<RangeQuery> parse_range(const json& params) {
 
 void answer_range(Hub& hub, AxisArchive& axis, const RangeQuery& query, const Hub::Answer& answer) {
   const std::int64_t last_s = last_of(axis).value_or(0) + 1;
-  const double to_s = query.to_s.value_or(static_cast<double>(last_s));
+  const double to_s = query.to_s.value_or(std::max(static_cast<double>(last_s), query.from_s.value_or(0)));
   const double from_s = query.from_s.value_or(to_s - query.seconds);
   View view{static_cast<std::int64_t>(std::floor(from_s)), static_cast<std::int64_t>(std::ceil(to_s)), 1, "seconds"};
   const double length_s = std::max(to_s - from_s, 1.0);
   view.step_s = step_for(length_s, query.points, 1);
+  view.from_s = floor_to(view.from_s, view.step_s);  // a step that the border cuts is whole
   // Behind memory's last second a run of the clock may lie that was before it began anew.
   const RecentSeconds& recent = axis.recent();
+  const auto* const known = axis.known();
+  const bool has_first = !recent.empty() && known != nullptr && known->first_s == recent.first_s();
   const bool in_memory =
-      !recent.empty() && view.from_s >= recent.first_s() && view.from_s <= recent.last_s() + kFresh_s;
-  if (axis.known() == nullptr || in_memory || !axis.known()->first_s)
-    return answer(result_of(axis, view, axis.recent().all()));
+      !recent.empty() && (view.from_s >= recent.first_s() || has_first) && view.from_s <= recent.last_s() + kFresh_s;
+  if (known == nullptr || in_memory || !known->first_s) return answer(result_of(axis, view, axis.recent().all()));
   // While the store is built, what lies between it and the view is not looked for: it may be days.
-  const bool is_far = axis.building().value_or(1) < 1 && *axis.known()->last_s + kFar_s < view.from_s;
+  const bool is_far = axis.building().value_or(1) < 1 && *known->last_s + kFar_s < view.from_s;
   if (is_far) return answer(result_of(axis, view, axis.recent().all()));
   if (length_s <= kLongestOfRows_s && hub.state() == HubState::kRunning) {
     const auto fetch = std::make_shared<Fetch>(hub, axis.shared_from_this(), view, query.points, answer);
