@@ -48,6 +48,8 @@ same "its own origin" "$(status -H "Origin: http://localhost:$port" "$url")" 200
 same "a WebSocket with a wrong token" "$(client wrong hello)" "closed 1008"
 same "a WebSocket without one" "$(client '' hello)" "closed 1008"
 same "greeting" "$(client "$token" hello | jq -c '[.ready, .instances]')" '[true,[{"axes":["z"],"name":"gyro","state":"running"}]]'
+same "an axis that is not there" "$(client "$token" ask subscribe '{"axes": ["q"]}' | jq -c '[.error.code, .error.message]')" '[-32602,"found the axis \"q\", expected one of z"]'
+same "/metrics with a query" "$(status -H "Authorization: Bearer $token" "${url}metrics?x=1")" 200
 headers=$(curl -sI "$url")
 contains "headers" "$headers" "Content-Security-Policy: default-src 'self'; frame-ancestors 'none'"
 contains "headers" "$headers" "X-Content-Type-Options: nosniff"

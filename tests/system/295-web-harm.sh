@@ -82,6 +82,53 @@ wait_for 10 grep -q held strangers.out
 for _ in 1 2 3; do wait_for 1 running; done
 kill -9 "$pid"; wait "$pid" 2>/dev/null || true
 
+# Who may not stay is told why, and only who is wrong is told so: a page tries no more then.
+cat >told.py <<'END'
+import asyncio, json, sys, websockets
+
+async def closed(socket, message=None):
+    if message is not None:
+        await socket.send(message)
+    try:
+        while True:
+            await asyncio.wait_for(socket.recv(), 20)
+    except websockets.ConnectionClosed as end:
+        return f"{end.rcvd.code if end.rcvd else 1006} {end.rcvd.reason if end.rcvd else ''}"
+
+async def main(url, token):
+    open_one = lambda: websockets.connect(url)
+    hello, held = json.dumps({"token": token}), []
+    print("wrong:", await closed(await open_one(), json.dumps({"token": "x"})))
+    print("none:", await closed(await open_one(), json.dumps({"token": ""})))
+    print("no object:", await closed(await open_one(), "7"))
+    print("bytes:", await closed(await open_one(), hello.encode()))
+    print("silent:", await closed(await open_one()))
+    for _ in range(64):
+        held.append(await open_one())
+        await held[-1].send(hello)
+        await held[-1].recv()
+    for size in 64, 65:
+        await held[0].send(json.dumps({"jsonrpc": "2.0", "id": size * "a", "method": "instances"}))
+        print("an id of", size, sorted(json.loads(await held[0].recv()))[0])
+    print("one more:", await closed(await open_one(), hello))
+    await held.pop().close()
+    await asyncio.sleep(0.5)
+    last = await open_one()
+    await last.send(hello)
+    print("when one went: ready", json.loads(await last.recv())["ready"])
+
+asyncio.run(main(*sys.argv[1:]))
+END
+same "what who may not stay is told" "$("$python" told.py "ws${url#http}ws" "$token" 2>&1)" 'wrong: 1008 its token is wrong
+none: 1008 it has no token
+no object: 1008 expected {"token": "…"} first
+bytes: 1003 found bytes, expected text
+silent: 1008 no token came in 10 s
+an id of 64 id
+an id of 65 error
+one more: 1013 64 clients are connected, expected fewer
+when one went: ready True'
+
 # Eight wrong passwords at once are no reason to call a right one wrong.
 kill -TERM "$web"; wait "$web" || fail "exit code $?"
 openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout web.key -out web.crt -days 2 -subj /CN=localhost 2>/dev/null

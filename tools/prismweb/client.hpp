@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -23,6 +24,13 @@ class Channel {
   virtual void batch(const std::string& instance, const Text& text, std::uint64_t rows) = 0;
 };
 
+/// Why a client may not stay: a close code of RFC 6455 (section 7.4.1 and IANA's registry), and words of at most 123
+/// bytes.
+struct CloseReason {
+  std::uint16_t code;
+  std::string_view reason;
+};
+
 /// Leaves the site and all that it listened to when it goes.
 class Client : public Subscriber, public std::enable_shared_from_this<Client> {
  public:
@@ -32,8 +40,8 @@ class Client : public Subscriber, public std::enable_shared_from_this<Client> {
 
   /// The connection stands.
   virtual void begin() {}
-  /// A message of the client. False: it may not stay.
-  virtual bool message(std::string_view text, bool is_text) = 0;
+  /// A message of the client. An answer: it may not stay.
+  virtual std::optional<CloseReason> message(std::string_view text, bool is_text) = 0;
   virtual bool is_let_in() const = 0;
   /// The list of instances is another: prismweb's notification of it.
   virtual void instances_changed(const Text& notification) = 0;

@@ -62,7 +62,7 @@ void FoxgloveClient::advertise() {
   if (!channels.empty()) send({{"op", "advertise"}, {"channels", channels}});
 }
 
-bool FoxgloveClient::message(std::string_view text, bool is_text) {
+std::optional<CloseReason> FoxgloveClient::message(std::string_view text, bool is_text) {
   const json request = is_text ? json::parse(text, nullptr, false) : json();
   const json op = request.is_object() ? request.value("op", json()) : json();
   if (op == "subscribe") {
@@ -73,7 +73,7 @@ bool FoxgloveClient::message(std::string_view text, bool is_text) {
     complain(fmt::format("found {}, expected subscribe or unsubscribe: prismweb only tells",
                          op.is_string() ? dumped(op).substr(0, 80) : "no operation"));
   }
-  return true;
+  return std::nullopt;
 }
 
 void FoxgloveClient::subscribe(const json& request) {

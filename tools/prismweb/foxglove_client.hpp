@@ -18,7 +18,7 @@ class FoxgloveClient final : public Client {
   FoxgloveClient(Site& site, Channel& channel);
 
   void begin() override;
-  bool message(std::string_view text, bool is_text) override;
+  std::optional<CloseReason> message(std::string_view text, bool is_text) override;
   bool is_let_in() const override { return true; }
   void instances_changed(const Text& notification) override;
   std::string lost_text(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) const override;

@@ -26,8 +26,9 @@ constexpr std::array<std::string_view, 9> kPassed = {"version", "status",  "bias
 constexpr std::size_t kMostAxes = 64;
 
 std::string unknown_method(const std::string& method) {
-  return fmt::format("no method \"{}\"; expected one of instances, range, {}, subscribe, unsubscribe",
-                     plain_text(method.substr(0, 40)), fmt::join(kPassed, ", "));
+  return fmt::format(
+      "no method \"{}\"; expected one of instances, range, {}; subscribe and unsubscribe by the WebSocket",
+      plain_text(method.substr(0, 40)), fmt::join(kPassed, ", "));
 }
 
 std::string unknown_instance(const std::string& instance) {

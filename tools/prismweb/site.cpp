@@ -148,7 +148,7 @@ asio::awaitable<Answer> Site::answer(const Request& request) {
   if (is_api(request.target)) {
     if (request.method != "GET") co_return plain(405, "expected GET");
     Answer answer;
-    if (request.target == "/metrics") {
+    if (request.target == "/metrics" || request.target.starts_with("/metrics?")) {
       answer = co_await metrics_answer(*this);
     } else {
       answer = co_await api_answer(*this, request.target);

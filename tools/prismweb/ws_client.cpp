@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismweb/ws_client.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "compensation/plain_text.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/methods.hpp"
 #include "tools/prismweb/site.hpp"
@@ -15,23 +19,28 @@ using nlohmann::json;
 
 constexpr int kMostUnderWay = 32;
 constexpr std::size_t kMostIdBytes = 64;
+constexpr std::uint16_t kUnknownData = 1003, kPolicyError = 1008, kTryAgainLater = 1013;
 
 }  // namespace
 
-bool WsClient::message(std::string_view text, bool is_text) {
-  if (!is_text) return false;
+std::optional<CloseReason> WsClient::message(std::string_view text, bool is_text) {
+  if (!is_text) return CloseReason{kUnknownData, "found bytes, expected text"};
   if (!let_in_) return let_in(text);
   request(text);
-  return true;
+  return std::nullopt;
 }
 
-bool WsClient::let_in(std::string_view text) {
+std::optional<CloseReason> WsClient::let_in(std::string_view text) {
   const json first = json::parse(text, nullptr, false);
-  if (!first.is_object() || !site().is_token(text_of(first, "token")) || !site().has_room_for_client()) return false;
+  if (!first.is_object()) return CloseReason{kPolicyError, R"(expected {"token": "…"} first)"};
+  const std::string token = text_of(first, "token");
+  if (!site().is_token(token))
+    return CloseReason{kPolicyError, token.empty() ? "it has no token" : "its token is wrong"};
+  if (!site().has_room_for_client()) return CloseReason{kTryAgainLater, "64 clients are connected, expected fewer"};
   let_in_ = true;
   channel().answer(std::make_shared<const std::string>(site().greeting()));
   enter();
-  return true;
+  return std::nullopt;
 }
 
 std::string WsClient::lost_text(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) const {
@@ -44,7 +53,8 @@ void WsClient::request(std::string_view text) {
   if (!request.is_object()) return answer("null", "", error_member(-32600, "found no object, expected a request"));
   const json id = request.value("id", json());
   const std::string id_text = dumped(id);
-  if (!(id.is_number() || id.is_string()) || id_text.size() > kMostIdBytes)
+  const std::size_t id_bytes = id.is_string() ? id.get_ref<const std::string&>().size() : id_text.size();
+  if (!(id.is_number() || id.is_string()) || id_bytes > kMostIdBytes)
     return answer("null", "", error_member(-32600, "expected an id, a number or a text of at most 64 bytes"));
   const std::string instance = text_of(request, "instance"), method = text_of(request, "method");
   const json params = request.value("params", json());
@@ -73,6 +83,15 @@ void WsClient::subscribe(Hub& hub, const std::string& id, const json& params, bo
         error_member(kWrongParams, "found " + dumped(params).substr(0, 80) +
                                        R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to )"
                                        R"(1000000, "axes": [NAME, …]})"));
+  }
+  const auto is_strange = [&](const std::string& axis) {  // where it never ran its axes are not known
+    return !hub.axes().empty() && std::find(hub.axes().begin(), hub.axes().end(), axis) == hub.axes().end();
+  };
+  const auto strange = std::find_if(wish->axes.begin(), wish->axes.end(), is_strange);
+  if (strange != wish->axes.end()) {
+    const std::string words = fmt::format("found the axis \"{}\", expected one of {}",
+                                          plain_text(strange->substr(0, 40)), fmt::join(hub.axes(), ", "));
+    return answer(id, hub.name(), error_member(kWrongParams, words));
   }
   hub.wish(this, *wish);
   answer(id, hub.name(), "\"result\":" + dumped(wish_json(*wish, hub.axes())));

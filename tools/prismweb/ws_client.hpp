@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -17,7 +18,7 @@ class WsClient final : public Client {
  public:
   WsClient(Site& site, Channel& channel) : Client(site, channel) {}
 
-  bool message(std::string_view text, bool is_text) override;
+  std::optional<CloseReason> message(std::string_view text, bool is_text) override;
   bool is_let_in() const override { return let_in_; }
   void instances_changed(const Text& notification) override { channel().answer(notification); }
   std::string lost_text(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) const override;
@@ -26,7 +27,7 @@ class WsClient final : public Client {
   }
 
  private:
-  bool let_in(std::string_view text);
+  std::optional<CloseReason> let_in(std::string_view text);
   void request(std::string_view text);
   void subscribe(Hub& hub, const std::string& id, const nlohmann::json& params, bool on);
   void answer(const std::string& id, const std::string& instance, std::string_view member);

@@ -77,12 +77,17 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
       const auto [error, size] = co_await ws_.async_read(buffer, kUse);
       if (error) co_return;
       const auto data = buffer.cdata();
-      const bool stays = client_->message({static_cast<const char*>(data.data()), data.size()}, ws_.got_text());
+      const auto refusal = client_->message({static_cast<const char*>(data.data()), data.size()}, ws_.got_text());
       buffer.consume(size);
-      if (!stays) break;
+      if (refusal) co_return co_await refuse(*refusal);
       connection_->is_known = client_->is_let_in();
     }
-    const websocket::close_reason reason(websocket::close_code::policy_error, "expected {\"token\":…} first");
+  }
+
+  asio::awaitable<void> refuse(const CloseReason& refusal) {
+    const std::string_view words = refusal.reason;
+    const websocket::close_reason reason(static_cast<websocket::close_code>(refusal.code),
+                                         beast::string_view(words.data(), words.size()));
     co_await ws_.async_close(reason, kUse);
   }
 
@@ -106,9 +111,16 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
     watch_.async_wait([self = this->shared_from_this()](const boost::system::error_code& error) {
       if (error) return;
       const bool deaf = self->writing_ && std::chrono::steady_clock::now() - self->writing_since_ >= kDeaf;
-      if (deaf || (self->client_ && !self->client_->is_let_in())) return self->drop();
+      if (deaf) return self->drop();
+      if (self->client_ && !self->client_->is_let_in()) return self->close_silent();
       self->watch(std::chrono::seconds(5));
     });
+  }
+
+  // The reader ends with it.
+  void close_silent() {
+    const websocket::close_reason reason(websocket::close_code::policy_error, "no token came in 10 s");
+    ws_.async_close(reason, [self = this->shared_from_this()](const boost::system::error_code&) {});
   }
 
   // The reader sees it and ends the session.
