@@ -72,6 +72,19 @@ test("a running mean is that of its seconds, is unknown where half of them are, 
   assert.deepEqual(steps.rows.map((row) => row.raw?.[1]), [undefined, 1.5, 2, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, undefined, 100, 100, 100]);
 });
 
+test("a window's corrected rate is its mean less the bias in force; of steps whose bias has no mean, the mean of what was corrected", () => {
+  const steps = new Steps(1);
+  for (const [time_s, bias] of [[1, null], [2, 0.1], [3, 0.1], [4, 0.3]]) {
+    steps.push(second(time_s, 10 + time_s, { bias_deg_per_h: bias, corrected_deg_per_h: bias === null ? null : 10 + time_s - bias }));
+  }
+  steps.run(4);
+  const close = (value) => value && Number(value[1].toFixed(9));
+  assert.deepEqual(steps.rows.map((row) => close(row.corrected)), [undefined, 11.4, 11.9, 12.2]);
+  steps.parts = { bias: [true, false, true] };
+  steps.run(4);
+  assert.deepEqual(steps.rows.map((row) => close(row.corrected)), [undefined, undefined, 12.4, 12.833333333]);
+});
+
 test("seconds become coarser steps with their true means, also of seconds that were not known", () => {
   const steps = new Steps(1);
   for (let t = 1; t <= 9; t++) steps.push(second(t, t === 7 ? null : t, { quality: t > 5 ? "warming" : "good" }));
@@ -182,6 +195,29 @@ test("the number that is read first is corrected, raw without a model, and none 
   assert.deepEqual(of(null, { rate_deg_per_h: null }), ["raw, without a model", null]);
   assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: 8.4, rate_deg_per_h: null }), ["corrected", null]);
   assert.deepEqual(of(null, null), ["corrected", null]);
+});
+
+test("a second that was cut does not take away what was read before it", () => {
+  const gyro = gyroOf({ axis: "z", state: "receiving", model: { name: "m" } }), axis = gyro.axes.get("z");
+  const means = { mean_rate_deg_per_h: 8.5, mean_temperature_degc: 25, corrected_mean_deg_per_h: 8.4 }, none = { mean_rate_deg_per_h: null, mean_temperature_degc: null };
+  state.takeWindow(gyro, second(10, 8, means), 1);
+  state.takeWindow(gyro, second(11, 8, none), 2);
+  const of = (old) => [state.readable(axis, old).window.time_s, state.rateOf(state.readable(axis, old)).deg_per_h ?? null];
+  assert.deepEqual([of(true), of(false)], [[10, 8.4], [11, null]]);
+  state.takeWindow(gyro, second(14, 8, none), 3);
+  assert.deepEqual(of(true), [14, null], "what is older than it is said to be is not shown");
+});
+
+test("a trace is of what corrects or raw, never of both", () => {
+  const gyro = gyroOf({ axis: "z", state: "receiving", model: { name: "m" } }), axis = gyro.axes.get("z");
+  state.takeWindow(gyro, second(10, 8.5, { mean_rate_deg_per_h: 8.5, corrected_mean_deg_per_h: null }), 1);
+  state.takeWindow(gyro, second(11, 8.5, { mean_rate_deg_per_h: 8.5, corrected_mean_deg_per_h: 8.4 }), 2);
+  const told = () => axis.trace.map((row) => row[state.partOfTrace(axis)]);
+  assert.deepEqual(told(), [null, 8.4]);
+  axis.model = null;
+  assert.deepEqual(told(), [null, 8.4], "it was corrected by then");
+  state.takeWindow(gyro, second(12, 8.5, { mean_rate_deg_per_h: 8.5 }), 3);
+  assert.deepEqual(told(), [8.5, 8.5, 8.5]);
 });
 
 test("a trace keeps ten minutes, and begins anew with the device's clock", () => {

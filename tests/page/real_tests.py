@@ -78,6 +78,13 @@ def prismd_restarted(browser, world):
     browser.picture("real-prismd-gone")
     world.start_prismd()
     browser.wait("good again", lambda: browser.all(".numbers.good:not(.old)"), 30)
+    world.end("prismd", signal.SIGTERM)
+    browser.wait("the values struck", lambda: browser.run(STRUCK), 4)
+    time.sleep(1.5)
+    last = [browser.text(f".{name}") for name in ("hero .big", "cell.raw .value", "cell.temperature .value")]
+    assert all("." in text for text in last), f"the second that its end cut took the last values away: {last}"
+    world.start_prismd()
+    browser.wait("good again", lambda: browser.all(".numbers.good:not(.old)"), 30)
 
 
 def prismweb_stands_still(browser, world):

@@ -67,7 +67,7 @@ export class Chart {
   draw(rows, step_s, dateWindow, whole) {
     Object.assign(this, { rows, step_s });
     const file = rows.length > 0 ? tableOf(rows, step_s, this.spec.series) : [[dateWindow[0], ...this.spec.series.map(() => [NaN, NaN, NaN])]];
-    const known = (end) => rows.some((row) => this.spec.series.some((one) => row[one.key + end]));
+    const known = (end) => rows.some((row) => row.time_s * 1000 >= dateWindow[0] && this.spec.series.some((one) => row[one.key + end]));
     this.plot.dataset.empty = known("") || !whole ? "" : known("_1s") ? "no whole window in this time, for its mean" : "nothing is known in this time";
     if (this.graph) this.graph.updateOptions({ file, dateWindow });
     else this.graph = new Dygraph(this.plot, file, { ...this.options(), dateWindow });

@@ -24,7 +24,7 @@ export class GyroView {
   constructor(place, { socket, gyro, axis, say }) {
     Object.assign(this, { socket, gyro, axis, say, steps: new Steps(1), fine: new Steps(1), recent: [], known_s: -Infinity, asked: 0, drawn_ms: 0, analysed_ms: performance.now() });
     this.present = { time_s: Date.now() / 1000, at_ms: performance.now() };
-    this.view = new TimeView(3600, () => this.present.time_s + (performance.now() - this.present.at_ms) / 1000, () => this.moved());
+    this.view = new TimeView(3600, () => this.present.time_s + (this.present.stands ? 0 : (performance.now() - this.present.at_ms) / 1000), () => this.moved());
     this.build(place);
     this.reload();
   }
@@ -138,7 +138,8 @@ export class GyroView {
     clearTimeout(this.again);
     if (unbuilt) this.again = setTimeout(() => this.reload(), 2000);
     this.draw();
-    this.strips.describe(`${span(this.view.span_s)} until ${this.view.isLive ? "now" : `${moment(this.view.range()[1])} UTC`}, ${this.steps.rows.length} rows of ${span(this.steps.step_s)}`);
+    const [from_s, to_s] = this.view.range(), shown = this.steps.rows.filter((row) => row.time_s > from_s).length;
+    this.strips.describe(`${span(this.view.span_s)} until ${this.view.isLive ? "now" : `${moment(to_s)} UTC`}, ${shown} ${shown === 1 ? "row" : "rows"} of ${span(this.steps.step_s)}`);
     clearTimeout(this.settled);
     this.settled = setTimeout(() => this.analyse(), 200);
   }
@@ -218,7 +219,14 @@ export class GyroView {
     if (performance.now() - this.analysed_ms > kAnalysis_ms) this.analyse();
   }
 
+  /** What the rate's lines are means of. */
+  wordsOfMeans() {
+    if (this.bySecond) return "1 s";
+    return this.steps.step_s > this.length_s() ? span(this.steps.step_s) : "window";
+  }
+
   draw() {
+    setText(this.means, `means: ${this.wordsOfMeans()}`);
     Object.assign(this, { drawn_ms: performance.now(), drawn_to_s: this.view.range()[1] });
     this.steps.run(this.length_s());
     this.strips.draw(this.steps.rows, this.steps.step_s);
@@ -228,7 +236,7 @@ export class GyroView {
   update(linked, now_ms) {
     const verdict = judge(this.gyro, this.axis, linked, now_ms);
     const known_s = this.axis.window?.time_s ?? this.last_s;  // of one that is silent: what its log ends with
-    if (!this.anchored && this.gyro.status?.clock === "device" && Number.isFinite(known_s)) this.anchor(known_s);
+    if (!this.anchored && this.gyro.status?.clock === "device" && Number.isFinite(known_s)) this.anchor(known_s, true);
     this.numbers.draw(this.gyro, this.axis, verdict, now_ms);
     const shown = this.model === undefined ? "not known" : this.model?.id ?? null;
     if (this.shown !== shown) {
@@ -241,11 +249,11 @@ export class GyroView {
     this.tick();
   }
 
-  /** A device's own clock need not be this machine's: the first row that is known says what its present is. */
-  anchor(time_s) {
+  /** A device's own clock need not be this machine's: the first row that is known says what its present is, and stays it until one comes. */
+  anchor(time_s, stands = false) {
     this.anchored = true;
     const off_s = Math.abs(time_s + 1 - this.view.now());
-    this.present = { time_s: time_s + 1, at_ms: performance.now() };
+    this.present = { time_s: time_s + 1, at_ms: performance.now(), stands };
     if (off_s > kOff_s) this.moved();
   }
 
@@ -253,7 +261,6 @@ export class GyroView {
     const toSecond = !this.bySecond;
     this.bySecond = toSecond;
     this.strips.useMeans(kMeans[toSecond ? "second" : "window"]);
-    setText(this.means, toSecond ? "means: 1 s" : "means: window");
     this.draw();
   }
 
@@ -279,7 +286,8 @@ export class GyroView {
   }
 
   savePng() {
-    savePng(this.fileName(), this.strips, this.about());
+    const [name, time] = this.about(), means = this.wordsOfMeans();
+    savePng(this.fileName(), this.strips, [name, `${time}, rates: means of ${means === "window" ? span(this.length_s()) : means}`]);
     this.say("picture saved");
   }
 

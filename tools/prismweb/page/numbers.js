@@ -3,7 +3,7 @@
 import { el, setAttribute, setText } from "./dom.js";
 import { count as counted, fixed, kUnknown, plusMinus, span } from "./format.js";
 import { kMarks } from "./quality.js";
-import { ageOf, isValid, modelName, rateOf } from "./state.js";
+import { ageOf, isValid, modelName, rateOf, readable } from "./state.js";
 
 /** name: [label, unit, text of (window row, axis, gyro)]. */
 const kCells = {
@@ -43,14 +43,14 @@ export function makeNumbers() {
   return {
     element,
     draw(gyro, axis, verdict, now_ms) {
-      const row = axis.window ?? {};
+      const read = readable(axis, verdict.old), row = read.window ?? {};
       setAttribute(element, "class", `numbers ${verdict.meaning}${verdict.old ? " old" : ""}`);
       setText(name, `${gyro.name} ${axis.name}`);
       setText(mark, kMarks[verdict.meaning]);
       setText(word, verdict.word);
       setText(count, verdict.count ?? "");
       setText(why, `${verdict.why}; means of ${span(axis.window_s ?? 100)}`);
-      const first = rateOf(axis);
+      const first = rateOf(read);
       setText(what, first.what);
       setText(rate, fixed(first.deg_per_h, 5));
       setText(age, verdict.old ? ageOf(axis, now_ms) : "");

@@ -4,7 +4,7 @@ import { el, setAttribute, setText } from "./dom.js";
 import { fixed, kUnknown, plusMinus, withUnit } from "./format.js";
 import { kMarks } from "./quality.js";
 import { makeSpark } from "./spark.js";
-import { ageOf, judge, kTrace_s, modelName, rateOf } from "./state.js";
+import { ageOf, judge, kTrace_s, modelName, partOfTrace, rateOf, readable } from "./state.js";
 
 function makeTile(gyro, axis) {
   const value = (name) => el("dd", { class: `value ${name}` });
@@ -38,14 +38,14 @@ function stabilityText(stability) {
 }
 
 function drawTile(tile, gyro, axis, linked, now_ms) {
-  const verdict = judge(gyro, axis, linked, now_ms), row = axis.window ?? {};
+  const verdict = judge(gyro, axis, linked, now_ms), read = readable(axis, verdict.old), row = read.window ?? {};
   setAttribute(tile.element, "class", `tile ${verdict.meaning}${verdict.old ? " old" : ""}`);
   setText(tile.mark, kMarks[verdict.meaning]);
   setText(tile.word, verdict.word);
   setText(tile.count, verdict.count ?? "");
-  setText(tile.note, verdict.old ? "its last 10 min" : "last 10 min");
+  setText(tile.note, axis.trace.length === 0 ? "" : verdict.old ? "its last 10 min" : "last 10 min");
   setAttribute(tile.element, "title", verdict.why);
-  const rate = rateOf(axis);
+  const rate = rateOf(read);
   setText(tile.what, rate.what);
   setText(tile.rate, fixed(rate.deg_per_h, 5));
   setText(tile.age, verdict.old ? ageOf(axis, now_ms) : "");
@@ -55,7 +55,7 @@ function drawTile(tile, gyro, axis, linked, now_ms) {
   setText(tile.model, modelName(axis));
   const said = [`${gyro.name} axis ${axis.name}: ${verdict.word}`, verdict.why, `${rate.what} ${tile.rate.textContent} deg/h`, tile.age.textContent];
   setAttribute(tile.element, "aria-label", said.filter(Boolean).join(", "));
-  tile.spark.draw(axis.trace, kTrace_s);
+  tile.spark.draw(axis.trace, kTrace_s, partOfTrace(axis));
 }
 
 /** "3 gyros, 5 axes: 4 good, 1 to look at". */

@@ -4,9 +4,9 @@ import { svg, setAttribute } from "./dom.js";
 
 const kWidth = 240, kHeight = 44, kPad = 3, kNext_s = 2.5;
 
-/** The path of a line in a box of kWidth × kHeight, with a gap where a second is missing or unknown; "" where there is nothing to draw. Exported for its test. */
-export function sparkPath(trace, span_s) {
-  const known = trace.filter(([, value]) => Number.isFinite(value));
+/** The path of a trace's member `part` in a box of kWidth × kHeight, with a gap where a second is missing or unknown; "" where there is nothing to draw. Exported for its test. */
+export function sparkPath(trace, span_s, part = 1) {
+  const known = trace.filter((row) => Number.isFinite(row[part])).map((row) => [row[0], row[part]]);
   if (known.length < 2) return "";
   const end_s = trace[trace.length - 1][0];
   let low = Infinity, high = -Infinity;
@@ -28,9 +28,9 @@ export function makeSpark() {
   return {
     element,
     /** Only where the trace is another: a page of many gyros has a path of 600 points for each. */
-    draw(trace, span_s) {
-      const now = `${trace.length} ${trace[0]} ${trace.at(-1)}`;
-      if (now !== drawn) setAttribute(line, "d", sparkPath(trace, span_s));
+    draw(trace, span_s, part) {
+      const now = `${part} ${trace.length} ${trace[0]} ${trace.at(-1)}`;
+      if (now !== drawn) setAttribute(line, "d", sparkPath(trace, span_s, part));
       drawn = now;
     },
   };

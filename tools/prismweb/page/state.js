@@ -5,6 +5,7 @@ import { kUnknown, span } from "./format.js";
 
 const kEventsKept = 256;
 const kFresh_ms = 3500; // rows come each second
+const kCut_s = 2.5;
 export const kTrace_s = 600;
 
 /** `run`: how many times it began to run while this page looked; `polls`: what is asked again and again and not answered yet. */
@@ -49,22 +50,37 @@ export function takeWindow(gyro, row, now_ms) {
   const last = axis.trace[axis.trace.length - 1];
   if (last && row.time_s < last[0] - 1) axis.trace.length = 0;
   if (!last || row.time_s > last[0] || axis.trace.length === 0) {
-    axis.trace.push([row.time_s, isValid(row) ? row.corrected_mean_deg_per_h ?? row.mean_rate_deg_per_h : null]);
+    axis.trace.push([row.time_s, ...(isValid(row) ? [row.corrected_mean_deg_per_h, row.mean_rate_deg_per_h] : [null, null])]);
   }
   while (axis.trace.length > 0 && axis.trace[0][0] < row.time_s - kTrace_s) axis.trace.shift();
   axis.window = row;
+  if (Number.isFinite(row.mean_rate_deg_per_h) || Number.isFinite(row.mean_temperature_degc)) axis.whole = row;
   axis.window_ms = now_ms;
   axis.quality = row.quality ?? axis.quality;
+}
+
+/**
+ * The axis with the row that is to be read in the place of `window`: of what is `old` the last one with means, where it is as old. A second
+ * that the end of prismd cut has none.
+ */
+export function readable(axis, old) {
+  const { window, whole } = axis;
+  return old && whole && Math.abs(window.time_s - whole.time_s) < kCut_s ? { ...axis, window: whole } : axis;
 }
 
 /** Whether the last second had a rate: where it had none the window's mean goes on, and is not of now. */
 export const isValid = (row) => Number.isFinite(row.rate_deg_per_h);
 
+const corrects = ({ window, model }) => model !== null || Number.isFinite(window?.corrected_mean_deg_per_h);
+
+/** Which member of a trace's [time_s, corrected, raw] is what rateOf() tells: a line is never of both. */
+export const partOfTrace = (axis) => (corrects(axis) ? 1 : 2);
+
 /** The number that a person reads first: {what, deg_per_h}; raw where no model corrects. */
-export function rateOf({ window, model }) {
-  const row = window ?? {}, corrects = model !== null || Number.isFinite(row.corrected_mean_deg_per_h);
-  const deg_per_h = corrects ? row.corrected_mean_deg_per_h : row.mean_rate_deg_per_h;
-  return { what: corrects || !window ? "corrected" : "raw, without a model", deg_per_h: isValid(row) ? deg_per_h : null };
+export function rateOf(axis) {
+  const { window } = axis, row = window ?? {};
+  const deg_per_h = corrects(axis) ? row.corrected_mean_deg_per_h : row.mean_rate_deg_per_h;
+  return { what: corrects(axis) || !window ? "corrected" : "raw, without a model", deg_per_h: isValid(row) ? deg_per_h : null };
 }
 
 export function takeEvent(gyro, event) {
@@ -115,5 +131,5 @@ export const modelName = ({ model }) => (model === undefined ? kUnknown : model?
 
 /** How long ago the last row of an axis came, in words. */
 export function ageOf(axis, now_ms) {
-  return Number.isFinite(axis.window_ms) ? `${span((now_ms - axis.window_ms) / 1000)} old` : "nothing so far";
+  return Number.isFinite(axis.window_ms) ? `${span((now_ms - axis.window_ms) / 1000)} old` : "no row seen yet";
 }

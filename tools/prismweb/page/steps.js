@@ -72,14 +72,15 @@ export class Steps {
 
   /**
    * Gives each row the running means of `length_s` until it, of raw and corrected rate; unknown while less than half is there. Where
-   * only least and greatest are known, these stand for themselves.
+   * only least and greatest are known, these stand for themselves. A window's corrected rate is its mean less the bias now in force, as
+   * prismd has it; where the bias has no mean, as in long steps, it is the mean of what was corrected.
    */
   run(length_s) {
     if (!this.hasMeans) {
       for (const row of this.rows) for (const [name, of] of Object.entries(kRunning)) row[name] = row[of];
       return;
     }
-    const wide_s = Math.max(1, Math.round(length_s / this.step_s)) * this.step_s;
+    const wide_s = Math.max(1, Math.round(length_s / this.step_s)) * this.step_s, hasBias = this.parts.bias?.[1] !== false;
     for (const [name, of] of Object.entries(kRunning)) {
       let begin = 0, sum = 0, known = 0;
       this.rows.forEach((row, i) => {
@@ -91,6 +92,7 @@ export class Steps {
         row[name] = row[of] && 2 * known >= Math.min(wide_s, length_s) ? [mean, mean, mean] : undefined;
       });
     }
+    if (hasBias) for (const row of this.rows) row.corrected = row.raw && row.bias && row.raw.map((rate) => rate - row.bias[1]);
   }
 }
 

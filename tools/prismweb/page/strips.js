@@ -121,9 +121,9 @@ export class Strips {
     this.showCursor();
   }
 
-  /** The row whose values stand beside the charts: the last one, or that of the cursor; none where the cursor is in a hole. */
+  /** The row whose values stand beside the charts: the last one that is shown, or that of the cursor; none where the cursor is in a hole. */
   pointed() {
-    if (this.cursor_s === null) return this.rows.at(-1);
+    if (this.cursor_s === null) return this.rows.at(-1)?.end_s > this.view.range()[0] ? this.rows.at(-1) : undefined;
     const index = indexAt(this.rows, this.cursor_s);
     return [this.rows[index], this.rows[index + 1]].find((row) => row && Math.abs(row.time_s - this.cursor_s) <= this.step_s);
   }
