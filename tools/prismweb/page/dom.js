@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Elements made by hand: every text goes in as text, so that no name of a gyro or a model is ever markup.
+import { kUnknown } from "./format.js";
+
 const kSvg = "http://www.w3.org/2000/svg";
 
 function fill(element, attributes, children) {
@@ -19,7 +21,9 @@ export const svg = (tag, attributes = {}, ...children) => fill(document.createEl
 
 /** Writes only what changed: a live region then speaks only when there is something to say. */
 export function setText(element, text) {
-  if (element.textContent !== text) element.textContent = text;
+  if (element.textContent === text) return;
+  element.textContent = text;
+  element.classList.toggle("unknown", text === kUnknown); // a dash that is struck is a bar
 }
 
 export function setAttribute(element, name, value) {
