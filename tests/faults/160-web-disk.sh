@@ -63,4 +63,10 @@ echo hang >"$dir/disk"
 is_refused() { api "$all" | grep -q 'has not answered for 5 s'; }
 wait_for 15 is_refused
 echo good >"$dir/disk"
+
+# Memory has all that there is: where prismd is gone it tells seconds, also of a view that begins before them.
+wait_for 15 source_is '"minutes",1'
+kill -TERM "$prismd"; wait "$prismd" || true
+from_memory() { [ "$(api "$all" | jq -r .source)" = seconds ]; }
+wait_for 5 from_memory
 kill -TERM "$web"; wait "$web" || fail "exit code $?"

@@ -206,9 +206,10 @@ void answer_range(Hub& hub, AxisArchive& axis, const RangeQuery& query, const Hu
   // Behind memory's last second a run of the clock may lie that was before it began anew.
   const RecentSeconds& recent = axis.recent();
   const auto* const known = axis.known();
-  const bool has_first = !recent.empty() && known != nullptr && known->first_s == recent.first_s();
+  const bool has_all = hub.state() != HubState::kRunning && !recent.empty() && known != nullptr &&
+                       known->first_s == recent.first_s();  // nobody can be asked for seconds of the log
   const bool in_memory =
-      !recent.empty() && (view.from_s >= recent.first_s() || has_first) && view.from_s <= recent.last_s() + kFresh_s;
+      !recent.empty() && (view.from_s >= recent.first_s() || has_all) && view.from_s <= recent.last_s() + kFresh_s;
   if (known == nullptr || in_memory || !known->first_s) return answer(result_of(axis, view, axis.recent().all()));
   // While the store is built, what lies between it and the view is not looked for: it may be days.
   const bool is_far = axis.building().value_or(1) < 1 && *known->last_s + kFar_s < view.from_s;
