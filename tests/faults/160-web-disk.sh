@@ -66,7 +66,7 @@ echo good >"$dir/disk"
 
 # Memory has all that there is: where prismd is gone it tells seconds, also of a view that begins before them.
 wait_for 15 source_is '"minutes",1'
-kill -TERM "$prismd"; wait "$prismd" || true
+kill -TERM "$prismd"; wait "$prismd" || fail "prismd: exit code $?"
 from_memory() { [ "$(api "$all" | jq -r .source)" = seconds ]; }
 wait_for 5 from_memory
 kill -TERM "$web"; wait "$web" || fail "exit code $?"

@@ -140,7 +140,7 @@ bool Site::proves(const Request& request) const {
 std::optional<Answer> Site::foxglove_refusal(std::string_view protocol) const {
   if (!settings_.foxglove) return plain(404, "\"foxglove\" is not in the configuration");
   if (protocol.empty()) return plain(400, "expected the protocol foxglove.websocket.v1 or foxglove.sdk.v1");
-  if (!has_room_for_client()) return plain(503, "64 clients are connected, expected fewer");
+  if (!has_room_for_client()) return plain(503, std::string(kNoRoom));
   return std::nullopt;
 }
 

@@ -44,6 +44,7 @@ class Site : public std::enable_shared_from_this<Site> {
   bool proves(const Request& request) const;
 
   bool has_room_for_client() const;
+  static constexpr std::string_view kNoRoom = "64 clients are connected, expected fewer";
   void add(Client* client) { clients_.insert(client); }
   void remove(Client* client) { clients_.erase(client); }
 

@@ -36,7 +36,7 @@ std::optional<CloseReason> WsClient::let_in(std::string_view text) {
   const std::string token = text_of(first, "token");
   if (!site().is_token(token))
     return CloseReason{kPolicyError, token.empty() ? "it has no token" : "its token is wrong"};
-  if (!site().has_room_for_client()) return CloseReason{kTryAgainLater, "64 clients are connected, expected fewer"};
+  if (!site().has_room_for_client()) return CloseReason{kTryAgainLater, Site::kNoRoom};
   let_in_ = true;
   channel().answer(std::make_shared<const std::string>(site().greeting()));
   enter();

@@ -85,9 +85,7 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
   }
 
   asio::awaitable<void> refuse(const CloseReason& refusal) {
-    const std::string_view words = refusal.reason;
-    const websocket::close_reason reason(static_cast<websocket::close_code>(refusal.code),
-                                         beast::string_view(words.data(), words.size()));
+    const websocket::close_reason reason(static_cast<websocket::close_code>(refusal.code), refusal.reason);
     co_await ws_.async_close(reason, kUse);
   }
 
