@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
-#include "compensation/text_number.hpp"
 
 namespace prism::compensation {
 namespace {

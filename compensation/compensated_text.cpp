@@ -11,8 +11,8 @@
 #include <numeric>
 #include <set>
 
-#include "compensation/plain_text.hpp"
-#include "compensation/text_number.hpp"
+#include "base/plain_text.hpp"
+#include "base/text_number.hpp"
 
 namespace prism::compensation {
 namespace {

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/result.hpp"
 #include "compensation/compensated.hpp"
-#include "compensation/result.hpp"
 
 namespace prism::compensation {
 

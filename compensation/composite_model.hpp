@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
+#include "base/result.hpp"
 #include "compensation/composite_kernel.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model.hpp"
-#include "compensation/result.hpp"
 #include "compensation/sibling_prior.hpp"
 
 namespace prism::compensation {

@@ -6,13 +6,13 @@
 #include <span>
 #include <utility>
 
+#include "base/result.hpp"
 #include "compensation/averager.hpp"
 #include "compensation/compensated.hpp"
 #include "compensation/conditioner.hpp"
 #include "compensation/extrapolation.hpp"
 #include "compensation/model.hpp"
 #include "compensation/plausibility.hpp"
-#include "compensation/result.hpp"
 #include "compensation/slew_limit.hpp"
 
 namespace prism::compensation {

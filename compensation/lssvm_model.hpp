@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "base/result.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/model.hpp"
-#include "compensation/result.hpp"
 
 namespace prism::compensation {
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "compensation/sha256.hpp"
+#include "base/sha256.hpp"
 
 namespace prism::compensation {
 

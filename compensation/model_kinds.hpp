@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compensation/json_section.hpp"
+#include "base/json_section.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model.hpp"
 #include "compensation/model_id.hpp"

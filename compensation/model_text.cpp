@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "compensation/json_section.hpp"
+#include "base/json_section.hpp"
 #include "compensation/model_kinds.hpp"
 
 namespace prism::compensation {

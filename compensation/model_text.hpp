@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/result.hpp"
 #include "compensation/model.hpp"
-#include "compensation/result.hpp"
 
 namespace prism::compensation {
 

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "compensation/json_section.hpp"
+#include "base/json_section.hpp"
 
 namespace prism {
 

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "compensation/json_section.hpp"
+#include "base/json_section.hpp"
 #include "config/config.hpp"
 
 namespace prism::config {

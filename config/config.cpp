@@ -9,12 +9,12 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "compensation/json_section.hpp"
+#include "base/json_section.hpp"
+#include "base/text_file.hpp"
 #include "config/axis_reader.hpp"
 #include "config/line_reader.hpp"
 #include "config/search_path.hpp"
 #include "config/socket_place.hpp"
-#include "config/text_file.hpp"
 
 namespace prism::config {
 namespace {

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/result.hpp"
 #include "compensation/engine.hpp"
-#include "compensation/result.hpp"
 #include "compensation/sensor_limits.hpp"
 #include "compensation/text_columns.hpp"
 

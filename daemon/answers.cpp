@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
-#include "compensation/text_number.hpp"
 #include "config/version.hpp"
 #include "daemon/answer_json.hpp"
 #include "daemon/arrival_clock.hpp"

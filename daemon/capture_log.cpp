@@ -161,8 +161,8 @@ class CaptureLog::Writer {
   bool lost_ = false;  // what comes next is a session of its own
 };
 
-CaptureLog::CaptureLog(config::SegmentSettings settings, std::string name, config::DiskThread& disk,
-                       DiskFault::Tell tell, std::size_t most_held)
+CaptureLog::CaptureLog(config::SegmentSettings settings, std::string name, DiskThread& disk, DiskFault::Tell tell,
+                       std::size_t most_held)
     : disk_(disk),
       writer_(std::make_shared<Writer>(std::move(settings), std::move(name), most_held, std::move(tell))) {}
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "base/disk_thread.hpp"
 #include "config/config.hpp"
-#include "config/disk_thread.hpp"
 #include "daemon/disk_fault.hpp"
 
 namespace prism::daemon {
@@ -22,7 +22,7 @@ class CaptureLog {
  public:
   /// `tell` is called on any thread, once per fault and once when it is over.
   /// `most_held`: bytes that wait in memory while the disk refuses them; what is more is dropped, the oldest first.
-  CaptureLog(config::SegmentSettings settings, std::string name, config::DiskThread& disk, DiskFault::Tell tell,
+  CaptureLog(config::SegmentSettings settings, std::string name, DiskThread& disk, DiskFault::Tell tell,
              std::size_t most_held = 16 << 20);
   ~CaptureLog();
 
@@ -46,7 +46,7 @@ class CaptureLog {
   };
   using BatchPtr = std::shared_ptr<Batch>;
 
-  config::DiskThread& disk_;
+  DiskThread& disk_;
   std::shared_ptr<Writer> writer_;
   Batch batch_;
   bool lost_ = false;

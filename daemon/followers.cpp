@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 
 namespace prism::daemon {
 namespace {
@@ -31,7 +31,7 @@ Followers::Followers(std::string path, std::vector<std::string> keep_for, DiskFa
 // A file that is not there, or that nobody understands, is one of nobody.
 void Followers::load() {
   if (std::exchange(loaded_, true)) return;
-  const Result<std::string> text = config::read_text_file(path_);
+  const Result<std::string> text = read_text_file(path_);
   const json file = text ? json::parse(*text, nullptr, false) : json();
   if (!file.is_object() || file.value("format", json()) != kFormat || !file.contains("followers")) return;
   for (const auto& [name, own] : file["followers"].items()) {
@@ -79,7 +79,7 @@ void Followers::save() {
                                  {"lost_rows", follower.lost_rows}};
     }
   }
-  if (config::write_text_file(path_, file.dump(2, ' ', false, json::error_handler_t::replace) + "\n")) return;
+  if (write_text_file(path_, file.dump(2, ' ', false, json::error_handler_t::replace) + "\n")) return;
   const std::lock_guard lock(mutex_);
   changed_ = true;  // the disk is full: the log's own fault tells it; tried again with the next sync
 }

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "daemon/disk_fault.hpp"
 #include "daemon/row_cursor.hpp"
 #include "daemon/segments.hpp"

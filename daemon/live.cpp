@@ -13,7 +13,7 @@
 #include <chrono>
 #include <utility>
 
-#include "config/notify.hpp"
+#include "base/notify.hpp"
 #include "daemon/answers.hpp"
 #include "daemon/awaiting.hpp"
 #include "daemon/capture_log.hpp"
@@ -54,7 +54,7 @@ class Live {
 
   int run() {
     const config::Config& config = setup().config;
-    const int inherited = config::inherited_socket();
+    const int inherited = inherited_socket();
     if (!config.socket.path.empty() || inherited >= 0) {
       auto server = Server::open(io_, config.socket, inherited, instance_, rpc_);
       if (!server) {
@@ -70,9 +70,9 @@ class Live {
     line_.start();
     asio::co_spawn(io_, heed_signals(), asio::detached);
     asio::co_spawn(io_, tick(), asio::detached);
-    config::notify_ready(summary(instance_));
+    notify_ready(summary(instance_));
     io_.run();
-    config::notify_stopping();
+    notify_stopping();
     instance_.finish();
     return end_disk();
   }
@@ -181,7 +181,7 @@ class Live {
       if (signal != SIGHUP) break;
       reloader_->reload([](const Result<std::string>&) {});  // the outcome is an event
     }
-    config::notify_stopping();
+    notify_stopping();
     line_.stop();
     for (const auto& sensors : sensor_lines_) sensors->line.stop();
     io_.stop();
@@ -190,7 +190,7 @@ class Live {
   // STATUS= once a second; WATCHDOG= only while the line's loop makes progress: data, or a pause that is meant to be.
   asio::awaitable<void> tick() {
     using std::chrono::steady_clock;
-    const std::uint64_t half_us = config::watchdog_half_us();
+    const std::uint64_t half_us = watchdog_half_us();
     const auto period =
         half_us > 0 ? std::min<steady_clock::duration>(std::chrono::microseconds(half_us), std::chrono::seconds(1))
                     : steady_clock::duration(std::chrono::seconds(1));
@@ -203,15 +203,15 @@ class Live {
       follow_clock();
       instance_.release_late();
       if (half_us == 0 && !under_systemd_) continue;
-      if (std::string now = summary(instance_); now != shown) config::notify_status(shown = std::move(now));
+      if (std::string now = summary(instance_); now != shown) notify_status(shown = std::move(now));
       const auto& line = setup().config.line;
       const auto patience = std::chrono::duration<double>(line.silence_s + 2 * line.retry_max_s + 2);
-      if (half_us > 0 && steady_clock::now() - line_.last_progress() < patience) config::notify_watchdog();
+      if (half_us > 0 && steady_clock::now() - line_.last_progress() < patience) notify_watchdog();
     }
   }
 
   asio::io_context io_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO};  // one thread does all I/O; others only post
-  config::DiskThread disk_;
+  DiskThread disk_;
   Instance instance_;
   ArrivalClock clock_;
   GyroPort gyro_;

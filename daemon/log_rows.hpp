@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "daemon/row_cursor.hpp"
 #include "daemon/segments.hpp"
 

@@ -4,17 +4,17 @@
 #include <boost/asio/post.hpp>
 #include <utility>
 
-#include "config/notify.hpp"
+#include "base/notify.hpp"
 #include "daemon/answers.hpp"
 
 namespace prism::daemon {
 
-std::shared_ptr<Reloader> Reloader::make(boost::asio::io_context& io, config::DiskThread& disk, Load load,
-                                         Instance& instance, std::function<void()> line_changed) {
+std::shared_ptr<Reloader> Reloader::make(boost::asio::io_context& io, DiskThread& disk, Load load, Instance& instance,
+                                         std::function<void()> line_changed) {
   return std::shared_ptr<Reloader>(new Reloader(io, disk, std::move(load), instance, std::move(line_changed)));
 }
 
-Reloader::Reloader(boost::asio::io_context& io, config::DiskThread& disk, Load load, Instance& instance,
+Reloader::Reloader(boost::asio::io_context& io, DiskThread& disk, Load load, Instance& instance,
                    std::function<void()> line_changed)
     : io_(io), disk_(disk), load_(std::move(load)), instance_(instance), line_changed_(std::move(line_changed)) {}
 
@@ -25,7 +25,7 @@ void Reloader::reload(Done done) {
 
 void Reloader::begin() {
   running_ = std::exchange(waiting_, {});
-  config::notify_reloading();
+  notify_reloading();
   const auto loaded = [io = &io_, reloader = weak_from_this()](Result<pipeline::Setup> found) {
     auto setup = std::make_shared<Result<pipeline::Setup>>(std::move(found));
     boost::asio::post(*io, [setup, reloader] {
@@ -45,7 +45,7 @@ void Reloader::finish(Result<pipeline::Setup> setup) {
     instance_.tell(Severity::kError, "reload_refused",
                    "reload refused, everything stays as it was: " + outcome.error().text());
   }
-  config::notify_ready(summary(instance_));
+  notify_ready(summary(instance_));
   for (const Done& done : std::exchange(running_, {})) done(outcome);
   if (!waiting_.empty()) begin();
 }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "config/disk_thread.hpp"
+#include "base/disk_thread.hpp"
 #include "daemon/instance.hpp"
 
 namespace prism::daemon {
@@ -21,21 +21,21 @@ class Reloader : public std::enable_shared_from_this<Reloader> {
 
   /// `load` runs on the disk thread and may refer to nothing that lives on another; `line_changed` is called when the
   /// line has to be opened anew.
-  static std::shared_ptr<Reloader> make(boost::asio::io_context& io, config::DiskThread& disk, Load load,
-                                        Instance& instance, std::function<void()> line_changed);
+  static std::shared_ptr<Reloader> make(boost::asio::io_context& io, DiskThread& disk, Load load, Instance& instance,
+                                        std::function<void()> line_changed);
 
   /// A request that comes while a reload runs gets a reload of its own right after: it may be about a newer file.
   void reload(Done done);
 
  private:
-  Reloader(boost::asio::io_context& io, config::DiskThread& disk, Load load, Instance& instance,
+  Reloader(boost::asio::io_context& io, DiskThread& disk, Load load, Instance& instance,
            std::function<void()> line_changed);
   void begin();
   void finish(Result<pipeline::Setup> setup);
   Result<std::string> take(Result<pipeline::Setup> setup);
 
   boost::asio::io_context& io_;
-  config::DiskThread& disk_;
+  DiskThread& disk_;
   const Load load_;
   Instance& instance_;
   std::function<void()> line_changed_;

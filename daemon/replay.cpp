@@ -13,7 +13,7 @@
 #include <memory>
 #include <utility>
 
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 #include "daemon/arrival_clock.hpp"
 #include "daemon/awaiting.hpp"
 #include "daemon/logging.hpp"

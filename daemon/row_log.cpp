@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
-#include "compensation/text_number.hpp"
 
 namespace prism::daemon {
 
@@ -196,7 +196,7 @@ bool RowLog::write_all(const std::string& text) {
 }
 
 ThreadedRowWriter::ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
-                                     config::DiskThread& disk, DiskFault::Tell tell, Written written,
+                                     DiskThread& disk, DiskFault::Tell tell, Written written,
                                      std::shared_ptr<LogCounters> counters, Written synced)
     : disk_(disk),
       counters_(std::move(counters)),

@@ -9,9 +9,9 @@
 #include <memory>
 #include <string>
 
+#include "base/disk_thread.hpp"
+#include "base/sha256.hpp"
 #include "compensation/compensated.hpp"
-#include "compensation/sha256.hpp"
-#include "config/disk_thread.hpp"
 #include "daemon/disk_fault.hpp"
 #include "daemon/followers.hpp"
 #include "daemon/log_rows.hpp"
@@ -121,9 +121,8 @@ class ThreadedRowWriter : public RowWriter {
   using Written = std::function<void()>;
   /// `synced` is called on the disk thread after each sync.
   ThreadedRowWriter(
-      config::SegmentSettings settings, std::string name, std::string metadata, config::DiskThread& disk,
-      DiskFault::Tell tell, Written written, std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(),
-      Written synced = [] {});
+      config::SegmentSettings settings, std::string name, std::string metadata, DiskThread& disk, DiskFault::Tell tell,
+      Written written, std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(), Written synced = [] {});
   ~ThreadedRowWriter() override;
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override;
@@ -135,7 +134,7 @@ class ThreadedRowWriter : public RowWriter {
   const LogCounters& counters() const override { return *counters_; }
 
  private:
-  config::DiskThread& disk_;
+  DiskThread& disk_;
   std::shared_ptr<LogCounters> counters_;
   std::shared_ptr<RowLog> log_;
   const Written written_, synced_;

@@ -9,7 +9,7 @@
 #include <optional>
 #include <utility>
 
-#include "compensation/json_section.hpp"
+#include "base/json_section.hpp"
 #include "config/version.hpp"
 #include "daemon/answers.hpp"
 #include "daemon/line_answers.hpp"

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "daemon/client.hpp"
 #include "daemon/instance.hpp"
 

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 
 namespace prism::daemon {
 namespace {

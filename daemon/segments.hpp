@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "config/config.hpp"
 #include "daemon/pipeline/segment_index.hpp"
 

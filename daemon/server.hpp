@@ -7,7 +7,7 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <memory>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "config/config.hpp"
 #include "daemon/request_queue.hpp"
 #include "daemon/rpc.hpp"

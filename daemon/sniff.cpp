@@ -13,9 +13,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "base/text_file.hpp"
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
-#include "config/text_file.hpp"
 #include "daemon/arrival_clock.hpp"
 #include "daemon/service.hpp"
 #include "drivers/capture_file.hpp"
@@ -155,7 +155,7 @@ int run_sniff(const std::string& path, const std::string& description) {
 }
 
 int check_document(const std::string& path) {
-  const Result<std::string> text = config::read_text_file(path);
+  const Result<std::string> text = read_text_file(path);
   if (!text) return -1;
   const auto json = nlohmann::json::parse(*text, nullptr, false, true);
   const std::string format =

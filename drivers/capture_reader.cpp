@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/capture_search.hpp"
 

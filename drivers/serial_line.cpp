@@ -15,7 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 #include "drivers/line_format.hpp"
 
 namespace prism::drivers {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "drivers/wire/description/wire_format.hpp"
 
 namespace prism::drivers {

@@ -4,9 +4,9 @@
 import os
 import re
 
-ROOMS = ("compensation/", "drivers/", "config/", "daemon/", "tools/")
+ROOMS = ("base/", "compensation/", "drivers/", "config/", "daemon/", "tools/")
 # What every room speaks stands in prism itself.
-VOCABULARY = re.compile(r"^(compensation/(result|sample|sensors|sensor_limits|text_columns|json_document|json_section|text_number|plain_text|sha256)\.[ch]pp)$")
+VOCABULARY = re.compile(r"^(base/.*|compensation/(sample|sensors|sensor_limits|text_columns)\.[ch]pp)$")
 
 TOKEN = re.compile(
     r"(?P<space>\b(?:inline\s+)?namespace\b\s*(?P<space_name>[\w:]*)[^;={]*\{)"

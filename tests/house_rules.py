@@ -15,49 +15,55 @@ SKIPPED_DIRS = {"build", "prism-demo"}
 LINES_MAX = 400
 SPDX = "SPDX-License-Identifier: MIT"
 
+BASE = "base"
 CORE, TRAINING, EVALUATION = "compensation", "compensation/training", "compensation/evaluation"
 WIRE, DRIVERS, CONFIG, PIPELINE = "drivers/wire", "drivers", "config", "daemon/pipeline"
 DAEMON, TOOLS, TESTS = "daemon", "tools", "tests"
 DESCRIPTION, DECODE, ENCODE = "drivers/wire/description", "drivers/wire/decode", "drivers/wire/encode"
 WIRES = {DESCRIPTION, DECODE, ENCODE, WIRE}
 # the first that fits is the room
-ROOMS = [TRAINING, EVALUATION, CORE, DESCRIPTION, DECODE, ENCODE, WIRE, DRIVERS, CONFIG, PIPELINE, DAEMON, TOOLS, TESTS]
+ROOMS = [BASE, TRAINING, EVALUATION, CORE, DESCRIPTION, DECODE, ENCODE, WIRE, DRIVERS, CONFIG, PIPELINE, DAEMON, TOOLS, TESTS]
 
 # room: (rooms it may include, standard and foreign headers it may never include)
 SLOW = r"boost/asio|spdlog/|CLI/|pcap|systemd/"
 PURE = SLOW + r"|thread$|mutex$|future$|condition_variable$|fstream$|iostream$|filesystem$"
 MAY = {
-    CORE: ({CORE}, PURE + "|boost/"),
-    TRAINING: ({CORE, TRAINING, EVALUATION}, SLOW + r"|fstream$|iostream$|filesystem$|boost/(?!math/)"),
-    EVALUATION: ({CORE, EVALUATION}, PURE + "|boost/(?!math/)"),
-    DESCRIPTION: ({DESCRIPTION}, PURE + "|boost/(?!container/)"),
-    DECODE: ({DESCRIPTION, DECODE}, PURE + "|boost/(?!container/)"),
-    ENCODE: ({DESCRIPTION, ENCODE}, PURE + "|boost/(?!container/)"),
+    BASE: ({BASE}, "boost/|spdlog/|CLI/|pcap|Eigen/"),
+    CORE: ({BASE, CORE}, PURE + "|boost/"),
+    TRAINING: ({BASE, CORE, TRAINING, EVALUATION}, SLOW + r"|fstream$|iostream$|filesystem$|boost/(?!math/)"),
+    EVALUATION: ({BASE, CORE, EVALUATION}, PURE + "|boost/(?!math/)"),
+    DESCRIPTION: ({BASE, DESCRIPTION}, PURE + "|boost/(?!container/)"),
+    DECODE: ({BASE, DESCRIPTION, DECODE}, PURE + "|boost/(?!container/)"),
+    ENCODE: ({BASE, DESCRIPTION, ENCODE}, PURE + "|boost/(?!container/)"),
     WIRE: (set(), "."),  # its sub-rooms hold everything
-    DRIVERS: (WIRES | {DRIVERS}, "spdlog/|CLI/|systemd/"),
-    CONFIG: (WIRES | {CORE, DRIVERS, CONFIG}, "boost/asio|spdlog/|CLI/"),
-    PIPELINE: (WIRES | {CORE, DRIVERS, CONFIG, PIPELINE}, SLOW + r"|thread$|mutex$"),
-    DAEMON: (WIRES | {CORE, DRIVERS, CONFIG, PIPELINE, DAEMON}, "(?!)"),
-    TOOLS: (WIRES | {CORE, TRAINING, EVALUATION, DRIVERS, CONFIG, PIPELINE, TOOLS}, "(?!)"),
+    DRIVERS: (WIRES | {BASE, DRIVERS}, "spdlog/|CLI/|systemd/"),
+    CONFIG: (WIRES | {BASE, CORE, DRIVERS, CONFIG}, "boost/asio|spdlog/|CLI/"),
+    PIPELINE: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE}, SLOW + r"|thread$|mutex$"),
+    DAEMON: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, DAEMON}, "(?!)"),
+    TOOLS: (WIRES | {BASE, CORE, TRAINING, EVALUATION, DRIVERS, CONFIG, PIPELINE, TOOLS}, "(?!)"),
     TESTS: (set(ROOMS), "(?!)"),
 }
 # room: libraries that its CMakeLists.txt may never name
 ASYNC = r"prism_boost|spdlog|PCAP|SYSTEMD|CLI11"
 MAY_NOT_LINK = {
+    BASE: "prism_boost|Boost::|spdlog|PCAP|CLI11|Eigen|prism_(?!base)",
     CORE: ASYNC + "|Boost::|Threads::|prism_(?:wire|clock|drivers|simulation|config|daemon|training|evaluation)",
     TRAINING: ASYNC + "|prism_(?:wire|clock|drivers|simulation|config|daemon)",
     EVALUATION: ASYNC + "|Threads::|prism_(?:wire|clock|drivers|simulation|config|daemon|training)",
     WIRE: ASYNC + "|Threads::|prism_(?:compensation|training|evaluation|drivers|config|daemon)",
     DRIVERS: "spdlog|SYSTEMD|CLI11|prism_(?:compensation|training|evaluation|config|daemon)",
-    CONFIG: ASYNC.replace("|SYSTEMD", "") + "|prism_(?:daemon|training|evaluation)",  # prism_notify: for every service
+    CONFIG: ASYNC + "|prism_(?:daemon|training|evaluation)",
     PIPELINE: ASYNC + "|Threads::|prism_(?:daemon|training|evaluation|simulation)",
     DAEMON: "prism_(?:training|evaluation|simulation)",
     TOOLS: "prism_daemon",
 }
+# headers of base that read files, start threads or notify systemd; the modules that only compute do not include them
+WAITING = {"base/disk_thread.hpp", "base/notify.hpp", "base/text_file.hpp"}
+PURE_MODULES = {CORE, EVALUATION} | WIRES
 CLOCKLESS = {CORE, TRAINING, EVALUATION, PIPELINE} | WIRES
-THROWLESS = {DRIVERS, CONFIG, PIPELINE, DAEMON} | WIRES
+THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, DAEMON} | WIRES
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
-JSON_READERS = re.compile(r"^compensation/(json_document|json_section|model_kinds|[a-z]+_text)\.[ch]pp$")
+JSON_READERS = re.compile(r"^compensation/(model_kinds|[a-z]+_text)\.[ch]pp$")
 
 
 def room_of(path):
@@ -99,6 +105,8 @@ def check_includes(path, text):
             if room == CORE and name.startswith("nlohmann/") and not JSON_READERS.match(path):
                 yield line, "in compensation only the readers of JSON include nlohmann"
             continue
+        if room in PURE_MODULES and name in WAITING:
+            yield line, f'{room} may not include "{name}", which waits'
         target = room_of(name)
         if target is None or "../" in name:
             yield line, f'"{name}" is not written from the top of the tree'

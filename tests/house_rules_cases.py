@@ -10,6 +10,8 @@ TASK = CPP + "awaitable<void> task() {\n"
 
 # path, content, and what must be said about it
 BREACHES = [
+    ("base/a.cpp", CPP + '#include "compensation/sample.hpp"\n', ":2: base may not include compensation"),
+    ("compensation/a.cpp", CPP + '#include "base/text_file.hpp"\n', "which waits"),
     ("compensation/a.cpp", CPP + '#include "drivers/clock.hpp"\n', ":2: compensation may not include drivers"),
     ("compensation/a.cpp", CPP + '#include "compensation/training/fit.hpp"\n', "may not include compensation/training"),
     ("compensation/a.cpp", CPP + "#include <thread>\n", "may not include <thread>"),
@@ -72,7 +74,7 @@ BREACHES = [
     ("daemon/a.cpp", CPP + "namespace prism {\n}\n", ":2: opens namespace prism, expected prism::daemon"),
     ("drivers/wire/decode/a.cpp", CPP + "namespace prism::decode {\n}\n", "expected prism::wire"),
     ("compensation/a.hpp", HPP + "namespace prism::wire {\n}\n", "expected prism::compensation"),
-    ("compensation/result.hpp", HPP + "namespace prism::compensation {\n}\n", "expected prism"),
+    ("base/result.hpp", HPP + "namespace prism::compensation {\n}\n", "expected prism"),
     ("tools/prismcal/main.cpp", CPP + "namespace prism::prismcal {\n}\n", "expected prism::commands"),
     ("daemon/a.hpp", HPP + "struct Loose {\n};\n", ":4: Loose stands in no namespace, expected prism::daemon"),
 ]
@@ -84,7 +86,7 @@ TWICE = [
     (("tools/prismctl/a.cpp", CPP + "namespace prism::prismctl {\nenum class Form : int { kA };\n}\n"),
      ("tools/prismctl/b.cpp", CPP + "namespace prism::prismctl {\nvoid f() { if (x) { y(); } }\nunion Form { int a; };\n}\n")),
     (("compensation/sample.hpp", HPP + "namespace prism {\n#define LINE {\nstruct Row {};\n}\n"),
-     ("compensation/result.hpp", HPP + "namespace prism {\ntemplate <class T>\nstruct Row {};\n}\n")),
+     ("base/result.hpp", HPP + "namespace prism {\ntemplate <class T>\nstruct Row {};\n}\n")),
 ]
 
 # Nothing may be said about these. tools/a is made executable.
@@ -94,7 +96,7 @@ SOUND = [
     ("compensation/a.cpp", CPP + "// no steady_clock::now() here, and no <thread>\nconst char* text = \"std::time(x)\";\n"),
     ("compensation/training/a.cpp", CPP + "#include <thread>\n#include <boost/math/distributions/fisher_f.hpp>\n"),
     ("drivers/wire/decode/a.cpp", CPP + '#include "compensation/sample.hpp"\n#include "drivers/wire/description/field.hpp"\n'),
-    ("drivers/a.cpp", CPP + '#include <boost/asio/post.hpp>\n#include "compensation/result.hpp"\n'),
+    ("drivers/a.cpp", CPP + '#include <boost/asio/post.hpp>\n#include "base/result.hpp"\n'),
     ("daemon/a.cpp", CPP + '#include <thread>\n#include "config/config.hpp"\n#include "compensation/engine.hpp"\n'),
     ("tools/a.hpp", HPP + '#include "compensation/evaluation/allan.hpp"\n#include "config/version.hpp"\n'),
     ("tests/unit/a_test.cpp", CPP + '#include "daemon/live.hpp"\n#include "tools/a.hpp"\n'),

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <limits>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 
 namespace prism::tools {
 namespace {

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 
 namespace prism::evaluation {
 

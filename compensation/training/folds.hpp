@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 
 namespace prism::training {
 

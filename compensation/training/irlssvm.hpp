@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "compensation/training/lssvm.hpp"
 #include "compensation/training/weights.hpp"
 

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 
 namespace prism::training {
 

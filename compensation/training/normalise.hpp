@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/result.hpp"
 #include "compensation/lssvm_model.hpp"
-#include "compensation/result.hpp"
 
 namespace prism::training {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "compensation/training/least_squares.hpp"
 
 namespace prism::training {

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 
 namespace prism::pipeline {
 namespace {
@@ -113,7 +113,7 @@ void SegmentIndex::remember_file() {
 
 // Whole lines count; one that a power cut tore, or that nobody understands, is passed over.
 bool SegmentIndex::read() {
-  const Result<std::string> text = config::read_text_file(path_);
+  const Result<std::string> text = read_text_file(path_);
   *this = SegmentIndex(path_);
   if (!text) return false;
   const std::size_t last = text->rfind('\n') + 1;
@@ -171,7 +171,7 @@ void SegmentIndex::compact() {
     text += ordered_json{{"made", number}, {"file", entry.file}, {"rows", entry.rows}}.dump() + "\n";
   struct stat link {};
   if (::lstat(path_.c_str(), &link) == 0 && S_ISLNK(link.st_mode)) ::unlink(path_.c_str());  // leads anywhere
-  if (!config::write_text_file(path_, text)) return;
+  if (!write_text_file(path_, text)) return;
   waiting_.clear();
   stale_lines_ = 0;
   remember_file();

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "base/result.hpp"
 #include "compensation/engine.hpp"
 #include "compensation/model.hpp"
-#include "compensation/result.hpp"
 #include "config/config.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/serial_line.hpp"

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 #include "tests/bench/abusers.hpp"
 #include "tests/bench/live_program.hpp"
 
@@ -198,7 +198,7 @@ void measure(const Place& place, const Abuse& abuse) {
 int main(int argc, char** argv) {
   if (argc < 6) return 64;
   ::signal(SIGPIPE, SIG_IGN);
-  const auto text = prism::config::read_text_file(argv[3]);
+  const auto text = prism::read_text_file(argv[3]);
   const auto frames = text
                           ? prism::wire::parse_frame_description(*text, argv[3])
                           : prism::Result<prism::wire::FrameDescriptionPtr>(tl::unexpected<prism::Error>(text.error()));

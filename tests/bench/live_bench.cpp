@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
 #include "tests/bench/abusers.hpp"
 #include "tests/bench/live_program.hpp"
@@ -153,7 +153,7 @@ std::pair<Outcome, Outcome> compare_flood(const Programs& programs) {
 int main(int argc, char** argv) {
   if (argc != 6 && argc != 7) return 64;
   ::signal(SIGPIPE, SIG_IGN);
-  const auto text = prism::config::read_text_file(argv[3]);
+  const auto text = prism::read_text_file(argv[3]);
   if (!text) {
     fmt::print(stderr, "bench_live: {}\n", text.error().text());
     return 1;

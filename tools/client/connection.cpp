@@ -15,7 +15,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 #include "config/socket_place.hpp"
 
 namespace prism::client {

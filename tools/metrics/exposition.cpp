@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <iterator>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 
 namespace prism::metrics {
 namespace {
@@ -57,7 +57,7 @@ std::string Exposition::text() const {
 }
 
 Result<void> write_exposition(const std::string& path, std::string_view text) {
-  if (auto written = config::write_text_file(path, text); !written) return written;
+  if (auto written = write_text_file(path, text); !written) return written;
   ::chmod(path.c_str(), 0644);
   return {};
 }

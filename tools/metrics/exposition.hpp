@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 
 namespace prism::metrics {
 

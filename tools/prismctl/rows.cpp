@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 #include "tools/client/connection.hpp"
 #include "tools/prismctl/words.hpp"
 
@@ -108,7 +108,7 @@ class Follower {
   Result<void> begin() {
     if (settings_.cursor_file.empty()) return {};
     errno = 0;
-    const auto kept = config::read_text_file(settings_.cursor_file);
+    const auto kept = read_text_file(settings_.cursor_file);
     if (!kept && errno == ENOENT) return {};
     if (!kept) return tl::unexpected<Error>(kept.error());
     if (const std::string cursor = kept->substr(0, kept->find('\n')); !cursor.empty()) cursor_ = cursor;
@@ -140,7 +140,7 @@ class Follower {
     printer_.page(*answer);
     cursor_ = text_of(at(*answer, "after"), cursor_);
     if (!settings_.cursor_file.empty()) {
-      if (auto kept = config::write_text_file(settings_.cursor_file, cursor_ + "\n"); !kept) {
+      if (auto kept = write_text_file(settings_.cursor_file, cursor_ + "\n"); !kept) {
         refused_ = true;
         return tl::unexpected<Error>(kept.error());
       }

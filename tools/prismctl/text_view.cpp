@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 #include "tools/prismctl/axes_view.hpp"
 #include "tools/prismctl/words.hpp"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 
 namespace prism::prismrelay {
 

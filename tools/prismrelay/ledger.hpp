@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismrelay/batch.hpp"
 #include "tools/prismrelay/postgres.hpp"
 #include "tools/prismrelay/settings.hpp"

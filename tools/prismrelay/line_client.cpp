@@ -6,7 +6,7 @@
 #include <boost/asio/write.hpp>
 #include <utility>
 
-#include "compensation/json_document.hpp"
+#include "base/json_document.hpp"
 
 namespace prism::prismrelay {
 

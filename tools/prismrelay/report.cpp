@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 #include "config/version.hpp"
 
 namespace prism::prismrelay {

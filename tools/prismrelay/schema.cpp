@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 #include "tools/prismrelay/schema_sql.hpp"
 
 namespace prism::prismrelay {

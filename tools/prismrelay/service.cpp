@@ -9,8 +9,8 @@
 #include <memory>
 #include <thread>
 
-#include "config/notify.hpp"
-#include "config/text_file.hpp"
+#include "base/notify.hpp"
+#include "base/text_file.hpp"
 #include "tools/metrics/exposition.hpp"
 #include "tools/prismrelay/ledger.hpp"
 #include "tools/prismrelay/ledger_loop.hpp"
@@ -44,13 +44,13 @@ class Reporter {
     const RelayState::View view = state_.view();
     if (rounds_++ % kStatusEvery == 0) write_status(view);
     if (settings_.metrics && host_time_s() - measured_s_ >= settings_.metrics->every_s) write_metrics(view);
-    if (std::string now = summary(view); now != shown_) config::notify_status(shown_ = std::move(now));
-    if (watchdog_ && state_.all_progress(2, kPatience)) config::notify_watchdog();
+    if (std::string now = summary(view); now != shown_) notify_status(shown_ = std::move(now));
+    if (watchdog_ && state_.all_progress(2, kPatience)) notify_watchdog();
   }
 
  private:
   void write_status(const RelayState::View& view) {
-    const auto written = config::write_text_file(settings_.status_file, status_json(settings_, view).dump(2) + "\n");
+    const auto written = write_text_file(settings_.status_file, status_json(settings_, view).dump(2) + "\n");
     const std::string why = written ? "" : written.error().text();
     if (why != fault_ && !why.empty()) say(Level::kWarning, "the status cannot be written: " + why);
     fault_ = why;
@@ -66,14 +66,14 @@ class Reporter {
 
   const Settings& settings_;
   const RelayState& state_;
-  const bool watchdog_ = config::watchdog_half_us() > 0;
+  const bool watchdog_ = watchdog_half_us() > 0;
   unsigned rounds_ = 0;
   double measured_s_ = 0;
   std::string shown_, fault_, metrics_fault_;
 };
 
 int show_status(const Settings& settings, bool as_json) {
-  const auto text = config::read_text_file(settings.status_file);
+  const auto text = read_text_file(settings.status_file);
   if (!text) return fail({settings.status_file, "no relay wrote its status here; start prismrelay"});
   const auto status = nlohmann::json::parse(*text, nullptr, false);
   if (!status.is_object()) return fail({settings.status_file, "is no status of prismrelay"});
@@ -107,7 +107,7 @@ int run_service(const Settings& settings) {
   if (ledger) threads.emplace_back([&] { ledger->run(); });
   if (live) threads.emplace_back([&] { live->run(); });
   Reporter reporter(settings, state);
-  config::notify_ready("looking for gyros");
+  notify_ready("looking for gyros");
   say(Level::kInfo, fmt::format("carrying the gyros of {} as {}", fmt::join(settings.instances, ", "), settings.site));
   const timespec round{std::chrono::seconds(kRound).count(), 0};
   while (sigtimedwait(&ends, nullptr, &round) < 0) {
@@ -115,7 +115,7 @@ int run_service(const Settings& settings) {
     if (!live) state.progress(LiveLoop::kLoop);
     reporter.round();
   }
-  config::notify_stopping();
+  notify_stopping();
   if (ledger) ledger->stop();
   if (live) live->stop();
   for (std::thread& thread : threads) thread.join();

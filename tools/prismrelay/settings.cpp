@@ -10,8 +10,8 @@
 #include <filesystem>
 #include <set>
 
-#include "compensation/json_section.hpp"
-#include "config/text_file.hpp"
+#include "base/json_section.hpp"
+#include "base/text_file.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -138,7 +138,7 @@ Result<Settings> parse_settings(std::string_view text, const std::string& path) 
 }
 
 Result<Settings> load_settings(const std::string& path) {
-  const auto text = config::read_text_file(path);
+  const auto text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   return parse_settings(*text, path);
 }
@@ -148,7 +148,7 @@ Result<std::string> read_password(const std::string& path) {
   if (::stat(path.c_str(), &facts) == 0 && (facts.st_mode & S_IROTH) != 0)
     return refuse(path,
                   fmt::format("everybody may read it (mode {:04o}), expected 0600 or 0640", facts.st_mode & 07777));
-  const auto text = config::read_text_file(path);
+  const auto text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   std::string password = text->substr(0, text->find_first_of("\r\n"));
   if (password.empty()) return refuse(path, "is empty, expected a password in its first line");

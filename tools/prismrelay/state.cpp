@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 
 namespace prism::prismrelay {
 

@@ -2,7 +2,7 @@
 // The simulated gyro straight into a capture file, as fast as it can be computed.
 #pragma once
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismsim/options.hpp"
 
 namespace prism::prismsim {

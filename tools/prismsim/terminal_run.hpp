@@ -2,7 +2,7 @@
 // The simulated gyro on a pseudo-terminal, in real, multiplied or the reader's own time.
 #pragma once
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismsim/options.hpp"
 #include "tools/prismsim/pseudo_terminal.hpp"
 

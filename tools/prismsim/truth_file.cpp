@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 #include "config/version.hpp"
 
 namespace prism::prismsim {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "drivers/simulated_line.hpp"
 
 namespace prism::prismsim {

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismweb/http_message.hpp"
 
 namespace prism::prismweb {

@@ -40,7 +40,7 @@ std::string path_part(const std::string& name) {
   return part;
 }
 
-Archive::Archive(boost::asio::io_context& io, Hub& hub, config::DiskThread& disk, std::string folder)
+Archive::Archive(boost::asio::io_context& io, Hub& hub, DiskThread& disk, std::string folder)
     : io_(io), hub_(hub), disk_(disk), folder_(std::move(folder)) {}
 
 std::unique_ptr<StoreKeeper> Archive::store_of(const std::string& axis) const {

@@ -14,7 +14,7 @@ namespace prism::prismweb {
 class Archive {
  public:
   /// `folder` of all stores; empty: none is kept. `disk` is where they are read and written.
-  Archive(boost::asio::io_context& io, Hub& hub, config::DiskThread& disk, std::string folder);
+  Archive(boost::asio::io_context& io, Hub& hub, DiskThread& disk, std::string folder);
 
   void connected();
   void notified(const Notification& notification);
@@ -32,7 +32,7 @@ class Archive {
 
   boost::asio::io_context& io_;
   Hub& hub_;
-  config::DiskThread& disk_;
+  DiskThread& disk_;
   std::string folder_;
   std::map<std::string, std::shared_ptr<AxisArchive>> axes_;
 };

@@ -11,7 +11,7 @@
 #include <optional>
 #include <string>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismweb/stream.hpp"
 
 namespace prism::prismweb {

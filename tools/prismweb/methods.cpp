@@ -7,8 +7,8 @@
 #include <array>
 #include <optional>
 
-#include "compensation/json_section.hpp"
-#include "compensation/plain_text.hpp"
+#include "base/json_section.hpp"
+#include "base/plain_text.hpp"
 #include "tools/prismweb/archive.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/site.hpp"

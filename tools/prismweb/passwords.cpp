@@ -10,8 +10,8 @@
 #include <memory>
 #include <vector>
 
-#include "compensation/plain_text.hpp"
-#include "config/text_file.hpp"
+#include "base/plain_text.hpp"
+#include "base/text_file.hpp"
 #include "tools/prismweb/access.hpp"
 
 namespace prism::prismweb {
@@ -54,7 +54,7 @@ Result<PasswordHashes> parse_passwords(std::string_view text, const std::string&
 }
 
 Result<PasswordHashes> load_passwords(const std::string& path) {
-  const Result<std::string> text = config::read_text_file(path);
+  const Result<std::string> text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   struct stat found {};
   if (::stat(path.c_str(), &found) == 0 && (found.st_mode & 007) != 0)

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismweb/extremes.hpp"
 
 namespace prism::prismweb {

@@ -16,7 +16,7 @@
 #include <string>
 #include <utility>
 
-#include "config/notify.hpp"
+#include "base/notify.hpp"
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/listener.hpp"
 #include "tools/prismweb/options.hpp"
@@ -95,9 +95,9 @@ int print_hash() {
 // Fed by the loop that serves: one that stands still is not.
 asio::awaitable<void> feed_watchdog(asio::io_context& io) {
   asio::steady_timer tick(io);
-  const std::chrono::microseconds half(config::watchdog_half_us());
+  const std::chrono::microseconds half(watchdog_half_us());
   while (half.count() > 0) {
-    config::notify_watchdog();
+    notify_watchdog();
     tick.expires_after(half);
     co_await tick.async_wait(kUse);
   }
@@ -122,9 +122,9 @@ int serve_site(const Settings& settings, Loaded loaded) {
   signals.async_wait([&io](const boost::system::error_code&, int) { io.stop(); });
   asio::co_spawn(io, feed_watchdog(io), asio::detached);
   announce(settings, **listener, token);
-  config::notify_ready("serving");
+  notify_ready("serving");
   io.run();
-  config::notify_stopping();
+  notify_stopping();
   if (site->finish()) return kExitDone;
   // A thread that waits for such a disk cannot be joined: the process leaves it behind.
   fmt::print(stderr, "prismweb: the disk does not answer: the last minutes will be made again from the log\n");

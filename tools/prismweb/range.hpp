@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismweb/axis_archive.hpp"
 #include "tools/prismweb/hub.hpp"
 

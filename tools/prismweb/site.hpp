@@ -10,7 +10,7 @@
 #include <set>
 #include <string>
 
-#include "config/disk_thread.hpp"
+#include "base/disk_thread.hpp"
 #include "tools/prismweb/access.hpp"
 #include "tools/prismweb/foxglove_protocol.hpp"
 #include "tools/prismweb/gate.hpp"
@@ -68,7 +68,7 @@ class Site : public std::enable_shared_from_this<Site> {
 
   boost::asio::io_context& io_;
   Settings settings_;
-  config::DiskThread disk_;  ///< outlives the archives
+  DiskThread disk_;  ///< outlives the archives
   std::string token_;
   std::string host_;
   HostList hosts_;

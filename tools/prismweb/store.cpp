@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 #include "tools/prismweb/json_text.hpp"
 
 namespace prism::prismweb {
@@ -75,7 +75,7 @@ Result<Store> Store::open(const std::string& folder) {
 
 Result<void> Store::restore() {
   const std::string path = folder_ + "/place.json";
-  const Result<std::string> text = config::read_text_file(path);
+  const Result<std::string> text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   try {
     const json place = json::parse(*text);
@@ -161,7 +161,7 @@ Result<void> Store::write_place() const {
                       {"first_s", time_json(first_second_)},
                       {"last_s", time_json(last_second_)},
                       {"places", places}};
-  return config::write_text_file(folder_ + "/place.json", dumped(place) + "\n");
+  return write_text_file(folder_ + "/place.json", dumped(place) + "\n");
 }
 
 std::vector<std::string> Store::cursors_before(std::int64_t second) const {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismweb/extremes.hpp"
 #include "tools/prismweb/period_file.hpp"
 

@@ -79,8 +79,7 @@ struct StoreKeeper::Kept {
   }
 };
 
-StoreKeeper::StoreKeeper(asio::io_context& io, config::DiskThread& disk, std::string folder,
-                         std::chrono::milliseconds patience)
+StoreKeeper::StoreKeeper(asio::io_context& io, DiskThread& disk, std::string folder, std::chrono::milliseconds patience)
     : io_(io), disk_(disk), patience_(patience), kept_(std::make_shared<Kept>()) {
   kept_->folder = std::move(folder);
 }

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "config/disk_thread.hpp"
+#include "base/disk_thread.hpp"
 #include "tools/prismweb/store.hpp"
 
 namespace prism::prismweb {
@@ -43,7 +43,7 @@ class StoreKeeper {
   using Answer = std::function<void(const Result<T>&)>;
 
   /// `io` and `disk` outlive it.
-  StoreKeeper(boost::asio::io_context& io, config::DiskThread& disk, std::string folder,
+  StoreKeeper(boost::asio::io_context& io, DiskThread& disk, std::string folder,
               std::chrono::milliseconds patience = kDiskPatience);
 
   /// Each is told once, when the disk has done it.
@@ -68,7 +68,7 @@ class StoreKeeper {
   void ask(Work work, Answer<T> answer);
 
   boost::asio::io_context& io_;
-  config::DiskThread& disk_;
+  DiskThread& disk_;
   std::chrono::milliseconds patience_;
   std::shared_ptr<Kept> kept_;
 };

@@ -6,8 +6,8 @@
 #include <charconv>
 #include <filesystem>
 
-#include "compensation/json_section.hpp"
-#include "config/text_file.hpp"
+#include "base/json_section.hpp"
+#include "base/text_file.hpp"
 #include "tools/prismweb/access.hpp"
 
 namespace prism::prismweb {
@@ -100,7 +100,7 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
 }
 
 Result<void> load_web_config(const std::string& path, Settings& settings) {
-  const Result<std::string> text = config::read_text_file(path);
+  const Result<std::string> text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   return parse_web_config(*text, path, settings);
 }

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismweb/settings.hpp"
 
 namespace prism::prismweb {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/methods.hpp"
 #include "tools/prismweb/site.hpp"

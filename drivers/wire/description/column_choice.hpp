@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "compensation/json_document.hpp"
-#include "compensation/result.hpp"
+#include "base/json_document.hpp"
+#include "base/result.hpp"
 #include "compensation/text_columns.hpp"
 
 namespace prism::wire {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "compensation/sensor_limits.hpp"
 #include "compensation/sensors.hpp"
 #include "compensation/text_columns.hpp"

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "compensation/json_section.hpp"
+#include "base/json_section.hpp"
 #include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::wire {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "compensation/training/trainer.hpp"
 #include "drivers/simulated_gyro.hpp"
 

@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/sha256.hpp"
+#include "base/text_file.hpp"
 #include "compensation/model_text.hpp"
-#include "compensation/sha256.hpp"
-#include "config/text_file.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tools/prismcal/campaign/accepted.hpp"
 #include "tools/prismcal/campaign/lot_analysis.hpp"
@@ -139,7 +139,7 @@ class InstalledLot : public testing::Test {
       text.insert(text.find('{') + 1, "\"gyro\": {\"serial\": \"" + serial + "\"},");
     }
     fs::create_directories(store_.task_folder(made.task));
-    ASSERT_TRUE(config::write_text_file(store_.task_folder(made.task) + "/model.json", text));
+    ASSERT_TRUE(write_text_file(store_.task_folder(made.task) + "/model.json", text));
     const auto model = compensation::parse_model(text, "model");
     ASSERT_TRUE(model) << model.error().text();
     made.id = (*model)->info().id;

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <sstream>
 
+#include "base/sha256.hpp"
 #include "compensation/compensated_text.hpp"
 #include "compensation/model_text.hpp"
-#include "compensation/sha256.hpp"
 #include "tests/support/document.hpp"
 
 namespace prism::compensation {

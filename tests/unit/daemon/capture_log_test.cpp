@@ -53,7 +53,7 @@ struct CaptureLogTest : testing::Test {
   const test::TemporaryFolder folder;
   config::SegmentSettings settings = test::segments_in(folder.file("capture"));
   test::Told told, unanswered;
-  config::DiskThread disk{1000, unanswered.teller()};
+  DiskThread disk{1000, unanswered.teller()};
   std::unique_ptr<CaptureLog> log;
 };
 

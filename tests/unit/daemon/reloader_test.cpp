@@ -26,7 +26,7 @@ class ReloaderTest : public test::InstanceFixture {
   }
 
   boost::asio::io_context io_;
-  std::optional<config::DiskThread> disk_{std::in_place, 1 << 20, [](const std::string&) {}};
+  std::optional<DiskThread> disk_{std::in_place, 1 << 20, [](const std::string&) {}};
   int reopened_ = 0;
 };
 

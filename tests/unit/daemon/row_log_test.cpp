@@ -15,7 +15,7 @@
 #include <memory>
 #include <sstream>
 
-#include "compensation/sha256.hpp"
+#include "base/sha256.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/daemon/disk_files.hpp"
 #include "tests/unit/daemon/failing_calls.hpp"
@@ -313,7 +313,7 @@ TEST_F(RowLogTest, ARowThatNeverCameHereIsCountedAndTold) {
 struct RowWriterTest : RowLogTest {
   test::Told unanswered;
   std::atomic<int> written{0};
-  config::DiskThread disk{3 * sizeof(compensation::CompensatedWindow), unanswered.teller()};
+  DiskThread disk{3 * sizeof(compensation::CompensatedWindow), unanswered.teller()};
 };
 
 TEST_F(RowWriterTest, TheThreadedOneWritesSyncsAndClosesInOrder) {

@@ -13,8 +13,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/sha256.hpp"
 #include "compensation/compensated_text.hpp"
-#include "compensation/sha256.hpp"
 #include "tests/support/document.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/recordings/block_table.hpp"

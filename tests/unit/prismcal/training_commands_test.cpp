@@ -12,10 +12,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/text_file.hpp"
 #include "compensation/compensated_text.hpp"
 #include "compensation/engine.hpp"
 #include "compensation/model_text.hpp"
-#include "config/text_file.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/commands/commands.hpp"
@@ -30,9 +30,7 @@ namespace fs = std::filesystem;
 class Prismcal : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_.file(name); }
-  void write(const std::string& name, const std::string& text) {
-    ASSERT_TRUE(config::write_text_file(path(name), text));
-  }
+  void write(const std::string& name, const std::string& text) { ASSERT_TRUE(write_text_file(path(name), text)); }
 
   // Runs a command line; what it prints goes to out_ and err_.
   int run(std::vector<std::string> words) {

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 

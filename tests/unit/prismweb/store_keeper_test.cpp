@@ -46,7 +46,7 @@ class Keeping : public ::testing::Test {
   test::TemporaryFolder folder_;
   boost::asio::io_context io_;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{io_.get_executor()};
-  config::DiskThread disk_{0, [](const std::string& why) { ADD_FAILURE() << why; }};
+  DiskThread disk_{0, [](const std::string& why) { ADD_FAILURE() << why; }};
   std::vector<StoreKeeper::Known> told_;
 };
 

@@ -7,7 +7,7 @@
 
 #include <map>
 
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 #include "tests/unit/verification/planted_faults.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 

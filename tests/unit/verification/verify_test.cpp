@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/unit/verification/planted_faults.hpp"
 

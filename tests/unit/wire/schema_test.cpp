@@ -10,7 +10,7 @@
 #include <span>
 #include <sstream>
 
-#include "compensation/json_section.hpp"
+#include "base/json_section.hpp"
 #include "tests/support/schema_validator.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 
 namespace prism::analysis {
 namespace {

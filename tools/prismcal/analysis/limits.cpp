@@ -7,7 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 
 namespace prism::analysis {
 namespace {
@@ -107,7 +107,7 @@ Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string
 
 Result<std::vector<Limit>> read_limits(const std::string& path) {
   if (path.empty()) return std::vector<Limit>();
-  return config::read_text_file(path).and_then([&](const std::string& text) { return parse_limits(text, path); });
+  return read_text_file(path).and_then([&](const std::string& text) { return parse_limits(text, path); });
 }
 
 std::vector<LimitVerdict> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured) {

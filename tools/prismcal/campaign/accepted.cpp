@@ -13,10 +13,10 @@
 #include <ctime>
 #include <filesystem>
 
+#include "base/sha256.hpp"
+#include "base/text_file.hpp"
+#include "base/text_number.hpp"
 #include "compensation/model_text.hpp"
-#include "compensation/sha256.hpp"
-#include "compensation/text_number.hpp"
-#include "config/text_file.hpp"
 
 namespace prism::campaign {
 namespace {
@@ -78,7 +78,7 @@ Json entry_of(const CampaignFile& file, const Outcome& outcome, const std::strin
 /// The text of a model that is what was judged, of the gyro that it was judged on.
 Result<std::string> model_text_of(const Store& store, const Outcome& outcome) {
   const std::string path = store.task_folder(outcome.task) + "/model.json";
-  auto text = config::read_text_file(path);
+  auto text = read_text_file(path);
   if (!text) return text;
   const auto model = compensation::parse_model(*text, path);
   if (!model) return tl::unexpected<Error>(model.error());
@@ -96,7 +96,7 @@ Result<Json> old_manifest(const std::string& folder) {
   std::error_code error;
   if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return Json{{"models", Json::array()}};
   const std::string path = folder + "/" + kManifest;
-  const auto text = config::read_text_file(path);
+  const auto text = read_text_file(path);
   if (!text) return refuse(folder, fmt::format("holds no {}, expected none but folders of campaigns", kManifest));
   Json json = Json::parse(*text, nullptr, false);
   if (!json.is_object() || json.value("format", "") != kFormat || !json.contains("models") ||
@@ -125,9 +125,9 @@ Result<std::size_t> keep_old(const Json& old, const std::string& folder, const s
     const std::string name = entry.is_object() ? entry.value("file", "") : "";
     std::error_code error;
     if (name.empty() || name.find('/') != std::string::npos || fs::exists(fs::path(made) / name, error)) continue;
-    const auto text = config::read_text_file((fs::path(folder) / name).string());
+    const auto text = read_text_file((fs::path(folder) / name).string());
     if (!text) return tl::unexpected<Error>(text.error());
-    if (auto done = config::write_text_file((fs::path(made) / name).string(), *text); !done)
+    if (auto done = write_text_file((fs::path(made) / name).string(), *text); !done)
       return tl::unexpected<Error>(done.error());
     manifest["models"].push_back(entry);
     ++kept;
@@ -148,7 +148,7 @@ Result<InstalledModels> fill(const CampaignFile& file, const Store& store, const
           name, fmt::format("found a second gyro of this file name ({}), expected names that differ", outcome->gyro));
     const auto text = model_text_of(store, *outcome);
     if (!text) return tl::unexpected<Error>(text.error());
-    if (auto done = config::write_text_file((fs::path(made) / name).string(), *text); !done)
+    if (auto done = write_text_file((fs::path(made) / name).string(), *text); !done)
       return tl::unexpected<Error>(done.error());
     manifest["models"].push_back(entry_of(file, *outcome, name, *text));
     ++installed.models;
@@ -160,7 +160,7 @@ Result<InstalledModels> fill(const CampaignFile& file, const Store& store, const
     if (!kept) return tl::unexpected<Error>(kept.error());
     installed.kept = *kept;
   }
-  if (auto done = config::write_text_file(made + "/" + kManifest, manifest.dump(1) + "\n"); !done)
+  if (auto done = write_text_file(made + "/" + kManifest, manifest.dump(1) + "\n"); !done)
     return tl::unexpected<Error>(done.error());
   return installed;
 }

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "compensation/json_section.hpp"
-#include "config/text_file.hpp"
+#include "base/json_section.hpp"
+#include "base/text_file.hpp"
 
 namespace prism::campaign {
 namespace {
@@ -132,7 +132,7 @@ Result<CampaignFile> parse_campaign(std::string_view text, const std::string& pa
 }
 
 Result<CampaignFile> load_campaign(const std::string& path) {
-  return config::read_text_file(path).and_then([&](const std::string& text) { return parse_campaign(text, path); });
+  return read_text_file(path).and_then([&](const std::string& text) { return parse_campaign(text, path); });
 }
 
 }  // namespace prism::campaign

@@ -13,8 +13,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "compensation/sha256.hpp"
-#include "config/text_file.hpp"
+#include "base/sha256.hpp"
+#include "base/text_file.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
 
 namespace prism::campaign {
@@ -100,7 +100,7 @@ Result<void> InputCache::save() {
     text += fmt::format("{} {} {} {} {} {}\t{}\t{}\t{}\n", s.size, s.changed_ns, s.inode, s.device, entry.file.lines,
                         entry.file.sha256, entry.file.serial, entry.file.axis, path);
   }
-  return config::write_text_file(file_, text);
+  return write_text_file(file_, text);
 }
 
 std::vector<std::string> files_of_recording(const std::string& path) {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 
 namespace prism::campaign {
 

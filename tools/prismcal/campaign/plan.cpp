@@ -8,8 +8,8 @@
 #include <map>
 #include <set>
 
-#include "compensation/json_section.hpp"
-#include "compensation/sha256.hpp"
+#include "base/json_section.hpp"
+#include "base/sha256.hpp"
 
 namespace prism::campaign {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/json_document.hpp"
+#include "base/json_document.hpp"
 #include "tools/prismcal/campaign/campaign_file.hpp"
 #include "tools/prismcal/campaign/inputs.hpp"
 

@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <map>
 
-#include "compensation/sha256.hpp"
-#include "config/text_file.hpp"
+#include "base/sha256.hpp"
+#include "base/text_file.hpp"
 #include "tools/prismcal/campaign/engines.hpp"
 #include "tools/prismcal/campaign/progress.hpp"
 #include "tools/prismcal/campaign/signals.hpp"
@@ -154,8 +154,8 @@ class SlurmRun {
       std::string list;
       for (std::size_t i = begin; i < begin + count; ++i) list += lines[i] + "\n";
       const std::string base = store_.file("slurm/" + sha256_hex(list).substr(0, 16));
-      if (auto done = config::write_text_file(base + ".list", list); !done) return done;
-      if (auto done = config::write_text_file(base + ".sh", script_of(file_, store_, settings_, base + ".list")); !done)
+      if (auto done = write_text_file(base + ".list", list); !done) return done;
+      if (auto done = write_text_file(base + ".sh", script_of(file_, store_, settings_, base + ".list")); !done)
         return done;
       if (auto done = submit_one(base + ".sh", count); !done) return done;
     }

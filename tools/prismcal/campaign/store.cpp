@@ -13,7 +13,7 @@
 #include <fstream>
 #include <functional>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::campaign {
@@ -90,7 +90,7 @@ Result<void> Store::write_plan(const Plan& plan) const {
   }
   for (const LeftOutInput& input : plan.left_out) left_out += plain(input.what) + "\t" + plain(input.why) + "\n";
   for (const auto& [name, text] : {std::pair{"tasks.jsonl", tasks}, {"left_out.tsv", left_out}, {"plan.tsv", table}}) {
-    if (auto done = config::write_text_file(file(name), text); !done) return done;
+    if (auto done = write_text_file(file(name), text); !done) return done;
   }
   return {};
 }
@@ -166,8 +166,8 @@ std::string Store::refusal(const std::string& id) const {
 
 Result<void> Store::add_failure(const std::string& id, const std::string& why) const {
   const auto before = read_failure(file("failed/" + id));
-  return config::write_text_file(file("failed/" + id), fmt::format("{}\t{}\n", (before ? before->attempts : 0) + 1,
-                                                                   why.substr(0, why.find('\n'))));
+  return write_text_file(file("failed/" + id),
+                         fmt::format("{}\t{}\n", (before ? before->attempts : 0) + 1, why.substr(0, why.find('\n'))));
 }
 
 void Store::clear_failure(const std::string& id) const { ::unlink(file("failed/" + id).c_str()); }

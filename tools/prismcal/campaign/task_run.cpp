@@ -12,7 +12,7 @@
 #include <new>
 #include <thread>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 
 namespace prism::campaign {
 namespace {
@@ -96,7 +96,7 @@ Result<void> work_in(const Store& store, const Task& task, const Work& work, con
                                                             {"times.json", times_json(begin).dump(1) + "\n"}};
   if (result->contains("why")) files.emplace_back("refused", (*result)["why"].get<std::string>() + "\n");
   for (const auto& [name, text] : files) {
-    if (auto done = config::write_text_file((std::filesystem::path(folder) / name).string(), text); !done) return done;
+    if (auto done = write_text_file((std::filesystem::path(folder) / name).string(), text); !done) return done;
   }
   return store.publish_task(folder, task.id);
 }

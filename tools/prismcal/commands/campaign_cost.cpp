@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 #include "tools/prismcal/campaign/level.hpp"
 #include "tools/prismcal/commands/campaign_work.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
@@ -50,7 +50,7 @@ training::TrainingData made_up_blocks(const std::vector<std::string>& names) {
 }  // namespace
 
 CostModel::CostModel(std::string calibration) : file_(std::move(calibration)) {
-  const auto text = config::read_text_file(file_);
+  const auto text = read_text_file(file_);
   kept_ = text ? Json::parse(*text, nullptr, false) : Json();
   if (!kept_.is_object() || kept_.value("level", "") != campaign::loaded_level())
     kept_ = {{"level", campaign::loaded_level()}, {"models", Json::object()}};
@@ -86,7 +86,7 @@ Result<CostModel::Speed> CostModel::speed_of(const campaign::ModelChoice& model)
     const auto measured = measure(*choice);
     if (!measured) return tl::unexpected<Error>(measured.error());
     models[key] = *measured;
-    (void)config::write_text_file(file_, kept_.dump(1) + "\n");  // without it, it is measured again
+    (void)write_text_file(file_, kept_.dump(1) + "\n");  // without it, it is measured again
   }
   const Speed speed{std::move(*choice), models[key].get<double>()};
   return speeds_.emplace(model.words, speed).first->second;

@@ -8,7 +8,7 @@
 #include <map>
 #include <memory>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/limits.hpp"
@@ -138,7 +138,7 @@ Result<Json> run_task(const campaign::Task& task, const std::string& folder) {
   auto judging = judging_choice(task.judging);
   if (!judging) return tl::unexpected<Error>(judging.error());
   judging->model = folder + "/model.json";
-  if (auto done = config::write_text_file(judging->model, trained->model_text()); !done)
+  if (auto done = write_text_file(judging->model, trained->model_text()); !done)
     return tl::unexpected<Error>(done.error());
   std::vector<std::string> roles;
   for (const Role role : {Role::kRepeat, Role::kOther}) {

@@ -6,8 +6,8 @@
 #include <csignal>
 #include <cstdio>
 
+#include "base/text_file.hpp"
 #include "compensation/model_text.hpp"
-#include "config/text_file.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
 
 namespace prism::commands {
@@ -29,8 +29,7 @@ int failed(const Error& error) {
 }
 
 Result<compensation::ModelPtr> load_model(const std::string& path) {
-  return config::read_text_file(path).and_then(
-      [&](const std::string& text) { return compensation::parse_model(text, path); });
+  return read_text_file(path).and_then([&](const std::string& text) { return compensation::parse_model(text, path); });
 }
 
 const std::atomic<bool>* stop_on_interrupt() {

@@ -7,8 +7,8 @@
 #include <atomic>
 #include <string>
 
+#include "base/result.hpp"
 #include "compensation/model.hpp"
-#include "compensation/result.hpp"
 
 namespace prism::commands {
 

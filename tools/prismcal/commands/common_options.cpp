@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <map>
 
+#include "base/text_file.hpp"
 #include "config/config.hpp"
-#include "config/text_file.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
@@ -179,12 +179,12 @@ Result<void> write_report(const report::Report& report, const CommonOptions& opt
   for (const auto& [name, text] : {std::pair{"report.html", *page},
                                    {"report.csv", report::csv_text(report)},
                                    {"report.json", report::json_text(report)}}) {
-    if (auto done = config::write_text_file((folder / name).string(), text); !done) return done;
+    if (auto done = write_text_file((folder / name).string(), text); !done) return done;
   }
   std::filesystem::create_directories(folder / "tables", error);
   if (error) return refuse((folder / "tables").string(), error.message());
   for (const auto& [name, text] : report::csv_files(report)) {
-    if (auto done = config::write_text_file((folder / "tables" / name).string(), text); !done) return done;
+    if (auto done = write_text_file((folder / "tables" / name).string(), text); !done) return done;
   }
   if (!options.quiet) fmt::print(stderr, "report: {}\n", (folder / "report.html").string());
   return {};

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <memory>
 
+#include "base/text_file.hpp"
 #include "config/search_path.hpp"
-#include "config/text_file.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
 #include "tools/command_line.hpp"
@@ -23,7 +23,7 @@ struct ConvertChoice {
 
 Result<wire::FrameDescriptionPtr> one_a_second(const std::string& frames) {
   const std::string path = config::find_data_file(frames, "frames", ".");
-  const auto text = config::read_text_file(path);
+  const auto text = read_text_file(path);
   if (!text) return tl::unexpected(text.error());
   auto description = wire::parse_frame_description(*text, path);
   if (description && !(*description)->carries_gyro()) return refuse(path, "has no gyro, expected one");

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "base/text_file.hpp"
 #include "compensation/model_text.hpp"
-#include "config/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
@@ -89,10 +89,10 @@ Result<int> run(const FitChoice& choice) {
   const auto summary = summary_json(*trained, *settings, data.names);
   if (!choice.out.empty()) {
     const std::string text = compensation::format_model(*trained->model, provenance(*table, choice, summary));
-    if (auto done = config::write_text_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = write_text_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
   }
   if (!choice.diagnostics.empty()) {
-    if (auto done = config::write_text_file(choice.diagnostics, diagnostics_csv(trained->samples)); !done)
+    if (auto done = write_text_file(choice.diagnostics, diagnostics_csv(trained->samples)); !done)
       return tl::unexpected<Error>(done.error());
   }
   fmt::print("{}", choice.method.json ? summary.dump(2) + "\n" : summary_text(*trained, *settings, data.names));

@@ -7,8 +7,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "base/text_file.hpp"
 #include "compensation/extrapolation.hpp"
-#include "config/text_file.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
@@ -45,7 +45,7 @@ Result<int> run(const PredictChoice& choice) {
     out += fmt::format("{}{}{}{}{}{}{}\n", table->row(i), comma, number(p.bias_deg_per_h), comma,
                        number(p.sd_deg_per_h), comma, number(p.sd_mean_deg_per_h));
   }
-  if (auto done = config::write_text_file(choice.out, out); !done) return tl::unexpected<Error>(done.error());
+  if (auto done = write_text_file(choice.out, out); !done) return tl::unexpected<Error>(done.error());
   const nlohmann::ordered_json json = {
       {"rows", table->rows()}, {"extrapolating", extrapolating}, {"model", (*model)->info().id}, {"out", choice.out}};
   fmt::print("{}", choice.json

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <memory>
 
+#include "base/text_file.hpp"
 #include "compensation/model_text.hpp"
-#include "config/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/data_quality_table.hpp"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "base/result.hpp"
 #include "compensation/model.hpp"
-#include "compensation/result.hpp"
 
 namespace prism::commands {
 

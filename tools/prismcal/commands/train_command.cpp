@@ -9,9 +9,9 @@
 #include <memory>
 #include <optional>
 
+#include "base/text_file.hpp"
+#include "base/text_number.hpp"
 #include "compensation/model_text.hpp"
-#include "compensation/text_number.hpp"
-#include "config/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/data_quality_table.hpp"
@@ -96,8 +96,7 @@ std::string held_text(const nlohmann::ordered_json& held) {
 Result<nlohmann::ordered_json> run_one(const TrainChoice& choice) {
   auto run = train_on_recordings(choice, stop_on_interrupt);
   if (!run) return tl::unexpected<Error>(run.error());
-  if (auto done = config::write_text_file(choice.out, run->model_text()); !done)
-    return tl::unexpected<Error>(done.error());
+  if (auto done = write_text_file(choice.out, run->model_text()); !done) return tl::unexpected<Error>(done.error());
   if (!choice.method.json) {
     fmt::print("{}", summary_text(run->trained, run->settings, run->set.data.names));
     if (run->summary.contains("held_out")) fmt::print("{}", held_text(run->summary["held_out"]));

@@ -5,8 +5,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "compensation/plain_text.hpp"
-#include "compensation/text_number.hpp"
+#include "base/plain_text.hpp"
+#include "base/text_number.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/verification/repair.hpp"

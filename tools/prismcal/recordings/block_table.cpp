@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 
 namespace prism::recordings {
 namespace {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "base/result.hpp"
 #include "compensation/conditioner.hpp"
 #include "compensation/evaluation/allan.hpp"
 #include "compensation/model.hpp"
-#include "compensation/result.hpp"
 
 namespace prism::recordings {
 

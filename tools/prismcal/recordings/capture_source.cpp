@@ -9,9 +9,9 @@
 #include <optional>
 #include <vector>
 
-#include "compensation/sha256.hpp"
+#include "base/sha256.hpp"
+#include "base/text_file.hpp"
 #include "config/config.hpp"
-#include "config/text_file.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/pipeline/sensor_captures.hpp"
 #include "drivers/capture_file.hpp"
@@ -94,7 +94,7 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   if (const std::string damage = reader->damaged_places().text(); !damage.empty()) recording.notes.push_back(damage);
   if (!reader->tail_damage().empty()) recording.notes.push_back(reader->tail_damage());
   if (recording.buckets.empty()) return refuse(path, "holds no frame of " + setup->config.frames);
-  const auto text = config::read_text_file(path);
+  const auto text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   recording.files.push_back({path, sha256_hex(*text), packets});
   return recording;

@@ -6,14 +6,14 @@
 #include <algorithm>
 #include <sstream>
 
-#include "compensation/sha256.hpp"
-#include "config/text_file.hpp"
+#include "base/sha256.hpp"
+#include "base/text_file.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::recordings {
 
 Result<CsvTable> CsvTable::read(const std::string& path) {
-  const auto text = config::read_text_file(path);
+  const auto text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   CsvTable table;
   table.path_ = path;

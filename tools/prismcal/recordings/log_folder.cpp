@@ -10,7 +10,7 @@
 #include <set>
 #include <tuple>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 #include "daemon/pipeline/segment_index.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 

@@ -10,9 +10,9 @@
 #include <optional>
 #include <string_view>
 
+#include "base/sha256.hpp"
+#include "base/text_file.hpp"
 #include "compensation/compensated_text.hpp"
-#include "compensation/sha256.hpp"
-#include "config/text_file.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/file_lock.hpp"
 
@@ -164,7 +164,7 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
   segment.path = path;
   segment.file = std::filesystem::path(path).filename().string();
   const bool open = is_locked(path);  // before it is read: one that ends meanwhile is read with its end
-  const auto text = config::read_text_file(path);
+  const auto text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   segment.sha256 = sha256_hex(*text);
   Lines lines(*text);
@@ -206,7 +206,7 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
 
 Result<std::string> rewritten(const LogSegment& segment, const std::vector<std::size_t>& kept,
                               const std::string& remark) {
-  const auto text = config::read_text_file(segment.path);
+  const auto text = read_text_file(segment.path);
   if (!text) return tl::unexpected<Error>(text.error());
   std::string copy;
   Lines lines(*text);

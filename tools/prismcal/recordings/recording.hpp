@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/result.hpp"
 #include "compensation/averager.hpp"
-#include "compensation/result.hpp"
 
 namespace prism::recordings {
 

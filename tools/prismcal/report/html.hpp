@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismcal/report/document.hpp"
 
 namespace prism::report {

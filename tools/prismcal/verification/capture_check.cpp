@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include "compensation/plain_text.hpp"
-#include "compensation/text_number.hpp"
+#include "base/plain_text.hpp"
+#include "base/text_number.hpp"
 #include "drivers/capture_file.hpp"
 #include "tools/prismcal/recordings/file_lock.hpp"
 #include "tools/prismcal/verification/checks.hpp"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 #include "drivers/capture_file.hpp"
 #include "tools/prismcal/verification/checks.hpp"
 #include "tools/prismcal/verification/copies.hpp"

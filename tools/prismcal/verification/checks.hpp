@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismcal/verification/folder_contents.hpp"
 #include "tools/prismcal/verification/verify.hpp"
 

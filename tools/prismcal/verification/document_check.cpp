@@ -3,10 +3,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "compensation/json_document.hpp"
+#include "base/json_document.hpp"
+#include "base/text_file.hpp"
 #include "compensation/model_text.hpp"
 #include "config/config.hpp"
-#include "config/text_file.hpp"
 #include "drivers/wire/decode/inspect.hpp"
 #include "tools/prismcal/verification/checks.hpp"
 
@@ -46,7 +46,7 @@ Result<std::string> of_configuration(const std::string& text, const std::string&
 }  // namespace
 
 std::optional<Finding> check_document(const std::string& path, bool named) {
-  const auto text = config::read_text_file(path);
+  const auto text = read_text_file(path);
   if (!text) return Finding{path, State::kRefused, text.error().what};
   const Json json = Json::parse(*text, nullptr, false, true);
   const Kind kind = kind_of(json);

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
 
 namespace prism::verification {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <map>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
 #include "tools/prismcal/verification/checks.hpp"
 #include "tools/prismcal/verification/index_check.hpp"

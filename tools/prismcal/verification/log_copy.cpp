@@ -4,8 +4,8 @@
 #include <map>
 #include <set>
 
-#include "compensation/plain_text.hpp"
-#include "config/text_file.hpp"
+#include "base/plain_text.hpp"
+#include "base/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
 #include "tools/prismcal/verification/checks.hpp"
@@ -59,7 +59,7 @@ Result<std::size_t> copy_segment(const LogSegment& segment, const std::set<std::
   }
   const auto text = recordings::rewritten(segment, kept, remark_of(segment, left_out));
   if (!text) return tl::unexpected<Error>(text.error());
-  return config::write_text_file(copies.target(segment.path), *text).map([&] { return kept.size(); });
+  return write_text_file(copies.target(segment.path), *text).map([&] { return kept.size(); });
 }
 
 Result<void> copy_axis(const recordings::LogFolder& folder, const Copies& copies) {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 #include "daemon/pipeline/segment_index.hpp"
 #include "tools/prismcal/verification/checks.hpp"
 #include "tools/prismcal/verification/copies.hpp"
@@ -48,9 +48,9 @@ bool is_within(const fs::path& path, const fs::path& folder) {
 }  // namespace
 
 Result<void> copy_bytes(const std::string& path, const Copies& copies) {
-  const auto text = config::read_text_file(path);
+  const auto text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
-  return config::write_text_file(copies.target(path), *text);
+  return write_text_file(copies.target(path), *text);
 }
 
 Result<void> write_index(const std::string& name, const std::vector<std::pair<std::string, std::uint64_t>>& made,

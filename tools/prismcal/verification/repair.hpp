@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 #include "tools/prismcal/recordings/log_segment.hpp"
 
 namespace prism::verification {

@@ -7,7 +7,7 @@
 #include <array>
 #include <cstdint>
 
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 #include "tools/prismctl/screen/chart.hpp"
 #include "tools/prismctl/words.hpp"
 

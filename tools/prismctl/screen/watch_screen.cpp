@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 #include "tools/client/connection.hpp"
 #include "tools/prismctl/screen/terminal.hpp"
 #include "tools/prismctl/screen/view.hpp"

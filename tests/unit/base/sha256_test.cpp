@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // SHA-256 against the examples that NIST published with FIPS 180-4.
-#include "compensation/sha256.hpp"
+#include "base/sha256.hpp"
 
 #include <gtest/gtest.h>
 
-namespace prism::compensation {
+namespace prism {
 namespace {
 
 TEST(Sha256, GivesTheDigestsOfTheStandardsExamples) {
@@ -27,4 +27,4 @@ TEST(Sha256, TakesEveryByteAsItIs) {
 }
 
 }  // namespace
-}  // namespace prism::compensation
+}  // namespace prism

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The disk thread: in order, bounded, and not to be ended by what a task throws.
-#include "config/disk_thread.hpp"
+#include "base/disk_thread.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 #include "tests/unit/daemon/disk_files.hpp"
 
-namespace prism::config {
+namespace prism {
 namespace {
 
 using testing::ElementsAre;
@@ -116,4 +116,4 @@ TEST(DiskThread, LetsGoOfWhatATaskHeldBeforeTheNextOneRuns) {
 }
 
 }  // namespace
-}  // namespace prism::config
+}  // namespace prism

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Numbers as text: against printf over many random numbers, at the limits and at ties; times against gmtime.
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include <random>
 #include <string>
 
-namespace prism::compensation {
+namespace prism {
 namespace {
 
 std::string fixed(double value, int decimals) {
@@ -155,4 +155,4 @@ TEST(UtcText, InFileNamesHasNeitherHyphenNorColon) {
 }
 
 }  // namespace
-}  // namespace prism::compensation
+}  // namespace prism

@@ -15,8 +15,8 @@
 #include <utility>
 #include <vector>
 
-#include "compensation/json_document.hpp"
-#include "compensation/result.hpp"
+#include "base/json_document.hpp"
+#include "base/result.hpp"
 
 namespace prism {
 

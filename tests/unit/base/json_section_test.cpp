@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Sections: every key used once, every refusal one whole line with its place.
-#include "compensation/json_section.hpp"
+#include "base/json_section.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <string>
 
-namespace prism::compensation {
+namespace prism {
 namespace {
 
 // What a reader that asks `read` of the object says about it; "" where it is content.
@@ -272,4 +272,4 @@ TEST(Section, AReaderMayAddItsOwnRefusal) {
 }
 
 }  // namespace
-}  // namespace prism::compensation
+}  // namespace prism

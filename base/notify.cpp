@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "config/notify.hpp"
+#include "base/notify.hpp"
 
 #include <sys/socket.h>
 #include <systemd/sd-daemon.h>
 #include <time.h>
 
-namespace prism::config {
+namespace prism {
 
 void notify_ready(const std::string& status) { sd_notify(0, ("READY=1\nSTATUS=" + status).c_str()); }
 
@@ -34,4 +34,4 @@ int inherited_socket() {
   return sd_is_socket(fd, AF_UNIX, SOCK_STREAM, 1) > 0 ? fd : -1;
 }
 
-}  // namespace prism::config
+}  // namespace prism

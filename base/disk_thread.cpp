@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "config/disk_thread.hpp"
+#include "base/disk_thread.hpp"
 
 #include <exception>
 #include <utility>
 
-namespace prism::config {
+namespace prism {
 
 DiskThread::DiskThread(std::size_t max_bytes, Failed failed)
     : max_bytes_(max_bytes), failed_(std::move(failed)), thread_([this] { run(); }) {}
@@ -79,4 +79,4 @@ void DiskThread::run(Entry& entry) const noexcept {
   entry.failed = nullptr;
 }
 
-}  // namespace prism::config
+}  // namespace prism

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "compensation/json_document.hpp"
+#include "base/json_document.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include <optional>
 #include <set>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 
 namespace prism {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Whole files: the old one or the new one, never a part, and nothing left beside it.
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -10,7 +10,7 @@
 #include "tests/support/full_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace prism::config {
+namespace prism {
 namespace {
 
 namespace fs = std::filesystem;
@@ -75,4 +75,4 @@ TEST_F(TextFile, SaysWhyItRefuses) {
 }
 
 }  // namespace
-}  // namespace prism::config
+}  // namespace prism

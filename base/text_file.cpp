@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "config/text_file.hpp"
+#include "base/text_file.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 #include <fstream>
 #include <iterator>
 
-namespace prism::config {
+namespace prism {
 namespace {
 
 namespace fs = std::filesystem;
@@ -82,4 +82,4 @@ Result<void> write_text_file(const std::string& path, std::string_view text) {
   return refused;
 }
 
-}  // namespace prism::config
+}  // namespace prism

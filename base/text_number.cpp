@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "compensation/text_number.hpp"
+#include "base/text_number.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "compensation/json_section.hpp"
+#include "base/json_section.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 
 namespace prism {
 namespace {

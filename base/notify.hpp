@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-namespace prism::config {
+namespace prism {
 
 void notify_ready(const std::string& status);
 void notify_reloading();
@@ -17,4 +17,4 @@ std::uint64_t watchdog_half_us();
 /// The one listening unix socket that systemd passed; −1 where there is none.
 int inherited_socket();
 
-}  // namespace prism::config
+}  // namespace prism

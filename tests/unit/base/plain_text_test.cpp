@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Foreign text in refusals: one short printable line, whatever it was.
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
-namespace prism::compensation {
+namespace prism {
 namespace {
 
 TEST(PlainText, LeavesPrintableAsciiAsItIs) { EXPECT_EQ(plain_text(" azAZ09~\"\\"), " azAZ09~\"\\"); }
@@ -49,4 +49,4 @@ TEST(NearestName, IsNoneWhereNoneIsNear) {
 }
 
 }  // namespace
-}  // namespace prism::compensation
+}  // namespace prism

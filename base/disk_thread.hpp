@@ -12,7 +12,7 @@
 #include <string>
 #include <thread>
 
-namespace prism::config {
+namespace prism {
 
 /// Runs the tasks posted, in order. The destructor runs what is queued and joins. A task that throws ends nothing but
 /// itself.
@@ -60,4 +60,4 @@ class DiskThread {
   std::thread thread_;
 };
 
-}  // namespace prism::config
+}  // namespace prism

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "compensation/plain_text.hpp"
+#include "base/plain_text.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 
-#include "compensation/result.hpp"
+#include "base/result.hpp"
 
-namespace prism::config {
+namespace prism {
 
 /// A whole file's bytes; refused where it is a folder or cannot be read.
 Result<std::string> read_text_file(const std::string& path);
@@ -16,4 +16,4 @@ Result<std::string> read_text_file(const std::string& path);
 /// whole. An existing file keeps its mode, a link its place. What is no file (a device, a pipe) is written straight.
 Result<void> write_text_file(const std::string& path, std::string_view text);
 
-}  // namespace prism::config
+}  // namespace prism
