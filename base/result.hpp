@@ -14,7 +14,8 @@ struct Error {
   std::string where;
   std::string what;
 
-  std::string text() const { return where.empty() ? what : where + ": " + what; }
+  /// One line that is safe on a terminal and in a log (printable(), escape.hpp).
+  std::string text() const;
 };
 
 template <class T>

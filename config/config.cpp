@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "base/file.hpp"
 #include "base/json_section.hpp"
-#include "base/text_file.hpp"
 #include "config/axis_reader.hpp"
 #include "config/line_reader.hpp"
 #include "config/search_path.hpp"

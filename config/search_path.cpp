@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/file.hpp"
 #include "base/plain_text.hpp"
-#include "base/text_file.hpp"
 
 namespace prism::config {
 

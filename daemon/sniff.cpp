@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
 #include "daemon/arrival_clock.hpp"

@@ -58,7 +58,7 @@ MAY_NOT_LINK = {
     TOOLS: "prism_daemon",
 }
 # headers of base that read files, start threads or notify systemd; the modules that only compute do not include them
-WAITING = {"base/disk_thread.hpp", "base/notify.hpp", "base/text_file.hpp"}
+WAITING = {"base/disk_thread.hpp", "base/notify.hpp", "base/file.hpp"}
 PURE_MODULES = {CORE, EVALUATION} | WIRES
 CLOCKLESS = {CORE, TRAINING, EVALUATION, PIPELINE} | WIRES
 THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, DAEMON} | WIRES

@@ -11,7 +11,7 @@ TASK = CPP + "awaitable<void> task() {\n"
 # path, content, and what must be said about it
 BREACHES = [
     ("base/a.cpp", CPP + '#include "compensation/sample.hpp"\n', ":2: base may not include compensation"),
-    ("compensation/a.cpp", CPP + '#include "base/text_file.hpp"\n', "which waits"),
+    ("compensation/a.cpp", CPP + '#include "base/file.hpp"\n', "which waits"),
     ("compensation/a.cpp", CPP + '#include "drivers/clock.hpp"\n', ":2: compensation may not include drivers"),
     ("compensation/a.cpp", CPP + '#include "compensation/training/fit.hpp"\n', "may not include compensation/training"),
     ("compensation/a.cpp", CPP + "#include <thread>\n", "may not include <thread>"),

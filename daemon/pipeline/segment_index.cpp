@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 
 namespace prism::pipeline {
 namespace {

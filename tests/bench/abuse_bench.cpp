@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "tests/bench/abusers.hpp"
 #include "tests/bench/live_program.hpp"
 

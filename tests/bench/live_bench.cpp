@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
 #include "tests/bench/abusers.hpp"
 #include "tests/bench/live_program.hpp"

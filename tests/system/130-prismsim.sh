@@ -46,5 +46,5 @@ refused 78 "prismsim: /nowhere.json: cannot be read; expected a frame descriptio
 refused 1 "prismsim: /nowhere/x.pcap: cannot be created: No such file or directory" --out /nowhere/x.pcap
 refused 1 "prismsim: $dir/a.csv: is there and no symbolic link; expected a free name" --link "$dir/a.csv"
 if [ -w /dev/full ]; then
-  refused 1 "prismsim: /dev/full: cannot be written: No space left on device" --hours 0.1 --out /dev/full
+  refused 1 "prismsim: /dev/full: is a device, expected a regular file" --hours 0.1 --out /dev/full
 fi

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <iterator>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 
 namespace prism::metrics {
 namespace {

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "tools/client/connection.hpp"
 #include "tools/prismctl/words.hpp"
 

@@ -9,8 +9,8 @@
 #include <memory>
 #include <thread>
 
+#include "base/file.hpp"
 #include "base/notify.hpp"
-#include "base/text_file.hpp"
 #include "tools/metrics/exposition.hpp"
 #include "tools/prismrelay/ledger.hpp"
 #include "tools/prismrelay/ledger_loop.hpp"

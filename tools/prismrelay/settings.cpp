@@ -10,8 +10,8 @@
 #include <filesystem>
 #include <set>
 
+#include "base/file.hpp"
 #include "base/json_section.hpp"
-#include "base/text_file.hpp"
 
 namespace prism::prismrelay {
 namespace {

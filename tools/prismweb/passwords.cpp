@@ -10,8 +10,8 @@
 #include <memory>
 #include <vector>
 
+#include "base/file.hpp"
 #include "base/plain_text.hpp"
-#include "base/text_file.hpp"
 #include "tools/prismweb/access.hpp"
 
 namespace prism::prismweb {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "tools/prismweb/json_text.hpp"
 
 namespace prism::prismweb {

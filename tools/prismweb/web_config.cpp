@@ -6,8 +6,8 @@
 #include <charconv>
 #include <filesystem>
 
+#include "base/file.hpp"
 #include "base/json_section.hpp"
-#include "base/text_file.hpp"
 #include "tools/prismweb/access.hpp"
 
 namespace prism::prismweb {

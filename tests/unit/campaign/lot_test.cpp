@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/file.hpp"
 #include "base/sha256.hpp"
-#include "base/text_file.hpp"
 #include "compensation/model_text.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tools/prismcal/campaign/accepted.hpp"

@@ -171,7 +171,7 @@ TEST(Config, AMissingFileIsRefusedByItsName) {
   const Result<Config> config = load_config("/nonexistent/gyro.json");
   ASSERT_FALSE(config);
   EXPECT_EQ(config.error().text(), "/nonexistent/gyro.json: cannot be read: No such file or directory");
-  EXPECT_EQ(load_config("/tmp").error().text(), "/tmp: is a folder, expected a file");
+  EXPECT_EQ(load_config("/tmp").error().text(), "/tmp: is a directory, expected a regular file");
 }
 
 TEST(Config, UnderSystemdLogAndCaptureAreInTheFolderThatItMade) {

@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "compensation/compensated_text.hpp"
 #include "compensation/engine.hpp"
 #include "compensation/model_text.hpp"

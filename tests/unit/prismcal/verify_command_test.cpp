@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 

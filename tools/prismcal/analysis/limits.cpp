@@ -7,7 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 
 namespace prism::analysis {
 namespace {

@@ -13,8 +13,8 @@
 #include <ctime>
 #include <filesystem>
 
+#include "base/file.hpp"
 #include "base/sha256.hpp"
-#include "base/text_file.hpp"
 #include "base/text_number.hpp"
 #include "compensation/model_text.hpp"
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/file.hpp"
 #include "base/json_section.hpp"
-#include "base/text_file.hpp"
 
 namespace prism::campaign {
 namespace {

@@ -13,8 +13,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "base/file.hpp"
 #include "base/sha256.hpp"
-#include "base/text_file.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
 
 namespace prism::campaign {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <set>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 
 namespace prism::campaign {
 namespace {

@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <map>
 
+#include "base/file.hpp"
 #include "base/sha256.hpp"
-#include "base/text_file.hpp"
 #include "tools/prismcal/campaign/engines.hpp"
 #include "tools/prismcal/campaign/progress.hpp"
 #include "tools/prismcal/campaign/signals.hpp"

@@ -13,7 +13,7 @@
 #include <fstream>
 #include <functional>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::campaign {

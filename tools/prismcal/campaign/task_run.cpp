@@ -12,7 +12,7 @@
 #include <new>
 #include <thread>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 
 namespace prism::campaign {
 namespace {

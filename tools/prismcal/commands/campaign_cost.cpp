@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "tools/prismcal/campaign/level.hpp"
 #include "tools/prismcal/commands/campaign_work.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"

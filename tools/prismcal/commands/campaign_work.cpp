@@ -8,7 +8,7 @@
 #include <map>
 #include <memory>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/limits.hpp"

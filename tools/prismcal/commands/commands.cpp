@@ -6,7 +6,7 @@
 #include <csignal>
 #include <cstdio>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "compensation/model_text.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
 

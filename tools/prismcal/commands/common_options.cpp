@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <map>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "config/config.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"

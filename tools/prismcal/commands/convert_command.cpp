@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "config/search_path.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"

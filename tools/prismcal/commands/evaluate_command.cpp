@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "base/file.hpp"
 #include "base/plain_text.hpp"
-#include "base/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/data_quality_table.hpp"

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "compensation/model_text.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "compensation/model_text.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"

@@ -9,7 +9,7 @@
 #include <memory>
 #include <optional>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "base/text_number.hpp"
 #include "compensation/model_text.hpp"
 #include "config/version.hpp"

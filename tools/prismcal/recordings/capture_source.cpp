@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
+#include "base/file.hpp"
 #include "base/sha256.hpp"
-#include "base/text_file.hpp"
 #include "config/config.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/pipeline/sensor_captures.hpp"

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <sstream>
 
+#include "base/file.hpp"
 #include "base/sha256.hpp"
-#include "base/text_file.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::recordings {

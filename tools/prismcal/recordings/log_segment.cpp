@@ -10,8 +10,8 @@
 #include <optional>
 #include <string_view>
 
+#include "base/file.hpp"
 #include "base/sha256.hpp"
-#include "base/text_file.hpp"
 #include "compensation/compensated_text.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/file_lock.hpp"

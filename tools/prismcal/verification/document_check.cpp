@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/file.hpp"
 #include "base/json_document.hpp"
-#include "base/text_file.hpp"
 #include "compensation/model_text.hpp"
 #include "config/config.hpp"
 #include "drivers/wire/decode/inspect.hpp"

@@ -4,8 +4,8 @@
 #include <map>
 #include <set>
 
+#include "base/file.hpp"
 #include "base/plain_text.hpp"
-#include "base/text_file.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
 #include "tools/prismcal/verification/checks.hpp"

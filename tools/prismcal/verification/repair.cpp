@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "base/text_file.hpp"
+#include "base/file.hpp"
 #include "daemon/pipeline/segment_index.hpp"
 #include "tools/prismcal/verification/checks.hpp"
 #include "tools/prismcal/verification/copies.hpp"

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#include "base/escape.hpp"
+
+#include <fmt/format.h>
+#include <utf8.h>
+
+#include <algorithm>
+#include <charconv>
+#include <iterator>
+
+namespace prism {
+namespace {
+
+constexpr std::string_view kReplacement = "\xef\xbf\xbd";  // U+FFFD
+
+/// Calls `code(character, its bytes)` for each valid character and `byte(b)` for each byte that is part of none.
+template <class Code, class Byte>
+void each_character(std::string_view text, Code&& code, Byte&& byte) {
+  while (!text.empty()) {
+    const auto invalid = utf8::find_invalid(text.begin(), text.end());
+    for (auto at = text.begin(); at != invalid;) {
+      const auto begin = at;
+      const char32_t character = utf8::unchecked::next(at);
+      code(character, std::string_view(begin, at));
+    }
+    text.remove_prefix(static_cast<std::size_t>(invalid - text.begin()));
+    if (text.empty()) return;
+    byte(static_cast<unsigned char>(text.front()));
+    text.remove_prefix(1);
+  }
+}
+
+bool is_number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+bool is_formula(std::string_view text) {
+  return !text.empty() &&
+         (std::string_view("=+-@").find(text.front()) != std::string_view::npos ||
+          static_cast<unsigned char>(text.front()) < 0x20) &&
+         !is_number(text);
+}
+
+}  // namespace
+
+std::string printable(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  each_character(
+      text,
+      [&](char32_t code, std::string_view bytes) {
+        if (is_printable_code(code)) {
+          result += bytes;
+        } else if (code < 0x80) {
+          fmt::format_to(std::back_inserter(result), "\\x{:02x}", static_cast<unsigned>(code));
+        } else {
+          fmt::format_to(std::back_inserter(result), "\\u{{{:04x}}}", static_cast<unsigned>(code));
+        }
+      },
+      [&](unsigned char byte) { fmt::format_to(std::back_inserter(result), "\\x{:02x}", byte); });
+  return result;
+}
+
+std::string shortened(std::string_view text, std::size_t max) {
+  if (text.size() <= max) return printable(text);
+  while (max > 0 && (static_cast<unsigned char>(text[max]) & 0xc0) == 0x80) --max;  // not within a character
+  return printable(text.substr(0, max)) + "...";
+}
+
+std::string html_text(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  each_character(
+      text,
+      [&](char32_t code, std::string_view bytes) {
+        switch (code) {
+          case '&':
+            result += "&amp;";
+            break;
+          case '<':
+            result += "&lt;";
+            break;
+          case '>':
+            result += "&gt;";
+            break;
+          case '"':
+            result += "&quot;";
+            break;
+          case '\'':
+            result += "&#39;";
+            break;
+          default:
+            result += is_printable_code(code) || code == '\n' || code == '\t' ? bytes : kReplacement;
+        }
+      },
+      [&](unsigned char) { result += kReplacement; });
+  return result;
+}
+
+std::string valid_utf8(std::string_view text) {
+  std::string result;
+  each_character(
+      text, [&](char32_t, std::string_view bytes) { result += bytes; }, [&](unsigned char) { result += kReplacement; });
+  return result;
+}
+
+std::string csv_cell(std::string_view text) {
+  const std::string cell = (is_formula(text) ? "'" : "") + valid_utf8(text);
+  if (cell.find_first_of(",;\"\t\r\n") == cell.npos) return cell;
+  std::string quoted = "\"";
+  for (const char c : cell) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+}  // namespace prism

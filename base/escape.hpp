@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// Text from outside made safe for one output language. Every program writes through these functions.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace prism {
+
+/// False for control and format characters, separators of lines and paragraphs, and noncharacters.
+bool is_printable_code(char32_t code);
+
+/// For terminals, log lines and messages: printable UTF-8 is unchanged; other characters become \xHH (bytes) or
+/// \u{HHHH}. The result contains no line end and no escape sequence.
+std::string printable(std::string_view text);
+
+/// The same, with at most `max` bytes of `text` ("..." marks the cut).
+std::string shortened(std::string_view text, std::size_t max = 60);
+
+/// For HTML and SVG, as text and in quoted attributes: & < > " ' are entities; what is not printable becomes U+FFFD,
+/// but line ends and tabs, which are blanks there.
+std::string html_text(std::string_view text);
+
+/// Valid UTF-8: bytes that are not part of a character become U+FFFD.
+std::string valid_utf8(std::string_view text);
+
+/// One cell of a CSV table for a spreadsheet (RFC 4180). A cell that a spreadsheet takes for a formula (it begins with
+/// = + - @ or a control character, and is no number) is preceded by an apostrophe, which shows it as text
+/// (OWASP, CSV injection).
+std::string csv_cell(std::string_view text);
+
+/// JSON text of a value (any nlohmann type). Never throws: bytes that are not UTF-8 become U+FFFD, NaN becomes null.
+template <class AnyJson>
+std::string json_text(const AnyJson& value, int indent = -1) {
+  return value.dump(indent, ' ', false, AnyJson::error_handler_t::replace);
+}
+
+}  // namespace prism

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+// Whole files: the old one or the new one, never a part, and nothing left beside it.
+#include "base/file.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <filesystem>
+
+#include "tests/support/full_disk.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace prism {
+namespace {
+
+namespace fs = std::filesystem;
+
+class File : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return folder_.file(name); }
+  std::ptrdiff_t entries() const { return std::distance(fs::directory_iterator(path("")), fs::directory_iterator()); }
+  mode_t mode(const std::string& name) const {
+    struct stat status {};
+    EXPECT_EQ(::stat(path(name).c_str(), &status), 0);
+    return status.st_mode & 07777;
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(File, WhatIsWrittenIsRead) {
+  const std::string text("a\0b\r\n\xff", 6);
+  ASSERT_TRUE(write_text_file(path("a"), text));
+  EXPECT_EQ(*read_text_file(path("a")), text);
+  ASSERT_TRUE(write_text_file(path("a"), ""));
+  EXPECT_EQ(*read_text_file(path("a")), "");
+  EXPECT_EQ(entries(), 1) << "nothing is left beside it";
+}
+
+TEST_F(File, ADiskThatFillsUpLeavesTheOldFileWhole) {
+  const std::string old(1000, 'o');
+  ASSERT_TRUE(write_text_file(path("a"), old));
+  {
+    const test::FullDisk disk(5000);
+    const auto done = write_text_file(path("a"), std::string(10'000, 'n'));
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error().text(), path("a") + ": cannot be written: File too large");
+  }
+  EXPECT_EQ(*read_text_file(path("a")), old);
+  EXPECT_EQ(entries(), 1) << "nothing is left beside it";
+}
+
+TEST_F(File, AnExistingFileKeepsItsMode) {
+  ASSERT_TRUE(write_text_file(path("a"), "old"));
+  ASSERT_EQ(::chmod(path("a").c_str(), 0640), 0);
+  ASSERT_TRUE(write_text_file(path("a"), "new"));
+  EXPECT_EQ(*read_text_file(path("a")), "new");
+  EXPECT_EQ(mode("a"), 0640u);
+}
+
+TEST_F(File, WritesThroughNoLink) {
+  ASSERT_TRUE(write_text_file(path("a"), "old"));
+  fs::create_symlink("a", path("link"));
+  fs::create_symlink("none", path("dangling"));
+  for (const char* link : {"link", "dangling"}) {
+    EXPECT_EQ(write_text_file(path(link), "new").error().what, "is a symbolic link, expected a regular file");
+    EXPECT_EQ(open_output(path(link)).error().what, "is a symbolic link, expected a regular file");
+  }
+  EXPECT_EQ(*read_text_file(path("link")), "old");
+  EXPECT_FALSE(fs::exists(path("none")));
+}
+
+TEST_F(File, WritesAndReadsNoDevice) {
+  EXPECT_EQ(write_text_file("/dev/null", "x").error().text(), "/dev/null: is a device, expected a regular file");
+  EXPECT_EQ(open_output("/dev/null").error().what, "is a device, expected a regular file");
+  EXPECT_EQ(read_text_file("/dev/zero").error().text(), "/dev/zero: is a device, expected a regular file");
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+// Without a writer open(2) of a pipe would wait for ever.
+TEST_F(File, WaitsForNoPipe) {
+  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  EXPECT_EQ(read_text_file(path("pipe")).error().what, "is a pipe, expected a regular file");
+  EXPECT_EQ(InputFile::open(path("pipe")).error().what, "is a pipe, expected a regular file");
+  EXPECT_EQ(write_text_file(path("pipe"), "x").error().what, "is a pipe, expected a regular file");
+}
+
+TEST_F(File, HasALimit) {
+  ASSERT_TRUE(write_text_file(path("a"), std::string(2'000'000, 'a')));
+  EXPECT_EQ(read_text_file(path("a"), 1 << 20).error().what, "is larger than 1 MiB, the limit for such a file");
+  EXPECT_EQ(read_text_file(path("a"))->size(), 2'000'000u);
+  fs::resize_file(path("a"), std::uintmax_t{1} << 40);  // sparse: 1 TiB
+  EXPECT_EQ(read_text_file(path("a")).error().what, "is larger than 4 MiB, the limit for such a file");
+}
+
+TEST_F(File, ReadsWhatHasNoSize) { EXPECT_NE(read_text_file("/proc/self/status")->find("Name:"), std::string::npos); }
+
+TEST_F(File, SaysWhyItRefuses) {
+  EXPECT_EQ(read_text_file(path("")).error().what, "is a directory, expected a regular file");
+  EXPECT_EQ(write_text_file(path(""), "x").error().what, "is a directory, expected a regular file");
+  EXPECT_EQ(read_text_file(path("none")).error().what, "cannot be read: No such file or directory");
+  EXPECT_EQ(write_text_file(path("none/a"), "x").error().what, "cannot be written: No such file or directory");
+  EXPECT_EQ(read_text_file(std::string("a\0b", 3)).error().text(),
+            "a\\x00b: contains a NUL byte, expected the path of a file");
+}
+
+TEST_F(File, OutputKeepsTheModeOfAnExistingFile) {
+  ASSERT_TRUE(write_text_file(path("a"), "old and long"));
+  ASSERT_EQ(::chmod(path("a").c_str(), 0600), 0);
+  {
+    const auto out = open_output(path("a"));
+    ASSERT_TRUE(out);
+    EXPECT_TRUE(write_all(out->get(), "new"));
+  }
+  EXPECT_EQ(*read_text_file(path("a")), "new");
+  EXPECT_EQ(mode("a"), 0600u);
+}
+
+TEST_F(File, ReadsLinesAndContinuesAnywhere) {
+  const std::string long_line(200'000, 'x');
+  ASSERT_TRUE(write_text_file(path("a"), "one\n\n" + long_line + "\nlast"));
+  auto file = InputFile::open(path("a"));
+  ASSERT_TRUE(file);
+  std::string line;
+  ASSERT_TRUE(file->read_line(line));
+  EXPECT_EQ(line, "one");
+  EXPECT_EQ(file->offset(), 4u);
+  ASSERT_TRUE(file->read_line(line));
+  EXPECT_EQ(line, "");
+  ASSERT_TRUE(file->read_line(line));
+  EXPECT_EQ(line, long_line);
+  EXPECT_TRUE(file->line_ended());
+  ASSERT_TRUE(file->read_line(line));
+  EXPECT_EQ(line, "last");
+  EXPECT_FALSE(file->line_ended());
+  EXPECT_FALSE(file->read_line(line));
+  EXPECT_TRUE(file->finish());
+  for (const std::uint64_t offset : {std::uint64_t{0}, std::uint64_t{200'000}}) {
+    file->seek(offset);
+    EXPECT_EQ(file->offset(), offset);
+    std::array<char, 3> bytes{};
+    EXPECT_EQ(file->read(bytes), 3u);
+    EXPECT_EQ(std::string(bytes.data(), 3), offset == 0 ? "one" : "xxx");
+  }
+}
+
+TEST_F(File, ALineHasALimit) {
+  ASSERT_TRUE(write_text_file(path("a"), "first\n" + std::string(kMaxLineBytes + 1, 'x') + "\n"));
+  auto file = InputFile::open(path("a"));
+  std::string line;
+  EXPECT_TRUE(file->read_line(line));
+  EXPECT_FALSE(file->read_line(line));
+  EXPECT_EQ(file->finish().error().what, "has a line longer than 1048576 bytes");
+}
+
+// Address 0 of a process is not mapped: the kernel returns EIO, as a bad disk does.
+TEST_F(File, AReadErrorIsAnError) {
+  const auto failing = read_text_file("/proc/self/mem");
+  ASSERT_FALSE(failing);
+  EXPECT_EQ(failing.error().text(), "/proc/self/mem: cannot be read: Input/output error");
+  auto lines = InputFile::open("/proc/self/mem");
+  ASSERT_TRUE(lines);
+  std::string line;
+  EXPECT_FALSE(lines->read_line(line));
+  EXPECT_EQ(lines->finish().error().what, "cannot be read: Input/output error");
+}
+
+}  // namespace
+}  // namespace prism
