@@ -62,6 +62,12 @@ void sync_directory(const fs::path& directory) {
 
 }  // namespace
 
+std::optional<FileId> FileId::of(const std::string& path) {
+  struct stat found {};
+  if (::lstat(path.c_str(), &found) != 0) return std::nullopt;
+  return FileId{found.st_dev, found.st_ino};
+}
+
 void Descriptor::reset(int fd) noexcept {
   if (fd_ >= 0) ::close(fd_);
   fd_ = fd;
@@ -109,7 +115,23 @@ Result<Descriptor> open_output(const std::string& path) {
   return file;
 }
 
+Result<Stream> open_output_stream(const std::string& path) {
+  auto file = open_output(path);
+  if (!file) return tl::unexpected(file.error());
+  Stream stream(::fdopen(file->get(), "wb"));
+  if (!stream) return system_error(path, "cannot be written");
+  (void)file->release();
+  return stream;
+}
+
 Result<std::string> read_text_file(const std::string& path, std::uint64_t max_bytes) {
+  auto available = read_available(path, max_bytes);
+  if (!available) return tl::unexpected(available.error());
+  if (available->error) return tl::unexpected(*available->error);
+  return std::move(available->text);
+}
+
+Result<ReadableText> read_available(const std::string& path, std::uint64_t max_bytes) {
   const auto file = open_input(path);
   if (!file) return tl::unexpected(file.error());
   const auto too_large = [&] {
@@ -117,18 +139,20 @@ Result<std::string> read_text_file(const std::string& path, std::uint64_t max_by
   };
   struct stat found {};
   if (::fstat(file->get(), &found) == 0 && static_cast<std::uint64_t>(found.st_size) > max_bytes) return too_large();
-  std::string text(static_cast<std::size_t>(found.st_size) + 1, '\0');  // and one to see the end
+  ReadableText result;
+  std::string& text = result.text;
+  text.resize(static_cast<std::size_t>(found.st_size) + 1);  // and one to see the end
   std::size_t size = 0;
   for (;;) {
     const ssize_t got = read_some(file->get(), text.data() + size, text.size() - size);
-    if (got < 0) return system_error(path, "cannot be read");
-    if (got == 0) break;
+    if (got < 0) result.error = system_error(path, "cannot be read").value();
+    if (got <= 0) break;
     size += static_cast<std::size_t>(got);
     if (size > max_bytes) return too_large();
     if (size == text.size()) text.resize(text.size() + kBufferBytes);  // it grows while it is read, or is of /proc
   }
   text.resize(size);
-  return text;
+  return result;
 }
 
 Result<void> write_text_file(const std::string& path, std::string_view text) {
@@ -146,14 +170,14 @@ Result<void> write_text_file(const std::string& path, std::string_view text) {
   return failed;
 }
 
-Result<InputFile> InputFile::open(const std::string& path) {
+Result<FileReader> FileReader::open(const std::string& path) {
   auto file = open_input(path);
   if (!file) return tl::unexpected(file.error());
-  return InputFile(std::move(*file), path);
+  return FileReader(std::move(*file), path);
 }
 
 /// Replaces the buffer, which must be used up, by the next bytes of the file.
-bool InputFile::fill() {
+bool FileReader::fill() {
   if (error_) return false;
   buffer_offset_ += buffer_.size();
   at_ = 0;
@@ -164,7 +188,7 @@ bool InputFile::fill() {
   return got > 0;
 }
 
-bool InputFile::read_line(std::string& line) {
+bool FileReader::read_line(std::string& line) {
   line.clear();
   line_ended_ = false;
   while (at_ < buffer_.size() || fill()) {
@@ -182,7 +206,7 @@ bool InputFile::read_line(std::string& line) {
   return !line.empty() && !error_;
 }
 
-std::size_t InputFile::read(std::span<char> bytes) {
+std::size_t FileReader::read(std::span<char> bytes) {
   std::size_t done = 0;
   while (done < bytes.size() && (at_ < buffer_.size() || fill())) {
     const std::size_t part = std::min(bytes.size() - done, buffer_.size() - at_);
@@ -193,7 +217,7 @@ std::size_t InputFile::read(std::span<char> bytes) {
   return done;
 }
 
-void InputFile::seek(std::uint64_t offset) {
+void FileReader::seek(std::uint64_t offset) {
   if (offset >= buffer_offset_ && offset <= buffer_offset_ + buffer_.size()) {
     at_ = static_cast<std::size_t>(offset - buffer_offset_);
     return;
@@ -205,7 +229,7 @@ void InputFile::seek(std::uint64_t offset) {
   buffer_offset_ = offset;
 }
 
-Result<void> InputFile::finish() const {
+Result<void> FileReader::finish() const {
   if (error_) return tl::unexpected<Error>(*error_);
   return {};
 }

@@ -20,8 +20,17 @@ namespace prism {
 /// The most bytes of a file that is read as a whole, by its kind.
 inline constexpr std::uint64_t kMaxTextBytes = 4u << 20;     ///< configuration, frame description, list, state
 inline constexpr std::uint64_t kMaxModelBytes = 256u << 20;  ///< model
-inline constexpr std::uint64_t kMaxTableBytes = 1u << 30;    ///< table, log segment
+inline constexpr std::uint64_t kMaxTableBytes = 8ull << 30;  ///< table, log segment
 inline constexpr std::size_t kMaxLineBytes = 1u << 20;       ///< one line of any file that is read by lines
+
+/// Identifies a file whatever its name: device and inode.
+struct FileId {
+  std::uint64_t device = 0, inode = 0;
+
+  /// Of the name itself, not of what a link leads to; nullopt if there is no such file.
+  static std::optional<FileId> of(const std::string& path);
+  bool operator==(const FileId&) const = default;
+};
 
 /// An open file descriptor; closed with the object.
 class Descriptor {
@@ -55,8 +64,18 @@ Result<Stream> open_input_stream(const std::string& path);
 /// its own mode. Errors: as open_input(), and a symbolic link.
 Result<Descriptor> open_output(const std::string& path);
 
+Result<Stream> open_output_stream(const std::string& path);
+
 /// All bytes of a regular file. Errors: as open_input(), a read error, more than `max_bytes`.
 Result<std::string> read_text_file(const std::string& path, std::uint64_t max_bytes = kMaxTextBytes);
+
+/// What of a file can be read: its bytes up to the first read error, and that error.
+struct ReadableText {
+  std::string text;
+  std::optional<Error> error;
+};
+/// As read_text_file(), but a read error of the disk keeps the bytes before it.
+Result<ReadableText> read_available(const std::string& path, std::uint64_t max_bytes);
 
 /// Writes a new file next to the target, waits for the disk (fsync), then renames it: after a crash or on a full disk
 /// the old file is intact. The mode of an existing file is kept. Errors: the target is a symbolic link or no regular
@@ -67,9 +86,9 @@ Result<void> write_text_file(const std::string& path, std::string_view text);
 bool write_all(int descriptor, std::string_view bytes);
 
 /// Reads a regular file by lines or bytes.
-class InputFile {
+class FileReader {
  public:
-  static Result<InputFile> open(const std::string& path);
+  static Result<FileReader> open(const std::string& path);
 
   /// The next line without its '\n'; returns false at the end or on an error. The last line needs no '\n'. Errors: a
   /// read error, a line longer than kMaxLineBytes.
@@ -88,7 +107,7 @@ class InputFile {
   Result<void> finish() const;
 
  private:
-  InputFile(Descriptor file, std::string path) : file_(std::move(file)), path_(std::move(path)) {}
+  FileReader(Descriptor file, std::string path) : file_(std::move(file)), path_(std::move(path)) {}
   bool fill();
 
   Descriptor file_;

@@ -15,6 +15,13 @@ namespace prism {
 namespace {
 
 constexpr int kMaxDepth = 32;  // a file of a million brackets must not recurse a million deep when it is shown or freed
+constexpr std::size_t kMaxKeys = 10'000;        // of one object: nlohmann's ordered objects search linearly
+constexpr std::size_t kMaxValues = 20'000'000;  // of a document
+
+/// Ends the parser, which a callback cannot stop in another way.
+struct TooLarge {
+  std::string what;
+};
 
 /// Reads a text character by character and counts its lines on the way: the parser does not tell where a key stands.
 struct CountingIterator {
@@ -75,26 +82,29 @@ Result<JsonDocument> parse_json_object(std::string_view text, std::string_view w
   JsonDocument document{{}, std::string(where), {}};
   std::vector<std::set<std::string>> keys;
   std::optional<std::string> repeated;
-  bool too_deep = false;
+  std::size_t values = 0;
   std::uint32_t line = 1;
   const auto watch = [&](int depth, Json::parse_event_t event, Json& parsed) {
-    too_deep = too_deep || depth > kMaxDepth;
-    if (too_deep) return false;
+    if (depth > kMaxDepth) throw TooLarge{fmt::format("nested deeper than {} levels", kMaxDepth)};
+    if (++values > kMaxValues) throw TooLarge{fmt::format("contains more than {} values", kMaxValues)};
     if (event == Json::parse_event_t::object_start) keys.emplace_back();
     if (event == Json::parse_event_t::object_end) keys.pop_back();
     if (event != Json::parse_event_t::key) return true;
     document.key_lines.push_back(line);
+    if (keys.back().size() >= kMaxKeys)
+      throw TooLarge{fmt::format("an object has more than {} keys in line {}", kMaxKeys, line)};
     if (!keys.back().insert(parsed.get<std::string>()).second && !repeated) repeated = parsed.get<std::string>();
     return true;
   };
   try {
     const CountingIterator begin{text.data(), &line}, end{text.data() + text.size(), &line};
     document.value = Json::parse(begin, end, watch, true, true);
-    if (too_deep) return refuse(document.where, fmt::format("nested deeper than {} levels", kMaxDepth));
     if (repeated) return refuse(document.where, fmt::format("the key \"{}\" is given twice", plain_text(*repeated)));
     if (!document.value.is_object())
       return refuse(document.where, "found " + shown(document.value) + ", expected a JSON object");
     return document;
+  } catch (const TooLarge& limit) {
+    return refuse(document.where, limit.what);
   } catch (const Json::exception& error) {  // no JSON, or a number beyond double
     return tl::unexpected<Error>(json_error(where, error));
   }

@@ -24,8 +24,8 @@ struct JsonDocument {
   std::uint32_t line_of(const Json& object, const std::string& key) const;
 };
 
-/// JSON text (comments allowed) → document. Refuses what is no JSON (file:line:column), a key given twice in one
-/// object, what is nested deeper than 32 levels, and anything that is not an object at the top.
+/// JSON text (comments allowed) → document. Errors: invalid JSON (file:line:column), a key given twice in one object,
+/// more than 32 levels, 10 000 keys in one object or 20 million values, and anything but an object at the top.
 Result<JsonDocument> parse_json_object(std::string_view text, std::string_view where);
 
 /// How a value is shown in a refusal: its text, cut at 40 characters.

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/escape.hpp"
 #include "base/plain_text.hpp"
 
 namespace prism {
@@ -54,6 +55,21 @@ std::vector<std::uint8_t> hex_bytes(std::string_view text) {
     text.remove_prefix(2);
   }
   return result;
+}
+
+/// The first key or text in a value that breaks the rule of long texts; nullptr if there is none. At most 32 levels
+/// deep (parse_json_object).
+const std::string* unprintable_text(const Json& value) {
+  if (value.is_string()) {
+    const auto& text = value.get_ref<const std::string&>();
+    return follows(TextRule::kLongText, text) ? nullptr : &text;
+  }
+  if (!value.is_structured()) return nullptr;
+  for (auto item = value.begin(); item != value.end(); ++item) {
+    if (value.is_object() && !follows(TextRule::kLongText, item.key())) return &item.key();
+    if (const std::string* text = unprintable_text(*item)) return text;
+  }
+  return nullptr;
 }
 
 }  // namespace
@@ -105,9 +121,16 @@ void Section::allow(std::initializer_list<const char*> keys) const {
   for (const char* key : keys) look(key);
 }
 
-std::vector<std::string> Section::names() const {
+std::vector<std::string> Section::names(TextRule rule) const {
   std::vector<std::string> names;
-  for (const auto& [name, value] : object_->items()) look(names.emplace_back(name));
+  for (const auto& [name, value] : object_->items()) {
+    look(name);
+    if (follows(rule, name)) {
+      names.push_back(name);
+    } else {
+      fail(name, fmt::format("found the name \"{}\", expected {}", shortened(name), rule_text(rule)));
+    }
+  }
   return names;
 }
 
@@ -161,12 +184,19 @@ bool Section::boolean(const std::string& key, std::optional<bool> otherwise) con
   });
 }
 
-std::string Section::text(const std::string& key, std::optional<std::string> otherwise) const {
+std::string Section::raw_text(const std::string& key, std::optional<std::string> otherwise) const {
   return read<std::string>(key, otherwise, "", [&](const Json& value) -> std::optional<std::string> {
     if (value.is_string()) return value.get<std::string>();
     fail(key, fmt::format("found {}, expected a text in quotes", shown(value)));
     return std::nullopt;
   });
+}
+
+std::string Section::text(const std::string& key, std::optional<std::string> otherwise, TextRule rule) const {
+  const std::string text = raw_text(key, otherwise);
+  if (!has(key) || follows(rule, text)) return text;
+  fail(key, fmt::format("found {}, expected {}", shown(Json(text)), rule_text(rule)));
+  return otherwise.value_or("");
 }
 
 std::uint64_t Section::bits(const std::string& key, std::optional<std::uint64_t> otherwise) const {
@@ -224,7 +254,8 @@ std::vector<T> Section::one_or_more(const std::string& key, bool required, const
 
 std::vector<std::string> Section::texts(const std::string& key, bool required) const {
   return one_or_more<std::string>(key, required, "a text", [](const Json& value) {
-    return value.is_string() ? std::optional(value.get<std::string>()) : std::nullopt;
+    const bool fits = value.is_string() && follows(TextRule::kLongText, value.get_ref<const std::string&>());
+    return fits ? std::optional(value.get<std::string>()) : std::nullopt;
   });
 }
 
@@ -275,7 +306,12 @@ std::vector<Section> Section::one_or_more_objects(const std::string& key) const 
 
 Json Section::any(const std::string& key) const {
   const Json* value = look(key);
-  return value == nullptr ? Json() : *value;
+  if (value == nullptr) return Json();
+  if (const std::string* text = unprintable_text(*value)) {
+    fail(key, fmt::format("contains the text \"{}\", expected {}", shortened(*text), rule_text(TextRule::kLongText)));
+    return Json();
+  }
+  return *value;
 }
 
 void Section::refuse_unknown(const Json& object, const std::string& pointer) const {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "base/json_document.hpp"
+#include "base/outside_text.hpp"
 #include "base/result.hpp"
 
 namespace prism {
@@ -38,16 +39,21 @@ class Section {
   bool is_array(const std::string& key) const;
   /// Keys that are legal here although this object's other keys give them no meaning.
   void allow(std::initializer_list<const char*> keys) const;
-  /// For an object of free names: all of them, in the order of the text.
-  std::vector<std::string> names() const;
+  /// For an object whose keys are names: all that follow the rule, in the order of the text. A key that does not is an
+  /// error.
+  std::vector<std::string> names(TextRule rule) const;
 
   // Without a default the key must be there. Numbers outside the range, non-finite numbers and wrong types are refused.
   double number(const std::string& key, Range range, std::optional<double> otherwise = {}) const;
   std::int64_t integer(const std::string& key, Range range, std::optional<std::int64_t> otherwise = {}) const;
   bool boolean(const std::string& key, std::optional<bool> otherwise = {}) const;
-  std::string text(const std::string& key, std::optional<std::string> otherwise = {}) const;
+  /// A text that follows the rule (kLongText: printable).
+  std::string text(const std::string& key, std::optional<std::string> otherwise = {},
+                   TextRule rule = TextRule::kLongText) const;
+  /// A text of any characters: bytes for a line, separators.
+  std::string raw_text(const std::string& key, std::optional<std::string> otherwise = {}) const;
   std::vector<double> numbers(const std::string& key, Range range, bool required = true) const;
-  /// One text, or an array of at least one.
+  /// One printable text, or an array of at least one.
   std::vector<std::string> texts(const std::string& key, bool required = true) const;
   /// One of the names given; returns its index.
   std::size_t choice(const std::string& key, std::span<const char* const> choices,
@@ -68,7 +74,7 @@ class Section {
   std::vector<Section> objects(const std::string& key, bool required = true) const;
   /// One nested object, an array of them, or nothing.
   std::vector<Section> one_or_more_objects(const std::string& key) const;
-  /// Any value, taken as it is; null where it is absent.
+  /// Any value; null if it is absent. Every key and text in it must be printable.
   Json any(const std::string& key) const;
 
   /// Remembers an error at `key` (steps joined by '/') of this section, or at the section itself where key is empty.

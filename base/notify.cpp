@@ -5,9 +5,11 @@
 #include <systemd/sd-daemon.h>
 #include <time.h>
 
+#include "base/escape.hpp"
+
 namespace prism {
 
-void notify_ready(const std::string& status) { sd_notify(0, ("READY=1\nSTATUS=" + status).c_str()); }
+void notify_ready(const std::string& status) { sd_notify(0, ("READY=1\nSTATUS=" + printable(status)).c_str()); }
 
 // systemd 252 (Debian 12) has no Type=notify-reload: the unit says Type=notify, and this is what 253 and later read
 // too.
@@ -19,7 +21,7 @@ void notify_reloading() {
 }
 
 void notify_stopping() { sd_notify(0, "STOPPING=1"); }
-void notify_status(const std::string& status) { sd_notify(0, ("STATUS=" + status).c_str()); }
+void notify_status(const std::string& status) { sd_notify(0, ("STATUS=" + printable(status)).c_str()); }
 void notify_watchdog() { sd_notify(0, "WATCHDOG=1"); }
 
 std::uint64_t watchdog_half_us() {

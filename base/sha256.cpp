@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 
+#include "base/file.hpp"
+
 namespace prism {
 
 void Sha256::add(std::string_view bytes) {
@@ -22,6 +24,16 @@ std::string Sha256::hex() const {
 std::string sha256_hex(std::string_view bytes) {
   Sha256 sum;
   sum.add(bytes);
+  return sum.hex();
+}
+
+Result<std::string> sha256_of_file(const std::string& path) {
+  auto file = FileReader::open(path);
+  if (!file) return tl::unexpected<Error>(file.error());
+  Sha256 sum;
+  std::array<char, 1 << 16> piece;
+  while (const std::size_t got = file->read(piece)) sum.add({piece.data(), got});
+  if (auto good = file->finish(); !good) return tl::unexpected<Error>(good.error());
   return sum.hex();
 }
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/result.hpp"
+
 namespace prism {
 
 /// Of bytes that come piece by piece.
@@ -23,5 +25,8 @@ class Sha256 {
 };
 
 std::string sha256_hex(std::string_view bytes);
+
+/// Of a file of any size, read piece by piece. Errors: as open_input() (file.hpp), a read error.
+Result<std::string> sha256_of_file(const std::string& path);
 
 }  // namespace prism

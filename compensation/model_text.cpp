@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "base/escape.hpp"
 #include "base/json_section.hpp"
 #include "compensation/model_kinds.hpp"
 
@@ -22,8 +23,8 @@ FeatureDefinition read_features(Section section) {
   features.max_gap_s = static_cast<int>(section.integer("max_gap_s", {0, 3600}));
   features.lag_time_constants_s = section.numbers("lag_time_constants_s", {1, 1e7}, false);
   const Section sensors = section.object("sensors");
-  for (const std::string& name : sensors.names()) {
-    if (!is_sensor_name(name)) sensors.fail(name, "found no name of a sensor, expected letters, digits, _ and .");
+  for (const std::string& name : sensors.names(TextRule::kSensorName)) {
+    if (!is_sensor_name(name)) sensors.fail(name, "is the name of another input, expected a sensor's");
     features.sensors.push_back({name, kSensorUnits[sensors.choice(name, kSensorUnits)]});
   }
   return features;
@@ -45,7 +46,7 @@ void read_range(Section& input, Domain& domain) {
 
 void read_inputs(Section& top, ModelInfo& info) {
   for (Section& input : top.objects("inputs")) {
-    const std::string name = input.text("name");
+    const std::string name = input.text("name", {}, info.table ? TextRule::kText : TextRule::kLongText);
     if (!info.table && !has_input(info.features, name)) {
       input.fail("name", fmt::format("found {}, expected T, dTdt, U, a lag or a sensor's that features define",
                                      in_quotes(name)));
@@ -104,9 +105,9 @@ Result<ModelPtr> read_model(Section& top) {
   read_format(top);
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   info.kind = top.text("kind");
-  info.name = top.text("name", "");
+  info.name = top.text("name", "", TextRule::kText);
   info.id = top.text("id");
-  info.gyro_serial = top.object("gyro").text("serial", "");
+  info.gyro_serial = top.object("gyro").text("serial", "", TextRule::kText);
   info.table = top.boolean("table", false);
   if (!info.table) info.features = read_features(top.object("features", true));
   read_inputs(top, info);
@@ -115,7 +116,7 @@ Result<ModelPtr> read_model(Section& top) {
   if (!provenance.is_null() && !provenance.is_object()) {
     top.fail("provenance", "found " + shown(provenance) + ", expected an object {...}");
   }
-  info.provenance_json = provenance.is_null() ? "{}" : provenance.dump();
+  info.provenance_json = provenance.is_null() ? "{}" : json_text(provenance);
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   const std::string stated = info.id;
   const ModelKind* kind = find_model_kind(info.kind);
@@ -162,18 +163,15 @@ std::string format_model(const Model& model) { return format_model(model, model.
 
 std::string format_model(const Model& model, const std::string& provenance_json) {
   const ModelInfo& info = model.info();
-  // A text that is not UTF-8 (a name from a command line) is written with replacement characters, not thrown over.
-  const auto whole = [](const std::string& s) {
-    return nlohmann::json(s).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  };
+  const auto quoted = [](const std::string& text) { return json_text(nlohmann::json(text)); };
   std::string text = fmt::format(
       "{{\n  \"format\": \"prism-model\",\n  \"version\": {},\n  \"id\": \"{}\",\n  \"kind\": {},\n  \"name\": {},\n",
-      kModelVersion, info.id, whole(info.kind), whole(info.name));
-  text += fmt::format("  \"gyro\": {{\"serial\": {}}},\n", whole(info.gyro_serial));
+      kModelVersion, info.id, quoted(info.kind), quoted(info.name));
+  text += fmt::format("  \"gyro\": {{\"serial\": {}}},\n", quoted(info.gyro_serial));
   text += info.table ? "  \"table\": true,\n" : features_text(info.features);
   text += "  \"inputs\": [";
   for (std::size_t i = 0; i < info.inputs.size(); ++i) {
-    text += fmt::format("{}\n    {{\"name\": {}, \"unit\": \"{}\"", i ? "," : "", whole(info.inputs[i]),
+    text += fmt::format("{}\n    {{\"name\": {}, \"unit\": \"{}\"", i ? "," : "", quoted(info.inputs[i]),
                         unit_of(info, info.inputs[i]));
     if (!info.domain.min.empty()) {
       text += fmt::format(", \"min\": {}, \"max\": {}", exact_text(info.domain.min[i]), exact_text(info.domain.max[i]));

@@ -3,6 +3,8 @@
 
 #include <cctype>
 
+#include "base/outside_text.hpp"
+
 namespace prism {
 namespace {
 
@@ -24,13 +26,7 @@ bool is_own_input(std::string_view name) {
          std::all_of(name.begin() + 3, name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
-bool is_sensor_name(std::string_view name) {
-  constexpr std::size_t kMostChars = 40;
-  const auto fits = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '.'; };
-  if (name.empty() || name.size() > kMostChars || std::isalpha(static_cast<unsigned char>(name.front())) == 0)
-    return false;
-  return std::all_of(name.begin(), name.end(), fits) && !is_own_input(name);
-}
+bool is_sensor_name(std::string_view name) { return follows(TextRule::kSensorName, name) && !is_own_input(name); }
 
 std::string sensor_column(const SensorName& sensor) { return sensor.name + "_" + lower(sensor.unit); }
 

@@ -13,15 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// It stands in the names of files and in a line of metadata.
-bool is_axis_name(const std::string& name) {
-  constexpr std::size_t kMostChars = 16;
-  const auto plain = [](unsigned char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-  };
-  return !name.empty() && name.size() <= kMostChars && std::all_of(name.begin(), name.end(), plain);
-}
-
 void read_mounting(const Section& section, AxisConfig& axis) {
   const auto sign = section.integer("sign", {-1, 1}, static_cast<std::int64_t>(axis.sign));
   if (sign == 0) section.fail("sign", "found 0, expected 1 or -1");
@@ -87,7 +78,8 @@ void read_axes(const Section& top, const fs::path& base, Config& config) {
   config.by_axes = top.has("axes");
   if (!config.by_axes) {
     AxisConfig& axis = config.axes.emplace_back();
-    axis.name = top.object("gyro").text("axis", "");
+    if (const Section gyro = top.object("gyro"); gyro.has("axis"))
+      axis.name = gyro.text("axis", {}, TextRule::kAxisName);
     read_mounting(top.object("gyro"), axis);
     read_direction(top.object("site"), axis);
     read_models(top, base, axis);
@@ -95,12 +87,11 @@ void read_axes(const Section& top, const fs::path& base, Config& config) {
   }
   refuse_both_forms(top);
   const Section axes = top.object("axes");
-  for (const std::string& name : axes.names()) {
+  for (const std::string& name : axes.names(TextRule::kAxisName)) {
     const Section section = axes.object(name);
-    if (!is_axis_name(name)) axes.fail(name, "found no name of an axis, expected 1 to 16 letters, digits or _");
     AxisConfig& axis = config.axes.emplace_back();
     axis.name = name;
-    axis.thermometer = section.text("temperature", "");
+    if (section.has("temperature")) axis.thermometer = section.text("temperature", {}, TextRule::kSensorName);
     read_mounting(section, axis);
     read_direction(section, axis);
     read_models(section, base, axis);

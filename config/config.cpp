@@ -30,26 +30,10 @@ constexpr std::size_t kStampBytes = sizeof "-20261121T091100Z-999.pcap" - 1;
 constexpr std::size_t kMaxFileNameBytes = 255, kMaxPathBytes = 4095;
 constexpr std::size_t kMaxSocketPathBytes = sizeof(sockaddr_un::sun_path) - 1;
 
-// It stands in a line of the log's metadata, which a newline or NUL would make unreadable.
-std::string one_line(const Section& section, const char* key, const std::string& otherwise) {
-  std::string text = section.text(key, otherwise);
-  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
-  if (std::any_of(text.begin(), text.end(), is_control)) {
-    section.fail(key, fmt::format("found {}, expected a text without control characters", shown(Json(text))));
-  }
-  return text;
-}
-
+// Segments of log and capture and the socket are named after it. The name of the file is checked, too.
 std::string read_name(Section& section, const fs::path& file) {
-  std::string name = one_line(section, "name", file.stem().string());
-  if (name.empty() || name.find('/') != std::string::npos) {
-    section.fail("name", fmt::format("found \"{}\", expected a name without '/'", name));
-  }
-  if (name.size() > kMaxFileNameBytes - kStampBytes) {
-    section.fail("name",
-                 fmt::format("has {} bytes, expected at most {}: segments of log and capture are named after it",
-                             name.size(), kMaxFileNameBytes - kStampBytes));
-  }
+  std::string name = section.text("name", file.stem().string(), TextRule::kName);
+  if (auto good = check_text(TextRule::kName, name, ""); !good) section.fail("name", good.error().what);
   return name;
 }
 
@@ -124,25 +108,13 @@ Config read_config(Section& top, const fs::path& file) {
   config.path = file.string();
   config.name = read_name(top, file);
   const Section section = top.object("gyro");
-  config.gyro_serial = one_line(section, "serial", "");
+  config.gyro_serial = section.text("serial", "", TextRule::kText);
   config.line = read_line(top.object("line"), base);
   read_sensor_lines(top, base, config);
   config.frames = find_data_file(top.text("frames", "trplg"), "frames", base);
   config.device_clock = top.choice("clock", kClocks, 0) == 1;
   config.latitude_deg = top.object("site").number("latitude_deg", {-90, 90}, config.latitude_deg);
   read_axes(top, base, config);
-  for (const AxisConfig& axis : config.axes) {
-    if (config.by_axes && config.name.size() + 1 + axis.name.size() > kMaxFileNameBytes - kStampBytes)
-      top.fail("name",
-               fmt::format("has {} bytes, expected at most {} with an axis \"{}\": segments of its log are named "
-                           "after both",
-                           config.name.size(), kMaxFileNameBytes - kStampBytes - 1 - axis.name.size(), axis.name));
-  }
-  for (const SensorLineConfig& line : config.sensor_lines) {
-    if (config.name.size() + 1 + line.name.size() > kMaxFileNameBytes - kStampBytes)
-      top.fail("name",
-               fmt::format("is too long with a sensor line \"{}\": its capture is named after both", line.name));
-  }
   const Section plausibility = top.object("plausibility");
   config.plausibility = {read_rate(plausibility.object("rate")), read_temperature(plausibility.object("temperature")),
                          read_uhfo(plausibility.object("uhfo"))};

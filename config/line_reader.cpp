@@ -37,12 +37,12 @@ TextColumn read_column(const Section& section, const std::string& name) {
 TextColumns read_columns(const Section& section) {
   TextColumns text;
   const Section columns = section.object("columns");
-  for (const std::string& name : columns.names()) {
+  for (const std::string& name : columns.names(TextRule::kSensorName)) {
     if (!is_sensor_name(name) || name.find('.') != std::string::npos)
       columns.fail(name, "found no name of a sensor, expected letters, digits and _, not T, U, dTdt or lagN");
     text.columns.push_back(read_column(columns.object(name), name));
   }
-  text.separators = section.text("separators", text.separators);
+  text.separators = section.raw_text("separators", text.separators);
   if (text.separators.empty()) section.fail("separators", "is empty, expected the characters between two columns");
   text.ends_with_cr = section.choice("line_end", kLineEnds, 0) == 1;
   text.decimal_comma = section.boolean("decimal_comma", text.decimal_comma);
@@ -73,7 +73,7 @@ void read_sensor_lines(const Section& top, const fs::path& base, Config& config)
   if (!top.has("sensor_lines")) return;
   if (!top.has("axes")) top.fail("sensor_lines", "stands without \"axes\", expected the form that names the axes");
   const Section lines = top.object("sensor_lines");
-  for (const std::string& name : lines.names()) {
+  for (const std::string& name : lines.names(TextRule::kSensorName)) {
     const Section section = lines.object(name);
     if (!is_sensor_name(name) || name.find('.') != std::string::npos)
       lines.fail(name, "found no name of a line, expected letters, digits and _, not T, U, dTdt or lagN");

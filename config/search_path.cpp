@@ -80,7 +80,7 @@ std::string hint_of(const fs::path& wanted, const std::string& folder) {
 }  // namespace
 
 Result<std::string> read_data_file(const std::string& path, const std::string& folder) {
-  Result<std::string> text = read_text_file(path);
+  Result<std::string> text = read_text_file(path, folder == "models" ? kMaxModelBytes : kMaxTextBytes);
   std::error_code error;
   if (text || fs::exists(path, error)) return text;
   return refuse(text.error().where, text.error().what + hint_of(path, folder));

@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/escape.hpp"
+
 namespace prism::daemon {
 
 const char* severity_name(Severity severity) {
@@ -19,7 +21,7 @@ std::string event_json(const Event& event) {
                                  {"kind", event.kind},
                                  {"text", event.text}};
   if (event.repeats > 0) json["repeats"] = event.repeats;
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return json_text(json);
 }
 
 }  // namespace

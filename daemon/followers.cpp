@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 
 namespace prism::daemon {
@@ -79,7 +80,7 @@ void Followers::save() {
                                  {"lost_rows", follower.lost_rows}};
     }
   }
-  if (write_text_file(path_, file.dump(2, ' ', false, json::error_handler_t::replace) + "\n")) return;
+  if (write_text_file(path_, json_text(file, 2) + "\n")) return;
   const std::lock_guard lock(mutex_);
   changed_ = true;  // the disk is full: the log's own fault tells it; tried again with the next sync
 }

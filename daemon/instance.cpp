@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "base/escape.hpp"
 #include "daemon/arrival_clock.hpp"
 
 namespace prism::daemon {
@@ -32,7 +33,7 @@ void Instance::release_late() {
 }
 
 void Instance::tell(Severity severity, const std::string& kind, const std::string& text) {
-  events.add(severity, kind, text, host_time_ns());
+  events.add(severity, kind, printable(text), host_time_ns());
 }
 
 void Instance::set_line(LineState state, const std::string& detail) { line.set(state, detail, host_time_ns()); }

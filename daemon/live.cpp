@@ -39,7 +39,7 @@ class Live {
         gyro_(instance_),
         line_(io_, instance_, gyro_, clock_, setup.sensor_lines.empty()),
         reloader_(Reloader::make(
-            io_, disk_,
+            io_, loader_,
             [path = options.config, overrides = overrides_of(options)] {
               return pipeline::load_setup(path, overrides);
             },
@@ -117,7 +117,12 @@ class Live {
     instance_.acquisition.close();
     const bool done = disk_.drain(kLastPatience);
     instance_.publisher.release();
-    if (done) return kExitDone;
+    if (done && loader_.drain(kLastPatience)) return kExitDone;
+    if (done) {
+      spdlog::error("a file of a reload cannot be read to its end; it is left");
+      finish_logging();
+      ::_exit(kExitDone);
+    }
     spdlog::error(fmt::format("the disk does not answer: {} rows were not written, and {} more are not safe",
                               log ? log->pending.load() : 0, log ? log->unsynced.load() : 0));
     finish_logging();
@@ -212,6 +217,8 @@ class Live {
 
   asio::io_context io_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO};  // one thread does all I/O; others only post
   DiskThread disk_;
+  DiskThread loader_{
+      0, [](const std::string&) {}};  ///< reads the files of a reload: a server that does not respond stops no log
   Instance instance_;
   ArrivalClock clock_;
   GyroPort gyro_;

@@ -7,9 +7,11 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
+
+#include "base/escape.hpp"
+#include "base/file.hpp"
 
 namespace prism::daemon {
 namespace {
@@ -31,7 +33,7 @@ void take_superseded(const std::string& text, std::string& file, std::uint64_t& 
 std::string text_json(const std::string& line) {
   const bool plain = std::all_of(line.begin(), line.end(),
                                  [](unsigned char c) { return c >= 0x20 && c < 0x7f && c != '"' && c != '\\'; });
-  return plain ? '"' + line + '"' : json(line).dump(-1, ' ', false, json::error_handler_t::replace);
+  return plain ? '"' + line + '"' : json_text(json(line));
 }
 
 template <class Map>
@@ -58,7 +60,7 @@ Result<RowPage> LogRows::page(const RowQuery& query, const OpenSegment& open) {
     page.missing += part.before + behind - std::min(part.before + behind, page.after.total);
     page.json +=
         fmt::format("{}{{\"segment\":{},\"file\":{},\"metadata\":{{{}}},\"columns\":{},\"first\":{},\"rows\":[",
-                    page.rows > 0 ? "," : "", part.segment.number, json(part.segment.file).dump(), head->metadata,
+                    page.rows > 0 ? "," : "", part.segment.number, json_text(json(part.segment.file)), head->metadata,
                     text_json(head->columns), behind + 1);
     const std::size_t before = page.json.size();
     const std::uint64_t most = std::min<std::uint64_t>(query.limit - page.rows, part.segment.rows - behind);
@@ -142,12 +144,12 @@ void LogRows::limit_superseded(std::vector<NumberedSegment>& segments) {
 
 const LogRows::Head* LogRows::head_of(const NumberedSegment& segment) {
   if (const auto known = heads_.find(segment.number); known != heads_.end()) return &known->second;
-  std::ifstream in(segment.path, std::ios::binary);
+  auto in = FileReader::open(segment.path);
   Head head;
-  for (std::string line; std::getline(in, line);) {
-    head.bytes += line.size() + 1;
+  for (std::string line; in && in->read_line(line);) {
+    head.bytes = in->offset();
     if (!line.starts_with("# ")) {
-      if (in.eof()) return nullptr;  // torn before its first row
+      if (!in->line_ended()) return nullptr;  // torn before its first row
       head.columns = std::move(line);
       return &heads_.insert_or_assign(segment.number, std::move(head)).first->second;
     }
@@ -156,8 +158,7 @@ const LogRows::Head* LogRows::head_of(const NumberedSegment& segment) {
     const std::string key = line.substr(2, colon - 2), value = line.substr(colon + 2);
     if (key == "supersedes") take_superseded(value, head.supersedes_file, head.supersedes_row);
     if (key == "sensor_line") continue;  // several have this name
-    head.metadata += (head.metadata.empty() ? "" : ",") + json(key).dump() + ":" +
-                     json(value).dump(-1, ' ', false, json::error_handler_t::replace);
+    head.metadata += (head.metadata.empty() ? "" : ",") + json_text(json(key)) + ":" + json_text(json(value));
   }
   return nullptr;
 }
@@ -170,26 +171,28 @@ std::uint64_t LogRows::whole_rows(const NumberedSegment& segment, const Head& he
   const bool safe = ::fdatasync(file) == 0;
   ::close(file);
   if (!safe) return 0;
-  std::ifstream in(segment.path, std::ios::binary);
-  in.seekg(static_cast<std::streamoff>(head.bytes));
+  auto in = FileReader::open(segment.path);
+  if (!in) return 0;
+  in->seek(head.bytes);
   std::uint64_t rows = 0;
-  for (std::string line; std::getline(in, line) && !in.eof();) rows += !line.starts_with('#');
+  for (std::string line; in->read_line(line) && in->line_ended();) rows += !line.starts_with('#');
   segments_.found(segment.file, rows);
   return torn_[segment.number] = rows;
 }
 
 std::uint64_t LogRows::append_rows(const NumberedSegment& segment, const Head& head, std::uint64_t behind,
                                    std::uint64_t most, std::string& text) {
-  std::ifstream in(segment.path, std::ios::binary);
+  auto in = FileReader::open(segment.path);
+  if (!in) return 0;
   Place place = places_.contains(segment.number) ? places_[segment.number] : Place{};
   if (place.row > behind || place.offset == 0) place = {0, head.bytes};
-  in.seekg(static_cast<std::streamoff>(place.offset));
+  in->seek(place.offset);
   std::string line;
-  for (; place.row < behind && std::getline(in, line); ++place.row) place.offset += line.size() + 1;
+  for (; place.row < behind && in->read_line(line); ++place.row) place.offset = in->offset();
   std::uint64_t rows = 0;
   const std::size_t begin = text.size();
-  for (; rows < most && text.size() - begin < kMostBytes && std::getline(in, line); ++rows) {
-    place.offset += line.size() + 1;
+  for (; rows < most && text.size() - begin < kMostBytes && in->read_line(line); ++rows) {
+    place.offset = in->offset();
     if (rows > 0) text += ',';
     text += text_json(line);
   }

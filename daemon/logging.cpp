@@ -13,6 +13,7 @@
 #include <mutex>
 #include <utility>
 
+#include "base/escape.hpp"
 #include "daemon/message_thread.hpp"
 
 namespace prism::daemon {
@@ -38,8 +39,11 @@ class QueueSink : public spdlog::sinks::base_sink<std::mutex> {
 
  protected:
   void sink_it_(const spdlog::details::log_msg& message) override {
+    const std::string payload = printable({message.payload.data(), message.payload.size()});
+    spdlog::details::log_msg safe = message;
+    safe.payload = payload;
     spdlog::memory_buf_t text;
-    formatter_->format(message, text);
+    formatter_->format(safe, text);
     messages_.put(fmt::to_string(text));
   }
   void flush_() override {}

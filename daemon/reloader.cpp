@@ -9,14 +9,14 @@
 
 namespace prism::daemon {
 
-std::shared_ptr<Reloader> Reloader::make(boost::asio::io_context& io, DiskThread& disk, Load load, Instance& instance,
+std::shared_ptr<Reloader> Reloader::make(boost::asio::io_context& io, DiskThread& loader, Load load, Instance& instance,
                                          std::function<void()> line_changed) {
-  return std::shared_ptr<Reloader>(new Reloader(io, disk, std::move(load), instance, std::move(line_changed)));
+  return std::shared_ptr<Reloader>(new Reloader(io, loader, std::move(load), instance, std::move(line_changed)));
 }
 
-Reloader::Reloader(boost::asio::io_context& io, DiskThread& disk, Load load, Instance& instance,
+Reloader::Reloader(boost::asio::io_context& io, DiskThread& loader, Load load, Instance& instance,
                    std::function<void()> line_changed)
-    : io_(io), disk_(disk), load_(std::move(load)), instance_(instance), line_changed_(std::move(line_changed)) {}
+    : io_(io), loader_(loader), load_(std::move(load)), instance_(instance), line_changed_(std::move(line_changed)) {}
 
 void Reloader::reload(Done done) {
   waiting_.push_back(std::move(done));
@@ -32,7 +32,7 @@ void Reloader::begin() {
       if (const auto self = reloader.lock()) self->finish(std::move(*setup));
     });
   };
-  disk_.post(
+  loader_.post(
       0, [load = load_, loaded] { loaded(load()); },
       [loaded](const std::string& why) { loaded(refuse("reload", why)); });
 }

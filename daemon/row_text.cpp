@@ -3,11 +3,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/escape.hpp"
 #include "compensation/compensated_text.hpp"
 
 namespace prism::daemon {
 
-std::string row_head(std::string_view axis) { return R"({"axis":)" + nlohmann::json(axis).dump(); }
+std::string row_head(std::string_view axis) { return R"({"axis":)" + json_text(nlohmann::json(axis)); }
 
 // The row's own '{' is written where the comma belongs.
 char* put_row(char* at, std::string_view head, const compensation::Compensated& row) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/escape.hpp"
 #include "base/json_section.hpp"
 #include "config/version.hpp"
 #include "daemon/answers.hpp"
@@ -25,9 +26,7 @@ constexpr const char* kMethods =
     "version, status, bias, stability, line, model, config, history, rows, events, subscribe, unsubscribe, reload";
 
 // Whatever bytes a client sent, what goes back is UTF-8.
-std::string line_of(const ordered_json& message) {
-  return message.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
-}
+std::string line_of(const ordered_json& message) { return json_text(message) + "\n"; }
 
 // A whole number within 1 to max of the params object, or `otherwise`; nothing where it is something else.
 std::optional<std::size_t> count_param(const json& params, const char* key, std::size_t otherwise, std::size_t max) {
@@ -204,7 +203,7 @@ void Rpc::history(const Call& call) {
   if (axes->size() == 1) return reply(call, acquisition.record(axes->front()).history().json(*count));
   std::vector<TextPart> parts;
   for (const std::size_t axis : *axes) {
-    parts.emplace_back((parts.empty() ? "{" : ",") + json(acquisition.axis_name(axis)).dump() + ":");
+    parts.emplace_back((parts.empty() ? "{" : ",") + json_text(json(acquisition.axis_name(axis))) + ":");
     for (TextPart& part : acquisition.record(axis).history().json(*count)) parts.push_back(std::move(part));
   }
   parts.emplace_back("}");
@@ -281,7 +280,7 @@ void Rpc::rows(const Call& call) {
     if (!page)
       return fail(call, page.error().where == LogRows::kForeign ? kForeignCursor : kRefused, page.error().text());
     std::vector<TextPart> parts{TextPart(std::move(page->json))};
-    parts.emplace_back(",\"axis\":" + json(axis).dump() + "}");
+    parts.emplace_back(",\"axis\":" + json_text(json(axis)) + "}");
     reply(call, std::move(parts));
   };
   RowRequests::Request request{call.client, log, axis, params->query, params->wait_s, answer};

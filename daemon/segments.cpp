@@ -11,11 +11,11 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "base/file.hpp"
 #include "base/text_number.hpp"
 
 namespace prism::daemon {
@@ -35,9 +35,9 @@ auto age_by_name(const std::string& stamp) { return std::tuple(stamp.substr(0, k
 
 // Of a log that nobody closed: rows begin with a digit.
 std::uint64_t count_rows(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
+  auto in = FileReader::open(path);
   std::uint64_t rows = 0;
-  for (std::string line; std::getline(in, line);) rows += !line.empty() && line[0] >= '0' && line[0] <= '9';
+  for (std::string line; in && in->read_line(line);) rows += !line.empty() && line[0] >= '0' && line[0] <= '9';
   return rows;
 }
 

@@ -20,6 +20,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/file.hpp"
 #include "daemon/awaiting.hpp"
 namespace prism::daemon {
 namespace {
@@ -94,22 +95,24 @@ Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const config:
     Acceptor acceptor(io);
     acceptor.assign(Protocol(), inherited, error);
     if (error) return refuse("systemd's socket", error.message());
-    return std::unique_ptr<Server>(new Server(std::move(acceptor), settings, false, instance, rpc));
+    return std::unique_ptr<Server>(new Server(std::move(acceptor), settings, std::nullopt, instance, rpc));
   }
   Result<Acceptor> acceptor = listen(io, settings);
   if (!acceptor) return tl::unexpected<Error>(acceptor.error());
-  return std::unique_ptr<Server>(new Server(std::move(*acceptor), settings, true, instance, rpc));
+  return std::unique_ptr<Server>(new Server(std::move(*acceptor), settings, FileId::of(settings.path), instance, rpc));
 }
 
-Server::Server(Acceptor acceptor, config::SocketSettings settings, bool owns_path, Instance& instance, Rpc& rpc)
+Server::Server(Acceptor acceptor, config::SocketSettings settings, std::optional<FileId> own, Instance& instance,
+               Rpc& rpc)
     : acceptor_(std::move(acceptor)),
       settings_(std::move(settings)),
-      owns_path_(owns_path),
+      own_(own),
       instance_(instance),
       requests_(acceptor_.get_executor(), rpc) {}
 
 Server::~Server() {
-  if (owns_path_) ::unlink(settings_.path.c_str());
+  // Another process may have put its own socket there since.
+  if (own_ && FileId::of(settings_.path) == own_) ::unlink(settings_.path.c_str());
 }
 
 asio::awaitable<void> Server::serve() {

@@ -7,6 +7,7 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <memory>
 
+#include "base/file.hpp"
 #include "base/result.hpp"
 #include "config/config.hpp"
 #include "daemon/request_queue.hpp"
@@ -31,14 +32,14 @@ class Server {
   boost::asio::awaitable<void> serve();
 
  private:
-  Server(Acceptor acceptor, config::SocketSettings settings, bool owns_path, Instance& instance, Rpc& rpc);
+  Server(Acceptor acceptor, config::SocketSettings settings, std::optional<FileId> own, Instance& instance, Rpc& rpc);
   /// Makes room for it where its user may have one more; the refusal, else.
   std::string admit(const Client& client);
   boost::asio::awaitable<void> talk(std::shared_ptr<Client> client);
 
   Acceptor acceptor_;
   config::SocketSettings settings_;
-  bool owns_path_;
+  std::optional<FileId> own_;  ///< of the socket that this server made
   Instance& instance_;
   RequestQueue requests_;
   const std::shared_ptr<ClientMemory> memory_ = std::make_shared<ClientMemory>();

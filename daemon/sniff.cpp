@@ -10,10 +10,11 @@
 #include <array>
 #include <chrono>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <vector>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
+#include "base/json_document.hpp"
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
 #include "daemon/arrival_clock.hpp"
@@ -155,11 +156,10 @@ int run_sniff(const std::string& path, const std::string& description) {
 }
 
 int check_document(const std::string& path) {
-  const Result<std::string> text = read_text_file(path);
+  const Result<std::string> text = read_text_file(path, kMaxModelBytes);
   if (!text) return -1;
-  const auto json = nlohmann::json::parse(*text, nullptr, false, true);
-  const std::string format =
-      json.is_object() && json.contains("format") && json["format"].is_string() ? json["format"] : "";
+  const auto document = parse_json_object(*text, path);
+  const Json format = document && document->value.contains("format") ? document->value["format"] : Json();
   const auto refused = [](const Error& error) {
     fmt::print(stderr, "prismd: {}\n", error.text());
     return kExitConfig;
@@ -167,7 +167,7 @@ int check_document(const std::string& path) {
   if (format == "prism-model") {
     const auto model = compensation::parse_model(*text, path);
     if (!model) return refused(model.error());
-    fmt::print("{}: good: model {}, {}\n", path, (*model)->info().id.substr(0, 12), (*model)->info().name);
+    fmt::print("{}: good: model {}, {}\n", printable(path), (*model)->info().id.substr(0, 12), (*model)->info().name);
     return kExitDone;
   }
   if (format != "prism-frames") return -1;
@@ -175,7 +175,7 @@ int check_document(const std::string& path) {
   if (!description) return refused(description.error());
   if (auto proved = wire::run_test_vectors(**description); !proved) return refused(proved.error());
   for (const std::string& warning : (*description)->warnings) fmt::print("note: {}\n", warning);
-  fmt::print("{}: good: frames {}, {} test vectors hold\n", path, (*description)->name,
+  fmt::print("{}: good: frames {}, {} test vectors hold\n", printable(path), (*description)->name,
              (*description)->test_vectors.size());
   return kExitDone;
 }

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "base/file.hpp"
 #include "base/plain_text.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/capture_search.hpp"
@@ -68,12 +69,11 @@ struct CaptureReader::File {
   }
 
   Result<void> open_stream() {
-    stream = std::fopen(path.c_str(), "rbe");
+    auto opened = open_input_stream(path);
+    if (!opened) return tl::unexpected<Error>(opened.error());
+    stream = opened->release();
     struct stat status {};
-    if (!stream || ::fstat(fileno(stream), &status) != 0) {
-      return refuse(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
-    }
-    if (S_ISDIR(status.st_mode)) return refuse(path, "found a folder, expected a capture file");
+    if (::fstat(fileno(stream), &status) != 0) return refuse(path, "cannot be read");
     size = static_cast<std::uint64_t>(status.st_size);
     buffer.resize(kReadBytes);
     std::setvbuf(stream, buffer.data(), _IOFBF, buffer.size());

@@ -85,9 +85,9 @@ CaptureWriter& CaptureWriter::operator=(CaptureWriter&&) noexcept = default;
 CaptureWriter::~CaptureWriter() = default;
 
 Result<CaptureWriter> CaptureWriter::open(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (descriptor < 0) return refuse(path, fmt::format("cannot be created: {}", std::strerror(errno)));
-  return adopt(descriptor, path, nullptr);
+  auto file = open_output(path);
+  if (!file) return tl::unexpected<Error>(file.error());
+  return adopt(file->release(), path, nullptr);
 }
 
 Result<CaptureWriter> CaptureWriter::adopt(int descriptor, const std::string& path, Again again) {

@@ -147,6 +147,21 @@ def check_file_system(path, text):
         yield line_of(text, match.start()), "a range-for over a folder throws: step by increment(error)"
 
 
+STREAMS = re.compile(r"\bstd::(?:basic_)?[io]?fstream\b|\bfopen\s*\(")
+
+
+def check_files_and_json(path, text):
+    """Files are opened by base/file.hpp, which waits for no pipe and writes through no link; JSON is written by json_text(),
+    which never throws."""
+    if not is_code(path) or room_of(path) in (None, BASE, TESTS):
+        return
+    code = without_comments_and_texts(text)
+    for match in STREAMS.finditer(code):
+        yield line_of(text, match.start()), f"{match.group()} opens anything: expected base/file.hpp"
+    for match in re.finditer(r"\.dump\s*\(", code):
+        yield line_of(text, match.start()), "dump() throws on text that is not UTF-8: expected json_text()"
+
+
 def check_first_lines(path, text):
     cmake = path.endswith((".cmake", "CMakeLists.txt"))
     if not (is_code(path) or is_script(path, text) or cmake):
@@ -270,7 +285,8 @@ class UniqueTypes:
 
 
 RULES = [check_includes, check_links, check_clocks, check_file_system, check_first_lines, check_words, check_size, check_waiting,
-         check_traps, check_names]
+         check_traps, check_names,
+         check_files_and_json]
 
 
 def files_of(root):

@@ -10,6 +10,9 @@ TASK = CPP + "awaitable<void> task() {\n"
 
 # path, content, and what must be said about it
 BREACHES = [
+    ("daemon/a.cpp", CPP + "std::ifstream in(path);\n", ":2: std::ifstream opens anything"),
+    ("tools/a.cpp", CPP + 'FILE* f = std::fopen(path, "r");\n', "opens anything"),
+    ("tools/a.cpp", CPP + "auto text = json.dump();\n", ":2: dump() throws"),
     ("base/a.cpp", CPP + '#include "compensation/sample.hpp"\n', ":2: base may not include compensation"),
     ("compensation/a.cpp", CPP + '#include "base/file.hpp"\n', "which waits"),
     ("compensation/a.cpp", CPP + '#include "drivers/clock.hpp"\n', ":2: compensation may not include drivers"),

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 
 namespace prism::pipeline {
@@ -113,7 +114,7 @@ void SegmentIndex::remember_file() {
 
 // Whole lines count; one that a power cut tore, or that nobody understands, is passed over.
 bool SegmentIndex::read() {
-  const Result<std::string> text = read_text_file(path_);
+  const Result<std::string> text = read_text_file(path_, kMaxModelBytes);
   *this = SegmentIndex(path_);
   if (!text) return false;
   const std::size_t last = text->rfind('\n') + 1;
@@ -159,16 +160,15 @@ void SegmentIndex::begin() {
 // The whole index anew: at its beginning, and where most of it is of segments that are gone.
 void SegmentIndex::compact() {
   if (inode_ != 0 && stale_lines_ < kStaleLines) return;
-  std::string text = ordered_json{{"format", kFormat},
-                                  {"version", 1},
-                                  {"id", id_},
-                                  {"next", next_},
-                                  {"deleted_segments", deleted_segments_},
-                                  {"deleted_rows", deleted_rows_}}
-                         .dump() +
-                     "\n";
+  const ordered_json head = {{"format", kFormat},
+                             {"version", 1},
+                             {"id", id_},
+                             {"next", next_},
+                             {"deleted_segments", deleted_segments_},
+                             {"deleted_rows", deleted_rows_}};
+  std::string text = json_text(head) + "\n";
   for (const auto& [number, entry] : entries_)
-    text += ordered_json{{"made", number}, {"file", entry.file}, {"rows", entry.rows}}.dump() + "\n";
+    text += json_text(ordered_json{{"made", number}, {"file", entry.file}, {"rows", entry.rows}}) + "\n";
   struct stat link {};
   if (::lstat(path_.c_str(), &link) == 0 && S_ISLNK(link.st_mode)) ::unlink(path_.c_str());  // leads anywhere
   if (!write_text_file(path_, text)) return;
@@ -178,7 +178,7 @@ void SegmentIndex::compact() {
 }
 
 void SegmentIndex::put(const ordered_json& line) {
-  waiting_ += line.dump() + "\n";
+  waiting_ += json_text(line) + "\n";
   if (inode_ == 0) return;  // could not be made yet: compact() tries again, with all there is
   const int file = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC);
   if (file < 0) return;

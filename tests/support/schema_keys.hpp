@@ -26,7 +26,7 @@ inline void add_schema_keys(const SchemaValidator::Json& schema, std::set<std::s
 inline void add_reader_keys(const std::string& source, std::set<std::string>& keys) {
   const std::string text = read_file(std::filesystem::path(PRISM_SOURCE_DIR) / source);
   const std::regex ask(
-      R"re((?:\.(?:number|integer|boolean|text|numbers|texts|choice|object|objects|any)\(\s*|section, )"([A-Za-z0-9_$]+)")re");
+      R"re((?:\.(?:number|integer|boolean|text|raw_text|numbers|texts|choice|object|objects|any)\(\s*|section, )"([A-Za-z0-9_$]+)")re");
   for (std::sregex_iterator at(text.begin(), text.end(), ask), end; at != end; ++at) keys.insert((*at)[1]);
 }
 

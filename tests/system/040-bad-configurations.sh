@@ -15,7 +15,7 @@ echo '{"line": {"silence_s": -1}}' >"$dir/gyro.json"; refused "out of range" "gy
 printf '{\n "line": {,}\n}' >"$dir/gyro.json"; refused "no JSON" "gyro.json:2:"
 long=$(printf 'n%.0s' $(seq 250))
 echo "{\"name\": \"$long\", \"socket\": {\"path\": \"\"}}" >"$dir/gyro.json"; refused "name too long" "gyro.json:/name: has 250 bytes, expected at most 229"
-echo '{"name": "a\nb"}' >"$dir/gyro.json"; refused "newline in the name" 'gyro.json:/name: found "a\nb", expected a text without control characters'
+echo '{"name": "a\nb"}' >"$dir/gyro.json"; refused "newline in the name" 'gyro.json:/name: found "a\nb", expected 1 to 90 bytes of printable text'
 echo '{"frames": "nope"}' >"$dir/gyro.json"; refused "missing frames" "frames/nope.json: cannot be read: No such file or directory; looked in $dir/frames, "
 echo '{"frames": "kvh175"}' >"$dir/gyro.json"; refused "mistyped frames" 'No such file or directory; did you mean "kvh1750"? Looked in '
 echo '{"model": "tao2019-model3"}' >"$dir/gyro.json"; refused "mistyped model" 'did you mean "tao2019-model'

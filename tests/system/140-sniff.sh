@@ -9,7 +9,7 @@ same "exit code for noise" "$code" 1
 contains "noise" "$(cat "$dir/o")" "nothing fits"
 code=0; prismd --sniff "$dir/none" 2>"$dir/e" || code=$?
 same "exit code for nothing" "$code" 1
-contains "nothing" "$(cat "$dir/e")" "none: cannot be opened"
+contains "nothing" "$(cat "$dir/e")" "none: cannot be read"
 for file in "$PRISM_SOURCE"/config/frames/*.json; do
   case "$file" in *.schema.json) continue ;; esac
   contains "$file" "$(prismd --check "$file")" "test vectors hold"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <iterator>
 #include <tuple>
 #include <utility>
@@ -117,14 +116,13 @@ void declare_output(CLI::App& app, CommandLine& line, SimOptions& options) {
 
 std::optional<int> read_frames(const CommandLine& line, SimOptions& options) {
   const std::string path = config::find_data_file(line.frames, "frames", ".");
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return complain(kBadConfiguration, path + ": cannot be read; expected a frame description");
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const auto text = config::read_data_file(path, "frames");
+  if (!text) return complain(kBadConfiguration, text.error().text());
   wire::GyroChoice choice;
   if (!line.axes.empty()) choice.axes.clear();
   for (const std::string& axis : line.axes) choice.axes.push_back({.axis = axis});
   choice.sensors = true;
-  const auto frames = wire::parse_frame_description(text, path, choice);
+  const auto frames = wire::parse_frame_description(*text, path, choice);
   if (!frames) return complain(kBadConfiguration, frames.error().text());
   if (!(*frames)->carries_gyro()) return complain(kBadConfiguration, path + ": has no gyro, expected one to simulate");
   options.frames = *frames;

@@ -8,18 +8,19 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/file.hpp"
 #include "base/text_number.hpp"
 #include "config/version.hpp"
 
 namespace prism::prismsim {
 
-TruthFile::TruthFile(std::string path, File file) : path_(std::move(path)), file_(std::move(file)) {}
+TruthFile::TruthFile(std::string path, Stream file) : path_(std::move(path)), file_(std::move(file)) {}
 
 Result<TruthFile> TruthFile::open(const std::string& path, const drivers::SimulationSettings& settings,
                                   std::size_t axis) {
-  File file(std::fopen(path.c_str(), "we"), &std::fclose);
-  if (!file) return refuse(path, fmt::format("cannot be created: {}", std::strerror(errno)));
-  TruthFile truth(path, std::move(file));
+  auto opened = open_output_stream(path);
+  if (!opened) return tl::unexpected<Error>(opened.error());
+  TruthFile truth(path, std::move(*opened));
   fmt::print(truth.file_.get(),
              "# simulated: the truth of a virtual gyro, not a measurement\n"
              "# tool: prismsim {}\n"

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/file.hpp"
 #include "base/result.hpp"
 #include "drivers/simulated_line.hpp"
 
@@ -26,12 +27,11 @@ class TruthFile {
   Result<void> flush();
 
  private:
-  using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
-  TruthFile(std::string path, File file);
+  TruthFile(std::string path, Stream file);
   Result<void> refuse_write() const;
 
   std::string path_, row_;
-  File file_;
+  Stream file_;
   std::int64_t last_second_ = 0;
   bool begun_ = false;
 };

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "base/escape.hpp"
 #include "drivers/wire/description/column_choice.hpp"
 #include "drivers/wire/description/readers.hpp"
 
@@ -31,7 +32,7 @@ TestVector read_vector(const Section& s) {
   vector.where = s.where();
   vector.name = s.text("name", "");
   if (s.has("text")) {
-    const std::string text = s.text("text");
+    const std::string text = s.raw_text("text");
     vector.bytes.assign(text.begin(), text.end());
     if (s.has("hex")) s.fail("hex", "stands beside \"text\"; expected one of them");
   } else {
@@ -43,9 +44,9 @@ TestVector read_vector(const Section& s) {
     if (s.has("kind") || s.has("values")) s.fail("refused", "stands beside kind or values; a refused frame has none");
     return vector;
   }
-  vector.kind = s.text("kind");
+  vector.kind = s.text("kind", {}, TextRule::kMessageName);
   const Section values = s.object("values");
-  for (const std::string& field : values.names()) {
+  for (const std::string& field : values.names(TextRule::kMessageName)) {
     vector.expected.push_back({field, values.number(field, kAnyNumber), tolerance});
   }
   return vector;
@@ -84,7 +85,7 @@ void read_all(const Section& s, const GyroChoice& choice, FrameDescription& desc
   s.text("$schema", "");  // for editors
   s.choice("format", {"prism-frames"});
   s.integer("version", {1, 1});
-  description.name = s.text("name");
+  description.name = s.text("name", {}, TextRule::kName);
   description.title = s.text("title", "");
   description.source = s.text("source", "");
   s.text("proved", "");
@@ -153,7 +154,7 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
   read_all(whole, choice, *description);
   if (const auto rest = whole.finish(); !rest) return tl::unexpected<Error>(rest.error());
   erase_beliefs(document->value);
-  description->id = id_of(document->value.dump());
+  description->id = id_of(json_text(document->value));
   return FrameDescriptionPtr(std::move(description));
 }
 

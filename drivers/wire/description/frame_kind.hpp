@@ -59,7 +59,7 @@ struct BlockRule {
 };
 
 /// A text frame's columns.
-struct TextRule {
+struct ColumnsRule {
   std::string separators;
   bool collapse = false;      ///< runs of separators count as one (blanks)
   std::uint32_t columns = 0;  ///< exactly so many; 0: any number
@@ -125,7 +125,7 @@ struct FrameKind {
   KindRoles roles;
   ItemRule items;      ///< kItems
   BlockRule blocks;    ///< kBlocks
-  TextRule text;       ///< kColumns
+  ColumnsRule text;    ///< kColumns
   int check_bits = 0;  ///< all checks together
   int known_bits = 0;  ///< checks, sync, terminator and (at most 16) body rules: what says "frame"
   std::string name;

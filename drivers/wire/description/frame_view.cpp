@@ -23,7 +23,7 @@ std::uint64_t load(Bytes bytes, std::size_t at, std::size_t size, bool big_endia
   return value;
 }
 
-bool is_separator(const TextRule& rule, std::uint8_t byte) {
+bool is_separator(const ColumnsRule& rule, std::uint8_t byte) {
   return rule.separators.find(static_cast<char>(byte)) != std::string::npos;
 }
 
@@ -76,7 +76,7 @@ bool FrameView::locate_blocks() {
 }
 
 bool FrameView::locate_columns() {
-  const TextRule& rule = kind_->text;
+  const ColumnsRule& rule = kind_->text;
   std::size_t count = 0;
   std::size_t start = 0;
   const std::size_t end = frame_.size() - kind_->length.terminator.size();

@@ -47,7 +47,7 @@ void place_field(const FieldDraft& draft, FrameKind& kind) {
 
 void read_fields(const Section& fields, bool big_endian, int at, FrameKind& kind) {
   const bool text = kind.structure == Structure::kColumns;
-  for (const std::string& name : fields.names()) {
+  for (const std::string& name : fields.names(TextRule::kMessageName)) {
     place_field(read_field(fields.object(name), name, big_endian, text, at), kind);
   }
 }
@@ -146,7 +146,7 @@ void measure_strength(FrameKind& kind) {
 FieldGroups read_field_groups(const Section& description) {
   FieldGroups groups;
   const Section parts = description.object("parts");
-  for (const std::string& name : parts.names()) {
+  for (const std::string& name : parts.names(TextRule::kMessageName)) {
     const Section part = parts.object(name);
     part.allow({"fields"});  // read where a kind's layout places them
     groups.emplace(name, FieldGroup{part, static_cast<int>(part.integer("size", {1, kMaxFrameBytes}))});
@@ -156,7 +156,7 @@ FieldGroups read_field_groups(const Section& description) {
 
 FrameKind read_kind(const Section& s, bool big_endian, const FieldGroups& groups) {
   FrameKind kind;
-  kind.name = s.text("name");
+  kind.name = s.text("name", {}, TextRule::kMessageName);
   for (const Section& sync : s.one_or_more_objects("sync")) read_sync(sync, kind);
   const std::vector<std::uint8_t> after = s.bytes("after", false);
   kind.after = after.empty() ? -1 : after[0];

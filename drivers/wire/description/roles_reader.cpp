@@ -116,7 +116,7 @@ void read_axis(const Section& axes, const std::string& name, FrameDescription& d
 /// found by whoever chooses them.
 void read_axes(const Section& gyro, const GyroChoice& choice, FrameDescription& description) {
   const Section axes = gyro.object("axes", true);
-  const std::vector<std::string>& names = description.axis_names = axes.names();
+  const std::vector<std::string>& names = description.axis_names = axes.names(TextRule::kAxisName);
   if (!gyro.good()) return;
   if (names.empty()) return gyro.fail("axes", "found none, expected at least one axis");
   for (std::size_t i = 0; i < choice.axes.size(); ++i) {
@@ -210,7 +210,7 @@ void read_channel(const Section& s, FrameDescription& description, SlowChannel& 
 
 /// Before the axes, which name their thermometers among them.
 void read_sensors(const Section& s, FrameDescription& description) {
-  const std::vector<std::string> names = s.names();
+  const std::vector<std::string> names = s.names(TextRule::kSensorName);
   if (names.size() > kMaxSensors)
     return s.fail("", fmt::format("found {} sensors, expected at most {}", names.size(), kMaxSensors));
   for (FrameKind& kind : description.kinds) kind.roles.sensors.resize(names.size());

@@ -29,7 +29,7 @@ void read_crc(const Section& s, CheckRule& rule) {
 
 void read_stored(const Section& s, CheckRule& rule) {
   rule.stored = static_cast<CheckRule::Stored>(s.choice("text", {"no", "hex", "decimal"}, 0));
-  const std::string separator = s.text("mark", "");
+  const std::string separator = s.raw_text("mark", "");
   if (rule.stored == CheckRule::Stored::kBinary) return;
   rule.covers_separator = s.boolean("covers_mark", rule.covers_separator);
   if (separator.size() != 1) return s.fail("mark", "is not one character; expected the one in front of the check");
@@ -92,11 +92,11 @@ void read_items(const Section& s, bool big_endian, FrameKind& kind) {
 
 void read_text(const Section& s, FrameKind& kind) {
   kind.structure = Structure::kColumns;
-  kind.text.separators = s.text("separators");
+  kind.text.separators = s.raw_text("separators");
   kind.text.collapse = s.boolean("collapse", kind.text.collapse);
   kind.text.columns = static_cast<std::uint32_t>(s.integer("columns", {0, FrameView::kMaxElements}, 0));
   if (s.boolean("decimal_comma", false)) kind.text.point = ',';
-  kind.text.write = s.text("write", "");
+  kind.text.write = s.raw_text("write", "");
   if (kind.text.separators.empty()) s.fail("separators", "is empty; expected at least one character");
   if (kind.text.separators.find(kind.text.point) != std::string::npos)
     s.fail("separators", fmt::format("has '{}', which stands within numbers", kind.text.point));

@@ -82,7 +82,7 @@ TEST_F(File, WritesAndReadsNoDevice) {
 TEST_F(File, WaitsForNoPipe) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
   EXPECT_EQ(read_text_file(path("pipe")).error().what, "is a pipe, expected a regular file");
-  EXPECT_EQ(InputFile::open(path("pipe")).error().what, "is a pipe, expected a regular file");
+  EXPECT_EQ(FileReader::open(path("pipe")).error().what, "is a pipe, expected a regular file");
   EXPECT_EQ(write_text_file(path("pipe"), "x").error().what, "is a pipe, expected a regular file");
 }
 
@@ -120,7 +120,7 @@ TEST_F(File, OutputKeepsTheModeOfAnExistingFile) {
 TEST_F(File, ReadsLinesAndContinuesAnywhere) {
   const std::string long_line(200'000, 'x');
   ASSERT_TRUE(write_text_file(path("a"), "one\n\n" + long_line + "\nlast"));
-  auto file = InputFile::open(path("a"));
+  auto file = FileReader::open(path("a"));
   ASSERT_TRUE(file);
   std::string line;
   ASSERT_TRUE(file->read_line(line));
@@ -147,7 +147,7 @@ TEST_F(File, ReadsLinesAndContinuesAnywhere) {
 
 TEST_F(File, ALineHasALimit) {
   ASSERT_TRUE(write_text_file(path("a"), "first\n" + std::string(kMaxLineBytes + 1, 'x') + "\n"));
-  auto file = InputFile::open(path("a"));
+  auto file = FileReader::open(path("a"));
   std::string line;
   EXPECT_TRUE(file->read_line(line));
   EXPECT_FALSE(file->read_line(line));
@@ -159,7 +159,7 @@ TEST_F(File, AReadErrorIsAnError) {
   const auto failing = read_text_file("/proc/self/mem");
   ASSERT_FALSE(failing);
   EXPECT_EQ(failing.error().text(), "/proc/self/mem: cannot be read: Input/output error");
-  auto lines = InputFile::open("/proc/self/mem");
+  auto lines = FileReader::open("/proc/self/mem");
   ASSERT_TRUE(lines);
   std::string line;
   EXPECT_FALSE(lines->read_line(line));

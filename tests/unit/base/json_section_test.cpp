@@ -232,7 +232,7 @@ TEST(Section, ReadsBitsBytesAndFreeNames) {
                       EXPECT_EQ(s.bit_list("one"), std::vector<std::uint64_t>{7});
                       EXPECT_EQ(s.bytes("h"), (std::vector<std::uint8_t>{0xA5, 0x5A, 0}));
                       EXPECT_TRUE(s.bytes("no", false).empty());
-                      EXPECT_EQ(s.object("names").names(), (std::vector<std::string>{"z", "a"}));
+                      EXPECT_EQ(s.object("names").names(TextRule::kMessageName), (std::vector<std::string>{"z", "a"}));
                       EXPECT_EQ(s.one_or_more_objects("alone").at(0).integer("k", {1, 1}), 1);
                       EXPECT_TRUE(s.is_object("alone"));
                       EXPECT_TRUE(s.is_array("us"));

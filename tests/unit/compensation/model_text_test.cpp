@@ -204,8 +204,8 @@ TEST(ModelText, RandomModelsComeBackToTheLastBit) {
   for (int i = 0; i < 500; ++i) {
     ModelInfo info;
     info.kind = i % 2 ? "polynomial" : "stepwise";
-    info.name = "model \"" + std::to_string(i) + "\"\n\\ \xc3\xa4";
-    info.gyro_serial = i % 3 ? "70-\t0042" : "";
+    info.name = "model \"" + std::to_string(i) + "\" \\ \xc3\xa4";
+    info.gyro_serial = i % 3 ? "70-\"0042\"" : "";
     info.features.length_s = 1 + static_cast<int>(random() % 3600);
     info.features.end_mean_s = 1 + static_cast<int>(random() % static_cast<unsigned>(info.features.length_s));
     info.features.max_gap_s = static_cast<int>(random() % 3601);

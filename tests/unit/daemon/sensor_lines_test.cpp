@@ -223,7 +223,7 @@ TEST_F(SensorLinesTest, AClockThatWasSetBackIsTheSamePlaceInEachCapture) {
 TEST_F(SensorLinesTest, AFileThatIsNotThereIsRefusedAndALineWithoutFilesIsNoted) {
   const auto missing = SensorCaptures::open(setup, {{"chamber", {folder.file("none.pcap")}}});
   ASSERT_FALSE(missing);
-  EXPECT_THAT(missing.error().text(), testing::HasSubstr("none.pcap: cannot be opened"));
+  EXPECT_THAT(missing.error().text(), testing::HasSubstr("none.pcap: cannot be read"));
   const auto without = SensorCaptures::open(setup, {});
   ASSERT_TRUE(without);
   EXPECT_THAT(without->notes(), ElementsAre("chamber: no capture of this sensor line: its sensors are unknown"));

@@ -2,6 +2,7 @@
 // Captures: what is written is read again to the nanosecond; what is cut, damaged or foreign is said in one line.
 #include "drivers/capture_file.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -210,8 +211,8 @@ TEST(CaptureFile, RefusesForeignFilesInOneLine) {
       refusal("ethernet.pcap"),
       "ethernet.pcap: found a capture of link type 1 (EN10MB), expected 250 (serial line); bytes that came by TCP: "
       "tshark -r FILE -Y tcp.payload -T fields -e tcp.payload | xxd -r -p >BYTES");
-  EXPECT_EQ(refusal("absent.pcap"), "absent.pcap: cannot be opened: No such file or directory");
-  EXPECT_EQ(refusal("."), ".: found a folder, expected a capture file");
+  EXPECT_EQ(refusal("absent.pcap"), "absent.pcap: cannot be read: No such file or directory");
+  EXPECT_EQ(refusal("."), ".: is a directory, expected a regular file");
 }
 
 TEST(CaptureFile, PlaysBareBytesAtTheGivenRate) {
@@ -239,7 +240,7 @@ TEST(CaptureFile, PlaysBareBytesAtTheGivenRate) {
 
 TEST(CaptureFile, SaysThatTheDiskIsFullAndKeepsSayingIt) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
-  const auto writer = CaptureWriter::open("/dev/full");
+  const auto writer = CaptureWriter::adopt(::open("/dev/full", O_WRONLY | O_CLOEXEC), "/dev/full", nullptr);
   ASSERT_FALSE(writer);
   EXPECT_EQ(writer.error().text(), "/dev/full: cannot be written: No space left on device");
 }
@@ -280,7 +281,7 @@ TEST(CaptureFile, NoticesAFullDiskWithoutBeingAsked) {
 TEST(CaptureFile, RefusesAFileThatCannotBeCreated) {
   const auto writer = CaptureWriter::open("/nowhere/a.pcap");
   ASSERT_FALSE(writer);
-  EXPECT_EQ(writer.error().text(), "/nowhere/a.pcap: cannot be created: No such file or directory");
+  EXPECT_EQ(writer.error().text(), "/nowhere/a.pcap: cannot be written: No such file or directory");
 }
 
 }  // namespace

@@ -73,7 +73,8 @@ TEST_F(RateSeries, MakesAHoleOfAJumpInTime) {
 }
 
 TEST_F(RateSeries, SaysWhereAndWhatIsWrong) {
-  EXPECT_THAT(recordings::read_rate_series("/nowhere.csv", {}).error().text(), "/nowhere.csv: cannot be opened");
+  EXPECT_THAT(recordings::read_rate_series("/nowhere.csv", {}).error().text(),
+              "/nowhere.csv: cannot be read: No such file or directory");
   EXPECT_THAT(recordings::read_rate_series(written(""), {}).error().text(), HasSubstr("no row of numbers"));
   EXPECT_THAT(recordings::read_rate_series(written("time_s,rate\n1,2\n2,x\n"), {}).error().text(),
               HasSubstr(".csv:3: column rate is \"x\"; expected a number"));

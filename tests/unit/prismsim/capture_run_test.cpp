@@ -97,7 +97,7 @@ TEST(CaptureRun, ASlowLineFallsBehindAsARealOneDoes) {
 TEST(CaptureRun, IsRefusedWhereNothingCanBeWritten) {
   const auto refused = run_capture(twenty_seconds("/nowhere/a.pcap"));
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().text(), "/nowhere/a.pcap: cannot be created: No such file or directory");
+  EXPECT_EQ(refused.error().text(), "/nowhere/a.pcap: cannot be written: No such file or directory");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/escape.hpp"
 #include "base/plain_text.hpp"
 
 namespace prism::analysis {
@@ -136,7 +137,7 @@ std::string allan_json(const AllanAnalysis& analysis, const recordings::RateSeri
     json["coefficients"] = nullptr;
     json["no_coefficients_because"] = analysis.coefficients.error().text();
   }
-  return json.dump(1) + "\n";
+  return json_text(json, 1) + "\n";
 }
 
 }  // namespace prism::analysis

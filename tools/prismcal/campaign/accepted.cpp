@@ -13,6 +13,7 @@
 #include <ctime>
 #include <filesystem>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/sha256.hpp"
 #include "base/text_number.hpp"
@@ -78,7 +79,7 @@ Json entry_of(const CampaignFile& file, const Outcome& outcome, const std::strin
 /// The text of a model that is what was judged, of the gyro that it was judged on.
 Result<std::string> model_text_of(const Store& store, const Outcome& outcome) {
   const std::string path = store.task_folder(outcome.task) + "/model.json";
-  auto text = read_text_file(path);
+  auto text = read_text_file(path, kMaxModelBytes);
   if (!text) return text;
   const auto model = compensation::parse_model(*text, path);
   if (!model) return tl::unexpected<Error>(model.error());
@@ -96,7 +97,7 @@ Result<Json> old_manifest(const std::string& folder) {
   std::error_code error;
   if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return Json{{"models", Json::array()}};
   const std::string path = folder + "/" + kManifest;
-  const auto text = read_text_file(path);
+  const auto text = read_text_file(path, kMaxModelBytes);
   if (!text) return refuse(folder, fmt::format("holds no {}, expected none but folders of campaigns", kManifest));
   Json json = Json::parse(*text, nullptr, false);
   if (!json.is_object() || json.value("format", "") != kFormat || !json.contains("models") ||
@@ -125,7 +126,7 @@ Result<std::size_t> keep_old(const Json& old, const std::string& folder, const s
     const std::string name = entry.is_object() ? entry.value("file", "") : "";
     std::error_code error;
     if (name.empty() || name.find('/') != std::string::npos || fs::exists(fs::path(made) / name, error)) continue;
-    const auto text = read_text_file((fs::path(folder) / name).string());
+    const auto text = read_text_file((fs::path(folder) / name).string(), kMaxModelBytes);
     if (!text) return tl::unexpected<Error>(text.error());
     if (auto done = write_text_file((fs::path(made) / name).string(), *text); !done)
       return tl::unexpected<Error>(done.error());
@@ -160,7 +161,7 @@ Result<InstalledModels> fill(const CampaignFile& file, const Store& store, const
     if (!kept) return tl::unexpected<Error>(kept.error());
     installed.kept = *kept;
   }
-  if (auto done = write_text_file(made + "/" + kManifest, manifest.dump(1) + "\n"); !done)
+  if (auto done = write_text_file(made + "/" + kManifest, json_text(manifest, 1) + "\n"); !done)
     return tl::unexpected<Error>(done.error());
   return installed;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/json_section.hpp"
 
@@ -22,7 +23,7 @@ std::string absolute_in(const fs::path& base, const std::string& path) {
 std::string word_of(const std::string& key, const Json& value, const Section& section) {
   if (value.is_boolean()) return value.get<bool>() ? "--" + key : "";
   if (value.is_string()) return fmt::format("--{}={}", key, value.get<std::string>());
-  if (value.is_number()) return fmt::format("--{}={}", key, value.dump());
+  if (value.is_number()) return fmt::format("--{}={}", key, json_text(value));
   const auto good = [](const Json& item) { return item.is_string() || item.is_number(); };
   if (!value.is_array() || value.empty() || !std::all_of(value.begin(), value.end(), good)) {
     section.fail(key, fmt::format("found {}, expected a text, a number, true, or an array of them", shown(value)));
@@ -30,13 +31,13 @@ std::string word_of(const std::string& key, const Json& value, const Section& se
   }
   std::string list;
   for (const Json& item : value)
-    list += (list.empty() ? "" : ",") + (item.is_string() ? item.get<std::string>() : item.dump());
+    list += (list.empty() ? "" : ",") + (item.is_string() ? item.get<std::string>() : json_text(item));
   return fmt::format("--{}={}", key, list);
 }
 
 std::vector<std::string> words_of(const Section& section) {
   std::vector<std::string> words;
-  for (const std::string& key : section.names()) {
+  for (const std::string& key : section.names(TextRule::kName)) {
     std::string word = word_of(key, section.any(key), section);
     if (!word.empty()) words.push_back(std::move(word));
   }
@@ -63,7 +64,8 @@ std::vector<RecordingPattern> read_patterns(const Section& root, const fs::path&
 std::vector<ModelChoice> read_models(const Section& root) {
   std::vector<ModelChoice> models;
   const Section section = root.object("models", true);
-  for (const std::string& name : section.names()) models.push_back({name, words_of(section.object(name))});
+  for (const std::string& name : section.names(TextRule::kName))
+    models.push_back({name, words_of(section.object(name))});
   if (root.good() && models.empty()) root.fail("models", "found none, expected one or more");
   return models;
 }
@@ -71,7 +73,7 @@ std::vector<ModelChoice> read_models(const Section& root) {
 std::vector<analysis::Limit> read_limits_of(const Section& limits, const std::string& role) {
   if (!limits.has(role)) return {};
   const std::string where = fmt::format("{}/{}", limits.where(), role);
-  auto read = analysis::parse_limits(limits.any(role).dump(), where);
+  auto read = analysis::parse_limits(json_text(limits.any(role)), where);
   if (read) return *read;
   const std::string text = read.error().text();  // its place begins with ours
   limits.fail(role, text.starts_with(where) ? text.substr(where.size() + 1) : text);
@@ -80,7 +82,7 @@ std::vector<analysis::Limit> read_limits_of(const Section& limits, const std::st
 
 std::vector<FindingLimit> read_findings(const Section& findings) {
   std::vector<FindingLimit> limits;
-  for (const std::string& name : findings.names()) {
+  for (const std::string& name : findings.names(TextRule::kName)) {
     if (std::find(kFindingNames.begin(), kFindingNames.end(), name) == kFindingNames.end())
       findings.fail(name, fmt::format("no such finding; expected one of {}", fmt::join(kFindingNames, ", ")));
     const Section limit = findings.object(name);
@@ -115,7 +117,7 @@ Result<CampaignFile> parse_campaign(std::string_view text, const std::string& pa
   const fs::path base = fs::path(file.path).parent_path();
   const Section root(*document);
   root.allow({"$schema"});
-  file.name = root.text("name", fs::path(file.path).stem().string());
+  file.name = root.text("name", fs::path(file.path).stem().string(), TextRule::kName);
   file.asked_by = root.text("asked_by", "");
   file.recordings = read_patterns(root, base);
   file.models = read_models(root);

@@ -10,7 +10,6 @@
 #include <chrono>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "base/file.hpp"
@@ -33,14 +32,13 @@ std::string metadata_of(const std::string& head, const std::string& key) {
 }
 
 Result<InputFile> read_input(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return refuse(path, std::strerror(errno));
+  auto in = FileReader::open(path);
+  if (!in) return tl::unexpected<Error>(in.error());
   InputFile file{path, {}, {}, {}, 0, 0};
   Sha256 sha256;
   std::vector<char> piece(1 << 20);
-  while (in) {
-    in.read(piece.data(), static_cast<std::streamsize>(piece.size()));
-    const std::string_view bytes(piece.data(), static_cast<std::size_t>(in.gcount()));
+  while (const std::size_t got = in->read(piece)) {
+    const std::string_view bytes(piece.data(), got);
     if (file.bytes == 0) {
       const std::string head(bytes.substr(0, 8192));
       file.serial = metadata_of(head, "gyro_serial");
@@ -50,7 +48,7 @@ Result<InputFile> read_input(const std::string& path) {
     file.bytes += bytes.size();
     file.lines += static_cast<std::uint64_t>(std::count(bytes.begin(), bytes.end(), '\n'));
   }
-  if (in.bad()) return refuse(path, "cannot be read to its end");
+  if (auto good = in->finish(); !good) return tl::unexpected<Error>(good.error());
   file.sha256 = sha256.hex();
   return file;
 }
@@ -60,10 +58,10 @@ std::int64_t now_ns() { return std::chrono::system_clock::now().time_since_epoch
 }  // namespace
 
 InputCache::InputCache(std::string file) : file_(std::move(file)) {
-  std::ifstream in(file_);
+  auto in = FileReader::open(file_);
   std::string line;
-  if (!std::getline(in, line) || line != kFirstLine) return;
-  while (std::getline(in, line)) {
+  if (!in || !in->read_line(line) || line != kFirstLine) return;
+  while (in->read_line(line)) {
     std::istringstream fields(line);
     Entry entry;
     Stamp& s = entry.stamp;

@@ -9,11 +9,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <list>
 #include <map>
+#include <sstream>
 #include <thread>
 
+#include "base/file.hpp"
 #include "tools/prismcal/campaign/engines.hpp"
 #include "tools/prismcal/campaign/progress.hpp"
 #include "tools/prismcal/campaign/signals.hpp"
@@ -24,7 +25,7 @@ namespace {
 constexpr double kShareOfFreeMemory = 0.8;
 
 double free_memory_mb() {
-  std::ifstream in("/proc/meminfo");
+  std::istringstream in(read_text_file("/proc/meminfo").value_or(""));
   for (std::string word; in >> word;) {
     double kib = 0;
     if (word == "MemAvailable:" && in >> kib) return kib / 1024;

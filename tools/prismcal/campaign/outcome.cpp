@@ -97,7 +97,7 @@ const JudgedOutcome* Outcome::repeat() const {
 
 Result<Outcome> read_outcome(const Store& store, const PlannedTask& task) {
   const std::string path = store.task_folder(task.id) + "/result.json";
-  const auto text = read_text_file(path);
+  const auto text = read_text_file(path, kMaxModelBytes);
   if (!text) return tl::unexpected<Error>(text.error());
   try {
     return parse_outcome(Json::parse(*text), task);

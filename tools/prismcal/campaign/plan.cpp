@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "base/escape.hpp"
 #include "base/json_section.hpp"
 #include "base/sha256.hpp"
 
@@ -33,7 +34,7 @@ std::string id_of(const Task& task) {
     for (const InputFile& file : input.files) files.push_back({last_name(file.path), file.sha256});
     json["inputs"].push_back({role_name(input.role), last_name(input.path), files});
   }
-  return sha256_hex(json.dump()).substr(0, kIdChars);
+  return sha256_hex(json_text(json)).substr(0, kIdChars);
 }
 
 std::uint64_t seconds_of(const Task& task, Role role) {
@@ -185,7 +186,8 @@ Result<Task> parse_task(std::string_view text, const std::string& where) {
   const Section root(*document);
   const auto list = [&](const std::string& key) {
     std::vector<std::string> words;
-    for (const Json& word : root.any(key)) words.push_back(word.is_string() ? word.get<std::string>() : word.dump());
+    for (const Json& word : root.any(key))
+      words.push_back(word.is_string() ? word.get<std::string>() : json_text(word));
     return words;
   };
   Task task;

@@ -67,11 +67,11 @@ std::vector<std::string> elements_of(const std::vector<PlannedTask>& tasks) {
 std::string script_of(const CampaignFile& file, const Store& store, const EngineSettings& settings,
                       const std::string& list) {
   return fmt::format(
-      "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --output={}/%A_%a.txt\n#SBATCH {} --open-mode=append\n"
+      "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH {} --open-mode=append\n"
       "#SBATCH --ntasks=1 --cpus-per-task=1\ncode=0\nfor id in $(sed -n \"${{SLURM_ARRAY_TASK_ID}}p\" {}); do\n"
       "  {} campaign {} --task \"$id\" || code=1\ndone\nexit $code\n",
       // Slurm holds what it requeues for two minutes; who waits submits it again at once.
-      job_name(store), store.file("slurm"), settings.detach ? "--requeue" : "--no-requeue", shell_quoted(list),
+      job_name(store), settings.detach ? "--requeue" : "--no-requeue", shell_quoted(list),
       shell_quoted(settings.program), shell_quoted(file.path));
 }
 
@@ -163,7 +163,8 @@ class SlurmRun {
   }
 
   Result<void> submit_one(const std::string& script, std::size_t count) {
-    std::vector<std::string> words = {"sbatch", "--parsable", fmt::format("--array=1-{}", count)};
+    std::vector<std::string> words = {"sbatch", "--parsable", fmt::format("--array=1-{}", count),
+                                      "--output=" + store_.file("slurm") + "/%A_%a.txt"};  // a path may have blanks
     if (!settings_.detach) words.emplace_back("--wait");
     words.insert(words.end(), file_.slurm_options.begin(), file_.slurm_options.end());
     words.push_back(script);

@@ -8,11 +8,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
@@ -52,9 +53,12 @@ long age_s(const std::string& path) {
 
 /// False of a zombie, too, which has no command line any more.
 bool lives(const std::string& pid) {
-  char first = 0;
-  return !!std::ifstream("/proc/" + pid + "/cmdline").get(first);
+  return !pid.empty() && pid.find_first_not_of("0123456789") == pid.npos &&
+         !read_text_file("/proc/" + pid + "/cmdline").value_or("").empty();
 }
+
+/// Task ids are parts of paths and words of the cluster's scripts.
+bool is_task_id(const std::string& id) { return !id.empty() && id.find_first_not_of("0123456789abcdef") == id.npos; }
 
 /// A field of a table by tabs.
 std::string plain(std::string text) {
@@ -65,8 +69,13 @@ std::string plain(std::string text) {
 
 std::optional<Failure> read_failure(const std::string& path) {
   Failure failure;
-  std::ifstream in(path);
-  if (!(in >> failure.attempts && in.ignore(1) && std::getline(in, failure.why))) return std::nullopt;
+  auto in = FileReader::open(path);
+  std::string line;
+  if (!in || !in->read_line(line)) return std::nullopt;
+  const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), failure.attempts);
+  const auto begin = static_cast<std::size_t>(end - line.data());
+  if (error != std::errc() || begin + 1 >= line.size()) return std::nullopt;
+  failure.why = line.substr(begin + 1);
   return failure;
 }
 
@@ -86,7 +95,7 @@ Result<void> Store::write_plan(const Plan& plan) const {
   for (const Task& task : plan.tasks) {
     table += fmt::format("{}\t{}\t{}\t{:.4g}\t{:.4g}\n", task.id, plain(task.gyro()), plain(task.model.name),
                          task.cpu_s, task.memory_mb);
-    tasks += task_json(task).dump() + "\n";
+    tasks += json_text(task_json(task)) + "\n";
   }
   for (const LeftOutInput& input : plan.left_out) left_out += plain(input.what) + "\t" + plain(input.why) + "\n";
   for (const auto& [name, text] : {std::pair{"tasks.jsonl", tasks}, {"left_out.tsv", left_out}, {"plan.tsv", table}}) {
@@ -96,14 +105,15 @@ Result<void> Store::write_plan(const Plan& plan) const {
 }
 
 Result<std::vector<PlannedTask>> Store::read_plan() const {
-  std::ifstream in(file("plan.tsv"));
+  auto in = FileReader::open(file("plan.tsv"));
   if (!in) return refuse(file("plan.tsv"), "no plan yet, expected one: `prismcal campaign FILE --plan` makes it");
   std::vector<PlannedTask> tasks;
   std::string line;
-  std::getline(in, line);
-  while (std::getline(in, line)) {
+  in->read_line(line);
+  while (in->read_line(line)) {
     const auto fields = recordings::csv_fields(line, '\t');
-    if (fields.size() != 5) return refuse(file("plan.tsv"), fmt::format("found \"{}\", expected five fields", line));
+    if (fields.size() != 5 || !is_task_id(fields[0]))
+      return refuse(file("plan.tsv"), fmt::format("found \"{}\", expected five fields", line));
     tasks.push_back({fields[0], fields[1], fields[2], std::strtod(fields[3].c_str(), nullptr),
                      std::strtod(fields[4].c_str(), nullptr)});
   }
@@ -111,9 +121,9 @@ Result<std::vector<PlannedTask>> Store::read_plan() const {
 }
 
 std::vector<LeftOutInput> Store::read_left_out() const {
-  std::ifstream in(file("left_out.tsv"));
+  auto in = FileReader::open(file("left_out.tsv"));
   std::vector<LeftOutInput> left_out;
-  for (std::string line; std::getline(in, line);) {
+  for (std::string line; in && in->read_line(line);) {
     const auto fields = recordings::csv_fields(line, '\t');
     if (fields.size() == 2) left_out.push_back({fields[0], fields[1]});
   }
@@ -121,9 +131,10 @@ std::vector<LeftOutInput> Store::read_left_out() const {
 }
 
 Result<Task> Store::read_task(const std::string& id) const {
-  std::ifstream in(file("tasks.jsonl"));
+  auto in = FileReader::open(file("tasks.jsonl"));
+  if (!in) return tl::unexpected<Error>(in.error());
   const std::string begin = "{\"id\":\"" + id + "\"";
-  for (std::string line; std::getline(in, line);) {
+  for (std::string line; is_task_id(id) && in->read_line(line);) {
     if (line.starts_with(begin)) return parse_task(line, file("tasks.jsonl"));
   }
   return refuse(id, fmt::format("is no task of {}: planned anew since?", file("tasks.jsonl")));
@@ -159,8 +170,7 @@ std::unordered_set<std::string> Store::running() const {
 
 std::string Store::refusal(const std::string& id) const {
   std::string line;
-  std::ifstream in(task_folder(id) + "/refused");
-  std::getline(in, line);
+  if (auto in = FileReader::open(task_folder(id) + "/refused")) in->read_line(line);
   return line;
 }
 

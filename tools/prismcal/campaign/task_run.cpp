@@ -12,6 +12,7 @@
 #include <new>
 #include <thread>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 
 namespace prism::campaign {
@@ -91,9 +92,9 @@ Result<void> work_in(const Store& store, const Task& task, const Work& work, con
   if (auto good = check_inputs(store, task); !good) return good;
   auto result = work.run(task, folder);
   if (!result) return tl::unexpected<Error>(result.error());
-  std::vector<std::pair<std::string, std::string>> files = {{"task.json", task_json(task).dump(1) + "\n"},
+  std::vector<std::pair<std::string, std::string>> files = {{"task.json", json_text(task_json(task), 1) + "\n"},
                                                             {"result.json", result->dump(1) + "\n"},
-                                                            {"times.json", times_json(begin).dump(1) + "\n"}};
+                                                            {"times.json", json_text(times_json(begin), 1) + "\n"}};
   if (result->contains("why")) files.emplace_back("refused", (*result)["why"].get<std::string>() + "\n");
   for (const auto& [name, text] : files) {
     if (auto done = write_text_file((std::filesystem::path(folder) / name).string(), text); !done) return done;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "tools/prismcal/campaign/level.hpp"
 #include "tools/prismcal/commands/campaign_work.hpp"
@@ -86,7 +87,7 @@ Result<CostModel::Speed> CostModel::speed_of(const campaign::ModelChoice& model)
     const auto measured = measure(*choice);
     if (!measured) return tl::unexpected<Error>(measured.error());
     models[key] = *measured;
-    (void)write_text_file(file_, kept_.dump(1) + "\n");  // without it, it is measured again
+    (void)write_text_file(file_, json_text(kept_, 1) + "\n");  // without it, it is measured again
   }
   const Speed speed{std::move(*choice), models[key].get<double>()};
   return speeds_.emplace(model.words, speed).first->second;

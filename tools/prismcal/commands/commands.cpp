@@ -29,7 +29,9 @@ int failed(const Error& error) {
 }
 
 Result<compensation::ModelPtr> load_model(const std::string& path) {
-  return read_text_file(path).and_then([&](const std::string& text) { return compensation::parse_model(text, path); });
+  return read_text_file(path, kMaxModelBytes).and_then([&](const std::string& text) {
+    return compensation::parse_model(text, path);
+  });
 }
 
 const std::atomic<bool>* stop_on_interrupt() {

@@ -23,7 +23,7 @@ struct ConvertChoice {
 
 Result<wire::FrameDescriptionPtr> one_a_second(const std::string& frames) {
   const std::string path = config::find_data_file(frames, "frames", ".");
-  const auto text = read_text_file(path);
+  const auto text = read_text_file(path, kMaxTableBytes);
   if (!text) return tl::unexpected(text.error());
   auto description = wire::parse_frame_description(*text, path);
   if (description && !(*description)->carries_gyro()) return refuse(path, "has no gyro, expected one");

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "base/escape.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/training/cross_validation.hpp"
 #include "tools/command_line.hpp"
@@ -109,7 +110,7 @@ Result<int> run(const CvChoice& choice) {
   } else {
     json["unweighted"] = costs_json(*plain);
   }
-  fmt::print("{}", choice.method.json ? json.dump(2) + "\n" : text);
+  fmt::print("{}", choice.method.json ? json_text(json, 2) + "\n" : text);
   return 0;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "compensation/model_text.hpp"
 #include "config/version.hpp"
@@ -39,7 +40,7 @@ std::string provenance(const recordings::CsvTable& table, const FitChoice& choic
   nlohmann::ordered_json json = {{"tool", fmt::format("prismcal {}", kVersion)}, {"target", choice.target}};
   json["files"] = {{{"path", table.path()}, {"sha256", table.sha256()}, {"rows", table.rows()}}};
   json["training"] = provenance_json(summary);
-  return json.dump();
+  return json_text(json);
 }
 
 Result<int> run(const FitChoice& choice) {
@@ -95,7 +96,7 @@ Result<int> run(const FitChoice& choice) {
     if (auto done = write_text_file(choice.diagnostics, diagnostics_csv(trained->samples)); !done)
       return tl::unexpected<Error>(done.error());
   }
-  fmt::print("{}", choice.method.json ? summary.dump(2) + "\n" : summary_text(*trained, *settings, data.names));
+  fmt::print("{}", choice.method.json ? json_text(summary, 2) + "\n" : summary_text(*trained, *settings, data.names));
   return 0;
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "compensation/extrapolation.hpp"
 #include "tools/command_line.hpp"
@@ -49,7 +50,7 @@ Result<int> run(const PredictChoice& choice) {
   const nlohmann::ordered_json json = {
       {"rows", table->rows()}, {"extrapolating", extrapolating}, {"model", (*model)->info().id}, {"out", choice.out}};
   fmt::print("{}", choice.json
-                       ? json.dump(2) + "\n"
+                       ? json_text(json, 2) + "\n"
                        : fmt::format("{} rows, {} of them off the training data\n", table->rows(), extrapolating));
   return 0;
 }

@@ -9,7 +9,9 @@
 #include <memory>
 #include <optional>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
+#include "base/outside_text.hpp"
 #include "base/text_number.hpp"
 #include "compensation/model_text.hpp"
 #include "config/version.hpp"
@@ -50,7 +52,7 @@ std::string provenance(const recordings::TrainingSet& set, const nlohmann::order
                                  {"made", utc_text(std::time(nullptr))}};
   json["recordings"] = set.facts;
   json["training"] = provenance_json(summary);
-  return json.dump();
+  return json_text(json);
 }
 
 /// The model on what was held out of each recording; what a configuration believes of a bias limits nothing here.
@@ -94,6 +96,9 @@ std::string held_text(const nlohmann::ordered_json& held) {
 
 /// Trains and writes one model; returns what --json prints, or the text for people is printed.
 Result<nlohmann::ordered_json> run_one(const TrainChoice& choice) {
+  for (const auto& [option, text] : {std::pair{"--name", &choice.name}, {"--serial", &choice.serial}}) {
+    if (auto good = check_text(TextRule::kText, *text, option); !good) return tl::unexpected<Error>(good.error());
+  }
   auto run = train_on_recordings(choice, stop_on_interrupt);
   if (!run) return tl::unexpected<Error>(run.error());
   if (auto done = write_text_file(choice.out, run->model_text()); !done) return tl::unexpected<Error>(done.error());
@@ -129,7 +134,7 @@ int run_all(const TrainChoice& choice, const std::vector<std::string>& axes) {
       code = failed(Error{"axis " + axis, done.error().text()});
     }
   }
-  if (choice.method.json) fmt::print("{}\n", json.dump(2));
+  if (choice.method.json) fmt::print("{}\n", json_text(json, 2));
   return code;
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "base/escape.hpp"
 #include "base/plain_text.hpp"
 #include "base/text_number.hpp"
 #include "tools/command_line.hpp"
@@ -127,7 +128,7 @@ int run(const VerifyChoice& choice) {
     if (repaired && choice.json) json["repaired"] = json_of(*repaired, choice.repair);
     if (repaired && !choice.json) print(*repaired, choice.repair);
   }
-  if (choice.json) fmt::print("{}\n", json.dump(2, ' ', false, ordered_json::error_handler_t::replace));
+  if (choice.json) fmt::print("{}\n", json_text(json, 2));
   return code;
 }
 

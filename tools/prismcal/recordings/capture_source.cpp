@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <vector>
 
@@ -20,10 +22,12 @@
 namespace prism::recordings {
 
 bool is_capture(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  unsigned char magic[4] = {};
-  in.read(reinterpret_cast<char*>(magic), sizeof magic);
-  const std::uint32_t value = magic[0] | magic[1] << 8 | magic[2] << 16 | static_cast<std::uint32_t>(magic[3]) << 24;
+  auto in = FileReader::open(path);
+  std::array<char, 4> magic{};
+  if (!in || in->read(magic) != magic.size()) return false;
+  std::uint32_t value = 0;
+  std::memcpy(&value, magic.data(), sizeof value);
+  if constexpr (std::endian::native == std::endian::big) value = __builtin_bswap32(value);
   return value == 0xa1b23c4d || value == 0xa1b2c3d4 || value == 0x4d3cb2a1 || value == 0xd4c3b2a1 ||
          value == 0x0a0d0d0a;
 }
@@ -94,9 +98,9 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   if (const std::string damage = reader->damaged_places().text(); !damage.empty()) recording.notes.push_back(damage);
   if (!reader->tail_damage().empty()) recording.notes.push_back(reader->tail_damage());
   if (recording.buckets.empty()) return refuse(path, "holds no frame of " + setup->config.frames);
-  const auto text = read_text_file(path);
-  if (!text) return tl::unexpected<Error>(text.error());
-  recording.files.push_back({path, sha256_hex(*text), packets});
+  const auto sum = sha256_of_file(path);
+  if (!sum) return tl::unexpected<Error>(sum.error());
+  recording.files.push_back({path, *sum, packets});
   return recording;
 }
 

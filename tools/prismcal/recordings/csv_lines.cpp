@@ -19,8 +19,14 @@ std::string_view trimmed(std::string_view text) {
 
 }  // namespace
 
+Result<CsvLines> CsvLines::open(const std::string& path) {
+  auto in = FileReader::open(path);
+  if (!in) return tl::unexpected<Error>(in.error());
+  return CsvLines(std::move(*in), path);
+}
+
 bool CsvLines::next() {
-  while (std::getline(in_, line_)) {
+  while (in_.read_line(line_)) {
     if (++number_ == 1 && line_.starts_with("\xEF\xBB\xBF")) line_.erase(0, 3);
     if (!line_.empty() && line_.back() == '\r') line_.pop_back();
     if (line_.empty()) continue;

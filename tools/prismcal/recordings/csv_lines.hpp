@@ -2,11 +2,13 @@
 // CSV line by line: the separators, comments, quotes and numbers that every reader of a table takes.
 #pragma once
 
-#include <istream>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "base/file.hpp"
 
 namespace prism::recordings {
 
@@ -25,11 +27,13 @@ std::optional<double> csv_number(std::string_view field);
 /// field cannot hold the separator. A byte-order mark and the carriage return of a line's end are skipped.
 class CsvLines {
  public:
-  /// `where` names the text in refusals. `in` is not owned.
-  CsvLines(std::istream& in, std::string where) : in_(in), where_(std::move(where)) {}
+  /// Errors: as FileReader::open().
+  static Result<CsvLines> open(const std::string& path);
 
-  /// Goes to the next line that is neither empty nor a comment ('#'); false where there is none.
+  /// Goes to the next line that is neither empty nor a comment ('#'). Returns false at the end or on a read error.
   bool next();
+  /// The read error, if any.
+  Result<void> finish() const { return in_.finish(); }
   const std::string& line() const { return line_; }
   std::size_t number() const { return number_; }  ///< of the line, from 1
   std::string place() const;                      ///< "FILE:LINE"
@@ -40,8 +44,10 @@ class CsvLines {
   const std::string& comments() const { return comments_; }  ///< the lines so far that begin with '#'
 
  private:
-  std::istream& in_;
-  std::string where_, line_, comments_;
+  CsvLines(FileReader in, std::string where) : in_(std::move(in)), where_(std::move(where)) {}
+
+  FileReader in_;
+  std::string where_, line_ = {}, comments_ = {};
   std::size_t number_ = 0;
   char separator_ = 0;
 };

@@ -4,26 +4,28 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <sstream>
 
-#include "base/file.hpp"
+#include "base/outside_text.hpp"
 #include "base/sha256.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::recordings {
 
 Result<CsvTable> CsvTable::read(const std::string& path) {
-  const auto text = read_text_file(path);
-  if (!text) return tl::unexpected<Error>(text.error());
+  const auto sum = sha256_of_file(path);
+  if (!sum) return tl::unexpected<Error>(sum.error());
   CsvTable table;
   table.path_ = path;
-  table.sha256_ = sha256_hex(*text);
-  std::istringstream in(*text);
-  CsvLines lines(in, path);
+  table.sha256_ = *sum;
+  auto opened = CsvLines::open(path);
+  if (!opened) return tl::unexpected<Error>(opened.error());
+  CsvLines& lines = *opened;
   if (lines.next()) {
     table.header_ = lines.line();
     table.separator_ = lines.separator();
     for (std::string& name : lines.fields()) {
+      if (auto good = check_text(TextRule::kText, name, lines.place()); !good)
+        return tl::unexpected<Error>(good.error());
       if (std::find(table.names_.begin(), table.names_.end(), name) != table.names_.end())
         return refuse(lines.place(), fmt::format("the column \"{}\" is named twice", name));
       table.names_.push_back(std::move(name));
@@ -34,6 +36,7 @@ Result<CsvTable> CsvTable::read(const std::string& path) {
       return refuse(lines.place(), fmt::format("found {} fields, expected {}", found, table.names_.size()));
     table.lines_.push_back({lines.line(), lines.number()});
   }
+  if (auto good = lines.finish(); !good) return tl::unexpected<Error>(good.error());
   if (table.lines_.empty()) return refuse(path, "found no row below a line of names");
   return table;
 }

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string_view>
 
 #include "base/file.hpp"
+#include "base/outside_text.hpp"
 #include "base/sha256.hpp"
 #include "compensation/compensated_text.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
@@ -58,11 +58,29 @@ int format_of(std::string_view line) {
   return format;
 }
 
-void take_comment(std::string_view line, LogSegment& segment) {
+TextRule rule_of(std::string_view key) {
+  if (key == "axis") return TextRule::kAxisName;
+  if (key == "instance") return TextRule::kName;
+  if (key == "gyro_serial") return TextRule::kText;
+  return TextRule::kLongText;
+}
+
+/// A line of the header: printable, and names in it follow their rules.
+Result<void> take_comment(std::string_view line, const std::string& place, LogSegment& segment) {
+  if (auto good = check_text(TextRule::kLongText, line, place); !good) return good;
   segment.comments += std::string(line) + '\n';
   const std::size_t colon = line.find(": ");
-  if (!line.starts_with("# ") || colon == std::string_view::npos) return;
-  segment.metadata.emplace(line.substr(2, colon - 2), line.substr(colon + 2));
+  if (!line.starts_with("# ") || colon == std::string_view::npos) return {};
+  const std::string_view key = line.substr(2, colon - 2), value = line.substr(colon + 2);
+  const bool is_absent = key == "axis" && value == "-";  // version 0.1
+  if (auto good = check_text(rule_of(key), value, fmt::format("{}: {}", place, key)); !good && !is_absent) return good;
+  segment.metadata.emplace(key, value);
+  if (key != "sensors") return {};
+  for (const SensorName& sensor : compensation::sensors_in(std::string(line) + '\n')) {
+    if (auto good = check_text(TextRule::kSensorName, sensor.name, fmt::format("{}: {}", place, key)); !good)
+      return good;
+  }
+  return {};
 }
 
 // "FILE from row N"
@@ -110,11 +128,13 @@ class RowReader {
 };
 
 // False: the text ends before the columns.
-bool read_metadata(Lines& lines, LogSegment& segment) {
+Result<bool> read_metadata(Lines& lines, LogSegment& segment) {
   while (lines.next()) {
     if (lines.number() == 1) segment.format = format_of(lines.line());
-    if (!lines.line().empty() && lines.line().front() != '#') return true;
-    if (!lines.line().empty()) take_comment(lines.line(), segment);
+    if (lines.line().empty()) continue;
+    if (lines.line().front() != '#') return true;
+    auto taken = take_comment(lines.line(), fmt::format("{}:{}", segment.path, lines.number()), segment);
+    if (!taken) return tl::unexpected(taken.error());
   }
   return false;
 }
@@ -150,11 +170,11 @@ std::string LogSegment::value(const std::string& key) const {
 }
 
 bool is_log(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
+  auto in = FileReader::open(path);
   std::string line;
-  std::getline(in, line);
+  if (!in || !in->read_line(line)) return false;
   if (!line.starts_with(kFirstWords) || line.find(kFormatMark) == std::string::npos) return false;
-  while (std::getline(in, line) && line.starts_with('#')) continue;
+  while (in->read_line(line) && line.starts_with('#')) continue;
   if (line.ends_with('\r')) line.pop_back();
   return compensation::CsvLayout::parse(line, path).has_value();
 }
@@ -164,11 +184,14 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
   segment.path = path;
   segment.file = std::filesystem::path(path).filename().string();
   const bool open = is_locked(path);  // before it is read: one that ends meanwhile is read with its end
-  const auto text = read_text_file(path);
-  if (!text) return tl::unexpected<Error>(text.error());
+  const auto available = read_available(path, kMaxTableBytes);
+  if (!available) return tl::unexpected<Error>(available.error());
+  const std::string* const text = &available->text;
   segment.sha256 = sha256_hex(*text);
   Lines lines(*text);
-  if (!read_metadata(lines, segment) && (text->starts_with(kFirstWords) || kFirstWords.starts_with(*text))) {
+  const auto complete = read_metadata(lines, segment);
+  if (!complete) return tl::unexpected<Error>(complete.error());
+  if (!*complete && (text->starts_with(kFirstWords) || kFirstWords.starts_with(*text))) {
     segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTorn;
     segment.torn_bytes = text->size();
     segment.torn_line = 1;
@@ -196,6 +219,8 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
     good = lines.behind();
     good_lines = lines.number();
   }
+  // The rows before a bad block of the disk are read; what follows them is damage.
+  if (available->error) segment.damaged.push_back({path, good_lines + 1, available->error->what});
   if (end && (!segment.damaged.empty() || lines.behind() < text->size())) segment.end = SegmentEnd::kChanged;
   segment.torn_bytes = text->size() - good;
   segment.torn_line = segment.torn_bytes > 0 ? good_lines + 1 : 0;
@@ -206,10 +231,10 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
 
 Result<std::string> rewritten(const LogSegment& segment, const std::vector<std::size_t>& kept,
                               const std::string& remark) {
-  const auto text = read_text_file(segment.path);
+  const auto text = read_available(segment.path, kMaxTableBytes);
   if (!text) return tl::unexpected<Error>(text.error());
   std::string copy;
-  Lines lines(*text);
+  Lines lines(text->text);
   for (bool columns = false; lines.next();) {
     const std::string_view line = lines.line();
     const bool is_comment = line.starts_with('#');

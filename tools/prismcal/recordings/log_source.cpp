@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // prismd's log as a recording: one file, or a folder of segments, with what its metadata says.
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <string_view>
 
+#include "base/file.hpp"
+#include "base/outside_text.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
@@ -16,9 +17,11 @@ std::vector<std::string> axes_of_log(const std::string& path) {
   std::error_code error;
   const bool folder = std::filesystem::is_directory(path, error);
   for (const std::string& file : folder ? files_of(path, ".csv") : std::vector{path}) {
-    std::ifstream in(file);
-    for (std::string line; std::getline(in, line) && line.starts_with('#');) {
-      if (line.starts_with(kMark) && line.substr(kMark.size()) != "-") names.insert(line.substr(kMark.size()));
+    auto in = FileReader::open(file);
+    for (std::string line; in && in->read_line(line) && line.starts_with('#');) {
+      // A name that breaks the rule is an error when the log itself is read.
+      if (line.starts_with(kMark) && follows(TextRule::kAxisName, line.substr(kMark.size())))
+        names.insert(line.substr(kMark.size()));
     }
   }
   return {names.begin(), names.end()};

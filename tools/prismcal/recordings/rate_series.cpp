@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
+#include "base/outside_text.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "compensation/sample.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
@@ -94,17 +94,21 @@ struct Columns {
 };
 
 Result<Columns> read_columns(const std::string& path, const RateSeriesChoice& choice) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return refuse(path, "cannot be opened");
-  CsvLines lines(in, path);
+  auto opened = CsvLines::open(path);
+  if (!opened) return tl::unexpected(opened.error());
+  CsvLines& lines = *opened;
   Columns columns;
   if (!lines.next()) return refuse(path, "no row of numbers; expected a rate in every line");
+  for (const std::string& field : lines.fields()) {
+    if (auto good = check_text(TextRule::kText, field, lines.place()); !good) return tl::unexpected(good.error());
+  }
   auto layout = choose_columns(lines.fields(), choice, path);
   if (!layout) return tl::unexpected(layout.error());
   columns.layout = std::move(*layout);
   for (bool more = !columns.layout.named || lines.next(); more; more = lines.next()) {
     if (const auto done = columns.add(lines); !done) return tl::unexpected(done.error());
   }
+  if (auto good = lines.finish(); !good) return tl::unexpected(good.error());
   if (columns.rates.empty()) return refuse(path, "no row of numbers; expected a rate in every line");
   return columns;
 }

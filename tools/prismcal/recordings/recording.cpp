@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <sstream>
 
+#include "base/outside_text.hpp"
 #include "compensation/earth_rate.hpp"
 
 namespace prism::recordings {
@@ -41,6 +42,8 @@ void Recording::add_metadata(const std::string& lines) {
 }
 
 Result<Recording> read_recording(const std::string& path, const SourceOptions& options) {
+  // The name goes into models, reports and their files.
+  if (!is_printable(path)) return refuse(path, "has a name that is not printable UTF-8; rename it");
   if (!options.map.empty()) return read_mapped(path, options);
   return is_capture(path) ? read_capture(path, options) : read_log(path, options.axis);
 }

@@ -46,7 +46,7 @@ Result<std::string> of_configuration(const std::string& text, const std::string&
 }  // namespace
 
 std::optional<Finding> check_document(const std::string& path, bool named) {
-  const auto text = read_text_file(path);
+  const auto text = read_text_file(path, kMaxModelBytes);
   if (!text) return Finding{path, State::kRefused, text.error().what};
   const Json json = Json::parse(*text, nullptr, false, true);
   const Kind kind = kind_of(json);

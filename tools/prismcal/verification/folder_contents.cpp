@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <string_view>
 
+#include "base/file.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::verification {
@@ -17,11 +17,10 @@ namespace fs = std::filesystem;
 // The first words of a log, or as much of them as a power cut left.
 bool begins_a_log(const std::string& path) {
   constexpr std::string_view kFirstWords = "# prism ";
-  std::ifstream in(path, std::ios::binary);
+  auto in = FileReader::open(path);
   std::string first(kFirstWords.size(), '\0');
-  in.read(first.data(), static_cast<std::streamsize>(first.size()));
-  first.resize(static_cast<std::size_t>(in.gcount()));
-  return kFirstWords.starts_with(first);
+  first.resize(in ? in->read(first) : 0);
+  return in && kFirstWords.starts_with(first);
 }
 
 // By its name, too: one whose first bytes are damaged is a fault, not a file of another kind.

@@ -48,7 +48,7 @@ bool is_within(const fs::path& path, const fs::path& folder) {
 }  // namespace
 
 Result<void> copy_bytes(const std::string& path, const Copies& copies) {
-  const auto text = read_text_file(path);
+  const auto text = read_text_file(path, kMaxTableBytes);
   if (!text) return tl::unexpected<Error>(text.error());
   return write_text_file(copies.target(path), *text);
 }
