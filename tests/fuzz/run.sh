@@ -20,8 +20,9 @@ for fuzzer in build/fuzz/tests/fuzz/fuzz_*; do
   mkdir -p "$corpus"
   seeds=()
   case "$name" in
-    fuzz_model_text) seeds=(config/models) ;;
-    fuzz_frame_description) seeds=(config/frames) ;;
+    fuzz_model_text | fuzz_model_report) seeds=(config/models) ;;
+    fuzz_frame_description | fuzz_description_report) seeds=(config/frames) ;;
+    fuzz_log_header) seeds=(tests/fuzz/corpus/log) ;;
     fuzz_csv_row) seeds=(tests/replay/captures) ;;
     fuzz_config) seeds=(config/examples tests/fuzz/corpus/config) ;;
     fuzz_capture_reader) seeds=(tests/fuzz/corpus/capture) ;;
