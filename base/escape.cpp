@@ -64,6 +64,39 @@ std::string printable(std::string_view text) {
   return result;
 }
 
+// Outside of texts, JSON is ASCII and blank: what is not printable is within a text, where \uHHHH is the same
+// character.
+std::string printable_json(std::string_view json) {
+  std::string result;
+  result.reserve(json.size());
+  const auto unit = [&](char32_t code) {
+    fmt::format_to(std::back_inserter(result), "\\u{:04x}", static_cast<unsigned>(code));
+  };
+  each_character(
+      json,
+      [&](char32_t code, std::string_view bytes) {
+        if (is_printable_code(code) || code == '\n') {
+          result += bytes;
+        } else if (code < 0x10000) {
+          unit(code);
+        } else {  // a pair of surrogates
+          unit(0xd800 + ((code - 0x10000) >> 10));
+          unit(0xdc00 + ((code - 0x10000) & 0x3ff));
+        }
+      },
+      [&](unsigned char) { result += kReplacement; });
+  return result;
+}
+
+std::string printable_lines(std::string_view text) {
+  std::string result;
+  for (std::size_t end = text.find('\n'); end != text.npos; end = text.find('\n')) {
+    result += printable(text.substr(0, end)) + '\n';
+    text.remove_prefix(end + 1);
+  }
+  return result + printable(text);
+}
+
 std::string shortened(std::string_view text, std::size_t max) {
   if (text.size() <= max) return printable(text);
   while (max > 0 && (static_cast<unsigned char>(text[max]) & 0xc0) == 0x80) --max;  // not within a character

@@ -18,6 +18,13 @@ std::string printable(std::string_view text);
 /// The same, with at most `max` bytes of `text` ("..." marks the cut).
 std::string shortened(std::string_view text, std::size_t max = 60);
 
+/// JSON text for a terminal: the same value; characters in its texts that are not printable become \uHHHH. The line
+/// ends of an indented text stay.
+std::string printable_json(std::string_view json);
+
+/// Several lines for a terminal: printable(), but line ends stay.
+std::string printable_lines(std::string_view text);
+
 /// For HTML and SVG, as text and in quoted attributes: & < > " ' are entities; what is not printable becomes U+FFFD,
 /// but line ends and tabs, which are blanks there.
 std::string html_text(std::string_view text);

@@ -44,10 +44,10 @@ ssize_t read_some(int file, char* at, std::size_t size) {
 }
 
 /// Opens, writes and closes; false with the cause in errno.
-bool write_new(const std::string& path, std::string_view text) {
+bool write_new(const std::string& path, std::string_view text, std::optional<mode_t> mode) {
   const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, 0666);
   if (file < 0) return false;
-  const bool written = write_all(file, text) && ::fsync(file) == 0;
+  const bool written = write_all(file, text) && (!mode || ::fchmod(file, *mode) == 0) && ::fsync(file) == 0;
   const int error = errno;
   const bool closed = ::close(file) == 0;
   if (!written) errno = error;
@@ -155,15 +155,15 @@ Result<ReadableText> read_available(const std::string& path, std::uint64_t max_b
   return result;
 }
 
-Result<void> write_text_file(const std::string& path, std::string_view text) {
+Result<void> write_text_file(const std::string& path, std::string_view text, std::optional<mode_t> new_mode) {
   struct stat old {};
   if (path.find('\0') != path.npos) return refuse(path, "contains a NUL byte, expected the path of a file");
   const bool exists = ::lstat(path.c_str(), &old) == 0;
   if (exists && !S_ISREG(old.st_mode)) return wrong_type(path, old.st_mode);
   const std::string temporary = fmt::format("{}.{}.new", path, ::getpid());
   ::unlink(temporary.c_str());  // of a process that died
-  const bool done = write_new(temporary, text) && (!exists || ::chmod(temporary.c_str(), old.st_mode & 07777) == 0) &&
-                    std::rename(temporary.c_str(), path.c_str()) == 0;
+  if (exists) new_mode = old.st_mode & 07777;
+  const bool done = write_new(temporary, text, new_mode) && std::rename(temporary.c_str(), path.c_str()) == 0;
   if (done) return sync_directory(fs::path(path).parent_path()), Result<void>();
   const auto failed = system_error(path, "cannot be written");
   ::unlink(temporary.c_str());

@@ -2,6 +2,8 @@
 // Files opened as what they are expected to be: regular files, in bounded memory, never waiting for a pipe or a device.
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -78,9 +80,10 @@ struct ReadableText {
 Result<ReadableText> read_available(const std::string& path, std::uint64_t max_bytes);
 
 /// Writes a new file next to the target, waits for the disk (fsync), then renames it: after a crash or on a full disk
-/// the old file is intact. The mode of an existing file is kept. Errors: the target is a symbolic link or no regular
-/// file, or the disk's reason.
-Result<void> write_text_file(const std::string& path, std::string_view text);
+/// the old file is intact. The mode of an existing file is kept; a new one has `new_mode`, by default 0666 & ~umask.
+/// Errors: the target is a symbolic link or no regular file, or the disk's reason.
+Result<void> write_text_file(const std::string& path, std::string_view text,
+                             std::optional<mode_t> new_mode = std::nullopt);
 
 /// Writes all bytes to a descriptor that blocks. Returns false with the cause in errno.
 bool write_all(int descriptor, std::string_view bytes);

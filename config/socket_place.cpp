@@ -3,10 +3,14 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
 #include <utility>
+
+#include "base/escape.hpp"
+#include "base/outside_text.hpp"
 
 namespace prism::config {
 namespace {
@@ -39,6 +43,23 @@ std::string default_socket(const std::string& instance) {
   const bool system = ::geteuid() == 0 || is_set("LOGS_DIRECTORY") || own.empty();
   return (system ? std::string(kSystemFolder) : own) + "/" + instance + ".sock";
 }
+
+std::vector<std::string> sockets_in(const std::string& directory, std::vector<std::string>* invalid) {
+  std::vector<std::string> found;
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(directory, error), end; !error && at != end; at.increment(error)) {
+    if (at->path().extension() != ".sock") continue;
+    if (follows(TextRule::kName, instance_name(at->path().string()))) {
+      found.push_back(at->path().string());
+    } else if (invalid != nullptr) {
+      invalid->push_back(printable(at->path().string()));
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::string instance_name(const std::string& socket) { return std::filesystem::path(socket).stem().string(); }
 
 bool would_start(const std::string& socket) {
   const std::filesystem::path path = socket;

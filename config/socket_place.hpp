@@ -15,6 +15,13 @@ std::vector<std::string> socket_folders();
 /// service of systemd (which sets LOGS_DIRECTORY), and where the user has no folder.
 std::string default_socket(const std::string& instance);
 
+/// Sockets (NAME.sock) in a directory, sorted. Names that do not follow TextRule::kName are not listed: they are added
+/// to `invalid`, if given, as printable paths.
+std::vector<std::string> sockets_in(const std::string& directory, std::vector<std::string>* invalid = nullptr);
+
+/// Name of the instance of a socket: its file name without ".sock".
+std::string instance_name(const std::string& socket);
+
 /// Whether systemd listens at `socket` for an instance that does not run now: whoever connects would start it, also
 /// where somebody stopped it. From the folders that prismd@.socket and prismd@.service keep beside the socket.
 bool would_start(const std::string& socket);

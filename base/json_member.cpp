@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "base/json_member.hpp"
+
+#include <cstddef>
+
+namespace prism {
+namespace {
+
+constexpr int kMaxLineDepth = 64;
+
+/// Brackets outside of texts. An invalid text is left to the parser.
+bool nests_too_deep(std::string_view text) {
+  int depth = 0;
+  bool in_text = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (in_text && c == '\\') {
+      ++i;
+    } else if (c == '"') {
+      in_text = !in_text;
+    } else if (!in_text && (c == '{' || c == '[')) {
+      if (++depth > kMaxLineDepth) return true;
+    } else if (!in_text && (c == '}' || c == ']')) {
+      --depth;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+std::optional<nlohmann::json> parse_json_line(std::string_view line) {
+  if (nests_too_deep(line)) return std::nullopt;
+  nlohmann::json value = nlohmann::json::parse(line, nullptr, false);
+  if (value.is_discarded()) return std::nullopt;
+  return value;
+}
+
+}  // namespace prism

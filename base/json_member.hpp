@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// Members of JSON from outside, read without an exception whatever their type is.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace prism {
+
+/// A member; null if it is absent or `object` is no object.
+inline const nlohmann::json& member(const nlohmann::json& object, std::string_view key) {
+  static const nlohmann::json kNull;
+  if (!object.is_object()) return kNull;
+  const auto found = object.find(key);
+  return found == object.end() ? kNull : *found;
+}
+
+/// A text member; `otherwise` if it is absent or no text.
+inline std::string text_member(const nlohmann::json& object, std::string_view key, std::string otherwise = "") {
+  const nlohmann::json& value = member(object, key);
+  return value.is_string() ? value.get<std::string>() : std::move(otherwise);
+}
+
+/// A number member; `otherwise` if it is absent or no number.
+inline double number_member(const nlohmann::json& object, std::string_view key, double otherwise = 0) {
+  const nlohmann::json& value = member(object, key);
+  return value.is_number() ? value.get<double>() : otherwise;
+}
+
+/// A count member; 0 if it is absent or no integer of 0 or more.
+inline std::uint64_t count_member(const nlohmann::json& object, std::string_view key) {
+  const nlohmann::json& value = member(object, key);
+  return value.is_number_unsigned() ? value.get<std::uint64_t>() : 0;
+}
+
+/// True only if the member is true.
+inline bool flag_member(const nlohmann::json& object, std::string_view key) {
+  const nlohmann::json& value = member(object, key);
+  return value.is_boolean() && value.get<bool>();
+}
+
+/// JSON text of a socket, nested at most 64 levels: deeper values would exhaust the stack when they are copied or
+/// written. Returns nullopt if the text is no such JSON.
+std::optional<nlohmann::json> parse_json_line(std::string_view line);
+
+}  // namespace prism
