@@ -2,20 +2,24 @@
 #include "tools/metrics/exposition.hpp"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 
 namespace prism::metrics {
 namespace {
 
+constexpr std::size_t kMaxLabelBytes = 256;
+
+// Prometheus' own escapes. Other control characters have none: readers of the text differ in what they accept.
 std::string escaped(std::string_view text, bool label) {
   std::string result;
-  for (const char c : text) {
+  for (const char c : valid_utf8(text)) {
     if (c == '\\') {
       result += "\\\\";
     } else if (c == '\n') {
@@ -23,10 +27,23 @@ std::string escaped(std::string_view text, bool label) {
     } else if (c == '"' && label) {
       result += "\\\"";
     } else {
-      result += c;
+      result += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
     }
   }
   return result;
+}
+
+std::string label_value(std::string_view text) {
+  std::size_t size = std::min(text.size(), kMaxLabelBytes);
+  while (size > 0 && size < text.size() && (static_cast<unsigned char>(text[size]) & 0xc0) == 0x80) --size;
+  return escaped(text.substr(0, size), true);
+}
+
+std::string labels_text(const Labels& labels) {
+  std::string text;
+  for (const auto& [name, value] : labels)
+    fmt::format_to(std::back_inserter(text), "{}{}=\"{}\"", text.empty() ? "{" : ",", name, label_value(value));
+  return text.empty() ? text : text + "}";
 }
 
 // Counts as they are, everything else with the digits that tell it from its neighbours.
@@ -40,12 +57,8 @@ std::string number(double value) {
 void Exposition::add(const Family& family, const Labels& labels, double value) {
   if (!std::isfinite(value)) return;
   Samples& own = families_.try_emplace(family.name, Samples{family.type, family.help, ""}).first->second;
-  own.lines += family.name;
-  for (std::size_t i = 0; i < labels.size(); ++i)
-    fmt::format_to(std::back_inserter(own.lines), "{}{}=\"{}\"", i == 0 ? "{" : ",", labels[i].first,
-                   escaped(labels[i].second, true));
-  if (!labels.empty()) own.lines += '}';
-  own.lines += " " + number(value) + "\n";
+  const auto [series, is_new] = own.series.insert(labels_text(labels));
+  if (is_new) own.lines += fmt::format("{}{} {}\n", family.name, *series, number(value));
 }
 
 std::string Exposition::text() const {
@@ -57,9 +70,7 @@ std::string Exposition::text() const {
 }
 
 Result<void> write_exposition(const std::string& path, std::string_view text) {
-  if (auto written = write_text_file(path, text); !written) return written;
-  ::chmod(path.c_str(), 0644);
-  return {};
+  return write_text_file(path, text, 0644);  // node_exporter is another user
 }
 
 }  // namespace prism::metrics

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -27,7 +28,9 @@ using Labels = std::vector<std::pair<std::string, std::string>>;
 /// Gathers samples in any order; all of a family stand together in the text, families in the order of their names.
 class Exposition {
  public:
-  /// A value that is not finite is not known, and is left out.
+  /// A value that is not finite is not known, and is left out. Any text can be the value of a label: bytes that are not
+  /// UTF-8 and control characters are replaced, 256 bytes are kept. A series that is there already is left out: one
+  /// that is there twice would void the scrape of all.
   void add(const Family& family, const Labels& labels, double value);
   std::string text() const;
 
@@ -35,12 +38,13 @@ class Exposition {
   struct Samples {
     Type type;
     std::string help, lines;
+    std::set<std::string> series = {};
   };
   std::map<std::string, Samples> families_;
 };
 
-/// For node_exporter's textfile folder: a scrape sees the old text or the new one. Readable by everybody; what is
-/// written on the way does not end in .prom.
+/// For node_exporter's textfile directory: a scrape sees the old text or the new one. A new file has mode 0644, an
+/// existing one keeps its mode; the temporary file does not end in .prom. Errors: as write_text_file().
 Result<void> write_exposition(const std::string& path, std::string_view text);
 
 }  // namespace prism::metrics

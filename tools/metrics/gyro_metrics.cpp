@@ -6,6 +6,9 @@
 #include <cctype>
 #include <limits>
 
+#include "base/json_member.hpp"
+#include "base/outside_text.hpp"
+
 namespace prism::metrics {
 namespace {
 
@@ -68,12 +71,7 @@ constexpr std::array kSensors = {
     SensorUnit{"g", {"prism_sensor_g", Type::kGauge, "A sensor of the device or of an instrument."}},
 };
 
-const json& at(const json& object, const char* key) {
-  static const json nothing;
-  if (!object.is_object()) return nothing;
-  const auto found = object.find(key);
-  return found == object.end() ? nothing : *found;
-}
+const json& at(const json& object, const char* key) { return member(object, key); }
 
 double value_of(const json& value) {
   if (value.is_boolean()) return value.get<bool>() ? 1 : 0;
@@ -203,7 +201,9 @@ void add_gyro(Exposition& exposition, const std::string& name, const GyroAnswers
     const std::string axis = text_of(at(status, "axis"));
     return add_axis(gyro.of_axis(axis.empty() ? "z" : axis), status, answers.stability);
   }
-  for (const auto& [axis, own] : axes.items()) add_axis(gyro.of_axis(axis), own, at(answers.stability, axis.c_str()));
+  for (const auto& [axis, own] : axes.items()) {
+    if (follows(TextRule::kAxisName, axis)) add_axis(gyro.of_axis(axis), own, member(answers.stability, axis));
+  }
 }
 
 void add_time(Exposition& exposition, double time_s) { exposition.add(kMade, {}, time_s); }

@@ -5,10 +5,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <utf8.h>
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
 
+#include "tests/support/hostile_texts.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/metrics/gyro_metrics.hpp"
@@ -101,6 +106,72 @@ TEST(GyroMetrics, EachAxisHasItsOwn) {
   EXPECT_THAT(text, HasSubstr("prism_rate_degrees_per_hour{gyro=\"gyro1\",axis=\"y\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("prism_stability_degrees_per_hour{gyro=\"gyro1\",axis=\"y\",of=\"raw\"} 0.02\n"));
   EXPECT_THAT(text, Not(HasSubstr("axis=\"x\",of")));
+}
+
+/// The name and labels of a sample line; empty if the line is none of Prometheus' text format.
+std::string series_of(const std::string& line) {
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (quoted && line[i] == '\\') {
+      if (++i == line.size() || std::string("\\n\"").find(line[i]) == std::string::npos) return "";
+    } else if (line[i] == '"') {
+      quoted = !quoted;
+    } else if (!quoted && line[i] == ' ') {
+      return line.find(' ', i + 1) == std::string::npos ? line.substr(0, i) : "";
+    }
+  }
+  return "";
+}
+
+// One line that Prometheus does not accept, or one series twice, voids the scrape of all gyros.
+TEST(GyroMetrics, EveryTextLeavesTheScrapeValid) {
+  for (const std::string& text : test::hostile_texts()) {
+    SCOPED_TRACE(text.substr(0, 40));
+    json status = status_of(text);
+    for (const char* key : {"version", "frames", "gyro_serial", "state"}) status[key] = text;
+    status["model"] = {{"kind", text}, {"name", text}, {"id", text}};
+    status["axes"] = {{"x", status}, {text, status}, {text + "\xff", status}, {text + "\xfe", status}};
+    status["log"]["followers"] = {{text, {{"lost_rows", 1}}}};
+    status["sensors"] = {{text, {{"value", 1}, {"unit", "V"}}}, {"s", {{"value", 1}, {"unit", text}}}};
+    status["sensor_lines"] = {{text, {{"state", text}}}};
+    Exposition out;
+    add_gyro(out, text, {status, {}, {}});
+    add_gyro(out, "good", {status_of("good"), {}, {}});
+    std::set<std::string> series;
+    std::istringstream lines(out.text());
+    for (std::string line; std::getline(lines, line);) {
+      ASSERT_TRUE(utf8::is_valid(line));
+      ASSERT_EQ(line.find('\0'), std::string::npos);
+      ASSERT_EQ(line.find('\r'), std::string::npos);
+      ASSERT_LT(line.size(), 4000u);
+      if (line.starts_with("# HELP prism_") || line.starts_with("# TYPE prism_")) continue;
+      const std::string own = series_of(line);
+      ASSERT_TRUE(own.starts_with("prism_")) << line;
+      ASSERT_TRUE(series.insert(own).second) << line;
+    }
+    EXPECT_EQ(series.count("prism_up{gyro=\"good\"}"), 1u);
+  }
+}
+
+TEST(Exposition, WritesRegularFilesAlone) {
+  const test::TemporaryFolder folder;
+  const std::string target = folder.file("target"), link = folder.file("link.prom");
+  std::ofstream(target) << "old";
+  std::filesystem::permissions(target, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  std::filesystem::create_symlink(target, link);
+  EXPECT_FALSE(write_exposition(link, "x"));
+  EXPECT_EQ(test::read_file(target), "old");
+  ASSERT_TRUE(write_exposition(target, "new"));
+  const auto mode = [](const std::string& path) {
+    struct stat facts {};
+    EXPECT_EQ(::stat(path.c_str(), &facts), 0);
+    return facts.st_mode & 0777;
+  };
+  EXPECT_EQ(mode(target), 0600u) << "an existing file keeps its mode";
+  const mode_t before = ::umask(077);
+  ASSERT_TRUE(write_exposition(folder.file("new.prom"), "new"));
+  ::umask(before);
+  EXPECT_EQ(mode(folder.file("new.prom")), 0644u);
 }
 
 }  // namespace
