@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "base/escape.hpp"
 #include "base/plain_text.hpp"
 
 namespace prism::tools {
@@ -72,6 +73,14 @@ CLI::Validator positive() {
 }
 
 CLI::Validator not_negative() { return within(0, std::numeric_limits<double>::max(), "of 0 or more"); }
+
+CLI::Validator following(TextRule rule) {
+  const auto check = [rule](std::string& word) {
+    if (follows(rule, word)) return std::string();
+    return fmt::format("found \"{}\", expected {}", shortened(word), rule_text(rule));
+  };
+  return CLI::Validator(check, "");
+}
 
 void speak_to_people(CLI::App& app) { app.formatter(std::make_shared<HelpText>()); }
 

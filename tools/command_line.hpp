@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "base/outside_text.hpp"
+
 namespace prism::tools {
 
 /// Refuses what is no number from `least` to `most`, "nan" too, which CLI::Range and CLI::PositiveNumber let through.
@@ -15,6 +17,9 @@ CLI::Validator within(double least, double most, const std::string& expected);
 CLI::Validator within(double least, double most);
 CLI::Validator positive();
 CLI::Validator not_negative();
+
+/// Accepts what follows the rule for names and texts.
+CLI::Validator following(TextRule rule);
 
 /// Gives `app` and its later subcommands a help with one word for the value beside the option's name, and bounds and
 /// default in words behind the description. The words of a choice stand in the description, written by hand.

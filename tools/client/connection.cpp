@@ -12,18 +12,19 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <utility>
 
+#include "base/escape.hpp"
+#include "base/json_member.hpp"
 #include "base/plain_text.hpp"
 #include "config/socket_place.hpp"
 
 namespace prism::client {
 namespace {
 
-namespace fs = std::filesystem;
 constexpr int kAnswerTimeoutMs = 10'000;
 constexpr int kConnectTimeoutS = 2;
+constexpr std::size_t kMaxAnswerBytes = 64 << 20;
 
 int connect_to(const std::string& path) {
   sockaddr_un address{};
@@ -52,22 +53,18 @@ std::string unknown_name(const std::string& name, const std::vector<std::string>
 
 }  // namespace
 
-std::vector<std::string> listed_sockets() {
+std::vector<std::string> listed_sockets(std::vector<std::string>* invalid) {
   std::vector<std::string> found;
   for (const std::string& folder : config::socket_folders()) {
-    std::error_code error;
-    const std::size_t before = found.size();
-    for (const auto& entry : fs::directory_iterator(folder, error)) {
-      if (entry.path().extension() == ".sock") found.push_back(entry.path().string());
-    }
-    std::sort(found.begin() + static_cast<std::ptrdiff_t>(before), found.end());
+    const std::vector<std::string> sockets = config::sockets_in(folder, invalid);
+    found.insert(found.end(), sockets.begin(), sockets.end());
   }
   return found;
 }
 
-std::vector<std::string> running_sockets() {
+std::vector<std::string> running_sockets(std::vector<std::string>* invalid) {
   std::vector<std::string> found;
-  for (const std::string& path : listed_sockets()) {
+  for (const std::string& path : listed_sockets(invalid)) {
     if (config::would_start(path)) {
       found.push_back(path);
       continue;
@@ -88,7 +85,7 @@ Result<std::string> find_socket(const std::string& socket, const std::string& na
   const std::vector<std::string> running = running_sockets();
   std::vector<std::string> matching, names;
   for (const std::string& path : running) {
-    names.push_back(fs::path(path).stem().string());
+    names.push_back(config::instance_name(path));
     if (name.empty() || names.back() == name) matching.push_back(path);
   }
   if (matching.size() == 1) return matching[0];
@@ -116,7 +113,7 @@ Connection::~Connection() {
 Result<int> Connection::send(const std::string& method, const nlohmann::json& params) {
   nlohmann::json request = {{"jsonrpc", "2.0"}, {"id", ++last_id_}, {"method", method}};
   if (!params.is_null()) request["params"] = params;
-  const std::string line = request.dump() + "\n";
+  const std::string line = json_text(request) + "\n";
   for (std::size_t sent = 0; sent < line.size();) {
     const ssize_t now = ::send(fd_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
     if (now < 0 && errno == EINTR) continue;
@@ -134,9 +131,9 @@ Result<nlohmann::json> Connection::ask(const std::string& method, const nlohmann
     if (!answer) return tl::unexpected<Error>(answer.error());
     if (!*answer) return refuse(path_, fmt::format("no answer to {} within {} s", method, kAnswerTimeoutMs / 1000));
     const nlohmann::json& message = **answer;
-    if (message.value("id", nlohmann::json()) != *id) continue;
-    if (message.contains("error")) return refuse("prismd", message["error"].value("message", "refused"));
-    return message["result"];
+    if (member(message, "id") != *id) continue;
+    if (message.contains("error")) return refuse("prismd", text_member(message["error"], "message", "refused"));
+    return member(message, "result");
   }
 }
 
@@ -145,10 +142,13 @@ Result<std::optional<nlohmann::json>> Connection::next(int timeout_ms) {
     if (const std::size_t end = pending_.find('\n'); end != std::string::npos) {
       const std::string line = pending_.substr(0, end);
       pending_.erase(0, end + 1);
-      nlohmann::json message = nlohmann::json::parse(line, nullptr, false);
-      if (message.is_discarded()) return refuse(path_, "sent a line that is no JSON; is this prismd's socket?");
+      auto message = parse_json_line(line);
+      if (!message) return refuse(path_, "sent a line that is no JSON; is this prismd's socket?");
       return message;
     }
+    if (pending_.size() > kMaxAnswerBytes)
+      return refuse(path_,
+                    fmt::format("sent a line longer than {} MiB; is this prismd's socket?", kMaxAnswerBytes >> 20));
     pollfd wait{fd_, POLLIN, 0};
     const int ready = ::poll(&wait, 1, timeout_ms);
     if (ready == 0 || (ready < 0 && errno == EINTR)) return std::optional<nlohmann::json>();

@@ -11,12 +11,13 @@
 
 namespace prism::client {
 
-/// Sockets in config::socket_folders(), in the order of the folders, whether somebody answers there or not.
-std::vector<std::string> listed_sockets();
+/// Sockets in config::socket_folders(), in the order of the folders, whether somebody answers there or not. Invalid
+/// names are added to `invalid`, if given (config::sockets_in).
+std::vector<std::string> listed_sockets(std::vector<std::string>* invalid = nullptr);
 
 /// Sockets of daemons in config::socket_folders(): those that answer, and those at which systemd starts one for who
 /// connects (none is started here).
-std::vector<std::string> running_sockets();
+std::vector<std::string> running_sockets(std::vector<std::string>* invalid = nullptr);
 
 /// The socket to talk to: `socket` where given, else $PRISM_SOCKET, else that of instance `name`, else the only one
 /// running. Refused with the names to choose from where there are several.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "base/escape.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
@@ -43,14 +44,13 @@ const std::vector<Row>& rows() {
       {"UHFO", [](const json&, const json& w) { return value_text(either(w, "mean_uhfo_v", "uhfo_v"), 4, " V"); }},
       {"model", [](const json& a, const json&) {
          const json& model = at(a, "model");
-         return model.is_object() ? text_of(at(model, "name"), "unnamed") : text_of(model, "none").substr(0, 12);
+         return model.is_object() ? text_of(at(model, "name"), "unnamed") : first_bytes(text_of(model, "none"), 12);
        }}};
   return kRows;
 }
 
 std::string cell(const std::string& text, std::size_t width) {
-  const std::string kept = text.size() < width ? text : text.substr(0, width - 2) + ">";
-  return fmt::format("{:>{}}", kept, width);
+  return fmt::format("{:>{}}", text.size() < width ? text : first_bytes(text, width - 2) + ">", width);
 }
 
 }  // namespace
@@ -68,7 +68,7 @@ std::vector<std::string> axes_of(const json& answer) {
 std::string axes_table(const json& axes, const char* window) {
   const std::size_t width = std::min(kWidest, (kColumns - kLabel) / std::max<std::size_t>(axes.size(), 1));
   std::string text = fmt::format("{:<{}}", "", kLabel);
-  for (const auto& [name, axis] : axes.items()) text += cell(name, width);
+  for (const auto& [name, axis] : axes.items()) text += cell(printable(name), width);
   text += '\n';
   for (const Row& row : rows()) {
     text += fmt::format("{:<{}}", row.label, kLabel);
@@ -86,7 +86,7 @@ std::string each_axis(const json& answer, const std::function<std::string(const 
   if (names.empty()) return view(answer);
   std::string text;
   for (const std::string& name : names)
-    text += (text.empty() ? "" : "\n") + fmt::format("axis {}\n", name) + view(answer[name]);
+    text += (text.empty() ? "" : "\n") + fmt::format("axis {}\n", printable(name)) + view(answer[name]);
   return text;
 }
 

@@ -14,6 +14,7 @@
 #include "tools/command_line.hpp"
 #include "tools/prismctl/axes_view.hpp"
 #include "tools/prismctl/metrics.hpp"
+#include "tools/prismctl/output.hpp"
 #include "tools/prismctl/rows.hpp"
 #include "tools/prismctl/text_view.hpp"
 #include "tools/prismctl/watch.hpp"
@@ -44,7 +45,7 @@ std::optional<Error> axis_fault(const nlohmann::json& status, const std::string&
 
 // Of a status for several axes, as if the one were alone.
 nlohmann::json status_of_axis(nlohmann::json status, const std::string& axis) {
-  const nlohmann::json own = at(at(status, "axes"), axis.c_str());
+  const nlohmann::json own = at(at(status, "axes"), axis);
   if (!own.is_object()) return status;
   status.erase("axes");
   status["axis"] = axis;
@@ -68,7 +69,11 @@ int ask(const Choice& choice, const std::string& method, nlohmann::json params,
     if (const auto wrong = axis_fault(*answer, choice.axis)) return fail(*wrong);
     *answer = status_of_axis(*answer, choice.axis);
   }
-  fmt::print("{}", choice.json ? answer->dump(2) + "\n" : view(*answer));
+  if (choice.json) {
+    print_json(*answer, 2);
+  } else {
+    print_text(view(*answer));
+  }
   return kDone;
 }
 
@@ -88,8 +93,9 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", std::string("prismctl ") + kVersion);
   app.add_option("-s,--socket", choice.socket,
                  "path of the daemon's socket (default: $PRISM_SOCKET, or the only one running)");
-  app.add_option("-n,--name", choice.name, "instance, where several run");
-  app.add_option("--axis", choice.axis, "of a device of several axes: the one that is meant");
+  app.add_option("-n,--name", choice.name, "instance, where several run")->check(tools::following(TextRule::kName));
+  app.add_option("--axis", choice.axis, "of a device of several axes: the one that is meant")
+      ->check(tools::following(TextRule::kAxisName));
   app.add_flag("--json", choice.json, "print JSON, for programs");
   app.require_subcommand(1);
   app.fallthrough();
@@ -108,7 +114,8 @@ int run(int argc, char** argv) {
   question("line", "health of the serial line: frames, refusals, clock, hardware errors", line_view);
   question("model", "the model in use and where it is from",
            [](const nlohmann::json& m) { return each_axis(m, model_view); });
-  question("config", "the configuration in force", [](const nlohmann::json& c) { return c.dump(2) + "\n"; });
+  question("config", "the configuration in force",
+           [](const nlohmann::json& c) { return printable_json(json_text(c, 2)) + "\n"; });
 
   int count = 20, seconds = 60;
   auto* events = app.add_subcommand("events", "what happened, the newest last");
@@ -130,8 +137,11 @@ int run(int argc, char** argv) {
   auto* log =
       app.add_subcommand("rows", "the log's rows from any place of it, as CSV or with --json; on and on with --follow");
   log->add_option("--after", wanted.after,
-                  "a cursor that rows gave, earliest or latest (default: earliest, or where --as is)");
-  log->add_option("--as", wanted.follower, "a name that prismd remembers the place by, of this user")->type_name("WHO");
+                  "a cursor that rows gave, earliest or latest (default: earliest, or where --as is)")
+      ->check(tools::following(TextRule::kText));
+  log->add_option("--as", wanted.follower, "a name that prismd remembers the place by, of this user")
+      ->type_name("WHO")
+      ->check(tools::following(TextRule::kName));
   log->add_option("--cursor", wanted.cursor_file,
                   "file that keeps the cursor: the next call goes on where this one ended");
   log->add_option("--limit", wanted.limit, "end after so many rows")->check(CLI::PositiveNumber);
@@ -153,13 +163,15 @@ int run(int argc, char** argv) {
   auto* reload = app.add_subcommand("reload", "read the configuration and the models again");
   tools::add_examples(*reload, {"prismctl reload"});
   reload->callback([&] {
-    code = ask(choice, "reload", nullptr, [](const nlohmann::json& r) { return r.value("reloaded", "") + "\n"; });
+    code =
+        ask(choice, "reload", nullptr, [](const nlohmann::json& r) { return text_of(at(r, "reloaded"), "") + "\n"; });
   });
   auto* version = app.add_subcommand("version", "of prismctl and of the daemon");
   tools::add_examples(*version, {"prismctl version"});
   version->callback([&] {
     code = ask(choice, "version", nullptr, [](const nlohmann::json& v) {
-      return fmt::format("prismctl {}, {} {}\n", kVersion, v.value("name", "prismd"), v.value("version", "?"));
+      return fmt::format("prismctl {}, {} {}\n", kVersion, text_of(at(v, "name"), "prismd"),
+                         text_of(at(v, "version"), "?"));
     });
   });
 
@@ -181,7 +193,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     const std::string unknown = tools::unknown_command(app, argc, argv);
-    fmt::print(stderr, "prismctl: {} (see prismctl --help)\n", unknown.empty() ? error.what() : unknown);
+    fmt::print(stderr, "prismctl: {} (see prismctl --help)\n", printable(unknown.empty() ? error.what() : unknown));
     return kUsage;
   }
   return code;

@@ -5,9 +5,9 @@
 
 #include <chrono>
 #include <cstdlib>
-#include <filesystem>
 #include <vector>
 
+#include "base/outside_text.hpp"
 #include "config/socket_place.hpp"
 #include "tools/client/connection.hpp"
 #include "tools/metrics/exposition.hpp"
@@ -41,15 +41,17 @@ int metrics(const std::string& socket, const std::string& name, const std::strin
   const char* const environment = std::getenv("PRISM_SOCKET");
   const bool named = !socket.empty() || !name.empty() || (environment != nullptr && *environment != '\0');
   if (!named) {
-    sockets = client::running_sockets();
+    std::vector<std::string> invalid;
+    sockets = client::running_sockets(&invalid);
+    for (const std::string& path : invalid)
+      fmt::print(stderr, "prismctl: {}: the name is skipped, expected {}\n", path, rule_text(TextRule::kName));
   } else {
     const auto found = client::find_socket(socket, name);
     if (!found) return fail(found.error());
     sockets = {*found};
   }
   metrics::Exposition exposition;
-  for (const std::string& path : sockets)
-    metrics::add_gyro(exposition, std::filesystem::path(path).stem().string(), answers_of(path));
+  for (const std::string& path : sockets) metrics::add_gyro(exposition, config::instance_name(path), answers_of(path));
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   metrics::add_time(exposition, std::chrono::duration<double>(now).count());
   if (file.empty()) {

@@ -14,7 +14,9 @@
 #include <vector>
 
 #include "base/file.hpp"
+#include "base/outside_text.hpp"
 #include "tools/client/connection.hpp"
+#include "tools/prismctl/output.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
@@ -49,11 +51,11 @@ class Printer {
 
   void page(const json& page) {
     for (const json& segment : at(page, "segments")) {
-      const std::string columns = text_of(at(segment, "columns"), "");
-      if (!json_ && columns != columns_) fmt::print("{}\n", columns);
+      const std::string columns = text_member(segment, "columns");
+      if (!json_ && columns != columns_) print_log_line(columns);
       columns_ = columns;
-      std::uint64_t row = at(segment, "first").get<std::uint64_t>();
-      for (const json& line : at(segment, "rows")) put(segment, row++, line.get<std::string>());
+      std::uint64_t row = count_member(segment, "first");
+      for (const json& line : at(segment, "rows")) put(segment, row++, line.is_string() ? line.get<std::string>() : "");
     }
     std::fflush(stdout);
   }
@@ -62,11 +64,11 @@ class Printer {
  private:
   void put(const json& segment, std::uint64_t row, const std::string& line) {
     ++rows_;
-    if (!json_) return fmt::print("{}\n", line);
+    if (!json_) return print_log_line(line);
     ordered_json object = {{"segment", at(segment, "segment")}, {"row", row}};
     const std::vector<std::string> names = fields_of(columns_), fields = fields_of(line);
     for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i) object[names[i]] = value_of(fields[i]);
-    fmt::print("{}\n", object.dump(-1, ' ', false, json::error_handler_t::replace));
+    print_json(object);
   }
 
   bool json_;
@@ -111,8 +113,9 @@ class Follower {
     const auto kept = read_text_file(settings_.cursor_file);
     if (!kept && errno == ENOENT) return {};
     if (!kept) return tl::unexpected<Error>(kept.error());
-    if (const std::string cursor = kept->substr(0, kept->find('\n')); !cursor.empty()) cursor_ = cursor;
-    return {};
+    const std::string cursor = kept->substr(0, kept->find('\n'));
+    if (!cursor.empty()) cursor_ = cursor;
+    return check_text(TextRule::kText, cursor, settings_.cursor_file);
   }
 
   // One page; false where the end is reached.
@@ -138,7 +141,11 @@ class Follower {
       fmt::print(stderr, "prismctl: {} rows are missing here: they were deleted before they were fetched\n",
                  missing.dump());
     printer_.page(*answer);
-    cursor_ = text_of(at(*answer, "after"), cursor_);
+    cursor_ = text_member(*answer, "after", cursor_);
+    if (const auto valid = check_text(TextRule::kText, cursor_, "prismd: after"); !valid) {
+      refused_ = true;
+      return tl::unexpected<Error>(valid.error());
+    }
     if (!settings_.cursor_file.empty()) {
       if (auto kept = write_text_file(settings_.cursor_file, cursor_ + "\n"); !kept) {
         refused_ = true;

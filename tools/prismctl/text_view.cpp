@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "base/escape.hpp"
 #include "base/text_number.hpp"
 #include "tools/prismctl/axes_view.hpp"
 #include "tools/prismctl/words.hpp"
@@ -14,14 +15,12 @@ using nlohmann::json;
 
 std::string line(const char* label, const std::string& value) { return fmt::format("{:<12} {}\n", label, value); }
 
-std::string utc(const json& seconds) {
-  return seconds.is_number() ? utc_text(static_cast<std::int64_t>(seconds.get<double>())) : "-";
-}
+std::string utc(const json& seconds) { return seconds.is_number() ? utc_text(integer_of(seconds)) : "-"; }
 
 std::string model_name(const json& model) {
   if (!model.is_object()) return "none";
-  return fmt::format("{} ({}), id {:.12}", text_of(at(model, "name"), "unnamed"), text_of(at(model, "kind")),
-                     text_of(at(model, "id")));
+  return fmt::format("{} ({}), id {}", text_of(at(model, "name"), "unnamed"), text_of(at(model, "kind")),
+                     first_bytes(text_of(at(model, "id")), 12));
 }
 
 // The second's mean and the window's, never one frame: a frame of an angle of pulses says 0 or one pulse.
@@ -55,7 +54,7 @@ std::string sensors_text(const json& sensors) {
   std::string text, row;
   for (const auto& [name, sensor] : sensors.items()) {
     const std::string one =
-        name + " " + value_text(at(sensor, "value"), 3, (" " + text_of(at(sensor, "unit"))).c_str());
+        printable(name) + " " + value_text(at(sensor, "value"), 3, (" " + text_of(at(sensor, "unit"))).c_str());
     if (!row.empty() && row.size() + 2 + one.size() > kWidth) {
       text += line(text.empty() ? "sensors" : "", row + ",");
       row.clear();
@@ -91,7 +90,7 @@ std::string status_view(const json& s) {
                                    count_text(at(at(s, "timing"), "missing_frames")), count_text(at(l, "resyncs")),
                                    count_text(at(l, "skipped_bytes"))));
   for (const auto& [name, own] : at(s, "sensor_lines").items()) {
-    text += line(name.c_str(), line_state(own));
+    text += line(printable(name).c_str(), line_state(own));
     text += line("", fmt::format("{}, frames {}", text_of(at(own, "device")), text_of(at(own, "frames"))));
   }
   text += sensors_text(at(s, "sensors"));
@@ -121,16 +120,14 @@ std::string bias_view(const json& b) {
   text += line("inputs",
                fmt::format("T {}, dT/dt {}, U {}", value_text(at(b, "temperature_degc"), 3, " degC"),
                            value_text(at(b, "slope_degc_per_s"), 6, " degC/s"), value_text(at(b, "uhfo_v"), 4, " V")));
-  return text + line("model", text_of(at(b, "model"), "none").substr(0, 12));
+  return text + line("model", first_bytes(text_of(at(b, "model"), "none"), 12));
 }
 
 std::string stability_view(const json& s) {
   const json& raw = at(s, "raw");
   const json& corrected = at(s, "corrected");
-  const auto count = [](const json& series) {
-    return at(series, "blocks").is_number() ? at(series, "blocks").get<std::int64_t>() : 0;
-  };
-  std::string text = fmt::format("Bias stability: 1 sigma of {} s means, divisor {}\n", at(s, "block_s").dump(),
+  const auto count = [](const json& series) { return integer_of(at(series, "blocks")); };
+  std::string text = fmt::format("Bias stability: 1 sigma of {} s means, divisor {}\n", count_text(at(s, "block_s")),
                                  text_of(at(s, "divisor")));
   text += line("raw", fmt::format("{} over {} blocks", value_text(at(raw, "sd_deg_per_h"), 5, " deg/h"), count(raw)));
   text += line("corrected", value_text(at(corrected, "sd_deg_per_h"), 5, " deg/h"));
@@ -176,11 +173,11 @@ std::string line_view(const json& l) {
   text += line("counter", fmt::format("{} frames missing{}, {} duplicates, {} resets", n(at(t, "missing_frames")),
                                       by_arrival(t), n(at(t, "duplicates")), n(at(t, "resets"))));
   const bool estimated = at(t, "period_is_estimated") == true;
-  text += line("period", fmt::format("{:.6f} ms ({}), nominal {:.6f} ms", 1e3 * t.value("period_s", 0.0),
-                                     estimated ? "estimated" : "nominal", 1e3 * l.value("nominal_period_s", 0.0)));
+  text += line("period", fmt::format("{:.6f} ms ({}), nominal {:.6f} ms", 1e3 * number_member(t, "period_s"),
+                                     estimated ? "estimated" : "nominal", 1e3 * number_member(l, "nominal_period_s")));
   text += line("hardware", hardware_text(at(l, "hardware")));
   for (const auto& [name, own] : at(l, "sensor_lines").items()) {
-    text += '\n' + line("line", name) +
+    text += '\n' + line("line", printable(name)) +
             line("device", fmt::format("{} at {} baud", text_of(at(own, "device")), n(at(own, "baud")))) +
             line("state", line_state(own));
     for (const json& note : at(own, "notes")) text += line("note", text_of(note));
@@ -189,28 +186,40 @@ std::string line_view(const json& l) {
   return text;
 }
 
+// "T 10..40, dTdt -0.01..0.01": each input with the range of the training data.
+std::string inputs_text(const json& model) {
+  const json& inputs = at(model, "inputs");
+  const json& domain = at(model, "domain");
+  const auto limit = [&](const char* key, std::size_t i) {
+    const json& limits = at(domain, key);
+    return limits.is_array() && i < limits.size() && limits[i].is_number()
+               ? fmt::format("{:g}", limits[i].get<double>())
+               : std::string();
+  };
+  std::string text;
+  for (std::size_t i = 0; inputs.is_array() && i < inputs.size(); ++i) {
+    text += (i ? ", " : "") + text_of(inputs[i]);
+    if (const std::string min = limit("min", i); !min.empty()) text += fmt::format(" {}..{}", min, limit("max", i));
+  }
+  return text;
+}
+
 std::string model_view(const json& m) {
   if (!m.is_object()) return "no model is loaded: nothing is corrected\n";
-  std::string inputs;
-  const json& min = at(at(m, "domain"), "min");
-  for (std::size_t i = 0; i < at(m, "inputs").size(); ++i) {
-    inputs += (i ? ", " : "") + m["inputs"][i].get<std::string>();
-    if (i < min.size()) inputs += fmt::format(" {:g}..{:g}", min[i].get<double>(), m["domain"]["max"][i].get<double>());
-  }
   std::string text = line("model", text_of(at(m, "name"), "unnamed")) + line("kind", text_of(at(m, "kind"))) +
                      line("id", text_of(at(m, "id")));
   text += line("file", text_of(at(m, "file"))) + line("gyro", text_of(at(m, "gyro_serial"), "any")) +
-          line("inputs", inputs);
+          line("inputs", inputs_text(m));
   const json& w = at(m, "window");
-  text += line("window", fmt::format("{} s, slope by {}", at(w, "length_s").dump(), text_of(at(w, "slope"))));
+  text += line("window", fmt::format("{} s, slope by {}", n(at(w, "length_s")), text_of(at(w, "slope"))));
   json provenance = at(m, "provenance");
-  if (provenance.contains("recordings")) {
-    for (json& recording : provenance["recordings"])
+  if (!provenance.is_object()) return text;
+  if (const auto recordings = provenance.find("recordings"); recordings != provenance.end()) {
+    for (json& recording : *recordings)
       if (recording.is_object()) recording.erase("fingerprint");  // for programs: numbers that say nothing to a reader
   }
-  for (const auto& [key, value] : provenance.items()) {
-    text += line(key.c_str(), value.is_string() ? value.get<std::string>() : value.dump());
-  }
+  for (const auto& [key, value] : provenance.items())
+    text += line(printable(key).c_str(), value.is_string() ? text_of(value, "") : printable(json_text(value)));
   return text;
 }
 

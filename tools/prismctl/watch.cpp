@@ -6,6 +6,7 @@
 
 #include <cstdio>
 
+#include "tools/prismctl/output.hpp"
 #include "tools/prismctl/screen/terminal.hpp"
 #include "tools/prismctl/screen/watch_screen.hpp"
 #include "tools/prismctl/text_view.hpp"
@@ -27,17 +28,18 @@ void stop_on_signal() {
 }
 
 void print_row(const std::string& method, const json& params, const WatchSettings& settings) {
-  if (settings.json) return void(fmt::print("{}\n", json{{"method", method}, {"params", params}}.dump()));
-  if (method == "event") return void(fmt::print("# {}", event_line(params)));
-  if (method == "lost") return void(fmt::print("# {} rows lost: this reader was too slow\n", params.value("rows", 0)));
+  if (settings.json) return print_json(json{{"method", method}, {"params", params}});
+  if (method == "event") return print_text("# " + event_line(params));
+  if (method == "lost")
+    return print_text(fmt::format("# {} rows lost: this reader was too slow\n", count_text(at(params, "rows"))));
   json row = params;
-  if (method == "sample") {
-    row["mean_rate_deg_per_h"] = row.value("rate_deg_per_h", json());
-    row["corrected_mean_deg_per_h"] = row.value("corrected_deg_per_h", json());
-    row["mean_temperature_degc"] = row.value("temperature_degc", json());
-    row["mean_uhfo_v"] = row.value("uhfo_v", json());
+  if (method == "sample" && row.is_object()) {
+    row["mean_rate_deg_per_h"] = at(params, "rate_deg_per_h");
+    row["corrected_mean_deg_per_h"] = at(params, "corrected_deg_per_h");
+    row["mean_temperature_degc"] = at(params, "temperature_degc");
+    row["mean_uhfo_v"] = at(params, "uhfo_v");
   }
-  fmt::print("{}{}", settings.several ? fmt::format("{:<5}", row.value("axis", "")) : "", window_line(row));
+  print_text((settings.several ? fmt::format("{:<5}", text_of(at(row, "axis"), "")) : "") + window_line(row));
 }
 
 int watch_lines(const std::string& socket, WatchSettings settings) {
@@ -61,9 +63,9 @@ int watch_lines(const std::string& socket, WatchSettings settings) {
       return 1;
     }
     if (!*message) continue;
-    const std::string method = (**message).value("method", "");
+    const std::string method = text_member(**message, "method");
     if (method.empty()) continue;
-    print_row(method, (**message).value("params", json::object()), settings);
+    print_row(method, at(**message, "params"), settings);
     if (std::fflush(stdout) != 0) return 0;  // the reader behind the pipe has seen enough
     if (method == stream && ++rows == settings.count) break;
   }

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdint>
+#include <cmath>
+
+#include "base/escape.hpp"
 
 namespace prism::prismctl {
 
@@ -12,21 +14,32 @@ using nlohmann::json;
 
 namespace {
 
-const json kNull;
-constexpr int kUsualWindowS = 100;
+constexpr int kUsualWindowS = 100, kMaxWindowS = 1 << 20;
 
-int integer(const json& value, int otherwise) { return value.is_number() ? value.get<int>() : otherwise; }
+std::int64_t bounded(double value) {
+  constexpr double kMax = 9e15;  // every integer up to it is a double
+  return std::isnan(value) ? 0 : static_cast<std::int64_t>(std::clamp(value, -kMax, kMax));
+}
+
+int seconds_of(const json& value, int otherwise) {
+  return static_cast<int>(std::clamp<std::int64_t>(integer_of(value, otherwise), 0, kMaxWindowS));
+}
 
 }  // namespace
 
-const json& at(const json& object, const char* key) {
-  if (!object.is_object()) return kNull;
-  const auto found = object.find(key);
-  return found != object.end() ? *found : kNull;
+std::string text_of(const json& value, const std::string& otherwise) {
+  const std::string text = value.is_string() ? printable(value.get_ref<const std::string&>()) : "";
+  return text.empty() ? otherwise : text;
 }
 
-std::string text_of(const json& value, const std::string& otherwise) {
-  return value.is_string() && !value.get<std::string>().empty() ? value.get<std::string>() : otherwise;
+std::string first_bytes(const std::string& text, std::size_t max) {
+  if (text.size() <= max) return text;
+  while (max > 0 && (static_cast<unsigned char>(text[max]) & 0xc0) == 0x80) --max;
+  return text.substr(0, max);
+}
+
+std::int64_t integer_of(const json& value, std::int64_t otherwise) {
+  return value.is_number() ? bounded(value.get<double>()) : otherwise;
 }
 
 std::string value_text(const json& value, int decimals, const char* unit) {
@@ -39,7 +52,7 @@ std::string count_text(const json& value) { return value.is_number() ? value.dum
 std::string span_text(double seconds) {
   constexpr std::int64_t kMinute = 60, kHour = 60 * kMinute, kDay = 24 * kHour;
   if (seconds < 10) return fmt::format("{:.1f} s", std::max(seconds, 0.0));
-  const auto whole = static_cast<std::int64_t>(seconds);
+  const std::int64_t whole = bounded(seconds);
   const auto two = [&](std::int64_t unit, const char* name, std::int64_t below, const char* name_below) {
     return fmt::format("{} {} {} {}", whole / unit, name, whole % unit / below, name_below);
   };
@@ -56,8 +69,8 @@ std::string age_text(const json& age_s) {
 std::string quality_with_progress(const json& answer) {
   std::string quality = text_of(at(answer, "quality"));
   if (quality.find("warming") == std::string::npos) return quality;
-  return fmt::format("{} ({} of {} s)", quality, integer(at(answer, "warm_s"), 0),
-                     integer(at(answer, "full_s"), window_length_s(answer)));
+  return fmt::format("{} ({} of {} s)", quality, seconds_of(at(answer, "warm_s"), 0),
+                     seconds_of(at(answer, "full_s"), window_length_s(answer)));
 }
 
 std::string quality_words(const json& answer) {
@@ -65,10 +78,10 @@ std::string quality_words(const json& answer) {
   return quality_with_progress(answer) + (nothing ? " (nothing is measured now)" : "");
 }
 
-int window_length_s(const json& answer) { return integer(at(answer, "window_s"), kUsualWindowS); }
+int window_length_s(const json& answer) { return seconds_of(at(answer, "window_s"), kUsualWindowS); }
 
 int mean_length_s(const json& answer) {
-  const int window = window_length_s(answer), gathered = integer(at(answer, "warm_s"), window);
+  const int window = window_length_s(answer), gathered = seconds_of(at(answer, "warm_s"), window);
   return gathered > 0 ? std::min(window, gathered) : window;
 }
 

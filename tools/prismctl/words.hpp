@@ -2,15 +2,20 @@
 // Single values of prismd's answers as words: what the answers in text and the live screen have alike.
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
+
+#include "base/json_member.hpp"
 
 namespace prism::prismctl {
 
 /// A member, or null where the object has none or is none.
-const nlohmann::json& at(const nlohmann::json& object, const char* key);
+inline const nlohmann::json& at(const nlohmann::json& object, std::string_view key) { return member(object, key); }
 
-/// The text, or `otherwise` where it is none or empty.
+/// The text, printable (escape.hpp), or `otherwise` if it is empty or no text. Every text of an answer that is shown
+/// goes through here; names of members go through printable().
 std::string text_of(const nlohmann::json& value, const std::string& otherwise = "-");
 
 /// A number with `decimals`, or "-" where it is null; followed by its unit.
@@ -18,6 +23,12 @@ std::string value_text(const nlohmann::json& value, int decimals, const char* un
 
 /// A count as it stands; "0" where it is missing.
 std::string count_text(const nlohmann::json& value);
+
+/// At most `max` bytes of a text, complete characters.
+std::string first_bytes(const std::string& text, std::size_t max);
+
+/// The integer part of a number, within ±9e15; `otherwise` if the value is no number.
+std::int64_t integer_of(const nlohmann::json& value, std::int64_t otherwise = 0);
 
 /// A span of time in the two units that tell: "0.4 s", "15 s", "2 min 5 s", "3 h 20 min", "4 d 2 h".
 std::string span_text(double seconds);

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/outside_text.hpp"
+#include "tests/support/hostile_texts.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
@@ -81,6 +83,92 @@ TEST(Words, ATimeIsSaidInTheTwoUnitsThatTell) {
   EXPECT_EQ(span_text(3600 * 3 + 60 * 20), "3 h 20 min");
   EXPECT_EQ(span_text(86400 * 4 + 7300), "4 d 2 h");
   EXPECT_EQ(age_text(nullptr), "no data yet");
+}
+
+/// `value` with `text` for each string; with `names`, also a member of that name in each object of names.
+json with_text(const json& value, const std::string& text) {
+  if (value.is_string()) return text;
+  if (!value.is_structured()) return value;
+  json changed = value;
+  for (auto& [key, below] : changed.items()) below = with_text(below, text);
+  for (const char* names : {"axes", "sensors", "sensor_lines", "provenance"}) {
+    if (changed.is_object() && changed.contains(names)) changed[names][text] = *changed[names].begin();
+  }
+  return changed;
+}
+
+using View = std::string (*)(const json&);
+
+const std::vector<std::pair<View, json>>& views() {
+  static const std::vector<std::pair<View, json>> kViews = [] {
+    json status = receiving_status();
+    status["gyro_serial"] = "1", status["log"] = {{"directory", "/log"}, {"rows", 1}};
+    status["model"] = {{"name", "m"}, {"kind", "k"}, {"id", "1234567890abcdef"}};
+    status["sensors"] = {{"case", {{"value", 1}, {"unit", "V"}}}};
+    status["sensor_lines"] = {{"logger", {{"state", "receiving"}, {"device", "/d"}, {"frames", "f"}, {"detail", "d"}}}};
+    json axes = status;
+    axes["axes"] = {{"x", status}};
+    const json line = {{"device", "/d"},
+                       {"state", "receiving"},
+                       {"detail", "why"},
+                       {"notes", {"note"}},
+                       {"decoder", {{"frames", "f"}}},
+                       {"hardware", {{"breaks", 1}}},
+                       {"sensor_lines", {{"logger", {{"notes", {"n"}}, {"device", "/e"}, {"state", "s"}}}}}};
+    const json model = {{"name", "m"},
+                        {"kind", "k"},
+                        {"id", "i"},
+                        {"file", "/f"},
+                        {"gyro_serial", "1"},
+                        {"inputs", {"T", "dTdt"}},
+                        {"domain", {{"min", {1, 2}}, {"max", {3, 4}}}},
+                        {"window", {{"length_s", 100}, {"slope", "fit"}}},
+                        {"provenance", {{"by", "me"}, {"recordings", {{{"file", "a"}, {"fingerprint", "b"}}}}}}};
+    const json bias = {{"time_s", 1}, {"quality", "good"}, {"model", "abc"}};
+    const json stability = {{"block_s", 100}, {"divisor", "n-1"}, {"model", status["model"]}};
+    const json event = {{"time_s", 1}, {"severity", "info"}, {"kind", "k"}, {"text", "t"}, {"repeats", 2}};
+    return std::vector<std::pair<View, json>>{{status_view, status}, {status_view, axes}, {line_view, line},
+                                              {model_view, model},   {bias_view, bias},   {stability_view, stability},
+                                              {event_line, event},   {window_line, event}};
+  }();
+  return kViews;
+}
+
+// A text that reaches the terminal as it came could clear the screen, set the window's title, or show a line of its
+// own.
+TEST(AllViews, NoTextReachesTheTerminalAsASequenceOrALine) {
+  for (const std::string& text : test::hostile_texts()) {
+    for (std::size_t i = 0; i < views().size(); ++i) {
+      SCOPED_TRACE(text.substr(0, 40) + " in view " + std::to_string(i));
+      const auto& [view, answer] = views()[i];
+      const std::string shown = view(with_text(answer, text)), usual = view(with_text(answer, "usual"));
+      std::string flat = shown;
+      std::replace(flat.begin(), flat.end(), '\n', ' ');
+      EXPECT_TRUE(is_printable(flat));
+      if (text.size() > 1000) continue;  // sensors fill lines of 80 columns
+      const auto lines = [](const std::string& of) { return static_cast<int>(std::count(of.begin(), of.end(), '\n')); };
+      EXPECT_NEAR(lines(shown), lines(usual), 1);
+    }
+  }
+}
+
+// An answer of another type than expected is shown as missing: the rest of the answer is shown.
+TEST(AllViews, AnyTypeIsShown) {
+  const std::vector<json> others = {nullptr, true, -1, 1e300, "text", json::array({1, "a"}), {{"a", {{"b", 1}}}}};
+  for (std::size_t i = 0; i < views().size(); ++i) {
+    const auto& [view, answer] = views()[i];
+    const json flat = answer.flatten();
+    for (const auto& [place, value] : flat.items()) {
+      for (json::json_pointer at(place); !at.empty(); at = at.parent_pointer()) {
+        for (const json& other : others) {
+          json changed = answer;
+          changed[at] = other;
+          EXPECT_NO_THROW(view(changed)) << "view " << i << ": " << changed;
+        }
+      }
+    }
+    for (const json& other : others) EXPECT_NO_THROW(view(other)) << "view " << i << ": " << other;
+  }
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <array>
 #include <utility>
 
+#include "base/escape.hpp"
+
 namespace prism::screen {
 namespace {
 
@@ -64,15 +66,14 @@ int columns_of(const Line& line) {
   return columns;
 }
 
-Line fitted(const Line& line, int columns) {
+Line fitted(Line line, int columns) {
+  for (Piece& piece : line) piece.text = printable(piece.text);
   const bool cut = columns_of(line) > columns;
   int room = std::max(columns - (cut ? 1 : 0), 0);
   Line result;
   for (const Piece& piece : line) {
     if (room == 0) break;
     Piece part{piece.text.substr(0, offset_of(piece.text, room)), piece.meaning};
-    std::replace_if(
-        part.text.begin(), part.text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
     room -= columns_of(part.text);
     result.push_back(std::move(part));
   }

@@ -20,8 +20,8 @@ using Line = std::vector<Piece>;
 int columns_of(std::string_view text);
 int columns_of(const Line& line);
 
-/// Cut to `columns`, with "…" where something was cut; control characters are blanks.
-Line fitted(const Line& line, int columns);
+/// Cut to `columns`, with "…" where something was cut; the texts are printable (escape.hpp).
+Line fitted(Line line, int columns);
 
 /// `left`, and `right` at the right edge where there is room for it.
 Line with_right(Line left, const Piece& right, int columns);

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 
+#include "base/outside_text.hpp"
 #include "base/text_number.hpp"
 #include "tools/prismctl/screen/chart.hpp"
 #include "tools/prismctl/words.hpp"
@@ -53,8 +54,7 @@ Line event_line(const json& event) {
   const Meaning meaning = severity == "error"     ? Meaning::kBad
                           : severity == "warning" ? Meaning::kWarning
                                                   : Meaning::kPlain;
-  const double time_s = at(event, "time_s").is_number() ? at(event, "time_s").get<double>() : 0;
-  std::string moment = utc_text(static_cast<std::int64_t>(time_s));  // 2026-11-21T09:11:00Z: month to second
+  std::string moment = utc_text(prismctl::integer_of(at(event, "time_s")));  // 2026-11-21T09:11:00Z: month to second
   if (moment.size() > kMonth + kMomentChars) moment = moment.substr(kMonth, kMomentChars);
   std::replace(moment.begin(), moment.end(), 'T', ' ');
   return {{moment + " ", Meaning::kFaint}, {prismctl::event_text(event), meaning}};
@@ -69,7 +69,9 @@ void View::status(const json& status, double steady_s) {
   gone_.clear();
   axes_.clear();
   if (const json& axes = at(status, "axes"); axes.is_object()) {
-    for (const auto& [name, axis] : axes.items()) axes_.push_back(name);
+    for (const auto& [name, axis] : axes.items()) {
+      if (follows(TextRule::kAxisName, name)) axes_.push_back(name);
+    }
   }
   if (chosen_ >= axes_.size()) chosen_ = 0;
   const auto preferred = std::find(axes_.begin(), axes_.end(), preferred_);
@@ -78,7 +80,7 @@ void View::status(const json& status, double steady_s) {
 
 // Of an answer for several axes the one's own part; of one for a single axis all of it.
 const json& View::axis_status(const std::string& axis) const {
-  return axes_.empty() ? status_ : at(at(status_, "axes"), axis.c_str());
+  return axes_.empty() ? status_ : at(at(status_, "axes"), axis);
 }
 
 const std::string& View::charted() const {
@@ -101,7 +103,11 @@ void View::window(const json& row, double steady_s) {
   const std::string axis = axes_.empty() ? "" : text_of(at(row, "axis"));
   traces_[axis].push(row, prismctl::window_length_s(axis_status(axis)));
   row_steady_s_ = steady_s;
-  (axes_.empty() ? status_ : status_["axes"][axis])["window"] = row;
+  if (axes_.empty()) {
+    if (status_.is_object()) status_["window"] = row;
+  } else if (at(at(status_, "axes"), axis).is_object()) {
+    status_["axes"][axis]["window"] = row;
+  }
 }
 
 void View::events(const json& events) {
