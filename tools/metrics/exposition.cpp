@@ -16,10 +16,11 @@ namespace {
 
 constexpr std::size_t kMaxLabelBytes = 256;
 
-// Prometheus' own escapes. Other control characters have none: readers of the text differ in what they accept.
+// Prometheus' own escapes. Other control characters have none, and its readers differ in what they accept: they are
+// made printable.
 std::string escaped(std::string_view text, bool label) {
   std::string result;
-  for (const char c : valid_utf8(text)) {
+  for (const char c : printable_lines(text)) {
     if (c == '\\') {
       result += "\\\\";
     } else if (c == '\n') {
@@ -27,7 +28,7 @@ std::string escaped(std::string_view text, bool label) {
     } else if (c == '"' && label) {
       result += "\\\"";
     } else {
-      result += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
+      result += c;
     }
   }
   return result;

@@ -28,8 +28,8 @@ using Labels = std::vector<std::pair<std::string, std::string>>;
 /// Gathers samples in any order; all of a family stand together in the text, families in the order of their names.
 class Exposition {
  public:
-  /// A value that is not finite is not known, and is left out. Any text can be the value of a label: bytes that are not
-  /// UTF-8 and control characters are replaced, 256 bytes are kept. A series that is there already is left out: one
+  /// A value that is not finite is not known, and is left out. Any text can be the value of a label: it is
+  /// printable (escape.hpp), 256 bytes of it are kept. A series that is there already is left out: one
   /// that is there twice would void the scrape of all.
   void add(const Family& family, const Labels& labels, double value);
   std::string text() const;
