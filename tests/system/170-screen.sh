@@ -93,3 +93,20 @@ for size in 80x24 200x50; do
 done
 start_prismd
 wait_for 5 shows w80x24 "connecting"
+
+# Hostile texts in every place: none acts on the terminal, in any command.
+start_hostile hostile
+open hostile 80 24 "prismctl --socket '$dir/hostile.sock' watch"
+wait_for 10 shows hostile 'DROP TABLE'
+wait_for 10 shows hostile '\x1b[2J'
+same "the title of the terminal" "$(terminal display-message -p -t hostile '#{pane_title}' | grep -c '^title$')" 0
+for command in status bias stability line model config events history version rows metrics "status --json" "config --json" "events --json" "rows --json" "watch --count 1" "watch --json --count 1"; do
+  terminal_of="prismctl --socket $dir/hostile.sock $command"
+  { script -qc "$terminal_of" /dev/null </dev/null 2>&1 || true; } | tr -d '\r' >"$dir/shown"  # some answers are errors
+  is_printable "$dir/shown" || fail "$command: $(head -c 300 "$dir/shown" | cat -v)"
+  case $command in *--json*|metrics|version) ;; *) grep -q 'DROP TABLE' "$dir/shown" || [ "$command" = history ] || fail "$command: the text is not shown: $(head -c 300 "$dir/shown")" ;; esac
+done
+prismctl --socket "$dir/hostile.sock" rows --json 2>/dev/null | jq -e . >"$dir/parsed" || fail "rows --json is no JSON"
+code=0; prismctl --socket "$dir/hostile.sock" --axis $'\xff' bias 2>"$dir/refused.err" || code=$?
+same "exit code of an axis that is no name" "$code" 64
+contains "its error" "$(cat "$dir/refused.err")" '--axis: found "\xff", expected 1 to 16 letters, digits or _'

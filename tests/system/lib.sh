@@ -65,6 +65,10 @@ config() {
  "log": {"directory": "$dir/log"}, "socket": {"path": "$PRISM_SOCKET"}${1:+, $1}}
 END
 }
+# start_hostile NAME [unreadable]: a stand-in for prismd on $dir/NAME.sock with hostile texts in every place.
+start_hostile() { start "$1" python3 "$PRISM_SOURCE/tests/system/hostile_prismd.py" "$dir/$1.sock" "${2:-rows}"; wait_for 10 test -S "$dir/$1.sock"; }
+# is_printable FILE...: no control character but the line end, and valid UTF-8.
+is_printable() { ! LC_ALL=C grep -aqP '[\x00-\x09\x0b-\x1f\x7f]|\xc2[\x80-\x9f]|\xe2\x80[\xaa-\xae]' "$@" && cat "$@" | iconv -f UTF-8 -t UTF-8 >/dev/null 2>&1; }
 start_prismd() { start prismd prismd "$dir/gyro.json" "$@"; prismd=$pid; wait_for 5 prismctl version; }
 
 # needs_websockets: a python with python3-websockets, a client that is not ours, in $python.

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/outside_text.hpp"
+#include "tests/support/hostile_texts.hpp"
 #include "tools/prismctl/screen/chart.hpp"
 
 namespace prism::screen {
@@ -194,6 +196,49 @@ TEST(StyledText, ColoursGoWithoutTheMeaning) {
   EXPECT_EQ(terminal_text(line, {true, true}), "\033[32mgood\033[0m ± │\033[1;31m bad\033[0m");
   EXPECT_EQ(terminal_text(line, {false, false}), "good + |\033[1m bad\033[0m");
   EXPECT_EQ(text_of_line(fitted(line, 6)), "good …");
+}
+
+TEST_F(LiveScreen, NoTextReachesTheTerminalAsASequence) {
+  for (const std::string& text : test::hostile_texts()) {
+    SCOPED_TRACE(text.substr(0, 40));
+    json status = status_of(text.c_str(), text.c_str(), 0.1);
+    for (const char* key : {"name", "detail", "device", "frames"}) status[key] = text;
+    status["model"] = {{"name", text}};
+    for (const bool several : {false, true}) {
+      View view(text, true);
+      if (several) status["axes"] = {{text, status}, {"x", status}};
+      view.status(status, 0);
+      view.window({{"axis", text}, {"time_s", 1}}, 0);
+      view.event({{"time_s", 1}, {"severity", text}, {"text", text}});
+      for (const char* gone : {"", text.c_str()}) {
+        if (*gone != '\0') view.gone(gone);
+        for (const Line& line : view.lines({}, 0.1, "12:00:00 UTC")) {
+          EXPECT_TRUE(is_printable(text_of_line(line))) << text_of_line(line);
+          EXPECT_LE(columns_of(line), 80);
+        }
+      }
+    }
+  }
+}
+
+TEST_F(LiveScreen, AnyTypeIsShown) {
+  const std::vector<json> others = {nullptr, true, -1, 1e300, "text", json::array({1, "a"}), {{"a", {{"b", 1}}}}};
+  for (const json& other : others) {
+    View view("g", true);
+    json status = status_of("receiving", "good", 0.1);
+    for (auto& [key, value] : status.items()) value = other;
+    EXPECT_NO_THROW({
+      view.history(other, 0);
+      view.window(other, 0);
+      view.status(status, 0);
+      view.status(other, 0);
+      view.window({{"axis", other}, {"time_s", other}}, 0);
+      view.events(other);
+      view.event({{"time_s", other}, {"text", other}});
+      view.history({{"x", other}}, 0);
+      (void)view.lines({}, 0.1, "12:00:00 UTC");
+    }) << other;
+  }
 }
 
 }  // namespace

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: MIT
+# A socket that answers as prismd does, with texts that mean something to SQL, CSV, JSON, MQTT, Prometheus and terminals in every place.
+# hostile_prismd.py SOCKET [ROWS]: ROWS is "rows" (default), or "unreadable": the columns of the log are no columns.
+import json, os, socketserver, sys, time
+
+HOSTILE = "a\\u0000b\x00c'; DROP TABLE prism.rows;--\"\n\\.\n\033[2J\033]0;title\007\x7f\x9b31m\u202e<img src=x>$(id)`id`+#/"
+unreadable = sys.argv[2:] == ["unreadable"]
+columns = HOSTILE if unreadable else "time_s,samples,quality,arrival_s"
+begin = int(time.time()) - 5
+rows = [f"{begin + i},50,good,{begin + i}" for i in range(4)] + ([] if unreadable else [HOSTILE])
+window = {"axis": "z", "time_s": begin, "rate_deg_per_h": 8.5, "quality": HOSTILE}
+status = {"name": HOSTILE, "version": HOSTILE, "state": HOSTILE, "detail": HOSTILE, "axis": "z", "quality": HOSTILE, "gyro_serial": HOSTILE,
+          "device": HOSTILE, "frames": HOSTILE, "model": {"name": HOSTILE, "kind": HOSTILE, "id": HOSTILE}, "window": window, "age_s": 0.1,
+          "axes": {"z": {"quality": HOSTILE, "window": window, "model": {"name": HOSTILE}}, HOSTILE: {"quality": "good"}},
+          "sensors": {HOSTILE: {"value": 1, "unit": "V"}}, "log": {"rows": 5, "followers": {HOSTILE: {"lost_rows": 1}}}}
+event = {"time_s": begin, "severity": HOSTILE, "kind": HOSTILE, "text": HOSTILE}
+segment = {"segment": 1, "file": HOSTILE, "metadata": {"model": HOSTILE, HOSTILE: [HOSTILE, {"x": HOSTILE}]}, "columns": columns, "first": 1,
+           "rows": rows}
+
+
+def page(after):
+    end = "0" * 32 + "-1-6-9"
+    return {"log": "0" * 32, "segments": [] if after == end else [segment], "after": end, "more": False, "missing": 0}
+
+
+class Client(socketserver.StreamRequestHandler):
+    def handle(self):
+        for line in self.rfile:
+            request = json.loads(line)
+            method, params = request["method"], request.get("params") or {}
+            if method == "rows" and params.get("after") == page("")["after"]:
+                time.sleep(0.2)
+            results = {"status": status, "events": [event], "rows": page(params.get("after")), "subscribe": {"axes": ["z"]},
+                       "line": {"device": HOSTILE, "notes": [HOSTILE]}, "model": {"name": HOSTILE, "provenance": {HOSTILE: HOSTILE}},
+                       "config": {HOSTILE: HOSTILE}, "stability": {"divisor": HOSTILE}, "bias": window, "history": [window]}
+            answer = {"result": results[method]} if method in results else {"error": {"code": -1, "message": HOSTILE}}
+            self.wfile.write((json.dumps({"jsonrpc": "2.0", "id": request["id"], **answer}) + "\n").encode())
+            if method == "subscribe":
+                for name, data in (("event", event), ("window", window), ("window", {**window, "axis": HOSTILE})):
+                    self.wfile.write((json.dumps({"jsonrpc": "2.0", "method": name, "params": data}) + "\n").encode())
+
+
+class Server(socketserver.ThreadingMixIn, socketserver.UnixStreamServer):
+    daemon_threads = True
+
+
+if os.path.exists(sys.argv[1]):
+    os.unlink(sys.argv[1])
+Server(sys.argv[1], Client).serve_forever()
