@@ -9,12 +9,13 @@ say_config() { echo "$1" >bad.json; refused 78 "$2" prismrelay --check bad.json;
 
 # What is wrong is said in a line, before anything runs.
 say_config '{"postgresql": {"connection": "dbname=x"}}' '"site" is missing'
-say_config '{"site": "a/b", "postgresql": {"connection": "dbname=x"}}' 'found "a/b", expected 1 to 64 characters without blanks, /, + and #'
+say_config '{"site": "a/b", "postgresql": {"connection": "dbname=x"}}' 'found "a/b", expected 1 to 64 printable characters without blanks, /, + and #'
 say_config '{"site": "lab"}' 'names nowhere to carry rows to, expected postgresql, mqtt or metrics'
 say_config '{"site": "lab", "postgresql": {"connection": "dbname=x password=y"}}' 'holds a password, expected it in a file'
 say_config '{"site": "lab", "mqtt": {"host": "h", "portt": 1}}' 'portt'
 say_config '{"site": "lab", "instances": ["g", "/x/g.sock"], "metrics": {"file": "/x/p.prom"}}' '"g" stands there twice'
-refused 1 'no relay wrote its status here' prismrelay --status <(echo '{"site": "lab", "status_file": "/nowhere/x", "metrics": {"file": "/x/p.prom"}}')
+echo '{"site": "lab", "status_file": "/nowhere/x", "metrics": {"file": "/x/p.prom"}}' >nowhere.json
+refused 1 'no relay wrote its status here' prismrelay --status nowhere.json
 refused 64 '--what' prismrelay --what
 
 start_postgres
@@ -38,7 +39,7 @@ sql 'DROP SCHEMA prism CASCADE' 2>/dev/null
 contains "the schema is made" "$(prismrelay --init relay.json)" "made the schema prism, version 1"
 contains "and found again" "$(prismrelay --init relay.json)" "the schema prism is there"
 wait_for 30 sql_above "SELECT count(*) FROM prism.rows" 20
-same "the status of a relay that works" "$(relay_says '.logs[0] | "\(.gyro) \(.axis) \(.refused_rows) \(.missing_rows) \(.error)"')" "lab/gyro z 0 0 "
+wait_for 10 relay_is '.logs[0] | "\(.gyro) \(.axis) \(.refused_rows) \(.missing_rows) \(.error)"' "lab/gyro z 0 0 "
 contains "for a person" "$(prismrelay --status relay.json)" "lab/gyro                running"
 same "events" "$(sql "SELECT count(*) > 1, bool_or(kind = 'line_receiving') FROM prism.events WHERE gyro = 'lab/gyro'")" "t|t"
 same "the model of a segment" "$(sql "SELECT DISTINCT left(model, 8) || ' ' || (metadata ->> 'instance') FROM prism.segments")" "a0e547ce gyro"
@@ -125,3 +126,27 @@ jq '.postgresql.keep_days = 30' relay.json >kept.json && mv kept.json relay.json
 start_relay
 wait_for 15 sql_is "SELECT count(*) FROM prism.days WHERE day < '2021-01-01'" 0
 contains "what was dropped is said" "$(cat relay.err)" "dropped rows_20200101"
+
+# Texts from outside that mean something to SQL, CSV and JSON: the rows of each gyro arrive, and what is unreadable or invalid is named, alone.
+hostile='a\u0000b'"'"'; DROP TABLE prism.rows;--"'
+jq --arg text "$hostile" '.name = $text' "$PRISM_SOURCE/config/models/tao2019-model2.json" >model.json
+jq --arg text "$hostile" ".gyro.serial = \$text | .model = \"$dir/model.json\" | .line.device = \"$dir/tty2\" | .log.directory = \"$dir/log2\" | .socket.path = \"$dir/second.sock\"" gyro.json >second.json
+start sim2 prismsim --link "$dir/tty2" --frames "$dir/frames.json" --profile steady --speed 5
+start second prismd second.json
+start_hostile hostile
+start_hostile unreadable unreadable
+touch "$dir/"$'\xff.sock'
+wait_for 20 sql_above "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/second'" 5
+same "the model's name" "$(sql "SELECT DISTINCT right(model, ${#hostile}) FROM prism.segments WHERE gyro = 'lab/second'")" "$hostile"
+wait_for 20 sql_is "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/hostile'" 4
+same "NUL and the end of COPY's data" "$(sql "SELECT count(*) FROM prism.segments WHERE gyro = 'lab/hostile' AND metadata ->> 'model' LIKE E'a\\\\\\\\u0000b\uFFFDc%\\n\\\\\\\\.\\n%'")" 1
+same "an event" "$(sql "SELECT count(*) FROM prism.events WHERE gyro = 'lab/hostile' AND kind = text AND text LIKE '%DROP TABLE%'")" 1
+log_says() { relay_is ".logs[] | select(.gyro == \"lab/$1\") | \"\(.rows > 0) \(.caught_up) \(.refused_rows) \(.error | test(\"no line of the log is a row\"))\"" "$2"; }
+wait_for 20 log_says unreadable "false false 4 true"
+wait_for 20 log_says hostile "true true 1 false"
+contains "for a person" "$(prismrelay --status relay.json)" "axis z: 0 rows, no row is carried now, 4 lines are no rows: no line of the log is a row"
+before=$(sql "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/gyro'")
+wait_for 20 sql_above "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/gyro'" "$before"
+same "how often the invalid name is named" "$(grep -c 'xff.sock: skipped' relay.err)" 1
+prismrelay --status relay.json >status.txt; prismrelay --status --json relay.json >status.out
+for file in relay.err status.txt status.out; do is_printable "$file" || fail "$file is not printable"; done

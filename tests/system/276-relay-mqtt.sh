@@ -45,7 +45,21 @@ wait_for 15 relay_is .targets.mqtt.up true
 wait_for 10 is_retained prism/lab/gyro/z/status '.state + " " + .quality' "running warming"
 same "the relay" "$(retained prism/lab/relay)" online
 same "a window each second" "$(listen -W 5 -C 3 -t prism/lab/gyro/z/window | jq -s 'map(.time_s) | .[2] - .[0]')" 2
-contains "a name with a wildcard is said" "$(cat relay.err)" 'mqtt: the gyro "a+b" is not told: its name holds what MQTT keeps for topics'
+contains "a name with a wildcard is named" "$(cat relay.err)" 'mqtt: the gyro "a+b" is not published: its name contains +, # or a leading $, which MQTT reserves in topics'
+
+# Hostile texts in every answer, and an invalid name: no topic but those of valid names, JSON in all of them.
+start_hostile hostile
+start_hostile '$share'
+touch "$dir/"$'\xff.sock'
+wait_for 15 is_retained prism/lab/hostile/z/status '.model.name | test("DROP TABLE")' true
+wait_for 10 grep -q '"$share" is not published' relay.err
+wait_for 10 grep -q 'lab/hostile axis .* skipped: expected 1 to 16 letters' relay.err
+listen -W 3 -v -t 'prism/#' >topics.txt || true
+! grep -v '^prism/lab/\(relay\|gyro/\|hostile/event \|hostile/z/\)' topics.txt || fail "topics of invalid names"
+sed -n 's|^prism/lab/[a-z]*/[a-z/]* ||p' topics.txt | jq -e .  >parsed || fail "a message is no JSON"
+is_printable relay.err || fail "the log of the relay is not printable"
+same "how often the invalid names are named" "$(grep -c 'share" is not published\|xff.sock: skipped' relay.err)" 2
+kill -0 "$relay" || fail "the relay ended"
 start events stdbuf -oL mosquitto_sub -h localhost -p "$port" --cafile ca.pem -u relay -P "open sesame" -q 1 -t prism/lab/relay -t prism/lab/gyro/event
 wait_for 10 grep -q online events.out
 

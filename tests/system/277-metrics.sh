@@ -18,8 +18,30 @@ same "mode of the file" "$(stat -c %a prism.prom)" 644
 code=0; prismctl metrics --file /nowhere/x.prom 2>refused.err || code=$?
 same "exit code without a folder" "$code" 1
 same "lines of the refusal" "$(wc -l <refused.err)" 1
+# A link and a device are no files of metrics: what is there is as it was.
+echo old >target; chmod 600 target; ln -s target link.prom
+for path in "$dir/link.prom" /dev/null; do
+  before=$(stat -L -c %a "$path")
+  code=0; prismctl metrics --file "$path" 2>refused.err || code=$?
+  same "exit code of $path" "$code" 1
+  contains "the error of $path" "$(cat refused.err)" "expected a regular file"
+  same "mode of $path" "$(stat -L -c %a "$path")" "$before"
+done
+same "the target of the link" "$(cat target)" old
+
+# Hostile texts and an invalid name beside the gyro: its samples are there.
+start_hostile hostile
+mkdir -p run/prismd; ln -s "$dir/gyro.sock" "$dir/hostile.sock" run/prismd/
+touch "run/prismd/"$'\xff.sock'
+env -u PRISM_SOCKET XDG_RUNTIME_DIR="$dir/run" prismctl metrics >both 2>both.log
+contains "the gyro" "$(cat both)" 'prism_line_receiving{gyro="gyro"} 1'
+contains "the hostile one" "$(cat both)" 'prism_up{gyro="hostile"} 1'
+same "the invalid name" "$(grep -c 'xff.sock: the name is skipped' both.log)" "$(grep -c '' both.log)"
+is_printable both both.log || fail "the metrics are not printable"
+
 command -v promtool >/dev/null || skip "no prometheus is installed here (tools/setup); the rest was tried"
 same "what promtool says of the text" "$(promtool check metrics <all 2>&1)" ""
+same "what promtool says of hostile texts" "$(promtool check metrics <both 2>&1)" ""
 promtool check rules "$PRISM_SOURCE/config/prometheus/prism.rules.yml" >rules.out || fail "$(cat rules.out)"
 promtool test rules "$PRISM_SOURCE/tests/metrics/prism.rules.test.yml" >rules.out 2>&1 || fail "$(cat rules.out)"
 
@@ -30,6 +52,7 @@ relay_config ", \"metrics\": {\"file\": \"textfiles/prism.prom\", \"every_s\": 1
 start_relay
 has() { grep -qF "$1" textfiles/prism.prom; }
 wait_for 15 has 'prism_up{gyro="lab/gyro"} 1'
+wait_for 15 has 'prism_up{gyro="lab/hostile"} 1'
 wait_for 15 has 'prism_relay_target_up{target="postgresql"} 0'
 same "what promtool says of the relay's" "$(promtool check metrics <textfiles/prism.prom 2>&1)" ""
 start exporter prometheus-node-exporter --web.listen-address="127.0.0.1:$port" --collector.disable-defaults --collector.textfile --collector.textfile.directory="$dir/textfiles"
@@ -43,8 +66,8 @@ start prometheus prometheus --config.file=prometheus.yml --storage.tsdb.path="$d
 found() { curl -s -G "http://127.0.0.1:$other/api/v1/query" --data-urlencode "query=$1" | jq -r '.data.result[0].value[1] // "nothing"'; }
 found_is() { [ "$(found "$1")" = "$2" ]; }
 wait_for 30 found_is 'prism_line_receiving{gyro="lab/gyro"}' 1
-wait_for 10 found_is 'count(prism_rate_degrees_per_hour) > 0' 1
+wait_for 10 found_is 'count(prism_rate_degrees_per_hour{gyro="lab/gyro"}) > 0' 1
 kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
 wait_for 15 found_is 'prism_up{gyro="lab/gyro"}' 0
-wait_for 15 found_is 'count(prism_rate_degrees_per_hour)' nothing
+wait_for 15 found_is 'count(prism_rate_degrees_per_hour{gyro="lab/gyro"})' nothing
 wait_for 15 found_is 'ALERTS{alertname="PrismDown"}' 1

@@ -7,23 +7,29 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/escape.hpp"
+#include "base/json_member.hpp"
+#include "base/outside_text.hpp"
 #include "tools/prismrelay/row_converter.hpp"
+#include "tools/prismrelay/sql_text.hpp"
 
 namespace prism::prismrelay {
 namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostText = 1000;  // of an event or a line that is kept as it stands
+constexpr std::size_t kMaxWordBytes = 128;
+constexpr std::size_t kMaxFieldBytes = 1000;  // of an event or a line that is kept as it is
 
-bool is_log_id(const std::string& text) {
+bool is_log_id(const json& id) {
+  if (!id.is_string()) return false;
+  const auto& text = id.get_ref<const std::string&>();
   return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
-const json& member(const json& object, const char* key) {
-  static const json nothing;
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  return object.is_object() && found != object.end() ? *found : nothing;
+// A cursor is part of a key: it is short.
+bool is_cursor(const json& cursor) {
+  return cursor.is_string() && cursor != "" && follows(TextRule::kText, cursor.get_ref<const std::string&>());
 }
 
 bool is_segment(const json& segment) {
@@ -37,76 +43,33 @@ bool is_segment(const json& segment) {
          std::all_of(rows.begin(), rows.end(), [](const json& row) { return row.is_string(); });
 }
 
-// The server takes neither bytes that are no UTF-8 nor \u0000, in JSON or in text.
-std::string dumped(const json& value) {
-  std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
-  for (std::size_t at = 0; (at = text.find("\\u0000", at)) != std::string::npos;) text.replace(at, 6, "?");
-  return text;
+bool is_page(const json& page) {
+  const json& segments = member(page, "segments");
+  return is_log_id(member(page, "log")) && is_cursor(member(page, "after")) && member(page, "more").is_boolean() &&
+         member(page, "missing").is_number_unsigned() && segments.is_array() &&
+         std::all_of(segments.begin(), segments.end(), is_segment);
 }
 
-// Cut where a character begins. NUL goes when it is quoted.
-std::string_view cut(const std::string& text) {
-  std::size_t end = std::min(text.size(), kMostText);
-  while (end < text.size() && end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
-  return std::string_view(text).substr(0, end);
+std::string fields_of(const LogKey& log) {
+  std::string fields;
+  append_quoted(fields, log.gyro);
+  fields += ',';
+  append_quoted(fields, log.axis);
+  return fields;
 }
 
 }  // namespace
 
 Result<PageFacts> Batch::add_page(const LogKey& log, const std::string& cursor, const json& page) {
-  const json& segments = member(page, "segments");
-  const json& missing = member(page, "missing");
-  const bool whole = member(page, "log").is_string() && is_log_id(page["log"]) && member(page, "after").is_string() &&
-                     member(page, "more").is_boolean() && missing.is_number_unsigned() && segments.is_array() &&
-                     std::all_of(segments.begin(), segments.end(), is_segment);
-  if (!whole)
+  if (!is_page(page))
     return refuse(log.gyro, "answered rows with something else, expected log, segments, after, more and missing");
-  const std::string id = page["log"];
+  const std::string gyro_axis = fields_of(log), id = text_member(page, "log");
   PageFacts facts;
-  facts.cursor = page["after"];
-  facts.more = page["more"];
-  facts.missing = missing;
-  std::string prefix;
-  append_quoted(prefix, log.gyro);
-  prefix += ',';
-  append_quoted(prefix, log.axis);
-  const std::string gyro_axis = prefix;
-  prefix += "," + id + ",";
-  std::uint64_t last_segment = 0, last_row = 0;
-  for (const json& segment : segments) {
-    RowPlace place{prefix, segment["segment"], segment["first"]};
-    const json& metadata = member(segment, "metadata");
-    std::string& head = texts_[kSegments];
-    head += fmt::format("{}{},", prefix, place.segment);
-    append_quoted(head, cut(segment["file"].get_ref<const std::string&>()));
-    head += ',';
-    if (const json& model = member(metadata, "model"); model.is_string())
-      append_quoted(head, cut(model.get_ref<const std::string&>()));
-    head += ',';
-    append_quoted(head, metadata.is_object() ? dumped(metadata) : "{}");
-    head += '\n';
-    const RowConverter converter(segment["columns"].get_ref<const std::string&>());
-    for (const json& row : segment["rows"]) {
-      const std::string& line = row.get_ref<const std::string&>();
-      std::int64_t day = 0;
-      const std::string why = converter.append(texts_[kRows], place, line, day, facts.arrival_s);
-      if (why.empty()) {
-        ++facts.rows;
-        days_.insert(day);
-        last_segment = place.segment;
-        last_row = place.row;
-      } else {
-        ++facts.refused;
-        std::string& refused = texts_[kRefused];
-        refused += fmt::format("{}{},{},", prefix, place.segment, place.row);
-        append_quoted(refused, cut(why));
-        refused += ',';
-        append_quoted(refused, cut(line));
-        refused += '\n';
-      }
-      ++place.row;
-    }
-  }
+  facts.cursor = text_member(page, "after");
+  facts.more = flag_member(page, "more");
+  facts.missing = count_member(page, "missing");
+  RowPlace last;
+  for (const json& segment : member(page, "segments")) add_segment(gyro_axis + "," + id + ",", segment, facts, last);
   if (facts.missing > 0) {
     std::string& gap = texts_[kGaps];
     gap += gyro_axis + ",deleted,";
@@ -117,17 +80,51 @@ Result<PageFacts> Batch::add_page(const LogKey& log, const std::string& cursor, 
   std::string& place = texts_[kPlaces];
   place += gyro_axis + ",";
   append_quoted(place, facts.cursor);
-  place += last_row > 0 ? fmt::format(",{},{},{},{:.6f},{}\n", id, last_segment, last_row, facts.arrival_s, facts.rows)
+  place += last.row > 0 ? fmt::format(",{},{},{},{:.6f},{}\n", id, last.segment, last.row, facts.arrival_s, facts.rows)
                         : fmt::format(",,,,,{}\n", facts.rows);
   return facts;
 }
 
+void Batch::add_segment(const std::string& prefix, const json& segment, PageFacts& facts, RowPlace& last) {
+  RowPlace place{prefix, count_member(segment, "segment"), count_member(segment, "first")};
+  const json& metadata = member(segment, "metadata");
+  std::string& head = texts_[kSegments];
+  head += fmt::format("{}{},", prefix, place.segment);
+  append_quoted(head, printable(text_member(segment, "file")), kMaxFieldBytes);
+  head += ',';
+  if (member(metadata, "model").is_string()) append_quoted(head, text_member(metadata, "model"), kMaxFieldBytes);
+  head += ',';
+  append_quoted(head, metadata.is_object() ? jsonb_text(metadata) : "{}");
+  head += '\n';
+  const std::string columns = text_member(segment, "columns");
+  const RowConverter converter(columns);
+  for (const json& row : member(segment, "rows")) {
+    const std::string& line = row.get_ref<const std::string&>();
+    std::int64_t day = 0;
+    double arrival_s = 0;
+    const std::string why = converter.append(texts_[kRows], place, line, day, arrival_s);
+    if (why.empty()) {
+      ++facts.rows;
+      days_.insert(day);
+      facts.arrival_s = arrival_s;
+      last.segment = place.segment, last.row = place.row;
+    } else {
+      ++facts.refused;
+      facts.why = fmt::format("row {} of segment {}: {}", place.row, place.segment, shortened(why, 200));
+      std::string& refused = texts_[kRefused];
+      refused += fmt::format("{}{},{},", prefix, place.segment, place.row);
+      append_quoted(refused, why, kMaxFieldBytes);
+      refused += ',';
+      append_quoted(refused, line, kMaxFieldBytes);
+      refused += '\n';
+    }
+    ++place.row;
+  }
+}
+
 void Batch::add_change_of_log(const LogKey& log, const std::string& cursor) {
   std::string& gap = texts_[kGaps];
-  append_quoted(gap, log.gyro);
-  gap += ',';
-  append_quoted(gap, log.axis);
-  gap += ",log_changed,";
+  gap += fields_of(log) + ",log_changed,";
   append_quoted(gap, cursor);
   gap += ",0\n";
 }
@@ -138,11 +135,13 @@ void Batch::add_event(const std::string& gyro, const json& event) {
   std::string& csv = texts_[kEvents];
   append_quoted(csv, gyro);
   csv += fmt::format(",{:.6f}", time.get<double>());
-  for (const char* key : {"severity", "kind", "text"}) {
-    const json& value = member(event, key);
+  const auto add = [&](const char* name, std::size_t max) {
     csv += ',';
-    append_quoted(csv, value.is_string() ? cut(value.get_ref<const std::string&>()) : "-");
-  }
+    append_quoted(csv, text_member(event, name, "-"), max);
+  };
+  add("severity", kMaxWordBytes);  // severity, kind and text are in the key of the table: an index takes 2700 bytes
+  add("kind", kMaxWordBytes);
+  add("text", kMaxFieldBytes);
   csv += '\n';
 }
 

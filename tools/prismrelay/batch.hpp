@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "tools/prismrelay/row_converter.hpp"
 
 namespace prism::prismrelay {
 
@@ -27,6 +28,7 @@ struct PageFacts {
   std::string cursor;       ///< behind its last row
   std::size_t rows = 0;     ///< taken
   std::size_t refused = 0;  ///< lines that are no rows
+  std::string why = {};     ///< the last of them is no row
   std::uint64_t missing = 0;
   double arrival_s = 0;  ///< of its last row; 0: it has none
   bool more = false;
@@ -53,6 +55,8 @@ class Batch {
   const std::map<LogKey, std::string>& places() const { return places_; }  ///< the cursors that the logs have come to
 
  private:
+  void add_segment(const std::string& prefix, const nlohmann::json& segment, PageFacts& facts, RowPlace& last);
+
   std::array<std::string, kTables> texts_;
   std::set<std::int64_t> days_;
   std::map<LogKey, std::string> places_;

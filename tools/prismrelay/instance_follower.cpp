@@ -2,9 +2,11 @@
 #include "tools/prismrelay/instance_follower.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <utility>
 
+#include "base/escape.hpp"
+#include "base/json_member.hpp"
+#include "base/outside_text.hpp"
 #include "config/socket_place.hpp"
 
 namespace prism::prismrelay {
@@ -96,14 +98,14 @@ void InstanceFollower::pause(std::chrono::milliseconds time) {
 
 StatusAxes axes_of(const json& status) {
   StatusAxes axes;
-  const json several = status.value("axes", json());
-  if (several.is_object() && !several.empty()) {
-    axes.several = true;
-    for (const auto& [name, own] : several.items()) axes.names.push_back(name);
-  } else {
-    const json name = status.value("axis", json());
-    axes.names.push_back(name.is_string() ? name.get<std::string>() : "z");
-  }
+  const auto add = [&](const std::string& name) {
+    if (follows(TextRule::kAxisName, name)) return axes.names.push_back(name);
+    axes.invalid.push_back(shortened(name));
+  };
+  const json& several = member(status, "axes");
+  axes.several = several.is_object() && !several.empty();
+  if (!axes.several) return add(text_member(status, "axis", "z")), axes;
+  for (const auto& [name, own] : several.items()) add(name);
   return axes;
 }
 

@@ -53,9 +53,10 @@ class InstanceFollower : public std::enable_shared_from_this<InstanceFollower> {
   bool running_ = false, closed_ = false;
 };
 
-/// The axes that a status tells of: their names, and whether questions have to name them.
+/// The axes in a status: their names, and whether requests have to name them. Names that do not follow
+/// TextRule::kAxisName are in `invalid`, as printable text.
 struct StatusAxes {
-  std::vector<std::string> names;
+  std::vector<std::string> names, invalid;
   bool several = false;
 };
 StatusAxes axes_of(const nlohmann::json& status);

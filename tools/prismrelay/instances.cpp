@@ -1,34 +1,38 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismrelay/instances.hpp"
 
-#include <algorithm>
-#include <filesystem>
-#include <system_error>
-
+#include "base/escape.hpp"
+#include "base/outside_text.hpp"
 #include "config/socket_place.hpp"
+#include "tools/prismrelay/state.hpp"
 
 namespace prism::prismrelay {
 
-namespace fs = std::filesystem;
-
-std::map<std::string, std::string> find_instances(const std::vector<std::string>& entries) {
+std::map<std::string, std::string> find_instances(const std::vector<std::string>& entries,
+                                                  std::vector<std::string>* invalid) {
   std::map<std::string, std::string> found;
   for (const std::string& entry : entries) {
-    if (entry.back() != '/') {
-      const bool name = entry.find('/') == std::string::npos;
-      const std::string path = name ? config::socket_folders().front() + "/" + entry + ".sock" : entry;
-      found.try_emplace(fs::path(path).stem().string(), path);
+    if (entry.ends_with('/')) {
+      for (const std::string& path : config::sockets_in(entry, invalid))
+        found.try_emplace(config::instance_name(path), path);
       continue;
     }
-    std::vector<std::string> sockets;
-    std::error_code error;
-    fs::directory_iterator at(entry, error);
-    for (; !error && at != fs::directory_iterator(); at.increment(error)) {
-      if (at->path().extension() == ".sock") sockets.push_back(at->path().string());
+    const bool name = entry.find('/') == std::string::npos;
+    const std::string path = name ? config::socket_folders().front() + "/" + entry + ".sock" : entry;
+    if (follows(TextRule::kName, config::instance_name(path))) {
+      found.try_emplace(config::instance_name(path), path);
+    } else if (invalid != nullptr) {
+      invalid->push_back(printable(path));
     }
-    std::sort(sockets.begin(), sockets.end());
-    for (const std::string& path : sockets) found.try_emplace(fs::path(path).stem().string(), path);
   }
+  return found;
+}
+
+std::map<std::string, std::string> find_instances(const std::vector<std::string>& entries, RelayState& state) {
+  std::vector<std::string> invalid;
+  auto found = find_instances(entries, &invalid);
+  for (const std::string& path : invalid)
+    state.skipped(path, std::string("expected a name of ") + rule_text(TextRule::kName));
   return found;
 }
 

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <utility>
 
-#include "tools/prismrelay/row_converter.hpp"
 #include "tools/prismrelay/schema.hpp"
 
 namespace prism::prismrelay {

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
-#include <filesystem>
 #include <utility>
 
+#include "base/json_member.hpp"
+#include "base/outside_text.hpp"
 #include "tools/prismrelay/instances.hpp"
 
 namespace prism::prismrelay {
@@ -136,7 +137,7 @@ void LedgerLoop::keep_days() {
 }
 
 void LedgerLoop::look_around() {
-  const auto found = find_instances(settings_.instances);
+  const auto found = find_instances(settings_.instances, state_);
   for (const auto& [name, socket] : found) {
     const std::string gyro = settings_.site + "/" + name;
     if (sources_.count(gyro) == 0) follow(gyro, socket);
@@ -159,8 +160,8 @@ void LedgerLoop::follow(const std::string& gyro, const std::string& socket) {
   InstanceFollower::Calls calls;
   calls.begun = [this, &source](const json& status) { begun(source, status); };
   calls.told = [this, gyro](const json& told) {
-    if (told.value("method", "") != "event" || !traffic_.open) return;
-    batch_.add_event(gyro, told.value("params", json()));
+    if (member(told, "method") != "event" || !traffic_.open) return;
+    batch_.add_event(gyro, member(told, "params"));
     gathered();
   };
   calls.gone = [&source] {
@@ -177,6 +178,8 @@ void LedgerLoop::begun(Source& source, const json& status) {
   source.logs.clear();
   const std::string& gyro = source.instance->gyro();
   const StatusAxes axes = axes_of(status);
+  for (const std::string& name : axes.invalid)
+    state_.skipped(gyro + " axis " + name, std::string("expected ") + rule_text(TextRule::kAxisName));
   for (const std::string& axis : axes.names) {
     auto log = std::make_shared<RowFollower>(context_, traffic_, LogKey{gyro, axis}, axes.several ? axis : "");
     const std::weak_ptr<InstanceFollower> instance = source.instance;

@@ -6,7 +6,8 @@
 #include <boost/asio/write.hpp>
 #include <utility>
 
-#include "base/json_document.hpp"
+#include "base/escape.hpp"
+#include "base/json_member.hpp"
 
 namespace prism::prismrelay {
 
@@ -39,7 +40,7 @@ void LineClient::ask(const char* method, const json& params, Message answer) {
   json request = {{"jsonrpc", "2.0"}, {"id", ++last_id_}, {"method", method}};
   if (!params.is_null()) request["params"] = params;
   asked_[last_id_] = std::move(answer);
-  unsent_.push_back(request.dump() + "\n");
+  unsent_.push_back(json_text(request) + "\n");
   if (connected_ && unsent_.size() == 1) write();
 }
 
@@ -76,9 +77,10 @@ void LineClient::read() {
 }
 
 void LineClient::take(std::string_view line) {
-  const json message = json::parse(line, nullptr, false);
-  if (!message.is_object())
-    return lost("sent " + shown(json(std::string(line))) + ", expected an object; is this prismd's socket?");
+  const auto parsed = parse_json_line(line);
+  if (!parsed || !parsed->is_object())
+    return lost("sent \"" + shortened(line, 40) + "\", expected an object of JSON; is this prismd's socket?");
+  const json& message = *parsed;
   const auto id = message.find("id");
   if (id == message.end()) {
     if (const Message told = notification_) told(message);

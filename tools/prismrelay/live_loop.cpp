@@ -6,6 +6,9 @@
 #include <boost/asio/post.hpp>
 #include <utility>
 
+#include "base/escape.hpp"
+#include "base/json_member.hpp"
+#include "base/outside_text.hpp"
 #include "tools/prismrelay/instances.hpp"
 
 namespace prism::prismrelay {
@@ -15,8 +18,6 @@ using nlohmann::json;
 using std::chrono_literals::operator""s;
 
 constexpr unsigned kStatusEvery_s = 5, kRetryEvery_s = 3;
-
-std::string line_of(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
 
 }  // namespace
 
@@ -39,7 +40,7 @@ void LiveLoop::stop() {
 }
 
 void LiveLoop::look_around() {
-  const auto found = find_instances(settings_.instances);
+  const auto found = find_instances(settings_.instances, state_);
   for (const auto& [name, socket] : found) {
     const std::string gyro = settings_.site + "/" + name;
     if (sources_.count(gyro) == 0) follow(gyro, name, socket);
@@ -55,7 +56,10 @@ void LiveLoop::look_around() {
 void LiveLoop::follow(const std::string& gyro, const std::string& name, const std::string& socket) {
   if (mqtt_ && !is_topic_part(name) && refused_.insert(name).second)
     say(Level::kWarning,
-        fmt::format("mqtt: the gyro \"{}\" is not told: its name holds what MQTT keeps for topics", name));
+        fmt::format(
+            "mqtt: the gyro \"{}\" is not published: its name contains +, # or a leading $, which MQTT reserves "
+            "in topics",
+            name));
   Source& source = sources_[gyro];
   InstanceFollower::Calls calls;
   calls.begun = [this, &source, gyro, name](const json& status) {
@@ -63,38 +67,37 @@ void LiveLoop::follow(const std::string& gyro, const std::string& name, const st
     take_status(gyro, name, status);
     source.instance->ask("subscribe", {{"streams", {"window", "event"}}}, [](const json&) {});
   };
-  calls.told = [this, name](const json& notification) { told(name, notification); };
+  calls.told = [this, &source, name](const json& notification) { told(name, source.axes, notification); };
   calls.gone = [this, &source, name] { tell_offline(name, source.axes, "gone"); };
   source.instance = std::make_shared<InstanceFollower>(context_, state_, gyro, socket, std::move(calls));
   source.instance->begin();
 }
 
-void LiveLoop::told(const std::string& name, const json& notification) {
+void LiveLoop::told(const std::string& name, const std::set<std::string>& axes, const json& notification) {
   if (!mqtt_ || refused_.count(name) != 0) return;
-  const std::string method = notification.value("method", "");
-  const json params = notification.value("params", json());
-  const json axis = params.is_object() ? params.value("axis", json()) : json();
-  if (method == "window" && axis.is_string() && is_topic_part(axis.get<std::string>()))
-    mqtt_->publish_last(name + "/" + axis.get<std::string>() + "/window", line_of(params), false);
-  if (method == "event") mqtt_->publish_once(name + "/event", line_of(params));
-  if (method == "lost" && params.is_object()) state_.dropped("mqtt", params.value("rows", std::uint64_t{0}));
+  const std::string method = text_member(notification, "method");
+  const json& params = member(notification, "params");
+  const std::string axis = text_member(params, "axis");
+  if (method == "window" && axes.count(axis) != 0)
+    mqtt_->publish_last(name + "/" + axis + "/window", json_text(params), false);
+  if (method == "event") mqtt_->publish_once(name + "/event", json_text(params));
+  if (method == "lost") state_.dropped("mqtt", count_member(params, "rows"));
 }
 
 void LiveLoop::take_status(const std::string& gyro, const std::string& name, json status) {
   Source& source = sources_[gyro];
   const StatusAxes axes = axes_of(status);
-  source.axes.clear();
-  for (const std::string& axis : axes.names) {
-    if (is_topic_part(axis)) source.axes.insert(axis);
-  }
+  source.axes = {axes.names.begin(), axes.names.end()};
+  for (const std::string& axis : axes.invalid)
+    state_.skipped(gyro + " axis " + axis, std::string("expected ") + rule_text(TextRule::kAxisName));
   if (mqtt_ && refused_.count(name) == 0) {
     for (const std::string& axis : source.axes) {
       json own = status;
       own.erase("axes");
-      if (axes.several) own.update(status["axes"][axis]);
+      if (const json& of_axis = member(member(status, "axes"), axis); of_axis.is_object()) own.update(of_axis);
       own["axis"] = axis;
       own["state"] = "running";
-      mqtt_->publish_last(fmt::format("{}/{}/status", name, axis), line_of(own), true);
+      mqtt_->publish_last(fmt::format("{}/{}/status", name, axis), json_text(own), true);
     }
   }
   state_.status(gyro, std::move(status));
@@ -105,8 +108,8 @@ void LiveLoop::tell_offline(const std::string& name, const std::set<std::string>
   if (!mqtt_ || refused_.count(name) != 0) return;
   for (const std::string& axis : axes) {
     const json own = {{"axis", axis}, {"state", state}, {"quality", "no_data"}, {"since_s", host_time_s()}};
-    mqtt_->publish_last(fmt::format("{}/{}/status", name, axis), line_of(own), true);
-    mqtt_->publish_last(fmt::format("{}/{}/window", name, axis), line_of(own), false);
+    mqtt_->publish_last(fmt::format("{}/{}/status", name, axis), json_text(own), true);
+    mqtt_->publish_last(fmt::format("{}/{}/window", name, axis), json_text(own), false);
   }
 }
 

@@ -32,7 +32,7 @@ class LiveLoop {
   };
   void look_around();
   void follow(const std::string& gyro, const std::string& name, const std::string& socket);
-  void told(const std::string& name, const nlohmann::json& notification);
+  void told(const std::string& name, const std::set<std::string>& axes, const nlohmann::json& notification);
   void take_status(const std::string& gyro, const std::string& name, nlohmann::json status);
   void tell_offline(const std::string& name, const std::set<std::string>& axes, const std::string& state);
   void once_a_second();

@@ -3,11 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <utility>
+
+#include "base/outside_text.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -19,9 +20,7 @@ constexpr int kLongestPause_s = 5;  // between two attempts; an end waits as lon
 }  // namespace
 
 bool is_topic_part(const std::string& name) {
-  return !name.empty() && name.size() <= 200 && std::none_of(name.begin(), name.end(), [](unsigned char c) {
-    return c < 0x20 || c == '+' || c == '#' || c == '/';
-  });
+  return follows(TextRule::kName, name) && name.find_first_of("+#") == std::string::npos && !name.starts_with('$');
 }
 
 Mqtt::Mqtt(const MqttSettings& settings, const std::string& site, RelayState& state)

@@ -63,7 +63,8 @@ class Mqtt {
   std::thread thread_;
 };
 
-/// Whether a name may stand between the '/' of a topic: no wildcard, no '/', no NUL, something at all.
+/// True if a name may be one level of a topic: it follows TextRule::kName, without + and #, which are wildcards, and
+/// without a leading $, which brokers reserve.
 bool is_topic_part(const std::string& name);
 
 }  // namespace prism::prismrelay

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "base/escape.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 
@@ -29,7 +30,7 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    fmt::print(stderr, "prismrelay: {} (see prismrelay --help)\n", error.what());
+    fmt::print(stderr, "prismrelay: {} (see prismrelay --help)\n", printable(error.what()));
     return kExitUsage;
   }
   return std::nullopt;

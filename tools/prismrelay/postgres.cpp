@@ -7,17 +7,21 @@
 #include <array>
 #include <cerrno>
 
+#include "base/escape.hpp"
+
 namespace prism::prismrelay {
 namespace {
 
 constexpr const char* kPlace = "postgresql";
+constexpr std::size_t kMaxMessageBytes = 1000;
 
-// libpq's messages have several lines, some of them empty.
+// libpq's messages have several lines, some of them empty. They may quote our data: Error::text() makes them printable.
 std::string one_line(std::string_view text) {
   std::string line;
   for (const char c : text) line += c == '\n' || c == '\t' ? ' ' : c;
   while (!line.empty() && line.back() == ' ') line.pop_back();
   if (line.rfind("ERROR:  ", 0) == 0) line.erase(0, 8);
+  if (line.size() > kMaxMessageBytes) line = shortened(line, kMaxMessageBytes);
   return line;
 }
 

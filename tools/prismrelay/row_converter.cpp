@@ -9,6 +9,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "base/escape.hpp"
+
 namespace prism::prismrelay {
 namespace {
 
@@ -94,18 +96,9 @@ bool is_sensor(std::string_view name) {
   return plain && std::any_of(kUnits.begin(), kUnits.end(), [&](const char* unit) { return name.ends_with(unit); });
 }
 
-std::string shown(std::string_view text) { return fmt::format("\"{:.40}\"", text); }
+std::string shown(std::string_view text) { return "\"" + shortened(text, 40) + "\""; }
 
 }  // namespace
-
-void append_quoted(std::string& csv, std::string_view text) {
-  csv += '"';
-  for (const char c : text) {
-    if (c == '"') csv += '"';
-    csv += c == '\0' ? '?' : c;
-  }
-  csv += '"';
-}
 
 RowConverter::RowConverter(std::string_view columns) {
   static_assert(kAll <= std::extent_v<decltype(known_)>);
@@ -156,7 +149,7 @@ std::string RowConverter::append(std::string& csv, const RowPlace& place, std::s
     // As a number of JSON: 5 and -0.5, never .5 or +5.
     fmt::format_to(std::back_inserter(sensors), "{}\"\"{}\"\":{}", sensors.empty() ? "" : ",", sensors_[i], value);
   }
-  day = static_cast<std::int64_t>(std::floor(arrival_s)) / kDay_s;
+  day = std::llround(arrival_s * 1e6) / (kDay_s * 1'000'000);  // to_timestamp() rounds to microseconds
   csv += place.prefix;
   fmt::format_to(std::back_inserter(csv), "{},{},{},{},", place.segment, place.row,
                  at(kArrival).empty() ? at(kTime) : at(kArrival), at(kTime));

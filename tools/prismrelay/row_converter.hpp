@@ -36,7 +36,4 @@ class RowConverter {
   std::size_t fields_ = 0;
 };
 
-/// A field of CSV, quoted.
-void append_quoted(std::string& csv, std::string_view text);
-
 }  // namespace prism::prismrelay

@@ -5,6 +5,9 @@
 
 #include <utility>
 
+#include "base/escape.hpp"
+#include "base/json_member.hpp"
+
 namespace prism::prismrelay {
 namespace {
 
@@ -63,41 +66,41 @@ void RowFollower::answer(const json& message) {
   asking_ = false;
   if (!traffic_.open) return give_back();  // the ledger went meanwhile: it will say where to go on
   if (const auto error = message.find("error"); error != message.end()) return refused(*error);
-  const auto page = message.find("result");
-  const json& segments = page == message.end() || !page->is_object() ? json() : page->value("segments", json());
-  const bool nothing = segments.is_array() && segments.empty() && page->value("missing", json()) == 0;
+  const json& page = member(message, "result");
+  const json& segments = member(page, "segments");
+  const bool nothing = segments.is_array() && segments.empty() && member(page, "missing") == 0;
   if (nothing) {  // the place behind nothing is the place before
-    lags_ = page->value("more", false);
+    lags_ = flag_member(page, "more");
     if (!lags_) give_back();
     if (!lags_) traffic_.state->log(log_, [](LogState& own) { own.caught_up = true, own.error.clear(); });
     return ask();
   }
-  const auto facts = traffic_.batch->add_page(log_, cursor_, page == message.end() ? json() : *page);
-  if (!facts) {
-    ask_again_at_ = steady_clock::now() + kAfterRefusal;
-    traffic_.state->log(log_, [&](LogState& own) { own.error = facts.error().text(); });
-    return give_back();
-  }
+  const auto facts = traffic_.batch->add_page(log_, cursor_, page);
+  if (!facts) return fail(facts.error().text());
   next_cursor_ = facts->cursor;
   next_arrival_s_ = facts->arrival_s;
   next_rows_ = facts->rows;
   next_refused_ = facts->refused;
   next_missing_ = facts->missing;
   next_more_ = facts->more;
+  next_why_ = facts->why;
   gathered_ = true;
   traffic_.gathered();
 }
 
 // A folder that was emptied is another log: it is begun at its beginning, and that one ended is kept.
 void RowFollower::refused(const json& error) {
-  const std::string why = error.value("message", "refused");
-  const json code = error.value("code", json());
-  if (code == kForeignCursor && cursor_ != "earliest") {
+  const std::string why = printable(text_member(error, "message", "refused"));
+  if (member(error, "code") == kForeignCursor && cursor_ != "earliest") {
     say(Level::kWarning, fmt::format("{} {}: {}; beginning the log that is there", log_.gyro, log_.axis, why));
     traffic_.batch->add_change_of_log(log_, cursor_);
     traffic_.gathered();
     return go_on("earliest");
   }
+  fail(why);
+}
+
+void RowFollower::fail(const std::string& why) {
   ask_again_at_ = steady_clock::now() + kAfterRefusal;
   bool is_new = false;
   traffic_.state->log(log_, [&](LogState& own) { is_new = std::exchange(own.error, why) != why; });
@@ -109,7 +112,12 @@ void RowFollower::committed() {
   if (!std::exchange(gathered_, false)) return;
   cursor_ = next_cursor_;
   lags_ = next_more_;
+  const bool none = next_rows_ == 0 && next_refused_ > 0;
+  const std::string why = none ? "no line of the log is a row: " + next_why_ : "";
+  bool is_new = false;
   traffic_.state->log(log_, [&](LogState& own) {
+    is_new = none && own.rows_error.empty();
+    if (none || next_rows_ > 0) own.rows_error = why;
     own.rows += next_rows_;
     own.refused += next_refused_;
     own.missing += next_missing_;
@@ -119,6 +127,7 @@ void RowFollower::committed() {
     own.arrival_s = next_arrival_s_;
     own.lag_s = host_time_s() - next_arrival_s_;
   });
+  if (is_new) say(Level::kWarning, fmt::format("{} {}: {}", log_.gyro, log_.axis, why));
   if (!lags_ || !client_->is_open()) give_back();
   ask();
 }

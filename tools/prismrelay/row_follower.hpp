@@ -52,6 +52,8 @@ class RowFollower : public std::enable_shared_from_this<RowFollower> {
  private:
   void answer(const nlohmann::json& message);
   void refused(const nlohmann::json& error);
+  /// Shows why no rows come, and asks again later.
+  void fail(const std::string& why);
   void give_back();
 
   RowTraffic& traffic_;
@@ -62,6 +64,7 @@ class RowFollower : public std::enable_shared_from_this<RowFollower> {
   double next_arrival_s_ = 0;
   std::size_t next_rows_ = 0, next_refused_ = 0;
   std::uint64_t next_missing_ = 0;
+  std::string next_why_;
   std::chrono::steady_clock::time_point asked_at_, ask_again_at_;
   bool asking_ = false, gathered_ = false, lags_ = true, large_ = false, next_more_ = false;
 };

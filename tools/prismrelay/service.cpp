@@ -9,7 +9,9 @@
 #include <memory>
 #include <thread>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
+#include "base/json_member.hpp"
 #include "base/notify.hpp"
 #include "tools/metrics/exposition.hpp"
 #include "tools/prismrelay/ledger.hpp"
@@ -50,7 +52,7 @@ class Reporter {
 
  private:
   void write_status(const RelayState::View& view) {
-    const auto written = write_text_file(settings_.status_file, status_json(settings_, view).dump(2) + "\n");
+    const auto written = write_text_file(settings_.status_file, json_text(status_json(settings_, view), 2) + "\n");
     const std::string why = written ? "" : written.error().text();
     if (why != fault_ && !why.empty()) say(Level::kWarning, "the status cannot be written: " + why);
     fault_ = why;
@@ -75,14 +77,14 @@ class Reporter {
 int show_status(const Settings& settings, bool as_json) {
   const auto text = read_text_file(settings.status_file);
   if (!text) return fail({settings.status_file, "no relay wrote its status here; start prismrelay"});
-  const auto status = nlohmann::json::parse(*text, nullptr, false);
+  const auto status = nlohmann::ordered_json::parse(*text, nullptr, false);
   if (!status.is_object()) return fail({settings.status_file, "is no status of prismrelay"});
   if (as_json) {
-    fmt::print("{}", *text);
+    fmt::print("{}\n", printable_json(json_text(status, 2)));
   } else {
-    fmt::print("{}", status_view(status, host_time_s()));
+    fmt::print("{}", printable_lines(status_view(status, host_time_s())));
   }
-  return host_time_s() - status.value("time_s", 0.0) > 10 ? kExitFailed : kExitDone;
+  return host_time_s() - number_member(status, "time_s") > 10 ? kExitFailed : kExitDone;
 }
 
 }  // namespace

@@ -5,13 +5,15 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <set>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/json_section.hpp"
+#include "base/outside_text.hpp"
+#include "config/socket_place.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -37,9 +39,11 @@ std::string path_of(const std::string& text, const fs::path& base) {
 
 // It stands in topics and before the '/' of a gyro's key.
 void check_topic_part(const Section& section, const char* key, const std::string& text) {
-  const auto breaks = [](unsigned char c) { return c < 0x21 || c == 0x7f || c == '+' || c == '#' || c == '/'; };
-  if (text.empty() || text.size() > 64 || std::any_of(text.begin(), text.end(), breaks))
-    section.fail(key, fmt::format("found \"{:.64}\", expected 1 to 64 characters without blanks, /, + and #", text));
+  if (text.size() > 64 || !follows(TextRule::kName, text) || text.find_first_of(" +#") != std::string::npos ||
+      text.starts_with('$'))
+    section.fail(key, fmt::format("found \"{}\", expected 1 to 64 printable characters without blanks, /, + and #, "
+                                  "without a . or $ first",
+                                  shortened(text)));
 }
 
 PostgresSettings read_postgresql(const Section& section, const fs::path& base) {
@@ -50,6 +54,9 @@ PostgresSettings read_postgresql(const Section& section, const fs::path& base) {
   settings.password_file = secret_path(section.text("password_file", ""), base);
   if (section.has("keep_days")) settings.keep_days = static_cast<int>(section.integer("keep_days", {1, 36500}));
   settings.follower = section.text("follower", settings.follower);
+  if (!follows(TextRule::kName, settings.follower))
+    section.fail("follower",
+                 fmt::format("found \"{}\", expected {}", shortened(settings.follower), rule_text(TextRule::kName)));
   settings.gather_s = section.number("gather_s", {0.01, 10}, settings.gather_s);
   return settings;
 }
@@ -95,6 +102,9 @@ void check_instances(const Section& top, const std::vector<std::string>& instanc
   for (const std::string& entry : instances) {
     if (entry.empty()) return top.fail("instances", "holds an empty text, expected names, sockets or folders/");
     if (entry.back() == '/') continue;
+    if (const std::string name = config::instance_name(entry); !follows(TextRule::kName, name))
+      return top.fail("instances",
+                      fmt::format("found \"{}\", expected a name of {}", shortened(name), rule_text(TextRule::kName)));
     if (!names.insert(fs::path(entry).stem().string()).second)
       return top.fail("instances", fmt::format("\"{}\" stands there twice", fs::path(entry).stem().string()));
   }

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "base/escape.hpp"
 #include "base/text_number.hpp"
 
 namespace prism::prismrelay {
@@ -19,9 +20,9 @@ void say(Level level, const std::string& text) {
   static const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
   static constexpr const char* kNames[] = {"", "", "", "error", "warning", "", "info"};
   const int number = static_cast<int>(level);
-  if (journal) return fmt::print(stderr, "<{}>{}\n", number, text);
+  if (journal) return fmt::print(stderr, "<{}>{}\n", number, printable(text));
   fmt::print(stderr, "{} prismrelay {}: {}\n", utc_text(static_cast<std::int64_t>(host_time_s())), kNames[number],
-             text);
+             printable(text));
 }
 
 void RelayState::up(const std::string& target) {
@@ -38,8 +39,8 @@ void RelayState::down(const std::string& target, const std::string& why) {
   TargetState& own = view_.targets[target];
   ++own.failures;
   if (own.up || own.since_s == 0) own.since_s = host_time_s();
-  const bool changed = std::exchange(own.up, false) || own.error != why;
-  own.error = why;
+  const bool changed = std::exchange(own.up, false) || own.error != printable(why);
+  own.error = printable(why);
   if (changed) say(Level::kWarning, why + "; trying again until it is there");
 }
 
@@ -59,9 +60,9 @@ void RelayState::instance(const std::string& gyro, const std::string& socket, co
   const auto [place, is_new] = view_.instances.try_emplace(gyro);
   InstanceState& own = place->second;
   own.socket = socket;
-  const bool changed = is_new || own.state != state || (own.error != error && !error.empty());
+  const bool changed = is_new || own.state != state || (own.error != printable(error) && !error.empty());
   own.state = state;
-  own.error = error;
+  own.error = printable(error);
   if (state != "running") own.status = nullptr;
   if (changed)
     say(state == "gone" && !is_new ? Level::kWarning : Level::kInfo,
@@ -76,6 +77,13 @@ void RelayState::status(const std::string& gyro, nlohmann::json answer) {
 void RelayState::forget(const std::string& gyro) {
   const std::lock_guard lock(mutex_);
   if (view_.instances.erase(gyro) != 0) say(Level::kInfo, gyro + ": its socket is gone, it is followed no more");
+}
+
+void RelayState::skipped(const std::string& what, const std::string& why) {
+  constexpr std::size_t kMaxNames = 1000;
+  const std::lock_guard lock(mutex_);
+  if (skipped_.size() < kMaxNames && skipped_.insert(what).second)
+    say(Level::kWarning, fmt::format("{}: skipped: {}", what, why));
 }
 
 RelayState::View RelayState::view() const {

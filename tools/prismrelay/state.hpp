@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 
 #include "tools/prismrelay/batch.hpp"
@@ -29,9 +30,13 @@ struct TargetState {
 struct LogState {
   std::uint64_t rows = 0, refused = 0, missing = 0;  ///< since the relay runs
   std::string error;                                 ///< what prismd answered instead of rows
+  std::string rows_error;                            ///< why no line of the last page was a row; until one is
   double arrival_s = 0;                              ///< of the last row that was committed
   double lag_s = 0;                                  ///< from its arrival to its commit
   bool caught_up = false;
+
+  /// The reason why no rows are carried; empty if they are.
+  const std::string& fault() const { return error.empty() ? rows_error : error; }
 };
 
 struct InstanceState {
@@ -59,6 +64,8 @@ class RelayState {
   void instance(const std::string& gyro, const std::string& socket, const std::string& state, const std::string& error);
   void status(const std::string& gyro, nlohmann::json answer);
   void forget(const std::string& gyro);
+  /// Logs a name from outside that is not used, once.
+  void skipped(const std::string& what, const std::string& why);
 
   struct View {
     std::map<std::string, TargetState> targets;
@@ -76,10 +83,11 @@ class RelayState {
   mutable std::mutex mutex_;
   View view_;
   std::map<LogKey, LogState>& logs_ = view_.logs;
+  std::set<std::string> skipped_;
   std::atomic<std::int64_t> progress_[2] = {};
 };
 
-/// A line on standard error, with the journal's priority where it reads there.
+/// A line on standard error, printable, with the journal's priority where it reads there.
 enum class Level { kError = 3, kWarning = 4, kInfo = 6 };
 void say(Level level, const std::string& text);
 

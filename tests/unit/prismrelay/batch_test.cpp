@@ -3,8 +3,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <utf8.h>
 
 #include <string>
+
+#include "tests/support/hostile_texts.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -44,7 +47,7 @@ TEST(Batch, APageBecomesRowsTheirSegmentAndTheirPlace) {
   EXPECT_EQ(batch.text(Batch::kRefused), "\"lab/g\",\"z\"," + kLog + ",2,6,\"found 1 fields, expected 2\",\"torn\"\n");
   EXPECT_EQ(batch.text(Batch::kSegments),
             "\"lab/g\",\"z\"," + kLog +
-                ",2,\"gyro1-1.csv\",\"m1\",\"{\"\"model\"\":\"\"m1\"\",\"\"note\"\":\"\"a?\\\"\"b\"\"}\"\n");
+                ",2,\"gyro1-1.csv\",\"m1\",\"{\"\"model\"\":\"\"m1\"\",\"\"note\"\":\"\"a\xef\xbf\xbd\\\"\"b\"\"}\"\n");
   EXPECT_EQ(batch.text(Batch::kPlaces), "\"lab/g\",\"z\",\"" + kLog + "-2-7-9\"," + kLog + ",2,7,86411.000000,2\n");
   EXPECT_EQ(batch.text(Batch::kGaps), "");
   EXPECT_EQ(batch.places().at({"lab/g", "z"}), kLog + "-2-7-9");
@@ -74,6 +77,10 @@ TEST(Batch, WhatIsNoAnswerOfRowsLeavesNothing) {
   wrong.back()["segments"][0]["rows"][1] = 7;
   wrong.push_back(page_of());
   wrong.back()["segments"][0]["first"] = 1ULL << 40;
+  for (const std::string& cursor : {std::string(), std::string(129, 'a'), std::string("a\nb")}) {
+    wrong.push_back(page_of());
+    wrong.back()["after"] = cursor;
+  }
   for (const json& page : wrong) {
     Batch batch;
     const auto facts = batch.add_page({"lab/g", "z"}, "c", page);
@@ -90,6 +97,74 @@ TEST(Batch, EventsAreCutAtTheBeginningOfACharacter) {
   batch.add_event("lab/g", {{"time_s", "now"}});
   batch.add_event("lab/g", nullptr);
   EXPECT_EQ(std::count(batch.text(Batch::kEvents).begin(), batch.text(Batch::kEvents).end(), '\n'), 1);
+}
+
+/// CSV as PostgreSQL reads it: fields of each record.
+std::vector<std::vector<std::string>> records_of(const std::string& csv) {
+  std::vector<std::vector<std::string>> records(1, std::vector<std::string>(1));
+  bool quoted = false;
+  for (std::size_t i = 0; i < csv.size(); ++i) {
+    std::string& field = records.back().back();
+    const bool doubled = quoted && csv.substr(i, 2) == "\"\"";
+    if (doubled) {
+      field += csv[i++];
+    } else if (csv[i] == '"') {
+      quoted = !quoted;
+    } else if (quoted) {
+      field += csv[i];
+    } else if (csv[i] == ',') {
+      records.back().emplace_back();
+    } else if (csv[i] == '\n') {
+      records.emplace_back(1);
+    } else {
+      field += csv[i];
+    }
+  }
+  EXPECT_FALSE(quoted);
+  records.pop_back();  // behind the last line end
+  return records;
+}
+
+bool has_nul(const json& value) {
+  if (value.is_string()) return value.get_ref<const std::string&>().find('\0') != std::string::npos;
+  if (!value.is_structured()) return false;
+  return std::any_of(value.begin(), value.end(), has_nul);
+}
+
+// One text that the server refuses would stop the rows of all gyros.
+TEST(Batch, TheServerAcceptsEveryText) {
+  for (const std::string& text : test::hostile_texts()) {
+    SCOPED_TRACE(text.substr(0, 40));
+    json page = page_of();
+    json& segment = page["segments"][0];
+    segment["metadata"] = {{"model", text}, {"list", {text, {{"deep", text}}}}, {text, 1}, {"nan", std::nan("")}};
+    segment["file"] = text;
+    segment["rows"] = {text, "10,7"};
+    Batch batch;
+    const auto facts = batch.add_page({"lab/g", "z"}, "c", page);
+    ASSERT_TRUE(facts) << facts.error().text();
+    EXPECT_EQ(facts->rows, 1u);
+    batch.add_event("lab/g", {{"time_s", 1}, {"severity", text}, {"kind", text}, {"text", text}});
+    constexpr std::pair<Batch::Table, std::size_t> kFields[] = {
+        {Batch::kRows, 25}, {Batch::kSegments, 7}, {Batch::kPlaces, 8}, {Batch::kRefused, 7}, {Batch::kEvents, 5}};
+    for (const auto& [table, fields] : kFields) {
+      const auto records = records_of(batch.text(table));
+      ASSERT_EQ(records.size(), 1u) << "table " << table;
+      EXPECT_EQ(records[0].size(), fields) << "table " << table;
+      for (const std::string& field : records[0]) {
+        EXPECT_TRUE(utf8::is_valid(field));
+        EXPECT_EQ(field.find('\0'), std::string::npos);
+      }
+    }
+    const json metadata = json::parse(records_of(batch.text(Batch::kSegments))[0][6], nullptr, false);
+    ASSERT_TRUE(metadata.is_object());
+    EXPECT_FALSE(has_nul(metadata));
+    for (const auto& [key, value] : metadata.items()) EXPECT_FALSE(has_nul(key));
+    const bool storable = utf8::is_valid(text) && text.find('\0') == std::string::npos;
+    if (storable) {
+      EXPECT_EQ(metadata["model"], text);
+    }
+  }
 }
 
 }  // namespace

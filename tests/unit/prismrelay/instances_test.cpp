@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/outside_text.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismrelay/instance_follower.hpp"
 #include "tools/prismrelay/mqtt.hpp"
 #include "tools/prismrelay/schema.hpp"
+#include "tools/prismrelay/state.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -23,6 +25,35 @@ TEST(Instances, NamesSocketsAndFolders) {
   EXPECT_TRUE(find_instances({"/nowhere/at/all/"}).empty());
 }
 
+// A file whose name is not UTF-8 ended the relay of the host: its name could not be written as JSON.
+TEST(Instances, InvalidNamesAreSkippedAndNamed) {
+  const test::TemporaryFolder folder;
+  const std::vector<std::string> wrong = {"\xff.sock", "a\nb.sock", "\033[2J.sock", std::string(91, 'n') + ".sock",
+                                          "\xe2\x80\xae.sock"};
+  for (const std::string& name : wrong) std::ofstream(folder.file(name)) << "";
+  std::ofstream(folder.file("good.sock")) << "";
+  std::vector<std::string> invalid;
+  const auto found = find_instances({folder.file(""), "/x/\xfe.sock"}, &invalid);
+  EXPECT_EQ(found, (std::map<std::string, std::string>{{"good", folder.file("good.sock")}}));
+  EXPECT_EQ(invalid.size(), wrong.size() + 1);
+  for (const std::string& name : invalid) EXPECT_TRUE(is_printable(name)) << name;
+  RelayState state;
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < 3; ++i) (void)find_instances({folder.file("")}, state);
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), static_cast<std::ptrdiff_t>(wrong.size()));
+  EXPECT_NE(log.find("\\xff.sock: skipped: expected a name of 1 to 90 bytes"), std::string::npos) << log;
+}
+
+TEST(Instances, AxesOfInvalidNamesAreNamed) {
+  const StatusAxes axes = axes_of({{"axes", {{"x", {}}, {"\033[2J", {}}, {"a/b", {}}, {std::string(17, 'y'), {}}}}});
+  EXPECT_EQ(axes.names, std::vector<std::string>{"x"});
+  EXPECT_EQ(axes.invalid.size(), 3u);
+  EXPECT_TRUE(axes_of({{"axis", "+"}}).names.empty());
+  for (const nlohmann::json& other : {nlohmann::json(), nlohmann::json(3), nlohmann::json({{"axes", 3}, {"axis", 4}})})
+    EXPECT_EQ(axes_of(other).names, std::vector<std::string>{"z"});
+}
+
 TEST(Instances, AxesOfAStatus) {
   EXPECT_EQ(axes_of({{"axis", "z"}}).names, std::vector<std::string>{"z"});
   EXPECT_FALSE(axes_of({{"axis", "z"}}).several);
@@ -33,7 +64,8 @@ TEST(Instances, AxesOfAStatus) {
 
 TEST(Mqtt, WildcardsAreNoPartOfATopic) {
   EXPECT_TRUE(is_topic_part("gyro1"));
-  for (const std::string wrong : {"", "a+b", "#", "a/b", "a\nb"}) EXPECT_FALSE(is_topic_part(wrong)) << wrong;
+  for (const std::string wrong : {"", "a+b", "#", "a/b", "a\nb", "$SYS", "\x7f", "\xff", "\xc2\x85"})
+    EXPECT_FALSE(is_topic_part(wrong)) << wrong;
 }
 
 TEST(Schema, PartitionsGoFromMidnightToMidnight) {

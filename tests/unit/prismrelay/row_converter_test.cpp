@@ -7,6 +7,8 @@
 
 #include <string>
 
+#include "tools/prismrelay/sql_text.hpp"
+
 namespace prism::prismrelay {
 namespace {
 
@@ -79,10 +81,18 @@ TEST(RowConverter, WhatTheServerWouldRefuseIsRefusedHere) {
   EXPECT_THAT(convert("samples", "5").why, HasSubstr("time_s"));
 }
 
+// The server rounds a time to microseconds: the partition of the day after it is needed.
+TEST(RowConverter, TheDayIsThatOfTheRoundedArrival) {
+  EXPECT_EQ(convert("time_s,arrival_s", "5,86399.9999999").day, 1);
+  EXPECT_EQ(convert("time_s,arrival_s", "5,86399.999999").day, 0);
+}
+
 TEST(RowConverter, TextIsQuotedWithoutNul) {
   std::string csv;
   append_quoted(csv, std::string("a\"b,\n\0c", 7));
-  EXPECT_EQ(csv, "\"a\"\"b,\n?c\"");
+  EXPECT_EQ(csv,
+            "\"a\"\"b,\n\xef\xbf\xbd"
+            "c\"");
 }
 
 }  // namespace

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismrelay/sql_text.hpp"
+
+#include <algorithm>
+
+#include "base/escape.hpp"
+
+namespace prism::prismrelay {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kReplacement = "\xef\xbf\xbd";  // U+FFFD
+
+json storable(const json& value) {
+  if (value.is_string()) return database_text(value.get_ref<const std::string&>());
+  if (!value.is_structured()) return value;
+  json result = value.is_object() ? json::object() : json::array();
+  if (value.is_object()) {
+    for (const auto& [name, own] : value.items()) result[database_text(name)] = storable(own);
+  } else {
+    for (const json& own : value) result.push_back(storable(own));
+  }
+  return result;
+}
+
+}  // namespace
+
+std::string database_text(std::string_view text) {
+  const std::string valid = valid_utf8(text);
+  if (valid.find('\0') == std::string::npos) return valid;
+  std::string result;
+  for (const char c : valid) result += c == '\0' ? kReplacement : std::string_view(&c, 1);
+  return result;
+}
+
+std::string jsonb_text(const json& value) { return json_text(storable(value)); }
+
+void append_quoted(std::string& csv, std::string_view text, std::size_t max) {
+  std::size_t size = std::min(text.size(), max);
+  while (size > 0 && size < text.size() && (static_cast<unsigned char>(text[size]) & 0xc0) == 0x80) --size;
+  csv += '"';
+  for (const char c : database_text(text.substr(0, size))) {
+    if (c == '"') csv += '"';
+    csv += c;
+  }
+  csv += '"';
+}
+
+}  // namespace prism::prismrelay
