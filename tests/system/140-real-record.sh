@@ -5,7 +5,6 @@
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 data=${PRISM_SHARED:-$PRISM_SOURCE/../shared}/data
 [ -f "$data/mems_chamber_tofupilot.csv" ] || skip "no $data; set PRISM_SHARED to run this test"
-command -v gnuplot >/dev/null || skip "no gnuplot"
 cd "$dir"
 map() { echo "rate=rate_$1_dps:deg/s,temperature=temperature_C:degC,time=t_s:s"; }
 

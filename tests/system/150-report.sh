@@ -3,7 +3,6 @@
 # three files, with the ladder in them and without a NaN.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
-command -v gnuplot >/dev/null || skip "no gnuplot"
 frames 2
 cd "$dir"
 echo '{"frames": "./frames.json", "clock": "device", "name": "g", "site": {"latitude_deg": 34.25, "elevation_deg": 90}}' >gyro.json
@@ -32,3 +31,46 @@ same "rows of the ladder" "$(jq -r '.tables.ladder.rows[][0].text' report/report
 jq -e '.tables.ladder.rows[] | .[6].text | test("^-?[0-9.]+ to -?[0-9.]+$")' report/report.json >/dev/null || fail "the ladder has no intervals"
 jq -e '.tables.ladder.rows[1:][] | .[-1].text | test(": (not distinguishable|better|worse)$")' report/report.json >/dev/null ||
   fail "the ladder does not say which rows differ"
+
+# Every drawing is XML of its own elements, and every form of the report parses.
+parses() { # FOLDER
+  python3 - "$1" <<'END' || fail "$1 does not parse"
+import csv, html.parser, json, re, sys
+import xml.etree.ElementTree as xml
+page = open(f"{sys.argv[1]}/report.html", encoding="utf-8").read()
+drawings = [xml.fromstring(text) for text in re.findall(r"<svg.*?</svg>", page, re.S)]
+assert len(drawings) > 5, len(drawings)
+parts = [part for drawing in drawings for part in drawing.iter()]
+assert {part.tag.split("}")[1] for part in parts} <= {"svg", "g", "path", "text", "tspan", "clipPath"}
+ids = [part.get("id") for part in parts if part.get("id")]
+assert len(ids) == len(set(ids)) and all(re.fullmatch(r"plot\d+-\d+", one) for one in ids), ids
+assert not any(name.startswith("on") for part in parts for name in part.attrib)
+class Reader(html.parser.HTMLParser):
+    def handle_starttag(self, tag, attributes):
+        assert tag not in ("img", "iframe", "object", "i"), tag
+        for name, value in attributes:
+            assert not name.startswith("on"), name
+            assert name not in ("id", "href") or re.fullmatch(r"[#a-z0-9_-]+", value), value
+Reader().feed(page)
+for data in re.findall(r'<script type="application/json">(.*?)</script>', page, re.S):
+    json.loads(data)
+json.load(open(f"{sys.argv[1]}/report.json", encoding="utf-8"))
+for row in csv.reader(open(f"{sys.argv[1]}/report.csv", encoding="utf-8", newline="")):
+    assert not any(re.match(r"[=@\t\r]|[+-](?![0-9.e+-]*$)", cell) for cell in row), row
+END
+}
+parses report
+
+# Names of strangers are text: of the recordings, and of two axes in the headers of their logs.
+command_name="x'; system \"touch pwned\"; set terminal svg name 'x"
+markup='<img src=x onerror=alert(1)>'
+for cycle in 1 2; do
+  mkdir "=$markup$cycle"
+  for axis in "$command_name" "$markup"; do
+    awk -v axis="$axis" '/^# axis: / {$0 = "# axis: " axis} {print}' cycle$cycle/g-*.csv >"=$markup$cycle/g-${#axis}-20260101T000001Z.csv"
+  done
+done
+prismcal report "=${markup}1" "=${markup}2" --models ladder --out hostile >hostile.out 2>hostile.err || fail "$(tail -3 hostile.err)"
+[ ! -e pwned ] || fail "a name in the header of a log ran a command"
+parses hostile
+same "files of tables" "$(ls hostile/tables | grep -v '^[a-z0-9_]*\.csv$' || true)" ""

@@ -44,8 +44,8 @@ prismcal report logs logs2 --models ladder --out all >report.out 2>report.err ||
 contains "the table over all axes" "$(head -1 report.out)" "The chosen model of each axis"
 same "its rows" "$(awk '$1 ~ /^[xyz]$/ {print $1}' report.out | tr '\n' ' ')" "x y z "
 same "axes of the page's sections" "$(grep -o 'Axis [xyz]: Summary' all/report.html | sort -u | tr '\n' ' ')" "Axis x: Summary Axis y: Summary Axis z: Summary "
-contains "a link of the table" "$(cat all/report.html)" 'href="#axis_y_summary"'
-contains "where it leads" "$(cat all/report.html)" 'id="axis_y_summary"'
+contains "a link of the table" "$(cat all/report.html)" 'href="#axis2_summary"'
+contains "where it leads" "$(cat all/report.html)" 'id="axis2_summary"'
 
 prismcal train one.pcap --config record.json --axis y --inputs T,dTdt --method stepwise --quiet --out y.json >/dev/null || fail "training on the capture"
 same "terms of y by its log and by the capture" "$(jq -c "[.terms[].powers]" y.json)" "$(jq -c "[.terms[].powers]" model-y.json)"

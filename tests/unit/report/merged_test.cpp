@@ -53,8 +53,8 @@ TEST(MergedReport, GivesNoIdTwice) {
       }
     }
   }
-  EXPECT_TRUE(ids.contains("axis_y_ladder"));
-  EXPECT_EQ(id_of_axis("Y", "summary"), "axis_y_summary") << "what a link of the overview leads to";
+  EXPECT_TRUE(ids.contains("axis2_ladder"));
+  EXPECT_EQ(id_of_axis(2, "summary"), "axis2_summary") << "what a link of the overview leads to";
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace prism::commands {
 namespace {
 
 constexpr int kMeasuredBlocks = 300;
-constexpr double kReport_s = 0.35;      // a page's figures, of each recording; gnuplot's own time
+constexpr double kReport_s = 0.05;      // a page's figures, of each recording
 constexpr double kStart_s = 0.02;       // of a process
 constexpr double kProcess_mb = 20;      // what a process takes before it holds data
 constexpr double kRow_mb = 150e-6;      // of a recording in memory, three times over

@@ -13,7 +13,6 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
-#include "tools/prismcal/report/gnuplot.hpp"
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/text_forms.hpp"
 
@@ -174,9 +173,7 @@ Result<void> write_report(const report::Report& report, const CommonOptions& opt
   const std::filesystem::path folder(options.out);
   std::filesystem::create_directories(folder, error);
   if (error) return refuse(options.out, error.message());
-  const auto page = report::html_page(report, report::draw_svg);
-  if (!page) return tl::unexpected(page.error());
-  for (const auto& [name, text] : {std::pair{"report.html", *page},
+  for (const auto& [name, text] : {std::pair{"report.html", report::html_page(report)},
                                    {"report.csv", report::csv_text(report)},
                                    {"report.json", report::json_text(report)}}) {
     if (auto done = write_text_file((folder / name).string(), text); !done) return done;

@@ -96,9 +96,7 @@ std::vector<report::Cell> overview_of(const analysis::Experiment& experiment, co
     const auto improvement = chosen.judged[i].stability.improvement;
     if (improvement && (!worst || *improvement < *worst)) worst = improvement;
   }
-  report::Cell name = report::text_cell(axis);
-  name.link = "#" + report::id_of_axis(axis, "summary");
-  return {name,
+  return {report::text_cell(axis),
           report::text_cell(analysis::method_text(chosen.spec) + " on " + chosen.spec.inputs_text()),
           report::fixed_cell(repeat.before.sd, 5),
           report::fixed_cell(repeat.after.sd, 5),
@@ -178,6 +176,7 @@ Result<bool> report_axes(ReportChoice choice, const std::vector<analysis::Limit>
     auto made = report_axis(choice, limits);
     if (!made) return refuse("axis " + axis, made.error().text());
     overview.rows.push_back(std::move(made->overview));
+    overview.rows.back().front().link = "#" + report::id_of_axis(overview.rows.size(), "summary");
     reports.emplace_back(axis, std::move(made->report));
     kept = kept && made->kept;
   }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "base/escape.hpp"
 #include "tools/prismcal/report/curve_style.hpp"
 
 namespace prism::report {
@@ -62,7 +63,7 @@ bool has_point(const Panel& panel) {
   });
 }
 
-// As many digits as gnuplot is given.
+// Seven digits: more than a screen shows.
 Json number(double value) {
   if (!std::isfinite(value)) return nullptr;
   return std::stod(fmt::format("{:.7g}", value));
@@ -82,17 +83,11 @@ Json axis_json(const Axis& axis) {
   return json;
 }
 
-// "(9,4)" as [9,4].
-Json dash_json(std::string dash) {
-  if (!dash.starts_with('(')) return nullptr;
-  return Json::parse("[" + dash.substr(1, dash.size() - 2) + "]");
-}
-
 Json series_json(const Series& series) {
   const CurveStyle style = curve_style(series.ink);
   Json json = {
       {"name", series.name}, {"form", form_name(series.form)}, {"colour", style.colour}, {"width", style.width}};
-  if (Json dash = dash_json(style.dash); !dash.is_null()) json["dash"] = std::move(dash);
+  if (*style.dash != '\0') json["dash"] = Json::parse(fmt::format("[{}]", style.dash));
   if (series.right_axis) json["right"] = true;
   json["x"] = numbers(series.x);
   json["y"] = numbers(series.y);
@@ -125,8 +120,7 @@ std::string chart_json(const Plot& plot) {
   const Json json = {
       {"columns", std::max(1, plot.columns)}, {"height", number(plot.panel_height)}, {"panels", std::move(panels)}};
   std::string text;
-  for (const char c : json.dump(-1, ' ', false, Json::error_handler_t::replace))
-    text += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  for (const char c : prism::json_text(json)) text += c == '<' ? std::string("\\u003c") : std::string(1, c);
   return text;
 }
 

@@ -31,4 +31,10 @@ Cell percent_cell(std::optional<double> share, Emphasis emphasis) {
   return fixed_cell(share ? std::optional(100 * *share) : std::nullopt, 2, emphasis);
 }
 
+std::string id_or_number(const std::string& id, const char* kind, int number) {
+  const bool plain = !id.empty() && id.size() <= 80 &&
+                     id.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_-") == std::string::npos;
+  return plain ? id : fmt::format("{}-{}", kind, number);
+}
+
 }  // namespace prism::report

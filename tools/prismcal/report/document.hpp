@@ -40,7 +40,7 @@ struct Column {
 };
 
 struct Table {
-  std::string id;       ///< unique, [a-z0-9_]; the CSV's and JSON's key
+  std::string id;       ///< unique, [a-z0-9_], written by the program; the CSV's and JSON's key, and the file's name
   std::string title;    ///< without a number: sections count them
   std::string caption;  ///< what an engineer must know to trust it: divisor, length of means, which data
   std::vector<Column> columns;
@@ -48,7 +48,7 @@ struct Table {
 };
 
 struct Figure {
-  std::string id;
+  std::string id;  ///< as of a table
   std::string title;
   std::string caption;
   Plot plot;
@@ -62,7 +62,7 @@ struct Paragraph {
 using Block = std::variant<Paragraph, Table, Figure>;
 
 struct Section {
-  std::string id;
+  std::string id;  ///< as of a table
   std::string heading;
   std::vector<Block> blocks{};
 };
@@ -76,5 +76,8 @@ struct Report {
   std::vector<Section> sections;
   std::string warning{};  ///< what must be known before any number; empty: none
 };
+
+/// `id` if it is [a-z0-9_-] and not longer than 80 bytes, else "<kind>-<number>": what ids and file names are made of.
+std::string id_or_number(const std::string& id, const char* kind, int number);
 
 }  // namespace prism::report

@@ -3,7 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
+#include "base/escape.hpp"
 #include "tools/prismcal/report/chart_json.hpp"
+#include "tools/prismcal/report/svg_chart.hpp"
 
 namespace prism::report {
 namespace {
@@ -38,9 +42,23 @@ std::string in_words(const Figure& figure) {
   return fmt::format("{}. {}{}", figure.title, figure.caption, curves);
 }
 
+/// A link within the page or to a file of ours by its relative path; every other character is percent-encoded, so that
+/// no link has a scheme. Empty if `link` begins with a slash or a backslash, which leads to another host.
+std::string relative_link(const std::string& link) {
+  if (link.starts_with('/') || link.starts_with('\\')) return {};
+  std::string result;
+  for (const char c : link) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain =
+        (byte < 0x80 && std::isalnum(byte) != 0) || std::string_view("._~-/").find(c) != std::string_view::npos;
+    result += plain || (c == '#' && result.empty()) ? std::string(1, c) : fmt::format("%{:02X}", byte);
+  }
+  return result;
+}
+
 std::string linked(const Cell& cell) {
-  const std::string text = html_escaped(cell.text);
-  return cell.link.empty() ? text : fmt::format("<a href=\"{}\">{}</a>", html_escaped(cell.link), text);
+  const std::string text = html_text(cell.text), link = relative_link(cell.link);
+  return link.empty() ? text : fmt::format("<a href=\"{}\">{}</a>", link, text);
 }
 
 /// Nothing from anywhere else, and no script but ours.
@@ -51,19 +69,17 @@ std::string policy() {
 /// Writes the page from top to bottom, counting tables and figures.
 class Page {
  public:
-  Page(const Report& report, const Draw& draw) : report_(report), draw_(draw) {}
+  explicit Page(const Report& report) : report_(report) {}
 
-  Result<std::string> write() {
+  std::string write() {
     head();
     for (const Section& section : report_.sections) {
-      text_ += fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n", section.id, html_escaped(section.heading));
-      for (const Block& block : section.blocks) {
-        const auto done = std::visit([this](const auto& b) { return add(b); }, block);
-        if (!done) return tl::unexpected(done.error());
-      }
+      text_ += fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n", id_or_number(section.id, "section", ++sections_),
+                           html_text(section.heading));
+      for (const Block& block : section.blocks) std::visit([this](const auto& b) { add(b); }, block);
       text_ += "</section>\n";
     }
-    text_ += fmt::format("<footer>{}</footer>\n", html_escaped(report_.tool));
+    text_ += fmt::format("<footer>{}</footer>\n", html_text(report_.tool));
     if (charts_ > 0) text_ += fmt::format("<script>{}</script>\n", kChartScript);
     text_ += "</body>\n</html>\n";
     return std::move(text_);
@@ -77,39 +93,42 @@ class Page {
         "initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" "
         "content=\"{}\">\n<title>{}</title>\n<style>{}</style>\n"
         "</head>\n<body>\n<header>\n<h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n",
-        policy(), html_escaped(report_.title), kStyle, html_escaped(report_.title), html_escaped(report_.subtitle));
-    if (!report_.warning.empty()) text_ += fmt::format("<p class=\"warning\">{}</p>\n", html_escaped(report_.warning));
+        policy(), html_text(report_.title), kStyle, html_text(report_.title), html_text(report_.subtitle));
+    if (!report_.warning.empty()) text_ += fmt::format("<p class=\"warning\">{}</p>\n", html_text(report_.warning));
     if (report_.simulated) text_ += "<div class=\"simulated\">SIMULATED DATA: no gyro was measured</div>\n";
     text_ += "<nav>\n";
-    for (const Section& s : report_.sections)
-      text_ += fmt::format("<a href=\"#{}\">{}</a>\n", s.id, html_escaped(s.heading));
+    int number = 0;
+    for (const Section& s : report_.sections) {
+      text_ += fmt::format("<a href=\"#{}\">{}</a>\n", id_or_number(s.id, "section", ++number), html_text(s.heading));
+    }
     text_ += "</nav>\n</header>\n<table class=\"facts\">\n";
     for (const auto& [name, value] : report_.facts) {
-      text_ += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", html_escaped(name), html_escaped(value));
+      text_ += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", html_text(name), html_text(value));
     }
     text_ += "</table>\n";
   }
 
   /// "Table 3. Title. Caption", with the word simulated where it belongs.
   std::string caption(const char* kind, int number, const std::string& title, const std::string& more) const {
-    return fmt::format("<b>{} {}.</b> {}.{}{}", kind, number, html_escaped(title),
-                       more.empty() ? "" : " <span class=\"note\">" + html_escaped(more) + "</span>",
+    return fmt::format("<b>{} {}.</b> {}.{}{}", kind, number, html_text(title),
+                       more.empty() ? "" : " <span class=\"note\">" + html_text(more) + "</span>",
                        report_.simulated ? " <span class=\"note\">Simulated data.</span>" : "");
   }
 
-  Result<void> add(const Paragraph& paragraph) {
-    text_ += fmt::format("<p class=\"{}\">{}</p>\n", css_class(paragraph.emphasis), html_escaped(paragraph.text));
-    return {};
+  void add(const Paragraph& paragraph) {
+    text_ += fmt::format("<p class=\"{}\">{}</p>\n", css_class(paragraph.emphasis), html_text(paragraph.text));
   }
 
-  Result<void> add(const Table& table) {
-    text_ += fmt::format("<div class=\"wide\" id=\"{}\">\n<table class=\"data\">\n<caption>{}</caption>\n<thead><tr>",
-                         table.id, caption("Table", ++tables_, table.title, table.caption));
+  void add(const Table& table) {
+    ++tables_;
+    text_ +=
+        fmt::format("<div class=\"wide\" id=\"{}\">\n<table class=\"data\">\n<caption>{}</caption>\n<thead><tr>",
+                    id_or_number(table.id, "table", tables_), caption("Table", tables_, table.title, table.caption));
     for (const Column& column : table.columns) {
       const std::string unit =
-          column.unit.empty() ? "" : fmt::format(" <span class=\"unit\">{}</span>", html_escaped(column.unit));
+          column.unit.empty() ? "" : fmt::format(" <span class=\"unit\">{}</span>", html_text(column.unit));
       text_ +=
-          fmt::format("<th class=\"{}\">{}{}</th>", column.number ? "number" : "text", html_escaped(column.name), unit);
+          fmt::format("<th class=\"{}\">{}{}</th>", column.number ? "number" : "text", html_text(column.name), unit);
     }
     text_ += "</tr></thead>\n<tbody>\n";
     for (const auto& row : table.rows) {
@@ -122,55 +141,27 @@ class Page {
       text_ += "</tr>\n";
     }
     text_ += "</tbody>\n</table>\n</div>\n";
-    return {};
   }
 
-  Result<void> add(const Figure& figure) {
-    auto svg = draw_(figure.plot, figure.id);
-    if (!svg) return tl::unexpected(svg.error());
-    if (svg->starts_with("<svg"))
-      svg->insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", html_escaped(in_words(figure))));
-    text_ += fmt::format("<figure id=\"{}\">\n{}\n", figure.id, *svg);
+  void add(const Figure& figure) {
+    std::string svg = draw_svg(figure.plot, ++figures_);
+    svg.insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", html_text(in_words(figure))));
+    text_ += fmt::format("<figure id=\"{}\">\n{}\n", id_or_number(figure.id, "figure", figures_), svg);
     if (can_be_charted(figure.plot)) {
       text_ += fmt::format("<script type=\"application/json\">{}</script>\n", chart_json(figure.plot));
       ++charts_;
     }
     text_ += fmt::format("<figcaption>{}</figcaption>\n</figure>\n",
-                         caption("Figure", ++figures_, figure.title, figure.caption));
-    return {};
+                         caption("Figure", figures_, figure.title, figure.caption));
   }
 
   const Report& report_;
-  const Draw& draw_;
   std::string text_;
-  int tables_ = 0, figures_ = 0, charts_ = 0;
+  int sections_ = 0, tables_ = 0, figures_ = 0, charts_ = 0;
 };
 
 }  // namespace
 
-std::string html_escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
-
-Result<std::string> html_page(const Report& report, const Draw& draw) { return Page(report, draw).write(); }
+std::string html_page(const Report& report) { return Page(report).write(); }
 
 }  // namespace prism::report

@@ -2,10 +2,8 @@
 // The report as one HTML page that needs nothing else: styles and figures are in it.
 #pragma once
 
-#include <functional>
 #include <string>
 
-#include "base/result.hpp"
 #include "tools/prismcal/report/document.hpp"
 
 namespace prism::report {
@@ -13,13 +11,8 @@ namespace prism::report {
 /// The look of the page, on screen and on paper.
 extern const char* const kStyle;
 
-/// Draws a figure: draw_svg() in the program, something quicker in tests.
-using Draw = std::function<Result<std::string>(const Plot& plot, const std::string& name)>;
-
-/// Tables and figures are numbered in their order. A figure that cannot be drawn refuses the page.
-Result<std::string> html_page(const Report& report, const Draw& draw);
-
-/// `text` with &, <, > and quotes made safe for HTML.
-std::string html_escaped(const std::string& text);
+/// Tables and figures are numbered in their order. Every text of `report` is plain text in the page; an id that is not
+/// [a-z0-9_-] becomes "section-3", "table-7" or "figure-2".
+std::string html_page(const Report& report);
 
 }  // namespace prism::report

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/report/merged.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cctype>
 #include <iterator>
 
 namespace prism::report {
@@ -32,23 +33,24 @@ Table own_facts_table(const std::vector<Fact>& facts) {
   return table;
 }
 
-void name_after(const std::string& axis, Section& section) {
-  section.id = id_of_axis(axis, section.id);
-  section.heading = "Axis " + axis + ": " + section.heading;
+void name_after(const std::string& axis, std::size_t number, Section& section) {
+  const std::string title = "Axis " + axis + ": ";
+  section.id = id_of_axis(number, section.id);
+  section.heading = title + section.heading;
   for (Block& block : section.blocks) {
-    if (auto* table = std::get_if<Table>(&block)) table->id = id_of_axis(axis, table->id);
-    if (auto* figure = std::get_if<Figure>(&block)) figure->id = id_of_axis(axis, figure->id);
+    if (auto* table = std::get_if<Table>(&block)) {
+      table->id = id_of_axis(number, table->id);
+      table->title = title + table->title;
+    } else if (auto* figure = std::get_if<Figure>(&block)) {
+      figure->id = id_of_axis(number, figure->id);
+      figure->title = title + figure->title;
+    }
   }
 }
 
 }  // namespace
 
-// An id is [a-z0-9_]: two axes whose names differ in case only do not stand in one report.
-std::string id_of_axis(const std::string& axis, const std::string& id) {
-  std::string text = "axis_" + axis + "_" + id;
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
+std::string id_of_axis(std::size_t number, const std::string& id) { return fmt::format("axis{}_{}", number, id); }
 
 Report merged(std::vector<std::pair<std::string, Report>> axes, Section overview) {
   Report all;
@@ -60,9 +62,11 @@ Report merged(std::vector<std::pair<std::string, Report>> axes, Section overview
     const std::vector<Fact> own = facts_of(axes, report, false);
     if (!own.empty() && !report.sections.empty()) report.sections.front().blocks.emplace_back(own_facts_table(own));
   }
+  std::size_t number = 0;
   for (auto& [axis, report] : axes) {
+    ++number;
     all.simulated = all.simulated || report.simulated;
-    for (Section& section : report.sections) name_after(axis, section);
+    for (Section& section : report.sections) name_after(axis, number, section);
     std::move(report.sections.begin(), report.sections.end(), std::back_inserter(all.sections));
   }
   return all;

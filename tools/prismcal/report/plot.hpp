@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A figure as data: panels of series on labelled axes. How it is drawn is gnuplot_script's matter.
+// A figure as data: panels of series on labelled axes. draw_svg() makes a picture of it, and chart_json() the data of a
+// chart.
 #pragma once
 
 #include <optional>

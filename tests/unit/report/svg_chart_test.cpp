@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+// Drawings: pairs of a plot and its SVG in drawings/ (PRISM_REGENERATE=1 writes them), and what holds for every plot.
+#include "tools/prismcal/report/svg_chart.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "base/file.hpp"
+#include "tests/unit/report/markup.hpp"
+
+namespace prism::report {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr Form kForms[] = {Form::kLine, Form::kPoints, Form::kOpenPoints, Form::kLinePoints,
+                           Form::kBand, Form::kBars,   Form::kHeat,       Form::kMark};
+
+void expect_drawing(const std::string& name, const Plot& plot) {
+  const std::string path = PRISM_SOURCE_DIR "/tests/unit/report/drawings/" + name + ".svg", svg = draw_svg(plot) + "\n";
+  if (std::getenv("PRISM_REGENERATE") != nullptr) {
+    ASSERT_TRUE(write_text_file(path, svg));
+  }
+  const auto expected = read_text_file(path);
+  ASSERT_TRUE(expected) << expected.error().text();
+  EXPECT_EQ(svg, *expected);
+}
+
+Plot one_panel(Form form) {
+  Series series{"it's a_b", Ink::kModel, form, {1, 1, 100, 100}, {1, 2, 1, 2}, {2, 3, 4, 5}};
+  return {1, 200, {{"(a) one", {"x, s", true}, {"y, deg/h"}, {}, {series}}}};
+}
+
+std::size_t count(const std::string& text, std::string_view part) {
+  std::size_t found = 0;
+  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; ++at) ++found;
+  return found;
+}
+
+TEST(SvgChart, DrawsALineWithAGapAndASecondAxis) {
+  Plot plot{1, 180, {{"(a) bias", {"time, h"}, {"bias, deg/h"}, {"T, °C"}, {}}}};
+  plot.panels[0].series = {{"before", Ink::kRaw, Form::kLine, {0, 1, 2, 3, 4}, {-0.5, 0.25, kNan, 0.5, 1}},
+                           {"temperature", Ink::kModel, Form::kLine, {0, 4}, {-40, 85}, {}, true}};
+  expect_drawing("line", plot);
+}
+
+TEST(SvgChart, DrawsABandAndPointsOnLogarithmicAxes) {
+  Plot plot{2, 240, {{"", {"averaging time, s", true}, {"Allan deviation, deg/h", true}, {}, {}}}};
+  plot.panels[0].series = {{"", Ink::kCorrected, Form::kBand, {1, 10, 1000}, {0.9, 0.3, 0.02}, {1.1, 0.4, 0.06}},
+                           {"after", Ink::kCorrected, Form::kLinePoints, {1, 10, 1000}, {1, 0.35, 0.04}}};
+  plot.panels.push_back({"(b) empty", {"x"}, {"y"}, {}, {}});
+  expect_drawing("allan", plot);
+}
+
+TEST(SvgChart, DrawsBarsAndPoints) {
+  Plot plot{2, 200, {{"(a)", {"residual"}, {"blocks"}, {}, {}}, {"(b)", {"T, °C"}, {"bias"}, {}, {}}}};
+  plot.panels[0].series = {{"residual", Ink::kCorrected, Form::kBars, {-1, 0, 1, 2}, {3, 7, -2, 1}},
+                           {"limit", Ink::kGuide, Form::kLine, {-1.5, 2.5}, {5, 5}}};
+  plot.panels[1].series = {{"soak", Ink::kRaw, Form::kPoints, {1, 2, 3}, {1, 1, 2}},
+                           {"heating", Ink::kModel, Form::kPoints, {1, 2, 3}, {2, 2, 1}},
+                           {"cooling", Ink::kCorrected, Form::kOpenPoints, {1, 2, 3}, {1.5, 1.5, 1.5}}};
+  expect_drawing("bars", plot);
+}
+
+TEST(SvgChart, DrawsASurfaceAsCellsThatTouch) {
+  Series heat{"", Ink::kRaw, Form::kHeat, {1, 1, 100, 100}, {0, 1, 0, 1}, {1, 1.5, 2, 1}};
+  Plot plot{1, 220, {{"", {"c", true}, {"sigma2"}, {}, {heat, {"chosen", Ink::kModel, Form::kMark, {100}, {1}}}}}};
+  expect_drawing("surface", plot);
+}
+
+TEST(SvgChart, IsBalancedAndHasNoNumberThatIsNone) {
+  for (const Form form : kForms) {
+    for (const double bad :
+         {kNan, HUGE_VAL, -HUGE_VAL, 1e308, -1e308, 0.0, std::numeric_limits<double>::denorm_min()}) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        Plot plot = one_panel(form);
+        Series& series = plot.panels[0].series[0];
+        series.x[i] = series.y[3 - i] = bad;
+        series.high[i] = bad;
+        plot.panels[0].y.logarithmic = i % 2 == 0;
+        const std::string svg = draw_svg(plot);
+        EXPECT_TRUE(test::elements_of(svg)) << svg;
+        EXPECT_THAT(svg, Not(ContainsRegex("[^a-z]nan|[^a-z]inf|e\\+[0-9]+[ \"]"))) << bad;
+      }
+    }
+  }
+}
+
+TEST(SvgChart, DrawsPanelsWithoutAPointOrWithOne) {
+  for (const Form form : kForms) {
+    Plot plot = one_panel(form);
+    Series& series = plot.panels[0].series[0];
+    series.x = {5}, series.y = {7}, series.high = {8};
+    EXPECT_TRUE(test::elements_of(draw_svg(plot)));
+    series.x.clear();
+    EXPECT_TRUE(test::elements_of(draw_svg(plot)));
+    plot.panels[0].series.clear();
+    EXPECT_THAT(draw_svg(plot), HasSubstr(">y, deg/h</text>"));
+  }
+  EXPECT_TRUE(test::elements_of(draw_svg(Plot{})));
+}
+
+TEST(SvgChart, HasTicksThatDifferOnNarrowRanges) {
+  for (const double value : {1.0, -1.0, 1e9, 1e-140, 1e140}) {
+    for (const double width : {1e-16, 1e-13, 1e-11, 1e-8}) {
+      Plot plot = one_panel(Form::kLine);
+      plot.panels[0].y.logarithmic = value > 0;
+      plot.panels[0].series[0].y = {value, value * (1 + width), value, value};
+      plot.panels[0].series[0].x = plot.panels[0].series[0].y;
+      EXPECT_LT(draw_svg(plot).size(), 10'000u);
+    }
+  }
+}
+
+TEST(SvgChart, StaysSmallWithManyPointsAndKeepsTheirExtremes) {
+  for (const Form form : {Form::kLine, Form::kPoints, Form::kBand, Form::kBars}) {
+    Plot plot{1, 260, {{"", {"x"}, {"y"}, {}, {{"", Ink::kRaw, form}}}}};
+    Series& series = plot.panels[0].series[0];
+    for (int i = 0; i < 100000; ++i) {
+      series.x.push_back(i);
+      series.y.push_back(i == 50000 ? 10 : std::sin(i));
+      series.high.push_back(11);
+    }
+    const std::string svg = draw_svg(plot);
+    EXPECT_LT(svg.size(), 400'000u) << static_cast<int>(form);
+    if (form == Form::kLine) {
+      EXPECT_LT(svg.size(), 40'000u);
+      EXPECT_THAT(svg, ContainsRegex("51[23](\\.[0-9]+)? 35 "));  // y = 10 is the upper edge of the frame
+    }
+  }
+}
+
+TEST(SvgChart, TakesFixedRangesAndClipsToThem) {
+  Plot plot = one_panel(Form::kLine);
+  plot.panels[0].y.min = 1.5;
+  plot.panels[0].y.max = 1.75;
+  const std::string svg = draw_svg(plot, 7);
+  EXPECT_THAT(svg, HasSubstr(">1.6</text>"));
+  EXPECT_THAT(svg, Not(HasSubstr(">2</text>")));
+  EXPECT_THAT(svg, HasSubstr("<clipPath id=\"plot7-0\">"));
+  EXPECT_THAT(svg, HasSubstr("clip-path=\"url(#plot7-0)\""));
+}
+
+TEST(SvgChart, WrapsItsKeyAndCutsNamesThatAreTooLong) {
+  Plot plot = one_panel(Form::kLine);
+  const Series series = plot.panels[0].series[0];
+  const auto place = [&] { return draw_svg(plot).find(" y=\"27\" text-anchor=\"start\" fill=\"#1b2733\">(a) one<"); };
+  EXPECT_NE(place(), std::string::npos) << "beside one entry";
+  for (int i = 0; i < 20; ++i) {
+    plot.panels[0].series.push_back(series);
+    plot.panels[0].series.back().name = "a model with a long name";
+  }
+  EXPECT_EQ(count(draw_svg(plot), ">a model with a long name</text>"), 20u);
+  plot.panels[0].series.back().name = std::string(1 << 20, 'w');
+  EXPECT_THAT(draw_svg(plot), HasSubstr("www…</text>"));
+  EXPECT_LT(draw_svg(plot).size(), 20'000u);
+}
+
+}  // namespace
+}  // namespace prism::report

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/report/svg_series.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "tools/prismcal/report/curve_style.hpp"
+
+namespace prism::report {
+namespace {
+
+struct Point {
+  double x, y;
+};
+using Run = std::vector<Point>;
+
+std::size_t size_of(const Series& series) { return std::min(series.x.size(), series.y.size()); }
+
+/// Pixels of `values` over the x of `series`, cut where one of its values is not drawable.
+std::vector<Run> runs_of(const Series& series, const std::vector<double>& values, const Scale& x, const Scale& y) {
+  const bool band = series.form == Form::kBand;
+  std::vector<Run> runs(1);
+  for (std::size_t i = 0; i < size_of(series); ++i) {
+    const bool drawable =
+        x.shows(series.x[i]) && y.shows(series.y[i]) && (!band || (i < series.high.size() && y.shows(series.high[i])));
+    if (drawable) {
+      runs.back().push_back({x.px(series.x[i]), y.px(values[i])});
+    } else if (!runs.back().empty()) {
+      runs.emplace_back();
+    }
+  }
+  return runs;
+}
+
+/// The lowest and the highest of the neighbours in one column of pixels, in their order.
+Run reduced(const Run& run) {
+  Run result;
+  for (std::size_t begin = 0, end = 0; begin < run.size(); begin = end) {
+    std::size_t low = begin, high = begin;
+    for (end = begin; end < run.size() && std::floor(run[end].x) == std::floor(run[begin].x); ++end) {
+      if (run[end].y < run[low].y) low = end;
+      if (run[end].y > run[high].y) high = end;
+    }
+    result.push_back(run[std::min(low, high)]);
+    if (low != high) result.push_back(run[std::max(low, high)]);
+  }
+  return result;
+}
+
+std::string numbers(double a, double b) { return svg_number(a) + " " + svg_number(b); }
+
+/// "M x y L x y x y …"; a single point is a line without length.
+void append_line(std::string& path, const Run& run) {
+  for (std::size_t i = 0; i < run.size(); ++i)
+    path += (i == 0 ? "M" : i == 1 ? "L" : " ") + numbers(run[i].x, run[i].y);
+  if (run.size() == 1) path += "h0";
+}
+
+std::string path_element(const std::string& path, const std::string& attributes) {
+  return path.empty() ? "" : fmt::format("<path d=\"{}\" {}/>\n", path, attributes);
+}
+
+std::string line_svg(const std::vector<Run>& runs, const CurveStyle& style) {
+  std::string path;
+  for (const Run& run : runs) append_line(path, reduced(run));
+  const std::string dash =
+      *style.dash == '\0' ? "stroke-linecap=\"round\"" : fmt::format("stroke-dasharray=\"{}\"", style.dash);
+  return path_element(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" {}",
+                                        style.colour, style.width, dash));
+}
+
+/// The outline around a point, in relative coordinates.
+std::string outline(Symbol symbol, double r) {
+  const auto polygon = [r](std::initializer_list<Point> steps) {
+    std::string path;
+    for (const Point& step : steps) path += (path.empty() ? "m" : "l") + numbers(step.x * r, step.y * r);
+    return path + "z";
+  };
+  switch (symbol) {
+    case Symbol::kCircle:
+      return fmt::format("m{} 0a{} {} 0 1 0 {} 0a{} {} 0 1 0 {} 0", svg_number(-r), svg_number(r), svg_number(r),
+                         svg_number(2 * r), svg_number(r), svg_number(r), svg_number(-2 * r));
+    case Symbol::kSquare:
+      return polygon({{-0.9, -0.9}, {1.8, 0}, {0, 1.8}, {-1.8, 0}});
+    case Symbol::kTriangle:
+      return polygon({{0, -1.2}, {1.1, 2}, {-2.2, 0}});
+    case Symbol::kTriangleDown:
+      return polygon({{0, 1.2}, {1.1, -2}, {-2.2, 0}});
+    case Symbol::kDiamond:
+      return polygon({{0, -1.25}, {1.25, 1.25}, {-1.25, 1.25}, {-1.25, -1.25}});
+    case Symbol::kPlus:
+      return polygon({{-1, 0}, {2, 0}, {-1, 0}, {0, -1}, {0, 2}});
+  }
+  return {};
+}
+
+std::string points_svg(const std::vector<Run>& runs, const CurveStyle& style, double radius, bool filled) {
+  std::set<std::pair<long, long>> covered;
+  const bool dot = filled && style.symbol == Symbol::kCircle;  // a round line without length: the shortest form
+  const std::string symbol = dot ? "h0" : outline(style.symbol, radius);
+  std::string path;
+  for (const Run& run : runs) {
+    for (const Point& point : run) {
+      if (covered.emplace(std::lround(point.x / radius), std::lround(point.y / radius)).second)
+        path += "M" + numbers(point.x, point.y) + symbol;
+    }
+  }
+  if (dot) {
+    return path_element(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linecap=\"round\"",
+                                          style.colour, 2 * radius));
+  }
+  return path_element(path, fmt::format("fill=\"{}\" stroke=\"{}\" stroke-width=\"0.8\"",
+                                        filled ? style.colour : "none", style.colour));
+}
+
+std::string band_svg(const std::vector<Run>& low, const std::vector<Run>& high, const CurveStyle& style) {
+  std::string path;
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    Run edge = reduced(low[i]);
+    const Run upper = reduced(high[i]);
+    if (edge.empty()) continue;
+    edge.insert(edge.end(), upper.rbegin(), upper.rend());
+    append_line(path, edge);
+    path += "z";
+  }
+  return path_element(path, fmt::format("fill=\"{}\" fill-opacity=\"0.22\"", style.colour));
+}
+
+std::string bars_svg(const std::vector<Run>& runs, double base_px, const CurveStyle& style) {
+  std::vector<double> middles;
+  std::string path;
+  for (const Run& run : runs) {
+    for (const Point& bar : reduced(run)) {
+      path += fmt::format("M{}V{}", numbers(bar.x, base_px), svg_number(bar.y));
+      middles.push_back(bar.x);
+    }
+  }
+  std::sort(middles.begin(), middles.end());
+  double gap = HUGE_VAL;
+  for (std::size_t i = 1; i < middles.size(); ++i) {
+    if (middles[i] - middles[i - 1] > 0.01) gap = std::min(gap, middles[i] - middles[i - 1]);
+  }
+  return path_element(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.75\" stroke-width=\"{}\"",
+                                        style.colour, svg_number(std::isfinite(gap) ? std::max(0.5, 0.9 * gap) : 40)));
+}
+
+std::string mark_svg(const std::vector<Run>& runs, const CurveStyle& style) {
+  std::string path;
+  for (const Run& run : runs) {
+    for (const Point& point : run) path += "M" + numbers(point.x, point.y) + "m-6-6l12 12m0-12l-12 12";
+  }
+  return path_element(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"2.5\"", style.colour));
+}
+
+/// One rectangle for each point: the cell of the grid around it.
+std::string heat_svg(const Series& series, const Scale& x, const Scale& y) {
+  const auto x_edges = grid_edges(series.x, x.is_logarithmic()), y_edges = grid_edges(series.y, y.is_logarithmic());
+  if (x_edges.empty() || y_edges.empty()) return {};
+  const auto cell = [](const std::vector<double>& edges, double value, const Scale& scale) {
+    const auto above = std::upper_bound(edges.begin() + 1, edges.end() - 1, value);
+    return std::minmax({scale.px(*(above - 1)), scale.px(*above)});
+  };
+  const Range range = heat_range(series);
+  std::string text = "<g shape-rendering=\"crispEdges\">\n";
+  for (std::size_t i = 0; i < std::min(size_of(series), series.high.size()); ++i) {
+    if (!x.shows(series.x[i]) || !y.shows(series.y[i]) || !is_drawable(series.high[i], false)) continue;
+    const auto [left, right] = cell(x_edges, series.x[i], x);
+    const auto [top, bottom] = cell(y_edges, series.y[i], y);
+    text += fmt::format("<path d=\"M{}H{}V{}H{}z\" fill=\"{}\"/>\n", numbers(left, top), svg_number(right),
+                        svg_number(bottom), svg_number(left),
+                        heat_colour((series.high[i] - range.low) / (range.high - range.low)));
+  }
+  return text + "</g>\n";
+}
+
+std::string form_svg(Form form, const CurveStyle& style, const std::vector<Run>& runs, const std::vector<Run>& high,
+                     double base_px) {
+  switch (form) {
+    case Form::kLine:
+      return line_svg(runs, style);
+    case Form::kPoints:
+      return points_svg(runs, style, 1.3, true);
+    case Form::kOpenPoints:
+      return points_svg(runs, style, 1.9, false);
+    case Form::kLinePoints:
+      return line_svg(runs, style) + points_svg(runs, style, 1.8, true);
+    case Form::kBand:
+      return band_svg(runs, high, style);
+    case Form::kBars:
+      return bars_svg(runs, base_px, style);
+    case Form::kMark:
+      return mark_svg(runs, style);
+    case Form::kHeat:
+      break;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string series_svg(const Series& series, const Scale& x, const Scale& y) {
+  if (series.form == Form::kHeat) return heat_svg(series, x, y);
+  const bool band = series.form == Form::kBand;
+  return form_svg(series.form, curve_style(series.ink), runs_of(series, series.y, x, y),
+                  band ? runs_of(series, series.high, x, y) : std::vector<Run>(), y.base_px());
+}
+
+std::string key_sample_svg(const Series& series, double left, double width, double y) {
+  const double middle = left + width / 2;
+  switch (series.form) {
+    case Form::kLine:
+      return form_svg(series.form, curve_style(series.ink), {{{left, y}, {left + width, y}}}, {}, y);
+    case Form::kLinePoints:
+      return form_svg(series.form, curve_style(series.ink), {{{left, y}, {middle, y}, {left + width, y}}}, {}, y);
+    case Form::kBand:
+      return form_svg(series.form, curve_style(series.ink), {{{left, y + 4}, {left + width, y + 4}}},
+                      {{{left, y - 4}, {left + width, y - 4}}}, y);
+    case Form::kBars:
+      return form_svg(series.form, curve_style(series.ink), {{{middle - 6, y - 4}, {middle + 6, y - 4}}}, {}, y + 4);
+    default:
+      return form_svg(series.form, curve_style(series.ink), {{{middle, y}}}, {}, y);
+  }
+}
+
+Range heat_range(const Series& series) {
+  Range range;
+  for (const double value : series.high) {
+    if (is_drawable(value, false)) range.add(value);
+  }
+  return range.low <= range.high ? range : Range{0, 1};
+}
+
+std::string heat_colour(double share) {
+  constexpr double kStops[3][3] = {{0x12, 0x38, 0x5f}, {0x7f, 0xa3, 0xc7}, {0xf6, 0xf0, 0xe4}};
+  const double at = std::isfinite(share) ? std::clamp(share, 0.0, 1.0) * 2 : 0;
+  const int from = at < 1 ? 0 : 1;
+  int rgb[3];
+  for (int i = 0; i < 3; ++i)
+    rgb[i] = static_cast<int>(std::lround(kStops[from][i] + (at - from) * (kStops[from + 1][i] - kStops[from][i])));
+  return fmt::format("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
+}
+
+}  // namespace prism::report
