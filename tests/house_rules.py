@@ -63,6 +63,9 @@ PURE_MODULES = {CORE, EVALUATION} | WIRES
 CLOCKLESS = {CORE, TRAINING, EVALUATION, PIPELINE} | WIRES
 THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, DAEMON} | WIRES
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
+# a name from a file of a stranger must never reach a shell or another program: only a campaign starts programs
+STARTS_PROGRAMS = {f"tools/prismcal/campaign/{name}.cpp" for name in ("level", "local_engine", "slurm_engine")}
+PROGRAM_CALL = re.compile(r"(?<![\w.])(?:popen|exec[lv]\w*|posix_spawnp?)\s*\(|(?:(?<![\w>&*] )|return )(?<![\w.])system\s*\(|<spawn\.h>")
 JSON_READERS = re.compile(r"^compensation/(model_kinds|[a-z]+_text)\.[ch]pp$")
 
 
@@ -127,6 +130,14 @@ def check_clocks(path, text):
     if is_code(path) and room_of(path) in CLOCKLESS:
         for match in CLOCK.finditer(without_comments_and_texts(text)):
             yield line_of(text, match.start()), f"{room_of(path)} may not ask the time ({match.group().strip()})"
+
+
+def check_programs(path, text):
+    if not is_code(path) or room_of(path) in {None, TESTS} or path in STARTS_PROGRAMS:
+        return
+    found = list(PROGRAM_CALL.finditer(without_comments_and_texts(text))) + list(re.finditer("/bin/(?:ba|da)?sh\\b", text))
+    for match in found:
+        yield line_of(text, match.start()), f"{path} may not start a program ({match.group().strip()})"
 
 
 def check_file_system(path, text):
@@ -284,9 +295,8 @@ class UniqueTypes:
                 yield line, f"a second type {name}, as in {first}: expected one name for one type"
 
 
-RULES = [check_includes, check_links, check_clocks, check_file_system, check_first_lines, check_words, check_size, check_waiting,
-         check_traps, check_names,
-         check_files_and_json]
+RULES = [check_includes, check_links, check_clocks, check_programs, check_file_system, check_files_and_json, check_first_lines,
+         check_words, check_size, check_waiting, check_traps, check_names]
 
 
 def files_of(root):
