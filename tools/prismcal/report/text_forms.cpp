@@ -5,18 +5,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/escape.hpp"
+
 namespace prism::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string csv_field(const std::string& text) {
-  if (text == kNothing) return {};
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string result = "\"";
-  for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return result + "\"";
-}
+std::string csv_field(const std::string& text) { return text == kNothing ? std::string() : csv_cell(text); }
 
 std::string column_name(const Column& column) {
   return column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
@@ -95,7 +91,7 @@ std::string csv_text(const Report& report) {
   text += "# tool," + csv_field(report.tool) + "\n";
   for (const auto& [name, value] : report.facts) text += "# fact," + csv_field(name) + "," + csv_field(value) + "\n";
   each<Table>(report, [&text](const Table& table) {
-    text += "\n# table," + table.id + "," + csv_field(table.title) + "\n" + csv_text(table);
+    text += "\n# table," + csv_field(table.id) + "," + csv_field(table.title) + "\n" + csv_text(table);
   });
   return text;
 }
@@ -115,7 +111,10 @@ std::string csv_text(const Table& table) {
 
 std::vector<std::pair<std::string, std::string>> csv_files(const Report& report) {
   std::vector<std::pair<std::string, std::string>> files;
-  each<Table>(report, [&files](const Table& table) { files.emplace_back(table.id + ".csv", csv_text(table)); });
+  each<Table>(report, [&files](const Table& table) {
+    const int number = static_cast<int>(files.size()) + 1;
+    files.emplace_back(id_or_number(table.id, "table", number) + ".csv", csv_text(table));
+  });
   return files;
 }
 
@@ -135,35 +134,33 @@ std::string json_text(const Report& report) {
                {"facts", facts},
                {"tables", tables},
                {"figures", figures}});
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return prism::json_text(json, 1) + "\n";
 }
 
 std::string plain_text(const Table& table) {
-  std::vector<std::size_t> widths;
-  for (std::size_t i = 0; i < table.columns.size(); ++i) {
-    std::size_t width = std::max(width_of(table.columns[i].name), width_of(table.columns[i].unit));
-    for (const auto& row : table.rows) width = std::max(width, width_of(row[i].text));
-    widths.push_back(width);
-  }
-  std::string text = table.title + "\n";
-  for (const bool units : {false, true}) {
-    std::string line;
-    for (std::size_t i = 0; i < widths.size(); ++i) {
-      const Column& column = table.columns[i];
-      append_padded(line, units ? column.unit : column.name, widths[i], column.number);
-      line += "  ";
-    }
-    append_line(text, line);
+  std::vector<std::vector<std::string>> lines(2);  // names, units, then the rows
+  for (const Column& column : table.columns) {
+    lines[0].push_back(printable(column.name));
+    lines[1].push_back(printable(column.unit));
   }
   for (const auto& row : table.rows) {
+    lines.emplace_back();
+    for (const Cell& cell : row) lines.back().push_back(printable(cell.text));
+  }
+  std::vector<std::size_t> widths(table.columns.size());
+  for (const auto& line : lines) {
+    for (std::size_t i = 0; i < widths.size(); ++i) widths[i] = std::max(widths[i], width_of(line[i]));
+  }
+  std::string text = printable(table.title) + "\n";
+  for (const auto& fields : lines) {
     std::string line;
     for (std::size_t i = 0; i < widths.size(); ++i) {
-      append_padded(line, row[i].text, widths[i], table.columns[i].number);
+      append_padded(line, fields[i], widths[i], table.columns[i].number);
       line += "  ";
     }
     append_line(text, line);
   }
-  return text + (table.caption.empty() ? "" : table.caption + "\n");
+  return text + (table.caption.empty() ? "" : printable(table.caption) + "\n");
 }
 
 }  // namespace prism::report
