@@ -66,7 +66,7 @@ command_name="x'; system \"touch pwned\"; set terminal svg name 'x"
 markup='<img src=x onerror=alert(1)>'
 for cycle in 1 2; do
   mkdir "=$markup$cycle"
-  for axis in "$command_name" "$markup"; do
+  for axis in "$command_name" "y$markup"; do
     awk -v axis="$axis" '/^# axis: / {$0 = "# axis: " axis} {print}' cycle$cycle/g-*.csv >"=$markup$cycle/g-${#axis}-20260101T000001Z.csv"
   done
 done
