@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/outside_text.hpp"
 #include "tools/client/connection.hpp"
@@ -139,7 +140,7 @@ class Follower {
     silent_ = false;
     if (const json& missing = at(*answer, "missing"); missing.is_number() && missing > 0)
       fmt::print(stderr, "prismctl: {} rows are missing here: they were deleted before they were fetched\n",
-                 missing.dump());
+                 json_text(missing));
     printer_.page(*answer);
     cursor_ = text_member(*answer, "after", cursor_);
     if (const auto valid = check_text(TextRule::kText, cursor_, "prismd: after"); !valid) {

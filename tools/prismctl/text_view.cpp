@@ -142,10 +142,10 @@ std::string stability_view(const json& s) {
 // Of the missing frames, those that no counter told.
 std::string by_arrival(const json& timing) {
   const json& count = at(timing, "missing_by_arrival");
-  return count.is_number() && count > 0 ? fmt::format(" ({} of them by arrival times)", count.dump()) : "";
+  return count.is_number() && count > 0 ? fmt::format(" ({} of them by arrival times)", json_text(count)) : "";
 }
 
-std::string n(const json& value) { return value.is_number() ? value.dump() : std::string("-"); }
+std::string n(const json& value) { return value.is_number() ? json_text(value) : std::string("-"); }
 
 std::string decoder_text(const json& d) {
   return line("frames",

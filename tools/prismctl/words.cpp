@@ -47,7 +47,7 @@ std::string value_text(const json& value, int decimals, const char* unit) {
   return fmt::format("{:.{}f}{}", value.get<double>(), decimals, unit);
 }
 
-std::string count_text(const json& value) { return value.is_number() ? value.dump() : "0"; }
+std::string count_text(const json& value) { return value.is_number() ? json_text(value) : "0"; }
 
 std::string span_text(double seconds) {
   constexpr std::int64_t kMinute = 60, kHour = 60 * kMinute, kDay = 24 * kHour;
@@ -94,7 +94,7 @@ std::string bias_text(const json& row) {
 
 std::string event_text(const json& event) {
   std::string text = text_of(at(event, "text"));
-  if (at(event, "repeats").is_number()) text += fmt::format(" ({} more times)", at(event, "repeats").dump());
+  if (at(event, "repeats").is_number()) text += fmt::format(" ({} more times)", json_text(at(event, "repeats")));
   return text;
 }
 
