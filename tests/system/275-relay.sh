@@ -31,8 +31,10 @@ all_there() { sql_is "SELECT count(*) FROM prism.rows" "$(rows_of_log | wc -l)";
 # Without tables, and of a later version: said, and tried again until it is right.
 start_relay
 wait_for 10 relay_is .targets.postgresql.error 'postgresql: has no schema prism, expected one that prismrelay --init made'
+kill -STOP "$relay"  # its next attempt is after both
 prismrelay --schema | psql -X -q -v ON_ERROR_STOP=1 -h "$dir/pg" -U relay prism >schema.out 2>&1 || fail "the SQL of --schema: $(cat schema.out)"
 sql 'UPDATE prism.version SET version = 2'
+kill -CONT "$relay"
 wait_for 20 relay_is .targets.postgresql.error 'postgresql: found version 2 of the schema prism, expected 1: made by a later prismrelay'
 refused 1 'found version 2 of the schema prism' prismrelay --init relay.json
 sql 'DROP SCHEMA prism CASCADE' 2>/dev/null
@@ -137,6 +139,7 @@ start_hostile hostile
 start_hostile unreadable unreadable
 touch "$dir/"$'\xff.sock'
 wait_for 20 sql_above "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/second'" 5
+same "the serial number" "$(sql "SELECT DISTINCT metadata ->> 'gyro_serial' FROM prism.segments WHERE gyro = 'lab/second'")" "$hostile"
 same "the model's name" "$(sql "SELECT DISTINCT right(model, ${#hostile}) FROM prism.segments WHERE gyro = 'lab/second'")" "$hostile"
 wait_for 20 sql_is "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/hostile'" 4
 same "NUL and the end of COPY's data" "$(sql "SELECT count(*) FROM prism.segments WHERE gyro = 'lab/hostile' AND metadata ->> 'model' LIKE E'a\\\\\\\\u0000b\uFFFDc%\\n\\\\\\\\.\\n%'")" 1
