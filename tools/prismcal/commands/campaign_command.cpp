@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "base/escape.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/campaign/accepted.hpp"
 #include "tools/prismcal/campaign/engines.hpp"
@@ -33,7 +34,8 @@ std::string program_path() {
 
 /// What a plan or a status tells of gyros that no task takes.
 void print_left_out(const std::vector<campaign::LeftOutInput>& left_out) {
-  for (const campaign::LeftOutInput& input : left_out) fmt::print("left out: {}: {}\n", input.what, input.why);
+  for (const campaign::LeftOutInput& input : left_out)
+    fmt::print("left out: {}: {}\n", printable(input.what), printable(input.why));
 }
 
 Result<campaign::Plan> plan_and_keep(const campaign::CampaignFile& file, const campaign::Store& store) {
@@ -57,8 +59,8 @@ int print_plan(const campaign::Plan& plan, const campaign::Store& store) {
   fmt::print("{:<32}  {:<20}  {:<14}  {:>8}  {:>6}\n", "task", "gyro", "model", "CPU s", "MB");
   for (const campaign::Task& task : plan.tasks) {
     const bool stands = standing.contains(task.id);
-    fmt::print("{}  {:<20}  {:<14}  {:>8.1f}  {:>6.0f}  {}\n", task.id, task.gyro(), task.model.name, task.cpu_s,
-               task.memory_mb, state_of(task.id, standing));
+    fmt::print("{}  {:<20}  {:<14}  {:>8.1f}  {:>6.0f}  {}\n", task.id, printable(task.gyro()),
+               printable(task.model.name), task.cpu_s, task.memory_mb, state_of(task.id, standing));
     if (!stands) to_do_s += task.cpu_s;
     to_do += !stands;
     most_mb = std::max(most_mb, task.memory_mb);
@@ -80,9 +82,9 @@ Result<int> print_status(const campaign::Store& store) {
     fmt::print("time left: about {} with {} at a time\n",
                campaign::duration_text(left_s / static_cast<double>(status->running)), status->running);
   for (const campaign::TaskLine& line : status->refused)
-    fmt::print("refused: {}, {}: {}\n", line.gyro, line.model, line.why);
+    fmt::print("refused: {}, {}: {}\n", printable(line.gyro), printable(line.model), printable(line.why));
   for (const campaign::TaskLine& line : status->failed)
-    fmt::print("failed: {}, {}: {}\n", line.gyro, line.model, line.why);
+    fmt::print("failed: {}, {}: {}\n", printable(line.gyro), printable(line.model), printable(line.why));
   print_left_out(status->left_out);
   return status->failed.empty() ? 0 : 1;
 }
@@ -103,7 +105,7 @@ Result<int> collect(const campaign::CampaignFile& file, const campaign::Store& s
   if (auto done = write_report(report, options); !done) return tl::unexpected<Error>(done.error());
   const auto accepted = campaign::install_models(file, store, *lot, store.file("accepted"), false);
   if (!accepted) return tl::unexpected<Error>(accepted.error());
-  fmt::print("{}\naccepted models: {} in {}\n", report.subtitle, accepted->models, store.file("accepted"));
+  fmt::print("{}\naccepted models: {} in {}\n", printable(report.subtitle), accepted->models, store.file("accepted"));
   return lot->missing.empty() ? 0 : 1;
 }
 

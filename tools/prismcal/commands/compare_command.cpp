@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "base/escape.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/model_evaluation.hpp"
@@ -122,7 +123,7 @@ Result<void> compare(const CompareChoice& choice) {
   for (const auto& [recording, overlap] : comparison->overlaps) add_overlap(report, recording, overlap);
   const report::Table table = comparison_table(*comparison, choice.common.divisor);
   report.sections = {{"comparison", "Comparison", {table}}, {"recordings", "Recordings", {recordings_table(all)}}};
-  if (!choice.common.json && !report.warning.empty()) fmt::print("{}\n\n", report.warning);
+  if (!choice.common.json && !report.warning.empty()) fmt::print("{}\n\n", printable(report.warning));
   if (!choice.common.json) fmt::print("{}", report::plain_text(table));
   return write_report(report, choice.common);
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/plain_text.hpp"
 #include "config/version.hpp"
@@ -78,11 +79,12 @@ std::optional<report::Section> together_section(const std::vector<Case>& cases) 
 
 /// Every table of the report on the terminal.
 void print_tables(const report::Report& report) {
-  if (!report.warning.empty()) fmt::print("{}\n\n", report.warning);
+  if (!report.warning.empty()) fmt::print("{}\n\n", printable(report.warning));
   for (const report::Section& section : report.sections) {
     for (const report::Block& block : section.blocks) {
       if (const auto* table = std::get_if<report::Table>(&block)) fmt::print("{}\n", report::plain_text(*table));
-      if (const auto* paragraph = std::get_if<report::Paragraph>(&block)) fmt::print("{}\n\n", paragraph->text);
+      if (const auto* paragraph = std::get_if<report::Paragraph>(&block))
+        fmt::print("{}\n\n", printable(paragraph->text));
     }
   }
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "compensation/model_text.hpp"
 #include "config/version.hpp"
@@ -32,7 +33,8 @@ struct ReportChoice {
 };
 
 /// One line on stderr that grows; a line for each model where stderr is no terminal.
-void show_progress(std::size_t done, std::size_t all, const std::string& next) {
+void show_progress(std::size_t done, std::size_t all, const std::string& name) {
+  const std::string next = printable(name);
   constexpr std::size_t kWidth = 30;
   const std::size_t filled = all > 0 ? kWidth * done / all : kWidth;
   if (isatty(2)) {
