@@ -4,24 +4,37 @@
 #include <crypt.h>
 #include <fmt/format.h>
 #include <openssl/evp.h>
-#include <sys/stat.h>
 
 #include <cctype>
 #include <memory>
 #include <vector>
 
-#include "base/file.hpp"
-#include "base/plain_text.hpp"
+#include "base/escape.hpp"
+#include "base/outside_text.hpp"
 #include "tools/prismweb/access.hpp"
+#include "tools/prismweb/secret_file.hpp"
 
 namespace prism::prismweb {
 namespace {
 
 constexpr std::size_t kMostPasswordBytes = 72, kHashBytes = 60;
 constexpr unsigned long kCost = 11;
+constexpr int kMinCost = 4, kMaxCost = 15;  // bcrypt's least; 15 takes seconds for each comparison
 
+constexpr std::string_view kAlphabet = "./ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789";
+
+// $2b$CC$, 22 characters of salt (128 of 132 bits), 31 of hash (184 of 186 bits). The bits that are too many are 0:
+// libcrypt writes them so, and a hash with others equals no password's.
 bool is_bcrypt(std::string_view hash) {
-  return hash.size() == kHashBytes && (hash.starts_with("$2b$") || hash.starts_with("$2y$"));
+  if (hash.size() != kHashBytes || !(hash.starts_with("$2b$") || hash.starts_with("$2y$")) || hash[6] != '$')
+    return false;
+  const std::string_view cost = hash.substr(4, 2), code = hash.substr(7);
+  if (cost.find_first_not_of("0123456789") != std::string_view::npos) return false;
+  const int rounds = 10 * (cost[0] - '0') + (cost[1] - '0');
+  if (rounds < kMinCost || rounds > kMaxCost) return false;
+  if (code.find_first_not_of(kAlphabet) != std::string_view::npos) return false;
+  if (kAlphabet.find(code[21]) % 16 != 0 || kAlphabet.find(code.back()) % 4 != 0) return false;
+  return ::crypt_checksalt(std::string(hash).c_str()) == CRYPT_SALT_OK;
 }
 
 std::string hashed(const std::string& password, const std::string& setting) {
@@ -44,32 +57,36 @@ Result<PasswordHashes> parse_passwords(std::string_view text, const std::string&
     const std::size_t colon = line.find(':');
     const std::string where = fmt::format("{}:{}", path, number);
     if (colon == 0 || colon == std::string_view::npos || !is_bcrypt(line.substr(colon + 1)))
-      return refuse(where, "expected NAME:HASH with a hash of bcrypt; \"prismweb --hash-password\" writes one");
+      return refuse(where, fmt::format("expected NAME:HASH with a bcrypt hash ($2b$ or $2y$) of cost {} to {}; "
+                                       "\"prismweb --hash-password\" writes one",
+                                       kMinCost, kMaxCost));
     const std::string name(line.substr(0, colon));
+    if (const auto valid = check_text(TextRule::kText, name, where); !valid)
+      return tl::unexpected<Error>(valid.error());
     if (!hashes.emplace(name, line.substr(colon + 1)).second)
-      return refuse(where, fmt::format("found \"{}\" twice", plain_text(name)));
+      return refuse(where, fmt::format("found \"{}\" twice", shortened(name)));
   }
   if (hashes.empty()) return refuse(path, "found no name, expected lines NAME:HASH");
   return hashes;
 }
 
 Result<PasswordHashes> load_passwords(const std::string& path) {
-  const Result<std::string> text = read_text_file(path);
+  const Result<std::string> text = read_secret_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
-  struct stat found {};
-  if (::stat(path.c_str(), &found) == 0 && (found.st_mode & 007) != 0)
-    return refuse(path, "others may read it, expected mode 0640 or stricter");
   return parse_passwords(*text, path);
 }
 
 bool is_password(const std::string& password, const std::string& hash) {
-  return password.find('\0') == std::string::npos && is_secret(hashed(password, hash), hash);
+  const bool is_complete = password.size() <= kMostPasswordBytes && password.find('\0') == std::string::npos;
+  return is_complete && is_secret(hashed(password, hash), hash);  // of a longer one bcrypt compares the beginning
 }
 
 Result<std::string> hash_password(const std::string& password) {
   if (password.empty() || password.size() > kMostPasswordBytes)
     return refuse("--hash-password",
                   fmt::format("found a password of {} bytes, expected 1 to {}", password.size(), kMostPasswordBytes));
+  if (password.find('\0') != std::string::npos)
+    return refuse("--hash-password", "found a NUL byte in the password, expected none: bcrypt ends at it");
   char setting[CRYPT_GENSALT_OUTPUT_SIZE];
   if (::crypt_gensalt_rn("$2b$", kCost, nullptr, 0, setting, sizeof setting) == nullptr)
     return refuse("--hash-password", "libcrypt makes no salt of bcrypt");

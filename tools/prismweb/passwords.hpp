@@ -15,16 +15,16 @@ namespace prism::prismweb {
 /// Hashes by name: bcrypt ("$2b$…", also as htpasswd -B writes it) by libcrypt.
 using PasswordHashes = std::map<std::string, std::string>;
 
-/// Lines NAME:HASH; empty ones and those that begin with '#' are passed over. Refused: another form, another hash than
-/// bcrypt, a name twice, no name at all.
+/// Parses lines NAME:HASH; skips empty lines and lines that begin with '#'. Errors: another form, a hash that is not
+/// bcrypt of cost 4 to 15 or that no password can have, a name twice, no name at all.
 Result<PasswordHashes> parse_passwords(std::string_view text, const std::string& path);
-/// Reads them; refused where others than owner and group may read the file.
+/// Reads the file. Errors: as read_secret_file() and parse_passwords().
 Result<PasswordHashes> load_passwords(const std::string& path);
 
-/// Whether `password` is that of the hash. Takes tenths of a second, by purpose. For a name that is not known, compare
-/// with any hash: the time does not tell.
+/// True if the hash is of `password`. Takes tenths of a second, on purpose. For an unknown name compare with any hash,
+/// so that the time does not show it. False for a password of more than 72 bytes or with a NUL byte.
 bool is_password(const std::string& password, const std::string& hash);
-/// Refused where the password is empty or longer than the 72 bytes that bcrypt looks at.
+/// Errors: the password is empty, longer than the 72 bytes that bcrypt reads, or contains a NUL byte.
 Result<std::string> hash_password(const std::string& password);
 
 /// Name and password of an Authorization field "Basic …"; nothing where it is another.

@@ -21,6 +21,11 @@ TEST(Passwords, AreComparedByBcrypt) {
   EXPECT_NE(*hash_password("a secret"), *hash) << "each has a salt of its own";
   EXPECT_FALSE(hash_password(""));
   EXPECT_FALSE(hash_password(std::string(73, 'x')));
+  EXPECT_FALSE(hash_password(std::string("a secret\0x", 10))) << "bcrypt would end at the NUL byte";
+  const auto longest = hash_password(std::string(72, 'x'));
+  ASSERT_TRUE(longest);
+  EXPECT_TRUE(is_password(std::string(72, 'x'), *longest));
+  EXPECT_FALSE(is_password(std::string(73, 'x'), *longest)) << "bcrypt reads 72 bytes";
 }
 
 TEST(Passwords, StandInAFileByName) {
@@ -34,6 +39,23 @@ TEST(Passwords, StandInAFileByName) {
            std::string("a:") + kOpenwall + "\na:" + kOpenwall, std::string("a:") + kOpenwall + "x"})
     EXPECT_FALSE(parse_passwords(wrong, "p")) << wrong;
   EXPECT_EQ(parse_passwords("\nlook:secret\n", "p").error().where, "p:2");
+}
+
+// With these a name could never come in, or one comparison would take hours.
+TEST(Passwords, HashesThatNoPasswordHasAreRefused) {
+  const std::string good = kOpenwall;
+  const auto with = [&](std::size_t at, const char* text) {
+    return std::string(good).replace(at, std::string_view(text).size(), text);
+  };
+  for (const std::string& hash : {good, with(2, "b"), with(4, "15")})
+    EXPECT_TRUE(parse_passwords("look:" + hash, "p")) << hash;
+  for (const std::string& hash :
+       {with(4, "03"), with(4, "16"), with(4, "31"), with(4, "5$"), with(2, "a"), with(6, "."), with(10, "!"),
+        with(40, "="), with(28, "/"), with(59, "z"), good.substr(0, 59)})
+    EXPECT_FALSE(parse_passwords("look:" + hash, "p")) << hash;
+  EXPECT_EQ(
+      parse_passwords("look:" + with(4, "31"), "p").error().what,
+      "expected NAME:HASH with a bcrypt hash ($2b$ or $2y$) of cost 4 to 15; \"prismweb --hash-password\" writes one");
 }
 
 TEST(BasicFields, HaveNameAndPassword) {
