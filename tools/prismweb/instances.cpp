@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismweb/instances.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
@@ -9,6 +11,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/outside_text.hpp"
 #include "config/socket_place.hpp"
 #include "tools/client/connection.hpp"
 #include "tools/prismweb/awaiting.hpp"
@@ -42,8 +45,19 @@ nlohmann::json Instances::listing() const {
   return list;
 }
 
+// In a directory of sockets anything may have been made. A name that is no name would also spoil what is said of the
+// others: /metrics is one text.
+bool Instances::is_valid(const std::string& name, const std::string& socket) {
+  const auto valid = check_text(TextRule::kName, name, socket);
+  if (valid) return true;
+  if (ignored_.size() < kMostInstances && ignored_.insert(socket).second)
+    fmt::print(stderr, "prismweb: ignored: {}\n", valid.error().text());
+  return false;
+}
+
 void Instances::add(const std::string& socket) {
   const std::string name = std::filesystem::path(socket).stem().string();
+  if (!is_valid(name, socket)) return;
   if (find(name) != nullptr || hubs_.size() >= kMostInstances) return;
   hubs_.push_back(std::make_unique<Hub>(io_, name, socket));
   Hub& hub = *hubs_.back();

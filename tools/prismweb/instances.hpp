@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -32,12 +33,14 @@ class Instances {
  private:
   boost::asio::awaitable<void> look();
   boost::asio::awaitable<void> take_turns();
+  bool is_valid(const std::string& name, const std::string& socket);
   void add(const std::string& socket);
   void flush_next();
 
   boost::asio::io_context& io_;
   std::vector<std::string> wanted_;
   std::vector<std::unique_ptr<Hub>> hubs_;
+  std::set<std::string> ignored_;  ///< sockets whose name is no instance's, which is logged once
   std::size_t turn_ = 0;
 };
 
