@@ -41,7 +41,8 @@ def start(folder):
     web = subprocess.Popen(["nice", "-n", "5", f"{BUILD}/tools/prismweb/prismweb", "--listen", "127.0.0.1:0", "--state", f"{folder}/state", "--instance",
                             f"{folder}/gyro.sock"], env=environment, stdout=subprocess.PIPE, text=True)
     run.append(web)
-    port, token = re.match(r"http://127.0.0.1:(\d+)/#token=(\w+)", web.stdout.readline()).groups()
+    port = re.match(r"http://127.0.0.1:(\d+)/", web.stdout.readline()).group(1)
+    token = open(f"{folder}/prismweb-{port}.token").read().strip()
     time.sleep(3)
     return run, port, token
 

@@ -16,7 +16,7 @@ web_again() {
   web=$pid
   wait_for 5 grep -q token= "$dir/web.out"
   url=$(sed 's/#.*//' "$dir/web.out")
-  token=$(sed 's/.*#token=//' "$dir/web.out")
+  token=$(program_token)
 }
 api() { curl -s --max-time 10 -H "Authorization: Bearer $token" "$url$1"; }
 all='api/gyro/range?seconds=100000'

@@ -17,11 +17,11 @@ while read -r line; do
 done <<<"$expected"
 
 cd "$dir"
-TMPDIR=$dir start serve env --default-signal=INT "$PRISM_SOURCE/tools/demo" --serve "$dir/demo" --listen 127.0.0.1:0
+TMPDIR=$dir XDG_RUNTIME_DIR=$dir start serve env --default-signal=INT "$PRISM_SOURCE/tools/demo" --serve "$dir/demo" --listen 127.0.0.1:0
 serve=$pid
 wait_for 10 grep -q token= serve.out
 url=$(sed -n 's|^\(http.*\)#token=.*|\1|p' serve.out)
-token=$(sed -n 's/.*#token=//p' serve.out)
+token=$(cat "$dir/prismweb-$(sed 's|.*:\([0-9]*\)/$|\1|' <<<"$url").token")
 contains "the page" "$(curl -s "$url")" '<!DOCTYPE html>'
 api() { curl -s -H "Authorization: Bearer $token" "${url}api/$1"; }
 both() { [ "$(api instances | jq -c '[.[] | [.name, .state]]')" = '[["run","running"],["live","running"]]' ]; }

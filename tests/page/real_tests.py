@@ -7,6 +7,7 @@ import signal
 import time
 
 from acts import holes, open_gyro, saved_table
+from browser import Browser
 from worlds import SCRIPT
 
 STRUCK = "return getComputedStyle(document.querySelector('.hero .big')).textDecorationLine === 'line-through'"
@@ -109,13 +110,25 @@ def prismweb_restarted(browser, world):
     browser.wait("the values struck", lambda: browser.run(STRUCK), 2)
     browser.picture("real-cut")
     world.url = world.start_prismweb(port)
-    browser.wait("good again by itself: the token was kept", lambda: browser.all(".numbers.good:not(.old)"), 15)
+    browser.wait("good again by itself: its session was kept", lambda: browser.all(".numbers.good:not(.old)"), 15)
     world.end("prismweb", signal.SIGTERM)
-    os.unlink(f"{world.path}/prismweb-{port}.token")
+    os.unlink(f"{world.path}/prismweb-{port}.sessions")
     world.url = world.start_prismweb(port)
-    browser.wait("a word on the token, which is another one", lambda: "refused this page" in browser.text(".alarm"), 15)
+    browser.wait("a word on the session, which is gone", lambda: "refused this page" in browser.text(".alarm"), 15)
     browser.open(world.url)
     browser.wait("good again", lambda: browser.all(".tile.good:not(.old)"), 15)
+    assert browser.run("return location.href + document.cookie + JSON.stringify({...sessionStorage})").find(world.url.split("=")[1]) < 0, "the token is still in the page"
+
+
+def address_used(browser, world):
+    """A second browser that finds the address in a history is refused."""
+    other = Browser()
+    try:
+        other.open(world.url)
+        other.wait("a refusal", lambda: "refused this page" in (other.text(".alarm") or ""), 15)
+        assert not other.all(".tile")
+    finally:
+        other.close()
 
 
 def three_axes(browser, world):
@@ -136,5 +149,5 @@ def three_axes(browser, world):
     browser.wait("another one's number", lambda: "." in browser.text(".hero .big"))
 
 
-TESTS = [live, look, rows_of_log, unplugged, prismd_restarted, prismweb_stands_still, prismweb_restarted]
+TESTS = [live, look, rows_of_log, unplugged, prismd_restarted, prismweb_stands_still, prismweb_restarted, address_used]
 AXES_TESTS = [three_axes]

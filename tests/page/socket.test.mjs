@@ -33,7 +33,7 @@ function pass(seconds, awake = true) {
 
 beforeEach(() => {
   [sockets, timers, said] = [[], [], []];
-  socket = new Socket("ws://x/ws", "t");
+  socket = new Socket("ws://x/ws");
   for (const name of ["cut", "slept"]) socket.addEventListener(name, ({ detail }) => said.push([name, detail]));
   tell({ ready: true });
 });

@@ -130,8 +130,9 @@ class Server:
     async def socket(self, request):
         ws = web.WebSocketResponse(max_msg_size=65536)
         await ws.prepare(request)
-        if json.loads((await ws.receive()).data).get("token") != "secret":
-            await ws.close(code=1008, message=b"wrong token")
+        await ws.receive()
+        if request.cookies.get("prism-stand-in") != "session":
+            await ws.close(code=1008, message=b"it has no token")
             return ws
         await ws.send_json({"ready": True, "host": "stand-in (SIMULATED)", "version": "0", "instances": self.instances()})
         self.clients.add(ws)
@@ -223,7 +224,16 @@ async def main():
     async def index(request):
         return web.FileResponse(os.path.join(PAGE, "index.html"))
 
+    async def session(request):
+        """The token is good as often as a test opens the address: prismweb's own is good once (tests/system/290-web-address.sh)."""
+        if request.headers.get("Authorization") != "Bearer secret":
+            return web.Response(status=401)
+        response = web.Response(status=204)
+        response.set_cookie("prism-stand-in", "session", httponly=True, samesite="Strict")
+        return response
+
     app.router.add_get("/", index)
+    app.router.add_post("/session", session)
     app.router.add_get("/ws", server.socket)
     app.router.add_static("/dygraphs", "/usr/share/javascript/dygraphs", follow_symlinks=True)
     app.router.add_static("/", PAGE)

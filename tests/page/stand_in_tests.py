@@ -367,6 +367,10 @@ def wall(browser, world):
 
 
 def wrong_token(browser, world):
+    kept = browser.run("return document.cookie + JSON.stringify({...sessionStorage}) + JSON.stringify({...localStorage})")
+    assert "secret" not in kept and "session" not in kept, f"a script can read the token or the cookie: {kept}"
+    browser.allowed.append("/session")  # the browser's own words on a token that is wrong
+    browser.driver.delete_all_cookies()
     browser.open("about:blank")
     browser.open(world.url.replace("secret", "wrong"))
     browser.wait("a refusal", lambda: "refused" in (browser.text(".alarm") or ""))

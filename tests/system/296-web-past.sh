@@ -16,7 +16,7 @@ web_again() {
   web=$pid
   wait_for 5 grep -q token= web.out
   url=$(sed 's/#.*//' web.out)
-  token=$(sed 's/.*#token=//' web.out)
+  token=$(program_token)
 }
 range() { curl -s -H "Authorization: Bearer $token" "${url}api/gyro/range?$1&points=5000"; }
 # rows FROM TO: the times, rates and temperatures of a view by the second

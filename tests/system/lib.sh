@@ -77,14 +77,16 @@ needs_websockets() {
   skip "no python3-websockets here (tools/setup installs it)"
 }
 
-# start_web [MEMBERS]: a prismweb over the virtual gyro's prismd with these members in its configuration; its URL, token and all, in web.out.
+# start_web [MEMBERS]: a prismweb over the virtual gyro's prismd with these members in its configuration; the address for a browser in web.out.
 start_web() {
   echo "{\"listen\": \"127.0.0.1:0\", \"instances\": \"$PRISM_SOCKET\", \"state\": \"\"${1:+, $1}}" >"$dir/web.json"
   : >"$dir/web.out"
   start web prismweb --config "$dir/web.json"
   wait_for 5 grep -q token= "$dir/web.out"
 }
-foxglove_url() { sed 's/^http\(.*\)#\(token=.*\)/ws\1foxglove?\2/' "$dir/web.out"; }
+# program_token [FILE]: the token for programs of the prismweb whose address is in FILE (web.out).
+program_token() { cat "$XDG_RUNTIME_DIR/prismweb-$(sed 's|.*:\([0-9]*\)/.*|\1|;q' "${1:-$dir/web.out}").token"; }
+foxglove_url() { echo "$(sed 's/^http\(.*\)#token=.*/ws\1/' "$dir/web.out")foxglove?token=$(program_token)"; }
 
 # ask METHOD [PARAMS]: the raw answer; field FILTER METHOD: one value of prismctl's JSON.
 ask() { printf '{"jsonrpc":"2.0","id":1,"method":"%s","params":%s}\n' "$1" "${2:-null}" | timeout 5 socat -t 2 - "UNIX-CONNECT:$PRISM_SOCKET"; }

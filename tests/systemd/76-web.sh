@@ -23,7 +23,9 @@ same "dygraphs is there" "$(inside curl -s -o /dev/null -w '%{http_code}' "$url/
 same "what the gyro says" "$(api gyro1/status | jq -r .name)" gyro1
 contains "metrics" "$(inside curl -s -H "Authorization: Bearer $(token)" "$url/metrics")" 'prism_up{gyro="gyro1"} 1'
 same "the token is nobody else's" "$(inside stat -c '%a %U' /run/prismweb/prismweb-8467.token)" "600 prismweb"
-before=$(token)
+before=$(token) started=$(property MainPID "$page")
+check "it reloads" inside systemctl reload "$page"
+same "and goes on" "$(property ActiveState "$page") $(property MainPID "$page")" "active $started"
 check "it restarts" inside systemctl restart "$page"
 same "with the same token" "$(token)" "$before"
 inside systemctl stop "$unit" 2>/dev/null

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/asio/ip/address.hpp>
 #include <cctype>
 #include <regex>
 
@@ -72,6 +71,33 @@ Result<bool> is_loopback(const std::string& address) {
   const auto ip = boost::asio::ip::make_address(address, error);
   if (error) return refuse("listen", fmt::format("found \"{}\", expected an IP address", address));
   return ip.is_loopback();
+}
+
+std::string address_key(const boost::asio::ip::address& address) {
+  if (address.is_v4()) return address.to_string();
+  boost::asio::ip::address_v6::bytes_type bytes = address.to_v6().to_bytes();
+  if (address.to_v6().is_v4_mapped()) return fmt::format("{}.{}.{}.{}", bytes[12], bytes[13], bytes[14], bytes[15]);
+  std::fill(bytes.begin() + 8, bytes.end(), 0);
+  return boost::asio::ip::address_v6(bytes).to_string();
+}
+
+bool is_own_page(std::string_view origin, std::string_view sec_fetch_site, std::string_view host, bool is_tls) {
+  if (origin.empty() && sec_fetch_site.empty()) return false;
+  if (!sec_fetch_site.empty() && sec_fetch_site != "same-origin" && sec_fetch_site != "none") return false;
+  return origin.empty() || lower(origin) == lower(fmt::format("{}://{}", is_tls ? "https" : "http", host));
+}
+
+std::vector<std::string_view> cookie_values(std::string_view field, std::string_view name) {
+  std::vector<std::string_view> values;
+  while (!field.empty()) {
+    std::string_view pair = field.substr(0, field.find(';'));
+    field.remove_prefix(std::min(pair.size() + 1, field.size()));
+    pair.remove_prefix(std::min(pair.find_first_not_of(" \t"), pair.size()));
+    const std::size_t equals = pair.find('=');
+    if (equals == std::string_view::npos || pair.substr(0, equals) != name) continue;
+    values.push_back(pair.substr(equals + 1));
+  }
+  return values;
 }
 
 std::string_view bearer_of(std::string_view authorization) {

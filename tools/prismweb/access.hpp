@@ -2,6 +2,7 @@
 // Who may be answered: by Host, by Origin, by token.
 #pragma once
 
+#include <boost/asio/ip/address.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,6 +35,16 @@ bool is_origin(std::string_view text);
 
 /// Whether an IP address is of this host alone. Refused where the text is no address.
 Result<bool> is_loopback(const std::string& address);
+
+/// The address that limits count: of IPv4 the address, of IPv6 its network of 64 bits, which one client may have whole.
+std::string address_key(const boost::asio::ip::address& address);
+
+/// True if a page of this server itself sent the request, which is when its cookie counts. A browser sends the cookie
+/// also with requests of pages on other ports of this host. `host` is the Host field; empty fields were not sent.
+bool is_own_page(std::string_view origin, std::string_view sec_fetch_site, std::string_view host, bool is_tls);
+
+/// The values that a Cookie field has for a name; several if cookies of several paths have it.
+std::vector<std::string_view> cookie_values(std::string_view field, std::string_view name);
 
 /// The token of "Bearer TOKEN"; empty where the field is another.
 std::string_view bearer_of(std::string_view authorization);

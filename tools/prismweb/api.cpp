@@ -47,7 +47,7 @@ json value_of(const std::string& word) {
   return value.is_number() ? value : json(word);
 }
 
-std::string error_body(const std::string& message) { return dumped({{"error", message}}) + "\n"; }
+std::string error_body(const std::string& message) { return json_text({{"error", message}}) + "\n"; }
 
 int status_of(int code) {
   if (code == kWrongParams) return 400;

@@ -98,7 +98,7 @@ void Archive::rows(const json& params, const Hub::Answer& answer) {
   const auto& all = axis->recent().all();
   const std::size_t count = std::min<std::size_t>(all.size(), seconds.get<std::size_t>());
   for (std::size_t i = all.size() - count; i < all.size(); ++i) rows.push_back(row_json(all[i]));
-  answer("\"result\":" + dumped(rows));
+  answer("\"result\":" + json_text(rows));
 }
 
 }  // namespace prism::prismweb

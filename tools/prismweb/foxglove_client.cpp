@@ -37,7 +37,7 @@ void FoxgloveClient::begin() {
 }
 
 void FoxgloveClient::send(const json& operation) {
-  channel().answer(std::make_shared<const std::string>(dumped(operation)));
+  channel().answer(std::make_shared<const std::string>(json_text(operation)));
 }
 
 void FoxgloveClient::complain(const std::string& text) { send(foxglove_warning(text)); }
@@ -63,7 +63,7 @@ void FoxgloveClient::advertise() {
 }
 
 std::optional<CloseReason> FoxgloveClient::message(std::string_view text, bool is_text) {
-  const json request = is_text ? json::parse(text, nullptr, false) : json();
+  const json request = is_text ? parse_message(text) : json();
   const json op = request.is_object() ? request.value("op", json()) : json();
   if (op == "subscribe") {
     subscribe(request);
@@ -71,7 +71,7 @@ std::optional<CloseReason> FoxgloveClient::message(std::string_view text, bool i
     unsubscribe(request);
   } else {
     complain(fmt::format("found {}, expected subscribe or unsubscribe: prismweb only tells",
-                         op.is_string() ? dumped(op).substr(0, 80) : "no operation"));
+                         op.is_string() ? json_text(op).substr(0, 80) : "no operation"));
   }
   return std::nullopt;
 }
@@ -86,7 +86,7 @@ void FoxgloveClient::subscribe(const json& request) {
                                    [&](const auto& known) { return id == known.second.id; });
     if (id == kNoNumber || topic == all.end() || taken || subscriptions_.contains(topic->second)) {
       complain(fmt::format("found {}, expected a new \"id\" and the \"channelId\" of a channel without a subscription",
-                           dumped(one).substr(0, 80)));
+                           json_text(one).substr(0, 80)));
     } else {
       subscriptions_.emplace(topic->second, Subscription{static_cast<std::uint32_t>(id), topic->first});
     }
@@ -99,7 +99,7 @@ void FoxgloveClient::unsubscribe(const json& request) {
   for (const json& one : list.is_array() ? list : json::array({nullptr})) {
     const std::uint64_t id = number32_of(one);
     if (std::erase_if(subscriptions_, [&](const auto& known) { return known.second.id == id; }) == 0)
-      complain(fmt::format("found {}, expected the id of a subscription", dumped(one).substr(0, 80)));
+      complain(fmt::format("found {}, expected the id of a subscription", json_text(one).substr(0, 80)));
   }
   wish();
 }
@@ -133,7 +133,7 @@ void FoxgloveClient::deliver(const std::string& instance, const Text& batch, std
 }
 
 std::string FoxgloveClient::lost_text(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) const {
-  return dumped(foxglove_warning(fmt::format(
+  return json_text(foxglove_warning(fmt::format(
       "{}: {} rows were left out, {} since the beginning: this client reads too slowly", instance, rows, rows_total)));
 }
 

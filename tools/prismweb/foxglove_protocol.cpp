@@ -129,7 +129,7 @@ json foxglove_channel(std::uint32_t number, const FoxgloveTopic& topic) {
           {"encoding", "json"},
           {"schemaName", schema_name(topic.stream)},
           {"schemaEncoding", "jsonschema"},
-          {"schema", dumped(schema_of(topic.stream))}};
+          {"schema", json_text(schema_of(topic.stream))}};
 }
 
 json foxglove_warning(const std::string& text) {
@@ -147,7 +147,7 @@ std::vector<FoxgloveRow> foxglove_rows(const std::string& text, std::uint64_t& l
     if (!(std::abs(time_s) < kMostSeconds)) continue;
     const std::string axis = method == "event" ? "" : text_of(params, "axis");
     // Of a double's seconds the microseconds are right.
-    rows.push_back({{batch.instance, axis, method}, std::llround(time_s * 1e6) * 1000, dumped(params)});
+    rows.push_back({{batch.instance, axis, method}, std::llround(time_s * 1e6) * 1000, json_text(params)});
   }
   return rows;
 }

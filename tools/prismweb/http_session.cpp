@@ -12,9 +12,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/connection.hpp"
 #include "tools/prismweb/foxglove_protocol.hpp"
 #include "tools/prismweb/site.hpp"
 #include "tools/prismweb/ws_session.hpp"
@@ -31,24 +34,35 @@ constexpr std::uint32_t kMostHeaderBytes = 8 << 10;
 constexpr std::chrono::seconds kRequest{10}, kNextRequest{60};
 
 Request request_of(const Fields& fields) {
-  const auto text = [&](http::field name) { return std::string(fields[name]); };
-  return {std::string(fields.method_string()), std::string(fields.target()),     text(http::field::host),
-          text(http::field::origin),           text(http::field::authorization), text(http::field::if_none_match)};
+  const auto text = [&](std::string_view name) { return std::string(fields[name]); };
+  Request request;
+  request.method = fields.method_string();
+  request.target = fields.target();
+  request.host = text("Host");
+  request.origin = text("Origin");
+  request.authorization = text("Authorization");
+  request.if_none_match = text("If-None-Match");
+  request.cookie = text("Cookie");
+  request.sec_fetch_site = text("Sec-Fetch-Site");
+  return request;
 }
 
 const char* reason_of(int status) {
-  if (status == 401) return "expected a token (Authorization: Bearer TOKEN) or a name and its password";
+  if (status == 401)
+    return "expected the token of the token file (Authorization: Bearer TOKEN), or a name and its password";
   if (status == 403) return "the Origin is of another site (for Foxglove \"origins\" of the configuration names it)";
   if (status == 421) return "the Host is not one of this server's; \"hosts\" of the configuration names more";
-  if (status == 503) return "too many passwords are being compared; try again in a second";
+  if (status == 503) return "too many passwords wait for their comparison; try again in a second";
   return "refused";
 }
 
-http::response<http::string_body> response_of(const Fields& request, Answer answer) {
+http::response<http::string_body> response_of(const Fields& request, Answer answer, bool is_tls) {
   http::response<http::string_body> response(static_cast<http::status>(answer.status), request.version());
   response.set("Content-Security-Policy", "default-src 'self'; frame-ancestors 'none'");
   response.set("X-Content-Type-Options", "nosniff");
   response.set("Referrer-Policy", "no-referrer");
+  if (is_tls) response.set("Strict-Transport-Security", "max-age=31536000");
+  if (!answer.cookie.empty()) response.set(http::field::set_cookie, answer.cookie);
   response.set(http::field::cache_control, answer.etag.empty() ? "no-store" : "no-cache");
   if (!answer.media_type.empty()) response.set(http::field::content_type, answer.media_type);
   if (!answer.etag.empty()) response.set(http::field::etag, answer.etag);
@@ -57,12 +71,13 @@ http::response<http::string_body> response_of(const Fields& request, Answer answ
   response.keep_alive(request.keep_alive() && !answer.is_last);
   const std::size_t size = answer.body.size();
   if (request.method() != http::verb::head) response.body() = std::move(answer.body);
-  if (answer.status != 304) response.content_length(size);
+  if (answer.status != 304 && answer.status != 204) response.content_length(size);
   return response;
 }
 
 template <class Stream>
 asio::awaitable<void> serve_requests(Stream stream, Site& site, std::shared_ptr<Connection> connection) {
+  constexpr bool kIsTls = std::is_same_v<Stream, TlsStream>;
   beast::flat_buffer buffer(kMostHeaderBytes * 2);
   auto patience = kRequest;
   for (;;) {
@@ -75,31 +90,32 @@ asio::awaitable<void> serve_requests(Stream stream, Site& site, std::shared_ptr<
     const Fields fields = parser.release();
     const Request request = request_of(fields);
     const bool upgrade = beast::websocket::is_upgrade(fields);
-    const Refusal refusal = co_await site.refusal(request);
-    connection->is_known = connection->is_known || (refusal.status == 0 && site.proves(request));
+    const Admission admission = co_await site.admit(request, connection);
+    connection->is_known = connection->is_known || admission.is_authenticated;
     Answer answer;
-    if (refusal.status != 0) {
-      answer = plain(refusal.status, reason_of(refusal.status));
-      answer.challenge = refusal.challenge;
-      answer.is_last = true;  // who was refused has no place here until his next try
+    if (admission.status != 0) {
+      answer = plain(admission.status, reason_of(admission.status));
+      answer.challenge = admission.challenge;
+      answer.is_last = true;  // its place is free until its next request
     } else if (upgrade && request.target == "/ws") {
-      const std::string our_own;
-      co_await run_websocket(std::move(stream), fields, site, our_own, connection);
+      const Upgrade own{"", admission.is_authenticated};
+      co_await run_websocket(std::move(stream), fields, site, own, connection);
       co_return;
     } else if (upgrade && is_foxglove(request.target)) {
       const std::string protocol(foxglove_protocol_of(fields[http::field::sec_websocket_protocol]));
       std::optional<Answer> why = site.foxglove_refusal(protocol);
       if (!why) {
-        co_await run_websocket(std::move(stream), fields, site, protocol, connection);
+        const Upgrade foxglove{protocol, true};
+        co_await run_websocket(std::move(stream), fields, site, foxglove, connection);
         co_return;
       }
       answer = std::move(*why);
     } else if (upgrade) {
       answer = plain(404, "the WebSocket is /ws");
     } else {
-      answer = co_await site.answer(request);
+      answer = co_await site.answer(request, admission.is_authenticated);
     }
-    const http::response<http::string_body> response = response_of(fields, std::move(answer));
+    const http::response<http::string_body> response = response_of(fields, std::move(answer), kIsTls);
     beast::get_lowest_layer(stream).expires_after(kNextRequest);
     const auto [write_error, written] = co_await http::async_write(stream, response, kUse);
     if (write_error || !response.keep_alive()) break;

@@ -10,13 +10,7 @@
 namespace prism::prismweb {
 
 class Site;
-
-/// A connection as long as it is served.
-struct Connection {
-  int fd;
-  bool is_known = false;   ///< has shown the token, or a name and its password
-  bool is_ending = false;  ///< somebody else has its place
-};
+struct Connection;
 
 /// Serves until the client leaves, is too slow (10 s for a request, 60 s for the next one) or sends what is no request.
 boost::asio::awaitable<void> serve(PlainStream stream, Site& site, std::shared_ptr<Connection> connection);

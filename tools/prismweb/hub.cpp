@@ -34,7 +34,7 @@ bool is_long(std::string_view method) { return method == "rows" || method == "hi
 }  // namespace
 
 std::string error_member(int code, const std::string& message) {
-  return R"("error":)" + dumped({{"code", code}, {"message", message}});
+  return R"("error":)" + json_text({{"code", code}, {"message", message}});
 }
 
 Hub::Hub(asio::io_context& io, std::string name, std::string socket)
@@ -154,7 +154,7 @@ void Hub::wish(Subscriber* who, const Wish& wish) {
 
 void Hub::ask(std::string_view method, const nlohmann::json& params, Answer answer) {
   if (state_ != HubState::kRunning) return answer(error_member(kNotRunning, name_ + " does not run"));
-  const std::string text = params.is_null() ? "{}" : dumped(params);
+  const std::string text = params.is_null() ? "{}" : json_text(params);
   if (text.size() > kMostParamsBytes)
     return answer(error_member(
         kWrongParams, fmt::format("found params of {} bytes, expected at most {}", text.size(), kMostParamsBytes)));

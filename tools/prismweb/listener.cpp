@@ -8,6 +8,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/ip/address.hpp>
@@ -16,10 +17,10 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <list>
 #include <memory>
 #include <utility>
 
+#include "tools/prismweb/access.hpp"
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/http_session.hpp"
 #include "tools/prismweb/site.hpp"
@@ -29,7 +30,6 @@ namespace {
 
 namespace asio = boost::asio;
 constexpr int kBacklog = 64;
-constexpr std::size_t kMostConnections = 128;
 constexpr int kSendBufferBytes = 256 << 10;  // of a client that does not read, no more than that lies in the kernel
 constexpr mode_t kSocketMode = 0660;
 
@@ -40,32 +40,24 @@ Result<int> listening(int fd, const sockaddr* address, socklen_t size, const std
   return refuse(where, fmt::format("cannot listen here: {}", std::strerror(error)));
 }
 
-// All that are served, the oldest first.
-std::list<std::shared_ptr<Connection>> connections;
-
-struct Place {
-  explicit Place(std::list<std::shared_ptr<Connection>>::iterator at_) : at(at_) {}
-  ~Place() { connections.erase(at); }
-  std::list<std::shared_ptr<Connection>>::iterator at;
-};
-
-// Where all places are taken, the oldest one that has shown nothing makes room: it ends, and is away in a moment.
-// False: all of them are known.
-bool make_room() {
-  if (connections.size() < kMostConnections) return true;
-  for (const auto& connection : connections) {
-    if (connection->is_known || connection->is_ending) continue;
-    connection->is_ending = true;
-    ::shutdown(connection->fd, SHUT_RDWR);
-    return true;
-  }
-  return false;
+template <class Stream>
+asio::awaitable<void> serve_one(Stream stream, Site& site, std::shared_ptr<ConnectionList> list,
+                                std::shared_ptr<Connection> connection) {
+  const ConnectionList::Entry entry(std::move(list), connection);
+  co_await serve(std::move(stream), site, connection);
 }
 
-template <class Stream>
-asio::awaitable<void> serve_one(Stream stream, Site& site, std::shared_ptr<Connection> connection) {
-  const Place place(connections.insert(connections.end(), connection));
-  co_await serve(std::move(stream), site, connection);
+// The address of the other end, as limits count it; a unix socket has none.
+std::string address_of(const asio::generic::stream_protocol::socket& socket) {
+  boost::system::error_code error;
+  const auto peer = socket.remote_endpoint(error);
+  asio::ip::tcp::endpoint endpoint;
+  const int family = error ? AF_UNSPEC : peer.protocol().family();
+  if (family != AF_INET && family != AF_INET6) return "";
+  endpoint = family == AF_INET ? asio::ip::tcp::endpoint(asio::ip::tcp::v4(), 0)
+                               : asio::ip::tcp::endpoint(asio::ip::tcp::v6(), 0);
+  std::memcpy(endpoint.data(), peer.data(), std::min(peer.size(), endpoint.size()));
+  return address_key(endpoint.address());
 }
 
 void forget(std::exception_ptr) {}  // of one connection; the others go on
@@ -119,8 +111,9 @@ Result<std::unique_ptr<Listener>> Listener::open_unix(asio::io_context& io, cons
   return std::unique_ptr<Listener>(new Listener(io, *bound, AF_UNIX, path));
 }
 
-asio::awaitable<void> Listener::serve_all(Site& site, asio::ssl::context* tls) {
+asio::awaitable<void> Listener::serve_all(Site& site) {
   asio::steady_timer pause(io_);
+  const auto has_failures = [&site](const std::string& address) { return site.has_failures(address); };
   for (;;) {
     Protocol::socket socket(io_);
     const auto [error] = co_await acceptor_.async_accept(socket, kUse);
@@ -130,17 +123,22 @@ asio::awaitable<void> Listener::serve_all(Site& site, asio::ssl::context* tls) {
       co_await pause.async_wait(kUse);
       continue;
     }
-    if (!make_room()) continue;
-    const int on = 1, buffer = kSendBufferBytes;
-    ::setsockopt(socket.native_handle(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
-    if (path_.empty()) ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-    const auto connection = std::make_shared<Connection>(Connection{socket.native_handle()});
-    PlainStream stream(std::move(socket));
-    if (tls != nullptr) {
-      asio::co_spawn(io_, serve_one(TlsStream(std::move(stream), *tls), site, connection), forget);
-    } else {
-      asio::co_spawn(io_, serve_one(std::move(stream), site, connection), forget);
-    }
+    if (connections_->make_room(has_failures)) serve_socket(std::move(socket), site);
+  }
+}
+
+void Listener::serve_socket(Protocol::socket socket, Site& site) {
+  const int on = 1, buffer = kSendBufferBytes;
+  ::setsockopt(socket.native_handle(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
+  if (path_.empty()) ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  const auto connection = std::make_shared<Connection>();
+  connection->fd = socket.native_handle();
+  connection->address = address_of(socket);
+  PlainStream stream(std::move(socket));
+  if (tls_) {
+    asio::co_spawn(io_, serve_one(TlsStream(std::move(stream), *tls_), site, connections_, connection), forget);
+  } else {
+    asio::co_spawn(io_, serve_one(std::move(stream), site, connections_, connection), forget);
   }
 }
 

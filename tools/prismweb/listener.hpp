@@ -10,8 +10,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "base/result.hpp"
+#include "tools/prismweb/connection.hpp"
 #include "tools/prismweb/stream.hpp"
 
 namespace prism::prismweb {
@@ -27,19 +29,26 @@ class Listener {
   static Result<std::unique_ptr<Listener>> open_unix(boost::asio::io_context& io, const std::string& path);
   ~Listener();
 
-  /// Serves each who connects, 128 at once; with TLS where a context is given.
-  boost::asio::awaitable<void> serve_all(Site& site, boost::asio::ssl::context* tls);
+  /// Serves clients, at most 128 at the same time; with TLS if use_tls() was called.
+  boost::asio::awaitable<void> serve_all(Site& site);
 
+  /// The context of the connections that come from now on.
+  void use_tls(std::shared_ptr<boost::asio::ssl::context> tls) { tls_ = std::move(tls); }
+  ConnectionList& connections() { return *connections_; }
   std::uint16_t port() const { return port_; }
 
  private:
   using Protocol = boost::asio::generic::stream_protocol;
   Listener(boost::asio::io_context& io, int fd, int family, std::string path);
+  void serve_socket(Protocol::socket socket, Site& site);
 
   boost::asio::io_context& io_;
   boost::asio::basic_socket_acceptor<Protocol> acceptor_;
   std::string path_;  ///< of a unix socket, which is removed at the end
   std::uint16_t port_ = 0;
+  std::shared_ptr<boost::asio::ssl::context> tls_;
+  /// Shared, because what the io_context still holds at the end of the program outlives the listener.
+  std::shared_ptr<ConnectionList> connections_ = std::make_shared<ConnectionList>();
 };
 
 }  // namespace prism::prismweb

@@ -39,7 +39,7 @@ std::string unknown_instance(const std::string& instance) {
 
 void call_method(Site& site, const std::string& instance, const std::string& method, const json& params,
                  const Hub::Answer& answer) {
-  if (method == "instances") return answer("\"result\":" + dumped(site.instances().listing()));
+  if (method == "instances") return answer("\"result\":" + json_text(site.instances().listing()));
   if (method == "range") {
     Archive* const archive = site.archive(instance);
     return archive != nullptr ? archive->range(params, answer) : answer(unknown_instance(instance));

@@ -25,7 +25,7 @@ std::string datagram_of(const std::string& instance, BatchRow row) {
     own[instance][axis][row.method] = std::move(row.params);
   }
   own["timestamp"] = time_s;  // also where an instance has that name
-  return dumped(own);
+  return json_text(own);
 }
 
 }  // namespace

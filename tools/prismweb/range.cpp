@@ -71,7 +71,7 @@ std::string result_of(const AxisArchive& axis, const View& view, const std::vect
                        {"first_s", first ? json(*first + 1) : json()},
                        {"last_s", last ? json(*last + 1) : json()},
                        {"building", building ? json(*building) : json()}};
-  return "\"result\":" + dumped(result);
+  return "\"result\":" + json_text(result);
 }
 
 // The seconds that the store does not have yet.

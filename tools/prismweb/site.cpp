@@ -53,14 +53,14 @@ Answer file_answer(const Settings& settings, const Request& request) {
 
 }  // namespace
 
-Site::Site(asio::io_context& io, const Settings& settings, std::string token, PasswordHashes hashes)
+Site::Site(asio::io_context& io, const Settings& settings, std::unique_ptr<TokenAccess> tokens, PasswordHashes hashes)
     : io_(io),
       settings_(settings),
       disk_(0, say_disk),
-      token_(std::move(token)),
+      tokens_(std::move(tokens)),
       host_(host_name()),
       hosts_(settings.address, settings.hosts),
-      gate_(io, std::move(hashes)),
+      passwords_(io, std::move(hashes)),
       plotjuggler_(settings.plotjuggler ? std::make_unique<PlotJuggler>(io, *settings.plotjuggler) : nullptr),
       instances_(io, settings.instances) {
   instances_.on_change = [this] { tell_instances(); };
@@ -102,20 +102,23 @@ asio::awaitable<void> Site::watch_disk() {
   }
 }
 
-asio::awaitable<Refusal> Site::refusal(const Request& request) {
-  Refusal refusal;
+asio::awaitable<Admission> Site::admit(const Request& request, std::shared_ptr<Connection> connection) {
+  Admission admission;
   if (!hosts_.allows_host(request.host)) {
-    refusal.status = 421;
+    admission.status = 421;
   } else if (!allows_origin(request)) {
-    refusal.status = 403;
-  } else if (gate_.asks()) {
-    const Pass pass = co_await gate_.lets_in(request.authorization);
-    if (pass == Pass::kNo) refusal = {401, "Basic realm=\"prism\", charset=\"UTF-8\""};
-    if (pass == Pass::kBusy) refusal.status = 503;
-  } else if (!has_token(request)) {
-    refusal = {401, "Bearer"};
+    admission.status = 403;
+  } else if (passwords_.is_required()) {
+    const AuthResult result = co_await passwords_.authenticate(request.authorization, connection);
+    admission.is_authenticated = result == AuthResult::kRight;
+    if (result == AuthResult::kWrong) admission = {401, "Basic realm=\"prism\", charset=\"UTF-8\""};
+    if (result == AuthResult::kBusy) admission.status = 503;
+  } else {
+    admission.is_authenticated = has_token(request);
+    const bool needs_token = is_api(request.target) || is_foxglove(request.target);
+    if (needs_token && !admission.is_authenticated) admission = {401, "Bearer"};
   }
-  co_return refusal;
+  co_return admission;
 }
 
 // Foxglove's own page is of another site: it may come from those that are named, and to its WebSocket alone.
@@ -127,14 +130,23 @@ bool Site::allows_origin(const Request& request) const {
 }
 
 bool Site::has_token(const Request& request) const {
-  if (is_api(request.target)) return is_token(bearer_of(request.authorization));
-  if (is_foxglove(request.target))
-    return is_token(foxglove_token_of(request.target)) || is_token(bearer_of(request.authorization));
-  return true;
+  if (!tokens_ || tokens_->is_authenticated(request)) return true;
+  return is_foxglove(request.target) && tokens_->is_program_token(foxglove_token_of(request.target));
 }
 
-bool Site::proves(const Request& request) const {
-  return gate_.asks() || token_.empty() || is_api(request.target) || is_foxglove(request.target);
+// The address that was printed is opened once; a browser that has a session may open it again without effect.
+Answer Site::begin_session(const Request& request, bool is_authenticated) {
+  if (!tokens_) return plain(404, "no token is needed here");
+  if (request.method != "POST") return plain(405, "expected POST");
+  Answer answer = plain(204, "");
+  answer.body.clear();
+  const auto cookie = tokens_->begin_session(bearer_of(request.authorization));
+  if (cookie) answer.cookie = *cookie;
+  if (cookie || is_authenticated) return answer;
+  answer = plain(401, "the address of this token was opened before; \"systemctl reload prismweb\" prints a new one");
+  answer.challenge = "Bearer";
+  answer.is_last = true;
+  return answer;
 }
 
 std::optional<Answer> Site::foxglove_refusal(std::string_view protocol) const {
@@ -144,7 +156,8 @@ std::optional<Answer> Site::foxglove_refusal(std::string_view protocol) const {
   return std::nullopt;
 }
 
-asio::awaitable<Answer> Site::answer(const Request& request) {
+asio::awaitable<Answer> Site::answer(const Request& request, bool is_authenticated) {
+  if (request.target == "/session") co_return begin_session(request, is_authenticated);
   if (is_api(request.target)) {
     if (request.method != "GET") co_return plain(405, "expected GET");
     Answer answer;
@@ -159,7 +172,7 @@ asio::awaitable<Answer> Site::answer(const Request& request) {
 }
 
 std::string Site::greeting() const {
-  return dumped({{"ready", true}, {"host", host_}, {"version", kVersion}, {"instances", instances_.listing()}});
+  return json_text({{"ready", true}, {"host", host_}, {"version", kVersion}, {"instances", instances_.listing()}});
 }
 
 bool Site::has_room_for_client() const { return clients_.size() < kMostClients; }
@@ -167,7 +180,7 @@ bool Site::has_room_for_client() const { return clients_.size() < kMostClients; 
 void Site::tell_instances() {
   const json listing = instances_.listing(), list = {{"jsonrpc", "2.0"}, {"method", "instances"}, {"params", listing}};
   foxglove_topics_.learn(listing);
-  const auto text = std::make_shared<const std::string>(dumped(list));
+  const auto text = std::make_shared<const std::string>(json_text(list));
   for (Client* client : std::set(clients_)) {
     if (clients_.contains(client)) client->instances_changed(text);
   }

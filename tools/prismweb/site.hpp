@@ -9,14 +9,16 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "base/disk_thread.hpp"
 #include "tools/prismweb/access.hpp"
 #include "tools/prismweb/foxglove_protocol.hpp"
-#include "tools/prismweb/gate.hpp"
 #include "tools/prismweb/http_message.hpp"
 #include "tools/prismweb/instances.hpp"
+#include "tools/prismweb/password_authenticator.hpp"
 #include "tools/prismweb/settings.hpp"
+#include "tools/prismweb/token_access.hpp"
 
 namespace prism::prismweb {
 
@@ -26,22 +28,28 @@ class PlotJuggler;
 
 class Site : public std::enable_shared_from_this<Site> {
  public:
-  Site(boost::asio::io_context& io, const Settings& settings, std::string token, PasswordHashes hashes);
+  /// `tokens`: null if passwords or the mode of a unix socket decide who may connect.
+  Site(boost::asio::io_context& io, const Settings& settings, std::unique_ptr<TokenAccess> tokens,
+       PasswordHashes hashes);
   ~Site();
 
   void start();
 
-  /// What every request must pass. Files of the page need no token, and the WebSocket's first message brings it.
-  boost::asio::awaitable<Refusal> refusal(const Request& request);
-  /// The answer to a request that passed.
-  boost::asio::awaitable<Answer> answer(const Request& request);
+  /// Checks Host, Origin, and password, token or cookie. The page's files need no token, and the WebSocket's first
+  /// message may have it.
+  boost::asio::awaitable<Admission> admit(const Request& request, std::shared_ptr<Connection> connection);
+  /// The answer to a request that was admitted.
+  boost::asio::awaitable<Answer> answer(const Request& request, bool is_authenticated);
 
-  bool is_token(std::string_view given) const { return token_.empty() || is_secret(given, token_); }
+  /// True if there are no tokens.
+  bool is_program_token(std::string_view given) const { return !tokens_ || tokens_->is_program_token(given); }
+  TokenAccess* tokens() { return tokens_.get(); }
+  /// Uses these passwords from now on; returns the names whose sessions must end (PasswordAuthenticator::replace()).
+  std::set<std::string> replace_passwords(PasswordHashes hashes) { return passwords_.replace(std::move(hashes)); }
+  bool has_failures(const std::string& address) { return passwords_.has_failures(address); }
+
   /// The first line of a client that was let in.
   std::string greeting() const;
-
-  /// Whether a request that was not refused has shown who is there: a page's files need no token.
-  bool proves(const Request& request) const;
 
   bool has_room_for_client() const;
   static constexpr std::string_view kNoRoom = "64 clients are connected, expected fewer";
@@ -64,15 +72,16 @@ class Site : public std::enable_shared_from_this<Site> {
   void tell_instances();
   bool allows_origin(const Request& request) const;
   bool has_token(const Request& request) const;
+  Answer begin_session(const Request& request, bool is_authenticated);
   boost::asio::awaitable<void> watch_disk();
 
   boost::asio::io_context& io_;
   Settings settings_;
   DiskThread disk_;  ///< outlives the archives
-  std::string token_;
+  std::unique_ptr<TokenAccess> tokens_;
   std::string host_;
   HostList hosts_;
-  Gate gate_;
+  PasswordAuthenticator passwords_;
   std::unique_ptr<PlotJuggler> plotjuggler_;  ///< outlives the instances that it listens to
   Instances instances_;
   std::map<std::string, std::unique_ptr<Archive>> archives_;

@@ -161,7 +161,7 @@ Result<void> Store::write_place() const {
                       {"first_s", time_json(first_second_)},
                       {"last_s", time_json(last_second_)},
                       {"places", places}};
-  return write_text_file(folder_ + "/place.json", dumped(place) + "\n");
+  return write_text_file(folder_ + "/place.json", json_text(place) + "\n");
 }
 
 std::vector<std::string> Store::cursors_before(std::int64_t second) const {

@@ -56,7 +56,7 @@ Text Topics::batch_of(const Topic& topic, std::size_t from) const {
   std::string_view lines = topic.lines;
   lines.remove_prefix(from);
   if (lines.starts_with(',')) lines.remove_prefix(1);
-  return std::make_shared<const std::string>(R"({"instance":)" + dumped(instance_) + R"(,"batch":[)" +
+  return std::make_shared<const std::string>(R"({"instance":)" + json_text(instance_) + R"(,"batch":[)" +
                                              std::string(lines) + "]}");
 }
 

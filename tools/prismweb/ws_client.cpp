@@ -31,11 +31,11 @@ std::optional<CloseReason> WsClient::message(std::string_view text, bool is_text
 }
 
 std::optional<CloseReason> WsClient::let_in(std::string_view text) {
-  const json first = json::parse(text, nullptr, false);
+  const json first = parse_message(text);
   if (!first.is_object()) return CloseReason{kPolicyError, R"(expected {"token": "…"} first)"};
   const std::string token = text_of(first, "token");
-  if (!site().is_token(token))
-    return CloseReason{kPolicyError, token.empty() ? "it has no token" : "its token is wrong"};
+  const bool is_right = token.empty() ? is_authenticated_ : site().is_program_token(token);
+  if (!is_right) return CloseReason{kPolicyError, token.empty() ? "it has no token" : "its token is wrong"};
   if (!site().has_room_for_client()) return CloseReason{kTryAgainLater, Site::kNoRoom};
   let_in_ = true;
   channel().answer(std::make_shared<const std::string>(site().greeting()));
@@ -45,14 +45,14 @@ std::optional<CloseReason> WsClient::let_in(std::string_view text) {
 
 std::string WsClient::lost_text(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) const {
   const json params = {{"instance", instance}, {"rows", rows}, {"rows_total", rows_total}};
-  return dumped({{"jsonrpc", "2.0"}, {"method", "lost"}, {"params", params}});
+  return json_text({{"jsonrpc", "2.0"}, {"method", "lost"}, {"params", params}});
 }
 
 void WsClient::request(std::string_view text) {
-  const json request = json::parse(text, nullptr, false);
+  const json request = parse_message(text);
   if (!request.is_object()) return answer("null", "", error_member(-32600, "found no object, expected a request"));
   const json id = request.value("id", json());
-  const std::string id_text = dumped(id);
+  const std::string id_text = json_text(id);
   const std::size_t id_bytes = id.is_string() ? id.get_ref<const std::string&>().size() : id_text.size();
   if (!(id.is_number() || id.is_string()) || id_bytes > kMostIdBytes)
     return answer("null", "", error_member(-32600, "expected an id, a number or a text of at most 64 bytes"));
@@ -80,7 +80,7 @@ void WsClient::subscribe(Hub& hub, const std::string& id, const json& params, bo
   if (!wish) {
     return answer(
         id, hub.name(),
-        error_member(kWrongParams, "found " + dumped(params).substr(0, 80) +
+        error_member(kWrongParams, "found " + json_text(params).substr(0, 80) +
                                        R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to )"
                                        R"(1000000, "axes": [NAME, …]})"));
   }
@@ -94,13 +94,13 @@ void WsClient::subscribe(Hub& hub, const std::string& id, const json& params, bo
     return answer(id, hub.name(), error_member(kWrongParams, words));
   }
   hub.wish(this, *wish);
-  answer(id, hub.name(), "\"result\":" + dumped(wish_json(*wish, hub.axes())));
+  answer(id, hub.name(), "\"result\":" + json_text(wish_json(*wish, hub.axes())));
 }
 
 void WsClient::answer(const std::string& id, const std::string& instance, std::string_view member) {
   std::string text = R"({"jsonrpc":"2.0","id":)" + id + ",";
   text += member;
-  if (!instance.empty()) text += R"(,"instance":)" + dumped(instance);
+  if (!instance.empty()) text += R"(,"instance":)" + json_text(instance);
   text += '}';
   channel().answer(std::make_shared<const std::string>(std::move(text)));
 }

@@ -16,7 +16,9 @@ class Hub;
 
 class WsClient final : public Client {
  public:
-  WsClient(Site& site, Channel& channel) : Client(site, channel) {}
+  /// `is_authenticated`: the request showed who it is, so that its first message needs no token.
+  WsClient(Site& site, Channel& channel, bool is_authenticated)
+      : Client(site, channel), is_authenticated_(is_authenticated) {}
 
   std::optional<CloseReason> message(std::string_view text, bool is_text) override;
   bool is_let_in() const override { return let_in_; }
@@ -32,7 +34,7 @@ class WsClient final : public Client {
   void subscribe(Hub& hub, const std::string& id, const nlohmann::json& params, bool on);
   void answer(const std::string& id, const std::string& instance, std::string_view member);
 
-  bool let_in_ = false;
+  bool is_authenticated_, let_in_ = false;
   int under_way_ = 0;
 };
 

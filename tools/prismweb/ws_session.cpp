@@ -8,11 +8,12 @@
 #include <chrono>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/connection.hpp"
 #include "tools/prismweb/foxglove_client.hpp"
-#include "tools/prismweb/http_session.hpp"
 #include "tools/prismweb/send_queue.hpp"
 #include "tools/prismweb/site.hpp"
 #include "tools/prismweb/ws_client.hpp"
@@ -27,20 +28,20 @@ namespace websocket = beast::websocket;
 constexpr std::size_t kMostMessageBytes = 64 << 10;
 constexpr std::chrono::seconds kFirstMessage{10}, kSilence{30}, kDeaf{30};
 
-std::shared_ptr<Client> make_client(bool is_foxglove, Site& site, Channel& channel) {
-  if (is_foxglove) return std::make_shared<FoxgloveClient>(site, channel);
-  return std::make_shared<WsClient>(site, channel);
+std::shared_ptr<Client> make_client(const Upgrade& upgrade, Site& site, Channel& channel) {
+  if (!upgrade.protocol.empty()) return std::make_shared<FoxgloveClient>(site, channel);
+  return std::make_shared<WsClient>(site, channel, upgrade.is_authenticated);
 }
 
 template <class Stream>
 class WsSession final : public Channel, public std::enable_shared_from_this<WsSession<Stream>> {
  public:
-  WsSession(Stream stream, Site& site, std::string protocol, std::shared_ptr<Connection> connection)
+  WsSession(Stream stream, Site& site, const Upgrade& upgrade, std::shared_ptr<Connection> connection)
       : connection_(std::move(connection)),
         ws_(std::move(stream)),
         watch_(site.io()),
-        protocol_(std::move(protocol)),
-        client_(make_client(!protocol_.empty(), site, *this)) {}
+        protocol_(upgrade.protocol),
+        client_(make_client(upgrade, site, *this)) {}
 
   asio::awaitable<void> run(const UpgradeRequest& request) {
     beast::get_lowest_layer(ws_).expires_never();
@@ -52,9 +53,13 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
     }));
     const auto [error] = co_await ws_.async_accept(request, kUse);
     if (error) co_return;
+    connection_->close_websocket = [weak = this->weak_from_this()] {
+      if (const auto self = weak.lock()) self->close("the password was changed or removed");
+    };
     client_->begin();
     watch(kFirstMessage);
     co_await read();
+    connection_->close_websocket = nullptr;
     watch_.cancel();
     client_.reset();
     ended_ = true;
@@ -110,19 +115,22 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
       if (error) return;
       const bool deaf = self->writing_ && std::chrono::steady_clock::now() - self->writing_since_ >= kDeaf;
       if (deaf) return self->drop();
-      if (self->client_ && !self->client_->is_let_in()) return self->close_silent();
+      if (self->client_ && !self->client_->is_let_in()) return self->close("no token came in 10 s");
       self->watch(std::chrono::seconds(5));
     });
   }
 
   // The reader ends with it.
-  void close_silent() {
-    const websocket::close_reason reason(websocket::close_code::policy_error, "no token came in 10 s");
+  void close(std::string_view why) {
+    const websocket::close_reason reason(websocket::close_code::policy_error, why);
     ws_.async_close(reason, [self = this->shared_from_this()](const boost::system::error_code&) {});
   }
 
   // The reader sees it and ends the session.
-  void drop() { beast::get_lowest_layer(ws_).close(); }
+  void drop() {
+    connection_->fd = -1;
+    beast::get_lowest_layer(ws_).close();
+  }
 
   std::shared_ptr<Connection> connection_;
   websocket::stream<Stream> ws_;
@@ -138,22 +146,22 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
 };
 
 template <class Stream>
-asio::awaitable<void> run_session(Stream stream, const UpgradeRequest& request, Site& site, const std::string& protocol,
+asio::awaitable<void> run_session(Stream stream, const UpgradeRequest& request, Site& site, const Upgrade& upgrade,
                                   std::shared_ptr<Connection> connection) {
-  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), site, protocol, connection);
+  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), site, upgrade, connection);
   co_await session->run(request);
 }
 
 }  // namespace
 
 asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, Site& site,
-                                    const std::string& protocol, std::shared_ptr<Connection> connection) {
-  co_await run_session(std::move(stream), request, site, protocol, connection);
+                                    const Upgrade& upgrade, std::shared_ptr<Connection> connection) {
+  co_await run_session(std::move(stream), request, site, upgrade, connection);
 }
 
-asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site,
-                                    const std::string& protocol, std::shared_ptr<Connection> connection) {
-  co_await run_session(std::move(stream), request, site, protocol, connection);
+asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site, const Upgrade& upgrade,
+                                    std::shared_ptr<Connection> connection) {
+  co_await run_session(std::move(stream), request, site, upgrade, connection);
 }
 
 }  // namespace prism::prismweb

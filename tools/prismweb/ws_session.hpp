@@ -16,11 +16,17 @@ class Site;
 struct Connection;
 using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 
-/// Serves the client until it leaves, is not let in (closed with 1008, or 1013 where there is no room), or takes
-/// nothing for 30 s. `protocol`: the one of Foxglove's that was agreed on; empty: our own.
+/// What is known of a WebSocket before it begins.
+struct Upgrade {
+  std::string protocol;   ///< Foxglove's, as agreed on; empty: prismweb's own
+  bool is_authenticated;  ///< by a field of the request; if not, the first message must have the token
+};
+
+/// Serves the client until it leaves, is refused (closed with 1008, or 1013 if there is no room), or reads nothing for
+/// 30 s.
 boost::asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, Site& site,
-                                           const std::string& protocol, std::shared_ptr<Connection> connection);
+                                           const Upgrade& upgrade, std::shared_ptr<Connection> connection);
 boost::asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site,
-                                           const std::string& protocol, std::shared_ptr<Connection> connection);
+                                           const Upgrade& upgrade, std::shared_ptr<Connection> connection);
 
 }  // namespace prism::prismweb

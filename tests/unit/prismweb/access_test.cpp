@@ -53,6 +53,33 @@ TEST(Secrets, TokensAreLongAndNeverTheSame) {
   EXPECT_NE(one, other);
 }
 
+TEST(Cookies, AreFoundByTheirWholeName) {
+  using Values = std::vector<std::string_view>;
+  EXPECT_EQ(cookie_values("a=1; prism-8467=x; xprism-8467=y; prism-84670=z;prism-8467=w", "prism-8467"),
+            Values({"x", "w"}));
+  for (const char* field : {"", ";", "prism-8467", "=", "a=prism-8467=x"})
+    EXPECT_EQ(cookie_values(field, "prism-8467"), Values()) << field;
+}
+
+TEST(Pages, AreTheirOwnByOriginAndPort) {
+  EXPECT_TRUE(is_own_page("http://localhost:8467", "same-origin", "localhost:8467", false));
+  EXPECT_TRUE(is_own_page("http://localhost:8467", "", "LOCALHOST:8467", false)) << "an older browser";
+  EXPECT_TRUE(is_own_page("", "none", "localhost:8467", false)) << "a person typed the address";
+  EXPECT_FALSE(is_own_page("", "", "localhost:8467", false));
+  EXPECT_FALSE(is_own_page("http://localhost:9999", "same-site", "localhost:8467", false));
+  EXPECT_FALSE(is_own_page("http://localhost:9999", "", "localhost:8467", false));
+  EXPECT_FALSE(is_own_page("http://localhost:8467", "", "localhost:8467", true));
+  EXPECT_FALSE(is_own_page("null", "", "localhost:8467", false));
+}
+
+TEST(AddressKeys, AreOneForAClientOfIPv6) {
+  const auto key = [](const char* text) { return address_key(boost::asio::ip::make_address(text)); };
+  EXPECT_EQ(key("192.0.2.7"), "192.0.2.7");
+  EXPECT_EQ(key("::ffff:192.0.2.7"), "192.0.2.7");
+  EXPECT_EQ(key("2001:db8:0:1:2:3:4:5"), key("2001:db8:0:1::1"));
+  EXPECT_NE(key("2001:db8:0:1::1"), key("2001:db8:0:2::1"));
+}
+
 TEST(Bearer, IsTakenFromItsFieldAlone) {
   EXPECT_EQ(bearer_of("Bearer abc"), "abc");
   EXPECT_EQ(bearer_of("bearer abc"), "abc");

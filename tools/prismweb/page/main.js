@@ -9,23 +9,25 @@ import { allGood, axisOf, byAxis, judgeGyro, kTrace_s, makeGyro, takeEvent, take
 import { startTheme } from "./theme.js";
 import { measured } from "./timing.js";
 
-const kStatus_ms = 2000, kStability_ms = 10000, kGather_ms = 60, kAgain_ms = 5000, kTokenKey = "prism-token";
+const kStatus_ms = 2000, kStability_ms = 10000, kGather_ms = 60, kAgain_ms = 5000;
 const find = (id) => document.getElementById(id);
 const gyros = new Map(), main = find("main");
 let view = null, overview = null, due, frame, worst = "", wasBad = false, cut_s = null;
 
-/** The token stands in the fragment once; then this tab keeps it, and the address shows it no more. */
-function takeToken() {
+/**
+ * The token of an address that prismweb printed is good once: prismweb answers it with a cookie, which no script can read. Neither this page
+ * nor the history keeps it.
+ */
+async function exchangeToken() {
   const token = new URLSearchParams(location.hash.slice(1)).get("token");
-  if (token !== null) {
-    sessionStorage.setItem(kTokenKey, token);
-    history.replaceState(null, "", "#/");
-  }
-  return sessionStorage.getItem(kTokenKey) ?? "";
+  if (token === null) return;
+  history.replaceState(null, "", "#/");
+  await fetch("session", { method: "POST", headers: { Authorization: `Bearer ${token}` } }).catch(() => {}); // the connection reports a refusal
 }
 
 const say = (text) => setText(find("spoken"), text);
-const socket = new Socket(new URL("ws", location.href.replace(/^http/, "ws").replace(/#.*/, "")), takeToken());
+await exchangeToken();
+const socket = new Socket(new URL("ws", location.href.replace(/^http/, "ws").replace(/#.*/, "")));
 let place = location.hash;
 
 /** What is new is drawn together, soon after the first of it came. A tab that nobody sees has no frames, and a title that somebody does. */
@@ -235,7 +237,7 @@ socket.addEventListener("cut", ({ detail }) => {
   cut_s ??= detail.heard_ms / 1000;
   cut(`No connection to prismweb since ${clock(cut_s)} UTC: ${detail.why}. Every value below is old. It is tried again by itself.`);
 });
-socket.addEventListener("refused", ({ detail }) => cut(`prismweb refused this page: ${detail.why || "the token is wrong"}. Open the address that prismweb printed, with its token.`));
+socket.addEventListener("refused", ({ detail }) => cut(`prismweb refused this page: ${detail.why}. Load it again. If that does not help, open an address that prismweb printed and that was not used before: "systemctl reload prismweb" prints a new one.`));
 socket.addEventListener("instances", ({ detail }) => takeInstances(detail));
 socket.addEventListener("batch", ({ detail }) => takeBatch(detail));
 socket.addEventListener("lost", ({ detail }) => { if (view?.gyro.name === detail.instance) view.reload(); });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The one WebSocket: the token first, then JSON-RPC; told at once when it is cut or silent, and opened again by itself.
+// The one WebSocket: an empty message first, as a cookie or password shows who it is, then JSON-RPC; told at once when it is cut or silent, and opened again by itself.
 const kRetryMin_ms = 500, kRetryMax_ms = 5000, kSilence_ms = 5000, kQuiet_ms = 2000, kOpen_ms = 5000, kSlept_ms = 3000;
 const kAnswer_ms = 16000; // prismweb says itself after 15 s that a prismd did not answer
 const kUnderWay = 24, kOfOne = 2; // prismweb takes 32 requests of a client at once, and asks an instance one after the other
@@ -11,9 +11,9 @@ const kRefused = 1008;
  * not try again). call() refuses with an Error where an answer is one.
  */
 export class Socket extends EventTarget {
-  constructor(url, token) {
+  constructor(url) {
     super();
-    Object.assign(this, { url, token, retry_ms: kRetryMin_ms, waiting: new Map(), queue: [], id: 0, ready: false, heard_at_ms: Date.now() });
+    Object.assign(this, { url, retry_ms: kRetryMin_ms, waiting: new Map(), queue: [], id: 0, ready: false, heard_at_ms: Date.now() });
     Object.assign(this, { wall_ms: Date.now(), watched_ms: performance.now() });
     this.open();
     setInterval(() => this.watch(), 1000);
@@ -22,7 +22,7 @@ export class Socket extends EventTarget {
   open() {
     const socket = new WebSocket(this.url);
     Object.assign(this, { socket, ready: false, heard_ms: performance.now(), opened_ms: performance.now() });
-    socket.onopen = () => socket.send(JSON.stringify({ token: this.token }));
+    socket.onopen = () => socket.send("{}");
     socket.onmessage = (message) => this.hear(JSON.parse(message.data));
     socket.onclose = (close) => this.cut(socket, close.reason, close.code === kRefused);
   }

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/service.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <utility>
+
+#include "base/notify.hpp"
+#include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/listener.hpp"
+#include "tools/prismweb/site.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace asio = boost::asio;
+
+Result<std::unique_ptr<Listener>> listen(asio::io_context& io, const Settings& settings) {
+  if (!settings.unix_socket.empty()) return Listener::open_unix(io, settings.unix_socket);
+  return Listener::open_tcp(io, settings.address, settings.port);
+}
+
+// Called by the loop that serves: if that is blocked, systemd restarts prismweb.
+asio::awaitable<void> feed_watchdog(asio::io_context& io) {
+  asio::steady_timer tick(io);
+  const std::chrono::microseconds half(watchdog_half_us());
+  while (half.count() > 0) {
+    notify_watchdog();
+    tick.expires_after(half);
+    co_await tick.async_wait(kUse);
+  }
+}
+
+}  // namespace
+
+Result<SecretFiles> load_secret_files(const Settings& settings) {
+  SecretFiles files;
+  if (settings.tls) {
+    auto tls = load_tls(*settings.tls);
+    if (!tls) return tl::unexpected<Error>(tls.error());
+    files.tls = std::move(*tls);
+    if (!files.tls.warning.empty()) fmt::print(stderr, "prismweb: warning: {}\n", files.tls.warning);
+  }
+  if (!settings.passwords.empty()) {
+    auto passwords = load_passwords(settings.passwords);
+    if (!passwords) return tl::unexpected<Error>(passwords.error());
+    files.passwords = std::move(*passwords);
+  }
+  return files;
+}
+
+Service::~Service() = default;
+
+Result<void> Service::open(SecretFiles files) {
+  auto listener = listen(io_, settings_);
+  if (!listener) return tl::unexpected<Error>(listener.error());
+  listener_ = std::move(*listener);
+  listener_->use_tls(files.tls.context);
+  std::unique_ptr<TokenAccess> tokens;
+  if (settings_.unix_socket.empty() && settings_.passwords.empty()) {
+    auto opened = TokenAccess::open(listener_->port(), settings_.tls.has_value());
+    if (!opened) return tl::unexpected<Error>(opened.error());
+    tokens = std::move(*opened);
+  }
+  site_ = std::make_shared<Site>(io_, settings_, std::move(tokens), std::move(files.passwords));
+  return {};
+}
+
+int Service::run(SecretFiles files) {
+  if (const auto opened = open(std::move(files)); !opened) {
+    fmt::print(stderr, "prismweb: {}\n", opened.error().text());
+    return kExitFailed;
+  }
+  asio::signal_set signals(io_, SIGINT, SIGTERM);
+  signals.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
+  asio::co_spawn(io_, reload_on_hangup(), asio::detached);
+  site_->start();
+  asio::co_spawn(io_, listener_->serve_all(*site_), asio::detached);
+  asio::co_spawn(io_, feed_watchdog(io_), asio::detached);
+  print_address();
+  io_.poll();  // SIGHUP is a reload before systemd may send it
+  notify_ready("serving");
+  io_.run();
+  notify_stopping();
+  if (site_->finish()) return kExitDone;
+  // A thread that waits for such a disk cannot be joined: the process leaves it behind.
+  fmt::print(stderr, "prismweb: the disk does not answer: the last minutes will be made again from the log\n");
+  std::fflush(stderr);
+  ::_exit(kExitFailed);
+}
+
+// The kernel sends SIGHUP, too, when the terminal of a prismweb in the foreground is closed: then it ends.
+asio::awaitable<void> Service::reload_on_hangup() {
+  asio::signal_set hangups(io_, SIGHUP);
+  const bool had_terminal = ::isatty(STDIN_FILENO) == 1;
+  for (;;) {
+    const auto [error, number] = co_await hangups.async_wait(kUse);
+    if (error) co_return;
+    if (had_terminal && ::isatty(STDIN_FILENO) != 1) co_return io_.stop();
+    reload();
+  }
+}
+
+void Service::reload() {
+  notify_reloading();
+  auto files = load_secret_files(settings_);
+  if (files) {
+    listener_->use_tls(std::move(files->tls.context));
+    listener_->connections().close_users(site_->replace_passwords(std::move(files->passwords)));
+    fmt::print(stderr, "prismweb: reloaded\n");
+  } else {
+    fmt::print(stderr, "prismweb: not reloaded, the old files stay in force: {}\n", files.error().text());
+  }
+  if (site_->tokens() != nullptr && site_->tokens()->renew_address_token()) print_address();
+  notify_ready("serving");
+}
+
+void Service::print_address() {
+  if (!settings_.unix_socket.empty()) {
+    fmt::print("prismweb: serving at {}\n", settings_.unix_socket);
+  } else {
+    const bool v6 = settings_.address.find(':') != std::string::npos;
+    const std::string token = site_->tokens() != nullptr ? "#token=" + site_->tokens()->address_token() : "";
+    fmt::print("{}://{}{}{}:{}/{}\n", settings_.tls ? "https" : "http", v6 ? "[" : "", settings_.address, v6 ? "]" : "",
+               listener_->port(), token);
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace prism::prismweb
