@@ -109,7 +109,7 @@ PeriodFile::~PeriodFile() {
 Result<PeriodFile> PeriodFile::open(const std::string& path, std::uint64_t records) {
   PeriodFile file;
   file.path_ = path;
-  file.fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
+  file.fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NOCTTY, 0640);
   if (file.fd_ < 0) return refuse(path, std::strerror(errno));
   const off_t size = ::lseek(file.fd_, 0, SEEK_END);
   if (size < offset_of(records))
