@@ -150,7 +150,7 @@ kill -TERM "$web"; wait "$web" || fail "exit code $?"
 [ "$(stat -c %s state/gyro/z/minutes)" -ge 136 ] || fail "no minute was kept"
 
 # TLS and passwords: for every path, and the WebSocket.
-openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout web.key -out web.crt -days 2 -subj /CN=localhost 2>/dev/null
+openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout web.key -out web.crt -days 90 -subj /CN=localhost 2>/dev/null
 echo "look:$(echo 'a secret' | prismweb --hash-password)" >web.passwords
 echo '{"listen": "127.0.0.1:0", "tls": {"certificate": "web.crt", "key": "web.key"}, "passwords": "web.passwords", "page": "page", "state": "tls"}' >web.json
 code=0; prismweb --config web.json --check 2>refused || code=$?

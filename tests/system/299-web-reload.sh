@@ -10,9 +10,9 @@ umask 077
 new_certificate() { openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout web.key -out web.crt -days 90 -subj "/CN=$1" 2>/dev/null; }
 line() { echo "$1:$(echo "$2" | prismweb --hash-password)"; }
 new_certificate first
-stays=$(line stays "a secret")
+hash_of_stays=$(line stays "a secret")
 long=$(printf 'x%.0s' {1..72})
-{ echo "$stays"; line removed "b secret"; line changed "c secret"; line long "$long"; } >web.passwords
+{ echo "$hash_of_stays"; line removed "b secret"; line changed "c secret"; line long "$long"; } >web.passwords
 echo "{\"listen\": \"127.0.0.1:0\", \"instances\": \"$dir/none.sock\", \"state\": \"\", \"tls\": {\"certificate\": \"web.crt\", \"key\": \"web.key\"}, \"passwords\": \"web.passwords\"}" >web.json
 start web prismweb --config web.json
 web=$pid
@@ -57,11 +57,13 @@ same "a faulty file" "$(cat web.err)" "prismweb: not reloaded, the old files sta
 same "the old password" "$(login 'removed:b secret')" 200
 
 # One that is good.
-{ echo "$stays"; line changed "d secret"; line added "e secret"; } >web.passwords
+{ echo "$hash_of_stays"; line changed "d secret"; line added "e secret"; } >web.passwords
 new_certificate second
 kill -HUP "$web"
-wait_for 5 reloads 2
-wait "$removed" "$changed"
+reloaded() { [ "$(grep -c '^prismweb: reloaded$' web.err)" = 1 ]; }
+wait_for 5 reloaded
+ended() { grep -q ^1 removed.out && grep -q ^1 changed.out; }
+wait_for 10 ended
 for name in removed changed; do same "the WebSocket of $name" "$(tail -1 $name.out)" "1008 the password was changed or removed"; done
 same "the WebSocket of who stays" "$(cat stays.out)" ready
 same "the certificate" "$(subject)" second
