@@ -33,7 +33,7 @@ const std::string& rows() {
     for (int i = 0; i < 300; ++i) {
       compensation::CompensatedWindow row;
       row.window.bucket.second = kFirstSecond + i;
-      row.window.bucket.count = 2;
+      row.window.bucket.samples = 2;
       row.window.bucket.rate_deg_per_h = 8.0 + 0.01 * (i % 7);
       row.window.bucket.temperature_degc = 20 + 0.01 * i;
       row.window.bucket.uhfo_v = 1.5 + 0.001 * (i % 5);

@@ -14,7 +14,7 @@ echo '{"line": {"baud": "x"}}' >"$dir/gyro.json"; refused "wrong type" 'gyro.jso
 echo '{"line": {"silence_s": -1}}' >"$dir/gyro.json"; refused "out of range" "gyro.json:/line/silence_s: -1 is not within 0.1 to 3600"
 printf '{\n "line": {,}\n}' >"$dir/gyro.json"; refused "no JSON" "gyro.json:2:"
 long=$(printf 'n%.0s' $(seq 250))
-echo "{\"name\": \"$long\", \"socket\": {\"path\": \"\"}}" >"$dir/gyro.json"; refused "name too long" "gyro.json:/name: has 250 bytes, expected at most 229"
+echo "{\"name\": \"$long\", \"socket\": {\"path\": \"\"}}" >"$dir/gyro.json"; refused "name too long" "expected 1 to 90 bytes of printable text"
 echo '{"name": "a\nb"}' >"$dir/gyro.json"; refused "newline in the name" 'gyro.json:/name: found "a\nb", expected 1 to 90 bytes of printable text'
 echo '{"frames": "nope"}' >"$dir/gyro.json"; refused "missing frames" "frames/nope.json: cannot be read: No such file or directory; looked in $dir/frames, "
 echo '{"frames": "kvh175"}' >"$dir/gyro.json"; refused "mistyped frames" 'No such file or directory; did you mean "kvh1750"? Looked in '

@@ -64,10 +64,18 @@ parses report
 # Names of strangers are text: of the recordings, and of two axes in the headers of their logs.
 command_name="x'; system \"touch pwned\"; set terminal svg name 'x"
 markup='<img src=x onerror=alert(1)>'
+# The name of an axis is rejected with its line; a serial number with markup is text.
+mkdir named
+awk -v axis="$command_name" '/^# axis: / {$0 = "# axis: " axis} {print}' cycle1/g-*.csv >named/g-20260101T000001Z.csv
+code=0; prismcal report named cycle2 --models ladder --out hostile >hostile.out 2>hostile.err || code=$?
+same "exit code of an axis with a command" "$code" 1
+contains "an axis with a command" "$(tail -1 hostile.err)" "expected 1 to 16 letters, digits or _"
+[ ! -e pwned ] && [ ! -e hostile ] || fail "a name in the header of a log ran a command"
 for cycle in 1 2; do
   mkdir "=$markup$cycle"
-  for axis in "$command_name" "y$markup"; do
-    awk -v axis="$axis" '/^# axis: / {$0 = "# axis: " axis} {print}' cycle$cycle/g-*.csv >"=$markup$cycle/g-${#axis}-20260101T000001Z.csv"
+  for axis in x y; do
+    awk -v axis="$axis" -v serial="=$markup" '/^# axis: / {$0 = "# axis: " axis} /^# gyro_serial: / {$0 = "# gyro_serial: " serial} {print}' cycle$cycle/g-*.csv \
+      >"=$markup$cycle/g-$axis-20260101T000001Z.csv"
   done
 done
 prismcal report "=${markup}1" "=${markup}2" --models ladder --out hostile >hostile.out 2>hostile.err || fail "$(tail -3 hostile.err)"
