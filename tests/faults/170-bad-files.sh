@@ -31,7 +31,10 @@ for model in pipe.json zero.json; do one_line "model $model" "$model: is a" pris
 sed "s|$dir/frames.json|$dir/pipe.json|" gyro.json >piped.json
 one_line "frames" "pipe.json: is a pipe" prismd piped.json --check
 one_line "capture" "pipe.pcap: is a pipe" prismd gyro.json --replay pipe.pcap --out replayed
-for command in allan 'train --no-earth-rate --out m.json' verify; do one_line "$command" "pipe.csv" prismcal ${command%% *} pipe.csv ${command#"${command%% *}"}; done
+for command in allan 'train --no-earth-rate --out m.json'; do one_line "$command" "pipe.csv" prismcal ${command%% *} pipe.csv ${command#"${command%% *}"}; done
+code=0; timeout 5 prismcal verify pipe.csv >out 2>err || code=$?
+same "exit code of verify" "$code" 1
+contains "verify" "$(cat out err)" "is a pipe, expected a regular file"
 one_line "a campaign" "pipe.json: is a pipe" prismcal campaign pipe.json
 
 # A bad block in a log: its reason, and a copy of what can be read.
@@ -45,14 +48,15 @@ code=0; bad prismcal allan log >out 2>err || code=$?
 same "exit code of a bad block" "$code" 1
 contains "a bad block" "$(cat err)" "cannot be read: Input/output error"
 same "lines" "$(wc -l <err)" 1
-code=0; bad prismcal verify log --copy "$dir/copy" >out 2>err || code=$?
-[ "$code" -eq 1 ] || fail "verify of a bad block: exit code $code: $(cat err)"
+code=0; bad prismcal verify log --repair "$dir/copy" >out 2>err || code=$?
+[ "$code" -le 1 ] || fail "verify of a bad block: exit code $code: $(cat err)"
+contains "verify of a bad block" "$(cat out err)" "cannot be read: Input/output error"
 rows=$(grep -vc '^[#t]' copy/*.csv) || fail "no copy: $(cat out err)"
 [ "$rows" -gt 100 ] || fail "found $rows rows in the copy, expected those before the bad block"
 code=0; env LD_PRELOAD="$shim" PRISM_BAD_BLOCK="$dir/cycle.pcap:9000" prismd plain.json --replay cycle.pcap --out again >out 2>err || code=$?
 [ "$code" -le 1 ] || fail "a capture with a bad block: exit code $code: $(tail -3 err)"
 code=0; env LD_PRELOAD="$shim" PRISM_BAD_BLOCK="$dir/gyro.json:10" prismd gyro.json --check 2>err || code=$?
-same "a configuration with a bad block" "$code $(cat err)" "78 prismd: $dir/gyro.json: cannot be read: Input/output error"
+same "a configuration with a bad block" "$code $(cat err)" "78 prismd: gyro.json: cannot be read: Input/output error"
 
 # A reload whose file does not come: the log goes on, and the file's return ends it.
 frames 50

@@ -52,7 +52,7 @@ def column(text):
 
 def file_name(text):
     content = b"# prism 0.3.0 data log, format 2\n# axis: z\n" + COLUMNS.encode()
-    return [PRISMCAL, "evaluate", f"{SOURCE}/config/models/tao2019-model2.json", write(text + b".csv", content), "--no-earth-rate", "--no-report"]
+    return [PRISMCAL, "evaluate", f"{SOURCE}/config/models/tao2019-model2.json", write(text + b".csv", content), "--no-earth-rate"]
 
 
 def train(option):
@@ -88,7 +88,7 @@ WAYS = {  # name: (rule, command, what is refused in any case or accepted for an
     "campaign, name": ("name", campaign({**PLAN, "name": MARK})),
 }
 # What a way in cannot carry at all, or reads as something else before any rule: a line end ends a line of a file, a tab a cell.
-CUT = {"log": (b"\n", b"\r"), "table": (b"\n", b"\r", b"\t", b'"'), "file": (b"/", b"\0"), "train": (b"\0",)}
+CUT = {"log": (b"\n", b"\r"), "table": (b"\n", b"\r", b"\t", b'"', b",", b";"), "file": (b"/", b"\0"), "train": (b"\0",)}
 
 
 def expected(way, rule, text):

@@ -93,8 +93,10 @@ def make(number, instance, text):
 def terminal_is_clean(tmux, command, instance):
     """The command in a real terminal: its title and colours stay."""
     def tell(*words):
-        return subprocess.run(["tmux", "-S", tmux, "-f", "/dev/null", *words], capture_output=True, text=True, check=True).stdout
-    tell("new-session", "-d", "-x", "200", "-y", "50", "-s", "t", *command, ";", "set", "-g", "remain-on-exit", "on")
+        return subprocess.run(["tmux", "-S", tmux, "-f", f"{tmux}.conf", *words], capture_output=True, text=True, check=True).stdout
+    with open(f"{tmux}.conf", "w") as file:
+        file.write("set -g remain-on-exit on\n")
+    tell("new-session", "-d", "-x", "200", "-y", "50", "-s", "t", *command)
     deadline = time.monotonic() + 20
     while "dead" not in tell("display", "-p", "-t", "t", "#{?pane_dead,dead,}") and time.monotonic() < deadline:
         time.sleep(0.05)

@@ -18,7 +18,7 @@ grep -hv '^#' plain/*.csv >columns
 
 /usr/bin/python3 "$hostile/ways_in.py" "$PRISM_BIN" "$PRISM_SOURCE" "$dir" >in.out || fail "ways in"
 /usr/bin/python3 "$hostile/ways_out.py" "$PRISM_BIN" "$PRISM_SOURCE" "$dir" >out.out || fail "ways out"
-read -r -a pids <pids
+read -r -a pids <pids || true  # no line end
 children+=("${pids[@]}")
 count=$(jq length made.json)
 
