@@ -32,7 +32,7 @@ printf 'listener %s 127.0.0.1\nallow_anonymous true\npersistence false\n' "$port
 start broker mosquitto -c "$dir/mqtt/mosquitto.conf"
 cat >relay.json <<END
 {"site": "lab", "instances": "$dir/s/", "status_file": "status.json", "metrics": {"file": "$dir/relay.prom", "every_s": 1},
- "postgresql": {"connection": "host=$dir/pg dbname=prism user=relay"}, "mqtt": {"host": "127.0.0.1", "port": $port, "tls": false}}
+ "postgresql": {"connection": "host=$dir/pg dbname=prism user=relay"}, "mqtt": {"host": "127.0.0.1", "port": $port}}
 END
 prismrelay --init relay.json >init.out 2>&1 || fail "$(cat init.out)"
 start_relay
@@ -51,7 +51,8 @@ while read -r line; do jq -e . <<<"${line#* * }" >/dev/null 2>&1 || jq -e . <<<"
 LC_ALL=C grep -qP '[\x00-\x09\x0b-\x1f\x7f]' relay.err && fail "control characters in the relay's messages"
 
 # The web API has the same names, and the page shows them as text.
-echo "{\"listen\": \"127.0.0.1:0\", \"instances\": \"$dir/s/\", \"state\": \"$dir/state\"}" >web.json
+echo "{\"listen\": \"127.0.0.1:0\", \"state\": \"$dir/state\"}" >web.json
+ln -s "$dir/s" run/prismd
 : >web.out
 start web prismweb --config web.json
 wait_for 10 grep -q token= web.out

@@ -47,17 +47,15 @@ nlohmann::json Instances::listing() const {
 
 // In a directory of sockets anything may have been made. A name that is no name would also spoil what is said of the
 // others: /metrics is one text.
-bool Instances::is_valid(const std::string& name, const std::string& socket) {
-  const auto valid = check_text(TextRule::kName, name, socket);
-  if (valid) return true;
-  if (ignored_.size() < kMostInstances && ignored_.insert(socket).second)
-    fmt::print(stderr, "prismweb: ignored: {}\n", valid.error().text());
-  return false;
+void Instances::ignore(const std::string& socket) {
+  if (ignored_.size() >= kMostInstances || !ignored_.insert(socket).second) return;
+  const Error error{socket, std::string("invalid name, expected ") + rule_text(TextRule::kName)};
+  fmt::print(stderr, "prismweb: ignored: {}\n", error.text());
 }
 
 void Instances::add(const std::string& socket) {
-  const std::string name = std::filesystem::path(socket).stem().string();
-  if (!is_valid(name, socket)) return;
+  const std::string name = config::instance_name(socket);
+  if (!follows(TextRule::kName, name)) return ignore(socket);
   if (find(name) != nullptr || hubs_.size() >= kMostInstances) return;
   hubs_.push_back(std::make_unique<Hub>(io_, name, socket));
   Hub& hub = *hubs_.back();
@@ -82,7 +80,9 @@ asio::awaitable<void> Instances::look() {
   }
   asio::steady_timer pause(io_);
   while (wanted_.empty()) {
-    for (const std::string& socket : client::listed_sockets()) add(socket);
+    std::vector<std::string> invalid;
+    for (const std::string& socket : client::listed_sockets(&invalid)) add(socket);
+    for (const std::string& socket : invalid) ignore(socket);
     pause.expires_after(kLook);
     co_await pause.async_wait(kUse);
   }

@@ -33,7 +33,7 @@ class Instances {
  private:
   boost::asio::awaitable<void> look();
   boost::asio::awaitable<void> take_turns();
-  bool is_valid(const std::string& name, const std::string& socket);
+  void ignore(const std::string& socket);
   void add(const std::string& socket);
   void flush_next();
 
