@@ -8,7 +8,7 @@ SOURCE, DIR, URL = sys.argv[1:4]
 sys.path.insert(0, os.path.join(SOURCE, "tests", "page"))
 from browser import Browser  # noqa: E402
 
-UNTOUCHED = "return document.title.includes('pwned') || document.querySelector('[onerror],[onmouseover],img[src=x]') !== null"
+UNTOUCHED = "return document.title === 'pwned' || document.querySelector('[onerror],[onmouseover],img[src=x]') !== null"
 
 
 def main():

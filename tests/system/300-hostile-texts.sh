@@ -45,8 +45,9 @@ jq -e --slurpfile made made.json '(map({key: .gyro, value: .serial}) | from_entr
 wait_for 20 test -s relay.prom
 wait_for 20 grep -q "prism_up.*} 1" relay.prom
 same "what promtool says of the relay's metrics" "$(promtool check metrics <relay.prom 2>&1)" ""
-topics=$(mosquitto_sub -h 127.0.0.1 -p "$port" -W 3 --retained-only -t 'prism/lab/+/+/status' -F '%t %p' 2>/dev/null || true)
-while read -r line; do jq -e . <<<"${line#* * }" >/dev/null 2>&1 || jq -e . <<<"{${line#*\{}" >/dev/null || fail "retained: $line"; done <<<"$topics"
+retained() { mosquitto_sub -h 127.0.0.1 -p "$port" -W 3 --retained-only -t 'prism/lab/+/+/status' -F "$1" 2>/dev/null || true; }
+topics=$(retained %t)
+retained %p | jq -e -s 'length > 20 and all(has("gyro_serial"))' >/dev/null || fail "what is retained is no JSON"
 ! grep -q 'a+b' <<<"$topics" || fail "a topic with a wildcard"
 LC_ALL=C grep -qP '[\x00-\x09\x0b-\x1f\x7f]' relay.err && fail "control characters in the relay's messages"
 
