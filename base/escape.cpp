@@ -141,7 +141,7 @@ std::string valid_utf8(std::string_view text) {
 }
 
 std::string csv_cell(std::string_view text) {
-  const std::string cell = (is_formula(text) ? "'" : "") + valid_utf8(text);
+  std::string cell = (is_formula(text) ? "'" : "") + valid_utf8(text);
   if (cell.find_first_of(",;\"\t\r\n") == cell.npos) return cell;
   std::string quoted = "\"";
   for (const char c : cell) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);

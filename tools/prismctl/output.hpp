@@ -11,7 +11,7 @@
 namespace prism::prismctl {
 
 /// Prints a value (any nlohmann type) as JSON, for programs: the exact value; characters that are not printable are
-/// written as \uHHHH.
+/// written as u-escapes (four hexadecimal digits).
 template <class AnyJson>
 void print_json(const AnyJson& value, int indent = -1) {
   fmt::print("{}\n", printable_json(json_text(value, indent)));
