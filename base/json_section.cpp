@@ -193,7 +193,7 @@ std::string Section::raw_text(const std::string& key, std::optional<std::string>
 }
 
 std::string Section::text(const std::string& key, std::optional<std::string> otherwise, TextRule rule) const {
-  const std::string text = raw_text(key, otherwise);
+  std::string text = raw_text(key, otherwise);
   if (!has(key) || follows(rule, text)) return text;
   fail(key, fmt::format("found {}, expected {}", shown(Json(text)), rule_text(rule)));
   return otherwise.value_or("");
