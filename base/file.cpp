@@ -43,6 +43,14 @@ ssize_t read_some(int file, char* at, std::size_t size) {
   return got;
 }
 
+Result<Stream> stream_of(Result<Descriptor> file, const std::string& path, const char* mode) {
+  if (!file) return tl::unexpected(file.error());
+  Stream stream(::fdopen(file->get(), mode));
+  if (!stream) return system_error(path, "cannot be opened");
+  (void)file->release();
+  return stream;
+}
+
 /// Opens, writes and closes; false with the cause in errno.
 bool write_new(const std::string& path, std::string_view text, std::optional<mode_t> mode) {
   const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, 0666);
@@ -54,7 +62,7 @@ bool write_new(const std::string& path, std::string_view text, std::optional<mod
   return written && closed;
 }
 
-/// The new name is on the disk only when its directory is. A file system that cannot promise it is no error.
+/// A rename is safe on the disk when its directory is synced. Some file systems cannot sync a directory: no error.
 void sync_directory(const fs::path& directory) {
   const Descriptor opened(::open(directory.empty() ? "." : directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (opened.get() >= 0) ::fsync(opened.get());
@@ -95,14 +103,7 @@ Result<Descriptor> open_input(const std::string& path) {
   return file;
 }
 
-Result<Stream> open_input_stream(const std::string& path) {
-  auto file = open_input(path);
-  if (!file) return tl::unexpected(file.error());
-  Stream stream(::fdopen(file->get(), "rb"));
-  if (!stream) return system_error(path, "cannot be read");
-  (void)file->release();
-  return stream;
-}
+Result<Stream> open_input_stream(const std::string& path) { return stream_of(open_input(path), path, "rb"); }
 
 Result<Descriptor> open_output(const std::string& path) {
   struct stat found {};
@@ -115,17 +116,16 @@ Result<Descriptor> open_output(const std::string& path) {
   return file;
 }
 
-Result<Stream> open_output_stream(const std::string& path) {
-  auto file = open_output(path);
-  if (!file) return tl::unexpected(file.error());
-  Stream stream(::fdopen(file->get(), "wb"));
-  if (!stream) return system_error(path, "cannot be written");
-  (void)file->release();
-  return stream;
-}
+Result<Stream> open_output_stream(const std::string& path) { return stream_of(open_output(path), path, "wb"); }
 
 Result<std::string> read_text_file(const std::string& path, std::uint64_t max_bytes) {
-  auto available = read_available(path, max_bytes);
+  const auto file = open_input(path);
+  if (!file) return tl::unexpected(file.error());
+  return read_text(*file, path, max_bytes);
+}
+
+Result<std::string> read_text(const Descriptor& file, const std::string& path, std::uint64_t max_bytes) {
+  auto available = read_available(file, path, max_bytes);
   if (!available) return tl::unexpected(available.error());
   if (available->error) return tl::unexpected(*available->error);
   return std::move(available->text);
@@ -134,17 +134,21 @@ Result<std::string> read_text_file(const std::string& path, std::uint64_t max_by
 Result<ReadableText> read_available(const std::string& path, std::uint64_t max_bytes) {
   const auto file = open_input(path);
   if (!file) return tl::unexpected(file.error());
+  return read_available(*file, path, max_bytes);
+}
+
+Result<ReadableText> read_available(const Descriptor& file, const std::string& path, std::uint64_t max_bytes) {
   const auto too_large = [&] {
     return refuse(path, fmt::format("is larger than {} MiB, the limit for such a file", max_bytes >> 20));
   };
   struct stat found {};
-  if (::fstat(file->get(), &found) == 0 && static_cast<std::uint64_t>(found.st_size) > max_bytes) return too_large();
+  if (::fstat(file.get(), &found) == 0 && static_cast<std::uint64_t>(found.st_size) > max_bytes) return too_large();
   ReadableText result;
   std::string& text = result.text;
   text.resize(static_cast<std::size_t>(found.st_size) + 1);  // and one to see the end
   std::size_t size = 0;
   for (;;) {
-    const ssize_t got = read_some(file->get(), text.data() + size, text.size() - size);
+    const ssize_t got = read_some(file.get(), text.data() + size, text.size() - size);
     if (got < 0) result.error = system_error(path, "cannot be read").value();
     if (got <= 0) break;
     size += static_cast<std::size_t>(got);

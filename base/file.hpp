@@ -71,13 +71,17 @@ Result<Stream> open_output_stream(const std::string& path);
 /// All bytes of a regular file. Errors: as open_input(), a read error, more than `max_bytes`.
 Result<std::string> read_text_file(const std::string& path, std::uint64_t max_bytes = kMaxTextBytes);
 
-/// What of a file can be read: its bytes up to the first read error, and that error.
+/// The bytes of a file up to the first read error, and that error.
 struct ReadableText {
   std::string text;
   std::optional<Error> error;
 };
-/// As read_text_file(), but a read error of the disk keeps the bytes before it.
+/// As read_text_file(), but keeps the bytes before a read error of the disk.
 Result<ReadableText> read_available(const std::string& path, std::uint64_t max_bytes);
+
+/// The same for a file that open_input() opened; `path` is for errors.
+Result<std::string> read_text(const Descriptor& file, const std::string& path, std::uint64_t max_bytes = kMaxTextBytes);
+Result<ReadableText> read_available(const Descriptor& file, const std::string& path, std::uint64_t max_bytes);
 
 /// Writes a new file next to the target, waits for the disk (fsync), then renames it: after a crash or on a full disk
 /// the old file is intact. The mode of an existing file is kept; a new one has `new_mode`, by default 0666 & ~umask.
@@ -104,7 +108,7 @@ class FileReader {
   void seek(std::uint64_t offset);
   /// Offset of the next byte that will be returned.
   std::uint64_t offset() const { return buffer_offset_ + at_; }
-  /// The first error, if any. What was returned before it is good.
+  /// The first error, if any. Lines and bytes returned before it are valid.
   const std::optional<Error>& error() const { return error_; }
   /// error() as a Result.
   Result<void> finish() const;

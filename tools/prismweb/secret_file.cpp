@@ -31,7 +31,7 @@ Result<std::string> read_secret_file(const std::string& path) {
   struct stat found {};
   if (::fstat(file->get(), &found) != 0 || (found.st_mode & 007) != 0)
     return refuse(path, "others may read it, expected mode 0640 or stricter");
-  return read_text_file(path);
+  return read_text(*file, path);  // of the file whose mode was checked
 }
 
 std::optional<std::string> read_private_file(const std::string& path) {
