@@ -8,6 +8,8 @@
 #include <charconv>
 #include <iterator>
 
+#include "base/outside_text.hpp"
+
 namespace prism {
 namespace {
 
@@ -64,8 +66,7 @@ std::string printable(std::string_view text) {
   return result;
 }
 
-// Outside of texts, JSON is ASCII and blank: what is not printable is within a text, where \uHHHH is the same
-// character.
+// Outside of its texts, JSON has printable characters and line ends only. Within a text \uHHHH is the same character.
 std::string printable_json(std::string_view json) {
   std::string result;
   result.reserve(json.size());
@@ -97,10 +98,14 @@ std::string printable_lines(std::string_view text) {
   return result + printable(text);
 }
 
+std::string_view utf8_prefix(std::string_view text, std::size_t max) {
+  if (text.size() <= max) return text;
+  while (max > 0 && (static_cast<unsigned char>(text[max]) & 0xc0) == 0x80) --max;
+  return text.substr(0, max);
+}
+
 std::string shortened(std::string_view text, std::size_t max) {
-  if (text.size() <= max) return printable(text);
-  while (max > 0 && (static_cast<unsigned char>(text[max]) & 0xc0) == 0x80) --max;  // not within a character
-  return printable(text.substr(0, max)) + "...";
+  return printable(utf8_prefix(text, max)) + (text.size() > max ? "..." : "");
 }
 
 std::string html_text(std::string_view text) {

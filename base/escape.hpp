@@ -8,14 +8,14 @@
 
 namespace prism {
 
-/// False for control and format characters, separators of lines and paragraphs, and noncharacters.
-bool is_printable_code(char32_t code);
-
 /// For terminals, log lines and messages: printable UTF-8 is unchanged; other characters become \xHH (bytes) or
 /// \u{HHHH}. The result contains no line end and no escape sequence.
 std::string printable(std::string_view text);
 
-/// The same, with at most `max` bytes of `text` ("..." marks the cut).
+/// The first `max` bytes of `text`, or a few less where the limit is within a character.
+std::string_view utf8_prefix(std::string_view text, std::size_t max);
+
+/// printable() of at most `max` bytes; "..." marks the cut.
 std::string shortened(std::string_view text, std::size_t max = 60);
 
 /// JSON text for a terminal: the same value; characters in its texts that are not printable become \uHHHH. The line
@@ -25,15 +25,15 @@ std::string printable_json(std::string_view json);
 /// Several lines for a terminal: printable(), but line ends stay.
 std::string printable_lines(std::string_view text);
 
-/// For HTML and SVG, as text and in quoted attributes: & < > " ' are entities; what is not printable becomes U+FFFD,
-/// but line ends and tabs, which are blanks there.
+/// For HTML and SVG, as text and in quoted attributes: & < > " ' become entities. Line ends and tabs are unchanged;
+/// other characters that are not printable become U+FFFD.
 std::string html_text(std::string_view text);
 
 /// Valid UTF-8: bytes that are not part of a character become U+FFFD.
 std::string valid_utf8(std::string_view text);
 
-/// One cell of a CSV table for a spreadsheet (RFC 4180). A cell that a spreadsheet takes for a formula (it begins with
-/// = + - @ or a control character, and is no number) is preceded by an apostrophe, which shows it as text
+/// One cell of a CSV table for a spreadsheet (RFC 4180). A spreadsheet reads a cell as a formula if it begins with = +
+/// - @ or a control character and is not a number. Such a cell gets an apostrophe in front, which shows it as text
 /// (OWASP, CSV injection).
 std::string csv_cell(std::string_view text);
 

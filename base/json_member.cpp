@@ -6,10 +6,8 @@
 namespace prism {
 namespace {
 
-constexpr int kMaxLineDepth = 64;
-
 /// Brackets outside of texts. An invalid text is left to the parser.
-bool nests_too_deep(std::string_view text) {
+bool nests_too_deep(std::string_view text, int max_depth) {
   int depth = 0;
   bool in_text = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -19,7 +17,7 @@ bool nests_too_deep(std::string_view text) {
     } else if (c == '"') {
       in_text = !in_text;
     } else if (!in_text && (c == '{' || c == '[')) {
-      if (++depth > kMaxLineDepth) return true;
+      if (++depth > max_depth) return true;
     } else if (!in_text && (c == '}' || c == ']')) {
       --depth;
     }
@@ -29,8 +27,8 @@ bool nests_too_deep(std::string_view text) {
 
 }  // namespace
 
-std::optional<nlohmann::json> parse_json_line(std::string_view line) {
-  if (nests_too_deep(line)) return std::nullopt;
+std::optional<nlohmann::json> parse_json_line(std::string_view line, int max_depth) {
+  if (nests_too_deep(line, max_depth)) return std::nullopt;
   nlohmann::json value = nlohmann::json::parse(line, nullptr, false);
   if (value.is_discarded()) return std::nullopt;
   return value;

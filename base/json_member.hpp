@@ -10,7 +10,7 @@
 
 namespace prism {
 
-/// A member; null if it is absent or `object` is no object.
+/// A member; null if it is absent or `object` is not an object.
 inline const nlohmann::json& member(const nlohmann::json& object, std::string_view key) {
   static const nlohmann::json kNull;
   if (!object.is_object()) return kNull;
@@ -42,8 +42,8 @@ inline bool flag_member(const nlohmann::json& object, std::string_view key) {
   return value.is_boolean() && value.get<bool>();
 }
 
-/// JSON text of a socket, nested at most 64 levels: deeper values would exhaust the stack when they are copied or
-/// written. Returns nullopt if the text is no such JSON.
-std::optional<nlohmann::json> parse_json_line(std::string_view line);
+/// JSON text of a socket, nested at most `max_depth` levels: deeper values would exhaust the stack when they are copied
+/// or written. Returns nullopt if the text is not such JSON.
+std::optional<nlohmann::json> parse_json_line(std::string_view line, int max_depth = 64);
 
 }  // namespace prism

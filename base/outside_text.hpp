@@ -20,6 +20,9 @@ enum class TextRule {
   kLongText,  ///< at most 4096 bytes, printable; paths, sources, reasons
 };
 
+/// True if a character is printable (see TextRule).
+bool is_printable_code(char32_t code);
+
 /// True if `text` is printable (see TextRule).
 bool is_printable(std::string_view text);
 

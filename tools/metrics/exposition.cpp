@@ -34,16 +34,11 @@ std::string escaped(std::string_view text, bool label) {
   return result;
 }
 
-std::string label_value(std::string_view text) {
-  std::size_t size = std::min(text.size(), kMaxLabelBytes);
-  while (size > 0 && size < text.size() && (static_cast<unsigned char>(text[size]) & 0xc0) == 0x80) --size;
-  return escaped(text.substr(0, size), true);
-}
-
 std::string labels_text(const Labels& labels) {
   std::string text;
   for (const auto& [name, value] : labels)
-    fmt::format_to(std::back_inserter(text), "{}{}=\"{}\"", text.empty() ? "{" : ",", name, label_value(value));
+    fmt::format_to(std::back_inserter(text), "{}{}=\"{}\"", text.empty() ? "{" : ",", name,
+                   escaped(utf8_prefix(value, kMaxLabelBytes), true));
   return text.empty() ? text : text + "}";
 }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismrelay/sql_text.hpp"
 
-#include <algorithm>
-
 #include "base/escape.hpp"
 
 namespace prism::prismrelay {
@@ -37,10 +35,8 @@ std::string database_text(std::string_view text) {
 std::string jsonb_text(const json& value) { return json_text(storable(value)); }
 
 void append_quoted(std::string& csv, std::string_view text, std::size_t max) {
-  std::size_t size = std::min(text.size(), max);
-  while (size > 0 && size < text.size() && (static_cast<unsigned char>(text[size]) & 0xc0) == 0x80) --size;
   csv += '"';
-  for (const char c : database_text(text.substr(0, size))) {
+  for (const char c : database_text(utf8_prefix(text, max))) {
     if (c == '"') csv += '"';
     csv += c;
   }

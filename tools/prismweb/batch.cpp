@@ -12,13 +12,13 @@ Batch read_batch(const std::string& text) {
   using nlohmann::json;
   const json whole = json::parse(text, nullptr, false);
   if (!whole.is_object() || !whole.contains("batch") || !whole["batch"].is_array()) return {};
-  Batch batch{text_of(whole, "instance"), {}};
+  Batch batch{text_member(whole, "instance"), {}};
   for (const json& notification : whole["batch"]) {
     json params = notification.is_object() ? notification.value("params", json()) : json();
     if (!params.is_object()) continue;
     for (auto member = params.begin(); member != params.end();)
       member = member->is_null() ? params.erase(member) : std::next(member);
-    batch.rows.push_back({text_of(notification, "method"), std::move(params)});
+    batch.rows.push_back({text_member(notification, "method"), std::move(params)});
   }
   return batch;
 }

@@ -145,7 +145,7 @@ std::vector<FoxgloveRow> foxglove_rows(const std::string& text, std::uint64_t& l
       lost += params["rows"].get<std::uint64_t>();
     const double time_s = params.value("time_s", json()).is_number() ? params["time_s"].get<double>() : kMostSeconds;
     if (!(std::abs(time_s) < kMostSeconds)) continue;
-    const std::string axis = method == "event" ? "" : text_of(params, "axis");
+    const std::string axis = method == "event" ? "" : text_member(params, "axis");
     // Of a double's seconds the microseconds are right.
     rows.push_back({{batch.instance, axis, method}, std::llround(time_s * 1e6) * 1000, json_text(params)});
   }

@@ -17,9 +17,9 @@ std::string datagram_of(const std::string& instance, BatchRow row) {
   json own;
   const json time_s = row.params["time_s"];
   if (row.method == "event") {
-    own[instance]["event"] = text_of(row.params, "text");
+    own[instance]["event"] = text_member(row.params, "text");
   } else {
-    const std::string axis = text_of(row.params, "axis");
+    const std::string axis = text_member(row.params, "axis");
     row.params.erase("axis");
     row.params.erase("time_s");
     own[instance][axis][row.method] = std::move(row.params);

@@ -33,7 +33,7 @@ std::optional<CloseReason> WsClient::message(std::string_view text, bool is_text
 std::optional<CloseReason> WsClient::let_in(std::string_view text) {
   const json first = parse_message(text);
   if (!first.is_object()) return CloseReason{kPolicyError, R"(expected {"token": "…"} first)"};
-  const std::string token = text_of(first, "token");
+  const std::string token = text_member(first, "token");
   const bool is_right = token.empty() ? is_authenticated_ : site().is_program_token(token);
   if (!is_right) return CloseReason{kPolicyError, token.empty() ? "it has no token" : "its token is wrong"};
   if (!site().has_room_for_client()) return CloseReason{kTryAgainLater, Site::kNoRoom};
@@ -56,7 +56,7 @@ void WsClient::request(std::string_view text) {
   const std::size_t id_bytes = id.is_string() ? id.get_ref<const std::string&>().size() : id_text.size();
   if (!(id.is_number() || id.is_string()) || id_bytes > kMostIdBytes)
     return answer("null", "", error_member(-32600, "expected an id, a number or a text of at most 64 bytes"));
-  const std::string instance = text_of(request, "instance"), method = text_of(request, "method");
+  const std::string instance = text_member(request, "instance"), method = text_member(request, "method");
   const json params = request.value("params", json());
   if (method == "subscribe" || method == "unsubscribe") {
     Hub* const hub = site().instances().find(instance);
