@@ -25,7 +25,7 @@ json storable(const json& value) {
 }  // namespace
 
 std::string database_text(std::string_view text) {
-  const std::string valid = valid_utf8(text);
+  std::string valid = valid_utf8(text);
   if (valid.find('\0') == std::string::npos) return valid;
   std::string result;
   for (const char c : valid) result += c == '\0' ? kReplacement : std::string_view(&c, 1);

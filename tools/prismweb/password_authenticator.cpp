@@ -39,6 +39,8 @@ struct PasswordAuthenticator::Pending {
 PasswordAuthenticator::PasswordAuthenticator(asio::io_context& io, PasswordHashes hashes)
     : io_(io), hashes_(std::move(hashes)), salt_(is_required() ? make_token() : ""), wake_(io) {}
 
+PasswordAuthenticator::~PasswordAuthenticator() = default;
+
 std::string PasswordAuthenticator::digest_of(const std::string& authorization) const {
   const std::string text = salt_ + authorization;
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};

@@ -25,6 +25,7 @@ enum class AuthResult { kRight, kWrong, kBusy };
 class PasswordAuthenticator {
  public:
   PasswordAuthenticator(boost::asio::io_context& io, PasswordHashes hashes);
+  ~PasswordAuthenticator();
 
   /// False if there are no passwords: then nothing is checked here.
   bool is_required() const { return !hashes_.empty(); }

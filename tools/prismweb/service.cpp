@@ -57,6 +57,8 @@ Result<SecretFiles> load_secret_files(const Settings& settings) {
   return files;
 }
 
+Service::Service(const Settings& settings) : settings_(settings) {}
+
 Service::~Service() = default;
 
 Result<void> Service::open(SecretFiles files) {

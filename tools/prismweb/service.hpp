@@ -28,7 +28,7 @@ Result<SecretFiles> load_secret_files(const Settings& settings);
 
 class Service {
  public:
-  explicit Service(const Settings& settings) : settings_(settings) {}
+  explicit Service(const Settings& settings);
   ~Service();
 
   /// Serves. Returns the exit code.
