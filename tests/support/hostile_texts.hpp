@@ -21,8 +21,7 @@ inline const std::vector<std::string>& hostile_texts() {
       "\033[31mred\033[0m",
       "\033]0;title\007",
       "\033]8;;http://example.invalid\033\\link",
-      "\xc2\x9b"
-      "31m C1",
+      std::string("\xc2\x9b") + "31m C1",
       "\x7f delete",
       "$(id)",
       "`id`",

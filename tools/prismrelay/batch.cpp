@@ -29,7 +29,8 @@ bool is_log_id(const json& id) {
 
 // A cursor is part of a key: it is short.
 bool is_cursor(const json& cursor) {
-  return cursor.is_string() && cursor != "" && follows(TextRule::kText, cursor.get_ref<const std::string&>());
+  const auto* text = cursor.get_ptr<const std::string*>();
+  return text != nullptr && !text->empty() && follows(TextRule::kText, *text);
 }
 
 bool is_segment(const json& segment) {
@@ -69,7 +70,8 @@ Result<PageFacts> Batch::add_page(const LogKey& log, const std::string& cursor, 
   facts.more = flag_member(page, "more");
   facts.missing = count_member(page, "missing");
   RowPlace last;
-  for (const json& segment : member(page, "segments")) add_segment(gyro_axis + "," + id + ",", segment, facts, last);
+  const std::string prefix = fmt::format("{},{},", gyro_axis, id);
+  for (const json& segment : member(page, "segments")) add_segment(prefix, segment, facts, last);
   if (facts.missing > 0) {
     std::string& gap = texts_[kGaps];
     gap += gyro_axis + ",deleted,";

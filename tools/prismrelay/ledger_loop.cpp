@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/json_member.hpp"
-#include "base/outside_text.hpp"
 #include "tools/prismrelay/instances.hpp"
 
 namespace prism::prismrelay {
@@ -178,8 +177,7 @@ void LedgerLoop::begun(Source& source, const json& status) {
   source.logs.clear();
   const std::string& gyro = source.instance->gyro();
   const StatusAxes axes = axes_of(status);
-  for (const std::string& name : axes.invalid)
-    state_.skipped(gyro + " axis " + name, std::string("expected ") + rule_text(TextRule::kAxisName));
+  for (const std::string& name : axes.invalid) state_.skipped_axis(gyro, name);
   for (const std::string& axis : axes.names) {
     auto log = std::make_shared<RowFollower>(context_, traffic_, LogKey{gyro, axis}, axes.several ? axis : "");
     const std::weak_ptr<InstanceFollower> instance = source.instance;

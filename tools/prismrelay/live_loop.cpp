@@ -8,7 +8,6 @@
 
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
-#include "base/outside_text.hpp"
 #include "tools/prismrelay/instances.hpp"
 
 namespace prism::prismrelay {
@@ -88,8 +87,7 @@ void LiveLoop::take_status(const std::string& gyro, const std::string& name, jso
   Source& source = sources_[gyro];
   const StatusAxes axes = axes_of(status);
   source.axes = {axes.names.begin(), axes.names.end()};
-  for (const std::string& axis : axes.invalid)
-    state_.skipped(gyro + " axis " + axis, std::string("expected ") + rule_text(TextRule::kAxisName));
+  for (const std::string& axis : axes.invalid) state_.skipped_axis(gyro, axis);
   if (mqtt_ && refused_.count(name) == 0) {
     for (const std::string& axis : source.axes) {
       json own = status;

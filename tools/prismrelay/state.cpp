@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/escape.hpp"
+#include "base/outside_text.hpp"
 #include "base/text_number.hpp"
 
 namespace prism::prismrelay {
@@ -84,6 +85,10 @@ void RelayState::skipped(const std::string& what, const std::string& why) {
   const std::lock_guard lock(mutex_);
   if (skipped_.size() < kMaxNames && skipped_.insert(what).second)
     say(Level::kWarning, fmt::format("{}: skipped: {}", what, why));
+}
+
+void RelayState::skipped_axis(const std::string& gyro, const std::string& axis) {
+  skipped(fmt::format("{} axis {}", gyro, axis), fmt::format("expected {}", rule_text(TextRule::kAxisName)));
 }
 
 RelayState::View RelayState::view() const {

@@ -66,6 +66,8 @@ class RelayState {
   void forget(const std::string& gyro);
   /// Logs a name from outside that is not used, once.
   void skipped(const std::string& what, const std::string& why);
+  /// The same for an axis whose name breaks the rule.
+  void skipped_axis(const std::string& gyro, const std::string& axis);
 
   struct View {
     std::map<std::string, TargetState> targets;

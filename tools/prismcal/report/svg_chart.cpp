@@ -241,7 +241,8 @@ std::string draw_svg(const Plot& plot, int figure_number) {
       kWidth, all, kFontPx);
   for (int i = 0; i < count; ++i) {
     const auto p = static_cast<std::size_t>(i);
-    const double x = cell * (i % columns), y = height * (i / columns);
+    const int row = i / columns;
+    const double x = cell * (i % columns), y = height * row;
     svg += PanelDrawing(plot.panels[p], std::move(headings[p]), x + kLeft, x + cell - right, y + above,
                         y + height - kBottom)
                .text(fmt::format("plot{}-{}", figure_number, i));

@@ -28,7 +28,7 @@ double text_width(std::string_view text) {
 
 std::string fitted(std::string_view text, double width) {
   constexpr std::size_t kLongest = 2000;  // bytes; more than any width holds
-  const std::string clean = valid_utf8(text.substr(0, kLongest));
+  std::string clean = valid_utf8(text.substr(0, kLongest));
   if (text_width(clean) <= width) return clean;
   double used = kFontPx;  // of "…"
   for (std::size_t i = 0; i < clean.size(); ++i) {
