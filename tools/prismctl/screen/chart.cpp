@@ -36,11 +36,12 @@ std::size_t cell_at(const ChartFrame& frame, int row, int column) {
 std::vector<double> column_means(const std::deque<TracePoint>& points, double TracePoint::*value,
                                  const ChartFrame& frame) {
   const auto columns = static_cast<std::size_t>(frame.columns) * kDotColumns;
-  std::vector<double> sums(columns), counts(columns);
   const double width_s = (frame.end_s - frame.begin_s) / static_cast<double>(columns);
+  if (!(width_s > 0)) return std::vector<double>(columns, NAN);  // a time so large that adding the span changes nothing
+  std::vector<double> sums(columns), counts(columns);
   for (const TracePoint& point : points) {
     const double place = (point.time_s - frame.begin_s) / width_s;
-    if (!std::isfinite(point.*value) || place < 0 || point.time_s > frame.end_s) continue;
+    if (!std::isfinite(point.*value) || !(place >= 0) || point.time_s > frame.end_s) continue;
     const std::size_t column = std::min(static_cast<std::size_t>(place), columns - 1);
     sums[column] += point.*value;
     counts[column] += 1;
