@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "drivers/capture_file.hpp"
-#include "drivers/simulated_line.hpp"
+#include "tools/prismsim/simulation/simulated_line.hpp"
 
 namespace prism::bench {
 namespace {
@@ -51,7 +51,7 @@ void make_frames(benchmark::State& state) {
   std::ifstream in(path);
   const auto frames = wire::parse_frame_description(std::string(std::istreambuf_iterator<char>(in), {}), path);
   if (!frames) return state.SkipWithError(frames.error().text().c_str());
-  drivers::SimulatedLine line(*frames, {});
+  simulation::SimulatedLine line(*frames, {});
   std::vector<std::uint8_t> bytes;
   for (auto _ : state) {
     bytes.clear();

@@ -53,7 +53,7 @@ class Packets {
 
 }  // namespace
 
-Result<drivers::SimulationCounters> run_capture(const SimOptions& options) {
+Result<simulation::SimulationCounters> run_capture(const SimOptions& options) {
   auto writer = drivers::CaptureWriter::open(options.out);
   if (!writer) return tl::unexpected<Error>(writer.error());
   std::optional<TruthFiles> truth;
@@ -62,7 +62,7 @@ Result<drivers::SimulationCounters> run_capture(const SimOptions& options) {
     if (!opened) return tl::unexpected<Error>(opened.error());
     truth = std::move(*opened);
   }
-  drivers::SimulatedLine line(options.frames, options.simulation);
+  simulation::SimulatedLine line(options.frames, options.simulation);
   Packets packets(*writer, options);
   std::vector<std::uint8_t> bytes;
   const std::uint64_t frames = options.total_frames();
@@ -77,7 +77,7 @@ Result<drivers::SimulationCounters> run_capture(const SimOptions& options) {
   if (done) done = writer->flush();
   if (done && truth) done = truth->flush();
   if (!done) return tl::unexpected<Error>(done.error());
-  drivers::SimulationCounters counters = line.counters();
+  simulation::SimulationCounters counters = line.counters();
   counters.parts = line.parts();
   return counters;
 }

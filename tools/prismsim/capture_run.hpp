@@ -13,6 +13,6 @@ inline constexpr std::int64_t kCaptureStart_ns = 1'767'225'600'000'000'000;
 
 /// Writes the whole run, or what was done when a stop signal came. Bytes arrive as on a real line: the frame's latency
 /// and wire time after the interval that it measured. What was done to the stream is returned.
-Result<drivers::SimulationCounters> run_capture(const SimOptions& options);
+Result<simulation::SimulationCounters> run_capture(const SimOptions& options);
 
 }  // namespace prism::prismsim

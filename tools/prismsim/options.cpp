@@ -40,7 +40,7 @@ int complain(int code, const std::string& what) {
 
 void declare_gyro(CLI::App& app, CommandLine& line, SimOptions& options) {
   const CLI::Validator share = tools::within(0, 1);
-  drivers::SimulationSettings& simulation = options.simulation;
+  simulation::SimulationSettings& simulation = options.simulation;
   app.add_option("--profile", line.profile, "thermal cycle: paper, second, third, beyond, fast, steady or warm-up")
       ->capture_default_str();
   app.add_option("--seed", simulation.seed, "of all that is random; the same seed gives the same gyro")
@@ -84,7 +84,7 @@ void declare_gyro(CLI::App& app, CommandLine& line, SimOptions& options) {
 }
 
 // What moves the bias beyond T, dT/dt and U.
-void declare_truth(CLI::App& app, drivers::TruthSettings& truth) {
+void declare_truth(CLI::App& app, simulation::TruthSettings& truth) {
   app.add_flag("--smooth", truth.smooth, "a smooth truth that is no quadratic, instead of the paper's equation");
   const std::tuple<const char*, double&, const char*> sizes[]{
       {"--sensor-lag", truth.sensor_lag_s, "seconds that the thermometer lags behind the body"},
@@ -138,10 +138,10 @@ double sent_rate_hz(const wire::FrameDescription& frames) {
 }
 
 // "y:10:20"
-Result<drivers::InvalidTime> read_invalid(const std::string& text, const wire::FrameDescription& frames) {
+Result<simulation::InvalidTime> read_invalid(const std::string& text, const wire::FrameDescription& frames) {
   const std::size_t first = text.find(':'), second = text.find(':', first + 1);
   const std::string axis = text.substr(0, first);
-  drivers::InvalidTime time;
+  simulation::InvalidTime time;
   while (time.axis < frames.axes.size() && frames.axes[time.axis].name != axis) ++time.axis;
   const bool good = second != std::string::npos && time.axis < frames.axes.size() &&
                     CLI::detail::lexical_cast(text.substr(first + 1, second - first - 1), time.from_s) &&
@@ -170,7 +170,7 @@ std::optional<int> place(const CommandLine& line, SimOptions& options) {
 }
 
 std::optional<int> understand(const CommandLine& line, SimOptions& options) {
-  const auto profile = drivers::find_profile(line.profile);
+  const auto profile = simulation::find_profile(line.profile);
   if (!profile) return complain(kUsage, "--profile: " + profile.error().text());
   options.simulation.profile = *profile;
   options.terminal = options.terminal || !options.link.empty();

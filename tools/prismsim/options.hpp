@@ -6,12 +6,12 @@
 #include <optional>
 #include <string>
 
-#include "drivers/simulated_line.hpp"
+#include "tools/prismsim/simulation/simulated_line.hpp"
 
 namespace prism::prismsim {
 
 struct SimOptions {
-  drivers::SimulationSettings simulation;
+  simulation::SimulationSettings simulation;
   wire::FrameDescriptionPtr frames;
   double duration_s = 0;          ///< > 0
   std::string out;                ///< capture file; empty: none

@@ -22,7 +22,7 @@ int fail(const Error& error) {
 }
 
 void announce(const SimOptions& options) {
-  const drivers::SimulationSettings& simulation = options.simulation;
+  const simulation::SimulationSettings& simulation = options.simulation;
   const wire::FrameDescription& frames = *options.frames;
   fmt::print(stderr, "prismsim: simulated gyro, profile {}, seed {}, {} frames/s of \"{}\", {:.2f} h\n",
              simulation.profile.name, simulation.seed, simulation.rate_hz, frames.name, options.duration_s / 3600);
@@ -37,7 +37,7 @@ void announce(const SimOptions& options) {
   }
 }
 
-void conclude(const drivers::SimulationCounters& counters, const std::string& where,
+void conclude(const simulation::SimulationCounters& counters, const std::string& where,
               const wire::FrameDescription& frames) {
   fmt::print(stderr, "prismsim: {}: {} simulated frames", where, counters.frames);
   const std::pair<std::uint64_t, const char*> faults[]{{counters.lost_frames, "frames lost"},
@@ -51,7 +51,7 @@ void conclude(const drivers::SimulationCounters& counters, const std::string& wh
   fmt::print(stderr, "\n");
   if (counters.parts.size() < 2) return;
   for (std::size_t i = 0; i < counters.parts.size(); ++i) {
-    const drivers::BiasParts& parts = counters.parts[i];
+    const simulation::BiasParts& parts = counters.parts[i];
     fmt::print(
         stderr,
         "prismsim: axis {}: bias, 1 sigma: {:.4f} deg/h of its own temperature, slope and voltage; {:.4f} of the "

@@ -47,7 +47,7 @@ class TerminalRun {
   TerminalRun(const SimOptions& options, PseudoTerminal& terminal)
       : options_(options), terminal_(terminal), line_(options.frames, options.simulation) {}
 
-  Result<drivers::SimulationCounters> run() {
+  Result<simulation::SimulationCounters> run() {
     if (!options_.truth.empty()) {
       auto opened = TruthFiles::open(options_.truth, options_.simulation, *options_.frames);
       if (!opened) return tl::unexpected<Error>(opened.error());
@@ -69,7 +69,7 @@ class TerminalRun {
     if (truth_) {
       if (auto done = truth_->flush(); !done) return tl::unexpected<Error>(done.error());
     }
-    drivers::SimulationCounters counters = line_.counters();
+    simulation::SimulationCounters counters = line_.counters();
     counters.overrun_bytes = overrun_bytes_;
     counters.parts = line_.parts();
     return counters;
@@ -121,7 +121,7 @@ class TerminalRun {
 
   const SimOptions& options_;
   PseudoTerminal& terminal_;
-  drivers::SimulatedLine line_;
+  simulation::SimulatedLine line_;
   std::optional<TruthFiles> truth_;
   std::vector<std::uint8_t> pending_;
   Steady::time_point start_;
@@ -132,7 +132,7 @@ class TerminalRun {
 
 }  // namespace
 
-Result<drivers::SimulationCounters> run_terminal(const SimOptions& options, PseudoTerminal& terminal) {
+Result<simulation::SimulationCounters> run_terminal(const SimOptions& options, PseudoTerminal& terminal) {
   return TerminalRun(options, terminal).run();
 }
 

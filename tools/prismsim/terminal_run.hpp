@@ -12,6 +12,6 @@ namespace prism::prismsim {
 /// delays do not add up; a reader that is too slow holds the gyro up. While nobody reads, a paced gyro goes on and its
 /// frames are lost, as on a real line; at "max" it waits. At the end of the run the reader gets the time to take the
 /// rest.
-Result<drivers::SimulationCounters> run_terminal(const SimOptions& options, PseudoTerminal& terminal);
+Result<simulation::SimulationCounters> run_terminal(const SimOptions& options, PseudoTerminal& terminal);
 
 }  // namespace prism::prismsim

@@ -16,7 +16,7 @@ namespace prism::prismsim {
 
 TruthFile::TruthFile(std::string path, Stream file) : path_(std::move(path)), file_(std::move(file)) {}
 
-Result<TruthFile> TruthFile::open(const std::string& path, const drivers::SimulationSettings& settings,
+Result<TruthFile> TruthFile::open(const std::string& path, const simulation::SimulationSettings& settings,
                                   std::size_t axis) {
   auto opened = open_output_stream(path);
   if (!opened) return tl::unexpected<Error>(opened.error());
@@ -38,14 +38,14 @@ Result<void> TruthFile::refuse_write() const {
   return refuse(path_, fmt::format("cannot be written: {}", std::strerror(errno)));
 }
 
-Result<void> TruthFile::push(std::int64_t time_ns, const drivers::GyroTruth& truth) {
+Result<void> TruthFile::push(std::int64_t time_ns, const simulation::GyroTruth& truth) {
   const std::int64_t second = time_ns / 1'000'000'000;
   if (!std::exchange(begun_, true)) last_second_ = second - (time_ns % 1'000'000'000 == 0 ? 1 : 0);
   if (second <= last_second_) return {};
   last_second_ = second;
   row_ = utc_text(second) + ",";
   append_integer(row_, second);
-  const drivers::BiasCauses& causes = truth.causes;
+  const simulation::BiasCauses& causes = truth.causes;
   const std::pair<double, int> columns[]{{truth.time_s, 6},         {truth.chamber_degc, 5},     {truth.body_degc, 6},
                                          {truth.inner_degc, 6},     {truth.slope_degc_per_s, 9}, {truth.uhfo_v, 6},
                                          {truth.bias_deg_per_h, 7}, {truth.sensor_degc, 6},      {causes.thermal, 7},
@@ -66,7 +66,7 @@ Result<void> TruthFile::flush() {
   return {};
 }
 
-Result<TruthFiles> TruthFiles::open(const std::string& path, const drivers::SimulationSettings& settings,
+Result<TruthFiles> TruthFiles::open(const std::string& path, const simulation::SimulationSettings& settings,
                                     const wire::FrameDescription& frames) {
   TruthFiles truths;
   for (std::size_t i = 0; i < frames.axes.size(); ++i) {
@@ -80,7 +80,7 @@ Result<TruthFiles> TruthFiles::open(const std::string& path, const drivers::Simu
   return truths;
 }
 
-Result<void> TruthFiles::push(std::int64_t time_ns, const drivers::SimulatedLine& line) {
+Result<void> TruthFiles::push(std::int64_t time_ns, const simulation::SimulatedLine& line) {
   for (std::size_t i = 0; i < files_.size(); ++i) {
     if (auto done = files_[i].push(time_ns, line.truth(i)); !done) return done;
   }

@@ -10,7 +10,7 @@
 
 #include "base/file.hpp"
 #include "base/result.hpp"
-#include "drivers/simulated_line.hpp"
+#include "tools/prismsim/simulation/simulated_line.hpp"
 
 namespace prism::prismsim {
 
@@ -19,11 +19,11 @@ namespace prism::prismsim {
 class TruthFile {
  public:
   /// Refused where the file cannot be created. One that is there is replaced.
-  static Result<TruthFile> open(const std::string& path, const drivers::SimulationSettings& settings,
+  static Result<TruthFile> open(const std::string& path, const simulation::SimulationSettings& settings,
                                 std::size_t axis = 0);
 
   /// Writes a row where a second has ended since the last call. `time_ns`: since 1970 UTC.
-  Result<void> push(std::int64_t time_ns, const drivers::GyroTruth& truth);
+  Result<void> push(std::int64_t time_ns, const simulation::GyroTruth& truth);
   Result<void> flush();
 
  private:
@@ -39,10 +39,10 @@ class TruthFile {
 /// One for each axis: where there are several, PATH-AXIS with the path's extension.
 class TruthFiles {
  public:
-  static Result<TruthFiles> open(const std::string& path, const drivers::SimulationSettings& settings,
+  static Result<TruthFiles> open(const std::string& path, const simulation::SimulationSettings& settings,
                                  const wire::FrameDescription& frames);
 
-  Result<void> push(std::int64_t time_ns, const drivers::SimulatedLine& line);
+  Result<void> push(std::int64_t time_ns, const simulation::SimulatedLine& line);
   Result<void> flush();
 
  private:

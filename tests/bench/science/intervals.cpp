@@ -52,13 +52,13 @@ int intervals(std::uint64_t first_seed, int count) {
       "| --- | --- | --- | --- | --- | --- | --- |\n",
       count);
   for (const Truth& truth : truths()) {
-    const drivers::ChamberProfile profiles[] = {drivers::paper_profile(), drivers::second_profile()};
+    const simulation::ChamberProfile profiles[] = {simulation::paper_profile(), simulation::second_profile()};
     for (const Contender& contender : {kContenders[1], kContenders[0]}) {
       Tally tallies[2];
       for (int s = 0; s < count; ++s) {
         std::uint64_t seed = first_seed + 10 * static_cast<std::uint64_t>(s);
         const compensation::ModelPtr model =
-            trained(contender, simulate(drivers::paper_profile(), truth.settings, seed).data);
+            trained(contender, simulate(simulation::paper_profile(), truth.settings, seed).data);
         for (std::size_t p = 0; p < 2; ++p) {
           const auto here = interval_of(day_of(*model, simulate(profiles[p], truth.settings, ++seed)));
           const double next = improvement_of(day_of(*model, simulate(profiles[p], truth.settings, ++seed)));

@@ -57,12 +57,12 @@ class Blocks {
 
 }  // namespace
 
-Record simulate(const drivers::ChamberProfile& profile, const drivers::TruthSettings& truth, std::uint64_t seed,
+Record simulate(const simulation::ChamberProfile& profile, const simulation::TruthSettings& truth, std::uint64_t seed,
                 std::uint64_t individual) {
-  drivers::SimulatedGyro gyro(profile, seed, truth);
-  drivers::RandomSource character(individual, 2);
+  simulation::SimulatedGyro gyro(profile, seed, truth);
+  simulation::RandomSource character(individual, 2);
   const double scale = individual ? 0.2 * character.normal() : 0, bend = individual ? 0.004 * character.normal() : 0;
-  drivers::RandomSource noise(seed, 1);
+  simulation::RandomSource noise(seed, 1);
   Blocks blocks(compensation::FeatureDefinition{},
                 {compensation::kInputTemperature, compensation::kInputSlope, compensation::kInputUhfo});
   Record record;
@@ -70,13 +70,13 @@ Record simulate(const drivers::ChamberProfile& profile, const drivers::TruthSett
   int seconds = 0;
   const auto end = static_cast<std::int64_t>(profile.duration_s());
   for (std::int64_t second = 0; second < end; ++second) {
-    const drivers::GyroTruth& now = gyro.step(1);
+    const simulation::GyroTruth& now = gyro.step(1);
     compensation::Bucket bucket;
     bucket.second = second;
     bucket.samples = 1;
     const double true_bias =
         now.bias_deg_per_h + scale * now.causes.thermal + bend * std::tanh((now.body_degc - 10) / 25);
-    bucket.rate_deg_per_h = true_bias + drivers::kRateNoise_deg_per_h_sqrt_s * noise.normal();
+    bucket.rate_deg_per_h = true_bias + simulation::kRateNoise_deg_per_h_sqrt_s * noise.normal();
     bucket.temperature_degc = now.sensor_degc;
     bucket.uhfo_v = now.uhfo_v;
     bias += true_bias;

@@ -7,7 +7,7 @@
 
 #include "base/result.hpp"
 #include "compensation/training/trainer.hpp"
-#include "drivers/simulated_gyro.hpp"
+#include "tools/prismsim/simulation/simulated_gyro.hpp"
 
 namespace prism::science {
 
@@ -19,7 +19,7 @@ struct Record {
 
 /// A cycle of `profile`: 1 s means of the gyro with white rate noise of 0.0064 deg/h in 100 s, 100 s blocks of
 /// (T, dT/dt, U). `gyro` other than 0: one of a type, whose thermal bias has a scale and a bend of its own.
-Record simulate(const drivers::ChamberProfile& profile, const drivers::TruthSettings& truth, std::uint64_t seed,
+Record simulate(const simulation::ChamberProfile& profile, const simulation::TruthSettings& truth, std::uint64_t seed,
                 std::uint64_t gyro = 0);
 
 /// Rows `begin` to `end` (one past the last).

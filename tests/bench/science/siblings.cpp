@@ -33,7 +33,7 @@ int siblings(std::uint64_t first_seed, int count) {
       "| --- | --- | --- | --- | --- | --- | --- | --- |\n",
       kSiblings);
   for (const Truth& truth : truths()) {
-    const drivers::ChamberProfile profiles[] = {drivers::paper_profile(), drivers::second_profile()};
+    const simulation::ChamberProfile profiles[] = {simulation::paper_profile(), simulation::second_profile()};
     Tally alone[2], together[2], whole[2];
     std::vector<double> explained;
     for (int s = 0; s < count; ++s) {

@@ -15,9 +15,9 @@
 namespace prism::science {
 namespace {
 
-std::vector<drivers::ChamberProfile> profiles() {
-  return {drivers::paper_profile(),  drivers::second_profile(), drivers::third_profile(),
-          drivers::beyond_profile(), drivers::fast_profile(),   drivers::steady_profile()};
+std::vector<simulation::ChamberProfile> profiles() {
+  return {simulation::paper_profile(),  simulation::second_profile(), simulation::third_profile(),
+          simulation::beyond_profile(), simulation::fast_profile(),   simulation::steady_profile()};
 }
 
 /// One truth on one profile; a number for each seed.
@@ -86,7 +86,7 @@ void print_row(const char* truth, const std::string& profile, const Cell& cell) 
 }  // namespace
 
 std::vector<Truth> truths() {
-  drivers::TruthSettings hard = drivers::TruthSettings::hard(), smooth, hard_smooth = hard;
+  simulation::TruthSettings hard = simulation::TruthSettings::hard(), smooth, hard_smooth = hard;
   smooth.smooth = hard_smooth.smooth = true;
   return {{"base", {}}, {"hard", hard}, {"smooth", smooth}, {"hard smooth", hard_smooth}};
 }
@@ -103,9 +103,9 @@ int simulated(std::uint64_t first_seed, int count) {
     for (int s = 0; s < count; ++s) {
       // Another gyro for each seed, and another day of it for each profile.
       std::uint64_t seed = first_seed + 10 * static_cast<std::uint64_t>(s);
-      const Record cycle = simulate(drivers::paper_profile(), truth.settings, seed);
+      const Record cycle = simulate(simulation::paper_profile(), truth.settings, seed);
       std::vector<Record> tests;
-      for (const drivers::ChamberProfile& profile : profiles())
+      for (const simulation::ChamberProfile& profile : profiles())
         tests.push_back(simulate(profile, truth.settings, ++seed));
       for (const Contender& contender : kContenders) {
         const std::clock_t begin = std::clock();

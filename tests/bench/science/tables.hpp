@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "drivers/simulated_gyro.hpp"
+#include "tools/prismsim/simulation/simulated_gyro.hpp"
 
 namespace prism::science {
 
 struct Truth {
   const char* name;
-  drivers::TruthSettings settings;
+  simulation::TruthSettings settings;
 };
 std::vector<Truth> truths();
 

@@ -52,7 +52,7 @@ TEST(SimOptions, TakeWhatMovesTheBiasBeyondTheInputs) {
              "1",     "--turn-on", "2",         "--warm-up", "3",        "--flicker",    "4",   "--mode-hops",
              "5",     "--ageing",  "6",         "--tilt",    "7"});
   ASSERT_FALSE(parsed.code) << parsed.complaint;
-  const drivers::TruthSettings& truth = parsed.options.simulation.truth;
+  const simulation::TruthSettings& truth = parsed.options.simulation.truth;
   EXPECT_EQ(parsed.options.simulation.profile.name, "warm-up");
   EXPECT_TRUE(truth.smooth);
   EXPECT_EQ((std::vector{truth.sensor_lag_s, truth.hysteresis_deg_per_h, truth.turn_on_deg_per_h,
@@ -67,7 +67,7 @@ TEST(SimOptions, TakeLengthAndFaultsAndPlace) {
       parse({"--link", "gyro", "--speed", "max", "--hours", "0.5", "--rate", "1000", "--elevation", "-90", "--outliers",
              "3", "--lose-frames", "0.25", "--drop-bytes", "1e-3", "--damage-bytes", "1e-4"});
   ASSERT_FALSE(parsed.code) << parsed.complaint;
-  const drivers::SimulationSettings& simulation = parsed.options.simulation;
+  const simulation::SimulationSettings& simulation = parsed.options.simulation;
   EXPECT_TRUE(parsed.options.terminal);
   EXPECT_EQ(parsed.options.speed, std::nullopt);
   EXPECT_EQ(parsed.options.total_frames(), 1'800'000u);

@@ -60,7 +60,7 @@ wire::DecoderCounters read_frames(const std::string& device, milliseconds pause,
   return decoder.counters();
 }
 
-drivers::SimulationCounters run(const SimOptions& options, PseudoTerminal& terminal) {
+simulation::SimulationCounters run(const SimOptions& options, PseudoTerminal& terminal) {
   const auto counters = run_terminal(options, terminal);
   EXPECT_TRUE(counters) << counters.error().text();
   return *counters;
@@ -71,7 +71,7 @@ TEST(TerminalRun, ASlowReaderLosesNothing) {
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
   wire::DecoderCounters read;
   std::thread reader([&, device = terminal->path()] { read = read_frames(device, milliseconds(1)); });
-  const drivers::SimulationCounters sent = run(run_of(100, std::nullopt), *terminal);
+  const simulation::SimulationCounters sent = run(run_of(100, std::nullopt), *terminal);
   terminal.reset();  // hangs up
   reader.join();
   EXPECT_EQ(sent.frames, 20'000u);

@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-drivers::GyroTruth truth_at(double elapsed_s) {
-  drivers::GyroTruth truth{elapsed_s, 25, 25.5, 25.25, 0.001, 5.32, 0.0123456, 25.375, {}, 0};
+simulation::GyroTruth truth_at(double elapsed_s) {
+  simulation::GyroTruth truth{elapsed_s, 25, 25.5, 25.25, 0.001, 5.32, 0.0123456, 25.375, {}, 0};
   truth.causes = {0.01, 0.001, 0.0002, -0.0003, 0.0004, 0.0005, 0.0006, -0.0000544, 0.0007};
   truth.case_degc = 26;
   return truth;
@@ -23,7 +23,7 @@ std::string rows_of(const std::string& text) { return text.substr(text.find("tim
 
 TEST(TruthFile, SaysWhatWasSimulatedAndWritesOneRowASecond) {
   const test::TemporaryFolder folder;
-  drivers::SimulationSettings settings;
+  simulation::SimulationSettings settings;
   settings.seed = 42;
   {
     auto file = TruthFile::open(folder.file("truth.csv"), settings);

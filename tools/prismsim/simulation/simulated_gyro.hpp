@@ -4,11 +4,11 @@
 
 #include <cstdint>
 
-#include "drivers/bias_causes.hpp"
-#include "drivers/chamber_profile.hpp"
-#include "drivers/random_source.hpp"
+#include "tools/prismsim/simulation/bias_causes.hpp"
+#include "tools/prismsim/simulation/chamber_profile.hpp"
+#include "tools/prismsim/simulation/random_source.hpp"
 
-namespace prism::drivers {
+namespace prism::simulation {
 
 /// White rate noise: 0.0064 deg/h in means of 100 s.
 inline constexpr double kRateNoise_deg_per_h_sqrt_s = 0.064;
@@ -85,4 +85,4 @@ double smooth_bias_deg_per_h(double temperature_degc, double slope_degc_per_s, d
 /// Equation 25 of the paper, deg/h, of T (degC), dT/dt (degC/s) and U (V).
 double paper_bias_deg_per_h(double temperature_degc, double slope_degc_per_s, double uhfo_v);
 
-}  // namespace prism::drivers
+}  // namespace prism::simulation

@@ -8,7 +8,7 @@
 
 #include "base/result.hpp"
 
-namespace prism::drivers {
+namespace prism::simulation {
 
 /// A straight line from where the last segment ended to `end_degc`.
 struct ChamberSegment {
@@ -46,4 +46,4 @@ ChamberProfile warm_up_profile();
 /// By its name: "paper", "second", "third", "beyond", "fast", "steady", "warm-up". Refused: any other name.
 Result<ChamberProfile> find_profile(std::string_view name);
 
-}  // namespace prism::drivers
+}  // namespace prism::simulation

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/simulated_line.hpp"
+#include "tools/prismsim/simulation/simulated_line.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-namespace prism::drivers {
+namespace prism::simulation {
 namespace {
 
 constexpr double kLeastOutlier_arcsec = 2, kMostOutlier_arcsec = 10;
@@ -123,4 +123,4 @@ void SimulatedLine::spoil(std::vector<std::uint8_t>& bytes, std::size_t from) {
   bytes.resize(kept);
 }
 
-}  // namespace prism::drivers
+}  // namespace prism::simulation

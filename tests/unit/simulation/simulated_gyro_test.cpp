@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The virtual gyro against its own equations, solved by hand, and against the statistics of the paper's gyro.
-#include "drivers/simulated_gyro.hpp"
+#include "tools/prismsim/simulation/simulated_gyro.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-namespace prism::drivers {
+namespace prism::simulation {
 namespace {
 
 constexpr double kRateNoise = 0.0064;  // deg/h in 100 s means
@@ -200,4 +200,4 @@ TEST(SimulatedGyro, TheSecondCycleIsAnotherDayOfTheSameGyro) {
 }
 
 }  // namespace
-}  // namespace prism::drivers
+}  // namespace prism::simulation

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "drivers/simulated_gyro.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
+#include "tools/prismsim/simulation/simulated_gyro.hpp"
 
-namespace prism::drivers {
+namespace prism::simulation {
 
 /// An axis that the device marks as not valid for a time, s since the gyro was switched on.
 struct InvalidTime {
@@ -89,4 +89,4 @@ class SimulatedLine {
   std::int64_t seconds_ = 0;
 };
 
-}  // namespace prism::drivers
+}  // namespace prism::simulation

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The chamber's programs: the paper's to the minute, the others within its range.
-#include "drivers/chamber_profile.hpp"
+#include "tools/prismsim/simulation/chamber_profile.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-namespace prism::drivers {
+namespace prism::simulation {
 namespace {
 
 constexpr double kRounding = 1e-9;  // degC
@@ -65,4 +65,4 @@ TEST(ChamberProfile, UnknownNamesAreRefusedWithTheKnownOnes) {
 }
 
 }  // namespace
-}  // namespace prism::drivers
+}  // namespace prism::simulation

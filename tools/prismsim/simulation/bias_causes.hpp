@@ -5,9 +5,9 @@
 #include <array>
 #include <cstdint>
 
-#include "drivers/random_source.hpp"
+#include "tools/prismsim/simulation/random_source.hpp"
 
-namespace prism::drivers {
+namespace prism::simulation {
 
 /// Which of a device's axes a gyro is: its body lags by so much, and its bias leans so far.
 struct AxisTruth {
@@ -74,4 +74,4 @@ class HiddenBias {
   BiasCauses causes_;
 };
 
-}  // namespace prism::drivers
+}  // namespace prism::simulation

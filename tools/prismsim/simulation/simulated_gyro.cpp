@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/simulated_gyro.hpp"
+#include "tools/prismsim/simulation/simulated_gyro.hpp"
 
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-namespace prism::drivers {
+namespace prism::simulation {
 namespace {
 
 constexpr double kSelfHeating_degc = 4, kInnerLag_s = 4 * 3600;
@@ -127,4 +127,4 @@ const GyroTruth& SimulatedGyro::step(double dt_s) {
   return truth_;
 }
 
-}  // namespace prism::drivers
+}  // namespace prism::simulation

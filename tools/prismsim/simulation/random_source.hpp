@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <random>
 
-namespace prism::drivers {
+namespace prism::simulation {
 
 class RandomSource {
  public:
@@ -51,4 +51,4 @@ class RandomSource {
   bool spare_ready_ = false;
 };
 
-}  // namespace prism::drivers
+}  // namespace prism::simulation

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the virtual gyro puts on the wire is what the decoder and the clock take off it: rate, temperature, voltage,
 // faults.
-#include "drivers/simulated_line.hpp"
+#include "tools/prismsim/simulation/simulated_line.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "drivers/wire/decode/frame_decoder.hpp"
 #include "tests/support/shared_files.hpp"
 
-namespace prism::drivers {
+namespace prism::simulation {
 namespace {
 
 wire::FrameDescriptionPtr trplg() {
@@ -26,7 +26,7 @@ wire::FrameDescriptionPtr trplg() {
 struct Received {
   std::vector<Sample> samples;
   wire::DecoderCounters decoder;
-  ClockStatus clock;
+  drivers::ClockStatus clock;
   SimulationCounters sent;
 };
 
@@ -34,9 +34,9 @@ Received receive(const SimulationSettings& settings, int frames) {
   const wire::FrameDescriptionPtr description = trplg();
   SimulatedLine line(description, settings);
   wire::FrameDecoder decoder(description);
-  ClockSettings device;
-  device.source = ClockSource::kDevice;
-  Clock clock(description, device);
+  drivers::ClockSettings device;
+  device.source = drivers::ClockSource::kDevice;
+  drivers::Clock clock(description, device);
   Received received;
   std::vector<std::uint8_t> bytes;
   std::vector<wire::Reading> readings;
@@ -171,4 +171,4 @@ TEST(SimulatedLine, FramesDoNotDrift) {
 }
 
 }  // namespace
-}  // namespace prism::drivers
+}  // namespace prism::simulation

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/chamber_profile.hpp"
+#include "tools/prismsim/simulation/chamber_profile.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-namespace prism::drivers {
+namespace prism::simulation {
 namespace {
 
 constexpr double kHour = 3600, kMinute = 60;
@@ -95,4 +95,4 @@ Result<ChamberProfile> find_profile(std::string_view name) {
   return refuse("", fmt::format("found profile \"{}\", expected one of {}", name, names));
 }
 
-}  // namespace prism::drivers
+}  // namespace prism::simulation

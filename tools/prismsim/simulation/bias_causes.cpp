@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/bias_causes.hpp"
+#include "tools/prismsim/simulation/bias_causes.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
-namespace prism::drivers {
+namespace prism::simulation {
 namespace {
 
 constexpr double kPlay_degc = 15, kWarmUp_s = 3600, kHopPath_degc = 25, kDay_s = 86400;
@@ -78,4 +78,4 @@ BiasCauses HiddenBias::step(double time_s, double body_degc) {
   return causes_;
 }
 
-}  // namespace prism::drivers
+}  // namespace prism::simulation

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Each hidden cause by itself: what was asked for is what the truth shows.
-#include "drivers/bias_causes.hpp"
+#include "tools/prismsim/simulation/bias_causes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <numbers>
 #include <vector>
 
-#include "drivers/simulated_gyro.hpp"
+#include "tools/prismsim/simulation/simulated_gyro.hpp"
 
-namespace prism::drivers {
+namespace prism::simulation {
 namespace {
 
 TEST(HiddenBias, IsNothingWhereNothingIsAskedFor) {
@@ -117,4 +117,4 @@ TEST(HiddenBias, TheThermometerLagsAndTheBiasDoesNot) {
 }
 
 }  // namespace
-}  // namespace prism::drivers
+}  // namespace prism::simulation
