@@ -13,20 +13,26 @@
 #include <chrono>
 #include <utility>
 
+#include "base/escape.hpp"
+#include "base/host_time.hpp"
 #include "base/notify.hpp"
-#include "daemon/answers.hpp"
 #include "daemon/awaiting.hpp"
-#include "daemon/capture_log.hpp"
-#include "daemon/live_line.hpp"
+#include "daemon/line/live_line.hpp"
+#include "daemon/log/capture_log.hpp"
+#include "daemon/log/row_log.hpp"
 #include "daemon/logging.hpp"
 #include "daemon/reloader.hpp"
-#include "daemon/server.hpp"
 #include "daemon/service.hpp"
+#include "daemon/socket/answers.hpp"
+#include "daemon/socket/row_requests.hpp"
+#include "daemon/socket/server.hpp"
 
 namespace prism::daemon {
 namespace {
 
 namespace asio = boost::asio;
+using pipeline::kGyroLine;
+using pipeline::Severity;
 constexpr std::size_t kDiskQueueBytes = 4 << 20;
 constexpr std::chrono::seconds kDiskPatience{3};
 constexpr std::chrono::milliseconds kLastPatience{3500};
@@ -34,29 +40,34 @@ constexpr std::chrono::milliseconds kLastPatience{3500};
 class Live {
  public:
   Live(const Options& options, const pipeline::Setup& setup)
-      : disk_(kDiskQueueBytes, teller()),
-        instance_(setup, make_logs(setup), make_capture(setup), log_event),
-        gyro_(instance_),
-        line_(io_, instance_, gyro_, clock_, setup.sensor_lines.empty()),
-        reloader_(Reloader::make(
-            io_, loader_,
-            [path = options.config, overrides = overrides_of(options)] {
-              return pipeline::load_setup(path, overrides);
-            },
-            instance_, [this] { reopen(); })),
-        rpc_(instance_, [this](Reloader::Done done) { reloader_->reload(std::move(done)); }),
+      : disk_(kDiskQueueBytes, disk_teller()),
+        acquisition_(
+            setup, make_logs(setup), make_captures(setup),
+            [this](const pipeline::Rows& rows) { publisher_.rows(rows, acquisition_.unwritten()); }, teller()),
+        reloader_(Reloader::make(io_, loader_,
+                                 {[path = options.config, overrides = overrides_of(options)] {
+                                    return pipeline::load_setup(path, overrides);
+                                  },
+                                  acquisition_,
+                                  [this] {
+                                    for (const auto& line : lines_) line->reopen();
+                                  },
+                                  teller(), [this] { return socket::summary(sources()); }})),
+        rpc_(sources(), publisher_, row_requests_, [this](Reloader::Done done) { reloader_->reload(std::move(done)); }),
         signals_(io_, SIGINT, SIGTERM, SIGHUP),
         tick_(io_) {
-    instance_.acquisition.capture_sensors(make_sensor_captures(setup));
-    for (std::size_t i = 0; i < setup.sensor_lines.size(); ++i)
-      sensor_lines_.push_back(std::make_unique<SensorLine>(io_, instance_, i, clock_));
+    for (std::size_t i = 0; i < acquisition_.lines(); ++i) {
+      acquisition_.line(i).since_ns = started_ns_;
+      const bool alone = acquisition_.lines() == 1;
+      lines_.push_back(std::make_unique<line::LiveLine>(io_, acquisition_, i, clock_, alone, teller()));
+    }
   }
 
   int run() {
     const config::Config& config = setup().config;
     const int inherited = inherited_socket();
     if (!config.socket.path.empty() || inherited >= 0) {
-      auto server = Server::open(io_, config.socket, inherited, instance_, rpc_);
+      auto server = socket::Server::open(io_, config.socket, inherited, publisher_, rpc_, teller());
       if (!server) {
         spdlog::error(server.error().text());
         return kExitFailed;
@@ -64,59 +75,52 @@ class Live {
       server_ = std::move(*server);
       asio::co_spawn(io_, server_->serve(), asio::detached);
     }
-    for (const std::string& note : setup().notes) instance_.tell(Severity::kInfo, "note", note);
+    for (const std::string& note : setup().notes) tell(Severity::kInfo, "note", note);
     tell_missing_models();
-    for (const auto& sensors : sensor_lines_) sensors->line.start();
-    line_.start();
+    for (auto line = lines_.rbegin(); line != lines_.rend(); ++line) (*line)->start();  // the gyro's last
     asio::co_spawn(io_, heed_signals(), asio::detached);
     asio::co_spawn(io_, tick(), asio::detached);
-    notify_ready(summary(instance_));
+    notify_ready(socket::summary(sources()));
     io_.run();
     notify_stopping();
-    instance_.finish();
+    acquisition_.finish(kGyroLine);
     return end_disk();
   }
 
  private:
-  struct SensorLine {
-    SensorLine(asio::io_context& io, Instance& instance, std::size_t index, ArrivalClock& clock)
-        : port(instance, index), line(io, instance, port, clock, false) {}
-    SensorPort port;
-    LiveLine line;
-  };
+  socket::Sources sources() const { return {acquisition_, events_, publisher_, started_ns_}; }
 
-  void reopen() {
-    line_.reopen();
-    for (const auto& sensors : sensor_lines_) sensors->line.reopen();
+  void tell(Severity severity, const std::string& kind, const std::string& text) {
+    events_.add(severity, kind, printable(text), host_time_ns());
+  }
+  pipeline::Tell teller() {
+    return [this](Severity severity, const std::string& kind, const std::string& text) { tell(severity, kind, text); };
   }
 
   // Where the gyro's line is not open its next session begins with it.
   void follow_clock() {
-    const std::int64_t step = line_.is_open() || !sensor_lines_.empty() ? clock_.check() : 0;
+    const std::int64_t step = lines_[kGyroLine]->is_open() || lines_.size() > 1 ? clock_.check() : 0;
     if (step == 0) return;
-    instance_.tell(
-        Severity::kWarning, "host_clock",
-        fmt::format("the host clock was set by {:+.3f} s; the window begins anew", static_cast<double>(step) * 1e-9));
+    tell(Severity::kWarning, "host_clock",
+         fmt::format("the host clock was set by {:+.3f} s; the window begins anew", static_cast<double>(step) * 1e-9));
     const std::int64_t now_ns = clock_.now_ns();
-    instance_.clock_set(now_ns - step, now_ns);
+    acquisition_.clock_set(now_ns - step, now_ns);
   }
 
   void tell_missing_models() {
-    const Acquisition& acquisition = instance_.acquisition;
-    for (std::size_t i = 0; i < acquisition.axes(); ++i) {
+    for (std::size_t i = 0; i < acquisition_.axes(); ++i) {
       if (setup().axes[i].model) continue;
-      instance_.tell(
-          Severity::kWarning, "no_model",
-          acquisition.axis_prefix(i) + "no model is configured: rates are published uncorrected, marked no_model");
+      tell(Severity::kWarning, "no_model",
+           acquisition_.axis_prefix(i) + "no model is configured: rates are published uncorrected, marked no_model");
     }
   }
 
   // A disk that hangs does not hold up the end: what it did not take is told, and the process leaves it behind.
   int end_disk() {
-    const LogCounters* const log = instance_.acquisition.log();
-    instance_.acquisition.close();
+    const pipeline::LogCounters* const log = acquisition_.log();
+    acquisition_.close();
     const bool done = disk_.drain(kLastPatience);
-    instance_.publisher.release();
+    publisher_.release();
     if (done && loader_.drain(kLastPatience)) return kExitDone;
     if (done) {
       spdlog::error("a file of a reload cannot be read to its end; it is left");
@@ -135,47 +139,43 @@ class Live {
     const auto busy = std::chrono::duration_cast<seconds>(disk_.busy_for());
     if (busy >= kDiskPatience && !disk_hangs_) {
       disk_hangs_ = true;
-      const LogCounters* const log = instance_.acquisition.log();
-      instance_.tell(
+      const pipeline::LogCounters* const log = acquisition_.log();
+      tell(
           Severity::kWarning, "disk",
           fmt::format("the disk has not answered for {} s; {} rows wait", busy.count(), log ? log->pending.load() : 0));
     } else if (busy < kDiskPatience && std::exchange(disk_hangs_, false)) {
-      instance_.tell(Severity::kInfo, "disk", "the disk answers again");
+      tell(Severity::kInfo, "disk", "the disk answers again");
     }
   }
 
-  const pipeline::Setup& setup() const { return instance_.acquisition.setup(); }
+  const pipeline::Setup& setup() const { return acquisition_.setup(); }
 
-  // Faults found on the disk thread are told on the live one, where the instance lives as long as the context runs.
-  std::function<void(const std::string&)> teller() {
-    return [this](const std::string& what) {
-      asio::post(io_, [this, what] { instance_.tell(Severity::kWarning, "disk", what); });
-    };
+  // Faults found on the disk thread are told on the live one.
+  std::function<void(const std::string&)> disk_teller() {
+    return
+        [this](const std::string& what) { asio::post(io_, [this, what] { tell(Severity::kWarning, "disk", what); }); };
   }
-  std::vector<std::unique_ptr<RowWriter>> make_logs(const pipeline::Setup& setup) {
-    const auto counters = std::make_shared<LogCounters>();
-    const auto written = [this] { asio::post(io_, [this] { instance_.rows_written(); }); };
-    const auto synced = [this] { asio::post(io_, [this] { instance_.row_requests.synced(); }); };
-    return daemon::make_logs(setup, [&](config::SegmentSettings settings, std::string name, std::string metadata) {
-      return std::make_unique<ThreadedRowWriter>(std::move(settings), std::move(name), std::move(metadata), disk_,
-                                                 teller(), written, counters, synced);
+  std::vector<std::unique_ptr<pipeline::RowWriter>> make_logs(const pipeline::Setup& setup) {
+    const auto counters = std::make_shared<pipeline::LogCounters>();
+    const auto written = [this] { asio::post(io_, [this] { publisher_.rows_written(); }); };
+    const auto synced = [this] { asio::post(io_, [this] { row_requests_.synced(); }); };
+    return pipeline::make_logs(setup, [&](config::SegmentSettings settings, std::string name, std::string metadata) {
+      return std::make_unique<log::ThreadedRowWriter>(std::move(settings), std::move(name), std::move(metadata), disk_,
+                                                      disk_teller(), written, counters, synced);
     });
-  }
-  std::unique_ptr<CaptureLog> make_capture(const pipeline::Setup& setup) {
-    if (!setup.config.capture) return nullptr;
-    return std::make_unique<CaptureLog>(*setup.config.capture, setup.config.name, disk_, teller());
   }
 
   // Each in a folder of its own: a folder of captures is of one line.
-  std::vector<std::unique_ptr<CaptureLog>> make_sensor_captures(const pipeline::Setup& setup) {
-    std::vector<std::unique_ptr<CaptureLog>> captures;
+  std::vector<std::unique_ptr<pipeline::CaptureSink>> make_captures(const pipeline::Setup& setup) {
+    std::vector<std::unique_ptr<pipeline::CaptureSink>> captures;
     if (!setup.config.capture) return captures;
-    for (const pipeline::Setup::SensorLine& line : setup.sensor_lines) {
+    const auto add = [&](const std::string& folder, const std::string& name) {
       config::SegmentSettings settings = *setup.config.capture;
-      settings.directory += "/" + line.name;
-      captures.push_back(
-          std::make_unique<CaptureLog>(std::move(settings), setup.config.name + "-" + line.name, disk_, teller()));
-    }
+      settings.directory += folder;
+      captures.push_back(std::make_unique<log::CaptureLog>(std::move(settings), name, disk_, disk_teller()));
+    };
+    add("", setup.config.name);
+    for (const auto& line : setup.sensor_lines) add("/" + line.name, setup.config.name + "-" + line.name);
     return captures;
   }
 
@@ -187,8 +187,7 @@ class Live {
       reloader_->reload([](const Result<std::string>&) {});  // the outcome is an event
     }
     notify_stopping();
-    line_.stop();
-    for (const auto& sensors : sensor_lines_) sensors->line.stop();
+    for (const auto& line : lines_) line->stop();
     io_.stop();
   }
 
@@ -203,15 +202,15 @@ class Live {
     for (;;) {
       tick_.expires_after(period);
       co_await tick_.async_wait(kUse);
-      if (!disk_hangs_) instance_.acquisition.sync();
+      if (!disk_hangs_) acquisition_.sync();
       watch_disk();
       follow_clock();
-      instance_.release_late();
+      publisher_.release_late();
       if (half_us == 0 && !under_systemd_) continue;
-      if (std::string now = summary(instance_); now != shown) notify_status(shown = std::move(now));
+      if (std::string now = socket::summary(sources()); now != shown) notify_status(shown = std::move(now));
       const auto& line = setup().config.line;
       const auto patience = std::chrono::duration<double>(line.silence_s + 2 * line.retry_max_s + 2);
-      if (half_us > 0 && steady_clock::now() - line_.last_progress() < patience) notify_watchdog();
+      if (half_us > 0 && steady_clock::now() - lines_[kGyroLine]->last_progress() < patience) notify_watchdog();
     }
   }
 
@@ -219,16 +218,21 @@ class Live {
   DiskThread disk_;
   DiskThread loader_{
       0, [](const std::string&) {}};  ///< reads the files of a reload: a server that does not respond stops no log
-  Instance instance_;
-  ArrivalClock clock_;
-  GyroPort gyro_;
-  LiveLine line_;
-  std::vector<std::unique_ptr<SensorLine>> sensor_lines_;
+  const std::int64_t started_ns_ = host_time_ns();
+  socket::Publisher publisher_;
+  socket::EventLog events_{[this](const socket::Event& event) {
+    log_event(event);
+    publisher_.event(event.json);
+  }};
+  pipeline::Acquisition acquisition_;
+  socket::RowRequests row_requests_;
+  line::ArrivalClock clock_;
+  std::vector<std::unique_ptr<line::LiveLine>> lines_;  ///< as the acquisition numbers them
   std::shared_ptr<Reloader> reloader_;
-  Rpc rpc_;
+  socket::Rpc rpc_;
   asio::signal_set signals_;
   asio::steady_timer tick_;
-  std::unique_ptr<Server> server_;
+  std::unique_ptr<socket::Server> server_;
   bool disk_hangs_ = false;
   const bool under_systemd_ = std::getenv("NOTIFY_SOCKET") != nullptr;
 };

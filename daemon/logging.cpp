@@ -75,11 +75,11 @@ void finish_logging() {
   if (stderr_sink) stderr_sink->finish(std::chrono::milliseconds(500));
 }
 
-void log_event(const Event& event) {
-  const auto level = event.severity == Severity::kError     ? spdlog::level::err
-                     : event.severity == Severity::kWarning ? spdlog::level::warn
-                     : event.severity == Severity::kInfo    ? spdlog::level::info
-                                                            : spdlog::level::debug;
+void log_event(const socket::Event& event) {
+  const auto level = event.severity == pipeline::Severity::kError     ? spdlog::level::err
+                     : event.severity == pipeline::Severity::kWarning ? spdlog::level::warn
+                     : event.severity == pipeline::Severity::kInfo    ? spdlog::level::info
+                                                                      : spdlog::level::debug;
   // As text that is made already: spdlog's own formatting would compile all of fmt once more.
   spdlog::log(level, event.repeats == 0
                          ? event.text

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "daemon/event_log.hpp"
+#include "daemon/socket/event_log.hpp"
 
 namespace prism::daemon {
 
@@ -13,7 +13,7 @@ namespace prism::daemon {
 void begin_logging(const std::string& level);
 
 /// An event as a line.
-void log_event(const Event& event);
+void log_event(const socket::Event& event);
 
 /// Waits half a second at most until every message is written.
 void finish_logging();

@@ -5,18 +5,15 @@
 #include <utility>
 
 #include "base/notify.hpp"
-#include "daemon/answers.hpp"
 
 namespace prism::daemon {
 
-std::shared_ptr<Reloader> Reloader::make(boost::asio::io_context& io, DiskThread& loader, Load load, Instance& instance,
-                                         std::function<void()> line_changed) {
-  return std::shared_ptr<Reloader>(new Reloader(io, loader, std::move(load), instance, std::move(line_changed)));
+std::shared_ptr<Reloader> Reloader::make(boost::asio::io_context& io, DiskThread& loader, Parts parts) {
+  return std::shared_ptr<Reloader>(new Reloader(io, loader, std::move(parts)));
 }
 
-Reloader::Reloader(boost::asio::io_context& io, DiskThread& loader, Load load, Instance& instance,
-                   std::function<void()> line_changed)
-    : io_(io), loader_(loader), load_(std::move(load)), instance_(instance), line_changed_(std::move(line_changed)) {}
+Reloader::Reloader(boost::asio::io_context& io, DiskThread& loader, Parts parts)
+    : io_(io), loader_(loader), parts_(std::move(parts)) {}
 
 void Reloader::reload(Done done) {
   waiting_.push_back(std::move(done));
@@ -33,30 +30,29 @@ void Reloader::begin() {
     });
   };
   loader_.post(
-      0, [load = load_, loaded] { loaded(load()); },
+      0, [load = parts_.load, loaded] { loaded(load()); },
       [loaded](const std::string& why) { loaded(refuse("reload", why)); });
 }
 
 void Reloader::finish(Result<pipeline::Setup> setup) {
   const Result<std::string> outcome = take(std::move(setup));
   if (outcome) {
-    instance_.tell(Severity::kInfo, "reloaded", "reloaded: " + *outcome);
+    parts_.tell(pipeline::Severity::kInfo, "reloaded", "reloaded: " + *outcome);
   } else {
-    instance_.tell(Severity::kError, "reload_refused",
-                   "reload refused, everything stays as it was: " + outcome.error().text());
+    parts_.tell(pipeline::Severity::kError, "reload_refused",
+                "reload refused, everything stays as it was: " + outcome.error().text());
   }
-  notify_ready(summary(instance_));
+  notify_ready(parts_.summary());
   for (const Done& done : std::exchange(running_, {})) done(outcome);
   if (!waiting_.empty()) begin();
 }
 
 Result<std::string> Reloader::take(Result<pipeline::Setup> setup) {
   if (!setup) return tl::unexpected<Error>(setup.error());
-  const auto taken = instance_.acquisition.reconfigure(std::move(*setup));
-  if (!taken) return tl::unexpected<Error>(taken.error());
-  instance_.publish(taken->rows);
-  if (taken->line_changed) line_changed_();
-  const pipeline::Setup& now = instance_.acquisition.setup();
+  const auto reopen = parts_.acquisition.reconfigure(std::move(*setup));
+  if (!reopen) return tl::unexpected<Error>(reopen.error());
+  if (*reopen) parts_.lines_changed();
+  const pipeline::Setup& now = parts_.acquisition.setup();
   return now.config.path + " in force, model " + pipeline::models_text(now);
 }
 

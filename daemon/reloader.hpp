@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/disk_thread.hpp"
-#include "daemon/instance.hpp"
+#include "daemon/pipeline/acquisition.hpp"
 
 namespace prism::daemon {
 
@@ -20,26 +20,27 @@ class Reloader : public std::enable_shared_from_this<Reloader> {
   using Done = std::function<void(Result<std::string>)>;
   using Load = std::function<Result<pipeline::Setup>()>;
 
-  /// `load` runs on `loader` (not the thread that writes the log) and must use its own data only. `line_changed` is
-  /// called if the line must be reopened.
-  static std::shared_ptr<Reloader> make(boost::asio::io_context& io, DiskThread& loader, Load load, Instance& instance,
-                                        std::function<void()> line_changed);
+  struct Parts {
+    Load load;  ///< runs on the loader (not the thread that writes the log) and uses its own data only
+    pipeline::Acquisition& acquisition;
+    std::function<void()> lines_changed;  ///< the lines must be opened again
+    pipeline::Tell tell;
+    std::function<std::string()> summary;  ///< for systemd's status, when the reload is over
+  };
+  static std::shared_ptr<Reloader> make(boost::asio::io_context& io, DiskThread& loader, Parts parts);
 
   /// A request that comes while a reload runs gets a reload of its own right after: it may be about a newer file.
   void reload(Done done);
 
  private:
-  Reloader(boost::asio::io_context& io, DiskThread& loader, Load load, Instance& instance,
-           std::function<void()> line_changed);
+  Reloader(boost::asio::io_context& io, DiskThread& loader, Parts parts);
   void begin();
   void finish(Result<pipeline::Setup> setup);
   Result<std::string> take(Result<pipeline::Setup> setup);
 
   boost::asio::io_context& io_;
   DiskThread& loader_;
-  const Load load_;
-  Instance& instance_;
-  std::function<void()> line_changed_;
+  const Parts parts_;
   std::vector<Done> running_, waiting_;
 };
 

@@ -13,13 +13,16 @@
 #include <memory>
 #include <utility>
 
+#include "base/escape.hpp"
+#include "base/host_time.hpp"
 #include "base/text_number.hpp"
-#include "daemon/arrival_clock.hpp"
 #include "daemon/awaiting.hpp"
+#include "daemon/log/row_log.hpp"
 #include "daemon/logging.hpp"
+#include "daemon/pipeline/acquisition.hpp"
 #include "daemon/pipeline/sensor_captures.hpp"
-#include "daemon/server.hpp"
 #include "daemon/service.hpp"
+#include "daemon/socket/server.hpp"
 #include "drivers/capture_file.hpp"
 
 namespace prism::daemon {
@@ -27,6 +30,7 @@ namespace {
 
 namespace asio = boost::asio;
 using Steady = std::chrono::steady_clock;
+using pipeline::kGyroLine;
 
 // Virtual time against the steady clock: when the packet of `time_ns` is due.
 class Pace {
@@ -57,20 +61,11 @@ Result<pipeline::SensorFiles> named_files(const std::vector<std::string>& named)
   return files;
 }
 
-void pass_sensors(Instance& instance, std::size_t line, const drivers::CapturePacket& packet) {
-  instance.sensor_lines[line].last_data_ns = packet.time_ns;
+void pass(pipeline::Acquisition& acquisition, std::size_t line, const drivers::CapturePacket& packet) {
   if (packet.event == drivers::CaptureEvent::kData) {
-    instance.acquisition.feed_sensors(line, packet.bytes, packet.time_ns);
+    acquisition.feed(line, packet.bytes, packet.time_ns);
   } else if (packet.event == drivers::CaptureEvent::kOpened) {
-    instance.acquisition.begin_sensor_session(line, packet.time_ns);
-  }
-}
-
-void pass(Instance& instance, const drivers::CapturePacket& packet) {
-  if (packet.event == drivers::CaptureEvent::kData) {
-    instance.feed(packet.bytes, packet.time_ns);
-  } else if (packet.event == drivers::CaptureEvent::kOpened) {
-    instance.begin_session(packet.time_ns);
+    acquisition.begin_session(line, packet.time_ns);
   }
 }
 
@@ -95,7 +90,7 @@ class ArrivalRate {
   }
 
  private:
-  RateWatch watch_;
+  pipeline::RateWatch watch_;
   bool applies_, whole_ = false;
   std::int64_t second_ = -1;
   std::uint64_t frames_ = 0;
@@ -103,27 +98,25 @@ class ArrivalRate {
 
 class Replay {
  public:
-  Replay(const Options& options, pipeline::Setup setup)
-      : options_(options), signals_(io_, SIGINT, SIGTERM), timer_(io_) {
-    const auto counters = std::make_shared<LogCounters>();
-    auto logs = make_logs(setup, [&](config::SegmentSettings settings, std::string name, std::string metadata) {
-      auto rows =
-          std::make_unique<DirectRowWriter>(std::move(settings), std::move(name), std::move(metadata), counters);
-      rows_.push_back(rows.get());
-      return rows;
-    });
-    rate_ = std::make_unique<ArrivalRate>(setup);
-    instance_ = std::make_unique<Instance>(std::move(setup), std::move(logs), nullptr, [](const Event& event) {
-      if (event.kind != "quality") log_event(event);  // the log itself says it of each row
-    });
-    rpc_ = std::make_unique<Rpc>(*instance_,
-                                 [](auto done) { done(refuse("reload", "a replay keeps its configuration")); });
-  }
+  Replay(const Options& options, const pipeline::Setup& setup)
+      : options_(options),
+        acquisition_(
+            setup, make_logs(setup), {}, [this](const pipeline::Rows& rows) { publisher_.rows(rows); },
+            [this](pipeline::Severity severity, const std::string& kind, const std::string& text) {
+              events_.add(severity, kind, printable(text), host_time_ns());
+            }),
+        rpc_({acquisition_, events_, publisher_, host_time_ns()}, publisher_, row_requests_,
+             [](auto done) { done(refuse("reload", "a replay keeps its configuration")); }),
+        rate_(setup),
+        signals_(io_, SIGINT, SIGTERM),
+        timer_(io_) {}
 
   int run() {
     if (auto opened = open_sensors(); !opened) return fail(opened.error().text());
     if (!options_.socket.empty()) {
-      auto server = Server::open(io_, instance_->acquisition.setup().config.socket, -1, *instance_, *rpc_);
+      auto server =
+          socket::Server::open(io_, acquisition_.setup().config.socket, -1, publisher_, rpc_,
+                               [](auto, const std::string&, const std::string& text) { spdlog::warn("{}", text); });
       if (!server) return fail(server.error().text());
       server_ = std::move(*server);
       asio::co_spawn(io_, server_->serve(), asio::detached);
@@ -137,10 +130,10 @@ class Replay {
       for (const std::string& note : sensors_->notes()) spdlog::warn("{}", note);
     }
     if (!fault_.empty()) return fail(fault_);
-    for (const DirectRowWriter* rows : rows_) {
+    for (const log::DirectRowWriter* rows : logs_) {
       if (!rows->first_fault().empty()) return fail(rows->first_fault());
     }
-    if (instance_->acquisition.frames() == 0 && !stopped_) return fail(no_frame());
+    if (acquisition_.frames() == 0 && !stopped_) return fail(no_frame());
     summarise(seconds);
     return kExitDone;
   }
@@ -152,7 +145,7 @@ class Replay {
   }
 
   Result<void> open_sensors() {
-    const pipeline::Setup& setup = instance_->acquisition.setup();
+    const pipeline::Setup& setup = acquisition_.setup();
     if (setup.sensor_lines.empty() && options_.replay_sensors.empty()) return {};
     auto files = named_files(options_.replay_sensors);
     if (!files) return tl::unexpected<Error>(files.error());
@@ -163,6 +156,20 @@ class Replay {
     return {};
   }
 
+  std::vector<std::unique_ptr<pipeline::RowWriter>> make_logs(const pipeline::Setup& setup) {
+    const auto counters = std::make_shared<pipeline::LogCounters>();
+    return pipeline::make_logs(setup, [&](config::SegmentSettings settings, std::string name, std::string metadata) {
+      auto rows =
+          std::make_unique<log::DirectRowWriter>(std::move(settings), std::move(name), std::move(metadata), counters);
+      logs_.push_back(rows.get());
+      return rows;
+    });
+  }
+
+  void set_lines(pipeline::LineState state, const std::string& detail) {
+    for (std::size_t i = 0; i < acquisition_.lines(); ++i) acquisition_.line(i).set(state, detail, host_time_ns());
+  }
+
   asio::awaitable<void> heed_signals() {
     co_await signals_.async_wait(kUse);
     stopped_ = true;
@@ -170,19 +177,18 @@ class Replay {
   }
 
   asio::awaitable<void> feed_all() {
-    instance_->set_line(LineState::kReplaying);
-    for (LineStatus& line : instance_->sensor_lines) line.set(LineState::kReplaying, "", host_time_ns());
+    set_lines(pipeline::LineState::kReplaying, "");
     for (const std::string& file : options_.replay) {
       co_await feed_file(file);
       if (!fault_.empty() || stopped_) break;
     }
-    instance_->finish();
-    instance_->set_line(LineState::kEnded, "the replay is over");
+    acquisition_.finish(kGyroLine);
+    acquisition_.line(kGyroLine).set(pipeline::LineState::kEnded, "the replay is over", host_time_ns());
     io_.stop();
   }
 
   asio::awaitable<void> feed_file(const std::string& file) {
-    const wire::FrameDescription& frames = *instance_->acquisition.setup().frames;
+    const wire::FrameDescription& frames = *acquisition_.setup().frames;
     const drivers::BareBytes bare{std::max(frames.rate_hz * frames.max_frame_bytes, 1.0), 0};
     Result<drivers::CaptureReader> reader = drivers::CaptureReader::open(file, bare);
     if (!reader) {
@@ -191,7 +197,7 @@ class Replay {
     }
     constexpr int kSlice = 4096;  // packets between two looks at sockets and signals
     const pipeline::SensorCaptures::Give give = [this](std::size_t line, const drivers::CapturePacket& sensors) {
-      pass_sensors(*instance_, line, sensors);
+      pass(acquisition_, kGyroLine + 1 + line, sensors);
     };
     Pace pace(options_.speed);
     for (int count = 1;; ++count) {
@@ -204,7 +210,7 @@ class Replay {
         co_await asio::post(io_, kUse);
       }
       if (sensors_) sensors_->until(*packet, give);
-      pass(*instance_, *packet);
+      pass(acquisition_, kGyroLine, *packet);
       if (!reader->is_bare()) watch_rate(packet->time_ns);
     }
     if (const std::string damage = reader->damaged_places().text(); !damage.empty())
@@ -215,19 +221,19 @@ class Replay {
   }
 
   void watch_rate(std::int64_t time_ns) {
-    const auto wrong = rate_->arrived(time_ns, instance_->acquisition.frames());
-    if (wrong) spdlog::warn("{}: {}", instance_->acquisition.setup().frames->name, *wrong);
+    const auto wrong = rate_.arrived(time_ns, acquisition_.frames());
+    if (wrong) spdlog::warn("{}: {}", acquisition_.setup().frames->name, *wrong);
   }
 
   std::string no_frame() const {
-    const Acquisition& s = instance_->acquisition;
+    const pipeline::Acquisition& s = acquisition_;
     return fmt::format("{}: found no frame of \"{}\" in {} bytes, expected some: prismd --sniff {} says what fits",
                        fmt::join(options_.replay, ", "), s.setup().frames->name,
                        s.pipeline().decoder().counters().bytes, options_.replay.front());
   }
 
   void summarise(double seconds) const {
-    const Acquisition& s = instance_->acquisition;
+    const pipeline::Acquisition& s = acquisition_;
     const auto& line = s.pipeline().decoder().counters();
     const drivers::ClockStatus& clock = s.pipeline().clock().status();
     fmt::print(
@@ -237,7 +243,7 @@ class Replay {
         clock.missing_by_arrival > 0 ? fmt::format(" ({} of them by arrival times)", clock.missing_by_arrival) : "",
         line.skipped_bytes);
     if (stopped_) fmt::print("stopped before the end of the capture\n");
-    if (const LogCounters* log = s.log())
+    if (const pipeline::LogCounters* log = s.log())
       fmt::print("log: {} rows in {}\n", log->rows.load(), s.setup().config.log->directory);
     for (std::size_t i = 0; i < s.axes(); ++i) {
       fmt::print("{}", s.axis_prefix(i));
@@ -260,13 +266,19 @@ class Replay {
 
   asio::io_context io_{1};
   Options options_;
-  std::vector<DirectRowWriter*> rows_;
-  std::unique_ptr<Instance> instance_;
-  std::unique_ptr<Rpc> rpc_;
-  std::unique_ptr<Server> server_;
+  std::vector<log::DirectRowWriter*> logs_;
+  socket::Publisher publisher_;
+  socket::EventLog events_{[this](const socket::Event& event) {
+    if (event.kind != "quality") log_event(event);  // the log itself says it of each row
+    publisher_.event(event.json);
+  }};
+  pipeline::Acquisition acquisition_;
+  socket::RowRequests row_requests_;
+  socket::Rpc rpc_;
+  std::unique_ptr<socket::Server> server_;
+  ArrivalRate rate_;
   asio::signal_set signals_;
   asio::steady_timer timer_;
-  std::unique_ptr<ArrivalRate> rate_;
   std::optional<pipeline::SensorCaptures> sensors_;
   std::string fault_;
   bool stopped_ = false;
@@ -275,7 +287,7 @@ class Replay {
 }  // namespace
 
 int run_replay(const Options& options, pipeline::Setup setup) {
-  return std::make_unique<Replay>(options, std::move(setup))->run();
+  return std::make_unique<Replay>(options, setup)->run();
 }
 
 }  // namespace prism::daemon

@@ -17,10 +17,10 @@
 #include "base/json_document.hpp"
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
-#include "daemon/arrival_clock.hpp"
+#include "daemon/line/arrival_clock.hpp"
 #include "daemon/service.hpp"
 #include "drivers/capture_file.hpp"
-#include "drivers/serial_line.hpp"
+#include "drivers/transport/transport.hpp"
 #include "drivers/wire/decode/inspect.hpp"
 #include "drivers/wire/decode/sniffer.hpp"
 
@@ -57,8 +57,6 @@ std::string format_text(const wire::WireFormat& wire) {
   constexpr const char* kLetters[] = {"N", "E", "O"};
   return fmt::format("{} {}{}{}", wire.baud, wire.data_bits, kLetters[static_cast<int>(wire.parity)], wire.stop_bits);
 }
-
-bool same(const wire::WireFormat& a, const wire::WireFormat& b) { return format_text(a) == format_text(b); }
 
 // Prints what fits under `heading`; the nearest misses where nothing does. True: something fits.
 bool print_ranking(const wire::Sniffer& sniffer, const std::string& heading) {
@@ -100,7 +98,7 @@ std::vector<wire::WireFormat> wire_formats(const std::vector<wire::FrameDescript
   std::vector<std::pair<int, wire::WireFormat>> counted;
   for (const wire::FrameDescriptionPtr& description : descriptions) {
     const auto known =
-        std::find_if(counted.begin(), counted.end(), [&](const auto& c) { return same(c.second, description->wire); });
+        std::find_if(counted.begin(), counted.end(), [&](const auto& c) { return c.second == description->wire; });
     if (known != counted.end()) {
       ++known->first;
     } else {
@@ -115,23 +113,18 @@ std::vector<wire::WireFormat> wire_formats(const std::vector<wire::FrameDescript
 
 Result<bool> sniff_line_at(const std::string& device, const wire::WireFormat& wire,
                            const std::vector<wire::FrameDescriptionPtr>& descriptions) {
-  drivers::LineSettings settings;
-  settings.device = device;
-  settings.baud = wire.baud;
-  settings.data_bits = wire.data_bits;
-  settings.parity = wire.parity;
-  settings.stop_bits = wire.stop_bits;
-  const Result<drivers::SerialLine> line = drivers::open_serial_line(settings);
-  if (!line) return tl::unexpected<Error>(line.error());
+  auto opened = transport::open({device, wire});
+  if (!opened) return tl::unexpected<Error>(opened.error());
+  transport::Transport& line = **opened;
   wire::Sniffer sniffer(descriptions);
-  const ArrivalClock clock;
+  const line::ArrivalClock clock;
   std::array<std::uint8_t, 65536> buffer;
   for (const auto end = Steady::now() + kListen; Steady::now() < end;) {
-    pollfd wait{line->fd(), POLLIN, 0};
+    pollfd wait{line.fd(), POLLIN, 0};
     if (::poll(&wait, 1, 100) <= 0) continue;
-    const ssize_t size = ::read(line->fd(), buffer.data(), buffer.size());
-    if (size > 0) sniffer.feed({buffer.data(), static_cast<std::size_t>(size)}, clock.now_ns());
-    if (size == 0 && drivers::line_is_gone(line->fd())) return refuse(device, "the line was lost while listening");
+    const transport::Received received = line.read(buffer);
+    if (received.kind == transport::Received::Kind::kLost) return refuse(device, "the line was lost while listening");
+    if (received.bytes > 0) sniffer.feed({buffer.data(), received.bytes}, clock.now_ns());
   }
   return print_ranking(sniffer, device + " at " + format_text(wire));
 }

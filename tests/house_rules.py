@@ -19,10 +19,11 @@ BASE = "base"
 CORE, TRAINING, EVALUATION = "compensation", "compensation/training", "compensation/evaluation"
 WIRE, DRIVERS, CONFIG, PIPELINE = "drivers/wire", "drivers", "config", "daemon/pipeline"
 DAEMON, TOOLS, TESTS = "daemon", "tools", "tests"
+LINE, LOG, SOCKET = "daemon/line", "daemon/log", "daemon/socket"
 DESCRIPTION, DECODE, ENCODE = "drivers/wire/description", "drivers/wire/decode", "drivers/wire/encode"
 WIRES = {DESCRIPTION, DECODE, ENCODE, WIRE}
 # the first that fits is the room
-ROOMS = [BASE, TRAINING, EVALUATION, CORE, DESCRIPTION, DECODE, ENCODE, WIRE, DRIVERS, CONFIG, PIPELINE, DAEMON, TOOLS, TESTS]
+ROOMS = [BASE, TRAINING, EVALUATION, CORE, DESCRIPTION, DECODE, ENCODE, WIRE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON, TOOLS, TESTS]
 
 # room: (rooms it may include, standard and foreign headers it may never include)
 SLOW = r"boost/asio|spdlog/|CLI/|pcap|systemd/"
@@ -39,7 +40,10 @@ MAY = {
     DRIVERS: (WIRES | {BASE, DRIVERS}, "spdlog/|CLI/|systemd/"),
     CONFIG: (WIRES | {BASE, CORE, DRIVERS, CONFIG}, "boost/asio|spdlog/|CLI/"),
     PIPELINE: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE}, SLOW + r"|thread$|mutex$"),
-    DAEMON: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, DAEMON}, "(?!)"),
+    LINE: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, LINE}, "spdlog/|CLI/|pcap|systemd/"),
+    LOG: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, LOG}, SLOW),
+    SOCKET: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, SOCKET}, "spdlog/|CLI/|pcap|systemd/"),
+    DAEMON: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON}, "(?!)"),
     TOOLS: (WIRES | {BASE, CORE, TRAINING, EVALUATION, DRIVERS, CONFIG, PIPELINE, TOOLS}, "(?!)"),
     TESTS: (set(ROOMS), "(?!)"),
 }
@@ -54,14 +58,19 @@ MAY_NOT_LINK = {
     DRIVERS: "spdlog|SYSTEMD|CLI11|prism_(?:compensation|training|evaluation|config|daemon)",
     CONFIG: ASYNC + "|prism_(?:daemon|training|evaluation)",
     PIPELINE: ASYNC + "|Threads::|prism_(?:daemon|training|evaluation|simulation)",
+    LINE: "spdlog|PCAP|SYSTEMD|CLI11|prism_(?:log|socket|daemon|training|evaluation|simulation)",
+    LOG: ASYNC + "|prism_(?:line|socket|daemon|training|evaluation|simulation)",
+    SOCKET: "spdlog|PCAP|SYSTEMD|CLI11|prism_(?:line|log|daemon|training|evaluation|simulation)",
     DAEMON: "prism_(?:training|evaluation|simulation)",
     TOOLS: "prism_daemon",
 }
 # headers of base that read files, start threads or notify systemd; the modules that only compute do not include them
 WAITING = {"base/disk_thread.hpp", "base/notify.hpp", "base/file.hpp"}
 PURE_MODULES = {CORE, EVALUATION} | WIRES
+ASYNC_WINGS = {LINE, SOCKET}  # they may wait as the daemon does
+CLOCKS = {"base/host_time.hpp"}
 CLOCKLESS = {CORE, TRAINING, EVALUATION, PIPELINE} | WIRES
-THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, DAEMON} | WIRES
+THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON} | WIRES
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
 # a name from a file of a stranger must never reach a shell or another program: only a campaign starts programs
 STARTS_PROGRAMS = {f"tools/prismcal/campaign/{name}.cpp" for name in ("level", "local_engine", "slurm_engine")}
@@ -110,6 +119,10 @@ def check_includes(path, text):
             continue
         if room in PURE_MODULES and name in WAITING:
             yield line, f'{room} may not include "{name}", which waits'
+        if room in CLOCKLESS and name in CLOCKS:
+            yield line, f'{room} may not include "{name}", which asks the time'
+        if name == "daemon/awaiting.hpp" and room in ASYNC_WINGS:
+            continue
         target = room_of(name)
         if target is None or "../" in name:
             yield line, f'"{name}" is not written from the top of the tree'

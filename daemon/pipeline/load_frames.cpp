@@ -34,14 +34,4 @@ Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const wir
   return wire::FrameDescriptionPtr(std::move(effective));
 }
 
-drivers::LineSettings line_settings(const config::LineConfig& line, const wire::WireFormat& wire) {
-  drivers::LineSettings settings;
-  settings.device = line.device;
-  settings.baud = wire.baud;
-  settings.data_bits = wire.data_bits;
-  settings.stop_bits = wire.stop_bits;
-  settings.parity = wire.parity;
-  return settings;
-}
-
 }  // namespace prism::pipeline

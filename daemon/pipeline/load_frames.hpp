@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A serial line's frame description, proved, and how the line is opened.
+// A line's frame description, proved.
 #pragma once
 
 #include <string>
 
 #include "config/config.hpp"
-#include "drivers/serial_line.hpp"
 #include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::pipeline {
@@ -14,7 +13,5 @@ namespace prism::pipeline {
 /// time stamps subtract the time that a byte takes on it.
 Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const wire::GyroChoice& choice,
                                               const config::LineConfig& line);
-
-drivers::LineSettings line_settings(const config::LineConfig& line, const wire::WireFormat& wire);
 
 }  // namespace prism::pipeline

@@ -39,7 +39,7 @@ Result<Setup::SensorLine> load_sensor_line(const config::SensorLineConfig& confi
   if ((*frames)->sensors.empty())
     return refuse(config.frames,
                   fmt::format("has no sensor of its own; \"columns\" of {} says which stands where", config.name));
-  return Setup::SensorLine{config.name, *frames, line_settings(config.line, (*frames)->wire), config.stale_after_s};
+  return Setup::SensorLine{config.name, *frames, {config.line.device, (*frames)->wire}, config.stale_after_s};
 }
 
 /// The device's, then those of each line, which are called LINE.SENSOR.
@@ -201,7 +201,7 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
     setup.notes.push_back(fmt::format("{}: names no axis: {} is served, the first of {}; \"axes\" serves several",
                                       setup.config.path, names.front(), fmt::join(names, ", ")));
   }
-  setup.line = line_settings(setup.config.line, setup.frames->wire);
+  setup.line = {setup.config.line.device, setup.frames->wire};
   setup.clock.source = setup.config.device_clock ? drivers::ClockSource::kDevice : drivers::ClockSource::kHost;
   return setup;
 }

@@ -10,7 +10,7 @@
 #include "compensation/model.hpp"
 #include "config/config.hpp"
 #include "drivers/clock.hpp"
-#include "drivers/serial_line.hpp"
+#include "drivers/transport/transport.hpp"
 #include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::pipeline {
@@ -32,7 +32,7 @@ struct Setup {
   struct SensorLine {
     std::string name;
     wire::FrameDescriptionPtr frames;
-    drivers::LineSettings line;
+    transport::Settings line;
     double stale_after_s;
   };
 
@@ -41,9 +41,17 @@ struct Setup {
   std::vector<SensorLine> sensor_lines;  ///< as config.sensor_lines
   std::vector<Axis> axes;                ///< as frames->axes and config.axes
   SensorList sensors;                    ///< frames->sensors, then those of each line; null: none
-  drivers::LineSettings line;
+  transport::Settings line;
   drivers::ClockSettings clock;
   std::vector<std::string> notes;  ///< legal, but worth knowing: one line each
+
+  /// Of each line; 0 is the gyro's, those behind it are the sensor lines.
+  const config::LineConfig& line_config(std::size_t number) const {
+    return number == 0 ? config.line : config.sensor_lines[number - 1].line;
+  }
+  const transport::Settings& line_settings(std::size_t number) const {
+    return number == 0 ? line : sensor_lines[number - 1].line;
+  }
 };
 
 /// What a command line puts in the place of a configuration's settings. Empty: the configuration's.

@@ -12,7 +12,7 @@
 #include "base/outside_text.hpp"
 #include "compensation/compensated_text.hpp"
 #include "compensation/model_text.hpp"
-#include "daemon/log_rows.hpp"
+#include "daemon/log/log_rows.hpp"
 #include "tests/fuzz/require.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/commands/judging_run.hpp"
@@ -63,8 +63,8 @@ void require_csv(const std::string& text) {
 }
 
 void require_batch(const std::string& folder) {
-  daemon::Segments segments({.directory = folder}, "g", ".csv");
-  daemon::LogRows log_rows(segments);
+  log::Segments segments({.directory = folder}, "g", ".csv");
+  log::LogRows log_rows(segments);
   const auto page = log_rows.page({.after = "earliest"}, {});
   require(page.has_value());
   const auto json = nlohmann::json::parse(page->json + "}", nullptr, false);

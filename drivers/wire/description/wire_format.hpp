@@ -21,6 +21,8 @@ struct WireFormat {
   int bits_per_byte() const { return 1 + data_bits + (parity == Parity::kNone ? 0 : 1) + stop_bits; }
   /// Time that one byte occupies on the line, ns.
   double byte_time_ns() const { return 1e9 * bits_per_byte() / baud; }
+
+  bool operator==(const WireFormat&) const = default;
 };
 
 }  // namespace prism::wire

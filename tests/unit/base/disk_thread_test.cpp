@@ -9,7 +9,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "tests/unit/daemon/disk_files.hpp"
+#include "tests/support/disk_files.hpp"
 
 namespace prism {
 namespace {

@@ -6,15 +6,17 @@
 #include <future>
 #include <optional>
 
-#include "tests/unit/daemon/instance_fixture.hpp"
+#include "tests/support/daemon_parts.hpp"
 
 namespace prism::daemon {
 namespace {
 
-class ReloaderTest : public test::InstanceFixture {
+class ReloaderTest : public test::DaemonPartsTest {
  protected:
   std::shared_ptr<Reloader> make(Reloader::Load load) {
-    return Reloader::make(io_, *disk_, std::move(load), *instance_, [this] { ++reopened_; });
+    return Reloader::make(io_, *disk_,
+                          {std::move(load), parts_->acquisition, [this] { ++reopened_; }, parts_->teller(),
+                           [] { return std::string("test"); }});
   }
   void run_until(const bool& done) {
     for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
@@ -39,7 +41,7 @@ TEST_F(ReloaderTest, TakesOverWhatWasLoaded) {
   bool done = false;
   reloader->reload([&](const Result<std::string>& outcome) { done = outcome.has_value(); });
   run_until(done);
-  EXPECT_EQ(instance_->acquisition.setup().axes[0].engine.max_bias_deg_per_h, 7);
+  EXPECT_EQ(parts_->acquisition.setup().axes[0].engine.max_bias_deg_per_h, 7);
   EXPECT_EQ(reopened_, 0);
 }
 
@@ -51,7 +53,7 @@ TEST_F(ReloaderTest, ARefusalLeavesEverything) {
     done = true;
   });
   run_until(done);
-  EXPECT_EQ(instance_->events.recent().back().kind, "reload_refused");
+  EXPECT_EQ(parts_->events.recent().back().kind, "reload_refused");
 }
 
 // A load that throws on the disk thread is answered, and the next one is not kept waiting for it.
@@ -70,7 +72,7 @@ TEST_F(ReloaderTest, ALoadThatThrowsIsARefusal) {
 TEST_F(ReloaderTest, AnotherLineIsOpenedAnew) {
   const auto reloader = make([this] {
     pipeline::Setup setup = setup_;
-    setup.line.baud = 9600;
+    setup.line.format.baud = 9600;
     return setup;
   });
   bool done = false;
@@ -90,8 +92,8 @@ TEST_F(ReloaderTest, AnotherExtrapolationTakesEffect) {
   bool done = false;
   reloader->reload([&](const auto&) { done = true; });
   run_until(done);
-  EXPECT_EQ(instance_->acquisition.pipeline().decoder().counters().frames, 0u);  // a pipeline of its own
-  EXPECT_GT(instance_->acquisition.frames(), 0u);
+  EXPECT_EQ(parts_->acquisition.pipeline().decoder().counters().frames, 0u);  // a pipeline of its own
+  EXPECT_GT(parts_->acquisition.frames(), 0u);
 }
 
 // SIGHUP, then SIGTERM: the disk thread still read the configuration for a reloader that was gone.
@@ -106,7 +108,7 @@ TEST_F(ReloaderTest, MayEndWhileTheDiskThreadStillLoads) {
   reloader->reload([&](const auto&) { called = true; });
   begun.get_future().wait();
   reloader.reset();
-  instance_.reset();
+  parts_.reset();
   go_on.set_value();
   disk_.reset();
   io_.restart();

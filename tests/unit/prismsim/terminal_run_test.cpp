@@ -11,7 +11,7 @@
 #include <fstream>
 #include <thread>
 
-#include "drivers/serial_line.hpp"
+#include "drivers/transport/transport.hpp"
 #include "drivers/wire/decode/frame_decoder.hpp"
 #include "tests/support/emulated.hpp"
 #include "tests/support/shared_files.hpp"
@@ -41,17 +41,17 @@ SimOptions run_of(double seconds, std::optional<double> speed) {
 // Opens the terminal as prismd would and decodes until it is hung up, or `most` frames came.
 wire::DecoderCounters read_frames(const std::string& device, milliseconds pause,
                                   std::uint64_t most = ~std::uint64_t{0}) {
-  drivers::LineSettings settings;
+  transport::Settings settings;
   settings.device = device;
-  const auto line = drivers::open_serial_line(settings);
+  const auto line = transport::open(settings);
   if (!line) return {};
   wire::FrameDecoder decoder(trplg());
   std::vector<wire::Reading> readings;
   std::vector<std::uint8_t> bytes(65536);
   while (decoder.counters().frames < most) {
-    pollfd readable{line->fd(), POLLIN, 0};
+    pollfd readable{(*line)->fd(), POLLIN, 0};
     if (::poll(&readable, 1, 5000) != 1) break;
-    const ssize_t got = ::read(line->fd(), bytes.data(), bytes.size());
+    const ssize_t got = ::read((*line)->fd(), bytes.data(), bytes.size());
     if (got <= 0) break;
     readings.clear();
     decoder.feed({bytes.data(), static_cast<std::size_t>(got)}, 0, readings);
@@ -133,9 +133,9 @@ TEST(PseudoTerminal, LinksAndUnlinksItsPath) {
     ASSERT_TRUE(terminal) << terminal.error().text();
     EXPECT_EQ(fs::read_symlink(link), terminal->path());
     EXPECT_FALSE(terminal->has_reader());
-    drivers::LineSettings settings;
+    transport::Settings settings;
     settings.device = link;
-    const auto line = drivers::open_serial_line(settings);
+    const auto line = transport::open(settings);
     ASSERT_TRUE(line);
     EXPECT_TRUE(terminal->has_reader());
   }

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "daemon/row_log.hpp"
+#include "daemon/log/row_log.hpp"
 #include "drivers/capture_file.hpp"
+#include "tests/support/disk_files.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tests/unit/daemon/disk_files.hpp"
 #include "tools/prismcal/verification/verify.hpp"
 
 namespace prism::verification {
@@ -21,13 +21,13 @@ inline constexpr std::int64_t kNoon = 1'795'262'400;  // 2026-11-21T12:00:00Z
 
 struct PlantedFaults : testing::Test {
   /// The writer of a log, in the folder log/.
-  std::unique_ptr<daemon::RowLog> writer(const std::string& metadata = "", const std::string& name = "gyro1") {
-    return std::make_unique<daemon::RowLog>(test::segments_in(log), name,
+  std::unique_ptr<log::RowLog> writer(const std::string& metadata = "", const std::string& name = "gyro1") {
+    return std::make_unique<log::RowLog>(test::segments_in(log), name,
                                             "# prism 0.2.0 data log, format 2\n# instance: gyro1\n" + metadata,
                                             counters, [](const std::string& what) { ADD_FAILURE() << what; });
   }
   /// Rows of the seconds that end at first, first + 1, …, in a session of their own.
-  static void append(daemon::RowLog& rows, std::int64_t first, int count) {
+  static void append(log::RowLog& rows, std::int64_t first, int count) {
     for (int i = 0; i < count; ++i) {
       compensation::CompensatedWindow row = test::row_at(first + i);
       row.window.bucket.rate_deg_per_h = 8.0 + 0.01 * (i % 7);
@@ -95,7 +95,7 @@ struct PlantedFaults : testing::Test {
 
   const test::TemporaryFolder folder;
   const std::string log = folder.file("log");
-  daemon::LogCounters counters;
+  pipeline::LogCounters counters;
 };
 
 }  // namespace prism::verification

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+// A live line: opened, read, watched for silence, and opened again for ever.
+#pragma once
+
+#include <array>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "daemon/line/arrival_clock.hpp"
+#include "daemon/pipeline/acquisition.hpp"
+
+namespace prism::line {
+
+/// One session: from open to the moment the line is lost (error, end of file, silence). Between sessions it pauses,
+/// for retry_min_s if no device is there; else doubling up to retry_max_s, and again from the start once data has come.
+class LiveLine {
+ public:
+  /// The line `number` of the acquisition. `acquisition` and `clock` outlive this; `alone`: no other line uses the
+  /// clock.
+  LiveLine(boost::asio::io_context& io, pipeline::Acquisition& acquisition, std::size_t number, ArrivalClock& clock,
+           bool alone, pipeline::Tell tell);
+
+  /// Opens the line, now or as soon as it is there, until stop().
+  void start();
+  void stop();
+  /// Ends the session and opens the line at once, with the settings of then.
+  void reopen();
+
+  /// When something last went as it should: data came, or a pause that was meant to be began. For the watchdog.
+  std::chrono::steady_clock::time_point last_progress() const { return last_progress_; }
+  bool is_open() const { return open_.has_value(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// The transport's descriptor is also Asio's while the line is open; the transport alone closes it.
+  struct Open {
+    Open(boost::asio::io_context& io, std::unique_ptr<transport::Transport> opened)
+        : transport(std::move(opened)), ready(io, transport->fd()) {}
+    ~Open() { ready.release(); }
+    Open(const Open&) = delete;
+    Open& operator=(const Open&) = delete;
+
+    std::unique_ptr<transport::Transport> transport;
+    boost::asio::posix::stream_descriptor ready;
+  };
+
+  boost::asio::awaitable<void> watch();
+  void listen();
+  void readable();
+  void open_or_pause();
+  bool open();
+  void count_hardware();
+  void rest();
+  void pause();
+  void lose(const char* kind, const std::string& why);
+  void complain(const char* kind, const std::string& text);
+  void tell(pipeline::Severity severity, const char* kind, const std::string& text);
+  void set(pipeline::LineState state, const std::string& detail = {});
+  void begin_receiving(std::int64_t arrival_ns);
+
+  const config::LineConfig& config() const { return acquisition_.setup().line_config(number_); }
+  const transport::Settings& settings() const { return acquisition_.setup().line_settings(number_); }
+  pipeline::LineStatus& status() { return acquisition_.line(number_); }
+
+  boost::asio::io_context& io_;
+  pipeline::Acquisition& acquisition_;
+  const std::size_t number_;
+  const pipeline::Tell tell_;
+  std::optional<Open> open_;
+  std::uint64_t opening_ = 0;  ///< counts how often the line was opened: a handler of one before does nothing
+  boost::asio::steady_timer watch_timer_, pause_timer_;
+  ArrivalClock& arrival_;
+  const bool alone_;
+  Clock::time_point last_data_, last_progress_;
+  std::chrono::duration<double> retry_{0};
+  bool stopping_ = false, begun_ = false;
+  std::string complaint_, complaint_kind_;
+  std::array<std::uint8_t, 65536> buffer_;
+};
+
+}  // namespace prism::line

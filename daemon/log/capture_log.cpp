@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/log/capture_log.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <optional>
+#include <utility>
+
+#include "compensation/averager.hpp"
+#include "daemon/log/segments.hpp"
+#include "drivers/capture_file.hpp"
+
+namespace prism::log {
+namespace {
+
+constexpr std::size_t kBatchBytes = 256 << 10;
+constexpr std::int64_t kPacketOverhead = 28;  // pcap packet header and the record's own
+
+}  // namespace
+
+// The disk thread's half: it alone touches the files. A batch is held until a sync has put all of it on the disk: what
+// failed, write or sync, is cut off behind the last good sync and written anew into a segment of its own.
+class CaptureLog::Writer {
+ public:
+  Writer(config::SegmentSettings settings, std::string name, std::size_t most_held, DiskFault::Tell tell)
+      : most_held_(most_held),
+        tell_(tell),
+        fault_("capture", "bytes", dropped_, std::move(tell)),
+        segments_(std::move(settings), std::move(name), ".pcap") {}
+
+  ~Writer() {
+    if (!held_.empty()) try_held();  // once more, whatever the pause
+  }
+
+  void write(BatchPtr batch) {
+    batch->after_loss = std::exchange(lost_, false) || batch->after_loss;
+    held_bytes_ += batch->bytes.size();
+    held_.push_back(std::move(batch));
+    if (pause_.over()) try_held();
+    while (held_bytes_ > most_held_) drop_oldest();
+  }
+
+  // From any thread.
+  void lose(std::size_t bytes, const std::string& why) { fault_.lose(bytes, why); }
+
+  // Where write() threw.
+  void abandon(const BatchPtr& batch, const std::string& why) {
+    if (!held_.empty() && held_.back() == batch) {
+      held_bytes_ -= batch->bytes.size();
+      held_.pop_back();
+    }
+    lose(batch->bytes.size(), why);
+    lost_ = true;
+  }
+
+  std::uint64_t dropped() const { return dropped_; }
+
+ private:
+  void try_held() {
+    if (!put_held()) return distrust();
+    if (file_ && !segments_.in_place(file_->descriptor())) {
+      tell_(fmt::format("capture: {}: was deleted or moved away; a new segment begins", file_->path()));
+      file_.reset();
+      if (!put_held()) return distrust();
+    }
+    held_.clear();
+    held_bytes_ = 0;
+    pause_.end();
+    fault_.synced();
+  }
+
+  bool put_held() {
+    for (const BatchPtr& batch : held_) {
+      bool after_loss = batch->after_loss;
+      std::size_t done = 0;
+      for (const Chunk& chunk : batch->chunks) {
+        const std::span<const std::uint8_t> bytes(batch->bytes.data() + done, chunk.end - done);
+        if (!put(chunk, bytes, std::exchange(after_loss, false))) return false;
+        done = chunk.end;
+      }
+    }
+    return sync();
+  }
+
+  bool put(const Chunk& chunk, std::span<const std::uint8_t> bytes, bool after_loss) {
+    const std::int64_t second = chunk.time_ns / compensation::kNanosecondsPerSecond;
+    const auto size = static_cast<std::int64_t>(bytes.size()) + kPacketOverhead;
+    const auto before = file_ ? static_cast<std::int64_t>(file_->bytes_written()) : 0;
+    if (segments_.begins_new(second, before + size)) {
+      if (!sync()) return false;
+      file_.reset();
+    }
+    if (!file_ && !open(second)) return false;
+    if (after_loss && !chunk.mark && !good(file_->opened(chunk.time_ns))) return false;
+    return good(chunk.mark ? file_->opened(chunk.time_ns) : file_->data(chunk.time_ns, bytes));
+  }
+
+  bool open(std::int64_t second) {
+    Result<NewSegment> made = segments_.make(second);
+    if (!made) return good(tl::unexpected<Error>(made.error()));
+    const auto make_room = [this](int error) { return disk_is_full(error) && segments_.make_room(); };
+    Result<drivers::CaptureWriter> file = drivers::CaptureWriter::adopt(made->descriptor, made->path, make_room);
+    if (!file) {
+      ::unlink(made->path.c_str());  // a disk that is full would get an empty file a second
+      return good(tl::unexpected<Error>(file.error()));
+    }
+    file_.emplace(std::move(*file));
+    synced_bytes_ = 0;
+    return true;
+  }
+
+  bool sync() {
+    if (!file_) return true;
+    if (!good(file_->flush(true))) return false;
+    synced_bytes_ = file_->bytes_written();
+    return true;
+  }
+
+  bool good(const Result<void>& result) {
+    if (!result) fault_.begin(result.error().text());
+    return result.has_value();
+  }
+
+  // After a failed sync the system may call pages clean that never reached the disk.
+  void distrust() {
+    pause_.begin();
+    if (!file_) return;
+    const std::string path = file_->path();
+    file_.reset();
+    if (synced_bytes_ == 0) {
+      ::unlink(path.c_str());
+    } else if (::truncate(path.c_str(), static_cast<off_t>(synced_bytes_)) != 0) {
+      tell_(fmt::format(
+          "capture: {}: cannot be cut behind byte {}: {}; what stands there stands in the next segment, too", path,
+          synced_bytes_, std::strerror(errno)));
+    }
+  }
+
+  void drop_oldest() {
+    fault_.drop(held_.front()->bytes.size());
+    held_bytes_ -= held_.front()->bytes.size();
+    held_.pop_front();
+    (held_.empty() ? lost_ : held_.front()->after_loss) = true;
+  }
+
+  const std::size_t most_held_;
+  std::atomic<std::uint64_t> dropped_{0};
+  DiskFault::Tell tell_;
+  DiskFault fault_;
+  RetryPause pause_;
+  Segments segments_;
+  std::optional<drivers::CaptureWriter> file_;
+  std::uint64_t synced_bytes_ = 0;  // of file_
+  std::deque<BatchPtr> held_;
+  std::size_t held_bytes_ = 0;
+  bool lost_ = false;  // what comes next is a session of its own
+};
+
+CaptureLog::CaptureLog(config::SegmentSettings settings, std::string name, DiskThread& disk, DiskFault::Tell tell,
+                       std::size_t most_held)
+    : disk_(disk),
+      writer_(std::make_shared<Writer>(std::move(settings), std::move(name), most_held, std::move(tell))) {}
+
+CaptureLog::~CaptureLog() {
+  flush();
+  disk_.post(0, [writer = std::move(writer_)]() mutable { writer.reset(); });
+}
+
+std::uint64_t CaptureLog::dropped_bytes() const { return writer_->dropped(); }
+
+void CaptureLog::mark_opened(std::int64_t time_ns) { batch_.chunks.push_back({time_ns, batch_.bytes.size(), true}); }
+
+void CaptureLog::data(std::span<const std::uint8_t> bytes, std::int64_t time_ns) {
+  batch_.bytes.insert(batch_.bytes.end(), bytes.begin(), bytes.end());
+  batch_.chunks.push_back({time_ns, batch_.bytes.size(), false});
+  const bool old = time_ns - batch_.chunks.front().time_ns >= compensation::kNanosecondsPerSecond;
+  if (old || batch_.bytes.size() >= kBatchBytes) flush();
+}
+
+void CaptureLog::flush() {
+  if (batch_.chunks.empty()) return;
+  batch_.after_loss = lost_;
+  auto batch = std::make_shared<Batch>(std::exchange(batch_, {}));
+  lost_ = !disk_.post(
+      batch->bytes.size() + 1, [writer = writer_, batch] { writer->write(batch); },
+      [writer = writer_, batch](const std::string& why) { writer->abandon(batch, why); });
+  if (lost_) writer_->lose(batch->bytes.size(), "the disk cannot keep up with the line");
+}
+
+}  // namespace prism::log

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/log/row_log.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+#include <utility>
+
+#include "base/text_number.hpp"
+#include "compensation/compensated_text.hpp"
+
+namespace prism::log {
+
+RowLog::RowLog(config::SegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
+               DiskFault::Tell tell)
+    : metadata_(std::move(metadata)),
+      counters_(counters),
+      tell_(tell),
+      fault_("log", "rows", counters.dropped, tell),
+      segments_(settings, name, ".csv"),
+      followers_(fmt::format("{}/{}.csv.followers", settings.directory, name), settings.keep_for, std::move(tell)) {
+  segments_.ask(followers_);
+}
+
+RowLog::~RowLog() { close(); }
+
+void RowLog::close() {
+  followers_.save();
+  if (distrusted_) write_again();
+  close_segment();
+  if (!distrusted_) return;
+  fault_.drop(unsynced_.size());
+  unsynced_.clear();
+}
+
+void RowLog::append(const compensation::CompensatedWindow& row, std::int64_t session_ns) {
+  Row next{row.window.bucket.second + 1, session_ns, {}};
+  compensation::append_csv(next.line, row);
+  if (!distrusted_) return write_row(std::move(next));
+  if (unsynced_.size() >= kMostUnsynced) return fault_.drop(1);
+  unsynced_.push_back(std::move(next));
+  count_unsynced();
+}
+
+// Among those of other axes' logs.
+void RowLog::count_unsynced() {
+  counters_.unsynced += unsynced_.size() - std::exchange(counted_unsynced_, unsynced_.size());
+}
+
+void RowLog::write_row(Row row) {
+  if (row.session_ns != std::exchange(session_ns_, row.session_ns)) close_segment();
+  if (segments_.begins_new(row.second, bytes_ + static_cast<std::int64_t>(row.line.size()))) close_segment();
+  if (distrusted_) {  // the sync of the segment that ended failed
+    unsynced_.push_back(std::move(row));
+  } else if ((file_ >= 0 || open_segment(row.second)) && write_all(row.line)) {
+    ++counters_.rows;
+    ++rows_;
+    unsynced_.push_back(std::move(row));
+    if (unsynced_.size() > kMostUnsynced) unsynced_.pop_front();  // a replay, which never syncs
+  } else {
+    fault_.drop(1);
+  }
+  count_unsynced();
+}
+
+void RowLog::sync() {
+  followers_.save();
+  if (distrusted_ && pause_.over()) write_again();
+  if (file_ < 0 || !put_on_disk()) return;
+  if (!segments_.in_place(file_)) {
+    tell_(fmt::format("log: {}: was deleted or moved away, and its rows with it; a new segment begins", path_));
+    close_segment();
+  }
+  fault_.synced();
+}
+
+void RowLog::set_metadata(std::string metadata) {
+  if (metadata == metadata_) return;
+  metadata_ = std::move(metadata);
+  close_segment();
+}
+
+// What a follower asks behind it has: a row that it lost on its way it asks for again.
+RowResult RowLog::page(RowQuery query) {
+  if (!query.follower.empty()) {
+    const auto place = followers_.find(query.follower, query.user);
+    if (!place)
+      return tl::unexpected(pipeline::RowRefusal{pipeline::RowRefusal::Why::kNotAllowed, place.error().text()});
+    if (query.after.empty() && *place) query.after = (*place)->text();
+  }
+  auto page = log_rows_.page(query, {file_ >= 0 ? path_ : std::string(), synced_rows_});
+  if (page && !query.follower.empty()) followers_.remember(query.follower, query.user, page->begin, std::time(nullptr));
+  return page;
+}
+
+void RowLog::lose(const std::string& why) { fault_.lose(1, why); }
+
+bool RowLog::open_segment(std::int64_t second) {
+  Result<NewSegment> made = segments_.make(second);
+  if (!made) {
+    fault_.begin(made.error().text());
+    return false;
+  }
+  file_ = made->descriptor;
+  path_ = std::move(made->path);
+  bytes_ = 0;
+  rows_ = synced_rows_ = 0;
+  sum_ = Sha256();
+  torn_ = false;
+  if (!write_all(metadata_ + "# session: " + utc_nano_text(session_ns_) + "\n" +
+                 (superseded_.empty() ? "" : "# supersedes: " + superseded_ + "\n") +
+                 compensation::csv_columns(compensation::sensors_in(metadata_)) + "\n")) {
+    ::unlink(path_.c_str());
+    torn_ = true;
+    close_segment();
+    return false;
+  }
+  ++counters_.segments;
+  return true;
+}
+
+void RowLog::close_segment() {
+  if (file_ < 0) return;
+  if (!torn_) write_end();
+  if (file_ < 0 || !put_on_disk()) return;
+  ::close(std::exchange(file_, -1));
+  bytes_ = 0;
+}
+
+// Where it cannot be written the segment stays as one that a power cut ended: its rows are good all the same.
+void RowLog::write_end() {
+  torn_ = true;
+  if (write_all(fmt::format("# end: rows {}, sha256 {}\n", rows_, sum_.hex()))) segments_.ended(rows_);
+}
+
+bool RowLog::put_on_disk() {
+  if (::fdatasync(file_) == 0) {
+    synced_rows_ = rows_;
+    unsynced_.clear();
+    count_unsynced();
+    superseded_.clear();
+    pause_.end();
+    return true;
+  }
+  fault_.begin(fmt::format("{}: cannot be synced: {}", path_, std::strerror(errno)));
+  distrust();
+  return false;
+}
+
+// The segment is left without an end. One in which no row is good, and which is not the only place of any, goes.
+void RowLog::distrust() {
+  const std::uint64_t good = rows_ - std::min<std::uint64_t>(rows_, unsynced_.size());
+  ::close(std::exchange(file_, -1));
+  bytes_ = 0;
+  if (good == 0) {
+    ::unlink(path_.c_str());
+  } else {
+    superseded_ = fmt::format("{} from row {}", std::filesystem::path(path_).filename().string(), good + 1);
+  }
+  counters_.rows -= unsynced_.size();
+  distrusted_ = true;
+  pause_.begin();
+}
+
+void RowLog::write_again() {
+  distrusted_ = false;
+  for (std::deque<Row> rows = std::exchange(unsynced_, {}); !rows.empty(); rows.pop_front())
+    write_row(std::move(rows.front()));
+}
+
+bool RowLog::write_all(const std::string& text) {
+  std::size_t done = 0;
+  while (done < text.size()) {
+    const ssize_t written = ::write(file_, text.data() + done, text.size() - done);
+    if (written > 0) {
+      done += static_cast<std::size_t>(written);
+      continue;
+    }
+    if (written < 0 && errno == EINTR) continue;
+    const int error = errno;
+    if (disk_is_full(error) && segments_.make_room()) continue;
+    fault_.begin(fmt::format("{}: cannot be written: {}", path_, std::strerror(error)));
+    if (done > 0 && ::ftruncate(file_, bytes_) != 0) {  // a torn row would stay: the segment ends there, without an end
+      torn_ = true;
+      close_segment();
+    }
+    return false;
+  }
+  sum_.add(text);
+  bytes_ += static_cast<std::int64_t>(text.size());
+  return true;
+}
+
+ThreadedRowWriter::ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
+                                     DiskThread& disk, DiskFault::Tell tell, Written written,
+                                     std::shared_ptr<LogCounters> counters, Written synced)
+    : disk_(disk),
+      counters_(std::move(counters)),
+      log_(std::make_shared<RowLog>(std::move(settings), std::move(name), std::move(metadata), *counters_,
+                                    std::move(tell))),
+      written_(std::move(written)),
+      synced_(std::move(synced)) {}
+
+ThreadedRowWriter::~ThreadedRowWriter() { close(); }
+
+// The last owner closes the segment on the disk thread, after the rows before it.
+void ThreadedRowWriter::close() {
+  if (log_) disk_.post(0, [log = std::exchange(log_, nullptr), counters = counters_]() mutable { log.reset(); });
+}
+
+void ThreadedRowWriter::append(const compensation::CompensatedWindow& row, std::int64_t session_ns) {
+  if (!log_) return;
+  ++counters_->pending;
+  const bool taken = disk_.post(
+      sizeof row,
+      [log = log_, counters = counters_, written = written_, row, session_ns] {
+        log->append(row, session_ns);
+        if (--counters->pending == 0) written();
+      },
+      [log = log_, counters = counters_, written = written_](const std::string& why) {
+        log->lose(why);
+        if (--counters->pending == 0) written();
+      });
+  if (!taken) {
+    --counters_->pending;
+    log_->lose("the disk cannot keep up");
+  }
+  unsynced_ = true;
+}
+
+void ThreadedRowWriter::sync() {
+  if (!log_) return;
+  if (std::exchange(unsynced_, false) || counters_->unsynced > 0) {
+    disk_.post(0, [log = log_, synced = synced_] {
+      log->sync();
+      synced();
+    });
+  }
+}
+
+void ThreadedRowWriter::set_metadata(const std::string& metadata) {
+  if (log_) disk_.post(0, [log = log_, metadata] { log->set_metadata(metadata); });
+}
+
+void ThreadedRowWriter::read(const RowQuery& query, Pages done) {
+  if (!log_) return;
+  disk_.post(
+      0, [log = log_, query, done] { done(log->page(query)); },
+      [done](const std::string& why) {
+        done(tl::unexpected(pipeline::RowRefusal{pipeline::RowRefusal::Why::kUnreadable, "rows: " + why}));
+      });
+}
+
+DirectRowWriter::DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
+                                 std::shared_ptr<LogCounters> counters)
+    : counters_(std::move(counters)),
+      log_(std::move(settings), std::move(name), std::move(metadata), *counters_, [this](const std::string& what) {
+        if (first_fault_.empty()) first_fault_ = what;
+      }) {}
+
+}  // namespace prism::log

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/log/segments.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "base/file.hpp"
+#include "base/text_number.hpp"
+
+namespace prism::log {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kStampChars = 16;  // 20261121T091100Z
+
+bool is_stamp(const std::string& text) {
+  return text.size() >= kStampChars && text[8] == 'T' && text[15] == 'Z' &&
+         std::all_of(text.begin(), text.begin() + 8, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+// By their names, for those without a number: "-10" after "-2", as the longer one is the later one.
+auto age_by_name(const std::string& stamp) { return std::tuple(stamp.substr(0, kStampChars), stamp.size(), stamp); }
+
+// Of a log that nobody closed: rows begin with a digit.
+std::uint64_t count_rows(const std::string& path) {
+  auto in = FileReader::open(path);
+  std::uint64_t rows = 0;
+  for (std::string line; in && in->read_line(line);) rows += !line.empty() && line[0] >= '0' && line[0] <= '9';
+  return rows;
+}
+
+}  // namespace
+
+bool disk_is_full(int error) { return error == ENOSPC || error == EDQUOT; }
+
+Segments::Segments(config::SegmentSettings settings, std::string name, std::string extension)
+    : settings_(std::move(settings)),
+      name_(std::move(name)),
+      extension_(std::move(extension)),
+      index_(fmt::format("{}/{}{}.index", settings_.directory, name_, extension_)) {}
+
+bool Segments::begins_new(std::int64_t second, std::int64_t bytes) {
+  const std::int64_t period = second / settings_.max_age_s - (second % settings_.max_age_s < 0 ? 1 : 0);
+  if (period == period_ && bytes <= settings_.max_bytes) return false;
+  period_ = period;
+  return true;
+}
+
+Result<NewSegment> Segments::make(std::int64_t second) {
+  std::error_code error;
+  fs::create_directories(settings_.directory, error);
+  if (error) return refuse(settings_.directory, "cannot be made: " + error.message());
+  number_all();
+  const std::string stem = fmt::format("{}/{}-{}", settings_.directory, name_, utc_file_text(second));
+  for (int number = 1;;) {
+    NewSegment made{-1, number == 1 ? stem + extension_ : fmt::format("{}-{}{}", stem, number, extension_)};
+    made.descriptor = ::open(made.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_APPEND | O_CLOEXEC, 0644);
+    if (made.descriptor >= 0) {
+      ::flock(made.descriptor, LOCK_EX | LOCK_NB);
+      current_ = made.path;
+      index_.made(fs::path(current_).filename().string());
+      delete_old(second);
+      return made;
+    }
+    const int why = errno;
+    if (why == EEXIST) {
+      ++number;
+    } else if (!disk_is_full(why) || !make_room()) {
+      return refuse(made.path, std::string("cannot be created: ") + std::strerror(why));
+    }
+  }
+}
+
+std::map<std::string, std::string> Segments::number_all() {
+  std::vector<std::string> files;
+  std::map<std::string, std::string> paths;
+  for (const Segment& segment : list()) {
+    files.push_back(segment.file);
+    paths[segment.file] = segment.path;
+  }
+  index_.refresh(files);
+  return paths;
+}
+
+std::vector<NumberedSegment> Segments::numbered() {
+  std::error_code ignored;
+  fs::create_directories(settings_.directory, ignored);
+  const std::map<std::string, std::string> paths = number_all();
+  std::vector<NumberedSegment> segments;
+  for (const std::string& file : index_.files()) {
+    const auto there = paths.find(file);
+    segments.push_back({index_.number(file), file, there == paths.end() ? "" : there->second, index_.rows(file)});
+  }
+  return segments;
+}
+
+void Segments::ended(std::uint64_t rows) { index_.ended(fs::path(current_).filename().string(), rows); }
+
+// Oldest first.
+std::vector<Segments::Segment> Segments::list() const {
+  std::vector<Segment> segments;
+  std::error_code error;
+  for (fs::directory_iterator entry(settings_.directory, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string file = entry->path().filename().string();
+    if (file.rfind(name_ + "-", 0) != 0 || entry->path().extension() != extension_) continue;
+    std::string stamp = entry->path().stem().string().substr(name_.size() + 1);
+    if (!is_stamp(stamp)) continue;
+    std::error_code unknown;
+    const std::uintmax_t bytes = entry->file_size(unknown);
+    segments.push_back(
+        {entry->path().string(), file, std::move(stamp), unknown ? 0 : static_cast<std::int64_t>(bytes)});
+  }
+  const auto age = [this](const Segment& segment) {
+    return std::tuple(index_.number(segment.file), age_by_name(segment.stamp));
+  };
+  std::sort(segments.begin(), segments.end(), [&](const Segment& a, const Segment& b) { return age(a) < age(b); });
+  return segments;
+}
+
+std::uint64_t Segments::rows_in(const Segment& segment) const {
+  const std::uint64_t rows = index_.rows(segment.file);
+  return rows == 0 && extension_ == ".csv" ? count_rows(segment.path) : rows;
+}
+
+bool Segments::is_held(const Segment& segment) const {
+  return guard_ != nullptr && guard_->holds(index_.number(segment.file), rows_in(segment));
+}
+
+bool Segments::remove(const Segment& segment) {
+  const std::uint64_t rows = rows_in(segment);
+  std::error_code error;
+  if (!fs::remove(segment.path, error) || error) return false;
+  if (guard_ != nullptr) guard_->deleted(index_.number(segment.file), rows);
+  index_.deleted(segment.file, rows);
+  return true;
+}
+
+void Segments::delete_old(std::int64_t second) {
+  const std::string oldest_kept = utc_file_text(second - settings_.keep_days * 86400);
+  const std::vector<Segment> segments = list();
+  std::int64_t total = 0;
+  for (const Segment& segment : segments) total += segment.bytes;
+  for (const Segment& segment : segments) {
+    if (total <= settings_.keep_bytes && segment.stamp >= oldest_kept) continue;
+    if (segment.path != current_ && !is_held(segment) && remove(segment)) total -= segment.bytes;
+  }
+}
+
+bool Segments::make_room() {
+  if (!settings_.delete_when_full) return false;
+  const std::vector<Segment> segments = list();
+  const auto removed = [this](const Segment& segment) { return segment.path != current_ && remove(segment); };
+  return std::any_of(segments.begin(), segments.end(),
+                     [&](const Segment& segment) { return !is_held(segment) && removed(segment); }) ||
+         std::any_of(segments.begin(), segments.end(), removed);  // what is written now goes before what is held
+}
+
+bool Segments::in_place(int descriptor) const {
+  struct stat open {
+  }, there{};
+  return ::fstat(descriptor, &open) == 0 && ::stat(current_.c_str(), &there) == 0 && open.st_dev == there.st_dev &&
+         open.st_ino == there.st_ino;
+}
+
+}  // namespace prism::log

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/pipeline/acquisition.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace prism::pipeline {
+namespace {
+
+// What a reload may not change, as a refusal; a socket or a folder has users that hold it.
+Result<void> same_places(const Setup& before_setup, const Setup& after_setup) {
+  const config::Config &before = before_setup.config, &after = after_setup.config;
+  if (after.socket.path != before.socket.path || after.name != before.name) {
+    return refuse(after.path, "name or socket/path changed, expected as before: that needs a restart of prismd");
+  }
+  const auto directory = [](const std::optional<config::SegmentSettings>& s) {
+    return s ? s->directory : std::string();
+  };
+  if (directory(after.log) != directory(before.log) || directory(after.capture) != directory(before.capture)) {
+    return refuse(after.path, "log or capture folder changed, expected as before: that needs a restart of prismd");
+  }
+  return {};
+}
+
+bool same_stream(const Setup& a, const Setup& b) {
+  const auto same_axis = [](const wire::AxisRule& one, const wire::AxisRule& other) {
+    return one.name == other.name && one.scale == other.scale && one.thermometer == other.thermometer;
+  };
+  const auto same_line = [](const Setup::SensorLine& one, const Setup::SensorLine& other) {
+    return one.name == other.name && one.frames->id == other.frames->id && one.stale_after_s == other.stale_after_s;
+  };
+  const auto same_source = [](const auto& one, const auto& other) { return one.thermometer == other.thermometer; };
+  return a.frames->id == b.frames->id && a.clock.source == b.clock.source &&
+         sensors_of_list(a.sensors) == sensors_of_list(b.sensors) &&
+         std::equal(a.sensor_lines.begin(), a.sensor_lines.end(), b.sensor_lines.begin(), b.sensor_lines.end(),
+                    same_line) &&
+         std::equal(a.axes.begin(), a.axes.end(), b.axes.begin(), b.axes.end(), same_source) &&
+         std::equal(a.frames->axes.begin(), a.frames->axes.end(), b.frames->axes.begin(), b.frames->axes.end(),
+                    same_axis);
+}
+
+// Of every line: as it is opened.
+bool same_wires(const Setup& a, const Setup& b) {
+  const auto same = [](const auto& one, const auto& other) { return one.line == other.line; };
+  return a.line == b.line &&
+         std::equal(a.sensor_lines.begin(), a.sensor_lines.end(), b.sensor_lines.begin(), b.sensor_lines.end(), same);
+}
+
+bool same_engines(const Setup& a, const Setup& b) {
+  const auto same = [](const auto& one, const auto& other) { return one.engine == other.engine; };
+  return std::equal(a.axes.begin(), a.axes.end(), b.axes.begin(), b.axes.end(), same);
+}
+
+// Each log goes on under its name.
+Result<void> same_logs(const Setup& before, const Setup& after) {
+  const auto names = [](const Setup& setup) {
+    std::vector<std::string> found;
+    for (std::size_t i = 0; i < setup.axes.size(); ++i) found.push_back(log_name(setup, i));
+    return found;
+  };
+  if (names(before) == names(after)) return {};
+  return refuse(after.config.path, fmt::format("has logs {}, expected {} as before: that needs a restart of prismd",
+                                               fmt::join(names(after), ", "), fmt::join(names(before), ", ")));
+}
+
+// Each has a capture and a state of its own.
+Result<void> same_sensor_lines(const Setup& before, const Setup& after) {
+  const auto names = [](const Setup& setup) {
+    std::vector<std::string> found;
+    for (const Setup::SensorLine& line : setup.sensor_lines) found.push_back(line.name);
+    return found;
+  };
+  if (names(before) == names(after)) return {};
+  return refuse(after.config.path,
+                fmt::format("has sensor lines {}, expected {} as before: that needs a restart of prismd",
+                            names(after).empty() ? "none" : fmt::to_string(fmt::join(names(after), ", ")),
+                            names(before).empty() ? "none" : fmt::to_string(fmt::join(names(before), ", "))));
+}
+
+}  // namespace
+
+std::vector<std::unique_ptr<RowWriter>> make_logs(const Setup& setup, const MakeLog& make) {
+  std::vector<std::unique_ptr<RowWriter>> logs;
+  if (!setup.config.log) return logs;
+  config::SegmentSettings settings = *setup.config.log;
+  settings.keep_bytes /= static_cast<std::int64_t>(setup.axes.size());
+  for (std::size_t i = 0; i < setup.axes.size(); ++i)
+    logs.push_back(make(settings, log_name(setup, i), log_metadata(setup, i)));
+  return logs;
+}
+
+Acquisition::Acquisition(Setup setup, std::vector<std::unique_ptr<RowWriter>> logs,
+                         std::vector<std::unique_ptr<CaptureSink>> captures, Publish publish, Tell tell)
+    : setup_(std::move(setup)),
+      publish_(std::move(publish)),
+      tell_(std::move(tell)),
+      captures_(std::move(captures)),
+      lines_(1 + setup_.sensor_lines.size()),
+      pipeline_(std::make_unique<Pipeline>(setup_)),
+      rate_watch_(setup_.frames->rate_hz) {
+  logs.resize(setup_.axes.size());
+  for (std::size_t i = 0; i < logs.size(); ++i) records_.emplace_back(std::move(logs[i]), axis_prefix(i));
+  if (const RowWriter* log = records_.front().log()) log_counters_ = &log->counters();
+}
+
+void Acquisition::begin_session(std::size_t line, std::int64_t now_ns) {
+  if (!captures_.empty()) captures_[line]->mark_opened(now_ns);
+  if (line != kGyroLine) return pipeline_->begin_sensor_session(line - 1, now_ns);
+  ++sessions_;
+  rate_watch_.begin();
+  end_session(pipeline_->begin_session(now_ns));
+}
+
+void Acquisition::feed(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
+  lines_[line].last_data_ns = arrival_ns;
+  if (!captures_.empty()) captures_[line]->data(bytes, arrival_ns);
+  if (line != kGyroLine) return pipeline_->feed_sensors(line - 1, bytes, arrival_ns);
+  keep(pipeline_->feed(bytes, arrival_ns));
+}
+
+// With sensor lines two marks on every line: a replay finds the same places in each capture, also in one that was
+// silent meanwhile.
+void Acquisition::clock_set(std::int64_t before_ns, std::int64_t now_ns) {
+  for (std::size_t line = kGyroLine + 1; line < lines_.size(); ++line) {
+    begin_session(line, before_ns);
+    begin_session(line, now_ns);
+  }
+  if (!captures_.empty() && lines_.size() > 1) captures_[kGyroLine]->mark_opened(before_ns);
+  begin_session(kGyroLine, now_ns);
+}
+
+// The value of a sensor line is complete with its bytes, as in a replay: no time-out takes part.
+void Acquisition::expire(std::size_t line, std::int64_t now_ns) {
+  if (line == kGyroLine) keep(pipeline_->expire(now_ns));
+}
+
+void Acquisition::finish(std::size_t line) {
+  if (line != kGyroLine) return;
+  if (!captures_.empty()) captures_[line]->flush();
+  end_session(pipeline_->finish());
+}
+
+void Acquisition::close() {
+  for (const AxisRecord& record : records_) {
+    if (record.log()) record.log()->close();
+  }
+  captures_.clear();
+}
+
+void Acquisition::sync() {
+  for (const AxisRecord& record : records_) {
+    if (record.log()) record.log()->sync();
+  }
+  for (const auto& capture : captures_) capture->flush();
+}
+
+Result<bool> Acquisition::reconfigure(Setup setup) {
+  for (const auto same : {same_places, same_logs, same_sensor_lines}) {
+    if (auto kept = same(setup_, setup); !kept) return tl::unexpected<Error>(kept.error());
+  }
+  const bool stream = same_stream(setup, setup_);
+  const bool reopen = !stream || !same_wires(setup, setup_);
+  if (stream && same_engines(setup, setup_)) {
+    if (auto used = pipeline_->use_models(setup); !used) return tl::unexpected<Error>(used.error());
+  } else {
+    end_session(pipeline_->finish());
+    frames_before_ = frames();
+    pipeline_ = std::make_unique<Pipeline>(setup);
+    told_by_arrival_ = 0;
+  }
+  setup_ = std::move(setup);
+  rate_watch_ = RateWatch(setup_.frames->rate_hz);
+  for (std::size_t i = 0; i < records_.size(); ++i) {
+    records_[i].begin_stability();
+    if (records_[i].log()) records_[i].log()->set_metadata(log_metadata(setup_, i));
+  }
+  return reopen;
+}
+
+void Acquisition::keep(const Rows& rows) {
+  for (const Rows::Window& window : rows.windows)
+    records_[window.axis].keep(window.row, window.session_ns, block_s(window.axis));
+  std::uint32_t wanted = (1U << records_.size()) - 1;  // the last of each axis
+  for (std::size_t i = rows.samples.size(); i-- > 0 && wanted != 0;) {
+    const std::size_t axis = rows.samples[i].axis;
+    if (wanted >> axis & 1) records_[axis].keep(rows.samples[i].row);
+    wanted &= ~(1U << axis);
+  }
+  publish_(rows);
+  watch(rows);
+}
+
+// What comes out of the line's last bytes is kept, but is no measurement of now.
+void Acquisition::end_session(const Rows& rows) {
+  keep(rows);
+  for (AxisRecord& record : records_) record.end_session();
+}
+
+void Acquisition::watch(const Rows& rows) {
+  for (const Rows::Window& window : rows.windows) {
+    records_[window.axis].watch(window.row, tell_);
+    if (window.axis != 0) continue;
+    if (const auto wrong = rate_watch_.push(window.row.window.bucket.samples))
+      tell_(Severity::kWarning, "rate", setup_.frames->name + ": " + *wrong);
+  }
+  if (!rows.windows.empty()) watch_losses();
+}
+
+void Acquisition::watch_losses() {
+  const std::uint64_t lost = pipeline_->clock().status().missing_by_arrival;
+  if (lost == told_by_arrival_) return;
+  tell_(Severity::kWarning, "frames_lost",
+        fmt::format("{} frames lost by their arrival times: this process stood still or the line was silent for longer "
+                    "than the gyro's counter can tell",
+                    lost - told_by_arrival_));
+  told_by_arrival_ = lost;
+}
+
+}  // namespace prism::pipeline

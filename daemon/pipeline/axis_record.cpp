@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/pipeline/axis_record.hpp"
+
+namespace prism::pipeline {
+
+void AxisRecord::keep(const compensation::CompensatedWindow& row, std::int64_t session_ns, int block_s) {
+  if (log_) log_->append(row, session_ns);
+  stability_.add(row, block_s);
+  last_window_ = row;
+  windowed_ = true;
+}
+
+void AxisRecord::keep(const compensation::Compensated& row) {
+  last_sample_ = row;
+  sampled_ = true;
+}
+
+// A change of quality is an event; a flood of rows with the same fault is not. What is implausible has events of its
+// own.
+void AxisRecord::watch(const compensation::CompensatedWindow& row, const Tell& tell) {
+  const std::uint32_t quality = row.correction.quality & ~compensation::kImplausible;
+  if (std::exchange(last_quality_, quality) != quality) {
+    const bool harmless =
+        quality == compensation::kGood || quality == compensation::kWarming || quality == compensation::kNoModel;
+    tell(harmless ? Severity::kInfo : Severity::kWarning, "quality",
+         prefix_ + "quality is now " + compensation::quality_text(quality));
+  }
+  for (const PlausibilityWatch::Notice& notice : plausibility_watch_.push(row))
+    tell(notice.entered ? Severity::kWarning : Severity::kInfo, "implausible", prefix_ + notice.text);
+}
+
+}  // namespace prism::pipeline

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// What every answer says alike: numbers that may be unknown, times, states.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+
+#include "daemon/pipeline/line_status.hpp"
+
+namespace prism::socket {
+
+inline nlohmann::ordered_json known(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+}
+
+/// Whole microseconds as seconds.
+inline double seconds(std::int64_t time_ns) {
+  const std::int64_t whole_us = time_ns / 1000;
+  return static_cast<double>(whole_us) / 1e6;
+}
+
+inline const char* state_name(pipeline::LineState state) {
+  constexpr const char* kNames[] = {"none", "connecting", "receiving", "silent", "replaying", "ended"};
+  return kNames[static_cast<int>(state)];
+}
+
+}  // namespace prism::socket

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/socket/answers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/host_time.hpp"
+#include "base/text_number.hpp"
+#include "compensation/compensated_text.hpp"
+#include "config/version.hpp"
+#include "daemon/socket/answer_json.hpp"
+#include "daemon/socket/line_answers.hpp"
+
+namespace prism::socket {
+namespace {
+
+using nlohmann::ordered_json;
+
+template <class Row>
+ordered_json row_json(const Row& row) {
+  std::string text;
+  compensation::append_json(text, row);
+  return ordered_json::parse(text);
+}
+
+/// What is measured now. No line that delivers, or no frame on it yet: nothing is, whatever came before. The quality is
+/// that of the correction in force, and implausible where the last sample or the last second is.
+struct Current {
+  const compensation::Compensated* sample = nullptr;
+  const compensation::CompensatedWindow* window = nullptr;
+  compensation::Correction correction{kUnknown, kUnknown, kUnknown, compensation::kNoData};
+};
+
+Current current(const Sources& sources, std::size_t axis) {
+  const pipeline::AxisRecord& record = sources.acquisition.record(axis);
+  if (!sources.gyro_line().delivers() || record.last_sample() == nullptr) return {};
+  Current now{record.last_sample(), record.last_window(), sources.acquisition.engine(axis).correction()};
+  now.correction.quality |= now.sample->correction.quality & compensation::kImplausible;
+  if (now.window) now.correction.quality |= now.window->correction.quality & compensation::kImplausible;
+  return now;
+}
+
+// The row, or one of the same members without a number in it.
+template <class Row>
+ordered_json row_or_nothing(const Row* row, std::uint32_t quality) {
+  if (row != nullptr) return row_json(*row);
+  ordered_json json = row_json(Row{});
+  for (auto& [key, value] : json.items()) value = nullptr;
+  json["quality"] = compensation::quality_text(quality);
+  return json;
+}
+
+ordered_json age_json(const Sources& sources) {
+  if (sources.gyro_line().last_data_ns == 0) return nullptr;
+  return seconds(host_time_ns() - sources.gyro_line().last_data_ns);
+}
+
+// How long the means of the window are of, how much history is gathered, and how much a correction takes.
+void put_window_length(ordered_json& json, const pipeline::Acquisition& acquisition, std::size_t axis,
+                       const Current& now) {
+  json["window_s"] = acquisition.block_s(axis);
+  json["warm_s"] = now.window ? now.window->window.warm_s : 0;
+  json["full_s"] = acquisition.full_s(axis);
+}
+
+// What is not looked at is null.
+ordered_json limits_json(const compensation::SensorLimits& limits, const char* range, double unit, const char* slope) {
+  ordered_json json = {{range, {known(limits.low / unit), known(limits.high / unit)}}};
+  if (slope != nullptr) json[slope] = known(limits.greatest_slope_per_s);
+  json["stuck_s"] = known(limits.stuck_s);
+  return json;
+}
+
+ordered_json plausibility_json(const compensation::PlausibilityLimits& limits) {
+  return {{"rate", limits_json(limits.rate, "range_deg_per_s", kDegPerSInDegPerH, nullptr)},
+          {"temperature", limits_json(limits.temperature, "range_degc", 1, "greatest_slope_degc_per_s")},
+          {"uhfo", limits_json(limits.uhfo, "range_v", 1, nullptr)}};
+}
+
+// deg/h per second; null: not limited, or no model.
+ordered_json slew_json(const pipeline::Setup::Axis& axis) {
+  if (!axis.model) return nullptr;
+  return known(
+      compensation::greatest_slew_deg_per_h_per_s(*axis.model, axis.engine.slew, axis.engine.max_bias_deg_per_h));
+}
+
+// What a standard deviation is of: a run that was not seen, or, of models of version 0.1, what the model itself had.
+const char* sd_of(const compensation::Model& model) { return model.info().spread ? "run" : "model"; }
+
+ordered_json model_brief(const compensation::ModelPtr& model) {
+  if (!model) return nullptr;
+  return {{"id", model->info().id}, {"kind", model->info().kind}, {"name", model->info().name}, {"sd", sd_of(*model)}};
+}
+
+ordered_json series_json(const compensation::RunningVariance& series) {
+  return {{"blocks", series.count()}, {"mean_deg_per_h", known(series.mean())}, {"sd_deg_per_h", known(series.sd())}};
+}
+
+void put_models(ordered_json& json, const pipeline::Setup::Axis& axis) {
+  json["model"] = model_brief(axis.model);
+  json["fallback_model"] = model_brief(axis.fallback);
+}
+
+// The rows say their axis, as notifications do.
+template <class Row>
+ordered_json row_of_axis(const Row* row, std::uint32_t quality, const std::string& axis) {
+  ordered_json json = {{"axis", axis}};
+  json.update(row_or_nothing(row, quality));
+  return json;
+}
+
+void put_rows(ordered_json& json, const Sources& sources, std::size_t axis, const Current& now) {
+  const std::string& name = sources.acquisition.axis_name(axis);
+  json["sample"] = row_of_axis(now.sample, now.correction.quality, name);
+  json["window"] = row_of_axis(now.window, now.correction.quality, name);
+  put_window_length(json, sources.acquisition, axis, now);
+}
+
+// How the numbers of an axis are corrected, by the configuration.
+void put_correction(ordered_json& json, const pipeline::Setup& setup, std::size_t axis) {
+  const config::AxisConfig& config = setup.config.axes[axis];
+  json["model"] = config.model;
+  json["fallback_model"] = config.fallback_model;
+  json["max_bias_deg_per_h"] = config.engine.max_bias_deg_per_h;
+  json["max_slew_deg_per_h_per_s"] = slew_json(setup.axes[axis]);
+}
+
+/// By name, and by axis where there are several.
+ordered_json followers_json(const pipeline::Acquisition& acquisition) {
+  ordered_json json = ordered_json::object();
+  for (std::size_t i = 0; i < acquisition.axes(); ++i) {
+    const pipeline::RowWriter* const log = acquisition.record(i).log();
+    if (log == nullptr) continue;
+    for (const auto& [name, follower] : log->followers()) {
+      ordered_json& own = acquisition.axes() > 1 ? json[acquisition.axis_name(i)][name] : json[name];
+      own = {{"user", follower.user},
+             {"after", follower.after.text()},
+             {"last_s", follower.time_s},
+             {"lost_rows", follower.lost_rows}};
+    }
+  }
+  return json;
+}
+
+/// Of the sensor lines; empty where all deliver.
+std::string lines_without_data(const Sources& sources) {
+  std::string text;
+  for (std::size_t i = 0; i < sources.acquisition.setup().sensor_lines.size(); ++i) {
+    const pipeline::LineStatus& line = sources.acquisition.line(i + 1);
+    if (!line.delivers())
+      text += fmt::format(", {} {}", sources.acquisition.setup().sensor_lines[i].name, state_name(line.state));
+  }
+  return text;
+}
+
+std::string quality_of(const Sources& sources, std::size_t axis) {
+  return compensation::quality_text(current(sources, axis).correction.quality);
+}
+
+std::string qualities(const Sources& sources) {
+  const pipeline::Acquisition& acquisition = sources.acquisition;
+  if (acquisition.axes() == 1) return "quality " + quality_of(sources, 0);
+  std::string text = "quality";
+  for (std::size_t i = 0; i < acquisition.axes(); ++i)
+    text += fmt::format("{} {} {}", i > 0 ? "," : "", acquisition.axis_name(i), quality_of(sources, i));
+  return text;
+}
+
+}  // namespace
+
+ordered_json status_answer(const Sources& sources) {
+  const pipeline::Acquisition& acquisition = sources.acquisition;
+  const pipeline::Setup& setup = acquisition.setup();
+  const config::Config& c = setup.config;
+  ordered_json json = {{"name", c.name},
+                       {"version", kVersion},
+                       {"state", state_name(sources.gyro_line().state)},
+                       {"detail", sources.gyro_line().detail},
+                       {"state_since_s", seconds(sources.gyro_line().since_ns)},
+                       {"started_s", seconds(sources.started_ns)},
+                       {"device", c.line.device},
+                       {"gyro_serial", c.gyro_serial},
+                       {"frames", setup.frames->name},
+                       {"clock", c.device_clock ? "device" : "host"},
+                       {"sessions", acquisition.sessions()}};
+  const bool one = acquisition.axes() == 1;
+  if (one) json["axis"] = acquisition.axis_name(0);
+  if (one) put_models(json, setup.axes.front());
+  json["line"] = counters_json(acquisition.pipeline().decoder().counters());
+  json["timing"] = clock_json(acquisition.pipeline().clock().status());
+  if (one) json["quality"] = quality_of(sources, 0);
+  json["age_s"] = age_json(sources);
+  if (one) put_rows(json, sources, 0, current(sources, 0));
+  for (std::size_t i = 0; i < acquisition.axes() && !one; ++i) {
+    ordered_json& axis = json["axes"][acquisition.axis_name(i)];
+    put_models(axis, setup.axes[i]);
+    axis["quality"] = quality_of(sources, i);
+    put_rows(axis, sources, i, current(sources, i));
+  }
+  if (const pipeline::LogCounters* log = acquisition.log()) {
+    json["log"] = {{"directory", c.log ? c.log->directory : ""},
+                   {"rows", log->rows.load()},
+                   {"dropped", log->dropped.load()},
+                   {"segments", log->segments.load()},
+                   {"pending", log->pending.load()},
+                   {"unsynced", log->unsynced.load()}};
+    if (const ordered_json followers = followers_json(acquisition); !followers.empty())
+      json["log"]["followers"] = followers;
+  }
+  if (const ordered_json lines = sensor_lines_answer(sources); !lines.empty()) json["sensor_lines"] = lines;
+  if (setup.sensors) json["sensors"] = sensors_answer(sources);
+  if (const auto* const capture = acquisition.capture(pipeline::kGyroLine))
+    json["capture"] = {{"directory", c.capture ? c.capture->directory : ""},
+                       {"dropped_bytes", capture->dropped_bytes()}};
+  json["clients"] = {{"connected", sources.publisher.clients()}, {"lost_rows", sources.publisher.lost_rows()}};
+  return json;
+}
+
+ordered_json bias_answer(const Sources& sources, std::size_t axis) {
+  const pipeline::Setup::Axis& own = sources.acquisition.setup().axes[axis];
+  const Current now = current(sources, axis);
+  const auto [sample, window, correction] = now;
+  ordered_json json = {{"axis", sources.acquisition.axis_name(axis)},
+                       {"time_s", sample ? ordered_json(seconds(sample->sample.time_ns)) : ordered_json()},
+                       {"rate_deg_per_h", known(sample ? sample->sample.rate_deg_per_h : kUnknown)},
+                       {"bias_deg_per_h", known(correction.bias_deg_per_h)},
+                       {"sd_deg_per_h", known(correction.sd_deg_per_h)},
+                       {"sd_mean_deg_per_h", known(correction.sd_mean_deg_per_h)},
+                       {"corrected_deg_per_h", known(sample ? sample->corrected_deg_per_h : kUnknown)}};
+  json["second_rate_deg_per_h"] = known(window ? window->window.bucket.rate_deg_per_h : kUnknown);
+  json["second_corrected_deg_per_h"] = known(window ? window->corrected_deg_per_h : kUnknown);
+  json["mean_rate_deg_per_h"] = known(window ? window->window.rate_deg_per_h : kUnknown);
+  json["corrected_mean_deg_per_h"] = known(window ? window->corrected_mean_deg_per_h : kUnknown);
+  json["temperature_degc"] = known(window ? window->window.temperature_degc : kUnknown);
+  json["slope_degc_per_s"] = known(window ? window->window.slope_degc_per_s : kUnknown);
+  json["uhfo_v"] = known(window ? window->window.uhfo_v : kUnknown);
+  put_window_length(json, sources.acquisition, axis, now);
+  json["quality"] = compensation::quality_text(correction.quality);
+  json["age_s"] = age_json(sources);
+  json["model"] = own.model ? ordered_json(own.model->info().id) : ordered_json();
+  const auto& by = correction.quality & compensation::kFallback ? own.fallback : own.model;
+  json["sd"] = by ? ordered_json(sd_of(*by)) : ordered_json();
+  return json;
+}
+
+ordered_json stability_answer(const Sources& sources, std::size_t axis) {
+  const pipeline::Acquisition& acquisition = sources.acquisition;
+  const compensation::BlockStability& stability = acquisition.record(axis).stability();
+  const auto improvement = stability.improvement();
+  return {{"axis", acquisition.axis_name(axis)},
+          {"block_s", acquisition.block_s(axis)},
+          {"divisor", "N-1"},
+          {"all", series_json(stability.all())},
+          {"raw", series_json(stability.raw())},
+          {"corrected", series_json(stability.corrected())},
+          {"improvement", improvement ? ordered_json(*improvement) : ordered_json()},
+          {"model", model_brief(acquisition.setup().axes[axis].model)}};
+}
+
+ordered_json model_answer(const Sources& sources, std::size_t axis) {
+  const pipeline::Setup& setup = sources.acquisition.setup();
+  const compensation::ModelPtr& model = setup.axes[axis].model;
+  if (!model) return nullptr;
+  const compensation::ModelInfo& info = model->info();
+  ordered_json json = model_brief(model);
+  json["axis"] = sources.acquisition.axis_name(axis);
+  json["file"] = setup.config.axes[axis].model;
+  json["gyro_serial"] = info.gyro_serial;
+  json["inputs"] = info.inputs;
+  json["window"] = {
+      {"length_s", info.features.length_s},
+      {"slope", info.features.slope == compensation::SlopeMethod::kDifference ? "difference" : "least_squares"},
+      {"end_mean_s", info.features.end_mean_s},
+      {"max_gap_s", info.features.max_gap_s},
+      {"lag_time_constants_s", info.features.lag_time_constants_s}};
+  json["domain"] = {{"min", info.domain.min}, {"max", info.domain.max}};
+  json["provenance"] = ordered_json::parse(info.provenance_json);
+  return json;
+}
+
+ordered_json config_answer(const Sources& sources) {
+  const pipeline::Setup& setup = sources.acquisition.setup();
+  const config::Config& c = setup.config;
+  ordered_json json = {{"file", c.path}, {"name", c.name}};
+  const bool one = setup.axes.size() == 1;
+  json["gyro"] = {{"serial", c.gyro_serial}};
+  for (std::size_t i = 0; i < setup.axes.size(); ++i) {
+    ordered_json& axis = one ? json["gyro"] : json["axes"][setup.frames->axes[i].name];
+    if (one) axis["axis"] = setup.frames->axes[i].name;
+    axis["sign"] = c.axes[i].sign;
+    axis["unit_scale"] = setup.frames->axes[i].scale;
+    if (!c.axes[i].thermometer.empty()) axis["temperature"] = c.axes[i].thermometer;
+    if (!one) put_correction(axis, setup, i);
+  }
+  json["line"] = {{"device", c.line.device},
+                  {"baud", setup.line.format.baud},
+                  {"data_bits", setup.line.format.data_bits},
+                  {"stop_bits", setup.line.format.stop_bits},
+                  {"silence_s", c.line.silence_s},
+                  {"retry_min_s", c.line.retry_min_s},
+                  {"retry_max_s", c.line.retry_max_s}};
+  for (std::size_t i = 0; i < setup.sensor_lines.size(); ++i) {
+    const config::SensorLineConfig& own = c.sensor_lines[i];
+    json["sensor_lines"][own.name] = {{"device", own.line.device},
+                                      {"baud", setup.sensor_lines[i].line.format.baud},
+                                      {"frames", own.frames},
+                                      {"stale_after_s", own.stale_after_s},
+                                      {"silence_s", own.line.silence_s}};
+  }
+  json["frames"] = {
+      {"file", c.frames}, {"name", setup.frames->name}, {"id", setup.frames->id}, {"rate_hz", setup.frames->rate_hz}};
+  json["clock"] = c.device_clock ? "device" : "host";
+  if (one) put_correction(json, setup, 0);
+  json["plausibility"] = plausibility_json(setup.axes.front().engine.plausibility);
+  json["log"] = c.log ? ordered_json(c.log->directory) : ordered_json();
+  json["capture"] = c.capture ? ordered_json(c.capture->directory) : ordered_json();
+  json["socket"] = c.socket.path;
+  return json;
+}
+
+std::string summary(const Sources& sources) {
+  const pipeline::Acquisition& acquisition = sources.acquisition;
+  const std::string& device = acquisition.setup().config.line.device;
+  switch (sources.gyro_line().state) {
+    case pipeline::LineState::kReceiving:
+      return fmt::format("receiving from {}, {} frames, {}{}", device, acquisition.frames(), qualities(sources),
+                         lines_without_data(sources));
+    case pipeline::LineState::kReplaying:
+      return fmt::format("replaying, {} frames", acquisition.frames());
+    default:
+      return fmt::format("{}: {}", device.empty() ? "no line" : device,
+                         sources.gyro_line().detail.empty() ? "waiting" : sources.gyro_line().detail);
+  }
+}
+
+}  // namespace prism::socket

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// Clients that follow a log: a page each, read on the disk thread; who asks for more than there is may wait for it.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <functional>
+#include <list>
+#include <memory>
+#include <string>
+
+#include "daemon/pipeline/log_writers.hpp"
+#include "daemon/socket/client.hpp"
+
+namespace prism::socket {
+
+/// Lives on the live path's thread; one request of a client at a time.
+class RowRequests {
+ public:
+  static constexpr double kLongestWait_s = 30;
+
+  struct Request {
+    std::shared_ptr<Client> client;
+    pipeline::RowWriter* log;  ///< outlives this
+    std::string axis;          ///< its name
+    pipeline::RowQuery query;
+    double wait_s = 0;  ///< for a first row, 0 to kLongestWait_s
+    std::function<void(pipeline::RowResult)> answer;
+  };
+
+  /// False, and nothing is taken, where a request of this client is under way.
+  bool add(boost::asio::any_io_executor executor, Request request);
+  /// More may stand on the disk than before.
+  void synced();
+  std::size_t waiting() const { return waiting_.size(); }
+
+ private:
+  struct Entry {
+    Entry(boost::asio::any_io_executor on, Request asked)
+        : request(std::move(asked)), executor(on), timer(std::move(on)), until(Client::Clock::now()) {}
+    Request request;
+    boost::asio::any_io_executor executor;
+    boost::asio::steady_timer timer;
+    Client::Clock::time_point until;
+    bool reading = false, asked_again = false;
+  };
+  using Entries = std::list<std::shared_ptr<Entry>>;
+
+  void read(const std::shared_ptr<Entry>& entry);
+  void take(const std::shared_ptr<Entry>& entry, pipeline::RowResult page);
+  void end(const std::shared_ptr<Entry>& entry, pipeline::RowResult page);
+
+  Entries waiting_;
+  const std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace prism::socket

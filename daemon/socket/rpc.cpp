@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/socket/rpc.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "base/escape.hpp"
+#include "base/json_section.hpp"
+#include "config/version.hpp"
+#include "daemon/socket/answers.hpp"
+#include "daemon/socket/line_answers.hpp"
+
+namespace prism::socket {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr const char* kMethods =
+    "version, status, bias, stability, line, model, config, history, rows, events, subscribe, unsubscribe, reload";
+
+// Whatever bytes a client sent, what goes back is UTF-8.
+std::string line_of(const ordered_json& message) { return json_text(message) + "\n"; }
+
+// A whole number within 1 to max of the params object, or `otherwise`; nothing where it is something else.
+std::optional<std::size_t> count_param(const json& params, const char* key, std::size_t otherwise, std::size_t max) {
+  if (params.is_null() || (params.is_object() && !params.contains(key))) return otherwise;
+  if (!params.is_object() || !params[key].is_number_integer()) return std::nullopt;
+  const auto value = params[key].get<std::int64_t>();
+  if (value < 1 || value > static_cast<std::int64_t>(max)) return std::nullopt;
+  return static_cast<std::size_t>(value);
+}
+
+// Of those that `chosen` has a bit for.
+std::vector<std::string> names_of(const pipeline::Acquisition& acquisition,
+                                  std::uint32_t chosen = Subscription::kAllAxes) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < acquisition.axes(); ++i) {
+    if (chosen >> i & 1) names.push_back(acquisition.axis_name(i));
+  }
+  return names;
+}
+
+// A bit for each axis that the list "axes" names, all where there is none; nothing where it holds something else.
+std::optional<std::uint32_t> axes_param(const json& params, const pipeline::Acquisition& acquisition) {
+  if (!params.is_object() || !params.contains("axes")) return Subscription::kAllAxes;
+  const json& list = params["axes"];
+  if (!list.is_array() || list.empty()) return std::nullopt;
+  std::uint32_t chosen = 0;
+  for (const json& name : list) {
+    std::size_t axis = 0;
+    while (axis < acquisition.axes() && name != acquisition.axis_name(axis)) ++axis;
+    if (axis == acquisition.axes()) return std::nullopt;
+    chosen |= 1U << axis;
+  }
+  return chosen;
+}
+
+// Counts the values of a line without keeping them, and stops above the most.
+struct ValueCount : nlohmann::json_sax<json> {
+  std::size_t values = 0;
+
+  bool one() { return ++values <= kMaxValues; }
+  bool null() override { return one(); }
+  bool boolean(bool) override { return one(); }
+  bool number_integer(std::int64_t) override { return one(); }
+  bool number_unsigned(std::uint64_t) override { return one(); }
+  bool number_float(double, const std::string&) override { return one(); }
+  bool string(std::string&) override { return one(); }
+  bool binary(json::binary_t&) override { return one(); }
+  bool start_object(std::size_t) override { return one(); }
+  bool key(std::string&) override { return true; }
+  bool end_object() override { return true; }
+  bool start_array(std::size_t) override { return one(); }
+  bool end_array() override { return true; }
+  bool parse_error(std::size_t, const std::string&, const json::exception&) override { return false; }
+};
+
+// Made into a tree, 65 kB of small values hold the line for 4 ms; counted, for some tens of microseconds.
+bool too_many_values(std::string_view line) {
+  if (line.size() <= kMaxValues) return false;  // each takes a character and more
+  ValueCount count;
+  json::sax_parse(line, &count);
+  return count.values > kMaxValues;
+}
+
+}  // namespace
+
+std::string rpc_error(const json& id, int code, const std::string& message) {
+  return line_of({{"jsonrpc", "2.0"}, {"id", id}, {"error", {{"code", code}, {"message", message}}}});
+}
+
+std::string rpc_result(const json& id, const ordered_json& result) {
+  return line_of({{"jsonrpc", "2.0"}, {"id", id}, {"result", result}});
+}
+
+std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_view line) {
+  const auto refused = [&client](int code, const std::string& why) {
+    client->answer(rpc_error(nullptr, code, why));
+    return std::deque<json>();
+  };
+  if (too_many_values(line)) {
+    return refused(kInvalidRequest, fmt::format("found more than {} values in a line, expected {} requests at most",
+                                                kMaxValues, kMaxBatch));
+  }
+  json parsed;
+  try {
+    parsed = json::parse(line);
+  } catch (const json::exception&) {
+    return refused(kParseError, "the line is not valid JSON; expected one JSON-RPC 2.0 request a line");
+  }
+  std::deque<json> requests;
+  if (!parsed.is_array()) {
+    requests.push_back(std::move(parsed));
+    return requests;
+  }
+  if (parsed.empty()) return refused(kInvalidRequest, "found an empty batch, expected requests");
+  if (parsed.size() > kMaxBatch) {
+    return refused(kInvalidRequest,
+                   fmt::format("found a batch of {} requests, expected {} at most", parsed.size(), kMaxBatch));
+  }
+  for (json& request : parsed) requests.push_back(std::move(request));
+  return requests;
+}
+
+void Rpc::request(const std::shared_ptr<Client>& client, std::string_view line) {
+  for (const json& request : take(client, line)) one(client, request);
+}
+
+void Rpc::one(const std::shared_ptr<Client>& client, const json& request) {
+  const auto invalid = [&](const json& id, const std::string& message) {
+    client->answer(rpc_error(id, kInvalidRequest, message));
+  };
+  if (!request.is_object()) return invalid(nullptr, "found " + shown(request) + ", expected a request object");
+  const bool has_id = request.contains("id");
+  const json id = has_id ? request["id"] : json();
+  if (has_id && !id.is_string() && !id.is_number() && !id.is_null()) {
+    return invalid(nullptr, "found id " + shown(id) + ", expected a text, a number or null");
+  }
+  if (request.value("jsonrpc", json()) != "2.0") return invalid(id, "expected \"jsonrpc\": \"2.0\"");
+  const json method = request.value("method", json());
+  if (!method.is_string()) return invalid(id, "found method " + shown(method) + ", expected a text");
+  client->asked();
+  dispatch(method.get<std::string>(), {client, id, has_id, request.value("params", json())});
+}
+
+void Rpc::dispatch(const std::string& method, const Call& call) {
+  using Answer = ordered_json (*)(const Sources&);
+  using AxisAnswer = ordered_json (*)(const Sources&, std::size_t);
+  static const std::map<std::string_view, Answer> kAnswers = {
+      {"status", status_answer}, {"line", line_answer}, {"config", config_answer}};
+  static const std::map<std::string_view, AxisAnswer> kAxisAnswers = {
+      {"bias", bias_answer}, {"stability", stability_answer}, {"model", model_answer}};
+  const bool acts = method == "subscribe" || method == "unsubscribe" || method == "reload";
+  if (!call.wants_answer && !acts) return;  // nobody hears the answer: it is not worked out
+  if (const auto answer = kAnswers.find(method); answer != kAnswers.end()) return reply(call, answer->second(sources_));
+  if (const auto answer = kAxisAnswers.find(method); answer != kAxisAnswers.end()) {
+    const auto axes = axes_of(call);
+    if (!axes) return;
+    if (axes->size() == 1) return reply(call, answer->second(sources_, axes->front()));
+    ordered_json all;
+    for (const std::size_t axis : *axes) all[sources_.acquisition.axis_name(axis)] = answer->second(sources_, axis);
+    return reply(call, all);
+  }
+  if (method == "version") return reply(call, {{"name", "prismd"}, {"version", kVersion}, {"protocol", 1}});
+  if (method == "history") return history(call);
+  if (method == "rows") return rows(call);
+  if (method == "events") return events(call);
+  if (method == "subscribe") return subscribe(call, true);
+  if (method == "unsubscribe") return subscribe(call, false);
+  if (method == "reload") return reload(call);
+  fail(call, kMethodNotFound, fmt::format("no method \"{:.40}\"; expected one of {}", method, kMethods));
+}
+
+std::optional<std::vector<std::size_t>> Rpc::axes_of(const Call& call) {
+  const pipeline::Acquisition& acquisition = sources_.acquisition;
+  std::vector<std::size_t> all(acquisition.axes());
+  std::iota(all.begin(), all.end(), 0);
+  if (!call.params.is_object() || !call.params.contains("axis")) return all;
+  std::vector<std::string> names;
+  for (const std::size_t axis : all) {
+    if (call.params["axis"] == acquisition.axis_name(axis)) return std::vector{axis};
+    names.push_back(acquisition.axis_name(axis));
+  }
+  fail(call, kInvalidParams,
+       fmt::format("found axis {}, expected one of {}", shown(call.params["axis"]), fmt::join(names, ", ")));
+  return std::nullopt;
+}
+
+// What grows with time is written when it happens; an answer only strings it together.
+void Rpc::history(const Call& call) {
+  const auto count = count_param(call.params, "seconds", 100, History::kRows);
+  if (!count) return fail_count(call, "seconds", History::kRows);
+  const auto axes = axes_of(call);
+  if (!axes) return;
+  const pipeline::Acquisition& acquisition = sources_.acquisition;
+  if (axes->size() == 1) return reply(call, sources_.publisher.history(axes->front()).json(*count));
+  std::vector<TextPart> parts;
+  for (const std::size_t axis : *axes) {
+    parts.emplace_back((parts.empty() ? "{" : ",") + json_text(json(acquisition.axis_name(axis))) + ":");
+    for (TextPart& part : sources_.publisher.history(axis).json(*count)) parts.push_back(std::move(part));
+  }
+  parts.emplace_back("}");
+  reply(call, std::move(parts));
+}
+
+void Rpc::events(const Call& call) {
+  const auto count = count_param(call.params, "count", EventLog::kKept, EventLog::kKept);
+  if (!count) return fail_count(call, "count", EventLog::kKept);
+  std::vector<TextPart> parts{TextPart("[")};
+  const auto& recent = sources_.events.recent();
+  const std::size_t first = recent.size() - std::min(*count, recent.size());
+  for (std::size_t i = first; i < recent.size(); ++i) parts.emplace_back((i > first ? "," : "") + recent[i].json);
+  parts.emplace_back("]");
+  reply(call, std::move(parts));
+}
+
+namespace {
+
+bool is_follower_name(const std::string& name) {
+  const auto fits = [](unsigned char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+           c == '.';
+  };
+  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), fits);
+}
+
+}  // namespace
+
+Result<RowParams> row_params(const json& params) {
+  RowParams wanted;
+  const auto wrong = [&] {
+    return refuse(
+        "rows",
+        fmt::format(R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "name": WHO}})",
+                    shown(params), pipeline::RowQuery::kMostRows, RowRequests::kLongestWait_s));
+  };
+  if (params.is_null()) return wanted;
+  if (!params.is_object()) return wrong();
+  if (params.contains("after")) {
+    if (!params["after"].is_string()) return wrong();
+    wanted.query.after = params["after"];
+  }
+  const auto limit = count_param(params, "limit", wanted.query.limit, pipeline::RowQuery::kMostRows);
+  if (!limit) return wrong();
+  wanted.query.limit = *limit;
+  if (params.contains("name")) {
+    if (!params["name"].is_string() || !is_follower_name(params["name"].get<std::string>())) return wrong();
+    wanted.query.follower = params["name"];
+  }
+  if (params.contains("wait_s")) {
+    if (!params["wait_s"].is_number()) return wrong();
+    wanted.wait_s = params["wait_s"];
+    if (!(wanted.wait_s >= 0 && wanted.wait_s <= RowRequests::kLongestWait_s)) return wrong();
+  }
+  return wanted;
+}
+
+// Read from the disk, by the disk's thread: the answer comes when it comes.
+void Rpc::rows(const Call& call) {
+  const auto axes = axes_of(call);
+  if (!axes) return;
+  if (axes->size() != 1)
+    return fail(call, kInvalidParams,
+                fmt::format("expected \"axis\", one of {}", fmt::join(names_of(sources_.acquisition), ", ")));
+  auto params = row_params(call.params);
+  if (!params) return fail(call, kInvalidParams, params.error().text());
+  params->query.user = call.client->user().value_or(~std::uint32_t{0});
+  pipeline::RowWriter* const log = sources_.acquisition.record(axes->front()).log();
+  if (log == nullptr)
+    return fail(call, kRefused, "rows: no log is written, expected \"write_log\" in the configuration");
+  const std::string axis = sources_.acquisition.axis_name(axes->front());
+  const auto answer = [this, call, axis](pipeline::RowResult page) {
+    if (!page) {
+      const bool foreign = page.error().why == pipeline::RowRefusal::Why::kForeignCursor;
+      return fail(call, foreign ? kForeignCursor : kRefused, page.error().text);
+    }
+    std::vector<TextPart> parts{TextPart(std::move(page->json))};
+    parts.emplace_back(",\"axis\":" + json_text(json(axis)) + "}");
+    reply(call, std::move(parts));
+  };
+  RowRequests::Request request{call.client, log, axis, params->query, params->wait_s, answer};
+  if (!row_requests_.add(call.client->socket().get_executor(), std::move(request)))
+    fail(call, kRefused, "rows: a request of this client is under way, expected one after the other");
+}
+
+void Rpc::subscribe(const Call& call, bool on) {
+  Subscription wanted = call.client->subscription;
+  const json streams = call.params.is_object() ? call.params.value("streams", json()) : json();
+  const auto every = count_param(call.params, "every", 1, 1'000'000);
+  bool known = streams.is_array() && !streams.empty() && every;
+  if (streams.is_null() && every) {
+    known = true;
+    wanted = on ? Subscription{static_cast<std::uint32_t>(*every), true, true} : Subscription{};
+  }
+  const auto axes = axes_param(call.params, sources_.acquisition);
+  known = known && axes;
+  for (const json& stream : streams.is_array() ? streams : json::array()) {
+    if (stream == "sample") {
+      wanted.sample_every = on && every ? static_cast<std::uint32_t>(*every) : 0;
+    } else if (stream == "window") {
+      wanted.windows = on;
+    } else if (stream == "event") {
+      wanted.events = on;
+    } else {
+      known = false;
+    }
+  }
+  if (!known) {
+    return fail(call, kInvalidParams,
+                "found " + shown(call.params) +
+                    R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to 1000000, "axes": [)" +
+                    fmt::format("{}]}}", fmt::join(names_of(sources_.acquisition), ", ")));
+  }
+  wanted.axes = *axes;
+  reply(call, {{"sample_every", wanted.sample_every},
+               {"window", wanted.windows},
+               {"event", wanted.events},
+               {"axes", names_of(sources_.acquisition, wanted.axes)}});
+  call.client->subscription = wanted;
+  publisher_.update();
+}
+
+void Rpc::reload(const Call& call) {
+  if (!call.client->privileged()) {
+    return fail(call, kNotPermitted, "reload needs root or the user that prismd runs as");
+  }
+  reload_([this, call](Result<std::string> outcome) {
+    outcome ? reply(call, {{"reloaded", *outcome}}) : fail(call, kRefused, outcome.error().text());
+  });
+}
+
+// The same line as of a JSON value, around a text that stands.
+void Rpc::reply(const Call& call, std::vector<TextPart> result) {
+  if (!call.wants_answer) return;
+  const std::string head = line_of({{"jsonrpc", "2.0"}, {"id", call.id}});
+  result.emplace(result.begin(), head.substr(0, head.size() - 2) + ",\"result\":");
+  result.emplace_back("}\n");
+  call.client->answer(result);
+}
+
+void Rpc::fail_count(const Call& call, const char* key, std::size_t most) {
+  fail(call, kInvalidParams, fmt::format("found {}, expected {{\"{}\": 1 to {}}}", shown(call.params), key, most));
+}
+
+void Rpc::reply(const Call& call, const ordered_json& result) {
+  if (call.wants_answer) call.client->answer(rpc_result(call.id, result));
+}
+
+void Rpc::fail(const Call& call, int code, const std::string& message) {
+  if (call.wants_answer) call.client->answer(rpc_error(call.id, code, message));
+}
+
+}  // namespace prism::socket

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// What the answers to clients are made from.
+#pragma once
+
+#include <cstdint>
+
+#include "daemon/pipeline/acquisition.hpp"
+#include "daemon/socket/event_log.hpp"
+#include "daemon/socket/publisher.hpp"
+
+namespace prism::socket {
+
+/// All of it outlives whoever holds this.
+struct Sources {
+  const pipeline::Acquisition& acquisition;
+  const EventLog& events;
+  const Publisher& publisher;
+  std::int64_t started_ns;  ///< host time
+
+  const pipeline::LineStatus& gyro_line() const { return acquisition.line(pipeline::kGyroLine); }
+};
+
+}  // namespace prism::socket

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+#include "drivers/transport/serial_line.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/serial.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+#include "base/file.hpp"
+#include "base/plain_text.hpp"
+#include "drivers/transport/line_format.hpp"
+
+namespace prism::transport {
+namespace {
+
+constexpr double kBaudTolerance = 0.02;  // a receiver samples the last bit of ten: 5 % is the end, 2 % leaves margin
+
+const char* parity_name(wire::Parity parity) {
+  return parity == wire::Parity::kNone ? "none" : parity == wire::Parity::kEven ? "even" : "odd";
+}
+
+std::string format_text(const wire::WireFormat& format) {
+  return fmt::format("{} baud, {} data bits, parity {}, {}", format.baud, format.data_bits, parity_name(format.parity),
+                     counted(static_cast<std::size_t>(format.stop_bits), "stop bit"));
+}
+
+std::string why_not_open(int error) {
+  switch (error) {
+    case ENOENT:
+      return "not there; expected a serial device";
+    case EACCES:
+      return "no permission; expected read and write (on Debian the group dialout has it)";
+    case EBUSY:
+      return "held by another program; expected it free";
+    case ENXIO:
+    case ENODEV:
+      return "no device behind it; expected a serial device";
+    default:
+      return fmt::format("cannot be opened: {}", std::strerror(error));
+  }
+}
+
+// Linux gives the slaves of pseudo-terminals the major numbers 136 to 143.
+bool is_pseudo_terminal(int fd) {
+  struct stat status;
+  if (::fstat(fd, &status) != 0) return false;
+  const unsigned number = major(status.st_rdev);
+  return S_ISCHR(status.st_mode) && number >= 136 && number <= 143;
+}
+
+// flock keeps out programs that ask; TIOCEXCL those that do not, root excepted. A pty's other end is our own tests'.
+Result<void> claim(const std::string& device, int fd, bool pseudo) {
+  if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    return refuse(device,
+                  errno == EWOULDBLOCK ? why_not_open(EBUSY) : fmt::format("no lock: {}", std::strerror(errno)));
+  }
+  if (!pseudo) ::ioctl(fd, TIOCEXCL);
+  return {};
+}
+
+Result<void> set_and_compare(const Settings& settings, int fd, bool pseudo, std::vector<std::string>& notes) {
+  const wire::WireFormat& wanted = settings.format;
+  if (!set_line_format(fd, wanted)) {
+    return refuse(settings.device, fmt::format("does not take {}: {}", format_text(wanted), std::strerror(errno)));
+  }
+  const std::optional<wire::WireFormat> found = read_line_format(fd);
+  if (!found) return refuse(settings.device, fmt::format("settings cannot be read back: {}", std::strerror(errno)));
+  const bool same_speed = std::abs(found->baud - wanted.baud) <= kBaudTolerance * wanted.baud;
+  const bool same_characters =
+      found->data_bits == wanted.data_bits && found->parity == wanted.parity && found->stop_bits == wanted.stop_bits;
+  if (same_speed && same_characters) return {};
+  const std::string what = fmt::format("found {} in force, expected {}", format_text(*found), format_text(wanted));
+  if (!pseudo) return refuse(settings.device, what);
+  notes.push_back(what + ": a pseudo-terminal, where it makes no difference");
+  return {};
+}
+
+bool set_low_latency(int fd) {
+  struct serial_struct serial;
+  if (::ioctl(fd, TIOCGSERIAL, &serial) != 0) return false;
+  serial.flags |= ASYNC_LOW_LATENCY;
+  return ::ioctl(fd, TIOCSSERIAL, &serial) == 0;
+}
+
+// The device behind an open descriptor was unplugged or hung up: read() then returns 0 for ever. A pty and some drivers
+// return 0 also where nothing was there to read.
+bool is_gone(int fd) {
+  struct termios unused;
+  return ::tcgetattr(fd, &unused) != 0;
+}
+
+class SerialLine : public Transport {
+ public:
+  SerialLine(std::string device, Descriptor fd, std::vector<std::string> notes)
+      : device_(std::move(device)), fd_(std::move(fd)), notes_(std::move(notes)) {}
+
+  int fd() const override { return fd_.get(); }
+  const std::vector<std::string>& notes() const override { return notes_; }
+
+  Received read(std::span<std::uint8_t> buffer) override {
+    const ssize_t size = ::read(fd(), buffer.data(), buffer.size());
+    if (size > 0) return {Received::Kind::kData, static_cast<std::size_t>(size)};
+    if (size < 0 && (errno == EAGAIN || errno == EINTR)) return {};
+    if (size < 0) return {Received::Kind::kLost, 0, std::strerror(errno)};
+    if (is_gone(fd())) return {Received::Kind::kLost, 0, "unplugged (end of file)"};
+    return {Received::Kind::kEmpty};
+  }
+
+  Result<std::size_t> write(std::span<const std::uint8_t> bytes) override {
+    const ssize_t size = ::write(fd(), bytes.data(), bytes.size());
+    if (size >= 0) return static_cast<std::size_t>(size);
+    if (errno == EAGAIN || errno == EINTR) return 0;
+    return refuse(device_, std::string("cannot be written: ") + std::strerror(errno));
+  }
+
+  bool has_unread() const override {
+    int bytes = 0;
+    return ::ioctl(fd(), FIONREAD, &bytes) == 0 && bytes > 0;
+  }
+
+  // Pseudo-terminals and some USB adapters do not count.
+  std::optional<LineCounters> counters() const override {
+    struct serial_icounter_struct counted {};
+    if (::ioctl(fd(), TIOCGICOUNT, &counted) != 0) return std::nullopt;
+    return LineCounters{counted.rx, counted.frame, counted.parity, counted.overrun, counted.brk, counted.buf_overrun};
+  }
+
+ private:
+  const std::string device_;
+  const Descriptor fd_;
+  const std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Transport>> open_serial_line(const Settings& settings) {
+  Descriptor file(::open(settings.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  const int fd = file.get();
+  if (fd < 0) return refuse(settings.device, why_not_open(errno));
+  if (!::isatty(fd)) return refuse(settings.device, "no terminal; expected a serial device");
+  const bool pseudo = is_pseudo_terminal(fd);
+  std::vector<std::string> notes;
+  if (settings.exclusive) {
+    if (auto claimed = claim(settings.device, fd, pseudo); !claimed) return tl::unexpected<Error>(claimed.error());
+  }
+  if (auto set = set_and_compare(settings, fd, pseudo, notes); !set) return tl::unexpected<Error>(set.error());
+  ::tcflush(fd, TCIFLUSH);
+  if (settings.low_latency && !pseudo && !set_low_latency(fd)) {
+    notes.push_back(fmt::format("no low latency: {}; bytes may come in bunches (FTDI: set latency_timer by udev)",
+                                std::strerror(errno)));
+  }
+  return std::make_unique<SerialLine>(settings.device, std::move(file), std::move(notes));
+}
+
+std::string describe_serial_line(const Settings& settings) { return settings.device; }
+
+bool serial_line_is_present(const Settings& settings) { return ::access(settings.device.c_str(), F_OK) == 0; }
+
+}  // namespace prism::transport

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// The daemon's parts without a line: frames of the project's own kind are fed by hand, and a client asks over a pair of
+// sockets.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/connect_pair.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/host_time.hpp"
+#include "daemon/pipeline/acquisition.hpp"
+#include "daemon/socket/rpc.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace prism::test {
+
+/// Joined as the live daemon joins them.
+struct DaemonParts {
+  using Told = std::function<void(const socket::Event&)>;
+
+  explicit DaemonParts(
+      pipeline::Setup setup, std::vector<std::unique_ptr<pipeline::RowWriter>> logs = {},
+      Told told = [](const auto&) {})
+      : events([this, told = std::move(told)](const socket::Event& event) {
+          told(event);
+          publisher.event(event.json);
+        }),
+        acquisition(
+            std::move(setup), std::move(logs), {},
+            [this](const pipeline::Rows& rows) { publisher.rows(rows, acquisition.unwritten()); }, teller()) {}
+
+  pipeline::Tell teller() {
+    return [this](pipeline::Severity severity, const std::string& kind, const std::string& text) {
+      events.add(severity, kind, text, host_time_ns());
+    };
+  }
+  socket::Rpc rpc(socket::Rpc::Reload reload = [](const auto&) {}) {
+    return {{acquisition, events, publisher, started_ns}, publisher, row_requests, std::move(reload)};
+  }
+  void begin_session(std::int64_t now_ns) {
+    acquisition.begin_session(pipeline::kGyroLine, now_ns);
+    set_line(pipeline::LineState::kReceiving);
+  }
+  void feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
+    acquisition.feed(pipeline::kGyroLine, bytes, arrival_ns);
+  }
+  void set_line(pipeline::LineState state, const std::string& detail = {}) {
+    acquisition.line(pipeline::kGyroLine).set(state, detail, host_time_ns());
+  }
+
+  const std::int64_t started_ns = host_time_ns();
+  socket::Publisher publisher;
+  socket::EventLog events;
+  pipeline::Acquisition acquisition;
+  socket::RowRequests row_requests;
+};
+
+class DaemonPartsTest : public testing::Test {
+ protected:
+  DaemonPartsTest() : setup_(make_setup()), encoder_(setup_.frames), parts_(std::make_unique<DaemonParts>(setup_)) {}
+
+  pipeline::Setup make_setup(const std::string& more = "") {
+    std::ofstream(folder_.file("gyro.json"))
+        << R"({"name": "gyro", "frames": ")" << PRISM_SOURCE_DIR << R"(/config/frames/trplg.json", "clock": "device",
+              "line": {"device": "/dev/null"}, "socket": {"path": ")"
+        << folder_.file("socket") << R"("})" << more << "}";
+    const auto setup = pipeline::load_setup(folder_.file("gyro.json"));
+    if (!setup) throw std::runtime_error(setup.error().text());
+    return *setup;
+  }
+
+  /// As much as arrives in `seconds`, at the description's own rate.
+  void feed(int seconds) {
+    const auto frames = static_cast<int>(setup_.frames->rate_hz) * seconds;
+    for (int i = 0; i < frames; ++i) {
+      std::vector<std::uint8_t> bytes;
+      encoder_.encode({{10.0}, setup_.frames->period_s(), 25.0, 1.5}, bytes);
+      arrival_ns_ += static_cast<std::int64_t>(setup_.frames->period_s() * 1e9);
+      parts_->feed(bytes, arrival_ns_);
+    }
+  }
+
+  void begin_session() { parts_->begin_session(arrival_ns_); }
+
+  test::TemporaryFolder folder_;
+  pipeline::Setup setup_;
+  wire::FrameEncoder encoder_;
+  std::unique_ptr<DaemonParts> parts_;
+  std::int64_t arrival_ns_ = 1'700'000'000'000'000'000;
+};
+
+/// One client and what it is told.
+class Asker {
+ public:
+  using Socket = boost::asio::local::stream_protocol::socket;
+
+  explicit Asker(std::size_t max_queued_bytes = 1 << 20,
+                 std::shared_ptr<socket::ClientMemory> memory = std::make_shared<socket::ClientMemory>())
+      : mine_(io_) {
+    Socket theirs(io_);
+    boost::asio::local::connect_pair(mine_, theirs);
+    mine_.non_blocking(true);
+    client_ = std::make_shared<socket::Client>(std::move(theirs), max_queued_bytes, std::move(memory));
+  }
+  ~Asker() { client_->close(); }  // a publisher may hold it beyond io_
+  Asker(const Asker&) = delete;
+  Asker& operator=(const Asker&) = delete;
+
+  const std::shared_ptr<socket::Client>& client() const { return client_; }
+  boost::asio::io_context& io() { return io_; }
+
+  void hang_up() { mine_.close(); }
+
+  /// Everything sent until nothing more comes.
+  std::string read() {
+    std::string text;
+    for (;;) {
+      io_.restart();
+      io_.poll();
+      char buffer[65536];
+      const ssize_t size = ::recv(mine_.native_handle(), buffer, sizeof buffer, MSG_DONTWAIT);
+      if (size <= 0) return text;
+      text.append(buffer, static_cast<std::size_t>(size));
+    }
+  }
+  nlohmann::json ask(socket::Rpc& rpc, const std::string& line) {
+    rpc.request(client_, line);
+    return nlohmann::json::parse(read());
+  }
+  nlohmann::json result(socket::Rpc& rpc, const std::string& method, const std::string& params = "{}") {
+    return ask(rpc, R"({"jsonrpc":"2.0","id":1,"method":")" + method + R"(","params":)" + params + "}").at("result");
+  }
+
+ private:
+  boost::asio::io_context io_;
+  Socket mine_;
+  std::shared_ptr<socket::Client> client_;
+};
+
+}  // namespace prism::test

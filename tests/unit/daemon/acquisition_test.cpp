@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// What the acquisition reports beside its rows.
+#include "daemon/pipeline/acquisition.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/daemon_parts.hpp"
+
+namespace prism::daemon {
+namespace {
+
+class AcquisitionTest : public test::DaemonPartsTest {};
+
+TEST_F(AcquisitionTest, AWrongRateIsOneEvent) {
+  setup_.clock.source = drivers::ClockSource::kHost;
+  std::vector<std::string> told;
+  test::DaemonParts parts(setup_, {}, [&](const socket::Event& event) {
+    if (event.kind == "rate") told.push_back(event.text);
+  });
+  parts.begin_session(arrival_ns_);
+  const double half_s = setup_.frames->period_s() / 2;  // twice as many a second as the description says
+  for (int i = 0; i < 80 * 400; ++i) {
+    std::vector<std::uint8_t> bytes;
+    encoder_.encode({{10.0}, half_s, 25.0, 1.5}, bytes);
+    parts.feed(bytes, arrival_ns_ += static_cast<std::int64_t>(half_s * 1e9));
+  }
+  EXPECT_THAT(told, testing::ElementsAre(testing::StartsWith(
+                        "trplg: found 400 gyro frames a second by their time stamps, expected 200 as rate_hz says")));
+}
+
+}  // namespace
+}  // namespace prism::daemon

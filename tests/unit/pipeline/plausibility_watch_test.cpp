@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// One event when a sensor is no longer believed, one when it is again, and no flood between.
+#include "daemon/pipeline/plausibility_watch.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace prism::pipeline {
+namespace {
+
+using compensation::CompensatedWindow;
+using compensation::Doubt;
+
+CompensatedWindow watched_row(double degc, bool implausible) {
+  CompensatedWindow made;
+  made.window.bucket.rate_deg_per_h = 8;
+  made.window.bucket.temperature_degc = degc;
+  made.window.bucket.implausible.temperature = implausible;
+  if (implausible) made.doubts.temperature = {Doubt::Reason::kOutOfRange, degc, -90, 200};
+  return made;
+}
+
+std::vector<std::string> told(PlausibilityWatch& watch, int rows, double degc, bool implausible) {
+  std::vector<std::string> texts;
+  for (int i = 0; i < rows; ++i) {
+    for (const auto& notice : watch.push(watched_row(degc, implausible)))
+      texts.push_back((notice.entered ? "in: " : "out: ") + notice.text);
+  }
+  return texts;
+}
+
+TEST(PlausibilityWatch, TellsOnceInAndOnceOut) {
+  PlausibilityWatch watch;
+  EXPECT_THAT(told(watch, 100, 25, false), testing::IsEmpty());
+  EXPECT_THAT(told(watch, 100, -273, true),
+              testing::ElementsAre("in: temperature is implausible: found -273 degC, expected -90 to 200"));
+  EXPECT_THAT(told(watch, 29, 25, false), testing::IsEmpty());
+  EXPECT_THAT(told(watch, 100, 25, false),
+              testing::ElementsAre("out: temperature is plausible again: 25 degC after 100 s in which it was not"));
+  EXPECT_EQ(told(watch, 1, 1000, true).size(), 1u);
+}
+
+TEST(PlausibilityWatch, ASensorThatFlickersIsOneFault) {
+  PlausibilityWatch watch;
+  std::size_t notices = 0;
+  for (int i = 0; i < 1000; ++i) {
+    notices += told(watch, 1, 1000, true).size();
+    notices += told(watch, 3, 25, false).size();
+  }
+  EXPECT_EQ(notices, 1u);
+}
+
+TEST(PlausibilityWatch, EachSensorHasItsOwn) {
+  PlausibilityWatch watch;
+  EXPECT_EQ(told(watch, 10, -273, true).size(), 1u);
+  CompensatedWindow both = watched_row(-273, true);
+  both.window.bucket.implausible.rate = true;
+  both.doubts.rate = {Doubt::Reason::kOutOfRange, 3.4e38, -3.6e7, 3.6e7};
+  const auto notices = watch.push(both);
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_EQ(notices[0].text, "rate is implausible: found 3.4e+38 deg/h, expected -3.6e+07 to 3.6e+07");
+}
+
+// A thermometer that says nothing any more has not come back.
+TEST(PlausibilityWatch, SilenceIsNoReturn) {
+  PlausibilityWatch watch;
+  told(watch, 10, -273, true);
+  EXPECT_THAT(told(watch, 100, kUnknown, false), testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace prism::pipeline

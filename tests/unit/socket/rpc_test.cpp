@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/socket/rpc.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/daemon_parts.hpp"
+
+namespace prism::socket {
+namespace {
+
+using nlohmann::json;
+
+class RpcTest : public test::DaemonPartsTest {
+ protected:
+  int code(const std::string& line) { return asker_.ask(rpc_, line).at("error").at("code").get<int>(); }
+
+  int reloads_ = 0;
+  Rpc rpc_ = parts_->rpc([this](auto done) {
+    ++reloads_;
+    done(refuse("gyro.json", "no"));
+  });
+  test::Asker asker_;
+};
+
+TEST_F(RpcTest, EveryMethodAnswersItsId) {
+  for (const char* method : {"version", "status", "bias", "stability", "line", "model", "config", "history", "events",
+                             "subscribe", "unsubscribe"}) {
+    const json answer = asker_.ask(rpc_, json{{"jsonrpc", "2.0"}, {"id", method}, {"method", method}}.dump());
+    EXPECT_EQ(answer["id"], method);
+    EXPECT_TRUE(answer.contains("result")) << answer;
+  }
+}
+
+TEST_F(RpcTest, RefusesWhatIsNoRequest) {
+  EXPECT_EQ(code("{"), kParseError);
+  EXPECT_EQ(code("3"), kInvalidRequest);
+  EXPECT_EQ(code("[]"), kInvalidRequest);
+  EXPECT_EQ(code(R"({"jsonrpc":"1.0","id":1,"method":"status"})"), kInvalidRequest);
+  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":[],"method":"status"})"), kInvalidRequest);
+  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":7})"), kInvalidRequest);
+  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"fly"})"), kMethodNotFound);
+  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"history","params":{"seconds":0}})"), kInvalidParams);
+  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"events","params":{"count":257}})"), kInvalidParams);
+  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"subscribe","params":{"streams":["x"]}})"), kInvalidParams);
+}
+
+// 65 kB made into a tree would hold the line for milliseconds.
+TEST_F(RpcTest, ALineOfVeryManyValuesIsRefusedBeforeItIsKept) {
+  const std::string deep = std::string(3000, '[') + std::string(3000, ']');
+  std::string flat = "[1";
+  for (int i = 0; i < 30'000; ++i) flat += ",1";
+  for (const std::string& line : {deep, flat + "]", flat + ", and no JSON"}) {
+    const json answer = asker_.ask(rpc_, line);
+    EXPECT_EQ(answer["error"]["code"], kInvalidRequest);
+    EXPECT_EQ(answer["error"]["message"], "found more than 2000 values in a line, expected 100 requests at most");
+  }
+}
+
+TEST_F(RpcTest, AFullBatchOfTheRichestRequestIsAnswered) {
+  std::string line = "[";
+  for (int i = 0; i < 100; ++i) {
+    line +=
+        R"({"jsonrpc": "2.0", "id": 1, "method": "subscribe", "params": {"streams": ["sample", "window", "event"], "every": 2}})";
+    line += i < 99 ? ", " : "]";
+  }
+  rpc_.request(asker_.client(), line);
+  const std::string text = asker_.read();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 100);
+  EXPECT_EQ(text.find("error"), std::string::npos);
+}
+
+TEST_F(RpcTest, ANotificationIsNotAnswered) {
+  rpc_.request(asker_.client(), R"({"jsonrpc":"2.0","method":"status"})");
+  rpc_.request(asker_.client(), R"({"jsonrpc":"2.0","method":"history"})");
+  rpc_.request(asker_.client(), R"({"jsonrpc":"2.0","method":"fly"})");
+  EXPECT_EQ(asker_.read(), "");
+}
+
+TEST_F(RpcTest, AReloadTellsItsRefusal) {
+  const json answer = asker_.ask(rpc_, R"({"jsonrpc":"2.0","id":1,"method":"reload"})");
+  EXPECT_EQ(answer["error"]["code"], kRefused);
+  EXPECT_EQ(answer["error"]["message"], "gyro.json: no");
+  EXPECT_EQ(reloads_, 1);
+}
+
+TEST_F(RpcTest, ASubscriberGetsItsRows) {
+  parts_->publisher.add(asker_.client());
+  asker_.result(rpc_, "subscribe", R"({"streams": ["window"]})");
+  begin_session();
+  feed(4);
+  const std::string text = asker_.read();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), parts_->publisher.history(0).size());
+  EXPECT_EQ(text.find("\"sample\""), std::string::npos);
+  asker_.result(rpc_, "unsubscribe");
+  feed(4);
+  EXPECT_EQ(asker_.read(), "");
+}
+
+// A client that asks without reading is closed; what it asked for does not fill the memory.
+TEST_F(RpcTest, AClientThatNeverReadsIsClosed) {
+  begin_session();
+  feed(600);
+  test::Asker deaf(1 << 16);
+  for (int i = 0; i < 50 && deaf.client()->open(); ++i) {
+    rpc_.request(deaf.client(), R"({"jsonrpc":"2.0","id":1,"method":"history","params":{"seconds":3600}})");
+  }
+  EXPECT_FALSE(deaf.client()->open());
+}
+
+}  // namespace
+}  // namespace prism::socket
