@@ -222,7 +222,7 @@ class Live {
   socket::Publisher publisher_;
   socket::EventLog events_{[this](const socket::Event& event) {
     log_event(event);
-    publisher_.event(event.json);
+    publisher_.event(event);
   }};
   pipeline::Acquisition acquisition_;
   socket::RowRequests row_requests_;

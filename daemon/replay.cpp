@@ -270,7 +270,7 @@ class Replay {
   socket::Publisher publisher_;
   socket::EventLog events_{[this](const socket::Event& event) {
     if (event.kind != "quality") log_event(event);  // the log itself says it of each row
-    publisher_.event(event.json);
+    publisher_.event(event);
   }};
   pipeline::Acquisition acquisition_;
   socket::RowRequests row_requests_;

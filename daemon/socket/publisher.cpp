@@ -147,9 +147,10 @@ void Publisher::send_held(const Choice& choice) {
   }
 }
 
-void Publisher::event(const std::string& params) {
-  std::string text = std::string(kEventHead).append(params).append(kTail);
-  if (!held_.empty()) {
+void Publisher::event(const Event& event) {
+  std::string text = std::string(kEventHead).append(event.json).append(kTail);
+  const bool about_rows = event.kind == "quality" || event.kind == "implausible";
+  if (about_rows && !held_.empty()) {
     held_.push_back({kEvent, std::move(text)});
     return;
   }

@@ -10,6 +10,7 @@
 
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/socket/client.hpp"
+#include "daemon/socket/event_log.hpp"
 #include "daemon/socket/history.hpp"
 #include "daemon/socket/row_text.hpp"
 
@@ -18,7 +19,8 @@ namespace prism::socket {
 /// The samples of one call go out together: one send for many rows at high rates, and no delay at low ones. Windows and
 /// events go out at once, after the samples before them, those of several axes in one send. Windows that are not in the
 /// log yet are held until they are: a process that is killed has then lost no window that somebody was told. Events
-/// that come meanwhile wait behind them. A disk that takes nothing for a second and more is not waited for.
+/// about rows (quality, implausible) wait behind them. A disk that takes nothing for a second and more is not waited
+/// for.
 class Publisher {
  public:
   void add(std::shared_ptr<Client> client);
@@ -34,8 +36,7 @@ class Publisher {
   void release_late();
   /// What is held goes out.
   void release();
-  /// `params`: the JSON object of an event notification.
-  void event(const std::string& params);
+  void event(const Event& event);
 
   std::size_t clients() const { return clients_.size(); }
   const std::vector<std::shared_ptr<Client>>& all() const { return clients_; }

@@ -33,7 +33,7 @@ struct DaemonParts {
       Told told = [](const auto&) {})
       : events([this, told = std::move(told)](const socket::Event& event) {
           told(event);
-          publisher.event(event.json);
+          publisher.event(event);
         }),
         acquisition(
             std::move(setup), std::move(logs), {},

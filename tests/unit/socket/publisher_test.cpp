@@ -24,6 +24,13 @@ compensation::Compensated sample_at(std::int64_t second) {
   return row;
 }
 
+Event event_of(const char* kind) {
+  Event event;
+  event.kind = kind;
+  event.json = "{}";
+  return event;
+}
+
 pipeline::Rows rows_of(std::vector<std::string> axes) {
   pipeline::Rows rows;
   rows.axes = std::make_shared<const std::vector<std::string>>(std::move(axes));
@@ -70,7 +77,7 @@ TEST_F(PublisherTest, EachHearsWhatItSubscribed) {
   auto& events = subscriber({0, false, true});
   auto& nothing = subscriber({});
   publish(1, 6, true);
-  publisher.event(R"({"text":"t"})");
+  publisher.event(event_of("note"));
   EXPECT_THAT(heard(all),
               ElementsAre("sample 1", "sample 2", "sample 3", "sample 4", "sample 5", "sample 6", "window", "event"));
   EXPECT_THAT(heard(third), ElementsAre("sample 1", "sample 4"));
@@ -96,11 +103,13 @@ TEST_F(PublisherTest, AHeldWindowGoesOutWhenItIsReleasedOrWithTheNextThatNeedNot
   rows.samples.push_back({0, sample_at(1)});
   rows.windows.push_back({0, 1, 0, {}});
   publisher.rows(rows, true);
-  publisher.event("{}");
+  publisher.event(event_of("quality"));
   EXPECT_THAT(heard(peer), ElementsAre("sample 1"));
+  publisher.event(event_of("line_lost"));
+  EXPECT_THAT(heard(peer), ElementsAre("event")) << "not about a row: it does not wait for the disk";
   publisher.release();
   EXPECT_THAT(heard(peer), ElementsAre("window", "event"));
-  publisher.event("{}");
+  publisher.event(event_of("quality"));
   EXPECT_THAT(heard(peer), ElementsAre("event"));
   publisher.rows(rows, true);
   publisher.rows(rows);

@@ -23,8 +23,8 @@ struct PlantedFaults : testing::Test {
   /// The writer of a log, in the folder log/.
   std::unique_ptr<log::RowLog> writer(const std::string& metadata = "", const std::string& name = "gyro1") {
     return std::make_unique<log::RowLog>(test::segments_in(log), name,
-                                            "# prism 0.2.0 data log, format 2\n# instance: gyro1\n" + metadata,
-                                            counters, [](const std::string& what) { ADD_FAILURE() << what; });
+                                         "# prism 0.2.0 data log, format 2\n# instance: gyro1\n" + metadata, counters,
+                                         [](const std::string& what) { ADD_FAILURE() << what; });
   }
   /// Rows of the seconds that end at first, first + 1, …, in a session of their own.
   static void append(log::RowLog& rows, std::int64_t first, int count) {
