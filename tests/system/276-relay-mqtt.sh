@@ -4,7 +4,7 @@
 . "$(dirname "$0")/lib.sh"
 . "$(dirname "$0")/servers.sh"
 command -v mosquitto mosquitto_sub >"$dir/programs" || PATH=$PATH:/usr/sbin
-command -v mosquitto mosquitto_sub >"$dir/programs" || skip "no mosquitto is installed here (tools/setup)"
+command -v mosquitto mosquitto_sub >"$dir/programs" || skip "no mosquitto is installed here (tools/setup all)"
 cd "$dir"
 server_user=mosquitto
 port=$(free_port)

@@ -39,7 +39,7 @@ contains "the hostile one" "$(cat both)" 'prism_up{gyro="hostile"} 1'
 same "the invalid name" "$(grep -c 'xff.sock: the name is skipped' both.log)" "$(grep -c '' both.log)"
 is_printable both both.log || fail "the metrics are not printable"
 
-command -v promtool >/dev/null || skip "no prometheus is installed here (tools/setup); the rest was tried"
+command -v promtool >/dev/null || skip "no prometheus is installed here (tools/setup all); the rest was tried"
 same "what promtool says of the text" "$(promtool check metrics <all 2>&1)" ""
 same "what promtool says of hostile texts" "$(promtool check metrics <both 2>&1)" ""
 promtool check rules "$PRISM_SOURCE/config/prometheus/prism.rules.yml" >rules.out || fail "$(cat rules.out)"

@@ -2,7 +2,7 @@
 # tools/fleet as a person calls it: real gyros, stand-ins, and a backlog that is caught up.
 . "$(dirname "$0")/lib.sh"
 . "$(dirname "$0")/servers.sh"
-ls -d /usr/lib/postgresql/*/bin >/dev/null 2>&1 || skip "no PostgreSQL is installed here (tools/setup)"
+ls -d /usr/lib/postgresql/*/bin >/dev/null 2>&1 || skip "no PostgreSQL is installed here (tools/setup all)"
 fleet() { TMPDIR=$dir "$PRISM_SOURCE/tools/fleet" "$@" --build "$PRISM_BIN"; }
 [ "$(id -u)" -ne 0 ] || chmod 711 "$dir"
 code=0; fleet none 2>/dev/null >"$dir/usage" || code=$?

@@ -3,7 +3,7 @@
 # allowed does not.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH:/usr/sbin
-command -v nginx >/dev/null || skip "no nginx is installed here (tools/setup)"
+command -v nginx >/dev/null || skip "no nginx is installed here (tools/setup all)"
 needs_websockets
 cd "$dir"
 frames 50

@@ -14,7 +14,7 @@ free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1
 start_postgres() {
   server_user=postgres
   postgres_bin=$(ls -d /usr/lib/postgresql/*/bin 2>/dev/null | tail -1)
-  [ -n "$postgres_bin" ] || skip "no PostgreSQL is installed here (tools/setup)"
+  [ -n "$postgres_bin" ] || skip "no PostgreSQL is installed here (tools/setup all)"
   if [ ! -d "$dir/pg/data" ]; then
     server_folder "$dir/pg"
     as_server "$postgres_bin/initdb" -D "$dir/pg/data" -A trust -U relay --no-sync -E UTF8 --locale=C >"$dir/initdb.out" 2>&1 || fail "initdb: $(tail -3 "$dir/initdb.out")"

@@ -1,5 +1,16 @@
 # SPDX-License-Identifier: MIT
 # Compiler settings that every target of the project shares.
+# What is built beside prismd, prismctl and prismsim; each needs libraries of its own (CONTRIBUTING.md).
+option(PRISM_CAL "Build prismcal" ON)
+option(PRISM_RELAY "Build prismrelay" ON)
+option(PRISM_WEB "Build prismweb" ON)
+if(PRISM_CAL AND PRISM_RELAY AND PRISM_WEB)
+  set(PRISM_EVERYTHING ON)
+else()
+  set(PRISM_EVERYTHING OFF)
+endif()
+option(PRISM_CCACHE "Compile through ccache if it is installed" OFF)
+option(PRISM_HARDENING "Harden optimised builds; OFF for a packager whose own flags do" ON)
 option(PRISM_WARNINGS "Let the compiler warn" ON)
 option(PRISM_WERROR "Treat warnings as errors" OFF)
 set(PRISM_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them: address,undefined or thread")
@@ -12,9 +23,11 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Debug, Release, RelWithDebInfo or MinSizeRel" FORCE)
 endif()
 
-find_program(CCACHE ccache)
-if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+if(PRISM_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  find_program(CCACHE ccache)
+  if(CCACHE)
+    set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+  endif()
 endif()
 
 # The date of man pages and changelogs: what the environment says, else the last commit's.
@@ -33,8 +46,6 @@ target_include_directories(prism_settings INTERFACE ${CMAKE_SOURCE_DIR})
 target_compile_options(prism_settings INTERFACE -ffp-contract=off)
 if(PRISM_WARNINGS)
   target_compile_options(prism_settings INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion)
-else()
-  target_compile_options(prism_settings INTERFACE -w)
 endif()
 # A room at once takes a tenth less time where g++ may hold 2 GB before it looks for memory to use again.
 if(PRISM_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
@@ -72,7 +83,7 @@ if(PRISM_FUZZ)  # the libraries, too: libFuzzer steers by the edges that the inp
 endif()
 # Every optimised build is hardened, with a preset or without one; tests/hardening.py reads it from the files. The sanitizers have
 # their own checks, which FORTIFY would hide.
-if(NOT PRISM_SANITIZE AND NOT PRISM_FUZZ)
+if(PRISM_HARDENING AND NOT PRISM_SANITIZE AND NOT PRISM_FUZZ)
   include(CheckCXXCompilerFlag)
   set(hardening -fstack-protector-strong -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2)
   foreach(flag -fcf-protection=full -fstack-clash-protection -mbranch-protection=standard)
