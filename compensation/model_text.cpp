@@ -25,7 +25,7 @@ FeatureDefinition read_features(Section section) {
   const Section sensors = section.object("sensors");
   for (const std::string& name : sensors.names(TextRule::kSensorName)) {
     if (!is_sensor_name(name)) sensors.fail(name, "is the name of another input, expected a sensor's");
-    features.sensors.push_back({name, kSensorUnits[sensors.choice(name, kSensorUnits)]});
+    features.sensors.push_back({name, kSensorUnitNames[sensors.choice(name, kSensorUnitNames)]});
   }
   return features;
 }

@@ -8,9 +8,10 @@
 namespace prism {
 namespace {
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
+const SensorUnit* find_unit(std::string_view unit) {
+  const auto* const found = std::find_if(std::begin(kSensorUnits), std::end(kSensorUnits),
+                                         [&](const SensorUnit& u) { return u.unit == unit; });
+  return found != std::end(kSensorUnits) ? found : nullptr;
 }
 
 }  // namespace
@@ -28,13 +29,16 @@ bool is_own_input(std::string_view name) {
 
 bool is_sensor_name(std::string_view name) { return follows(TextRule::kSensorName, name) && !is_own_input(name); }
 
-std::string sensor_column(const SensorName& sensor) { return sensor.name + "_" + lower(sensor.unit); }
+std::string sensor_column(const SensorName& sensor) {
+  const SensorUnit* const unit = find_unit(sensor.unit);
+  return sensor.name + "_" + (unit != nullptr ? unit->suffix : sensor.unit);
+}
 
 std::optional<SensorName> sensor_of_column(std::string_view column) {
-  for (const char* unit : kSensorUnits) {
-    const std::string end = "_" + lower(unit);
+  for (const SensorUnit& unit : kSensorUnits) {
+    const std::string end = std::string("_") + unit.suffix;
     if (column.size() > end.size() && column.ends_with(end))
-      return SensorName{std::string(column.substr(0, column.size() - end.size())), unit};
+      return SensorName{std::string(column.substr(0, column.size() - end.size())), unit.unit};
   }
   return std::nullopt;
 }

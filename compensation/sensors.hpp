@@ -3,6 +3,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,9 +13,22 @@
 
 namespace prism {
 
-/// The units that a sensor may have, as they stand in files; a column of the log is called NAME_ with the unit in lower
-/// case.
-inline constexpr const char* kSensorUnits[] = {"degC", "V", "A", "mA", "Pa", "g"};
+/// A unit that a sensor may have. The schemas in config/ list the same units; a test compares them.
+struct SensorUnit {
+  const char* unit;    ///< in files
+  const char* suffix;  ///< a column of the log is called NAME_SUFFIX
+  const char* metric;  ///< Prometheus's family
+};
+inline constexpr SensorUnit kSensorUnits[] = {
+    {"degC", "degc", "prism_sensor_celsius"},  {"V", "v", "prism_sensor_volts"},     {"A", "a", "prism_sensor_amperes"},
+    {"mA", "ma", "prism_sensor_milliamperes"}, {"Pa", "pa", "prism_sensor_pascals"}, {"g", "g", "prism_sensor_g"},
+};
+/// Their names, as Section::choice takes them.
+inline constexpr auto kSensorUnitNames = [] {
+  std::array<const char*, std::size(kSensorUnits)> names{};
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = kSensorUnits[i].unit;
+  return names;
+}();
 
 struct SensorName {
   std::string name;  ///< letters, digits, '_' and '.', not one of the inputs T, U, dTdt and lagN

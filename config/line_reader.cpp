@@ -26,7 +26,7 @@ std::optional<T> optional_integer(const Section& section, const char* key, Range
 
 TextColumn read_column(const Section& section, const std::string& name) {
   TextColumn column;
-  column.sensor = {name, kSensorUnits[section.choice("unit", kSensorUnits)]};
+  column.sensor = {name, kSensorUnitNames[section.choice("unit", kSensorUnitNames)]};
   column.column = static_cast<int>(section.integer("column", {1, kMostColumns})) - 1;
   column.min = section.number("min", kAnyNumber, column.min);
   column.max = section.number("max", kAnyNumber, column.max);

@@ -8,6 +8,7 @@
 
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
+#include "compensation/sensors.hpp"
 
 namespace prism::metrics {
 namespace {
@@ -58,18 +59,7 @@ constexpr Family kClientRows{"prism_client_lost_rows_total", Type::kCounter, "Ro
 constexpr Family kSensorLine{"prism_sensor_line_receiving", Type::kGauge, "Whether an instrument's line delivers."};
 constexpr Family kMade{"prism_metrics_timestamp_seconds", Type::kGauge, "When these metrics were made, since 1970."};
 
-struct SensorUnit {
-  const char* unit;
-  Family family;
-};
-constexpr std::array kSensors = {
-    SensorUnit{"degC", {"prism_sensor_celsius", Type::kGauge, "A sensor of the device or of an instrument."}},
-    SensorUnit{"V", {"prism_sensor_volts", Type::kGauge, "A sensor of the device or of an instrument."}},
-    SensorUnit{"A", {"prism_sensor_amperes", Type::kGauge, "A sensor of the device or of an instrument."}},
-    SensorUnit{"mA", {"prism_sensor_milliamperes", Type::kGauge, "A sensor of the device or of an instrument."}},
-    SensorUnit{"Pa", {"prism_sensor_pascals", Type::kGauge, "A sensor of the device or of an instrument."}},
-    SensorUnit{"g", {"prism_sensor_g", Type::kGauge, "A sensor of the device or of an instrument."}},
-};
+constexpr const char* kSensorHelp = "A sensor of the device or of an instrument.";
 
 const json& at(const json& object, const char* key) { return member(object, key); }
 
@@ -174,9 +164,10 @@ void add_log(const GyroWriter& gyro, const json& status) {
 void add_sensors(const GyroWriter& gyro, const json& sensors) {
   for (const auto& [name, own] : sensors.items()) {
     const std::string unit = text_of(at(own, "unit"));
-    const auto family =
-        std::find_if(kSensors.begin(), kSensors.end(), [&](const SensorUnit& s) { return s.unit == unit; });
-    if (family != kSensors.end()) gyro.put(family->family, {{"sensor", name}}, value_of(at(own, "value")));
+    for (const SensorUnit& known : kSensorUnits) {
+      if (known.unit == unit)
+        gyro.put({known.metric, Type::kGauge, kSensorHelp}, {{"sensor", name}}, value_of(at(own, "value")));
+    }
   }
 }
 

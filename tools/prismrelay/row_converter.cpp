@@ -10,6 +10,7 @@
 #include <iterator>
 
 #include "base/escape.hpp"
+#include "compensation/sensors.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -90,10 +91,9 @@ bool fits(Kind kind, std::string_view text) {
 }
 
 bool is_sensor(std::string_view name) {
-  constexpr std::array kUnits = {"_degc", "_v", "_a", "_ma", "_pa", "_g"};
   const bool plain = std::all_of(name.begin(), name.end(),
                                  [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '.'; });
-  return plain && std::any_of(kUnits.begin(), kUnits.end(), [&](const char* unit) { return name.ends_with(unit); });
+  return plain && sensor_of_column(name);
 }
 
 std::string shown(std::string_view text) { return "\"" + shortened(text, 40) + "\""; }

@@ -220,7 +220,7 @@ void read_sensors(const Section& s, FrameDescription& description) {
     if (!is_sensor_name(names[i]) || names[i].find('.') != std::string::npos)
       s.fail(names[i], "found no name of a sensor, expected letters, digits and _, not T, U, dTdt or lagN");
     SensorRule& rule = description.sensors[i];
-    rule.sensor = {names[i], kSensorUnits[own.choice("unit", kSensorUnits)]};
+    rule.sensor = {names[i], kSensorUnitNames[own.choice("unit", kSensorUnitNames)]};
     read_channel(own, description, rule.channel, [i](KindRoles& roles) -> ChannelFields& { return roles.sensors[i]; });
     const Field* field = first_with(description, [i](const KindRoles& roles) { return &roles.sensors[i].whole; });
     if (field && !field->unit.empty() && field->unit != rule.sensor.unit)

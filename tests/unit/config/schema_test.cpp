@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 
+#include "compensation/sensors.hpp"
 #include "config/config.hpp"
 #include "tests/support/schema_keys.hpp"
 
@@ -167,6 +168,26 @@ TEST(ConfigSchema, EveryKeyStandsInTheManPage) {
     if (Json::parse(kWhole).at(at).is_object() || key.rfind("capture/", 0) == 0 || key == "$schema") return;
     EXPECT_NE(page.find("*" + key + "*"), std::string::npos) << key;
   });
+}
+
+// A unit in one list only would lose a column or be rejected somewhere.
+TEST(ConfigSchema, SensorUnitsAreThoseOfTheTableInEverySchema) {
+  const Json expected(kSensorUnitNames);
+  int lists = 0;
+  const std::function<void(const Json&)> compare = [&](const Json& schema) {
+    if (schema.is_object() && schema.contains("enum") && schema["enum"].front() == expected.front()) {
+      EXPECT_EQ(schema["enum"], expected);
+      ++lists;
+    }
+    if (!schema.is_structured()) return;
+    for (const auto& below : schema) compare(below);
+  };
+  for (const char* file :
+       {"config/prismd.schema.json", "config/models/model.schema.json", "config/frames/frame.schema.json"}) {
+    const int before = lists;
+    compare(Json::parse(test::read_file(kSource / file)));
+    EXPECT_GT(lists, before) << file;
+  }
 }
 
 }  // namespace
