@@ -73,7 +73,7 @@ CLOCKLESS = {CORE, TRAINING, EVALUATION, PIPELINE} | WIRES
 THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON} | WIRES
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
 # a name from a file of a stranger must never reach a shell or another program: only a campaign starts programs
-STARTS_PROGRAMS = {f"tools/prismcal/campaign/{name}.cpp" for name in ("level", "local_engine", "slurm_engine")}
+STARTS_PROGRAMS = {f"tools/prismcal/campaign/{name}.cpp" for name in ("child_process", "level", "slurm_engine")}
 PROGRAM_CALL = re.compile(r"(?<![\w.])(?:popen|exec[lv]\w*|posix_spawnp?)\s*\(|(?:(?<![\w>&*] )|return )(?<![\w.])system\s*\(|<spawn\.h>")
 JSON_READERS = re.compile(r"^compensation/(model_kinds|[a-z]+_text)\.[ch]pp$")
 

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/campaign/lot.hpp"
-#include "tools/prismcal/campaign/engines.hpp"
 #include "tools/prismcal/campaign/progress.hpp"
+#include "tools/prismcal/campaign/task_command.hpp"
 
 namespace prism::campaign {
 namespace {
@@ -56,7 +56,7 @@ TEST_F(TaskOfALot, IsNotDoneAgainWhereItStands) {
   ASSERT_TRUE(run_task(store_, task_, work_));
   ASSERT_TRUE(run_task(store_, task_, work_));
   EXPECT_EQ(runs, 1);
-  EXPECT_EQ(tasks_to_do(store_, store_.read_plan().value()).size(), 1u);
+  EXPECT_EQ(store_.tasks_to_do(store_.read_plan().value()).size(), 1u);
 }
 
 // Two engines that begin one task at a time: the first stands, the second goes without a word.
@@ -123,7 +123,7 @@ TEST_F(TaskOfALot, WhatAKilledProcessLeftIsSweptAway) {
 TEST(TaskCommand, IsQuotedForAShell) {
   CampaignFile file;
   file.path = "/lab/it's lot.json";
-  EXPECT_EQ(task_command(file, {"/usr/bin/prismcal", 0, 0, false}, "ab12"),
+  EXPECT_EQ(task_command(file, "/usr/bin/prismcal", "ab12"),
             "/usr/bin/prismcal campaign '/lab/it'\\''s lot.json' --task ab12");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Who runs the tasks: this machine's cores, Slurm, or whatever takes a command a line.
+// What runs the tasks of a campaign: the cores of this machine, or Slurm.
 #pragma once
 
 #include <string>
@@ -11,30 +11,23 @@ namespace prism::campaign {
 
 struct EngineSettings {
   std::string program;   ///< path of prismcal
-  int jobs = 0;          ///< tasks at a time; 0: one a core (local)
-  double memory_mb = 0;  ///< of all tasks at a time; 0: four fifths of what is free (local)
+  int jobs = 0;          ///< tasks at a time; 0: one per core (local)
+  double memory_mb = 0;  ///< of all tasks at a time; 0: four fifths of the free memory (local)
   bool detach = false;   ///< submit and return (Slurm)
 };
 
 struct EngineEnd {
   bool interrupted = false;
-  std::size_t done = 0, failed = 0;  ///< of the tasks that were to do
+  std::size_t done = 0, failed = 0;  ///< of the tasks without a result at the start
 };
 
-/// The command that runs one task, wherever the files are seen under the same paths; quoted for a shell.
-std::string task_command(const CampaignFile& file, const EngineSettings& settings, const std::string& id);
-std::string shell_quoted(const std::string& text);
-
-/// Tasks that do not stand, the longest first.
-std::vector<PlannedTask> tasks_to_do(const Store& store, const std::vector<PlannedTask>& plan);
-
-/// A process for each task; as many at a time as there are jobs, and as their memory fits, one always. Ctrl-C or
-/// SIGTERM ends those that run. A process that dies is a failure, told and kept.
+/// One process per task, the longest tasks first; at most `jobs` at a time and at most their expected memory, but
+/// always one. Ctrl-C and SIGTERM end them. The death of a process is recorded as a failure of its task.
 Result<EngineEnd> run_local(const CampaignFile& file, const Store& store, const std::vector<PlannedTask>& plan,
                             const EngineSettings& settings);
 
-/// Job arrays by sbatch --wait; what a dead node took with it is submitted again, three times at most. Arrays of this
-/// campaign that are in the queue already are waited for. Ctrl-C cancels them.
+/// One Slurm job array. If an array of this campaign is in the queue already, waits for its end first. Slurm runs the
+/// tasks of a dead node again. Ctrl-C and SIGTERM cancel the array.
 Result<EngineEnd> run_slurm(const CampaignFile& file, const Store& store, const std::vector<PlannedTask>& plan,
                             const EngineSettings& settings);
 

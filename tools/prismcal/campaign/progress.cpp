@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <numeric>
 
 namespace prism::campaign {
 
@@ -46,9 +47,17 @@ std::string duration_text(double s) {
   return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
 }
 
-Progress::Progress(std::size_t tasks, std::size_t done, double to_do_cpu_s)
-    : tasks_(tasks), to_do_cpu_s_(to_do_cpu_s), terminal_(::isatty(STDERR_FILENO) != 0) {
-  show(done, 0, 0, 0);
+double total_cpu_s(const std::vector<PlannedTask>& tasks) {
+  return std::accumulate(tasks.begin(), tasks.end(), 0.0,
+                         [](double sum, const PlannedTask& task) { return sum + task.cpu_s; });
+}
+
+Progress::Progress(std::size_t planned, const std::vector<PlannedTask>& to_do)
+    : planned_(planned),
+      done_before_(planned - to_do.size()),
+      to_do_cpu_s_(total_cpu_s(to_do)),
+      terminal_(::isatty(STDERR_FILENO) != 0) {
+  show(0, 0, 0, 0);
 }
 
 Progress::~Progress() {
@@ -58,16 +67,19 @@ Progress::~Progress() {
 void Progress::show(std::size_t done, std::size_t running, std::size_t failed, double done_cpu_s) {
   if (!terminal_) return;
   constexpr std::size_t kWidth = 30;
-  const std::size_t filled = tasks_ > 0 ? kWidth * std::min(done, tasks_) / tasks_ : kWidth;
+  done += done_before_;
+  const std::size_t filled = planned_ > 0 ? kWidth * std::min(done, planned_) / planned_ : kWidth;
   const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   const std::string left =
       done_cpu_s > 0 ? duration_text(elapsed_s * std::max(0.0, to_do_cpu_s_ - done_cpu_s) / done_cpu_s) + " left" : "";
   fmt::print(stderr, "\r[{:#<{}}{:{}}] {} of {} done, {} running{} {:<20}", "", filled, "", kWidth - filled, done,
-             tasks_, running, failed > 0 ? fmt::format(", {} failed", failed) : "", left);
+             planned_, running, failed > 0 ? fmt::format(", {} failed", failed) : "", left);
   std::fflush(stderr);
   drawn_ = true;
 }
 
-void Progress::say(const std::string& line) { fmt::print(stderr, "{}prismcal: {}\n", drawn_ ? "\r\033[K" : "", line); }
+void Progress::print(const std::string& line) {
+  fmt::print(stderr, "{}prismcal: {}\n", drawn_ ? "\r\033[K" : "", line);
+}
 
 }  // namespace prism::campaign

@@ -24,20 +24,24 @@ Result<Status> read_status(const Store& store, bool refusals = true);
 /// "2 h 05 min", "12 s".
 std::string duration_text(double s);
 
-/// The bar of a run: a line that is drawn again on a terminal, nothing elsewhere but what ends it.
+double total_cpu_s(const std::vector<PlannedTask>& tasks);
+
+/// Progress bar of a run, on terminals only.
 class Progress {
  public:
-  Progress(std::size_t tasks, std::size_t done, double to_do_cpu_s);
+  /// `planned`: tasks in the plan; `to_do`: those of them without a result.
+  Progress(std::size_t planned, const std::vector<PlannedTask>& to_do);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
+  /// Counts of the tasks to do.
   void show(std::size_t done, std::size_t running, std::size_t failed, double done_cpu_s);
-  /// A line above the bar, on stderr.
-  void say(const std::string& line);
+  /// Prints a line above the bar, on stderr.
+  void print(const std::string& line);
 
  private:
-  std::size_t tasks_;
+  std::size_t planned_, done_before_;
   double to_do_cpu_s_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   bool terminal_, drawn_ = false;

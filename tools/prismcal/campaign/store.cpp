@@ -150,6 +150,16 @@ std::unordered_set<std::string> Store::standing() const {
   return ids;
 }
 
+std::vector<PlannedTask> Store::tasks_to_do(const std::vector<PlannedTask>& plan) const {
+  const auto done = standing();
+  std::vector<PlannedTask> tasks;
+  std::copy_if(plan.begin(), plan.end(), std::back_inserter(tasks),
+               [&](const PlannedTask& task) { return !done.contains(task.id); });
+  std::stable_sort(tasks.begin(), tasks.end(),
+                   [](const PlannedTask& a, const PlannedTask& b) { return a.cpu_s > b.cpu_s; });
+  return tasks;
+}
+
 std::unordered_map<std::string, Failure> Store::failures() const {
   std::unordered_map<std::string, Failure> failures;
   each_name(file("failed"), [&](const std::string& name) {

@@ -51,6 +51,8 @@ class Store {
   bool stands(const std::string& id) const;
   std::unordered_set<std::string> standing() const;
   std::unordered_map<std::string, Failure> failures() const;
+  /// The tasks without a result, the longest first.
+  std::vector<PlannedTask> tasks_to_do(const std::vector<PlannedTask>& plan) const;
   /// Touched within the last half minute.
   std::unordered_set<std::string> running() const;
 

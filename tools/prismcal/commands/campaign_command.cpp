@@ -13,6 +13,7 @@
 #include "tools/prismcal/campaign/level.hpp"
 #include "tools/prismcal/campaign/lot_report.hpp"
 #include "tools/prismcal/campaign/progress.hpp"
+#include "tools/prismcal/campaign/task_command.hpp"
 #include "tools/prismcal/campaign/task_run.hpp"
 #include "tools/prismcal/commands/campaign_work.hpp"
 #include "tools/prismcal/commands/commands.hpp"
@@ -137,10 +138,10 @@ Result<int> run_engine(const CampaignChoice& choice, const campaign::CampaignFil
   if (!plan) return tl::unexpected<Error>(plan.error());
   const auto planned = store.read_plan();
   if (!planned) return tl::unexpected<Error>(planned.error());
-  const auto to_do = campaign::tasks_to_do(store, *planned);
+  const auto to_do = store.tasks_to_do(*planned);
   if (choice.engine == "print") {
     for (const campaign::PlannedTask& task : to_do)
-      fmt::print("{}\n", campaign::task_command(file, choice.settings, task.id));
+      fmt::print("{}\n", campaign::task_command(file, choice.settings.program, task.id));
     return 0;
   }
   fmt::print(stderr, "prismcal: {} tasks of {} gyros, {} to do, {} stand\n", planned->size(), plan->gyros, to_do.size(),
@@ -193,7 +194,7 @@ void add_campaign_command(CLI::App& app, int& code, char** argv) {
   installed->excludes(task);
   command
       ->add_option("--engine", choice->engine,
-                   "local (default), slurm (job arrays) or print (a command a line, for others to run)")
+                   "local (default), slurm (a job array) or print (a command a line, for others to run)")
       ->check(CLI::IsMember({"local", "slurm", "print"}));
   command->add_option("--jobs", choice->settings.jobs, "local: tasks at a time (default: one a core)")
       ->check(CLI::Range(1, 1024));
