@@ -9,7 +9,6 @@
 
 #include "compensation/centres.hpp"
 #include "compensation/extrapolation.hpp"
-#include "compensation/factor.hpp"
 #include "compensation/model_id.hpp"
 
 namespace prism::compensation {
@@ -117,19 +116,16 @@ Result<ModelPtr> CompositeModel::make(ModelInfo info, CompositeParameters parame
 
 bool CompositeModel::factorise() {
   const CompositeParameters& p = parameters_;
-  factor_ = p.variances.kernel.matrix(p.centres);
+  Eigen::MatrixXd kernel = p.variances.kernel.matrix(p.centres);
   if (p.gram.size() > 0) {
-    factor_.diagonal().array() += kCompositeJitter * p.variances.kernel.rbf;
-    gram_factor_ = p.gram;
-    return lower_factor(factor_) && lower_factor(gram_factor_);
+    kernel.diagonal().array() += kCompositeJitter * p.variances.kernel.rbf;
+    posterior_ = PosteriorVariance::sparse(std::move(kernel), p.gram, 1);
+  } else {
+    kernel += nuisance_matrix(p.variances, p.time_h, p.recording);
+    kernel.diagonal().array() += p.variances.noise / p.weight.array() + kCompositeJitter;
+    posterior_ = PosteriorVariance::dense(std::move(kernel));
   }
-  factor_ += nuisance_matrix(p.variances, p.time_h, p.recording);
-  factor_.diagonal().array() += p.variances.noise / p.weight.array() + kCompositeJitter;
-  if (!lower_factor(factor_)) return false;
-  nu_ = Eigen::VectorXd::Ones(p.alpha.size());
-  solve_factored(factor_, nu_);
-  ones_ = nu_.sum();
-  return ones_ > 0;
+  return posterior_.has_value();
 }
 
 Eigen::VectorXd CompositeModel::normalised(std::span<const double> inputs) const {
@@ -148,21 +144,8 @@ double CompositeModel::bias_deg_per_h(std::span<const double> inputs) const {
   return parameters_.prior ? own + parameters_.prior->at(inputs).mean_deg_per_h : own;
 }
 
-// Dense: k(x,x) − kᵀ H⁻¹ k + (1 − nuᵀ k)² / 1ᵀ nu, with beta unknown beforehand. Sparse, φ = L⁻¹ k:
-// k(x,x) − φᵀφ + [φ; 1]ᵀ gram⁻¹ [φ; 1]: what the centres cannot express stays prior.
 double CompositeModel::variance(const Eigen::VectorXd& x) const {
-  Eigen::VectorXd k = centres_.row(x);
-  const double prior = parameters_.variances.kernel.variance(x);
-  if (gram_factor_.size() == 0) {
-    const double level = 1 - nu_.dot(k);
-    solve_factor(factor_, k);
-    return std::max(0.0, prior - k.squaredNorm() + level * level / ones_);
-  }
-  solve_factor(factor_, k);
-  Eigen::VectorXd phi(k.size() + 1);
-  phi << k, 1.0;
-  solve_factor(gram_factor_, phi);
-  return std::max(0.0, prior - k.squaredNorm()) + phi.squaredNorm();
+  return posterior_->at(centres_.row(x), parameters_.variances.kernel.variance(x));
 }
 
 Prediction CompositeModel::predict(std::span<const double> inputs) const {

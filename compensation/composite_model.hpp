@@ -10,6 +10,7 @@
 #include "compensation/composite_kernel.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model.hpp"
+#include "compensation/posterior_variance.hpp"
 #include "compensation/sibling_prior.hpp"
 
 namespace prism::compensation {
@@ -82,10 +83,7 @@ class CompositeModel final : public Model {
 
   CompositeParameters parameters_;
   CompositeCentres centres_;
-  Eigen::MatrixXd factor_;       // dense: of H; sparse: of K over the centres
-  Eigen::MatrixXd gram_factor_;  // sparse only
-  Eigen::VectorXd nu_;           // dense: H⁻¹ 1
-  double ones_ = 0;              // dense: 1ᵀ H⁻¹ 1
+  std::optional<PosteriorVariance> posterior_;
 };
 
 }  // namespace prism::compensation

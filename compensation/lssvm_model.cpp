@@ -9,7 +9,6 @@
 
 #include "compensation/centres.hpp"
 #include "compensation/extrapolation.hpp"
-#include "compensation/factor.hpp"
 #include "compensation/model_id.hpp"
 
 namespace prism::compensation {
@@ -67,24 +66,15 @@ Result<ModelPtr> LssvmModel::make(ModelInfo info, LssvmParameters parameters) {
 }
 
 bool LssvmModel::factorise() {
-  return parameters_.uncertainty->gram.size() > 0 ? factorise_sparse() : factorise_dense();
-}
-
-// H = K + diag(1/(c v)) = L Lᵀ, nu = H⁻¹ 1.
-bool LssvmModel::factorise_dense() {
-  factor_ = kernel_matrix(parameters_.centres, {parameters_.sigma2});
-  factor_.diagonal().array() += 1 / (parameters_.c * parameters_.weight.array());
-  if (!lower_factor(factor_)) return false;
-  nu_ = Eigen::VectorXd::Ones(parameters_.alpha.size());
-  solve_factored(factor_, nu_);
-  ones_ = nu_.sum();
-  return ones_ > 0;
-}
-
-bool LssvmModel::factorise_sparse() {
-  factor_ = kernel_matrix(parameters_.centres, {parameters_.sigma2});
-  gram_factor_ = parameters_.uncertainty->gram;
-  return lower_factor(factor_) && lower_factor(gram_factor_);
+  Eigen::MatrixXd kernel = kernel_matrix(parameters_.centres, {parameters_.sigma2});
+  const Eigen::MatrixXd& gram = parameters_.uncertainty->gram;
+  if (gram.size() > 0) {
+    posterior_ = PosteriorVariance::sparse(std::move(kernel), gram, parameters_.c);
+  } else {
+    kernel.diagonal().array() += 1 / (parameters_.c * parameters_.weight.array());
+    posterior_ = PosteriorVariance::dense(std::move(kernel));
+  }
+  return posterior_.has_value();
 }
 
 std::vector<double> LssvmModel::normalised(std::span<const double> inputs) const {
@@ -103,23 +93,10 @@ double LssvmModel::bias_deg_per_h(std::span<const double> inputs) const {
   return (centres_.sum(normalised(inputs), parameters_.alpha) + parameters_.b) * n.target_scale + n.target_shift;
 }
 
-// Var f(x) / s_f². Dense: 1 − kᵀ H⁻¹ k + (1 − nuᵀ k)² / 1ᵀ nu, the quadratic form of the bordered inverse (eq. 14),
-// with b unknown beforehand. Sparse: 1 − φᵀφ + [φ; 1]ᵀ gram⁻¹ [φ; 1] / c, φ = L⁻¹ k: what the centres cannot express
-// stays prior.
 double LssvmModel::variance_fraction(std::span<const double> point) const {
-  const Eigen::Index n = parameters_.alpha.size();
-  Eigen::VectorXd k(n);
+  Eigen::VectorXd k(parameters_.alpha.size());
   centres_.row(point, k.data());
-  if (gram_factor_.size() == 0) {
-    const double level = 1 - nu_.dot(k);
-    solve_factor(factor_, k);
-    return std::max(0.0, 1 - k.squaredNorm() + level * level / ones_);
-  }
-  solve_factor(factor_, k);
-  Eigen::VectorXd phi(n + 1);
-  phi << k, 1.0;
-  solve_factor(gram_factor_, phi);
-  return std::max(0.0, 1 - k.squaredNorm()) + phi.squaredNorm() / parameters_.c;
+  return posterior_->at(std::move(k), 1);
 }
 
 Prediction LssvmModel::predict(std::span<const double> inputs) const {

@@ -9,6 +9,7 @@
 #include "base/result.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/model.hpp"
+#include "compensation/posterior_variance.hpp"
 
 namespace prism::compensation {
 
@@ -59,17 +60,12 @@ class LssvmModel final : public Model {
  private:
   LssvmModel(ModelInfo info, LssvmParameters parameters);
   bool factorise();
-  bool factorise_dense();
-  bool factorise_sparse();
   std::vector<double> normalised(std::span<const double> inputs) const;
-  double variance_fraction(std::span<const double> point) const;
+  double variance_fraction(std::span<const double> point) const;  // Var f / s_f²; needs an uncertainty
 
   LssvmParameters parameters_;
   KernelCentres centres_;
-  Eigen::MatrixXd factor_;       // dense: of K + diag(1/(c v)); sparse: of K over the centres
-  Eigen::MatrixXd gram_factor_;  // sparse only
-  Eigen::VectorXd nu_;           // dense: H⁻¹ 1
-  double ones_ = 0;              // dense: 1ᵀ H⁻¹ 1
+  std::optional<PosteriorVariance> posterior_;  // in units of s_f²; none without an uncertainty
 };
 
 }  // namespace prism::compensation

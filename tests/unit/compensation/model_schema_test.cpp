@@ -15,7 +15,7 @@ Json load(const std::filesystem::path& path) { return Json::parse(test::read_fil
 TEST(ModelSchema, HasTheKeysOfTheReaderAndNoOthers) {
   std::set<std::string> written, asked;
   test::add_schema_keys(load(kSource / "config/models/model.schema.json"), written);
-  for (const char* file : {"model_text", "polynomial_text", "lssvm_text", "composite_text"}) {
+  for (const char* file : {"model_text", "polynomial_text", "kernel_text", "lssvm_text", "composite_text"}) {
     test::add_reader_keys(std::string("compensation/") + file + ".cpp", asked);
   }
   EXPECT_EQ(written, asked);
