@@ -57,12 +57,12 @@ double median_of(std::vector<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-double robust_sd(const std::vector<double>& values) {
+double median_absolute_deviation(const std::vector<double>& values) {
   const double centre = median_of(values);
   std::vector<double> distances;
   distances.reserve(values.size());
   for (const double value : values) distances.push_back(std::abs(value - centre));
-  return 1.4826 * median_of(std::move(distances));
+  return median_of(std::move(distances));
 }
 
 }  // namespace prism::evaluation

@@ -39,7 +39,12 @@ double neumaier_sum(std::span<const double> values);
 /// Middle value, the mean of the two middle ones for an even count. `values` must not be empty or hold NaN.
 double median_of(std::vector<double> values);
 
-/// 1.4826 · median|x − median(x)|: a standard deviation that outliers do not reach (normal data). Not empty, no NaN.
-double robust_sd(const std::vector<double>& values);
+/// median|x − median(x)|. Not empty, no NaN.
+double median_absolute_deviation(const std::vector<double>& values);
+
+/// 1 / Φ⁻¹(3/4): the standard deviation of normal data in units of their median absolute deviation.
+inline constexpr double kMadToSd = 1.4826;
+/// A standard deviation of normal data that outliers do not affect. Not empty, no NaN.
+inline double robust_sd(const std::vector<double>& values) { return kMadToSd * median_absolute_deviation(values); }
 
 }  // namespace prism::evaluation

@@ -71,24 +71,20 @@ class Search {
 
 }  // namespace
 
-std::optional<ReweightReport> reweight(const CompositeSamples& samples, const Eigen::VectorXd& theta,
-                                       const ReweightSettings& settings, Eigen::VectorXd& weight) {
-  ReweightReport report;
-  report.converged = settings.weight.kind == WeightKind::kNone;
-  while (!report.converged && report.solves < settings.limit) {
-    const auto system = CompositeSystem::make(samples, theta, weight);
-    if (!system) return std::nullopt;
-    ++report.solves;
-    const Eigen::VectorXd residual = system->residual();
-    report.scale = robust_scale(residual, settings.scale);
-    // No weight of zero: H would not be finite.
-    const Eigen::VectorXd next = weights_of(residual, report.scale, settings.weight).cwiseMax(1e-7);
-    report.change.push_back((next - weight).cwiseAbs().maxCoeff());
-    weight =
-        report.solves > 20 ? Eigen::VectorXd((next + weight) / 2) : next;  // two states in turn end in their middle
-    report.converged = report.change.back() < kStillWeight;
-  }
-  return report;
+std::optional<CompositeSystem> reweighted_system(const CompositeSamples& samples, const Eigen::VectorXd& theta,
+                                                 ReweightSettings settings, Eigen::VectorXd& weight,
+                                                 ReweightReport& report) {
+  settings.min_weight = kMinCompositeWeight;
+  std::optional<CompositeSystem> system;
+  const auto solve = [&](const Eigen::VectorXd& v) -> Result<Eigen::VectorXd> {
+    system = CompositeSystem::make(samples, theta, v);
+    if (!system) return refuse("composite kernel", "the covariance of the samples is not positive definite");
+    return system->residual();
+  };
+  const auto done = reweight(settings, weight, solve, weights_settled());
+  if (!done) return std::nullopt;
+  report = *done;
+  return system;
 }
 
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
@@ -107,7 +103,9 @@ Result<CompositeFit> search_composite(const CompositeSamples& samples, const Rew
   for (const Eigen::Index most : {kCoarseSamples, kMiddleSamples, kFineSamples}) {
     const CompositeSamples part = samples.part(thinned(samples.y.size(), most));
     weight = Eigen::VectorXd::Ones(part.y.size());
-    if (!reweight(part, best.x, settings, weight)) return refuse("composite kernel", "the search ended at no model");
+    ReweightReport report;
+    if (!reweighted_system(part, best.x, settings, weight, report))
+      return refuse("composite kernel", "the search ended at no model");
     const double now = static_cast<double>(part.y.size());
     best = search.descend(part, weight, best.x, kFineEvaluations, best.inverse_hessian * (searched / now));
     searched = now;

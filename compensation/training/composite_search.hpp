@@ -7,17 +7,18 @@
 
 #include "compensation/training/composite_system.hpp"
 #include "compensation/training/folds.hpp"
-#include "compensation/training/irlssvm.hpp"
+#include "compensation/training/reweighting.hpp"
 
 namespace prism::training {
 
-/// Change of a weight that ends the re-weighting.
-inline constexpr double kStillWeight = 1e-3;
+/// Least weight: H would not be finite with a weight of zero.
+inline constexpr double kMinCompositeWeight = 1e-7;
 
-/// Weights v by eqs. 15 to 20 on the residuals e of the last solve, until none moves by kStillWeight or settings.limit
-/// solves are done. `weight` begins and ends it. Nothing where a system is not positive definite.
-std::optional<ReweightReport> reweight(const CompositeSamples& samples, const Eigen::VectorXd& theta,
-                                       const ReweightSettings& settings, Eigen::VectorXd& weight);
+/// The system re-weighted by its noise residuals until the weights settle. `weight`: in the first weights, out the
+/// last. Returns nullopt if a system is not positive definite.
+std::optional<CompositeSystem> reweighted_system(const CompositeSamples& samples, const Eigen::VectorXd& theta,
+                                                 ReweightSettings settings, Eigen::VectorXd& weight,
+                                                 ReweightReport& report);
 
 struct CompositeFit {
   Eigen::VectorXd theta;

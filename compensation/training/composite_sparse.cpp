@@ -7,6 +7,7 @@
 #include "compensation/training/composite_search.hpp"
 #include "compensation/training/dense.hpp"
 #include "compensation/training/nuisance_filter.hpp"
+#include "compensation/training/pivoted_cholesky.hpp"
 
 namespace prism::training {
 namespace {
@@ -14,33 +15,24 @@ namespace {
 constexpr Eigen::Index kPivotSamples = 4000, kPiece = 1024;
 constexpr double kLeftOfNoise = 1e-3;  // what the centres may leave of the kernel, in noise variances
 
+constexpr int kSparseSolves = 30;
+
 struct Pivots {
   std::vector<Eigen::Index> chosen;
   double left = 0;
 };
 
-// Pivoted Cholesky of the kernel matrix over every n-th sample.
+// Pivots of the kernel matrix over every n-th sample.
 Pivots choose_centres(const compensation::CompositeVariances& v, const Eigen::MatrixXd& points, Eigen::Index max_rank) {
   const std::vector<Eigen::Index> tried = thinned(points.cols(), kPivotSamples);
-  const auto n = static_cast<Eigen::Index>(tried.size());
   const Eigen::MatrixXd x = points(Eigen::all, tried);
   const compensation::CompositeCentres centres(v.kernel, x);
-  Eigen::VectorXd left(n);
-  for (Eigen::Index i = 0; i < n; ++i) left[i] = v.kernel.variance(x.col(i));
-  const Eigen::Index most = std::min(max_rank, n);
-  Eigen::MatrixXd rows(n, most);
-  Pivots pivots;
-  for (Eigen::Index r = 0; r < most; ++r) {
-    Eigen::Index next = 0;
-    pivots.left = left.maxCoeff(&next);
-    if (!(pivots.left > kLeftOfNoise * v.noise)) break;
-    rows.col(r) =
-        (centres.row(x.col(next)) - rows.leftCols(r) * rows.row(next).head(r).transpose()) / std::sqrt(pivots.left);
-    left -= rows.col(r).cwiseAbs2();
-    left[next] = 0;
-    pivots.chosen.push_back(tried[static_cast<std::size_t>(next)]);
-  }
-  pivots.left = left.maxCoeff();
+  Eigen::VectorXd variance(x.cols());
+  for (Eigen::Index i = 0; i < x.cols(); ++i) variance[i] = v.kernel.variance(x.col(i));
+  const auto row = [&](Eigen::Index i, Eigen::VectorXd& k) { k = centres.row(x.col(i)); };
+  const PivotedCholesky found = pivoted_cholesky(variance, row, kLeftOfNoise * v.noise, max_rank);
+  Pivots pivots{{}, found.left};
+  for (const Eigen::Index i : found.pivots) pivots.chosen.push_back(tried[static_cast<std::size_t>(i)]);
   return pivots;
 }
 
@@ -117,25 +109,21 @@ class SparseSystem {
 }  // namespace
 
 std::optional<SparseComposite> fit_sparse_composite(const CompositeSamples& samples, const Eigen::VectorXd& theta,
-                                                    const ReweightSettings& settings, Eigen::Index max_rank) {
+                                                    ReweightSettings settings, Eigen::Index max_rank) {
   const compensation::CompositeVariances variances = composite_variances(theta, samples.x.rows());
   Pivots pivots = choose_centres(variances, samples.x, max_rank);
   SparseSystem system(samples, variances, std::move(pivots.chosen));
   if (!system.prepare()) return std::nullopt;
+  settings.min_weight = kMinCompositeWeight;
+  settings.limit = std::min(settings.limit, kSparseSolves);
+  const auto solve = [&](const Eigen::VectorXd& v) -> Result<Eigen::VectorXd> {
+    if (system.solve(v)) return system.noise_residual();
+    return refuse("composite kernel", "the covariance of the centres is not positive definite");
+  };
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(samples.y.size());
-  if (!system.solve(weight)) return std::nullopt;
-  ReweightReport report;
-  report.converged = settings.weight.kind == WeightKind::kNone;
-  while (!report.converged && report.solves < std::min(settings.limit, 30)) {
-    report.scale = robust_scale(system.noise_residual(), settings.scale);
-    const Eigen::VectorXd next = weights_of(system.noise_residual(), report.scale, settings.weight).cwiseMax(1e-7);
-    report.change.push_back((next - weight).cwiseAbs().maxCoeff());
-    report.converged = report.change.back() < kStillWeight;
-    weight = next;
-    ++report.solves;
-    if (!system.solve(weight)) return std::nullopt;
-  }
-  return system.result(std::move(weight), std::move(report), pivots.left);
+  const auto report = reweight(settings, weight, solve, weights_settled());
+  if (!report) return std::nullopt;
+  return system.result(std::move(weight), *report, pivots.left);
 }
 
 }  // namespace prism::training

@@ -20,9 +20,9 @@ struct SparseComposite {
   double left = 0;  ///< of the kernel's variance that the centres cannot express, at worst over the samples tried
 };
 
-/// Centres by pivoted Cholesky among at most 4000 samples, until what is left is far below the noise or `max_rank` are
-/// found; weights iterated as in reweight(). Nothing where a system is not positive definite.
+/// Centres by pivoted Cholesky among at most 4000 samples, until the rest is far below the noise or `max_rank` are
+/// found; re-weighted as reweighted_system(). Returns nullopt if a system is not positive definite.
 std::optional<SparseComposite> fit_sparse_composite(const CompositeSamples& samples, const Eigen::VectorXd& theta,
-                                                    const ReweightSettings& settings, Eigen::Index max_rank);
+                                                    ReweightSettings settings, Eigen::Index max_rank);
 
 }  // namespace prism::training

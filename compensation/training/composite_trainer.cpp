@@ -127,9 +127,9 @@ Result<compensation::CompositeParameters> solved(const CompositeSamples& samples
     trained.samples.alpha(found->centres) = p.alpha;
     trained.samples.fitted = samples.y - found->residual;
   } else {
-    auto report = reweight(samples, fit.theta, settings.reweight, fit.weight);
-    const auto system = CompositeSystem::make(samples, fit.theta, fit.weight);
-    if (!report || !system) return refuse("composite kernel", "the covariance of the samples is not positive definite");
+    ReweightReport report;
+    const auto system = reweighted_system(samples, fit.theta, settings.reweight, fit.weight, report);
+    if (!system) return refuse("composite kernel", "the covariance of the samples is not positive definite");
     p.beta = system->beta();
     p.centres = samples.x;
     p.alpha = system->alpha();

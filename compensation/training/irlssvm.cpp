@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <optional>
 
 namespace prism::training {
 namespace {
@@ -72,31 +72,28 @@ double rounding_floor(double c, const Eigen::VectorXd& alpha) {
 Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c,
                                const ReweightSettings& settings, const Eigen::VectorXd* start) {
   Eigen::VectorXd weight = start ? *start : Eigen::VectorXd::Ones(y.size());
-  auto solve = solve_weighted(kernel, y, c, weight, settings.extended);
-  if (!solve) return tl::unexpected<Error>(solve.error());
-  ReweightReport report;
-  report.converged = settings.weight.kind == WeightKind::kNone;
-  Eigen::VectorXd before;
-  while (!report.converged && report.solves < settings.limit) {
-    report.scale = robust_scale(solve->residual, settings.scale);
-    Eigen::VectorXd next = weights_of(solve->residual, report.scale, settings.weight);
-    if (report.oscillating) next = (next + weight) / 2;
-    weight = std::move(next);
-    auto again = solve_weighted(kernel, y, c, weight, settings.extended);
-    if (!again) return tl::unexpected<Error>(again.error());
-    ++report.solves;
-    report.change.push_back((again->solution.alpha - solve->solution.alpha).norm());
-    report.converged = at_fixed_point(report.change, settings.tolerance, rounding_floor(c, again->solution.alpha));
-    const bool stop = report.oscillating;
-    if (settings.tolerance > 0 && alternates(again->solution.alpha, solve->solution.alpha, before, report.solves))
-      report.oscillating = true;
-    before = std::move(solve->solution.alpha);
-    solve = std::move(again);
-    if (stop) break;
-  }
-  for (const double v : weight) report.dropped += v > 0 ? 0 : 1;
-  return IrlssvmFit{std::move(solve->solution), std::move(weight),        std::move(solve->residual),
-                    std::move(solve->kept),     std::move(solve->factor), std::move(report)};
+  std::optional<Solve> solved;
+  Eigen::VectorXd alpha, last, before;  // of this solve and of the two before it
+  const auto solve = [&](const Eigen::VectorXd& v) -> Result<Eigen::VectorXd> {
+    auto next = solve_weighted(kernel, y, c, v, settings.extended);
+    if (!next) return tl::unexpected<Error>(next.error());
+    before = std::move(last);
+    last = std::move(alpha);
+    alpha = next->solution.alpha;
+    solved.emplace(std::move(*next));
+    return solved->residual;
+  };
+  const auto rule = [&](const ReweightStep&, ReweightReport& report) {
+    report.change.push_back((alpha - last).norm());
+    const bool averaged = report.oscillating;
+    if (settings.tolerance > 0 && alternates(alpha, last, before, report.solves)) report.oscillating = true;
+    if (at_fixed_point(report.change, settings.tolerance, rounding_floor(c, alpha))) return AfterStep::kConverged;
+    return averaged ? AfterStep::kStop : AfterStep::kContinue;
+  };
+  auto report = reweight(settings, weight, solve, rule);
+  if (!report) return tl::unexpected<Error>(report.error());
+  return IrlssvmFit{std::move(solved->solution), std::move(weight),         std::move(solved->residual),
+                    std::move(solved->kept),     std::move(solved->factor), std::move(*report)};
 }
 
 int refine_fit(const ExtendedMatrix& kernel, double c, const Eigen::VectorXd& y, IrlssvmFit& fit) {

@@ -3,35 +3,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 #include "base/result.hpp"
 #include "compensation/training/lssvm.hpp"
-#include "compensation/training/weights.hpp"
+#include "compensation/training/reweighting.hpp"
 
 namespace prism::training {
-
-struct ReweightSettings {
-  WeightFunction weight;  ///< kNone: plain LSSVM, no re-weighting
-  ScaleKind scale = ScaleKind::kMad;
-  int limit = 500;  ///< weighted solves at most; 1 is the paper's algorithm
-  /// A fixed point is reached when the 2-norm of the change of alpha is at most this (LS-SVMlab's rule, normalised
-  /// units), or where double rounding of a system with this c could not show less.
-  double tolerance = 1e-4;
-  /// Every solve is refined by this matrix over the same samples (not owned), where there is one: needed where the
-  /// re-weighting is chaotic (Hampel between two states) and rounding would grow from solve to solve.
-  const ExtendedMatrix* extended = nullptr;
-};
-
-struct ReweightReport {
-  int solves = 0;  ///< weighted solves done
-  bool converged = false;
-  bool oscillating = false;    ///< the weights alternated between two states; the mean of both was taken
-  double scale = 0;            ///< robust scale that gave the last weights
-  int dropped = 0;             ///< samples of weight zero
-  std::vector<double> change;  ///< 2-norm of the change of alpha, one per solve
-};
 
 struct IrlssvmFit {
   LssvmSolution solution;          ///< alpha is 0 for dropped samples

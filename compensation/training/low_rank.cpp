@@ -9,6 +9,7 @@
 
 #include "compensation/kernel.hpp"
 #include "compensation/training/dense.hpp"
+#include "compensation/training/pivoted_cholesky.hpp"
 
 namespace prism::training {
 namespace {
@@ -19,41 +20,12 @@ std::span<const double> column(const Eigen::MatrixXd& m, Eigen::Index j) {
   return {m.data() + j * m.rows(), static_cast<std::size_t>(m.rows())};
 }
 
-// Pivoted Cholesky of K over all points; rows of `features` grow as pivots come in (features: capacity × N).
-struct Pivoting {
-  std::vector<Eigen::Index> pivots;
-  std::vector<double> left_before;
-  Eigen::MatrixXd features;
-  double left = 1;
-};
-
-Pivoting pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank) {
-  const Eigen::Index n = points.cols();
+PivotedCholesky pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank) {
   const compensation::KernelCentres centres(points, {sigma2});
-  Pivoting p;
-  p.features.resize(std::min<Eigen::Index>(64, max_rank + 1), n);
-  Eigen::VectorXd diagonal = Eigen::VectorXd::Ones(n), row(n);
-  const double floor = std::max(tolerance, kRounding);
-  while (static_cast<Eigen::Index>(p.pivots.size()) < max_rank) {
-    Eigen::Index next = 0;
-    p.left = diagonal.maxCoeff(&next);
-    if (!(p.left > floor)) break;
-    const auto r = static_cast<Eigen::Index>(p.pivots.size());
-    if (r + 1 >= p.features.rows()) p.features.conservativeResize(std::min(2 * p.features.rows(), max_rank + 1), n);
-    centres.row(column(points, next), row.data());
-    const Eigen::VectorXd own = p.features.col(next).head(r);
-    const double root = std::sqrt(p.left);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const double value = (row[i] - p.features.col(i).head(r).dot(own)) / root;
-      p.features(r, i) = value;
-      diagonal[i] -= value * value;
-    }
-    diagonal[next] = 0;
-    p.pivots.push_back(next);
-    p.left_before.push_back(p.left);
-  }
-  p.left = diagonal.maxCoeff();
-  return p;
+  return pivoted_cholesky(
+      Eigen::VectorXd::Ones(points.cols()),
+      [&](Eigen::Index i, Eigen::VectorXd& k) { centres.row(column(points, i), k.data()); },
+      std::max(tolerance, kRounding), max_rank);
 }
 
 std::vector<Eigen::Index> drawn(Eigen::Index n, Eigen::Index count, std::uint64_t seed) {
@@ -93,7 +65,7 @@ LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance,
   LowRank result;
   max_rank = std::min(max_rank, points.cols());
   if (points.cols() <= kPivotSample) {
-    Pivoting p = pivot(points, sigma2, tolerance, max_rank);
+    PivotedCholesky p = pivot(points, sigma2, tolerance, max_rank);
     result.pivots = std::move(p.pivots);
     result.left_before = std::move(p.left_before);
     result.left = p.left;
@@ -104,7 +76,7 @@ LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance,
     return result;
   }
   const std::vector<Eigen::Index> sample = drawn(points.cols(), kPivotSample, seed);
-  const Pivoting p = pivot(points(Eigen::all, sample), sigma2, std::max(tolerance, 1e-12), max_rank);
+  const PivotedCholesky p = pivot(points(Eigen::all, sample), sigma2, std::max(tolerance, 1e-12), max_rank);
   for (const Eigen::Index i : p.pivots) result.pivots.push_back(sample[static_cast<std::size_t>(i)]);
   result.phi = features_of(points, result.pivots, sigma2);
   const Eigen::Index r = result.rank();

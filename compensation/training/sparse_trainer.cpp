@@ -26,28 +26,6 @@ Eigen::VectorXd alpha_of(const Eigen::MatrixXd& centres, double sigma2, const Ei
   return alpha;
 }
 
-ReweightReport reweight(PrimalLssvm& primal, const ReweightSettings& settings, Eigen::VectorXd& weight) {
-  ReweightReport report;
-  Eigen::VectorXd residual = primal.residuals();
-  report.converged = settings.weight.kind == WeightKind::kNone;
-  while (!report.converged && report.solves < settings.limit) {
-    report.scale = robust_scale(residual, settings.scale);
-    const Eigen::VectorXd before = weight;
-    weight = weights_of(residual, report.scale, settings.weight);
-    if (!primal.solve(weight)) {
-      weight = before;
-      break;
-    }
-    ++report.solves;
-    const Eigen::VectorXd next = primal.residuals();
-    report.change.push_back((next - residual).norm());
-    report.converged = (next - residual).cwiseAbs().maxCoeff() <= kStill * report.scale;
-    residual = next;
-  }
-  report.dropped = static_cast<int>((weight.array() <= 0).count());
-  return report;
-}
-
 double guard_of(const Eigen::VectorXd& leverages, double c) {
   std::vector<double> values(leverages.begin(), leverages.end());
   return std::max(1e-12, kGuardFactor * order_statistic(std::move(values), kGuardQuantile) / c);
@@ -62,10 +40,14 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::Mode
   if (system.phi.size() == 0) return refuse("sparse LSSVM", "the pivots' kernel matrix is not positive definite");
   PrimalLssvm primal(system, data.y, point.c);
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(data.y.size());
-  if (!primal.solve(weight))
+  const auto solve = [&](const Eigen::VectorXd& v) -> Result<Eigen::VectorXd> {
+    if (primal.solve(v)) return primal.residuals();
     return refuse("sparse LSSVM", "the system is not positive definite in double precision: c is too large");
+  };
+  const auto report = reweight(settings.reweight, weight, solve, residuals_within(kStill));
+  if (!report) return tl::unexpected<Error>(report.error());
   TrainedModel trained;
-  trained.reweight = reweight(primal, settings.reweight, weight);
+  trained.reweight = *report;
   const Eigen::Index r = system.rank();
   compensation::LssvmParameters p;
   p.centres = data.x(Eigen::all, system.pivots);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compensation/evaluation/statistics.hpp"
 #include "compensation/extrapolation.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/training/lssvm.hpp"
@@ -18,7 +19,8 @@ constexpr std::size_t kFewestSamples = 40;
 // White noise, whatever moves slowly: neighbours differ by √2 of it.
 double noise_of(const Eigen::VectorXd& residual) {
   const Eigen::Index n = residual.size() - 1;
-  return 1.483 * median((residual.tail(n) - residual.head(n)).cwiseAbs()) / std::sqrt(2.0);
+  const Eigen::VectorXd steps = (residual.tail(n) - residual.head(n)).cwiseAbs();
+  return kPaperMadToSd * evaluation::median_of({steps.begin(), steps.end()}) / std::sqrt(2.0);
 }
 
 // |error| / sd_mean that 95 % do not pass.

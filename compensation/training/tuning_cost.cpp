@@ -23,26 +23,23 @@ constexpr int kDenseSolves = 8;
 // Hampel's and myriad's weights, and the one that the whole data lead to need not be the fold's own.
 constexpr Eigen::Index kFreshSamples = 200;
 
-// Re-weights until no residual changes by more than `tolerance` scales, `limit` solves at most. Samples outside
-// `inside` have no weight and no say in the scale. `weight` is where it begins, and where it ends.
-bool reweight(PrimalLssvm& primal, const ReweightSettings& settings, const WeightFunction& function, int limit,
-              double tolerance, const std::vector<Eigen::Index>* inside, Eigen::VectorXd& weight) {
-  if (!primal.solve(weight)) return false;
-  Eigen::VectorXd residual = primal.residuals();
-  for (int i = 0; i < limit; ++i) {
-    const double scale = robust_scale(inside ? Eigen::VectorXd(residual(*inside)) : residual, settings.scale);
-    if (inside) {
-      weight(*inside) = weights_of(residual(*inside), scale, function);
-    } else {
-      weight = weights_of(residual, scale, function);
-    }
-    if (!primal.solve(weight)) return false;
-    const Eigen::VectorXd next = primal.residuals();
-    const double change = (next - residual).cwiseAbs().maxCoeff();
-    residual = next;
-    if (change <= tolerance * scale) break;
-  }
-  return true;
+// Re-weights the samples `inside`; those outside keep their weights and have no part in the scale, but all residuals
+// must settle within `tolerance` scales. `weight`: in the first weights, out the last.
+bool reweight_inside(PrimalLssvm& primal, const ReweightSettings& settings, double tolerance,
+                     const std::vector<Eigen::Index>& inside, Eigen::VectorXd& weight) {
+  Eigen::VectorXd residual, before;
+  const auto solve = [&](const Eigen::VectorXd& v) -> Result<Eigen::VectorXd> {
+    weight(inside) = v;
+    if (!primal.solve(weight)) return refuse("tuning", "the system is not positive definite");
+    before = std::move(residual);
+    residual = primal.residuals();
+    return residual(inside);
+  };
+  const auto rule = [&](const ReweightStep&, ReweightReport& report) {
+    return residuals_within(tolerance)({weight, weight, before, residual}, report);
+  };
+  Eigen::VectorXd first = weight(inside);
+  return reweight(settings, first, solve, rule).has_value();
 }
 
 Eigen::VectorXd nothing(Eigen::Index n) { return Eigen::VectorXd::Constant(n, kNever); }
@@ -93,6 +90,13 @@ double TuningCost::final_cost(const TuningPoint& point) const {
   return cost_of(system_for(point.sigma2, kFinalAccuracy / point.c, true), point, kFinalAccuracy, false, true);
 }
 
+ReweightSettings TuningCost::settings_at(const TuningPoint& point, int limit) const {
+  ReweightSettings settings = settings_;
+  settings.weight.parameter = point.parameter;
+  settings.limit = std::min(settings.limit, limit);
+  return settings;
+}
+
 bool TuningCost::dense_pays(bool exact) const { return !exact && y_.size() <= kDenseSamples; }
 
 LowRank TuningCost::system_for(double sigma2, double tolerance, bool exact) const {
@@ -113,9 +117,7 @@ double TuningCost::cost_of(const LowRank& system, const TuningPoint& point, doub
 // Where the low rank would be no lower than half: the whole matrix, weights frozen in the folds.
 Eigen::VectorXd TuningCost::held_out(const TuningPoint& point) const {
   const Eigen::MatrixXd kernel = compensation::kernel_matrix(points_, {point.sigma2});
-  ReweightSettings settings = settings_;
-  settings.weight.parameter = point.parameter;
-  settings.limit = std::min(settings.limit, kDenseSolves);
+  ReweightSettings settings = settings_at(point, kDenseSolves);
   if (!robust()) settings.weight.kind = WeightKind::kNone;
   settings.tolerance = 1e-3 * point.c;
   settings.weight.hampel_floor = std::max(settings.weight.hampel_floor, 1e-7);
@@ -141,15 +143,12 @@ Eigen::VectorXd TuningCost::held_out(const LowRank& system, const TuningPoint& p
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(n);
   PrimalLssvm primal(system, y_, point.c);
   if (robust()) {
-    WeightFunction function = settings_.weight;
-    function.parameter = point.parameter;
     const double tolerance = exact ? kFinalChange : frozen ? 1e-3 : 1e-4;
     const bool refit = kind_ != Tuning::kLoo && !frozen;
     if (refit && exact) return refitted_folds(system, point, weight, exact);
     // A costly rank gets what the whole matrix gets: the search only has to see that it is no better there.
     const int limit = !exact && system.rank() > kRefitRank ? kDenseSolves : kRobustSolves;
-    if (!reweight(primal, settings_, function, std::min(settings_.limit, limit), tolerance, nullptr, weight))
-      return nothing(n);
+    if (!reweight_inside(primal, settings_at(point, limit), tolerance, others({}, n), weight)) return nothing(n);
     if (refit) return refitted_folds(system, point, weight, exact);
   } else if (!primal.solve(weight)) {
     return nothing(n);
@@ -178,8 +177,7 @@ Eigen::VectorXd TuningCost::frozen_folds(const LowRank& system, double c, const 
 
 Eigen::VectorXd TuningCost::refitted_folds(const LowRank& system, const TuningPoint& point,
                                            const Eigen::VectorXd& start, bool exact) const {
-  WeightFunction function = settings_.weight;
-  function.parameter = point.parameter;
+  const ReweightSettings settings = settings_at(point, kRobustSolves);
   const bool once = settings_.limit == 1;
   Eigen::VectorXd residual(y_.size());
   for (const auto& fold : members_) {
@@ -187,9 +185,7 @@ Eigen::VectorXd TuningCost::refitted_folds(const LowRank& system, const TuningPo
     Eigen::VectorXd weight = once ? Eigen::VectorXd::Ones(y_.size()) : start;
     weight(fold).setZero();
     PrimalLssvm primal(system, y_, point.c);
-    const int limit = std::min(settings_.limit, kRobustSolves);
-    if (!reweight(primal, settings_, function, limit, exact ? kFinalChange : 1e-4, &inside, weight))
-      return nothing(y_.size());
+    if (!reweight_inside(primal, settings, exact ? kFinalChange : 1e-4, inside, weight)) return nothing(y_.size());
     residual(fold) = y_(fold) - system.phi(Eigen::all, fold).transpose() * primal.theta();
   }
   return residual;

@@ -60,6 +60,8 @@ class TuningCost {
   const ReweightSettings& settings() const { return settings_; }
 
  private:
+  /// The settings with the weight parameter of a point and `limit` solves at most.
+  ReweightSettings settings_at(const TuningPoint& point, int limit) const;
   bool dense_pays(bool exact) const;
   LowRank system_for(double sigma2, double tolerance, bool exact) const;
   double cost_of(const LowRank& system, const TuningPoint& point, double accuracy, bool frozen, bool exact) const;

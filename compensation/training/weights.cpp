@@ -7,11 +7,15 @@
 #include <array>
 #include <cmath>
 
+#include "compensation/evaluation/statistics.hpp"
+
 namespace prism::training {
 namespace {
 
 constexpr std::array kNames = {"none", "huber", "hampel", "logistic", "myriad"};
 constexpr double kHampelB1 = 2.5, kHampelB2 = 3.0;
+
+std::vector<double> values(const Eigen::VectorXd& v) { return {v.begin(), v.end()}; }
 
 // The p-quantile at n p + 0.5 (Hazen), between the neighbours linearly.
 double quantile(const Eigen::VectorXd& sorted, double p) {
@@ -22,7 +26,7 @@ double quantile(const Eigen::VectorXd& sorted, double p) {
   return sorted[i] + part * (sorted[j] - sorted[i]);
 }
 
-double mad_scale(const Eigen::VectorXd& r) { return 1.483 * median((r.array() - median(r)).abs()); }
+double mad_scale(const Eigen::VectorXd& r) { return kPaperMadToSd * evaluation::median_absolute_deviation(values(r)); }
 
 double iqr_scale(Eigen::VectorXd r) {
   std::sort(r.begin(), r.end());
@@ -57,13 +61,6 @@ double WeightFunction::operator()(double u) const {
   }
 }
 
-double median(Eigen::VectorXd values) {
-  const Eigen::Index half = values.size() / 2;
-  std::nth_element(values.begin(), values.begin() + half, values.end());
-  if (values.size() % 2 == 1) return values[half];
-  return (*std::max_element(values.begin(), values.begin() + half) + values[half]) / 2;
-}
-
 double order_statistic(std::vector<double> values, double share) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
@@ -75,7 +72,7 @@ double robust_scale(const Eigen::VectorXd& residuals, ScaleKind kind) {
   if (chosen > 0) return chosen;
   const double other = std::max(mad_scale(residuals), iqr_scale(residuals));
   if (other > 0) return other;
-  return 1.2533 * (residuals.array() - median(residuals)).abs().mean();
+  return 1.2533 * (residuals.array() - evaluation::median_of(values(residuals))).abs().mean();
 }
 
 Eigen::VectorXd weights_of(const Eigen::VectorXd& residuals, double scale, const WeightFunction& function) {

@@ -30,8 +30,12 @@ struct WeightFunction {
 /// The parameter where nobody gave or tuned one: Huber 1.345 (95 % efficiency at the normal), myriad 1.
 inline double usual_parameter(WeightKind kind) { return kind == WeightKind::kHuber ? 1.345 : 1; }
 
+/// Eq. 20 as the paper prints it, for everything that training estimates: the published models and the goldens hold its
+/// digits. Statistics of records and lots use evaluation::kMadToSd.
+inline constexpr double kPaperMadToSd = 1.483;
+
 enum class ScaleKind {
-  kMad,  ///< eq. 20: 1.483 · median |r − median r|
+  kMad,  ///< eq. 20: kPaperMadToSd · median |r − median r|
   kIqr,  ///< eq. 19: (q75 − q25) / (2 · 0.6745), quartiles at n p + 0.5
 };
 
@@ -42,7 +46,6 @@ double robust_scale(const Eigen::VectorXd& residuals, ScaleKind kind);
 /// v_k for every residual; all 1 where `scale` is 0.
 Eigen::VectorXd weights_of(const Eigen::VectorXd& residuals, double scale, const WeightFunction& function);
 
-double median(Eigen::VectorXd values);
 /// An order statistic: the value that `share` (0 to 1) of the values do not pass. Not empty, no NaN.
 double order_statistic(std::vector<double> values, double share);
 
