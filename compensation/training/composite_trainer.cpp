@@ -6,12 +6,15 @@
 #include "compensation/extrapolation.hpp"
 #include "compensation/training/composite_search.hpp"
 #include "compensation/training/composite_sparse.hpp"
+#include "compensation/training/methods.hpp"
 #include "compensation/training/spread.hpp"
-#include "compensation/training/trainer.hpp"
 
 namespace prism::training {
 namespace {
 
+constexpr Eigen::Index kDenseComposite = 3000;  // samples; more of them have a few centres
+constexpr Eigen::Index kMaxCompositeRank = 400;
+constexpr double kGentleParameter = 3;           // of the weights: a clean record loses next to nothing
 constexpr double kRowInterval_h = 100.0 / 3600;  // rows without a time: the paper's 100 s apart
 
 CompositeSamples samples_of(const NormalisedData& data, const TrainingData& raw) {
@@ -153,19 +156,34 @@ Eigen::VectorXd time_of(const TrainingData& data) {
   return Eigen::VectorXd::LinSpaced(n, 0, kRowInterval_h * static_cast<double>(n - 1));
 }
 
-Result<TrainedModel> train_composite(const NormalisedData& data, const TrainingData& raw, compensation::ModelInfo info,
-                                     const TrainingSettings& settings, const ResourcePlan& plan,
-                                     const TuningProgress& progress, const std::atomic<bool>* stop) {
-  const CompositeSamples samples = samples_of(data, raw);
+namespace {
+
+Result<ResourcePlan> plan_composite(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings) {
+  if (samples > kDenseComposite) return plan_sparse(samples, inputs, settings.memory_limit_bytes, kMaxCompositeRank);
+  const double n = static_cast<double>(samples), searched = std::min(n, 1000.0);
+  ResourcePlan plan;
+  plan.bytes = n * n * 5 * 8;  // covariance, its parts, the model's factor
+  plan.seconds = (searched * searched * searched * 60 + n * n * n / 3 * 15) / kFlops;
+  return within_memory(plan, samples, settings.memory_limit_bytes);
+}
+
+Result<TrainedModel> train_composite(TrainingJob job) {
+  const auto plan = plan_composite(job.data.inputs.cols(), job.data.inputs.rows(), job.settings);
+  if (!plan) return tl::unexpected<Error>(plan.error());
+  const auto data = job.normalised();
+  if (!data) return tl::unexpected<Error>(data.error());
+  TrainingSettings settings = job.settings;
+  settings.reweight.weight.parameter = settings.parameter.value_or(kGentleParameter);
+  const CompositeSamples samples = samples_of(*data, job.data);
   const auto told = [&](int done, int expected, double objective) {
-    if (progress) progress(done, expected, {0, 0, 0, objective});
+    if (job.progress) job.progress(done, expected, {0, 0, 0, objective});
   };
-  auto fit = search_composite(samples, settings.reweight, told, [&] { return stop && *stop; });
+  auto fit = search_composite(samples, settings.reweight, told, [&] { return job.stop && *job.stop; });
   if (!fit) return tl::unexpected<Error>(fit.error());
   TrainedModel trained;
-  auto p = solved(samples, settings, plan.sparse, plan.max_rank, *fit, trained);
+  auto p = solved(samples, settings, plan->sparse, plan->max_rank, *fit, trained);
   if (!p) return tl::unexpected<Error>(p.error());
-  const compensation::Normalisation& n = data.constants;
+  const compensation::Normalisation& n = data->constants;
   trained.samples.fitted = trained.samples.fitted.array() * n.target_scale + n.target_shift;
   p->normalisation = n;
   const std::vector<Eigen::Index> some = thinned(samples.y.size(), kSpreadSamples);
@@ -174,17 +192,24 @@ Result<TrainedModel> train_composite(const NormalisedData& data, const TrainingD
   p->prior = settings.prior;
   p->trust.skill = skill_of(judged, judged_fit);
   p->trust.level = level_of(samples, fit->theta);
-  info.spread = calibrated(judged, judged_fit, p->trust.skill);
-  for (double* part : {&info.spread->nuisance_deg_per_h, &info.spread->offset_deg_per_h, &info.spread->noise_deg_per_h})
+  job.info.spread = calibrated(judged, judged_fit, p->trust.skill);
+  for (double* part :
+       {&job.info.spread->nuisance_deg_per_h, &job.info.spread->offset_deg_per_h, &job.info.spread->noise_deg_per_h})
     *part *= n.target_scale;
-  info.kind = "composite";
-  const auto first = compensation::CompositeModel::make(info, *p);
+  job.info.kind = "composite";
+  const auto first = compensation::CompositeModel::make(job.info, *p);
   if (!first) return tl::unexpected<Error>(first.error());
-  p->trust.guard = guard_of(static_cast<const compensation::CompositeModel&>(**first), samples, raw);
-  auto model = compensation::CompositeModel::make(std::move(info), std::move(*p));
+  p->trust.guard = guard_of(static_cast<const compensation::CompositeModel&>(**first), samples, job.data);
+  auto model = compensation::CompositeModel::make(std::move(job.info), std::move(*p));
   if (!model) return tl::unexpected<Error>(model.error());
   trained.model = std::move(*model);
   return trained;
 }
+
+}  // namespace
+
+extern const Method kComposite;
+const Method kComposite = {"composite",    "default",       kWeights | kOwnSearch | kSiblings,
+                           plan_composite, train_composite, describe_composite};
 
 }  // namespace prism::training

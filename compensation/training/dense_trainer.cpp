@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "compensation/kernel.hpp"
+#include "compensation/training/lssvm_trainer.hpp"
 #include "compensation/training/spread.hpp"
-#include "compensation/training/trainer.hpp"
 
 namespace prism::training {
 namespace {

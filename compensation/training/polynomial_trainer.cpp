@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "compensation/polynomial_model.hpp"
+#include "compensation/training/methods.hpp"
 #include "compensation/training/spread.hpp"
-#include "compensation/training/trainer.hpp"
 
 namespace prism::training {
 namespace {
@@ -86,8 +86,17 @@ std::string term_name(const std::vector<int>& powers, const std::vector<std::str
   return text.empty() ? "intercept" : text;
 }
 
-Result<TrainedModel> train_polynomial(const TrainingData& data, compensation::ModelInfo info,
-                                      const TrainingSettings& settings, const std::vector<int>& runs) {
+namespace {
+
+Result<ResourcePlan> plan_polynomial(Eigen::Index samples, Eigen::Index, const TrainingSettings& settings) {
+  ResourcePlan plan;
+  plan.bytes = static_cast<double>(samples) * 16 * static_cast<double>(settings.terms.size() + 2) * 2;
+  return plan;
+}
+
+Result<TrainedModel> train_polynomial(TrainingJob job) {
+  const TrainingData& data = job.data;
+  const TrainingSettings& settings = job.settings;
   if (!data.inputs.allFinite() || !data.target.allFinite())
     return refuse("training data", "found a number that is not finite");
   for (const auto& powers : settings.terms) {
@@ -98,21 +107,21 @@ Result<TrainedModel> train_polynomial(const TrainingData& data, compensation::Mo
   TrainedModel trained;
   std::vector<int> chosen(settings.terms.size());
   std::iota(chosen.begin(), chosen.end(), 0);
-  if (settings.method == Method::kStepwise) {
+  if (settings.method->has(kTerms)) {
     auto result = fit_stepwise(columns, data.target, settings.stepwise);
     if (!result) return tl::unexpected<Error>(result.error());
     chosen = result->terms;
     trained.linear = result->fit;
     trained.condition = result->condition;
     trained.stepwise = std::move(*result);
-    info.kind = "stepwise";
+    job.info.kind = "stepwise";
   } else {
     const LinearProblem problem(columns, data.target);
     auto fit = problem.fit(chosen);
     if (!fit) return tl::unexpected<Error>(fit.error());
     trained.linear = std::move(*fit);
     trained.condition = problem.condition(chosen);
-    info.kind = "polynomial";
+    job.info.kind = "polynomial";
   }
   trained.samples.fitted = Eigen::VectorXd::Constant(data.target.size(), trained.linear->intercept);
   for (std::size_t i = 0; i < chosen.size(); ++i) {
@@ -122,10 +131,16 @@ Result<TrainedModel> train_polynomial(const TrainingData& data, compensation::Mo
   const std::size_t inputs = data.names.size();
   const Eigen::VectorXd left = data.target - trained.samples.fitted;
   const double sd = std::sqrt((data.target.array() - data.target.mean()).square().mean());
-  info.spread = spread_of(hold_out(columns, data.target, chosen, runs), left, sd, runs);
+  job.info.spread = spread_of(hold_out(columns, data.target, chosen, job.runs), left, sd, job.runs);
   trained.model = std::make_shared<compensation::PolynomialModel>(
-      std::move(info), terms_of(settings.terms, chosen, *trained.linear, inputs), trained.linear->sd());
+      std::move(job.info), terms_of(settings.terms, chosen, *trained.linear, inputs), trained.linear->sd());
   return trained;
 }
+
+}  // namespace
+
+extern const Method kLeastSquares, kStepwise;
+const Method kLeastSquares = {"ls", "", kCubic, plan_polynomial, train_polynomial, describe_polynomial};
+const Method kStepwise = {"stepwise", "", kTerms, plan_polynomial, train_polynomial, describe_polynomial};
 
 }  // namespace prism::training

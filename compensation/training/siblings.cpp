@@ -6,7 +6,7 @@
 
 #include "compensation/extrapolation.hpp"
 #include "compensation/training/composite_system.hpp"
-#include "compensation/training/trainer.hpp"
+#include "compensation/training/methods.hpp"
 
 namespace prism::training {
 namespace {
@@ -15,8 +15,9 @@ constexpr double kScaleSpread = 0.3;  // of one gyro's drift to another's of the
 constexpr Eigen::Index kScaleSamples = 1000;
 
 Result<void> check(const TrainingData& data, const compensation::ModelInfo& info, const TrainingSettings& settings) {
-  if (settings.method != Method::kComposite)
-    return refuse("prior", fmt::format("found method {}, expected composite", method_name(settings.method)));
+  if (!settings.method->has(kSiblings))
+    return refuse("prior",
+                  fmt::format("found method {}, expected {}", settings.method->name, method_names(kSiblings, " or ")));
   if (settings.siblings.size() < 2)
     return refuse("prior", fmt::format("found {} models, expected at least 2 siblings", settings.siblings.size()));
   for (const compensation::ModelPtr& sibling : settings.siblings) {

@@ -8,8 +8,8 @@
 #include "compensation/kernel.hpp"
 #include "compensation/training/dense.hpp"
 #include "compensation/training/low_rank.hpp"
+#include "compensation/training/lssvm_trainer.hpp"
 #include "compensation/training/spread.hpp"
-#include "compensation/training/trainer.hpp"
 
 namespace prism::training {
 namespace {

@@ -7,9 +7,9 @@
 #include <memory>
 #include <mutex>
 
+#include "compensation/training/methods.hpp"
 #include "compensation/training/parallel.hpp"
 #include "compensation/training/spread.hpp"
-#include "compensation/training/trainer.hpp"
 
 namespace prism::training {
 namespace {
@@ -112,11 +112,18 @@ TuningResult tune_svr(const NormalisedData& data, const Folds& folds, const Trai
   return result;
 }
 
-}  // namespace
+Result<ResourcePlan> plan_svr(Eigen::Index samples, Eigen::Index, const TrainingSettings& settings) {
+  const double n = static_cast<double>(samples);
+  return within_memory({false, 0, n * n * 4 + 200e6, n * n * 1e-7}, samples, settings.memory_limit_bytes);
+}
 
-Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelInfo info,
-                               const TrainingSettings& settings, const std::vector<int>& runs, const Folds& folds,
-                               const TuningProgress& progress, const std::atomic<bool>* stop) {
+Result<TrainedModel> train_svr(TrainingJob job) {
+  const TrainingSettings& settings = job.settings;
+  const auto plan = plan_svr(job.data.inputs.cols(), job.data.inputs.rows(), settings);
+  if (!plan) return tl::unexpected<Error>(plan.error());
+  const auto normalised = job.normalised();
+  if (!normalised) return tl::unexpected<Error>(normalised.error());
+  const NormalisedData& data = *normalised;
   svm_set_print_string_function([](const char*) {});
   if (!(settings.epsilon >= 0))
     return refuse("epsilon", fmt::format("found {}, expected at least 0", settings.epsilon));
@@ -126,7 +133,7 @@ Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelIn
     if (settings.tuning == Tuning::kLoo || settings.tuning == Tuning::kReml) {
       return refuse("tuning", "found leave-one-out or reml for svr, expected folds: blocked or shuffled");
     }
-    trained.tuning = tune_svr(data, folds, settings, progress, stop);
+    trained.tuning = tune_svr(data, job.folds(), settings, job.progress, job.stop);
     point = trained.tuning->best;
     if (!std::isfinite(point.cost))
       return refuse("tuning", "stopped before the first choice of c and sigma2 had a cost");
@@ -156,12 +163,17 @@ Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelIn
   trained.centres = svm->l;
   const double scale = data.constants.target_scale;
   const Eigen::VectorXd left = scale * data.y.array() + data.constants.target_shift - trained.samples.fitted.array();
-  info.spread = spread_of(hold_out(data, runs, point, settings.epsilon), left, scale, runs);
-  info.kind = "svr";
-  auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
+  job.info.spread = spread_of(hold_out(data, job.runs, point, settings.epsilon), left, scale, job.runs);
+  job.info.kind = "svr";
+  auto model = compensation::LssvmModel::make(std::move(job.info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());
   trained.model = std::move(*model);
   return trained;
 }
+
+}  // namespace
+
+extern const Method kSvr;
+const Method kSvr = {"svr", "", kTuning | kTube, plan_svr, train_svr, describe_kernel};
 
 }  // namespace prism::training

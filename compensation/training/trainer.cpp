@@ -3,48 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "compensation/training/methods.hpp"
 
 namespace prism::training {
 namespace {
-
-constexpr std::array kMethodNames = {"composite", "ls", "stepwise", "lssvm", "ir-lssvm", "svr"};
-constexpr double kGentleParameter = 3;         // of a composite kernel's weights: a clean record loses next to nothing
-constexpr Eigen::Index kTuningSamples = 3000;  // of a longer record every n-th sample tunes as well
-
-Folds folds_of(const TrainingSettings& settings, const std::vector<int>& runs) {
-  if (settings.tuning == Tuning::kGiven && settings.given_folds) return *settings.given_folds;
-  if (settings.tuning == Tuning::kShuffled) return shuffled_folds(runs.size(), settings.folds, settings.seed);
-  return blocked_folds(runs, settings.folds);
-}
-
-// Every n-th sample, so that no more than kTuningSamples tune; folds follow.
-Result<TuningResult> tune_on_part(const NormalisedData& data, const TrainingSettings& settings, const Folds& folds,
-                                  const TuningProgress& progress, const std::atomic<bool>* stop) {
-  const Eigen::Index n = data.y.size(), step = (n + kTuningSamples - 1) / kTuningSamples;
-  std::vector<Eigen::Index> part;
-  Folds part_folds;
-  for (Eigen::Index i = 0; i < n; i += step) {
-    part.push_back(i);
-    part_folds.push_back(folds[static_cast<std::size_t>(i)]);
-  }
-  const Eigen::MatrixXd x = data.x(Eigen::all, part);
-  const Eigen::VectorXd y = data.y(part);
-  const auto compact = folds_from({part_folds.begin(), part_folds.end()});
-  if (!compact) return refuse("tuning", "found one fold only, expected at least 2");
-  const TuningCost cost(x, y, data.constants.target_scale, settings.tuning, *compact, settings.reweight);
-  TuningSettings tuning;
-  tuning.c = settings.c;
-  tuning.sigma2 = settings.sigma2;
-  tuning.parameter = settings.parameter;
-  tuning.bounds = bounds_for(x.rows());
-  tuning.threads = settings.threads;
-  return tune(cost, x.cols(), tuning, progress, stop);
-}
-
-bool kernels(Method method) { return method != Method::kLeastSquares && method != Method::kStepwise; }
 
 Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
   const auto n = static_cast<std::size_t>(data.inputs.cols());
@@ -61,7 +26,7 @@ Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
       return refuse("c, sigma2 and the weight's parameter",
                     fmt::format("found {}, expected a positive number", *value));
   }
-  const bool folded = kernels(settings.method) && !settings.c &&
+  const bool folded = (settings.method->has(kTuning) || settings.method->has(kOwnSearch)) && !settings.c &&
                       (settings.tuning == Tuning::kBlocked || settings.tuning == Tuning::kShuffled);
   if (folded && (settings.folds < 2 || static_cast<std::size_t>(settings.folds) > n)) {
     return refuse("folds", fmt::format("found {}, expected 2 to the number of samples, {}", settings.folds, n));
@@ -84,58 +49,29 @@ void set_domain(const TrainingData& data, compensation::ModelInfo& info) {
 
 }  // namespace
 
-const char* method_name(Method method) { return kMethodNames[static_cast<std::size_t>(method)]; }
-
-Result<Method> parse_method(std::string_view name) {
-  for (std::size_t i = 0; i < kMethodNames.size(); ++i) {
-    if (name == kMethodNames[i]) return static_cast<Method>(i);
-  }
-  return refuse("method", fmt::format("found \"{}\", expected composite, ls, stepwise, lssvm, ir-lssvm or svr", name));
+Folds TrainingJob::folds() const {
+  const int count = static_cast<int>(std::min<Eigen::Index>(settings.folds, data.target.size()));
+  if (settings.tuning == Tuning::kGiven && settings.given_folds) return *settings.given_folds;
+  if (settings.tuning == Tuning::kShuffled) return shuffled_folds(runs.size(), count, settings.seed);
+  return blocked_folds(runs, count);
 }
 
-Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& wanted,
+Result<NormalisedData> TrainingJob::normalised() const {
+  return normalise(data.inputs, data.target, settings.scaling, data.names);
+}
+
+Result<ResourcePlan> plan_resources(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings) {
+  return settings.method->plan(samples, inputs, settings);
+}
+
+Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& settings,
                            const TuningProgress& progress, const std::atomic<bool>* stop) {
-  if (auto good = check(data, wanted); !good) return tl::unexpected<Error>(good.error());
-  if (!wanted.siblings.empty()) return train_with_siblings(data, std::move(info), wanted, progress, stop);
+  if (auto good = check(data, settings); !good) return tl::unexpected<Error>(good.error());
+  if (!settings.siblings.empty()) return train_with_siblings(data, std::move(info), settings, progress, stop);
   set_domain(data, info);
-  const std::vector<int> runs =
-      data.runs.empty() ? std::vector<int>(static_cast<std::size_t>(data.target.size()), 0) : data.runs;
-  if (!kernels(wanted.method)) return train_polynomial(data, std::move(info), wanted, runs);
-  const auto plan = plan_resources(data.inputs.cols(), data.inputs.rows(), wanted);
-  if (!plan) return tl::unexpected<Error>(plan.error());
-  const auto normalised = normalise(data.inputs, data.target, wanted.scaling, data.names);
-  if (!normalised) return tl::unexpected<Error>(normalised.error());
-  TrainingSettings settings = wanted;
-  if (settings.method == Method::kComposite) {
-    settings.reweight.weight.parameter = settings.parameter.value_or(kGentleParameter);
-    return train_composite(*normalised, data, std::move(info), settings, *plan, progress, stop);
-  }
-  settings.folds = static_cast<int>(std::min<Eigen::Index>(wanted.folds, data.target.size()));
-  if (settings.method != Method::kIrlssvm) settings.reweight.weight.kind = WeightKind::kNone;
-  const Folds folds = folds_of(settings, runs);
-  if (settings.method == Method::kSvr)
-    return train_svr(*normalised, std::move(info), settings, runs, folds, progress, stop);
-  TuningPoint point;
-  std::optional<TuningResult> tuning;
-  if (settings.c && settings.sigma2) {
-    point = {*settings.c, *settings.sigma2, settings.parameter.value_or(usual_parameter(settings.reweight.weight.kind)),
-             0};
-  } else {
-    auto found = tune_on_part(*normalised, settings, folds, progress, stop);
-    if (!found) return tl::unexpected<Error>(found.error());
-    point = found->best;
-    tuning = std::move(*found);
-  }
-  settings.reweight.weight.parameter = point.parameter;
-  auto trained = plan->sparse ? train_sparse(*normalised, std::move(info), settings, runs, *plan, point)
-                              : train_dense(*normalised, std::move(info), settings, runs, point);
-  if (!trained) return trained;
-  trained->c = point.c;
-  trained->sigma2 = point.sigma2;
-  trained->parameter = point.parameter;
-  if (tuning) trained->notes.insert(trained->notes.end(), tuning->warnings.begin(), tuning->warnings.end());
-  trained->tuning = std::move(tuning);
-  return trained;
+  std::vector<int> runs = data.runs;
+  if (runs.empty()) runs.assign(static_cast<std::size_t>(data.target.size()), 0);
+  return settings.method->train({data, std::move(info), settings, std::move(runs), progress, stop});
 }
 
 }  // namespace prism::training

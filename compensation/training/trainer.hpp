@@ -12,14 +12,15 @@
 #include "compensation/model.hpp"
 #include "compensation/sibling_prior.hpp"
 #include "compensation/training/normalise.hpp"
+#include "compensation/training/resource_plan.hpp"
 #include "compensation/training/stepwise.hpp"
 #include "compensation/training/tuning.hpp"
 
 namespace prism::training {
 
-enum class Method { kComposite, kLeastSquares, kStepwise, kLssvm, kIrlssvm, kSvr };
-const char* method_name(Method method);
-Result<Method> parse_method(std::string_view name);
+struct Method;  // methods.hpp
+/// Returns nullptr if no method has this name.
+const Method* find_method(std::string_view name);
 
 /// Samples in engineering units.
 struct TrainingData {
@@ -40,14 +41,14 @@ TermPowers second_order_terms(std::size_t d);
 std::string term_name(const std::vector<int>& powers, const std::vector<std::string>& names);
 
 struct TrainingSettings {
-  Method method = Method::kIrlssvm;
+  const Method* method = find_method("ir-lssvm");
   Scaling scaling = Scaling::kZscore;
   // Polynomials.
   TermPowers terms;
   StepwiseSettings stepwise;
   // Kernels. What is not given is tuned: c and sigma2 both or none; the weight's parameter falls back on its usual
   // value (Huber 1.345, myriad 1) where c and sigma2 are given.
-  ReweightSettings reweight;  ///< weight kNone for kLssvm and kSvr
+  ReweightSettings reweight;  ///< used by methods with weights alone
   std::optional<double> c, sigma2, parameter;
   double epsilon = 0.1;  ///< of SVR, in units of the normalised target
   Tuning tuning = Tuning::kBlocked;
@@ -55,7 +56,7 @@ struct TrainingSettings {
   std::optional<Folds> given_folds;  ///< for kGiven
   std::uint64_t seed = 1;
   int threads = 2;
-  std::vector<compensation::ModelPtr> siblings;  ///< kComposite: models of gyros of the same type, none or at least 2
+  std::vector<compensation::ModelPtr> siblings;     ///< composite: models of gyros of the same type, none or at least 2
   std::optional<compensation::SiblingPrior> prior;  ///< what they say; set by train()
   double memory_limit_bytes = 1e9;                  ///< what does not fit is refused before it begins
 };
@@ -84,34 +85,12 @@ struct TrainedModel {
 };
 
 /// What a training of this size takes, before it is begun.
-struct ResourcePlan {
-  bool sparse = false;  ///< a low-rank model instead of one centre a sample
-  Eigen::Index max_rank = 0;
-  double bytes = 0, seconds = 0;  ///< seconds: a rough order on one core
-  std::string text() const;
-};
 Result<ResourcePlan> plan_resources(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
 
 /// Trains. `info` brings name, features and serial; kind, inputs, domain and id are set here. Refuses data and settings
 /// that cannot work, in one line. A stop flag ends tuning early with the best so far.
 Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& settings,
                            const TuningProgress& progress = {}, const std::atomic<bool>* stop = nullptr);
-
-// The parts, one file each; `info` is complete but for its id and spread. `runs`: of each sample.
-Result<TrainedModel> train_polynomial(const TrainingData& data, compensation::ModelInfo info,
-                                      const TrainingSettings& settings, const std::vector<int>& runs);
-Result<TrainedModel> train_dense(const NormalisedData& data, compensation::ModelInfo info,
-                                 const TrainingSettings& settings, const std::vector<int>& runs,
-                                 const TuningPoint& point);
-Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::ModelInfo info,
-                                  const TrainingSettings& settings, const std::vector<int>& runs,
-                                  const ResourcePlan& plan, const TuningPoint& point);
-Result<TrainedModel> train_svr(const NormalisedData& data, compensation::ModelInfo info,
-                               const TrainingSettings& settings, const std::vector<int>& runs, const Folds& folds,
-                               const TuningProgress& progress, const std::atomic<bool>* stop);
-Result<TrainedModel> train_composite(const NormalisedData& data, const TrainingData& raw, compensation::ModelInfo info,
-                                     const TrainingSettings& settings, const ResourcePlan& plan,
-                                     const TuningProgress& progress, const std::atomic<bool>* stop);
 
 Result<TrainedModel> train_with_siblings(const TrainingData& data, compensation::ModelInfo info,
                                          const TrainingSettings& settings, const TuningProgress& progress,

@@ -140,9 +140,9 @@ void measure_window(const training::TrainingData& data) {
   settings.reweight.weight.kind = training::WeightKind::kMyriad;
   const std::vector<double> x = {25, 0.001, 5.6};
   double bare = 0;  // IR-LSSVM: a Gaussian kernel's sum and nothing else
-  for (const training::Method method : {training::Method::kIrlssvm, training::Method::kComposite}) {
+  for (const training::Method* method : {training::find_method("ir-lssvm"), training::find_method("composite")}) {
     settings.method = method;
-    if (method == training::Method::kComposite) settings.c.reset(), settings.sigma2.reset();
+    if (method == training::find_method("composite")) settings.c.reset(), settings.sigma2.reset();
     const double begin = cpu_s();
     const auto trained = training::train(data, {}, settings);
     const double took = cpu_s() - begin;
@@ -162,7 +162,8 @@ void measure_tuning(const training::TrainingData& data, const char* name, traini
   training::TrainingSettings settings;
   settings.tuning = tuning;
   settings.given_folds = given_folds;
-  settings.method = weight == training::WeightKind::kNone ? training::Method::kLssvm : training::Method::kIrlssvm;
+  settings.method =
+      weight == training::WeightKind::kNone ? training::find_method("lssvm") : training::find_method("ir-lssvm");
   settings.reweight.weight.kind = weight;
   const double begin = cpu_s();
   const auto trained = training::train(data, {}, settings);
@@ -184,7 +185,7 @@ void measure_tables(const training::TrainingData& all) {
       training::TrainingSettings settings;
       settings.tuning = weight == 0 ? training::Tuning::kLoo : training::Tuning::kGiven;
       settings.given_folds = given_folds;
-      settings.method = weight == 0 ? training::Method::kLssvm : training::Method::kIrlssvm;
+      settings.method = weight == 0 ? training::find_method("lssvm") : training::find_method("ir-lssvm");
       settings.reweight.weight.kind = static_cast<training::WeightKind>(weight);
       (void)training::train(data, {}, settings);
     }

@@ -11,11 +11,11 @@ namespace {
 
 training::TrainingSettings settings_of(const Contender& contender, std::size_t inputs) {
   training::TrainingSettings settings;
-  settings.method = contender.method;
+  settings.method = training::find_method(contender.method);
   settings.tuning = contender.tuning;
   settings.reweight.weight.kind = training::WeightKind::kMyriad;
   settings.threads = 1;
-  if (contender.method != training::Method::kStepwise) return settings;
+  if (contender.method != "stepwise") return settings;
   settings.terms = training::second_order_terms(inputs);
   for (std::size_t i = 0; i < settings.terms.size(); ++i) {
     const std::string name = training::term_name(settings.terms[i], {"T", "dTdt", "U"});

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <string_view>
 #include <vector>
 
 #include "compensation/extrapolation.hpp"
@@ -12,17 +13,17 @@ namespace prism::science {
 
 struct Contender {
   const char* name;
-  training::Method method;
+  std::string_view method;  ///< of training
   training::Tuning tuning;
   compensation::Extrapolation policy;
 };
 
 /// The composite kernel first, then its rivals.
 inline constexpr std::array<Contender, 4> kContenders = {{
-    {"composite", training::Method::kComposite, training::Tuning::kReml, compensation::Extrapolation::kPreset},
-    {"stepwise 2", training::Method::kStepwise, training::Tuning::kReml, compensation::Extrapolation::kPreset},
-    {"blocked", training::Method::kIrlssvm, training::Tuning::kBlocked, compensation::Extrapolation::kPreset},
-    {"REML", training::Method::kIrlssvm, training::Tuning::kReml, compensation::Extrapolation::kPreset},
+    {"composite", "composite", training::Tuning::kReml, compensation::Extrapolation::kPreset},
+    {"stepwise 2", "stepwise", training::Tuning::kReml, compensation::Extrapolation::kPreset},
+    {"blocked", "ir-lssvm", training::Tuning::kBlocked, compensation::Extrapolation::kPreset},
+    {"REML", "ir-lssvm", training::Tuning::kReml, compensation::Extrapolation::kPreset},
 }};
 
 /// Ends the program where training refuses: a table with a hole in it would mislead.

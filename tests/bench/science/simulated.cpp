@@ -46,7 +46,7 @@ void judge(const Contender& contender, const compensation::Model& model, const R
   const Served served = serve(model, test.data, contender.policy);
   const Eigen::VectorXd error = test.data.target - served.bias;
   cell.improvement[contender.name].push_back(improvement(centred(test.data.target), centred(error)));
-  if (contender.method != training::Method::kComposite) return;
+  if (contender.method != "composite") return;
   if (std::isnan(repeat_sd)) repeat_sd = std::sqrt(centred(error).squaredNorm() / static_cast<double>(error.size()));
   cell.covered.push_back(covered(error, served.sd_mean));
   const Eigen::Index rest = error.size() - 1;  // the first block has no whole truth
@@ -110,7 +110,7 @@ int simulated(std::uint64_t first_seed, int count) {
       for (const Contender& contender : kContenders) {
         const std::clock_t begin = std::clock();
         const compensation::ModelPtr model = trained(contender, cycle.data);
-        if (contender.method == training::Method::kComposite) training += std::clock() - begin;
+        if (contender.method == "composite") training += std::clock() - begin;
         double repeat_sd = kUnknown;
         for (std::size_t i = 0; i < tests.size(); ++i) judge(contender, *model, tests[i], repeat_sd, cells[i]);
       }

@@ -113,7 +113,7 @@ struct Drift {
 
 Result<TrainedModel> trained(const TrainingData& data) {
   TrainingSettings settings;
-  settings.method = Method::kComposite;
+  settings.method = find_method("composite");
   settings.reweight.weight.kind = WeightKind::kMyriad;
   return train(data, {}, settings);
 }

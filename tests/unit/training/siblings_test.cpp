@@ -33,7 +33,7 @@ struct Gyro {
 
 TrainingSettings composite() {
   TrainingSettings settings;
-  settings.method = Method::kComposite;
+  settings.method = find_method("composite");
   settings.reweight.weight.kind = WeightKind::kMyriad;
   return settings;
 }
@@ -121,7 +121,7 @@ TEST(Siblings, WhatCannotBeOneIsRefused) {
   EXPECT_EQ(train(kOwn.record(0, 80, 79), {}, settings).error().text(),
             "prior: found 1 models, expected at least 2 siblings");
   settings.siblings = siblings();
-  settings.method = Method::kLeastSquares;
+  settings.method = find_method("ls");
   settings.terms = cubic_terms();
   EXPECT_EQ(train(kOwn.record(0, 80, 79), {}, settings).error().text(), "prior: found method ls, expected composite");
 }

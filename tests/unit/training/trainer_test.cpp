@@ -46,9 +46,9 @@ double worst_error(const compensation::Model& model) {
 TEST(Trainer, RobustWeightsSeeThroughOutliersThatLssvmFollows) {
   TrainingSettings settings;
   settings.c = 300, settings.sigma2 = 0.5;
-  settings.method = Method::kLssvm;
+  settings.method = find_method("lssvm");
   const auto plain = train(drift(400), {}, settings);
-  settings.method = Method::kIrlssvm;
+  settings.method = find_method("ir-lssvm");
   settings.reweight.weight.kind = WeightKind::kMyriad;
   const auto robust = train(drift(400), {}, settings);
   ASSERT_TRUE(plain && robust);
@@ -78,7 +78,7 @@ TEST(Trainer, TheStatedDeviationCoversTheError) {
 TEST(Trainer, TheGuardTellsHolesInTheDataFromTheData) {
   TrainingSettings settings;
   settings.c = 300, settings.sigma2 = 0.05;
-  settings.method = Method::kLssvm;
+  settings.method = find_method("lssvm");
   TrainingData data = drift(400, false);
   const auto trained = train(data, {}, settings);
   ASSERT_TRUE(trained);
@@ -111,7 +111,7 @@ TEST(Trainer, LongRecordsBecomeSparseModelsThatPredictAlike) {
 
 TEST(Trainer, SupportVectorsFindTheDriftToo) {
   TrainingSettings settings;
-  settings.method = Method::kSvr;
+  settings.method = find_method("svr");
   settings.c = 30, settings.sigma2 = 0.5, settings.epsilon = 0.05;
   const auto trained = train(drift(300, false), {}, settings);
   ASSERT_TRUE(trained) << trained.error().text();
@@ -127,7 +127,7 @@ TEST(Trainer, StepwiseFindsTheTermsThatWerePutIn) {
   data.target = (0.1 + 0.002 * data.inputs.row(0).array() - 1e-5 * data.inputs.row(0).array().square()).transpose();
   for (Eigen::Index i = 0; i < 300; ++i) data.target[i] += 1e-4 * std::sin(777.0 * static_cast<double>(i));
   TrainingSettings settings;
-  settings.method = Method::kStepwise;
+  settings.method = find_method("stepwise");
   settings.terms = second_order_terms(2);
   const auto trained = train(data, {}, settings);
   ASSERT_TRUE(trained) << trained.error().text();
@@ -160,7 +160,7 @@ TEST(ResourcePlan, RefusesWhatDoesNotFitBeforeItBegins) {
   const auto huge = plan_resources(10'000'000, 3, settings);
   ASSERT_FALSE(huge);
   EXPECT_NE(huge.error().text().find("thin the record out"), std::string::npos);
-  settings.method = Method::kSvr;
+  settings.method = find_method("svr");
   EXPECT_FALSE(plan_resources(100000, 3, settings));
 }
 

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "compensation/polynomial_model.hpp"
-#include "compensation/training/trainer.hpp"
+#include "compensation/training/methods.hpp"
 #include "tools/prismcal/analysis/experiment.hpp"
 
 namespace prism::analysis {
@@ -31,8 +31,8 @@ Result<training::TrainingSettings> settings_of(const ModelSpec& spec, const Expe
   const auto method = training::parse_method(spec.method);
   if (!method) return tl::unexpected(method.error());
   settings.method = *method;
-  if (*method == training::Method::kLeastSquares) settings.terms = training::cubic_terms();
-  if (*method == training::Method::kStepwise) {
+  if ((*method)->has(training::kCubic)) settings.terms = training::cubic_terms();
+  if ((*method)->has(training::kTerms)) {
     settings.terms = training::second_order_terms(spec.inputs.size());
     settings.stepwise.start = {0, 1, 2};  // T, T², dT/dt: what the paper starts from
   }

@@ -7,6 +7,7 @@
 #include "base/escape.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/training/cross_validation.hpp"
+#include "compensation/training/methods.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
@@ -71,8 +72,9 @@ Result<Problem> read_problem(const CvChoice& choice, const training::TrainingSet
 Result<int> run(const CvChoice& choice) {
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
-  if (settings->method != training::Method::kLssvm && settings->method != training::Method::kIrlssvm) {
-    return refuse("--method", fmt::format("found \"{}\", expected lssvm or ir-lssvm", method_name_of(choice.method)));
+  if (!settings->method->has(training::kExactFolds)) {
+    return refuse("--method", fmt::format("found \"{}\", expected {}", settings->method->name,
+                                          training::method_names(training::kExactFolds, " or ")));
   }
   if (!settings->c || !settings->sigma2) return refuse("--c and --sigma2", "found one or none of them, expected both");
   const auto problem = read_problem(choice, *settings);
@@ -91,8 +93,8 @@ Result<int> run(const CvChoice& choice) {
   if (!plain) return tl::unexpected<Error>(plain.error());
   nlohmann::ordered_json json = costs_json(*plain);
   std::string text = costs_text("unweighted", *plain);
-  if (settings->method == training::Method::kIrlssvm) {
-    if (loo) return refuse("--tune", "found loo with ir-lssvm, expected folds");
+  if (settings->method->has(training::kWeights)) {
+    if (loo) return refuse("--tune", "found loo with " + std::string(settings->method->name) + ", expected folds");
     training::ReweightSettings reweight = settings->reweight;
     reweight.weight.parameter = settings->parameter.value_or(training::usual_parameter(reweight.weight.kind));
     if (reweight.limit > 1) reweight.limit = training::kRobustSolves, reweight.tolerance = 0;

@@ -8,6 +8,7 @@
 #include "base/escape.hpp"
 #include "base/file.hpp"
 #include "compensation/model_text.hpp"
+#include "compensation/training/methods.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
@@ -66,8 +67,9 @@ Result<int> run(const FitChoice& choice) {
     data.time_s = Eigen::Map<const Eigen::VectorXd>(time->data(), data.target.size());
   }
   if (!choice.fold_column.empty()) {
-    if (settings->method == training::Method::kComposite)
-      return refuse("--fold-column", "found it with --method composite, which has no folds");
+    if (settings->method->has(training::kOwnSearch))
+      return refuse("--fold-column",
+                    fmt::format("found it with --method {}, which has no folds", settings->method->name));
     if (settings->tuning == training::Tuning::kLoo || settings->tuning == training::Tuning::kReml) {
       return refuse("--fold-column", fmt::format("found it with --tune {}, which has no folds", choice.method.tune));
     }
@@ -116,7 +118,8 @@ void add_fit_command(CLI::App& app, int& code) {
   add_method_options(*command, choice->method);
   tools::add_examples(*command, {"prismcal fit table.csv --inputs x1,x2 --target y --method lssvm --out model.json"});
   command->callback([choice, &code] {
-    if (!choice->fold_column.empty() && choice->method.method.empty()) choice->method.method = "ir-lssvm";
+    if (!choice->fold_column.empty() && choice->method.method.empty())
+      choice->method.method = training::default_method(true).name;
     const auto done = run(*choice);
     code = done ? *done : failed(done.error());
   });

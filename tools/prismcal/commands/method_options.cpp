@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "compensation/training/methods.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
@@ -15,24 +16,35 @@ namespace {
 
 std::atomic<bool> bar_drawn{false};
 
+std::vector<std::string> known_methods() {
+  std::vector<std::string> names;
+  for (const training::Method* method : training::methods()) names.emplace_back(method->name);
+  return names;
+}
+
 }  // namespace
 
 void add_method_options(CLI::App& command, MethodOptions& o) {
+  const std::string terms = training::method_names(training::kTerms) + ": ";
+  command.add_option("--method", o.method, training::method_help())->check(CLI::IsMember(known_methods()));
   command
-      .add_option("--method", o.method,
-                  "composite (default), ls, stepwise, lssvm, ir-lssvm (default with --c, --sigma2 or --tune) or svr")
-      ->check(CLI::IsMember({"composite", "ls", "stepwise", "lssvm", "ir-lssvm", "svr"}));
-  command.add_option("--weight", o.weight, "composite, ir-lssvm: huber, hampel, logistic or myriad (default)")
+      .add_option("--weight", o.weight,
+                  training::method_names(training::kWeights) + ": huber, hampel, logistic or myriad (default)")
       ->check(CLI::IsMember({"huber", "hampel", "logistic", "myriad"}));
   command.add_option("--c", o.c, "regularisation, normalised units; with --sigma2: nothing is tuned")
       ->check(tools::positive());
   command.add_option("--sigma2", o.sigma2, "kernel width squared, normalised units")->check(tools::positive());
   command.add_option("--beta", o.beta, "Huber's parameter")->check(tools::positive());
   command.add_option("--delta", o.delta, "myriad's parameter")->check(tools::positive());
-  command.add_option("--epsilon", o.epsilon, "svr: half width of the tube, in sd of the target")
+  command
+      .add_option("--epsilon", o.epsilon,
+                  training::method_names(training::kTube) + ": half width of the tube, in sd of the target")
       ->check(tools::not_negative())
       ->capture_default_str();
-  command.add_option("--tune", o.tune, "lssvm, ir-lssvm, svr: blocked (folds; default), shuffled (folds), loo or reml")
+  command
+      .add_option(
+          "--tune", o.tune,
+          training::method_names(training::kTuning) + ": blocked (folds; default), shuffled (folds), loo or reml")
       ->check(CLI::IsMember({"blocked", "shuffled", "loo", "reml"}));
   command.add_option("--folds", o.folds, "how many")->check(CLI::Range(2, 1000000))->capture_default_str();
   command.add_option("--reweight", o.reweight, "1 (the paper) or converge")
@@ -49,11 +61,11 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
       ->capture_default_str();
   command.add_option("--seed", o.seed, "of everything drawn")->capture_default_str();
   command.add_option("--threads", o.threads, "at most")->check(CLI::Range(1, 64))->capture_default_str();
-  command.add_option("--start", o.start, "stepwise: terms to begin with, or none");
-  command.add_option("--p-enter", o.p_enter, "stepwise: a term with a smaller p may enter")
+  command.add_option("--start", o.start, terms + "terms to begin with, or none");
+  command.add_option("--p-enter", o.p_enter, terms + "a term with a smaller p may enter")
       ->check(tools::within(0, 1))
       ->capture_default_str();
-  command.add_option("--p-remove", o.p_remove, "stepwise: a term with a larger p may leave")
+  command.add_option("--p-remove", o.p_remove, terms + "a term with a larger p may leave")
       ->check(tools::within(0, 1))
       ->capture_default_str();
   command.add_option("--memory", o.memory_mb, "MB that training may take")
@@ -65,20 +77,20 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
 
 std::string method_name_of(const MethodOptions& options) {
   if (!options.method.empty()) return options.method;
-  return options.c || options.sigma2 || !options.tune.empty() ? "ir-lssvm" : "composite";
+  return training::default_method(options.c || options.sigma2 || !options.tune.empty()).name;
 }
 
 Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
   training::TrainingSettings s;
   s.method = *training::parse_method(method_name_of(o));
-  const bool composite = s.method == training::Method::kComposite;
-  if (composite && (o.c || o.sigma2 || !o.tune.empty()))
-    return refuse("--method", "found composite with --c, --sigma2 or --tune, which belong to lssvm, ir-lssvm and svr");
-  if (s.method == training::Method::kIrlssvm || composite) {
+  if (s.method->has(training::kOwnSearch) && (o.c || o.sigma2 || !o.tune.empty()))
+    return refuse("--method", fmt::format("found {} with --c, --sigma2 or --tune, which belong to {}", s.method->name,
+                                          training::method_names(training::kTuning, " and ")));
+  if (s.method->has(training::kWeights)) {
     s.reweight.weight.kind = *training::parse_weight(o.weight.empty() ? "myriad" : o.weight);
   } else if (!o.weight.empty()) {
-    return refuse("--weight", fmt::format("found \"{}\" with --method {}, expected it with composite or ir-lssvm",
-                                          o.weight, method_name_of(o)));
+    return refuse("--weight", fmt::format("found \"{}\" with --method {}, expected it with {}", o.weight,
+                                          s.method->name, training::method_names(training::kWeights, " or ")));
   }
   if (o.beta && s.reweight.weight.kind != training::WeightKind::kHuber)
     return refuse("--beta", "belongs to --weight huber");
@@ -106,13 +118,13 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
 
 Result<void> set_terms(const MethodOptions& options, const std::vector<std::string>& names, training::TermPowers terms,
                        std::vector<std::string> start, training::TrainingSettings& settings) {
-  if (settings.method == training::Method::kLeastSquares) {
+  if (settings.method->has(training::kCubic)) {
     if (names.size() != 1)
-      return refuse("--inputs",
-                    fmt::format("found {} with --method ls, expected one: it is a cubic of one input", names.size()));
+      return refuse("--inputs", fmt::format("found {} with --method {}, expected one: it is a cubic of one input",
+                                            names.size(), settings.method->name));
     settings.terms = training::cubic_terms();
   }
-  if (settings.method != training::Method::kStepwise) return {};
+  if (!settings.method->has(training::kTerms)) return {};
   settings.terms = std::move(terms);
   std::vector<std::string> known;
   for (const auto& powers : settings.terms) known.push_back(training::term_name(powers, names));

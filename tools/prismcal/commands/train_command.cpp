@@ -14,6 +14,7 @@
 #include "base/outside_text.hpp"
 #include "base/text_number.hpp"
 #include "compensation/model_text.hpp"
+#include "compensation/training/methods.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/data_quality_table.hpp"
@@ -183,8 +184,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& asked, const std::ato
   if (!plan) return tl::unexpected<Error>(plan.error());
   if (!choice.method.quiet && plan->seconds > 0.5) fmt::print(stderr, "{}\n", plan->text());
   compensation::ModelInfo info;
-  info.name =
-      choice.name.empty() ? fmt::format("{} {}", training::method_name(settings->method), choice.inputs) : choice.name;
+  info.name = choice.name.empty() ? fmt::format("{} {}", settings->method->name, choice.inputs) : choice.name;
   if (choice.name.empty() && !choice.recordings.source.axis.empty()) info.name += " " + choice.recordings.source.axis;
   info.gyro_serial = choice.serial.empty() ? set->serial : choice.serial;
   info.features = set->features;
@@ -215,7 +215,9 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
       ->capture_default_str();
   command.add_option("--serial", choice.serial, "of the gyro (default: what the recordings say)");
   command.add_option("--name", choice.name, "of the model, for people");
-  command.add_option("--prior", choice.prior, "composite: folder of models of gyros of the same type, at least two");
+  command.add_option(
+      "--prior", choice.prior,
+      training::method_names(training::kSiblings) + ": folder of models of gyros of the same type, at least two");
   command.add_flag("--force", choice.force, "train although the data-quality check refuses a recording");
   add_training_set_options(command, choice.recordings);
   add_method_options(command, choice.method);

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+// LSSVM and IR-LSSVM: tuned, then trained in the form that fits the length of the record.
+#include "compensation/training/lssvm_trainer.hpp"
+
+#include <utility>
+
+#include "compensation/training/methods.hpp"
+
+namespace prism::training {
+namespace {
+
+constexpr Eigen::Index kTuningSamples = 3000;  // of a longer record every n-th sample tunes as well
+constexpr Eigen::Index kDenseLimit = 5000;     // samples; above it one centre a sample would cost gigabytes and minutes
+constexpr Eigen::Index kMaxRank = 600;
+
+// Every n-th sample, so that no more than kTuningSamples tune; folds follow.
+Result<TuningResult> tune_on_part(const NormalisedData& data, const TrainingSettings& settings, const Folds& folds,
+                                  const TuningProgress& progress, const std::atomic<bool>* stop) {
+  const Eigen::Index n = data.y.size(), step = (n + kTuningSamples - 1) / kTuningSamples;
+  std::vector<Eigen::Index> part;
+  Folds part_folds;
+  for (Eigen::Index i = 0; i < n; i += step) {
+    part.push_back(i);
+    part_folds.push_back(folds[static_cast<std::size_t>(i)]);
+  }
+  const Eigen::MatrixXd x = data.x(Eigen::all, part);
+  const Eigen::VectorXd y = data.y(part);
+  const auto compact = folds_from({part_folds.begin(), part_folds.end()});
+  if (!compact) return refuse("tuning", "found one fold only, expected at least 2");
+  const TuningCost cost(x, y, data.constants.target_scale, settings.tuning, *compact, settings.reweight);
+  TuningSettings tuning;
+  tuning.c = settings.c;
+  tuning.sigma2 = settings.sigma2;
+  tuning.parameter = settings.parameter;
+  tuning.bounds = bounds_for(x.rows());
+  tuning.threads = settings.threads;
+  return tune(cost, x.cols(), tuning, progress, stop);
+}
+
+Result<ResourcePlan> plan_lssvm(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings) {
+  if (samples > kDenseLimit) return plan_sparse(samples, inputs, settings.memory_limit_bytes, kMaxRank);
+  const double n = static_cast<double>(samples);
+  const int solves = settings.reweight.weight.kind == WeightKind::kNone ? 2 : settings.reweight.limit == 1 ? 3 : 30;
+  ResourcePlan plan;
+  // Kernel, factor and inverse in double, the kernel once more in extended precision.
+  plan.bytes = n * n * (3 * 8 + (n <= 4000 ? 16 : 0));
+  plan.seconds = n * n * n / 3 * solves / kFlops;
+  return within_memory(plan, samples, settings.memory_limit_bytes);
+}
+
+Result<TrainedModel> train_lssvm(TrainingJob job) {
+  const auto plan = plan_lssvm(job.data.inputs.cols(), job.data.inputs.rows(), job.settings);
+  if (!plan) return tl::unexpected<Error>(plan.error());
+  const auto data = job.normalised();
+  if (!data) return tl::unexpected<Error>(data.error());
+  TrainingSettings settings = job.settings;
+  if (!settings.method->has(kWeights)) settings.reweight.weight.kind = WeightKind::kNone;
+  TuningPoint point;
+  std::optional<TuningResult> tuning;
+  if (settings.c && settings.sigma2) {
+    point = {*settings.c, *settings.sigma2, settings.parameter.value_or(usual_parameter(settings.reweight.weight.kind)),
+             0};
+  } else {
+    auto found = tune_on_part(*data, settings, job.folds(), job.progress, job.stop);
+    if (!found) return tl::unexpected<Error>(found.error());
+    point = found->best;
+    tuning = std::move(*found);
+  }
+  settings.reweight.weight.parameter = point.parameter;
+  auto trained = plan->sparse ? train_sparse(*data, std::move(job.info), settings, job.runs, *plan, point)
+                              : train_dense(*data, std::move(job.info), settings, job.runs, point);
+  if (!trained) return trained;
+  trained->c = point.c;
+  trained->sigma2 = point.sigma2;
+  trained->parameter = point.parameter;
+  if (tuning) trained->notes.insert(trained->notes.end(), tuning->warnings.begin(), tuning->warnings.end());
+  trained->tuning = std::move(tuning);
+  return trained;
+}
+
+}  // namespace
+
+extern const Method kLssvm, kIrlssvm;
+const Method kLssvm = {"lssvm", "", kTuning | kExactFolds, plan_lssvm, train_lssvm, describe_kernel};
+const Method kIrlssvm = {
+    "ir-lssvm",     "default with --c, --sigma2 or --tune", kWeights | kTuning | kExactFolds, plan_lssvm, train_lssvm,
+    describe_kernel};
+
+}  // namespace prism::training

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// The methods of training, one row each: its name, the options that belong to it, and how it plans, trains and reports.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compensation/training/summary.hpp"
+#include "compensation/training/trainer.hpp"
+
+namespace prism::training {
+
+// To add a method: write its trainer with a row of type Method at its end, and list the row in methods.cpp.
+
+/// What a method uses; each is a group of options of prismcal.
+enum MethodUses : unsigned {
+  kCubic = 1,        ///< the cubic of its only input
+  kTerms = 2,        ///< polynomial terms that it chooses from: --start, --p-enter, --p-remove
+  kWeights = 4,      ///< robust weights: --weight
+  kTuning = 8,       ///< --c and --sigma2, or --tune
+  kTube = 16,        ///< --epsilon
+  kOwnSearch = 32,   ///< finds all parameters by itself; --c, --sigma2, --tune and --fold-column are errors
+  kSiblings = 64,    ///< --prior
+  kExactFolds = 128  ///< `prismcal cv`
+};
+
+/// One training, checked; `info` is complete except for its type, id and spread.
+struct TrainingJob {
+  const TrainingData& data;
+  compensation::ModelInfo info;
+  const TrainingSettings& settings;
+  std::vector<int> runs;  ///< of each sample
+  const TuningProgress& progress;
+  const std::atomic<bool>* stop;
+
+  /// The folds that the settings ask for, at most one per sample.
+  Folds folds() const;
+  Result<NormalisedData> normalised() const;
+};
+
+struct Method {
+  const char* name;
+  const char* help;  ///< added to the name in help texts: when it is the default
+  unsigned uses;     ///< MethodUses
+  Result<ResourcePlan> (*plan)(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
+  Result<TrainedModel> (*train)(TrainingJob job);
+  MethodSummary (*describe)(const TrainedModel& trained, const TrainingSettings& settings,
+                            const std::vector<std::string>& names);
+
+  bool has(MethodUses use) const { return (uses & use) != 0; }
+};
+
+/// All methods, the default first.
+std::span<const Method* const> methods();
+/// The default; `tuned`: if c, sigma2, a tuning or folds are given.
+const Method& default_method(bool tuned);
+/// Errors: no method has this name; the message lists all.
+Result<const Method*> parse_method(std::string_view name);
+
+/// Names of the methods with one of these uses (0: all methods): "lssvm, ir-lssvm" + `last` + "svr".
+std::string method_names(unsigned uses, const char* last = ", ");
+/// All names with their help: "composite (default), ls, … or svr".
+std::string method_help();
+
+}  // namespace prism::training

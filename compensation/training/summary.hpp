@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// What a training found, as JSON and as lines for people: the part that belongs to its method.
+#pragma once
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "compensation/training/trainer.hpp"
+
+namespace prism::training {
+
+struct MethodSummary {
+  nlohmann::ordered_json json;
+  std::string text;  ///< whole lines
+};
+
+MethodSummary describe_polynomial(const TrainedModel& trained, const TrainingSettings& settings,
+                                  const std::vector<std::string>& names);
+MethodSummary describe_kernel(const TrainedModel& trained, const TrainingSettings& settings,
+                              const std::vector<std::string>& names);
+MethodSummary describe_composite(const TrainedModel& trained, const TrainingSettings& settings,
+                                 const std::vector<std::string>& names);
+
+/// "blocked folds", "reml", …
+const char* tuning_text(Tuning tuning);
+
+/// The number, or null if it is not finite.
+inline nlohmann::ordered_json finite_json(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+}  // namespace prism::training
