@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/training_run.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <ctime>
+#include <limits>
+#include <optional>
+
+#include "base/escape.hpp"
+#include "base/text_number.hpp"
+#include "compensation/model_text.hpp"
+#include "compensation/training/methods.hpp"
+#include "config/version.hpp"
+#include "tools/prismcal/analysis/data_quality_table.hpp"
+#include "tools/prismcal/analysis/model_evaluation.hpp"
+#include "tools/prismcal/commands/input_choice.hpp"
+#include "tools/prismcal/commands/recording_options.hpp"
+#include "tools/prismcal/commands/siblings.hpp"
+#include "tools/prismcal/recordings/csv_lines.hpp"
+#include "tools/prismcal/report/text_forms.hpp"
+
+namespace prism::commands {
+namespace {
+
+// The data-quality check over every recording, before a model is made: its answer goes into the facts, and onto the
+// terminal where a recording does not simply pass.
+Result<void> check_recordings(recordings::TrainingSet& set, const TrainChoice& choice) {
+  std::optional<Error> refused;
+  for (std::size_t i = 0; i < set.tables.size(); ++i) {
+    const recordings::BlockTable& table = set.tables[i];
+    const auto quality = analysis::check_blocks(table);
+    if (!quality) return tl::unexpected<Error>(quality.error());
+    set.facts[i]["data_quality"] = analysis::data_quality_json(*quality);
+    if (quality->verdict != evaluation::Verdict::kPass && !choice.method.quiet)
+      fmt::print(stderr, "{}\n", report::plain_text(analysis::data_quality_table(*quality, table.name)));
+    const std::string refusal = analysis::data_quality_refusal(*quality);
+    if (!refusal.empty()) refused = Error{choice.files[i], refusal};
+  }
+  if (refused && !choice.force) return refuse(refused->where, refused->what + " --force trains all the same");
+  return {};
+}
+
+std::string provenance(const recordings::TrainingSet& set, const nlohmann::ordered_json& summary) {
+  nlohmann::ordered_json json = {{"tool", fmt::format("prismcal {}", kVersion)},
+                                 {"made", utc_text(std::time(nullptr))}};
+  json["recordings"] = set.facts;
+  json["training"] = provenance_json(summary);
+  return json_text(json);
+}
+
+/// The model on what was held out of each recording; what a configuration believes of a bias limits nothing here.
+Result<nlohmann::ordered_json> judge_held(const training::TrainedModel& trained, const recordings::TrainingSet& set) {
+  analysis::CorrectionSettings correction;
+  correction.engine.max_bias_deg_per_h = std::numeric_limits<double>::max();
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const recordings::BlockTable& held : set.held) {
+    const auto judged = analysis::evaluate_model(trained.model, held, correction, evaluation::Divisor::kNMinus1);
+    if (!judged) return tl::unexpected<Error>(judged.error());
+    const evaluation::BiasStability& stability = judged->stability;
+    json.push_back({{"recording", held.name},
+                    {"part", set.hold_out.text()},
+                    {"blocks", held.size()},
+                    {"raw_deg_per_h", stability.before.sd},
+                    {"corrected_deg_per_h", stability.after.sd},
+                    {"improvement_percent", nullptr},
+                    {"extrapolated_percent", judged->extrapolated_percent()}});
+    if (stability.improvement) json.back()["improvement_percent"] = 100 * *stability.improvement;
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string TrainingRun::model_text() const {
+  return compensation::format_model(*trained.model, provenance(set, summary));
+}
+
+Result<TrainingRun> train_on_recordings(const TrainChoice& asked, const std::atomic<bool>* (*stop)()) {
+  TrainChoice choice = asked;
+  std::optional<training::InputSearch> search;
+  if (choice.inputs == "auto") {
+    auto found = choose_inputs(choice);
+    if (!found) return tl::unexpected<Error>(found.error());
+    choice.inputs = fmt::format("{}", fmt::join(found->best().inputs, ","));
+    search = std::move(*found);
+    if (!choice.method.quiet) fmt::print(stderr, "{}", search_text(*search));
+  }
+  auto settings = settings_of(choice.method);
+  if (!settings) return tl::unexpected<Error>(settings.error());
+  const std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
+  if (auto good =
+          set_terms(choice.method, names, training::second_order_terms(names.size()), {"T", "T^2", "dTdt"}, *settings);
+      !good)
+    return tl::unexpected<Error>(good.error());
+  auto set = recordings::read_training_set(choice.files, names, choice.recordings);
+  if (!set) return tl::unexpected<Error>(set.error());
+  if (!choice.method.quiet) {
+    for (const std::string& note : set->notes) fmt::print(stderr, "{}\n", note);
+  }
+  if (auto fit = check_recordings(*set, choice); !fit) return tl::unexpected<Error>(fit.error());
+  const auto plan = training::plan_resources(set->data.inputs.cols(), set->data.inputs.rows(), *settings);
+  if (!plan) return tl::unexpected<Error>(plan.error());
+  if (!choice.method.quiet && plan->seconds > 0.5) fmt::print(stderr, "{}\n", plan->text());
+  compensation::ModelInfo info;
+  info.name = choice.name.empty() ? fmt::format("{} {}", settings->method->name, choice.inputs) : choice.name;
+  if (choice.name.empty() && !choice.recordings.source.axis.empty()) info.name += " " + choice.recordings.source.axis;
+  info.gyro_serial = choice.serial.empty() ? set->serial : choice.serial;
+  info.features = set->features;
+  if (!choice.prior.empty()) {
+    auto siblings = read_siblings(choice.prior, info.gyro_serial);
+    if (!siblings) return tl::unexpected<Error>(siblings.error());
+    settings->siblings = std::move(*siblings);
+  }
+  auto trained = training::train(set->data, std::move(info), *settings, progress_bar(choice.method.quiet),
+                                 stop ? stop() : nullptr);
+  end_progress();
+  if (!trained) return tl::unexpected<Error>(trained.error());
+  auto summary = summary_json(*trained, *settings, names);
+  summary["recordings"] = set->facts;
+  if (search) summary["input_search"] = search_json(*search);
+  if (set->hold_out.wanted()) {
+    auto held = judge_held(*trained, *set);
+    if (!held) return tl::unexpected<Error>(held.error());
+    summary["held_out"] = std::move(*held);
+  }
+  return TrainingRun{std::move(*trained), std::move(*set), std::move(*settings), std::move(summary)};
+}
+
+void add_train_options(CLI::App& command, TrainChoice& choice) {
+  command
+      .add_option("--inputs", choice.inputs,
+                  "T, dTdt, U, lag1, lag2, …; of a sensor NAME, dNAME/dt, lag1:NAME, NAME-T; or auto")
+      ->capture_default_str();
+  command.add_option("--serial", choice.serial, "of the gyro (default: what the recordings say)");
+  command.add_option("--name", choice.name, "of the model, for people");
+  command.add_option(
+      "--prior", choice.prior,
+      training::method_names(training::kSiblings) + ": folder of models of gyros of the same type, at least two");
+  command.add_flag("--force", choice.force, "train although the data-quality check refuses a recording");
+  add_training_set_options(command, choice.recordings);
+  add_method_options(command, choice.method);
+}
+
+}  // namespace prism::commands
