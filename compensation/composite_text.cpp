@@ -5,6 +5,7 @@
 #include "compensation/centres.hpp"
 #include "compensation/composite_model.hpp"
 #include "compensation/kernel_text.hpp"
+#include "compensation/model_id.hpp"
 #include "compensation/model_kinds.hpp"
 #include "compensation/model_text.hpp"
 

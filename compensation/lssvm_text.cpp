@@ -2,8 +2,10 @@
 // The LSSVM part of the model file: normalisation, hyper-parameters, centres, alphas, weights and the uncertainty.
 #include <fmt/format.h>
 
+#include "compensation/centres.hpp"
 #include "compensation/kernel_text.hpp"
 #include "compensation/lssvm_model.hpp"
+#include "compensation/model_id.hpp"
 #include "compensation/model_kinds.hpp"
 
 namespace prism::compensation {

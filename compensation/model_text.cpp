@@ -7,6 +7,7 @@
 
 #include "base/escape.hpp"
 #include "base/json_section.hpp"
+#include "compensation/model_id.hpp"
 #include "compensation/model_kinds.hpp"
 
 namespace prism::compensation {

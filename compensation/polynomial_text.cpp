@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "compensation/model_id.hpp"
 #include "compensation/model_kinds.hpp"
 #include "compensation/polynomial_model.hpp"
 
