@@ -7,7 +7,7 @@ const from = (name) => import(new URL(`../../tools/prismweb/page/${name}`, impor
 const { sparkPath } = await from("spark.js"), { inputsOf, onScale } = await from("domain.js"), { csvOf } = await from("save.js");
 const { lineRows } = await from("line_panel.js");
 const { modelName } = await from("state.js");
-const { ticksOf } = await from("ticks.js");
+const { ticksOf } = await from("charts/ticks.js");
 
 test("a spark line ends at the right edge and has a gap where a second is not known", () => {
   assert.equal(sparkPath([[598, 1], [599, 1.5], [600, 2]], 2), "M0.0,41.0L120.0,22.0L240.0,3.0");

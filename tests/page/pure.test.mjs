@@ -5,7 +5,7 @@ import { test } from "node:test";
 
 const page = new URL("../../tools/prismweb/page/", import.meta.url);
 const from = (name) => import(new URL(name, page));
-const format = await from("format.js"), quality = await from("quality.js"), state = await from("state.js");
+const format = await from("charts/format.js"), quality = await from("quality.js"), state = await from("state.js");
 const { Steps, indexAt, stepFor, tableOf } = await from("steps.js");
 const { stepsOf } = await from("range.js"), { TimeView, kGreatest_s } = await from("time_view.js");
 

@@ -236,7 +236,7 @@ async def main():
     app.router.add_post("/session", session)
     app.router.add_get("/ws", server.socket)
     app.router.add_static("/dygraphs", "/usr/share/javascript/dygraphs", follow_symlinks=True)
-    app.router.add_static("/", PAGE)
+    app.router.add_static("/", PAGE, follow_symlinks=True)
     runner = web.AppRunner(app)
     await runner.setup()
     await web.TCPSite(runner, "127.0.0.1", options.port).start()

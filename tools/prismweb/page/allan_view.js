@@ -3,7 +3,7 @@
 // logarithmic with marks at decades alone.
 import { allanDeviation } from "./allan.js";
 import { el, setText, svg } from "./dom.js";
-import { span } from "./format.js";
+import { span } from "./charts/format.js";
 
 const kWidth = 360, kHeight = 230, kLeft = 58, kBottom = 30, kTop = 8, kRight = 10;
 const kCurves = [["raw_1s", "raw", "raw"], ["corrected_1s", "corrected", "corrected"]];

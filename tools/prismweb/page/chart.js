@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // One strip chart: dygraphs in a frame of our own, with a legend that holds the values under the cursor as text.
-import { plotters } from "./band.js";
+import { plotters } from "./charts/band.js";
 import { colour, el, setText } from "./dom.js";
-import { decimalsFor, fixed } from "./format.js";
+import { decimalsFor, fixed } from "./charts/format.js";
 import { tableOf } from "./steps.js";
-import { ticksOf } from "./ticks.js";
+import { ticksOf } from "./charts/ticks.js";
 
 /* global Dygraph */
 // Its legend writes inline styles, which the page's policy forbids; ours is above the chart.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Elements made by hand: every text goes in as text, so that no name of a gyro or a model is ever markup.
-import { kUnknown } from "./format.js";
+import { kUnknown } from "./charts/format.js";
 
 const kSvg = "http://www.w3.org/2000/svg";
 

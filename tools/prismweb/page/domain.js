@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Where a model was trained, and where the gyro is now: a gauge for each input, and temperature against its slope as a map.
 import { el, setAttribute, setText, svg } from "./dom.js";
-import { decimalsFor, fixed, withUnit } from "./format.js";
+import { decimalsFor, fixed, withUnit } from "./charts/format.js";
 
 const kOfWindow = { T: ["mean_temperature_degc", "°C"], dTdt: ["slope_degc_per_s", "°C/s"], U: ["mean_uhfo_v", "V"] };
 const kWidth = 240, kHeight = 150, kPad = 0.2;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The last events of a gyro, newest first; a press on one moves the charts there.
 import { el } from "./dom.js";
-import { moment } from "./format.js";
+import { moment } from "./charts/format.js";
 import { kMarks, meaningOfSeverity } from "./quality.js";
 
 const kShown = 60;

@@ -5,7 +5,7 @@ import { kMeans, kSpans } from "./chart_list.js";
 import { makeDomain } from "./domain.js";
 import { el, setText } from "./dom.js";
 import { makeEvents } from "./events.js";
-import { fileName, moment, span } from "./format.js";
+import { fileName, moment, span } from "./charts/format.js";
 import { makeLinePanel } from "./line_panel.js";
 import { makeNumbers } from "./numbers.js";
 import { loadRange } from "./range.js";

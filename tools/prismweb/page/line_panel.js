@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The health of the line, as `prismctl line` tells it.
 import { el, setText } from "./dom.js";
-import { count, fixed, kUnknown } from "./format.js";
+import { count, fixed, kUnknown } from "./charts/format.js";
 
 /** [label, value] of an answer of `line`. Exported for its test. */
 export function lineRows(line) {

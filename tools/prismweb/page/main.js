@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The page: one connection, what it tells kept in the state, and one of two views of it: all gyros, or one axis of one.
 import { el, setText } from "./dom.js";
-import { clock } from "./format.js";
+import { clock } from "./charts/format.js";
 import { GyroView } from "./gyro.js";
 import { makeOverview } from "./overview.js";
 import { Socket } from "./socket.js";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The numbers of one axis above its charts.
 import { el, setAttribute, setText } from "./dom.js";
-import { count as counted, fixed, kUnknown, plusMinus, span } from "./format.js";
+import { count as counted, fixed, kUnknown, plusMinus, span } from "./charts/format.js";
 import { kMarks } from "./quality.js";
 import { ageOf, isValid, modelName, rateOf, readable } from "./state.js";
 

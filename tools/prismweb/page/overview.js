@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // All gyros and axes of the host: a tile each, that says first whether somebody should look.
 import { el, setAttribute, setText } from "./dom.js";
-import { fixed, kUnknown, plusMinus, withUnit } from "./format.js";
+import { fixed, kUnknown, plusMinus, withUnit } from "./charts/format.js";
 import { kMarks } from "./quality.js";
 import { makeSpark } from "./spark.js";
 import { ageOf, judge, kTrace_s, modelName, partOfTrace, rateOf, readable } from "./state.js";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the charts show, as a picture and as a table.
 import { colour, el } from "./dom.js";
-import { moment } from "./format.js";
+import { moment } from "./charts/format.js";
 import { kQuantities } from "./steps.js";
 
 const kMargin_px = 16, kHead_px = 52;

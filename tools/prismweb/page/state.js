@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What is known of each gyro, and whether it is of now. No element of the page in here.
 import { meaningOfQuality, meaningOfState, wordsOfQuality, worse } from "./quality.js";
-import { kUnknown, span } from "./format.js";
+import { kUnknown, span } from "./charts/format.js";
 
 const kEventsKept = 256;
 const kFresh_ms = 3500; // rows come each second

@@ -4,7 +4,7 @@
 import { Chart, kRightGap_px, labelWidth } from "./chart.js";
 import { kCharts } from "./chart_list.js";
 import { colour, el, setText } from "./dom.js";
-import { moment } from "./format.js";
+import { moment } from "./charts/format.js";
 import { listenToGestures } from "./gestures.js";
 import { meaningOfSeverity } from "./quality.js";
 import { indexAt } from "./steps.js";

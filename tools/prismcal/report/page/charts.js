@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The figures of a report as charts: drag zooms, Shift-drag moves, a double click goes back; values under the cursor as text. A figure is
 // drawn when it comes near the screen, in the place of its SVG, which is left for print.
-import { plotters } from "../../../prismweb/page/band.js";
-import { decimalsFor, fixed } from "../../../prismweb/page/format.js";
-import { ticksOf } from "../../../prismweb/page/ticks.js";
+import { plotters } from "../../../charts/band.js";
+import { decimalsFor, fixed } from "../../../charts/format.js";
+import { ticksOf } from "../../../charts/ticks.js";
 import { decadesOf, nearestRow, tableOf, valueNear } from "./table.js";
 
 /* global Dygraph */
