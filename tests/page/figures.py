@@ -7,7 +7,8 @@ paint: from asking for the page until an hour, then 30 days, of one gyro are dra
 work: the renderer's main thread while an hour is looked at, a minute long: processor time of its tasks, and of all within a second
 memory: heap and elements after each five minutes: two real hours of the programs, the first of
 which fills the charts; one of the stand-in, whose charts are full, at 20 times the pace
-days: 30 days of prismd's log: how long prismweb builds its minutes, how large they are, and from pressing "30 d" until they are drawn
+days: 30 days of prismd's log: how long prismweb builds its minutes, how large they are, how long `range` takes, and from pressing "30 d" until
+they are drawn
 """
 import argparse
 import asyncio
@@ -15,6 +16,7 @@ import functools
 import json
 import math
 import time
+import urllib.parse
 import urllib.request
 
 import aiohttp
@@ -113,6 +115,22 @@ def thirty_days_drawn(browser):
     return drawn() - browser.run("return window.begin")
 
 
+def ranges(world):
+    """The time of `range` over 30 days, from hours and from minutes."""
+    port = urllib.parse.urlsplit(world.url).port
+    with open(f"{world.path}/prismweb-{port}.token") as file:
+        header = {"Authorization": f"Bearer {file.read().strip()}"}
+    for source, points in ("hours", 1000), ("minutes", 5000):
+        times = []
+        for _ in range(20):
+            begin = time.monotonic()
+            with urllib.request.urlopen(urllib.request.Request(f"http://127.0.0.1:{port}/api/gyro1/range?seconds=2592000&points={points}", headers=header)) as answer:
+                found = json.load(answer)
+            times.append(1000 * (time.monotonic() - begin))
+        assert found["source"] == source, found["source"]
+        told(f"range of 30 days, {len(found['rows'])} steps of {source}", times)
+
+
 def days(browser, world):
     begin = time.monotonic()
     world.url = world.start_prismweb()
@@ -125,6 +143,7 @@ def days(browser, world):
         said.add(browser.text(".busy"))
         time.sleep(0.2)
     print(f"minutes of {world.rows()} rows: built after {time.monotonic() - begin:.1f} s, {world.stored_bytes() / 1024:.0f} KiB; the page said {len(said)} times how far")
+    ranges(world)
     times = []
     for _ in range(5):
         browser.driver.refresh()

@@ -39,19 +39,17 @@ void AxisArchive::follow() {
   go_on();
 }
 
-void AxisArchive::go_on() { known_.open ? ask() : store_->open(teller()); }
-
-StoreKeeper::Told AxisArchive::teller() {
-  return [weak = weak_from_this()](const StoreKeeper::Known& known) {
+void AxisArchive::go_on() {
+  if (known_.open) return ask();
+  store_->open([weak = weak_from_this()](const StoreKeeper::Known& known) {
     if (const auto self = weak.lock()) self->told(known);
-  };
+  });
 }
 
 void AxisArchive::told(const StoreKeeper::Known& known) {
-  const bool is_opened = known.open && !known_.open;
   known_ = known;
   say(known.trouble);
-  if (is_opened) cursor_ = known.cursor;
+  if (known.cursor.empty()) behind_ = true;
   rest(!known.open ? kReopen : behind_ ? kBuilding : kUpToDate);
 }
 
@@ -68,10 +66,11 @@ void AxisArchive::window(const json& params) {
 }
 
 void AxisArchive::ask() {
-  const auto answer = [weak = weak_from_this()](std::string_view member) {
-    if (const auto self = weak.lock()) self->take(member);
+  const auto answer = [weak = weak_from_this(), from = known_.cursor](std::string_view member) {
+    if (const auto self = weak.lock()) self->take(member, from);
   };
-  hub_.ask("rows", {{"after", cursor_.empty() ? "earliest" : cursor_}, {"limit", 10000}, {"axis", axis_}}, answer);
+  const std::string after = known_.cursor.empty() ? "earliest" : known_.cursor;
+  hub_.ask("rows", {{"after", after}, {"limit", 10000}, {"axis", axis_}}, answer);
 }
 
 void AxisArchive::rest(std::chrono::milliseconds pause) {
@@ -84,28 +83,25 @@ void AxisArchive::rest(std::chrono::milliseconds pause) {
   });
 }
 
-void AxisArchive::take(std::string_view member) {
+void AxisArchive::take(std::string_view member, const std::string& from) {
   Result<LogPage> page = parse_log_page(member);
   if (!page) return take(page.error());
   for (const Extremes& second : page->seconds) recent_.put(second);
-  cursor_ = page->after;
   behind_ = page->more;
-  store_->take(std::move(page->seconds), cursor_, behind_, teller());
+  store_->take(std::move(page->seconds), from, page->after, behind_);
 }
 
 void AxisArchive::take(const Error& refused) {
   if (refused.where == std::to_string(kForeignCursor)) {
     say("the log is another one: minutes and hours begin anew");
-    cursor_.clear();
-    behind_ = true;
-    return store_->clear(teller());
+    return store_->clear();
   }
   if (refused.where == "-32000") has_log_ = refused.what.find("no log is written") == std::string::npos;
   rest(kUpToDate);
 }
 
 void AxisArchive::finish() {
-  if (store_) store_->keep(cursor_);
+  if (store_) store_->keep();
 }
 
 // By the time that the data reach.

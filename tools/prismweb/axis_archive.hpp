@@ -38,11 +38,10 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
  private:
   void go_on();
   void ask();
-  void take(std::string_view member);
+  void take(std::string_view member, const std::string& from);
   void take(const Error& refused);
   void told(const StoreKeeper::Known& known);
   void rest(std::chrono::milliseconds pause);
-  StoreKeeper::Told teller();
   void take_history(std::string_view member);
   void say(const std::string& what);
 
@@ -52,7 +51,6 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
   std::unique_ptr<StoreKeeper> store_;
   StoreKeeper::Known known_;
   boost::asio::steady_timer pause_;
-  std::string cursor_;  ///< behind what the store was given
   /// A page is asked for until the store has it: what a disk that hangs is given does not grow.
   bool has_log_ = true, asking_ = false, behind_ = true;
   std::string said_;

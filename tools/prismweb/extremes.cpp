@@ -52,6 +52,40 @@ void Extremes::add(const Extremes& other) {
   good += other.good;
 }
 
+PeriodValues values_of(const Extremes& period) {
+  PeriodValues values{};
+  std::size_t count = 0;
+  const auto put = [&](double value) { values[count++] = value; };
+  for (std::size_t i = 0; i < kQuantities; ++i) {
+    if (i != kSd) put(period.least[i]);
+    put(period.greatest[i]);
+  }
+  for (const KnownMean& mean : period.mean) put(mean.value());
+  for (const std::uint32_t one : {period.samples, period.missing, period.seconds, period.good}) put(one);
+  for (const KnownMean& mean : period.mean) put(mean.known);
+  return values;
+}
+
+Extremes period_of(std::int64_t begin_s, const PeriodValues& values) {
+  Extremes period;
+  period.begin_s = begin_s;
+  std::size_t count = 0;
+  const auto take = [&] { return values[count++]; };
+  for (std::size_t i = 0; i < kQuantities; ++i) {
+    if (i != kSd) period.least[i] = take();
+    period.greatest[i] = take();
+  }
+  period.least[kSd] = period.greatest[kSd];
+  for (KnownMean& mean : period.mean) mean.sum = take();
+  for (std::uint32_t* const one : {&period.samples, &period.missing, &period.seconds, &period.good})
+    *one = static_cast<std::uint32_t>(take());
+  for (KnownMean& mean : period.mean) {
+    mean.known = static_cast<std::uint32_t>(take());
+    mean.sum = mean.known > 0 ? mean.sum * mean.known : 0;
+  }
+  return period;
+}
+
 Extremes second_of(const compensation::CompensatedWindow& row) {
   const compensation::Bucket& bucket = row.window.bucket;
   Extremes second = of_values(bucket.second, {bucket.rate_deg_per_h, row.corrected_deg_per_h,
@@ -118,18 +152,6 @@ std::vector<Extremes> thinned(std::span<const Extremes> periods, std::int64_t fr
   steps.clear();
   for (const auto& [begin_s, step] : sorted) steps.push_back(step);
   return steps;
-}
-
-std::optional<Extremes> PeriodFolder::push(const Extremes& second) {
-  const std::int64_t begin_s = floor_to(second.begin_s, length_s_);
-  if (open_ && open_->begin_s == begin_s) {
-    open_->add(second);
-    return std::nullopt;
-  }
-  const std::optional<Extremes> ended = open_;
-  open_ = second;
-  open_->begin_s = begin_s;
-  return ended;
 }
 
 }  // namespace prism::prismweb

@@ -50,6 +50,19 @@ struct Extremes {
   void add(const Extremes& other);
 };
 
+/// The values of a period in the order of these columns, which `range` (docs/page.md) and the store have.
+inline constexpr std::array<const char*, 21> kPeriodColumns = {
+    "rate_min", "rate_max",        "corrected_min",   "corrected_max", "bias_min",  "bias_max",
+    "sd_max",   "temperature_min", "temperature_max", "slope_min",     "slope_max", "uhfo_min",
+    "uhfo_max", "rate_mean",       "corrected_mean",  "samples",       "missing",   "seconds",
+    "good",     "rate_known",      "corrected_known"};
+inline constexpr std::size_t kFirstCount = 15;    ///< from there on they are integers
+inline constexpr std::size_t kRangeColumns = 19;  ///< of `range`: all but in how many seconds a mean is known
+using PeriodValues = std::array<double, kPeriodColumns.size()>;
+PeriodValues values_of(const Extremes& period);
+/// The period with these values; the least sd, which is not among them, is the greatest.
+Extremes period_of(std::int64_t begin_s, const PeriodValues& values);
+
 /// Of a row of the log.
 Extremes second_of(const compensation::CompensatedWindow& row);
 /// Of the params of a window notification, which has means of T and U over the window; nothing where it is none.
@@ -65,19 +78,5 @@ std::int64_t step_for(double length_s, int points, std::int64_t least_s);
 /// The periods whose begin is within [from_s, to_s), joined by steps, in the order of time. Nothing is left out.
 std::vector<Extremes> thinned(std::span<const Extremes> periods, std::int64_t from_s, std::int64_t to_s,
                               std::int64_t step_s);
-
-/// Joins what is pushed to periods of one length.
-class PeriodFolder {
- public:
-  explicit PeriodFolder(std::int64_t length_s) : length_s_(length_s) {}
-  /// The period that `second` ended, as it is of another one.
-  std::optional<Extremes> push(const Extremes& second);
-  const std::optional<Extremes>& open() const { return open_; }
-  void restore(std::optional<Extremes> open) { open_ = open; }
-
- private:
-  std::int64_t length_s_;
-  std::optional<Extremes> open_;
-};
 
 }  // namespace prism::prismweb

@@ -28,19 +28,16 @@ struct View {
 };
 
 json columns() {
-  return {"time_s",    "rate_min",        "rate_max",        "corrected_min", "corrected_max", "bias_min", "bias_max",
-          "sd_max",    "temperature_min", "temperature_max", "slope_min",     "slope_max",     "uhfo_min", "uhfo_max",
-          "rate_mean", "corrected_mean",  "samples",         "missing",       "seconds",       "good"};
+  json names = {"time_s"};
+  for (std::size_t i = 0; i < kRangeColumns; ++i) names.push_back(kPeriodColumns[i]);
+  return names;
 }
 
 json row_of(const Extremes& step, std::int64_t step_s) {
   json row = {step.begin_s + step_s};
-  for (std::size_t i = 0; i < kQuantities; ++i) {
-    if (i != kSd) row.push_back(step.least[i]);
-    row.push_back(step.greatest[i]);
-  }
-  for (const KnownMean& mean : step.mean) row.push_back(mean.value());
-  for (const std::uint32_t count : {step.samples, step.missing, step.seconds, step.good}) row.push_back(count);
+  const PeriodValues values = values_of(step);
+  for (std::size_t i = 0; i < kRangeColumns; ++i)
+    row.push_back(i < kFirstCount ? json(values[i]) : json(static_cast<std::uint32_t>(values[i])));
   return row;
 }
 
@@ -83,18 +80,17 @@ std::vector<Extremes> with_newer(const StoreKeeper::Periods& stored, const AxisA
   return periods;
 }
 
-std::string disk_error(const Error& error) { return error_member(kNotDone, "the " + error.where + " " + error.what); }
+std::string disk_error(const Error& error) { return error_member(kNotDone, error.text()); }
 
 // By minutes or hours of the store, and what memory has behind them.
 void answer_periods(AxisArchive& axis, View view, int points, const Hub::Answer& answer) {
   view.step_s = step_for(static_cast<double>(view.to_s - view.from_s), points, 60);
-  const bool by_hours = view.step_s >= 3600;
-  view.source = by_hours ? "hours" : "minutes";
+  view.source = view.step_s >= 3600 ? "hours" : "minutes";
   view.from_s = floor_to(view.from_s, view.step_s);
   const auto take = [self = axis.shared_from_this(), view, answer](const Result<StoreKeeper::Periods>& stored) {
     answer(stored ? result_of(*self, view, with_newer(*stored, *self)) : disk_error(stored.error()));
   };
-  axis.store().periods({view.from_s, view.to_s, view.step_s, by_hours}, take);
+  axis.store().periods({view.from_s, view.to_s, view.step_s}, take);
 }
 
 // Seconds that memory does not have: page after page of prismd's log, from a cursor before them up to memory's first.

@@ -1,169 +1,167 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismweb/store.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
-
-#include "base/file.hpp"
-#include "tools/prismweb/json_text.hpp"
+#include <initializer_list>
+#include <system_error>
 
 namespace prism::prismweb {
 namespace {
 
-using nlohmann::json;
+namespace fs = std::filesystem;
 
 constexpr std::int64_t kBetweenPlaces_s = 3 * 3600;
 
-json period_json(const std::optional<Extremes>& period) {
-  if (!period) return nullptr;
-  json means = json::array();
-  for (const KnownMean& mean : period->mean) means.push_back({mean.sum, mean.known});
-  return {{"begin_s", period->begin_s},   {"least", period->least},
-          {"greatest", period->greatest}, {"samples", period->samples},
-          {"missing", period->missing},   {"seconds", period->seconds},
-          {"good", period->good},         {"means", means}};
+std::string table_of(const char* name) {
+  std::string columns;
+  for (std::size_t i = 0; i < kPeriodColumns.size(); ++i)
+    columns += fmt::format("{} {}, ", kPeriodColumns[i], i >= kFirstCount ? "INTEGER" : "REAL");
+  return fmt::format("{} (begin_s INTEGER PRIMARY KEY, {}crc INTEGER)", name, columns);
 }
 
-std::array<double, kQuantities> values_of(const json& list) {
-  auto values = Extremes::unknown();
-  for (std::size_t i = 0; i < kQuantities; ++i) {
-    if (!list.at(i).is_null()) values[i] = list.at(i);
-  }
-  return values;
-}
-
-std::optional<Extremes> period_of_json(const json& place) {
-  if (place.is_null()) return std::nullopt;
-  Extremes period;
-  period.begin_s = place.at("begin_s");
-  period.least = values_of(place.at("least"));
-  period.greatest = values_of(place.at("greatest"));
-  period.samples = place.at("samples");
-  period.missing = place.at("missing");
-  period.seconds = place.at("seconds");
-  period.good = place.at("good");
-  for (std::size_t i = 0; i < kMeans; ++i)
-    period.mean[i] = {place.at("means").at(i).at(0), place.at("means").at(i).at(1)};
-  return period;
-}
-
-std::optional<std::int64_t> time_of_json(const json& time) {
-  return time.is_number_integer() ? std::optional<std::int64_t>(time) : std::nullopt;
-}
-
-json time_json(std::optional<std::int64_t> time) { return time ? json(*time) : json(); }
-
-void add_within(std::vector<Extremes>& found, const Extremes& period, std::int64_t from_s, std::int64_t to_s) {
-  if (period.begin_s >= from_s && period.begin_s < to_s) found.push_back(period);
-}
-
-}  // namespace
-
-Result<Store> Store::open(const std::string& folder) {
-  Store store;
-  store.folder_ = folder;
-  std::error_code error;
-  const bool is_new = std::filesystem::create_directories(folder, error);
-  if (error) return refuse(folder, error.message());
-  if (const Result<void> restored = store.restore(); !restored) {
-    if (!is_new) store.begun_anew_ = restored.error().text();
-    if (const Result<void> cleared = store.clear(); !cleared) return tl::unexpected<Error>(cleared.error());
-  }
-  return store;
-}
-
-Result<void> Store::restore() {
-  const std::string path = folder_ + "/place.json";
-  const Result<std::string> text = read_text_file(path);
-  if (!text) return tl::unexpected<Error>(text.error());
-  try {
-    const json place = json::parse(*text);
-    if (place.at("version") != 1) return refuse(path, "found another version, expected 1");
-    auto minutes = PeriodFile::open(folder_ + "/minutes", place.at("minutes"));
-    if (!minutes) return tl::unexpected<Error>(minutes.error());
-    auto hours = PeriodFile::open(folder_ + "/hours", place.at("hours"));
-    if (!hours) return tl::unexpected<Error>(hours.error());
-    minute_file_ = std::move(*minutes);
-    hour_file_ = std::move(*hours);
-    minute_.restore(period_of_json(place.at("minute")));
-    hour_.restore(period_of_json(place.at("hour")));
-    first_second_ = time_of_json(place.at("first_s"));
-    last_second_ = time_of_json(place.at("last_s"));
-    for (const json& one : place.at("places")) places_.emplace_back(one.at(0), one.at(1));
-    cursor_ = place.at("cursor");
-  } catch (const json::exception&) {
-    return refuse(path, "is not what prismweb writes");
+Result<void> remove_all(const std::string& folder, std::initializer_list<const char*> names) {
+  for (const char* const name : names) {
+    std::error_code error;
+    fs::remove(fs::path(folder) / name, error);
+    if (error) return refuse((fs::path(folder) / name).string(), error.message());
   }
   return {};
 }
 
-Result<void> Store::clear() {
-  for (auto& [file, name] : {std::pair<PeriodFile*, const char*>(&minute_file_, "/minutes"), {&hour_file_, "/hours"}}) {
-    auto empty = PeriodFile::open(folder_ + name, 0);
-    if (!empty) return tl::unexpected<Error>(empty.error());
-    *file = std::move(*empty);
+}  // namespace
+
+Result<void> Store::remove(const std::string& folder) {
+  return remove_all(folder, {"periods.sqlite-wal", "periods.sqlite"});
+}
+
+// What prismweb 0.2 kept beside it is built again, too.
+Result<Store> Store::open(const std::string& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return refuse(folder, error.message());
+  if (const auto removed = remove_all(folder, {"place.json", "minutes", "hours"}); !removed)
+    return tl::unexpected<Error>(removed.error());
+  std::optional<Store> store(std::in_place);
+  Result<void> loaded = store->load(folder);
+  if (!loaded && store->is_damaged()) {
+    const std::string why = loaded.error().text() + kBuiltAgain;
+    store.emplace();
+    loaded = remove(folder);
+    if (loaded) loaded = store->load(folder);
+    store->begun_anew_ = why;
   }
-  minute_.restore({});
-  hour_.restore({});
-  ended_minutes_.clear();
-  ended_hours_.clear();
-  places_.clear();
-  first_second_.reset();
-  last_second_.reset();
-  cursor_.clear();
-  return write_place();
+  if (!loaded) return tl::unexpected<Error>(loaded.error());
+  return std::move(*store);
 }
 
-void Store::push(const Extremes& second) {
-  if (const auto ended = minute_.push(second)) ended_minutes_.push_back(*ended);
-  if (const auto ended = hour_.push(second)) ended_hours_.push_back(*ended);
-  if (!first_second_) first_second_ = second.begin_s;
-  last_second_ = second.begin_s;
-}
-
-// Whole or not at all: what was appended before the disk refused is written over by the next one.
-Result<void> Store::append_ended() {
-  const PeriodFile::Mark minutes = minute_file_.mark(), hours = hour_file_.mark();
-  auto done = minute_file_.append(ended_minutes_);
-  if (done) done = hour_file_.append(ended_hours_);
-  if (done && !ended_minutes_.empty()) done = minute_file_.sync();
-  if (done && !ended_hours_.empty()) done = hour_file_.sync();
-  if (done) return done;
-  minute_file_.back_to(minutes);
-  hour_file_.back_to(hours);
+Result<void> Store::load(const std::string& folder) {
+  std::error_code error;
+  const fs::path real = fs::canonical(folder, error);  // SQLite would follow no link on the way to the file
+  if (error) return refuse(folder, error.message());
+  Result<void> done = database_.open((real / "periods.sqlite").string());
+  std::vector<std::string> tables = {
+      "state (id INTEGER PRIMARY KEY, cursor TEXT, first_s INTEGER, last_s INTEGER, crc INTEGER)",
+      "places (id INTEGER PRIMARY KEY, begin_s INTEGER, cursor TEXT, crc INTEGER)"};
+  for (const Table& table : tables_) tables.push_back(table_of(table.name));
+  for (const std::string& table : tables) {
+    if (done) done = database_.run("CREATE TABLE IF NOT EXISTS " + table);
+  }
+  const auto take_state = [&](const Database::Row& row) {
+    cursor_ = row.text(0);
+    first_second_ = row.integer(1);
+    last_second_ = row.integer(2);
+  };
+  const auto take_place = [&](const Database::Row& row) { places_.emplace_back(row.integer(0), row.text(1)); };
+  if (done)
+    done = database_.run("SELECT checked(crc, cursor, first_s, last_s), first_s, last_s FROM state", {}, take_state);
+  if (done)
+    done = database_.run("SELECT checked(crc, begin_s, cursor), cursor FROM places ORDER BY id", {}, take_place);
   return done;
 }
 
-Result<void> Store::commit(const std::string& cursor) {
-  if (Result<void> done = append_ended(); !done) return done;
-  ended_minutes_.clear();
-  ended_hours_.clear();
+void Store::push(std::span<const Extremes> seconds, const std::string& cursor) {
+  for (const Extremes& second : seconds) {
+    for (Table& table : tables_) {
+      const std::int64_t begin_s = floor_to(second.begin_s, table.length_s);
+      Extremes& period = table.pushed.try_emplace(begin_s, Extremes{}).first->second;
+      period.begin_s = begin_s;
+      period.add(second);
+    }
+    if (!first_second_) first_second_ = second.begin_s;
+    last_second_ = second.begin_s;
+  }
   cursor_ = cursor;
+  is_kept_ = false;
+}
+
+// Whole or not at all: after an error what was pushed is still there, for the next commit().
+Result<void> Store::commit() {
   // What comes next begins behind the last second; a cursor is kept now and then, so that seconds of long ago are
   // found.
   const std::int64_t next_s = last_second_.value_or(INT64_MIN) + 1;
-  if (last_second_ &&
-      (places_.empty() || next_s < places_.back().first || next_s - places_.back().first >= kBetweenPlaces_s))
-    places_.emplace_back(next_s, cursor);
-  return write_place();
+  const bool with_place = last_second_ && (places_.empty() || next_s < places_.back().first ||
+                                           next_s - places_.back().first >= kBetweenPlaces_s);
+  Result<void> done = database_.run("BEGIN");
+  if (done) done = write_all(with_place);
+  if (done) done = database_.run("COMMIT");
+  if (!done) {
+    database_.roll_back();
+    return done;
+  }
+  for (Table& table : tables_) table.pushed.clear();
+  if (with_place) places_.emplace_back(next_s, cursor_);
+  is_kept_ = true;
+  return done;
 }
 
-Result<void> Store::write_place() const {
-  json places = json::array();
-  for (const auto& [begin_s, cursor] : places_) places.push_back({begin_s, cursor});
-  const json place = {{"version", 1},
-                      {"cursor", cursor_},
-                      {"minutes", minute_file_.records()},
-                      {"hours", hour_file_.records()},
-                      {"minute", period_json(minute_.open())},
-                      {"hour", period_json(hour_.open())},
-                      {"first_s", time_json(first_second_)},
-                      {"last_s", time_json(last_second_)},
-                      {"places", places}};
-  return write_text_file(folder_ + "/place.json", json_text(place) + "\n");
+Result<void> Store::write_all(bool with_place) {
+  Result<void> done;
+  for (const Table& table : tables_) {
+    if (done) done = write(table);
+  }
+  if (!last_second_) return done;
+  if (done)
+    done = database_.run("REPLACE INTO state VALUES (1, ?1, ?2, ?3, crc(?1, ?2, ?3))",
+                         {cursor_, *first_second_, *last_second_});
+  if (done && with_place)
+    done = database_.run("INSERT INTO places VALUES (NULL, ?1, ?2, crc(?1, ?2))", {*last_second_ + 1, cursor_});
+  return done;
 }
 
+Result<void> Store::write(const Table& table) {
+  std::vector<std::string> marks;
+  for (std::size_t i = 0; i <= kPeriodColumns.size(); ++i) marks.push_back(fmt::format("?{}", i + 1));
+  const std::string sql = fmt::format("REPLACE INTO {0} VALUES ({1}, crc({1}))", table.name, fmt::join(marks, ", "));
+  for (const auto& [begin_s, pushed] : table.pushed) {
+    const auto stored = read(table, begin_s, begin_s + 1);
+    if (!stored) return tl::unexpected<Error>(stored.error());
+    Extremes period = pushed;
+    for (const Extremes& part : *stored) period.add(part);
+    std::vector<Database::Value> values = {begin_s};
+    for (const double value : values_of(period)) values.emplace_back(value);
+    if (Result<void> done = database_.run(sql, values); !done) return done;
+  }
+  return {};
+}
+
+Result<std::vector<Extremes>> Store::read(const Table& table, std::int64_t from_s, std::int64_t to_s) {
+  std::vector<Extremes> found;
+  const auto take = [&](const Database::Row& row) {
+    PeriodValues values;
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = row.number(static_cast<int>(i) + 1);
+    found.push_back(period_of(row.integer(0), values));
+  };
+  const std::string sql =
+      fmt::format("SELECT checked(crc, begin_s, {0}), {0} FROM {1} WHERE begin_s >= ? AND begin_s < ? ORDER BY begin_s",
+                  fmt::join(kPeriodColumns, ", "), table.name);
+  const Result<void> done = database_.run(sql, {from_s, to_s}, take);
+  if (!done) return tl::unexpected<Error>(done.error());
+  return found;
+}
 std::vector<std::string> Store::cursors_before(std::int64_t second) const {
   std::vector<std::string> found;
   std::int64_t run_s = INT64_MAX;  // of the places behind
@@ -179,17 +177,13 @@ std::vector<std::string> Store::cursors_before(std::int64_t second) const {
   return found;
 }
 
-std::vector<Extremes> Store::minutes(std::int64_t from_s, std::int64_t to_s) const {
-  std::vector<Extremes> found = minute_file_.read(from_s, to_s);
-  for (const Extremes& minute : ended_minutes_) add_within(found, minute, from_s, to_s);
-  if (minute_.open()) add_within(found, *minute_.open(), from_s, to_s);
-  return found;
-}
-
-std::vector<Extremes> Store::hours(std::int64_t from_s, std::int64_t to_s) const {
-  std::vector<Extremes> found = hour_file_.read(from_s, to_s);
-  for (const Extremes& hour : ended_hours_) add_within(found, hour, from_s, to_s);
-  if (hour_.open()) add_within(found, *hour_.open(), from_s, to_s);
+Result<std::vector<Extremes>> Store::periods(std::int64_t step_s, std::int64_t from_s, std::int64_t to_s) {
+  const auto divides = [&](const Table& table) { return step_s % table.length_s == 0; };
+  const Table& table = *std::find_if(tables_.rbegin(), tables_.rend() - 1, divides);
+  auto found = read(table, from_s, to_s);
+  if (!found) return found;
+  for (auto at = table.pushed.lower_bound(from_s); at != table.pushed.end() && at->first < to_s; ++at)
+    found->push_back(at->second);
   return found;
 }
 

@@ -1,36 +1,41 @@
 // SPDX-License-Identifier: MIT
-// Minutes and hours of one axis, built from prismd's log, and the place up to which they were.
+// Minutes and hours of one axis, built from prismd's log, and the cursor up to which they were.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/result.hpp"
+#include "tools/prismweb/database.hpp"
 #include "tools/prismweb/extremes.hpp"
-#include "tools/prismweb/period_file.hpp"
 
 namespace prism::prismweb {
 
-/// A folder: `minutes` and `hours` (PeriodFile), `place.json`. The last one says how many records of the others count,
-/// the cursor behind the last row that is in them, and the minute and hour that are open; it is replaced whole, after
-/// the others were synced. Whatever is torn was not acknowledged there, and is made again from the log.
+/// What follows the reason for a store that was damaged.
+inline constexpr const char* kBuiltAgain = "; it is built again from the log";
+
+/// `periods.sqlite` in a directory (docs/page.md, "The store"). commit() writes periods and cursor in one transaction:
+/// what a kill takes away is built again from the log.
 class Store {
  public:
-  /// Opens it, or begins a new one where there is none or where it is damaged (`begun_anew` says why). Refused where
-  /// the folder cannot be written.
+  /// Opens it, or creates a new one if there is none or it is damaged (`begun_anew` is then the reason). Errors: the
+  /// directory or the file cannot be written, another process uses the file.
   static Result<Store> open(const std::string& folder);
+  /// Removes it, for a log that is another one and after damage.
+  static Result<void> remove(const std::string& folder);
 
-  void push(const Extremes& second);
-  /// Keeps what was pushed, which ends at `cursor`.
-  Result<void> commit(const std::string& cursor);
-  /// Forgets everything: the log is another one.
-  Result<void> clear();
+  /// Seconds in the order of the log, that end at `cursor`. They are served from now on, and kept by commit().
+  void push(std::span<const Extremes> seconds, const std::string& cursor);
+  Result<void> commit();
 
-  bool has_ended_minute() const { return !ended_minutes_.empty(); }
-  const std::string& cursor() const { return cursor_; }  ///< empty: from the beginning
+  const std::string& cursor() const { return cursor_; }  ///< of the last push(); empty: from the beginning
+  bool is_kept() const { return is_kept_; }              ///< nothing was pushed since the last commit()
   const std::string& begun_anew() const { return begun_anew_; }
   std::optional<std::int64_t> last_second() const { return last_second_; }
   std::optional<std::int64_t> first_second() const { return first_second_; }
@@ -38,19 +43,30 @@ class Store {
   /// last run first.
   std::vector<std::string> cursors_before(std::int64_t second) const;
 
-  /// Minutes or hours whose begin is within [from_s, to_s), the open one too.
-  std::vector<Extremes> minutes(std::int64_t from_s, std::int64_t to_s) const;
-  std::vector<Extremes> hours(std::int64_t from_s, std::int64_t to_s) const;
+  /// Periods whose begin is within [from_s, to_s), of the longest stored length that divides `step_s` (a multiple of
+  /// 60); the open one too. One that a push() has a part of is there twice. Errors: the disk cannot be read, or
+  /// is_damaged().
+  Result<std::vector<Extremes>> periods(std::int64_t step_s, std::int64_t from_s, std::int64_t to_s);
+  /// True after an error that means that the file does not contain what was written.
+  bool is_damaged() const { return database_.is_damaged(); }
 
  private:
-  Result<void> restore();
-  Result<void> append_ended();
-  Result<void> write_place() const;
+  using Periods = std::map<std::int64_t, Extremes>;
+  struct Table {
+    const char* name;
+    std::int64_t length_s;
+    Periods pushed = {};  ///< by their begin, since the last commit()
+  };
 
-  std::string folder_, cursor_, begun_anew_;
-  PeriodFile minute_file_, hour_file_;
-  PeriodFolder minute_{60}, hour_{3600};
-  std::vector<Extremes> ended_minutes_, ended_hours_;
+  Result<void> load(const std::string& folder);
+  Result<std::vector<Extremes>> read(const Table& table, std::int64_t from_s, std::int64_t to_s);
+  Result<void> write(const Table& table);
+  Result<void> write_all(bool with_place);
+
+  Database database_;
+  std::string cursor_, begun_anew_;
+  bool is_kept_ = true;
+  std::array<Table, 3> tables_ = {{{"minutes", 60}, {"ten_minutes", 600}, {"hours", 3600}}};
   std::optional<std::int64_t> first_second_, last_second_;
   std::vector<std::pair<std::int64_t, std::string>> places_;  ///< begin, and a cursor before it
 };

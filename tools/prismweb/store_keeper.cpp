@@ -13,11 +13,11 @@ namespace {
 
 namespace asio = boost::asio;
 
-constexpr int kPagesACommit = 20;
+constexpr int kBuildingPages = 20, kLivePages = 2;  // from one commit to the next
 
 Error hanging(std::chrono::steady_clock::duration busy) {
-  return {"disk",
-          fmt::format("has not answered for {} s", std::chrono::duration_cast<std::chrono::seconds>(busy).count())};
+  const auto busy_s = std::chrono::duration_cast<std::chrono::seconds>(busy).count();
+  return {"", fmt::format("the disk has not answered for {} s", busy_s)};
 }
 
 // One answer: the disk's, or that there is none in time.
@@ -51,26 +51,34 @@ struct StoreKeeper::Kept {
     if (opened) store.emplace(std::move(*opened));
   }
 
-  void take(const std::vector<Extremes>& seconds, const std::string& cursor, bool building) {
-    if (!store) return;
-    for (const Extremes& second : seconds) store->push(second);
-    ++uncommitted_pages;
-    const bool due = building ? uncommitted_pages >= kPagesACommit : store->has_ended_minute() || uncommitted_pages > 1;
-    if (due) commit(cursor);
+  void take(const std::vector<Extremes>& seconds, const std::string& from, const std::string& to, bool building) {
+    if (!store || from != store->cursor()) return;
+    store->push(seconds, to);
+    if (++uncommitted_pages >= (building ? kBuildingPages : kLivePages)) commit();
   }
 
-  void commit(const std::string& cursor) {
+  void commit() {
     uncommitted_pages = 0;
-    const auto done = store->commit(cursor);
+    const auto done = store->commit();
     trouble = done ? "" : done.error().text();
+    begin_anew_if_damaged(done);
   }
 
-  // What could not be cleared is of another log, and is not served: it is opened, and cleared, again.
+  // What could not be removed is not served: it is opened, and found to be of another log or damaged, again.
   void clear() {
     uncommitted_pages = 0;
-    const auto done = store->clear();
-    trouble = done ? "" : done.error().text();
-    if (!done) store.reset();
+    store.reset();
+    const auto removed = Store::remove(folder);
+    trouble = removed ? "" : removed.error().text();
+    if (removed) open();
+  }
+
+  template <class T>
+  bool begin_anew_if_damaged(const Result<T>& result) {
+    if (result || !store->is_damaged()) return false;
+    clear();
+    if (trouble.empty()) trouble = result.error().text() + kBuiltAgain;
+    return true;
   }
 
   Known known() const {
@@ -86,8 +94,8 @@ StoreKeeper::StoreKeeper(asio::io_context& io, DiskThread& disk, std::string fol
 
 // What fails by an exception (no memory) is the store's trouble as what fails by a refusal.
 template <class Work>
-void StoreKeeper::run(Work work, Told told) {
-  auto task = [kept = kept_, &io = io_, work = std::move(work), told = std::move(told)] {
+void StoreKeeper::run(Work work) {
+  auto task = [kept = kept_, &io = io_, work = std::move(work), told = told_] {
     try {
       work(*kept);
     } catch (const std::exception& error) {
@@ -99,21 +107,24 @@ void StoreKeeper::run(Work work, Told told) {
 }
 
 void StoreKeeper::open(Told told) {
-  run([](Kept& kept) { kept.open(); }, std::move(told));
+  told_ = std::move(told);
+  run([](Kept& kept) { kept.open(); });
 }
 
-void StoreKeeper::take(std::vector<Extremes> seconds, const std::string& cursor, bool building, Told told) {
-  auto work = [seconds = std::move(seconds), cursor, building](Kept& kept) { kept.take(seconds, cursor, building); };
-  run(std::move(work), std::move(told));
+void StoreKeeper::take(std::vector<Extremes> seconds, const std::string& from, const std::string& to, bool building) {
+  auto work = [seconds = std::move(seconds), from, to, building](Kept& kept) {
+    kept.take(seconds, from, to, building);
+  };
+  run(std::move(work));
 }
 
-void StoreKeeper::clear(Told told) {
-  run([](Kept& kept) { kept.clear(); }, std::move(told));
+void StoreKeeper::clear() {
+  run([](Kept& kept) { kept.clear(); });
 }
 
-void StoreKeeper::keep(const std::string& cursor) {
-  disk_.post(0, [kept = kept_, cursor] {
-    if (kept->store && !cursor.empty() && cursor != kept->store->cursor()) kept->commit(cursor);
+void StoreKeeper::keep() {
+  disk_.post(0, [kept = kept_] {
+    if (kept->store && !kept->store->is_kept()) kept->commit();
   });
 }
 
@@ -128,10 +139,13 @@ void StoreKeeper::ask(Work work, Answer<T> answer) {
   waiting->late.async_wait([waiting, patience = patience_](const boost::system::error_code& error) {
     if (!error) waiting->tell(tl::unexpected<Error>(hanging(patience)));
   });
-  auto task = [kept = kept_, &io = io_, work = std::move(work), waiting] {
-    Result<T> result = refuse("disk", kept->store ? "is read by a thread that has no memory left" : kept->trouble);
+  auto task = [kept = kept_, &io = io_, work = std::move(work), waiting, told = told_] {
+    Result<T> result = refuse("", kept->store ? "no memory is left to read minutes and hours" : kept->trouble);
     try {
-      if (kept->store) result = work(*kept);
+      if (kept->store) {
+        result = work(*kept);
+        if (kept->begin_anew_if_damaged(result)) asio::post(io, [told, known = kept->known()] { told(known); });
+      }
     } catch (const std::exception&) {
     }
     asio::post(io, [waiting, result = std::move(result)] { waiting->tell(result); });
@@ -140,15 +154,17 @@ void StoreKeeper::ask(Work work, Answer<T> answer) {
 }
 
 void StoreKeeper::cursors_before(std::int64_t second, Answer<std::vector<std::string>> answer) {
-  const auto work = [second](const Kept& kept) { return kept.store->cursors_before(second); };
+  const auto work = [second](Kept& kept) -> Result<std::vector<std::string>> {
+    return kept.store->cursors_before(second);
+  };
   ask<std::vector<std::string>>(work, std::move(answer));
 }
 
 void StoreKeeper::periods(const Query& query, Answer<Periods> answer) {
-  const auto work = [query](const Kept& kept) {
-    const auto all =
-        query.by_hours ? kept.store->hours(query.from_s, query.to_s) : kept.store->minutes(query.from_s, query.to_s);
-    return Periods{thinned(all, query.from_s, query.to_s, query.step_s), kept.store->last_second()};
+  const auto work = [query](Kept& kept) -> Result<Periods> {
+    const auto all = kept.store->periods(query.step_s, query.from_s, query.to_s);
+    if (!all) return tl::unexpected<Error>(all.error());
+    return Periods{thinned(*all, query.from_s, query.to_s, query.step_s), kept.store->last_second()};
   };
   ask<Periods>(work, std::move(answer));
 }

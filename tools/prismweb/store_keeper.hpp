@@ -24,15 +24,14 @@ class StoreKeeper {
  public:
   /// Of the store, when it was asked.
   struct Known {
-    std::string cursor;
+    std::string cursor;  ///< behind what it was given; empty: the log is to be read from its beginning
     std::optional<std::int64_t> first_s, last_s;
     std::string trouble;  ///< why it cannot be opened or kept, or began anew; empty where nothing is to be said
     bool open = false;
   };
-  /// Begins within [from_s, to_s), by hours or minutes, joined by steps of `step_s`.
+  /// Begins within [from_s, to_s), joined by steps of `step_s`, a multiple of 60.
   struct Query {
     std::int64_t from_s, to_s, step_s;
-    bool by_hours;
   };
   struct Periods {
     std::vector<Extremes> steps;
@@ -46,30 +45,31 @@ class StoreKeeper {
   StoreKeeper(boost::asio::io_context& io, DiskThread& disk, std::string folder,
               std::chrono::milliseconds patience = kDiskPatience);
 
-  /// Each is told once, when the disk has done it.
+  /// `told` is called when the disk has done this, or take() or clear(), and when a damaged store was begun anew.
   void open(Told told);
-  /// Takes seconds that end at `cursor`. They are kept at once where a minute ended, and while the log is read from its
-  /// beginning (`building`) every so many pages.
-  void take(std::vector<Extremes> seconds, const std::string& cursor, bool building, Told told);
-  void clear(Told told);
-  /// Keeps what was taken up to `cursor`; nobody is told.
-  void keep(const std::string& cursor);
+  /// Takes seconds that follow the cursor `from` and end at `to`; without effect if the store is not at `from`. They
+  /// are kept every second time, and while the log is read from its beginning (`building`) every so many times.
+  void take(std::vector<Extremes> seconds, const std::string& from, const std::string& to, bool building);
+  void clear();
+  /// Keeps what was taken; `told` is not called.
+  void keep();
 
-  /// Each is answered once; refused where the disk has not answered within the patience.
-  /// Store::cursors_before.
+  /// Each is answered once; refused where the disk has not answered within the patience, and where the store is
+  /// damaged. Store::cursors_before.
   void cursors_before(std::int64_t second, Answer<std::vector<std::string>> answer);
   void periods(const Query& query, Answer<Periods> answer);
 
  private:
   struct Kept;
   template <class Work>
-  void run(Work work, Told told);
+  void run(Work work);
   template <class T, class Work>
   void ask(Work work, Answer<T> answer);
 
   boost::asio::io_context& io_;
   DiskThread& disk_;
   std::chrono::milliseconds patience_;
+  Told told_;
   std::shared_ptr<Kept> kept_;
 };
 

@@ -80,20 +80,6 @@ TEST(Thinning, StepsGiveNoMoreThanThePoints) {
   }
 }
 
-TEST(PeriodFolder, EndsAPeriodWithTheFirstSecondOfAnother) {
-  PeriodFolder minute(60);
-  std::vector<Extremes> ended;
-  for (const std::int64_t begin_s : {58, 59, 60, 61, 180, 60, 61}) {
-    if (const auto one = minute.push(second(begin_s, static_cast<double>(begin_s)))) ended.push_back(*one);
-  }
-  ASSERT_EQ(ended.size(), 3U);
-  EXPECT_EQ(ended[0].begin_s, 0);
-  EXPECT_EQ(ended[0].greatest[kRate], 59);
-  EXPECT_EQ(ended[1].seconds, 2U);
-  EXPECT_EQ(ended[2].begin_s, 180) << "a clock that goes back ends it, too";
-  EXPECT_EQ(minute.open()->samples, 400U);
-}
-
 TEST(RecentSeconds, KeepOneOfEachInOrder) {
   RecentSeconds recent;
   for (const std::int64_t begin_s : {5, 6, 8, 7, 6}) recent.put(second(begin_s, static_cast<double>(begin_s)));

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 #include <future>
+#include <iterator>
+#include <utility>
 
 #include "tests/support/temporary_folder.hpp"
 
@@ -21,7 +23,7 @@ std::vector<Extremes> seconds_of(std::int64_t from, std::int64_t to) {
   for (std::int64_t i = from; i < to; ++i) {
     Extremes one;
     one.begin_s = kMidnight + i;
-    one.least[kRate] = one.greatest[kRate] = static_cast<double>(i);
+    one.least[kRate] = one.greatest[kRate] = static_cast<double>(i) + 0.5;
     one.seconds = 1;
     seconds.push_back(one);
   }
@@ -36,6 +38,9 @@ class Keeping : public ::testing::Test {
   StoreKeeper::Told teller() {
     return [this](const StoreKeeper::Known& known) { told_.push_back(known); };
   }
+  void take(StoreKeeper& store, std::int64_t from, std::int64_t to, const std::string& after, bool building = false) {
+    store.take(seconds_of(from, to), std::exchange(cursor_, after), after, building);
+  }
   // What the disk has done so far is told.
   void settle() {
     disk_.drain();
@@ -48,49 +53,67 @@ class Keeping : public ::testing::Test {
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{io_.get_executor()};
   DiskThread disk_{0, [](const std::string& why) { ADD_FAILURE() << why; }};
   std::vector<StoreKeeper::Known> told_;
+  std::string cursor_;  ///< behind what was taken
 };
 
 TEST_F(Keeping, TellsWhatTheStoreHas) {
   const auto store = keeper();
   store->open(teller());
-  store->take(seconds_of(0, 200), "after-200", false, teller());
+  take(*store, 0, 100, "after-100");
+  take(*store, 100, 200, "after-200");
   settle();
-  ASSERT_EQ(told_.size(), 2U);
+  ASSERT_EQ(told_.size(), 3U);
   EXPECT_TRUE(told_[0].open);
   EXPECT_EQ(told_[0].trouble, "") << "a folder that was not there is no trouble";
-  EXPECT_EQ(told_[1].cursor, "after-200");
-  EXPECT_EQ(told_[1].first_s, kMidnight);
-  EXPECT_EQ(told_[1].last_s, kMidnight + 199);
+  EXPECT_EQ(told_[2].cursor, "after-200");
+  EXPECT_EQ(told_[2].first_s, kMidnight);
+  EXPECT_EQ(told_[2].last_s, kMidnight + 199);
 
   std::vector<Extremes> steps;
   std::string cursor;
   const auto take_steps = [&](const Result<StoreKeeper::Periods>& found) { steps = found->steps; };
   const auto take_cursor = [&](const Result<std::vector<std::string>>& found) { cursor = found->at(0); };
-  store->periods({kMidnight, kMidnight + 200, 120, false}, take_steps);
+  store->periods({kMidnight, kMidnight + 200, 120}, take_steps);
   store->cursors_before(kMidnight + 200, take_cursor);
   settle();
   ASSERT_EQ(steps.size(), 2U);
   EXPECT_EQ(steps[0].seconds, 120U);
-  EXPECT_EQ(steps[1].greatest[kRate], 199);
+  EXPECT_EQ(steps[1].greatest[kRate], 199.5);
   EXPECT_EQ(cursor, "after-200");
 }
 
 TEST_F(Keeping, PagesOfALogThatIsReadFromItsBeginningAreKeptTogether) {
+  const auto kept = [&] {  // as the next process finds it
+    std::filesystem::remove_all(folder_.file("copy"));
+    std::filesystem::copy(folder_.file("gyro/z"), folder_.file("copy"));
+    return Store::open(folder_.file("copy"))->cursor();
+  };
   const auto store = keeper();
   store->open(teller());
-  for (std::int64_t page = 0; page < 20; ++page)
-    store->take(seconds_of(page * 60, page * 60 + 60), "page-" + std::to_string(page), true, teller());
+  for (std::int64_t page = 0; page < 20; ++page) {
+    settle();
+    EXPECT_EQ(kept(), "") << page;
+    take(*store, page * 60, page * 60 + 60, "page-" + std::to_string(page), true);
+  }
   settle();
-  ASSERT_EQ(told_.size(), 21U);
-  EXPECT_EQ(told_[19].cursor, "");
-  EXPECT_EQ(told_[20].cursor, "page-19");
-  store->take(seconds_of(1200, 1210), "live", false, teller());
-  store->keep("live");
+  EXPECT_EQ(kept(), "page-19");
+  take(*store, 1200, 1210, "live");
+  store->keep();
   settle();
-  const auto again = keeper();
-  again->open(teller());
-  settle();
+  EXPECT_EQ(kept(), "live");
   EXPECT_EQ(told_.back().cursor, "live");
+}
+
+// A page that was asked for before the store was begun anew would leave a gap in it.
+TEST_F(Keeping, APageThatDoesNotFollowHasNoEffect) {
+  const auto store = keeper();
+  store->open(teller());
+  take(*store, 0, 60, "after-60");
+  store->clear();
+  take(*store, 60, 120, "after-120");
+  settle();
+  EXPECT_EQ(told_.back().cursor, "");
+  EXPECT_EQ(told_.back().first_s, std::nullopt);
 }
 
 TEST_F(Keeping, SaysWhatItCannotOpenAndWhyItBeganAnew) {
@@ -101,11 +124,51 @@ TEST_F(Keeping, SaysWhatItCannotOpenAndWhyItBeganAnew) {
   EXPECT_NE(told_.back().trouble.find("gyro/z"), std::string::npos) << told_.back().trouble;
   std::filesystem::remove(folder_.file("gyro"));
   std::filesystem::create_directories(folder_.file("gyro/z"));
-  std::ofstream(folder_.file("gyro/z/place.json")) << "{";
+  std::ofstream(folder_.file("gyro/z/periods.sqlite")) << std::string(1000, '{');
   keeper()->open(teller());
   settle();
   EXPECT_TRUE(told_.back().open);
-  EXPECT_NE(told_.back().trouble.find("place.json"), std::string::npos) << told_.back().trouble;
+  EXPECT_NE(told_.back().trouble.find("periods.sqlite: file is not a database; it is built again from the log"),
+            std::string::npos)
+      << told_.back().trouble;
+}
+
+// A record that was whole when the store was opened.
+TEST_F(Keeping, DamageIsToldWhenItIsReadAndTheStoreBeginsAnew) {
+  auto store = keeper();
+  store->open(teller());
+  take(*store, 0, 36000, "after-36000");
+  store->keep();
+  settle();
+  store.reset();
+  std::fstream file(folder_.file("gyro/z/periods.sqlite"), std::ios::in | std::ios::out | std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  const std::size_t at =
+      bytes.find(std::string("\x40\xd1\xa2\xe0\0\0\0\0", 8));  // 18059.5, the greatest rate of a minute
+  ASSERT_NE(at, std::string::npos);
+  file.seekp(static_cast<std::streamoff>(at + 7));
+  file.put('\1');
+  file.close();
+  store = keeper();
+  store->open(teller());
+  settle();
+  EXPECT_EQ(told_.back().cursor, "after-36000") << "as long as nobody reads it";
+  std::string answer;
+  const auto take_steps = [&](const Result<StoreKeeper::Periods>& found) {
+    answer = found ? "" : found.error().text();
+  };
+  store->periods({kMidnight, kMidnight + 36000, 60}, take_steps);
+  settle();
+  EXPECT_NE(answer.find("periods.sqlite: a record is damaged"), std::string::npos) << answer;
+  EXPECT_NE(told_.back().trouble.find("a record is damaged; it is built again from the log"), std::string::npos);
+  EXPECT_EQ(told_.back().cursor, "");
+  cursor_ = "";
+  take(*store, 0, 36000, "again");
+  take(*store, 36000, 36001, "and on");
+  store->periods({kMidnight, kMidnight + 36000, 60}, take_steps);
+  settle();
+  EXPECT_EQ(answer, "");
+  EXPECT_EQ(told_.back().trouble, "");
 }
 
 TEST_F(Keeping, ADiskThatHangsIsToldInTimeAndOnce) {
@@ -121,7 +184,7 @@ TEST_F(Keeping, ADiskThatHangsIsToldInTimeAndOnce) {
   store->cursors_before(0, take);
   io_.run_for(std::chrono::milliseconds(500));
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0], "has not answered for 0 s");
+  EXPECT_EQ(found[0], "the disk has not answered for 0 s");
   store->cursors_before(0, take);  // it hangs: that is known without waiting
   io_.restart();
   io_.poll();

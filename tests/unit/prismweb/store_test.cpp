@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismweb/store.hpp"
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
+#include <sqlite3.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismweb/archive.hpp"
@@ -34,8 +33,10 @@ Store opened(const test::TemporaryFolder& folder) {
   return std::move(*store);
 }
 
-void push(Store& store, std::int64_t from, std::int64_t to) {
-  for (std::int64_t i = from; i < to; ++i) store.push(at(i));
+void push(Store& store, std::int64_t from, std::int64_t to, const std::string& cursor) {
+  std::vector<Extremes> seconds;
+  for (std::int64_t i = from; i < to; ++i) seconds.push_back(at(i));
+  store.push(seconds, cursor);
 }
 
 std::string shown(const std::vector<Extremes>& periods) {
@@ -47,7 +48,12 @@ std::string shown(const std::vector<Extremes>& periods) {
             std::to_string(std::lround(1000 * one.mean[kRate].value())) + " ";
   return text;
 }
-std::string minutes(const Store& store) { return shown(store.minutes(INT64_MIN, INT64_MAX)); }
+std::vector<Extremes> joined(const Result<std::vector<Extremes>>& periods, std::int64_t length_s) {
+  EXPECT_TRUE(periods) << periods.error().text();
+  return thinned(*periods, INT64_MIN, INT64_MAX, length_s);
+}
+std::string minutes(Store& store) { return shown(joined(store.periods(60, INT64_MIN, INT64_MAX), 60)); }
+std::string minutes(Store&& store) { return minutes(store); }
 
 // The answer that a store must give which was never closed.
 std::string whole(std::int64_t to) {
@@ -62,87 +68,158 @@ TEST(Store, GoesOnWhereItWasClosed) {
   for (std::int64_t i = 0; i < 1000; i += 37) {
     Store store = opened(folder);
     EXPECT_EQ(store.cursor(), cursor);
-    push(store, i, i + 37);
     cursor = "after-" + std::to_string(i + 37);
-    ASSERT_TRUE(store.commit(cursor));
+    push(store, i, i + 37, cursor);
+    ASSERT_TRUE(store.commit());
   }
-  const Store store = opened(folder);
+  Store store = opened(folder);
   EXPECT_EQ(minutes(store), whole(1036));
-  EXPECT_EQ(shown(store.hours(INT64_MIN, INT64_MAX)).substr(0, 2), "0:");
+  EXPECT_EQ(shown(joined(store.periods(3600, INT64_MIN, INT64_MAX), 3600)).substr(0, 2), "0:");
   EXPECT_EQ(store.first_second(), kBegin);
   EXPECT_EQ(store.last_second(), kBegin + 1035);
 }
 
-// What was pushed and not kept is gone with the process, and so is the place: the same rows come again.
+// What was pushed and not kept is gone with the process, and so is the cursor: the same rows come again.
 TEST(Store, WhatWasNotKeptIsMadeAgainFromTheLog) {
   const test::TemporaryFolder folder;
   {
     Store store = opened(folder);
-    push(store, 0, 500);
-    ASSERT_TRUE(store.commit("after-500"));
-    push(store, 500, 900);
+    push(store, 0, 500, "after-500");
+    ASSERT_TRUE(store.commit());
+    push(store, 500, 900, "after-900");
+    EXPECT_EQ(minutes(store), whole(900)) << "it is served";
   }
-  // Killed in the middle of writing: records and a half that nothing acknowledged.
-  std::ofstream(folder.file("z/minutes"), std::ios::app | std::ios::binary) << std::string(200, 'x');
   Store store = opened(folder);
   EXPECT_EQ(store.cursor(), "after-500");
   EXPECT_EQ(store.begun_anew(), "");
-  push(store, 500, 1000);
-  ASSERT_TRUE(store.commit("after-1000"));
+  push(store, 500, 1000, "after-1000");
+  ASSERT_TRUE(store.commit());
   EXPECT_EQ(minutes(store), whole(1000));
+  store = opened(test::TemporaryFolder());  // the other one is closed
   EXPECT_EQ(minutes(opened(folder)), whole(1000));
 }
 
-TEST(Store, BeginsAnewWhereItIsDamaged) {
-  const auto damages = std::vector<std::function<void(const std::string&)>>{
-      [](const std::string& z) { fs::resize_file(z + "/minutes", kRecordBytes * 3 + 5); },
-      [](const std::string& z) {
-        std::fstream file(z + "/minutes", std::ios::in | std::ios::out | std::ios::binary);
-        file.seekp(static_cast<std::streamoff>(fs::file_size(z + "/minutes") - 20));
-        file.put('\x55');
-      },
-      [](const std::string& z) {  // a record in the middle
-        std::fstream file(z + "/minutes", std::ios::in | std::ios::out | std::ios::binary);
-        file.seekp(kRecordBytes * 5 + 12);
-        file.put('\x55');
-      },
-      [](const std::string& z) { std::ofstream(z + "/place.json") << "{\"version\":1,"; },
-      [](const std::string& z) { std::ofstream(z + "/place.json") << "{\"version\":2}"; },
-      [](const std::string& z) { fs::remove(z + "/place.json"); },
-      [](const std::string& z) { fs::remove(z + "/hours"); }};
-  for (std::size_t i = 0; i < damages.size(); ++i) {
-    const test::TemporaryFolder folder;
-    {
-      Store store = opened(folder);
-      push(store, 0, 8000);
-      ASSERT_TRUE(store.commit("after"));
-    }
-    damages[i](folder.file("z"));
-    Store store = opened(folder);
-    EXPECT_EQ(store.cursor(), "") << i;
-    EXPECT_NE(store.begun_anew(), "") << i;
-    EXPECT_EQ(minutes(store), "") << i;
-    push(store, 0, 100);
-    ASSERT_TRUE(store.commit("after-100"));
-    EXPECT_EQ(minutes(opened(folder)), whole(100)) << i;
+// Files as a kill leaves them at any moment: the database without its last transactions, and a part of the log of
+// these.
+TEST(Store, AKillLosesNothing) {
+  const test::TemporaryFolder folder, killed;
+  Store store = opened(folder);
+  for (std::int64_t i = 0; i < 6000; i += 100) {
+    push(store, i, i + 100, std::to_string(i + 100));
+    ASSERT_TRUE(store.commit());
   }
+  const std::string log = folder.file("z/periods.sqlite-wal"), copied = killed.file("z/periods.sqlite-wal");
+  const auto bytes = fs::file_size(log);
+  for (std::uintmax_t size = 0; size <= bytes; size += std::min<std::uintmax_t>(4567, bytes - size + (size == bytes))) {
+    fs::remove_all(killed.file("z"));
+    fs::copy(folder.file("z"), killed.file("z"));
+    fs::resize_file(copied, size);
+    Store again = opened(killed);
+    EXPECT_EQ(again.begun_anew(), "") << size;
+    const std::int64_t done = again.cursor().empty() ? 0 : std::stoll(again.cursor());
+    EXPECT_TRUE(size < bytes || done == 6000) << done;
+    push(again, done, 6000, "6000");
+    ASSERT_TRUE(again.commit());
+    EXPECT_EQ(minutes(again), whole(6000)) << size << " from " << done;
+  }
+}
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// A bit that changed in any byte of the file, while it is closed: the answers are those of before, or the store is
+// begun anew; and it goes on.
+TEST(Store, AChangedBitIsNoticed) {
+  const test::TemporaryFolder folder, damaged;
+  {
+    Store store = opened(folder);
+    push(store, 0, 8000, "after");
+    ASSERT_TRUE(store.commit());
+  }
+  const std::string bytes = bytes_of(folder.file("z/periods.sqlite"));
+  fs::create_directory(damaged.file("z"));
+  std::size_t noticed = 0;
+  for (std::size_t i = 0; i < bytes.size(); i += 211) {
+    std::string changed = bytes;
+    changed[i] = static_cast<char>(changed[i] ^ (1 << (i % 8)));
+    std::ofstream(damaged.file("z/periods.sqlite"), std::ios::binary) << changed;
+    Store store = opened(damaged);
+    const auto found = store.periods(60, INT64_MIN, INT64_MAX), hours = store.periods(3600, INT64_MIN, INT64_MAX);
+    if (!found || !hours) {
+      EXPECT_TRUE(store.is_damaged()) << i;
+      ++noticed;
+      store = opened(test::TemporaryFolder());
+      ASSERT_TRUE(Store::remove(damaged.file("z")));
+      store = opened(damaged);
+    } else if (!store.begun_anew().empty()) {
+      EXPECT_NE(store.begun_anew().find("periods.sqlite: "), std::string::npos) << store.begun_anew();
+      EXPECT_EQ(store.cursor(), "") << i;
+      ++noticed;
+    } else {
+      EXPECT_EQ(shown(joined(found, 60)), whole(8000)) << i;
+      EXPECT_EQ(hours->size(), 3U) << i;
+      EXPECT_EQ(store.cursor(), "after") << i;
+      EXPECT_EQ(store.first_second(), kBegin) << i;
+      EXPECT_EQ(store.last_second(), kBegin + 7999) << i;
+      continue;
+    }
+    push(store, 0, 100, "after-100");
+    ASSERT_TRUE(store.commit()) << i;
+    ASSERT_EQ(minutes(store), whole(100)) << i;
+  }
+  EXPECT_GT(noticed, bytes.size() / 211 / 5) << "of the bytes a third are records";
+}
+
+TEST(Store, AFileThatIsNoDatabaseIsReplaced) {
+  for (const char* const text : {"{\"version\":1}", "SQLite format 3"}) {
+    const test::TemporaryFolder folder;
+    fs::create_directory(folder.file("z"));
+    std::ofstream(folder.file("z/periods.sqlite")) << text << std::string(9000, 'x');
+    EXPECT_NE(opened(folder).begun_anew(), "");
+    EXPECT_EQ(opened(folder).begun_anew(), "");
+  }
+}
+
+// Minutes, hours and place.json of prismweb 0.2: all of it is in the log.
+TEST(Store, TheFormerFilesAreRemovedAndBuiltAgain) {
+  const test::TemporaryFolder folder;
+  fs::create_directory(folder.file("z"));
+  for (const char* const name : {"z/minutes", "z/hours", "z/place.json"}) std::ofstream(folder.file(name)) << "old";
+  const Store store = opened(folder);
+  EXPECT_EQ(store.cursor(), "");
+  EXPECT_EQ(store.begun_anew(), "");
+  for (const auto& entry : fs::directory_iterator(folder.file("z")))
+    EXPECT_EQ(entry.path().filename().string().rfind("periods.sqlite", 0), 0U) << entry.path();
+}
+
+TEST(Store, IsOfOneProcessAlone) {
+  const test::TemporaryFolder folder;
+  const Store store = opened(folder);
+  const auto second = Store::open(folder.file("z"));
+  ASSERT_FALSE(second);
+  EXPECT_NE(second.error().text().find("periods.sqlite: is in use by another process"), std::string::npos)
+      << second.error().text();
 }
 
 TEST(Store, ADayOfMinutesIsSmallAndReadInParts) {
   const test::TemporaryFolder folder;
   Store store = opened(folder);
   for (std::int64_t i = 0; i < 86400; i += 1700) {
-    push(store, i, std::min<std::int64_t>(i + 1700, 86400));
-    ASSERT_TRUE(store.commit("6f0c6f0c6f0c6f0c6f0c6f0c6f0c6f0c-12-" + std::to_string(i) + "-" + std::to_string(i)));
+    push(store, i, std::min<std::int64_t>(i + 1700, 86400),
+         "6f0c6f0c6f0c6f0c6f0c6f0c6f0c6f0c-12-" + std::to_string(i) + "-" + std::to_string(i));
+    ASSERT_TRUE(store.commit());
   }
-  std::uintmax_t bytes = 0;
-  for (const auto& entry : fs::directory_iterator(folder.file("z"))) bytes += entry.file_size();
-  EXPECT_LE(bytes, 200U << 10);
-  const auto part = store.minutes(kBegin + 40000 / 60 * 60, kBegin + 50000 / 60 * 60);
+  EXPECT_LE(fs::file_size(folder.file("z/periods.sqlite")), 300U << 10);
+  EXPECT_LE(fs::file_size(folder.file("z/periods.sqlite-wal")), 1U << 20) << "it does not grow with the days";
+  const auto part = *store.periods(60, kBegin + 40000 / 60 * 60, kBegin + 50000 / 60 * 60);
   ASSERT_FALSE(part.empty());
   EXPECT_EQ(part.front().begin_s, kBegin + 40000 / 60 * 60);
   EXPECT_EQ(part.size(), 50000U / 60 - 40000 / 60);
-  EXPECT_EQ(store.hours(INT64_MIN, INT64_MAX).size(), 24U);
+  EXPECT_EQ(store.periods(3600, INT64_MIN, INT64_MAX)->size(), 24U);
+  EXPECT_EQ(store.periods(1800, INT64_MIN, INT64_MAX)->size(), 144U) << "by ten minutes";
+  EXPECT_EQ(store.periods(900, INT64_MIN, INT64_MAX)->size(), 1440U);
   using Cursors = std::vector<std::string>;
   EXPECT_EQ(store.cursors_before(kBegin + 1), Cursors());
   EXPECT_EQ(store.cursors_before(kBegin + 1700), Cursors{"6f0c6f0c6f0c6f0c6f0c6f0c6f0c6f0c-12-0-0"});
@@ -154,8 +231,8 @@ TEST(Store, KnowsAPlaceInEachRunOfAClock) {
   const test::TemporaryFolder folder;
   Store store = opened(folder);
   const auto keep = [&](std::int64_t from, std::int64_t to, const char* cursor) {
-    push(store, from, to);
-    ASSERT_TRUE(store.commit(cursor));
+    push(store, from, to, cursor);
+    ASSERT_TRUE(store.commit());
   };
   keep(0, 1000, "first-1000");
   keep(1000, 12000, "first-12000");
@@ -166,57 +243,75 @@ TEST(Store, KnowsAPlaceInEachRunOfAClock) {
   EXPECT_EQ(store.cursors_before(kBegin + 2000), Cursors{"first-1000"});
 }
 
-// In the place of the file under a descriptor of this process, until it goes: one that cannot be written.
-class ReadOnly {
+// Each write of SQLite to a file fails with this reason, while it exists.
+class FailingWrites {
  public:
-  explicit ReadOnly(const std::string& path) {
-    for (const auto& entry : fs::directory_iterator("/proc/self/fd")) {
-      std::error_code gone;
-      if (fs::read_symlink(entry.path(), gone) == fs::path(path)) fd_ = std::stoi(entry.path().filename());
-    }
-    EXPECT_GE(fd_, 0) << path;
-    kept_ = ::dup(fd_);
-    const int other = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    ::dup2(other, fd_);
-    ::close(other);
+  explicit FailingWrites(int reason) {
+    reason_ = reason;
+    set(&fail);
   }
-  ~ReadOnly() {
-    ::dup2(kept_, fd_);
-    ::close(kept_);
-  }
+  ~FailingWrites() { set(nullptr); }
 
  private:
-  int fd_ = -1, kept_ = -1;
+  static ssize_t fail(int, const void*, std::size_t, off_t) {
+    errno = reason_;
+    return -1;
+  }
+  static void set(ssize_t (*call)(int, const void*, std::size_t, off_t)) {
+    sqlite3_vfs* const vfs = sqlite3_vfs_find(nullptr);
+    for (const char* const name : {"pwrite", "pwrite64"})
+      vfs->xSetSystemCall(vfs, name, reinterpret_cast<sqlite3_syscall_ptr>(call));
+  }
+  static inline int reason_ = 0;
 };
 
 // Eight seconds of a failing disk: each try appended the same minutes, and a minute had 300 seconds from then on.
-TEST(Store, ACommitThatFailsHalfwayIsNoneAndTheNextOneIsWhole) {
+TEST(Store, ACommitThatFailsIsNoneAndTheNextOneIsWhole) {
+  const test::TemporaryFolder folder;
+  {
+    Store store = opened(folder);
+    push(store, 0, 3700, "refused");
+    for (const auto& [reason, text] : {std::pair{ENOSPC, "No space left on device"}, {EIO, "Input/output error"}}) {
+      const FailingWrites disk(reason);
+      const auto done = store.commit();
+      ASSERT_FALSE(done);
+      EXPECT_NE(done.error().text().find(std::string("periods.sqlite: ") + text), std::string::npos)
+          << done.error().text();
+      EXPECT_FALSE(store.is_damaged());
+      EXPECT_EQ(minutes(store), whole(3700));
+    }
+    push(store, 3700, 4000, "after");
+    ASSERT_TRUE(store.commit());
+    EXPECT_EQ(minutes(store), whole(4000));
+  }
+  EXPECT_EQ(minutes(opened(folder)), whole(4000));
+}
+
+// SQLite stores −0 as 0, which had another checksum: such a minute was damaged from the start.
+TEST(Store, MinusZeroIsZero) {
   const test::TemporaryFolder folder;
   Store store = opened(folder);
-  push(store, 0, 3700);
-  for (int i = 0; i < 3; ++i) {
-    const ReadOnly hours(folder.file("z/hours"));
-    EXPECT_FALSE(store.commit("refused"));
-    EXPECT_EQ(minutes(store), whole(3700)) << i;
-  }
-  push(store, 3700, 4000);
-  ASSERT_TRUE(store.commit("after"));
-  EXPECT_EQ(minutes(store), whole(4000));
-  EXPECT_EQ(minutes(opened(folder)), whole(4000));
+  Extremes second = at(0);
+  second.least[kSlope] = second.greatest[kSlope] = -0.0;
+  store.push({&second, 1}, "after");
+  ASSERT_TRUE(store.commit());
+  EXPECT_EQ(joined(store.periods(60, INT64_MIN, INT64_MAX), 60).at(0).least[kSlope], 0);
 }
 
 TEST(Store, AClockThatWasSetBackLosesNothing) {
   const test::TemporaryFolder folder;
   {
     Store store = opened(folder);
-    push(store, 1000, 2000);
-    push(store, 500, 1500);
-    ASSERT_TRUE(store.commit("after"));
+    push(store, 1000, 2000, "first");
+    ASSERT_TRUE(store.commit());
+    push(store, 500, 1500, "after");
+    ASSERT_TRUE(store.commit());
   }
+  Store store = opened(folder);
   std::uint32_t seconds = 0;
-  for (const Extremes& one : opened(folder).minutes(INT64_MIN, INT64_MAX)) seconds += one.seconds;
+  for (const Extremes& one : joined(store.periods(60, INT64_MIN, INT64_MAX), 60)) seconds += one.seconds;
   EXPECT_EQ(seconds, 2000U);
-  EXPECT_FALSE(opened(folder).minutes(kBegin + 540, kBegin + 600).empty());
+  EXPECT_FALSE(store.periods(60, kBegin + 540, kBegin + 600)->empty());
 }
 
 TEST(Paths, OfNamesLeaveTheirFolderByNoName) {
