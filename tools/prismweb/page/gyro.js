@@ -8,21 +8,23 @@ import { makeEvents } from "./events.js";
 import { fileName, moment, span } from "./charts/format.js";
 import { makeLinePanel } from "./line_panel.js";
 import { makeNumbers } from "./numbers.js";
+import { LiveRows } from "./live_rows.js";
 import { loadRange } from "./range.js";
 import { saveCsv, savePng } from "./save.js";
 import { judge, modelName } from "./state.js";
-import { Steps, stepFor } from "./steps.js";
+import { stepFor } from "./steps.js";
 import { Strips } from "./strips.js";
 import { TimeView } from "./time_view.js";
 
-const kWait_ms = 150, kBack_s = 2.5, kOff_s = 5, kRecent = 120, kTick_ms = 900, kSlowest_s = 15, kAnalysis_ms = 60000, kRetry_ms = 5000;
-const kReload_ms = 1500, kNext_s = 1.5; // what follows a second comes no later than so
+const kWait_ms = 150, kOff_s = 5, kTick_ms = 900, kSlowest_s = 15, kAnalysis_ms = 60000, kRetry_ms = 5000;
+const kReload_ms = 1500;
 const kFinest = 5000; // rows that `range` gives at most
 
 export class GyroView {
   /** `say(text)`: to a screen reader. */
   constructor(place, { socket, gyro, axis, say }) {
-    Object.assign(this, { socket, gyro, axis, say, steps: new Steps(1), fine: new Steps(1), recent: [], known_s: -Infinity, asked: 0, drawn_ms: 0, analysed_ms: performance.now() });
+    Object.assign(this, { socket, gyro, axis, say, asked: 0, drawn_ms: 0, analysed_ms: performance.now() });
+    this.rows = new LiveRows({ reloadSoon: () => this.reloadSoon(), discard: () => this.asked++ });
     this.present = { time_s: Date.now() / 1000, at_ms: performance.now() };
     this.view = new TimeView(3600, () => this.present.time_s + (this.present.stands ? 0 : (performance.now() - this.present.at_ms) / 1000), () => this.moved());
     this.build(place);
@@ -128,77 +130,38 @@ export class GyroView {
   }
 
   take({ steps, last_s, known_s, building }, step_s) {
-    this.fine = steps;
-    Object.assign(this, { last_s, known_s });
-    this.steps = steps.step_s < step_s ? steps.coarser(step_s) : steps;
+    this.last_s = last_s;
     this.setWhole(true);
-    if (this.view.isLive) this.follow();
+    this.rows.take(steps, known_s, step_s, this.view.isLive);
     const unbuilt = typeof building === "number" && building < 1, middle = "Least and greatest second of each step; the line is their middle.";
     setText(this.busy, unbuilt ? `The long view is being built: ${Math.floor(100 * building)} % of the log is read.` : steps.hasMeans ? "" : middle);
     clearTimeout(this.again);
     if (unbuilt) this.again = setTimeout(() => this.reload(), 2000);
     this.draw();
-    const [from_s, to_s] = this.view.range(), shown = this.steps.rows.filter((row) => row.time_s > from_s).length;
-    this.strips.describe(`${span(this.view.span_s)} until ${this.view.isLive ? "now" : `${moment(to_s)} UTC`}, ${shown} ${shown === 1 ? "row" : "rows"} of ${span(this.steps.step_s)}`);
+    const [from_s, to_s] = this.view.range(), shown = this.rows.steps.rows.filter((row) => row.time_s > from_s).length;
+    this.strips.describe(`${span(this.view.span_s)} until ${this.view.isLive ? "now" : `${moment(to_s)} UTC`}, ${shown} ${shown === 1 ? "row" : "rows"} of ${span(this.rows.steps.step_s)}`);
     clearTimeout(this.settled);
     this.settled = setTimeout(() => this.analyse(), 200);
   }
 
   /** The Allan deviation of the finest rows that there are of what is shown. */
   analyse() {
-    const [from_s, to_s] = this.view.range(), { step_s, hasMeans } = this.fine;
+    const [from_s, to_s] = this.view.range(), { step_s, hasMeans } = this.rows.fine;
     this.analysed_ms = performance.now();
-    this.allan.update({ step_s, hasMeans, rows: this.fine.rows.filter((row) => row.time_s > from_s && row.time_s <= to_s) });
-  }
-
-  push(row) {
-    if (this.fine !== this.steps) this.fine.push(row);
-    return this.steps.push(row);
-  }
-
-  /** The live seconds behind the answer. What is missing between them may be there by now. */
-  follow() {
-    const behind = this.recent.filter((row) => row.time_s > this.known_s);
-    if (behind.length > 0) this.askForHole(behind[0].time_s, this.known_s);
-    for (const row of behind) this.push(row);
-  }
-
-  /** Once for each row behind a hole: one that is in the data, too, stays. */
-  askForHole(time_s, before_s) {
-    if (!(time_s - before_s > kNext_s) || before_s === -Infinity || this.holed_s === time_s) return;
-    this.holed_s = time_s;
-    this.reloadSoon();
-  }
-
-  /** The data's time went back: what is drawn lies in its future, and would refuse all that comes. */
-  restart() {
-    Object.assign(this, { recent: [], known_s: -Infinity, holed_s: undefined });
-    if (!this.view.isLive) return; // somebody looks at the past
-    const isFine = this.fine === this.steps;
-    this.steps = new Steps(this.steps.step_s);
-    this.fine = isFine ? this.steps : new Steps(this.fine.step_s);
-    this.asked++; // an answer under way is of the time before
-    this.reloadSoon();
+    this.allan.update({ step_s, hasMeans, rows: this.rows.fine.rows.filter((row) => row.time_s > from_s && row.time_s <= to_s) });
   }
 
   /** A live second. */
   window(row) {
-    const before_s = this.recent.at(-1)?.time_s ?? -Infinity;
-    if (row.time_s === before_s) return;
-    if (row.time_s < before_s || row.time_s < this.known_s - kBack_s) this.restart();
+    if (!this.rows.window(row, this.view.isLive)) return;
     if (!this.anchored) this.anchor(row.time_s);
     this.present = { time_s: row.time_s + 1, at_ms: performance.now() };
-    this.recent.push(row);
-    if (this.recent.length > kRecent) this.recent.shift();
-    if (!this.view.isLive || row.time_s <= this.known_s) return;
-    this.askForHole(row.time_s, this.fine.step_s === 1 ? this.fine.rows.at(-1)?.end_s ?? -Infinity : before_s);
-    if (!this.push(row)) this.reloadSoon();
-    this.forget(row.time_s);
+    if (this.view.isLive) this.forget(row.time_s);
   }
 
   /** Also where nothing is drawn, as in a tab that nobody sees. */
   forget(to_s) {
-    for (const steps of new Set([this.steps, this.fine])) steps.forget(to_s - this.view.span_s - this.length_s() - steps.step_s);
+    this.rows.forget(to_s - this.view.span_s - this.length_s());
   }
 
   /** The computer slept for so long: its steady clock did not. */
@@ -214,22 +177,22 @@ export class GyroView {
     const share = Math.min(1, Math.abs(to_s - this.drawn_to_s) / pixel_s);
     Object.assign(this, { drawn_ms: performance.now(), drawn_to_s: to_s });
     this.forget(to_s);
-    this.steps.run(this.length_s());
-    this.strips.refresh(this.steps.rows, this.steps.step_s, share);
+    this.rows.steps.run(this.length_s());
+    this.strips.refresh(this.rows.steps.rows, this.rows.steps.step_s, share);
     if (performance.now() - this.analysed_ms > kAnalysis_ms) this.analyse();
   }
 
   /** What the rate's lines are means of. */
   wordsOfMeans() {
     if (this.bySecond) return "1 s";
-    return this.steps.step_s > this.length_s() ? span(this.steps.step_s) : "window";
+    return this.rows.steps.step_s > this.length_s() ? span(this.rows.steps.step_s) : "window";
   }
 
   draw() {
     setText(this.means, `means: ${this.wordsOfMeans()}`);
     Object.assign(this, { drawn_ms: performance.now(), drawn_to_s: this.view.range()[1] });
-    this.steps.run(this.length_s());
-    this.strips.draw(this.steps.rows, this.steps.step_s);
+    this.rows.steps.run(this.length_s());
+    this.strips.draw(this.rows.steps.rows, this.rows.steps.step_s);
   }
 
   /** What is not a chart: numbers, domain, events. */
@@ -243,7 +206,7 @@ export class GyroView {
       this.shown = shown;
       this.domain.show(this.model);
     }
-    this.domain.draw(verdict.old ? null : this.axis.window, this.steps.rows);
+    this.domain.draw(verdict.old ? null : this.axis.window, this.rows.steps.rows);
     this.events.draw(this.gyro.events);
     this.element.classList.toggle("old", verdict.old);
     this.tick();
@@ -272,7 +235,7 @@ export class GyroView {
   about() {
     const [from_s, to_s] = this.view.range(), { name, status } = this.gyro;
     return [`${name} axis ${this.axis.name}${status?.gyro_serial ? `, gyro ${status.gyro_serial}` : ""}, model ${modelName(this.axis)}`,
-      `${moment(from_s)} to ${moment(to_s)} UTC, rows of ${span(this.steps.step_s)}`];
+      `${moment(from_s)} to ${moment(to_s)} UTC, rows of ${span(this.rows.steps.step_s)}`];
   }
 
   fileName() {
@@ -280,8 +243,8 @@ export class GyroView {
   }
 
   saveCsv() {
-    const [from_s, to_s] = this.view.range(), rows = this.steps.rows.filter((row) => row.time_s > from_s && row.time_s <= to_s);
-    saveCsv(this.fileName(), rows, this.steps.step_s, this.about(), this.steps.parts);
+    const [from_s, to_s] = this.view.range(), rows = this.rows.steps.rows.filter((row) => row.time_s > from_s && row.time_s <= to_s);
+    saveCsv(this.fileName(), rows, this.rows.steps.step_s, this.about(), this.rows.steps.parts);
     this.say("table saved");
   }
 
