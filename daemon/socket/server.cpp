@@ -2,10 +2,6 @@
 #include "daemon/socket/server.hpp"
 
 #include <fmt/format.h>
-#include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -13,14 +9,12 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <deque>
 #include <filesystem>
 #include <utility>
 
-#include "base/file.hpp"
+#include "base/unix_socket.hpp"
 #include "daemon/awaiting.hpp"
 
 namespace prism::socket {
@@ -31,43 +25,16 @@ using daemon::kUse;
 using pipeline::Severity;
 using Protocol = asio::local::stream_protocol;
 
-// Does not wait: a connect to a socket whose queue is full would block until its owner accepts, which may be never.
-bool somebody_listens(const std::string& path) {
-  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  const Protocol::endpoint there(path);
-  const bool listens =
-      ::connect(probe, static_cast<const sockaddr*>(there.data()), static_cast<socklen_t>(there.size())) == 0 ||
-      errno == EAGAIN;
-  ::close(probe);
-  return listens;
-}
-
 Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettings& settings) {
-  if (settings.path.size() >= sizeof(sockaddr_un::sun_path)) {
-    return refuse(settings.path, fmt::format("has {} bytes, expected at most {}", settings.path.size(),
-                                             sizeof(sockaddr_un::sun_path) - 1));
-  }
-  std::error_code folder_error;
+  std::error_code folder_error;  // listen_unix() names what is wrong
   std::filesystem::create_directories(std::filesystem::path(settings.path).parent_path(), folder_error);
-  struct stat info {};
-  if (::lstat(settings.path.c_str(), &info) == 0) {
-    if (!S_ISSOCK(info.st_mode)) return refuse(settings.path, "is there and is no socket; expected a free path");
-    if (somebody_listens(settings.path))
-      return refuse(settings.path, "another process listens there; expected a free path");
-    ::unlink(settings.path.c_str());
-  }
+  auto socket = listen_unix(settings.path, static_cast<mode_t>(settings.mode));
+  if (!socket) return tl::unexpected<Error>(socket.error());
   boost::system::error_code error;
   Server::Acceptor acceptor(io);
-  acceptor.open(Protocol(), error);
-  const mode_t before = ::umask(0777);  // nobody enters before the mode is right
-  if (!error) acceptor.bind(Protocol::endpoint(settings.path), error);
-  ::umask(before);
-  if (error) return refuse(settings.path, "cannot be made: " + error.message());
-  if (::chmod(settings.path.c_str(), static_cast<mode_t>(settings.mode)) != 0) {
-    return refuse(settings.path, std::string("its mode cannot be set: ") + std::strerror(errno));
-  }
-  acceptor.listen(asio::socket_base::max_listen_connections, error);
+  acceptor.assign(Protocol(), socket->get(), error);
   if (error) return refuse(settings.path, "cannot listen: " + error.message());
+  socket->release();
   return acceptor;
 }
 
@@ -99,27 +66,22 @@ Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const config:
     acceptor.assign(Protocol(), inherited, error);
     if (error) return refuse("systemd's socket", error.message());
     return std::unique_ptr<Server>(
-        new Server(std::move(acceptor), settings, std::nullopt, publisher, rpc, std::move(tell)));
+        new Server(std::move(acceptor), settings, OwnSocketFile(), publisher, rpc, std::move(tell)));
   }
   Result<Acceptor> acceptor = listen(io, settings);
   if (!acceptor) return tl::unexpected<Error>(acceptor.error());
   return std::unique_ptr<Server>(
-      new Server(std::move(*acceptor), settings, FileId::of(settings.path), publisher, rpc, std::move(tell)));
+      new Server(std::move(*acceptor), settings, OwnSocketFile(settings.path), publisher, rpc, std::move(tell)));
 }
 
-Server::Server(Acceptor acceptor, config::SocketSettings settings, std::optional<FileId> own, Publisher& publisher,
-               Rpc& rpc, pipeline::Tell tell)
+Server::Server(Acceptor acceptor, config::SocketSettings settings, OwnSocketFile own, Publisher& publisher, Rpc& rpc,
+               pipeline::Tell tell)
     : acceptor_(std::move(acceptor)),
       settings_(std::move(settings)),
-      own_(own),
+      own_(std::move(own)),
       publisher_(publisher),
       tell_(std::move(tell)),
       requests_(acceptor_.get_executor(), rpc) {}
-
-Server::~Server() {
-  // Another process may have put its own socket there since.
-  if (own_ && FileId::of(settings_.path) == own_) ::unlink(settings_.path.c_str());
-}
 
 asio::awaitable<void> Server::serve() {
   asio::steady_timer pause(acceptor_.get_executor());

@@ -7,8 +7,8 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <memory>
 
-#include "base/file.hpp"
 #include "base/result.hpp"
+#include "base/unix_socket.hpp"
 #include "config/config.hpp"
 #include "daemon/socket/request_queue.hpp"
 #include "daemon/socket/rpc.hpp"
@@ -26,13 +26,12 @@ class Server {
   /// on is a leftover and is replaced; one that answers belongs to a running daemon, and this one is refused.
   static Result<std::unique_ptr<Server>> open(boost::asio::io_context& io, const config::SocketSettings& settings,
                                               int inherited, Publisher& publisher, Rpc& rpc, pipeline::Tell tell);
-  ~Server();
 
   /// Accepts until the context stops.
   boost::asio::awaitable<void> serve();
 
  private:
-  Server(Acceptor acceptor, config::SocketSettings settings, std::optional<FileId> own, Publisher& publisher, Rpc& rpc,
+  Server(Acceptor acceptor, config::SocketSettings settings, OwnSocketFile own, Publisher& publisher, Rpc& rpc,
          pipeline::Tell tell);
   /// Makes room for it where its user may have one more; the refusal, else.
   std::string admit(const Client& client);
@@ -40,7 +39,7 @@ class Server {
 
   Acceptor acceptor_;
   config::SocketSettings settings_;
-  std::optional<FileId> own_;  ///< of the socket that this server made
+  const OwnSocketFile own_;
   Publisher& publisher_;
   const pipeline::Tell tell_;
   RequestQueue requests_;

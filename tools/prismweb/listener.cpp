@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -64,12 +62,11 @@ void forget(std::exception_ptr) {}  // of one connection; the others go on
 
 }  // namespace
 
-Listener::Listener(asio::io_context& io, int fd, int family, std::string path)
-    : io_(io), acceptor_(io, Protocol(family, family == AF_UNIX ? 0 : IPPROTO_TCP), fd), path_(std::move(path)) {}
-
-Listener::~Listener() {
-  if (!path_.empty()) ::unlink(path_.c_str());
-}
+Listener::Listener(asio::io_context& io, int fd, int family, OwnSocketFile own)
+    : io_(io),
+      acceptor_(io, Protocol(family, family == AF_UNIX ? 0 : IPPROTO_TCP), fd),
+      is_unix_(family == AF_UNIX),
+      own_(std::move(own)) {}
 
 Result<std::unique_ptr<Listener>> Listener::open_tcp(asio::io_context& io, const std::string& address,
                                                      std::uint16_t port) {
@@ -81,7 +78,7 @@ Result<std::unique_ptr<Listener>> Listener::open_tcp(asio::io_context& io, const
   const auto bound =
       listening(fd, here.data(), static_cast<socklen_t>(here.size()), fmt::format("{}:{}", address, port));
   if (!bound) return tl::unexpected<Error>(bound.error());
-  std::unique_ptr<Listener> listener(new Listener(io, *bound, family, ""));
+  std::unique_ptr<Listener> listener(new Listener(io, *bound, family, OwnSocketFile()));
   asio::ip::tcp::endpoint there;
   socklen_t size = static_cast<socklen_t>(there.capacity());
   if (::getsockname(fd, there.data(), &size) == 0) listener->port_ = there.port();
@@ -89,26 +86,9 @@ Result<std::unique_ptr<Listener>> Listener::open_tcp(asio::io_context& io, const
 }
 
 Result<std::unique_ptr<Listener>> Listener::open_unix(asio::io_context& io, const std::string& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path)
-    return refuse(path, fmt::format("has {} bytes, expected at most {}", path.size(), sizeof address.sun_path - 1));
-  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
-  const auto* const place = reinterpret_cast<const sockaddr*>(&address);
-  struct stat found {};
-  if (::lstat(path.c_str(), &found) == 0) {
-    if (!S_ISSOCK(found.st_mode)) return refuse(path, "is there and is no socket; expected a free path");
-    const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    const bool taken = ::connect(probe, place, sizeof address) == 0 || errno == EAGAIN;
-    ::close(probe);
-    if (taken) return refuse(path, "another process listens there; expected a free path");
-    ::unlink(path.c_str());
-  }
-  const mode_t before = ::umask(0777 & ~kSocketMode);
-  const auto bound = listening(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0), place, sizeof address, path);
-  ::umask(before);
-  if (!bound) return tl::unexpected<Error>(bound.error());
-  return std::unique_ptr<Listener>(new Listener(io, *bound, AF_UNIX, path));
+  auto socket = listen_unix(path, kSocketMode);
+  if (!socket) return tl::unexpected<Error>(socket.error());
+  return std::unique_ptr<Listener>(new Listener(io, socket->release(), AF_UNIX, OwnSocketFile(path)));
 }
 
 asio::awaitable<void> Listener::serve_all(Site& site) {
@@ -130,7 +110,7 @@ asio::awaitable<void> Listener::serve_all(Site& site) {
 void Listener::serve_socket(Protocol::socket socket, Site& site) {
   const int on = 1, buffer = kSendBufferBytes;
   ::setsockopt(socket.native_handle(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
-  if (path_.empty()) ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  if (!is_unix_) ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   const auto connection = std::make_shared<Connection>();
   connection->fd = socket.native_handle();
   connection->address = address_of(socket);

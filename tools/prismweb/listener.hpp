@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/result.hpp"
+#include "base/unix_socket.hpp"
 #include "tools/prismweb/connection.hpp"
 #include "tools/prismweb/stream.hpp"
 
@@ -27,7 +28,6 @@ class Listener {
                                                     std::uint16_t port);
   /// A unix socket of mode 0660, in the place of one that nobody listens at any more.
   static Result<std::unique_ptr<Listener>> open_unix(boost::asio::io_context& io, const std::string& path);
-  ~Listener();
 
   /// Serves clients, at most 128 at the same time; with TLS if use_tls() was called.
   boost::asio::awaitable<void> serve_all(Site& site);
@@ -39,12 +39,13 @@ class Listener {
 
  private:
   using Protocol = boost::asio::generic::stream_protocol;
-  Listener(boost::asio::io_context& io, int fd, int family, std::string path);
+  Listener(boost::asio::io_context& io, int fd, int family, OwnSocketFile own);
   void serve_socket(Protocol::socket socket, Site& site);
 
   boost::asio::io_context& io_;
   boost::asio::basic_socket_acceptor<Protocol> acceptor_;
-  std::string path_;  ///< of a unix socket, which is removed at the end
+  const bool is_unix_;
+  const OwnSocketFile own_;
   std::uint16_t port_ = 0;
   std::shared_ptr<boost::asio::ssl::context> tls_;
   /// Shared, because what the io_context still holds at the end of the program outlives the listener.

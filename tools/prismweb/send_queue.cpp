@@ -7,12 +7,12 @@ void SendQueue::put(const Text& text, bool is_answer) {
   waiting_.push_back({text, is_answer ? text->size() : 0});
   bytes_ += text->size();
   answer_bytes_ += waiting_.back().answer_bytes;
-  bytes_of_all_ += waiting_.back().answer_bytes;
+  memory_->bytes += waiting_.back().answer_bytes;
 }
 
 bool SendQueue::answer(const Text& text) {
   // What waits counts, not the answer: an hour of history is long.
-  if (bytes_ > kMostBytes || (bytes_of_all_ > kMostOfAll && bytes_ > kPart)) return false;
+  if (bytes_ > kMostBytes || (memory_->bytes > kMostOfAll && bytes_ > kPart)) return false;
   put(text, true);
   return true;
 }
@@ -29,7 +29,7 @@ Text SendQueue::take() {
   waiting_.pop_front();
   bytes_ -= text->size();
   answer_bytes_ -= answer_bytes;
-  bytes_of_all_ -= answer_bytes;
+  memory_->bytes -= answer_bytes;
   if (waiting_.empty() && losing_) tell_lost();
   return text;
 }

@@ -7,12 +7,18 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "tools/prismweb/topics.hpp"
 
 namespace prism::prismweb {
+
+/// What the answers to all clients hold together; of one thread.
+struct AnswerMemory {
+  std::size_t bytes = 0;
+};
 
 class SendQueue {
  public:
@@ -23,8 +29,9 @@ class SendQueue {
   /// What tells a client that so many rows of an instance were left out, now and in all.
   using LostText =
       std::function<std::string(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total)>;
-  explicit SendQueue(LostText lost_text) : lost_text_(std::move(lost_text)) {}
-  ~SendQueue() { bytes_of_all_ -= answer_bytes_; }
+  SendQueue(std::shared_ptr<AnswerMemory> memory, LostText lost_text)
+      : memory_(std::move(memory)), lost_text_(std::move(lost_text)) {}
+  ~SendQueue() { memory_->bytes -= answer_bytes_; }
   SendQueue(const SendQueue&) = delete;
   SendQueue& operator=(const SendQueue&) = delete;
 
@@ -49,7 +56,7 @@ class SendQueue {
   void put(const Text& text, bool is_answer);
   void tell_lost();
 
-  inline static std::size_t bytes_of_all_ = 0;  // of one thread
+  const std::shared_ptr<AnswerMemory> memory_;
   LostText lost_text_;
   std::deque<Waiting> waiting_;
   std::size_t bytes_ = 0, answer_bytes_ = 0;

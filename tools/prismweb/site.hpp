@@ -17,6 +17,7 @@
 #include "tools/prismweb/http_message.hpp"
 #include "tools/prismweb/instances.hpp"
 #include "tools/prismweb/password_authenticator.hpp"
+#include "tools/prismweb/send_queue.hpp"
 #include "tools/prismweb/settings.hpp"
 #include "tools/prismweb/token_access.hpp"
 
@@ -67,6 +68,7 @@ class Site : public std::enable_shared_from_this<Site> {
   /// Keeps what is to outlast the program. False: the disk did not take it in time, and its thread still waits.
   bool finish();
   boost::asio::io_context& io() { return io_; }
+  const std::shared_ptr<AnswerMemory>& answer_memory() const { return answer_memory_; }
 
  private:
   void tell_instances();
@@ -87,6 +89,7 @@ class Site : public std::enable_shared_from_this<Site> {
   std::map<std::string, std::unique_ptr<Archive>> archives_;
   FoxgloveTopics foxglove_topics_;
   std::set<Client*> clients_;
+  const std::shared_ptr<AnswerMemory> answer_memory_ = std::make_shared<AnswerMemory>();
 };
 
 }  // namespace prism::prismweb

@@ -41,7 +41,10 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
         ws_(std::move(stream)),
         watch_(site.io()),
         protocol_(upgrade.protocol),
-        client_(make_client(upgrade, site, *this)) {}
+        client_(make_client(upgrade, site, *this)),
+        queue_(site.answer_memory(), [this](const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) {
+          return client_->lost_text(instance, rows, rows_total);
+        }) {}
 
   asio::awaitable<void> run(const UpgradeRequest& request) {
     beast::get_lowest_layer(ws_).expires_never();
@@ -137,9 +140,7 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
   asio::steady_timer watch_;
   const std::string protocol_;
   std::shared_ptr<Client> client_;
-  SendQueue queue_{[this](const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) {
-    return client_->lost_text(instance, rows, rows_total);
-  }};
+  SendQueue queue_;
   Text text_;
   bool writing_ = false, ended_ = false;
   std::chrono::steady_clock::time_point writing_since_;

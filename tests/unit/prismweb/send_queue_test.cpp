@@ -15,7 +15,7 @@ std::string lost_text(const std::string& instance, std::uint64_t rows, std::uint
 Text text_of(std::size_t bytes) { return std::make_shared<const std::string>(bytes, 'x'); }
 
 TEST(SendQueue, WhatDoesNotFitIsCountedUntilAllWasTaken) {
-  SendQueue queue(lost_text);
+  SendQueue queue(std::make_shared<AnswerMemory>(), lost_text);
   const Text large = text_of(SendQueue::kMostBatchBytes / 2);
   for (int i = 0; i < 5; ++i) queue.batch("g", large, 10);
   EXPECT_EQ(queue.bytes(), SendQueue::kMostBatchBytes);
@@ -34,13 +34,13 @@ TEST(SendQueue, WhatDoesNotFitIsCountedUntilAllWasTaken) {
 }
 
 TEST(SendQueue, ABatchLargerThanTheBoundGoesWhereNothingWaits) {
-  SendQueue queue(lost_text);
+  SendQueue queue(std::make_shared<AnswerMemory>(), lost_text);
   queue.batch("g", text_of(SendQueue::kMostBatchBytes + 1), 10);
   EXPECT_FALSE(queue.empty());
 }
 
 TEST(SendQueue, AnswersAreNeverLeftOutAndAPileOfThemEndsTheClient) {
-  SendQueue queue(lost_text);
+  SendQueue queue(std::make_shared<AnswerMemory>(), lost_text);
   const Text large = text_of(SendQueue::kMostBatchBytes);
   int taken = 0;
   while (queue.answer(large)) ++taken;
@@ -49,15 +49,16 @@ TEST(SendQueue, AnswersAreNeverLeftOutAndAPileOfThemEndsTheClient) {
 
 // Sixty clients that ask and do not read had 16 MiB each: more than the service may have.
 TEST(SendQueue, AllClientsTogetherHaveABound) {
+  const auto memory = std::make_shared<AnswerMemory>();
   std::vector<std::unique_ptr<SendQueue>> greedy;
   const Text large = text_of(1 << 20);
   std::size_t taken = 0;
   for (int i = 0; i < 60; ++i) {
-    greedy.push_back(std::make_unique<SendQueue>(lost_text));
+    greedy.push_back(std::make_unique<SendQueue>(memory, lost_text));
     while (greedy.back()->answer(large)) ++taken;
   }
   EXPECT_LT(taken << 20, SendQueue::kMostOfAll + 60 * (SendQueue::kPart + 2 * large->size()));
-  SendQueue modest(lost_text);
+  SendQueue modest(memory, lost_text);
   EXPECT_TRUE(modest.answer(large)) << "who reads is served";
   greedy.clear();
   int alone = 0;

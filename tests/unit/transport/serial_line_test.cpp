@@ -175,6 +175,8 @@ TEST_F(OpenSerialLine, ReadsAndWritesWithoutWaiting) {
   EXPECT_EQ(read_some(terminal.master()), question);
   EXPECT_FALSE((*line)->has_unread());
   ASSERT_EQ(::write(terminal.master(), "21.5", 4), 4);
+  pollfd arrived{(*line)->fd(), POLLIN, 0};
+  ASSERT_EQ(::poll(&arrived, 1, 1000), 1);
   EXPECT_TRUE((*line)->has_unread());
   std::array<std::uint8_t, 16> buffer;
   const Received received = (*line)->read(buffer);
