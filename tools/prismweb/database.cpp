@@ -121,7 +121,7 @@ Result<void> Database::run(const std::string& sql, const std::vector<Value>& val
   while ((code = sqlite3_step(statement.get())) == SQLITE_ROW) {
     if (take) take(Row(statement.get()));
   }
-  const Result<void> done = code == SQLITE_DONE ? Result<void>() : refuse();
+  Result<void> done = code == SQLITE_DONE ? Result<void>() : refuse();
   sqlite3_reset(statement.get());
   return done;
 }
