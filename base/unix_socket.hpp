@@ -22,11 +22,7 @@ class OwnSocketFile {
   explicit OwnSocketFile(std::string path) : path_(std::move(path)), own_(FileId::of(path_)) {}
   OwnSocketFile(OwnSocketFile&& other) noexcept
       : path_(std::move(other.path_)), own_(std::exchange(other.own_, std::nullopt)) {}
-  OwnSocketFile& operator=(OwnSocketFile&& other) noexcept {
-    std::swap(path_, other.path_);
-    std::swap(own_, other.own_);
-    return *this;
-  }
+  OwnSocketFile& operator=(OwnSocketFile&&) = delete;
   ~OwnSocketFile();
 
  private:

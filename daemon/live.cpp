@@ -13,7 +13,6 @@
 #include <chrono>
 #include <utility>
 
-#include "base/escape.hpp"
 #include "base/host_time.hpp"
 #include "base/notify.hpp"
 #include "daemon/awaiting.hpp"
@@ -43,7 +42,7 @@ class Live {
       : disk_(kDiskQueueBytes, disk_teller()),
         acquisition_(
             setup, make_logs(setup), make_captures(setup),
-            [this](const pipeline::Rows& rows) { publisher_.rows(rows, acquisition_.unwritten()); }, teller()),
+            [this](const pipeline::Rows& rows) { publisher_.rows(rows, acquisition_.unwritten()); }, tell_),
         reloader_(Reloader::make(io_, loader_,
                                  {[path = options.config, overrides = overrides_of(options)] {
                                     return pipeline::load_setup(path, overrides);
@@ -52,14 +51,14 @@ class Live {
                                   [this] {
                                     for (const auto& line : lines_) line->reopen();
                                   },
-                                  teller(), [this] { return socket::summary(sources()); }})),
+                                  tell_, [this] { return socket::summary(sources()); }})),
         rpc_(sources(), publisher_, row_requests_, [this](Reloader::Done done) { reloader_->reload(std::move(done)); }),
         signals_(io_, SIGINT, SIGTERM, SIGHUP),
         tick_(io_) {
     for (std::size_t i = 0; i < acquisition_.lines(); ++i) {
       acquisition_.line(i).since_ns = started_ns_;
       const bool alone = acquisition_.lines() == 1;
-      lines_.push_back(std::make_unique<line::LiveLine>(io_, acquisition_, i, clock_, alone, teller()));
+      lines_.push_back(std::make_unique<line::LiveLine>(io_, acquisition_, i, clock_, alone, tell_));
     }
   }
 
@@ -67,7 +66,7 @@ class Live {
     const config::Config& config = setup().config;
     const int inherited = inherited_socket();
     if (!config.socket.path.empty() || inherited >= 0) {
-      auto server = socket::Server::open(io_, config.socket, inherited, publisher_, rpc_, teller());
+      auto server = socket::Server::open(io_, config.socket, inherited, publisher_, rpc_, tell_);
       if (!server) {
         spdlog::error(server.error().text());
         return kExitFailed;
@@ -75,7 +74,7 @@ class Live {
       server_ = std::move(*server);
       asio::co_spawn(io_, server_->serve(), asio::detached);
     }
-    for (const std::string& note : setup().notes) tell(Severity::kInfo, "note", note);
+    for (const std::string& note : setup().notes) tell_(Severity::kInfo, "note", note);
     tell_missing_models();
     for (auto line = lines_.rbegin(); line != lines_.rend(); ++line) (*line)->start();  // the gyro's last
     asio::co_spawn(io_, heed_signals(), asio::detached);
@@ -90,19 +89,12 @@ class Live {
  private:
   socket::Sources sources() const { return {acquisition_, events_, publisher_, started_ns_}; }
 
-  void tell(Severity severity, const std::string& kind, const std::string& text) {
-    events_.add(severity, kind, printable(text), host_time_ns());
-  }
-  pipeline::Tell teller() {
-    return [this](Severity severity, const std::string& kind, const std::string& text) { tell(severity, kind, text); };
-  }
-
   // Where the gyro's line is not open its next session begins with it.
   void follow_clock() {
     const std::int64_t step = lines_[kGyroLine]->is_open() || lines_.size() > 1 ? clock_.check() : 0;
     if (step == 0) return;
-    tell(Severity::kWarning, "host_clock",
-         fmt::format("the host clock was set by {:+.3f} s; the window begins anew", static_cast<double>(step) * 1e-9));
+    tell_(Severity::kWarning, "host_clock",
+          fmt::format("the host clock was set by {:+.3f} s; the window begins anew", static_cast<double>(step) * 1e-9));
     const std::int64_t now_ns = clock_.now_ns();
     acquisition_.clock_set(now_ns - step, now_ns);
   }
@@ -110,8 +102,8 @@ class Live {
   void tell_missing_models() {
     for (std::size_t i = 0; i < acquisition_.axes(); ++i) {
       if (setup().axes[i].model) continue;
-      tell(Severity::kWarning, "no_model",
-           acquisition_.axis_prefix(i) + "no model is configured: rates are published uncorrected, marked no_model");
+      tell_(Severity::kWarning, "no_model",
+            acquisition_.axis_prefix(i) + "no model is configured: rates are published uncorrected, marked no_model");
     }
   }
 
@@ -140,11 +132,11 @@ class Live {
     if (busy >= kDiskPatience && !disk_hangs_) {
       disk_hangs_ = true;
       const pipeline::LogCounters* const log = acquisition_.log();
-      tell(
+      tell_(
           Severity::kWarning, "disk",
           fmt::format("the disk has not answered for {} s; {} rows wait", busy.count(), log ? log->pending.load() : 0));
     } else if (busy < kDiskPatience && std::exchange(disk_hangs_, false)) {
-      tell(Severity::kInfo, "disk", "the disk answers again");
+      tell_(Severity::kInfo, "disk", "the disk answers again");
     }
   }
 
@@ -153,7 +145,7 @@ class Live {
   // Faults found on the disk thread are told on the live one.
   std::function<void(const std::string&)> disk_teller() {
     return
-        [this](const std::string& what) { asio::post(io_, [this, what] { tell(Severity::kWarning, "disk", what); }); };
+        [this](const std::string& what) { asio::post(io_, [this, what] { tell_(Severity::kWarning, "disk", what); }); };
   }
   std::vector<std::unique_ptr<pipeline::RowWriter>> make_logs(const pipeline::Setup& setup) {
     const auto counters = std::make_shared<pipeline::LogCounters>();
@@ -224,6 +216,7 @@ class Live {
     log_event(event);
     publisher_.event(event);
   }};
+  const pipeline::Tell tell_ = events_.teller();
   pipeline::Acquisition acquisition_;
   socket::RowRequests row_requests_;
   line::ArrivalClock clock_;

@@ -13,7 +13,6 @@
 #include <memory>
 #include <utility>
 
-#include "base/escape.hpp"
 #include "base/host_time.hpp"
 #include "base/text_number.hpp"
 #include "daemon/awaiting.hpp"
@@ -102,9 +101,7 @@ class Replay {
       : options_(options),
         acquisition_(
             setup, make_logs(setup), {}, [this](const pipeline::Rows& rows) { publisher_.rows(rows); },
-            [this](pipeline::Severity severity, const std::string& kind, const std::string& text) {
-              events_.add(severity, kind, printable(text), host_time_ns());
-            }),
+            events_.teller()),
         rpc_({acquisition_, events_, publisher_, host_time_ns()}, publisher_, row_requests_,
              [](auto done) { done(refuse("reload", "a replay keeps its configuration")); }),
         rate_(setup),

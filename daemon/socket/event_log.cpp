@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/escape.hpp"
+#include "base/host_time.hpp"
 
 namespace prism::socket {
 
@@ -44,6 +45,12 @@ void EventLog::add(Severity severity, const std::string& kind, const std::string
   recent_.back().json = event_json(recent_.back());
   if (recent_.size() > kKept) recent_.pop_front();
   tell_(recent_.back());
+}
+
+pipeline::Tell EventLog::teller() {
+  return [this](Severity severity, const std::string& kind, const std::string& text) {
+    add(severity, kind, printable(text), host_time_ns());
+  };
 }
 
 }  // namespace prism::socket

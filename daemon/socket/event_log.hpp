@@ -40,6 +40,8 @@ class EventLog {
   /// `time_ns` is what the event says; `now` is what the quieting goes by.
   void add(Severity severity, const std::string& kind, const std::string& text, std::int64_t time_ns,
            Clock::time_point now = Clock::now());
+  /// Adds what it is told, printable and with the host's time. Must not outlive the log.
+  pipeline::Tell teller();
   const std::deque<Event>& recent() const { return recent_; }
 
  private:

@@ -71,9 +71,9 @@ ordered_json line_answer(const Sources& sources) {
 ordered_json sensor_lines_answer(const Sources& sources) {
   const pipeline::Acquisition& acquisition = sources.acquisition;
   ordered_json json = ordered_json::object();
-  for (std::size_t i = 0; i < sources.acquisition.setup().sensor_lines.size(); ++i) {
+  for (std::size_t i = 0; i < acquisition.setup().sensor_lines.size(); ++i) {
     const pipeline::Setup::SensorLine& line = acquisition.setup().sensor_lines[i];
-    const pipeline::LineStatus& status = sources.acquisition.line(i + 1);
+    const pipeline::LineStatus& status = acquisition.line(i + 1);
     const pipeline::SensorFeed& feed = acquisition.pipeline().sensor_feeds()[i];
     ordered_json& own = json[line.name];
     own = {{"device", line.line.device},  {"state", state_name(status.state)},

@@ -37,13 +37,8 @@ struct DaemonParts {
         }),
         acquisition(
             std::move(setup), std::move(logs), {},
-            [this](const pipeline::Rows& rows) { publisher.rows(rows, acquisition.unwritten()); }, teller()) {}
+            [this](const pipeline::Rows& rows) { publisher.rows(rows, acquisition.unwritten()); }, events.teller()) {}
 
-  pipeline::Tell teller() {
-    return [this](pipeline::Severity severity, const std::string& kind, const std::string& text) {
-      events.add(severity, kind, text, host_time_ns());
-    };
-  }
   socket::Rpc rpc(socket::Rpc::Reload reload = [](const auto&) {}) {
     return {{acquisition, events, publisher, started_ns}, publisher, row_requests, std::move(reload)};
   }

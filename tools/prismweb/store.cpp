@@ -162,6 +162,7 @@ Result<std::vector<Extremes>> Store::read(const Table& table, std::int64_t from_
   if (!done) return tl::unexpected<Error>(done.error());
   return found;
 }
+
 std::vector<std::string> Store::cursors_before(std::int64_t second) const {
   std::vector<std::string> found;
   std::int64_t run_s = INT64_MAX;  // of the places behind

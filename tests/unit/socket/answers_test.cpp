@@ -140,8 +140,8 @@ TEST_F(Answers, HistoryKeepsAnHour) {
 }
 
 TEST_F(Answers, EventsAreOldestFirst) {
-  parts_->teller()(Severity::kInfo, "note", "first");
-  parts_->teller()(Severity::kError, "disk", "second \"quoted\"");
+  parts_->events.teller()(Severity::kInfo, "note", "first");
+  parts_->events.teller()(Severity::kError, "disk", "second \"quoted\"");
   const json events = result("events");
   ASSERT_EQ(events.size(), 2u);
   EXPECT_EQ(events[0]["text"], "first");

@@ -59,15 +59,13 @@ Result<std::string> output_of(const std::vector<std::string>& words, const std::
   if (!file) return tl::unexpected<Error>(file.error());
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return refuse("pipe", std::strerror(errno));
-  const Descriptor from(ends[0]);
+  Descriptor from(ends[0]);
   Descriptor to(ends[1]);
   const auto child = spawn(words, to.get(), file->get());
   if (!child) return tl::unexpected<Error>(child.error());
   to.reset();  // the child has the only other one: its end is the end of the text
-  std::string text;
-  char part[4096];
-  for (ssize_t got = 0; (got = ::read(from.get(), part, sizeof part)) > 0;)
-    text.append(part, static_cast<std::size_t>(got));
+  auto text = read_text(from, words[0]);
+  from.reset();  // a child with more to say than is read ends, too
   int status = 0;
   ::waitpid(*child, &status, 0);
   if (status != 0) return refuse(words[0], fmt::format("failed; its message is at the end of {}", errors));
