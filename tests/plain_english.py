@@ -1,0 +1,44 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+# Lists the lines that match a pattern of plain_english.txt. A line that has to keep its words ends with `plain-ok: reason`.
+import os
+import re
+import subprocess
+import sys
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+EXCEPTIONS_MAX = 100
+EXCEPTION = re.compile(r"plain-ok: \S")
+# recorded data, generated files, and the patterns themselves
+SKIPPED = re.compile(r"^tests/golden/|^tests/plain_english\.txt$|/recordings/|completions|^LICENSE$|\.(pcap|bin|png|svg|csv|gz|hex)$")
+with open(os.path.join(ROOT, "tests/plain_english.txt"), encoding="utf-8") as file:
+    PATTERNS = [re.compile(line.rstrip("\n"), re.IGNORECASE) for line in file]
+
+
+def matches(text):
+    """Yields (line number, matched words, whether the line is an exception) for each line that matches."""
+    for number, line in enumerate(text.split("\n"), 1):
+        match = next(filter(None, (pattern.search(line) for pattern in PATTERNS)), None)
+        if match:
+            yield number, match.group().strip(), bool(EXCEPTION.search(line))
+
+
+def main(paths):
+    files = subprocess.run(["git", "ls-files", "-z", "--"] + paths, cwd=ROOT, capture_output=True, check=True, text=True)
+    found = exceptions = 0
+    for path in filter(None, files.stdout.split("\0")):
+        full = os.path.join(ROOT, path)
+        if SKIPPED.search(path) or not os.path.isfile(full):
+            continue
+        with open(full, encoding="utf-8", errors="replace") as file:
+            for number, words, exception in matches(file.read()):
+                exceptions += exception
+                found += not exception
+                if not exception:
+                    print(f"{path}:{number}: {words}")
+    print(f"plain English: {found} lines to rewrite, {exceptions} exceptions (at most {EXCEPTIONS_MAX})")
+    return 1 if found or exceptions > EXCEPTIONS_MAX else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
