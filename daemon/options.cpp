@@ -37,12 +37,14 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   app.add_option("--replay", options.replay,
                  "run a recorded capture through the pipeline instead of the live line; again for the next one")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("FILE");
   app.add_option("--replay-sensors", options.replay_sensors,
                  "a capture of a sensor line for the replay; again for the next one (default: LINE/*.pcap beside the "
                  "gyro's)")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("LINE=FILE");
   std::string speed = "max";
