@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How the daemon's coroutines wait: an error is a value, not an exception.
+// Completion token of the daemon's coroutines: an error is a value, not an exception.
 #pragma once
 
 #include <boost/asio/as_tuple.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// prismd beside the gyro.
+// prismd with a live gyro.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -33,8 +33,8 @@ namespace asio = boost::asio;
 using pipeline::kGyroLine;
 using pipeline::Severity;
 constexpr std::size_t kDiskQueueBytes = 4 << 20;
-constexpr std::chrono::seconds kDiskPatience{3};
-constexpr std::chrono::milliseconds kLastPatience{3500};
+constexpr std::chrono::seconds kDiskTimeout{3};
+constexpr std::chrono::milliseconds kExitTimeout{3500};
 
 class Live {
  public:
@@ -75,9 +75,9 @@ class Live {
       asio::co_spawn(io_, server_->serve(), asio::detached);
     }
     for (const std::string& note : setup().notes) tell_(Severity::kInfo, "note", note);
-    tell_missing_models();
-    for (auto line = lines_.rbegin(); line != lines_.rend(); ++line) (*line)->start();  // the gyro's last
-    asio::co_spawn(io_, heed_signals(), asio::detached);
+    report_missing_models();
+    for (auto line = lines_.rbegin(); line != lines_.rend(); ++line) (*line)->start();  // the gyro's line last
+    asio::co_spawn(io_, handle_signals(), asio::detached);
     asio::co_spawn(io_, tick(), asio::detached);
     notify_ready(socket::summary(sources()));
     io_.run();
@@ -89,60 +89,61 @@ class Live {
  private:
   socket::Sources sources() const { return {acquisition_, events_, publisher_, started_ns_}; }
 
-  // Where the gyro's line is not open its next session begins with it.
+  // If the gyro's line is closed (and is the only line), its next session takes the new clock.
   void follow_clock() {
     const std::int64_t step = lines_[kGyroLine]->is_open() || lines_.size() > 1 ? clock_.check() : 0;
     if (step == 0) return;
     tell_(Severity::kWarning, "host_clock",
-          fmt::format("the host clock was set by {:+.3f} s; the window begins anew", static_cast<double>(step) * 1e-9));
+          fmt::format("host clock stepped by {:+.3f} s; window restarted", static_cast<double>(step) * 1e-9));
     const std::int64_t now_ns = clock_.now_ns();
     acquisition_.clock_set(now_ns - step, now_ns);
   }
 
-  void tell_missing_models() {
+  void report_missing_models() {
     for (std::size_t i = 0; i < acquisition_.axes(); ++i) {
       if (setup().axes[i].model) continue;
-      tell_(Severity::kWarning, "no_model",
-            acquisition_.axis_prefix(i) + "no model is configured: rates are published uncorrected, marked no_model");
+      tell_(
+          Severity::kWarning, "no_model",
+          acquisition_.axis_prefix(i) + "no model is configured: rates are published uncorrected and marked no_model");
     }
   }
 
-  // A disk that hangs does not hold up the end: what it did not take is told, and the process leaves it behind.
+  // A blocked disk does not delay the exit: prismd logs the unwritten rows and exits.
   int end_disk() {
     const pipeline::LogCounters* const log = acquisition_.log();
     acquisition_.close();
-    const bool done = disk_.drain(kLastPatience);
+    const bool done = disk_.drain(kExitTimeout);
     publisher_.release();
-    if (done && loader_.drain(kLastPatience)) return kExitDone;
+    if (done && loader_.drain(kExitTimeout)) return kExitDone;
     if (done) {
-      spdlog::error("a file of a reload cannot be read to its end; it is left");
+      spdlog::error("reload: a file server does not respond; exiting without the reload");
       finish_logging();
       ::_exit(kExitDone);
     }
-    spdlog::error(fmt::format("the disk does not answer: {} rows were not written, and {} more are not safe",
+    spdlog::error(fmt::format("the disk does not respond: {} rows were not written, and {} more are not synced",
                               log ? log->pending.load() : 0, log ? log->unsynced.load() : 0));
     finish_logging();
     ::_exit(kExitFailed);
   }
 
-  // A disk that hangs says nothing itself.
+  // A blocked disk returns no error.
   void watch_disk() {
     using std::chrono::seconds;
     const auto busy = std::chrono::duration_cast<seconds>(disk_.busy_for());
-    if (busy >= kDiskPatience && !disk_hangs_) {
-      disk_hangs_ = true;
+    if (busy >= kDiskTimeout && !disk_blocked_) {
+      disk_blocked_ = true;
       const pipeline::LogCounters* const log = acquisition_.log();
       tell_(
           Severity::kWarning, "disk",
           fmt::format("the disk has not answered for {} s; {} rows wait", busy.count(), log ? log->pending.load() : 0));
-    } else if (busy < kDiskPatience && std::exchange(disk_hangs_, false)) {
+    } else if (busy < kDiskTimeout && std::exchange(disk_blocked_, false)) {
       tell_(Severity::kInfo, "disk", "the disk answers again");
     }
   }
 
   const pipeline::Setup& setup() const { return acquisition_.setup(); }
 
-  // Faults found on the disk thread are told on the live one.
+  // Reports errors of the disk thread on the live thread.
   std::function<void(const std::string&)> disk_teller() {
     return
         [this](const std::string& what) { asio::post(io_, [this, what] { tell_(Severity::kWarning, "disk", what); }); };
@@ -157,7 +158,7 @@ class Live {
     });
   }
 
-  // Each in a folder of its own: a folder of captures is of one line.
+  // One directory per line: a capture directory contains one line only.
   std::vector<std::unique_ptr<pipeline::CaptureSink>> make_captures(const pipeline::Setup& setup) {
     std::vector<std::unique_ptr<pipeline::CaptureSink>> captures;
     if (!setup.config.capture) return captures;
@@ -171,19 +172,19 @@ class Live {
     return captures;
   }
 
-  asio::awaitable<void> heed_signals() {
+  asio::awaitable<void> handle_signals() {
     for (;;) {
       auto [error, signal] = co_await signals_.async_wait(kUse);
       if (error) co_return;
       if (signal != SIGHUP) break;
-      reloader_->reload([](const Result<std::string>&) {});  // the outcome is an event
+      reloader_->reload([](const Result<std::string>&) {});  // the result is an event
     }
     notify_stopping();
     for (const auto& line : lines_) line->stop();
     io_.stop();
   }
 
-  // STATUS= once a second; WATCHDOG= only while the line's loop makes progress: data, or a pause that is meant to be.
+  // Sends STATUS= once a second, and WATCHDOG= only while the line makes progress: data, or a planned pause.
   asio::awaitable<void> tick() {
     using std::chrono::steady_clock;
     const std::uint64_t half_us = watchdog_half_us();
@@ -194,19 +195,19 @@ class Live {
     for (;;) {
       tick_.expires_after(period);
       co_await tick_.async_wait(kUse);
-      if (!disk_hangs_) acquisition_.sync();
+      if (!disk_blocked_) acquisition_.sync();
       watch_disk();
       follow_clock();
       publisher_.release_late();
       if (half_us == 0 && !under_systemd_) continue;
       if (std::string now = socket::summary(sources()); now != shown) notify_status(shown = std::move(now));
       const auto& line = setup().config.line;
-      const auto patience = std::chrono::duration<double>(line.silence_s + 2 * line.retry_max_s + 2);
-      if (half_us > 0 && steady_clock::now() - lines_[kGyroLine]->last_progress() < patience) notify_watchdog();
+      const auto timeout = std::chrono::duration<double>(line.silence_s + 2 * line.retry_max_s + 2);
+      if (half_us > 0 && steady_clock::now() - lines_[kGyroLine]->last_progress() < timeout) notify_watchdog();
     }
   }
 
-  asio::io_context io_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO};  // one thread does all I/O; others only post
+  asio::io_context io_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO};  // one thread does all I/O; the others only post
   DiskThread disk_;
   DiskThread loader_{
       0, [](const std::string&) {}};  ///< reads the files of a reload: a server that does not respond stops no log
@@ -220,13 +221,13 @@ class Live {
   pipeline::Acquisition acquisition_;
   socket::RowRequests row_requests_;
   line::ArrivalClock clock_;
-  std::vector<std::unique_ptr<line::LiveLine>> lines_;  ///< as the acquisition numbers them
+  std::vector<std::unique_ptr<line::LiveLine>> lines_;  ///< in the acquisition's order
   std::shared_ptr<Reloader> reloader_;
   socket::Rpc rpc_;
   asio::signal_set signals_;
   asio::steady_timer tick_;
   std::unique_ptr<socket::Server> server_;
-  bool disk_hangs_ = false;
+  bool disk_blocked_ = false;
   const bool under_systemd_ = std::getenv("NOTIFY_SOCKET") != nullptr;
 };
 

@@ -19,7 +19,7 @@
 namespace prism::daemon {
 namespace {
 
-// "<4>": the syslog priority that the journal reads off the front of a line.
+// "<4>": the syslog priority that the journal reads at the start of a line.
 class JournalPriority : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
@@ -32,10 +32,10 @@ class JournalPriority : public spdlog::custom_flag_formatter {
   std::unique_ptr<spdlog::custom_flag_formatter> clone() const override { return std::make_unique<JournalPriority>(); }
 };
 
-/// Messages leave by a thread of their own: who does not read them holds up nobody.
+/// Writes messages on a separate thread, so that a blocked stderr does not block the daemon.
 class QueueSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
-  bool finish(std::chrono::milliseconds patience) { return messages_.finish(patience); }
+  bool finish(std::chrono::milliseconds timeout) { return messages_.finish(timeout); }
 
  protected:
   void sink_it_(const spdlog::details::log_msg& message) override {
@@ -80,10 +80,10 @@ void log_event(const socket::Event& event) {
                      : event.severity == pipeline::Severity::kWarning ? spdlog::level::warn
                      : event.severity == pipeline::Severity::kInfo    ? spdlog::level::info
                                                                       : spdlog::level::debug;
-  // As text that is made already: spdlog's own formatting would compile all of fmt once more.
+  // Passes formatted text: spdlog's own formatting would compile all of fmt again.
   spdlog::log(level, event.repeats == 0
                          ? event.text
-                         : fmt::format("{} ({} more times since it was last said)", event.text, event.repeats));
+                         : fmt::format("{} ({} more times since the last message)", event.text, event.repeats));
 }
 
 }  // namespace prism::daemon

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What prismd says on stderr.
+// Log output of prismd on stderr.
 #pragma once
 
 #include <string>
@@ -8,14 +8,14 @@
 
 namespace prism::daemon {
 
-/// Messages of `level` (spdlog's name of it) and above. Under systemd the journal has its own times and takes the
-/// severity from a prefix, "<4>".
+/// Logs messages of `level` (a name of spdlog) and above. Under systemd, lines have a severity prefix ("<4>") and no
+/// time, which the journal adds.
 void begin_logging(const std::string& level);
 
-/// An event as a line.
+/// Logs an event as one line.
 void log_event(const socket::Event& event);
 
-/// Waits half a second at most until every message is written.
+/// Waits at most half a second until all messages are written.
 void finish_logging();
 
 }  // namespace prism::daemon

@@ -7,7 +7,7 @@
 #include "daemon/program.hpp"
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a reader of stderr that is gone ends nothing
+  std::signal(SIGPIPE, SIG_IGN);  // a closed stderr must not end prismd
   try {
     return prism::daemon::run(argc, argv);
   } catch (const std::exception& bug) {

@@ -14,7 +14,7 @@
 namespace prism::daemon {
 namespace {
 
-// A reader that is gone ends nothing; a descriptor that does not block and is full is waited for.
+// Ignores a closed reader. Waits if a non-blocking descriptor is full.
 void write_all(int descriptor, std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = ::write(descriptor, text.data(), text.size());
@@ -32,7 +32,7 @@ void write_all(int descriptor, std::string_view text) {
 }  // namespace
 
 MessageThread::MessageThread(int descriptor) {
-  sigset_t all, before;  // signals are for the threads that heed them
+  sigset_t all, before;  // other threads handle the signals
   sigfillset(&all);
   ::pthread_sigmask(SIG_SETMASK, &all, &before);
   std::thread([state = state_, descriptor] { run(state, descriptor); }).detach();
@@ -56,9 +56,9 @@ void MessageThread::put(std::string line) {
   state_->work.notify_one();
 }
 
-bool MessageThread::finish(std::chrono::milliseconds patience) {
+bool MessageThread::finish(std::chrono::milliseconds timeout) {
   std::unique_lock lock(state_->mutex);
-  return state_->idle.wait_for(lock, patience, [this] { return state_->lines.empty() && !state_->busy; });
+  return state_->idle.wait_for(lock, timeout, [this] { return state_->lines.empty() && !state_->busy; });
 }
 
 std::uint64_t MessageThread::lost() const {
@@ -74,7 +74,7 @@ void MessageThread::run(const std::shared_ptr<State>& state, int descriptor) {
     std::string text = std::move(state->lines.front());
     state->lines.pop_front();
     if (const std::uint64_t lost = std::exchange(state->lost, 0); lost > 0)
-      text.insert(0, fmt::format("prismd: {} messages were lost, as nobody read them\n", lost));
+      text.insert(0, fmt::format("prismd: lost {} messages: stderr was blocked\n", lost));
     state->busy = true;
     lock.unlock();
     write_all(descriptor, text);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Messages to stderr by a thread of their own: whoever does not read them holds up nobody.
+// Writes messages to stderr on a separate thread, so that a blocked reader does not block the daemon.
 #pragma once
 
 #include <chrono>
@@ -13,29 +13,28 @@
 
 namespace prism::daemon {
 
-/// Writes lines to a descriptor, in order. What the queue cannot take is dropped and counted, and the count is the next
-/// line that gets through. Any thread may call it; no call waits for the descriptor but finish(), for as long as it is
-/// told.
+/// Writes lines to a descriptor, in order. If the queue is full, lines are dropped, and the next line that is written
+/// reports their number. Thread-safe. Only finish() waits for the descriptor.
 class MessageThread {
  public:
   static constexpr std::size_t kLines = 1024;
 
-  /// The descriptor is the caller's and outlives the process's last message.
+  /// The caller owns the descriptor, which must stay open until the process ends.
   explicit MessageThread(int descriptor);
-  /// Does not wait: what finish() left unwritten is lost.
+  /// Does not wait: lines that finish() did not write are lost.
   ~MessageThread();
   MessageThread(const MessageThread&) = delete;
   MessageThread& operator=(const MessageThread&) = delete;
 
-  /// `line` with its line end.
+  /// `line`: with its line end.
   void put(std::string line);
-  /// Until everything is written, `patience` at most. False: something is not.
-  bool finish(std::chrono::milliseconds patience);
+  /// Waits until all lines are written, at most `timeout`. Returns false if some are not.
+  bool finish(std::chrono::milliseconds timeout);
 
   std::uint64_t lost() const;
 
  private:
-  // The thread may hang in write(2) for ever: what it uses lives as long as it does.
+  // The thread may block in write(2) for ever, so it shares the ownership of its state.
   struct State {
     std::mutex mutex;
     std::condition_variable work, idle;

@@ -27,32 +27,30 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
       "prismd: reads a laser gyro on a serial line, removes its bias drift, logs and publishes the corrected rate");
   app.set_version_flag("--version", std::string("prismd ") + kVersion);
   app.add_option("CONFIG", options.config, "configuration file, see prismd.json(5)");
-  app.add_flag(
-      "--check", options.check,
-      "validate the configuration (or frame description, or model) and all it names, then exit (0 good, 78 bad)");
-  app.add_option(
-      "--sniff", options.sniff,
-      "listen on a serial device, or read a capture or a file of bytes, and say which frame description fits; "
-      "CONFIG, where given, is the one description to try, a name or a path");
-  app.add_option("--replay", options.replay,
-                 "run a recorded capture through the pipeline instead of the live line; again for the next one")
+  app.add_flag("--check", options.check,
+               "check the configuration and all files that it names (or a frame description or a model), then exit (0 "
+               "valid, 78 invalid)");
+  app.add_option("--sniff", options.sniff,
+                 "listen on a serial device, or read a capture or a file of bytes, and print which frame description "
+                 "fits; CONFIG, if given, is the only description to try (name or path)");
+  app.add_option("--replay", options.replay, "process a recorded capture instead of the live line; may be repeated")
       ->expected(1)
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("FILE");
   app.add_option("--replay-sensors", options.replay_sensors,
-                 "a capture of a sensor line for the replay; again for the next one (default: LINE/*.pcap beside the "
-                 "gyro's)")
+                 "capture of a sensor line for the replay; may be repeated (default: LINE/*.pcap in the directory of "
+                 "the gyro's capture)")
       ->expected(1)
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("LINE=FILE");
   std::string speed = "max";
   auto* speed_option =
-      app.add_option("--speed", speed, "of the replay: 1 as recorded, 10 ten times as fast, max (the default)");
-  app.add_option("--out", options.out, "folder of the replay's log (default: prism-replay)");
+      app.add_option("--speed", speed, "speed of the replay: 1 as recorded, 10 ten times as fast, max (default)");
+  app.add_option("--out", options.out, "directory of the replay's log (default: prism-replay)");
   app.add_option("--socket", options.socket,
-                 "path of the socket instead of the configuration's; a replay makes none without it");
+                 "socket path instead of the configuration's; required for a socket of a replay");
   app.add_option("--model", options.model, "model file instead of the configuration's");
   app.add_option("--device", options.device, "serial device instead of the configuration's");
   app.footer(
@@ -70,7 +68,7 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
     return kUsage;
   }
   if (options.replay.empty() && (*speed_option || !options.out.empty() || !options.replay_sensors.empty())) {
-    std::fprintf(stderr, "prismd: --speed, --out and --replay-sensors go with --replay\n");
+    std::fprintf(stderr, "prismd: --speed, --out and --replay-sensors need --replay\n");
     return kUsage;
   }
   if (speed == "max") return std::nullopt;

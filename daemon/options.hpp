@@ -13,20 +13,21 @@ namespace prism::daemon {
 struct Options {
   std::string config;
   bool check = false;
-  std::vector<std::string> replay;          ///< captures to replay, in order; empty: live
-  std::optional<double> speed;              ///< absent: max
-  std::string sniff;                        ///< device or file to recognise
-  std::vector<std::string> replay_sensors;  ///< LINE=FILE: captures of sensor lines; empty: those beside the first
-  std::string out;                          ///< replay: folder of the log
-  std::string socket;                       ///< replaces socket/path
-  std::string model;                        ///< replaces the configuration's model
-  std::string device;                       ///< replaces line/device
+  std::vector<std::string> replay;  ///< captures to replay, in order; empty: live
+  std::optional<double> speed;      ///< absent: max
+  std::string sniff;                ///< device or file to identify
+  std::vector<std::string>
+      replay_sensors;  ///< LINE=FILE: captures of sensor lines; empty: those next to the first capture
+  std::string out;     ///< replay: directory of the log
+  std::string socket;  ///< replaces socket/path
+  std::string model;   ///< replaces the configuration's model
+  std::string device;  ///< replaces line/device
 };
 
-/// What of the command line stands in the place of the configuration's settings.
+/// Returns the command-line options that replace settings of the configuration.
 pipeline::Overrides overrides_of(const Options& options);
 
-/// Parses argv; prints help, version and usage errors itself. A value: the exit code to end with at once.
+/// Parses argv; prints help, version and usage errors. Returns an exit code if prismd must end at once, else nullopt.
 std::optional<int> parse_options(int argc, char** argv, Options& options);
 
 }  // namespace prism::daemon

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// prismd as its command line asks for it: live, replay, a check or a sniff.
+// Entry point of prismd: live, replay, check or sniff, as the command line requests.
 #pragma once
 
 namespace prism::daemon {
 
 inline constexpr int kExitDone = 0, kExitFailed = 1, kExitUsage = 64, kExitBug = 70, kExitConfig = 78;
 
-/// Does what the command line says. Returns the exit code.
+/// Runs prismd with this command line. Returns the exit code.
 int run(int argc, char** argv);
 
 }  // namespace prism::daemon

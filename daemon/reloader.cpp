@@ -40,7 +40,7 @@ void Reloader::finish(Result<pipeline::Setup> setup) {
     parts_.tell(pipeline::Severity::kInfo, "reloaded", "reloaded: " + *outcome);
   } else {
     parts_.tell(pipeline::Severity::kError, "reload_refused",
-                "reload refused, everything stays as it was: " + outcome.error().text());
+                "reload failed, the old configuration stays in use: " + outcome.error().text());
   }
   notify_ready(parts_.summary());
   for (const Done& done : std::exchange(running_, {})) done(outcome);
@@ -53,7 +53,7 @@ Result<std::string> Reloader::take(Result<pipeline::Setup> setup) {
   if (!reopen) return tl::unexpected<Error>(reopen.error());
   if (*reopen) parts_.lines_changed();
   const pipeline::Setup& now = parts_.acquisition.setup();
-  return now.config.path + " in force, model " + pipeline::models_text(now);
+  return now.config.path + "  in use, model  " + pipeline::models_text(now);
 }
 
 }  // namespace prism::daemon

@@ -29,7 +29,7 @@ class Reloader : public std::enable_shared_from_this<Reloader> {
   };
   static std::shared_ptr<Reloader> make(boost::asio::io_context& io, DiskThread& loader, Parts parts);
 
-  /// A request that comes while a reload runs gets a reload of its own right after: it may be about a newer file.
+  /// A request during a reload starts another reload after it, since the files may have changed again.
   void reload(Done done);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// prismd --replay: captures through the same instance as live.
+// prismd --replay: processes captures in the same way as a live line.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -31,7 +31,7 @@ namespace asio = boost::asio;
 using Steady = std::chrono::steady_clock;
 using pipeline::kGyroLine;
 
-// Virtual time against the steady clock: when the packet of `time_ns` is due.
+// Maps recorded time to the steady clock: when the packet of `time_ns` is due.
 class Pace {
  public:
   explicit Pace(std::optional<double> speed) : speed_(speed) {}
@@ -68,20 +68,19 @@ void pass(pipeline::Acquisition& acquisition, std::size_t line, const drivers::C
   }
 }
 
-// The frames of whole seconds of arrival, for a clock that goes by it: a rate_hz that is far off may leave no row at
-// all.
+// Counts frames per full second of arrival time, if the clock uses it: a wrong rate_hz may leave no row.
 class ArrivalRate {
  public:
   explicit ArrivalRate(const pipeline::Setup& setup)
       : watch_(setup.frames->rate_hz),
         applies_(setup.clock.source == drivers::ClockSource::kHost && setup.frames->kinds.size() == 1) {}
-  /// `frames` have come when what arrived at time_ns was read.
+  /// `frames`: total after the bytes that arrived at time_ns.
   std::optional<std::string> arrived(std::int64_t time_ns, std::uint64_t frames) {
     const std::int64_t second = time_ns / compensation::kNanosecondsPerSecond;
     std::optional<std::string> wrong;
     if (applies_ && second != second_) {
-      if (whole_ && second == second_ + 1) wrong = watch_.push(static_cast<std::uint32_t>(frames - frames_));
-      whole_ = second == second_ + 1;
+      if (full_ && second == second_ + 1) wrong = watch_.push(static_cast<std::uint32_t>(frames - frames_));
+      full_ = second == second_ + 1;
       second_ = second;
       frames_ = frames;
     }
@@ -90,7 +89,7 @@ class ArrivalRate {
 
  private:
   pipeline::RateWatch watch_;
-  bool applies_, whole_ = false;
+  bool applies_, full_ = false;
   std::int64_t second_ = -1;
   std::uint64_t frames_ = 0;
 };
@@ -103,7 +102,7 @@ class Replay {
             setup, make_logs(setup), {}, [this](const pipeline::Rows& rows) { publisher_.rows(rows); },
             events_.teller()),
         rpc_({acquisition_, events_, publisher_, host_time_ns()}, publisher_, row_requests_,
-             [](auto done) { done(refuse("reload", "a replay keeps its configuration")); }),
+             [](auto done) { done(refuse("reload", "a replay cannot reload its configuration")); }),
         rate_(setup),
         signals_(io_, SIGINT, SIGTERM),
         timer_(io_) {}
@@ -118,7 +117,7 @@ class Replay {
       server_ = std::move(*server);
       asio::co_spawn(io_, server_->serve(), asio::detached);
     }
-    asio::co_spawn(io_, heed_signals(), asio::detached);
+    asio::co_spawn(io_, handle_signals(), asio::detached);
     asio::co_spawn(io_, feed_all(), asio::detached);
     const auto begin = Steady::now();
     io_.run();
@@ -167,7 +166,7 @@ class Replay {
     for (std::size_t i = 0; i < acquisition_.lines(); ++i) acquisition_.line(i).set(state, detail, host_time_ns());
   }
 
-  asio::awaitable<void> heed_signals() {
+  asio::awaitable<void> handle_signals() {
     co_await signals_.async_wait(kUse);
     stopped_ = true;
     timer_.cancel();
@@ -192,7 +191,7 @@ class Replay {
       fault_ = reader.error().text();
       co_return;
     }
-    constexpr int kSlice = 4096;  // packets between two looks at sockets and signals
+    constexpr int kSlice = 4096;  // packets between two checks of sockets and signals
     const pipeline::SensorCaptures::Give give = [this](std::size_t line, const drivers::CapturePacket& sensors) {
       pass(acquisition_, kGyroLine + 1 + line, sensors);
     };
@@ -211,10 +210,10 @@ class Replay {
       if (!reader->is_bare()) watch_rate(packet->time_ns);
     }
     if (const std::string damage = reader->damaged_places().text(); !damage.empty())
-      spdlog::warn("{}: {}; the capture was read on behind", file, damage);
+      spdlog::warn("{}: {}; skipped, and the rest of the capture was read", file, damage);
     if (!reader->tail_damage().empty()) spdlog::warn("{}", reader->tail_damage());
     if (reader->foreign_packets() > 0)
-      spdlog::warn("{}: {} packets hold no serial record and were left out", file, reader->foreign_packets());
+      spdlog::warn("{}: skipped {} packets without a serial record", file, reader->foreign_packets());
   }
 
   void watch_rate(std::int64_t time_ns) {
@@ -224,9 +223,11 @@ class Replay {
 
   std::string no_frame() const {
     const pipeline::Acquisition& s = acquisition_;
-    return fmt::format("{}: found no frame of \"{}\" in {} bytes, expected some: prismd --sniff {} says what fits",
-                       fmt::join(options_.replay, ", "), s.setup().frames->name,
-                       s.pipeline().decoder().counters().bytes, options_.replay.front());
+    return fmt::format(
+        "{}: found no frame of \"{}\" in {} bytes, expected at least one; prismd --sniff {} prints which description "
+        "fits",
+        fmt::join(options_.replay, ", "), s.setup().frames->name, s.pipeline().decoder().counters().bytes,
+        options_.replay.front());
   }
 
   void summarise(double seconds) const {
@@ -251,7 +252,7 @@ class Replay {
   static void summarise(const compensation::BlockStability& blocks) {
     const auto improvement = blocks.improvement();
     if (!improvement) {
-      fmt::print("bias stability: unknown, it needs two full blocks with a correction, found {}\n",
+      fmt::print("bias stability: unknown: found {} full corrected blocks, expected two or more\n",
                  blocks.raw().count());
       return;
     }
@@ -266,7 +267,7 @@ class Replay {
   std::vector<log::DirectRowWriter*> logs_;
   socket::Publisher publisher_;
   socket::EventLog events_{[this](const socket::Event& event) {
-    if (event.kind != "quality") log_event(event);  // the log itself says it of each row
+    if (event.kind != "quality") log_event(event);  // each row of the log contains it
     publisher_.event(event);
   }};
   pipeline::Acquisition acquisition_;

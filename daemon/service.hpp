@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The running daemon: data, line, socket, disk and systemd, tied together on one io_context.
+// The running daemon: connects data, line, socket, disk and systemd on one io_context.
 #pragma once
 
 #include "daemon/options.hpp"
@@ -8,10 +8,10 @@
 
 namespace prism::daemon {
 
-/// Beside the gyro until SIGTERM or SIGINT. Returns the exit code.
+/// Runs on the live gyro until SIGTERM or SIGINT. Returns the exit code.
 int run_live(const Options& options, pipeline::Setup setup);
 
-/// One capture through the pipeline; prints a summary. Returns the exit code.
+/// Processes the captures of options.replay; prints a summary. Returns the exit code.
 int run_replay(const Options& options, pipeline::Setup setup);
 
 }  // namespace prism::daemon

@@ -33,8 +33,8 @@ using Steady = std::chrono::steady_clock;
 constexpr auto kListen = std::chrono::milliseconds(1000);
 constexpr std::size_t kShownMisses = 3;
 
-// The one that is asked for, or every description of every place where they are found. One that cannot be read is told
-// and left out.
+// Returns the requested description, or all from every directory of descriptions. Prints a message for each that cannot
+// be read, and skips it.
 std::vector<wire::FrameDescriptionPtr> descriptions_of(const std::string& asked) {
   std::vector<wire::FrameDescriptionPtr> descriptions;
   std::error_code error;
@@ -47,7 +47,7 @@ std::vector<wire::FrameDescriptionPtr> descriptions_of(const std::string& asked)
     if (description) {
       descriptions.push_back(*description);
     } else {
-      fmt::print(stderr, "prismd: left out: {}\n", description.error().text());
+      fmt::print(stderr, "prismd: skipped: {}\n", description.error().text());
     }
   }
   return descriptions;
@@ -58,7 +58,7 @@ std::string format_text(const wire::WireFormat& wire) {
   return fmt::format("{} {}{}{}", wire.baud, wire.data_bits, kLetters[static_cast<int>(wire.parity)], wire.stop_bits);
 }
 
-// Prints what fits under `heading`; the nearest misses where nothing does. True: something fits.
+// Prints the descriptions that fit, or the nearest misses, under `heading`. Returns true if one fits.
 bool print_ranking(const wire::Sniffer& sniffer, const std::string& heading) {
   const std::vector<wire::SniffScore> ranking = sniffer.ranking();
   const bool any = !ranking.empty() && ranking.front().fits;
@@ -79,7 +79,7 @@ bool print_ranking(const wire::Sniffer& sniffer, const std::string& heading) {
 }
 
 bool sniff_file(const std::string& path, const std::vector<wire::FrameDescriptionPtr>& descriptions) {
-  constexpr drivers::BareBytes kAtOnce{1e12, 0};  // the times of bare bytes are not known
+  constexpr drivers::BareBytes kAtOnce{1e12, 0};  // raw bytes have no times
   Result<drivers::CaptureReader> reader = drivers::CaptureReader::open(path, kAtOnce);
   if (!reader) {
     fmt::print(stderr, "prismd: {}\n", reader.error().text());
@@ -93,7 +93,7 @@ bool sniff_file(const std::string& path, const std::vector<wire::FrameDescriptio
   return print_ranking(sniffer, path);
 }
 
-// The line settings that descriptions name, the most frequent first.
+// The line settings of the descriptions, the most frequent first.
 std::vector<wire::WireFormat> wire_formats(const std::vector<wire::FrameDescriptionPtr>& descriptions) {
   std::vector<std::pair<int, wire::WireFormat>> counted;
   for (const wire::FrameDescriptionPtr& description : descriptions) {

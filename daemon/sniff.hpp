@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: MIT
-// `prismd --sniff`: which description, at which speed, fits an unknown line or a file of bytes.
+// `prismd --sniff`: finds the description and line settings that fit an unknown line or a file of bytes.
 #pragma once
 
 #include <string>
 
 namespace prism::daemon {
 
-/// Tries `description`, a name or a path; every description that is found by name where it is empty. Listens only. A
-/// serial device is heard for a second at each line setting that a description names; a file, a capture or bare bytes,
-/// is read whole. Prints what fits, with counts. Returns 0 where something fits, 1 where nothing does or nothing could
-/// be read.
+/// Tries `description` (a name or a path), or all installed descriptions if it is empty. Sends no bytes. Reads a serial
+/// device for one second at each line setting that a description contains, or a complete file (capture or raw bytes).
+/// Prints the descriptions that fit, with counts. Returns 0 if one fits, 1 if none fits or on errors.
 int run_sniff(const std::string& path, const std::string& description);
 
-/// `prismd --check` of a frame description or a model instead of a configuration: reads it, runs its test vectors and
-/// prints one line. Returns 0, or 78 after one line to stderr; −1 where the file is neither.
+/// `prismd --check` of a frame description or a model: reads it, runs its test vectors and prints one line. Returns 0,
+/// 78 after an error line on stderr, or −1 if the file is neither.
 int check_document(const std::string& path);
 
 }  // namespace prism::daemon

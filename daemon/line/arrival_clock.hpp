@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Arrival times that never run backwards: the monotonic clock, laid on UTC.
+// Monotonic arrival times in UTC.
 #pragma once
 
 #include <algorithm>
@@ -8,9 +8,8 @@
 
 namespace prism::line {
 
-/// One for all lines of an instance. now_ns() = CLOCK_MONOTONIC + an offset taken from CLOCK_REALTIME at begin(). A
-/// host clock that is set during a session is followed only in check(), and only where it is off by more than half a
-/// second.
+/// One for all lines of an instance. now_ns() = CLOCK_MONOTONIC + an offset taken from CLOCK_REALTIME at begin(). If
+/// the host clock is set during a session, only check() follows it, and only a step of more than half a second.
 class ArrivalClock {
  public:
   ArrivalClock() { begin(); }
@@ -21,9 +20,9 @@ class ArrivalClock {
   std::int64_t at(std::chrono::steady_clock::time_point time) const {
     return std::chrono::nanoseconds(time.time_since_epoch()).count() + offset_ns_;
   }
-  /// The stamp of what was read at `time`: later than the stamp before.
+  /// Time stamp of bytes read at `time`: always later than the previous stamp.
   std::int64_t stamp(std::chrono::steady_clock::time_point time) { return last_ns_ = std::max(at(time), last_ns_ + 1); }
-  /// Call each second or so. Returns the step, ns, where the host clock was set; else 0.
+  /// Call about once a second. Returns the step in ns if the host clock was set, else 0.
   std::int64_t check();
 
  private:

@@ -75,7 +75,7 @@ bool LiveLine::open() {
   status().notes = open_->transport->notes();
   status().hardware.reset();
   listen();
-  if (complaint_kind_ == "line_silent") return true;  // one silence, one line, however often the line is opened in it
+  if (complaint_kind_ == "line_silent") return true;  // logged once, even if the line is reopened
   set(LineState::kConnecting, "open, no data yet");
   tell(Severity::kInfo, "line_open", transport::describe(settings()) + ": open");
   for (const std::string& note : status().notes) tell(Severity::kInfo, "line_note", note);
@@ -90,7 +90,7 @@ void LiveLine::tell(Severity severity, const char* kind, const std::string& text
 
 void LiveLine::set(LineState state, const std::string& detail) { status().set(state, detail, host_time_ns()); }
 
-// One fault, one line: said again only when it is another one, or after data came in between.
+// Logs a fault once; again only if it changes, or after data arrived.
 void LiveLine::complain(const char* kind, const std::string& text) {
   if (text == complaint_) return;
   complaint_ = text;
@@ -98,7 +98,7 @@ void LiveLine::complain(const char* kind, const std::string& text) {
   tell(Severity::kWarning, kind, text);
 }
 
-// Asio says when there is something to read; read(2) itself finds it at once, without Asio's try before and after.
+// Asio only waits until the line is readable. read(2) is called directly, which saves Asio's reads before and after.
 void LiveLine::listen() {
   open_->ready.async_wait(asio::posix::stream_descriptor::wait_read,
                           [this, opening = opening_](boost::system::error_code error) {
@@ -140,7 +140,7 @@ void LiveLine::lose(const char* kind, const std::string& why) {
   pause();
 }
 
-// New errors of the hardware are an event.
+// Reports new hardware errors as an event.
 void LiveLine::count_hardware() {
   const auto counters = open_->transport->counters();
   std::optional<transport::LineCounters>& before = status().hardware;
@@ -151,7 +151,8 @@ void LiveLine::count_hardware() {
   before = counters;
 }
 
-// One wake-up a second at most, not one per read: silence, candidates that wait, and a host clock that was set.
+// Wakes at most once a second, not per read: checks for missing data, expires frame candidates, reads hardware
+// counters.
 asio::awaitable<void> LiveLine::watch() {
   while (!stopping_) {
     const auto silence = as_steady(std::chrono::duration<double>(config().silence_s));
@@ -163,7 +164,7 @@ asio::awaitable<void> LiveLine::watch() {
     if (stopping_ || !open_) continue;
     acquisition_.expire(number_, arrival_.now_ns());
     count_hardware();
-    // Unread bytes are no silence: this process was held up (stopped, swapped, starved).
+    // Unread bytes: the line has data, but this process did not run (stopped, swapped out, no CPU time).
     if (Clock::now() - last_data_ < silence || open_->transport->has_unread()) continue;
     const std::string why = fmt::format("no data for {} s", config().silence_s);
     set(LineState::kSilent, why);
@@ -171,7 +172,7 @@ asio::awaitable<void> LiveLine::watch() {
   }
 }
 
-// An idle line that is readable all the same would be read without end.
+// A line can be readable without data: without this pause it would be read in a busy loop.
 void LiveLine::rest() {
   pause_timer_.expires_after(std::chrono::milliseconds(20));
   pause_timer_.async_wait([this, opening = opening_](boost::system::error_code error) {
@@ -179,8 +180,8 @@ void LiveLine::rest() {
   });
 }
 
-// A device that is not there costs nothing to look for, and serves the moment it is back; one that is there and fails
-// is left in peace for longer and longer.
+// A missing device is checked every retry_min_s, so that it is used soon after it is back. For a device that exists but
+// fails, the pause doubles.
 void LiveLine::pause() {
   const bool there = transport::is_present(settings());
   if (!there) retry_ = std::chrono::duration<double>(config().retry_min_s);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A live line: opened, read, watched for silence, and opened again for ever.
+// A live line: opens, reads and reopens a serial device until it is stopped.
 #pragma once
 
 #include <array>
@@ -18,29 +18,30 @@
 
 namespace prism::line {
 
-/// One session: from open to the moment the line is lost (error, end of file, silence). Between sessions it pauses,
-/// for retry_min_s if no device is there; else doubling up to retry_max_s, and again from the start once data has come.
+/// A session lasts from open until the line is lost (error, end of file, no data for silence_s). Between sessions it
+/// pauses: for retry_min_s if the device does not exist; else the pause doubles up to retry_max_s and is reset when
+/// data arrives.
 class LiveLine {
  public:
-  /// The line `number` of the acquisition. `acquisition` and `clock` outlive this; `alone`: no other line uses the
-  /// clock.
+  /// `number`: of the line in the acquisition. `acquisition` and `clock` must outlive this. `alone`: no other line uses
+  /// the clock.
   LiveLine(boost::asio::io_context& io, pipeline::Acquisition& acquisition, std::size_t number, ArrivalClock& clock,
            bool alone, pipeline::Tell tell);
 
-  /// Opens the line, now or as soon as it is there, until stop().
+  /// Opens the line now or as soon as the device exists, until stop().
   void start();
   void stop();
-  /// Ends the session and opens the line at once, with the settings of then.
+  /// Ends the session and opens the line at once, with the current settings.
   void reopen();
 
-  /// When something last went as it should: data came, or a pause that was meant to be began. For the watchdog.
+  /// Time of the last data or end of the planned pause. For the watchdog.
   std::chrono::steady_clock::time_point last_progress() const { return last_progress_; }
   bool is_open() const { return open_.has_value(); }
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// The transport's descriptor is also Asio's while the line is open; the transport alone closes it.
+  /// Asio waits on the transport's descriptor; only the transport closes it.
   struct Open {
     Open(boost::asio::io_context& io, std::unique_ptr<transport::Transport> opened)
         : transport(std::move(opened)), ready(io, transport->fd()) {}
@@ -75,7 +76,7 @@ class LiveLine {
   const std::size_t number_;
   const pipeline::Tell tell_;
   std::optional<Open> open_;
-  std::uint64_t opening_ = 0;  ///< counts how often the line was opened: a handler of one before does nothing
+  std::uint64_t opening_ = 0;  ///< number of opens: handlers of an earlier open have no effect
   boost::asio::steady_timer watch_timer_, pause_timer_;
   ArrivalClock& arrival_;
   const bool alone_;

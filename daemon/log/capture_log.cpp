@@ -19,12 +19,12 @@ namespace prism::log {
 namespace {
 
 constexpr std::size_t kBatchBytes = 256 << 10;
-constexpr std::int64_t kPacketOverhead = 28;  // pcap packet header and the record's own
+constexpr std::int64_t kPacketOverhead = 28;  // pcap packet header and the record's header
 
 }  // namespace
 
-// The disk thread's half: it alone touches the files. A batch is held until a sync has put all of it on the disk: what
-// failed, write or sync, is cut off behind the last good sync and written anew into a segment of its own.
+// The part on the disk thread; only it uses the files. Keeps each batch until it is synced. After a failed write or
+// sync it truncates the file at the last successful sync and writes the batches again to a new segment.
 class CaptureLog::Writer {
  public:
   Writer(config::SegmentSettings settings, std::string name, std::size_t most_held, DiskFault::Tell tell)
@@ -34,7 +34,7 @@ class CaptureLog::Writer {
         segments_(std::move(settings), std::move(name), ".pcap") {}
 
   ~Writer() {
-    if (!held_.empty()) try_held();  // once more, whatever the pause
+    if (!held_.empty()) try_held();  // last attempt, even during a pause
   }
 
   void write(BatchPtr batch) {
@@ -48,7 +48,7 @@ class CaptureLog::Writer {
   // From any thread.
   void lose(std::size_t bytes, const std::string& why) { fault_.lose(bytes, why); }
 
-  // Where write() threw.
+  // Called if write() threw.
   void abandon(const BatchPtr& batch, const std::string& why) {
     if (!held_.empty() && held_.back() == batch) {
       held_bytes_ -= batch->bytes.size();
@@ -64,7 +64,7 @@ class CaptureLog::Writer {
   void try_held() {
     if (!put_held()) return distrust();
     if (file_ && !segments_.in_place(file_->descriptor())) {
-      tell_(fmt::format("capture: {}: was deleted or moved away; a new segment begins", file_->path()));
+      tell_(fmt::format("capture: {}: was deleted or moved away; starting a new segment", file_->path()));
       file_.reset();
       if (!put_held()) return distrust();
     }
@@ -106,7 +106,7 @@ class CaptureLog::Writer {
     const auto make_room = [this](int error) { return disk_is_full(error) && segments_.make_room(); };
     Result<drivers::CaptureWriter> file = drivers::CaptureWriter::adopt(made->descriptor, made->path, make_room);
     if (!file) {
-      ::unlink(made->path.c_str());  // a disk that is full would get an empty file a second
+      ::unlink(made->path.c_str());  // else a full disk gets an empty file every second
       return good(tl::unexpected<Error>(file.error()));
     }
     file_.emplace(std::move(*file));
@@ -126,7 +126,7 @@ class CaptureLog::Writer {
     return result.has_value();
   }
 
-  // After a failed sync the system may call pages clean that never reached the disk.
+  // After a failed sync the kernel may mark pages as clean that were never written.
   void distrust() {
     pause_.begin();
     if (!file_) return;
@@ -135,9 +135,8 @@ class CaptureLog::Writer {
     if (synced_bytes_ == 0) {
       ::unlink(path.c_str());
     } else if (::truncate(path.c_str(), static_cast<off_t>(synced_bytes_)) != 0) {
-      tell_(fmt::format(
-          "capture: {}: cannot be cut behind byte {}: {}; what stands there stands in the next segment, too", path,
-          synced_bytes_, std::strerror(errno)));
+      tell_(fmt::format("capture: {}: cannot truncate at byte {}: {}; the next segment repeats the bytes after it",
+                        path, synced_bytes_, std::strerror(errno)));
     }
   }
 
@@ -158,7 +157,7 @@ class CaptureLog::Writer {
   std::uint64_t synced_bytes_ = 0;  // of file_
   std::deque<BatchPtr> held_;
   std::size_t held_bytes_ = 0;
-  bool lost_ = false;  // what comes next is a session of its own
+  bool lost_ = false;  // the next data begin a new session
 };
 
 CaptureLog::CaptureLog(config::SegmentSettings settings, std::string name, DiskThread& disk, DiskFault::Tell tell,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Keeps every byte of the line with its arrival time, in capture segments, without the live path ever waiting.
+// Writes every byte of the line with its arrival time to capture segments. The live path never waits.
 #pragma once
 
 #include <cstdint>
@@ -15,14 +15,14 @@
 
 namespace prism::log {
 
-/// Gathers chunks and hands them to the disk thread each second (of arrival time) or 256 KiB, whichever comes first.
-/// A batch that the queue cannot take is dropped and counted, and the capture says so with a new-session mark: a replay
-/// then begins anew there, as the daemon would after a loss. After a fault of the disk what no good sync has seen is
-/// written again, into a new segment; the old one ends where its last good sync was.
+/// Collects chunks and passes them to the disk thread each second (of arrival time) or 256 KiB, whichever comes first.
+/// If the queue is full, the batch is dropped and counted, and the capture gets a new-session mark: a replay restarts
+/// there, as the daemon does after a loss. After a disk error, data since the last successful sync are written again to
+/// a new segment; the old segment is truncated at that sync.
 class CaptureLog : public pipeline::CaptureSink {
  public:
-  /// `tell` is called on any thread, once per fault and once when it is over.
-  /// `most_held`: bytes that wait in memory while the disk refuses them; what is more is dropped, the oldest first.
+  /// `tell` is called on any thread, at the start and at the end of an error. `most_held`: max. bytes kept in memory
+  /// while the disk fails; above it, the oldest batches are dropped.
   CaptureLog(config::SegmentSettings settings, std::string name, DiskThread& disk, DiskFault::Tell tell,
              std::size_t most_held = 16 << 20);
   ~CaptureLog() override;
@@ -37,13 +37,13 @@ class CaptureLog : public pipeline::CaptureSink {
   class Writer;
   struct Chunk {
     std::int64_t time_ns;
-    std::size_t end;  // in bytes; a chunk that ends where it begins is a mark
+    std::size_t end;  // offset in bytes
     bool mark;
   };
   struct Batch {
     std::vector<Chunk> chunks;
     std::vector<std::uint8_t> bytes;
-    bool after_loss = false;  // a batch before it was dropped
+    bool after_loss = false;  // the batch before was dropped
   };
   using BatchPtr = std::shared_ptr<Batch>;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the disk does not take: counted, told once when it begins, and once when the disk takes everything again.
+// Counts data dropped by write errors; reports the start and the end of an error once.
 #pragma once
 
 #include <fmt/format.h>
@@ -14,13 +14,13 @@
 
 namespace prism::log {
 
-/// Any thread may call it.
+/// Thread-safe.
 class DiskFault {
  public:
   using Tell = std::function<void(const std::string&)>;
 
-  /// `what` is written, counted in `unit` ("log", "rows"); `dropped` counts for ever. `tell` takes one line, on the
-  /// thread that found the fault.
+  /// `what` is written, counted in `unit` ("log", "rows"); `dropped` is never reset. `tell` gets one line, on the
+  /// thread that found the error.
   DiskFault(std::string what, std::string unit, std::atomic<std::uint64_t>& dropped, Tell tell)
       : what_(std::move(what)), unit_(std::move(unit)), dropped_(dropped), tell_(std::move(tell)) {}
 
@@ -39,14 +39,14 @@ class DiskFault {
     dropped_in_fault_ += count;
   }
 
-  /// `count` were lost for this reason.
+  /// `count` units were lost because of `why`.
   void lose(std::uint64_t count, const std::string& why) {
     begin(why);
     drop(count);
   }
 
-  /// What was written stands on the disk. A fault is over at the second call with nothing dropped in between: a disk
-  /// that takes every other row is one fault, not many.
+  /// Data were synced. An error ends at the second call without a drop in between, so that a disk that fails every
+  /// other row is one error, not many.
   void synced() {
     const std::lock_guard lock(mutex_);
     if (!faulty_ || std::exchange(again_, false)) return;
@@ -63,12 +63,12 @@ class DiskFault {
   std::uint64_t dropped_in_fault_ = 0;
 };
 
-/// When to try again what the disk refused, in turns of a second each: the pause doubles with each refusal.
+/// Exponential backoff of write attempts, in turns of about a second.
 class RetryPause {
  public:
   static constexpr int kLongest = 60;
 
-  /// A turn passed; true where the next try is due, or where nothing was refused.
+  /// Call once per turn. Returns true if an attempt is due.
   bool over() { return turns_ == 0 || --turns_ == 0; }
   void begin() { turns_ = pause_ = std::clamp(2 * pause_, 1, kLongest); }
   void end() { turns_ = pause_ = 0; }

@@ -29,7 +29,7 @@ T number_of(const json& object, const char* key) {
 Followers::Followers(std::string path, std::vector<std::string> keep_for, DiskFault::Tell tell)
     : path_(std::move(path)), keep_for_(std::move(keep_for)), tell_(std::move(tell)) {}
 
-// A file that is not there, or that nobody understands, is one of nobody.
+// A missing or invalid file means no consumers.
 void Followers::load() {
   if (std::exchange(loaded_, true)) return;
   const Result<std::string> text = read_text_file(path_);
@@ -50,11 +50,14 @@ Result<std::optional<RowCursor>> Followers::find(const std::string& name, std::u
   const auto found = followers_.find(name);
   if (found == followers_.end()) {
     if (followers_.size() < kMost) return std::nullopt;
-    return refuse("rows", fmt::format("{} names follow this log already, expected one of them", kMost));
+    return refuse(
+        "rows",
+        fmt::format("found a new name, but this log has {} followers already (the maximum); use one of their names",
+                    kMost));
   }
   if (user != 0 && user != found->second.user)
-    return refuse("rows",
-                  fmt::format("\"{}\" is a follower of user {}, this is user {}", name, found->second.user, user));
+    return refuse("rows", fmt::format("found user {2}, expected user {1}, who owns the follower \"{0}\"", name,
+                                      found->second.user, user));
   return found->second.after;
 }
 
@@ -82,7 +85,7 @@ void Followers::save() {
   }
   if (write_text_file(path_, json_text(file, 2) + "\n")) return;
   const std::lock_guard lock(mutex_);
-  changed_ = true;  // the disk is full: the log's own fault tells it; tried again with the next sync
+  changed_ = true;  // e.g. disk full, which the log reports; retried at the next sync
 }
 
 std::uint64_t Followers::unfetched(const FollowerStatus& follower, std::uint64_t segment, std::uint64_t rows) const {
@@ -90,7 +93,7 @@ std::uint64_t Followers::unfetched(const FollowerStatus& follower, std::uint64_t
   return follower.after.segment == segment ? rows - std::min(rows, follower.after.row) : rows;
 }
 
-// A name that nobody has used yet has fetched nothing.
+// A name without a request so far has fetched no rows.
 bool Followers::holds(std::uint64_t segment, std::uint64_t rows) {
   const std::lock_guard lock(mutex_);
   load();
@@ -98,9 +101,8 @@ bool Followers::holds(std::uint64_t segment, std::uint64_t rows) {
     const auto found = followers_.find(name);
     if (found != followers_.end() && unfetched(found->second, segment, rows) == 0) continue;
     if (!std::exchange(held_, true))
-      tell_(fmt::format(
-          "log: segments are kept longer than keep_mib or keep_days say, for \"{}\", which has not fetched them",
-          name));
+      tell_(fmt::format("log: segments are kept longer than keep_mib or keep_days because \"{}\" has not fetched them",
+                        name));
     return true;
   }
   held_ = false;

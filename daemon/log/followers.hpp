@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Who follows a log by a name of its own, and how far each has come: kept on the disk, so that retention knows.
+// Named consumers of a log and their cursors, stored on disk and used by retention.
 #pragma once
 
 #include <cstdint>
@@ -18,21 +18,21 @@ namespace prism::log {
 
 using pipeline::FollowerStatus, pipeline::RowCursor;
 
-/// The user that a name was first taken by owns it; root may take any. Names that `keep_for` lists hold back retention,
-/// from the beginning on: others lose what they have not fetched, which is counted and told.
+/// The first user of a name owns it; root may use any name. Segments that a name in `keep_for` has not fetched are not
+/// deleted (also before its first request). Other consumers lose these rows; the loss is counted and reported.
 ///
-/// Lives on the disk thread; status() may be called on any.
+/// Used on the disk thread only; status() is thread-safe.
 class Followers : public SegmentGuard {
  public:
   static constexpr std::size_t kMost = 64;
 
-  /// `path` of the file that keeps them; what it holds of another log is forgotten with begin().
+  /// `path`: of the file with the cursors.
   Followers(std::string path, std::vector<std::string> keep_for, DiskFault::Tell tell);
 
-  /// Where `name` has come to; nothing where it is new. Refused: it is another user's, or there are too many.
+  /// Returns the cursor of `name`, nullopt if it is new. Errors: the name belongs to another user; too many names.
   Result<std::optional<RowCursor>> find(const std::string& name, std::uint32_t user);
   void remember(const std::string& name, std::uint32_t user, const RowCursor& after, std::int64_t time_s);
-  /// Writes what changed since the last call.
+  /// Writes the file if it changed since the last call.
   void save();
 
   bool holds(std::uint64_t segment, std::uint64_t rows) override;

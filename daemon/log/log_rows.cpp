@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kRemembered = 64;  // places and heads of segments
+constexpr std::size_t kRemembered = 64;  // cached places
 
 // "FILE from row 7"
 void take_superseded(const std::string& text, std::string& file, std::uint64_t& row) {
@@ -29,7 +29,7 @@ void take_superseded(const std::string& text, std::string& file, std::uint64_t& 
   if (std::from_chars(first, text.data() + text.size(), row).ec == std::errc()) file = text.substr(0, at);
 }
 
-// Numbers, commas and words of the log need no escape; what somebody wrote into a segment by hand may.
+// Rows written by prism need no escape; a segment that a user edited may.
 std::string text_json(const std::string& line) {
   const bool plain = std::all_of(line.begin(), line.end(),
                                  [](unsigned char c) { return c >= 0x20 && c < 0x7f && c != '"' && c != '\\'; });
@@ -97,26 +97,27 @@ tl::expected<RowCursor, RowRefusal> LogRows::resolve(const std::string& after, c
   if (!cursor)
     return refused(
         Why::kBadCursor,
-        fmt::format("rows: found cursor \"{:.80}\", expected one that rows gave, \"earliest\" or \"latest\"", after));
+        fmt::format("rows: found cursor \"{:.80}\", expected one that rows returned, \"earliest\" or \"latest\"",
+                    after));
   if (cursor->log != id) {
-    return refused(
-        Why::kForeignCursor,
-        fmt::format("rows/after: the cursor is of log {:.8}, this one is {:.8}: the folder was emptied or is another "
-                    "one; \"earliest\" begins it",
-                    cursor->log, id));
+    return refused(Why::kForeignCursor,
+                   fmt::format("rows/after: found a cursor of log {:.8}, expected one of log {:.8}: the directory was "
+                               "emptied or replaced; use \"earliest\" to read it from the start",
+                               cursor->log, id));
   }
   const auto own = std::find_if(parts.begin(), parts.end(),
                                 [&](const Part& part) { return part.segment.number == cursor->segment; });
   const bool beyond = own != parts.end() ? cursor->row > own->segment.rows && !own->segment.path.empty()
                                          : !parts.empty() && cursor->segment > parts.back().segment.number;
   if (beyond)
-    return refused(Why::kForeignCursor,
-                   fmt::format("rows/after: the cursor is behind row {} of segment {}, which the log does not have",
-                               cursor->row, cursor->segment));
+    return refused(Why::kForeignCursor, fmt::format("rows/after: found a cursor after row {} of segment {}, which the "
+                                                    "log does not have; use \"earliest\" to read it from the start",
+                                                    cursor->row, cursor->segment));
   return *cursor;
 }
 
-// A segment that nobody ended has the rows that are whole; what was written again counts where it stands again.
+// A segment without an end line has the rows up to its last complete one. Rows that were written again count in the new
+// segment only.
 std::vector<LogRows::Part> LogRows::parts(const OpenSegment& open) {
   std::vector<NumberedSegment> segments = segments_.numbered();
   for (NumberedSegment& segment : segments) {
@@ -157,7 +158,7 @@ const LogRows::Head* LogRows::head_of(const NumberedSegment& segment) {
   for (std::string line; in && in->read_line(line);) {
     head.bytes = in->offset();
     if (!line.starts_with("# ")) {
-      if (!in->line_ended()) return nullptr;  // torn before its first row
+      if (!in->line_ended()) return nullptr;  // truncated before its first row
       head.columns = std::move(line);
       return &heads_.insert_or_assign(segment.number, std::move(head)).first->second;
     }
@@ -165,13 +166,13 @@ const LogRows::Head* LogRows::head_of(const NumberedSegment& segment) {
     if (colon == std::string::npos) continue;
     const std::string key = line.substr(2, colon - 2), value = line.substr(colon + 2);
     if (key == "supersedes") take_superseded(value, head.supersedes_file, head.supersedes_row);
-    if (key == "sensor_line") continue;  // several have this name
+    if (key == "sensor_line") continue;  // this key occurs several times
     head.metadata += (head.metadata.empty() ? "" : ",") + json_text(json(key)) + ":" + json_text(json(value));
   }
   return nullptr;
 }
 
-// Ended by force: what stands there is put on the disk before anybody is told of it.
+// A crash ended the segment: its rows are synced before a client sees them.
 std::uint64_t LogRows::whole_rows(const NumberedSegment& segment, const Head& head) {
   if (const auto known = torn_.find(segment.number); known != torn_.end()) return known->second;
   const int file = ::open(segment.path.c_str(), O_RDONLY | O_CLOEXEC);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A log's rows by their place in it: read from the segments, without a hole that is not told.
+// Reads a log page by page, from a cursor. Missing rows are counted.
 #pragma once
 
 #include <cstdint>
@@ -15,37 +15,37 @@ namespace prism::log {
 
 using pipeline::RowCursor, pipeline::RowPage, pipeline::RowQuery, pipeline::RowRefusal, pipeline::RowResult;
 
-/// What of the segment that is being written stands on the disk.
+/// The synced part of the open segment.
 struct OpenSegment {
-  std::string path;  ///< empty: none is open
+  std::string path;  ///< empty: no segment is open
   std::uint64_t rows = 0;
 };
 
-/// Lives on the disk thread, beside the log that it reads. Rows that no sync has seen are not told, and rows that were
-/// written again into another segment only there.
+/// Used on the disk thread, like the log that it reads. Returns synced rows only. Rows that were written again are
+/// returned from the new segment only.
 class LogRows {
  public:
-  static constexpr std::size_t kMostBytes = 256 << 10;  ///< of rows in a page
+  static constexpr std::size_t kMostBytes = 256 << 10;  ///< max. size of the rows of a page
 
   explicit LogRows(Segments& segments) : segments_(segments) {}
 
-  /// Refused: a cursor of another log, one beyond the log's end, or no cursor at all.
+  /// Errors: an invalid cursor, a cursor of another log or past the end of this one, an unreadable log.
   RowResult page(const RowQuery& query, const OpenSegment& open);
 
-  /// A segment and the place of its rows in the log.
+  /// A segment and the position of its rows in the log.
   struct Part {
     NumberedSegment segment;
-    std::uint64_t before = 0;  ///< rows of the log in front of it
+    std::uint64_t before = 0;  ///< rows of the log before it
     std::uint64_t end() const { return before + segment.rows; }
   };
-  /// Every segment that was not deleted, in order.
+  /// All segments that were not deleted, in order.
   std::vector<Part> parts(const OpenSegment& open);
 
  private:
-  /// What stands above a segment's rows.
+  /// The lines above a segment's rows.
   struct Head {
-    std::string columns, metadata;  ///< the metadata as the members of an object
-    std::uint64_t bytes = 0;        ///< where the rows begin
+    std::string columns, metadata;  ///< metadata: members of a JSON object, without braces
+    std::uint64_t bytes = 0;        ///< offset of the first row
     std::string supersedes_file;
     std::uint64_t supersedes_row = 0;
   };
@@ -62,8 +62,8 @@ class LogRows {
 
   Segments& segments_;
   std::map<std::uint64_t, Head> heads_;          ///< by number
-  std::map<std::uint64_t, std::uint64_t> torn_;  ///< rows of those that nobody ended
-  std::map<std::uint64_t, Place> places_;        ///< where the last page of a segment ended
+  std::map<std::uint64_t, std::uint64_t> torn_;  ///< rows of segments without an end line
+  std::map<std::uint64_t, Place> places_;        ///< end of the last page, by segment
 };
 
 }  // namespace prism::log

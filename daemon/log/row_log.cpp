@@ -47,7 +47,7 @@ void RowLog::append(const compensation::CompensatedWindow& row, std::int64_t ses
   count_unsynced();
 }
 
-// Among those of other axes' logs.
+// Updates the sum over all axes' logs.
 void RowLog::count_unsynced() {
   counters_.unsynced += unsynced_.size() - std::exchange(counted_unsynced_, unsynced_.size());
 }
@@ -55,13 +55,13 @@ void RowLog::count_unsynced() {
 void RowLog::write_row(Row row) {
   if (row.session_ns != std::exchange(session_ns_, row.session_ns)) close_segment();
   if (segments_.begins_new(row.second, bytes_ + static_cast<std::int64_t>(row.line.size()))) close_segment();
-  if (distrusted_) {  // the sync of the segment that ended failed
+  if (distrusted_) {  // the sync of the previous segment failed
     unsynced_.push_back(std::move(row));
   } else if ((file_ >= 0 || open_segment(row.second)) && write_all(row.line)) {
     ++counters_.rows;
     ++rows_;
     unsynced_.push_back(std::move(row));
-    if (unsynced_.size() > kMostUnsynced) unsynced_.pop_front();  // a replay, which never syncs
+    if (unsynced_.size() > kMostUnsynced) unsynced_.pop_front();  // in a replay, which never syncs
   } else {
     fault_.drop(1);
   }
@@ -73,7 +73,7 @@ void RowLog::sync() {
   if (distrusted_ && pause_.over()) write_again();
   if (file_ < 0 || !put_on_disk()) return;
   if (!segments_.in_place(file_)) {
-    tell_(fmt::format("log: {}: was deleted or moved away, and its rows with it; a new segment begins", path_));
+    tell_(fmt::format("log: {}: was deleted or moved away, and its rows with it; starting a new segment", path_));
     close_segment();
   }
   fault_.synced();
@@ -85,7 +85,7 @@ void RowLog::set_metadata(std::string metadata) {
   close_segment();
 }
 
-// What a follower asks behind it has: a row that it lost on its way it asks for again.
+// A follower has the rows up to its request's cursor. Rows lost in transit are requested again.
 RowResult RowLog::page(RowQuery query) {
   if (!query.follower.empty()) {
     const auto place = followers_.find(query.follower, query.user);
@@ -132,7 +132,7 @@ void RowLog::close_segment() {
   bytes_ = 0;
 }
 
-// Where it cannot be written the segment stays as one that a power cut ended: its rows are good all the same.
+// If the end line cannot be written, the segment looks as after a power cut: its rows are still valid.
 void RowLog::write_end() {
   torn_ = true;
   if (write_all(fmt::format("# end: rows {}, sha256 {}\n", rows_, sum_.hex()))) segments_.ended(rows_);
@@ -152,7 +152,7 @@ bool RowLog::put_on_disk() {
   return false;
 }
 
-// The segment is left without an end. One in which no row is good, and which is not the only place of any, goes.
+// Leaves the segment without an end line. Deletes it if it has no synced row.
 void RowLog::distrust() {
   const std::uint64_t good = rows_ - std::min<std::uint64_t>(rows_, unsynced_.size());
   ::close(std::exchange(file_, -1));
@@ -185,7 +185,8 @@ bool RowLog::write_all(const std::string& text) {
     const int error = errno;
     if (disk_is_full(error) && segments_.make_room()) continue;
     fault_.begin(fmt::format("{}: cannot be written: {}", path_, std::strerror(error)));
-    if (done > 0 && ::ftruncate(file_, bytes_) != 0) {  // a torn row would stay: the segment ends there, without an end
+    if (done > 0 &&
+        ::ftruncate(file_, bytes_) != 0) {  // an incomplete row remains: close the segment without an end line
       torn_ = true;
       close_segment();
     }
@@ -208,7 +209,7 @@ ThreadedRowWriter::ThreadedRowWriter(config::SegmentSettings settings, std::stri
 
 ThreadedRowWriter::~ThreadedRowWriter() { close(); }
 
-// The last owner closes the segment on the disk thread, after the rows before it.
+// The last owner closes the segment on the disk thread, after the pending rows.
 void ThreadedRowWriter::close() {
   if (log_) disk_.post(0, [log = std::exchange(log_, nullptr), counters = counters_]() mutable { log.reset(); });
 }

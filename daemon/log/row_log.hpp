@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The data log: CSV segments, each with a metadata header, synced every second, safe against a full disk.
+// The data log: CSV segments with a metadata header, synced every second; a full disk damages no row.
 #pragma once
 
 #include <cstdint>
@@ -23,35 +23,35 @@ namespace prism::log {
 using pipeline::FollowerStatus, pipeline::LogCounters, pipeline::RowPage, pipeline::RowQuery, pipeline::RowResult,
     pipeline::RowWriter;
 
-/// Writes rows where the caller's thread may wait: live it runs on the disk thread, in a replay on the main one.
-/// A row is there whole or not at all: after a failed write the file is cut back to its last whole row.
+/// Writes rows on the caller's thread and may wait: on the disk thread when live, on the main thread in a replay. After
+/// a failed write the file is truncated to its last complete row.
 ///
-/// After a failed sync the system may have thrown away what was not on the disk, and will not say so again: the segment
-/// is given up, and the rows since the last good sync are written again into a new one, which names the row from which
-/// it supersedes the old one. As long as that fails, too, they are kept here, kMostUnsynced of them, and tried again at
-/// growing pauses.
+/// After a failed sync the kernel may have discarded unwritten pages, and it reports this only once. The segment is
+/// closed, and the rows since the last successful sync are written again to a new one. Its header states from which row
+/// it supersedes the old segment. While this fails, up to kMostUnsynced rows are kept in memory and retried at growing
+/// intervals.
 class RowLog {
  public:
-  /// `metadata`: lines "# key: value\n" that stand on top of every segment, before its session. `tell` hears of faults,
-  /// one line each, once per fault and once when it is over.
+  /// `metadata`: lines "# key: value\n" at the top of each segment, before its session. `tell` is called at the start
+  /// and at the end of an error, with one line.
   RowLog(config::SegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
          DiskFault::Tell tell);
   ~RowLog();
   RowLog(const RowLog&) = delete;
   RowLog& operator=(const RowLog&) = delete;
 
-  /// `session_ns`: the arrival time at which the row's session began; another one than the row before begins a segment.
+  /// `session_ns`: arrival time at which the row's session began. If it changes, a new segment begins.
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns);
-  /// Puts what was appended on the disk (fdatasync). A segment that was deleted or moved away meanwhile ends.
+  /// Syncs the appended rows (fdatasync). Closes the segment if its file was deleted or moved.
   void sync();
-  /// Ends the segment; what no disk took until now is dropped and counted.
+  /// Closes the segment. Rows that cannot be written are dropped and counted.
   void close();
-  /// From the next row on, segments carry this metadata; the open one ends.
+  /// Closes the segment; later segments have this metadata.
   void set_metadata(std::string metadata);
-  /// Rows that stand on the disk, by their places (LogRows).
+  /// Returns synced rows from a cursor on (LogRows).
   RowResult page(RowQuery query);
   const Followers& followers() const { return followers_; }
-  /// A row that could not even be given to append(): `why` is told. From any thread.
+  /// Counts a row that could not be passed to append(), and reports `why`. Thread-safe.
   void lose(const std::string& why);
 
  private:
@@ -79,23 +79,23 @@ class RowLog {
   LogRows log_rows_{segments_};
   Followers followers_;
   std::uint64_t synced_rows_ = 0;  // of the open segment
-  std::string path_, superseded_;  // "FILE from row N", until its rows stand elsewhere
-  std::deque<Row> unsynced_;       // as far back as kMostUnsynced
+  std::string path_, superseded_;  // "FILE from row N", until these rows are written again
+  std::deque<Row> unsynced_;       // at most kMostUnsynced
   std::uint64_t counted_unsynced_ = 0;
-  bool distrusted_ = false;  // unsynced_ waits for a new segment
+  bool distrusted_ = false;  // unsynced_ is to be written to a new segment
   RetryPause pause_;         // in syncs
   int file_ = -1;
   std::int64_t bytes_ = 0, session_ns_ = 0;
   std::uint64_t rows_ = 0;  // in the segment
-  Sha256 sum_;              // of the segment so far
-  bool torn_ = false;       // something stands in it that sum_ does not know
+  Sha256 sum_;              // of the open segment
+  bool torn_ = false;       // the file contains bytes that are not in sum_
 };
 
-/// Never waits: rows and syncs are posted. Rows that the queue cannot take are dropped and counted.
-/// `written` is called on the disk thread when no row of `counters`, which several may share, waits for it any more.
+/// Never waits: rows and syncs are posted to the disk thread. If the queue is full, rows are dropped and counted.
+/// `written` is called on the disk thread when no row of `counters` (which several writers may share) is pending.
 class ThreadedRowWriter : public RowWriter {
  public:
-  /// As RowLog's; `tell` is called on any thread.
+  /// Arguments as for RowLog; `tell` is called on any thread.
   using Written = std::function<void()>;
   /// `synced` is called on the disk thread after each sync.
   ThreadedRowWriter(
@@ -121,7 +121,7 @@ class ThreadedRowWriter : public RowWriter {
   bool unsynced_ = false;
 };
 
-/// Waits for the disk: a replay loses nothing. The first fault is kept.
+/// Waits for the disk, so that a replay loses no row. Stores the first error.
 class DirectRowWriter : public RowWriter {
  public:
   DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
@@ -130,7 +130,7 @@ class DirectRowWriter : public RowWriter {
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override {
     log_.append(row, session_ns);
   }
-  void sync() override {}  // a replay can be run again; the segment is synced when it closes
+  void sync() override {}  // a replay can be repeated; the segment is synced on close
   void set_metadata(const std::string& metadata) override { log_.set_metadata(metadata); }
   void read(const RowQuery& query, Pages done) override { done(log_.page(query)); }
   void close() override { log_.close(); }

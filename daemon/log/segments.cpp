@@ -30,10 +30,10 @@ bool is_stamp(const std::string& text) {
          std::all_of(text.begin(), text.begin() + 8, [](char c) { return c >= '0' && c <= '9'; });
 }
 
-// By their names, for those without a number: "-10" after "-2", as the longer one is the later one.
+// Order by name, for files without a number: "-10" after "-2", since the longer name is later.
 auto age_by_name(const std::string& stamp) { return std::tuple(stamp.substr(0, kStampChars), stamp.size(), stamp); }
 
-// Of a log that nobody closed: rows begin with a digit.
+// For a log without an end line: rows begin with a digit.
 std::uint64_t count_rows(const std::string& path) {
   auto in = FileReader::open(path);
   std::uint64_t rows = 0;
@@ -61,7 +61,7 @@ bool Segments::begins_new(std::int64_t second, std::int64_t bytes) {
 Result<NewSegment> Segments::make(std::int64_t second) {
   std::error_code error;
   fs::create_directories(settings_.directory, error);
-  if (error) return refuse(settings_.directory, "cannot be made: " + error.message());
+  if (error) return refuse(settings_.directory, "cannot be created: " + error.message());
   number_all();
   const std::string stem = fmt::format("{}/{}-{}", settings_.directory, name_, utc_file_text(second));
   for (int number = 1;;) {
@@ -164,7 +164,7 @@ bool Segments::make_room() {
   const auto removed = [this](const Segment& segment) { return segment.path != current_ && remove(segment); };
   return std::any_of(segments.begin(), segments.end(),
                      [&](const Segment& segment) { return !is_held(segment) && removed(segment); }) ||
-         std::any_of(segments.begin(), segments.end(), removed);  // what is written now goes before what is held
+         std::any_of(segments.begin(), segments.end(), removed);  // new data have priority over held segments
 }
 
 bool Segments::in_place(int descriptor) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files in segments: their names, when the next one begins, how it is made, and which old ones go.
+// Segment files of a log or capture: names, rotation, creation and retention.
 #pragma once
 
 #include <cstdint>
@@ -13,70 +13,69 @@
 
 namespace prism::log {
 
-/// A segment that was just made: empty, open for appending, locked (flock) as long as it is open: others see by that
-/// whether somebody still writes it. Who gets it closes the descriptor.
+/// A new segment: empty and open for appending. It is locked (flock) while open, so that other programs see that it is
+/// being written. The receiver closes the descriptor.
 struct NewSegment {
   int descriptor = -1;
   std::string path;
 };
 
-/// A segment by its place in the index.
+/// A segment of the index.
 struct NumberedSegment {
   std::uint64_t number = 0;
-  std::string file, path;  ///< path: empty where the file is gone without having been deleted here
-  std::uint64_t rows = 0;  ///< 0: nobody ended it
+  std::string file, path;  ///< path: empty if the file was removed by another program
+  std::uint64_t rows = 0;  ///< 0: not known (no end line)
 };
 
-/// Who has a say when segments are deleted.
+/// Can delay the deletion of segments.
 class SegmentGuard {
  public:
   virtual ~SegmentGuard() = default;
-  /// True where it is to stay as long as the disk has room. `rows` in it.
+  /// Returns true if the segment must be kept unless the disk is full. `rows`: its number of rows.
   virtual bool holds(std::uint64_t segment, std::uint64_t rows) = 0;
-  /// It is gone.
+  /// Called after the segment was deleted.
   virtual void deleted(std::uint64_t segment, std::uint64_t rows) = 0;
 };
 
-/// Of errno: there is no room, for this user or for all.
+/// True for an errno that means a full disk or an exceeded quota.
 bool disk_is_full(int error);
 
-/// The segments of one log or one capture: NAME-20261121T091100Z.EXTENSION in one folder, named after the second (UTC,
-/// of data time) that they begin with; "-2", "-3", … stand before the extension where that name is taken. Their order
-/// is that in which they were made, which an index beside them keeps: after a clock was set back, names tell another
-/// one. No error of the file system throws: what cannot be listed or deleted stays.
+/// The segments of one log or capture: NAME-20261121T091100Z.EXTENSION in one directory, named after their first second
+/// (UTC, data time). If the name exists, "-2", "-3", … is added before the extension. An index file stores the order of
+/// creation; the order of the names differs after a clock was set back. Does not throw on file system errors: files
+/// that cannot be listed or deleted are kept.
 class Segments {
  public:
-  /// `extension` with its dot.
+  /// `extension`: with the dot.
   Segments(config::SegmentSettings settings, std::string name, std::string extension);
 
-  /// `guard` outlives this.
+  /// `guard` must outlive this.
   void ask(SegmentGuard& guard) { guard_ = &guard; }
 
-  /// True where data of `second` that bring the segment to `bytes` belong into a new one. The first call begins one.
-  /// By data time only, so that a replay cuts its segments where the live run did.
+  /// Returns true if data of `second`, with which the segment would have `bytes`, belong in a new segment (always at
+  /// the first call). Uses data time only, so that a replay splits its segments as the live run did.
   bool begins_new(std::int64_t second, std::int64_t bytes);
 
-  /// Makes the segment that begins at `second`, and its folder where there is none; then deletes the oldest segments
-  /// beyond keep_bytes and keep_days. A file or link that is there is never written to. Refused where folder or file
-  /// cannot be made.
+  /// Creates the segment that begins at `second`, and its directory if needed; then deletes the oldest segments above
+  /// keep_bytes or keep_days. Never writes to an existing file or link. Errors: cannot create the directory or file.
   Result<NewSegment> make(std::int64_t second);
 
-  /// The segment last made was closed, whole, with so many rows or packets in it.
+  /// The newest segment was closed, complete, with `rows` rows.
   void ended(std::uint64_t rows);
 
-  /// The disk is full: deletes the oldest segment but the one last made. False where there is none, or where the
-  /// configuration says to stop (when_full).
+  /// Deletes the oldest segment except the newest one, because the disk is full. Returns false if there is none, or if
+  /// the configuration says to stop (when_full).
   bool make_room();
 
-  /// All that were made and not deleted, in order. The folder's index is read, and made where there is none.
+  /// Returns all segments that were made and not deleted, in order. Reads the index, or creates it if missing.
   std::vector<NumberedSegment> numbered();
-  /// How many good rows a segment has that nobody ended.
+  /// Stores the number of complete rows of a segment without an end line.
   void found(const std::string& file, std::uint64_t rows) { index_.ended(file, rows); }
-  /// Of the index, as numbered() last found it; empty: none could be made.
+  /// Id of the index at the last numbered(); empty: it could not be created.
   const std::string& id() const { return index_.id(); }
   std::uint64_t deleted_rows() const { return index_.deleted_rows(); }
 
-  /// False where the segment last made, open as `descriptor`, was deleted or moved away.
+  /// Returns false if the newest segment, open as `descriptor`, was deleted or moved.
   bool in_place(int descriptor) const;
 
  private:
@@ -85,7 +84,7 @@ class Segments {
     std::int64_t bytes;
   };
   std::vector<Segment> list() const;
-  /// Paths by file name; each file has a number afterwards.
+  /// Numbers all files; returns their paths by file name.
   std::map<std::string, std::string> number_all();
   bool remove(const Segment& segment);
   std::uint64_t rows_in(const Segment& segment) const;

@@ -9,17 +9,17 @@
 namespace prism::pipeline {
 namespace {
 
-// What a reload may not change, as a refusal; a socket or a folder has users that hold it.
+// Returns an error if a reload changes a socket or a directory, which other programs use.
 Result<void> same_places(const Setup& before_setup, const Setup& after_setup) {
   const config::Config &before = before_setup.config, &after = after_setup.config;
   if (after.socket.path != before.socket.path || after.name != before.name) {
-    return refuse(after.path, "name or socket/path changed, expected as before: that needs a restart of prismd");
+    return refuse(after.path, "name or socket/path changed; restart prismd to apply it");
   }
   const auto directory = [](const std::optional<config::SegmentSettings>& s) {
     return s ? s->directory : std::string();
   };
   if (directory(after.log) != directory(before.log) || directory(after.capture) != directory(before.capture)) {
-    return refuse(after.path, "log or capture folder changed, expected as before: that needs a restart of prismd");
+    return refuse(after.path, "log or capture directory changed; restart prismd to apply it");
   }
   return {};
 }
@@ -41,7 +41,7 @@ bool same_stream(const Setup& a, const Setup& b) {
                     same_axis);
 }
 
-// Of every line: as it is opened.
+// Settings with which each line is opened.
 bool same_wires(const Setup& a, const Setup& b) {
   const auto same = [](const auto& one, const auto& other) { return one.line == other.line; };
   return a.line == b.line &&
@@ -53,7 +53,7 @@ bool same_engines(const Setup& a, const Setup& b) {
   return std::equal(a.axes.begin(), a.axes.end(), b.axes.begin(), b.axes.end(), same);
 }
 
-// Each log goes on under its name.
+// Each log keeps its name.
 Result<void> same_logs(const Setup& before, const Setup& after) {
   const auto names = [](const Setup& setup) {
     std::vector<std::string> found;
@@ -61,11 +61,11 @@ Result<void> same_logs(const Setup& before, const Setup& after) {
     return found;
   };
   if (names(before) == names(after)) return {};
-  return refuse(after.config.path, fmt::format("has logs {}, expected {} as before: that needs a restart of prismd",
+  return refuse(after.config.path, fmt::format("found logs {}, expected {} as before; restart prismd to apply it",
                                                fmt::join(names(after), ", "), fmt::join(names(before), ", ")));
 }
 
-// Each has a capture and a state of its own.
+// Each sensor line has its own capture and state.
 Result<void> same_sensor_lines(const Setup& before, const Setup& after) {
   const auto names = [](const Setup& setup) {
     std::vector<std::string> found;
@@ -74,7 +74,7 @@ Result<void> same_sensor_lines(const Setup& before, const Setup& after) {
   };
   if (names(before) == names(after)) return {};
   return refuse(after.config.path,
-                fmt::format("has sensor lines {}, expected {} as before: that needs a restart of prismd",
+                fmt::format("found sensor lines {}, expected {} as before; restart prismd to apply it",
                             names(after).empty() ? "none" : fmt::to_string(fmt::join(names(after), ", ")),
                             names(before).empty() ? "none" : fmt::to_string(fmt::join(names(before), ", "))));
 }
@@ -120,8 +120,8 @@ void Acquisition::feed(std::size_t line, std::span<const std::uint8_t> bytes, st
   keep(pipeline_->feed(bytes, arrival_ns));
 }
 
-// With sensor lines two marks on every line: a replay finds the same places in each capture, also in one that was
-// silent meanwhile.
+// With sensor lines, writes two marks to every capture, so that a replay finds the same points in all of them, even if
+// a line had no data in between.
 void Acquisition::clock_set(std::int64_t before_ns, std::int64_t now_ns) {
   for (std::size_t line = kGyroLine + 1; line < lines_.size(); ++line) {
     begin_session(line, before_ns);
@@ -131,7 +131,7 @@ void Acquisition::clock_set(std::int64_t before_ns, std::int64_t now_ns) {
   begin_session(kGyroLine, now_ns);
 }
 
-// The value of a sensor line is complete with its bytes, as in a replay: no time-out takes part.
+// Not for sensor lines: a value is complete when its bytes arrive, never by a time-out, as in a replay.
 void Acquisition::expire(std::size_t line, std::int64_t now_ns) {
   if (line == kGyroLine) keep(pipeline_->expire(now_ns));
 }
@@ -182,7 +182,7 @@ Result<bool> Acquisition::reconfigure(Setup setup) {
 void Acquisition::keep(const Rows& rows) {
   for (const Rows::Window& window : rows.windows)
     records_[window.axis].keep(window.row, window.session_ns, block_s(window.axis));
-  std::uint32_t wanted = (1U << records_.size()) - 1;  // the last of each axis
+  std::uint32_t wanted = (1U << records_.size()) - 1;  // the latest of each axis
   for (std::size_t i = rows.samples.size(); i-- > 0 && wanted != 0;) {
     const std::size_t axis = rows.samples[i].axis;
     if (wanted >> axis & 1) records_[axis].keep(rows.samples[i].row);
@@ -192,7 +192,7 @@ void Acquisition::keep(const Rows& rows) {
   watch(rows);
 }
 
-// What comes out of the line's last bytes is kept, but is no measurement of now.
+// Rows from the line's last bytes are stored, but are not current values.
 void Acquisition::end_session(const Rows& rows) {
   keep(rows);
   for (AxisRecord& record : records_) record.end_session();
@@ -212,8 +212,8 @@ void Acquisition::watch_losses() {
   const std::uint64_t lost = pipeline_->clock().status().missing_by_arrival;
   if (lost == told_by_arrival_) return;
   tell_(Severity::kWarning, "frames_lost",
-        fmt::format("{} frames lost by their arrival times: this process stood still or the line was silent for longer "
-                    "than the gyro's counter can tell",
+        fmt::format("{} frames lost, counted by arrival times: prismd did not run, or no data came, for longer than "
+                    "the gyro's counter can count",
                     lost - told_by_arrival_));
   told_by_arrival_ = lost;
 }

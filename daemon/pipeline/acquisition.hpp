@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One device's data: bytes go through the pipeline; rows are logged, counted, and handed on.
+// Data of one device: passes bytes to the pipeline; logs, counts and publishes the rows.
 #pragma once
 
 #include <cstdint>
@@ -18,69 +18,70 @@
 
 namespace prism::pipeline {
 
-/// A log for each axis, as `make(settings, name, metadata)` opens it; none if none is configured. They share what the
-/// configuration lets the log keep.
+/// Returns one log per axis, opened by `make(settings, name, metadata)`; empty if no log is configured. The axes share
+/// the configured size limit.
 using MakeLog =
     std::function<std::unique_ptr<RowWriter>(config::SegmentSettings, std::string name, std::string metadata)>;
 std::vector<std::unique_ptr<RowWriter>> make_logs(const Setup& setup, const MakeLog& make);
 
-/// Lines are numbered: this one is the gyro's, those behind it are Setup::sensor_lines in order.
+/// Number of the gyro's line. The lines of Setup::sensor_lines follow in order.
 inline constexpr std::size_t kGyroLine = 0;
 
 /// Not thread-safe.
 ///
-/// Rows go to `publish` as soon as they were given to the log; what is remarkable about them goes to `tell` after them.
+/// Rows go to the log, then to `publish`; events about them go to `tell` afterwards.
 class Acquisition {
  public:
   using Publish = std::function<void(const Rows&)>;
 
-  /// `logs`: one for each axis, or none at all: nothing is logged. `captures`: one for each line, or none at all.
+  /// `logs`: one per axis, or empty (no log). `captures`: one per line, or empty.
   Acquisition(Setup setup, std::vector<std::unique_ptr<RowWriter>> logs,
               std::vector<std::unique_ptr<CaptureSink>> captures, Publish publish, Tell tell);
 
   /// The line was opened (again) at now_ns.
   void begin_session(std::size_t line, std::int64_t now_ns);
-  /// Of all lines the arrival times never decrease, except when a host clock was set.
+  /// Arrival times never decrease over all lines, except when the host clock was set.
   void feed(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
-  /// The host's clock was set: what was before_ns by it is now_ns. A session begins on every line.
+  /// The host clock was set from before_ns to now_ns. Begins a session on every line.
   void clock_set(std::int64_t before_ns, std::int64_t now_ns);
-  /// Nothing has arrived on the line until now_ns.
+  /// No data arrived on the line until now_ns.
   void expire(std::size_t line, std::int64_t now_ns);
   /// The line was lost, or the run ends.
   void finish(std::size_t line);
-  /// The last call: segments end, nothing more is kept.
+  /// Must be the last call: closes the segments.
   void close();
-  /// Once a second: what was written goes to the disk.
+  /// Syncs the logs. Call once a second.
   void sync();
 
-  /// Takes over a new set-up, all of it or none: another frame description, another axis or clock begin a new pipeline;
-  /// a changed socket, folder or number of logs is refused, it needs a restart. True: the lines have to be opened anew.
+  /// Applies a new set-up completely, or not at all. Another frame description, axis or clock starts a new pipeline.
+  /// Returns true if the lines must be reopened. Errors: a changed socket, directory or number of logs (needs a
+  /// restart).
   Result<bool> reconfigure(Setup setup);
 
   const Setup& setup() const { return setup_; }
   const Pipeline& pipeline() const { return *pipeline_; }
   std::size_t axes() const { return records_.size(); }
-  /// Of the frame description.
+  /// As in the frame description.
   const std::string& axis_name(std::size_t axis) const { return setup_.frames->axes[axis].name; }
-  /// What stands before a text of the axis: "x: " if there are several.
+  /// Prefix of messages about the axis: "x: ", empty for a device with one axis.
   std::string axis_prefix(std::size_t axis) const { return setup_.axes.size() > 1 ? axis_name(axis) + ": " : ""; }
   const compensation::Engine& engine(std::size_t axis) const { return pipeline_->axes()[axis].engine; }
   const AxisRecord& record(std::size_t axis) const { return records_[axis]; }
-  /// Length in s of the window, and of the blocks that the stability is of: the model's, or the paper's.
+  /// Length of the window and of the stability blocks, s: the model's, or the paper's without a model.
   int block_s(std::size_t axis) const { return setup_.axes[axis].features().length_s; }
-  /// Seconds of history that a correction takes: the window, and the mean at the far end of its slope.
+  /// History that a correction needs, s: the window, and the mean at the start of its slope.
   int full_s(std::size_t axis) const { return compensation::history_s(setup_.axes[axis].features()); }
-  /// Of all axes' logs together; null: nothing is logged.
+  /// Of all axes' logs together; null without a log.
   const LogCounters* log() const { return log_counters_; }
-  /// The log waits for the disk with rows that were published.
+  /// True if published rows are not written yet.
   bool unwritten() const { return log_counters_ && log_counters_->pending > 0; }
-  /// Null: no bytes of the line are kept.
+  /// Null without a capture.
   const CaptureSink* capture(std::size_t line) const { return captures_.empty() ? nullptr : captures_[line].get(); }
   LineStatus& line(std::size_t line) { return lines_[line]; }
   const LineStatus& line(std::size_t line) const { return lines_[line]; }
   std::size_t lines() const { return lines_.size(); }
   std::uint64_t sessions() const { return sessions_; }
-  /// Since the start, over every pipeline that there was.
+  /// Since the start, over all pipelines.
   std::uint64_t frames() const { return frames_before_ + pipeline_->decoder().counters().frames; }
 
  private:
@@ -95,11 +96,11 @@ class Acquisition {
   std::vector<std::unique_ptr<CaptureSink>> captures_;
   std::vector<LineStatus> lines_;
   std::unique_ptr<Pipeline> pipeline_;
-  std::vector<AxisRecord> records_;  ///< as the pipeline's axes
+  std::vector<AxisRecord> records_;  ///< in order of the pipeline's axes
   const LogCounters* log_counters_ = nullptr;
   RateWatch rate_watch_;
   std::uint64_t sessions_ = 0, frames_before_ = 0;
-  std::uint64_t told_by_arrival_ = 0;  ///< of the pipeline's ClockStatus::missing_by_arrival
+  std::uint64_t told_by_arrival_ = 0;  ///< reported part of the pipeline's ClockStatus::missing_by_arrival
 };
 
 }  // namespace prism::pipeline

@@ -15,8 +15,7 @@ void AxisRecord::keep(const compensation::Compensated& row) {
   sampled_ = true;
 }
 
-// A change of quality is an event; a flood of rows with the same fault is not. What is implausible has events of its
-// own.
+// Only changes of quality are events. Implausible values have their own events.
 void AxisRecord::watch(const compensation::CompensatedWindow& row, const Tell& tell) {
   const std::uint32_t quality = row.correction.quality & ~compensation::kImplausible;
   if (std::exchange(last_quality_, quality) != quality) {

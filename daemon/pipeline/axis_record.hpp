@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is kept of one input axis: its log, its last values, figures of stability, and what was told of it.
+// State of one input axis: its log, latest values, stability and reported quality.
 #pragma once
 
 #include <cstdint>
@@ -16,22 +16,22 @@ namespace prism::pipeline {
 
 class AxisRecord {
  public:
-  /// `log` may be null. `prefix`: what stands before the text of an event, "x: " if there are several axes.
+  /// `log` may be null. `prefix`: of event texts, "x: " if there are several axes.
   AxisRecord(std::unique_ptr<RowWriter> log, std::string prefix) : log_(std::move(log)), prefix_(std::move(prefix)) {}
 
-  /// `block_s`: of the blocks that the stability is of.
+  /// `block_s`: length of the stability blocks.
   void keep(const compensation::CompensatedWindow& row, std::int64_t session_ns, int block_s);
   void keep(const compensation::Compensated& row);
-  /// Tells a change of quality, and what became implausible or plausible again.
+  /// Reports a change of quality, and values that became implausible or plausible again.
   void watch(const compensation::CompensatedWindow& row, const Tell& tell);
-  /// What came until now is kept, but is no measurement of now.
+  /// The stored values are no longer current.
   void end_session() { sampled_ = windowed_ = false; }
-  /// Another model: figures of two do not mix.
+  /// Restarts the stability, after a change of model.
   void begin_stability() { stability_.reset(); }
 
   RowWriter* log() const { return log_.get(); }
   const compensation::BlockStability& stability() const { return stability_; }
-  /// Of the session that runs: null before its first frame, before its first full second, and after its end.
+  /// Of the current session: null before its first frame or full second, and after its end.
   const compensation::Compensated* last_sample() const { return sampled_ ? &last_sample_ : nullptr; }
   const compensation::CompensatedWindow* last_window() const { return windowed_ ? &last_window_ : nullptr; }
 

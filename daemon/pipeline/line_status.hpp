@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is known of a line itself, whatever it carries.
+// State of a serial line, independent of its data.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@ enum class LineState { kNone, kConnecting, kReceiving, kSilent, kReplaying, kEnd
 
 struct LineStatus {
   LineState state = LineState::kNone;
-  std::string detail;                               ///< why, for people
-  std::int64_t since_ns = 0;                        ///< host time at which the state was taken
+  std::string detail;                               ///< reason, human-readable
+  std::int64_t since_ns = 0;                        ///< host time of the last change of state
   std::int64_t last_data_ns = 0;                    ///< arrival of the last bytes; 0: none since the start
-  std::optional<transport::LineCounters> hardware;  ///< nothing if the driver does not count
-  std::vector<std::string> notes;                   ///< what the line could not be given when it was opened
+  std::optional<transport::LineCounters> hardware;  ///< nullopt if the driver does not count
+  std::vector<std::string> notes;                   ///< settings that the device did not accept at open
 
-  /// True while rows come, or came a moment ago: what was measured is of now.
+  /// True if the line delivers rows, so that the latest values are current.
   bool delivers() const { return state == LineState::kReceiving || state == LineState::kReplaying; }
   void set(LineState now, const std::string& why, std::int64_t now_ns) {
     if (now != state) since_ns = now_ns;

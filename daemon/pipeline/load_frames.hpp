@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A line's frame description, proved.
+// Loads and tests a line's frame description.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace prism::pipeline {
 
-/// Reads the description and runs its test vectors. Its wire is the line as it is set, not as the description suggests:
-/// time stamps subtract the time that a byte takes on it.
+/// Reads the description and runs its test vectors. Its wire format is that of `line`, not the suggested one, since
+/// time stamps subtract the transmission time of a byte.
 Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const wire::GyroChoice& choice,
                                               const config::LineConfig& line);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the acquisition and the socket know of a log and a capture, wherever and however they are written.
+// Interfaces of the log and the capture, for the acquisition and the socket.
 #pragma once
 
 #include <atomic>
@@ -15,11 +15,11 @@
 
 namespace prism::pipeline {
 
-/// What a log did, of several axes all together; read from any thread.
+/// Counters of the logs of all axes together; readable on any thread.
 struct LogCounters {
   std::atomic<std::uint64_t> rows{0}, dropped{0}, segments{0};
-  std::atomic<std::uint64_t> pending{0};   ///< rows that wait for the disk thread
-  std::atomic<std::uint64_t> unsynced{0};  ///< rows that it wrote, and that a power cut would cost
+  std::atomic<std::uint64_t> pending{0};   ///< rows queued for the disk thread
+  std::atomic<std::uint64_t> unsynced{0};  ///< written rows that a power cut would lose
 };
 
 struct RowQuery {
@@ -27,26 +27,26 @@ struct RowQuery {
 
   std::string after = {};     ///< a cursor's text, "earliest" or "latest"; empty: the follower's own, else "earliest"
   std::size_t limit = 1000;   ///< 1 to kMostRows
-  std::string follower = {};  ///< who asks; empty: nobody who is remembered
+  std::string follower = {};  ///< name of the consumer; empty: anonymous, its cursor is not stored
   std::uint32_t user = 0;     ///< of the follower
 };
 
-/// What the query gets.
+/// Result of a query.
 struct RowPage {
   /// {"log":…,"segments":[{"segment":…,"file":…,"metadata":{…},"columns":…,"first":…,"rows":[…]}…],"after":…,"more":…,
   /// "missing":…} without its last brace.
   std::string json;
-  RowCursor begin, after;  ///< of the query, and behind the last row
+  RowCursor begin, after;  ///< cursor of the query, and after the last row
   std::size_t rows = 0;
-  std::uint64_t missing = 0;  ///< rows behind the query's cursor that were deleted before it asked
+  std::uint64_t missing = 0;  ///< rows after the query's cursor that were deleted before the query
 };
 
-/// Why a query gets no page.
+/// Why a query failed.
 struct RowRefusal {
   enum class Why {
     kNotAllowed,     ///< another user's follower, or too many followers
-    kBadCursor,      ///< no text that `rows` gave
-    kForeignCursor,  ///< of another log, or beyond the end of this one
+    kBadCursor,      ///< not a text that `rows` returned
+    kForeignCursor,  ///< of another log, or past the end of this one
     kUnreadable,     ///< the log cannot be read
   };
   Why why;
@@ -54,34 +54,34 @@ struct RowRefusal {
 };
 using RowResult = tl::expected<RowPage, RowRefusal>;
 
-/// A program that follows the log by a name of its own.
+/// A named consumer of the log.
 struct FollowerStatus {
   std::uint32_t user = 0;
-  RowCursor after;          ///< it has everything up to here
+  RowCursor after;          ///< it has all rows up to here
   std::int64_t time_s = 0;  ///< host time of its last request
   std::uint64_t lost_rows = 0;
 };
 
-/// Where rows are written: on a thread of its own (live), or right here (a replay, which may wait).
+/// Writes rows: on the disk thread (live), or on the caller's (a replay, which may wait).
 class RowWriter {
  public:
   virtual ~RowWriter() = default;
   virtual void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) = 0;
-  /// Puts what was appended on the disk; called once a second of real time, however fast the data's time runs.
+  /// Syncs the appended rows. Called once a second of real time, at any speed of the data.
   virtual void sync() = 0;
   virtual void set_metadata(const std::string& metadata) = 0;
-  /// Reads what the disk has. `done` is called on any thread, perhaps before this returns; never if the writer ends
-  /// before.
+  /// Reads written rows. `done` is called on any thread, possibly before this returns; not if the writer is destroyed
+  /// first.
   using Pages = std::function<void(RowResult)>;
   virtual void read(const RowQuery& query, Pages done) = 0;
   /// By name; empty if not known.
   virtual std::map<std::string, FollowerStatus> followers() const { return {}; }
-  /// The last segment ends; nothing is taken from here on.
+  /// Closes the last segment; later rows are ignored.
   virtual void close() = 0;
   virtual const LogCounters& counters() const = 0;
 };
 
-/// Where the bytes of one line are kept with their arrival times. No call waits.
+/// Stores the bytes of one line with their arrival times. No call waits.
 class CaptureSink {
  public:
   virtual ~CaptureSink() = default;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How the parts of the daemon report what happened.
+// Callback with which the parts of the daemon report events.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,8 @@ namespace prism::pipeline {
 
 enum class Severity { kDebug, kInfo, kWarning, kError };
 
-/// `kind`: one word for programs (line_open, line_lost, quality, …); `text`: one line for people. The receiver adds the
-/// time.
+/// `kind`: event type, a fixed word (line_open, line_lost, quality, …). `text`: one human-readable line. The receiver
+/// adds the time.
 using Tell = std::function<void(Severity severity, const std::string& kind, const std::string& text)>;
 
 }  // namespace prism::pipeline

@@ -57,7 +57,7 @@ const Rows& Pipeline::finish() {
   return rows_;
 }
 
-// What was said since the gyro's last bytes serves from its next ones on: only the last of it can be asked for.
+// Values since the gyro's last bytes apply from its next bytes on: only the latest is needed.
 void Pipeline::feed_sensors(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
   feeds_[line].feed(bytes, arrival_ns, decoder_.held_since_ns().value_or(arrival_ns), last_arrival_ns_);
 }
@@ -72,7 +72,7 @@ std::vector<double> Pipeline::sensors_now(std::int64_t now_ns) const {
   return values;
 }
 
-// On copies first: of several axes all take theirs, or none.
+// Works on copies first, so that either all axes change or none.
 Result<void> Pipeline::use_models(const Setup& setup) {
   std::vector<Axis> axes = axes_;
   for (std::size_t i = 0; i < axes.size(); ++i) {
@@ -95,7 +95,7 @@ void Pipeline::end_axes() {
   }
 }
 
-// Nothing where they have no turn: of a thousand frames a second not each one adds to a sensor's mean.
+// Returns values for every stride_-th frame only: at 1000 frames per second, not every frame needs them.
 std::span<const double> Pipeline::sensors_at(const wire::Reading& reading) {
   const std::size_t own = decoder_.description().sensors.size();
   if (own == values_.size()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Bytes → readings → samples → rows: the one path that live, replay, training from captures and judging run.
+// Bytes → decoded messages → samples → rows. Used live, in replays, in training from captures and in evaluation.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,12 @@
 
 namespace prism::pipeline {
 
-/// What a call made, in the order in which it came to be. Rows of one frame stand together: the seconds that it closes
-/// before its samples.
+/// Rows of one call, in order of creation. For each frame: the seconds that it closes, then its samples.
 struct Rows {
   struct Window {
     std::size_t axis;            ///< index into Pipeline::axes()
-    std::size_t samples_before;  ///< how many of `samples` came before it
-    std::int64_t session_ns;     ///< of the session it belongs to: the arrival time at which that began
+    std::size_t samples_before;  ///< number of entries of `samples` that precede it
+    std::int64_t session_ns;     ///< arrival time at which its session began
     compensation::CompensatedWindow row;
   };
   struct Sample {
@@ -32,51 +31,52 @@ struct Rows {
   };
   std::vector<Sample> samples;
   std::vector<Window> windows;
-  /// Their names; outlives the pipeline that made the rows.
+  /// Names of the axes; valid after the pipeline was destroyed.
   std::shared_ptr<const std::vector<std::string>> axes;
 
   void clear() { samples.clear(), windows.clear(); }
 };
 
-/// One input axis of the device: its corrections do not depend on the others'.
+/// One input axis of the device; axes are corrected independently.
 struct Axis {
-  std::string name;  ///< as the frame description calls it
+  std::string name;  ///< as in the frame description
   compensation::Engine engine;
   std::int64_t last_ns = 0;  ///< arrival of its last frame
-  int thermometer = -1;      ///< index into Setup::sensors; -1: what the frame description says
+  int thermometer = -1;      ///< index into Setup::sensors; -1: as in the frame description
 };
 
-/// Synchronous and deterministic: what comes out depends on the bytes, their arrival times and the set-up only. Each
-/// call returns its rows; they stand until the next call.
+/// Synchronous and deterministic: the rows depend only on the bytes, their arrival times and the set-up. The rows that
+/// a call returns are valid until the next call.
 ///
-/// Within a session seconds only go forward. One begins where the line was opened, with the first bytes where nobody
-/// said so, and with the frame whose second is before the last one's (a clock was set and nobody noticed).
+/// Within a session the seconds increase. A session begins with begin_session(), else with the first bytes, and with a
+/// frame whose second is before the last one (after an undetected clock step).
 class Pipeline {
  public:
   explicit Pipeline(const Setup& setup);
 
-  /// The line was opened (again) at now_ns: the second in progress is closed, and nothing held from before continues.
+  /// The line was opened (again) at now_ns: closes the current second and discards the decoder's and clock's state.
   const Rows& begin_session(std::int64_t now_ns);
-  /// Of all lines the arrival times never decrease, but for a host clock that was set: sessions begin on all of them.
+  /// Arrival times never decrease over all lines, except when the host clock was set, which begins a session on all
+  /// lines.
   const Rows& feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
-  /// Nothing has arrived until now_ns: a candidate that waits for its end may be given up.
+  /// No data arrived until now_ns: incomplete frame candidates may expire.
   const Rows& expire(std::int64_t now_ns);
-  /// The end of the run: what can still be read is read, the open second is closed.
+  /// End of the run: decodes the remaining bytes and closes the current second.
   const Rows& finish();
 
-  /// The same for a sensor line (index into Setup::sensor_lines): makes no row. What arrives at the same time as the
-  /// gyro's bytes is given first.
+  /// The same for a sensor line (index into Setup::sensor_lines); creates no row. Sensor bytes that arrive with gyro
+  /// bytes must be passed first.
   void begin_sensor_session(std::size_t line, std::int64_t now_ns) { feeds_[line].begin_session(now_ns); }
   void feed_sensors(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
 
-  /// Takes the models of `setup`. A refusal leaves everything as it was.
+  /// Applies the models of `setup`. On error, the models are unchanged.
   Result<void> use_models(const Setup& setup);
 
   const wire::FrameDecoder& decoder() const { return decoder_; }
   const drivers::Clock& clock() const { return clock_; }
   const std::vector<Axis>& axes() const { return axes_; }
   const std::vector<SensorFeed>& sensor_feeds() const { return feeds_; }
-  /// Of all sensors, as Setup::sensors; kUnknown: not known at that time.
+  /// Values of all sensors, as Setup::sensors; kUnknown: not known at that time.
   std::vector<double> sensors_now(std::int64_t now_ns) const;
 
  private:
@@ -92,8 +92,10 @@ class Pipeline {
   std::vector<Axis> axes_;
   std::vector<SensorFeed> feeds_;
   std::vector<wire::Reading> readings_;
-  std::vector<double> values_;              ///< of all sensors: the device's, then the lines'
-  std::uint32_t stride_ = 1, waiting_ = 0;  ///< without sensors of its own: every so many readings take the lines'
+  std::vector<double> values_;  ///< of all sensors: the device's, then the lines'
+  std::uint32_t stride_ = 1,
+                waiting_ =
+                    0;  ///< for a device without sensors: every stride_-th reading takes the sensor lines' values
   std::int64_t last_arrival_ns_ = 0;
   std::optional<std::int64_t> session_ns_, last_second_;
   Rows rows_;

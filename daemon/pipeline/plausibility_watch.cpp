@@ -39,7 +39,7 @@ std::vector<PlausibilityWatch::Notice> PlausibilityWatch::push(const compensatio
       episode.calm_s = 0;
     } else if (episode.open && std::isfinite(bucket.*sensor.value) && ++episode.calm_s >= kCalmS) {
       episode.open = false;
-      notices.push_back({false, fmt::format("{} is plausible again: {:.6g} {} after {} s in which it was not",
+      notices.push_back({false, fmt::format("{} is plausible again: {:.6g} {} after {} implausible seconds",
                                             sensor.name, bucket.*sensor.value, sensor.unit, episode.implausible_s)});
     }
   }

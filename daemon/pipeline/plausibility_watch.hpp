@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tells once that a sensor is not believed, and once that it is again.
+// Plausibility alarm with hysteresis: reports once when a sensor becomes implausible, once when it recovers.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 
 namespace prism::pipeline {
 
-/// One notice for each sensor as it becomes implausible, one when it has been plausible for kCalmS of data time: a
-/// sensor that flickers is one fault. Sessions come and go, and a sensor's fault with the clock set back lasts on.
+/// Returns a notice for each sensor that becomes implausible, and another when it was plausible for kCalmS of data
+/// time, so that a flickering sensor is one fault. A new session or a clock set back does not end a fault.
 class PlausibilityWatch {
  public:
   static constexpr int kCalmS = 30;
@@ -21,7 +21,7 @@ class PlausibilityWatch {
     bool entered;
     std::string text;  ///< "temperature is implausible: found -273 degC, expected -90 to 200"
   };
-  /// Rows in the order in which they came to be.
+  /// Rows must be passed in order of creation.
   std::vector<Notice> push(const compensation::CompensatedWindow& row);
 
  private:

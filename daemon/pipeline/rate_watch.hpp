@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sees a frame description whose rate_hz is not the gyro's, by the samples' own times.
+// Detects a wrong rate_hz in the frame description, from the samples' times.
 #pragma once
 
 #include <cstdint>
@@ -9,23 +9,23 @@
 
 namespace prism::pipeline {
 
-/// Counts the samples of whole seconds. Times that are made of rate_hz itself (a counter of frames, or no counter, on
-/// the clock "device") cannot tell; time stamps of the gyro and the clock "host" can.
+/// Counts samples per full second. Works with time stamps of the gyro and with the clock "host". Cannot work if the
+/// times are computed from rate_hz (clock "device" with a frame counter or without a counter).
 class RateWatch {
  public:
   explicit RateWatch(double rate_hz) : rate_hz_(rate_hz) {}
 
-  /// A full second had so many samples. What is wrong, in one line, once: where the median of 30 seconds in a row is
-  /// off rate_hz by more than a tenth and no more than a tenth of them differ from it (a line that loses frames now and
-  /// then does).
+  /// Adds the number of samples of a full second. Returns a message, once, if the median of 30 consecutive seconds
+  /// differs from rate_hz by more than 10 % and at most 10 % of them differ from the median (unlike a line that loses
+  /// frames now and then).
   std::optional<std::string> push(std::uint32_t samples);
-  /// A new session: seconds before it are no longer counted.
+  /// Call at a new session: discards the seconds before it.
   void begin() { seconds_.clear(); }
 
  private:
   double rate_hz_;
   std::vector<std::uint32_t> seconds_;
-  bool told_ = false;
+  bool reported_ = false;
 };
 
 }  // namespace prism::pipeline

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A place in a log, as clients hold it: they hand it back as it is.
+// A position in a log. Clients store its text and send it back unchanged.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 namespace prism::pipeline {
 
-/// Behind a row.
+/// The position after a row.
 struct RowCursor {
-  std::string log;            ///< id of the segment index: another one is another log
+  std::string log;            ///< id of the segment index; differs between logs
   std::uint64_t segment = 0;  ///< its number; 0: before the first
-  std::uint64_t row = 0;      ///< in it, from 1; 0: before its first
-  std::uint64_t total = 0;    ///< rows of the log up to here, deleted ones too: tells how many are missing
+  std::uint64_t row = 0;      ///< row in the segment, from 1; 0: before the first
+  std::uint64_t total = 0;    ///< rows of the log up to here, with deleted ones; used to count missing rows
 
   std::string text() const;
-  /// Nothing where the text is none.
+  /// Returns nullopt if the text is invalid.
   static std::optional<RowCursor> parse(std::string_view text);
 
   bool operator==(const RowCursor&) const = default;

@@ -22,7 +22,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr const char* kFormat = "prism-segments";
-constexpr std::uint64_t kStaleLines = 10'000;  // then the file is written anew, without the segments that are gone
+constexpr std::uint64_t kStaleLines = 10'000;  // above: rewrite the file without deleted segments
 
 std::string new_id() {
   std::array<std::uint8_t, 16> bytes{};
@@ -30,7 +30,7 @@ std::string new_id() {
   return fmt::format("{:02x}", fmt::join(bytes, ""));
 }
 
-std::uint64_t whole(const json& object, const char* key) {
+std::uint64_t unsigned_of(const json& object, const char* key) {
   const auto found = object.find(key);
   return found != object.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
 }
@@ -112,7 +112,7 @@ void SegmentIndex::remember_file() {
   if (::stat(path_.c_str(), &there) == 0) device_ = there.st_dev, inode_ = there.st_ino;
 }
 
-// Whole lines count; one that a power cut tore, or that nobody understands, is passed over.
+// Reads complete lines; skips invalid ones and one that a power cut truncated.
 bool SegmentIndex::read() {
   const Result<std::string> text = read_text_file(path_, kMaxModelBytes);
   *this = SegmentIndex(path_);
@@ -124,7 +124,7 @@ bool SegmentIndex::read() {
     begin = end + 1;
   }
   if (id_.empty()) return false;
-  if (last < text->size()) waiting_.assign(1, '\n');  // ends the torn line
+  if (last < text->size()) waiting_.assign(1, '\n');  // ends the truncated line
   remember_file();
   return true;
 }
@@ -132,21 +132,21 @@ bool SegmentIndex::read() {
 bool SegmentIndex::take_line(const std::string& line) {
   const json object = json::parse(line, nullptr, false);
   if (!object.is_object()) return false;
-  if (word(object, "format") == kFormat && whole(object, "version") == 1) {
+  if (word(object, "format") == kFormat && unsigned_of(object, "version") == 1) {
     id_ = word(object, "id");
-    next_ = std::max<std::uint64_t>(whole(object, "next"), 1);
-    deleted_segments_ = whole(object, "deleted_segments");
-    deleted_rows_ = whole(object, "deleted_rows");
+    next_ = std::max<std::uint64_t>(unsigned_of(object, "next"), 1);
+    deleted_segments_ = unsigned_of(object, "deleted_segments");
+    deleted_rows_ = unsigned_of(object, "deleted_rows");
     return true;
   }
-  if (const std::uint64_t made = whole(object, "made"); made > 0) {
-    take_number(made, word(object, "file"), whole(object, "rows"));
+  if (const std::uint64_t made = unsigned_of(object, "made"); made > 0) {
+    take_number(made, word(object, "file"), unsigned_of(object, "rows"));
     return true;
   }
-  const std::uint64_t gone = whole(object, "deleted");
-  const auto entry = entries_.find(std::max(whole(object, "ended"), gone));
+  const std::uint64_t gone = unsigned_of(object, "deleted");
+  const auto entry = entries_.find(std::max(unsigned_of(object, "ended"), gone));
   if (entry == entries_.end()) return false;
-  entry->second.rows = whole(object, "rows");
+  entry->second.rows = unsigned_of(object, "rows");
   if (gone > 0) forget(gone, entry->second.rows);
   return true;
 }
@@ -157,7 +157,7 @@ void SegmentIndex::begin() {
   compact();
 }
 
-// The whole index anew: at its beginning, and where most of it is of segments that are gone.
+// Rewrites the index: when it is created, and when most lines are of deleted segments.
 void SegmentIndex::compact() {
   if (inode_ != 0 && stale_lines_ < kStaleLines) return;
   const ordered_json head = {{"format", kFormat},
@@ -170,7 +170,8 @@ void SegmentIndex::compact() {
   for (const auto& [number, entry] : entries_)
     text += json_text(ordered_json{{"made", number}, {"file", entry.file}, {"rows", entry.rows}}) + "\n";
   struct stat link {};
-  if (::lstat(path_.c_str(), &link) == 0 && S_ISLNK(link.st_mode)) ::unlink(path_.c_str());  // leads anywhere
+  if (::lstat(path_.c_str(), &link) == 0 && S_ISLNK(link.st_mode))
+    ::unlink(path_.c_str());  // it could point to any file
   if (!write_text_file(path_, text)) return;
   waiting_.clear();
   stale_lines_ = 0;
@@ -179,7 +180,7 @@ void SegmentIndex::compact() {
 
 void SegmentIndex::put(const ordered_json& line) {
   waiting_ += json_text(line) + "\n";
-  if (inode_ == 0) return;  // could not be made yet: compact() tries again, with all there is
+  if (inode_ == 0) return;  // not created yet: compact() retries with all entries
   const int file = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC);
   if (file < 0) return;
   const ssize_t written = ::write(file, waiting_.data(), waiting_.size());

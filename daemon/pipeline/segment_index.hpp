@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The order in which segments were made, kept beside them: names alone do not tell it (docs/formats.md).
+// Index file with the order in which segments were made, which their names do not show (docs/formats.md).
 #pragma once
 
 #include <cstdint>
@@ -10,34 +10,34 @@
 
 namespace prism::pipeline {
 
-/// JSON lines in FOLDER/NAME.EXTENSION.index: an id, made once, and the number of each segment. Numbers only go up and
-/// never come again. What cannot be written waits for the next call: a full disk costs the log nothing but this file's
-/// last lines. No error of the file system throws.
+/// JSON lines in DIRECTORY/NAME.EXTENSION.index: a permanent id, and the number of each segment. Numbers increase and
+/// are never reused. Lines that cannot be written are written at the next call, so that a full disk does not stop the
+/// log. Does not throw on file system errors.
 class SegmentIndex {
  public:
-  /// `path` of the index; nothing is read or made yet.
+  /// `path`: of the index. Does not read or create it yet.
   explicit SegmentIndex(std::string path) : path_(std::move(path)) {}
 
-  /// Call before the index is asked: reads it where it is another file than the one known (or none is), makes a new one
-  /// with a new id where there is none or it is damaged, and gives numbers to `files` that have none (written before
-  /// there was an index, or just before a power cut), in the order given.
+  /// Call before other members. Reads the index if it is a new or another file; creates one with a new id if it is
+  /// missing or damaged. Numbers those `files`, in order, that have no number (older than the index, or made just
+  /// before a power cut).
   void refresh(const std::vector<std::string>& files);
 
-  /// What stands there, and nothing is made. False: no index, or one of damage.
+  /// Reads the index without creating it. Returns false if it is missing or damaged.
   bool read();
 
-  /// 0: none.
+  /// Returns 0 if the file has no number.
   std::uint64_t number(const std::string& file) const;
   void made(const std::string& file);
   void ended(const std::string& file, std::uint64_t rows);
   void deleted(const std::string& file, std::uint64_t rows);
-  /// Rows that ended() said; 0: it did not.
+  /// Rows as passed to ended(), else 0.
   std::uint64_t rows(const std::string& file) const;
-  /// Those that were made and not deleted, in this order.
+  /// Files that were made and not deleted, in order of creation.
   std::vector<std::string> files() const;
 
   const std::string& id() const { return id_; }
-  /// Of all segments that were deleted.
+  /// Rows of all deleted segments.
   std::uint64_t deleted_rows() const { return deleted_rows_; }
 
  private:

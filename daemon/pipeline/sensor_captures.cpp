@@ -37,7 +37,8 @@ Result<SensorCaptures> SensorCaptures::open(const Setup& setup, const SensorFile
     const Setup::SensorLine& line = setup.sensor_lines[i];
     const auto found = files.find(line.name);
     if (found == files.end() || found->second.empty()) {
-      captures.notes_.push_back(fmt::format("{}: no capture of this sensor line: its sensors are unknown", line.name));
+      captures.notes_.push_back(
+          fmt::format("{}: found no capture of this sensor line; its values are unknown", line.name));
       continue;
     }
     Stream& stream = captures.streams_.emplace_back();
@@ -49,7 +50,8 @@ Result<SensorCaptures> SensorCaptures::open(const Setup& setup, const SensorFile
   for (const auto& [name, paths] : files) {
     const bool known = std::any_of(setup.sensor_lines.begin(), setup.sensor_lines.end(),
                                    [&, &wanted = name](const Setup::SensorLine& line) { return line.name == wanted; });
-    if (!known) return refuse(setup.config.path, fmt::format("has no sensor line \"{}\"", name));
+    if (!known)
+      return refuse(setup.config.path, fmt::format("found no sensor line \"{}\", which --replay-sensors names", name));
   }
   return captures;
 }

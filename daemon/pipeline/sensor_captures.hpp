@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Captures of the sensor lines, told between the packets of the gyro's as they came.
+// Merges the captures of the sensor lines with the gyro's packets, by arrival time.
 #pragma once
 
 #include <cstdint>
@@ -15,29 +15,29 @@
 
 namespace prism::pipeline {
 
-/// Files of each line by its name, in order.
+/// Files of each line, by its name, in order.
 using SensorFiles = std::map<std::string, std::vector<std::string>>;
 
-/// Where prismd leaves them: FOLDER/LINE/….pcap of the gyro capture's folder, in order of their names.
+/// Finds the files that prismd wrote: DIRECTORY/LINE/*.pcap in the directory of the gyro's capture, sorted by name.
 SensorFiles sensor_files_beside(const Setup& setup, const std::string& gyro_capture);
 
-/// By arrival; a sensor line's packet first where it came with the gyro's. Where the host's clock was set back every
-/// capture says so by a session that begins before the last packet: such places are each other's, one by one.
+/// Orders by arrival; at equal times, the sensor line's packet is first. When the host clock was set back, every
+/// capture has a session that begins before its last packet; the n-th of these points correspond in all captures.
 class SensorCaptures {
  public:
   using Give = std::function<void(std::size_t line, const drivers::CapturePacket&)>;
 
-  /// Refused: a line that the set-up does not have, or a file that cannot be opened. Lines without files are noted.
+  /// Errors: a line that the set-up does not have; a file that cannot be opened. Lines without files give a note.
   static Result<SensorCaptures> open(const Setup& setup, const SensorFiles& files);
 
-  /// Gives what came before the gyro's packet or with it, and was not given.
+  /// Passes all remaining packets up to the gyro's packet to `give`, those of the same time included.
   void until(const drivers::CapturePacket& gyro, const Give& give);
 
-  /// What is to be known of the files: a line each.
+  /// Warnings about the files, one line each.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
-  /// Which of several passes of the host's clock over the same times a packet is of.
+  /// Counts how often the host clock was set back before a packet.
   struct Pass {
     std::int64_t last_ns = 0;
     int number = 0;

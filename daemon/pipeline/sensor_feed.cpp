@@ -14,7 +14,7 @@ void SensorFeed::begin_session(std::int64_t now_ns) {
   if (!said_.empty() && said_.back().arrival_ns > now_ns) said_.clear();
 }
 
-// A frame that waits for its end or its like is told with the bytes that bring them, never by a timer: a replay has
+// A frame that waits for its end or for a second frame is completed by later bytes, never by a timer: a replay has
 // none.
 void SensorFeed::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::int64_t needed_since_ns,
                       std::int64_t latest_ns) {

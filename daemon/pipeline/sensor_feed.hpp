@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The line of an instrument beside the gyro: what its sensors said, by when it arrived.
+// Sensor values of an instrument on a line of its own, by arrival time.
 #pragma once
 
 #include <cstdint>
@@ -13,20 +13,20 @@
 
 namespace prism::pipeline {
 
-/// A value is in force from the arrival of the bytes that complete it until the next one, at most stale_after_s long.
-/// What serves at a time depends on the bytes and their arrival times only, not on when it is asked.
+/// A value is valid from the arrival of its last byte until the next value, at most stale_after_s. The value at a time
+/// depends only on the bytes and their arrival times, not on the time of the query.
 class SensorFeed {
  public:
   explicit SensorFeed(const Setup::SensorLine& line);
 
-  /// The line was opened (again) at now_ns. What was said before holds on, unless the host's clock was set back.
+  /// The line was opened (again) at now_ns. Earlier values stay valid unless the host clock was set back.
   void begin_session(std::int64_t now_ns);
-  /// `needed_since_ns`: no earlier time will be asked for; `latest_ns`: the last time that may be asked for, but for
-  /// those that are still to come. What lies between is kept, at most one value beyond.
+  /// `needed_since_ns`: earliest time of later queries; `latest_ns`: latest time of queries for data so far. Values in
+  /// between are stored, and at most one after.
   void feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::int64_t needed_since_ns,
             std::int64_t latest_ns);
 
-  /// Writes what was in force at `at_ns`, for a sensor each; kUnknown where nothing was.
+  /// Writes the value of each sensor that was valid at `at_ns`; kUnknown if there was none.
   void values_at(std::int64_t at_ns, std::span<double> values) const;
   /// Arrival of the last value of any sensor.
   std::optional<std::int64_t> last_ns() const;

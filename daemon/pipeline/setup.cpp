@@ -23,8 +23,7 @@ Result<wire::FrameDescriptionPtr> load_gyro_frames(const config::Config& config)
     choice.axes.push_back({axis.name, axis.sign, axis.scale_factor_arcsec_per_pulse});
   Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, choice, config.line);
   if (frames && !(*frames)->carries_gyro())
-    return refuse(config.frames,
-                  "has no gyro, expected one; an instrument beside the gyro belongs to \"sensor_lines\"");
+    return refuse(config.frames, "found no gyro, expected one; instruments without a gyro belong to \"sensor_lines\"");
   return frames;
 }
 
@@ -35,14 +34,19 @@ Result<Setup::SensorLine> load_sensor_line(const config::SensorLineConfig& confi
   const Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, choice, config.line);
   if (!frames) return tl::unexpected<Error>(frames.error());
   if ((*frames)->carries_gyro())
-    return refuse(config.frames, fmt::format("has a gyro, expected the frames of an instrument for {}", config.name));
+    return refuse(
+        config.frames,
+        fmt::format("found a gyro, expected an instrument without a gyro for the sensor line {}", config.name));
   if ((*frames)->sensors.empty())
-    return refuse(config.frames,
-                  fmt::format("has no sensor of its own; \"columns\" of {} says which stands where", config.name));
+    return refuse(
+        config.frames,
+        fmt::format(
+            "found no sensor with a name, expected at least one; name them in \"columns\" of the sensor line {}",
+            config.name));
   return Setup::SensorLine{config.name, *frames, {config.line.device, (*frames)->wire}, config.stale_after_s};
 }
 
-/// The device's, then those of each line, which are called LINE.SENSOR.
+/// The device's sensors, then those of each line, named LINE.SENSOR.
 SensorList all_sensors(const Setup& setup) {
   std::vector<SensorName> sensors;
   for (const wire::SensorRule& rule : setup.frames->sensors) sensors.push_back(rule.sensor);
@@ -53,7 +57,7 @@ SensorList all_sensors(const Setup& setup) {
   return sensors.empty() ? nullptr : std::make_shared<const std::vector<SensorName>>(std::move(sensors));
 }
 
-/// Where an axis's T comes from, as the configuration says it.
+/// The configured thermometer of an axis.
 Result<int> find_thermometer(const Setup& setup, const config::AxisConfig& axis) {
   if (axis.thermometer.empty()) return -1;
   const std::vector<SensorName>& there = sensors_of_list(setup.sensors);
@@ -63,11 +67,11 @@ Result<int> find_thermometer(const Setup& setup, const config::AxisConfig& axis)
     return refuse(where, fmt::format("found \"{}\", expected one of {}", axis.thermometer, sensors_text(there)));
   if (there[index].unit != "degC")
     return refuse(where,
-                  fmt::format("{} is in {}, expected a thermometer in degC", axis.thermometer, there[index].unit));
+                  fmt::format("found {} in {}, expected a thermometer in degC", axis.thermometer, there[index].unit));
   return static_cast<int>(index);
 }
 
-// A model takes what the stream carries, of the gyro it was trained on, or is refused.
+// Rejects a model of another gyro, or with inputs that the frames do not have.
 Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string& path, bool own_thermometer) {
   const config::Config& config = setup.config;
   const wire::FrameDescription& frames = *setup.frames;
@@ -79,25 +83,27 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
   const compensation::ModelInfo& info = (*model)->info();
   if (!info.gyro_serial.empty() && !config.gyro_serial.empty() && info.gyro_serial != config.gyro_serial) {
     return refuse(path + ":/gyro/serial",
-                  fmt::format("found \"{}\", expected \"{}\" as {} says: a model of another gyro", info.gyro_serial,
+                  fmt::format("found \"{}\", expected \"{}\" as in {}: the model is of another gyro", info.gyro_serial,
                               config.gyro_serial, config.path));
   }
   for (const std::string& input : info.inputs) {
     const bool of_sensor = !compensation::sensors_of({input}).empty();
     const bool own = own_thermometer && input != compensation::kInputUhfo;
     if (of_sensor || own || (input == compensation::kInputUhfo ? frames.uhfo : frames.temperature).present) continue;
-    return refuse(path + ":/inputs", fmt::format("found {}, which frames of \"{}\" do not carry", input, frames.name));
+    return refuse(path + ":/inputs",
+                  fmt::format("found {}, which frames of \"{}\" do not contain", input, frames.name));
   }
   const std::vector<SensorName>& there = sensors_of_list(setup.sensors);
   for (const SensorName& sensor : info.features.sensors) {
     const std::size_t index = sensor_index(there, sensor.name);
     if (index == there.size()) {
-      return refuse(path + ":/features/sensors",
-                    fmt::format("found {}, expected one that {} gives{}: {}", sensor.name, frames.name,
-                                config.by_axes ? "" : " where \"axes\" names the axes", sensors_text(there)));
+      return refuse(
+          path + ":/features/sensors",
+          fmt::format("found {}, expected a sensor of {}{}: {}", sensor.name, frames.name,
+                      config.by_axes ? "" : " (sensors need \"axes\" in the configuration)", sensors_text(there)));
     }
     if (there[index].unit != sensor.unit)
-      return refuse(path + ":/features/sensors", fmt::format("found {} in {}, but {} gives it in {}", sensor.name,
+      return refuse(path + ":/features/sensors", fmt::format("found {} in {}, but {} has it in {}", sensor.name,
                                                              sensor.unit, frames.name, there[index].unit));
   }
   return model;
@@ -124,7 +130,7 @@ Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index) {
   return axis;
 }
 
-/// The models of one device are of one gyro, also where the configuration does not say of which.
+/// All models of a device must be of one gyro, even if the configuration names no serial number.
 Result<void> check_serials(Setup& setup) {
   std::string path, serial;
   for (std::size_t i = 0; i < setup.axes.size(); ++i) {
@@ -134,16 +140,16 @@ Result<void> check_serials(Setup& setup) {
       const std::string found = model ? model->info().gyro_serial : "";
       if (found.empty() || found == serial) continue;
       if (!serial.empty()) {
-        return refuse(
-            file + ":/gyro/serial",
-            fmt::format("found \"{}\", but {} is of gyro \"{}\", expected models of one", found, path, serial));
+        return refuse(file + ":/gyro/serial",
+                      fmt::format("found \"{}\", but {} is of gyro \"{}\"; expected models of the same gyro", found,
+                                  path, serial));
       }
       serial = found, path = file;
     }
   }
   if (!serial.empty() && setup.config.gyro_serial.empty()) {
-    setup.notes.push_back(fmt::format("{}: bound to gyro \"{}\", but {} names no gyro/serial to compare it with", path,
-                                      serial, setup.config.path));
+    setup.notes.push_back(fmt::format("{}: is of gyro \"{}\", which cannot be checked because {} has no gyro/serial",
+                                      path, serial, setup.config.path));
   }
   return {};
 }
@@ -157,7 +163,8 @@ Result<void> replace(config::Config& config, const Overrides& overrides) {
   };
   if (!overrides.model.empty()) {
     if (config.axes.size() > 1)
-      return refuse("--model", fmt::format("names one model, but {} serves {} axes", config.path, config.axes.size()));
+      return refuse("--model", fmt::format("found one model, but {} has {} axes; set the models in the configuration",
+                                           config.path, config.axes.size()));
     config.axes.front().model = config::find_data_file(overrides.model, "models", absolute("."));
   }
   for (config::AxisConfig& axis : config.axes) {
@@ -198,8 +205,9 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
   }
   if (auto one = check_serials(setup); !one) return tl::unexpected<Error>(one.error());
   if (const auto& names = setup.frames->axis_names; names.size() > 1 && setup.config.axes.front().name.empty()) {
-    setup.notes.push_back(fmt::format("{}: names no axis: {} is served, the first of {}; \"axes\" serves several",
-                                      setup.config.path, names.front(), fmt::join(names, ", ")));
+    setup.notes.push_back(
+        fmt::format("{}: found no \"axis\" or \"axes\"; using {}, the first of {}; use \"axes\" for several",
+                    setup.config.path, names.front(), fmt::join(names, ", ")));
   }
   setup.line = {setup.config.line.device, setup.frames->wire};
   setup.clock.source = setup.config.device_clock ? drivers::ClockSource::kDevice : drivers::ClockSource::kHost;

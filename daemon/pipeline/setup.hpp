@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Everything that a configuration names, loaded and checked together: all of it holds, or none is taken.
+// Loads and checks a configuration and all files it refers to. Any error rejects the set.
 #pragma once
 
 #include <string>
@@ -16,11 +16,11 @@
 namespace prism::pipeline {
 
 struct Setup {
-  /// One input axis: what its engine is made of.
+  /// One input axis: models and settings of its engine.
   struct Axis {
     compensation::ModelPtr model, fallback;
-    int thermometer = -1;                 ///< what the configuration says: index into Setup::sensors; -1: nothing
-    compensation::EngineSettings engine;  ///< its plausibility joins presets, frame description and configuration
+    int thermometer = -1;                 ///< configured thermometer, index into Setup::sensors; -1: not configured
+    compensation::EngineSettings engine;  ///< plausibility limits combine defaults, frame description and configuration
 
     compensation::FeatureDefinition features() const {
       return model ? model->info().features : compensation::FeatureDefinition{};
@@ -28,7 +28,7 @@ struct Setup {
     bool operator==(const Axis&) const = default;
   };
 
-  /// An instrument beside the gyro.
+  /// An instrument on a line of its own.
   struct SensorLine {
     std::string name;
     wire::FrameDescriptionPtr frames;
@@ -40,12 +40,12 @@ struct Setup {
   wire::FrameDescriptionPtr frames;
   std::vector<SensorLine> sensor_lines;  ///< as config.sensor_lines
   std::vector<Axis> axes;                ///< as frames->axes and config.axes
-  SensorList sensors;                    ///< frames->sensors, then those of each line; null: none
+  SensorList sensors;                    ///< frames->sensors, then those of each line; null: no sensors
   transport::Settings line;
   drivers::ClockSettings clock;
-  std::vector<std::string> notes;  ///< legal, but worth knowing: one line each
+  std::vector<std::string> notes;  ///< warnings, one line each
 
-  /// Of each line; 0 is the gyro's, those behind it are the sensor lines.
+  /// Settings of a line: 0 is the gyro's line, the sensor lines follow.
   const config::LineConfig& line_config(std::size_t number) const {
     return number == 0 ? config.line : config.sensor_lines[number - 1].line;
   }
@@ -54,29 +54,27 @@ struct Setup {
   }
 };
 
-/// What a command line puts in the place of a configuration's settings. Empty: the configuration's.
+/// Command-line settings that replace those of the configuration. Empty: as configured.
 struct Overrides {
   std::string model;   ///< path, or bare name as in the configuration
   std::string device;  ///< path of a tty
   std::string socket;  ///< path
   std::string
-      replay_log;  ///< a replay never touches what a live run writes: its log goes here, and it captures nothing
-  bool without_models = false;  ///< the path up to the seconds: the models are still to be made from them
+      replay_log;  ///< directory of a replay's log, so that a replay does not change live files; it writes no capture
+  bool without_models = false;  ///< loads no models: for training, which needs the one-second means only
 };
 
-/// Reads the configuration, its frame description (and runs its test vectors) and its models, and checks that they go
-/// together: a model of another gyro, or one whose inputs the frames do not carry, is refused.
-/// What is overridden is replaced before anything is checked.
+/// Reads the configuration, its frame descriptions (and runs their test vectors) and its models. Overrides are applied
+/// before any check. Errors: among others, a model of another gyro, or one with inputs that the frames do not have.
 Result<Setup> load_setup(const std::string& config_path, const Overrides& overrides = {});
 
-/// The metadata on top of every log segment of an axis: what the rows depend on, and nothing of the moment they were
-/// written in.
+/// Metadata at the top of each log segment of an axis: all that the rows depend on; no time of writing.
 std::string log_metadata(const Setup& setup, std::size_t axis);
 
-/// Which models serve, in a few words: the first characters of the id and the name; by axis where there are several.
+/// Short text of the models in use: start of the id and name; with axis names if there are several.
 std::string models_text(const Setup& setup);
 
-/// What an axis's log segments are named after: the instance, and the axis where the configuration names several.
+/// Base name of an axis's log segments: the instance, and the axis if the configuration has "axes".
 std::string log_name(const Setup& setup, std::size_t axis);
 
 }  // namespace prism::pipeline
