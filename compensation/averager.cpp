@@ -7,7 +7,7 @@
 namespace prism::compensation {
 namespace {
 
-// Bounded: an interval of an hour or more leaves no second whole anyway.
+// Limited: with an interval of an hour or more no second is complete.
 std::int64_t interval_ns(double interval_s) {
   return interval_s > 0 ? std::llround(1e9 * std::min(interval_s, 3600.0)) : 0;
 }
@@ -49,7 +49,7 @@ std::optional<Bucket> Averager::push(const Sample& sample, QuantitySet implausib
     }
   };
   const std::int64_t into_ns = sample.time_ns - begin_ns_;
-  if (open_ && into_ns > 0 && into_ns <= kNanosecondsPerSecond) {  // nearly always: no bucket is made or destroyed
+  if (open_ && into_ns > 0 && into_ns <= kNanosecondsPerSecond) {  // the usual case: avoids constructing a mean
     take();
     return std::nullopt;
   }
@@ -62,7 +62,7 @@ std::optional<Bucket> Averager::push(const Sample& sample, QuantitySet implausib
 
 std::optional<Bucket> Averager::finish() {
   if (!open_) return std::nullopt;
-  const std::int64_t next_end_ns = last_ns_ + interval_ns(last_interval_s_);  // when a further sample would be due
+  const std::int64_t next_end_ns = last_ns_ + interval_ns(last_interval_s_);  // when the next sample would be due
   if (next_end_ns <= begin_ns_ + kNanosecondsPerSecond) bucket_.partial = true;
   const Bucket last = close();
   *this = Averager(list_);
@@ -79,7 +79,8 @@ void Averager::open(const Sample& sample, std::int64_t second) {
   begin_ns_ = second * kNanosecondsPerSecond;
   const std::int64_t length_ns = interval_ns(sample.interval_s);
   const std::int64_t missed_ns = sample.time_ns - length_ns - begin_ns_;
-  bucket_.partial = !begun && missed_ns > length_ns / 100;  // stamps are that true, not truer
+  // Tolerance: time stamps are accurate to about 1 % of an interval.
+  bucket_.partial = !begun && missed_ns > length_ns / 100;
 }
 
 void Averager::add(const Sample& sample, QuantitySet implausible) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Gathers samples into buckets of one second, aligned to whole seconds of the samples' own time.
+// Averages samples over one second, aligned to integer seconds of the sample time.
 #pragma once
 
 #include <cstdint>
@@ -15,41 +15,42 @@ namespace prism::compensation {
 
 inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
-/// The second (s, s + 1] that a sample time lies in: the time is the end of the sample's interval.
+/// The second (s, s + 1] that contains a sample time; the time is the end of the sample's interval.
 std::int64_t bucket_second(std::int64_t time_ns);
 
-/// Means over one second of samples, of those that are believed. A quantity that no sample of the second carried is
-/// kUnknown; of one of which none was believed, what was measured stands all the same.
+/// Means over the plausible samples of one second. A quantity is kUnknown if no sample contained it. If all its values
+/// were implausible, the mean is over these values and `disbelieved` is set.
 struct Bucket {
-  std::int64_t second = 0;  ///< whole seconds of the sample time: the bucket covers (second, second + 1] s
+  std::int64_t second = 0;  ///< integer seconds of the sample time: covers (second, second + 1] s
   std::uint32_t samples = 0;
   std::uint32_t missing_frames = 0;
   double rate_deg_per_h = kUnknown;  ///< weighted by each sample's interval
   double temperature_degc = kUnknown;
   double uhfo_v = kUnknown;
   std::uint32_t status = 0;  ///< all status bits seen in the second, or-ed
-  bool partial = false;      ///< the session began or ended within this second: its means are of a part of it
-  /// When its last sample had arrived, ns since 1970 UTC by the host's clock; 0: not known. The pipeline says it.
+  bool partial = false;      ///< the session began or ended within this second: the means cover a part of it
+  /// Arrival time of the last sample, ns since 1970 UTC by the host clock; 0: unknown. Set by the pipeline.
   std::int64_t arrival_ns = 0;
-  QuantitySet implausible = {};      ///< of these samples were left out: they were implausible
-  QuantitySet disbelieved = {};      ///< of these every sample was: the mean is of them
-  SensorList sensor_list = {};       ///< null: none
-  std::vector<double> sensors = {};  ///< as sensor_list
+  QuantitySet implausible = {};      ///< some samples were implausible and left out
+  QuantitySet disbelieved = {};      ///< all samples were implausible: the mean is over them
+  SensorList sensor_list = {};       ///< null: no sensors
+  std::vector<double> sensors = {};  ///< in the order of sensor_list
 };
 
-/// The bucket as windows take it: what is disbelieved is kUnknown.
+/// Returns the mean with each quantity that is entirely implausible set to kUnknown, for windows.
 Bucket believed(Bucket bucket);
 
-/// push() takes samples in order of time and returns a bucket when a sample of a later second closes it; finish()
-/// returns the one still open: the session ends. Seconds without samples give no bucket: the conditioner sees the gap.
-/// The first bucket is partial where the interval of its first sample begins within the second; the last one where a
-/// further sample would have belonged to it.
+/// push() takes samples in order of time and returns a mean when a sample of a later second arrives; finish() ends the
+/// session and returns the open second. Seconds without samples return no mean: the feature extraction detects the gap.
+/// The first mean is partial if the interval of its first sample begins within the second; the last one if a further
+/// sample would have belonged to it.
 class Averager {
  public:
   explicit Averager(SensorList sensors = nullptr)
       : sensors_(sensors ? sensors->size() : 0), list_(std::move(sensors)) {}
 
-  /// `implausible`: what of the sample is not believed. `sensors`: as the list; empty: not read with this sample.
+  /// `implausible`: quantities of the sample to leave out. `sensors`: in the order of the list; empty: not read with
+  /// this sample.
   std::optional<Bucket> push(const Sample& sample, QuantitySet implausible = {}, std::span<const double> sensors = {});
   std::optional<Bucket> finish();
 
@@ -73,9 +74,9 @@ class Averager {
   Mean rate_, temperature_, uhfo_;
   std::vector<WeightedSum> sensors_;
   SensorList list_;
-  std::int64_t last_ns_ = 0;    ///< of the last sample,
-  double last_interval_s_ = 0;  ///< and how long it was
-  std::int64_t begin_ns_ = 0;   ///< of the open bucket
+  std::int64_t last_ns_ = 0;    ///< time of the last sample
+  double last_interval_s_ = 0;  ///< its interval
+  std::int64_t begin_ns_ = 0;   ///< start of the open second
   bool open_ = false, begun_ = false;
 };
 

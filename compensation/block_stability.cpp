@@ -18,7 +18,7 @@ double RunningVariance::sd() const {
 
 void BlockStability::add(const CompensatedWindow& row, int length_s) {
   if (row.window.state != WindowState::kReady) {
-    next_end_.reset();  // after a gap the grid begins anew: a block never spans it
+    next_end_.reset();  // the grid restarts after a gap: a block never spans one
     return;
   }
   const std::int64_t second = row.window.bucket.second;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Bias stability as laser-gyro engineers state it: the standard deviation of non-overlapping 100 s means.
+// Bias stability as in laser-gyro practice: the standard deviation of non-overlapping 100 s means.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ class RunningVariance {
   void add(double value);
   std::int64_t count() const { return count_; }
   double mean() const { return count_ > 0 ? mean_ : kUnknown; }
-  /// Standard deviation with divisor N − 1; kUnknown below two values.
+  /// Standard deviation with divisor N − 1; kUnknown for fewer than two values.
   double sd() const;
 
  private:
@@ -24,7 +24,7 @@ class RunningVariance {
 };
 
 /// Takes the windows of a run and keeps those that end a block of length_s seconds: the paper's sample grid. Raw and
-/// corrected are taken from the same blocks, so that their ratio means something. Memory does not grow.
+/// corrected values use the same blocks, so that their ratio is meaningful. Uses constant memory.
 class BlockStability {
  public:
   void add(const CompensatedWindow& row, int length_s);
@@ -33,7 +33,7 @@ class BlockStability {
   const RunningVariance& raw() const { return raw_; }              ///< blocks with a correction only
   const RunningVariance& corrected() const { return corrected_; }  ///< the same blocks, corrected
   const RunningVariance& all() const { return all_; }              ///< every full block, raw
-  /// (raw − corrected) / raw, 1 = all removed; nothing below two blocks or where raw does not move at all.
+  /// (raw − corrected) / raw, 1 = all removed. Returns nullopt for fewer than two blocks or a constant raw rate.
   std::optional<double> improvement() const;
 
  private:

@@ -19,9 +19,9 @@ std::string exact_numbers(const Eigen::MatrixXd& matrix) {
 std::string wrong_centres(const ModelInfo& info, const Eigen::MatrixXd& centres, Eigen::Index alphas) {
   const auto d = static_cast<Eigen::Index>(info.inputs.size()), n = centres.cols();
   if (centres.rows() != d || n < 1)
-    return fmt::format("centres are {} x {}, expected {} inputs a centre", centres.rows(), n, d);
+    return fmt::format("found {} inputs for each of {} centres, expected {}", centres.rows(), n, d);
   if (n > kMaxCentres)
-    return fmt::format("found {} centres, expected at most {}: its factor would take gigabytes", n, kMaxCentres);
+    return fmt::format("found {} centres, expected at most {}: more need gigabytes of memory", n, kMaxCentres);
   if (alphas != n) return fmt::format("found {} alphas, expected {}", alphas, n);
   return {};
 }

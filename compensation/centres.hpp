@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the kernel models have in common: their centres.
+// Functions of the kernel models for their centres.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,10 +9,10 @@
 
 namespace prism::compensation {
 
-/// The matrix in its order of storage, exact (model_id.hpp).
+/// The numbers in storage order, exact (model_id.hpp).
 std::string exact_numbers(const Eigen::MatrixXd& matrix);
 
-/// What is wrong with `centres` [inputs x n] for a model of these inputs with so many alphas; empty: nothing.
+/// Returns the error in `centres` [inputs x n] for a model with these inputs and this number of alphas; empty if valid.
 std::string wrong_centres(const ModelInfo& info, const Eigen::MatrixXd& centres, Eigen::Index alphas);
 
 }  // namespace prism::compensation

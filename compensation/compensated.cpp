@@ -30,7 +30,7 @@ char* put_quality(char* at, std::uint32_t quality) {
   for (const auto& [bit, name] : kNames) {
     if (!(quality & bit)) continue;
     if (end != at) *end++ = '+';
-    for (const char c : name) *end++ = c;  // no call for a few characters
+    for (const char c : name) *end++ = c;  // avoids a call for a few characters
   }
   return end;
 }

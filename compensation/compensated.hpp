@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the compensation tells the world: raw, bias and corrected rate together, and how far to trust them.
+// Output of the compensation: raw rate, bias and corrected rate with their quality flags.
 #pragma once
 
 #include <cstdint>
@@ -11,46 +11,46 @@
 
 namespace prism::compensation {
 
-/// Bits; 0 is a correction without reservation.
+/// Bits; 0 is a correction without restrictions.
 enum Quality : std::uint32_t {
   kGood = 0,
-  kWarming = 1,         ///< the window is not full since the start or the last gap
+  kWarming = 1,         ///< the window is not yet full after the start or a gap
   kNoModel = 2,         ///< no model is loaded: nothing is corrected
-  kInputMissing = 4,    ///< an input of the model is not known: never carried, or no longer
-  kExtrapolating = 8,   ///< the model is asked off the data it was trained on
-  kFallback = 16,       ///< the fallback model, which needs no slope, gave the bias
+  kInputMissing = 4,    ///< an input of the model is unknown: not measured or out of date
+  kExtrapolating = 8,   ///< the inputs are outside the training range of the model
+  kFallback = 16,       ///< the bias is of the fallback model, which needs no slope
   kOverLimit = 32,      ///< the predicted bias exceeded the sanity limit and was ignored
-  kSettling = 64,       ///< the lag filters have not forgotten how they began
-  kRateInvalid = 128,   ///< the device says that the rate is not valid
-  kNoData = 256,        ///< nothing is measured now: the line is lost, silent, or brought no frame yet
-  kImplausible = 512,   ///< a measured value is beyond what its sensor can say or do, and was left out
-  kSlewLimited = 1024,  ///< the bias follows the model's at the greatest slew that is allowed
+  kSettling = 64,       ///< the lag filters have not settled since their start
+  kRateInvalid = 128,   ///< the device flags the rate as invalid
+  kNoData = 256,        ///< no current data: the line is lost or silent, or no frame has arrived yet
+  kImplausible = 512,   ///< a measured value is outside the limits of its sensor and was left out
+  kSlewLimited = 1024,  ///< the slew limit holds the published bias back from the model's bias
 };
 
 /// "good", or the names of the bits joined by '+': "warming+fallback".
 std::string quality_text(std::uint32_t quality);
 
-/// The same, written at `at`, which has room for kQualityChars; returns its end.
+/// Writes the same text at `at`, which has space for kQualityChars; returns its end.
 inline constexpr int kQualityChars = 128;
 char* put_quality(char* at, std::uint32_t quality);
 
-/// The bits that quality_text wrote; bits of unknown names are dropped.
+/// The bits of a text from quality_text(); ignores unknown names.
 std::uint32_t parse_quality(const std::string& text);
 
-/// The bias in force, with what it is worth. bias_deg_per_h is kUnknown where no correction is possible.
+/// The bias in force and its uncertainty. bias_deg_per_h is kUnknown if no correction is possible.
 struct Correction {
   double bias_deg_per_h = kUnknown;
-  double sd_deg_per_h = kUnknown;       ///< of the true bias less this one, in a run that was not seen (Prediction)
+  double sd_deg_per_h = kUnknown;       ///< of the true bias minus this one, in a new run (Prediction)
   double sd_mean_deg_per_h = kUnknown;  ///< with the noise of the window's mean rate
   std::uint32_t quality = kNoModel;
 };
 
-/// The one place where a bias is subtracted. kUnknown where either is: never a silently uncorrected number.
+/// The only place where a bias is subtracted. Returns kUnknown if either is unknown: never a silently uncorrected rate.
 inline double corrected_rate(double rate_deg_per_h, const Correction& correction) {
   return rate_deg_per_h - correction.bias_deg_per_h;
 }
 
-/// One sample, corrected with the bias of the last full second before it.
+/// One sample, corrected with the bias of the last complete second before it.
 struct Compensated {
   Sample sample;
   Correction correction;
@@ -63,7 +63,7 @@ struct CompensatedWindow {
   Correction correction;
   double corrected_deg_per_h = kUnknown;       ///< the second's mean rate − bias
   double corrected_mean_deg_per_h = kUnknown;  ///< the window's mean rate − bias
-  Doubts doubts;                               ///< of the first sample of each quantity that was not believed
+  Doubts doubts;                               ///< of the first implausible sample of each quantity
 };
 
 }  // namespace prism::compensation

@@ -10,8 +10,8 @@
 namespace prism::compensation {
 namespace {
 
-// One JSON object, built in place: a std::string grown piece by piece costs a frame more than its numbers do.
-// kJsonChars is above the sum of all keys and numbers of the longest one.
+// One JSON object, built in place: growing a std::string costs more per frame than its numbers. kJsonChars is above the
+// sum of all keys and numbers of the longest object.
 class JsonWriter {
  public:
   explicit JsonWriter(char* at) : end_(at) {}
@@ -29,7 +29,7 @@ class JsonWriter {
       put("null");
     }
   }
-  // Seconds with microseconds; fixed decimals would round the large number through a double's last digits.
+  // Seconds with microseconds; fixed decimals would be limited by the double's last digits.
   void time(std::int64_t time_ns) {
     if (time_ns < 0 && time_ns > -kNanosecondsPerSecond) put("-");
     integer(time_ns / kNanosecondsPerSecond);
@@ -55,7 +55,7 @@ class JsonWriter {
   char* end_;
 };
 
-// Behind the members of an object that is closed already: their names need no quoting beyond the marks.
+// Appends to an object that is already closed; sensor names need no escaping.
 void append_sensors(std::string& text, const Bucket& bucket) {
   if (!bucket.sensor_list) return;
   text.back() = ',';

@@ -17,9 +17,9 @@
 namespace prism::compensation {
 namespace {
 
-constexpr std::int64_t kFarthestSecond = 9'223'372'036;  // what std::int64_t nanoseconds reach
+constexpr std::int64_t kFarthestSecond = 9'223'372'036;  // the range of std::int64_t nanoseconds
 
-// How one column of the log is written and read; the table below is the format.
+// Writes and reads one column of the log; the table below defines the format.
 struct Column {
   const char* name;
   void (*append)(std::string& text, const CompensatedWindow& row);
@@ -31,7 +31,7 @@ bool parse_integer(std::string_view field, auto& value) {
   return error == std::errc() && end == field.data() + field.size();
 }
 
-// An empty field is an unknown quantity; "nan" and "inf", which from_chars would take, are not numbers of a log.
+// An empty field is an unknown quantity. A log contains no "nan" or "inf", which from_chars would accept.
 bool parse_real(std::string_view field, double& value) {
   if (field.empty()) return true;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
@@ -49,7 +49,7 @@ bool parse_real(std::string_view field, double& value) {
         [](std::string_view field, CompensatedWindow& row) { return parse_integer(field, row.member); } \
   }
 
-// time_utc and time_s are the end of the second: the time up to which the row's data reach.
+// time_utc and time_s are the end of the second: the end of the data in this row.
 const std::array kColumns = {
     Column{"time_utc",
            [](std::string& text, const CompensatedWindow& row) { text += utc_text(row.window.bucket.second + 1); },
@@ -80,13 +80,14 @@ const std::array kColumns = {
            [](std::string& text, const CompensatedWindow& row) { text += quality_text(row.correction.quality); },
            [](std::string_view field, CompensatedWindow& row) {
              row.correction.quality = parse_quality(std::string(field));
-             // Which quantity it was the log does not say: of such a second nothing is taken.
+             // The log does not state which quantity was implausible, so the reader uses none of this second.
              if (row.correction.quality & kImplausible)
                row.window.bucket.implausible = row.window.bucket.disbelieved = {true, true, true};
-             return quality_text(row.correction.quality) == field;  // a torn or unknown name must not read as "good"
+             // A truncated or unknown name must not read as "good".
+             return quality_text(row.correction.quality) == field;
            }},
-    // Further columns stand behind those of format 1, and a log may lack them. The last one is a digit: no row can be
-    // torn unseen.
+    // Columns after those of format 1 are optional. The last column is one digit, so that a truncated row is always
+    // detected.
     PRISM_REAL("sd_mean_deg_per_h", correction.sd_mean_deg_per_h, kRateDecimals),
     Column{"arrival_s",
            [](std::string& text, const CompensatedWindow& row) {
@@ -180,7 +181,7 @@ Result<CsvLayout> CsvLayout::parse(std::string_view columns, std::string_view wh
     end = std::min(columns.find(',', begin), columns.size());
     const std::string_view name = columns.substr(begin, end - begin);
     if (!names.insert(name).second)
-      return refuse(std::string(where), fmt::format("the column \"{}\" is named twice", plain_text(name)));
+      return refuse(std::string(where), fmt::format("found column \"{}\" twice", plain_text(name)));
     const auto known =
         std::find_if(kColumns.begin(), kColumns.end(), [name](const Column& column) { return column.name == name; });
     const auto sensor = std::find(wanted.begin(), wanted.end(), name);
@@ -191,7 +192,7 @@ Result<CsvLayout> CsvLayout::parse(std::string_view columns, std::string_view wh
   for (const std::string& column : wanted) {
     if (!names.contains(column))
       return refuse(std::string(where),
-                    fmt::format("found no column \"{}\", which its metadata names", plain_text(column)));
+                    fmt::format("found no column \"{}\", which the metadata lists", plain_text(column)));
   }
   for (std::size_t i = 0; i < kColumnsOfFormat1; ++i) {
     if (names.contains(kColumns[i].name)) continue;
@@ -215,10 +216,10 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
     const bool read = count < known.size() && known[count] != CsvLayout::kPassedOver;
     if (read && known[count] >= CsvLayout::kSensors) {
       if (!parse_real(field, row.window.bucket.sensors[known[count] - CsvLayout::kSensors]))
-        return refuse(std::string(where), fmt::format("a sensor: \"{}\" is not a value", plain_text(field)));
+        return refuse(std::string(where), fmt::format("sensor: found \"{}\", expected a number", plain_text(field)));
     } else if (read && !kColumns[known[count]].parse(field, row)) {
-      return refuse(std::string(where),
-                    fmt::format("column {}: \"{}\" is not a value", kColumns[known[count]].name, plain_text(field)));
+      return refuse(std::string(where), fmt::format("column {}: found \"{}\", expected a valid value",
+                                                    kColumns[known[count]].name, plain_text(field)));
     }
     if (end == line.size()) break;
     begin = end + 1;

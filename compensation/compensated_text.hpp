@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Compensated rows as text: the CSV of the log (and back), and the JSON of the socket.
+// Compensated rows as text: the CSV of the log (written and read) and the JSON of the socket.
 #pragma once
 
 #include <cstddef>
@@ -13,53 +13,52 @@
 
 namespace prism::compensation {
 
-/// Decimal places of what is written.
+/// Decimal places in the output.
 inline constexpr int kRateDecimals = 6, kTemperatureDecimals = 5, kUhfoDecimals = 6, kSlopeDecimals = 8,
                      kSensorDecimals = 6;
 
-/// The column line of the log, without its line end. Columns of `sensors` stand before the last one.
+/// The column line of the log, without its line end. The columns of `sensors` are before the last one.
 std::string csv_columns(const std::vector<SensorName>& sensors = {});
 
-/// The sensors whose columns the metadata names: "# sensors: case_degc anode_v\n".
+/// The sensors whose columns the metadata lists: "# sensors: case_degc anode_v\n".
 std::vector<SensorName> sensors_in(std::string_view metadata);
-/// The line that says so; nothing where there are none.
+/// That metadata line; empty without sensors.
 std::string sensors_line(const std::vector<SensorName>& sensors);
 
 /// One row, with its line end. Unknown quantities are empty fields. Decimals: rates and U 6, temperatures 5, slope 8.
 void append_csv(std::string& text, const CompensatedWindow& row);
 
-/// Where a log's line of columns puts what prism knows. Logs are read by names: columns were added at the end, and will
-/// be.
+/// Maps the columns of a log to fields by name, because columns were added at the end and more may follow.
 class CsvLayout {
  public:
-  /// As csv_columns() has it.
+  /// The layout of csv_columns().
   CsvLayout();
-  /// Of any log, this version's or another's. Refused: a name twice, or one of the columns missing that every log has
-  /// (those of format 1), or one of `sensors`, which the metadata names. Columns of unknown names are passed over.
+  /// The layout of any log, of this or another version. Errors: a duplicate name; a missing column of format 1; a
+  /// missing column of `sensors`, which the metadata lists. Skips columns with unknown names.
   static Result<CsvLayout> parse(std::string_view columns, std::string_view where, SensorList sensors = nullptr);
 
  private:
   friend Result<CompensatedWindow> parse_csv(std::string_view, std::string_view, const CsvLayout&);
   static constexpr std::size_t kPassedOver = SIZE_MAX;
-  /// For each field, which column of append_csv it is, or kSensors and which of the sensors.
+  /// For each field: index of its column in append_csv(), or kSensors + index of the sensor.
   std::vector<std::size_t> known_;
   static constexpr std::size_t kSensors = 1000;
   SensorList sensors_;
 };
 
-/// Reads one row back (line end optional); what the columns do not carry stays at its default. `where` names the line.
+/// Reads one row (line end optional); fields without a column keep their defaults. `where` names the line in errors.
 Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view where,
                                     const CsvLayout& layout = CsvLayout());
 
-/// What put_json needs at most.
+/// Maximum length of the output of put_json().
 inline constexpr std::size_t kJsonChars = 1024;
 
 /// The "params" of a sample notification: {"time_s":…,"rate_deg_per_h":…,…}. Unknown quantities are null. Writes at
-/// `at`, which has room for kJsonChars, and returns the end of what was written.
+/// `at`, which has space for kJsonChars, and returns the end.
 char* put_json(char* at, const Compensated& row);
-/// The same, appended.
+/// Appends the same text.
 void append_json(std::string& text, const Compensated& row);
-/// The "params" of a window notification; with "sensors" where there are some: their means over the second.
+/// The "params" of a window notification; "sensors" contains their means over the second, if there are any.
 void append_json(std::string& text, const CompensatedWindow& row);
 
 }  // namespace prism::compensation

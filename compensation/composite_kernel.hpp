@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The composite kernel: a smooth part with a length for each input, a linear and a quadratic part, all shrunk.
+// The composite kernel: a smooth part with one length per input, a linear and a quadratic part.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@ struct CompositeKernel {
 
   /// k(x, x).
   double variance(const Eigen::VectorXd& x) const;
-  /// Points in columns (d × N): the whole matrix K, or its smooth part alone.
+  /// Points in columns (d × N): the full matrix K, or its smooth part alone.
   Eigen::MatrixXd matrix(const Eigen::MatrixXd& points) const;
   Eigen::MatrixXd smooth_matrix(const Eigen::MatrixXd& points) const;
 };
@@ -29,8 +29,8 @@ class CompositeCentres {
   /// `centres` is d × N, normalised.
   CompositeCentres(CompositeKernel kernel, const Eigen::MatrixXd& centres);
 
-  /// Σ alpha_k k(x, centre_k) for the alpha that the last call of weigh() gave: one kernel sum and a quadratic form,
-  /// for the polynomial parts need no sum: Σ alpha_k (x·c_k)² = xᵀ (Σ alpha_k c_k c_kᵀ) x.
+  /// Σ alpha_k k(x, centre_k) with the alpha of the last call of weigh(). Costs one kernel sum and a quadratic form,
+  /// because the polynomial parts need no sum: Σ alpha_k (x·c_k)² = xᵀ (Σ alpha_k c_k c_kᵀ) x.
   void weigh(const Eigen::VectorXd& alpha);
   /// Needs weigh().
   double sum(const Eigen::VectorXd& x) const;

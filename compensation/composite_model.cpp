@@ -40,15 +40,15 @@ ModelInfo identified(ModelInfo info, const CompositeParameters& parameters) {
 
 std::string wrong_shape(const ModelInfo& info, const CompositeParameters& p) {
   const auto d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
-  if (!info.spread) return "found no spread, expected it";
+  if (!info.spread) return "found no spread, expected one";
   if (p.prior) {
     if (p.prior->models.size() < 2 || p.prior->levels.size() != p.prior->models.size())
-      return fmt::format("found {} siblings and {} levels, expected at least 2 and a level of each",
+      return fmt::format("found {} models and {} levels in the prior, expected at least 2 and a level for each",
                          p.prior->models.size(), p.prior->levels.size());
     for (const ModelPtr& sibling : p.prior->models) {
       const ModelInfo& other = sibling->info();
       if (other.inputs != info.inputs || other.features != info.features || other.table != info.table)
-        return fmt::format("the sibling {:.12} has other inputs or features", other.id);
+        return fmt::format("model {:.12} of the prior has different inputs or features", other.id);
     }
   }
   if (std::string wrong = wrong_centres(info, p.centres, p.alpha.size()); !wrong.empty()) return wrong;
@@ -109,7 +109,7 @@ Result<ModelPtr> CompositeModel::make(ModelInfo info, CompositeParameters parame
   if (std::string wrong = wrong_shape(info, parameters); !wrong.empty()) return refuse(where, std::move(wrong));
   std::shared_ptr<CompositeModel> model(new CompositeModel(std::move(info), std::move(parameters)));
   if (!model->factorise())
-    return refuse(where, "the covariance of the centres is not positive definite: the noise is too small");
+    return refuse(where, "the covariance of the centres is not positive definite: noise is too small");
   model->measure_bias_span();
   return ModelPtr(std::move(model));
 }
@@ -151,10 +151,10 @@ double CompositeModel::variance(const Eigen::VectorXd& x) const {
 Prediction CompositeModel::predict(std::span<const double> inputs) const {
   const CompositeTrust& trust = parameters_.trust;
   const double scale = parameters_.normalisation.target_scale, square = scale * scale;
-  // With q − level in the place of q the mean stays, and the variance falls by level everywhere.
+  // With q − level instead of q the mean is the same, and the variance is lower by level everywhere.
   const Eigen::VectorXd x = normalised(inputs);
   const double fraction = std::max(0.0, variance(x) - trust.level);
-  // Off its own data it is shrunk to what the siblings say, as far as they agree.
+  // Outside the training range, shrink towards the population prior, as far as its gyros agree.
   const auto prior = parameters_.prior ? parameters_.prior->at(inputs) : SiblingPrior::Said{0, 0, true};
   Prediction prediction;
   prediction.bias_deg_per_h = own_bias_deg_per_h(x) + prior.mean_deg_per_h;

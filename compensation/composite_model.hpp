@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Prediction by a composite-kernel IR-LSSVM: a Gaussian process whose standard deviation counts what it cannot explain.
+// Prediction by a composite-kernel IR-LSSVM: a Gaussian process whose sd includes the unexplained (nuisance) drift.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,10 +15,10 @@
 
 namespace prism::compensation {
 
-/// What training found: the kernel of the bias and what it held apart from it; variances of the normalised target.
+/// The kernel of the bias, and the nuisance terms that training separated from it; variances of the normalised target.
 struct CompositeVariances {
   CompositeKernel kernel;
-  double nuisance = 0;         ///< s4²: what moves with time and not with the inputs
+  double nuisance = 0;         ///< s4²: drift in time that the inputs do not explain
   double nuisance_time_h = 1;  ///< tau, > 0
   double offset = 0;           ///< s5²: from recording to recording; 0 with one recording
   double noise = 1;            ///< s_n² of one training sample, > 0
@@ -27,13 +27,13 @@ struct CompositeVariances {
 /// Added to the diagonal of H, so that it stays positive definite in double precision.
 inline constexpr double kCompositeJitter = 1e-8;
 
-/// What the serving policy and the standard deviation need beyond the kernel (serving.hpp).
+/// Parameters of the extrapolation policy (extrapolation.hpp) and of the standard deviation beyond the kernel.
 struct CompositeTrust {
-  double skill = 1;  ///< r: with which each half of the record predicts the other, at most 1
-  /// Variance of the nuisance's level (normalised), which no record alone can tell from beta: taken off the model's, >=
-  /// 0.
+  double skill = 1;  ///< r: cross-prediction skill score (1 − MSE / variance) of the halves of the record, at most 1
+  /// Variance of the nuisance's level (normalised), >= 0. One record cannot distinguish it from beta, so it is
+  /// subtracted from the model's variance.
   double level = 0;
-  double guard = 1;  ///< model variance beyond this (normalised) is `extrapolating`, > 0
+  double guard = 1;  ///< a larger model variance (normalised) sets `extrapolating`, > 0
 };
 
 struct CompositeParameters {
@@ -41,7 +41,7 @@ struct CompositeParameters {
   double beta = 0;
   Eigen::MatrixXd centres;  ///< d × N, normalised
   Eigen::VectorXd alpha;    ///< N
-  // Dense models: what H is made of again. Sparse ones: empty, and `gram` instead.
+  // Dense models: the data from which H is rebuilt. Empty for sparse models, which have `gram`.
   Eigen::VectorXd weight;      ///< N, v_k > 0
   Eigen::VectorXd time_h;      ///< N
   std::vector<int> recording;  ///< N
@@ -49,27 +49,27 @@ struct CompositeParameters {
   Eigen::MatrixXd gram;
   Normalisation normalisation;
   CompositeTrust trust;
-  std::optional<SiblingPrior> prior;  ///< all of the above is of the target less its mean
+  std::optional<SiblingPrior> prior;  ///< if set, all parameters above are of the target minus the prior's mean
 };
 
-/// q(t, t') + s5² over the samples of one recording, 0 between recordings (the part of H that is no function of
+/// q(t, t') + s5² over the samples of one recording, 0 between recordings (the part of H that does not depend on the
 /// inputs).
 Eigen::MatrixXd nuisance_matrix(const CompositeVariances& variances, const Eigen::VectorXd& time_h,
                                 const std::vector<int>& recording);
 
 /// 1 / 1ᵀq⁻¹1 of the nuisance at these times of one recording: the variance of its level. 0 with several recordings,
-/// which tell it by s5².
+/// because s5² then includes it.
 double nuisance_level(const CompositeVariances& variances, const Eigen::VectorXd& time_h,
                       const std::vector<int>& recording);
 
 class CompositeModel final : public Model {
  public:
-  /// Factorises once, O(N³/3). Refuses (where: the model's name) shapes that do not agree and a matrix that is not
-  /// positive definite. info.kind is "composite", info.spread is there.
+  /// Factorises once, O(N³/3). Requires info.kind "composite" and info.spread. Errors (`where`: the model's name):
+  /// inconsistent shapes; a matrix that is not positive definite.
   static Result<ModelPtr> make(ModelInfo info, CompositeParameters parameters);
 
   Prediction predict(std::span<const double> inputs) const override;
-  /// One kernel sum.
+  /// Cost: one kernel sum.
   double bias_deg_per_h(std::span<const double> inputs) const override;
 
   const CompositeParameters& parameters() const { return parameters_; }
@@ -79,7 +79,7 @@ class CompositeModel final : public Model {
   bool factorise();
   Eigen::VectorXd normalised(std::span<const double> inputs) const;
   double variance(const Eigen::VectorXd& x) const;
-  double own_bias_deg_per_h(const Eigen::VectorXd& x) const;  // without what siblings say
+  double own_bias_deg_per_h(const Eigen::VectorXd& x) const;  // without the population prior
 
   CompositeParameters parameters_;
   CompositeCentres centres_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The composite kernel's part of the model file: its variances, centres, and what serving needs to trust it.
+// The composite kernel's part of the model file: variances, centres and the uncertainty parameters.
 #include <fmt/format.h>
 
 #include "compensation/centres.hpp"
@@ -51,7 +51,7 @@ std::string prior_text(const SiblingPrior& prior) {
                                  exact_text(prior.scale), exact_texts(prior.levels));
   for (const ModelPtr& sibling : prior.models) {
     std::string model = format_model(*sibling);
-    model.pop_back();  // its line end
+    model.pop_back();  // the line end
     text += model + (sibling == prior.models.back() ? "" : ",\n");
   }
   return text + "]},\n";

@@ -8,15 +8,15 @@
 namespace prism::compensation {
 namespace {
 
-// The mean of one quantity over the buckets of some seconds that have it.
+// The mean of one quantity over the one-second means of some seconds that contain it.
 struct MeanValue {
   double mean = kUnknown;
-  double mean_time_s = 0;  // of the buckets that know it, relative to the window's last second
+  double mean_time_s = 0;  // of the seconds that contain it, relative to the window's last second
   int count = 0;
   std::int64_t longest_hole_s = 0;
 };
 
-// The buckets in [first, last]; relative times keep the sums small.
+// The one-second means in [first, last]; relative times keep the sums small.
 template <class Quantity>
 MeanValue mean_value(const std::deque<Bucket>& history, Quantity value_of, std::int64_t first, std::int64_t last) {
   MeanValue result;
@@ -39,7 +39,7 @@ MeanValue mean_value(const std::deque<Bucket>& history, Quantity value_of, std::
   return result;
 }
 
-// Slope of the least-squares line through (second, value) of the buckets in [first, last].
+// Slope of the least-squares line through (second, value) in [first, last].
 template <class Quantity>
 double least_squares_slope(const std::deque<Bucket>& history, Quantity value_of, std::int64_t first, std::int64_t last,
                            const MeanValue& mean) {
@@ -54,7 +54,7 @@ double least_squares_slope(const std::deque<Bucket>& history, Quantity value_of,
   return variance > 0 ? covariance / variance : kUnknown;
 }
 
-// On a steady ramp both methods give its slope exactly, with or without holes: the times are those of the data.
+// On a steady ramp both methods return the exact slope, with or without gaps: they use the times of the data.
 template <class Quantity>
 double slope_of(const std::deque<Bucket>& history, Quantity value_of, const FeatureDefinition& definition,
                 std::int64_t last) {
@@ -101,7 +101,7 @@ Window Conditioner::push(const Bucket& bucket) {
   return window;
 }
 
-// Of another list the history that stands is of other places: it is emptied where those differ.
+// If the positions of the sensors in the new list differ, the history does not fit it and is cleared.
 void Conditioner::know(const Bucket& bucket) {
   const std::vector<SensorName>& list = sensors_of_list(bucket.sensor_list);
   std::vector<std::size_t> places;
@@ -116,7 +116,7 @@ double Conditioner::quantity(const Bucket& bucket, std::size_t sensor) const {
   return place < bucket.sensors.size() ? bucket.sensors[place] : kUnknown;
 }
 
-// Keeps exactly the seconds that a full window needs; a hole that is too long empties it first.
+// Keeps exactly the seconds that a full window needs; a gap above max_gap_s clears the history first.
 void Conditioner::admit(const Bucket& bucket, Window& window) {
   if (!history_.empty()) {
     const std::int64_t step = bucket.second - history_.back().second;
@@ -128,7 +128,7 @@ void Conditioner::admit(const Bucket& bucket, Window& window) {
   while (history_.front().second <= bucket.second - history_s(definition_)) history_.pop_front();
 }
 
-// Means of what is there, for models that can live without a slope; the slope and "ready" need the full window.
+// Means over the available seconds, for models that need no slope; the slope and "ready" need the full window.
 void Conditioner::measure(Window& window) const {
   const std::int64_t last = window.bucket.second;
   const std::int64_t first = std::max(last - definition_.length_s + 1, warm_since_);
@@ -154,8 +154,8 @@ void Conditioner::measure(Window& window) const {
   if (known_all) window.state = WindowState::kReady;
 }
 
-// One-pole mean of T per time constant. Short holes are bridged exactly (the pole decays by the true elapsed time);
-// after an emptied window longer than a tenth of the shortest constant the past is unknown and the filters begin anew.
+// One-pole mean of T per time constant. Short gaps are bridged exactly: the pole decays by the true elapsed time. After
+// a gap longer than a tenth of the shortest constant the past is unknown, and the filters restart.
 void Conditioner::update_lags(const Bucket& bucket, Window& window) {
   const auto& constants = definition_.lag_time_constants_s;
   if (constants.empty() || !std::isfinite(bucket.temperature_degc)) return;
@@ -178,7 +178,7 @@ void Conditioner::update_lags(const Bucket& bucket, Window& window) {
     const double value = quantity(bucket, k);
     std::vector<double>& means = sensor_lag_mean_[k];
     if (!std::isfinite(value)) {
-      means.clear();  // its past is not known: its lags begin anew, and settle anew
+      means.clear();  // the past is unknown: its lags restart and settle again
       continue;
     }
     if (means.empty()) {

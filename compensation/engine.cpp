@@ -9,13 +9,13 @@ namespace prism::compensation {
 Result<void> Engine::use(ModelPtr model, ModelPtr fallback) {
   for (const ModelPtr& wanted : {model, fallback}) {
     if (wanted && wanted->info().table)
-      return refuse("model", "was trained on a plain table, expected one trained on recordings");
+      return refuse("model", "trained on a CSV table, expected a model trained on recordings");
   }
   if (fallback) {
     for (const std::string& input : fallback->info().inputs) {
       if (input == kInputTemperature || input == kInputUhfo) continue;
       return refuse("fallback model",
-                    "needs the input " + input + ", expected T and U only: it serves while there is no slope");
+                    "needs the input " + input + ", expected T and U only: it is used while the slope is unknown");
     }
   }
   if (model && !(model->info().features == conditioner_.definition())) {
@@ -24,7 +24,7 @@ Result<void> Engine::use(ModelPtr model, ModelPtr fallback) {
   }
   model_ = std::move(model);
   fallback_ = std::move(fallback);
-  break_off();  // what another model said does not hold back this one
+  break_off();  // the slew limit does not apply between models
   window_ ? void(correction_ = follow(*window_)) : forget_window();
   return {};
 }
@@ -69,7 +69,7 @@ void Engine::forget_window() {
   correction_ = {kUnknown, kUnknown, kUnknown, model_ ? kWarming : kNoModel};
 }
 
-// A second that the session cut is published with the bias in force, and no window is made of it.
+// A second that a session boundary cuts is published with the bias in force and is part of no window.
 CompensatedWindow Engine::complete(const Bucket& bucket) {
   CompensatedWindow row;
   row.window.bucket = bucket;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sample → Compensated, one for one: buckets, window and model behind one push().
+// Sample → Compensated, one for one: one-second means, window and model in one push().
 #pragma once
 
 #include <optional>
@@ -18,23 +18,24 @@
 namespace prism::compensation {
 
 struct EngineSettings {
-  /// A predicted bias beyond ± this is not believed (deg/h, > 0).
+  /// A predicted bias outside ± this limit is rejected (deg/h, > 0).
   double max_bias_deg_per_h = 100;
-  /// How predictions are served, and what is published where the model is asked off its data.
+  /// How predictions outside the training range are published.
   Extrapolation extrapolation = Extrapolation::kPreset;
-  /// What of a sample is believed.
+  /// Limits of plausible values.
   PlausibilityLimits plausibility = {};
   SlewSettings slew = {};
 
   bool operator==(const EngineSettings&) const = default;
 };
 
-/// What is implausible is in no mean of a window and is not corrected; samples and rows that hold it are marked.
+/// Implausible values are left out of the means of windows and are not corrected; their samples and rows are flagged.
 ///
-/// Deterministic: the same samples and models give the same rows, live or replayed. No model: rows carry kNoModel.
+/// Deterministic: the same samples and models return the same rows, live or replayed. Without a model, rows have
+/// kNoModel.
 class Engine {
  public:
-  /// `sensors`: of the stream, as push() is given their values.
+  /// `sensors`: of the stream, in the order of the values for push().
   explicit Engine(EngineSettings settings = {}, SensorList sensors = nullptr)
       : settings_(settings),
         plausibility_(settings.plausibility),
@@ -42,24 +43,24 @@ class Engine {
         averager_(sensors_),
         conditioner_(FeatureDefinition{}) {}
 
-  /// Takes over `model` (null: none) and `fallback` (null: none), which serves while the window is not full. The window
-  /// is kept where the new model defines its features alike (its bias is then in force at once), else it warms anew. A
-  /// fallback with inputs other than T and U is refused, and everything stays as it was.
+  /// Takes over `model` and `fallback` (null: none); the fallback is used while the window is not full. If the features
+  /// of the new model are the same, the window is kept and the new bias is in force at once; else the window restarts.
+  /// Errors, without any change: a fallback with inputs other than T and U.
   Result<void> use(ModelPtr model, ModelPtr fallback);
 
-  /// Corrects one sample; returns the window of a second that this sample closed. The first sample behind a gap longer
-  /// than the model's max_gap_s, or behind a clock that was set back, already finds no bias: never the one of before.
-  /// `values`: of the sensors at that moment, unknown ones kUnknown; empty: not read with this sample.
+  /// Corrects one sample; returns the window of the second that this sample closed, if any. The first sample after a
+  /// gap above max_gap_s, or after the clock was set back, has no bias, never an old one. `values`: of the sensors at
+  /// that time, kUnknown if unknown; empty: not read with this sample.
   std::optional<CompensatedWindow> push(const Sample& sample, Compensated& out, std::span<const double> values = {});
-  /// Closes the second still open: the end of a session or of a replay. No bias is in force afterwards.
+  /// Closes the open second at the end of a session or of a replay. No bias is in force afterwards.
   std::optional<CompensatedWindow> finish();
-  /// A new session of the device: nothing of the past holds.
+  /// Starts a new session of the device: clears all state.
   void reset();
 
-  /// What the model in use or its fallback says of this window; nothing is kept.
+  /// The prediction of the model, or of its fallback, for this window. Does not change the state.
   Correction correct(const Window& window) const;
-  /// What is published for it: the same, no further from what was published for the window before than the slew limit
-  /// allows in the time between. Windows come in order of time; call break_off() where one does not follow another.
+  /// The published correction: the prediction, limited to the change since the window before that the slew limit
+  /// allows. Takes windows in order of time; call break_off() if a window does not follow the one before.
   Correction follow(const Window& window);
   void break_off() { slew_.reset(); }
 
@@ -75,12 +76,12 @@ class Engine {
   EngineSettings settings_;
   ModelPtr model_, fallback_;
   Plausibility plausibility_;
-  Doubts doubts_;  ///< of the second that is open
+  Doubts doubts_;  ///< of the open second
   SlewLimit slew_;
   SensorList sensors_;
   Averager averager_;
   Conditioner conditioner_;
-  std::optional<Window> window_;  ///< what correction_ was predicted from; none: no bias in force
+  std::optional<Window> window_;  ///< the source of correction_; none: no bias in force
   Correction correction_;
 };
 

@@ -28,8 +28,7 @@ std::vector<double> nearest_in_box(const Model& model, std::span<const double> i
 }
 
 Prediction stated(Prediction prediction, const Knowledge& known, double w) {
-  // A model judges itself by the record that it has seen: another day is stranger. Chosen on simulated gyros
-  // (docs/science.md).
+  // A model estimates its error from one record; another day differs more. Chosen on simulated gyros (docs/science.md).
   constexpr double kStrangeness = 1.25;
   const Spread& s = known.spread;
   double variance = known.model_variance + s.nuisance_deg_per_h * s.nuisance_deg_per_h;

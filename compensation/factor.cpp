@@ -6,7 +6,7 @@
 namespace prism::compensation {
 namespace {
 
-// Eigen cuts its blocks to the caches that it finds, and a factor's last bits with them. Said before anything runs.
+// Eigen chooses its block sizes by the caches, which changes a factor's last bits. This fixes them before first use.
 [[maybe_unused]] const bool kSameCachesEverywhere = [] {
   Eigen::setCpuCacheSizes(32 << 10, 256 << 10, 2 << 20);
   return true;

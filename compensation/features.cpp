@@ -8,9 +8,9 @@
 namespace prism::compensation {
 namespace {
 
-// "lag2" → 1; nothing for any other name.
+// "lag2" → 1; nullopt for any other name.
 std::optional<std::size_t> lag_index(const std::string& name) {
-  if (name.rfind("lag", 0) != 0 || name[3] == '0') return std::nullopt;  // one name for each input: no "lag01"
+  if (name.rfind("lag", 0) != 0 || name[3] == '0') return std::nullopt;  // one name per input: no "lag01"
   std::size_t number = 0;
   const char* end = name.data() + name.size();
   const auto [stop, error] = std::from_chars(name.data() + 3, end, number);
@@ -18,7 +18,7 @@ std::optional<std::size_t> lag_index(const std::string& name) {
   return number - 1;
 }
 
-/// What an input's name says.
+/// The parsed name of an input.
 struct InputTerm {
   enum class Kind { kMean, kSlope, kLag, kDifference } kind = Kind::kMean;
   std::string first, second;  // quantities: T, U or a sensor
@@ -49,7 +49,7 @@ std::optional<InputTerm> parse_term(const std::string& name) {
   return InputTerm{InputTerm::Kind::kDifference, first, second, 0};
 }
 
-/// Of a quantity that the definition knows.
+/// True if the definition has the quantity.
 std::string unit_of(const FeatureDefinition& definition, const std::string& quantity) {
   if (quantity == kInputTemperature) return "degC";
   if (quantity == kInputUhfo) return "V";

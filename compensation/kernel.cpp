@@ -31,7 +31,7 @@ void KernelCentres::row(std::span<const double> point, double* row, Eigen::Index
   kernels::rbf_row(from(inputs_, first), point.data(), gamma(kernel_), row);
 }
 
-// By blocks, so that neither side of the mirrored copy leaves the cache; a column is computed from its own block down.
+// In blocks, so that both sides of the mirrored copy stay in the cache; a column is computed from its own block down.
 Eigen::MatrixXd kernel_matrix(const Eigen::MatrixXd& points, const Kernel& kernel) {
   constexpr Eigen::Index kBlock = 32;
   const Eigen::Index n = points.cols(), d = points.rows();

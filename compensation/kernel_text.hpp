@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the files of all kernel models have in common: normalisation, centres and matrices.
+// The common parts of the files of all kernel models: normalisation, centres and matrices.
 #pragma once
 
 #include <Eigen/Core>

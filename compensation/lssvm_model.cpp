@@ -59,7 +59,7 @@ Result<ModelPtr> LssvmModel::make(ModelInfo info, LssvmParameters parameters) {
   if (std::string wrong = wrong_shape(info, parameters); !wrong.empty()) return refuse(where, std::move(wrong));
   std::shared_ptr<LssvmModel> model(new LssvmModel(std::move(info), std::move(parameters)));
   if (model->parameters_.uncertainty && !model->factorise()) {
-    return refuse(where, "the kernel matrix of the centres is not positive definite: c is too large or centres repeat");
+    return refuse(where, "the kernel matrix of the centres is not positive definite: c is too large or two centres are equal");
   }
   model->measure_bias_span();
   return ModelPtr(std::move(model));

@@ -7,11 +7,11 @@
 namespace prism::compensation {
 namespace {
 
-// On a repeat of its own profile an input that wanders leaves the box of one record all the time.
-constexpr double kBoxMargin = 0.02, kWanderingMargin = 0.2;  // in ranges
+// In a repeat of the same profile, an input that varies from run to run often leaves the box of one record.
+constexpr double kBoxMargin = 0.02, kWanderingMargin = 0.2;  // in multiples of the range
 constexpr double kGridPoints = 1024;
-constexpr std::size_t kGridInputs = 10;  // more: not even the corners fit
-constexpr double kGridSide = 65;         // of one input alone
+constexpr std::size_t kGridInputs = 10;  // with more inputs not even the corners fit
+constexpr double kGridSide = 65;         // points of a single input
 
 double margin_of(const ModelInfo& info, std::size_t input) {
   if (!info.spread) return 0;
@@ -45,7 +45,7 @@ void Model::measure_bias_span() {
   const Domain& box = info_.domain;
   const std::size_t inputs = box.min.size();
   if (inputs == 0 || inputs > kGridInputs || inputs != info_.inputs.size()) return;
-  // The largest whole side whose power is at most kGridPoints; the half keeps roots that are whole from being cut.
+  // The largest integer side whose power is at most kGridPoints; adding 0.5 prevents truncation of an exact root.
   const double root = std::pow(kGridPoints + 0.5, 1 / static_cast<double>(inputs));
   const auto side = static_cast<std::size_t>(std::min(root, kGridSide));
   std::vector<std::size_t> at(inputs, 0);

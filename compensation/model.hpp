@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The bias model's contract: inputs of one window → bias, its standard deviation, and whether it was asked off its
-// data.
+// The interface of bias models: inputs of one window → bias, its standard deviation, and the extrapolation flag.
 #pragma once
 
 #include <memory>
@@ -13,63 +12,63 @@
 
 namespace prism::compensation {
 
-/// What separates a run that was not seen from the model of another one, whatever the inputs say; standard deviations.
+/// The error between a new run and the model of another run that no input explains; standard deviations.
 struct Spread {
-  double nuisance_deg_per_h =
-      0;  ///< s4, s5: what moves with time, and from recording to recording where there are several
-  double offset_deg_per_h = 0;  ///< from run to run where one recording alone was trained: assumed, kAssumedOffset
-  double noise_deg_per_h = 0;   ///< of the window's mean rate
-  double factor = 1;            ///< on all of them: what held-out blocks say of the model's own, > 0
-  int blocks = 0;               ///< how many held-out blocks told factor or nuisance; 0: none
-  int samples = 0;              ///< in them
+  double nuisance_deg_per_h = 0;  ///< s4, s5: drift in time, and differences between recordings if there are several
+  double offset_deg_per_h = 0;    ///< between runs, if trained on one recording: assumed, kAssumedOffset
+  double noise_deg_per_h = 0;     ///< of the window's mean rate
+  double factor = 1;              ///< on all of them: error of held-out blocks over the model's own estimate, > 0
+  int blocks = 0;                 ///< held-out blocks that factor or nuisance are estimated from; 0: none
+  int samples = 0;                ///< in them
   bool operator==(const Spread&) const = default;
 };
 
-/// The offset between two runs of a gyro that was recorded once, in standard deviations of its bias: the tenth by which
-/// its cycles differ (docs/science.md).
+/// The assumed offset between two runs of a gyro with one recording, in standard deviations of its bias: its cycles
+/// differ by a tenth (docs/science.md).
 inline constexpr double kAssumedOffset = 0.1;
 
-/// What a model knows of its own ignorance at one point; variances in (deg/h)².
+/// Predictive uncertainty at one point; variances in (deg/h)².
 struct Knowledge {
   double model_variance = 0;   ///< v: of the prediction alone
   double target_variance = 0;  ///< var_y: of the training target
-  double skill = 1;            ///< r: how well each half of the record predicts the other, the worse; at most 1
-  double excess = 0;           ///< o: how far an input lies outside its training range, in ranges; the worst
+  double skill =
+      1;  ///< r: cross-prediction skill score of the worse half of the record (1 − MSE / variance); at most 1
+  double excess = 0;  ///< o: distance of the worst input outside its training range, in ranges
   Spread spread;
-  bool preset = false;  ///< made to be shrunk: served so unless a person says otherwise
+  bool preset = false;  ///< the model type is shrunk by default
 };
 
 struct Prediction {
   double bias_deg_per_h = kUnknown;
-  /// Standard deviation of (true bias − prediction) in a run that was not seen; of models without Spread what they
-  /// have: their own uncertainty, a fit's residual, or kUnknown.
+  /// Standard deviation of (true bias − prediction) in a new run. Models without BetweenRunError return their own
+  /// uncertainty, a fit's residual, or kUnknown.
   double sd_deg_per_h = kUnknown;
-  double sd_mean_deg_per_h = kUnknown;  ///< with the noise of the window's mean rate; kUnknown without Spread
-  bool extrapolating = false;           ///< outside the training box, or where the model's own variance says so
-  double mean_deg_per_h = kUnknown;     ///< of the training target; kUnknown where the model does not say
-  std::optional<Knowledge> knowledge;   ///< for the shrink policy; none: it leaves the prediction as it is
+  double sd_mean_deg_per_h = kUnknown;  ///< with the noise of the window's mean rate; kUnknown without BetweenRunError
+  bool extrapolating = false;           ///< outside the training box, or the model's own variance exceeds its guard
+  double mean_deg_per_h = kUnknown;     ///< of the training target; kUnknown if the model does not contain it
+  std::optional<Knowledge> knowledge;   ///< for the shrink policy; without it, the prediction is not shrunk
 };
 
-/// Closed ranges of each input in the training data; empty: not known.
+/// Closed ranges of each input in the training data; empty: unknown.
 struct Domain {
   std::vector<double> min, max;  ///< one per input, in the input's unit
   bool operator==(const Domain&) const = default;
 };
 
-/// What every model states about itself, whatever its kind.
+/// Properties of every model, of any type.
 struct ModelInfo {
   std::string kind;  ///< "polynomial", "stepwise", "lssvm", "ir_lssvm", …
-  std::string name;  ///< for people; not part of the id
+  std::string name;  ///< label for the user; not part of the id
   std::string id;    ///< SHA-256 of the canonical numeric content, 64 hex digits
-  /// Trained on a plain table: inputs have any names, there are no features, and no stream can feed it.
+  /// Trained on a CSV table: inputs have any names, there are no features, and it cannot be used with a stream.
   bool table = false;
   FeatureDefinition features;
-  std::vector<std::string> inputs;  ///< in the order predict() takes them
+  std::vector<std::string> inputs;  ///< in the order of predict()
   Domain domain;
-  /// Models of version 0.1 have none: their standard deviation is the model's own.
+  /// None in models of version 0.1: their standard deviation is the model's own.
   std::optional<Spread> spread;
   std::string gyro_serial;      ///< empty: any gyro
-  std::string provenance_json;  ///< the file's "provenance" object as text; "{}" where it has none
+  std::string provenance_json;  ///< the file's "provenance" object as text; "{}" if absent
 };
 
 class Model {
@@ -81,21 +80,21 @@ class Model {
   /// Bias at one point. `inputs` has info().inputs.size() finite numbers in the units of features.hpp. Pure.
   virtual Prediction predict(std::span<const double> inputs) const = 0;
 
-  /// The bias alone; same number as predict().bias_deg_per_h.
+  /// The bias alone; the same value as predict().bias_deg_per_h.
   virtual double bias_deg_per_h(std::span<const double> inputs) const { return predict(inputs).bias_deg_per_h; }
 
-  /// Greatest less smallest bias over the training box, deg/h, >= 0: on an even grid of at most 1024 points with the
-  /// box's corners in it. kUnknown where the model states no box or has more inputs than a grid takes (10).
+  /// Largest minus smallest bias over the training box, deg/h, >= 0: on an even grid of at most 1024 points that
+  /// includes the corners. kUnknown if the model has no box or more than 10 inputs.
   double bias_span_deg_per_h() const { return bias_span_deg_per_h_; }
 
  protected:
   explicit Model(ModelInfo info) : info_(std::move(info)) {}
-  /// Models with Spread leave a repeat of their profile some room (docs/science.md): 2 % of the range, 20 % where an
-  /// input is dT/dt, U or a lag.
+  /// For a repeat of the training profile, models with BetweenRunError allow a margin (docs/science.md): 2 % of the
+  /// range, 20 % if an input is dT/dt, U or a lag.
   bool outside_domain(std::span<const double> inputs) const;
-  /// How far the input that is worst off lies outside its training range, in ranges; 0 inside the box.
+  /// The largest distance of an input outside its training range, in ranges; 0 inside the box.
   double excess(std::span<const double> inputs) const;
-  /// Sets the span: for the end of the making, once bias_deg_per_h() works.
+  /// Computes the span: call it at the end of construction, when bias_deg_per_h() works.
   void measure_bias_span();
 
  private:
@@ -105,7 +104,7 @@ class Model {
 
 using ModelPtr = std::shared_ptr<const Model>;
 
-/// The inputs of `model` taken from a window, in the model's order; empty where any is unknown.
+/// The inputs of `model` taken from a window, in the model's order; empty if any is unknown.
 std::vector<double> gather_inputs(const Model& model, const Window& window);
 
 }  // namespace prism::compensation

@@ -9,7 +9,7 @@
 
 namespace prism::compensation {
 
-// JSON's "-0" is a whole number and reads back as +0: an id over "-0" would not fit the file that holds it.
+// JSON's "-0" is an integer and reads back as +0: an id over "-0" would not match the file.
 std::string exact_text(double value) { return value == 0 && std::signbit(value) ? "-0.0" : fmt::format("{}", value); }
 
 std::string exact_texts(std::span<const double> values) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The identity of a model: SHA-256 over its numbers, so that the same model has the same id wherever it was written.
+// The identity of a model: SHA-256 over its numbers, so that a model has the same id wherever it was written.
 #pragma once
 
 #include <array>
@@ -14,11 +14,11 @@ namespace prism::compensation {
 inline constexpr int kModelVersion = 1;
 inline constexpr std::array kSlopeNames = {"difference", "least_squares"};  ///< in the order of SlopeMethod
 
-/// Canonical id: version, kind, features, inputs, domain and the kind's own numbers (`content`, exact).
-/// Names, the serial number and provenance are not part of it.
+/// Canonical id: version, model type, features, inputs, domain and the numbers of the type (`content`, exact).
+/// Names, the serial number and provenance are not included.
 std::string model_id(const ModelInfo& info, std::string_view content);
 
-/// The fewest digits (at most 17) that read back as the very same double.
+/// The shortest text (at most 17 digits) that reads back as the same double.
 std::string exact_text(double value);
 std::string exact_texts(std::span<const double> values);
 

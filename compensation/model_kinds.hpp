@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What each kind of model adds to the model file: how its own part is read and written. One row per kind.
+// Reads and writes the part of the model file that belongs to each model type. One row per type.
 #pragma once
 
 #include <string>
@@ -12,18 +12,18 @@ namespace prism::compensation {
 
 struct ModelKind {
   const char* name;
-  /// Reads the kind's own keys of the file; `info` is complete but for its id, which the reader computes.
+  /// Reads the type's own keys of the file; `info` is complete except for its id, which the reader computes.
   Result<ModelPtr> (*read)(Section& top, ModelInfo info);
-  /// The kind's own part of the file: whole lines of JSON, each ending in ",\n", indented by two.
+  /// The type's own part of the file: complete lines of JSON, each ending in ",\n", indented by two.
   std::string (*content)(const Model& model);
 };
 
-/// nullptr where no kind has this name.
+/// Returns nullptr if no model type has this name.
 const ModelKind* find_model_kind(std::string_view name);
-/// All names, for refusals: "polynomial", "stepwise", …
+/// All names, for error messages: "polynomial", "stepwise", …
 std::string model_kind_names();
 
-/// A whole model, which may stand within another one; keys that nobody asked for are left to the document's finish().
+/// A complete model, which may be nested in another one; the document's finish() reports keys that are not read here.
 Result<ModelPtr> read_model(Section& top);
 
 Result<ModelPtr> read_polynomial(Section& top, ModelInfo info);

@@ -13,7 +13,7 @@
 namespace prism::compensation {
 namespace {
 
-// A text as it stands in the file and in refusals: in quotes, escaped, and not too long for a line.
+// A text of the file for error messages: in quotes, escaped and shortened.
 std::string in_quotes(const std::string& text) { return shown(nlohmann::json(text)); }
 
 FeatureDefinition read_features(Section section) {
@@ -31,12 +31,12 @@ FeatureDefinition read_features(Section section) {
   return features;
 }
 
-// The inputs of a table model carry whatever unit the table had.
+// The inputs of a table model have the units of the table.
 std::string unit_of(const ModelInfo& info, const std::string& input) {
   return info.table ? "" : unit_of_input(info.features, input);
 }
 
-// Both ends of the training box or none; one end alone would be a box that nobody meant.
+// Both ends of the training box or none: one end alone is an error.
 void read_range(Section& input, Domain& domain) {
   if (!input.has("min") && !input.has("max")) return;
   const double min = input.number("min", kAnyNumber);
@@ -87,7 +87,7 @@ std::string spread_text(const Spread& s) {
       exact_text(s.factor), s.blocks, s.samples);
 }
 
-// Another format or version than this one is refused before a key of it is looked at.
+// Checks format and version before any other key.
 void read_format(Section& top) {
   const std::string format = top.text("format");
   if (top.good() && format != "prism-model")
@@ -113,7 +113,7 @@ Result<ModelPtr> read_model(Section& top) {
   if (!info.table) info.features = read_features(top.object("features", true));
   read_inputs(top, info);
   if (top.has("spread")) info.spread.emplace(read_spread(top.object("spread")));
-  const nlohmann::json provenance = top.any("provenance");  // sorted, as it has always been written
+  const nlohmann::json provenance = top.any("provenance");  // sorted, as in all earlier versions
   if (!provenance.is_null() && !provenance.is_object()) {
     top.fail("provenance", "found " + shown(provenance) + ", expected an object {...}");
   }

@@ -10,14 +10,14 @@
 
 namespace prism::compensation {
 
-/// Reads a model of format "prism-model" version 1. `where` names the text in errors (the file's path). Refused in one
-/// line: no JSON, another format, a newer version, a missing or unknown key, a wrong type, a number that is not finite
-/// or out of range, an id that does not match the content.
+/// Reads a model of format "prism-model" version 1. `where` names the text in errors (the file's path). Errors, in one
+/// line: invalid JSON; another format; a newer version; a missing or unknown key; a wrong type; a number that is not
+/// finite or out of range; an id that does not match the content.
 Result<ModelPtr> parse_model(std::string_view text, std::string_view where);
 
-/// The file's text: every number exact (up to 17 digits), id computed anew. parse_model(format_model(m)) is m.
+/// The file's text: every number exact (up to 17 digits), with a new id. parse_model(format_model(m)) equals m.
 std::string format_model(const Model& model);
-/// The same with another provenance (a JSON object as text), which is no part of the id.
+/// The same with another provenance (a JSON object as text), which is not part of the id.
 std::string format_model(const Model& model, const std::string& provenance_json);
 
 }  // namespace prism::compensation

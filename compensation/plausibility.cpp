@@ -32,9 +32,9 @@ std::string doubt_text(const Doubt& doubt, const char* unit) {
       return fmt::format("found {:.6g} {}, expected {:.6g} to {:.6g}: it was {:.6g} {:.3g} s before", doubt.found, unit,
                          doubt.low, doubt.high, (doubt.low + doubt.high) / 2, doubt.seconds);
     case Doubt::Reason::kStuck:
-      return fmt::format("found {:.6g} {} for {:.6g} s, expected it to move", doubt.found, unit, doubt.seconds);
+      return fmt::format("found {:.6g} {} for {:.6g} s, expected it to change", doubt.found, unit, doubt.seconds);
     case Doubt::Reason::kOutOfBounds:
-      return "found a value beyond the min or max of its field, expected one within";
+      return "found a value outside the min or max of its field, expected one within";
     case Doubt::Reason::kNone:
       break;
   }
@@ -52,7 +52,7 @@ bool SensorCheck::out_of_range(double value) {
 }
 
 bool SensorCheck::slope_holds(double value, std::int64_t time_ns) {
-  if (before_ns_ == kNever) before_ns_ = time_ns;  // where the session begins
+  if (before_ns_ == kNever) before_ns_ = time_ns;  // start of the session
   if (!std::isnan(before_)) {
     const double elapsed_s = seconds_between(before_ns_, time_ns);
     const double most = limits_.step + limits_.greatest_slope_per_s * elapsed_s;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a sensor can say, and how fast it can change: what is beyond is measured, but not believed.
+// Limits of a sensor's values and of their slope: values outside are reported as implausible and not used.
 #pragma once
 
 #include <cmath>
@@ -12,25 +12,25 @@
 
 namespace prism::compensation {
 
-/// Of one sensor, in the unit of its quantity. What is infinite is not looked at.
+/// Limits of one sensor, in the unit of its quantity. An infinite limit is not checked.
 struct SensorLimits {
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
-  /// Between two values, beyond `step`, which noise and a coarse quantiser may make at once.
+  /// Between two values, above `step`, which noise and a coarse quantiser may cause at once.
   double greatest_slope_per_s = std::numeric_limits<double>::infinity();
   double step = 0;
-  /// A value that stands still for longer is the last one before the sensor died. Off: a quantised one at a soak
-  /// stands.
+  /// A value that is constant for longer is the last one of a failed sensor. Off by default, because a quantised value
+  /// may be constant in a soak.
   double stuck_s = std::numeric_limits<double>::infinity();
 
-  /// What is stated takes the place of what is here.
+  /// Replaces the limits that are given.
   void take(const SensorStatement& stated);
   bool operator==(const SensorLimits&) const = default;
 };
 
-/// The presets hold for every gyro: nobody who says nothing believes −273 or 1000 degC, or a rate of 3.4e38 deg/h.
+/// The defaults fit every gyro: without any setting −273 or 1000 degC, or a rate of 3.4e38 deg/h, is rejected.
 struct PlausibilityLimits {
   SensorLimits rate{-3.6e7, 3.6e7};  ///< deg/h: 10 000 deg/s
-  /// degC. 1 degC/s is above every chamber; thermometers of gyros are quantised by 1 degC at most.
+  /// degC. 1 degC/s is above every chamber; gyro thermometers are quantised by 1 degC at most.
   SensorLimits temperature{-90, 200, 1, 2};
   SensorLimits uhfo{-1000, 1000};  ///< V
 
@@ -38,41 +38,41 @@ struct PlausibilityLimits {
   bool operator==(const PlausibilityLimits&) const = default;
 };
 
-/// Why a value is not believed.
+/// Why a value was rejected.
 struct Doubt {
   enum class Reason : std::uint8_t { kNone, kOutOfRange, kTooFast, kStuck, kOutOfBounds };
   Reason reason = Reason::kNone;
-  double found = kUnknown;                 ///< not kOutOfBounds, where the decoder saw it
-  double low = kUnknown, high = kUnknown;  ///< kOutOfRange, kTooFast: between them it would have been believed
-  double seconds = 0;  ///< kTooFast: since the value that it is measured by; kStuck: for how long it stands still
+  double found = kUnknown;                 ///< kUnknown for kOutOfBounds, which the decoder found
+  double low = kUnknown, high = kUnknown;  ///< kOutOfRange, kTooFast: the range of plausible values
+  double seconds = 0;  ///< kTooFast: since the reference value; kStuck: how long the value has been constant
 
   explicit operator bool() const { return reason != Reason::kNone; }
 };
 
-/// One for each quantity.
+/// One per quantity.
 struct Doubts {
   Doubt rate, temperature, uhfo;
 };
 
-/// "found -273 degC, expected -90 to 200": one line for people, without the sensor's name.
+/// "found -273 degC, expected -90 to 200": one human-readable line, without the sensor's name.
 std::string doubt_text(const Doubt& doubt, const char* unit);
 
-/// One sensor of one session. Unknown values are not judged.
+/// Checks one sensor during one session. Unknown values are not checked.
 ///
-/// Slope: a value is believed where |v − v₀| <= step + slope · (t − t₀), v₀ the last value that was believed a second
-/// or more after the v₀ before it. So a spike costs itself, and a sensor that stays elsewhere is believed again once it
-/// could have come there. In the first second of a session there is no v₀: one value alone proves nothing.
+/// Slope: a value is plausible if |v − v₀| <= step + slope · (t − t₀). v₀ is the last plausible value at least a second
+/// after the v₀ before it. So a spike affects only itself, and a sensor that stays at another value is accepted again
+/// once it could have reached it. In the first second of a session there is no v₀, because one value proves nothing.
 class SensorCheck {
  public:
   explicit SensorCheck(const SensorLimits& limits);
 
-  /// Values come in order of time. Inline: for nearly all of them two comparisons are enough.
+  /// Values come in order of time. Inline, because most values need only two comparisons.
   bool believes(double value, std::int64_t time_ns) {
     if (std::isnan(value)) return true;
     if (!(value >= limits_.low && value <= limits_.high)) return out_of_range(value);
     return (!has_slope_ || slope_holds(value, time_ns)) && (!may_stick_ || moves(value, time_ns));
   }
-  /// Of the last value that was not believed.
+  /// Reason for the last rejected value.
   const Doubt& doubt() const { return doubt_; }
 
  private:
@@ -88,19 +88,19 @@ class SensorCheck {
   Doubt doubt_;
 };
 
-/// The sensors of one axis. A few comparisons a sample.
+/// Checks the sensors of one axis. Cost: a few comparisons per sample.
 class Plausibility {
  public:
   explicit Plausibility(const PlausibilityLimits& limits);
 
-  /// What of the sample is not believed.
+  /// The implausible quantities of the sample.
   QuantitySet implausible(const Sample& sample) {
     const QuantitySet& out = sample.out_of_bounds;
     return {out.rate || !rate_.believes(sample.rate_deg_per_h, sample.time_ns),
             out.temperature || !temperature_.believes(sample.temperature_degc, sample.time_ns),
             out.uhfo || !uhfo_.believes(sample.uhfo_v, sample.time_ns)};
   }
-  /// Why: adds to `doubts` what was found in that sample, the last one, where nothing stands there yet.
+  /// Adds to `doubts` the reasons found in the last sample, for quantities without a reason yet.
   void explain(const Sample& sample, QuantitySet implausible, Doubts& doubts) const;
 
  private:

@@ -19,7 +19,7 @@ std::string canonical(const std::vector<Term>& terms, double sd) {
   return text;
 }
 
-// The info with the id that the content gives it.
+// The info with the id of this content.
 ModelInfo identified(ModelInfo info, const std::vector<Term>& terms, double sd) {
   info.id = model_id(info, canonical(terms, sd));
   return info;

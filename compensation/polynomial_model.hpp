@@ -15,8 +15,8 @@ struct Term {
 
 class PolynomialModel final : public Model {
  public:
-  /// The id is computed here, whatever info.id holds. `info.kind` is "polynomial" or "stepwise"; every term has
-  /// info.inputs.size() powers. sd_deg_per_h: residual standard deviation of the fit, kUnknown where it is not known.
+  /// Computes the id and ignores info.id. `info.kind` is "polynomial" or "stepwise"; every term has info.inputs.size()
+  /// powers. sd_deg_per_h: residual standard deviation of the fit, kUnknown if unknown.
   PolynomialModel(ModelInfo info, std::vector<Term> terms, double sd_deg_per_h = kUnknown);
 
   Prediction predict(std::span<const double> inputs) const override;

@@ -18,7 +18,7 @@ std::vector<Term> read_terms(Section& top, std::size_t inputs) {
   for (Section& section : top.objects("terms")) {
     Term term;
     for (const double power : section.numbers("powers", {0, kMaxPower})) {
-      if (power != std::floor(power)) section.fail("powers", fmt::format("found {}, expected whole numbers", power));
+      if (power != std::floor(power)) section.fail("powers", fmt::format("found {}, expected integers", power));
       term.powers.push_back(static_cast<int>(power));
     }
     if (section.good() && term.powers.size() != inputs) {

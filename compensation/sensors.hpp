@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Further channels of a device, by name: what a frame description or a second line has beside temperature and UHFO.
+// Further channels of a device, by name: the sensors of a frame description or a second line, besides T and UHFO.
 #pragma once
 
 #include <algorithm>
@@ -13,17 +13,17 @@
 
 namespace prism {
 
-/// A unit that a sensor may have. The schemas in config/ list the same units; a test compares them.
+/// A unit of a sensor. The schemas in config/ list the same units; a test compares them.
 struct SensorUnit {
   const char* unit;    ///< in files
-  const char* suffix;  ///< a column of the log is called NAME_SUFFIX
-  const char* metric;  ///< Prometheus's family
+  const char* suffix;  ///< the column in the log is called NAME_SUFFIX
+  const char* metric;  ///< metric family of Prometheus
 };
 inline constexpr SensorUnit kSensorUnits[] = {
     {"degC", "degc", "prism_sensor_celsius"},  {"V", "v", "prism_sensor_volts"},     {"A", "a", "prism_sensor_amperes"},
     {"mA", "ma", "prism_sensor_milliamperes"}, {"Pa", "pa", "prism_sensor_pascals"}, {"g", "g", "prism_sensor_g"},
 };
-/// Their names, as Section::choice takes them.
+/// Their names, for Section::choice.
 inline constexpr auto kSensorUnitNames = [] {
   std::array<const char*, std::size(kSensorUnits)> names{};
   for (std::size_t i = 0; i < names.size(); ++i) names[i] = kSensorUnits[i].unit;
@@ -37,23 +37,23 @@ struct SensorName {
   bool operator==(const SensorName&) const = default;
 };
 
-/// Those of a stream, in the order of their values. Shared by all that carry values.
+/// The sensors of a stream, in the order of their values. Shared by all objects that contain values.
 using SensorList = std::shared_ptr<const std::vector<SensorName>>;
 
-/// An empty one where there is no list.
+/// Returns an empty list if there is none.
 const std::vector<SensorName>& sensors_of_list(const SensorList& list);
 
-/// One of the names of model inputs that are no sensor's: T, dTdt, U, lagN.
+/// Returns true for the reserved names of model inputs: T, dTdt, U, lagN.
 bool is_own_input(std::string_view name);
-/// True where it can be a sensor's: see SensorName.
+/// Returns true if a sensor may have this name: see SensorName.
 bool is_sensor_name(std::string_view name);
 
 /// "case_degc"
 std::string sensor_column(const SensorName& sensor);
-/// The sensor whose column this is; nothing where no unit stands at its end.
+/// The sensor of this column; nullopt if the name does not end in a known unit.
 std::optional<SensorName> sensor_of_column(std::string_view column);
 
-/// Where `name` stands in the list; its size where it does not.
+/// Index of `name` in the list; the list's size if absent.
 inline std::size_t sensor_index(const std::vector<SensorName>& sensors, std::string_view name) {
   const auto found =
       std::find_if(sensors.begin(), sensors.end(), [&](const SensorName& sensor) { return sensor.name == name; });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What other gyros of the same type say of this one before it has a long record: the mean of their models, scaled.
+// The population prior: the scaled mean of the models of other gyros of the same type, for a gyro with a short record.
 #pragma once
 
 #include <memory>
@@ -10,16 +10,17 @@
 
 namespace prism::compensation {
 
-/// m(x) = scale · mean over the siblings of (f_s(x) − level_s), each asked at the nearest point of its own box.
+/// m(x) = scale · mean over the gyros of (f_s(x) − level_s), each evaluated at the nearest point of its own box.
 struct SiblingPrior {
-  double scale = 1;              ///< of this gyro's thermal drift to the siblings', > 0
+  double scale = 1;              ///< thermal drift of this gyro over that of the others, > 0
   std::vector<ModelPtr> models;  ///< at least two, with the inputs and features of the model that uses them
-  std::vector<double> levels;    ///< deg/h, of each over the record that was trained: they differ by more than drift
+  std::vector<double> levels;    ///< deg/h, mean of each over its training record: subtracted, because levels differ by
+                                 ///< more than the drift
 
   struct Said {
     double mean_deg_per_h = 0;   ///< m(x)
-    double variance = 0;         ///< of a gyro about it: that of the siblings, with the mean's own, (deg/h)²
-    bool extrapolating = false;  ///< any of the siblings is off its own data
+    double variance = 0;         ///< of a gyro about m(x): variance of the models plus that of their mean, (deg/h)²
+    bool extrapolating = false;  ///< true if any of the models is outside its training range
   };
   Said at(std::span<const double> inputs) const;
 };

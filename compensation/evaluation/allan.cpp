@@ -11,7 +11,7 @@
 namespace prism::evaluation {
 namespace {
 
-/// One stretch without a hole, as the running sum x of its values: x[0] = 0, x[n] = y_0 + … + y_{n−1}.
+/// One segment without a gap, as the running sum x of its values: x[0] = 0, x[n] = y_0 + … + y_{n−1}.
 using Phase = std::vector<double>;
 
 struct PhaseRuns {
@@ -19,8 +19,7 @@ struct PhaseRuns {
   std::size_t values = 0, holes = 0;
 };
 
-/// The Allan deviation does not see a constant, so the mean is taken off first: the sums stay small and keep their
-/// digits.
+/// The Allan deviation does not depend on a constant, so the mean is subtracted first: the sums stay small and precise.
 PhaseRuns integrate(std::span<const double> rate) {
   PhaseRuns result;
   double origin = 0, offsets = 0;
@@ -51,7 +50,7 @@ PhaseRuns integrate(std::span<const double> rate) {
   return result;
 }
 
-/// Σ over j of the squared second difference with stride m; four partial sums keep the processor's adders busy.
+/// Σ over j of the squared second difference with stride m; four partial sums for instruction-level parallelism.
 double squared_second_differences(const Phase& x, std::size_t m, std::size_t first, std::size_t step,
                                   std::size_t terms) {
   double sums[4] = {0, 0, 0, 0};
@@ -117,17 +116,17 @@ Result<AllanCurve> allan_deviation(std::span<const double> rate, double tau0_s,
                                    std::span<const std::size_t> cluster_sizes, AllanEstimator estimator,
                                    const std::string& where) {
   if (!(tau0_s > 0) || !std::isfinite(tau0_s)) {
-    return refuse(where, fmt::format("sample interval {} s; expected a positive number", tau0_s));
+    return refuse(where, fmt::format("found a sample interval of {} s, expected a positive number", tau0_s));
   }
   const PhaseRuns phases = integrate(rate);
   AllanCurve curve{estimator, tau0_s, phases.values, phases.holes, phases.runs.size(), {}};
   const bool enough = std::any_of(phases.runs.begin(), phases.runs.end(), [](const Phase& x) { return x.size() > 3; });
   if (!enough) {
-    return refuse(where, fmt::format("{} values in {} stretches without a hole; an Allan deviation needs 3 in a row",
+    return refuse(where, fmt::format("found {} values in {} segments without a gap, expected at least 3 in one segment",
                                      phases.values, phases.runs.size()));
   }
   for (const std::size_t m : cluster_sizes) {
-    if (m == 0) return refuse(where, "cluster of 0 samples; expected 1 or more");
+    if (m == 0) return refuse(where, "found a cluster of 0 samples, expected 1 or more");
     const AllanPoint point = measure(phases, m, tau0_s, estimator);
     if (point.terms > 0) curve.points.push_back(point);
   }

@@ -13,14 +13,14 @@ namespace {
 
 enum Noise { kQ, kN, kB, kK, kR, kNoises };
 
-/// Variance that a unit coefficient gives at tau, (deg/h)².
+/// Variance at tau for a coefficient of 1, (deg/h)².
 std::array<double, kNoises> unit_variances(double tau_s) {
   const double tau_h = tau_s / 3600;
   return {3 / (tau_s * tau_s), 1 / tau_h, kAllanFlicker * kAllanFlicker, tau_h / 3, tau_h * tau_h / 2};
 }
 
-/// Rows: points; columns: the noises of `columns`, as shares of the point's expected variance, times the root of its
-/// edf / 2 (the relative error of a variance with edf degrees of freedom is sqrt(2 / edf)).
+/// Rows: points; columns: the noises of `columns`, as a fraction of the point's expected variance, times the root of
+/// its edf / 2 (the relative error of a variance with edf degrees of freedom is sqrt(2 / edf)).
 struct Problem {
   Eigen::MatrixXd design;
   Eigen::VectorXd target;
@@ -42,8 +42,8 @@ Problem relative_problem(const AllanCurve& curve, const std::vector<AllanInterva
   return problem;
 }
 
-/// Least squares with all coefficients >= 0. With five columns all 31 supports can be tried: the best feasible one is
-/// the answer, without an iteration that could stall.
+/// Least squares with all coefficients >= 0. With five columns all 31 subsets can be tried: the solution is the best
+/// feasible one, without an iteration that could stall.
 Eigen::VectorXd non_negative_fit(const Problem& problem) {
   Eigen::VectorXd best = Eigen::VectorXd::Zero(kNoises);
   double best_cost = problem.target.squaredNorm();
@@ -75,11 +75,11 @@ constexpr unsigned bit(Noise noise) { return 1U << noise; }
 struct Fit {
   Eigen::VectorXd squares;       ///< of Q, N, B, K, R
   std::vector<double> expected;  ///< variance of each point
-  double deviance = 0;           ///< Σ edf (s/e − 1 − ln s/e): twice the log likelihood short of a perfect fit
+  double deviance = 0;           ///< Σ edf (s/e − 1 − ln s/e): twice the log-likelihood ratio to a perfect fit
 };
 
-/// Only the noises `allowed` may take part. The first pass weighs by the points themselves, which favours the ones that
-/// came out low; two more weigh by the fit.
+/// Fits only the `allowed` noises. The first pass weights by the points themselves, which favours points that are too
+/// low by chance; two more weight by the fit.
 Fit fit_noises(const AllanCurve& curve, const std::vector<AllanInterval>& intervals, unsigned allowed) {
   Fit fit;
   for (const AllanPoint& point : curve.points) fit.expected.push_back(point.deviation * point.deviation);
@@ -99,10 +99,9 @@ Fit fit_noises(const AllanCurve& curve, const std::vector<AllanInterval>& interv
   return fit;
 }
 
-/// Which of the slow noises the curve shows. A rate random walk joins only where the fit without it, flicker always
-/// allowed to take its part, is less likely by more than chance would make it in one of twenty records; a ramp only
-/// where a rate random walk could not do as well. Octaves share their data, so the threshold is not chi-square's 3.8:
-/// simulated in allan_coverage_test.
+/// Selects the slow noises that the curve shows. A rate random walk is included only if the fit without it (but with
+/// flicker) is worse than chance explains in one of twenty records; a ramp only if it fits better than a rate random
+/// walk. Octave points share data, so the threshold is not chi-square's 3.8 but from simulation: allan_coverage_test.
 unsigned told_apart(const AllanCurve& curve, const std::vector<AllanInterval>& intervals) {
   constexpr double kThreshold = 8;
   constexpr unsigned kFast = bit(kQ) | bit(kN) | bit(kB);
@@ -112,7 +111,7 @@ unsigned told_apart(const AllanCurve& curve, const std::vector<AllanInterval>& i
   return deviance(bit(kR)) - both > kThreshold ? kFast | bit(kK) | bit(kR) : kFast | bit(kR);
 }
 
-/// The coefficient behind a fitted square, if it rules the curve somewhere.
+/// The coefficient of a fitted square, if it dominates the curve at some tau.
 std::optional<AllanCoefficient> resolve(Noise noise, const Eigen::VectorXd& squares, const AllanCurve& curve,
                                         const std::vector<AllanInterval>& intervals) {
   if (!(squares(noise) > 0)) return std::nullopt;
@@ -126,8 +125,8 @@ std::optional<AllanCoefficient> resolve(Noise noise, const Eigen::VectorXd& squa
     if (share <= 0.5) continue;
     if (std::isinf(least)) coefficient.from_tau_s = curve.points[i].tau_s;
     coefficient.to_tau_s = curve.points[i].tau_s;
-    // What the point alone would tell, the others' part taken off. Octaves share their data: the best counts, not the
-    // sum.
+    // Estimate from this point alone, after subtraction of the other noises. Octave points share data, so the
+    // uncertainty is that of the best point, not of the sum.
     least = std::min(least, 1 / (std::sqrt(2 * intervals[i].edf) * share));
   }
   if (std::isinf(least)) return std::nullopt;
@@ -135,19 +134,19 @@ std::optional<AllanCoefficient> resolve(Noise noise, const Eigen::VectorXd& squa
   return coefficient;
 }
 
-/// log2 of the ratio of neighbours an octave apart is the slope.
+/// Slope between neighbours an octave apart: log2 of their ratio.
 bool flat(const AllanPoint& a, const AllanPoint& b) {
   return std::abs(std::log(b.deviation / a.deviation) / std::log(b.tau_s / a.tau_s)) <= 0.1;
 }
 
-/// A flat stretch of the curve, first to last point. Longest wins, then lowest.
+/// A flat segment of the curve, first to last point. The longest one is used, then the lowest.
 struct Stretch {
   std::size_t first = 0, last = 0, lowest_at = 0;
   double lowest = 0;
   std::size_t length() const { return last - first; }
 };
 
-/// A stretch that falls off on both sides is a bump: noise with one correlation time, not a bias instability.
+/// A segment that falls on both sides is a bump: noise with one correlation time, not a bias instability.
 bool is_bump(const AllanCurve& curve, const Stretch& stretch) {
   const auto& points = curve.points;
   return stretch.first > 0 && stretch.last + 1 < points.size() &&
@@ -171,8 +170,8 @@ std::optional<Stretch> find_plateau(const AllanCurve& curve) {
   return best;
 }
 
-/// Relative: B is as sure as the point that it is read from, and too low by what the lowest of several points lies
-/// below their mean by chance.
+/// Relative uncertainty of B: that of the point it is read from, plus the bias of the minimum of several points below
+/// their mean.
 double lowest_deviation(const AllanCurve& curve, const std::vector<AllanInterval>& intervals, const Stretch& plateau) {
   double sum = 0, weights = 0;
   for (std::size_t i = plateau.first; i <= plateau.last; ++i) {
@@ -200,11 +199,11 @@ Result<AllanCoefficients> extract_coefficients(const AllanCurve& curve, const st
     return refuse(where, std::to_string(curve.points.size()) + " points on the Allan curve; expected 3 or more");
   }
   for (const AllanPoint& point : curve.points) {
-    if (!(point.deviation > 0)) return refuse(where, "the rate does not move: an Allan deviation is zero");
+    if (!(point.deviation > 0)) return refuse(where, "an Allan deviation is zero: the rate is constant");
   }
   const auto plateau = find_plateau(curve);
   const unsigned shown = told_apart(curve, intervals);
-  // Without a plateau flicker would only soak up what belongs to its neighbours.
+  // Without a plateau, flicker would only absorb the variance of its neighbours.
   const Eigen::VectorXd squares = fit_noises(curve, intervals, plateau ? shown : shown & ~bit(kB)).squares;
   AllanCoefficients result;
   result.quantisation_arcsec = resolve(kQ, squares, curve, intervals);

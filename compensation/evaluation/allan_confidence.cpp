@@ -10,7 +10,7 @@
 namespace prism::evaluation {
 namespace {
 
-/// Lengths of the stretches without a hole.
+/// Lengths of the segments without a gap.
 std::vector<std::size_t> stretches(std::span<const double> rate) {
   std::vector<std::size_t> lengths;
   std::size_t length = 0;
@@ -27,7 +27,7 @@ std::vector<std::size_t> stretches(std::span<const double> rate) {
 
 using Series = std::vector<std::vector<double>>;
 
-/// Cluster means, stretch by stretch: no cluster spans a hole.
+/// Cluster means, segment by segment: no cluster spans a gap.
 Series cluster_means(std::span<const double> rate, std::size_t m) {
   Series series(1);
   std::size_t held = 0;
@@ -54,7 +54,7 @@ std::size_t count(const Series& series) {
   return all;
 }
 
-/// r_1 about the common mean, neighbours within a stretch only; 0 where the series does not move.
+/// r_1 about the common mean, with neighbours within a segment only; 0 for a constant series.
 double lag_one(const Series& series) {
   double mean = 0;
   for (const auto& stretch : series) mean = std::accumulate(stretch.begin(), stretch.end(), mean);
@@ -68,7 +68,7 @@ double lag_one(const Series& series) {
       ++pairs;
     }
   }
-  // A whole record of n has n − 1 pairs; one in pieces has fewer, and their sum is scaled up to as many.
+  // A record of n without a gap has n − 1 pairs; with gaps it has fewer, and their sum is scaled up to n − 1.
   return variance > 0 && pairs > 0 ? covariance / variance * static_cast<double>(count(series) - 1) / pairs : 0;
 }
 
@@ -136,15 +136,15 @@ double degrees_of_freedom(NoiseType type, std::size_t values, std::size_t m, All
   const double n = static_cast<double>(values) + 1, clusters = static_cast<double>(m);
   if (n - 2 * clusters < 1 || n <= 3) return 1;
   const double edf = overlapping_edf(type, n, clusters);
-  // Side by side, m clusters make one sample of a new record of white or slower noise: its edf is that at m = 1.
+  // Adjacent clusters of m samples are the samples of a new record of white or slower noise: its edf is that at m = 1.
   const double side_by_side = std::floor((n - 1) / clusters);
   const double ceiling =
       estimator == AllanEstimator::kNonOverlapping ? overlapping_edf(type, std::max(4.0, side_by_side + 1), 1) : edf;
   return std::max(1.0, std::min(edf, ceiling));
 }
 
-// Each stretch is a record of its own: variances of n_i terms with edf_i degrees of freedom, pooled by their terms,
-// have (Σ n_i)² / Σ (n_i² / edf_i) of them (Welch and Satterthwaite).
+// Each segment is a separate record: variances of n_i terms with edf_i degrees of freedom, pooled by their terms, have
+// (Σ n_i)² / Σ (n_i² / edf_i) degrees of freedom (Welch and Satterthwaite).
 double pooled_degrees_of_freedom(NoiseType type, std::span<const std::size_t> stretch_values, std::size_t m,
                                  AllanEstimator estimator) {
   double terms = 0, shares = 0;

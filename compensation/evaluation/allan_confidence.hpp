@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How far an Allan deviation may be from the truth: noise type, equivalent degrees of freedom, chi-square interval.
+// Confidence of an Allan deviation: noise type, equivalent degrees of freedom, chi-square interval.
 #pragma once
 
 #include <span>
@@ -9,27 +9,27 @@
 
 namespace prism::evaluation {
 
-/// Power-law noise of a rate, S(f) ∝ f^alpha, by its name in gyro practice (and in the frequency standards').
+/// Power-law noise of a rate, S(f) ∝ f^alpha, with its name in gyro practice and in the frequency standards.
 enum class NoiseType {
   kQuantisation,     ///< alpha = +2, white phase noise: slope −1
   kFlickerAngle,     ///< alpha = +1, flicker phase noise: slope −1
   kAngleRandomWalk,  ///< alpha =  0, white frequency noise: slope −1/2
   kBiasInstability,  ///< alpha = −1, flicker frequency noise: slope 0
-  kRateRandomWalk,   ///< alpha = −2, random walk of frequency: slope +1/2; also taken for anything steeper
+  kRateRandomWalk,   ///< alpha = −2, random walk of frequency: slope +1/2; also used for steeper noise
 };
 
 const char* noise_type_text(NoiseType type);
 
-/// Noise type at cluster size m from the lag-1 autocorrelation r of the cluster means (Riley and Greenhall 2004):
-/// delta = r / (1 + r); difference while delta >= 0.25; alpha = −2 delta − 2 d, rounded. Neighbours across a hole do
-/// not count; fewer than 30 clusters in all cannot tell: `fallback`.
+/// Noise type at cluster size m from the lag-1 autocorrelation r of the cluster means (Riley and Greenhall 2004): delta
+/// = r / (1 + r); difference while delta >= 0.25; alpha = −2 delta − 2 d, rounded. Ignores neighbours across a gap.
+/// Returns `fallback` for fewer than 30 clusters.
 NoiseType identify_noise(std::span<const double> rate, std::size_t m, NoiseType fallback);
 
 /// Equivalent degrees of freedom of the overlapping estimate (NIST SP 1065, table 5; `values` rate samples are
 /// values + 1 phase points) or of the non-overlapping one (n terms, at most as many). At least 1.
 double degrees_of_freedom(NoiseType type, std::size_t values, std::size_t m, AllanEstimator estimator);
 
-/// The same over a record in pieces of so many values each: a hole is not bridged, so a piece is a record of its own.
+/// The same for a record in segments of these lengths: gaps are not bridged, so each segment is a separate record.
 double pooled_degrees_of_freedom(NoiseType type, std::span<const std::size_t> stretch_values, std::size_t m,
                                  AllanEstimator estimator);
 
@@ -40,7 +40,7 @@ struct AllanInterval {
   double low = 0, high = 0;  ///< in the rate's unit
 };
 
-/// Intervals of every point at `probability` (0.683 is "1 sigma"). Same order and length as curve.points.
+/// Intervals of all points at `probability` (0.683 is "1 sigma"), in the order of curve.points.
 std::vector<AllanInterval> allan_confidence(const AllanCurve& curve, std::span<const double> rate, double probability);
 
 }  // namespace prism::evaluation

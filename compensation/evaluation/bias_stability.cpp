@@ -24,7 +24,8 @@ Result<BiasStability> measure_bias_stability(std::span<const double> raw, std::s
                                              const std::vector<bool>& follows, Divisor divisor,
                                              const std::string& where) {
   if (raw.size() != corrected.size() || (!follows.empty() && follows.size() != raw.size())) {
-    return refuse(where, fmt::format("{} raw blocks, {} corrected; expected as many", raw.size(), corrected.size()));
+    return refuse(where, fmt::format("found {} raw and {} corrected blocks, expected equal numbers", raw.size(),
+                                     corrected.size()));
   }
   const auto before = summarise(raw, divisor, where + ", raw");
   if (!before) return tl::unexpected(before.error());
@@ -36,7 +37,7 @@ Result<BiasStability> measure_bias_stability(std::span<const double> raw, std::s
   if (result.floor_deg_per_h) {
     const double floor = *result.floor_deg_per_h;
     const double explainable = before->sd * before->sd - floor * floor;
-    // Below a hundredth of the variance the quotient is one noise divided by another.
+    // below a hundredth of the variance the ratio would be noise divided by noise
     if (explainable > 0.01 * before->sd * before->sd) {
       result.explained = (before->sd * before->sd - after->sd * after->sd) / explainable;
     }

@@ -8,7 +8,7 @@
 namespace prism::evaluation {
 namespace {
 
-/// One run of blocks between gaps. Block number k covers (start + k·length, start + (k + 1)·length].
+/// One segment of blocks between gaps. Block number k covers (start + k·length, start + (k + 1)·length].
 class BlockRun {
  public:
   BlockRun(BlockMeans& result, double row_s, double length_s) : result_(result), row_s_(row_s), length_s_(length_s) {}
@@ -20,7 +20,7 @@ class BlockRun {
   }
 
   void add(const TimedValue& row) {
-    // Half a row of slack: a block ends with the row that ends at its edge, however that row's time was rounded.
+    // Half a row of tolerance: a block ends with the row that ends at its edge, regardless of rounded times.
     const auto block = static_cast<long long>(std::floor((row.time_s - start_s_ - 0.5 * row_s_) / length_s_));
     if (block != block_) close();
     block_ = block;
@@ -43,7 +43,7 @@ class BlockRun {
     offset_sum_ = 0;
   }
 
-  /// The last block of a run counts only when the run reached its end.
+  /// The last block of a segment counts only if the segment reaches the block's end.
   void finish(double last_time_s) {
     const double end_s = start_s_ + static_cast<double>(block_ + 1) * length_s_;
     if (last_time_s < end_s - 0.75 * row_s_) {
@@ -60,7 +60,7 @@ class BlockRun {
   double start_s_ = 0;
   long long block_ = 0, last_kept_ = -1;
   std::size_t count_ = 0;
-  double origin_ = 0, offset_sum_ = 0;  // sums of differences from the first value: small numbers lose nothing
+  double origin_ = 0, offset_sum_ = 0;  // sums of differences from the first value keep the precision
 };
 
 }  // namespace
@@ -68,7 +68,8 @@ class BlockRun {
 Result<BlockMeans> mean_over_blocks(std::span<const TimedValue> rows, double row_s, double length_s, double max_gap_s,
                                     const std::string& where) {
   if (!(row_s > 0) || !(length_s >= row_s)) {
-    return refuse(where, fmt::format("blocks of {} s from rows of {} s; expected 0 < row <= block", length_s, row_s));
+    return refuse(where,
+                  fmt::format("found blocks of {} s and rows of {} s, expected 0 < row <= block", length_s, row_s));
   }
   BlockMeans result;
   result.length_s = length_s;
@@ -78,7 +79,7 @@ Result<BlockMeans> mean_over_blocks(std::span<const TimedValue> rows, double row
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const TimedValue& row = rows[i];
     if (!std::isfinite(row.time_s) || (i > 0 && !(row.time_s > rows[i - 1].time_s))) {
-      return refuse(where, fmt::format("time of row {} does not come after the row before", i));
+      return refuse(where, fmt::format("time of row {} is not after that of the row before", i));
     }
     if (!std::isfinite(row.value)) {
       ++result.rows_unknown;
@@ -95,7 +96,7 @@ Result<BlockMeans> mean_over_blocks(std::span<const TimedValue> rows, double row
     begun = true;
     last_s = row.time_s;
   }
-  if (!begun) return refuse(where, fmt::format("{} rows, none with a value", rows.size()));
+  if (!begun) return refuse(where, fmt::format("found no value in {} rows, expected at least one", rows.size()));
   run.finish(last_s);
   return result;
 }

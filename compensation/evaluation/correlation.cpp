@@ -9,15 +9,14 @@
 namespace prism::evaluation {
 namespace {
 
-/// The deviations from the mean, scaled to at most 1 (squares of very small ones would vanish), or why there is nothing
-/// to correlate.
+/// The deviations from the mean, scaled to at most 1 (squares of very small ones would underflow), or the error.
 Result<std::vector<double>> deviations(std::span<const double> values, const std::string& where) {
   if (values.size() < 3) {
     return refuse(where, "a correlation needs 3 values or more, found " + std::to_string(values.size()));
   }
   const auto summary = summarise(values, Divisor::kN, where);
   if (!summary) return tl::unexpected(summary.error());
-  if (summary->peak_to_peak == 0) return refuse(where, "constant: a correlation needs a series that moves");
+  if (summary->peak_to_peak == 0) return refuse(where, "the series is constant: its correlation is not defined");
   std::vector<double> result(values.begin(), values.end());
   for (double& value : result) value = (value - summary->mean) / summary->peak_to_peak;
   return result;

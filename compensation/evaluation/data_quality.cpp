@@ -13,13 +13,13 @@
 namespace prism::evaluation {
 namespace {
 
-/// Noise sds that no chance reaches in a day of blocks.
+/// Deviation in noise sds that chance does not reach in a day of blocks.
 constexpr double kStandsOut = 8;
-/// Blocks from which on steps and noise mean something, and the noise of a part of the record.
+/// Minimum numbers of blocks: for steps and noise, and for the noise of a part of the record.
 constexpr std::size_t kEnoughForNoise = 8, kEnoughForPart = 12;
 
-/// sd of the white part of blocks [begin, end): second differences have variance 6 sd², and neither a drift nor a ramp
-/// reaches them; the median keeps outliers out.
+/// sd of the white part of blocks [begin, end): second differences have variance 6 sd² and do not depend on drift or
+/// ramps; the median is robust against outliers.
 double noise_of(std::span<const double> blocks, const std::vector<bool>& follows, std::size_t begin, std::size_t end) {
   std::vector<double> differences;
   for (std::size_t i = begin + 2; i < end; ++i) {
@@ -34,13 +34,13 @@ double median_between(std::span<const double> blocks, std::size_t begin, std::si
       {blocks.begin() + static_cast<std::ptrdiff_t>(begin), blocks.begin() + static_cast<std::ptrdiff_t>(end)});
 }
 
-/// |difference| between the medians of the `wide` blocks before the edge of block i and those after it; 0 at the ends.
+/// |difference| between the medians of the `wide` blocks before and after the start of block i; 0 at the ends.
 double step_at(std::span<const double> blocks, std::size_t i, std::size_t wide) {
   if (i < wide || i + wide > blocks.size()) return 0;
   return std::abs(median_between(blocks, i, i + wide) - median_between(blocks, i - wide, i));
 }
 
-/// A step less the larger of the two next to it: a ramp of temperature steps everywhere alike and leaves nothing.
+/// A step minus the larger of its neighbours: a temperature ramp has equal steps everywhere and results in 0.
 double lone_step(std::span<const double> blocks, std::size_t i, std::size_t wide, std::size_t apart) {
   const double before = i >= apart ? step_at(blocks, i - apart, wide) : 0;
   return step_at(blocks, i, wide) - std::max(before, step_at(blocks, i + apart, wide));
@@ -51,8 +51,8 @@ struct Step {
   std::size_t block = 0;
 };
 
-/// Largest step that is sharp (between two blocks, or within one of them) and lasts (medians of three blocks on either
-/// side, which one outlier does not reach).
+/// Largest step that is sharp (between two blocks, or within one) and permanent (medians of three blocks on either
+/// side, which one outlier does not change).
 Step largest_step(std::span<const double> blocks) {
   Step largest;
   for (std::size_t i = 3; i + 3 <= blocks.size(); ++i) {
@@ -63,9 +63,9 @@ Step largest_step(std::span<const double> blocks) {
   return largest;
 }
 
-/// How far block i lies from what its neighbours say: the median over straight lines through two of the three before
-/// and the three behind it. A fast ramp of temperature bends none of them much; one bad neighbour reaches fewer than
-/// half.
+/// Distance of block i from the prediction of its neighbours: the median over straight lines through two of the three
+/// blocks before and the three after it. A fast temperature ramp hardly bends any line; one bad neighbour is in fewer
+/// than half of them.
 double deviation_at(std::span<const double> blocks, std::size_t i) {
   constexpr std::array<std::pair<int, int>, 7> kPairs = {
       {{-1, -2}, {1, 2}, {-1, 1}, {-2, 2}, {-3, 3}, {-2, -3}, {2, 3}}};
@@ -81,8 +81,8 @@ double deviation_at(std::span<const double> blocks, std::size_t i) {
   return median_of(std::move(deviations));
 }
 
-/// The blocks that stand out from their neighbours further than the noise reaches, and than the temperature's own bend
-/// at that place explains with `sensitivity` deg/h per degC: where a chamber turns round, the rate does, too.
+/// The blocks whose distance from their neighbours exceeds both the noise and the effect of the temperature's own
+/// curvature there, with `sensitivity` deg/h per degC: where a chamber reverses, the rate also bends.
 std::vector<std::size_t> disturbed_blocks(std::span<const double> blocks, std::span<const double> temperature_degc,
                                           double sensitivity, double noise) {
   std::vector<std::size_t> disturbed;
@@ -97,12 +97,11 @@ std::vector<std::size_t> disturbed_blocks(std::span<const double> blocks, std::s
   return disturbed;
 }
 
-/// Step of the quantiser, deg/h, where values repeat: the smallest difference there is. 0: the rate is not rounded.
+/// Step of the quantiser, deg/h, if values repeat: their smallest difference. 0: the rate is not quantised.
 double quantiser_step(std::span<const double> blocks) {
   std::vector<double> values(blocks.begin(), blocks.end());
   std::sort(values.begin(), values.end());
-  const double rounding =
-      1e-9 * (values.back() - values.front());  // means of the same counts differ in their last bits
+  const double rounding = 1e-9 * (values.back() - values.front());  // means of equal counts differ in their last bits
   double step = HUGE_VAL;
   std::size_t distinct = 1;
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -113,11 +112,11 @@ double quantiser_step(std::span<const double> blocks) {
   return distinct > 1 && 2 * distinct <= values.size() ? step : 0;
 }
 
-/// Noise of the loudest part of the record, as long a part each, over the quietest; none below `least`. A part has at
-/// least kEnoughForPart blocks, so that one bad row does not make its noise.
+/// Noise ratio of the noisiest to the quietest of several equal parts of the record; no noise counts as less than
+/// `least`. A part has at least kEnoughForPart blocks, so that a single bad row does not determine its noise.
 struct NoiseRatio {
   double value = 0;
-  std::size_t first = 0;  ///< block of the loudest part
+  std::size_t first = 0;  ///< block of the noisiest part
 };
 
 NoiseRatio noise_ratio(std::span<const double> blocks, const std::vector<bool>& follows, double least) {
@@ -140,38 +139,38 @@ Verdict compare(double value, const Threshold& threshold, bool at_least) {
   return sign * value < sign * threshold.warn ? Verdict::kWarn : Verdict::kPass;
 }
 
-/// One finding; `meaning` stands in the text when it is not passed.
+/// One finding; its text contains `meaning` if it did not pass.
 Finding find(const char* name, double value, const char* unit, const Threshold& threshold, bool at_least,
              const char* meaning) {
   Finding finding{name, compare(value, threshold, at_least), value, unit, threshold, at_least, {}};
   finding.text =
-      fmt::format("{:.4g}{}{}; wanted {} {:g}, refused {} {:g}", value, *unit ? " " : "", unit,
+      fmt::format("{:.4g}{}{}; expected {} {:g}, rejected {} {:g}", value, *unit ? " " : "", unit,
                   at_least ? "at least" : "at most", threshold.warn, at_least ? "below" : "above", threshold.refuse);
   if (finding.verdict != Verdict::kPass) finding.text += fmt::format(": {}", meaning);
   return finding;
 }
 
-/// What noise and disturbance say; `noise` of all blocks and the `quantiser`'s, deg/h, the former > 0.
+/// The noise and disturbance findings; `noise` of all blocks and of the `quantiser`, deg/h, the former > 0.
 void judge_noise(std::span<const double> rate, std::span<const double> temperature_degc,
                  const std::vector<bool>& follows, double sd, double noise, double quantiser,
                  const DataQualitySettings& settings, std::vector<Finding>& findings) {
-  // Three times what the whole record moves a degree: a transient may be steeper than the soaks.
+  // Three times the sensitivity of the complete record per degree: a transient may be steeper than the soaks.
   const double sensitivity =
       3 * sd / std::max(robust_sd({temperature_degc.begin(), temperature_degc.end()}), settings.still_temperature_degc);
   const Step step = largest_step(rate);
   const bool moved = step.size > kStandsOut * noise;
   findings.push_back(find("moved", moved ? step.size / sd : 0, "sd", settings.max_step, false,
-                          "the rate steps and stays: was the gyro turned, or did its temperature jump?"));
+                          "the rate has a permanent step: was the gyro moved, or did its temperature jump?"));
   if (moved) findings.back().block = step.block;
   const auto disturbed = disturbed_blocks(rate, temperature_degc, sensitivity, noise);
   findings.push_back(find("disturbed", static_cast<double>(disturbed.size()) / static_cast<double>(rate.size()), "",
-                          settings.max_disturbed, false, "many blocks stand out from their neighbours"));
+                          settings.max_disturbed, false, "many blocks differ from their neighbours"));
   if (!disturbed.empty()) findings.back().block = disturbed.front();
   if (rate.size() < 2 * kEnoughForPart) return;
   const NoiseRatio ratio = noise_ratio(rate, follows, quantiser);
   if (ratio.value == 0) return;
   findings.push_back(
-      find("noise", ratio.value, "x", settings.max_noise_ratio, false, "the noise is not the same throughout"));
+      find("noise", ratio.value, "x", settings.max_noise_ratio, false, "the noise changes during the record"));
   if (findings.back().verdict != Verdict::kPass) findings.back().block = ratio.first;
 }
 
@@ -194,9 +193,10 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
                                        const std::string& where) {
   const std::size_t count = rate_deg_per_h.size();
   if (temperature_degc.size() != count || (!follows.empty() && follows.size() != count)) {
-    return refuse(where, fmt::format("{} temperatures, {} rates; expected as many", temperature_degc.size(), count));
+    return refuse(where, fmt::format("found {} temperatures and {} rates, expected equal numbers",
+                                     temperature_degc.size(), count));
   }
-  if (count < 2) return refuse(where, fmt::format("{} blocks; nothing can be said of fewer than 2", count));
+  if (count < 2) return refuse(where, fmt::format("found {} blocks, expected at least 2", count));
   const auto temperature = summarise(temperature_degc, Divisor::kNMinus1, where + ", temperature");
   if (!temperature) return tl::unexpected(temperature.error());
   const auto rate = summarise(rate_deg_per_h, Divisor::kNMinus1, where + ", rate");
@@ -213,23 +213,23 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   report.nothing_to_compensate = still || explainable < settings.min_explainable.refuse;
   auto& findings = report.findings;
   findings.push_back(find("temperature_span", span_degc, "degC", settings.min_temperature_span_degc, true,
-                          "the model would know too little of the gyro's range"));
+                          "too small for a model of the gyro's range"));
   findings.push_back(find("length", static_cast<double>(count), "blocks", settings.min_blocks, true, "too short"));
   findings.push_back(find("explainable", still ? 0 : explainable, "", settings.min_explainable, true,
-                          still ? "the temperature stands still, so nothing can be blamed on it"
-                                : "the rate hardly moves above its own noise"));
+                          still ? "the temperature is constant, so no drift can be attributed to it"
+                                : "the rate hardly exceeds its own noise"));
   if (count < kEnoughForNoise) {
-    findings[1].text += "; its noise cannot be judged";
+    findings[1].text += "; the noise cannot be evaluated";
   } else if (noise > 0) {
     judge_noise(rate_deg_per_h, temperature_degc, follows, rate->sd, noise, quantiser, settings, findings);
-    if (step > noise) {  // a finer one drowns in the noise
+    if (step > noise) {  // a smaller step is below the noise
       findings.push_back({"quantised", step > rate->sd ? Verdict::kRefuse : Verdict::kWarn, step, "deg/h"});
       findings.back().text =
-          fmt::format("{:.4g} deg/h; the means stand in steps of this size, and what is smaller cannot be seen", step);
+          fmt::format("{:.4g} deg/h; the means change in steps of this size, so smaller changes are not visible", step);
     }
   } else {
     findings.push_back({"noise", Verdict::kRefuse, 0, "deg/h"});
-    findings.back().text = "0 deg/h: the rate has no noise at all; is it stuck?";
+    findings.back().text = "0 deg/h: the rate has no noise; is the sensor stuck?";
   }
   for (const Finding& finding : findings) report.verdict = std::max(report.verdict, finding.verdict);
   return report;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How differently a gyro behaves at the same temperature while it warms and while it cools.
+// Hysteresis: the difference of the bias between heating and cooling at the same temperature.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace prism::evaluation {
 
-/// One bin of temperature that was passed both ways.
+/// One temperature bin with heating and cooling blocks.
 struct HysteresisBin {
   double temperature_degc = 0;  ///< its centre
   double heating_deg_per_h = 0, cooling_deg_per_h = 0;
@@ -19,18 +19,18 @@ struct HysteresisBin {
 };
 
 struct Hysteresis {
-  std::vector<HysteresisBin> bins;  ///< by temperature; only those with heating and cooling blocks
+  std::vector<HysteresisBin> bins;  ///< by temperature; only bins with heating and cooling blocks
   double bin_degc = 0;
   double max_gap_deg_per_h = 0;  ///< largest |gap|
   double max_gap_at_degc = 0;
   double loop_area_deg_per_h_degc = 0;  ///< Σ |gap| · bin width
-  /// Slope of the least-squares line bias against T over all heating (cooling) blocks, deg/h/degC; nothing where the
-  /// record has fewer than three such blocks, or they share one temperature.
+  /// Slope of the least-squares line bias against T over all heating (cooling) blocks, deg/h/degC; nullopt if the
+  /// record has fewer than three such blocks, or they have the same temperature.
   std::optional<double> heating_sensitivity, cooling_sensitivity;
 };
 
-/// `kinds` as thermal_kinds gives them; soak blocks take no part. A record that never passes a bin both ways gives no
-/// bins and zeros. Refused: lengths that differ, bin_degc not positive, values not finite.
+/// `kinds` are from thermal_kinds(); soak blocks are ignored. Without a bin that has heating and cooling blocks, bins
+/// are empty and values zero. Errors: different lengths, bin_degc not positive, values that are not finite.
 Result<Hysteresis> measure_hysteresis(std::span<const double> temperature_degc, std::span<const double> bias_deg_per_h,
                                       std::span<const ThermalKind> kinds, double bin_degc, const std::string& where);
 

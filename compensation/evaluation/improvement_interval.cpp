@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kLeast = 20;
 constexpr int kDraws = 1000;
 
-/// Divisor N; of values that summarise() took before, as every draw asks for it.
+/// Divisor N. The values were checked by summarise() before: this is called for every resample.
 double sd_of(std::span<const double> values) {
   double sum = 0, squares = 0;
   for (const double v : values) sum += v;
@@ -29,8 +29,8 @@ double sd_of(std::span<const double> values) {
   return std::sqrt(squares / static_cast<double>(values.size()));
 }
 
-/// How much each pair moves the logarithm of the ratio (its influence function, times two): what the blocks' length is
-/// judged by.
+/// Contribution of each pair to the logarithm of the ratio (its influence function, times two): determines the block
+/// length.
 std::vector<double> influence(std::span<const double> before, std::span<const double> after) {
   const auto squares = [](std::span<const double> values) {
     std::vector<double> result(values.begin(), values.end());
@@ -44,7 +44,7 @@ std::vector<double> influence(std::span<const double> before, std::span<const do
   return left;
 }
 
-/// What a statistic is of the whole recording, and its standard deviation over the draws.
+/// A statistic of the complete recording, and its standard deviation over the resamples.
 struct Spread {
   double here, sd;
 };
@@ -65,7 +65,7 @@ Spread bootstrap(std::size_t n, std::size_t block,
   return {here, sd_of(drawn)};
 }
 
-/// How far the next recording may be from this one, in standard deviations of either.
+/// Possible distance of the next recording from this one, in standard deviations of either.
 double reach(std::size_t n, std::size_t block) {
   const double freedom = std::max(2.0, static_cast<double>(n) / static_cast<double>(block) - 1);
   return std::sqrt(2.0) * boost::math::quantile(boost::math::students_t(freedom), 0.975);
@@ -80,12 +80,12 @@ Result<void> usable(std::span<const double> before, std::span<const double> afte
   for (const auto& series : {before, after}) {
     const auto summary = summarise(series, Divisor::kN, where);
     if (!summary) return tl::unexpected(summary.error());
-    if (!(summary->sd > 0)) return refuse(where, "stands still: no interval of an improvement");
+    if (!(summary->sd > 0)) return refuse(where, "the series is constant: the improvement has no interval");
   }
   return {};
 }
 
-/// Lags until the autocorrelation stays within its band (Politis and White 2004, footnote c).
+/// Number of lags until the autocorrelation stays within its band (Politis and White 2004, footnote c).
 std::size_t memory(const std::vector<double>& coefficient, std::size_t n) {
   const double log_n = std::log10(static_cast<double>(n));
   const auto quiet = static_cast<std::size_t>(std::max(5.0, std::sqrt(log_n)));
@@ -138,11 +138,12 @@ Result<NextRecording> next_improvement(std::span<const double> before, std::span
 Result<NextRecording> next_of_several(std::span<const double> improvements, const std::string& where) {
   if (improvements.size() < 3) {
     return refuse(
-        where, fmt::format("found {} recordings, expected 3 or more: two do not tell a spread", improvements.size()));
+        where, fmt::format("found {} recordings, expected 3 or more to estimate their scatter", improvements.size()));
   }
   std::vector<double> left;
   for (const double improvement : improvements) {
-    if (!(improvement < 1)) return refuse(where, fmt::format("found an improvement of {}", improvement));
+    if (!(improvement < 1))
+      return refuse(where, fmt::format("found an improvement of {}, expected less than 1", improvement));
     left.push_back(std::log(1 - improvement));
   }
   const auto summary = summarise(left, Divisor::kNMinus1, where);

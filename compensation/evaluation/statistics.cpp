@@ -30,8 +30,8 @@ Result<SummaryStatistics> summarise(std::span<const double> values, Divisor divi
   summary.count = values.size();
   summary.mean = neumaier_sum(values) / n;
 
-  // Two passes: the deviations are small numbers, so nothing cancels; their own sum corrects what rounding left of the
-  // mean (Chan, Golub and LeVeque 1983).
+  // Two passes: the deviations are small numbers, so nothing cancels; their sum corrects the rounding error of the mean
+  // (Chan, Golub and LeVeque 1983).
   double deviations = 0, squares = 0, about_zero = 0;
   for (const double value : values) {
     const double deviation = value - summary.mean;
@@ -46,7 +46,7 @@ Result<SummaryStatistics> summarise(std::span<const double> values, Divisor divi
   summary.min = *low;
   summary.max = *high;
   summary.peak_to_peak = *high - *low;
-  if (summary.peak_to_peak == 0) summary.sd = 0;  // equal values: no dust from the rounding of their mean
+  if (summary.peak_to_peak == 0) summary.sd = 0;  // equal values: removes the rounding error of their mean
   return summary;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Cuts a thermal record into soaks, heating and cooling, so that each can be judged by itself.
+// Divides a thermal record into soaks, heating and cooling, for separate evaluation.
 #pragma once
 
 #include <cstddef>
@@ -26,16 +26,16 @@ struct ThermalSegment {
 };
 
 struct SegmentSettings {
-  /// Below it a temperature stands still. 0.1 degC/min: a tenth of the usual chamber ramp.
+  /// A smaller slope is a soak. 0.1 degC/min: a tenth of the usual chamber ramp.
   double soak_slope_degc_per_s = 0.1 / 60;
-  std::size_t min_blocks = 3;  ///< shorter stretches join the one before
+  std::size_t min_blocks = 3;  ///< shorter segments join the one before
 };
 
-/// The kind of every block, from the slope between its neighbours; at the ends from the one neighbour there is.
+/// The type of every block, from the slope between its neighbours; at the ends from the one neighbour.
 std::vector<ThermalKind> thermal_kinds(std::span<const double> time_s, std::span<const double> temperature_degc,
                                        double soak_slope_degc_per_s);
 
-/// Segments that cover all blocks in order. Refused: fewer than two blocks, lengths that differ, times that do not
+/// Segments that cover all blocks in order. Errors: fewer than two blocks, different lengths, times that do not
 /// increase, temperatures that are not finite.
 Result<std::vector<ThermalSegment>> cut_thermal_segments(std::span<const double> time_s,
                                                          std::span<const double> temperature_degc,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The RBF kernel in plain loops, which the compiler widens to the level's vectors. Each value is computed by itself,
-// nothing is fused (-ffp-contract=off) and the sum has a fixed order: so every level gives the same bits, and the same
-// log.
+// The RBF kernel in plain loops, which the compiler vectorises for the level. Values are independent, operations are
+// not fused (-ffp-contract=off) and the sum has a fixed order. So every level gives the same bits and the same log.
 #include <bit>
 #include <cstdint>
 
@@ -10,9 +9,9 @@
 namespace prism::kernels {
 namespace {
 
-// exp(x) for x ≤ 0. n = round(x / ln 2) by adding 1.5 · 2^52, whose low bits then are n; r = x − n ln 2 in two parts
-// (Cody and Waite 1980), |r| ≤ 0.3466; exp(r) = 1 + 2 r P(r²) / (Q(r²) − r P(r²)) (Moshier's Cephes); times 2^n through
-// the exponent.
+// exp(x) for x ≤ 0. n = round(x / ln 2) by adding 1.5 · 2^52, after which the low bits are n; r = x − n ln 2 in two
+// parts (Cody and Waite 1980), |r| ≤ 0.3466; exp(r) = 1 + 2 r P(r²) / (Q(r²) − r P(r²)) (Moshier's Cephes); times 2^n
+// through the exponent.
 inline double exp_nonpositive(double x) {
   constexpr double kRound = 0x1.8p52, kLeast = -708;
   x = x < kLeast ? kLeast : x;
@@ -28,7 +27,7 @@ inline double exp_nonpositive(double x) {
   return (1 + (half + half)) * std::bit_cast<double>(power);
 }
 
-// The values of the points [first, first + count).
+// The values at the points [first, first + count).
 inline void rbf(const Points& points, std::size_t first, std::size_t count, const double* x, double gamma,
                 double* value) {
   for (std::size_t k = 0; k < count; ++k) value[k] = 0;
@@ -48,9 +47,9 @@ void rbf_row(const Points& points, const double* x, double gamma, double* row) {
   rbf(points, 0, points.count, x, gamma, row);
 }
 
-// Point k is added to total k mod 16, whatever the width of a vector; then the totals by halves.
+// Point k is added to total k mod 16, for any vector width; then the totals are added in halves.
 double rbf_sum(const Points& points, const double* x, double gamma, const double* alpha) {
-  constexpr std::size_t kTotals = 16, kChunk = 256;  // a chunk of values stays in the first cache
+  constexpr std::size_t kTotals = 16, kChunk = 256;  // a chunk of values stays in the L1 cache
   double total[kTotals] = {}, value[kChunk];
   for (std::size_t first = 0; first < points.count; first += kChunk, alpha += kChunk) {
     const std::size_t count = points.count - first < kChunk ? points.count - first : kChunk;

@@ -98,14 +98,14 @@ Result<CompositeFit> search_composite(const CompositeSamples& samples, const Rew
     auto found = search.descend(coarse, weight, start, kCoarseEvaluations);
     if (found.value < best.value) best = std::move(found);
   }
-  if (!std::isfinite(best.value)) return refuse("composite kernel", "no start of the search has a finite likelihood");
+  if (!std::isfinite(best.value)) return refuse("composite kernel", "the search found no finite likelihood from any start");
   double searched = static_cast<double>(coarse.y.size());
   for (const Eigen::Index most : {kCoarseSamples, kMiddleSamples, kFineSamples}) {
     const CompositeSamples part = samples.part(thinned(samples.y.size(), most));
     weight = Eigen::VectorXd::Ones(part.y.size());
     ReweightReport report;
     if (!reweighted_system(part, best.x, settings, weight, report))
-      return refuse("composite kernel", "the search ended at no model");
+      return refuse("composite kernel", "the search found no model");
     const double now = static_cast<double>(part.y.size());
     best = search.descend(part, weight, best.x, kFineEvaluations, best.inverse_hessian * (searched / now));
     searched = now;

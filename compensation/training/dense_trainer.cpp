@@ -67,9 +67,9 @@ Result<TrainedModel> train_dense(const NormalisedData& data, compensation::Model
   trained.centres = static_cast<int>(fit->kept.size());
   trained.reweight = fit->report;
   if (fit->report.oscillating)
-    trained.notes.push_back("the weights alternated between two states; the mean of both was taken");
+    trained.notes.push_back("the weights alternated between two states; their mean is used");
   if (!fit->report.converged && settings.reweight.limit > 1) {
-    trained.notes.push_back("the re-weighting reached no fixed point within its limit");
+    trained.notes.push_back("the re-weighting did not converge within its limit");
   }
   return trained;
 }

@@ -44,7 +44,7 @@ Result<Folds> folds_from(const std::vector<double>& column) {
   std::map<double, int> numbers;
   for (const double value : column) {
     if (value != std::floor(value))
-      return refuse("fold column", fmt::format("found {}, expected whole numbers", value));
+      return refuse("fold column", fmt::format("found {}, expected integers", value));
     numbers.emplace(value, 0);
   }
   if (numbers.size() < 2)

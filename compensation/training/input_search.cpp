@@ -92,7 +92,7 @@ Result<InputSearch> search_inputs(const TrainingData& data, std::size_t most) {
     left.push_back(i);
     search.alone.push_back(judge.judge({i}));
   }
-  if (left.empty()) return refuse("inputs", "found none that moves");
+  if (left.empty()) return refuse("inputs", "found only constant inputs, expected one that changes");
   while (!left.empty() && chosen.size() < most) {
     InputSet best;
     std::size_t which = 0;

@@ -56,7 +56,7 @@ Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::Vec
     // A column that repeats one decimal number has a standard deviation of rounding noise, not of zero.
     if (!(c.scale > 1e-14 * std::fabs(c.shift)) || !(c.scale > 0)) {
       return refuse(names[static_cast<std::size_t>(i)],
-                    "the input does not move at all: nothing can be learnt from it");
+                    "the input is constant, expected one that changes");
     }
     n.input_shift[i] = c.shift;
     n.input_scale[i] = c.scale;

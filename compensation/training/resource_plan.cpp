@@ -15,7 +15,7 @@ constexpr Eigen::Index kMinRank = 50;
 
 std::string ResourcePlan::text() const {
   return fmt::format("{}, about {:.0f} MB and {:.1f} s",
-                     sparse ? fmt::format("sparse model of at most {} centres", max_rank) : "one centre a sample",
+                     sparse ? fmt::format("sparse model of at most {} centres", max_rank) : "one centre per sample",
                      std::ceil(bytes / 1e6), seconds);
 }
 
@@ -35,7 +35,7 @@ Result<ResourcePlan> plan_sparse(Eigen::Index samples, Eigen::Index inputs, doub
   if (plan.max_rank < kMinRank) {
     return refuse(
         "memory",
-        fmt::format("{} samples leave room for {} centres within {:.0f} MB, expected at least {}: thin the record out",
+        fmt::format("{} samples leave memory for {} centres within {:.0f} MB, expected at least {}: use fewer samples",
                     samples, std::max<Eigen::Index>(0, plan.max_rank), limit_bytes / 1e6, kMinRank));
   }
   const double r = static_cast<double>(plan.max_rank);

@@ -19,7 +19,7 @@ Result<void> check(const TrainingData& data, const compensation::ModelInfo& info
     return refuse("prior",
                   fmt::format("found method {}, expected {}", settings.method->name, method_names(kSiblings, " or ")));
   if (settings.siblings.size() < 2)
-    return refuse("prior", fmt::format("found {} models, expected at least 2 siblings", settings.siblings.size()));
+    return refuse("prior", fmt::format("found {} models, expected at least 2", settings.siblings.size()));
   for (const compensation::ModelPtr& sibling : settings.siblings) {
     const compensation::ModelInfo& other = sibling->info();
     const std::string who = fmt::format("prior, model {:.12} of {}", other.id, other.gyro_serial);
@@ -27,8 +27,8 @@ Result<void> check(const TrainingData& data, const compensation::ModelInfo& info
       return refuse(
           who, fmt::format("found inputs {}, expected {}", fmt::join(other.inputs, ","), fmt::join(data.names, ",")));
     if (other.features != info.features || other.table != info.table)
-      return refuse(who, "has other features: window, slope or lags");
-    if (other.domain.min.empty()) return refuse(who, "states no ranges of its inputs");
+      return refuse(who, "has different features: window, slope or lags");
+    if (other.domain.min.empty()) return refuse(who, "contains no ranges of its inputs");
   }
   return {};
 }

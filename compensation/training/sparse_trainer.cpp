@@ -76,7 +76,7 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::Mode
   trained.centres = static_cast<int>(r);
   if (r == plan.max_rank && system.left * point.c > 10 * kAccuracy) {
     trained.notes.push_back(
-        fmt::format("{} centres leave {:.2g} of the kernel: a wider kernel or more memory would represent it whole", r,
+        fmt::format("{} centres do not represent {:.2g} of the kernel: use a wider kernel or more memory", r,
                     system.left));
   }
   info.spread = spread_of(hold_out_lssvm(data, weight, runs, point.c, point.sigma2), residual * c.target_scale,

@@ -41,7 +41,7 @@ class StepwiseSearch {
     }
     return refuse(
         "stepwise",
-        fmt::format("terms still come and go after {} steps: p-enter and p-remove let it run in circles", limit));
+        fmt::format("the terms do not converge after {} steps: increase p-remove or decrease p-enter", limit));
   }
 
  private:

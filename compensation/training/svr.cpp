@@ -142,7 +142,7 @@ Result<TrainedModel> train_svr(TrainingJob job) {
   const SvmModel svm = fit(rows, data.y, point, settings.epsilon);
   std::vector<Eigen::Index> vectors;
   for (int i = 0; i < svm->l; ++i) vectors.push_back(svm->sv_indices[i] - 1);
-  if (vectors.empty()) return refuse("svr", "found no support vector: epsilon covers the whole record");
+  if (vectors.empty()) return refuse("svr", "found no support vector: epsilon exceeds all residuals");
   compensation::LssvmParameters p;
   p.centres = data.x(Eigen::all, vectors);
   p.alpha = Eigen::Map<const Eigen::VectorXd>(svm->sv_coef[0], svm->l);

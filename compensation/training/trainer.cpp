@@ -16,7 +16,7 @@ Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
   if (data.names.size() != static_cast<std::size_t>(data.inputs.rows()) ||
       static_cast<std::size_t>(data.target.size()) != n) {
     return refuse("training data",
-                  fmt::format("found {} names, {} x {} inputs, {} targets: they do not belong together",
+                  fmt::format("found {} names, {} x {} inputs, {} targets, expected matching sizes",
                               data.names.size(), data.inputs.rows(), n, data.target.size()));
   }
   if (settings.c.has_value() != settings.sigma2.has_value())
@@ -32,7 +32,7 @@ Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
     return refuse("folds", fmt::format("found {}, expected 2 to the number of samples, {}", settings.folds, n));
   }
   if (settings.tuning == Tuning::kGiven && (!settings.given_folds || settings.given_folds->size() != n)) {
-    return refuse("folds", "found no fold for every sample");
+    return refuse("folds", "found fewer folds than samples, expected one fold number per sample");
   }
   return {};
 }

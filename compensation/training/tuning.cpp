@@ -39,7 +39,7 @@ class TuningSearch {
   Result<TuningResult> run() {
     grid_search();
     local_search();
-    if (!std::isfinite(result_.best.cost)) return refuse("tuning", "no choice of c and sigma2 gave a finite cost");
+    if (!std::isfinite(result_.best.cost)) return refuse("tuning", "found no c and sigma2 with a finite cost");
     if (!stopped()) take_final_cost();
     result_.stopped = stopped();
     add_warnings();
@@ -211,14 +211,14 @@ class TuningSearch {
       const double x = std::log10(value);
       if (x < low + 0.02 || x > high - 0.02) {
         result_.warnings.push_back(
-            fmt::format("{} = {:.4g} lies on the edge of the search ({:.3g} to {:.3g}): the data do not hold it", name,
+            fmt::format("{} = {:.4g} is at the edge of the search range ({:.3g} to {:.3g}): the data do not determine it", name,
                         value, std::pow(10, low), std::pow(10, high)));
       }
     };
     if (cost_.robust() && cost_.kind() == Tuning::kLoo && cost_.settings().weight.has_parameter() &&
         !settings_.parameter) {
       result_.warnings.push_back(
-          fmt::format("leave-one-out cannot judge the weight's parameter: it stays at {:.4g}", result_.best.parameter));
+          fmt::format("leave-one-out cannot tune the weight's parameter: {:.4g} is used", result_.best.parameter));
     }
     if (!settings_.c) edge("c", result_.best.c, b.c_min, b.c_max);
     if (!settings_.sigma2) edge("sigma2", result_.best.sigma2, b.sigma2_min, b.sigma2_max);
@@ -242,7 +242,7 @@ class TuningSearch {
     }
     if (high >= 1000 * low) {
       result_.warnings.push_back(fmt::format(
-          "the cost is flat: c from {:.3g} to {:.3g} cost the same within 0.5 %; any of them is as good", low, high));
+          "the cost is flat: c from {:.3g} to {:.3g} differ by less than 0.5 % in cost; any value in this range fits", low, high));
     }
   }
 

@@ -45,7 +45,7 @@ same "biases off -0.25 deg/h" "$wrong" ""
 same "events" "$(grep -c 'is implausible' "$dir/prismd.err") $(grep -c 'is plausible again' "$dir/prismd.err")" "5 5"
 contains "the first" "$(cat "$dir/prismd.err")" "temperature is implausible: found -273 degC, expected -90 to 200"
 contains "the rate's" "$(cat "$dir/prismd.err")" "rate is implausible: found 3.4e+38 deg/h"
-contains "the stuck one's" "$(cat "$dir/prismd.err")" "found 25 degC for 101 s, expected it to move"
+contains "the stuck one's" "$(cat "$dir/prismd.err")" "found 25 degC for 101 s, expected it to change"
 
 # What is read from the log has nothing of it: 8 deg/h throughout.
 rate=$(prismcal allan "$dir/log" --json | jq '[.points[].deviation_deg_per_h] | max')

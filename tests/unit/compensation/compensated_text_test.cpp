@@ -141,30 +141,30 @@ TEST(Csv, EveryBadFieldIsRefusedByItsName) {
   };
   // clang-format off
   const Row rows[] = {
-      {1, "", R"(g.csv:7: column time_s: "" is not a value)"},
-      {1, "1.5", R"(g.csv:7: column time_s: "1.5" is not a value)"},
-      {1, "-9223372036854775808", R"(g.csv:7: column time_s: "-9223372036854775808" is not a value)"},
-      {1, "9223372036854775807", R"(g.csv:7: column time_s: "9223372036854775807" is not a value)"},
-      {2, "-1", R"(g.csv:7: column samples: "-1" is not a value)"},
-      {2, "4294967296", R"(g.csv:7: column samples: "4294967296" is not a value)"},
-      {4, "nan", R"(g.csv:7: column rate_deg_per_h: "nan" is not a value)"},
-      {4, "-nan", R"(g.csv:7: column rate_deg_per_h: "-nan" is not a value)"},
-      {5, "inf", R"(g.csv:7: column temperature_degc: "inf" is not a value)"},
-      {6, "1e999", R"(g.csv:7: column uhfo_v: "1e999" is not a value)"},
-      {12, "0.1 ", R"(g.csv:7: column bias_deg_per_h: "0.1 " is not a value)"},
-      {12, "+0.1", R"(g.csv:7: column bias_deg_per_h: "+0.1" is not a value)"},
-      {14, "0x1", R"(g.csv:7: column corrected_deg_per_h: "0x1" is not a value)"},
-      {16, "", R"(g.csv:7: column quality: "" is not a value)"},
-      {16, "goo", R"(g.csv:7: column quality: "goo" is not a value)"},
-      {16, "extrapolating+sett", R"(g.csv:7: column quality: "extrapolating+sett" is not a value)"},
-      {16, "good+warming", R"(g.csv:7: column quality: "good+warming" is not a value)"},
-      {14, "\n\xff", R"(g.csv:7: column corrected_deg_per_h: "??" is not a value)"},
+      {1, "", R"(g.csv:7: column time_s: found "", expected a valid value)"},
+      {1, "1.5", R"(g.csv:7: column time_s: found "1.5", expected a valid value)"},
+      {1, "-9223372036854775808", R"(g.csv:7: column time_s: found "-9223372036854775808", expected a valid value)"},
+      {1, "9223372036854775807", R"(g.csv:7: column time_s: found "9223372036854775807", expected a valid value)"},
+      {2, "-1", R"(g.csv:7: column samples: found "-1", expected a valid value)"},
+      {2, "4294967296", R"(g.csv:7: column samples: found "4294967296", expected a valid value)"},
+      {4, "nan", R"(g.csv:7: column rate_deg_per_h: found "nan", expected a valid value)"},
+      {4, "-nan", R"(g.csv:7: column rate_deg_per_h: found "-nan", expected a valid value)"},
+      {5, "inf", R"(g.csv:7: column temperature_degc: found "inf", expected a valid value)"},
+      {6, "1e999", R"(g.csv:7: column uhfo_v: found "1e999", expected a valid value)"},
+      {12, "0.1 ", R"(g.csv:7: column bias_deg_per_h: found "0.1 ", expected a valid value)"},
+      {12, "+0.1", R"(g.csv:7: column bias_deg_per_h: found "+0.1", expected a valid value)"},
+      {14, "0x1", R"(g.csv:7: column corrected_deg_per_h: found "0x1", expected a valid value)"},
+      {16, "", R"(g.csv:7: column quality: found "", expected a valid value)"},
+      {16, "goo", R"(g.csv:7: column quality: found "goo", expected a valid value)"},
+      {16, "extrapolating+sett", R"(g.csv:7: column quality: found "extrapolating+sett", expected a valid value)"},
+      {16, "good+warming", R"(g.csv:7: column quality: found "good+warming", expected a valid value)"},
+      {14, "\n\xff", R"(g.csv:7: column corrected_deg_per_h: found "??", expected a valid value)"},
       {19, "0,0", R"(g.csv:7: found 21 columns, expected 20)"},
-      {17, "nan", R"(g.csv:7: column sd_mean_deg_per_h: "nan" is not a value)"},
-      {18, "-1", R"(g.csv:7: column arrival_s: "-1" is not a value)"},
-      {18, "1e12", R"(g.csv:7: column arrival_s: "1e12" is not a value)"},
-      {19, "", R"(g.csv:7: column partial: "" is not a value)"},
-      {19, "2", R"(g.csv:7: column partial: "2" is not a value)"},
+      {17, "nan", R"(g.csv:7: column sd_mean_deg_per_h: found "nan", expected a valid value)"},
+      {18, "-1", R"(g.csv:7: column arrival_s: found "-1", expected a valid value)"},
+      {18, "1e12", R"(g.csv:7: column arrival_s: found "1e12", expected a valid value)"},
+      {19, "", R"(g.csv:7: column partial: found "", expected a valid value)"},
+      {19, "2", R"(g.csv:7: column partial: found "2", expected a valid value)"},
   };
   // clang-format on
   for (const Row& row : rows) {
@@ -204,7 +204,7 @@ TEST(Csv, ALineOfColumnsThatIsNoLogsIsRefused) {
   EXPECT_EQ(CsvLayout::parse("t_s,rate", "g.csv:1").error().text(),
             R"(g.csv:1: not a log of prismd: found no column "time_utc"; prismcal reads any other CSV with --map)");
   EXPECT_EQ(CsvLayout::parse(std::string(csv_columns()) + ",quality", "g.csv:1").error().text(),
-            R"(g.csv:1: the column "quality" is named twice)");
+            R"(g.csv:1: found column "quality" twice)");
   EXPECT_FALSE(CsvLayout::parse("", "g.csv:1"));
 }
 

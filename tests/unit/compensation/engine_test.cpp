@@ -265,7 +265,7 @@ TEST(EngineFallback, ThatNeedsASlopeIsRefusedAndNothingChanges) {
   const auto refused = run.engine.use(temperature_model(0.5), linear_model({"T", "dTdt"}, {1, 1}));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().text(),
-            "fallback model: needs the input dTdt, expected T and U only: it serves while there is no slope");
+            "fallback model: needs the input dTdt, expected T and U only: it is used while the slope is unknown");
   EXPECT_EQ(run.engine.model(), before);
   EXPECT_EQ(run.engine.fallback(), nullptr);
   EXPECT_NEAR(run.engine.correction().bias_deg_per_h, 0.25, kEngineRounding);

@@ -96,7 +96,7 @@ const Damage kDamages[] = {
     {[](json& f) { f["terms"][2].erase("coefficient"); }, R"(m.json:/terms/2: "coefficient" is missing)"},
     {[](json& f) { f["terms"][2]["powers"] = {1}; },
      R"(m.json:/terms/2/powers: found 1 powers, expected 2: one per input)"},
-    {[](json& f) { f["terms"][2]["powers"] = {1, 0.5}; }, R"(m.json:/terms/2/powers: found 0.5, expected whole numbers)"},
+    {[](json& f) { f["terms"][2]["powers"] = {1, 0.5}; }, R"(m.json:/terms/2/powers: found 0.5, expected integers)"},
     {[](json& f) { f["terms"][2]["powers"] = {1, 10}; },
      R"(m.json:/terms/2/powers/1: found 10, expected a number within 0 to 9)"},
     {[](json& f) { f["sd_deg_per_h"] = -1; }, R"(m.json:/sd_deg_per_h: -1 is not within 0 to 1000000000)"},

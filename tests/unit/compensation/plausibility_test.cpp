@@ -97,7 +97,7 @@ TEST(SensorCheck, ASensorThatStandsStillIsStuckWhereThatIsAskedFor) {
   SensorCheck check(limits);
   for (int i = 0; i <= 60; ++i) EXPECT_TRUE(check.believes(25, i * kSecondNs)) << i;
   EXPECT_FALSE(check.believes(25, 61 * kSecondNs));
-  EXPECT_EQ(doubt_text(check.doubt(), "degC"), "found 25 degC for 61 s, expected it to move");
+  EXPECT_EQ(doubt_text(check.doubt(), "degC"), "found 25 degC for 61 s, expected it to change");
   EXPECT_TRUE(check.believes(25.1, 62 * kSecondNs));
   EXPECT_TRUE(check.believes(25.1, 122 * kSecondNs));
   for (int i = 0; i < 100'000; ++i) ASSERT_TRUE(usual.believes(25, i * kSecondNs)) << "off unless configured";

@@ -161,11 +161,11 @@ TEST(Sensors, ALogCarriesThemBeforeItsLastColumn) {
   EXPECT_EQ(read->window.bucket.sensors[0], 21.5);
   EXPECT_TRUE(std::isnan(read->window.bucket.sensors[1]));
   EXPECT_EQ(CsvLayout::parse(csv_columns(), "g.csv:5", list_of(sensors)).error().text(),
-            "g.csv:5: found no column \"case_degc\", which its metadata names");
+            "g.csv:5: found no column \"case_degc\", which the metadata lists");
   EXPECT_EQ(parse_csv("2023-11-14T22:13:21Z,1700000001,1,0,8,25,,0,,,,,,,,,warming,,,warm,5,0", "g.csv:7", *layout)
                 .error()
                 .text(),
-            "g.csv:7: a sensor: \"warm\" is not a value");
+            "g.csv:7: sensor: found \"warm\", expected a number");
   EXPECT_EQ(sensors_line({}), "");
 }
 

@@ -104,7 +104,7 @@ TEST(Allan, GridsAreWhatTheirNamesSay) {
 TEST(Allan, RefusesShortAndEmptyRecordsAndABadInterval) {
   const std::vector<std::size_t> one = {1};
   EXPECT_EQ(allan_deviation({}, 1, one, AllanEstimator::kOverlapping, "log.csv").error().text(),
-            "log.csv: 0 values in 0 stretches without a hole; an Allan deviation needs 3 in a row");
+            "log.csv: found 0 values in 0 segments without a gap, expected at least 3 in one segment");
   const std::vector<double> ridden = {1, 2, std::nan(""), 1, 2, std::nan(""), 5};
   EXPECT_FALSE(allan_deviation(ridden, 1, one, AllanEstimator::kOverlapping, "x"));
   const std::vector<double> good = {1, 2, 3, 4};

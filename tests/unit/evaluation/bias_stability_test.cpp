@@ -50,7 +50,7 @@ TEST(BiasStability, KeepsQuietAboutTheExplainedShareOfWhiteNoise) {
 TEST(BiasStability, RefusesSeriesThatDoNotBelongTogether) {
   const std::vector<double> two = {1, 2}, three = {1, 2, 3}, one = {1};
   EXPECT_EQ(measure_bias_stability(two, three, {}, Divisor::kN, "x").error().text(),
-            "x: 2 raw blocks, 3 corrected; expected as many");
+            "x: found 2 raw and 3 corrected blocks, expected equal numbers");
   EXPECT_FALSE(measure_bias_stability(two, two, {true}, Divisor::kN, "x"));
   EXPECT_FALSE(measure_bias_stability(one, one, {}, Divisor::kN, "x"));
 }

@@ -81,12 +81,12 @@ TEST(BlockMeans, TakeRowsWhoseTimesAreRounded) {
 }
 
 TEST(BlockMeans, RefuseWhatIsNoRecord) {
-  EXPECT_EQ(mean_over_blocks({}, 1, 10, 5, "log.csv").error().text(), "log.csv: 0 rows, none with a value");
+  EXPECT_EQ(mean_over_blocks({}, 1, 10, 5, "log.csv").error().text(), "log.csv: found no value in 0 rows, expected at least one");
   const std::vector<TimedValue> unknown = {{1, std::nan("")}, {2, std::nan("")}};
   EXPECT_FALSE(mean_over_blocks(unknown, 1, 10, 5, "x"));
   const std::vector<TimedValue> back = {{2, 0}, {1, 0}};
   EXPECT_EQ(mean_over_blocks(back, 1, 10, 5, "x").error().text(),
-            "x: time of row 1 does not come after the row before");
+            "x: time of row 1 is not after that of the row before");
   EXPECT_FALSE(mean_over_blocks(seconds(1, 5), 1, 0.5, 5, "x"));
 }
 

@@ -28,7 +28,7 @@ TEST(Correlation, SurvivesVerySmallAndVeryLargeNumbers) {
 
 TEST(Correlation, RefusesWhereItDoesNotExist) {
   const std::vector<double> x = {1, 2, 3}, constant = {7, 7, 7}, two = {1, 2};
-  EXPECT_EQ(correlate(x, constant, "U").error().text(), "U: constant: a correlation needs a series that moves");
+  EXPECT_EQ(correlate(x, constant, "U").error().text(), "U: the series is constant: its correlation is not defined");
   EXPECT_FALSE(correlate(two, two, "U"));
   EXPECT_FALSE(correlate(x, two, "U"));
 }

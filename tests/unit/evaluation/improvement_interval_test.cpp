@@ -104,7 +104,7 @@ TEST(ImprovementInterval, OfSeveralRecordingsHoldsTheNextOne) {
   EXPECT_GE(held, 366);  // 380 expected, 1 sigma 4.4
   EXPECT_LE(held, 394);
   EXPECT_EQ(next_of_several(std::vector{0.5, 0.6}, "two").error().text(),
-            "two: found 2 recordings, expected 3 or more: two do not tell a spread");
+            "two: found 2 recordings, expected 3 or more to estimate their scatter");
   EXPECT_FALSE(next_of_several(std::vector{0.5, 0.6, 1.0}, "one"));
   EXPECT_FALSE(next_of_several(std::vector{0.5, 0.6, std::nan("")}, "none"));
 }

@@ -67,7 +67,7 @@ TEST(InputSearch, RefusesWhatIsTooLittle) {
             "inputs: found 39 samples, expected at least 40 to choose inputs by");
   TrainingData still = record(0.002);
   still.inputs.setConstant(3);
-  EXPECT_EQ(search_inputs(still).error().text(), "inputs: found none that moves");
+  EXPECT_EQ(search_inputs(still).error().text(), "inputs: found only constant inputs, expected one that changes");
 }
 
 }  // namespace

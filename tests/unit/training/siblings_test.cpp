@@ -119,7 +119,7 @@ TEST(Siblings, WhatCannotBeOneIsRefused) {
   EXPECT_NE(train(other, {}, settings).error().text().find("found inputs T, expected U"), std::string::npos);
   settings.siblings.resize(1);
   EXPECT_EQ(train(kOwn.record(0, 80, 79), {}, settings).error().text(),
-            "prior: found 1 models, expected at least 2 siblings");
+            "prior: found 1 models, expected at least 2");
   settings.siblings = siblings();
   settings.method = find_method("ls");
   settings.terms = cubic_terms();

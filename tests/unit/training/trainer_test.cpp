@@ -143,7 +143,7 @@ TEST(Trainer, SaysWhatItCannotUse) {
   TrainingData still = drift(100);
   still.inputs.row(0).setConstant(25.1);
   EXPECT_EQ(train(still, {}, settings).error().text(),
-            "T: the input does not move at all: nothing can be learnt from it");
+            "T: the input is constant, expected one that changes");
   TrainingData hole = drift(100);
   hole.target[3] = std::nan("");
   EXPECT_EQ(train(hole, {}, settings).error().text(), "training data: found a number that is not finite");
