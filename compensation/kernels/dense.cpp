@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Products, factors and solves: Eigen, on matrices that the caller owns.
-#g++ 12 warns about its own intrinsics
+#if defined(__AVX512F__) && !defined(__clang__)  // g++ 12 warns about its own intrinsics
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
 #include <Eigen/Cholesky>

@@ -13,8 +13,8 @@ namespace {
 constexpr Eigen::Index kCoarseSamples = 320, kMiddleSamples = 500, kFineSamples = 1000;
 constexpr int kCoarseEvaluations = 60, kFineEvaluations = 40;
 
-// Where searches begin: [s1², l², s2², s3², s4², tau, s_n²] (offsets: s5²). A smooth bias under white noise; a
-// polynomial one; a wiggly one; one that mostly drifts.
+// Starts of the search: [s1², l², s2², s3², s4², tau, s_n²] (offsets: s5²). A smooth bias with white noise; a
+// polynomial; a wiggly one; mostly drift.
 std::vector<Eigen::VectorXd> starts(Eigen::Index inputs, bool offsets) {
   struct Start {
     double rbf, length2, linear, quadratic, nuisance, time_h, noise;
@@ -45,7 +45,7 @@ class Search {
                             const Eigen::VectorXd& start, int limit, const Eigen::MatrixXd& inverse_hessian = {}) {
     const auto f = [&](const Eigen::VectorXd& theta, Eigen::VectorXd& gradient) {
       constexpr double kImpossible = std::numeric_limits<double>::infinity();
-      constexpr double kFarthest = 25;  // e^±25: no data can tell such a parameter from 0 or infinity
+      constexpr double kFarthest = 25;  // e^±25: no data can distinguish such a parameter from 0 or infinity
       if (!(theta.cwiseAbs().maxCoeff() < kFarthest)) return kImpossible;
       const auto system = CompositeSystem::make(samples, theta, weight);
       const double value = system ? system->objective(&gradient) : kImpossible;
@@ -56,7 +56,7 @@ class Search {
     QuasiNewtonSettings s;
     s.max_evaluations = limit;
     s.inverse_hessian = inverse_hessian;
-    s.f_tolerance = 1e-4;  // of a log likelihood: no model is told from another by less
+    s.f_tolerance = 1e-4;  // of a log likelihood: a smaller difference distinguishes no models
     s.g_tolerance = 1e-3;
     return minimise_smooth(f, start, s, stop_);
   }
@@ -98,7 +98,8 @@ Result<CompositeFit> search_composite(const CompositeSamples& samples, const Rew
     auto found = search.descend(coarse, weight, start, kCoarseEvaluations);
     if (found.value < best.value) best = std::move(found);
   }
-  if (!std::isfinite(best.value)) return refuse("composite kernel", "the search found no finite likelihood from any start");
+  if (!std::isfinite(best.value))
+    return refuse("composite kernel", "the search found no finite likelihood from any start");
   double searched = static_cast<double>(coarse.y.size());
   for (const Eigen::Index most : {kCoarseSamples, kMiddleSamples, kFineSamples}) {
     const CompositeSamples part = samples.part(thinned(samples.y.size(), most));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The search for a composite model's parameters: REML over all of them at once, robust weights in turn with it.
+// The search for a composite model's parameters: REML over all of them, alternating with robust weights.
 #pragma once
 
 #include <functional>
@@ -11,27 +11,27 @@
 
 namespace prism::training {
 
-/// Least weight: H would not be finite with a weight of zero.
+/// Minimum weight: with a weight of zero H would not be finite.
 inline constexpr double kMinCompositeWeight = 1e-7;
 
-/// The system re-weighted by its noise residuals until the weights settle. `weight`: in the first weights, out the
-/// last. Returns nullopt if a system is not positive definite.
+/// Re-weights the system by its noise residuals until the weights converge. `weight`: first weights in, last weights
+/// out. Returns nullopt if a system is not positive definite.
 std::optional<CompositeSystem> reweighted_system(const CompositeSamples& samples, const Eigen::VectorXd& theta,
                                                  ReweightSettings settings, Eigen::VectorXd& weight,
                                                  ReweightReport& report);
 
 struct CompositeFit {
   Eigen::VectorXd theta;
-  Eigen::VectorXd weight;  ///< N; all 1 as the search leaves it
-  double objective = 0;    ///< over the samples that were searched with last
+  Eigen::VectorXd weight;  ///< N; all 1 after the search
+  double objective = 0;    ///< over the samples of the last search
   int evaluations = 0;
 };
 
-/// Called after each evaluation: how many are done, about how many are expected, the best objective.
+/// Called after each evaluation with the number done, the approximate number expected and the best objective.
 using CompositeProgress = std::function<void(int done, int expected, double objective)>;
 
-/// Several starts on every n-th sample (about 300), the best of them polished on about 500 and 1000; weights are
-/// iterated before each polish. Refuses where no start has a finite objective.
+/// Several starts on every n-th sample (about 300), then the best is refined on about 500 and 1000; weights are
+/// iterated before each refinement. Errors: no start has a finite objective.
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
                                       const CompositeProgress& progress, const std::function<bool()>& stop);
 

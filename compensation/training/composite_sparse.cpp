@@ -13,7 +13,7 @@ namespace prism::training {
 namespace {
 
 constexpr Eigen::Index kPivotSamples = 4000, kPiece = 1024;
-constexpr double kLeftOfNoise = 1e-3;  // what the centres may leave of the kernel, in noise variances
+constexpr double kLeftOfNoise = 1e-3;  // maximum kernel variance outside the centres, in noise variances
 
 constexpr int kSparseSolves = 30;
 

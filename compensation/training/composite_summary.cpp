@@ -6,7 +6,7 @@
 
 namespace prism::training {
 
-// Variances in units of the target's own.
+// Variances in units of the target's variance.
 MethodSummary describe_composite(const TrainedModel& trained, const TrainingSettings& settings,
                                  const std::vector<std::string>&) {
   const auto& p = static_cast<const compensation::CompositeModel&>(*trained.model).parameters();

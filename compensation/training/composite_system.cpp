@@ -9,7 +9,7 @@
 namespace prism::training {
 namespace {
 
-constexpr double kPrior = 0.005;  // of |theta|²
+constexpr double kPrior = 0.005;  // factor of |theta|²
 
 }  // namespace
 
@@ -83,7 +83,7 @@ Eigen::VectorXd CompositeSystem::gradient() const {
   for (Eigen::Index j = 0; j < n; ++j) {
     const Eigen::Index m = n - j;
     Eigen::ArrayXd column = w.col(j).tail(m) - (nu_[j] / ones_) * nu_.tail(m) - alpha_[j] * alpha_.tail(m);
-    column[0] *= 0.5;  // of the doubled half: the diagonal counts once
+    column[0] *= 0.5;  // the lower triangle is doubled, but the diagonal counts once
     g[5 + d] += column[0] * variances_.noise / weight_[j];
     const Eigen::ArrayXd smooth = column * smooth_.col(j).tail(m).array();
     g[0] += smooth.sum();
@@ -95,7 +95,7 @@ Eigen::VectorXd CompositeSystem::gradient() const {
     }
     g[1 + d] += kernel.linear * (column * dots).sum();
     g[2 + d] += kernel.quadratic * (column * dots.square()).sum();
-    Eigen::Index same = 0;  // samples of the same recording come first
+    Eigen::Index same = 0;  // the first samples of the column are of the same recording
     const int recording = samples_->recording[static_cast<std::size_t>(j)];
     while (same < m && samples_->recording[static_cast<std::size_t>(j + same)] == recording) ++same;
     const auto inside = column.head(same);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The composite model's training system: what one choice of the kernel's parameters is worth, and what it predicts.
+// The composite model's training system: the likelihood of one set of kernel parameters, and its predictions.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,14 +15,14 @@ struct CompositeSamples {
   Eigen::MatrixXd x;           ///< d × N
   Eigen::VectorXd y;           ///< N
   Eigen::VectorXd time_h;      ///< N, hours since the recording's start
-  std::vector<int> recording;  ///< N, of each sample; recordings follow each other
+  std::vector<int> recording;  ///< N, of each sample; samples of a recording are contiguous
   int recordings = 1;
 
   CompositeSamples part(const std::vector<Eigen::Index>& rows) const;
 };
 
-/// theta: logarithms of s1², l_1² … l_d², s2², s3², s4², tau in hours, s_n²; with several recordings s5², the variance
-/// of their offsets, too.
+/// theta: logarithms of s1², l_1² … l_d², s2², s3², s4², tau in hours, s_n²; with several recordings also s5², the
+/// variance of their offsets.
 Eigen::VectorXd composite_theta(const compensation::CompositeVariances& variances, bool offsets);
 compensation::CompositeVariances composite_variances(const Eigen::VectorXd& theta, Eigen::Index inputs);
 
@@ -31,18 +31,18 @@ compensation::CompositeVariances composite_variances(const Eigen::VectorXd& thet
 /// beta = 1ᵀH⁻¹y / 1ᵀH⁻¹1, alpha = H⁻¹ (y − beta).
 class CompositeSystem {
  public:
-  /// `samples` must outlive the system. Nothing where H is not positive definite. O(N³/3), 3 N² numbers.
+  /// `samples` must outlive the system. Returns nullopt if H is not positive definite. O(N³/3), 3 N² numbers.
   static std::optional<CompositeSystem> make(const CompositeSamples& samples, const Eigen::VectorXd& theta,
                                              const Eigen::VectorXd& weight);
 
   const Eigen::VectorXd& alpha() const { return alpha_; }
   double beta() const { return beta_; }
-  /// e at each sample, as far as the model tells it from f, n and o: s_n²/v alpha.
+  /// e at each sample, as far as the model distinguishes it from f, n and o: s_n²/v alpha.
   Eigen::VectorXd residual() const;
   /// −log restricted likelihood up to a constant + 0.005 |theta|² (a weak prior: logarithms of order 10 cost half a
-  /// unit); the gradient where one is wanted costs another 2 N³/3.
+  /// unit). The gradient, if requested, costs another 2 N³/3.
   double objective(Eigen::VectorXd* gradient = nullptr) const;
-  /// f + beta at other inputs (d × M) and, where wanted, their variance without nuisance, offset and noise.
+  /// f + beta at other inputs (d × M) and, if requested, their variance without nuisance, offset and noise.
   Eigen::VectorXd predict(const Eigen::MatrixXd& x, Eigen::VectorXd* variance = nullptr) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The composite-kernel IR-LSSVM, dense or over a few centres, and what its own record says of how far to trust it.
+// The composite-kernel IR-LSSVM, dense or over a few centres, with uncertainty parameters from its own record.
 #include <algorithm>
 #include <cmath>
 
@@ -12,10 +12,10 @@
 namespace prism::training {
 namespace {
 
-constexpr Eigen::Index kDenseComposite = 3000;  // samples; more of them have a few centres
+constexpr Eigen::Index kDenseComposite = 3000;  // samples; longer records use a few centres
 constexpr Eigen::Index kMaxCompositeRank = 400;
-constexpr double kGentleParameter = 3;           // of the weights: a clean record loses next to nothing
-constexpr double kRowInterval_h = 100.0 / 3600;  // rows without a time: the paper's 100 s apart
+constexpr double kGentleParameter = 3;           // of the weights: a clean record loses almost no data
+constexpr double kRowInterval_h = 100.0 / 3600;  // rows without a time: 100 s apart, as in the paper
 
 CompositeSamples samples_of(const NormalisedData& data, const TrainingData& raw) {
   CompositeSamples samples{data.x, data.y, {}, raw.runs, 1};
@@ -27,15 +27,15 @@ CompositeSamples samples_of(const NormalisedData& data, const TrainingData& raw)
 }
 
 struct HeldOut {
-  Eigen::VectorXd mean, variance;  ///< of each sample, by a model that did not see its fold; normalised, without level
-  Eigen::VectorXd level;           ///< the mean of the target that this model saw
+  Eigen::VectorXd mean, variance;  ///< of each sample, by a model without its fold; normalised, without level
+  Eigen::VectorXd level;           ///< the mean of the target in that model's training data
 };
 
 double level_of(const CompositeSamples& samples, const Eigen::VectorXd& theta) {
   return compensation::nuisance_level(composite_variances(theta, samples.x.rows()), samples.time_h, samples.recording);
 }
 
-// Parameters and weights fixed: one solve a fold.
+// Parameters and weights are fixed: one solve per fold.
 std::optional<HeldOut> hold_out(const CompositeSamples& samples, const CompositeFit& fit, const Folds& folds) {
   HeldOut held{samples.y, samples.y, samples.y};
   for (const auto& members : fold_members(folds)) {
@@ -51,9 +51,9 @@ std::optional<HeldOut> hold_out(const CompositeSamples& samples, const Composite
   return held;
 }
 
-// r = 1 − Σ ω (y − prediction)² / Σ ω (y − mean of the other half)², each half of the record predicted by the other:
-// the worse of both, for it is not known which half the next record will be like. ω = 1 / (1 + v/var_y)²: where a half
-// says that it does not know it cannot contradict the other.
+// r = 1 − Σ ω (y − prediction)² / Σ ω (y − mean of the other half)², each half of the record predicted by the other.
+// Returns the worse of both, because the next record may resemble either half. ω = 1 / (1 + v/var_y)²: a half with a
+// high uncertainty at a point does not count there.
 double skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
   Folds halves(samples.recording.size(), 0);
   for (std::size_t i = halves.size() / 2; i < halves.size(); ++i) halves[i] = 1;
@@ -70,9 +70,9 @@ double skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
   return worst;
 }
 
-// Normalised. Cross-conformal (Vovk 2015): blocks of the record or recordings, each served by a model that did not see
-// it; the 95 % quantile of |error| / sd_mean over the 2 that it should be. Never below 1: blocks of one record are not
-// as strange as another run.
+// Normalised. Cross-conformal (Vovk 2015): blocks of the record, or recordings, each predicted by a model without it;
+// the 95 % quantile of |error| / sd_mean, divided by its nominal value of 2. Never below 1, because blocks of one
+// record differ less than another run.
 compensation::Spread calibrated(const CompositeSamples& samples, const CompositeFit& fit, double skill) {
   constexpr double kBelievedWeight = 0.3;
   const auto variances = composite_variances(fit.theta, samples.x.rows());
@@ -111,7 +111,7 @@ double guard_of(const compensation::CompositeModel& model, const CompositeSample
   return std::max(1e-12, kGuardFactor * order_statistic(std::move(values), kGuardQuantile));
 }
 
-// Parameters, beta, centres: all that the model needs but what its trust is made of.
+// Parameters, beta and centres: everything except the uncertainty parameters.
 Result<compensation::CompositeParameters> solved(const CompositeSamples& samples, const TrainingSettings& settings,
                                                  bool sparse, Eigen::Index max_rank, CompositeFit& fit,
                                                  TrainedModel& trained) {

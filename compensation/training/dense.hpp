@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Dense matrices at the processor's instruction level: products, Cholesky factors and solves of libprism-kernels.
+// Dense matrices at the processor's microarchitecture level: products, Cholesky factors and solves of libprism-kernels.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,13 +17,13 @@ inline void add_gram(const Eigen::MatrixXd& a, Eigen::MatrixXd& c, const Eigen::
                     weights ? weights->data() : nullptr, sign, c.data());
 }
 
-/// Lower Cholesky factor of a symmetric matrix, whose lower triangle alone is read. The upper triangle of `a` stays.
-/// False where the matrix is not positive definite; `a` is then spoilt.
+/// Lower Cholesky factor of a symmetric matrix; reads the lower triangle only and does not change the upper one.
+/// Returns false if the matrix is not positive definite; `a` is then overwritten.
 [[nodiscard]] inline bool cholesky(Eigen::MatrixXd& a) {
   return kernels::cholesky(a.data(), static_cast<std::size_t>(a.rows()));
 }
 
-/// x ← L⁻¹ x, x ← L⁻ᵀ x, and both: x ← (L Lᵀ)⁻¹ x, for the factor that cholesky() left in the lower triangle.
+/// x ← L⁻¹ x, x ← L⁻ᵀ x, and both: x ← (L Lᵀ)⁻¹ x, for the lower triangle of cholesky().
 inline void solve_lower(const Eigen::MatrixXd& l, Eigen::VectorXd& x) {
   assert(x.size() == l.rows());
   kernels::solve_lower(l.data(), static_cast<std::size_t>(l.rows()), x.data());

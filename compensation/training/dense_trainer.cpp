@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// LSSVM and IR-LSSVM with one centre a sample: the paper's models, refined, with their uncertainty.
+// LSSVM and IR-LSSVM with one centre per sample: the paper's models, refined, with their uncertainty.
 #include <cmath>
 
 #include "compensation/kernel.hpp"
@@ -10,7 +10,7 @@ namespace prism::training {
 namespace {
 
 constexpr Eigen::Index kRefinedSamples = 4000;
-constexpr double kTrustedWeight = 0.01;  // variances at samples nearly dropped say nothing of the data
+constexpr double kTrustedWeight = 0.01;  // the variances at samples with a smaller weight do not represent the data
 
 double guard_of(const Eigen::VectorXd& fractions, const Eigen::VectorXd& weight) {
   std::vector<double> trusted;
@@ -26,7 +26,7 @@ SampleDiagnostics diagnostics_of(const IrlssvmFit& fit, const NormalisedData& da
   d.alpha = fit.solution.alpha;
   d.weight = fit.weight;
   d.fitted = (data.y - fit.residual).array() * n.target_scale + n.target_shift;
-  d.leave_one_out = fit.residual * n.target_scale;  // dropped samples are left out already
+  d.leave_one_out = fit.residual * n.target_scale;  // dropped samples are already held out
   d.leave_one_out(fit.kept) = fit.factor.leave_one_out() * n.target_scale;
   return d;
 }
@@ -66,8 +66,7 @@ Result<TrainedModel> train_dense(const NormalisedData& data, compensation::Model
   trained.model = std::move(*model);
   trained.centres = static_cast<int>(fit->kept.size());
   trained.reweight = fit->report;
-  if (fit->report.oscillating)
-    trained.notes.push_back("the weights alternated between two states; their mean is used");
+  if (fit->report.oscillating) trained.notes.push_back("the weights alternated between two states; their mean is used");
   if (!fit->report.converged && settings.reweight.limit > 1) {
     trained.notes.push_back("the re-weighting did not converge within its limit");
   }

@@ -15,7 +15,7 @@ Folds shuffled_folds(std::size_t n, int k, std::uint64_t seed) {
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::mt19937_64 random(seed);
-  // std::shuffle may differ between libraries; this one is the same everywhere.
+  // std::shuffle may differ between libraries; this shuffle is the same everywhere.
   for (std::size_t i = n; i > 1; --i) std::swap(order[i - 1], order[random() % i]);
   const std::size_t folds = std::clamp<std::size_t>(static_cast<std::size_t>(k), 1, n), size = n / folds;
   Folds fold(n);
@@ -43,8 +43,7 @@ Folds blocked_folds(const std::vector<int>& runs, int k) {
 Result<Folds> folds_from(const std::vector<double>& column) {
   std::map<double, int> numbers;
   for (const double value : column) {
-    if (value != std::floor(value))
-      return refuse("fold column", fmt::format("found {}, expected integers", value));
+    if (value != std::floor(value)) return refuse("fold column", fmt::format("found {}, expected integers", value));
     numbers.emplace(value, 0);
   }
   if (numbers.size() < 2)

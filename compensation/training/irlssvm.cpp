@@ -15,7 +15,7 @@ struct Solve {
   LssvmFactor factor;
 };
 
-// A weight of zero makes 1/(c v) infinite: the sample leaves the system, alpha = 0 (eq. 16 in eq. 14).
+// A weight of zero makes 1/(c v) infinite: the sample is removed from the system, alpha = 0 (eq. 16 in eq. 14).
 Result<Solve> solve_weighted(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c,
                              const Eigen::VectorXd& weight, const ExtendedMatrix* extended) {
   std::vector<Eigen::Index> kept;
@@ -48,14 +48,14 @@ Result<Solve> solve_weighted(const Eigen::MatrixXd& kernel, const Eigen::VectorX
   return Solve{std::move(solution), std::move(residual), std::move(kept), std::move(*factor)};
 }
 
-// Two states in turn: far from each other, while every second one is the same.
+// Alternation between two states: successive solutions differ, but every second one is the same.
 bool alternates(const Eigen::VectorXd& now, const Eigen::VectorXd& last, const Eigen::VectorXd& before, int solves) {
   constexpr int kPatience = 20;
   if (solves < kPatience || before.size() == 0) return false;
   return (now - before).norm() < 1e-3 * (now - last).norm();
 }
 
-// Below the floor a change is noise once it no longer falls.
+// A change below the rounding limit that no longer decreases is noise.
 bool at_fixed_point(const std::vector<double>& change, double tolerance, double floor) {
   const double last = change.back();
   if (last <= tolerance) return true;

@@ -13,7 +13,7 @@
 namespace prism::training {
 namespace {
 
-// A pivot smaller than this, of a column of length 1, is rounding: the column is a combination of the others.
+// A smaller pivot of a column of length 1 is rounding: the column is a combination of the others.
 constexpr long double kDependent = 1e-10L;
 
 double two_sided_p(double t, int df) {
@@ -23,8 +23,8 @@ double two_sided_p(double t, int df) {
   return 2 * boost::math::cdf(boost::math::complement(distribution, std::fabs(t)));
 }
 
-// R of the QR of `a`, column by column: all sizes but the rows are small, and Eigen's blocked QR, in long double, takes
-// as long to compile as half of this room.
+// R of the QR of `a`, column by column: only the number of rows is large, and Eigen's blocked QR in long double takes
+// as long to compile as half of this module.
 template <typename Matrix>
 Matrix triangle_of(Matrix a) {
   const Eigen::Index size = std::min(a.rows(), a.cols());
@@ -109,7 +109,7 @@ Result<LinearFit> LinearProblem::fit(const std::vector<int>& subset) const {
 }
 
 // XᵀX of the raw columns from the triangle and the means: [N, N m; N m, RᵀR scaled + N m mᵀ], scaled to length 1. Its
-// eigenvalues would be squares; so the stacked form [√N, √N m; 0, R scale] is taken apart instead.
+// eigenvalues would be squares, so this decomposes the stacked form [√N, √N m; 0, R scale] instead.
 double LinearProblem::condition(const std::vector<int>& subset) const {
   const auto m = static_cast<Eigen::Index>(subset.size());
   Matrix x = Matrix::Zero(triangle_.rows() + 1, m + 1);

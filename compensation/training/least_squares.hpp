@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Linear least squares with an intercept (paper eq. 21), and the statistics that stepwise regression decides by.
+// Linear least squares with an intercept (paper eq. 21), and the statistics for stepwise regression.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,11 +23,10 @@ struct LinearFit {
 /// exactly as from the data.
 class LinearProblem {
  public:
-  /// `columns` is N × m, finite, y N; N > m + 1 is expected of every subset that is fitted.
+  /// `columns` is N × m, finite, y N; each fitted subset requires N > m + 1.
   LinearProblem(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y);
 
-  /// Refuses a subset whose columns depend linearly on each other (or do not move), and one with more terms than data
-  /// allow.
+  /// Errors: columns of the subset are linearly dependent or constant; more terms than the data allow.
   Result<LinearFit> fit(const std::vector<int>& subset) const;
   /// Condition number of the subset's design matrix, intercept included, columns scaled to length 1.
   double condition(const std::vector<int>& subset) const;

@@ -14,7 +14,7 @@
 namespace prism::training {
 namespace {
 
-constexpr double kRounding = 1e-14;  // a diagonal below it is rounding, and its root would be noise
+constexpr double kRounding = 1e-14;  // a smaller diagonal entry is rounding, and its root would be noise
 
 std::span<const double> column(const Eigen::MatrixXd& m, Eigen::Index j) {
   return {m.data() + j * m.rows(), static_cast<std::size_t>(m.rows())};

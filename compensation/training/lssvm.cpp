@@ -135,7 +135,7 @@ int refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, cons
     }
     const LssvmSolution step = factor.solve(residual, static_cast<double>(-alpha.sum()));
     const double size = step.alpha.norm();
-    if (!(size < 0.5 * last)) break;  // stagnation, or a matrix too ill for its own factor: keep what there is
+    if (!(size < 0.5 * last)) break;  // stagnation, or the factor is too ill-conditioned: keeps the last solution
     last = size;
     alpha += step.alpha.cast<Extended>();
     b += step.b;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The LSSVM's linear system (paper eqs. 8 and 14): one Cholesky factor, two right-hand sides, and all that it gives.
+// The LSSVM's linear system (paper eqs. 8 and 14): one Cholesky factor, two right-hand sides, and derived quantities.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,25 +15,25 @@ struct LssvmSolution {
 };
 
 /// [0 1ᵀ; 1 H] [b; alpha] = [0; y], H = K + diag(1/(c v)), K the kernel matrix. With H = L Lᵀ, nu = H⁻¹ 1, eta = H⁻¹ y:
-/// b = 1ᵀ eta / 1ᵀ nu, alpha = eta − nu b. C = H⁻¹ − nu nuᵀ / 1ᵀ nu is the sample block of the bordered inverse; it
-/// gives exact held-out residuals without refits: alpha_i / C_ii (Cawley and Talbot 2004), C_VV⁻¹ alpha_V for a block
+/// b = 1ᵀ eta / 1ᵀ nu, alpha = eta − nu b. C = H⁻¹ − nu nuᵀ / 1ᵀ nu is the sample block of the bordered inverse. It
+/// returns exact held-out residuals without refits: alpha_i / C_ii (Cawley and Talbot 2004), C_VV⁻¹ alpha_V for a block
 /// V.
 class LssvmFactor {
  public:
-  /// Refuses a matrix that is not positive definite in double precision. `kernel` becomes the factor: move it in.
-  /// `inverse_cv` is 1/(c v_k), finite, > 0. `y`: N.
+  /// `kernel` becomes the factor: move it in. `inverse_cv` is 1/(c v_k), finite, > 0. `y`: N. Errors: the matrix is not
+  /// positive definite in double precision.
   static Result<LssvmFactor> make(Eigen::MatrixXd kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y);
 
   const LssvmSolution& solution() const { return solution_; }
   /// The same system with another right-hand side [top; y].
   LssvmSolution solve(const Eigen::VectorXd& y, double top = 0) const;
 
-  /// y − f in the sample itself: alpha_k / (c v_k).
+  /// y − f at the training samples: alpha_k / (c v_k).
   Eigen::VectorXd residuals() const { return solution_.alpha.cwiseProduct(inverse_cv_); }
   Eigen::VectorXd leave_one_out() const;
-  /// Held-out residuals where each fold (0 … max) is left out as a whole.
+  /// Held-out residuals if each fold (0 … max) is left out.
   Eigen::VectorXd leave_fold_out(const std::vector<int>& folds) const;
-  /// The same, and the variance of each held-out residual in units of s_f²: diag C_VV⁻¹.
+  /// The same, with the variance of each held-out residual in units of s_f²: diag C_VV⁻¹.
   Eigen::VectorXd leave_fold_out(const std::vector<int>& folds, Eigen::VectorXd& variance) const;
   /// Effective number of parameters: trace of the smoother, N − Σ C_kk / (c v_k).
   double degrees_of_freedom() const;
@@ -50,7 +50,7 @@ class LssvmFactor {
   Eigen::VectorXd diagonal_of_c() const;
 
   Eigen::MatrixXd factor_;
-  mutable Eigen::MatrixXd inverse_;  // L⁻¹, made when first asked for
+  mutable Eigen::MatrixXd inverse_;  // L⁻¹, computed on first use
   Eigen::VectorXd inverse_cv_, y_, nu_;
   double ones_ = 0;
   LssvmSolution solution_;
@@ -60,8 +60,8 @@ class LssvmFactor {
 using ExtendedMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 ExtendedMatrix extended_kernel_matrix(const Eigen::MatrixXd& points, double sigma2);
 
-/// Improves a solution by residuals in extended precision until they stagnate, so that it no longer depends on the
-/// machine. `kernel` over the samples of the factor; inverse_cv, y as the factor has them. Returns the number of steps,
+/// Refines a solution with residuals in extended precision until they stagnate, so that it does not depend on the
+/// machine. `kernel` over the samples of the factor; inverse_cv and y as for the factor. Returns the number of steps,
 /// O(N²) each.
 int refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y,
            const LssvmFactor& factor, LssvmSolution& solution);

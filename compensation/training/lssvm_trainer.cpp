@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// LSSVM and IR-LSSVM: tuned, then trained in the form that fits the length of the record.
+// LSSVM and IR-LSSVM: tuned, then trained in dense or sparse form by the length of the record.
 #include "compensation/training/lssvm_trainer.hpp"
 
 #include <utility>
@@ -9,11 +9,11 @@
 namespace prism::training {
 namespace {
 
-constexpr Eigen::Index kTuningSamples = 3000;  // of a longer record every n-th sample tunes as well
-constexpr Eigen::Index kDenseLimit = 5000;     // samples; above it one centre a sample would cost gigabytes and minutes
+constexpr Eigen::Index kTuningSamples = 3000;  // longer records are tuned on every n-th sample
+constexpr Eigen::Index kDenseLimit = 5000;     // samples; above it one centre per sample needs gigabytes and minutes
 constexpr Eigen::Index kMaxRank = 600;
 
-// Every n-th sample, so that no more than kTuningSamples tune; folds follow.
+// Every n-th sample and its fold, at most kTuningSamples.
 Result<TuningResult> tune_on_part(const NormalisedData& data, const TrainingSettings& settings, const Folds& folds,
                                   const TuningProgress& progress, const std::atomic<bool>* stop) {
   const Eigen::Index n = data.y.size(), step = (n + kTuningSamples - 1) / kTuningSamples;
@@ -42,7 +42,7 @@ Result<ResourcePlan> plan_lssvm(Eigen::Index samples, Eigen::Index inputs, const
   const double n = static_cast<double>(samples);
   const int solves = settings.reweight.weight.kind == WeightKind::kNone ? 2 : settings.reweight.limit == 1 ? 3 : 30;
   ResourcePlan plan;
-  // Kernel, factor and inverse in double, the kernel once more in extended precision.
+  // Kernel, factor and inverse in double, plus the kernel in extended precision.
   plan.bytes = n * n * (3 * 8 + (n <= 4000 ? 16 : 0));
   plan.seconds = n * n * n / 3 * solves / kFlops;
   return within_memory(plan, samples, settings.memory_limit_bytes);

@@ -8,7 +8,7 @@
 
 namespace prism::training {
 
-/// `settings.reweight` as it is used; `point`: c, sigma2 and the weight's parameter.
+/// `settings.reweight` with defaults applied; `point`: c, sigma2 and the weight's parameter.
 Result<TrainedModel> train_dense(const NormalisedData& data, compensation::ModelInfo info,
                                  const TrainingSettings& settings, const std::vector<int>& runs,
                                  const TuningPoint& point);

@@ -7,7 +7,8 @@
 
 namespace prism::training {
 
-extern const Method kComposite, kLeastSquares, kStepwise, kLssvm, kIrlssvm, kSvr;  // in the files of their trainers
+extern const Method kComposite, kLeastSquares, kStepwise, kLssvm, kIrlssvm,
+    kSvr;  // defined in the files of their trainers
 
 namespace {
 

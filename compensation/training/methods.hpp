@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The methods of training, one row each: its name, the options that belong to it, and how it plans, trains and reports.
+// The training methods, one row each: name, options, and functions that plan, train and report.
 #pragma once
 
 #include <span>
@@ -14,28 +14,28 @@ namespace prism::training {
 
 // To add a method: write its trainer with a row of type Method at its end, and list the row in methods.cpp.
 
-/// What a method uses; each is a group of options of prismcal.
+/// Features of a method; each is a group of options of prismcal.
 enum MethodUses : unsigned {
-  kCubic = 1,        ///< the cubic of its only input
-  kTerms = 2,        ///< polynomial terms that it chooses from: --start, --p-enter, --p-remove
+  kCubic = 1,        ///< a cubic of one input
+  kTerms = 2,        ///< chooses from polynomial terms: --start, --p-enter, --p-remove
   kWeights = 4,      ///< robust weights: --weight
   kTuning = 8,       ///< --c and --sigma2, or --tune
   kTube = 16,        ///< --epsilon
-  kOwnSearch = 32,   ///< finds all parameters by itself; --c, --sigma2, --tune and --fold-column are errors
+  kOwnSearch = 32,   ///< finds all parameters itself; --c, --sigma2, --tune and --fold-column are errors
   kSiblings = 64,    ///< --prior
   kExactFolds = 128  ///< `prismcal cv`
 };
 
-/// One training, checked; `info` is complete except for its type, id and spread.
+/// One checked training; `info` is complete except for its type, id and BetweenRunError.
 struct TrainingJob {
   const TrainingData& data;
   compensation::ModelInfo info;
   const TrainingSettings& settings;
-  std::vector<int> runs;  ///< of each sample
+  std::vector<int> runs;  ///< recording of each sample
   const TuningProgress& progress;
   const std::atomic<bool>* stop;
 
-  /// The folds that the settings ask for, at most one per sample.
+  /// The folds of the settings, at most one per sample.
   Folds folds() const;
   Result<NormalisedData> normalised() const;
 };

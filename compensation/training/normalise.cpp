@@ -53,10 +53,9 @@ Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::Vec
   n.input_scale.resize(inputs.rows());
   for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
     const Constants c = constants_of(inputs.row(i), scaling, false);
-    // A column that repeats one decimal number has a standard deviation of rounding noise, not of zero.
+    // A column that repeats one decimal number has a standard deviation of rounding noise instead of zero.
     if (!(c.scale > 1e-14 * std::fabs(c.shift)) || !(c.scale > 0)) {
-      return refuse(names[static_cast<std::size_t>(i)],
-                    "the input is constant, expected one that changes");
+      return refuse(names[static_cast<std::size_t>(i)], "the input is constant, expected one that changes");
     }
     n.input_shift[i] = c.shift;
     n.input_scale[i] = c.scale;

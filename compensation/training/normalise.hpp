@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Engineering units → the units that the kernel works in, with the constants that lead back.
+// Engineering units → the normalised units of the kernel, with the constants for the way back.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,25 +13,25 @@ namespace prism::training {
 
 enum class Scaling {
   kZscore,  ///< inputs by mean and sd (divisor N − 1), target by mean and sd (divisor N)
-  kAuto,    ///< by column: two values → −1/+1; fewer than √N values → as they are; else z-score
+  kAuto,    ///< by column: two values → −1/+1; fewer than √N values → unchanged; else z-score
   kNone,
 };
 
 enum class ColumnKind { kContinuous, kBinary, kCategorical };
 
 struct NormalisedData {
-  Eigen::MatrixXd x;  ///< d × N, one sample a column
+  Eigen::MatrixXd x;  ///< d × N, one sample per column
   Eigen::VectorXd y;  ///< N
   compensation::Normalisation constants;
   std::vector<ColumnKind> kinds;  ///< d inputs, then the target
 };
 
-/// `inputs` is d × N in engineering units. Refuses fewer than two samples, numbers that are not finite and, where it
-/// must be scaled, an input that does not move (where: its name). A target that does not move keeps the scale 1.
+/// `inputs` is d × N in engineering units. Errors: fewer than two samples; numbers that are not finite; a constant
+/// input if it must be scaled (`where`: its name). A constant target keeps the scale 1.
 Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target, Scaling scaling,
                                  const std::vector<std::string>& names);
 
-/// New samples by known constants.
+/// Normalises new samples with known constants.
 Eigen::MatrixXd normalised_inputs(const Eigen::MatrixXd& inputs, const compensation::Normalisation& constants);
 
 }  // namespace prism::training

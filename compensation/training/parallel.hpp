@@ -8,7 +8,7 @@
 
 namespace prism::training {
 
-/// job(i) for i in [0, count), in any order and on `threads` threads at most; jobs must not throw.
+/// Calls job(i) for i in [0, count), in any order and on at most `threads` threads; jobs must not throw.
 template <class Job>
 void parallel_for(int count, int threads, Job&& job) {
   std::atomic<int> next{0};

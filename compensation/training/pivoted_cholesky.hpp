@@ -9,7 +9,7 @@
 namespace prism::training {
 
 struct PivotedCholesky {
-  std::vector<Eigen::Index> pivots;  ///< in the order in which they were taken
+  std::vector<Eigen::Index> pivots;  ///< in the order in which they were added
   std::vector<double> left_before;   ///< largest diagonal entry of K − G Gᵀ before each pivot
   Eigen::MatrixXd features;          ///< Gᵀ in the first pivots.size() rows; N columns
   double left = 0;                   ///< largest diagonal entry of K − G Gᵀ
@@ -20,7 +20,7 @@ struct PivotedCholesky {
 /// Writes row i of K into `k`, N numbers.
 using KernelRow = std::function<void(Eigen::Index i, Eigen::VectorXd& k)>;
 
-/// Takes pivots, largest diagonal entry first, until it is at most `tolerance` or there are `max_rank`. `diagonal`: of
+/// Adds pivots, largest diagonal entry first, until it is at most `tolerance` or there are `max_rank`. `diagonal`: of
 /// K. O(N r²).
 PivotedCholesky pivoted_cholesky(Eigen::VectorXd diagonal, const KernelRow& row, double tolerance,
                                  Eigen::Index max_rank);

@@ -25,14 +25,14 @@ Eigen::MatrixXd columns_of(const TrainingData& data, const TermPowers& terms) {
   return columns;
 }
 
-// The terms as they were chosen, fitted again without each fold.
+// The chosen terms, fitted again without each fold.
 HeldOutErrors hold_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y, const std::vector<int>& chosen,
                        const std::vector<int>& runs) {
   HeldOutErrors held{y, Eigen::VectorXd::Zero(y.size()), spread_folds(runs)};
   for (const auto& members : fold_members(held.folds)) {
     const std::vector<Eigen::Index> rest = others(members, y.size());
     const auto fit = LinearProblem(columns(rest, Eigen::all), y(rest)).fit(chosen);
-    if (!fit) return {};  // a block alone moved one of the inputs
+    if (!fit) return {};  // only the held-out block changed one of the inputs
     held.error(members).array() -= fit->intercept;
     for (std::size_t j = 0; j < chosen.size(); ++j)
       held.error(members) -= columns(members, chosen[j]) * fit->coefficient[static_cast<Eigen::Index>(j)];

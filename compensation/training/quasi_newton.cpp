@@ -15,7 +15,7 @@ QuasiNewtonResult minimise_smooth(const SmoothFunction& f, const Eigen::VectorXd
   Eigen::VectorXd gradient(n), next_gradient(n);
   best.value = f(best.x, gradient);
   Eigen::MatrixXd& inverse = best.inverse_hessian;
-  bool fresh = !informed;  // the Hessian is a guess
+  bool fresh = !informed;  // the Hessian is an initial guess
   while (std::isfinite(best.value) && gradient.cwiseAbs().maxCoeff() > settings.g_tolerance && !stop()) {
     Eigen::VectorXd step = -inverse * gradient;
     if (!(step.dot(gradient) < 0)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A short record with the models of gyros of the same type: they say the shape, the record its scale and the rest.
+// A short record with a population prior: models of gyros of the same type give the shape, the record its scale.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace prism::training {
 namespace {
 
-constexpr double kScaleSpread = 0.3;  // of one gyro's drift to another's of the same type, beforehand
+constexpr double kScaleSpread = 0.3;  // prior sd of one gyro's drift over that of another of the same type
 constexpr Eigen::Index kScaleSamples = 1000;
 
 Result<void> check(const TrainingData& data, const compensation::ModelInfo& info, const TrainingSettings& settings) {
@@ -56,8 +56,8 @@ Eigen::VectorXd said(const compensation::SiblingPrior& prior, const Eigen::Matri
   return mean;
 }
 
-// Generalised least squares for y = beta + scale · m + f + n + e with a normal prior about 1 of scale: with P = C⁻¹
-// less its level, (mᵀP(y − m)) / (mᵀPm + 1/spread²), C as the first training found it.
+// Generalised least squares for y = beta + scale · m + f + n + e with a normal prior about 1 for scale: with P = C⁻¹
+// minus its level, (mᵀP(y − m)) / (mᵀPm + 1/spread²), C from the first training.
 double scale_of(const TrainingData& data, const Eigen::VectorXd& m, const TrainedModel& first) {
   const auto& p = static_cast<const compensation::CompositeModel&>(*first.model).parameters();
   const std::vector<Eigen::Index> some = thinned(m.size(), kScaleSamples);

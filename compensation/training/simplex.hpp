@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Minimisation without derivatives: Nelder and Mead's simplex inside a box.
+// Minimisation without derivatives: Nelder and Mead's simplex within a box.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,10 +8,10 @@
 namespace prism::training {
 
 struct SimplexSettings {
-  Eigen::VectorXd lower, upper;  ///< the box; points beyond it are moved onto it
+  Eigen::VectorXd lower, upper;  ///< the box; points outside are moved onto it
   Eigen::VectorXd step;          ///< edge lengths of the first simplex, > 0
   int max_evaluations = 100;
-  double x_tolerance = 1e-3, f_tolerance = 1e-7;  ///< largest edge; relative spread of the values: both must be reached
+  double x_tolerance = 1e-3, f_tolerance = 1e-7;  ///< largest edge; relative range of the values: both must be reached
 };
 
 struct SimplexResult {
@@ -20,7 +20,7 @@ struct SimplexResult {
   int evaluations = 0;
 };
 
-/// Nelder and Mead (1965): reflection 1, expansion 2, contraction and shrinkage ½. Ends early where `stop` says so.
+/// Nelder and Mead (1965): reflection 1, expansion 2, contraction and shrinkage ½. Stops early if `stop` returns true.
 SimplexResult minimise(const std::function<double(const Eigen::VectorXd&)>& f, const Eigen::VectorXd& start,
                        const SimplexSettings& settings, const std::function<bool()>& stop);
 

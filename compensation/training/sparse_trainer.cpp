@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Long records: robust weights in the primal over a low-rank kernel; the pivots become the centres.
+// Long records: robust weights in the primal form over a low-rank kernel; the pivots become the centres.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace prism::training {
 namespace {
 
-constexpr double kAccuracy = 1e-3;  // c · what the centres may leave of K
+constexpr double kAccuracy = 1e-3;  // limit of c · the part of K outside the centres
 constexpr double kStill = 1e-5;     // change of a residual, in scales, that ends the re-weighting
 
 // alpha over the pivots: w · φ(x) = w · L⁻¹ k(x) = (L⁻ᵀ w) · k(x).
@@ -75,9 +75,8 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::Mode
       c.target_scale * residual.array() / (1 - weight.array() * leverages.array()).max(1e-12);
   trained.centres = static_cast<int>(r);
   if (r == plan.max_rank && system.left * point.c > 10 * kAccuracy) {
-    trained.notes.push_back(
-        fmt::format("{} centres do not represent {:.2g} of the kernel: use a wider kernel or more memory", r,
-                    system.left));
+    trained.notes.push_back(fmt::format(
+        "{} centres do not represent {:.2g} of the kernel: use a wider kernel or more memory", r, system.left));
   }
   info.spread = spread_of(hold_out_lssvm(data, weight, runs, point.c, point.sigma2), residual * c.target_scale,
                           c.target_scale, runs);

@@ -16,14 +16,14 @@ namespace {
 constexpr int kBlocks = 10;
 constexpr std::size_t kFewestSamples = 40;
 
-// White noise, whatever moves slowly: neighbours differ by √2 of it.
+// White noise, independent of slow drift: the difference of neighbours is √2 of it.
 double noise_of(const Eigen::VectorXd& residual) {
   const Eigen::Index n = residual.size() - 1;
   const Eigen::VectorXd steps = (residual.tail(n) - residual.head(n)).cwiseAbs();
   return kPaperMadToSd * evaluation::median_of({steps.begin(), steps.end()}) / std::sqrt(2.0);
 }
 
-// |error| / sd_mean that 95 % do not pass.
+// The 95 % quantile of |error| / sd_mean.
 double reach(const HeldOutErrors& held, const compensation::Spread& spread) {
   std::vector<double> ratio;
   for (Eigen::Index i = 0; i < held.error.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a training found, as JSON and as lines for people: the part that belongs to its method.
+// The result of a training as JSON and as readable lines: the part of each method.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace prism::training {
 
 struct MethodSummary {
   nlohmann::ordered_json json;
-  std::string text;  ///< whole lines
+  std::string text;  ///< complete lines
 };
 
 MethodSummary describe_polynomial(const TrainedModel& trained, const TrainingSettings& settings,

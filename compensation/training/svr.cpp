@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// ε-SVR through libsvm (paper eqs. 2 to 4): the baseline that the paper starts from. Tuned on a log grid.
+// ε-SVR by libsvm (paper eqs. 2 to 4): the paper's baseline. Tuned on a log grid.
 #include <fmt/format.h>
 #include <libsvm/svm.h>
 
@@ -14,7 +14,7 @@
 namespace prism::training {
 namespace {
 
-// libsvm's sparse rows: (index, value) pairs, closed by index −1; they must outlive the model.
+// libsvm's sparse rows: (index, value) pairs, terminated by index −1; they must outlive the model.
 class Rows {
  public:
   Rows(const Eigen::MatrixXd& x, const std::vector<Eigen::Index>& samples)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From samples to a model: one call for every method, with all that a person may want to know about how it went.
+// From samples to a model: one call for every method, with all results and diagnostics.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,10 +31,10 @@ struct TrainingData {
   Eigen::VectorXd time_s;  ///< N, since its recording began; empty: evenly spaced (the composite kernel's nuisance)
 };
 
-/// What a polynomial is made of: powers of the inputs, one list per term (no intercept, it is always there).
+/// The terms of a polynomial: powers of the inputs, one list per term (the intercept is implicit).
 using TermPowers = std::vector<std::vector<int>>;
 TermPowers cubic_terms();               ///< x, x², x³ of the only input (eq. 21)
-TermPowers plain_terms(std::size_t d);  ///< every input as it is
+TermPowers plain_terms(std::size_t d);  ///< every input itself
 /// Inputs, squares and products of two (eqs. 22 and 24): T, T², dT/dt, (dT/dt)², …
 TermPowers second_order_terms(std::size_t d);
 /// "T", "T^2", "T*dTdt".
@@ -46,9 +46,9 @@ struct TrainingSettings {
   // Polynomials.
   TermPowers terms;
   StepwiseSettings stepwise;
-  // Kernels. What is not given is tuned: c and sigma2 both or none; the weight's parameter falls back on its usual
-  // value (Huber 1.345, myriad 1) where c and sigma2 are given.
-  ReweightSettings reweight;  ///< used by methods with weights alone
+  // Kernels. Missing values are tuned: c and sigma2 both or none; the weight's parameter has its usual value (Huber
+  // 1.345, myriad 1) if c and sigma2 are given.
+  ReweightSettings reweight;  ///< for methods with weights only
   std::optional<double> c, sigma2, parameter;
   double epsilon = 0.1;  ///< of SVR, in units of the normalised target
   Tuning tuning = Tuning::kBlocked;
@@ -57,13 +57,13 @@ struct TrainingSettings {
   std::uint64_t seed = 1;
   int threads = 2;
   std::vector<compensation::ModelPtr> siblings;     ///< composite: models of gyros of the same type, none or at least 2
-  std::optional<compensation::SiblingPrior> prior;  ///< what they say; set by train()
-  double memory_limit_bytes = 1e9;                  ///< what does not fit is refused before it begins
+  std::optional<compensation::SiblingPrior> prior;  ///< the population prior; set by train()
+  double memory_limit_bytes = 1e9;                  ///< larger trainings are rejected before they start
 };
 
 /// One row per training sample.
 struct SampleDiagnostics {
-  Eigen::VectorXd alpha;          ///< 0 where the sample is no centre; empty for polynomials
+  Eigen::VectorXd alpha;          ///< 0 if the sample is not a centre; empty for polynomials
   Eigen::VectorXd weight;         ///< v_k; 1 for methods without weights
   Eigen::VectorXd fitted;         ///< in the target's units
   Eigen::VectorXd leave_one_out;  ///< y minus the prediction without this sample (weights frozen); target's units
@@ -72,30 +72,31 @@ struct SampleDiagnostics {
 struct TrainedModel {
   compensation::ModelPtr model;
   double c = 0, sigma2 = 0, parameter = 0;  ///< kernels only
-  std::optional<TuningResult> tuning;       ///< where something was tuned
+  std::optional<TuningResult> tuning;       ///< if parameters were tuned
   std::optional<ReweightReport> reweight;
   std::optional<StepwiseResult> stepwise;  ///< terms by number, as settings.terms lists them
   std::optional<LinearFit> linear;         ///< polynomials
   double condition = 0;                    ///< of the design matrix (polynomials)
   SampleDiagnostics samples;
-  std::optional<double> from_siblings;  ///< share of the record's variance that they explain; below 0: they mislead
+  std::optional<double>
+      from_siblings;  ///< share of the record's variance that the population prior explains; below 0: it is misleading
   int centres = 0;
   int refinement_steps = 0;
-  std::vector<std::string> notes;  ///< warnings for people
+  std::vector<std::string> notes;  ///< warnings for the user
 };
 
-/// What a training of this size takes, before it is begun.
+/// The memory and time of a training of this size, before it starts.
 Result<ResourcePlan> plan_resources(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
 
-/// Trains. `info` brings name, features and serial; kind, inputs, domain and id are set here. Refuses data and settings
-/// that cannot work, in one line. A stop flag ends tuning early with the best so far.
+/// Trains. `info` contains name, features and serial; kind, inputs, domain and id are set here. Errors, in one line:
+/// unsuitable data or settings. A stop flag ends tuning early with the best result so far.
 Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& settings,
                            const TuningProgress& progress = {}, const std::atomic<bool>* stop = nullptr);
 
 Result<TrainedModel> train_with_siblings(const TrainingData& data, compensation::ModelInfo info,
                                          const TrainingSettings& settings, const TuningProgress& progress,
                                          const std::atomic<bool>* stop);
-/// Hours of each sample; without times the rows are the paper's 100 s apart.
+/// Hours of each sample; rows without times are 100 s apart, as in the paper.
 Eigen::VectorXd time_of(const TrainingData& data);
 
 }  // namespace prism::training

@@ -15,10 +15,10 @@
 namespace prism::training {
 namespace {
 
-constexpr double kMyriadStart = 1.5;  // the middle of what tunings end at
+constexpr double kMyriadStart = 1.5;  // the middle of the usual results of tuning
 constexpr double kHuberHeld =
-    3;  // where nothing can judge it: beyond three sigma an outlier is one, and clean data lose nothing
-constexpr double kTolerance = 0.01;  // of a simplex's edges, log10
+    3;  // if it cannot be tuned: outliers are beyond three sigma, and clean data keep all samples
+constexpr double kTolerance = 0.01;  // of the simplex edges, log10
 constexpr int kGridC = 7, kGridSigma2 = 8;
 
 double parameter_start(WeightKind kind, bool searched) {
@@ -31,8 +31,8 @@ class TuningSearch {
   TuningSearch(const TuningCost& cost, Eigen::Index samples, const TuningSettings& settings,
                const TuningProgress& progress, const std::atomic<bool>* stop)
       : cost_(cost), samples_(samples), settings_(settings), progress_(progress), stop_(stop) {
-    // Leave-one-out freezes the weights, and frozen weights have seen what is held out: it would choose a parameter so
-    // small that a few samples that agree with each other are all the data.
+    // Leave-one-out uses fixed weights, and they depend on the held-out sample: it would choose a parameter so small
+    // that only a few samples that agree with each other keep a weight.
     with_parameter_ = cost.robust() && cost.settings().weight.has_parameter() && cost.kind() != Tuning::kLoo;
   }
 
@@ -71,7 +71,7 @@ class TuningSearch {
     return values;
   }
 
-  // Every (sigma2, c) of the grid, and every parameter of a few, with weights frozen in the folds.
+  // Every (sigma2, c) of the grid, and every parameter for a few of them, with fixed weights in the folds.
   void grid_search() {
     const TuningBounds& b = settings_.bounds;
     const auto sigmas = axis(settings_.sigma2, b.sigma2_min, b.sigma2_max, kGridSigma2);
@@ -89,7 +89,7 @@ class TuningSearch {
     parallel_for(rows, settings_.threads, [&](int i) {
       if (!stopped()) grid_row(std::span(result_.surface).subspan(static_cast<std::size_t>(i) * cs.size(), cs.size()));
     });
-    // With everything given there is nothing to search: the cost of the one point is taken as it is.
+    // If everything is given, there is no search: the result is the cost of this point.
     result_.best = *std::min_element(result_.surface.begin(), result_.surface.end(),
                                      [](const TuningPoint& x, const TuningPoint& y) { return x.cost < y.cost; });
   }
@@ -110,7 +110,7 @@ class TuningSearch {
   int starts() const { return settings_.starts > 0 ? settings_.starts : small_data() ? 8 : 3; }
   int simplex_evaluations() const { return with_parameter_ ? 70 : 50; }
 
-  // The best cells of the grid, no two of them neighbours.
+  // The best cells of the grid, without neighbouring cells.
   std::vector<TuningPoint> best_cells() const {
     std::vector<TuningPoint> sorted = result_.surface, chosen;
     std::stable_sort(sorted.begin(), sorted.end(), [](const auto& x, const auto& y) { return x.cost < y.cost; });
@@ -125,7 +125,7 @@ class TuningSearch {
     return chosen;
   }
 
-  // Search coordinates: the log10 of what is free.
+  // Search coordinates: log10 of the free parameters.
   Eigen::VectorXd coordinates(const TuningPoint& p) const {
     std::vector<double> x;
     if (!settings_.c) x.push_back(std::log10(p.c));
@@ -169,9 +169,9 @@ class TuningSearch {
       if (!stopped()) result_.best.cost = evaluated(result_.best, false);
       return;
     }
-    // The weights stay frozen in the folds until the last simplex: a tenth of the work, and nearly the same valley.
-    // Their parameter must stay, too: frozen weights have seen what is held out, and a small one would make the most of
-    // it.
+    // The weights stay fixed in the folds until the last simplex: a tenth of the work, and nearly the same optimum.
+    // Their parameter is also fixed, because fixed weights depend on the held-out data and would favour a small
+    // parameter.
     frozen_ = cost_.robust() && !small_data() && !(settings_.c && settings_.sigma2);
     std::vector<TuningPoint> cells = best_cells();
     parallel_for(static_cast<int>(cells.size()), settings_.threads, [&](int i) {
@@ -185,8 +185,8 @@ class TuningSearch {
     if (!cells.empty()) result_.best = *std::min_element(cells.begin(), cells.end(), better);
     usual_ = result_.best;
     if (cost_.robust() && cost_.kind() != Tuning::kLoo && !cost_.refits(result_.best))
-      return;  // the grid search has asked all of it
-    // Once more from the winner: a simplex that has collapsed in a curved valley goes on with new edges.
+      return;  // the grid search has already covered everything
+    // Restart from the best point: a simplex that collapsed in a curved valley continues with new edges.
     for (const double step : {0.3, 0.05}) {
       if (step < 0.1 && !small_data()) break;
       if (!stopped() && !cells.empty())
@@ -194,8 +194,8 @@ class TuningSearch {
     }
   }
 
-  // The final cost. Where the rank is high the search leaves the weights frozen in the folds; when that flattered the
-  // parameter it chose, the best point with the usual parameter may be better.
+  // The final cost. If the rank is high, the search uses fixed weights in the folds; if these favoured the chosen
+  // parameter, the best point with the usual parameter may be better.
   void take_final_cost() {
     const double promised = result_.best.cost;
     result_.best.cost = cost_.final_cost(result_.best);
@@ -210,9 +210,9 @@ class TuningSearch {
     const auto edge = [&](const char* name, double value, double low, double high) {
       const double x = std::log10(value);
       if (x < low + 0.02 || x > high - 0.02) {
-        result_.warnings.push_back(
-            fmt::format("{} = {:.4g} is at the edge of the search range ({:.3g} to {:.3g}): the data do not determine it", name,
-                        value, std::pow(10, low), std::pow(10, high)));
+        result_.warnings.push_back(fmt::format(
+            "{} = {:.4g} is at the edge of the search range ({:.3g} to {:.3g}): the data do not determine it", name,
+            value, std::pow(10, low), std::pow(10, high)));
       }
     };
     if (cost_.robust() && cost_.kind() == Tuning::kLoo && cost_.settings().weight.has_parameter() &&
@@ -227,7 +227,7 @@ class TuningSearch {
     warn_of_flatness();
   }
 
-  // Flat: choices of c a hundredfold apart cost the same within half a percent.
+  // Flat cost: values of c a factor of 100 apart differ by less than half a percent.
   void warn_of_flatness() {
     if (settings_.c) return;
     const double best =
@@ -242,7 +242,8 @@ class TuningSearch {
     }
     if (high >= 1000 * low) {
       result_.warnings.push_back(fmt::format(
-          "the cost is flat: c from {:.3g} to {:.3g} differ by less than 0.5 % in cost; any value in this range fits", low, high));
+          "the cost is flat: c from {:.3g} to {:.3g} differ by less than 0.5 % in cost; any value in this range fits",
+          low, high));
     }
   }
 
@@ -255,7 +256,7 @@ class TuningSearch {
   int expected_ = 0;
   std::mutex mutex_;
   TuningPoint shown_{1, 1, 1, kNever};
-  TuningPoint usual_{1, 1, 1, kNever};  ///< the best before the parameter moved
+  TuningPoint usual_{1, 1, 1, kNever};  ///< the best before the parameter changed
   TuningResult result_;
 };
 

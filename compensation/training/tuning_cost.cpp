@@ -13,18 +13,18 @@
 namespace prism::training {
 namespace {
 
-constexpr double kSearchAccuracy = 1e-2, kFinalAccuracy = 1e-6;  // c · what the low rank leaves of K
-// Of a scale: no residual moves by more between the last two solves of a final cost.
+constexpr double kSearchAccuracy = 1e-2, kFinalAccuracy = 1e-6;  // limit of c · the part of K outside the low rank
+// In scales: largest change of a residual between the last two solves of a final cost.
 constexpr double kFinalChange = 1e-6;
-constexpr Eigen::Index kDenseSamples = 3000;  // beyond it the whole matrix never pays
-constexpr Eigen::Index kRefitRank = 160;      // beyond it the search freezes the weights in the folds
+constexpr Eigen::Index kDenseSamples = 3000;  // with more samples the full matrix is never faster
+constexpr Eigen::Index kRefitRank = 160;      // above it the search uses fixed weights in the folds
 constexpr int kDenseSolves = 8;
-// Up to here the search takes the final cost, each fold begun unweighted: few samples have many fixed points under
-// Hampel's and myriad's weights, and the one that the whole data lead to need not be the fold's own.
+// Up to this number of samples the search uses the final cost, with each fold started unweighted: few samples have many
+// fixed points with Hampel's and myriad's weights, and the fold's own may not be that of the complete data.
 constexpr Eigen::Index kFreshSamples = 200;
 
-// Re-weights the samples `inside`; those outside keep their weights and have no part in the scale, but all residuals
-// must settle within `tolerance` scales. `weight`: in the first weights, out the last.
+// Re-weights the samples `inside`. Samples outside keep their weights and do not affect the scale, but all residuals
+// must converge within `tolerance` scales. `weight`: first weights in, last weights out.
 bool reweight_inside(PrimalLssvm& primal, const ReweightSettings& settings, double tolerance,
                      const std::vector<Eigen::Index>& inside, Eigen::VectorXd& weight) {
   Eigen::VectorXd residual, before;
@@ -114,7 +114,7 @@ double TuningCost::cost_of(const LowRank& system, const TuningPoint& point, doub
   return std::isfinite(cost) ? cost * scale_ : kNever;
 }
 
-// Where the low rank would be no lower than half: the whole matrix, weights frozen in the folds.
+// For ranks above half of the samples: the full matrix, with fixed weights in the folds.
 Eigen::VectorXd TuningCost::held_out(const TuningPoint& point) const {
   const Eigen::MatrixXd kernel = compensation::kernel_matrix(points_, {point.sigma2});
   ReweightSettings settings = settings_at(point, kDenseSolves);
@@ -146,7 +146,7 @@ Eigen::VectorXd TuningCost::held_out(const LowRank& system, const TuningPoint& p
     const double tolerance = exact ? kFinalChange : frozen ? 1e-3 : 1e-4;
     const bool refit = kind_ != Tuning::kLoo && !frozen;
     if (refit && exact) return refitted_folds(system, point, weight, exact);
-    // A costly rank gets what the whole matrix gets: the search only has to see that it is no better there.
+    // A high rank uses the cost of the full matrix: the search only has to find that it is not better there.
     const int limit = !exact && system.rank() > kRefitRank ? kDenseSolves : kRobustSolves;
     if (!reweight_inside(primal, settings_at(point, limit), tolerance, others({}, n), weight)) return nothing(n);
     if (refit) return refitted_folds(system, point, weight, exact);
@@ -154,11 +154,12 @@ Eigen::VectorXd TuningCost::held_out(const LowRank& system, const TuningPoint& p
     return nothing(n);
   }
   if (kind_ != Tuning::kLoo) return frozen_folds(system, point.c, weight);
-  // Leave-one-out with frozen weights: ξ / (1 − v h).
+  // Leave-one-out with fixed weights: ξ / (1 − v h).
   return primal.residuals().array() / (1 - weight.array() * primal.leverages().array()).max(1e-12);
 }
 
-// The matrix of the others is that of all less that of the fold: one downdate and one small factor a fold.
+// The matrix of the other samples is that of all samples minus that of the fold: one downdate and one small factor per
+// fold.
 Eigen::VectorXd TuningCost::frozen_folds(const LowRank& system, double c, const Eigen::VectorXd& weight) const {
   PrimalLssvm primal(system, y_, c);
   const Eigen::MatrixXd all = primal.gram(weight);

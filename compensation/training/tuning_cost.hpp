@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The cost of one choice of (c, sigma2, weight parameter): held-out errors, from a low-rank system where that is exact
+// The cost of one choice of (c, sigma2, weight parameter): held-out errors, from a low-rank system if it is accurate
 // enough.
 #pragma once
 
@@ -14,45 +14,44 @@
 
 namespace prism::training {
 
-/// The cost of what cannot be fitted.
+/// The cost if no fit is possible.
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 enum class Tuning {
   kBlocked,   ///< contiguous blocks of each run held out together: the default for time series
-  kShuffled,  ///< folds drawn by the seed: the paper's ten-fold cross-validation
-  kGiven,     ///< folds that the user gives
-  kLoo,       ///< leave-one-out (weights frozen, where there are any)
+  kShuffled,  ///< folds sampled by the seed: the paper's ten-fold cross-validation
+  kGiven,     ///< folds given by the user
+  kLoo,       ///< leave-one-out (with fixed weights, if any)
   kReml,      ///< restricted likelihood, unweighted
 };
 
-/// shuffled, loo, reml; any other word is the default, blocked: command lines refuse what is none of these.
+/// shuffled, loo, reml; any other word is the default, blocked: command lines reject unknown words.
 Tuning tuning_by_name(std::string_view name);
 
 struct TuningPoint {
   double c = 1, sigma2 = 1;
-  double parameter = 1;  ///< of Huber or myriad; without meaning for the others
+  double parameter = 1;  ///< of Huber or myriad; unused for the others
   double cost = 0;       ///< mean absolute held-out error in the target's units; kReml: −log-likelihood per sample
 };
 
-/// Thread-safe: evaluations share nothing but the data.
+/// Thread-safe: evaluations share only constant data.
 class TuningCost {
  public:
-  /// `scale` turns normalised errors into the target's units. Folds are used by the fold kinds only.
+  /// `scale` converts normalised errors to the target's units. Only the fold types use the folds.
   TuningCost(const Eigen::MatrixXd& points, const Eigen::VectorXd& y, double scale, Tuning kind, Folds folds,
              ReweightSettings settings);
 
-  /// The cost that the local search minimises. Fold kinds with weights: IRLS inside each fold, begun at the weights of
-  /// the whole data.
+  /// The cost that the local search minimises. Fold types with weights: IRLS in each fold, started with the weights of
+  /// the complete data.
   double evaluate(const TuningPoint& point) const;
-  /// A cheaper one for the grid search: the weights of the whole data stay frozen in the folds.
+  /// A cheaper cost for the grid search: the weights of the complete data stay fixed in the folds.
   double frozen_cost(const TuningPoint& point) const;
-  /// frozen_cost() of points of one sigma2, into their costs; the decomposition is made once, for the largest c.
+  /// Sets the costs of points with the same sigma2 to frozen_cost(); decomposes once, for the largest c.
   void frozen_costs(std::span<TuningPoint> row) const;
-  /// The cost as the reference defines it (30 re-weightings in each fold, from the unweighted solution), to ~1e-6.
+  /// The cost by the reference definition (30 re-weightings in each fold, from the unweighted solution), to ~1e-6.
   double final_cost(const TuningPoint& point) const;
 
-  /// Whether evaluate() re-weights inside the folds there; where the rank is costly it leaves the weights frozen as
-  /// frozen_cost() does.
+  /// Returns true if evaluate() re-weights inside the folds; at high rank it uses fixed weights, as frozen_cost() does.
   bool refits(const TuningPoint& point) const;
 
   bool robust() const { return settings_.weight.kind != WeightKind::kNone && kind_ != Tuning::kReml; }
@@ -60,7 +59,7 @@ class TuningCost {
   const ReweightSettings& settings() const { return settings_; }
 
  private:
-  /// The settings with the weight parameter of a point and `limit` solves at most.
+  /// The settings with the weight parameter of a point and at most `limit` solves.
   ReweightSettings settings_at(const TuningPoint& point, int limit) const;
   bool dense_pays(bool exact) const;
   LowRank system_for(double sigma2, double tolerance, bool exact) const;

@@ -17,7 +17,7 @@ constexpr double kHampelB1 = 2.5, kHampelB2 = 3.0;
 
 std::vector<double> values(const Eigen::VectorXd& v) { return {v.begin(), v.end()}; }
 
-// The p-quantile at n p + 0.5 (Hazen), between the neighbours linearly.
+// The p-quantile at n p + 0.5 (Hazen), with linear interpolation.
 double quantile(const Eigen::VectorXd& sorted, double p) {
   const double at = static_cast<double>(sorted.size()) * p - 0.5;
   const double low = std::clamp(std::floor(at), 0.0, static_cast<double>(sorted.size() - 1));
