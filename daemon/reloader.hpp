@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Reload: reads all files on a thread of its own, since a file server may not respond, and applies them on the live
-// thread; a bad configuration changes nothing.
+// thread; an invalid configuration has no effect.
 #pragma once
 
 #include <boost/asio/io_context.hpp>

@@ -56,7 +56,7 @@ Result<std::optional<RowCursor>> Followers::find(const std::string& name, std::u
                     kMost));
   }
   if (user != 0 && user != found->second.user)
-    return refuse("rows", fmt::format("found user {2}, expected user {1}, who owns the follower \"{0}\"", name,
+    return refuse("rows", fmt::format("found user {2}, expected user {1}, owner of the follower \"{0}\"", name,
                                       found->second.user, user));
   return found->second.after;
 }

@@ -63,8 +63,8 @@ class Segments {
   /// The newest segment was closed, complete, with `rows` rows.
   void ended(std::uint64_t rows);
 
-  /// Deletes the oldest segment except the newest one, because the disk is full. Returns false if there is none, or if
-  /// the configuration says to stop (when_full).
+  /// Deletes the oldest segment except the newest one, because the disk is full. Returns false if it deleted no file,
+  /// also if the configuration forbids it (when_full).
   bool make_room();
 
   /// Returns all segments that were made and not deleted, in order. Reads the index, or creates it if missing.

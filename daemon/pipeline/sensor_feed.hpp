@@ -26,7 +26,7 @@ class SensorFeed {
   void feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::int64_t needed_since_ns,
             std::int64_t latest_ns);
 
-  /// Writes the value of each sensor that was valid at `at_ns`; kUnknown if there was none.
+  /// Writes the value of each sensor that was valid at `at_ns`; kUnknown if no value was valid.
   void values_at(std::int64_t at_ns, std::span<double> values) const;
   /// Arrival of the last value of any sensor.
   std::optional<std::int64_t> last_ns() const;

@@ -37,9 +37,9 @@ receives; sleep 1.5
 offset=0
 for _ in $(seq "$(long 3 20)"); do
   offset=$(awk -v now="$offset" -v r="$RANDOM" 'BEGIN { printf "%.1f", now - 0.6 - (r % 3600) }')
-  steps=$(grep -c 'the host clock was set' "$dir/prismd.err" || true)
+  steps=$(grep -c 'host clock stepped' "$dir/prismd.err" || true)
   echo "$offset" >"$dir/offset"
-  wait_for 5 sh -c "[ \$(grep -c 'the host clock was set' '$dir/prismd.err') -gt ${steps:-0} ]"
+  wait_for 5 sh -c "[ \$(grep -c 'host clock stepped' '$dir/prismd.err') -gt ${steps:-0} ]"
   sleep 2.2
 done
 sleep 12

@@ -25,7 +25,7 @@ kill -HUP "$prismd"
 wait_for 5 field_is .id model "$old"
 echo '{"lime": 1}' >"$dir/gyro.json"
 kill -HUP "$prismd"
-wait_for 5 grep -q 'reload refused' "$dir/prismd.err"
+wait_for 5 grep -q 'reload failed' "$dir/prismd.err"
 same "model after a bad configuration" "$(field .id model)" "$old"
 kill -0 "$prismd" || fail "the daemon ended"
 segments=$(ls "$dir"/log/*.csv | wc -l)

@@ -65,4 +65,4 @@ frames 20; prismsim --profile steady --hours 0.02 --frames "$dir/frames.json" --
 frames 10; config '"socket": {"path": ""}'
 sed -i 's/"clock": "device"/"clock": "host"/; s/, "socket": {"path": "[^"]*"}, /, /' "$dir/gyro.json"
 prismd "$dir/gyro.json" --replay "$dir/20.pcap" --out "$dir/wrong" >"$dir/o" 2>"$dir/e"
-contains "a wrong rate" "$(cat "$dir/e")" "found 20 gyro frames a second by their time stamps, expected 10 as rate_hz says"
+contains "a wrong rate" "$(cat "$dir/e")" "found 20 gyro frames a second by their time stamps, expected 10 (rate_hz)"

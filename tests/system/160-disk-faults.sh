@@ -47,7 +47,7 @@ rm -r "$dir/log" "$dir/capture"
 wait_for 10 grep -q 'log: .*was deleted or moved away' "$dir/prismd.err"
 wait_for 10 grep -q 'capture: .*was deleted or moved away' "$dir/prismd.err"
 wait_for 10 field_above .log.dropped status 3
-same "told" "$(grep -c 'log: .*cannot be made: Not a directory; rows are dropped' "$dir/prismd.err")" 1
+same "told" "$(grep -c 'log: .*cannot be created: Not a directory; rows are dropped' "$dir/prismd.err")" 1
 rm "$dir/log"
 wait_for 10 grep -q 'log: writing again after' "$dir/prismd.err"
 wait_for 10 written

@@ -33,10 +33,10 @@ prismd served.json --replay other.pcap --out served >summary || fail "the correc
 contains "what it says" "$(cat summary)" "improvement"
 code=0; jq 'del(.axes) + {gyro: {axis: "x"}, model: "./model.json"}' imu.json >one.json; prismd one.json --check 2>one.err || code=$?
 same "exit code without axes" "$code" 78
-contains "what it says" "$(cat one.err)" 'found acc_temp_x, expected one that stim300 gives where "axes" names the axes: none'
+contains "what it says" "$(cat one.err)" 'found acc_temp_x, expected a sensor of stim300 (sensors need "axes" in the configuration): none'
 sed 's/"acc_temp_x": {"field": "acc_temp_x"/"board": {"field": "acc_temp_x"/' frames.json >other.json; mv other.json frames.json
 code=0; prismd served.json --check 2>served.err || code=$?
 same "exit code without the sensor" "$code" 78
-contains "what it says" "$(cat served.err)" "found acc_temp_x, expected one that stim300 gives: gyro_temp_x"
+contains "what it says" "$(cat served.err)" "found acc_temp_x, expected a sensor of stim300: gyro_temp_x"
 code=0; prismcal train one --inputs T,shell-T --out no.json 2>no.err >out || code=$?
 contains "what it says" "$(cat no.err)" 'has no sensor "shell" as --inputs asks for; its sensors: gyro_temp_x, '

@@ -39,8 +39,8 @@ prismctl rows --cursor mine.cursor >>mine 2>/dev/null
 grep -v ^time_utc mine >mine.rows
 head -n "$(wc -l <mine.rows)" <(of_log) | cmp - mine.rows || fail "the second call does not go on where the first one ended"
 refused() { code=0; prismctl rows --after "$2" 2>refused.err >/dev/null || code=$?; same "exit code: $1" "$code" 1; contains "$1" "$(cat refused.err)" "$3"; }
-refused "no cursor" now 'found cursor "now", expected one that rows gave, "earliest" or "latest"'
-refused "another log" "$(sed 's/^......../00000000/' mine.cursor)" "the cursor is of log 00000000"
+refused "no cursor" now 'found cursor "now", expected one that rows returned, "earliest" or "latest"'
+refused "another log" "$(sed 's/^......../00000000/' mine.cursor)" "found a cursor of log 00000000"
 other='{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"00000000000000000000000000000000-1-1-1"}}'
 same "the code of another log's cursor" "$( (echo "$other"; sleep 1) | socat -t 1 - "UNIX-CONNECT:$PRISM_SOCKET" | jq .error.code)" -32002
 refused "beyond" "$(sed 's/-[0-9]*-[0-9]*-[0-9]*$/-99-1-1/' kept)" "which the log does not have"

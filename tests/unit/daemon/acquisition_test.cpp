@@ -29,7 +29,7 @@ TEST_F(AcquisitionTest, AWrongRateIsOneEvent) {
     parts.feed(bytes, arrival_ns_ += static_cast<std::int64_t>(half_s * 1e9));
   }
   EXPECT_THAT(told, testing::ElementsAre(testing::StartsWith(
-                        "trplg: found 400 gyro frames a second by their time stamps, expected 200 as rate_hz says")));
+                        "trplg: found 400 gyro frames a second by their time stamps, expected 200 (rate_hz)")));
 }
 
 }  // namespace

@@ -156,7 +156,7 @@ TEST_F(CaptureLogTest, AFolderThatIsAFileIsAFaultUntilItIsGone) {
     data(i, {'x'});
     flush();
   }
-  EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be made: Not a directory")));
+  EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be created: Not a directory")));
   std::filesystem::remove(settings.directory);
   data(3, {'a'});
   flush();

@@ -47,7 +47,7 @@ TEST_F(FollowersTest, ANameBelongsToTheUserThatTookIt) {
   followers.remember("relay", 1000, behind(1, 1), 0);
   const auto other = followers.find("relay", 1001);
   ASSERT_FALSE(other);
-  EXPECT_EQ(other.error().text(), "rows: \"relay\" is a follower of user 1000, this is user 1001");
+  EXPECT_EQ(other.error().text(), "rows: found user 1001, expected user 1000, owner of the follower \"relay\"");
   EXPECT_TRUE(followers.find("relay", 0)) << "root may";
 }
 
@@ -78,8 +78,8 @@ TEST_F(FollowersTest, OnlyANameThatIsKeptForHoldsASegment) {
   followers.remember("other", 1, behind(1, 0), 0);
   EXPECT_FALSE(followers.holds(2, 60));
   EXPECT_TRUE(followers.holds(2, 61));
-  EXPECT_THAT(told, ElementsAre(HasSubstr("for \"relay\", which has not fetched them"),
-                                HasSubstr("for \"relay\", which has not fetched them")));
+  EXPECT_THAT(told, ElementsAre(HasSubstr("because \"relay\" has not fetched them"),
+                                HasSubstr("because \"relay\" has not fetched them")));
 }
 
 // Through the log itself: what retention would delete stays until it was fetched.

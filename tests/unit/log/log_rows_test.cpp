@@ -154,7 +154,8 @@ TEST_F(LogRowsTest, AFolderThatWasEmptiedIsAnotherLog) {
   log->sync();
   const auto page = log->page({cursor, 10});
   ASSERT_FALSE(page);
-  EXPECT_THAT(page.error().text, HasSubstr("the folder was emptied or is another one; \"earliest\" begins it"));
+  EXPECT_THAT(page.error().text,
+              HasSubstr("the directory was emptied or replaced; use \"earliest\" to read it from the start"));
 }
 
 }  // namespace

@@ -272,7 +272,7 @@ TEST_F(RowLogTest, ADiskThatNeverSyncsGetsNoFileASecondAndLosesNoRow) {
 TEST_F(RowLogTest, AFolderThatIsAFileIsAFaultUntilItIsGone) {
   test::write_file(settings.directory, "in the way");
   append(3);
-  EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be made: Not a directory")));
+  EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be created: Not a directory")));
   std::filesystem::remove(settings.directory);
   append(1);
   EXPECT_EQ(counters.rows, 1u);
@@ -295,7 +295,7 @@ TEST_F(RowLogTest, ADeletedFolderIsNoticedAtTheNextSyncAndMadeAnew) {
   append(1);
   log->sync();
   EXPECT_THAT(told.lines(), ElementsAre(AllOf(HasSubstr("gyro-20261121T120000Z.csv: was deleted"),
-                                              HasSubstr("a new segment begins"))));
+                                              HasSubstr("starting a new segment"))));
   append(1);
   log->sync();
   EXPECT_THAT(test::files_in(settings.directory), ElementsAre("gyro-20261121T120003Z.csv"));

@@ -80,9 +80,9 @@ TEST_F(SegmentsTest, ANameTooLongForTheFileSystemIsRefused) {
 TEST_F(SegmentsTest, AFolderThatCannotBeMadeIsRefused) {
   test::write_file(settings.directory, "a file");
   Segments segments(settings, "gyro", ".csv");
-  EXPECT_THAT(made(segments), HasSubstr("/log: cannot be made: Not a directory"));
+  EXPECT_THAT(made(segments), HasSubstr("/log: cannot be created: Not a directory"));
   settings.directory += "/" + std::string(300, 'd');
-  EXPECT_THAT(made(*std::make_unique<Segments>(settings, "gyro", ".csv")), HasSubstr("cannot be made"));
+  EXPECT_THAT(made(*std::make_unique<Segments>(settings, "gyro", ".csv")), HasSubstr("cannot be created"));
 }
 
 TEST_F(SegmentsTest, AFolderWithoutRightsIsRefused) {

@@ -36,7 +36,7 @@ TEST(PlausibilityWatch, TellsOnceInAndOnceOut) {
               testing::ElementsAre("in: temperature is implausible: found -273 degC, expected -90 to 200"));
   EXPECT_THAT(told(watch, 29, 25, false), testing::IsEmpty());
   EXPECT_THAT(told(watch, 100, 25, false),
-              testing::ElementsAre("out: temperature is plausible again: 25 degC after 100 s in which it was not"));
+              testing::ElementsAre("out: temperature is plausible again: 25 degC after 100 implausible seconds"));
   EXPECT_EQ(told(watch, 1, 1000, true).size(), 1u);
 }
 

@@ -17,10 +17,9 @@ int told_of(RateWatch& watch, int seconds, std::uint32_t samples) {
 TEST(RateWatch, TellsAWrongRateOnce) {
   RateWatch watch(10);
   EXPECT_EQ(told_of(watch, 29, 20), 0);
-  EXPECT_EQ(
-      watch.push(20),
-      "found 20 gyro frames a second by their time stamps, expected 10 as rate_hz says: a wrong rate_hz, or frames "
-      "that are lost all the time");
+  EXPECT_EQ(watch.push(20),
+            "found 20 gyro frames a second by their time stamps, expected 10 (rate_hz): rate_hz is wrong, or frames "
+            "are lost all the time");
   EXPECT_EQ(told_of(watch, 100, 20), 0);
 }
 

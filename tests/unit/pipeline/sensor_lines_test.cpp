@@ -226,7 +226,7 @@ TEST_F(SensorLinesTest, AFileThatIsNotThereIsRefusedAndALineWithoutFilesIsNoted)
   EXPECT_THAT(missing.error().text(), testing::HasSubstr("none.pcap: cannot be read"));
   const auto without = SensorCaptures::open(setup, {});
   ASSERT_TRUE(without);
-  EXPECT_THAT(without->notes(), ElementsAre("chamber: no capture of this sensor line: its sensors are unknown"));
+  EXPECT_THAT(without->notes(), ElementsAre("chamber: found no capture of this sensor line; its values are unknown"));
 }
 
 }  // namespace

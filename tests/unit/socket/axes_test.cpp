@@ -138,7 +138,7 @@ TEST_F(AxesTest, WhatDoesNotGoTogetherIsRefusedInOneLine) {
   EXPECT_THAT(refusal(R"("axes": {"x": {"scale_factor_arcsec_per_pulse": 1}})"), HasSubstr("has no use here"));
   const std::string a = write_model("a.json", "A"), b = write_model("b.json", "B");
   EXPECT_EQ(refusal(R"("axes": {"x": {"model": ")" + a + R"("}, "y": {"model": ")" + b + R"("}})"),
-            b + ":/gyro/serial: found \"B\", but " + a + " is of gyro \"A\", expected models of one");
+            b + ":/gyro/serial: found \"B\", but " + a + " is of gyro \"A\"; expected models of the same gyro");
 }
 
 TEST_F(AxesTest, ALogIsNamedAfterItsAxisWhereTheConfigurationNamesAxes) {
@@ -146,7 +146,8 @@ TEST_F(AxesTest, ALogIsNamedAfterItsAxisWhereTheConfigurationNamesAxes) {
   EXPECT_EQ(pipeline::log_name(three, 1), "imu-y");
   EXPECT_EQ(pipeline::log_name(one, 0), "imu");
   EXPECT_THAT(pipeline::log_metadata(three, 2), HasSubstr("# axis: z\n"));
-  EXPECT_THAT(good(R"("clock": "host")").notes.back(), HasSubstr("names no axis: x is served, the first of x, y, z"));
+  EXPECT_THAT(good(R"("clock": "host")").notes.back(),
+              HasSubstr("found no \"axis\" or \"axes\"; using x, the first of x, y, z"));
 }
 
 struct AxesRpcTest : AxesTest {
@@ -208,7 +209,7 @@ TEST_F(AxesRpcTest, TellsTheAxesThatASubscriptionChose) {
 TEST_F(AxesRpcTest, AReloadThatIsRefusedLeavesEveryAxisAsItWas) {
   auto other = good(R"("axes": {"x": {}, "y": {"sign": -1}})");
   EXPECT_THAT(parts.acquisition.reconfigure(other).error().text(),
-              HasSubstr("has logs imu-x, imu-y, expected imu-x, imu-y, imu-z as before: that needs a restart"));
+              HasSubstr("found logs imu-x, imu-y, expected imu-x, imu-y, imu-z as before; restart prismd"));
   auto deaf = setup;
   deaf.axes[0].model = test::linear_model({"dTdt"}, {1});
   deaf.axes[2].fallback = test::linear_model({"dTdt"}, {1});  // needs inputs that a fallback may not
