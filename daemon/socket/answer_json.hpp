@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What every answer says alike: numbers that may be unknown, times, states.
+// JSON values shared by all responses: numbers that may be unknown, times, states.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@ inline nlohmann::ordered_json known(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
 }
 
-/// Whole microseconds as seconds.
+/// Seconds, truncated to microseconds.
 inline double seconds(std::int64_t time_ns) {
   const std::int64_t whole_us = time_ns / 1000;
   return static_cast<double>(whole_us) / 1e6;

@@ -25,8 +25,8 @@ ordered_json row_json(const Row& row) {
   return ordered_json::parse(text);
 }
 
-/// What is measured now. No line that delivers, or no frame on it yet: nothing is, whatever came before. The quality is
-/// that of the correction in force, and implausible where the last sample or the last second is.
+/// The current values: empty if the line does not deliver or has no frame yet. The quality is that of the current
+/// correction, plus `implausible` if the latest sample or second is.
 struct Current {
   const compensation::Compensated* sample = nullptr;
   const compensation::CompensatedWindow* window = nullptr;
@@ -42,7 +42,7 @@ Current current(const Sources& sources, std::size_t axis) {
   return now;
 }
 
-// The row, or one of the same members without a number in it.
+// The row, or an object with the same members, all null.
 template <class Row>
 ordered_json row_or_nothing(const Row* row, std::uint32_t quality) {
   if (row != nullptr) return row_json(*row);
@@ -57,7 +57,7 @@ ordered_json age_json(const Sources& sources) {
   return seconds(host_time_ns() - sources.gyro_line().last_data_ns);
 }
 
-// How long the means of the window are of, how much history is gathered, and how much a correction takes.
+// Length of the window, history collected so far, and history that a correction needs.
 void put_window_length(ordered_json& json, const pipeline::Acquisition& acquisition, std::size_t axis,
                        const Current& now) {
   json["window_s"] = acquisition.block_s(axis);
@@ -65,7 +65,7 @@ void put_window_length(ordered_json& json, const pipeline::Acquisition& acquisit
   json["full_s"] = acquisition.full_s(axis);
 }
 
-// What is not looked at is null.
+// Null: not checked.
 ordered_json limits_json(const compensation::SensorLimits& limits, const char* range, double unit, const char* slope) {
   ordered_json json = {{range, {known(limits.low / unit), known(limits.high / unit)}}};
   if (slope != nullptr) json[slope] = known(limits.greatest_slope_per_s);
@@ -86,7 +86,7 @@ ordered_json slew_json(const pipeline::Setup::Axis& axis) {
       compensation::greatest_slew_deg_per_h_per_s(*axis.model, axis.engine.slew, axis.engine.max_bias_deg_per_h));
 }
 
-// What a standard deviation is of: a run that was not seen, or, of models of version 0.1, what the model itself had.
+// Meaning of the standard deviation: error in a new run, or, for models of version 0.1, the model's own.
 const char* sd_of(const compensation::Model& model) { return model.info().spread ? "run" : "model"; }
 
 ordered_json model_brief(const compensation::ModelPtr& model) {
@@ -103,7 +103,7 @@ void put_models(ordered_json& json, const pipeline::Setup::Axis& axis) {
   json["fallback_model"] = model_brief(axis.fallback);
 }
 
-// The rows say their axis, as notifications do.
+// Rows contain their axis, as in notifications.
 template <class Row>
 ordered_json row_of_axis(const Row* row, std::uint32_t quality, const std::string& axis) {
   ordered_json json = {{"axis", axis}};
@@ -118,7 +118,7 @@ void put_rows(ordered_json& json, const Sources& sources, std::size_t axis, cons
   put_window_length(json, sources.acquisition, axis, now);
 }
 
-// How the numbers of an axis are corrected, by the configuration.
+// The configured correction of an axis.
 void put_correction(ordered_json& json, const pipeline::Setup& setup, std::size_t axis) {
   const config::AxisConfig& config = setup.config.axes[axis];
   json["model"] = config.model;
@@ -127,7 +127,7 @@ void put_correction(ordered_json& json, const pipeline::Setup& setup, std::size_
   json["max_slew_deg_per_h_per_s"] = slew_json(setup.axes[axis]);
 }
 
-/// By name, and by axis where there are several.
+/// By name; with several axes, by axis and name.
 ordered_json followers_json(const pipeline::Acquisition& acquisition) {
   ordered_json json = ordered_json::object();
   for (std::size_t i = 0; i < acquisition.axes(); ++i) {
@@ -144,7 +144,7 @@ ordered_json followers_json(const pipeline::Acquisition& acquisition) {
   return json;
 }
 
-/// Of the sensor lines; empty where all deliver.
+/// Names the sensor lines without data; empty if all deliver.
 std::string lines_without_data(const Sources& sources) {
   std::string text;
   for (std::size_t i = 0; i < sources.acquisition.setup().sensor_lines.size(); ++i) {

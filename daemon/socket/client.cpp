@@ -47,7 +47,7 @@ std::optional<std::size_t> Client::offer(std::string_view text, std::uint64_t ro
   }
   const bool room = queued_bytes_ + text.size() <= max_queued_bytes_ && memory_->has_room(text.size());
   if (lost_ == 0 && room) return 0;
-  lost_ += rows;  // once rows are lost, all are until the queue is empty: the client gets one hole, not a sieve
+  lost_ += rows;  // drop all rows until the queue is empty: one gap instead of many
   lost_total_ += rows;
   return std::nullopt;
 }
@@ -55,8 +55,7 @@ std::optional<std::size_t> Client::offer(std::string_view text, std::uint64_t ro
 void Client::answer(std::string line) { answer(std::vector<TextPart>{TextPart(std::move(line))}); }
 
 void Client::answer(const std::vector<TextPart>& parts) {
-  if (queued_bytes_ > 4 * max_queued_bytes_)
-    return close();  // what waits counts, not the answer: an hour of history is long
+  if (queued_bytes_ > 4 * max_queued_bytes_) return close();  // without this response: an hour of history is long
   if (!open()) return;
   for (const TextPart& part : parts) {
     if (open()) push(part, 0);
@@ -94,7 +93,7 @@ Client::Clock::duration Client::idle() const {
   return listens ? Clock::duration::zero() : Clock::now() - last_asked_;
 }
 
-// Bytes sent of text from `from` on, all included; a peer that went away closes the client.
+// Returns the number of bytes of `text` sent so far, `from` included. Closes the client if the peer is disconnected.
 std::size_t Client::send_now(std::string_view text, std::size_t from) {
   while (from < text.size()) {
     const ssize_t sent =

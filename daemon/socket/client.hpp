@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One client of the socket: its subscriptions and its queue of text to be sent.
+// One client of the socket: its subscription and its send queue.
 #pragma once
 
 #include <boost/asio/local/stream_protocol.hpp>
@@ -16,14 +16,14 @@
 
 namespace prism::socket {
 
-/// Whole lines, or a part of one, that several clients may send at the same time without a copy for each.
+/// Complete lines, or a part of one, shared by the send queues of several clients.
 struct TextPart {
   explicit TextPart(std::string own) {
     auto shared = std::make_shared<const std::string>(std::move(own));
     text = *shared;
     owner = std::move(shared);
   }
-  /// `text` stands in what `owner` keeps, and is never changed.
+  /// `owner` owns the memory of `text`, which never changes.
   TextPart(std::shared_ptr<const void> keeps, std::string_view part) : owner(std::move(keeps)), text(part) {}
 
   std::shared_ptr<const void> owner;
@@ -33,14 +33,14 @@ struct TextPart {
 struct Subscription {
   std::uint32_t sample_every = 0;  ///< every n-th sample of each axis; 0: none
   bool windows = false, events = false;
-  std::uint32_t axes = kAllAxes;  ///< whose samples and windows: a bit for each, as the pipeline's
+  std::uint32_t axes = kAllAxes;  ///< axes of the samples and windows: one bit each, in the pipeline's order
 
   static constexpr std::uint32_t kAllAxes = ~std::uint32_t{0};
 };
 
 class Client;
 
-/// What waits for all clients together. Beyond the most, the one for which most waits is closed.
+/// Memory of all send queues together. Above the limit, the client with the longest queue is closed.
 class ClientMemory {
  public:
   static constexpr std::size_t kMostBytes = 64 << 20;
@@ -58,8 +58,8 @@ class ClientMemory {
   std::set<Client*> holders_;
 };
 
-/// Sends at once what the socket takes; queues the rest up to a limit; beyond it drops rows, counts them, and tells the
-/// client how many once it reads again. Never waits.
+/// Sends at once as much as the socket accepts and queues the rest. If the queue is full, drops rows, counts them, and
+/// sends the count when the client reads again. Never waits.
 class Client : public std::enable_shared_from_this<Client> {
  public:
   using Socket = boost::asio::local::stream_protocol::socket;
@@ -69,30 +69,30 @@ class Client : public std::enable_shared_from_this<Client> {
          std::shared_ptr<ClientMemory> memory = std::make_shared<ClientMemory>());
   ~Client();
 
-  /// `rows`: how many are lost where the text is dropped.
+  /// `rows`: number of rows that are lost if the text is dropped.
   void send(const TextPart& text, std::uint64_t rows);
-  /// Sends what the socket takes at once. Returns from where on `text` is still to be sent: the caller hands that to
-  /// enqueue(). Nothing where all is sent, or dropped and counted as `rows` lost.
+  /// Sends as much as the socket accepts. Returns the offset of the rest, which the caller passes to enqueue(); nullopt
+  /// if all was sent, or was dropped and counted as `rows` lost.
   std::optional<std::size_t> offer(std::string_view text, std::uint64_t rows);
   void enqueue(const TextPart& text, std::size_t sent);
-  /// An answer to this client alone. Answers are never dropped: a client that goes on asking without
-  /// reading is closed when four times the limit waits for it. A long one leaves in turns of kTurnBytes.
+  /// A response to this client. Responses are never dropped: a client that sends requests without reading is closed
+  /// when its queue reaches four times the limit. Long responses are sent in parts of kTurnBytes.
   void answer(std::string line);
   void answer(const std::vector<TextPart>& parts);
   void close();
 
   bool open() const { return socket_.is_open(); }
-  /// The peer closed its end, whatever it sent before; one that only stopped sending did not.
+  /// True if the peer closed the connection (not if it only shut down sending).
   bool gone() const;
   std::uint64_t lost_rows() const { return lost_total_; }
-  /// Peer of a unix socket may change things: root, or the user the daemon runs as.
+  /// True for root and for the user that the daemon runs as, who may use `reload`.
   bool privileged() const;
-  /// Whose process connected; nothing once it is closed.
+  /// User of the connected process; nullopt after close.
   std::optional<std::uint32_t> user() const;
   std::size_t queued_bytes() const { return queued_bytes_; }
 
   void asked() { last_asked_ = Clock::now(); }
-  /// Since when it asked for nothing; not at all where it subscribed to something.
+  /// Time since its last request; 0 with a subscription.
   Clock::duration idle() const;
 
   Subscription subscription;
@@ -109,7 +109,7 @@ class Client : public std::enable_shared_from_this<Client> {
     TextPart part;
     std::size_t sent;
   };
-  static constexpr std::size_t kTurnBytes = 64 << 10;  ///< then others have their turn
+  static constexpr std::size_t kTurnBytes = 64 << 10;  ///< then other clients are served
   Socket socket_;
   const std::size_t max_queued_bytes_;
   std::deque<Queued> queue_;

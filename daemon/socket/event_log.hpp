@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What happened: one fault, one line, to the journal, to the clients and kept for `prismctl events`.
+// Events: sends each one to the log and the clients, and stores the latest for `prismctl events`.
 #pragma once
 
 #include <chrono>
@@ -18,16 +18,16 @@ using pipeline::Severity;
 struct Event {
   std::int64_t time_ns = 0;  ///< host time, UTC
   Severity severity = Severity::kInfo;
-  std::string kind;           ///< one word for programs: line_open, line_lost, model_loaded, …
-  std::string text;           ///< one line for people
-  std::uint64_t repeats = 0;  ///< the same kind and text, suppressed since it was last shown
-  std::string json;           ///< all of it as one JSON object: written once, sent to all who ask
+  std::string kind;           ///< event type, a fixed word: line_open, line_lost, model_loaded, …
+  std::string text;           ///< one human-readable line
+  std::uint64_t repeats = 0;  ///< events of the same type and text suppressed since the last one
+  std::string json;           ///< the event as a JSON object, written once for all clients
 };
 
 const char* severity_name(Severity severity);
 
-/// Keeps the last kKept events. The same kind and text within kQuiet is counted, not shown again. Quiet goes by the
-/// monotonic clock: a host clock that is set back by an hour does not silence a fault for an hour.
+/// Stores the last kKept events. Events of the same type and text within kQuiet are only counted. kQuiet is measured on
+/// the monotonic clock, so that a host clock set back suppresses no event.
 class EventLog {
  public:
   using Clock = std::chrono::steady_clock;
@@ -37,10 +37,10 @@ class EventLog {
   using Tell = std::function<void(const Event&)>;
   explicit EventLog(Tell tell) : tell_(std::move(tell)) {}
 
-  /// `time_ns` is what the event says; `now` is what the quieting goes by.
+  /// `time_ns`: time of the event; `now`: time for kQuiet.
   void add(Severity severity, const std::string& kind, const std::string& text, std::int64_t time_ns,
            Clock::time_point now = Clock::now());
-  /// Adds what it is told, printable and with the host's time. Must not outlive the log.
+  /// Returns a callback that adds an event with printable text and the host's time. The log must outlive it.
   pipeline::Tell teller();
   const std::deque<Event>& recent() const { return recent_; }
 

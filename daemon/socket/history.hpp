@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The last hour of rows as JSON: written once, when a row happens, for notifications and for the answer to `history`.
+// The rows of the last hour as JSON, written once for notifications and for `history`.
 #pragma once
 
 #include <cstddef>
@@ -14,19 +14,17 @@
 
 namespace prism::socket {
 
-/// Rows stand in blocks that clients share while they are sent: an answer of an hour copies no more than the block that
-/// still grows.
+/// Rows are stored in blocks that send queues share: a response of an hour copies only the last block.
 class History {
  public:
   static constexpr std::size_t kRows = 3600;
 
-  /// `axis`: its name. Returns the row's JSON, which stands until the next call.
+  /// `axis`: name of the axis. Returns the row's JSON, valid until the next call.
   std::string_view add(const compensation::CompensatedWindow& row, std::string_view axis);
   std::size_t size() const;
   bool empty() const { return blocks_.empty(); }
 
-  /// The last `count` rows, or all there are, as one JSON array, oldest first, in parts to be sent one behind the
-  /// other.
+  /// Returns the last `count` rows, or all if there are fewer, as a JSON array in consecutive parts, oldest first.
   std::vector<TextPart> json(std::size_t count) const;
 
  private:

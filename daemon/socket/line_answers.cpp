@@ -9,7 +9,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Null where the driver does not count.
+// Null if the driver does not count.
 ordered_json hardware_json(const std::optional<transport::LineCounters>& counters) {
   if (!counters) return nullptr;
   return {{"received", counters->received},
@@ -20,7 +20,7 @@ ordered_json hardware_json(const std::optional<transport::LineCounters>& counter
           {"buffer_overruns", counters->buffer_overruns}};
 }
 
-// A replay's time is that of its bytes.
+// In a replay, time is that of the bytes.
 std::int64_t time_of(const Sources& sources) {
   const pipeline::LineState state = sources.gyro_line().state;
   return state == pipeline::LineState::kReplaying || state == pipeline::LineState::kEnded

@@ -43,7 +43,7 @@ void Publisher::update() {
   topics_ = std::move(topics);
 }
 
-// Axes may have other names where another pipeline made the rows.
+// A new pipeline may have other axis names.
 void Publisher::know(const pipeline::Rows& rows) {
   const bool same = axes_ && *axes_ == *rows.axes;
   axes_ = rows.axes;
@@ -55,7 +55,7 @@ void Publisher::know(const pipeline::Rows& rows) {
 }
 
 void Publisher::rows(const pipeline::Rows& rows, bool unwritten) {
-  if (!rows.axes) return;  // no pipeline made them: there are none
+  if (!rows.axes) return;  // not from a pipeline: no rows
   if (axes_ != rows.axes) know(rows);
   const bool hold = unwritten && !disk_late_;
   std::size_t next = 0;
@@ -97,7 +97,7 @@ void Publisher::sample(const pipeline::Rows::Sample& sample) {
 void Publisher::flush() {
   for (Topic& topic : topics_) {
     if (topic.rows == 0) continue;
-    std::optional<TextPart> shared;  // made for the first client that cannot take all at once; most can
+    std::optional<TextPart> shared;  // created for the first client whose socket is full, which is rare
     for (const auto& client : clients_) {
       if (client->subscription.sample_every != topic.every || client->subscription.axes != topic.axes) continue;
       const auto sent = client->offer(topic.text.view(), topic.rows);
@@ -131,7 +131,7 @@ void Publisher::release() {
   held_.clear();
 }
 
-// One text for all who chose the same.
+// One text for all clients with the same choice.
 void Publisher::send_held(const Choice& choice) {
   std::string text;
   std::uint64_t rows = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tells all clients: each report is written as text once, however many listen.
+// Sends notifications to all clients; each text is written once for all of them.
 #pragma once
 
 #include <compare>
@@ -16,36 +16,35 @@
 
 namespace prism::socket {
 
-/// The samples of one call go out together: one send for many rows at high rates, and no delay at low ones. Windows and
-/// events go out at once, after the samples before them, those of several axes in one send. Windows that are not in the
-/// log yet are held until they are: a process that is killed has then lost no window that somebody was told. Events
-/// about rows (quality, implausible) wait behind them. A disk that takes nothing for a second and more is not waited
-/// for.
+/// Samples of one call are sent together: one send for many rows at high rates, no delay at low rates. Windows and
+/// events are sent at once after the samples before them, those of several axes in one send. Windows are held until
+/// they are in the log, so that every published window survives a kill; events about rows (quality, implausible) wait
+/// with them. If the disk does not respond for more than a second, windows are sent without waiting.
 class Publisher {
  public:
   void add(std::shared_ptr<Client> client);
   void remove(const Client* client);
-  /// Takes note of the client's changed subscription.
+  /// Call after a client's subscription changed.
   void update();
 
-  /// `unwritten`: rows of the log wait for the disk, and the windows for rows_written().
+  /// `unwritten`: rows of the log are not written yet; holds the windows until rows_written().
   void rows(const pipeline::Rows& rows, bool unwritten = false);
-  /// The disk has every row that it was given, or counted it as lost.
+  /// All rows passed to the log are written, or were dropped and counted.
   void rows_written();
-  /// Once a second and not more often: what was held at the last call, too, goes out.
+  /// Call once a second. Sends the held windows if some were held at the last call, too.
   void release_late();
-  /// What is held goes out.
+  /// Sends the held windows and events.
   void release();
   void event(const Event& event);
 
   std::size_t clients() const { return clients_.size(); }
   const std::vector<std::shared_ptr<Client>>& all() const { return clients_; }
   std::uint64_t lost_rows() const;
-  /// Of an axis of the pipeline.
+  /// `axis`: index in the pipeline.
   const History& history(std::size_t axis) const;
 
  private:
-  // Clients that want every n-th sample of the same axes share one text.
+  // Clients that subscribed to every n-th sample of the same axes share one text.
   struct Topic {
     std::uint32_t every, axes;
     std::vector<std::uint32_t> due;  // by axis

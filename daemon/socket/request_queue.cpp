@@ -27,9 +27,9 @@ void RequestQueue::run() {
     if (!step(entry)) {
       entry.done();
     } else if (entry.requests.empty()) {
-      queue_.push_back(std::move(entry));  // a line is done: another client's turn
+      queue_.push_back(std::move(entry));  // line finished: the next client follows
     } else {
-      queue_.push_front(std::move(entry));  // one parsed batch at a time: it is ten times its text
+      queue_.push_front(std::move(entry));  // one parsed batch at a time: it needs ten times the memory of its text
     }
     if (std::chrono::steady_clock::now() >= end) break;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The requests of all clients, in turns: whatever many ask and however much, the line waits for one slice at most.
+// Requests of all clients, round robin. Any number of requests delays the line by one slice at most.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -15,29 +15,28 @@
 
 namespace prism::socket {
 
-/// Answers one line of each client in turn, a batch as one request after the other. After kSlice the loop looks at
-/// everything else (the line, timers, sockets) before it goes on. What a client that is gone still wanted is dropped.
-/// Lives on the live path's thread.
+/// Handles one line of each client in turn, and a batch request by request. After kSlice it returns to the event loop
+/// (line, timers, sockets) before it continues. Drops requests of disconnected clients. Used on the live thread only.
 class RequestQueue {
  public:
   static constexpr std::chrono::microseconds kSlice{1000};
 
   RequestQueue(boost::asio::any_io_executor executor, Rpc& rpc) : executor_(std::move(executor)), rpc_(rpc) {}
 
-  /// `lines`: whole lines without their ends. `done` is called when the last of them was answered, or dropped: the
-  /// client reads no more until then.
+  /// `lines`: complete lines without line ends. `done` is called when the last one was answered or dropped; until then
+  /// no more requests are read from the client.
   void add(std::shared_ptr<Client> client, std::deque<std::string> lines, std::function<void()> done);
 
  private:
   struct Entry {
     std::shared_ptr<Client> client;
     std::deque<std::string> lines;
-    std::deque<nlohmann::json> requests;  // of the line last taken
+    std::deque<nlohmann::json> requests;  // of the current line
     std::function<void()> done;
   };
   void post();
   void run();
-  /// One request, or one line parsed. False: nothing is left.
+  /// Handles one request or parses one line. Returns false if the entry is finished.
   bool step(Entry& entry);
 
   boost::asio::any_io_executor executor_;

@@ -31,8 +31,8 @@ void RowRequests::synced() {
   }
 }
 
-// The disk thread answers on its own; what it found is taken up here, where everything else is. An entry that is read
-// for stays in the list, so that it never ends on the other thread.
+// The disk thread reads the page and posts it to the live thread. The entry stays in the list during the read, so that
+// it is never destroyed on the disk thread.
 void RowRequests::read(const std::shared_ptr<Entry>& entry) {
   entry->reading = true;
   entry->asked_again = false;

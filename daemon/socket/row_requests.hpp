@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Clients that follow a log: a page each, read on the disk thread; who asks for more than there is may wait for it.
+// Requests for log pages, read on the disk thread. A request at the end of the log may wait for new rows.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -15,23 +15,23 @@
 
 namespace prism::socket {
 
-/// Lives on the live path's thread; one request of a client at a time.
+/// Used on the live thread only. One request per client at a time.
 class RowRequests {
  public:
   static constexpr double kLongestWait_s = 30;
 
   struct Request {
     std::shared_ptr<Client> client;
-    pipeline::RowWriter* log;  ///< outlives this
+    pipeline::RowWriter* log;  ///< must outlive this
     std::string axis;          ///< its name
     pipeline::RowQuery query;
-    double wait_s = 0;  ///< for a first row, 0 to kLongestWait_s
+    double wait_s = 0;  ///< max. wait for a first row, 0 to kLongestWait_s
     std::function<void(pipeline::RowResult)> answer;
   };
 
-  /// False, and nothing is taken, where a request of this client is under way.
+  /// Returns false without effect if a request of this client is pending.
   bool add(boost::asio::any_io_executor executor, Request request);
-  /// More may stand on the disk than before.
+  /// Call after a sync: new rows may be on the disk.
   void synced();
   std::size_t waiting() const { return waiting_.size(); }
 

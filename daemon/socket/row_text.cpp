@@ -10,7 +10,7 @@ namespace prism::socket {
 
 std::string row_head(std::string_view axis) { return R"({"axis":)" + json_text(nlohmann::json(axis)); }
 
-// The row's own '{' is written where the comma belongs.
+// Replaces the row's '{' by a comma.
 char* put_row(char* at, std::string_view head, const compensation::Compensated& row) {
   char* const comma = std::copy_n(head.data(), head.size(), at);
   char* const end = compensation::put_json(comma, row);

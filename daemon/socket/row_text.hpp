@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The text of rows: of many, written in place; and of one with its axis.
+// Buffer for the JSON of many rows, and functions that write a row with its axis.
 #pragma once
 
 #include <algorithm>
@@ -13,15 +13,15 @@
 
 namespace prism::socket {
 
-/// A std::string that hands out room at its end: a row is written once, where it is sent from.
+/// A growing buffer. Rows are written directly into it, without a copy.
 class RowText {
  public:
-  /// The end of the text, with room for `most` further characters behind it. Valid until the next call.
+  /// Returns the end of the text, with space for `most` more characters. Valid until the next call.
   char* room(std::size_t most) {
     if (capacity_ - size_ < most) grow(most);
     return text_.get() + size_;
   }
-  /// What was written ends at `end`, within the room that was handed out.
+  /// Sets the end of the text, within the space that room() returned.
   void end_at(const char* end) { size_ = static_cast<std::size_t>(end - text_.get()); }
   void clear() { size_ = 0; }
   std::string_view view() const { return {text_.get(), size_}; }
@@ -38,12 +38,12 @@ class RowText {
   std::size_t size_ = 0, capacity_ = 0;
 };
 
-/// What stands before a row's JSON for put_row(): {"axis":"x"
+/// Start of a row's JSON for put_row(): {"axis":"x"
 std::string row_head(std::string_view axis);
 
-/// A row as JSON, its axis first. `at` has room for `head` and compensation::kJsonChars.
+/// Writes a row as JSON, starting with its axis. `at` must have space for `head` and compensation::kJsonChars.
 char* put_row(char* at, std::string_view head, const compensation::Compensated& row);
-/// The same, appended.
+/// Appends a row as JSON, starting with its axis.
 void append_row(std::string& text, std::string_view axis, const compensation::CompensatedWindow& row);
 
 }  // namespace prism::socket

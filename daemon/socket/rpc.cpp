@@ -24,10 +24,10 @@ using nlohmann::ordered_json;
 constexpr const char* kMethods =
     "version, status, bias, stability, line, model, config, history, rows, events, subscribe, unsubscribe, reload";
 
-// Whatever bytes a client sent, what goes back is UTF-8.
+// Responses are valid UTF-8 even if the request was not.
 std::string line_of(const ordered_json& message) { return json_text(message) + "\n"; }
 
-// A whole number within 1 to max of the params object, or `otherwise`; nothing where it is something else.
+// Returns the integer parameter, 1 to max, or `otherwise` if it is missing; nullopt if it is invalid.
 std::optional<std::size_t> count_param(const json& params, const char* key, std::size_t otherwise, std::size_t max) {
   if (params.is_null() || (params.is_object() && !params.contains(key))) return otherwise;
   if (!params.is_object() || !params[key].is_number_integer()) return std::nullopt;
@@ -36,7 +36,7 @@ std::optional<std::size_t> count_param(const json& params, const char* key, std:
   return static_cast<std::size_t>(value);
 }
 
-// Of those that `chosen` has a bit for.
+// Names of the axes whose bit is set in `chosen`.
 std::vector<std::string> names_of(const pipeline::Acquisition& acquisition,
                                   std::uint32_t chosen = Subscription::kAllAxes) {
   std::vector<std::string> names;
@@ -46,7 +46,7 @@ std::vector<std::string> names_of(const pipeline::Acquisition& acquisition,
   return names;
 }
 
-// A bit for each axis that the list "axes" names, all where there is none; nothing where it holds something else.
+// Returns a bit for each axis in the list "axes", all if it is missing; nullopt if it is invalid.
 std::optional<std::uint32_t> axes_param(const json& params, const pipeline::Acquisition& acquisition) {
   if (!params.is_object() || !params.contains("axes")) return Subscription::kAllAxes;
   const json& list = params["axes"];
@@ -61,7 +61,7 @@ std::optional<std::uint32_t> axes_param(const json& params, const pipeline::Acqu
   return chosen;
 }
 
-// Counts the values of a line without keeping them, and stops above the most.
+// Counts the values of a line without storing them; stops above the limit.
 struct ValueCount : nlohmann::json_sax<json> {
   std::size_t values = 0;
 
@@ -81,9 +81,9 @@ struct ValueCount : nlohmann::json_sax<json> {
   bool parse_error(std::size_t, const std::string&, const json::exception&) override { return false; }
 };
 
-// Made into a tree, 65 kB of small values hold the line for 4 ms; counted, for some tens of microseconds.
+// Parsing 65 kB of small values delays the line by 4 ms; counting them, by some tens of microseconds.
 bool too_many_values(std::string_view line) {
-  if (line.size() <= kMaxValues) return false;  // each takes a character and more
+  if (line.size() <= kMaxValues) return false;  // a value has at least one character
   ValueCount count;
   json::sax_parse(line, &count);
   return count.values > kMaxValues;
@@ -105,7 +105,7 @@ std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_vi
     return std::deque<json>();
   };
   if (too_many_values(line)) {
-    return refused(kInvalidRequest, fmt::format("found more than {} values in a line, expected {} requests at most",
+    return refused(kInvalidRequest, fmt::format("found more than {} values in a line, expected at most {} requests",
                                                 kMaxValues, kMaxBatch));
   }
   json parsed;
@@ -119,10 +119,10 @@ std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_vi
     requests.push_back(std::move(parsed));
     return requests;
   }
-  if (parsed.empty()) return refused(kInvalidRequest, "found an empty batch, expected requests");
+  if (parsed.empty()) return refused(kInvalidRequest, "found an empty batch, expected at least one request");
   if (parsed.size() > kMaxBatch) {
     return refused(kInvalidRequest,
-                   fmt::format("found a batch of {} requests, expected {} at most", parsed.size(), kMaxBatch));
+                   fmt::format("found a batch of {} requests, expected at most {}", parsed.size(), kMaxBatch));
   }
   for (json& request : parsed) requests.push_back(std::move(request));
   return requests;
@@ -157,7 +157,7 @@ void Rpc::dispatch(const std::string& method, const Call& call) {
   static const std::map<std::string_view, AxisAnswer> kAxisAnswers = {
       {"bias", bias_answer}, {"stability", stability_answer}, {"model", model_answer}};
   const bool acts = method == "subscribe" || method == "unsubscribe" || method == "reload";
-  if (!call.wants_answer && !acts) return;  // nobody hears the answer: it is not worked out
+  if (!call.wants_answer && !acts) return;  // a notification needs no response
   if (const auto answer = kAnswers.find(method); answer != kAnswers.end()) return reply(call, answer->second(sources_));
   if (const auto answer = kAxisAnswers.find(method); answer != kAxisAnswers.end()) {
     const auto axes = axes_of(call);
@@ -192,7 +192,7 @@ std::optional<std::vector<std::size_t>> Rpc::axes_of(const Call& call) {
   return std::nullopt;
 }
 
-// What grows with time is written when it happens; an answer only strings it together.
+// The JSON of rows and events was written when they occurred; here it is only joined.
 void Rpc::history(const Call& call) {
   const auto count = count_param(call.params, "seconds", 100, History::kRows);
   if (!count) return fail_count(call, "seconds", History::kRows);
@@ -237,7 +237,7 @@ Result<RowParams> row_params(const json& params) {
   const auto wrong = [&] {
     return refuse(
         "rows",
-        fmt::format(R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "name": WHO}})",
+        fmt::format(R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "name": NAME}})",
                     shown(params), pipeline::RowQuery::kMostRows, RowRequests::kLongestWait_s));
   };
   if (params.is_null()) return wanted;
@@ -261,7 +261,7 @@ Result<RowParams> row_params(const json& params) {
   return wanted;
 }
 
-// Read from the disk, by the disk's thread: the answer comes when it comes.
+// Read on the disk thread; the response is sent later.
 void Rpc::rows(const Call& call) {
   const auto axes = axes_of(call);
   if (!axes) return;
@@ -286,7 +286,7 @@ void Rpc::rows(const Call& call) {
   };
   RowRequests::Request request{call.client, log, axis, params->query, params->wait_s, answer};
   if (!row_requests_.add(call.client->socket().get_executor(), std::move(request)))
-    fail(call, kRefused, "rows: a request of this client is under way, expected one after the other");
+    fail(call, kRefused, "rows: found a pending request of this client, expected one at a time");
 }
 
 void Rpc::subscribe(const Call& call, bool on) {
@@ -335,7 +335,7 @@ void Rpc::reload(const Call& call) {
   });
 }
 
-// The same line as of a JSON value, around a text that stands.
+// Sends a response whose result is existing JSON text.
 void Rpc::reply(const Call& call, std::vector<TextPart> result) {
   if (!call.wants_answer) return;
   const std::string head = line_of({{"jsonrpc", "2.0"}, {"id", call.id}});

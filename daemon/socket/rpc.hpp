@@ -20,35 +20,36 @@ namespace prism::socket {
 
 inline constexpr std::size_t kMaxRequestBytes = 65536;
 inline constexpr std::size_t kMaxBatch = 100;    ///< requests in one line
-inline constexpr std::size_t kMaxValues = 2000;  ///< JSON values in it, containers too
+inline constexpr std::size_t kMaxValues = 2000;  ///< JSON values in one line, containers included
 
 enum RpcCode {
   kParseError = -32700,
   kInvalidRequest = -32600,
   kMethodNotFound = -32601,
   kInvalidParams = -32602,
-  kRefused = -32000,        ///< the daemon understood and says no: data of a failed reload, a full table
-  kNotPermitted = -32001,   ///< the peer may not change things
-  kForeignCursor = -32002,  ///< of another log, or beyond the end of this one
+  kRefused = -32000,        ///< a valid request failed: e.g. reload error, too many clients
+  kNotPermitted = -32001,   ///< the client's user may not use the method
+  kForeignCursor = -32002,  ///< cursor of another log, or past the end of this one
 };
 
 std::string rpc_error(const nlohmann::json& id, int code, const std::string& message);
 std::string rpc_result(const nlohmann::json& id, const nlohmann::ordered_json& result);
 
-/// Answers the requests of one client. `reload` starts a reload and calls back with its outcome when it is done.
+/// Handles requests. `reload` starts a reload and calls back with its result.
 class Rpc {
  public:
   using Reload = std::function<void(std::function<void(Result<std::string>)>)>;
 
-  /// `publisher` is that of the sources; a subscription changes what it sends.
+  /// `publisher`: the one of `sources`; subscriptions change it.
   Rpc(const Sources& sources, Publisher& publisher, RowRequests& row_requests, Reload reload)
       : sources_(sources), publisher_(publisher), row_requests_(row_requests), reload_(std::move(reload)) {}
 
-  /// The requests in one line of the client, without its line end. Where it holds none, that is answered here.
+  /// Returns the requests in one line (without line end) of the client. If the line is invalid, sends an error and
+  /// returns no request.
   static std::deque<nlohmann::json> take(const std::shared_ptr<Client>& client, std::string_view line);
-  /// Answers one of them. Every answer goes to the client, some later than others.
+  /// Handles one request. Some responses are sent later.
   void one(const std::shared_ptr<Client>& client, const nlohmann::json& request);
-  /// All of a line at once.
+  /// Handles all requests of a line at once.
   void request(const std::shared_ptr<Client>& client, std::string_view line);
 
  private:
@@ -59,7 +60,8 @@ class Rpc {
     nlohmann::json params;
   };
   void dispatch(const std::string& method, const Call& call);
-  /// The axes that are asked of, which the parameter "axis" chooses; nothing where it names none: that is answered.
+  /// Returns the axes that the parameter "axis" selects (default: all). If it is invalid, sends an error and returns
+  /// nullopt.
   std::optional<std::vector<std::size_t>> axes_of(const Call& call);
   void subscribe(const Call& call, bool on);
   void history(const Call& call);
@@ -77,7 +79,7 @@ class Rpc {
   Reload reload_;
 };
 
-/// The parameters of "rows", but for the axis; what is wrong with them otherwise.
+/// Parameters of "rows" without the axis.
 struct RowParams {
   pipeline::RowQuery query;
   double wait_s = 0;

@@ -26,7 +26,7 @@ using pipeline::Severity;
 using Protocol = asio::local::stream_protocol;
 
 Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettings& settings) {
-  std::error_code folder_error;  // listen_unix() names what is wrong
+  std::error_code folder_error;  // listen_unix() reports the error
   std::filesystem::create_directories(std::filesystem::path(settings.path).parent_path(), folder_error);
   auto socket = listen_unix(settings.path, static_cast<mode_t>(settings.mode));
   if (!socket) return tl::unexpected<Error>(socket.error());
@@ -38,7 +38,7 @@ Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettin
   return acceptor;
 }
 
-// Whole lines, without their ends; what is left stays pending.
+// Returns complete lines without line ends; the rest stays in `pending`.
 std::deque<std::string> take_lines(std::string& pending) {
   std::deque<std::string> lines;
   std::size_t begin = 0;
@@ -53,7 +53,7 @@ std::deque<std::string> take_lines(std::string& pending) {
 
 std::string too_long() {
   return rpc_error(nullptr, kInvalidRequest,
-                   fmt::format("a line of more than {} bytes; the connection is closed", kMaxRequestBytes));
+                   fmt::format("found a line of more than {} bytes; connection closed", kMaxRequestBytes));
 }
 
 }  // namespace
@@ -88,7 +88,7 @@ asio::awaitable<void> Server::serve() {
   for (;;) {
     auto [error, socket] = co_await acceptor_.async_accept(kUse);
     if (error == asio::error::operation_aborted) co_return;
-    if (error) {  // out of descriptors, most likely: a storm of refusals helps nobody
+    if (error) {  // most likely no free descriptors: do not retry in a busy loop
       tell_(Severity::kWarning, "accept", "socket: a client cannot be accepted: " + error.message());
       pause.expires_after(std::chrono::seconds(1));
       co_await pause.async_wait(kUse);
@@ -123,20 +123,20 @@ std::string Server::admit(const Client& client) {
   }
   const bool too_many_of_user = !privileged && same_user >= std::max<std::size_t>(most * 3 / 4, 1);
   if (open < most && !too_many_of_user) return {};
-  Client* const gives_way = too_many_of_user    ? idlest_of_user
-                            : idlest != nullptr ? idlest
-                            : privileged        ? youngest_stranger
-                                                : nullptr;
-  if (gives_way == nullptr) {
+  Client* const evicted = too_many_of_user    ? idlest_of_user
+                          : idlest != nullptr ? idlest
+                          : privileged        ? youngest_stranger
+                                              : nullptr;
+  if (evicted == nullptr) {
     return too_many_of_user
-               ? fmt::format("{} clients of this user are connected, expected fewer: try again later", same_user)
-               : fmt::format("{} clients are connected, expected fewer: try again later", open);
+               ? fmt::format("{} clients of this user are connected, expected fewer; try again later", same_user)
+               : fmt::format("{} clients are connected, expected fewer; try again later", open);
   }
-  gives_way->close();
+  evicted->close();
   return {};
 }
 
-// Reads no more from a client before what it asked for is answered.
+// Reads no more requests from a client until the previous ones are answered.
 asio::awaitable<void> Server::talk(std::shared_ptr<Client> client) {
   std::array<char, 4096> buffer;
   std::string pending;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The unix socket: makes it (or takes systemd's), accepts clients and reads their requests.
+// The unix socket: creates it (or uses systemd's), accepts clients and reads their requests.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -15,15 +15,16 @@
 
 namespace prism::socket {
 
-/// A user other than root and the daemon's own has three quarters of the places at most. Who asked for nothing in kIdle
-/// and subscribed to nothing gives way to a new client; for root and the daemon's own user anybody does.
+/// Clients of one user (except root and the daemon's own user) use at most three quarters of the connections. If none
+/// is free, a client that is idle for kIdle and has no subscription is disconnected to admit a new one. For root and
+/// the daemon's own user, any client of another user may be disconnected.
 class Server {
  public:
   static constexpr std::chrono::seconds kIdle{60};
   using Acceptor = boost::asio::local::stream_protocol::acceptor;
 
-  /// `inherited`: a listening socket from systemd, or −1: make one at settings.path. A socket file that nobody answers
-  /// on is a leftover and is replaced; one that answers belongs to a running daemon, and this one is refused.
+  /// `inherited`: a listening socket from systemd, or −1: create one at settings.path. Replaces a stale socket file.
+  /// Errors: another daemon listens on this path.
   static Result<std::unique_ptr<Server>> open(boost::asio::io_context& io, const config::SocketSettings& settings,
                                               int inherited, Publisher& publisher, Rpc& rpc, pipeline::Tell tell);
 
@@ -33,7 +34,7 @@ class Server {
  private:
   Server(Acceptor acceptor, config::SocketSettings settings, OwnSocketFile own, Publisher& publisher, Rpc& rpc,
          pipeline::Tell tell);
-  /// Makes room for it where its user may have one more; the refusal, else.
+  /// Disconnects another client if needed. Returns an error text if the client cannot be admitted, else "".
   std::string admit(const Client& client);
   boost::asio::awaitable<void> talk(std::shared_ptr<Client> client);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the answers to clients are made from.
+// The objects that responses to clients are built from.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace prism::socket {
 
-/// All of it outlives whoever holds this.
+/// All members must outlive this.
 struct Sources {
   const pipeline::Acquisition& acquisition;
   const EventLog& events;

@@ -29,7 +29,7 @@ start other "${as_user[@]}" prismd "$dir/other.json" --device "$dir/none"
 wait_for 5 user prismctl --name other status
 code=0; user prismctl status 2>"$dir/e" || code=$?
 same "two: exit code" "$code" 1
-same "two" "$(cat "$dir/e")" "prismctl: --name: found none although several instances run, expected one of: bench, other"
+same "two" "$(cat "$dir/e")" "prismctl: --name: required if several instances run; choose one of: bench, other"
 code=0; user prismctl --name othre status 2>"$dir/e" || code=$?
 same "a mistyped name" "$(cat "$dir/e")" "prismctl: --name: found \"othre\", did you mean \"other\"? Running: bench, other"
 

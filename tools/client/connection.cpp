@@ -35,8 +35,8 @@ int connect_to(const std::string& path) {
   }
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const timeval patience{kConnectTimeoutS, 0};  // a prismd that stands still accepts nobody
-  if (fd >= 0) ::setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+  const timeval timeout{kConnectTimeoutS, 0};  // a blocked prismd accepts no connection
+  if (fd >= 0) ::setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof timeout);
   if (fd >= 0 && ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return fd;
   const int error = errno;
   if (fd >= 0) ::close(fd);
@@ -70,7 +70,7 @@ std::vector<std::string> running_sockets(std::vector<std::string>* invalid) {
       continue;
     }
     const int fd = connect_to(path);
-    if (fd < 0 && errno != EACCES) continue;  // one that we may not enter is running all the same
+    if (fd < 0 && errno != EACCES) continue;  // no permission, but it is running
     if (fd >= 0) ::close(fd);
     found.push_back(path);
   }
@@ -93,8 +93,7 @@ Result<std::string> find_socket(const std::string& socket, const std::string& na
     return refuse(fmt::format("{}", fmt::join(config::socket_folders(), ", ")),
                   "no prismd answers here; start one, or name its socket with --socket");
   if (matching.empty()) return refuse("--name", unknown_name(name, names));
-  return refuse("--name",
-                fmt::format("found none although several instances run, expected one of: {}", fmt::join(names, ", ")));
+  return refuse("--name", fmt::format("required if several instances run; choose one of: {}", fmt::join(names, ", ")));
 }
 
 Result<Connection> Connection::open(const std::string& path) {
@@ -129,7 +128,7 @@ Result<nlohmann::json> Connection::ask(const std::string& method, const nlohmann
   for (;;) {
     auto answer = next(kAnswerTimeoutMs);
     if (!answer) return tl::unexpected<Error>(answer.error());
-    if (!*answer) return refuse(path_, fmt::format("no answer to {} within {} s", method, kAnswerTimeoutMs / 1000));
+    if (!*answer) return refuse(path_, fmt::format("no response to {} within {} s", method, kAnswerTimeoutMs / 1000));
     const nlohmann::json& message = **answer;
     if (member(message, "id") != *id) continue;
     if (message.contains("error")) return refuse("prismd", text_member(message["error"], "message", "refused"));
@@ -143,12 +142,12 @@ Result<std::optional<nlohmann::json>> Connection::next(int timeout_ms) {
       const std::string line = pending_.substr(0, end);
       pending_.erase(0, end + 1);
       auto message = parse_json_line(line);
-      if (!message) return refuse(path_, "sent a line that is no JSON; is this prismd's socket?");
+      if (!message) return refuse(path_, "found a line that is not JSON; is this prismd's socket?");
       return message;
     }
     if (pending_.size() > kMaxAnswerBytes)
       return refuse(path_,
-                    fmt::format("sent a line longer than {} MiB; is this prismd's socket?", kMaxAnswerBytes >> 20));
+                    fmt::format("found a line longer than {} MiB; is this prismd's socket?", kMaxAnswerBytes >> 20));
     pollfd wait{fd_, POLLIN, 0};
     const int ready = ::poll(&wait, 1, timeout_ms);
     if (ready == 0 || (ready < 0 && errno == EINTR)) return std::optional<nlohmann::json>();

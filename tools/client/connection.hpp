@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A client's side of prismd's socket: find it, ask it, listen to it.
+// Client of prismd's socket: finds it, sends requests, receives notifications.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,16 +11,16 @@
 
 namespace prism::client {
 
-/// Sockets in config::socket_folders(), in the order of the folders, whether somebody answers there or not. Invalid
-/// names are added to `invalid`, if given (config::sockets_in).
+/// Returns all sockets in config::socket_folders(), in the order of the directories, also those without a running
+/// daemon. Adds invalid names to `invalid`, if given (config::sockets_in).
 std::vector<std::string> listed_sockets(std::vector<std::string>* invalid = nullptr);
 
-/// Sockets of daemons in config::socket_folders(): those that answer, and those at which systemd starts one for who
-/// connects (none is started here).
+/// Returns the sockets in config::socket_folders() that accept connections, and those on which systemd starts a daemon
+/// at the first connection (this call starts none).
 std::vector<std::string> running_sockets(std::vector<std::string>* invalid = nullptr);
 
-/// The socket to talk to: `socket` where given, else $PRISM_SOCKET, else that of instance `name`, else the only one
-/// running. Refused with the names to choose from where there are several.
+/// Returns `socket` if given, else $PRISM_SOCKET, else the socket of instance `name`, else that of the only running
+/// instance. Errors: none or several are running, or the name is unknown.
 Result<std::string> find_socket(const std::string& socket, const std::string& name);
 
 class Connection {
@@ -30,14 +30,14 @@ class Connection {
   Connection& operator=(Connection&&) = delete;
   ~Connection();
 
-  /// Sends a request; its answer has the id that is returned, and comes by next().
+  /// Sends a request. Returns its id; next() returns the response with this id.
   Result<int> send(const std::string& method, const nlohmann::json& params = nullptr);
 
-  /// Sends a request and waits for its answer (at most 10 s); notifications in between are dropped.
+  /// Sends a request and waits for the response (at most 10 s). Drops notifications received before it.
   Result<nlohmann::json> ask(const std::string& method, const nlohmann::json& params = nullptr);
 
-  /// The next line of the daemon, parsed; nothing after timeout_ms (−1: no limit) or where a signal came. Refused where
-  /// the daemon went away.
+  /// Returns the next message of the daemon; nullopt after timeout_ms (−1: no limit) or a signal. Errors: the daemon
+  /// closed the connection, or sent invalid data.
   Result<std::optional<nlohmann::json>> next(int timeout_ms);
 
   int fd() const { return fd_; }

@@ -52,7 +52,7 @@ TEST_F(RpcTest, ALineOfVeryManyValuesIsRefusedBeforeItIsKept) {
   for (const std::string& line : {deep, flat + "]", flat + ", and no JSON"}) {
     const json answer = asker_.ask(rpc_, line);
     EXPECT_EQ(answer["error"]["code"], kInvalidRequest);
-    EXPECT_EQ(answer["error"]["message"], "found more than 2000 values in a line, expected 100 requests at most");
+    EXPECT_EQ(answer["error"]["message"], "found more than 2000 values in a line, expected at most 100 requests");
   }
 }
 
