@@ -53,7 +53,7 @@ Result<std::string> Reloader::take(Result<pipeline::Setup> setup) {
   if (!reopen) return tl::unexpected<Error>(reopen.error());
   if (*reopen) parts_.lines_changed();
   const pipeline::Setup& now = parts_.acquisition.setup();
-  return now.config.path + "  in use, model  " + pipeline::models_text(now);
+  return now.config.path + " in use, model " + pipeline::models_text(now);
 }
 
 }  // namespace prism::daemon

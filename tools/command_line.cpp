@@ -12,7 +12,7 @@
 namespace prism::tools {
 namespace {
 
-// Of a type with its check the bounds: CLI::Range's "INT:INT in [1 - 256]", and what within() below says.
+// Returns the range in a type name with its check: CLI::Range's "INT:INT in [1 - 256]", or the text of within() below.
 std::string bounds_of(const std::string& type) {
   std::string check = type.substr(type.rfind(':') + 1);
   const std::size_t range = check.find(" in [");
@@ -26,8 +26,7 @@ std::string bounds_of(const std::string& type) {
   return check == "of 0 or more" ? "0 or more" : "";
 }
 
-// One word for the value beside the option's name; bounds and default in words behind the description. The words of a
-// choice stand in the description, written by hand.
+// Formats an option: one word for its value; range and default after the description.
 class HelpText : public CLI::Formatter {
  public:
   std::string make_option_opts(const CLI::Option* option) const override {
@@ -102,7 +101,7 @@ std::string unknown_command(const CLI::App& app, int argc, char** argv) {
       return fmt::format("found the command \"{}\", expected one of: {}", plain_text(word), fmt::join(names, ", "));
     }
     const CLI::Option* option = word == "-" ? nullptr : app.get_option_no_throw(word);
-    if (option != nullptr && option->get_type_size() > 0) ++i;  // its value is no command
+    if (option != nullptr && option->get_type_size() > 0) ++i;  // its value is not a command
   }
   return "";
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the command lines of the tools share: numbers within bounds, and help that people can read.
+// Shared parts of the tools' command lines: checks of numbers and readable help.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -12,24 +12,24 @@
 
 namespace prism::tools {
 
-/// Refuses what is no number from `least` to `most`, "nan" too, which CLI::Range and CLI::PositiveNumber let through.
+/// Accepts numbers from `least` to `most`. Rejects "nan", which CLI::Range and CLI::PositiveNumber accept.
 CLI::Validator within(double least, double most, const std::string& expected);
 CLI::Validator within(double least, double most);
 CLI::Validator positive();
 CLI::Validator not_negative();
 
-/// Accepts what follows the rule for names and texts.
+/// Accepts names and texts that follow the rule.
 CLI::Validator following(TextRule rule);
 
-/// Gives `app` and its later subcommands a help with one word for the value beside the option's name, and bounds and
-/// default in words behind the description. The words of a choice stand in the description, written by hand.
+/// Gives `app` and its later subcommands a help in which each option has one word for its value, and its range and
+/// default in parentheses after the description. The choices of an option must be written in its description.
 void speak_to_people(CLI::App& app);
 
-/// The last lines of a command's help: commands as a person would type them, a line each.
+/// Adds examples to the end of a command's help, one command per line.
 void add_examples(CLI::App& command, const std::vector<std::string>& lines);
 
-/// Of a program with commands: what to say where its first word is none of them; empty where it is one, or where there
-/// is no word. CLI11 itself would say only that a command is required.
+/// Returns an error text if the first word is not a command of the program; empty if it is one, or if there is no word.
+/// CLI11 would only report that a command is required.
 std::string unknown_command(const CLI::App& app, int argc, char** argv);
 
 }  // namespace prism::tools

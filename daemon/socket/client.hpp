@@ -85,7 +85,7 @@ class Client : public std::enable_shared_from_this<Client> {
   /// True if the peer closed the connection (not if it only shut down sending).
   bool gone() const;
   std::uint64_t lost_rows() const { return lost_total_; }
-  /// True for root and for the user that the daemon runs as, who may use `reload`.
+  /// True for root and for the user that the daemon runs as: they may use `reload`.
   bool privileged() const;
   /// User of the connected process; nullopt after close.
   std::optional<std::uint32_t> user() const;

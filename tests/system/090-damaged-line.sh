@@ -8,7 +8,7 @@ wait_for 20 field_is .sample.quality status good
 wait_for 5 field_above .line.bad_check status 10
 wait_for 5 field_above .timing.missing_frames status 10
 wait_for 5 field_above .line.skipped_bytes status 100
-contains "line" "$(prismctl line)" "by check"
+contains "line" "$(prismctl line)" "by checksum"
 same "hardware counters of a pty" "$(field .hardware line)" null
 kill "$sim"; rm -f "$dir/tty"
 head -c 3000000 /dev/urandom >"$dir/garbage"

@@ -40,7 +40,7 @@ done
 terminal send-keys -t w80x24 1
 wait_for 2 shows w80x24 "span: 1 min"
 terminal send-keys -t w80x24 a
-wait_for 2 shows w80x24 "axis: same span"
+wait_for 2 shows w80x24 "scale: common"
 terminal send-keys -t w80x24 p
 wait_for 2 shows w80x24 "paused"
 terminal send-keys -t w80x24 p 4 a '?'

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kMaxLabelBytes = 256;
 
-// Prometheus' own escapes. Other control characters have none, and its readers differ in what they accept: they are
+// Prometheus' escapes. Other control characters have no escape, and readers differ in what they accept, so they are
 // made printable.
 std::string escaped(std::string_view text, bool label) {
   std::string result;
@@ -42,7 +42,7 @@ std::string labels_text(const Labels& labels) {
   return text.empty() ? text : text + "}";
 }
 
-// Counts as they are, everything else with the digits that tell it from its neighbours.
+// Integers for counts, else as many digits as identify the double.
 std::string number(double value) {
   if (value == std::floor(value) && std::abs(value) < 9e15) return fmt::format("{}", static_cast<std::int64_t>(value));
   return fmt::format("{}", value);

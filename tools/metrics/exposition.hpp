@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Prometheus' text format, version 0.0.4: the one writer of the project.
+// Writes Prometheus' text format, version 0.0.4.
 #pragma once
 
 #include <map>
@@ -15,8 +15,8 @@ namespace prism::metrics {
 
 enum class Type { kGauge, kCounter };
 
-/// A family of metrics: what it is called, by Prometheus' conventions (base units, the unit behind the name, _total for
-/// counters), and what it means.
+/// A family of metrics: name by Prometheus' conventions (base units, unit at the end, _total for counters), type and
+/// help text.
 struct Family {
   const char* name;
   Type type;
@@ -25,12 +25,11 @@ struct Family {
 
 using Labels = std::vector<std::pair<std::string, std::string>>;
 
-/// Gathers samples in any order; all of a family stand together in the text, families in the order of their names.
+/// Collects samples in any order; writes them by family, sorted by name.
 class Exposition {
  public:
-  /// A value that is not finite is not known, and is left out. Any text can be the value of a label: it is
-  /// printable (escape.hpp), 256 bytes of it are kept. A series that is there already is left out: one
-  /// that is there twice would void the scrape of all.
+  /// Skips values that are not finite (unknown). A label may have any text: it is made printable (escape.hpp) and
+  /// truncated to 256 bytes. Skips a series that exists already, because a duplicate makes the complete scrape invalid.
   void add(const Family& family, const Labels& labels, double value);
   std::string text() const;
 
@@ -43,8 +42,8 @@ class Exposition {
   std::map<std::string, Samples> families_;
 };
 
-/// For node_exporter's textfile directory: a scrape sees the old text or the new one. A new file has mode 0644, an
-/// existing one keeps its mode; the temporary file does not end in .prom. Errors: as write_text_file().
+/// Writes the text atomically, for node_exporter's textfile directory. A new file has mode 0644, an existing one keeps
+/// its mode; the temporary file does not end in .prom. Errors: as write_text_file().
 Result<void> write_exposition(const std::string& path, std::string_view text);
 
 }  // namespace prism::metrics

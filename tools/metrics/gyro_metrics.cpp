@@ -15,49 +15,52 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Family kUp{"prism_up", Type::kGauge, "Whether the gyro's prismd answers."};
-constexpr Family kInfo{"prism_info", Type::kGauge, "What runs: version, frame description, serial number."};
-constexpr Family kStart{"prism_start_time_seconds", Type::kGauge, "When prismd started, since 1970."};
+constexpr Family kUp{"prism_up", Type::kGauge, "Whether the gyro's prismd responds."};
+constexpr Family kInfo{"prism_info", Type::kGauge, "Version, frame description and serial number."};
+constexpr Family kStart{"prism_start_time_seconds", Type::kGauge, "Start time of prismd, since 1970."};
 constexpr Family kReceiving{"prism_line_receiving", Type::kGauge, "Whether the line delivers frames."};
-constexpr Family kAge{"prism_last_data_age_seconds", Type::kGauge, "Since the last bytes of the line came."};
-constexpr Family kSessions{"prism_line_sessions_total", Type::kCounter, "How often the line began to deliver."};
-constexpr Family kBytes{"prism_line_bytes_total", Type::kCounter, "Bytes that came."};
-constexpr Family kFrames{"prism_line_frames_total", Type::kCounter, "Frames that were read."};
-constexpr Family kRefused{"prism_line_refused_total", Type::kCounter, "Frames and bytes that were refused, by reason."};
+constexpr Family kAge{"prism_last_data_age_seconds", Type::kGauge, "Time since the last bytes of the line."};
+constexpr Family kSessions{"prism_line_sessions_total", Type::kCounter, "Number of sessions of the line."};
+constexpr Family kBytes{"prism_line_bytes_total", Type::kCounter, "Bytes received."};
+constexpr Family kFrames{"prism_line_frames_total", Type::kCounter, "Frames decoded."};
+constexpr Family kRefused{"prism_line_refused_total", Type::kCounter, "Frames and bytes rejected, by reason."};
 constexpr Family kMissing{"prism_frames_missing_total", Type::kCounter,
-                          "Frames that the gyro sent and that did not come."};
+                          "Frames that the gyro sent but that were not received."};
 constexpr Family kResets{"prism_clock_resets_total", Type::kCounter,
-                         "How often the gyro's counter began anew, or a clock was set."};
+                         "How often the gyro's counter restarted or a clock was set."};
 constexpr Family kHardware{"prism_line_hardware_errors_total", Type::kCounter,
                            "Errors that the serial driver counted, by kind."};
-constexpr Family kGood{"prism_quality_good", Type::kGauge, "Whether the correction in force is good."};
-constexpr Family kReason{"prism_quality_reason", Type::kGauge, "Why the quality is not good: each reason that holds."};
+constexpr Family kGood{"prism_quality_good", Type::kGauge, "Whether the current correction is good."};
+constexpr Family kReason{"prism_quality_reason", Type::kGauge, "Current reasons why the quality is not good."};
 constexpr Family kRate{"prism_rate_degrees_per_hour", Type::kGauge, "Mean rate of the last second, as measured."};
-constexpr Family kBias{"prism_bias_degrees_per_hour", Type::kGauge, "Predicted bias in force."};
-constexpr Family kSd{"prism_bias_sd_degrees_per_hour", Type::kGauge, "Standard deviation of true less predicted bias."};
+constexpr Family kBias{"prism_bias_degrees_per_hour", Type::kGauge, "Current predicted bias."};
+constexpr Family kSd{"prism_bias_sd_degrees_per_hour", Type::kGauge,
+                     "Standard deviation of true minus predicted bias."};
 constexpr Family kCorrected{"prism_corrected_rate_degrees_per_hour", Type::kGauge,
-                            "Mean rate of the last second less the bias."};
+                            "Mean rate of the last second minus the bias."};
 constexpr Family kMean{"prism_mean_corrected_rate_degrees_per_hour", Type::kGauge,
-                       "Mean rate of the window less the bias."};
+                       "Mean rate of the window minus the bias."};
 constexpr Family kTemperature{"prism_temperature_celsius", Type::kGauge, "Mean temperature of the window."};
 constexpr Family kSlope{"prism_temperature_slope_celsius_per_second", Type::kGauge,
                         "Slope of the temperature over the window."};
 constexpr Family kUhfo{"prism_uhfo_volts", Type::kGauge,
                        "Mean voltage of the high-frequency oscillator over the window."};
-constexpr Family kModel{"prism_model_info", Type::kGauge, "The model in force: kind, name, id."};
+constexpr Family kModel{"prism_model_info", Type::kGauge, "The model in use: type, name, id."};
 constexpr Family kStability{"prism_stability_degrees_per_hour", Type::kGauge,
-                            "Standard deviation of means of a block, since the start: raw and corrected."};
-constexpr Family kRows{"prism_log_rows_total", Type::kCounter, "Rows of the log that were written."};
-constexpr Family kDropped{"prism_log_dropped_rows_total", Type::kCounter, "Rows that the disk did not take."};
-constexpr Family kPending{"prism_log_pending_rows", Type::kGauge, "Rows that wait for the disk."};
+                            "Standard deviation of block means since the start, raw and corrected."};
+constexpr Family kRows{"prism_log_rows_total", Type::kCounter, "Rows of the log written."};
+constexpr Family kDropped{"prism_log_dropped_rows_total", Type::kCounter, "Rows dropped because of disk errors."};
+constexpr Family kPending{"prism_log_pending_rows", Type::kGauge, "Rows waiting for the disk."};
 constexpr Family kCapture{"prism_capture_dropped_bytes_total", Type::kCounter,
-                          "Bytes of the capture that the disk did not take."};
+                          "Bytes of the capture dropped because of disk errors."};
 constexpr Family kFollower{"prism_log_follower_lost_rows_total", Type::kCounter,
-                           "Rows that retention deleted before the follower had them."};
-constexpr Family kClients{"prism_clients", Type::kGauge, "Clients that are connected."};
+                           "Rows that retention deleted before the follower fetched them."};
+constexpr Family kClients{"prism_clients", Type::kGauge, "Connected clients."};
 constexpr Family kClientRows{"prism_client_lost_rows_total", Type::kCounter, "Rows that slow clients lost."};
-constexpr Family kSensorLine{"prism_sensor_line_receiving", Type::kGauge, "Whether an instrument's line delivers."};
-constexpr Family kMade{"prism_metrics_timestamp_seconds", Type::kGauge, "When these metrics were made, since 1970."};
+constexpr Family kSensorLine{"prism_sensor_line_receiving", Type::kGauge,
+                             "Whether the line of an instrument delivers values."};
+constexpr Family kMade{"prism_metrics_timestamp_seconds", Type::kGauge,
+                       "Time at which these metrics were written, since 1970."};
 
 constexpr const char* kSensorHelp = "A sensor of the device or of an instrument.";
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What one prismd says of itself, as metrics.
+// Metrics of one prismd.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,16 +9,16 @@
 
 namespace prism::metrics {
 
-/// The answers of a prismd (docs/protocol.md); null: not asked, or not answered.
+/// Responses of a prismd (docs/protocol.md); null: not requested, or no response.
 struct GyroAnswers {
   nlohmann::json status, line, stability;
 };
 
-/// `gyro` becomes the label of the same name. Without a status there is prism_up 0 and nothing else: what was true is
-/// not told. What is null in an answer has no sample.
+/// Adds the metrics of one prismd; `gyro` is the label of this name. Without a status, only prism_up 0: old values are
+/// not repeated. Null values have no sample.
 void add_gyro(Exposition& exposition, const std::string& gyro, const GyroAnswers& answers);
 
-/// When the text was made, so that an old file tells itself.
+/// Adds the time of writing, so that an old file can be detected.
 void add_time(Exposition& exposition, double time_s);
 
 }  // namespace prism::metrics

@@ -20,7 +20,7 @@ struct Row {
   std::function<std::string(const json& axis, const json& window)> text;
 };
 
-// Members of the window in `status`, and the same in `bias`.
+// Members of the window in `status`, and the corresponding ones in `bias`.
 const json& either(const json& window, const char* key, const char* other) {
   const json& found = at(window, key);
   return found.is_null() ? at(window, other) : found;

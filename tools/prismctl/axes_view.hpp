@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Answers for several axes as text: side by side, or one behind the other.
+// Text output for several axes: side by side, or one after the other.
 #pragma once
 
 #include <functional>
@@ -9,14 +9,15 @@
 
 namespace prism::prismctl {
 
-/// Names of the axes that an answer holds by name; none where it is of one.
+/// Returns the names of the axes in a response by axis; empty for a device with one axis.
 std::vector<std::string> axes_of(const nlohmann::json& answer);
 
-/// A table of a column for each axis, within 80 columns: quality, rate, bias, corrected, temperature, slope, UHFO,
-/// model. `axes`: answers by name; `window`: where in each the means of its window stand, "" where in itself.
+/// Returns a table with one column per axis, at most 80 characters wide: quality, rate, bias, corrected, temperature,
+/// slope, UHFO, model. `axes`: responses by axis; `window`: member with the means of the window, "" if they are in the
+/// response itself.
 std::string axes_table(const nlohmann::json& axes, const char* window);
 
-/// Each axis's own view behind its name, or the view of an answer that is of one.
+/// Prints the view of each axis after its name; only the view for a device with one axis.
 std::string each_axis(const nlohmann::json& answer, const std::function<std::string(const nlohmann::json&)>& view);
 
 }  // namespace prism::prismctl

@@ -43,7 +43,7 @@ std::optional<Error> axis_fault(const nlohmann::json& status, const std::string&
   return Error{"--axis", fmt::format("found {}, expected one of {}", axis, fmt::join(names, ", "))};
 }
 
-// Of a status for several axes, as if the one were alone.
+// Status of one axis, in the form of a device with one axis.
 nlohmann::json status_of_axis(nlohmann::json status, const std::string& axis) {
   const nlohmann::json own = at(at(status, "axes"), axis);
   if (!own.is_object()) return status;
@@ -53,7 +53,7 @@ nlohmann::json status_of_axis(nlohmann::json status, const std::string& axis) {
   return status;
 }
 
-// One question, one answer, printed as `view` says or as JSON. What is asked of axes is asked of the chosen one.
+// Sends a request and prints the result with `view` or as JSON. Methods of axes get the chosen axis.
 int ask(const Choice& choice, const std::string& method, nlohmann::json params,
         const std::function<std::string(const nlohmann::json&)>& view) {
   constexpr std::array kOfAxes = {"bias", "stability", "model", "history"};
@@ -86,17 +86,18 @@ std::string lines_of(const nlohmann::json& list, std::string (*line)(const nlohm
 }  // namespace
 
 int run(int argc, char** argv) {
-  CLI::App app("prismctl: asks a running prismd about its gyro");
+  CLI::App app("prismctl: shows the state and data of running prismd instances");
   Choice choice;
   int code = kDone;
   tools::speak_to_people(app);
   app.set_version_flag("--version", std::string("prismctl ") + kVersion);
   app.add_option("-s,--socket", choice.socket,
-                 "path of the daemon's socket (default: $PRISM_SOCKET, or the only one running)");
-  app.add_option("-n,--name", choice.name, "instance, where several run")->check(tools::following(TextRule::kName));
-  app.add_option("--axis", choice.axis, "of a device of several axes: the one that is meant")
+                 "path of the daemon's socket (default: $PRISM_SOCKET, or the only running instance)");
+  app.add_option("-n,--name", choice.name, "instance, required if several run")
+      ->check(tools::following(TextRule::kName));
+  app.add_option("--axis", choice.axis, "axis of a device with several axes (default: all)")
       ->check(tools::following(TextRule::kAxisName));
-  app.add_flag("--json", choice.json, "print JSON, for programs");
+  app.add_flag("--json", choice.json, "print JSON");
   app.require_subcommand(1);
   app.fallthrough();
   tools::add_examples(app, {"prismctl status", "prismctl --name gyro1 watch"});
@@ -107,25 +108,24 @@ int run(int argc, char** argv) {
     tools::add_examples(*command,
                         {std::string("prismctl ") + name, fmt::format("prismctl --name gyro1 {} --json", name)});
   };
-  question("status", "state of the line, last values, counters", status_view);
-  question("bias", "the corrected bias now", bias_view);
-  question("stability", "bias stability raw and corrected since the start",
+  question("status", "state of the line, latest values, counters", status_view);
+  question("bias", "current bias, its inputs and the corrected rate", bias_view);
+  question("stability", "raw and corrected bias stability since the start",
            [](const nlohmann::json& s) { return each_axis(s, stability_view); });
-  question("line", "health of the serial line: frames, refusals, clock, hardware errors", line_view);
-  question("model", "the model in use and where it is from",
-           [](const nlohmann::json& m) { return each_axis(m, model_view); });
-  question("config", "the configuration in force",
+  question("line", "serial line: frames, rejected frames, clock, hardware errors", line_view);
+  question("model", "model in use and its origin", [](const nlohmann::json& m) { return each_axis(m, model_view); });
+  question("config", "configuration in use",
            [](const nlohmann::json& c) { return printable_json(json_text(c, 2)) + "\n"; });
 
   int count = 20, seconds = 60;
-  auto* events = app.add_subcommand("events", "what happened, the newest last");
-  events->add_option("--count", count, "how many")->check(CLI::Range(1, 256))->capture_default_str();
+  auto* events = app.add_subcommand("events", "latest events, newest last");
+  events->add_option("--count", count, "number of events")->check(CLI::Range(1, 256))->capture_default_str();
   tools::add_examples(*events, {"prismctl events --count 50"});
   events->callback([&] {
     code = ask(choice, "events", {{"count", count}}, [](const nlohmann::json& e) { return lines_of(e, event_line); });
   });
-  auto* history = app.add_subcommand("history", "the last seconds, one row each");
-  history->add_option("--seconds", seconds, "how many")->check(CLI::Range(1, 3600))->capture_default_str();
+  auto* history = app.add_subcommand("history", "latest rows, one per second");
+  history->add_option("--seconds", seconds, "number of seconds")->check(CLI::Range(1, 3600))->capture_default_str();
   tools::add_examples(*history, {"prismctl history --seconds 600"});
   history->callback([&] {
     code = ask(choice, "history", {{"seconds", seconds}}, [](const nlohmann::json& answer) {
@@ -134,18 +134,18 @@ int run(int argc, char** argv) {
     });
   });
   RowsSettings wanted;
-  auto* log =
-      app.add_subcommand("rows", "the log's rows from any place of it, as CSV or with --json; on and on with --follow");
+  auto* log = app.add_subcommand(
+      "rows", "rows of the log from a cursor on, as CSV, or JSON with --json; --follow waits for new rows");
   log->add_option("--after", wanted.after,
-                  "a cursor that rows gave, earliest or latest (default: earliest, or where --as is)")
+                  "cursor from an earlier call, earliest or latest (default: stored cursor of --as, else earliest)")
       ->check(tools::following(TextRule::kText));
-  log->add_option("--as", wanted.follower, "a name that prismd remembers the place by, of this user")
-      ->type_name("WHO")
+  log->add_option("--as", wanted.follower, "consumer name: prismd stores its cursor, per user")
+      ->type_name("NAME")
       ->check(tools::following(TextRule::kName));
   log->add_option("--cursor", wanted.cursor_file,
-                  "file that keeps the cursor: the next call goes on where this one ended");
-  log->add_option("--limit", wanted.limit, "end after so many rows")->check(CLI::PositiveNumber);
-  log->add_flag("--follow", wanted.follow, "wait for further rows, also while prismd restarts");
+                  "file that stores the cursor: the next call continues where this one ended");
+  log->add_option("--limit", wanted.limit, "stop after N rows")->check(CLI::PositiveNumber);
+  log->add_flag("--follow", wanted.follow, "wait for new rows, also while prismd restarts");
   tools::add_examples(*log,
                       {"prismctl rows --after latest --follow", "prismctl rows --cursor fetched --json >>gyro1.jsonl"});
   log->callback([&] {
@@ -155,18 +155,19 @@ int run(int argc, char** argv) {
     code = path ? rows(*path, wanted) : fail(path.error());
   });
   std::string file;
-  auto* exposition = app.add_subcommand("metrics", "the state of every instance of this host as Prometheus' text");
-  exposition->add_option("--file", file, "write it there, as a whole: a file .prom of node_exporter's textfile folder");
+  auto* exposition = app.add_subcommand("metrics", "state of all instances of this host in Prometheus' text format");
+  exposition->add_option("--file", file,
+                         "write to this file, atomically: a .prom file in node_exporter's textfile directory");
   tools::add_examples(*exposition,
                       {"prismctl metrics", "prismctl metrics --file /var/lib/prometheus/node-exporter/prism.prom"});
   exposition->callback([&] { code = metrics(choice.socket, choice.name, file); });
-  auto* reload = app.add_subcommand("reload", "read the configuration and the models again");
+  auto* reload = app.add_subcommand("reload", "reload the configuration and the models");
   tools::add_examples(*reload, {"prismctl reload"});
   reload->callback([&] {
     code =
         ask(choice, "reload", nullptr, [](const nlohmann::json& r) { return text_of(at(r, "reloaded"), "") + "\n"; });
   });
-  auto* version = app.add_subcommand("version", "of prismctl and of the daemon");
+  auto* version = app.add_subcommand("version", "versions of prismctl and the daemon");
   tools::add_examples(*version, {"prismctl version"});
   version->callback([&] {
     code = ask(choice, "version", nullptr, [](const nlohmann::json& v) {
@@ -176,10 +177,10 @@ int run(int argc, char** argv) {
   });
 
   WatchSettings settings;
-  auto* live = app.add_subcommand("watch", "a live screen on a terminal; lines or --json elsewhere");
-  live->add_flag("--samples", settings.samples, "every sample instead of one row a second");
-  live->add_option("--every", settings.every, "with --samples: every n-th")->check(CLI::Range(1, 1000000));
-  live->add_option("--count", settings.count, "end after so many rows");
+  auto* live = app.add_subcommand("watch", "live screen on a terminal; otherwise lines or, with --json, JSON");
+  live->add_flag("--samples", settings.samples, "print every sample instead of one row a second");
+  live->add_option("--every", settings.every, "with --samples: every n-th sample only")->check(CLI::Range(1, 1000000));
+  live->add_option("--count", settings.count, "stop after N rows");
   tools::add_examples(*live, {"prismctl watch", "prismctl --json watch --samples --every 10 --count 100"});
   live->callback([&] {
     settings.json = choice.json;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The commands of prismctl: one question each, and the live screen.
+// The command line of prismctl.
 #pragma once
 
 namespace prism::prismctl {
 
-/// Does what the command line says. 0: done; 1: no answer, or a refusal; 64: not understood.
+/// Runs a command. Returns 0, 1 if prismd did not respond or returned an error, or 64 for a usage error.
 int run(int argc, char** argv);
 
 }  // namespace prism::prismctl

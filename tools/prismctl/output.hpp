@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What prismctl prints of a daemon's answers: no byte of it acts on a terminal.
+// Prints a daemon's responses without control characters that act on a terminal.
 #pragma once
 
 #include <fmt/format.h>
@@ -10,14 +10,14 @@
 
 namespace prism::prismctl {
 
-/// Prints a value (any nlohmann type) as JSON, for programs: the exact value; characters that are not printable are
-/// written as u-escapes (four hexadecimal digits).
+/// Prints a value (any nlohmann type) as JSON; characters that are not printable are written as u-escapes (four
+/// hexadecimal digits).
 template <class AnyJson>
 void print_json(const AnyJson& value, int indent = -1) {
   fmt::print("{}\n", printable_json(json_text(value, indent)));
 }
 
-/// Prints a text of one or more lines.
+/// Prints one or more lines.
 inline void print_text(std::string_view text) { fmt::print("{}", printable_lines(text)); }
 
 /// Prints one line of a log as it is; on a terminal as printable().

@@ -26,7 +26,7 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr double kWait_s = 5;  // below what Connection waits for an answer
+constexpr double kWait_s = 5;  // less than the response timeout of Connection
 constexpr std::uint64_t kPage = 2000;
 
 std::vector<std::string> fields_of(const std::string& line) {
@@ -97,7 +97,7 @@ class Follower {
       if (const auto done = acknowledge(); !done) return fail(done.error());
     }
     if (settings_.cursor_file.empty())
-      fmt::print(stderr, "prismctl: {} rows; --after {} goes on behind them\n", printer_.rows(), cursor_);
+      fmt::print(stderr, "prismctl: {} rows; continue with --after {}\n", printer_.rows(), cursor_);
     return 0;
   }
 
@@ -107,7 +107,7 @@ class Follower {
     return 1;
   }
 
-  // A file that is not there yet is a first call.
+  // A missing file means the first call.
   Result<void> begin() {
     if (settings_.cursor_file.empty()) return {};
     errno = 0;
@@ -119,7 +119,7 @@ class Follower {
     return check_text(TextRule::kText, cursor, settings_.cursor_file);
   }
 
-  // One page; false where the end is reached.
+  // Prints one page. Returns false at the end.
   Result<bool> page() {
     if (!connection_) {
       auto opened = client::Connection::open(socket_);
@@ -139,8 +139,7 @@ class Follower {
     }
     silent_ = false;
     if (const json& missing = at(*answer, "missing"); missing.is_number() && missing > 0)
-      fmt::print(stderr, "prismctl: {} rows are missing here: they were deleted before they were fetched\n",
-                 json_text(missing));
+      fmt::print(stderr, "prismctl: {} rows are missing here: deleted before they were fetched\n", json_text(missing));
     printer_.page(*answer);
     cursor_ = text_member(*answer, "after", cursor_);
     if (const auto valid = check_text(TextRule::kText, cursor_, "prismd: after"); !valid) {
@@ -157,7 +156,7 @@ class Follower {
     return !enough && (settings_.follow || at(*answer, "more") == true);
   }
 
-  // The last page was printed, too.
+  // Confirms the last page, which was printed.
   Result<void> acknowledge() {
     json params = {{"after", cursor_}, {"limit", 1}, {"name", settings_.follower}};
     if (!settings_.axis.empty()) params["axis"] = settings_.axis;

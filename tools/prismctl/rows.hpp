@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// prismctl rows: a log's rows from any place of it, on and on.
+// `prismctl rows`: prints rows of a log from a cursor on.
 #pragma once
 
 #include <cstdint>
@@ -8,16 +8,16 @@
 namespace prism::prismctl {
 
 struct RowsSettings {
-  std::string after;        ///< a cursor, "earliest" or "latest"; empty: where `follower` is, else the earliest
-  std::string follower;     ///< the name that prismd remembers the place by
-  std::string cursor_file;  ///< where the cursor is kept between two calls; it goes before `after`
+  std::string after;        ///< a cursor, "earliest" or "latest"; empty: the cursor of `follower`, else "earliest"
+  std::string follower;     ///< consumer name; prismd stores its cursor
+  std::string cursor_file;  ///< stores the cursor between calls; takes precedence over `after`
   std::string axis;
-  std::uint64_t limit = 0;  ///< rows in all; 0: no limit
+  std::uint64_t limit = 0;  ///< max. number of rows; 0: no limit
   bool follow = false, json = false;
 };
 
-/// Prints rows as CSV, or as JSON objects a line, until there are no more; with `follow` for ever, over restarts of the
-/// daemon. What was deleted before it could be read is told on stderr. Returns the exit code.
+/// Prints rows as CSV, or as one JSON object per line, to the end of the log; with `follow` for ever, also over
+/// restarts of the daemon. Reports rows that were deleted before it read them on stderr. Returns the exit code.
 int rows(const std::string& socket, const RowsSettings& settings);
 
 }  // namespace prism::prismctl

@@ -23,7 +23,7 @@ std::string model_name(const json& model) {
                      first_bytes(text_of(at(model, "id")), 12));
 }
 
-// The second's mean and the window's, never one frame: a frame of an angle of pulses says 0 or one pulse.
+// Means of a second and of the window, never a single frame, which has 0 or 1 pulse on some gyros.
 std::string means_text(const json& second, const json& window, int window_s) {
   if (!second.is_number() && !window.is_number()) return "-";
   return fmt::format("{} over 1 s, {} over {} s", value_text(second, 5, " deg/h"), value_text(window, 5, " deg/h"),
@@ -34,7 +34,7 @@ std::string means_text(const json& second, const json& window, int window_s) {
 
 namespace {
 
-// What is measured, of one axis: `s` has its quality, its window and its model.
+// Current values of one axis: `s` has its quality, window and model.
 std::string measured(const json& s) {
   std::string text = line("quality", fmt::format("{}, {}", quality_words(s), age_text(at(s, "age_s"))));
   const json& w = at(s, "window");
@@ -48,7 +48,7 @@ std::string measured(const json& s) {
   return text + line("model", model_name(at(s, "model")));
 }
 
-// Names and values one behind the other, in lines of 80 columns.
+// Names and values in lines of at most 80 columns.
 std::string sensors_text(const json& sensors) {
   constexpr std::size_t kWidth = 80 - 13;
   std::string text, row;
@@ -100,7 +100,7 @@ std::string status_view(const json& s) {
   }
   const json& clients = at(s, "clients");
   return text +
-         line("clients", fmt::format("{} connected, {} rows lost by slow ones", count_text(at(clients, "connected")),
+         line("clients", fmt::format("{} connected, {} rows lost by slow clients", count_text(at(clients, "connected")),
                                      count_text(at(clients, "lost_rows"))));
 }
 
@@ -139,7 +139,7 @@ std::string stability_view(const json& s) {
   return text + line("model", model_name(at(s, "model")));
 }
 
-// Of the missing frames, those that no counter told.
+// Missing frames that were counted by arrival times, not by the gyro's counter.
 std::string by_arrival(const json& timing) {
   const json& count = at(timing, "missing_by_arrival");
   return count.is_number() && count > 0 ? fmt::format(" ({} of them by arrival times)", json_text(count)) : "";
@@ -149,7 +149,7 @@ std::string n(const json& value) { return value.is_number() ? json_text(value) :
 
 std::string decoder_text(const json& d) {
   return line("frames",
-              fmt::format("{} good of {} bytes; refused: {} by check, {} by length, {} by body", n(at(d, "frames")),
+              fmt::format("{} good of {} bytes; rejected: {} by checksum, {} by length, {} by body", n(at(d, "frames")),
                           n(at(d, "bytes")), n(at(d, "bad_check")), n(at(d, "bad_length")), n(at(d, "bad_body")))) +
          line("", fmt::format("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range",
                               n(at(d, "skipped_bytes")), n(at(d, "resyncs")), n(at(d, "timeouts")),
@@ -205,7 +205,7 @@ std::string inputs_text(const json& model) {
 }
 
 std::string model_view(const json& m) {
-  if (!m.is_object()) return "no model is loaded: nothing is corrected\n";
+  if (!m.is_object()) return "no model is loaded: rates are not corrected\n";
   std::string text = line("model", text_of(at(m, "name"), "unnamed")) + line("kind", text_of(at(m, "kind"))) +
                      line("id", text_of(at(m, "id")));
   text += line("file", text_of(at(m, "file"))) + line("gyro", text_of(at(m, "gyro_serial"), "any")) +
@@ -216,7 +216,7 @@ std::string model_view(const json& m) {
   if (!provenance.is_object()) return text;
   if (const auto recordings = provenance.find("recordings"); recordings != provenance.end()) {
     for (json& recording : *recordings)
-      if (recording.is_object()) recording.erase("fingerprint");  // for programs: numbers that say nothing to a reader
+      if (recording.is_object()) recording.erase("fingerprint");  // machine-readable numbers
   }
   for (const auto& [key, value] : provenance.items())
     text += line(printable(key).c_str(), value.is_string() ? text_of(value, "") : printable(json_text(value)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// prismd's answers as a person reads them.
+// Human-readable text of prismd's responses.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -13,9 +13,9 @@ std::string stability_view(const nlohmann::json& stability);
 std::string line_view(const nlohmann::json& line);
 std::string model_view(const nlohmann::json& model);
 std::string event_line(const nlohmann::json& event);
-/// One line for a window notification's params: the 100 s means, as the model sees them.
+/// One line for the params of a window notification: the means of the window, as the model uses them.
 std::string window_line(const nlohmann::json& window);
-/// What window_line's columns are.
+/// Heading of the columns of window_line().
 std::string window_heading();
 
 }  // namespace prism::prismctl

@@ -31,7 +31,7 @@ void print_row(const std::string& method, const json& params, const WatchSetting
   if (settings.json) return print_json(json{{"method", method}, {"params", params}});
   if (method == "event") return print_text("# " + event_line(params));
   if (method == "lost")
-    return print_text(fmt::format("# {} rows lost: this reader was too slow\n", count_text(at(params, "rows"))));
+    return print_text(fmt::format("# {} rows lost: this client read too slowly\n", count_text(at(params, "rows"))));
   json row = params;
   if (method == "sample" && row.is_object()) {
     row["mean_rate_deg_per_h"] = at(params, "rate_deg_per_h");
@@ -66,7 +66,7 @@ int watch_lines(const std::string& socket, WatchSettings settings) {
     const std::string method = text_member(**message, "method");
     if (method.empty()) continue;
     print_row(method, at(**message, "params"), settings);
-    if (std::fflush(stdout) != 0) return 0;  // the reader behind the pipe has seen enough
+    if (std::fflush(stdout) != 0) return 0;  // the reader closed the pipe
     if (method == stream && ++rows == settings.count) break;
   }
   return 0;

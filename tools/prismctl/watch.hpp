@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `prismctl watch`: a live screen on a terminal, lines or JSON elsewhere.
+// `prismctl watch`: live screen on a terminal, else lines or JSON.
 #pragma once
 
 #include <string>
@@ -10,15 +10,15 @@ namespace prism::prismctl {
 
 struct WatchSettings {
   bool json = false;
-  bool samples = false;     ///< lines and JSON: every sample instead of one row a second
-  std::uint64_t count = 0;  ///< end after so many rows; 0: never
-  int every = 1;            ///< of samples
-  std::string axis;         ///< of several: the one that is meant; empty: all
-  bool several = false;     ///< rows of several axes come, each says which
+  bool samples = false;     ///< lines and JSON: samples instead of one row a second
+  std::uint64_t count = 0;  ///< stop after this number of rows; 0: never
+  int every = 1;            ///< every n-th sample
+  std::string axis;         ///< of a device with several axes; empty: all
+  bool several = false;     ///< rows of several axes, each with its axis
 };
 
-/// Runs until Ctrl-C (exit code 0), the count, or the daemon goes away (it waits for it to come back on a terminal;
-/// else 1).
+/// Runs until Ctrl-C or the count (exit code 0), or until the daemon disconnects (exit code 1; on a terminal it
+/// reconnects).
 int watch(const std::string& socket, const WatchSettings& settings);
 
 }  // namespace prism::prismctl

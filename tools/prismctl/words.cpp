@@ -17,7 +17,7 @@ namespace {
 constexpr int kUsualWindowS = 100, kMaxWindowS = 1 << 20;
 
 std::int64_t bounded(double value) {
-  constexpr double kMax = 9e15;  // every integer up to it is a double
+  constexpr double kMax = 9e15;  // a double represents every integer up to it
   return std::isnan(value) ? 0 : static_cast<std::int64_t>(std::clamp(value, -kMax, kMax));
 }
 

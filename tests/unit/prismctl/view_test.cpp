@@ -120,7 +120,7 @@ TEST_F(LiveScreen, TimeGoesOnWhereNoRowComes) {
   view_.key('1', 0);
   view_.window(row_at(100, 8.4, 0.5), 0);
   EXPECT_THAT(all(59), HasSubstr("8.4"));
-  EXPECT_THAT(all(61), HasSubstr("raw rate, 100 s mean, deg/h: nothing in this time"));
+  EXPECT_THAT(all(61), HasSubstr("raw rate, 100 s mean, deg/h: no data in this time span"));
 }
 
 TEST_F(LiveScreen, KeysChooseSpanAxisAndPause) {

@@ -14,9 +14,9 @@ namespace {
 constexpr int kDotColumns = 2, kDotRows = 4;
 constexpr double kNeighbourS = 2.5;  ///< rows nearer than this are joined
 
-/// Draws on through at most `most` empty columns: rows of every second leave some where a column is less than one.
+/// Joins the curve across at most `most` empty columns, which occur if a column is shorter than one second.
 void join(std::vector<double>& columns, std::size_t most) {
-  std::size_t last = columns.size();  // of what was known
+  std::size_t last = columns.size();  // last column with a value
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (!std::isfinite(columns[i])) continue;
     for (std::size_t hole = last + 1; i - last <= most && hole < i; ++hole) {
@@ -27,17 +27,18 @@ void join(std::vector<double>& columns, std::size_t most) {
   }
 }
 
-/// Where a cell stands, row behind row.
+/// Index of a cell, row by row.
 std::size_t cell_at(const ChartFrame& frame, int row, int column) {
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(frame.columns) + static_cast<std::size_t>(column);
 }
 
-/// The dot column of each value, and the mean of those that share one.
+/// Mean of the values in each dot column.
 std::vector<double> column_means(const std::deque<TracePoint>& points, double TracePoint::*value,
                                  const ChartFrame& frame) {
   const auto columns = static_cast<std::size_t>(frame.columns) * kDotColumns;
   const double width_s = (frame.end_s - frame.begin_s) / static_cast<double>(columns);
-  if (!(width_s > 0)) return std::vector<double>(columns, NAN);  // a time so large that adding the span changes nothing
+  if (!(width_s > 0))
+    return std::vector<double>(columns, NAN);  // time too large: begin + span == begin in floating point
   std::vector<double> sums(columns), counts(columns);
   for (const TracePoint& point : points) {
     const double place = (point.time_s - frame.begin_s) / width_s;
@@ -46,7 +47,7 @@ std::vector<double> column_means(const std::deque<TracePoint>& points, double Tr
     sums[column] += point.*value;
     counts[column] += 1;
   }
-  for (std::size_t i = 0; i < columns; ++i) sums[i] /= counts[i];  // 0 / 0: a hole
+  for (std::size_t i = 0; i < columns; ++i) sums[i] /= counts[i];  // 0 / 0 = NaN: a gap
   join(sums, static_cast<std::size_t>(kNeighbourS / width_s));
   return sums;
 }
@@ -63,7 +64,7 @@ unsigned braille_bit(int column, int row) {
   return kBits[column][row];
 }
 
-// As many decimals as there is room for.
+// As many decimals as fit.
 std::string scale_text(double value) {
   constexpr int kColumns = kScaleColumns - 2;
   for (int decimals = 5; decimals >= 0; --decimals) {
@@ -102,7 +103,7 @@ Bounds widened(Bounds bounds, double span) {
 
 std::vector<std::string> chart(const std::deque<TracePoint>& points, double TracePoint::*value, const Bounds& bounds,
                                const ChartFrame& frame) {
-  constexpr double kLeastSpan = 2e-5;  // what the scale's digits tell
+  constexpr double kLeastSpan = 2e-5;  // resolution of the scale's digits
   const Bounds scale = widened(bounds, kLeastSpan);
   const std::vector<double> means = column_means(points, value, frame);
   std::vector<unsigned> cells(static_cast<std::size_t>(frame.columns * frame.rows));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A curve over time in text: braille dots (2 × 4 a character), or stars where the terminal has no UTF-8.
+// Draws a curve over time as text: braille dots (2 × 4 per character), or stars without UTF-8.
 #pragma once
 
 #include <deque>
@@ -24,15 +24,16 @@ struct Bounds {
   bool known = false;  ///< false: there is no value
 };
 
-/// Of the values within the frame's time that are settled; of all of them where none is: the warm-up of a window, a
-/// mean of a few pulses, does not squash what comes after it.
+/// Range of the settled values in the frame's time (of all values if none is settled), so that the noisy means of a
+/// window that is not full do not set the scale.
 Bounds bounds_of(const std::deque<TracePoint>& points, double TracePoint::*value, const ChartFrame& frame);
 
-/// The same middle, `span` high at least.
+/// Returns a range with the same centre, and at least `span` high.
 Bounds widened(Bounds bounds, double span);
 
-/// `rows` lines, the scale at the left, its highest and lowest value at their lines. A column is the mean of its
-/// values; what is off the bounds stands at the edge; where no value is, there is a hole.
+/// Returns `rows` lines, with the scale at the left (its largest value at the first line, its smallest at the last). A
+/// column shows the mean of its values. Values outside the range are drawn at the edge. Columns without values are
+/// gaps.
 std::vector<std::string> chart(const std::deque<TracePoint>& points, double TracePoint::*value, const Bounds& bounds,
                                const ChartFrame& frame);
 

@@ -12,7 +12,7 @@ namespace {
 
 bool begins_character(char byte) { return (static_cast<unsigned char>(byte) & 0xC0) != 0x80; }
 
-// Where the character after `count` others begins.
+// Offset of the character after `count` characters.
 std::size_t offset_of(std::string_view text, int count) {
   std::size_t at = 0;
   for (; at < text.size(); ++at) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A line of the screen: pieces of text, each with what it means; the terminal alone knows colours.
+// A line of the screen: pieces of text with their meaning, which the terminal maps to colours.
 #pragma once
 
 #include <string>
@@ -16,19 +16,19 @@ struct Piece {
 };
 using Line = std::vector<Piece>;
 
-/// Columns that the text takes: its characters.
+/// Width of the text in columns: its number of characters.
 int columns_of(std::string_view text);
 int columns_of(const Line& line);
 
-/// Cut to `columns`, with "…" where something was cut; the texts are printable (escape.hpp).
+/// Truncates to `columns`, ending with "…" if truncated. The texts must be printable (escape.hpp).
 Line fitted(Line line, int columns);
 
-/// `left`, and `right` at the right edge where there is room for it.
+/// `left`, and `right` at the right edge if it fits.
 Line with_right(Line left, const Piece& right, int columns);
 
 struct Style {
-  bool colour = true;  ///< false: weights only, as NO_COLOR asks
-  bool utf8 = true;    ///< false: what stands beyond ASCII is replaced
+  bool colour = true;  ///< false: bold only, for NO_COLOR
+  bool utf8 = true;    ///< false: other characters than ASCII are replaced
 };
 
 /// The bytes for a terminal.

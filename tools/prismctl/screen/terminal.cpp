@@ -33,7 +33,7 @@ void put(std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = ::write(STDOUT_FILENO, text.data(), text.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return;  // the terminal is gone; its signal ends the program
+    if (written <= 0) return;  // terminal closed; its signal ends the program
     text.remove_prefix(static_cast<std::size_t>(written));
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The terminal while the live screen has it: its other page, no cursor, keys one by one.
+// The terminal of the live screen: alternate screen, hidden cursor, unbuffered keys.
 #pragma once
 
 #include <termios.h>
@@ -12,7 +12,7 @@
 
 namespace prism::screen {
 
-/// Plain VT sequences, which every terminal of today, a multiplexer's and the Linux console's understand alike.
+/// Uses plain VT sequences, which all current terminals, multiplexers and the Linux console support.
 class Terminal {
  public:
   Terminal();
@@ -20,16 +20,16 @@ class Terminal {
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  /// As found when it was entered: after a stop by Ctrl-Z, leave() and enter() again.
+  /// Restores the state before enter(). After a stop by Ctrl-Z call leave() and enter() again.
   void enter();
   void leave();
 
   Size size() const;
   void draw(const std::vector<Line>& lines) const;
 
-  /// Where keys come from; −1: there is no keyboard.
+  /// Descriptor of the keyboard; −1: none.
   int keyboard() const { return keyboard_; }
-  /// The next key; nothing where none waits.
+  /// Returns the next key; nullopt if no key was pressed.
   std::optional<char> key();
 
   bool utf8() const { return style_.utf8; }
@@ -41,7 +41,7 @@ class Terminal {
   termios before_{};
 };
 
-/// False where stdout is no terminal, or one that can only print lines (TERM=dumb).
+/// Returns false if stdout is not a terminal, or can only print lines (TERM=dumb).
 bool terminal_has_screen();
 
 }  // namespace prism::screen

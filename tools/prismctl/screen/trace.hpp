@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the live screen draws: the window's means of the last day, with their times.
+// Data of the live screen's charts: the window's means of the last day.
 #pragma once
 
 #include <deque>
@@ -11,11 +11,11 @@ struct TracePoint {
   double time_s;               ///< data time
   double raw_deg_per_h;        ///< the window's mean; NaN where unknown
   double corrected_deg_per_h;  ///< the same, corrected; NaN where unknown
-  bool settled;                ///< false: the window was filling, its mean is of fewer seconds
+  bool settled;                ///< false: the window was not full
 };
 
-/// In order of time, at most a day of it: a row of an older time (a clock was set, or history is read again) replaces
-/// what stood from there on.
+/// In order of time, at most one day. A row that is older than the last one (after a clock step, or when history is
+/// read again) replaces all points from its time on.
 class Trace {
  public:
   /// `row`: the params of a window notification. `window_s`: length of the window's means.
@@ -24,7 +24,7 @@ class Trace {
 
  private:
   std::deque<TracePoint> points_;
-  double run_begin_s_ = 0;  ///< since when rows came without a gap
+  double run_begin_s_ = 0;  ///< begin of the rows without a gap
 };
 
 }  // namespace prism::screen

@@ -18,8 +18,8 @@ namespace {
 using nlohmann::json;
 using prismctl::at, prismctl::count_text, prismctl::text_of, prismctl::value_text;
 
-constexpr double kPatienceS = 3;       ///< status is asked for each second
-constexpr double kStatusFreshS = 1.5;  ///< until then what it says of ages is of now
+constexpr double kStatusTimeoutS = 3;  ///< status is requested each second
+constexpr double kStatusFreshS = 1.5;  ///< until then its ages are current
 constexpr std::size_t kEventsKept = 16;
 
 struct Span {
@@ -78,7 +78,7 @@ void View::status(const json& status, double steady_s) {
   if (preferred != axes_.end()) chosen_ = static_cast<std::size_t>(preferred - axes_.begin());
 }
 
-// Of an answer for several axes the one's own part; of one for a single axis all of it.
+// The part of a response that belongs to one axis; all of it for a device with one axis.
 const json& View::axis_status(const std::string& axis) const {
   return axes_.empty() ? status_ : at(at(status_, "axes"), axis);
 }
@@ -137,10 +137,10 @@ void View::choose(char key) {
 }
 
 bool View::alive(double steady_s) const {
-  return gone_.empty() && status_.is_object() && steady_s - status_steady_s_ <= kPatienceS;
+  return gone_.empty() && status_.is_object() && steady_s - status_steady_s_ <= kStatusTimeoutS;
 }
 
-// The data's own clock, which need not be this machine's: it goes on from the last row.
+// Current time of the data, which may differ from this machine's clock: continues from the last row.
 double View::data_now_s(double steady_s) const {
   const auto found = traces_.find(charted());
   if (found == traces_.end() || found->second.points().empty()) return 0;
@@ -169,15 +169,15 @@ Line View::head(double steady_s) const {
 
 Line View::why(double steady_s) const {
   if (!gone_.empty()) return {{gone_ + "; trying again", Meaning::kBad}};
-  if (!alive(steady_s)) return {{"asked for its status each second, no answer yet", Meaning::kBad}};
+  if (!alive(steady_s)) return {{"no response to status requests", Meaning::kBad}};
   if (const std::string detail = text_of(at(status_, "detail"), ""); !detail.empty()) return {{detail, Meaning::kBad}};
   const json& model = at(axis_status(charted()), "model");
-  const std::string name = model.is_object() ? text_of(at(model, "name"), "unnamed") : "none: nothing is corrected";
+  const std::string name = model.is_object() ? text_of(at(model, "name"), "unnamed") : "none (uncorrected)";
   return {{fmt::format("{}, frames {}, model {}", text_of(at(status_, "device"), "no device"),
                        text_of(at(status_, "frames")), name)}};
 }
 
-// All axes side by side, the one whose curves are drawn marked.
+// All axes side by side; the one of the charts is marked.
 std::vector<Line> View::numbers_of_all(double steady_s) const {
   constexpr int kLabel = 13;
   static const json kNothing;
@@ -255,7 +255,7 @@ std::vector<Line> View::charts(int columns, int rows, double steady_s) const {
   std::vector<Line> lines;
   const auto add = [&](const std::string& title, double TracePoint::*value, const Bounds& bounds, Meaning meaning) {
     const bool empty = !bounds.known;
-    lines.push_back({{title, Meaning::kStrong}, {empty ? ": nothing in this time" : "", Meaning::kFaint}});
+    lines.push_back({{title, Meaning::kStrong}, {empty ? ": no data in this time span" : "", Meaning::kFaint}});
     for (std::string& text : chart(points, value, bounds, frame)) {
       const std::size_t scale = text.find(utf8_ ? "│" : "|");
       lines.push_back({{text.substr(0, scale), Meaning::kFaint}, {text.substr(scale), meaning}});
@@ -295,8 +295,8 @@ Line View::keys() const {
   Line line = {key("q"),   {" quit  "},
                key("?"),   {" help  "},
                key("1-9"), {fmt::format(" span: {}  ", kSpans[span_].name)},
-               key("a"),   {same_scale_ ? " axis: same span  " : " axis: each its own  "},
-               key("p"),   {paused_at_s_ ? " go on" : " pause charts"}};
+               key("a"),   {same_scale_ ? " scale: common  " : " scale: separate  "},
+               key("p"),   {paused_at_s_ ? " resume charts" : " pause charts"}};
   if (!axes_.empty()) {
     line.push_back(key("  Tab"));
     line.push_back({" axis"});
@@ -314,17 +314,17 @@ std::vector<Line> help_lines() {
     return text;
   };
   return {{{"Keys", Meaning::kStrong}},
-          {{"  q  quit    ?  this help, and back to the charts"}},
+          {{"  q  quit    ?  show or close this help"}},
           {{"  1-9  time span: " + spans(0, 5) + ","}},
           {{"       " + spans(5, 9)}},
-          {{"  a  axis of the charts: each scaled by itself, or both of the same span"}},
-          {{"  p  hold the charts where they are; numbers and state go on"}},
-          {{"  Tab  draws the next axis of several; x, y, z, …: the one of that name"}},
+          {{"  a  scale of the charts: separate, or the same span for both"}},
+          {{"  p  pause the charts; numbers and state are still updated"}},
+          {{"  Tab  show the next axis; x, y, z, …: show this axis"}},
           {{"Quality", Meaning::kStrong}},
-          {{"  good", Meaning::kGood}, {"  corrected without reservation"}},
-          {{"  warming no_model settling fallback extrapolating slew_limited", Meaning::kWarning}, {"  with care"}},
-          {{"  no_data rate_invalid input_missing over_limit implausible", Meaning::kBad}, {"  not to be used"}},
-          {{"What fills the window is drawn, but does not set the scale."}}};
+          {{"  good", Meaning::kGood}, {"  correction valid"}},
+          {{"  warming no_model settling fallback extrapolating slew_limited", Meaning::kWarning}, {"  caution"}},
+          {{"  no_data rate_invalid input_missing over_limit implausible", Meaning::kBad}, {"  do not use"}},
+          {{"Values of a window that is not full are drawn, but do not set the scale."}}};
 }
 
 }  // namespace
@@ -342,7 +342,8 @@ std::vector<Line> View::lines(const Size& size, double steady_s, const std::stri
   add(middle);
   add(last_events(events));
   lines.push_back(counters());
-  lines.resize(static_cast<std::size_t>(std::max(size.rows - 1, 0)));  // a low screen keeps its top and the keys
+  lines.resize(
+      static_cast<std::size_t>(std::max(size.rows - 1, 0)));  // a screen with few rows shows its top and the keys
   lines.push_back(keys());
   for (Line& line : lines) line = fitted(line, size.columns);
   return lines;

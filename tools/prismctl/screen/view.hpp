@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the live screen knows and what of it stands in which line: pure; the loop feeds it, the terminal shows it.
+// State and layout of the live screen, without input or output.
 #pragma once
 
 #include <deque>
@@ -18,28 +18,29 @@ struct Size {
   int columns = 80, rows = 24;
 };
 
-/// Times called steady are seconds of one clock that is never set. What prismd said is of now for 3 s: older than that,
-/// or said before it went, nothing of it stands as a number.
+/// Steady times are seconds of a monotonic clock. A status is current for 3 s; the screen shows no numbers from an
+/// older one, or from one before a disconnect.
 class View {
  public:
   View(std::string instance, bool utf8) : instance_(std::move(instance)), utf8_(utf8) {}
 
   void status(const nlohmann::json& status, double steady_s);
-  /// Rows of the history, oldest first, of several axes by name; asked for after status.
+  /// Rows of the history, oldest first; by axis for several axes. Call after status().
   void history(const nlohmann::json& rows, double steady_s);
   void window(const nlohmann::json& row, double steady_s);
-  /// The axis whose curves are drawn until a key chooses; of a name that is not there: the first.
+  /// Selects the axis of the charts, until a key selects another; the first axis if the name is unknown.
   void prefer(const std::string& axis) { preferred_ = axis; }
-  /// What happened before, oldest first.
+  /// Earlier events, oldest first.
   void events(const nlohmann::json& events);
   void event(const nlohmann::json& event);
-  /// prismd is gone, or is not there; why.
+  /// prismd is disconnected or does not run; `why`: the reason.
   void gone(const std::string& why) { gone_ = why; }
 
-  /// One key of the keyboard: 1 to 9, a, p, ?, the tabulator and an axis's letter. Others are ignored.
+  /// Handles a key: 1 to 9, a, p, ?, Tab and the name of an axis. Ignores others.
   void key(char key, double steady_s);
 
-  /// Exactly `size.rows` lines of at most `size.columns` columns. `utc`: the clock of this machine, for the corner.
+  /// Exactly `size.rows` lines of at most `size.columns` columns. `utc`: the clock of this machine, shown in the
+  /// corner.
   std::vector<Line> lines(const Size& size, double steady_s, const std::string& utc) const;
 
  private:
@@ -62,9 +63,9 @@ class View {
   nlohmann::json status_;
   double status_steady_s_ = 0, row_steady_s_ = 0;
   std::string preferred_;
-  std::vector<std::string> axes_;        ///< names, where there are several
-  std::size_t chosen_ = 0;               ///< whose curves are drawn
-  std::map<std::string, Trace> traces_;  ///< by axis; "" where there is one
+  std::vector<std::string> axes_;        ///< names, if there are several
+  std::size_t chosen_ = 0;               ///< axis of the charts
+  std::map<std::string, Trace> traces_;  ///< by axis; "" for a single axis
   std::deque<nlohmann::json> events_;
 
   std::size_t span_ = 3;

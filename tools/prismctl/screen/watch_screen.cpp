@@ -46,7 +46,7 @@ std::string utc_now() {
   return utc_text(std::chrono::duration_cast<std::chrono::seconds>(now).count()).substr(11, 8) + " UTC";
 }
 
-/// One connection and what was asked on it; nothing here waits for an answer.
+/// One connection and its pending requests; never waits for a response.
 class Watch {
  public:
   Watch(const std::string& socket, const std::string& axis)
@@ -67,7 +67,7 @@ class Watch {
   }
 
  private:
-  // Ctrl-Z: the terminal is the shell's until it goes on.
+  // Ctrl-Z: the shell uses the terminal until the program continues.
   void stop() {
     g_stop = 0;
     terminal_.leave();
@@ -84,7 +84,7 @@ class Watch {
     changed_ = true;
   }
 
-  // The status is asked again when it was answered: a prismd that hangs gets one question.
+  // Requests the status again only after a response, so that a blocked prismd gets one request.
   void keep_asking() {
     if (!connection_) {
       if (steady_s() < next_try_s_) return;
@@ -127,7 +127,7 @@ class Watch {
     const int timeout_ms = std::max(static_cast<int>((until - steady_s()) * 1e3) + 1, 0);
     std::array<pollfd, 2> waits = {
         {{terminal_.keyboard(), POLLIN, 0}, {connection_ ? connection_->fd() : -1, POLLIN, 0}}};
-    // A new size of the terminal interrupts: draw at once.
+    // A resize of the terminal interrupts: draw at once.
     if (::poll(waits.data(), waits.size(), timeout_ms) < 0) changed_ = true, drawn_s_ = 0;
   }
 
@@ -154,7 +154,7 @@ class Watch {
     if (method == "window") view_.window(params, steady_s());
     if (method == "event") {
       view_.event(params);
-      next_status_s_ = 0;  // an event changes what status says
+      next_status_s_ = 0;  // an event may change the status
     }
     if (at(message, "id") == status_id_ && status_id_ != 0) {
       status_id_ = 0;
@@ -175,7 +175,7 @@ class Watch {
   Terminal terminal_;
   View view_;
   std::optional<Connection> connection_;
-  int status_id_ = 0, history_id_ = 0, events_id_ = 0;  ///< 0: nothing is waited for
+  int status_id_ = 0, history_id_ = 0, events_id_ = 0;  ///< 0: no request is pending
   bool quit_ = false, changed_ = true, asked_all_ = false;
   double next_try_s_ = 0, next_status_s_ = 0, drawn_s_ = 0;
 };

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// `prismctl watch` on a terminal: the loop between prismd, the keyboard and the screen.
+// `prismctl watch` on a terminal: event loop of prismd, keyboard and screen.
 #pragma once
 
 #include <string>
 
 namespace prism::screen {
 
-/// `axis`: of several the one whose curves are drawn first; empty: the first. Until `q` or a signal; waits for prismd
-/// to come back where it goes. Returns the exit code.
+/// `axis`: axis of the charts at the start; empty: the first. Runs until `q` or a signal; reconnects if prismd
+/// disconnects. Returns the exit code.
 int watch_screen(const std::string& socket, const std::string& axis);
 
 }  // namespace prism::screen
