@@ -31,9 +31,8 @@ inline constexpr double kAssumedOffset = 0.1;
 struct Knowledge {
   double model_variance = 0;   ///< v: of the prediction alone
   double target_variance = 0;  ///< var_y: of the training target
-  double skill =
-      1;  ///< r: cross-prediction skill score of the worse half of the record (1 − MSE / variance); at most 1
-  double excess = 0;  ///< o: distance of the worst input outside its training range, in ranges
+  double skill = 1;            ///< r: cross-prediction skill score (1 − MSE / variance) of the worse half; at most 1
+  double excess = 0;           ///< o: distance of the worst input outside its training range, in ranges
   Spread spread;
   bool preset = false;  ///< the model type is shrunk by default
 };

@@ -40,7 +40,7 @@ struct SensorName {
 /// The sensors of a stream, in the order of their values. Shared by all objects that contain values.
 using SensorList = std::shared_ptr<const std::vector<SensorName>>;
 
-/// Returns an empty list if there is none.
+/// Returns the list, or an empty one for null.
 const std::vector<SensorName>& sensors_of_list(const SensorList& list);
 
 /// Returns true for the reserved names of model inputs: T, dTdt, U, lagN.

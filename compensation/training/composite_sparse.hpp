@@ -17,8 +17,7 @@ struct SparseComposite {
   Eigen::VectorXd weight;    ///< N
   Eigen::VectorXd residual;  ///< y − f − beta, N
   ReweightReport reweight;
-  double left =
-      0;  ///< largest fraction of the kernel's variance that the centres cannot express, over the samples tried
+  double left = 0;  ///< largest share of the kernel variance outside the centres, over the samples tried
 };
 
 /// Centres by pivoted Cholesky among at most 4000 samples, until the rest is far below the noise or there are

@@ -16,9 +16,8 @@ namespace prism::training {
 namespace {
 
 constexpr double kMyriadStart = 1.5;  // the middle of the usual results of tuning
-constexpr double kHuberHeld =
-    3;  // if it cannot be tuned: outliers are beyond three sigma, and clean data keep all samples
-constexpr double kTolerance = 0.01;  // of the simplex edges, log10
+constexpr double kHuberHeld = 3;      // if it cannot be tuned: treats values beyond three sigma as outliers
+constexpr double kTolerance = 0.01;   // of the simplex edges, log10
 constexpr int kGridC = 7, kGridSigma2 = 8;
 
 double parameter_start(WeightKind kind, bool searched) {

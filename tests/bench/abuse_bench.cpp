@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How late a subscriber's lines come at 1000 frames/s while others abuse prismd, each abuse against the same prismd
-// without it. A benchmark, not a test: it prints the figures and judges nothing.
+// Lateness of a subscriber's lines at 1000 frames/s while other clients abuse prismd, compared with the same prismd
+// without the abuse. A benchmark, not a test: it prints values and has no limits.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -23,7 +23,7 @@ using prism::bench::Abusers;
 using prism::bench::Bench;
 using prism::bench::connect_with_patience;
 using prism::bench::request;
-using prism::bench::say;
+using prism::bench::send_text;
 
 constexpr double kRateHz = 1000;
 
@@ -53,20 +53,20 @@ std::unique_ptr<Abusers> ask(const Scene& scene, const std::string& text, std::s
   return prism::bench::four_that_ask(scene.socket, text, lines);
 }
 
-// Connects, says `text`, and leaves or stays without reading.
-std::unique_ptr<Abusers> say_and(bool leave, int clients, const Scene& scene, const std::string& text) {
+// Connects, sends `text`, and either disconnects or stays without reading.
+std::unique_ptr<Abusers> send_and(bool leave, int clients, const Scene& scene, const std::string& text) {
   return many(2, [=, socket = scene.socket](int) {
     std::vector<int> open;
     for (int i = 0; i < clients; ++i) {
       open.push_back(connect_with_patience(socket));
-      say(open.back(), text);
+      send_text(open.back(), text);
     }
     if (!leave) ::sleep(3600);
     for (const int fd : open) ::close(fd);
   });
 }
 
-// 30 days of rows, a segment a day, beside the one that is written.
+// Writes 30 days of rows, one segment per day, next to the current segment.
 void make_archive(const std::string& log) {
   std::string head, row, name;
   for (const auto& entry : fs::directory_iterator(log)) {
@@ -85,26 +85,26 @@ void make_archive(const std::string& log) {
   for (int i = 1; i <= 30; ++i) std::ofstream(fmt::format("{}/{}-200001{:02}T000000Z.csv", log, name, i)) << day;
 }
 
-// Asks for page after page, and from the beginning again.
-std::unique_ptr<Abusers> followers(const Scene& scene, int count) {
+// Requests page after page, and starts again at the end.
+std::unique_ptr<Abusers> log_readers(const Scene& scene, int count) {
   make_archive(scene.folder + "/log");
   return many(count, [socket = scene.socket](int) {
     const int fd = connect_with_patience(socket);
-    std::string cursor = "earliest", answer;
+    std::string cursor = "earliest", response;
     std::vector<char> buffer(1 << 20);
     for (;;) {
-      say(fd, request("rows", R"({"limit":10000,"after":")" + cursor + R"("})") + "\n");
-      for (answer.clear(); !answer.ends_with('\n');) {
+      send_text(fd, request("rows", R"({"limit":10000,"after":")" + cursor + R"("})") + "\n");
+      for (response.clear(); !response.ends_with('\n');) {
         const ssize_t size = ::read(fd, buffer.data(), buffer.size());
         if (size <= 0) return;
-        answer.append(buffer.data(), static_cast<std::size_t>(size));
+        response.append(buffer.data(), static_cast<std::size_t>(size));
       }
       constexpr std::string_view kAfter = R"("after":")";
-      const std::size_t at = answer.rfind(kAfter);
-      const bool more = answer.rfind(R"("more":true)") != std::string::npos;
+      const std::size_t at = response.rfind(kAfter);
+      const bool more = response.rfind(R"("more":true)") != std::string::npos;
       cursor = at == std::string::npos || !more
                    ? "earliest"
-                   : answer.substr(at + kAfter.size(), answer.find('"', at + kAfter.size()) - at - kAfter.size());
+                   : response.substr(at + kAfter.size(), response.find('"', at + kAfter.size()) - at - kAfter.size());
     }
   });
 }
@@ -112,35 +112,35 @@ std::unique_ptr<Abusers> followers(const Scene& scene, int count) {
 const std::vector<Abuse>& abuses() {
   using prism::bench::hour_of_history;
   static const std::vector<Abuse> all{
-      {"nothing", [](const Scene&) { return nullptr; }},
-      {"4 clients ask for the status without end", [](const Scene& s) { return ask(s, request("status"), 1); }},
-      {"4 clients ask for an hour of history", [](const Scene& s) { return ask(s, hour_of_history(), 1); }},
-      {"4 clients send batches of 100 of these",
+      {"no abuse", [](const Scene&) { return nullptr; }},
+      {"4 clients request the status continuously", [](const Scene& s) { return ask(s, request("status"), 1); }},
+      {"4 clients request an hour of history", [](const Scene& s) { return ask(s, hour_of_history(), 1); }},
+      {"4 clients send batches of 100 such requests",
        [](const Scene& s) { return ask(s, joined(hour_of_history(), 100, "[", ",", "]"), 100); }},
-      {"4 clients send 65 kB of batches that are refused",
+      {"4 clients send batches of 65 kB (rejected)",
        [](const Scene& s) { return ask(s, joined(hour_of_history(), 900, "[", ",", "]"), 1); }},
       {"4 clients send lines of 70 kB",
        [](const Scene& s) { return ask(s, std::string(70'000, ' ') + request("version"), 1); }},
-      {"4 clients send notifications without end",
+      {"4 clients send notifications continuously",
        [](const Scene& s) {
          return ask(s, joined(request("history", "{}", false), 900, "", "\n", "\n") + request("version"), 1);
        }},
-      {"2 processes connect and leave without end", [](const Scene& s) { return say_and(true, 1, s, ""); }},
-      {"2 processes ask 20 times for an hour, and leave",
-       [](const Scene& s) { return say_and(true, 1, s, joined(hour_of_history() + "\n", 20, "", "", "")); }},
-      {"250 clients that asked 20 times and never read",
-       [](const Scene& s) { return say_and(false, 125, s, joined(hour_of_history() + "\n", 20, "", "", "")); }},
-      {"20 subscribers that never read",
+      {"2 processes connect and disconnect continuously", [](const Scene& s) { return send_and(true, 1, s, ""); }},
+      {"2 processes request an hour 20 times, disconnect",
+       [](const Scene& s) { return send_and(true, 1, s, joined(hour_of_history() + "\n", 20, "", "", "")); }},
+      {"250 clients send 20 requests and never read",
+       [](const Scene& s) { return send_and(false, 125, s, joined(hour_of_history() + "\n", 20, "", "", "")); }},
+      {"20 subscribers never read",
        [](const Scene& s) {
-         return say_and(false, 10, s, request("subscribe", R"({"streams":["sample","window","event"]})") + "\n");
+         return send_and(false, 10, s, request("subscribe", R"({"streams":["sample","window","event"]})") + "\n");
        }},
-      {"50 reloads a second",
+      {"50 reloads per second",
        [](const Scene& s) { return many(1, [pid = s.prismd](int) { ::kill(pid, SIGHUP), ::usleep(20'000); }); }},
-      {"1 follower fetches 30 days of the log, again and again", [](const Scene& s) { return followers(s, 1); }},
-      {"4 followers fetch 30 days of the log, again and again", [](const Scene& s) { return followers(s, 4); }},
-      {"the disk hangs", [](const Scene& s) { return s.disk("hang"), nullptr; }},
-      {"each sync of the disk fails", [](const Scene& s) { return s.disk("eio"), nullptr; }},
-      {"the log is deleted 10 times a second",
+      {"1 client reads 30 days of the log repeatedly", [](const Scene& s) { return log_readers(s, 1); }},
+      {"4 clients read 30 days of the log repeatedly", [](const Scene& s) { return log_readers(s, 4); }},
+      {"the disk is blocked", [](const Scene& s) { return s.disk("hang"), nullptr; }},
+      {"each disk sync fails", [](const Scene& s) { return s.disk("eio"), nullptr; }},
+      {"the log is deleted 10 times per second",
        [](const Scene& s) {
          return many(1, [log = s.folder + "/log"](int) {
            std::error_code ignored;
@@ -157,7 +157,7 @@ struct Place {
   prism::wire::FrameDescriptionPtr frames;
 };
 
-// Messages go into a pipe that nobody reads, and that is full.
+// stderr of prismd is a pipe without a reader, and full.
 int full_pipe() {
   int ends[2];
   if (::pipe2(ends, O_NONBLOCK) != 0) std::exit(1);
@@ -184,17 +184,17 @@ void measure(const Place& place, const Abuse& abuse) {
   const Scene scene{bench.socket(), folder, bench.process()};
   const auto abusers = abuse.begin(scene);
   ::usleep(500'000);
-  const prism::bench::Outcome beside = bench.paced(kRateHz, 10);
+  const prism::bench::Outcome under_abuse = bench.paced(kRateHz, 10);
   ::setpriority(PRIO_PROCESS, 0, 0);
   scene.disk("good");
-  fmt::print("{:<50} {:>8.2f} {:>8.2f} {:>+8.2f}   {:.3f} %\n", abuse.what, 1e-3 * alone_us, 1e-3 * beside.p99_us,
-             1e-3 * (beside.p99_us - alone_us), 100 * beside.lost);
+  fmt::print("{:<50} {:>8.2f} {:>8.2f} {:>+8.2f}   {:.3f} %\n", abuse.what, 1e-3 * alone_us, 1e-3 * under_abuse.p99_us,
+             1e-3 * (under_abuse.p99_us - alone_us), 100 * under_abuse.lost);
   std::fflush(stdout);
 }
 
 }  // namespace
 
-// usage: bench_abuse PRISMD DISK_SHIM DESCRIPTION MODEL FOLDER [NUMBER]...   only these abuses, from 0
+// usage: bench_abuse PRISMD DISK_SHIM DESCRIPTION MODEL DIRECTORY [NUMBER]...   only these abuses, from 0
 int main(int argc, char** argv) {
   if (argc < 6) return 64;
   ::signal(SIGPIPE, SIG_IGN);
@@ -209,13 +209,13 @@ int main(int argc, char** argv) {
   if (::geteuid() != 0) fmt::print("(only root can run the subscriber at nice -10)\n");
   const Place place{argv[1], argv[2], *text, argv[4], argv[5], *frames};
   fmt::print(
-      "p99 lateness of a subscriber at {:g} frames/s, ms, stderr of prismd unread (wanted: 5 more at most)\n{:<50} "
+      "p99 lateness of a subscriber at {:g} frames/s, ms, stderr of prismd unread (target: at most 5 more)\n{:<50} "
       "{:>8} {:>8} {:>8}   lost\n",
-      kRateHz, "", "before", "beside", "more");
+      kRateHz, "", "before", "during", "added");
   for (std::size_t i = 0; i < abuses().size(); ++i) {
-    const bool wanted =
+    const bool selected =
         argc == 6 || std::any_of(argv + 6, argv + argc, [i](const char* n) { return std::to_string(i) == n; });
-    if (wanted) measure(place, abuses()[i]);
+    if (selected) measure(place, abuses()[i]);
   }
   return 0;
 }

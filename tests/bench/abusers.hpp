@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Clients that nobody should have: each is a process of its own at nice 19 that does its harm until it is killed.
+// Abusive clients: each is a separate process at nice 19 that runs until it is killed.
 #pragma once
 
 #include <fcntl.h>
@@ -18,29 +18,29 @@
 
 namespace prism::bench {
 
-inline std::string request(const std::string& method, const std::string& params = "{}", bool answered = true) {
-  return std::string(R"({"jsonrpc":"2.0",)") + (answered ? R"("id":1,)" : "") + R"("method":")" + method +
+inline std::string request(const std::string& method, const std::string& params = "{}", bool with_id = true) {
+  return std::string(R"({"jsonrpc":"2.0",)") + (with_id ? R"("id":1,)" : "") + R"("method":")" + method +
          R"(","params":)" + params + "}";
 }
 inline std::string hour_of_history() { return request("history", R"({"seconds":3600})"); }
 
-inline bool say(int fd, const std::string& text) {
+inline bool send_text(int fd, const std::string& text) {
   return ::send(fd, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
 }
 
-/// Reads until this many lines came. False once the daemon closed the connection.
-inline bool hear(int fd, std::size_t lines) {
+/// Reads until this number of lines has arrived. Returns false if the daemon closed the connection.
+inline bool read_lines(int fd, std::size_t lines) {
   static std::vector<char> buffer(1 << 20);
   while (lines > 0) {
     const ssize_t size = ::read(fd, buffer.data(), buffer.size());
     if (size <= 0) return false;
-    const auto came = static_cast<std::size_t>(std::count(buffer.begin(), buffer.begin() + size, '\n'));
-    lines -= std::min(lines, came);
+    const auto received = static_cast<std::size_t>(std::count(buffer.begin(), buffer.begin() + size, '\n'));
+    lines -= std::min(lines, received);
   }
   return true;
 }
 
-/// `harm(number)` is called again and again in each of `count` processes.
+/// Calls `harm(number)` repeatedly in each of `count` processes.
 class Abusers {
  public:
   Abusers(int count, const std::function<void(int)>& harm) {
@@ -64,11 +64,11 @@ class Abusers {
   std::vector<pid_t> children_;
 };
 
-/// Four clients that each ask for `text`, which brings `lines` lines, as soon as they have read the last answer.
+/// Four clients that each send `text`, with a response of `lines` lines, as soon as they have read the last response.
 inline std::unique_ptr<Abusers> four_that_ask(const std::string& socket, const std::string& text, std::size_t lines) {
   return std::make_unique<Abusers>(4, [=](int) {
     const int fd = connect_with_patience(socket);
-    while (say(fd, text + "\n") && hear(fd, lines)) {
+    while (send_text(fd, text + "\n") && read_lines(fd, lines)) {
     }
     ::close(fd);
   });

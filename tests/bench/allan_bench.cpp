@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The Allan deviation of a long record, against a floor of the same run: one running sum of the record for each
-// averaging time.
+// Time of the Allan deviation of a long record, relative to a lower bound from the same run: one running sum of the
+// record per averaging time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ int run() {
   std::normal_distribution<double> normal;
   std::vector<double> rate(kValues), sum(kValues);
   for (double& value : rate) value = normal(random);
-  fmt::print("Allan deviation, {} values, overlapping (wanted: under 5 s)\n", kValues);
+  fmt::print("Allan deviation, {} values, overlapping (target: under 5 s)\n", kValues);
   for (const auto& [name, grid] : {std::pair{"octave", evaluation::AllanGrid::kOctave},
                                    {"decade", evaluation::AllanGrid::kDecade},
                                    {"dense", evaluation::AllanGrid::kDense}}) {
@@ -58,8 +58,9 @@ int run() {
                      ->points.front()
                      .deviation;
     });
-    // White noise of 1: the deviation at one value is 1 within 1/sqrt(values).
-    if (std::fabs(shortest - 1) > 2e-3) return fmt::print("white noise of 1 came out as {}\n", shortest), 1;
+    // White noise of sd 1: the deviation at one value is 1 within 1/sqrt(values).
+    if (std::fabs(shortest - 1) > 2e-3)
+      return fmt::print("found an Allan deviation of {}, expected 1 (white noise of sd 1)\n", shortest), 1;
     fmt::print("  {:<7} {:3} averaging times: {:6.3f} CPU s; running sums {:6.3f} CPU s; ratio {:.2f}\n", name,
                sizes.size(), took, floor, took / floor);
   }

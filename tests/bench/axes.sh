@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# What three axes cost beside one: the CPU time of prismd live at 1000 frames/s of a STIM300 (its own rate), one axis in the form
-# without "axes", then all three with the device's nine thermometers, in turn; and the replay of three axes. A benchmark: it
-# judges nothing. usage: axes.sh FOLDER_OF_PROGRAMS [ROUNDS] [SECONDS]
+# CPU cost of three axes relative to one: prismd live at 1000 frames/s of a STIM300 (its own rate), with one axis configured
+# without "axes", then with all three and the device's nine thermometers, in turn; also the replay of three axes. A benchmark
+# without limits. usage: axes.sh PROGRAM_DIRECTORY [ROUNDS] [SECONDS]
 set -euo pipefail
-bin=${1:?folder of the programs} rounds=${2:-3} seconds=${3:-10}
+bin=${1:?directory of the programs} rounds=${2:-3} seconds=${3:-10}
 dir=$(mktemp -d "${TMPDIR:-/tmp}/prism-axes.XXXXXX")
 gyro= daemon=
 trap 'kill $gyro $daemon 2>/dev/null || true; wait 2>/dev/null || true; rm -rf "$dir"' EXIT
@@ -14,7 +14,7 @@ member '"gyro": {"axis": "x"}' one
 member '"axes": {"x": {}, "y": {}, "z": {}}' three
 
 ticks() { local stat; stat=($(<"/proc/$daemon/stat")); echo $((stat[13] + stat[14])); }
-cost() {  # cost CONFIG: ticks in so many seconds
+cost() {  # cost CONFIG: ticks in $seconds s
   "$bin/tools/prismsim/prismsim" --frames stim300 --axis x,y,z --profile steady --speed 1 --link "$dir/tty" >"$dir/sim.out" 2>&1 &
   gyro=$!
   until [ -e "$dir/tty" ]; do sleep 0.05; done
@@ -32,9 +32,9 @@ for round in $(seq "$rounds"); do
   echo "live, round $round: one axis $one, three axes $three ticks of CPU in $seconds s"
   sum_one=$((sum_one + one)) sum_three=$((sum_three + three))
 done
-awk -v a="$sum_one" -v b="$sum_three" 'BEGIN {printf "live at 1000 frames/s: three axes take %.2f of the CPU time of one (wanted: at most 1.6)\n", b / a}'
+awk -v a="$sum_one" -v b="$sum_three" 'BEGIN {printf "live at 1000 frames/s: three axes take %.2f of the CPU time of one (target: at most 1.6)\n", b / a}'
 
 "$bin/tools/prismsim/prismsim" --frames stim300 --axis x,y,z --profile steady --hours 0.5 --out "$dir/three.pcap" 2>/dev/null
 cat "$dir/three.pcap" >/dev/null
-echo "replay of three axes and nine thermometers, one frame a packet (wanted: at least 2 million frames/s)"
+echo "replay of three axes and nine thermometers, one frame per packet (target: at least 2 million frames/s)"
 for round in $(seq 5); do "$bin/daemon/prismd" "$dir/three.json" --replay "$dir/three.pcap" --out "$dir/replayed$round" 2>/dev/null | head -1; done

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Captures and the virtual gyro.
+# Captures and the simulated gyro.
 find_package(benchmark REQUIRED)
 add_executable(bench_capture EXCLUDE_FROM_ALL capture_bench.cpp)
 target_link_libraries(bench_capture PRIVATE prism_drivers prism_simulation benchmark::benchmark)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Captures and the virtual gyro: how fast small packets are written, read and made. Time for one of them.
+// Captures and the simulated gyro: time to write, read and generate one small packet.
 #include <benchmark/benchmark.h>
 
 #include <cstdio>
@@ -26,7 +26,7 @@ bool write_capture() {
 
 void write_packets(benchmark::State& state) {
   for (auto _ : state) {
-    if (!write_capture()) return state.SkipWithError("the capture cannot be written");
+    if (!write_capture()) return state.SkipWithError("cannot write the capture");
   }
   state.SetItemsProcessed(state.iterations() * kPackets);
   std::remove(kFile);
@@ -34,7 +34,7 @@ void write_packets(benchmark::State& state) {
 BENCHMARK(write_packets)->Unit(benchmark::kMillisecond);
 
 void read_packets(benchmark::State& state) {
-  if (!write_capture()) return state.SkipWithError("the capture cannot be written");
+  if (!write_capture()) return state.SkipWithError("cannot write the capture");
   for (auto _ : state) {
     auto reader = drivers::CaptureReader::open(kFile);
     std::size_t bytes = 0;

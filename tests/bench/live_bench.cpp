@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// prismd live against a bare relay in the same run: latency from the write to the line to the client's line, and CPU.
-// A benchmark, not a test: it prints ratios and judges nothing.
+// prismd live compared with a minimal relay in the same run: CPU, and latency from the write on the serial line to the
+// client's line. A benchmark, not a test: it prints ratios and has no limits.
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -33,13 +33,13 @@ void print_row(const char* what, double ours, double floor, double ratio, const 
 struct Programs {
   const char *prismd, *relay;
   std::string description, model, folder;
-  const char* before;  // another prismd to be compared with, or null
+  const char* before;  // another prismd to compare with, or null
 };
 
-// What both programs are started with, on frames of one nominal rate.
+// Settings of both programs, for frames of one nominal rate.
 struct Course {
   Programs programs;
-  std::string description;  // at that rate: a clock that is told 1000 Hz would doubt frames that come at 100
+  std::string description;  // with this rate: a clock with 1000 Hz would reject frames at 100 Hz
   wire::FrameDescriptionPtr frames;
   const char* clock;
   std::size_t frame_bytes = 0, line_bytes = 0;
@@ -79,12 +79,12 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// What both programs did, round by round.
+// Results of both programs, round by round.
 struct Rounds {
   std::vector<double> ours, floor;
 
   void add(double a, double b) { ours.push_back(a), floor.push_back(b); }
-  // The ratio is the median of the rounds' own: a machine that is slower for some seconds is so for both of a round.
+  // The ratio is the median of the rounds' ratios: a slow phase of the machine affects both programs of a round.
   void print(const std::string& what, double wanted) const {
     std::vector<double> ratios;
     for (std::size_t i = 0; i < ours.size(); ++i) ratios.push_back(ours[i] / floor[i]);
@@ -92,8 +92,8 @@ struct Rounds {
   }
 };
 
-// Where the kernel puts a process, on which core and in which memory, changes its latency by a fifth for as long as it
-// lives, and what ran before it does too. So each round starts each program anew and alone, in turns first and second.
+// The core and the memory that the kernel assigns to a process change its latency by a fifth for its lifetime, and so
+// do earlier programs. So each round starts each program again, alone, alternately first and second.
 void compare_paced(const Programs& programs, double rate_hz) {
   constexpr int kRounds = 16;
   const Course course(programs, rate_hz, "host");
@@ -119,11 +119,11 @@ void compare_paced(const Programs& programs, double rate_hz) {
   latency.print(fmt::format("median latency at {:g} frames/s", rate_hz), rate_hz > 500 ? 1.1 : 1.3);
   if (rate_hz > 500) cpu.print("CPU per frame at 1000 frames/s", 1.4);
   if (programs.before == nullptr) return;
-  latency_before.print("  latency against the other prismd", 1.05);
-  cpu_before.print("  CPU against the other prismd", 1.15);
+  latency_before.print("  latency relative to the other prismd", 1.05);
+  cpu_before.print("  CPU relative to the other prismd", 1.15);
 }
 
-// How much later another subscriber's lines come while four clients ask for an hour of history.
+// Added lateness of another subscriber's lines while four clients request an hour of history.
 void compare_history(const Programs& programs, const char* program, double rate_hz) {
   const Course course(programs, rate_hz, "device");
   const auto bench = course.prismd(program);
@@ -135,21 +135,21 @@ void compare_history(const Programs& programs, const char* program, double rate_
   ::setpriority(PRIO_PROCESS, 0, 0);
   askers.reset();
   fmt::print(
-      "p99 lateness at {:g} frames/s: alone {:.2f} ms, beside four clients asking for an hour of history {:.2f} ms "
-      "(wanted: 5 ms more at most)\n",
+      "p99 lateness at {:g} frames/s: alone {:.2f} ms, with four clients that request an hour of history {:.2f} ms "
+      "(target: at most 5 ms more)\n",
       rate_hz, 1e-3 * alone_us, 1e-3 * beside_us);
 }
 
 std::pair<Outcome, Outcome> compare_flood(const Programs& programs) {
   const Course course(programs, 1000, "device");
-  fmt::print("live: one client, {} bytes a frame, {} bytes a line\n", course.frame_bytes, course.line_bytes);
+  fmt::print("live: one client, {} bytes per frame, {} bytes per line\n", course.frame_bytes, course.line_bytes);
   const Outcome ours = course.prismd()->flood(1'000'000);
   return {ours, course.relay()->flood(1'000'000)};
 }
 
 }  // namespace
 
-// usage: bench_live PRISMD RELAY DESCRIPTION MODEL FOLDER [ANOTHER_PRISMD]
+// usage: bench_live PRISMD RELAY DESCRIPTION MODEL DIRECTORY [ANOTHER_PRISMD]
 int main(int argc, char** argv) {
   if (argc != 6 && argc != 7) return 64;
   ::signal(SIGPIPE, SIG_IGN);
@@ -160,12 +160,12 @@ int main(int argc, char** argv) {
   }
   const Programs programs{argv[1], argv[2], *text, argv[4], argv[5], argc == 7 ? argv[6] : nullptr};
   const auto [a, b] = compare_flood(programs);
-  fmt::print("{:<34} {:>12} {:>12} {:>8}   wanted\n", "", "prismd", "relay", "ratio");
+  fmt::print("{:<34} {:>12} {:>12} {:>8}   target\n", "", "prismd", "relay", "ratio");
   for (const double rate_hz : {100.0, 1000.0}) compare_paced(programs, rate_hz);
-  print_row("CPU per frame at full flood", a.cpu_us_per_frame, b.cpu_us_per_frame,
+  print_row("CPU per frame at maximum rate", a.cpu_us_per_frame, b.cpu_us_per_frame,
             a.cpu_us_per_frame / b.cpu_us_per_frame, "us", 2.0, false);
-  print_row("frames/s at full flood", a.lines_per_s, b.lines_per_s, a.lines_per_s / b.lines_per_s, "1/s", 1.0, true);
-  fmt::print("lines lost in the flood: prismd {:.3f} %, relay {:.3f} %\n", 100 * a.lost, 100 * b.lost);
+  print_row("frames/s at maximum rate", a.lines_per_s, b.lines_per_s, a.lines_per_s / b.lines_per_s, "1/s", 1.0, true);
+  fmt::print("lines lost at maximum rate: prismd {:.3f} %, relay {:.3f} %\n", 100 * a.lost, 100 * b.lost);
   for (const double rate_hz : {200.0, 1000.0}) {
     compare_history(programs, programs.prismd, rate_hz);
     if (programs.before == nullptr) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A program under test between a pseudo-terminal and one client: what the live benchmark writes, reads and measures.
+// Runs a program between a pseudo-terminal and one client; writes, reads and measures for the live benchmark.
 #pragma once
 
 #include <fcntl.h>
@@ -42,7 +42,7 @@ inline double quantile(std::vector<double>& values, double part) {
 }
 
 struct Pty {
-  int master = -1, slave = -1;  // the slave is held open, so that data written before the reader comes is kept
+  int master = -1, slave = -1;  // the slave stays open, so that data written before the reader opens it is kept
   std::string path;
 };
 
@@ -70,7 +70,7 @@ inline int connect_with_patience(const std::string& path) {
     ::close(fd);
     ::usleep(10'000);
   }
-  fmt::print(stderr, "bench_live: nobody answers on {}\n", path);
+  fmt::print(stderr, "bench_live: {}: no program accepts connections\n", path);
   std::exit(1);
 }
 
@@ -85,10 +85,10 @@ inline void write_all(int fd, const std::uint8_t* data, std::size_t size) {
 
 struct Outcome {
   double latency_us = 0;        // median
-  double p99_us = 0;            // of lateness, where every frame gave its line; else not a number
+  double p99_us = 0;            // of lateness, if every frame had a line; else NaN
   double cpu_us_per_frame = 0;  // of the program under test, user + system
   double lines_per_s = 0;
-  double lost = 0;  // part of the frames that gave no line
+  double lost = 0;  // fraction of the frames without a line
 };
 
 inline Outcome outcome_of(std::size_t frames, std::size_t lines, double seconds, double cpu_s) {
@@ -97,7 +97,7 @@ inline Outcome outcome_of(std::size_t frames, std::size_t lines, double seconds,
           1 - static_cast<double>(lines) / count};
 }
 
-// The program under test, its line and the one client.
+// The program under test, its line and the client.
 class Bench {
  public:
   Bench(wire::FrameDescriptionPtr frames, const std::string& name, std::string folder)
@@ -119,9 +119,9 @@ class Bench {
     client_ = connect_with_patience(socket_);
   }
 
-  /// What a benchmark may add to prismd's start.
+  /// Additional settings for prismd.
   struct Start {
-    std::string log;  // a folder; none is written where it is empty
+    std::string log;  // a directory; empty: no log
     std::vector<std::pair<std::string, std::string>> environment;
     int error_output = STDERR_FILENO;
   };
@@ -145,7 +145,7 @@ class Bench {
     if (::read(client_, answer, sizeof answer) <= 0) std::exit(1);
   }
 
-  /// Bytes of the first line that comes for three frames; 0 where none does.
+  /// Bytes of the first line received for three frames; 0 if none arrived.
   std::size_t line_bytes() {
     std::vector<std::uint8_t> bytes;
     for (int i = 0; i < 3; ++i) {
@@ -186,8 +186,8 @@ class Bench {
     done = true;
     reader.join();
     Outcome outcome = outcome_of(count, arrived.size(), seconds, cpu);
-    // A line belongs to the last frame written before it came: frames are many latencies apart. Counting would not do,
-    // since some frames give no line (a first one, and one where the clock begins anew after a pause).
+    // A line belongs to the last frame written before it arrived, because frames are many latencies apart. Counting
+    // would be wrong: some frames have no line (the first one, and one with which the clock restarts after a pause).
     std::vector<double> latency;
     for (const double time : arrived) {
       const auto behind = std::upper_bound(written.begin(), written.end(), time);
@@ -201,7 +201,7 @@ class Bench {
     return outcome;
   }
 
-  /// As many frames as fit the line, as fast as they are taken.
+  /// Sends as many frames as fit the line, as fast as they are accepted.
   void fill(std::size_t count) {
     std::vector<std::uint8_t> bytes;
     std::atomic<bool> done = false;
@@ -245,7 +245,7 @@ class Bench {
   void spawn(const std::vector<std::string>& words, const Start& start = {"", {}, STDERR_FILENO}) {
     child_ = ::fork();
     if (child_ != 0) return;
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // an interrupted benchmark leaves nobody on a pty that others will get
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // so that an interrupted benchmark leaves no process on a pty that is reused
     for (const auto& [name, value] : start.environment) ::setenv(name.c_str(), value.c_str(), 1);
     ::dup2(start.error_output, STDERR_FILENO);
     std::vector<char*> argv;

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# How soon prismd is back: from the replugging of the gyro to a subscriber's first sample, and from the start after a kill -9 to
-# the first answer and to the first sample. A benchmark, not a test: it prints quantiles and judges nothing.
-# usage: recovery.py FOLDER_OF_PROGRAMS [TIMES]
+# Recovery times of prismd: from plugging in the gyro to a subscriber's first sample, and from the start after a kill -9 to
+# the first response and to the first sample. A benchmark, not a test: it prints quantiles and has no limits.
+# usage: recovery.py PROGRAM_DIRECTORY [TIMES]
 import json
 import os
 import signal
@@ -18,10 +18,10 @@ SUBSCRIBE = b'{"jsonrpc":"2.0","id":1,"method":"subscribe","params":{"streams":[
 
 
 class Listener:
-    """A client that subscribed to samples, by lines."""
+    """A client that is subscribed to samples; reads lines."""
 
-    def __init__(self, path, patience_s=20):
-        end = time.monotonic() + patience_s
+    def __init__(self, path, timeout_s=20):
+        end = time.monotonic() + timeout_s
         while True:
             self.socket = socket.socket(socket.AF_UNIX)
             try:
@@ -30,13 +30,13 @@ class Listener:
             except OSError:
                 self.socket.close()
                 if time.monotonic() > end:
-                    sys.exit("recovery.py: prismd does not answer")
+                    sys.exit("recovery.py: {}: prismd does not accept connections".format(path))
         self.socket.sendall(SUBSCRIBE)
         self.data = b""
         self.wait_for(b'"result"')
 
     def wait_for(self, part):
-        """Until a line holds `part`; the time at which it came."""
+        """Reads until a line contains `part`; returns its arrival time."""
         self.socket.settimeout(30)
         while True:
             lines = self.data.split(b"\n")
@@ -45,7 +45,7 @@ class Listener:
                 return time.monotonic()
             self.data += self.socket.recv(1 << 16)
 
-    def forget(self):
+    def discard(self):
         self.socket.setblocking(False)
         try:
             while self.socket.recv(1 << 16):
@@ -60,7 +60,7 @@ def start_gyro(folder):
     end = time.monotonic() + 5
     while not os.path.exists(folder + "/tty"):
         if gyro.poll() is not None or time.monotonic() > end:
-            sys.exit("recovery.py: the simulated gyro does not start")
+            sys.exit("recovery.py: prismsim did not start within 5 s")
         time.sleep(0.0005)
     return gyro, time.monotonic()
 
@@ -70,9 +70,9 @@ def end(process, by):
     process.wait()
 
 
-def print_quantiles(what, seconds, wanted_ms):
+def print_quantiles(what, seconds, target_ms):
     ms = sorted(1000 * s for s in seconds)
-    print("%-44s p50 %7.1f   p95 %7.1f   worst %7.1f ms   (wanted: %d)" % (what, ms[len(ms) // 2], ms[int(0.95 * len(ms))], ms[-1], wanted_ms))
+    print("%-44s p50 %7.1f   p95 %7.1f   worst %7.1f ms   (target: %d)" % (what, ms[len(ms) // 2], ms[int(0.95 * len(ms))], ms[-1], target_ms))
 
 
 def main():
@@ -87,27 +87,27 @@ def main():
         listener = Listener(path)
         listener.wait_for(b'"sample"')
 
-        for gone_s in (0.3, 3):
+        for unplugged_s in (0.3, 3):
             replugs = []
-            for _ in range(TIMES if gone_s < 1 else TIMES // 5):
+            for _ in range(TIMES if unplugged_s < 1 else TIMES // 5):
                 end(gyro, signal.SIGTERM)
-                time.sleep(gone_s)
-                listener.forget()
+                time.sleep(unplugged_s)
+                listener.discard()
                 gyro, begin = start_gyro(folder)
                 replugs.append(listener.wait_for(b'"sample"') - begin)
                 time.sleep(0.3)
-            print_quantiles("replugged after %g s, first sample" % gone_s, replugs, 200)
+            print_quantiles("plugged in after %g s, first sample" % unplugged_s, replugs, 200)
 
-        answers, samples = [], []
+        responses, samples = [], []
         for _ in range(TIMES):
             end(daemon, signal.SIGKILL)
             begin = time.monotonic()
             daemon = subprocess.Popen(command)
             listener = Listener(path)
-            answers.append(time.monotonic() - begin)
+            responses.append(time.monotonic() - begin)
             samples.append(listener.wait_for(b'"sample"') - begin)
             time.sleep(0.2)
-        print_quantiles("started after kill -9, first answer", answers, 50)
+        print_quantiles("started after kill -9, first response", responses, 50)
         print_quantiles("started after kill -9, first sample", samples, 50)
         end(daemon, signal.SIGTERM)
         end(gyro, signal.SIGTERM)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The floor of the live benchmark: poll, read, and for each frame one write of a line as long as prismd's. Nothing
-// else.
+// The lower bound of the live benchmark: polls, reads, and writes one line as long as prismd's for each frame.
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>

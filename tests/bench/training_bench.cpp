@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How fast the calibration engine is, in ratios that one run measures: docs/decisions-training.md keeps the figures.
+// Speed of training and prediction as ratios measured in one run; docs/decisions-training.md lists the results.
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
@@ -29,8 +29,8 @@ double cpu_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// CPU seconds of one call of each job: the best of several batches, the jobs in turn, so that other work on the machine
-// shows little in their ratios.
+// CPU seconds of one call of each job: the best of several batches, with the jobs in turn, so that other load on the
+// machine hardly changes their ratios.
 template <class... Jobs>
 std::array<double, sizeof...(Jobs)> best_s(int batches, int calls, Jobs&&... jobs) {
   std::array<double, sizeof...(Jobs)> best;
@@ -50,7 +50,8 @@ std::array<double, sizeof...(Jobs)> best_s(int batches, int calls, Jobs&&... job
 
 volatile double sink;
 
-// Thermal cycle of the paper in miniature: 924 samples, three inputs, 3 % outliers, when the reference is not at hand.
+// A small version of the paper's thermal cycle: 924 samples, three inputs, 3 % outliers; used without the reference
+// data.
 training::TrainingData made_up(Eigen::Index n) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
@@ -73,7 +74,7 @@ training::Folds given_folds;
 training::TrainingData reference(const std::string& shared) {
   std::ifstream in(shared + "/golden/gyro924/train.csv");
   if (!in) {
-    fmt::print("no {}/golden: measured on made-up data of the same size\n", shared);
+    fmt::print("{}/golden does not exist: using synthetic data of the same size\n", shared);
     given_folds = training::shuffled_folds(924, 10, 1);
     return made_up(924);
   }
@@ -94,8 +95,8 @@ training::TrainingData reference(const std::string& shared) {
   return data;
 }
 
-// libprism-kernels at the level that the loader picked; GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX512F,-AVX2 keeps it from
-// one.
+// libprism-kernels at the microarchitecture level that the loader selected;
+// GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX512F,-AVX2 prevents a level.
 void measure_prediction(const training::NormalisedData& data) {
   const Eigen::Index n = data.y.size();
   const compensation::KernelCentres centres(data.x, {0.5});
@@ -128,8 +129,8 @@ void measure_fit(const training::NormalisedData& data) {
                    .b;
       });
   fmt::print(
-      "one LSSVM fit, N = {}: {:.2f} ms (factor {:.2f}); Eigen's LLT {:.2f} ms built for this machine, {:.2f} ms for "
-      "any of its kind\n",
+      "one LSSVM fit, N = {}: {:.2f} ms (factor {:.2f}); Eigen's LLT {:.2f} ms built for this machine, {:.2f} ms built "
+      "for any x86-64\n",
       n, fit * 1e3, own * 1e3, native * 1e3, eigen * 1e3);
   fmt::print("  ratio {:.2f} and {:.2f}\n", fit / native, fit / eigen);
 }
@@ -139,7 +140,7 @@ void measure_window(const training::TrainingData& data) {
   settings.c = 76.0796, settings.sigma2 = 0.1458;
   settings.reweight.weight.kind = training::WeightKind::kMyriad;
   const std::vector<double> x = {25, 0.001, 5.6};
-  double bare = 0;  // IR-LSSVM: a Gaussian kernel's sum and nothing else
+  double bare = 0;  // IR-LSSVM: the sum of a Gaussian kernel only
   for (const training::Method* method : {training::find_method("ir-lssvm"), training::find_method("composite")}) {
     settings.method = method;
     if (method == training::find_method("composite")) settings.c.reset(), settings.sigma2.reset();
@@ -150,7 +151,7 @@ void measure_window(const training::TrainingData& data) {
     const double alone = best_s(10, 1000, [&] { sink = model.bias_deg_per_h(x); })[0];
     if (bare == 0) bare = alone;
     fmt::print(
-        "{}: trained in {:.1f} CPU s; a window of prismd: {:.1f} us with both standard deviations, {:.2f} us "
+        "{}: trained in {:.1f} CPU s; one window in prismd: {:.1f} us with both standard deviations, {:.2f} us "
         "without, ratio to the bare sum {:.2f}\n",
         model.info().kind, took, best_s(10, 50, [&] { sink = model.predict(x).sd_deg_per_h; })[0] * 1e6, alone * 1e6,
         alone / bare);
@@ -169,7 +170,7 @@ void measure_tuning(const training::TrainingData& data, const char* name, traini
   const auto trained = training::train(data, {}, settings);
   const double took = cpu_s() - begin;
   if (!trained) return void(fmt::print("  {}: {}\n", name, trained.error().text()));
-  fmt::print("  {:<28} {:6.2f} CPU s, cost {:.7g} at c {:.4g}, sigma2 {:.4g}, {} prices\n", name, took,
+  fmt::print("  {:<28} {:6.2f} CPU s, cost {:.7g} at c {:.4g}, sigma2 {:.4g}, {} evaluations\n", name, took,
              trained->tuning->best.cost, trained->c, trained->sigma2, trained->tuning->evaluations);
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Yardsticks of bench_training, built for this very machine: Eigen's factor, and a bare vectorised exponential sum.
-// Eigen is renamed here, so that no function built for this machine becomes the one that other files use.
+// References of bench_training, built for this machine: Eigen's factor, and a bare vectorised exponential sum. Eigen is
+// renamed here, so that other files do not link functions built for this machine.
 #define Eigen EigenNative
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #undef Eigen
 
-// Σ alpha_k exp(−d2_k / 2 sigma2) over centres laid out one input a row; nothing else.
+// Σ alpha_k exp(−d2_k / 2 sigma2) over centres stored with one input per row; nothing else.
 double native_kernel_sum(const double* centres, long count, const double* point, double gamma, const double* alpha) {
   using Row = EigenNative::Map<const EigenNative::ArrayXd>;
   thread_local EigenNative::ArrayXd d2;

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Fifty clients of prismweb on one gyro of 1000 frames/s: does each get every sample, in how many messages, what does it cost, and what
-# does another subscriber of prismd notice. usage: web.py BUILD [CLIENTS [SECONDS]]
+# Fifty clients of prismweb on one gyro of 1000 frames/s: samples and messages per client, CPU and memory, and the delay of another
+# subscriber of prismd. usage: web.py BUILD_DIRECTORY [CLIENTS [SECONDS]]
 import json
 import os
 import re
@@ -23,7 +23,7 @@ def wait_for(what):
         if what():
             return
         time.sleep(0.05)
-    sys.exit("web.py: the programs did not start")
+    sys.exit("web.py: the programs did not start within 10 s")
 
 
 def start(folder):
@@ -48,7 +48,7 @@ def start(folder):
 
 
 class Subscriber:
-    """Of prismd itself, in a process of its own: a line a sample, and how late it came."""
+    """A direct subscriber of prismd in a separate process; measures the delay of each sample."""
 
     CODE = """
 import json, socket, sys, time
@@ -66,7 +66,7 @@ print(json.dumps({"samples": len(late), "p50_ms": late[len(late) // 2] * 1e3, "p
     def __init__(self, path):
         self.process = subprocess.Popen([sys.executable, "-c", self.CODE, path, str(SECONDS)], stdout=subprocess.PIPE, text=True)
 
-    def figures(self):
+    def results(self):
         return json.loads(self.process.communicate()[0])
 
 
@@ -75,29 +75,29 @@ def cpu_s(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def say(line, request):
+def send(line, request):
     text = json.dumps(request).encode()
     head = bytes([0x81, 0x80 | len(text)]) if len(text) < 126 else bytes([0x81, 0xFE]) + struct.pack(">H", len(text))
     line.sendall(head + bytes(4) + text)  # masked with zeros
 
 
 def subscribed(port, token):
-    """A client. What it reads it keeps as it came: to parse it meanwhile would take the processor from what is measured."""
+    """Connects a subscribed client. It stores the received bytes unparsed, because parsing would take CPU time from the measured programs."""
     line = socket.create_connection(("127.0.0.1", int(port)))
     line.sendall(f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
                  "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n".encode())
     while b"\r\n\r\n" not in line.recv(4096):
         pass
-    say(line, {"token": token})
+    send(line, {"token": token})
     greeting = json.loads(next(texts_of(line.recv(65536))))
-    say(line, {"jsonrpc": "2.0", "id": 1, "instance": greeting["instances"][0]["name"], "method": "subscribe", "params": {}})
+    send(line, {"jsonrpc": "2.0", "id": 1, "instance": greeting["instances"][0]["name"], "method": "subscribe", "params": {}})
     line.setblocking(False)
     return line
 
 
 def read_all(port, token):
-    """What each client was sent in SECONDS. They stand for fifty other machines: here they have the processor when nobody else wants it.
-    (nice 19 is not that: since Linux 6.6 whoever runs keeps the core for its slice, milliseconds, from one who wakes up.)"""
+    """Returns the data that each client received in SECONDS. The clients represent fifty other machines, so they use only idle CPU time.
+    (nice 19 is not enough: since Linux 6.6 a running process keeps the core for its slice of milliseconds when another one wakes up.)"""
     os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
     lines = {subscribed(port, token): [] for _ in range(CLIENTS)}
     with selectors.DefaultSelector() as ready:
@@ -113,7 +113,7 @@ def read_all(port, token):
 
 
 def texts_of(data):
-    """The text messages of a server, RFC 6455; the last one may be cut."""
+    """The text messages of a server, RFC 6455; the last one may be incomplete."""
     at = 0
     while at + 10 <= len(data):
         kind, size, at = data[at] & 15, data[at + 1] & 127, at + 2
@@ -125,8 +125,8 @@ def texts_of(data):
         at += size
 
 
-def client_figures(data):
-    """Messages a second, samples, how many were due between the first and the last, losses that were told."""
+def client_results(data):
+    """Messages per second, samples, samples due between the first and the last, reported losses."""
     batches = [text for text in texts_of(data) if b'"batch":[' in text]
     times = [float(time_s) for text in batches for time_s in re.findall(rb'"method":"sample","params":{"axis":"z","time_s":([0-9.]+)', text)]
     return len(batches) / SECONDS, len(times), round((times[-1] - times[0]) * 1000) + 1, data.count(b'"method":"lost"')
@@ -135,20 +135,20 @@ def client_figures(data):
 with tempfile.TemporaryDirectory() as folder:
     programs, port, token = start(folder)
     try:
-        before = Subscriber(f"{folder}/gyro.sock").figures()
+        before = Subscriber(f"{folder}/gyro.sock").results()
         web = programs[-1].pid
         subscriber, used, began = Subscriber(f"{folder}/gyro.sock"), cpu_s(web), time.monotonic()
         read = read_all(port, token)
         share = (cpu_s(web) - used) / (time.monotonic() - began)
-        beside = subscriber.figures()
-        clients = [client_figures(data) for data in read]
+        during = subscriber.results()
+        clients = [client_results(data) for data in read]
         memory = int(re.search(r"VmHWM:\s+(\d+)", open(f"/proc/{web}/status").read())[1]) / 1024
     finally:
         for program in reversed(programs):
             program.terminate()
             program.wait()
 short = sum(samples < due for _, samples, due, _ in clients)
-print(f"clients {CLIENTS}, {SECONDS:g} s: messages a second {max(c[0] for c in clients):.1f} at most; short of a sample: {short}; lost: "
+print(f"clients {CLIENTS}, {SECONDS:g} s: at most {max(c[0] for c in clients):.1f} messages per second; clients with missing samples: {short}; lost: "
       f"{sum(c[3] for c in clients)}; samples {min(c[1] for c in clients)} to {max(c[1] for c in clients)}")
-print(f"prismweb: {share * 100:.1f} % of a core, {memory:.1f} MiB at most")
-print(f"another subscriber of prismd, p99: {before['p99_ms']:.2f} ms without, {beside['p99_ms']:.2f} ms beside")
+print(f"prismweb: {share * 100:.1f} % of a core, {memory:.1f} MiB maximum")
+print(f"another subscriber of prismd, p99: {before['p99_ms']:.2f} ms before, {during['p99_ms']:.2f} ms with the clients")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How fast the frame engine is on one core: decoding, encoding and time stamping of shipped descriptions, and garbage.
+// Speed of the frame decoder on one core: decoding, encoding and time stamping of shipped descriptions, and random
+// bytes.
 // bench_wire FRAMES_DIR [NAME ...]
 #include <algorithm>
 #include <chrono>
@@ -22,7 +23,7 @@ using prism::wire::FrameDescriptionPtr;
 using prism::wire::Reading;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr int kFrames = 20'000;  // of about 1 MB: the engine is measured, not the memory
+constexpr int kFrames = 20'000;  // about 1 MB, so that memory speed does not matter
 constexpr std::size_t kChunkBytes = 4096;
 constexpr int kRounds = 60;
 
@@ -114,7 +115,7 @@ int main(int argc, char** argv) {
   std::printf("%-18s %8s %8s %12s %10s\n%-18s %8s %8s %12s %10s\n", "frames", "decode", "", "and stamp", "encode", "",
               "M/s", "MB/s", "M/s", "M/s");
   for (const std::string& name : names) measure(argv[1], name);
-  std::printf("\n%-18s %17s\n", "random garbage", "MB/s");
+  std::printf("\n%-18s %17s\n", "random bytes", "MB/s");
   for (const std::string& name : names) measure_garbage(argv[1], name);
   return 0;
 }

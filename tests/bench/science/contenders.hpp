@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The methods that the tables compare, trained and served as a person would get them.
+// The methods that the tables compare, trained and served with their defaults.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ struct Contender {
   compensation::Extrapolation policy;
 };
 
-/// The composite kernel first, then its rivals.
+/// The composite kernel first, then the others.
 inline constexpr std::array<Contender, 4> kContenders = {{
     {"composite", "composite", training::Tuning::kReml, compensation::Extrapolation::kPreset},
     {"stepwise 2", "stepwise", training::Tuning::kReml, compensation::Extrapolation::kPreset},
@@ -26,14 +26,14 @@ inline constexpr std::array<Contender, 4> kContenders = {{
     {"REML", "ir-lssvm", training::Tuning::kReml, compensation::Extrapolation::kPreset},
 }};
 
-/// Ends the program where training refuses: a table with a hole in it would mislead.
+/// Ends the program if training fails: a table with a missing cell would mislead.
 training::TrainedModel fitted(const Contender& contender, const training::TrainingData& data,
                               const std::vector<compensation::ModelPtr>& siblings = {});
 compensation::ModelPtr trained(const Contender& contender, const training::TrainingData& data);
 
-/// What a model says of every row.
+/// Predictions of a model for every row.
 struct Served {
-  Eigen::VectorXd bias, sd, sd_mean;  ///< deg/h; sds are kUnknown where the kind has none
+  Eigen::VectorXd bias, sd, sd_mean;  ///< deg/h; sds are kUnknown if the model type has none
   std::vector<bool> flagged;
 };
 Served serve(const compensation::Model& model, const training::TrainingData& data, compensation::Extrapolation policy);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How often the printed interval of an improvement holds that of the next recording.
+// How often the printed prediction interval of an improvement contains the improvement of the next recording.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -48,7 +48,7 @@ struct Tally {
 
 int intervals(std::uint64_t first_seed, int count) {
   fmt::print(
-      "| truth | profile | method | held, % of {} | half width, points | sd of the next less this | block, 100 s |\n"
+      "| truth | profile | method | covered, % of {} | half width, points | sd of next minus this | block, 100 s |\n"
       "| --- | --- | --- | --- | --- | --- | --- |\n",
       count);
   for (const Truth& truth : truths()) {

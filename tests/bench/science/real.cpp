@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Splits of a real recording: trained on one part, judged on the rest, by the rms against the training mean.
+// Splits of a real recording: trained on one part, evaluated on the rest, by the rms relative to the training mean.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ struct Split {
   std::vector<Rows> tests;
 };
 
-// By where the temperature turns: the coldest row, then the hottest behind it.
+// At the temperature extremes: the coldest row, then the hottest one after it.
 std::vector<Split> branches(const training::TrainingData& data) {
   const Eigen::Index n = data.target.size();
   Eigen::Index cold = 0, hot = 0;
@@ -46,7 +46,7 @@ std::vector<Split> thirds(const training::TrainingData& data) {
 }
 
 struct Judged {
-  double improvement = 0;  // of the rms against the training mean
+  double improvement = 0;  // relative to the rms about the training mean
   double covered = 0;      // within 2 sd_mean
 };
 
@@ -64,7 +64,7 @@ Judged judge(const compensation::Model& model, compensation::Extrapolation polic
   return {1 - std::sqrt(after / before), inside / count};
 }
 
-// A line of the table; the composite kernel's improvement as it is served.
+// A line of the table; the composite kernel's improvement with the default policy.
 double print_split(int window_s, const char* axis, const training::TrainingData& data, const Split& split) {
   const training::TrainingData training = rows(data, split.train.first, split.train.second);
   const double level = training.target.mean();

@@ -20,7 +20,7 @@ class Blocks {
       : conditioner_(std::move(features)) {
     data_.names = std::move(inputs);
   }
-  /// True where this bucket ended a block.
+  /// Returns true if this second ended a block.
   bool push(const compensation::Bucket& bucket) {
     const compensation::Window window = conditioner_.push(bucket);
     const int length = conditioner_.definition().length_s;
@@ -102,7 +102,7 @@ training::TrainingData rows(const training::TrainingData& data, Eigen::Index beg
 
 Result<training::TrainingData> chamber_recording(const std::string& path, const std::string& axis, int window_s) {
   std::ifstream in(path);
-  if (!in) return refuse(path, "cannot be read; expected the chamber recording beside the project");
+  if (!in) return refuse(path, "cannot read it; expected the chamber recording in ../shared/data");
   std::string line, field;
   std::getline(in, line);
   std::getline(in, line);  // the first row is a start-up outlier
@@ -116,7 +116,7 @@ Result<training::TrainingData> chamber_recording(const std::string& path, const 
     std::istringstream row(line);
     std::vector<double> values;
     while (std::getline(row, field, ',')) values.push_back(std::strtod(field.c_str(), nullptr));
-    if (values.size() <= column) return refuse(path, "a row is too short: " + line);
+    if (values.size() <= column) return refuse(path, "found a row that is too short: " + line);
     Sample sample;
     sample.time_ns = std::llround(values[0] * 1e9);
     sample.interval_s = values[0] - before_s;

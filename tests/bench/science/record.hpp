@@ -14,19 +14,19 @@ namespace prism::science {
 /// One recording on the grid of training: a row per block.
 struct Record {
   training::TrainingData data;
-  std::vector<double> true_bias_deg_per_h;  ///< block means of the truth; empty where nobody knows it
+  std::vector<double> true_bias_deg_per_h;  ///< block means of the truth; empty if unknown
 };
 
-/// A cycle of `profile`: 1 s means of the gyro with white rate noise of 0.0064 deg/h in 100 s, 100 s blocks of
-/// (T, dT/dt, U). `gyro` other than 0: one of a type, whose thermal bias has a scale and a bend of its own.
+/// A cycle of `profile`: 1 s means of the gyro with white rate noise of 0.0064 deg/h in 100 s, 100 s blocks of (T,
+/// dT/dt, U). `gyro` other than 0: a gyro of the type, whose thermal bias has its own scale and curvature.
 Record simulate(const simulation::ChamberProfile& profile, const simulation::TruthSettings& truth, std::uint64_t seed,
                 std::uint64_t gyro = 0);
 
 /// Rows `begin` to `end` (one past the last).
 training::TrainingData rows(const training::TrainingData& data, Eigen::Index begin, Eigen::Index end);
 
-/// The chamber recording beside the project (../shared/data): axis "x", "y" or "z", deg/h; inputs T and dT/dt over
-/// windows of `window_s`, slopes between ends of 10 s, the first row dropped.
+/// The chamber recording in ../shared/data: axis "x", "y" or "z", deg/h; inputs T and dT/dt over windows of `window_s`,
+/// slopes between ends of 10 s, without the first row.
 Result<training::TrainingData> chamber_recording(const std::string& path, const std::string& axis, int window_s);
 
 /// 1 − rms(after)/rms(before).

@@ -29,7 +29,8 @@ struct Tally {
 
 int siblings(std::uint64_t first_seed, int count) {
   fmt::print(
-      "| truth | profile | 4 h alone | held, % | with {} siblings | held, % | whole cycle | explained, % |\n"
+      "| truth | profile | 4 h alone | covered, % | with a prior of {} gyros | covered, % | complete cycle | "
+      "explained, % |\n"
       "| --- | --- | --- | --- | --- | --- | --- | --- |\n",
       kSiblings);
   for (const Truth& truth : truths()) {

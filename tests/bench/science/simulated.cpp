@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Truths × profiles × methods: each method trained on one paper cycle, judged on cycles that it did not see.
+// Truths × profiles × methods: each method trained on one paper cycle, evaluated on other cycles.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ std::vector<simulation::ChamberProfile> profiles() {
           simulation::beyond_profile(), simulation::fast_profile(),   simulation::steady_profile()};
 }
 
-/// One truth on one profile; a number for each seed.
+/// One truth on one profile; one number per seed.
 struct Cell {
   std::map<std::string, std::vector<double>> improvement;       // by method
   std::vector<double> covered, truth_covered, flagged, caught;  // of the composite kernel
@@ -28,7 +28,7 @@ struct Cell {
 
 Eigen::VectorXd centred(const Eigen::VectorXd& v) { return v.array() - v.mean(); }
 
-// Large: beyond three times the standard deviation that the repeat of the profile left.
+// Large: above three times the standard deviation of the residual of the repeat run.
 void judge_guard(const Eigen::VectorXd& error, const Served& served, double repeat_sd, Cell& cell) {
   double flags = 0, large = 0, caught = 0;
   for (Eigen::Index k = 0; k < error.size(); ++k) {
@@ -49,7 +49,7 @@ void judge(const Contender& contender, const compensation::Model& model, const R
   if (contender.method != "composite") return;
   if (std::isnan(repeat_sd)) repeat_sd = std::sqrt(centred(error).squaredNorm() / static_cast<double>(error.size()));
   cell.covered.push_back(covered(error, served.sd_mean));
-  const Eigen::Index rest = error.size() - 1;  // the first block has no whole truth
+  const Eigen::Index rest = error.size() - 1;  // the truth of the first block is incomplete
   const Eigen::VectorXd off =
       Eigen::Map<const Eigen::VectorXd>(test.true_bias_deg_per_h.data(), error.size()) - served.bias;
   cell.truth_covered.push_back(covered(off.tail(rest), served.sd.tail(rest)));
@@ -101,7 +101,7 @@ int simulated(std::uint64_t first_seed, int count) {
     std::vector<Cell> cells(profiles().size());
     std::clock_t training = 0;
     for (int s = 0; s < count; ++s) {
-      // Another gyro for each seed, and another day of it for each profile.
+      // A different gyro for each seed, and a different day for each profile.
       std::uint64_t seed = first_seed + 10 * static_cast<std::uint64_t>(s);
       const Record cycle = simulate(simulation::paper_profile(), truth.settings, seed);
       std::vector<Record> tests;

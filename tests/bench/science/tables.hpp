@@ -22,11 +22,11 @@ int simulated(std::uint64_t first_seed, int count);
 /// Two further days of each of `count` gyros: is the improvement of the second within the interval of the first?
 int intervals(std::uint64_t first_seed, int count);
 
-/// `count` gyros with four siblings each: what four hours are worth alone and with them. Gyros of a type differ by 20 %
-/// in scale and by a bend of 0.004 deg/h (1 sigma).
+/// `count` gyros with four gyros of their type each: the result of four hours alone and with the population prior.
+/// Gyros of a type differ by 20 % in scale and by a curvature of 0.004 deg/h (1 sigma).
 int siblings(std::uint64_t first_seed, int count);
 
-/// The splits of a real chamber recording (three axes), by branches of its temperature and by thirds.
+/// The splits of a real chamber recording (three axes), by heating and cooling and by thirds.
 int real(const std::string& path);
 
 }  // namespace prism::science
