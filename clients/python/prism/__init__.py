@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Asks a running prismd, and follows its rows. The standard library is enough.
+"""Client of prismd: requests its state and follows its rows. Needs only the standard library.
 
     import prism
 
-    gyro = prism.Gyro()                  # the only one that runs; Gyro("gyro1") by name
+    gyro = prism.Gyro()                  # the only running one; Gyro("gyro1") by name
     print(gyro.bias()["quality"])
-    for row in gyro.rows():              # one a second, for ever; over restarts of prismd
+    for row in gyro.rows():              # one per second, without end; also after restarts of prismd
         print(row.time_s, row.corrected_mean_deg_per_h, row.quality)
 
-Units stand in the names. None is a quantity that is not known. See prism-protocol(7).
+Names end with their unit. None is an unknown quantity. See prism-protocol(7).
 """
 
 from ._connection import Gone, PrismError, Refused, running_sockets

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One connection to prismd's socket: JSON-RPC 2.0, a JSON value a line."""
+"""One connection to prismd's socket: JSON-RPC 2.0, one JSON value per line."""
 
 import errno
 import json
@@ -12,15 +12,15 @@ ANSWER_TIMEOUT_S = 10.0
 
 
 class PrismError(Exception):
-    """Whatever keeps prismd from answering."""
+    """Base class: a request to prismd failed."""
 
 
 class Gone(PrismError):
-    """No prismd answers there, or it went away."""
+    """No prismd answers, or the connection was closed."""
 
 
 class Refused(PrismError):
-    """prismd understood and refused; `code` as in prism-protocol(7)."""
+    """prismd returned an error; `code` as in prism-protocol(7)."""
 
     def __init__(self, message: str, code: int) -> None:
         super().__init__(message)
@@ -44,15 +44,15 @@ def _connect(path: str) -> socket.socket:
 
 
 def would_start(path: str) -> bool:
-    """Whether a connection would have systemd start the instance: it listens there, and the instance does not run."""
+    """True if systemd listens for the stopped instance: a connection would start it."""
     folder, name = os.path.split(path)
     activated = os.path.islink(os.path.join(folder, "activated", name))
     return activated and not os.path.exists(os.path.join(folder, "running", name[:-5]))
 
 
 def running_sockets() -> Dict[str, str]:
-    """The instances that run, or that systemd starts for who connects: name → path of the socket. None is started here. One
-    that may not be entered runs all the same."""
+    """Name → socket path of all instances that run or that systemd starts on connection. Starts none. Includes running
+    instances without permission to connect."""
     found: Dict[str, str] = {}
     for folder in _folders():
         try:
@@ -76,7 +76,7 @@ def running_sockets() -> Dict[str, str]:
 
 
 def find_socket(name: Optional[str], path: Optional[str]) -> str:
-    """As prismctl does: the path, else $PRISM_SOCKET where no name is given, else the instance, else the only one."""
+    """As in prismctl: `path`, else $PRISM_SOCKET if no name is given, else the named instance, else the only one."""
     if path:
         return path
     if not name and os.environ.get("PRISM_SOCKET"):
@@ -92,7 +92,7 @@ def find_socket(name: Optional[str], path: Optional[str]) -> str:
 
 
 class Connection:
-    """Requests and notifications over one socket. Everything that goes wrong on the way is Gone."""
+    """Requests and notifications over one socket. Raises Gone on every connection error."""
 
     def __init__(self, path: str) -> None:
         self.path = path
@@ -126,7 +126,7 @@ class Connection:
         return message
 
     def ask(self, method: str, params: Optional[Dict[str, Any]] = None) -> Any:
-        """The result. Notifications that come in between wait for notification()."""
+        """Returns the result. Queues notifications that arrive meanwhile for notification()."""
         self._last_id += 1
         request: Dict[str, Any] = {"jsonrpc": "2.0", "id": self._last_id, "method": method}
         if params is not None:
@@ -146,7 +146,7 @@ class Connection:
                 return message["result"]
 
     def notification(self, timeout_s: Optional[float] = None) -> Dict[str, Any]:
-        """The next one: {"method": …, "params": …}. Gone where none came within `timeout_s`; None waits for ever."""
+        """The next one: {"method": …, "params": …}. Raises Gone after `timeout_s`; None waits without limit."""
         while not self._notifications:
             message = self._message(timeout_s)
             if "method" in message:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A gyro as prismd serves it."""
+"""The gyro of one prismd instance."""
 
 import time
 from typing import Any, Dict, Iterator, List, Optional, Type, TypeVar
@@ -10,7 +10,7 @@ from .rows import Event, LogPage, Sample, Window, page_of, row_of
 Row = TypeVar("Row")
 RETRY_S = 0.5
 HISTORY_S = 3600
-WAIT_S = 5.0  # below what a connection waits for an answer
+WAIT_S = 5.0  # less than ANSWER_TIMEOUT_S
 
 
 def _chosen(axis: Optional[str]) -> Dict[str, Any]:
@@ -18,16 +18,16 @@ def _chosen(axis: Optional[str]) -> Dict[str, Any]:
 
 
 def _in_time(history: Any) -> List[Dict[str, Any]]:
-    """The answer `history` of one axis is a list, of several an object of them by name."""
+    """Rows in order of time. The result of `history` is a list for one axis, an object of lists by name for several."""
     if isinstance(history, list):
         return history
     return sorted((row for axis in history.values() for row in axis), key=lambda row: row["time_s"])
 
 
 class Gyro:
-    """Questions open the connection when they need it, and once again where prismd was restarted in between.
+    """Requests connect when needed, and reconnect once if prismd was restarted.
 
-    `name`: of the instance; none: the only one that runs. `path`: of the socket, instead.
+    `name`: instance; None: the only running one. `path`: socket to use instead.
     """
 
     def __init__(self, name: Optional[str] = None, *, path: Optional[str] = None) -> None:
@@ -46,7 +46,7 @@ class Gyro:
         self._connection = None
 
     def ask(self, method: str, **params: Any) -> Any:
-        """Any method of prism-protocol(7). Gone where no prismd answers, Refused where it refuses."""
+        """Calls a method of prism-protocol(7). Raises Gone if no prismd answers, Refused if it returns an error."""
         for again in (True, False):
             known = self._connection is not None
             try:
@@ -63,7 +63,7 @@ class Gyro:
         return dict(self.ask("status"))
 
     def bias(self, axis: Optional[str] = None) -> Dict[str, Any]:
-        """Of a device of several axes without `axis`: of all, by name."""
+        """For a device of several axes without `axis`: all, by name."""
         return dict(self.ask("bias", **_chosen(axis)))
 
     def stability(self, axis: Optional[str] = None) -> Dict[str, Any]:
@@ -76,10 +76,10 @@ class Gyro:
     def log(
         self, after: str = "", *, axis: Optional[str] = None, name: Optional[str] = None, follow: bool = False
     ) -> Iterator[LogPage]:
-        """Pages of the log's rows behind a cursor, from the earliest on without one, to the end; with `follow` for ever,
-        over restarts of prismd. Only what is on the disk, each row once; what was deleted meanwhile is counted. Keep
-        page.cursor once the page is safe. `name`: prismd keeps the place, as far as pages were taken; it belongs to
-        the user. Refused: a cursor of another log, or beyond its end."""
+        """Yields pages of log rows after the cursor `after` ("": from the earliest row) to the end; with `follow` without end,
+        also after restarts of prismd. Returns only rows on disk, each once, and counts deleted ones. Store page.cursor
+        after you have stored the page. `name`: prismd stores the cursor of the pages taken; the name belongs to its
+        user. Raises Refused for a cursor of another log or past its end."""
         cursor = after
         while True:
             params: Dict[str, Any] = {**_chosen(axis), "wait_s": WAIT_S if follow else 0, "limit": 2000}
@@ -96,13 +96,12 @@ class Gyro:
                 yield page
             if not follow and not page.more:
                 break
-        if name:  # the last page was taken, too
+        if name:  # confirms the last page
             self.ask("rows", **{**_chosen(axis), "after": cursor, "name": name, "limit": 1})
 
     def rows(self, axes: Optional[List[str]] = None, *, reconnect: bool = True) -> Iterator[Window]:
-        """A row a second of each axis, or of those named, from now on. While prismd is away it is waited for; what it
-        measured while only the connection was lost (up to an hour) is handed over first. `reconnect=False`: Gone
-        instead."""
+        """Yields one row per second of each axis, or of `axes`, from now on. Waits while prismd is stopped. If only the
+        connection was lost, yields the missed rows first (up to an hour). `reconnect=False`: raises Gone instead."""
         last_s: Dict[Optional[str], float] = {}
         started_s: Optional[float] = None
         subscription = {"streams": ["window"], **({"axes": axes} if axes else {})}
@@ -111,7 +110,7 @@ class Gyro:
                 connection.ask("subscribe", subscription)
                 now_started_s = connection.ask("status")["started_s"]
                 if last_s:
-                    since_s = last_s if now_started_s == started_s else {}  # a new prismd: all that it has
+                    since_s = last_s if now_started_s == started_s else {}  # prismd restarted: all its rows
                     last_s = dict(since_s)
                     for params in _in_time(connection.ask("history", {"seconds": HISTORY_S})):
                         axis = params.get("axis")
@@ -125,7 +124,7 @@ class Gyro:
                     params = message["params"]
                     axis = params.get("axis")
                     if message["method"] != "window" or params["time_s"] <= first.get(axis, float("-inf")):
-                        continue  # it stood in the history
+                        continue  # already in the history
                     first.pop(axis, None)
                     last_s[axis] = params["time_s"]
                     yield row_of(Window, params)
@@ -136,19 +135,19 @@ class Gyro:
     def samples(
         self, every: int = 1, axes: Optional[List[str]] = None, *, reconnect: bool = True
     ) -> Iterator[Sample]:
-        """Every n-th frame of each axis, or of those named, from now on."""
+        """Yields every n-th frame of each axis, or of `axes`, from now on."""
         subscription = {"streams": ["sample"], "every": every, **({"axes": axes} if axes else {})}
         return self._follow(Sample, "sample", subscription, reconnect)
 
     def events(self, *, reconnect: bool = True) -> Iterator[Event]:
-        """What happens, from now on."""
+        """Yields events, from now on."""
         return self._follow(Event, "event", {"streams": ["event"]}, reconnect)
 
     def _open(self) -> Connection:
         return Connection(find_socket(self._name, self._path))
 
     def _connections(self, reconnect: bool) -> Iterator[Connection]:
-        """One after the other, each of the follower's own."""
+        """Yields a new connection after each loss."""
         while True:
             try:
                 connection = self._open()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What prismd notifies: rows with units in their names; None is a quantity that is not known."""
+"""Notifications and log pages of prismd. Names end with their unit; None is an unknown quantity."""
 
 from dataclasses import dataclass, fields
 from typing import Any, Dict, List, Optional, Type, TypeVar, Union
@@ -8,21 +8,21 @@ Row = TypeVar("Row")
 
 
 def row_of(kind: Type[Row], params: Dict[str, Any]) -> Row:
-    """Members that a newer prismd sends are left out; those that an older one does not send are None."""
+    """Ignores members that a newer prismd adds; those that an older one does not send are None."""
     names = [field.name for field in fields(kind)]
     return kind(**{name: params.get(name) for name in names})
 
 
 @dataclass(frozen=True)
 class Window:
-    """One second, and the means of the window that it completes."""
+    """One second, and the means of the window that ends with it."""
 
-    axis: Optional[str]  # as the frame description names it; None: a prismd before 0.2
+    axis: Optional[str]  # name in the frame description; None: prismd before 0.2
     time_s: float  # its end, seconds since 1970 UTC (clock "host")
     samples: int
     missing: int
     rate_deg_per_h: Optional[float]  # of the second
-    temperature_degc: Optional[float]  # of the second; None also for a prismd before 0.2
+    temperature_degc: Optional[float]  # of the second; None also for prismd before 0.2
     uhfo_v: Optional[float]
     corrected_deg_per_h: Optional[float]
     mean_rate_deg_per_h: Optional[float]  # of the window
@@ -31,14 +31,14 @@ class Window:
     slope_degc_per_s: Optional[float]
     mean_uhfo_v: Optional[float]
     bias_deg_per_h: Optional[float]
-    sd_deg_per_h: Optional[float]  # of the true bias less this one
+    sd_deg_per_h: Optional[float]  # of (true bias - this bias)
     sd_mean_deg_per_h: Optional[float]  # with the noise of the mean rate; None for models of version 0.1
     quality: str
-    sensors: Optional[Dict[str, Optional[float]]]  # means of the second by name; None: there are none
+    sensors: Optional[Dict[str, Optional[float]]]  # means of the second by name; None: without sensors
 
     @property
     def good(self) -> bool:
-        """A correction without reservation."""
+        """True if the quality is `good`."""
         return self.quality == "good"
 
 
@@ -52,7 +52,7 @@ class Sample:
     temperature_degc: Optional[float]
     uhfo_v: Optional[float]
     bias_deg_per_h: Optional[float]
-    sd_deg_per_h: Optional[float]  # of the true bias less this one
+    sd_deg_per_h: Optional[float]  # of (true bias - this bias)
     sd_mean_deg_per_h: Optional[float]  # with the noise of the mean rate; None for models of version 0.1
     corrected_deg_per_h: Optional[float]
     quality: str
@@ -60,7 +60,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Event:
-    """What happened."""
+    """An event of prismd."""
 
     time_s: float
     severity: str
@@ -74,12 +74,12 @@ Value = Union[int, float, str, None]
 
 @dataclass(frozen=True)
 class LogPage:
-    """Rows of the log, oldest first, and the place behind the last one."""
+    """Rows of the log, oldest first, and the cursor after the last one."""
 
-    rows: List[Dict[str, Value]]  # by the names of the log's columns, and "segment", "row", which count its rows
-    cursor: str  # what `after` takes to go on, in years, too
-    missing: int  # rows before the first one that were deleted before they were fetched
-    more: bool  # others wait
+    rows: List[Dict[str, Value]]  # by column name, with the segment number "segment" and the row number "row"
+    cursor: str  # pass as `after` to continue, at any later time
+    missing: int  # rows deleted before they were fetched, before the first one
+    more: bool  # further rows exist
     axis: str
 
 
