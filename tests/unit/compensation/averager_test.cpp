@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Averager: samples of one second become their weighted means, and nothing else does.
+// Averager: the samples of one second become their weighted means.
 #include "compensation/averager.hpp"
 
 #include <gtest/gtest.h>
@@ -28,13 +28,13 @@ Bucket only_bucket(const std::vector<Sample>& samples) {
   return averager.finish().value_or(Bucket{});
 }
 
-TEST(Averager, WeighsTheRateWithTheIntervalItStandsFor) {
+TEST(Averager, WeightsTheRateByTheSampleInterval) {
   const Bucket bucket = only_bucket({sample_at(250'000'000, 1, 0.25), sample_at(1'000'000'000, 3, 0.75)});
   EXPECT_DOUBLE_EQ(bucket.rate_deg_per_h, 2.5);  // (1 · 0.25 + 3 · 0.75) / 1
   EXPECT_EQ(bucket.samples, 2u);
 }
 
-TEST(Averager, ASampleBelongsToTheSecondThatItsIntervalEndsIn) {
+TEST(Averager, ASampleBelongsToTheSecondInWhichItsIntervalEnds) {
   const std::pair<std::int64_t, std::int64_t> rows[] = {{1, 0},
                                                         {999'999'999, 0},
                                                         {1'000'000'000, 0},
@@ -51,7 +51,7 @@ TEST(Averager, ASampleBelongsToTheSecondThatItsIntervalEndsIn) {
   }
 }
 
-TEST(Averager, WhatNoSampleOfTheSecondCarriedIsUnknown) {
+TEST(Averager, AQuantityWithoutValuesInTheSecondIsUnknown) {
   const Bucket bucket = only_bucket({sample_at(1, kUnknown), sample_at(2, kUnknown)});
   EXPECT_TRUE(std::isnan(bucket.rate_deg_per_h));
   EXPECT_TRUE(std::isnan(bucket.temperature_degc));
@@ -59,7 +59,7 @@ TEST(Averager, WhatNoSampleOfTheSecondCarriedIsUnknown) {
   EXPECT_EQ(bucket.samples, 2u);
 }
 
-TEST(Averager, AnUnknownQuantityOfOneSampleLeavesTheOthersMeanAlone) {
+TEST(Averager, AnUnknownQuantityOfOneSampleDoesNotChangeTheMeanOfTheOthers) {
   Sample first = sample_at(1, 4), second = sample_at(2, kUnknown, 100);
   first.uhfo_v = 5.25;
   second.temperature_degc = 25;
@@ -69,7 +69,7 @@ TEST(Averager, AnUnknownQuantityOfOneSampleLeavesTheOthersMeanAlone) {
   EXPECT_DOUBLE_EQ(bucket.uhfo_v, 5.25);
 }
 
-TEST(Averager, AnInfiniteValueIsNoMeasurement) {
+TEST(Averager, AnInfiniteValueIsIgnored) {
   Sample broken = sample_at(1, HUGE_VAL);
   broken.temperature_degc = -HUGE_VAL;
   const Bucket bucket = only_bucket({broken, sample_at(2, 7)});
@@ -77,7 +77,7 @@ TEST(Averager, AnInfiniteValueIsNoMeasurement) {
   EXPECT_TRUE(std::isnan(bucket.temperature_degc));
 }
 
-TEST(Averager, StatusBitsAreOredAndMissingFramesAdded) {
+TEST(Averager, CombinesStatusBitsAndAddsMissingFrames) {
   Sample first = sample_at(1), second = sample_at(2);
   first.status = 0x01, second.status = 0x80;
   first.missing_frames = 3, second.missing_frames = 4;
@@ -86,7 +86,7 @@ TEST(Averager, StatusBitsAreOredAndMissingFramesAdded) {
   EXPECT_EQ(bucket.missing_frames, 7u);
 }
 
-TEST(Averager, SecondsWithoutSamplesGiveNoBucket) {
+TEST(Averager, SecondsWithoutSamplesReturnNoMean) {
   Averager averager;
   EXPECT_FALSE(averager.push(sample_at(500'000'000, 1)));
   const auto first = averager.push(sample_at(7'500'000'000, 2));
@@ -95,17 +95,17 @@ TEST(Averager, SecondsWithoutSamplesGiveNoBucket) {
   const auto second = averager.finish();
   ASSERT_TRUE(second);
   EXPECT_EQ(second->second, 7);
-  EXPECT_DOUBLE_EQ(second->rate_deg_per_h, 2);  // nothing of the first second is left in it
+  EXPECT_DOUBLE_EQ(second->rate_deg_per_h, 2);  // contains nothing of the first second
   EXPECT_EQ(second->samples, 1u);
 }
 
-TEST(Averager, FinishGivesTheOpenSecondOnce) {
+TEST(Averager, FinishReturnsTheOpenSecondOnce) {
   Averager averager;
   EXPECT_FALSE(averager.finish());
   averager.push(sample_at(1));
   EXPECT_TRUE(averager.finish());
   EXPECT_FALSE(averager.finish());
-  EXPECT_FALSE(averager.push(sample_at(2)));  // the next sample opens a new bucket
+  EXPECT_FALSE(averager.push(sample_at(2)));  // the next sample opens a new second
   EXPECT_TRUE(averager.finish());
 }
 
@@ -129,7 +129,7 @@ std::vector<bool> partial_seconds(int first, int last, std::int64_t phase_ns) {
   return partial;
 }
 
-TEST(Averager, ASecondThatTheSessionCutIsPartial) {
+TEST(Averager, ASecondCutByTheSessionIsPartial) {
   using Seconds = std::vector<bool>;
   EXPECT_EQ(partial_seconds(1, 30, 0), Seconds({false, false, false}));
   EXPECT_EQ(partial_seconds(2, 30, 0), Seconds({true, false, false}));
@@ -141,14 +141,14 @@ TEST(Averager, ASecondThatTheSessionCutIsPartial) {
   EXPECT_EQ(partial_seconds(0, 28, 30'000'000), Seconds({false, false, true}));
 }
 
-TEST(Averager, ALossWithinASessionMakesNoSecondPartial) {
+TEST(Averager, LostFramesWithinASessionMakeNoSecondPartial) {
   Averager averager;
   averager.push(sample_at(100'000'000));
   EXPECT_FALSE(averager.push(sample_at(5'500'000'000))->partial);
   EXPECT_FALSE(averager.push(sample_at(6'000'000'001))->partial);
 }
 
-TEST(Averager, WhatComesAfterTheEndIsASessionOfItsOwn) {
+TEST(Averager, SamplesAfterTheEndStartANewSession) {
   Averager averager;
   for (int i = 1; i <= 10; ++i) averager.push(sample_at(i * 100'000'000));
   EXPECT_FALSE(averager.finish()->partial);
@@ -156,8 +156,8 @@ TEST(Averager, WhatComesAfterTheEndIsASessionOfItsOwn) {
   EXPECT_TRUE(averager.finish()->partial);
 }
 
-// Slow and obvious: all samples of a second kept, then averaged.
-TEST(Averager, AgreesWithKeepingEverySample) {
+// A simple reference: keeps all samples of a second, then averages them.
+TEST(Averager, EqualsAReferenceThatKeepsAllSamples) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> unit(0, 1);
   std::map<std::int64_t, std::vector<Sample>> kept;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Bias stability over blocks: against a plain computation with two passes, on the grid that the windows allow.
+// Bias stability over blocks, compared with a two-pass computation on the grid of the windows.
 #include "compensation/block_stability.hpp"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ double plain_sd(const std::vector<double>& values) {
   return std::sqrt(squares / static_cast<double>(values.size() - 1));
 }
 
-TEST(RunningVariance, AgreesWithTwoPasses) {
+TEST(RunningVariance, EqualsATwoPassComputation) {
   std::mt19937_64 random(31);
   std::normal_distribution<double> normal(8.4652, 0.0185);
   RunningVariance running;
@@ -49,13 +49,13 @@ TEST(RunningVariance, AgreesWithTwoPasses) {
   EXPECT_NEAR(running.sd(), plain_sd(values), kSumRounding);
 }
 
-TEST(RunningVariance, KeepsItsDigitsOnALargeOffset) {
+TEST(RunningVariance, KeepsPrecisionWithALargeOffset) {
   RunningVariance running;
-  for (int i = 0; i < 1'000'000; ++i) running.add(1e9 + (i % 2));  // sums of squares would leave nothing of the 0.5
+  for (int i = 0; i < 1'000'000; ++i) running.add(1e9 + (i % 2));  // sums of squares would lose the 0.5
   EXPECT_NEAR(running.sd(), 0.5, 1e-6);
 }
 
-TEST(RunningVariance, BelowTwoValuesThereIsNoDeviation) {
+TEST(RunningVariance, HasNoDeviationBelowTwoValues) {
   RunningVariance running;
   EXPECT_TRUE(std::isnan(running.mean()));
   EXPECT_TRUE(std::isnan(running.sd()));
@@ -66,7 +66,7 @@ TEST(RunningVariance, BelowTwoValuesThereIsNoDeviation) {
   EXPECT_NEAR(running.sd(), std::sqrt(2.0), kSumRounding);  // divisor N − 1
 }
 
-TEST(BlockStability, TakesEveryHundredthWindowAndNoneBetween) {
+TEST(BlockStability, UsesEveryHundredthWindowOnly) {
   BlockStability stability;
   std::vector<double> raw, corrected;
   std::mt19937_64 random(37);
@@ -84,7 +84,7 @@ TEST(BlockStability, TakesEveryHundredthWindowAndNoneBetween) {
   EXPECT_NEAR(stability.improvement().value(), 1 - plain_sd(corrected) / plain_sd(raw), kSumRounding);
 }
 
-TEST(BlockStability, AGapBeginsTheGridAnewSoThatNoBlockSpansIt) {
+TEST(BlockStability, AGapRestartsTheGridSoThatNoBlockSpansIt) {
   BlockStability stability;
   for (int s = 0; s <= 250; ++s) stability.add(row_at(s, s, s), 100);  // blocks end at 0, 100, 200
   for (int s = 260; s < 300; ++s) stability.add(row_at(s, 1e6, 1e6, WindowState::kWarming), 100);
@@ -93,7 +93,7 @@ TEST(BlockStability, AGapBeginsTheGridAnewSoThatNoBlockSpansIt) {
   EXPECT_NEAR(stability.all().mean(), (0 + 100 + 200 + 370 + 470) / 5.0, kSumRounding);
 }
 
-TEST(BlockStability, AClockSetBackBeginsTheGridAnew) {
+TEST(BlockStability, AClockSetBackRestartsTheGrid) {
   BlockStability stability;
   for (int s = 10'000; s <= 10'100; ++s) stability.add(row_at(s, 1, 1), 100);
   stability.add(row_at(0, 1, 1, WindowState::kWarming), 100);
@@ -101,7 +101,7 @@ TEST(BlockStability, AClockSetBackBeginsTheGridAnew) {
   EXPECT_EQ(stability.all().count(), 4);
 }
 
-TEST(BlockStability, AMissingSecondAtABlocksEndMovesTheGridButDoesNotOverlap) {
+TEST(BlockStability, AMissingSecondAtTheEndOfABlockMovesTheGridWithoutOverlap) {
   BlockStability stability;
   for (int s = 0; s <= 205; ++s) {
     if (s != 100 && s != 101) stability.add(row_at(s, s, s), 100);
@@ -112,7 +112,7 @@ TEST(BlockStability, AMissingSecondAtABlocksEndMovesTheGridButDoesNotOverlap) {
 
 TEST(BlockStability, ComparesRawAndCorrectedOverTheSameBlocks) {
   BlockStability stability;
-  for (int block = 0; block < 10; ++block) {  // the first five blocks have no correction and a wild rate
+  for (int block = 0; block < 10; ++block) {  // the first five blocks have no correction and a large rate
     stability.add(row_at(100 * block, block < 5 ? 1000 * block : block % 2, block < 5 ? kUnknown : 0.1 * (block % 2)),
                   100);
   }
@@ -122,20 +122,20 @@ TEST(BlockStability, ComparesRawAndCorrectedOverTheSameBlocks) {
   EXPECT_NEAR(stability.improvement().value(), 0.9, kSumRounding);
 }
 
-TEST(BlockStability, WithoutMovementThereIsNoImprovement) {
+TEST(BlockStability, AConstantRateHasNoImprovement) {
   BlockStability stability;
   EXPECT_FALSE(stability.improvement());
   stability.add(row_at(0, 8, 8), 100);
   EXPECT_FALSE(stability.improvement());
   stability.add(row_at(100, 8, 8.1), 100);
-  EXPECT_FALSE(stability.improvement());  // raw did not move at all
+  EXPECT_FALSE(stability.improvement());  // raw is constant
   stability.reset();
   EXPECT_EQ(stability.all().count(), 0);
-  stability.add(row_at(110, 8, 8), 100);  // the grid is forgotten, too
+  stability.add(row_at(110, 8, 8), 100);  // the grid is also reset
   EXPECT_EQ(stability.all().count(), 1);
 }
 
-TEST(BlockStability, AWorseCorrectionIsANegativeImprovement) {
+TEST(BlockStability, AWorseCorrectionHasANegativeImprovement) {
   BlockStability stability;
   for (int block = 0; block < 4; ++block) stability.add(row_at(100 * block, block % 2, 3 * (block % 2)), 100);
   EXPECT_NEAR(stability.improvement().value(), -2, kSumRounding);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows as text: the log's CSV and back, the socket's JSON, and nothing unknown that looks like a number.
+// Rows as text: the log's CSV in both directions, the socket's JSON, and unknown values.
 #include "compensation/compensated_text.hpp"
 
 #include <gtest/gtest.h>
@@ -41,22 +41,22 @@ const std::string kFullLine =
     "2026-11-23T09:11:00Z,1795425060,200,3,8.465213,25.03750,5.251000,33,8.465250,25.01000,-0.01666667,5.250500,"
     "-0.011767,0.008400,8.476980,8.477017,extrapolating+settling,0.010200,1795425060.004,0";
 
-TEST(Csv, TheColumnsAreTheFormat) {
+TEST(Csv, HasTheColumnsOfTheFormat) {
   EXPECT_EQ(csv_columns(),
             "time_utc,time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,"
             "mean_temperature_degc,slope_degc_per_s,mean_uhfo_v,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,"
             "corrected_mean_deg_per_h,quality,sd_mean_deg_per_h,arrival_s,partial");
 }
 
-TEST(Csv, ARowStandsUnderTheEndOfItsSecond) { EXPECT_EQ(csv(full_row()), kFullLine + "\n"); }
+TEST(Csv, ARowHasTheEndOfItsSecondAsTime) { EXPECT_EQ(csv(full_row()), kFullLine + "\n"); }
 
-TEST(Csv, WhatIsUnknownIsAnEmptyField) {
+TEST(Csv, AnUnknownQuantityIsAnEmptyField) {
   CompensatedWindow row;
   row.window.bucket.second = -1;
   EXPECT_EQ(csv(row), "1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,0\n");
 }
 
-TEST(Csv, ARowAppendsToWhatIsThere) {
+TEST(Csv, ARowIsAppendedToTheText) {
   std::string text = "before\n";
   append_csv(text, full_row());
   EXPECT_EQ(text, "before\n" + kFullLine + "\n");
@@ -79,7 +79,7 @@ TEST(Csv, ReadsARowBack) {
   }
 }
 
-TEST(Csv, AnEmptyFieldReadsAsUnknownAndTheWindowAsNotReady) {
+TEST(Csv, ReadsAnEmptyFieldAsUnknownAndItsWindowAsNotReady) {
   const auto row = parse_csv("1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,0", "g.csv:7");
   ASSERT_TRUE(row) << row.error().text();
   EXPECT_TRUE(std::isnan(row->window.bucket.rate_deg_per_h));
@@ -90,7 +90,7 @@ TEST(Csv, AnEmptyFieldReadsAsUnknownAndTheWindowAsNotReady) {
   EXPECT_EQ(parse_csv(csv(no_temperature), "g.csv:7")->window.state, WindowState::kWarming);
 }
 
-TEST(Csv, RandomRowsComeBackToTheirLastDecimal) {
+TEST(Csv, RandomRowsReadBackToTheLastDecimal) {
   std::mt19937_64 random(29);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto maybe = [&](double scale) { return random() % 4 == 0 ? kUnknown : scale * unit(random); };
@@ -134,7 +134,7 @@ std::string with_field(std::size_t index, const std::string& field, std::string 
   return line.replace(begin, std::min(line.find(',', begin), line.size()) - begin, field);
 }
 
-TEST(Csv, EveryBadFieldIsRefusedByItsName) {
+TEST(Csv, AnInvalidFieldIsReportedByItsColumn) {
   struct Row {
     std::size_t field;
     const char *text, *refusal;
@@ -180,7 +180,7 @@ CsvLayout layout_of(const std::string& columns) {
   return layout.value_or(CsvLayout());
 }
 
-// What version 0.1 wrote ends with the quality.
+// Rows of version 0.1 end with the quality.
 TEST(Csv, ALogOfFormat1HasNoPartialSecondsAndNoNoise) {
   const std::string columns(csv_columns().substr(0, csv_columns().rfind(",sd_mean")));
   const auto row = parse_csv(kFullLine.substr(0, kFullLine.rfind(",0.0102")), "g.csv:7", layout_of(columns));
@@ -190,7 +190,7 @@ TEST(Csv, ALogOfFormat1HasNoPartialSecondsAndNoNoise) {
             "g.csv:7: found 20 columns, expected 17");
 }
 
-TEST(Csv, ColumnsAreReadByTheirNamesAndUnknownOnesPassedOver) {
+TEST(Csv, ReadsColumnsByNameAndSkipsUnknownOnes) {
   std::string line = kFullLine;
   line.back() = '1';
   const auto row = parse_csv("5.5," + line + ",what", "g.csv:7",
@@ -200,7 +200,7 @@ TEST(Csv, ColumnsAreReadByTheirNamesAndUnknownOnesPassedOver) {
   EXPECT_EQ(csv(*row), line + "\n");
 }
 
-TEST(Csv, ALineOfColumnsThatIsNoLogsIsRefused) {
+TEST(Csv, RejectsTheColumnsOfAnotherFormat) {
   EXPECT_EQ(CsvLayout::parse("t_s,rate", "g.csv:1").error().text(),
             R"(g.csv:1: not a log of prismd: found no column "time_utc"; prismcal reads any other CSV with --map)");
   EXPECT_EQ(CsvLayout::parse(std::string(csv_columns()) + ",quality", "g.csv:1").error().text(),
@@ -208,7 +208,7 @@ TEST(Csv, ALineOfColumnsThatIsNoLogsIsRefused) {
   EXPECT_FALSE(CsvLayout::parse("", "g.csv:1"));
 }
 
-TEST(Csv, EveryTornRowIsRefused) {
+TEST(Csv, RejectsEveryTruncatedRow) {
   for (const CompensatedWindow& row : {full_row(), CompensatedWindow{}}) {
     const std::string line = csv(row);
     for (std::size_t length = 0; length + 1 < line.size(); ++length) {
@@ -219,7 +219,7 @@ TEST(Csv, EveryTornRowIsRefused) {
   EXPECT_EQ(parse_csv("", "g.csv:7").error().text(), "g.csv:7: found 1 columns, expected 20");
 }
 
-TEST(Json, AWindowCarriesItsNumbers) {
+TEST(Json, AWindowContainsItsValues) {
   std::string text;
   append_json(text, full_row());
   EXPECT_EQ(
@@ -243,7 +243,7 @@ Compensated sample_row(std::int64_t time_ns) {
   return row;
 }
 
-TEST(Json, ASampleCarriesItsNumbers) {
+TEST(Json, ASampleContainsItsValues) {
   std::string text;
   append_json(text, sample_row(1'795'425'060'012'345'678));
   EXPECT_EQ(text,
@@ -269,7 +269,7 @@ TEST(Json, TimesKeepTheirMicrosecondsOnBothSidesOfZero) {
   }
 }
 
-TEST(Json, WhatIsUnknownOrInfiniteIsNull) {
+TEST(Json, UnknownAndInfiniteValuesAreNull) {
   CompensatedWindow window;
   window.window.bucket.rate_deg_per_h = HUGE_VAL;
   Compensated sample;

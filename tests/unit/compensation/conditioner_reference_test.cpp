@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Conditioner against a slow and obvious reference that keeps every bucket and looks at every second of the window.
+// Conditioner compared with a simple reference that keeps every second and evaluates the complete window.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ constexpr double kReferenceRounding = 1e-10;
 
 using Quantity = double Bucket::*;
 
-// All buckets since the window was last emptied.
+// All seconds since the window was last emptied.
 class Reference {
  public:
   explicit Reference(FeatureDefinition definition) : definition_(std::move(definition)) {}
@@ -66,7 +66,7 @@ class Reference {
   }
   bool has_hole(Quantity quantity, std::int64_t first) const { return has_hole(quantity, first, last()); }
 
-  // The line through the points (t, T): all of the window, or the two ends' means.
+  // The line through the points (t, T): all of the window, or the means of both ends.
   double slope() const {
     const std::int64_t first = last() - definition_.length_s + 1;
     std::vector<std::pair<double, double>> points;
@@ -105,7 +105,7 @@ void expect_alike(double a, double b, const char* what) {
   }
 }
 
-TEST(Conditioner, AgreesWithKeepingEverything) {
+TEST(Conditioner, EqualsAReferenceThatKeepsAllSeconds) {
   std::mt19937_64 random(41);
   const auto below = [&](unsigned n) { return static_cast<int>(random() % n); };
   int ready = 0;
@@ -140,7 +140,7 @@ TEST(Conditioner, AgreesWithKeepingEverything) {
       if (window.state == WindowState::kReady) ++ready;
     }
   }
-  EXPECT_GT(ready, 10'000);  // much of it was measured, not only warming
+  EXPECT_GT(ready, 10'000);  // most windows were measured, not only warming
 }
 
 }  // namespace

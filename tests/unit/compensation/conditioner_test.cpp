@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Conditioner: a temperature history is given, its mean and its slope are found; holes, warming and lost sensors.
+// Conditioner: mean and slope of a given temperature history; gaps, warming and failed sensors.
 #include "compensation/conditioner.hpp"
 
 #include <gtest/gtest.h>
@@ -78,21 +78,21 @@ TEST_P(BothMethods, WarmForExactlyTheirHistory) {
   }
 }
 
-TEST_P(BothMethods, KeepTheWindowOverAHoleAtTheLimit) {
+TEST_P(BothMethods, KeepTheWindowOverAGapAtTheLimit) {
   for (int hole = 1; hole <= 5; ++hole) {
     Conditioner conditioner(definition(GetParam()));
     push_ramp(conditioner, kStart, kStart + 150, 0.01);
     for (int s = 150 + hole; s < 400; ++s) {
       const Window window = push_ramp(conditioner, kStart + s, kStart + s + 1, 0.01);
       EXPECT_EQ(window.gap_s, s == 150 + hole ? hole : 0);
-      // Ready all along: also when the hole passes the far ends of the window, and with the slope of the ramp.
-      ASSERT_EQ(window.state, WindowState::kReady) << "hole " << hole << ", second " << s;
-      ASSERT_NEAR(window.slope_degc_per_s, 0.01, kMeanRounding) << "hole " << hole << ", second " << s;
+      // Always ready, also while the gap passes the ends of the window, and with the slope of the ramp.
+      ASSERT_EQ(window.state, WindowState::kReady) << "gap " << hole << ", second " << s;
+      ASSERT_NEAR(window.slope_degc_per_s, 0.01, kMeanRounding) << "gap " << hole << ", second " << s;
     }
   }
 }
 
-TEST_P(BothMethods, EmptyTheWindowOverAHoleBeyondTheLimit) {
+TEST_P(BothMethods, EmptyTheWindowOverAGapAboveTheLimit) {
   Conditioner conditioner(definition(GetParam()));
   push_ramp(conditioner, kStart, kStart + 150, 0.01);
   Window window = push_ramp(conditioner, kStart + 156, kStart + 157, 0.01);
@@ -100,7 +100,7 @@ TEST_P(BothMethods, EmptyTheWindowOverAHoleBeyondTheLimit) {
   EXPECT_EQ(window.warm_s, 1);
   EXPECT_EQ(window.state, WindowState::kWarming);
   EXPECT_TRUE(std::isnan(window.slope_degc_per_s));
-  EXPECT_NEAR(window.temperature_degc, ramp(kStart + 156, 0.01), kMeanRounding);  // nothing from before the hole
+  EXPECT_NEAR(window.temperature_degc, ramp(kStart + 156, 0.01), kMeanRounding);  // nothing from before the gap
   const int full = history_s(conditioner.definition());
   window = push_ramp(conditioner, kStart + 157, kStart + 156 + full - 1, 0.01);
   EXPECT_EQ(window.state, WindowState::kWarming);
@@ -108,7 +108,7 @@ TEST_P(BothMethods, EmptyTheWindowOverAHoleBeyondTheLimit) {
   EXPECT_EQ(window.state, WindowState::kReady);
 }
 
-TEST_P(BothMethods, EmptyTheWindowWhenTheClockIsSetBackOrStands) {
+TEST_P(BothMethods, EmptyTheWindowIfTheClockIsSetBackOrStops) {
   for (const int back : {0, 1, 1000}) {
     Conditioner conditioner(definition(GetParam()));
     push_ramp(conditioner, kStart, kStart + 200, 0.01);
@@ -120,7 +120,7 @@ TEST_P(BothMethods, EmptyTheWindowWhenTheClockIsSetBackOrStands) {
   }
 }
 
-TEST_P(BothMethods, DoNotServeTheTemperatureOfAFailedSensor) {
+TEST_P(BothMethods, DoNotUseTheTemperatureOfAFailedSensor) {
   Conditioner conditioner(definition(GetParam()));
   push_ramp(conditioner, kStart, kStart + 200, 0.01);
   for (int s = 200; s < 400; ++s) {
@@ -129,11 +129,11 @@ TEST_P(BothMethods, DoNotServeTheTemperatureOfAFailedSensor) {
     EXPECT_EQ(std::isfinite(window.temperature_degc), within_limit) << s;
     EXPECT_EQ(std::isfinite(window.slope_degc_per_s), within_limit) << s;
     EXPECT_EQ(window.state, within_limit ? WindowState::kReady : WindowState::kWarming) << s;
-    EXPECT_EQ(window.warm_s, history_s(conditioner.definition())) << s;  // the stream itself has no hole
+    EXPECT_EQ(window.warm_s, history_s(conditioner.definition())) << s;  // the stream itself has no gap
   }
 }
 
-TEST_P(BothMethods, TakeATemperatureThatComesEveryFifthSecond) {
+TEST_P(BothMethods, AcceptATemperatureEveryFifthSecond) {
   Conditioner conditioner(definition(GetParam()));
   for (int s = 0; s < 300; ++s) {
     const Window window = conditioner.push(bucket_of(kStart + s, s % 5 == 0 ? ramp(kStart + s, -0.02) : kUnknown));
@@ -162,8 +162,8 @@ TEST_P(BothMethods, AreTheSameAfterAResetAsNew) {
 }
 
 // T = a s². Difference: ((mean of s² over the end) − (the same L before)) / L = a (2 m − L), m the end's mean time.
-// Least squares over L equally spaced points: the slope at their centre, 2 a c. The two differ, as they should.
-TEST(Conditioner, TheMethodsDifferOnACurveAsTheirFormulasSay) {
+// Least squares over L equally spaced points: the slope at their centre, 2 a c. The two differ on purpose.
+TEST(Conditioner, TheMethodsDifferOnACurveAccordingToTheirFormulas) {
   constexpr double kA = 1e-4;
   const FeatureDefinition difference = definition(SlopeMethod::kDifference, 100, 10);
   const FeatureDefinition least_squares = definition(SlopeMethod::kLeastSquares, 100, 10);
@@ -177,7 +177,7 @@ TEST(Conditioner, TheMethodsDifferOnACurveAsTheirFormulasSay) {
   EXPECT_NEAR(l.slope_degc_per_s, kA * 2 * (300 - 49.5), kMeanRounding);
 }
 
-TEST(Conditioner, AnEndThatFallsWhollyIntoAHoleHasNoSlopeForThatSecond) {
+TEST(Conditioner, AnEndCompletelyInAGapHasNoSlopeForThatSecond) {
   Conditioner conditioner(definition(SlopeMethod::kDifference, 100, 1));
   push_ramp(conditioner, kStart, kStart + 150, 0.01);
   for (int s = 152; s < 300; ++s) {  // the seconds 150 and 151 are missing
@@ -194,10 +194,10 @@ TEST(Conditioner, AStreamWithoutUhfoIsReadyWithoutItsMean) {
   EXPECT_TRUE(std::isnan(window.uhfo_v));
 }
 
-TEST(Conditioner, TheVoltageOfAFailedMeterIsForgottenAndComesBackWithItsWindow) {
+TEST(Conditioner, TheVoltageOfAFailedMeterIsUnknownUntilItsWindowHasDataAgain) {
   Conditioner conditioner(definition(SlopeMethod::kDifference));
   for (int s = 0; s < 400; ++s) {
-    const bool failed = s >= 200 && s < 206;  // one second beyond the limit
+    const bool failed = s >= 200 && s < 206;  // one second above the limit
     const Window window = conditioner.push(bucket_of(kStart + s, 25, 8, failed ? kUnknown : 5 + (s >= 206 ? 1 : 0)));
     const bool hole_in_window = s >= 205 && s < 300;  // until fewer than six of its seconds are in the window
     EXPECT_EQ(std::isnan(window.uhfo_v), hole_in_window) << s;
@@ -205,7 +205,7 @@ TEST(Conditioner, TheVoltageOfAFailedMeterIsForgottenAndComesBackWithItsWindow) 
   }
 }
 
-TEST(Conditioner, WarmingGivesMeansOfWhatIsThere) {
+TEST(Conditioner, WarmingReturnsMeansOfTheAvailableSeconds) {
   Conditioner conditioner(definition(SlopeMethod::kDifference));
   conditioner.push(bucket_of(kStart, 20, 7, 5.0));
   const Window window = conditioner.push(bucket_of(kStart + 1, 22, 9, 5.5));
@@ -215,7 +215,7 @@ TEST(Conditioner, WarmingGivesMeansOfWhatIsThere) {
   EXPECT_DOUBLE_EQ(window.uhfo_v, 5.25);
 }
 
-TEST(Conditioner, TheRateMeanLeavesOutWhatTheDeviceCalledInvalid) {
+TEST(Conditioner, TheMeanRateExcludesInvalidRates) {
   Conditioner conditioner(definition(SlopeMethod::kDifference));
   Window window;
   for (int s = 0; s < 120; ++s) window = conditioner.push(bucket_of(kStart + s, 25, s % 2 ? kUnknown : 8));
@@ -232,7 +232,7 @@ FeatureDefinition with_lags(std::vector<double> time_constants_s) {
   return features;
 }
 
-TEST(ConditionerLag, AStepDecaysAsTheExponentialSays) {
+TEST(ConditionerLag, AStepDecaysExponentially) {
   Conditioner conditioner(with_lags({25, 400}));
   for (int s = 0; s < 50; ++s) EXPECT_EQ(conditioner.push(bucket_of(s, 20)).lag_degc, (std::vector<double>{0, 0}));
   for (int n = 1; n <= 1000; ++n) {  // n seconds after the step of 30 degC: T − EMA = 30 exp(−n / tau)
@@ -243,8 +243,8 @@ TEST(ConditionerLag, AStepDecaysAsTheExponentialSays) {
   }
 }
 
-// With k = exp(−1/tau) and T rising by r a second: y_n = k (y_(n−1) + r), so y_n = r k (1 − k^n) / (1 − k).
-TEST(ConditionerLag, ARampLagsAsTheClosedFormSays) {
+// With k = exp(−1/tau) and T rising by r per second: y_n = k (y_(n−1) + r), so y_n = r k (1 − k^n) / (1 − k).
+TEST(ConditionerLag, ARampLagsAccordingToTheClosedForm) {
   Conditioner conditioner(with_lags({60}));
   const double k = std::exp(-1 / 60.0), r = 0.02;
   for (int n = 0; n < 600; ++n) {
@@ -253,18 +253,18 @@ TEST(ConditionerLag, ARampLagsAsTheClosedFormSays) {
   }
 }
 
-TEST(ConditionerLag, AShortHoleIsBridgedByTheTrueElapsedTime) {
+TEST(ConditionerLag, AShortGapIsBridgedByTheTrueElapsedTime) {
   Conditioner conditioner(with_lags({1000}));
   conditioner.push(bucket_of(0, 20));
-  const Window window = conditioner.push(bucket_of(100, 30));  // a tenth of the time constant, beyond max_gap_s
+  const Window window = conditioner.push(bucket_of(100, 30));  // a tenth of the time constant, above max_gap_s
   EXPECT_EQ(window.state, WindowState::kWarming);
   EXPECT_NEAR(window.lag_degc.at(0), 10 * std::exp(-0.1), kMeanRounding);
   const Window unknown = conditioner.push(bucket_of(101, kUnknown));
-  EXPECT_TRUE(unknown.lag_degc.empty());  // no temperature, no lag: never the one of the second before
+  EXPECT_TRUE(unknown.lag_degc.empty());  // without a temperature there is no lag, never that of the second before
   EXPECT_NEAR(conditioner.push(bucket_of(102, 30)).lag_degc.at(0), 10 * std::exp(-0.102), kMeanRounding);
 }
 
-TEST(ConditionerLag, ALongHoleOrAClockSetBackBeginsAnew) {
+TEST(ConditionerLag, ALongGapOrAClockSetBackRestarts) {
   for (const int next : {101, -1, 0}) {
     Conditioner conditioner(with_lags({1000, 5000}));
     conditioner.push(bucket_of(0, 20));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The engine and sensors that lie. In the field a thermometer said −273 degC, the row was `good`, and the bias −9.75
+// Engine with faulty sensors. In the field a thermometer reported −273 degC, the row was `good`, and the bias −9.75
 // deg/h.
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ struct EnginePlausibility : testing::Test {
     rows.clear();
     for (int i = 0; i < 10 * count; ++i) push();
   }
-  /// The seconds as above, and one sample more that closes the last of them.
+  /// Pushes the seconds as above, and one more sample that closes the last of them.
   void whole_seconds(int count) {
     seconds(count);
     push();
@@ -53,7 +53,7 @@ struct EnginePlausibility : testing::Test {
   std::vector<CompensatedWindow> rows;
 };
 
-TEST_F(EnginePlausibility, NoImpossibleTemperatureIsGoodOrMovesTheBias) {
+TEST_F(EnginePlausibility, AnImpossibleTemperatureIsNotGoodAndDoesNotChangeTheBias) {
   for (const double degc : {-273.0, 1000.0, 45.0}) {
     use({});
     seconds(30);
@@ -64,11 +64,11 @@ TEST_F(EnginePlausibility, NoImpossibleTemperatureIsGoodOrMovesTheBias) {
       EXPECT_TRUE(sample.correction.quality & kImplausible) << quality_text(sample.correction.quality);
       EXPECT_TRUE(std::isnan(sample.correction.bias_deg_per_h) ||
                   std::fabs(sample.correction.bias_deg_per_h - 0.25) < 1e-12);
-      EXPECT_EQ(sample.sample.temperature_degc, degc) << "what was measured stands in the sample";
+      EXPECT_EQ(sample.sample.temperature_degc, degc) << "the sample contains the measured value";
     }
     for (std::size_t i = 1; i < rows.size(); ++i) {
       EXPECT_TRUE(rows[i].correction.quality & kImplausible) << i;
-      EXPECT_DOUBLE_EQ(rows[i].window.bucket.temperature_degc, degc) << "and in the row";
+      EXPECT_DOUBLE_EQ(rows[i].window.bucket.temperature_degc, degc) << "and the row too";
     }
     EXPECT_EQ(rows.back().correction.quality, kInputMissing | kImplausible);
     EXPECT_TRUE(std::isnan(rows.back().corrected_deg_per_h));
@@ -82,7 +82,7 @@ TEST_F(EnginePlausibility, NoImpossibleTemperatureIsGoodOrMovesTheBias) {
   }
 }
 
-TEST_F(EnginePlausibility, OneSpikeMarksItsSampleAndItsRowOnly) {
+TEST_F(EnginePlausibility, ASpikeFlagsOnlyItsSampleAndItsRow) {
   seconds(30);
   seconds(0);
   for (int i = 1; i <= 30; ++i) {
@@ -112,14 +112,14 @@ TEST_F(EnginePlausibility, AnImpossibleRateIsNotCorrected) {
   EXPECT_EQ(row.correction.quality, kImplausible);
   EXPECT_NEAR(row.window.bucket.rate_deg_per_h, 3.4e38, 1e24);
   EXPECT_TRUE(std::isnan(row.corrected_deg_per_h));
-  EXPECT_DOUBLE_EQ(row.window.rate_deg_per_h, 8) << "the window does not take it";
+  EXPECT_DOUBLE_EQ(row.window.rate_deg_per_h, 8) << "the window ignores it";
   EXPECT_DOUBLE_EQ(row.corrected_mean_deg_per_h, 8 - 0.25);
   next.rate_deg_per_h = HUGE_VAL;
   whole_seconds(2);
   EXPECT_TRUE(rows.back().correction.quality & kImplausible);
 }
 
-TEST_F(EnginePlausibility, AStuckThermometerIsImplausibleWhereThatIsAskedFor) {
+TEST_F(EnginePlausibility, AStuckThermometerIsImplausibleIfConfigured) {
   EngineSettings settings;
   settings.plausibility.temperature.stuck_s = 20;
   use(settings);
@@ -132,7 +132,7 @@ TEST_F(EnginePlausibility, AStuckThermometerIsImplausibleWhereThatIsAskedFor) {
   EXPECT_FALSE(rows.back().correction.quality & kImplausible);
 }
 
-TEST_F(EnginePlausibility, ANewSessionKnowsNothingOfTheLastOnesSensors) {
+TEST_F(EnginePlausibility, ANewSessionResetsTheChecks) {
   seconds(30);
   engine.finish();
   engine.reset();
@@ -143,8 +143,8 @@ TEST_F(EnginePlausibility, ANewSessionKnowsNothingOfTheLastOnesSensors) {
   EXPECT_DOUBLE_EQ(samples.back().correction.bias_deg_per_h, 0.6);
 }
 
-// The log says that a second held something implausible, not what: nothing of it is taken.
-TEST_F(EnginePlausibility, ARowThatIsReadBackIsNotBelieved) {
+// The log states that a second contained an implausible value, but not which: none of its values is used.
+TEST_F(EnginePlausibility, AnImplausibleRowIsNotUsedAfterReadingBack) {
   seconds(30);
   next.temperature_degc = -273;
   whole_seconds(2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Engine: one row for each sample, the bias of the last full second, and never a silently uncorrected number.
+// Engine: one row per sample, the bias of the last complete second, and no silently uncorrected rate.
 #include "compensation/engine.hpp"
 
 #include <gtest/gtest.h>
@@ -16,14 +16,14 @@ namespace {
 using test::linear_model;
 
 constexpr double kEngineRounding = 1e-12;
-constexpr std::int64_t kPeriodNs = 100'000'000;  // ten samples a second
+constexpr std::int64_t kPeriodNs = 100'000'000;  // ten samples per second
 
 using test::kFullS;
 using test::short_features;
 
 ModelPtr temperature_model(double gain = 0.01) { return linear_model({"T"}, {gain}, 0, short_features()); }
 
-// The engine, its clock and everything that came out of it.
+// The engine, its clock and all its output.
 struct Session {
   Engine engine;
   std::int64_t time_ns = 0;
@@ -53,7 +53,7 @@ struct Session {
   const Compensated& last() const { return rows.back(); }
 };
 
-// Live and training alike: a second that a session cut is published, and no window is made of it.
+// Live and in training: a second that a session boundary cuts is published, but is part of no window.
 TEST(Engine, APartialSecondIsInNoWindow) {
   Session run(temperature_model());
   run.time_ns = 3 * kPeriodNs;
@@ -72,11 +72,11 @@ TEST(Engine, APartialSecondIsInNoWindow) {
   EXPECT_EQ(run.windows.size(), kFullS + 1u);
   EXPECT_DOUBLE_EQ(run.windows.back().window.temperature_degc, 25);
   EXPECT_TRUE(last->window.bucket.partial);
-  EXPECT_DOUBLE_EQ(last->correction.bias_deg_per_h, 0.25) << "the bias in force while it was measured";
+  EXPECT_DOUBLE_EQ(last->correction.bias_deg_per_h, 0.25) << "the bias in force during this second";
   EXPECT_TRUE(std::isnan(last->corrected_mean_deg_per_h));
 }
 
-TEST(Engine, GivesOneRowForEachSampleAndOneWindowForEachSecond) {
+TEST(Engine, ReturnsOneRowPerSampleAndOneWindowPerSecond) {
   Session run(temperature_model());
   run.seconds(20);
   EXPECT_EQ(run.rows.size(), 200u);
@@ -87,7 +87,7 @@ TEST(Engine, GivesOneRowForEachSampleAndOneWindowForEachSecond) {
     EXPECT_EQ(run.rows[i].sample.time_ns, static_cast<int>(i + 1) * kPeriodNs);
 }
 
-TEST(Engine, FindsTheBiasThatWasPutIn) {
+TEST(Engine, FindsTheSimulatedBias) {
   const ModelPtr model = linear_model({"T", "dTdt", "U"}, {0.01, -2, 0.5}, -1, short_features());
   Session run(model);
   const double slope_degc_per_s = 0.02;
@@ -96,7 +96,7 @@ TEST(Engine, FindsTheBiasThatWasPutIn) {
     run.push();
   }
   const Window& window = run.windows.back().window;
-  // The mean of the 100 samples in (29, 39] s: T at 34.05 s, half a sample behind the middle.
+  // The mean of the 100 samples in (29, 39] s: T at 34.05 s, half a sample after the middle.
   EXPECT_NEAR(window.temperature_degc, 20 + 0.02 * 34.05, kEngineRounding);
   const double bias = -1 + 0.01 * (20 + 0.02 * 34.05) - 2 * slope_degc_per_s + 0.5 * 5.25;
   EXPECT_NEAR(run.windows.back().correction.bias_deg_per_h, bias, 1e-10);
@@ -117,7 +117,7 @@ TEST(Engine, ASampleIsCorrectedWithTheLastFullSecondBeforeIt) {
   EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.26, kEngineRounding);
 }
 
-TEST(Engine, WithoutAModelNothingIsCalledCorrected) {
+TEST(Engine, WithoutAModelNoRateIsCorrected) {
   Session run(nullptr, temperature_model());
   run.seconds(30);
   for (const Compensated& row : run.rows) {
@@ -140,7 +140,7 @@ TEST(Engine, WarmingHasNoCorrectedRate) {
   EXPECT_NEAR(run.last().corrected_deg_per_h, 7.75, kEngineRounding);
 }
 
-TEST(Engine, NoSampleBehindALongGapUsesTheBiasOfBefore) {
+TEST(Engine, NoSampleAfterALongGapUsesTheOldBias) {
   Session run(temperature_model());
   run.seconds(20);
   ASSERT_EQ(run.last().correction.quality, kGood);
@@ -161,7 +161,7 @@ TEST(Engine, AGapWithinTheLimitKeepsTheBias) {
   EXPECT_EQ(run.windows.back().correction.quality, kGood);
 }
 
-TEST(Engine, NoSampleBehindAClockSetBackUsesTheBiasOfBefore) {
+TEST(Engine, NoSampleAfterAClockSetBackUsesTheOldBias) {
   Session run(temperature_model());
   run.seconds(20);
   run.time_ns -= 5 * kNanosecondsPerSecond;
@@ -170,7 +170,7 @@ TEST(Engine, NoSampleBehindAClockSetBackUsesTheBiasOfBefore) {
   EXPECT_TRUE(std::isnan(run.last().corrected_deg_per_h));
 }
 
-TEST(Engine, FinishClosesTheOpenSecondAndLeavesNoBiasBehind) {
+TEST(Engine, FinishClosesTheOpenSecondAndClearsTheBias) {
   Session run(temperature_model());
   run.seconds(20);
   const auto closed = run.engine.finish();
@@ -184,7 +184,7 @@ TEST(Engine, FinishClosesTheOpenSecondAndLeavesNoBiasBehind) {
   EXPECT_EQ(run.last().correction.quality, kWarming);
 }
 
-TEST(Engine, ResetForgetsTheSession) {
+TEST(Engine, ResetClearsTheSession) {
   Session run(temperature_model());
   run.seconds(20);
   run.engine.reset();
@@ -197,19 +197,19 @@ TEST(Engine, ResetForgetsTheSession) {
   EXPECT_EQ(run.windows.back().window.warm_s, 1);
 }
 
-TEST(EngineSwap, AModelOfTheSameFeaturesKeepsTheWindowAndIsInForceAtOnce) {
+TEST(EngineSwap, AModelWithTheSameFeaturesKeepsTheWindowAndIsInForceAtOnce) {
   Session run(temperature_model(0.01));
   run.seconds(20);
   run.push();
   run.use(temperature_model(0.02), nullptr);
-  run.push();  // within the same second: no window has come since the swap
+  run.push();  // within the same second: no window since the swap
   EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.5, kEngineRounding);
   EXPECT_EQ(run.last().correction.quality, kGood);
   run.seconds(1);
   EXPECT_NEAR(run.windows.back().correction.bias_deg_per_h, 0.5, kEngineRounding);
 }
 
-TEST(EngineSwap, AModelOfOtherFeaturesWarmsAnew) {
+TEST(EngineSwap, AModelWithOtherFeaturesRestartsTheWindow) {
   for (const int length_s : {9, 11}) {
     Session run(temperature_model());
     run.seconds(20);
@@ -217,7 +217,8 @@ TEST(EngineSwap, AModelOfOtherFeaturesWarmsAnew) {
     other.length_s = length_s;
     run.use(linear_model({"T"}, {0.02}, 0, other), nullptr);
     EXPECT_EQ(run.engine.correction().quality, kWarming);
-    for (int second = 1; second < history_s(other); ++second) {  // the open second, whole, is the first of its history
+    for (int second = 1; second < history_s(other);
+         ++second) {  // the open second is complete and the first of its history
       run.seconds(1);
       EXPECT_EQ(run.rows[run.rows.size() - 10].correction.quality, kWarming) << second;
       EXPECT_EQ(run.last().correction.quality, kWarming) << second;
@@ -228,7 +229,7 @@ TEST(EngineSwap, AModelOfOtherFeaturesWarmsAnew) {
   }
 }
 
-TEST(EngineSwap, TakingTheModelAwayEndsTheCorrection) {
+TEST(EngineSwap, RemovingTheModelEndsTheCorrection) {
   Session run(temperature_model());
   run.seconds(20);
   ASSERT_TRUE(run.engine.use(nullptr, nullptr));
@@ -237,7 +238,7 @@ TEST(EngineSwap, TakingTheModelAwayEndsTheCorrection) {
   EXPECT_TRUE(std::isnan(run.last().corrected_deg_per_h));
 }
 
-TEST(EngineFallback, ServesWhileTheWindowIsNotFull) {
+TEST(EngineFallback, IsUsedWhileTheWindowIsNotFull) {
   Session run(temperature_model(0.01), linear_model({"T", "U"}, {0.02, 0}));
   run.seconds(kFullS);
   EXPECT_TRUE(std::isnan(run.rows[9].corrected_deg_per_h));  // the first second has no window before it
@@ -250,7 +251,7 @@ TEST(EngineFallback, ServesWhileTheWindowIsNotFull) {
   EXPECT_EQ(run.last().correction.quality, kGood);
 }
 
-TEST(EngineFallback, ThatLacksAnInputSaysSo) {
+TEST(EngineFallback, WithoutItsInputIsFlagged) {
   Session run(temperature_model(), linear_model({"U"}, {1}));
   run.next.uhfo_v = kUnknown;
   run.seconds(3);
@@ -258,7 +259,7 @@ TEST(EngineFallback, ThatLacksAnInputSaysSo) {
   EXPECT_EQ(run.last().correction.quality, kWarming | kFallback | kInputMissing);
 }
 
-TEST(EngineFallback, ThatNeedsASlopeIsRefusedAndNothingChanges) {
+TEST(EngineFallback, ThatNeedsASlopeIsRejectedWithoutAnyChange) {
   Session run(temperature_model());
   run.seconds(20);
   const ModelPtr before = run.engine.model();
@@ -271,7 +272,7 @@ TEST(EngineFallback, ThatNeedsASlopeIsRefusedAndNothingChanges) {
   EXPECT_NEAR(run.engine.correction().bias_deg_per_h, 0.25, kEngineRounding);
 }
 
-TEST(EngineLimits, ABiasBeyondTheLimitIsNotBelieved) {
+TEST(EngineLimits, ABiasAboveTheLimitIsRejected) {
   for (const auto& [temperature, believed] : {std::pair{50.0, true}, {-50.0, true}, {50.1, false}, {-50.1, false}}) {
     Session run(temperature_model(0.01), nullptr, EngineSettings{0.5});
     run.next.temperature_degc = temperature;
@@ -281,7 +282,7 @@ TEST(EngineLimits, ABiasBeyondTheLimitIsNotBelieved) {
   }
 }
 
-TEST(EngineLimits, APredictionThatIsNoNumberIsNotBelieved) {
+TEST(EngineLimits, APredictionThatIsNotFiniteIsRejected) {
   // 1e308 · 1e3 · T − the same overflows to inf − inf.
   Session run(linear_model({"T", "U"}, {1e308, -1e308}, 0, short_features()));
   run.next.temperature_degc = run.next.uhfo_v = 1e3;
@@ -290,14 +291,14 @@ TEST(EngineLimits, APredictionThatIsNoNumberIsNotBelieved) {
   EXPECT_TRUE(std::isnan(run.last().correction.bias_deg_per_h));
 }
 
-TEST(EngineLimits, OutsideTheTrainingBoxIsMarked) {
+TEST(EngineLimits, OutsideTheTrainingBoxIsFlagged) {
   Session run(linear_model({"T"}, {0.01}, 0, short_features(), Domain{{-40}, {24}}));
   run.seconds(20);
   EXPECT_EQ(run.last().correction.quality, kExtrapolating);
   EXPECT_NEAR(run.last().corrected_deg_per_h, 7.75, kEngineRounding);
 }
 
-TEST(EngineInputs, AModelOfTheVoltageAloneServesADeviceWithoutThermometer) {
+TEST(EngineInputs, AModelOfTheVoltageAloneWorksWithoutAThermometer) {
   Session run(linear_model({"U"}, {0.1}, 0, short_features()));
   run.next.temperature_degc = kUnknown;
   run.seconds(20);
@@ -305,7 +306,7 @@ TEST(EngineInputs, AModelOfTheVoltageAloneServesADeviceWithoutThermometer) {
   EXPECT_EQ(run.last().correction.quality, kGood);
 }
 
-TEST(EngineInputs, AFullWindowWithoutAnInputIsMissingItNotWarming) {
+TEST(EngineInputs, AFullWindowWithoutAnInputIsInputMissingNotWarming) {
   Session run(temperature_model());
   run.next.temperature_degc = kUnknown;
   run.seconds(20);
@@ -313,7 +314,7 @@ TEST(EngineInputs, AFullWindowWithoutAnInputIsMissingItNotWarming) {
   EXPECT_TRUE(std::isnan(run.last().corrected_deg_per_h));
 }
 
-TEST(EngineInputs, AVoltageThatFailsEndsTheCorrectionWithinTheGapLimit) {
+TEST(EngineInputs, AFailedVoltageEndsTheCorrectionWithinTheGapLimit) {
   Session run(linear_model({"T", "U"}, {0.01, 0.1}, 0, short_features()));
   run.seconds(20);
   run.next.uhfo_v = kUnknown;
@@ -324,7 +325,7 @@ TEST(EngineInputs, AVoltageThatFailsEndsTheCorrectionWithinTheGapLimit) {
   EXPECT_TRUE(std::isnan(run.last().corrected_deg_per_h));
 }
 
-TEST(EngineInputs, SettlingLagsAreMarked) {
+TEST(EngineInputs, SettlingLagsAreFlagged) {
   FeatureDefinition features = short_features();
   features.lag_time_constants_s = {10};
   Session run(linear_model({"T", "lag1"}, {0.01, 1}, 0, features));
@@ -334,7 +335,7 @@ TEST(EngineInputs, SettlingLagsAreMarked) {
   EXPECT_EQ(run.last().correction.quality, kGood);
 }
 
-TEST(EngineInputs, AnInvalidRateIsMarkedOnItsOwnSampleOnly) {
+TEST(EngineInputs, AnInvalidRateIsFlaggedOnItsOwnSampleOnly) {
   Session run(temperature_model());
   run.seconds(20);
   run.next.rate_deg_per_h = kUnknown;
@@ -347,13 +348,13 @@ TEST(EngineInputs, AnInvalidRateIsMarkedOnItsOwnSampleOnly) {
   run.next.rate_deg_per_h = kUnknown;
   run.seconds(2);
   run.push();
-  EXPECT_EQ(run.windows.back().correction.quality, kRateInvalid);  // a whole second without a rate
+  EXPECT_EQ(run.windows.back().correction.quality, kRateInvalid);  // a complete second without a rate
   EXPECT_TRUE(std::isnan(run.windows.back().corrected_deg_per_h));
 }
 
-// A random life: gaps, clocks set back, lost sensors, new models, ends of sessions. Whatever happens, a corrected rate
-// is the rate minus a bias that the row states, with a quality that allows for one.
-TEST(Engine, NeverPublishesASilentlyUncorrectedNumber) {
+// A random sequence of gaps, clock steps, failed sensors, new models and ends of sessions. A corrected rate is always
+// the rate minus the bias in its row, with a quality that allows a correction.
+TEST(Engine, NeverPublishesASilentlyUncorrectedRate) {
   std::mt19937_64 random(7);
   const auto chance = [&](int one_in) { return random() % static_cast<unsigned>(one_in) == 0; };
   const auto check = [](double rate, const Correction& correction, double corrected) {
@@ -387,7 +388,7 @@ TEST(Engine, NeverPublishesASilentlyUncorrectedNumber) {
   for (const CompensatedWindow& row : run.windows) {
     check(row.window.bucket.rate_deg_per_h, row.correction, row.corrected_deg_per_h);
   }
-  EXPECT_GT(corrected_rows, 10'000);  // the test means something only where much of it was corrected
+  EXPECT_GT(corrected_rows, 10'000);  // the test is valid only if many rows were corrected
 }
 
 }  // namespace

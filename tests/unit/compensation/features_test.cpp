@@ -16,19 +16,19 @@ FeatureDefinition with_two_lags() {
   return definition;
 }
 
-TEST(Features, KnowTheThreeInputsOfThePaperAndTheLagsThatAreDefined) {
+TEST(Features, HaveTheThreeInputsOfThePaperAndTheDefinedLags) {
   for (const std::string name : {"T", "dTdt", "U", "lag1", "lag2"})
     EXPECT_TRUE(has_input(with_two_lags(), name)) << name;
 }
 
-TEST(Features, RefuseEveryOtherName) {
+TEST(Features, RejectEveryOtherName) {
   const std::string names[] = {"",      "t",     "u",     "dT/dt", "lag",   "lag0", "lag3",
                                "lag-1", "lag 1", "lag1 ", "lag01", "lag1x", "Lag1", "lag99999999999999999999"};
   for (const std::string& name : names) EXPECT_FALSE(has_input(with_two_lags(), name)) << '"' << name << '"';
   EXPECT_FALSE(has_input(FeatureDefinition{}, "lag1"));
 }
 
-TEST(Features, EachNameTakesItsOwnValue) {
+TEST(Features, EachNameHasItsOwnValue) {
   Window window;
   window.temperature_degc = 1;
   window.slope_degc_per_s = 2;
@@ -41,13 +41,13 @@ TEST(Features, EachNameTakesItsOwnValue) {
   EXPECT_EQ(input_value(window, with_two_lags(), "lag2"), 5);
 }
 
-TEST(Features, WhatTheWindowDoesNotHaveIsUnknown) {
+TEST(Features, AValueThatTheWindowDoesNotHaveIsUnknown) {
   const Window window;
   for (const std::string name : {"T", "dTdt", "U", "lag1"})
     EXPECT_TRUE(std::isnan(input_value(window, with_two_lags(), name))) << name;
 }
 
-TEST(Features, TheDifferenceNeedsItsFarEndToo) {
+TEST(Features, TheDifferenceAlsoNeedsItsFarEnd) {
   FeatureDefinition definition;
   definition.length_s = 100;
   definition.end_mean_s = 10;
@@ -62,7 +62,7 @@ TEST(Features, TheDefaultIsThePapersWindow) {
   EXPECT_EQ(definition.slope, SlopeMethod::kDifference);
 }
 
-TEST(Features, DefinitionsAreEqualOnlyInEveryPart) {
+TEST(Features, DefinitionsAreEqualOnlyIfAllPartsAreEqual) {
   const FeatureDefinition base;
   FeatureDefinition other = base;
   EXPECT_EQ(base, other);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/formats.md says what the code does: the columns of the log, the names of the qualities, both worked examples.
+// docs/formats.md agrees with the code: the columns of the log, the names of the qualities, both worked examples.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -56,7 +56,7 @@ TEST(FormatsDocument, ListsTheQualities) {
   }
 }
 
-TEST(FormatsDocument, ItsModelIsAModel) {
+TEST(FormatsDocument, ContainsAValidModel) {
   const std::string text = example("## The model file", "json");
   const auto model = parse_model(text, kDocument);
   ASSERT_TRUE(model) << model.error().text();
@@ -64,7 +64,7 @@ TEST(FormatsDocument, ItsModelIsAModel) {
   EXPECT_NEAR((*model)->predict(std::vector<double>{25.0125}).bias_deg_per_h, -0.000125, 1e-15);
 }
 
-TEST(FormatsDocument, ItsShellLineGivesTheModelsId) {
+TEST(FormatsDocument, ContainsAShellCommandForTheModelId) {
   const std::string command = example("## The model file", "sh");
   const std::size_t begin = command.find('\'') + 1;
   std::string text = command.substr(begin, command.rfind('\'') - begin);
@@ -72,13 +72,13 @@ TEST(FormatsDocument, ItsShellLineGivesTheModelsId) {
   EXPECT_EQ(sha256_hex(text), (*parse_model(example("## The model file", "json"), kDocument))->info().id);
 }
 
-TEST(FormatsDocument, ItsLogIsALog) {
+TEST(FormatsDocument, ContainsAValidLog) {
   const auto model = parse_model(example("## The model file", "json"), kDocument);
   ASSERT_TRUE(model) << model.error().text();
   std::istringstream lines(example("## The data log", "csv"));
   int rows = 0;
   bool columns = false, names_the_model = false;
-  std::string before;  // what the end's sum is of
+  std::string before;  // the input of the end line's checksum
   bool ends = false;
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("# end: ")) {
@@ -88,7 +88,7 @@ TEST(FormatsDocument, ItsLogIsALog) {
     before += line + "\n";
     if (line.rfind("# ", 0) == 0) {
       names_the_model = names_the_model || line.find((*model)->info().id) != std::string::npos;
-      EXPECT_FALSE(columns) << "metadata below the columns";
+      EXPECT_FALSE(columns) << "metadata after the columns";
       continue;
     }
     if (line == csv_columns()) {
@@ -109,7 +109,7 @@ TEST(FormatsDocument, ItsLogIsALog) {
   }
   EXPECT_TRUE(columns);
   EXPECT_TRUE(names_the_model);
-  EXPECT_TRUE(ends) << "its last line is not of what stands before it: sha256 " << sha256_hex(before);
+  EXPECT_TRUE(ends) << "its last line is not the checksum of the lines before it, sha256 " << sha256_hex(before);
   EXPECT_EQ(rows, 2);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The kernel: against the slow, obvious one, and bit by bit against what every machine gives.
+// The kernel, compared with a simple reference, and bit by bit with the result of all machines.
 #include "compensation/kernel.hpp"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@ namespace {
 
 std::span<const double> whole(const Eigen::VectorXd& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
 
-// 0 to 100 centres, so that every length of a tail occurs; distances from 0 to far beyond where exp underflows.
-TEST(Kernel, TheSumEqualsTheObviousOne) {
+// 0 to 100 centres, so that every length of the last chunk occurs; distances from 0 to where exp underflows.
+TEST(Kernel, TheSumEqualsASimpleReference) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> uniform(-3, 3);
   for (const double sigma2 : {1e-4, 0.01, 1.0, 100.0}) {
@@ -41,7 +41,7 @@ TEST(Kernel, TheSumEqualsTheObviousOne) {
 }
 
 // Sums longer than a chunk of the inner loop, with every length of the last one.
-TEST(Kernel, ALongSumIsTheSumOfItsRow) {
+TEST(Kernel, ALongSumEqualsTheSumOfItsRow) {
   std::mt19937_64 random(12);
   std::normal_distribution<double> normal;
   for (const Eigen::Index n : {255, 256, 257, 512, 924, 1000}) {
@@ -55,7 +55,7 @@ TEST(Kernel, ALongSumIsTheSumOfItsRow) {
   }
 }
 
-TEST(Kernel, TheMatrixHoldsTheRowsOfItsPoints) {
+TEST(Kernel, TheMatrixContainsTheRowsOfItsPoints) {
   std::mt19937_64 random(13);
   std::normal_distribution<double> normal;
   for (const Eigen::Index n : {1, 31, 32, 33, 100}) {
@@ -71,9 +71,9 @@ TEST(Kernel, TheMatrixHoldsTheRowsOfItsPoints) {
   }
 }
 
-// The relative error of a single value is what alpha ~ 1e5 amplifies. Arguments that are exact in double, so that exp
-// alone errs.
-TEST(Kernel, ExpErrsByLessThanTwoUnitsInTheLastPlace) {
+// alpha ~ 1e5 amplifies the relative error of a single value. The arguments are exact in double, so that the error is
+// that of exp alone.
+TEST(Kernel, TheErrorOfExpIsBelowTwoUnitsInTheLastPlace) {
   double worst = 0;
   const KernelCentres centres(Eigen::MatrixXd::Zero(1, 1), {0.5});
   for (int i = 0; i <= 20000; ++i) {
@@ -87,7 +87,7 @@ TEST(Kernel, ExpErrsByLessThanTwoUnitsInTheLastPlace) {
   EXPECT_LT(worst, 2 * 2.220446049250313e-16);
 }
 
-TEST(Kernel, FarAwayTheKernelVanishes) {
+TEST(Kernel, TheKernelVanishesAtLargeDistance) {
   const KernelCentres centres(Eigen::MatrixXd::Zero(1, 1), {1e-6});
   double value = 1;
   const double point = 1e10;
@@ -96,9 +96,9 @@ TEST(Kernel, FarAwayTheKernelVanishes) {
   EXPECT_LT(value, 1e-300);
 }
 
-// A capture gives the same log on every machine because the kernel gives the same bits: on any processor, at any
-// instruction level, from any build. The number was found with GCC 12 for x86-64 and stands for all.
-TEST(Kernel, EveryMachineGivesTheSameBits) {
+// A capture has the same log on every machine, because the kernel returns the same bits on any processor, at any
+// microarchitecture level, in any build. The number is from GCC 12 for x86-64 and valid for all.
+TEST(Kernel, EveryMachineReturnsTheSameBits) {
   std::mt19937_64 random(14);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };  // exact, unlike a library's
   std::uint64_t hash = 14695981039346656037u;                                              // FNV-1a

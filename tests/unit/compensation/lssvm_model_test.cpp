@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The LSSVM as the daemon uses it: bias, standard deviation, guard, policies, and its file.
+// The LSSVM as used by the daemon: bias, standard deviation, guard, policies, and its file.
 #include "compensation/lssvm_model.hpp"
 
 #include <gtest/gtest.h>
@@ -50,8 +50,8 @@ ModelPtr made(ModelInfo info, LssvmParameters p) {
   return *model;
 }
 
-// Var = s_f² (1 − qᵀ A⁻¹ q) with the bordered matrix of eq. 14 written out: slow and obvious.
-TEST(LssvmModel, BiasAndVarianceAreThoseOfTheBorderedSystem) {
+// Var = s_f² (1 − qᵀ A⁻¹ q) with the bordered matrix of eq. 14, computed directly.
+TEST(LssvmModel, BiasAndVarianceEqualTheBorderedSystem) {
   const Eigen::Index d = 3, n = 40;
   const LssvmParameters p = random_parameters(d, n);
   const ModelPtr model = made(info_of(d), p);
@@ -73,9 +73,9 @@ TEST(LssvmModel, BiasAndVarianceAreThoseOfTheBorderedSystem) {
   }
 }
 
-// A log must not tell which machine wrote it: bias and standard deviation have the same bits at every instruction level
-// and from any build. What no library's log() or sin() touched goes in.
-TEST(LssvmModel, EveryMachineGivesTheSamePrediction) {
+// A log must not depend on the machine: bias and standard deviation have the same bits at every microarchitecture level
+// and in any build. The inputs use no log() or sin() of a library.
+TEST(LssvmModel, EveryMachineReturnsTheSamePrediction) {
 #if !defined(__x86_64__)
   GTEST_SKIP() << "Eigen fuses multiply and add on this processor: the standard deviation has other last bits";
 #endif
@@ -103,7 +103,7 @@ TEST(LssvmModel, EveryMachineGivesTheSamePrediction) {
   EXPECT_EQ(hash, 3729465316386388363u);
 }
 
-TEST(LssvmModel, FarFromTheDataThePriorIsLeftAndTheShrunkPredictionIsTheMean) {
+TEST(LssvmModel, FarFromTheDataTheVarianceIsThePriorAndTheShrunkPredictionIsTheMean) {
   ModelInfo info = info_of(2);
   info.domain = {{0, 0}, {2, 3}};
   const ModelPtr model = made(info, random_parameters(2, 30));
@@ -116,7 +116,7 @@ TEST(LssvmModel, FarFromTheDataThePriorIsLeftAndTheShrunkPredictionIsTheMean) {
   EXPECT_NEAR(predict_within(*model, far, Extrapolation::kShrink).bias_deg_per_h, 0.01, 1e-6);
 }
 
-TEST(LssvmModel, ClampingAsksAtTheEdgeOfTheBox) {
+TEST(LssvmModel, ClampingEvaluatesAtTheEdgeOfTheBox) {
   ModelInfo info = info_of(2);
   info.domain = {{0, 0}, {2, 3}};
   const ModelPtr model = made(info, random_parameters(2, 30));
@@ -127,7 +127,7 @@ TEST(LssvmModel, ClampingAsksAtTheEdgeOfTheBox) {
   EXPECT_GE(clamped.sd_deg_per_h, edge.sd_deg_per_h);
 }
 
-TEST(LssvmModel, ItsFileGivesTheSameModelBack) {
+TEST(LssvmModel, ItsFileReadsBackAsTheSameModel) {
   LssvmParameters p = random_parameters(3, 25);
   p.linear = Eigen::VectorXd::LinSpaced(3, -1, 1) / 3;
   const ModelPtr model = made(info_of(3), p);
@@ -141,7 +141,7 @@ TEST(LssvmModel, ItsFileGivesTheSameModelBack) {
   EXPECT_EQ((*read)->predict(x).sd_deg_per_h, model->predict(x).sd_deg_per_h);
 }
 
-TEST(LssvmModel, AChangedAlphaIsRefusedByItsId) {
+TEST(LssvmModel, AChangedAlphaIsRejectedByItsId) {
   std::string text = format_model(*made(info_of(1), random_parameters(1, 5)));
   const std::size_t digit = text.find('.', text.find("\"alpha\"")) + 1;
   text[digit] = text[digit] == '7' ? '8' : '7';
@@ -150,7 +150,7 @@ TEST(LssvmModel, AChangedAlphaIsRefusedByItsId) {
   EXPECT_NE(read.error().text().find("m.json:/id"), std::string::npos) << read.error().text();
 }
 
-TEST(LssvmModel, RepeatedCentresWithAHugeCAreRefused) {
+TEST(LssvmModel, RejectsRepeatedCentresWithALargeC) {
   LssvmParameters p = random_parameters(1, 4);
   p.centres.setZero();
   p.c = 1e300;
@@ -159,7 +159,7 @@ TEST(LssvmModel, RepeatedCentresWithAHugeCAreRefused) {
   EXPECT_NE(model.error().what.find("not positive definite"), std::string::npos);
 }
 
-TEST(LssvmModel, ShapesThatDoNotAgreeAreRefused) {
+TEST(LssvmModel, RejectsInconsistentShapes) {
   LssvmParameters p = random_parameters(2, 6);
   p.alpha.conservativeResize(5);
   EXPECT_EQ(LssvmModel::make(info_of(2), p).error().what, "found 5 alphas, expected 6");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Model ids: the same numbers have the same id, every number counts, and nothing else does.
+// Model ids depend on every number of the model and on nothing else.
 #include "compensation/model_id.hpp"
 
 #include <gtest/gtest.h>
@@ -35,11 +35,11 @@ std::string id_of(const ModelInfo& info, const std::vector<Term>& terms = kTerms
   return PolynomialModel(info, terms, sd).info().id;
 }
 
-TEST(ModelId, IsTheSameForTheSameNumbersWhateverTheNames) {
+TEST(ModelId, DependsOnTheNumbersNotOnTheNames) {
   ModelInfo other = base_info();
   other.name = "another name";
   other.gyro_serial = "70-0042";
-  other.provenance_json = R"({"by": "somebody"})";
+  other.provenance_json = R"({"by": "operator"})";
   other.id = "what stood here before";
   EXPECT_EQ(id_of(other), id_of(base_info()));
   EXPECT_EQ(id_of(base_info()).size(), 64u);
@@ -75,9 +75,9 @@ TEST(ModelId, ChangesWithEveryNumber) {
   EXPECT_EQ(ids.size(), 1 + std::size(changes) + 5);
 }
 
-// The id stands in files and logs that outlive this build: sha256sum of the text in the comment gives it, too.
+// The id is stored in files and logs that outlive this build; sha256sum of the text in the comment returns the same:
 //   printf 'prism-model 1 polynomial\n100 difference 10 5 []\nT\n[] []\n\n0 1.5\n1 -0.25'
-TEST(ModelId, IsTheDigestThatAnyToolGives) {
+TEST(ModelId, EqualsTheDigestOfSha256sum) {
   ModelInfo info;
   info.kind = "polynomial";
   info.inputs = {"T"};
@@ -85,7 +85,7 @@ TEST(ModelId, IsTheDigestThatAnyToolGives) {
             "46376c95ae861d40207de889e76c7a0769aa50fac391df9ab0c9be015592b493");
 }
 
-TEST(ExactText, ReadsBackAsTheVeryDoubleAlsoThroughJson) {
+TEST(ExactText, ReadsBackAsTheSameDoubleAlsoThroughJson) {
   std::mt19937_64 random(11);
   std::vector<double> values = {0.0,
                                 -0.0,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// model.schema.json (for editors) and the reader of model files ask for the same keys.
+// model.schema.json (for editors) and the reader of model files have the same keys.
 #include <gtest/gtest.h>
 
 #include "tests/support/schema_keys.hpp"
@@ -21,7 +21,7 @@ TEST(ModelSchema, HasTheKeysOfTheReaderAndNoOthers) {
   EXPECT_EQ(written, asked);
 }
 
-TEST(ModelSchema, TakesTheShippedModelsAndNoDamagedOnes) {
+TEST(ModelSchema, AcceptsTheShippedModelsAndRejectsDamagedOnes) {
   const test::SchemaValidator validator(load(kSource / "config/models/model.schema.json"));
   for (const char* name : {"tao2019-model1.json", "tao2019-model2.json"}) {
     const Json model = load(kSource / "config/models" / name);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The model file: what is written reads back as the same model, and every damage has its own whole line.
+// The model file: a written model reads back as the same model, and every error has its own complete message.
 #include "compensation/model_text.hpp"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ std::string refusal(const std::string& text) {
   return model ? "" : model.error().text();
 }
 
-// The first shipped model with one thing changed.
+// The first shipped model with one change.
 std::string refusal_after(void (*change)(json&)) {
   json file = json::parse(shipped_text());
   change(file);
@@ -104,7 +104,7 @@ const Damage kDamages[] = {
 };
 // clang-format on
 
-TEST(ModelText, EveryDamageIsRefusedInItsOwnLine) {
+TEST(ModelText, EveryErrorHasItsOwnMessage) {
   ASSERT_EQ(refusal_after([](json&) {}), "");
   for (const Damage& damage : kDamages) {
     json file = json::parse(shipped_text());
@@ -113,12 +113,12 @@ TEST(ModelText, EveryDamageIsRefusedInItsOwnLine) {
   }
 }
 
-TEST(ModelText, AnUnknownKindIsToldTheKindsThatThereAre) {
+TEST(ModelText, TheMessageForAnUnknownTypeListsAllTypes) {
   const std::string line = refusal_after([](json& f) { f["kind"] = "spline"; });
   EXPECT_EQ(line.rfind(R"(m.json:/kind: found "spline", expected "polynomial", "stepwise")", 0), 0u) << line;
 }
 
-TEST(ModelText, WhatIsNoJsonIsRefusedWithLineAndColumn) {
+TEST(ModelText, InvalidJsonIsReportedWithLineAndColumn) {
   EXPECT_EQ(
       refusal("{\n  \"format\": \"prism-model\",,\n}"),
       "m.json:2:27: not valid JSON: syntax error while parsing object key - unexpected ','; expected string literal");
@@ -128,7 +128,7 @@ TEST(ModelText, WhatIsNoJsonIsRefusedWithLineAndColumn) {
   EXPECT_EQ(refusal("{}"), "m.json: \"format\" is missing");
 }
 
-TEST(ModelText, ANumberThatIsNotFiniteIsRefused) {
+TEST(ModelText, RejectsANumberThatIsNotFinite) {
   std::string text = shipped_text();
   text.replace(text.find("-0.917"), 6, "-1e309");
   EXPECT_EQ(refusal(text), "m.json: not valid JSON: number overflow parsing '-1e309'");
@@ -140,7 +140,7 @@ TEST(ModelText, ANumberThatIsNotFiniteIsRefused) {
             "1.797693135e+308");
 }
 
-TEST(ModelText, EveryCutIsRefused) {
+TEST(ModelText, RejectsEveryTruncatedFile) {
   const std::string text = shipped_text();
   for (std::size_t length = 0; length + 1 < text.size(); ++length) {
     const std::string line = refusal(text.substr(0, length));
@@ -149,9 +149,9 @@ TEST(ModelText, EveryCutIsRefused) {
   }
 }
 
-// One changed byte either leaves the numbers as they are (a space, a name, the provenance), or is refused: no changed
-// number is ever served under the old id.
-TEST(ModelText, NoChangedByteChangesTheNumbersUnnoticed) {
+// A changed byte either does not affect the numbers (a space, a name, the provenance) or is rejected: changed numbers
+// are never used with the old id.
+TEST(ModelText, DetectsEveryByteThatChangesTheNumbers) {
   std::mt19937 random(3);
   const std::string text = shipped_text();
   const ModelPtr original = *parse_model(text, "m.json");
@@ -172,7 +172,7 @@ TEST(ModelText, NoChangedByteChangesTheNumbersUnnoticed) {
   EXPECT_GT(refused, 5'000);
 }
 
-TEST(ModelText, TheShippedFilesAreWhatTheWriterWrites) {
+TEST(ModelText, TheShippedFilesEqualTheOutputOfTheWriter) {
   for (const char* name : {"tao2019-model1.json", "tao2019-model2.json"}) {
     const std::string text = test::read_file(std::filesystem::path(PRISM_SOURCE_DIR) / "config/models" / name);
     const auto model = parse_model(text, name);
@@ -193,7 +193,7 @@ void expect_same(const Model& model, const Model& read) {
   EXPECT_EQ(a.gyro_serial, b.gyro_serial);
 }
 
-TEST(ModelText, RandomModelsComeBackToTheLastBit) {
+TEST(ModelText, RandomModelsReadBackToTheLastBit) {
   std::mt19937_64 random(5);
   const auto number = [&] {
     for (;;) {
@@ -230,7 +230,7 @@ TEST(ModelText, RandomModelsComeBackToTheLastBit) {
   }
 }
 
-TEST(ModelText, TheProvenanceIsKeptAsItIs) {
+TEST(ModelText, TheProvenanceIsUnchanged) {
   json file = json::parse(shipped_text());
   file["provenance"] = {{"inputs", {{{"file", "a.csv"}, {"rows", 924}}}}, {"score", 0.00842}};
   const auto model = parse_model(file.dump(), "m.json");
@@ -250,7 +250,7 @@ TEST(ModelText, AModelWithoutNameGyroAndProvenanceIsComplete) {
   EXPECT_TRUE(parse_model(format_model(*fresh), "m.json"));
 }
 
-TEST(ModelText, ANameThatIsNoUtf8IsWrittenWithReplacements) {
+TEST(ModelText, ANameInInvalidUtf8IsWrittenWithReplacements) {
   ModelInfo info;
   info.kind = "polynomial";
   info.inputs = {"T"};

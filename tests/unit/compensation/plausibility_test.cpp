@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What sensors cannot say or do: a thermometer of −273 or 1000 degC, a jump, a rate of 3.4e38, one that stands still.
+// Implausible values: a thermometer at −273 or 1000 degC, a jump, a rate of 3.4e38, a constant value.
 #include "compensation/plausibility.hpp"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ Sample thermal_sample(double seconds, double temperature_degc) {
   return sample;
 }
 
-TEST(Plausibility, ThePresetsBelieveNoImpossibleValue) {
+TEST(Plausibility, TheDefaultsRejectImpossibleValues) {
   Plausibility sensors{PlausibilityLimits()};
   EXPECT_FALSE(sensors.implausible(thermal_sample(0, 25)).any());
   for (const double degc : {-273.0, 1000.0, -90.1, 200.1, 3.4e38, -3.4e38, HUGE_VAL, -HUGE_VAL}) {
@@ -40,7 +40,7 @@ TEST(Plausibility, ThePresetsBelieveNoImpossibleValue) {
   EXPECT_EQ(sensors.implausible(sample), (QuantitySet{true, false, true}));
 }
 
-TEST(Plausibility, ThePresetsBelieveWhatGyrosDo) {
+TEST(Plausibility, TheDefaultsAcceptWhatGyrosDo) {
   Plausibility sensors{PlausibilityLimits()};
   // A chamber at 10 degC/min, the thermometer quantised by 1 degC, over a range of −60 to 120; a turn of 1000 deg/s.
   for (int tenth = 0; tenth < 10'800; ++tenth) {
@@ -50,20 +50,20 @@ TEST(Plausibility, ThePresetsBelieveWhatGyrosDo) {
   }
 }
 
-TEST(Plausibility, WhatIsNotKnownIsNotJudged) {
+TEST(Plausibility, UnknownValuesAreNotChecked) {
   Plausibility sensors{PlausibilityLimits()};
   Sample sample;
   for (sample.time_ns = 0; sample.time_ns < 10 * kSecondNs; sample.time_ns += kSecondNs)
     EXPECT_FALSE(sensors.implausible(sample).any());
 }
 
-TEST(SensorCheck, ASpikeCostsItself) {
+TEST(SensorCheck, ASpikeRejectsOnlyItself) {
   SensorCheck check(PlausibilityLimits().temperature);
   for (int i = 0; i < 100; ++i) EXPECT_EQ(check.believes(i == 50 ? 45 : 25, i * kSecondNs / 10), i != 50) << i;
 }
 
-// The thermometer may have come there: 20 degC less the step of 2 take 18 s at 1 degC/s.
-TEST(SensorCheck, AJumpThatStaysIsBelievedOnceTheSensorCouldHaveComeThere) {
+// The thermometer could have reached this: 20 degC minus the step of 2 take 18 s at 1 degC/s.
+TEST(SensorCheck, AJumpThatStaysIsAcceptedOnceTheSensorCouldHaveReachedIt) {
   SensorCheck check(PlausibilityLimits().temperature);
   std::int64_t time_ns = 0;
   for (; time_ns <= 60 * kSecondNs; time_ns += kSecondNs / 10) ASSERT_TRUE(check.believes(25, time_ns));
@@ -73,16 +73,16 @@ TEST(SensorCheck, AJumpThatStaysIsBelievedOnceTheSensorCouldHaveComeThere) {
   EXPECT_TRUE(check.believes(45, time_ns + kSecondNs / 10));
 }
 
-// Many small steps are a steep slope, too.
-TEST(SensorCheck, ASteepRampIsSeenWhateverItsSteps) {
+// Many small steps are also a steep slope.
+TEST(SensorCheck, ASteepRampIsDetectedWithAnyStepSize) {
   SensorCheck check(PlausibilityLimits().temperature);
   int refused = 0;
   for (int i = 0; i < 200; ++i) refused += !check.believes(25 + 0.1 * i, i * kSecondNs / 100);
-  EXPECT_GT(refused, 60) << "10 degC/s, of which 2 degC may come at once";
+  EXPECT_GT(refused, 60) << "10 degC/s, with a step of 2 degC allowed";
 }
 
-// The manual of a KVH 1775 gives three frames of 40, 29 and 29 degC, 0.4 ms apart: which of them lies nobody can say.
-TEST(SensorCheck, TheFirstSecondHasNothingToBeMeasuredBy) {
+// The manual of a KVH 1775 shows three frames of 40, 29 and 29 degC, 0.4 ms apart: the wrong one is unknown.
+TEST(SensorCheck, TheFirstSecondHasNoReference) {
   SensorCheck check(PlausibilityLimits().temperature);
   EXPECT_TRUE(check.believes(40, 0));
   EXPECT_TRUE(check.believes(29, kSecondNs / 2500));
@@ -90,7 +90,7 @@ TEST(SensorCheck, TheFirstSecondHasNothingToBeMeasuredBy) {
   EXPECT_FALSE(check.believes(40, 2 * kSecondNs));
 }
 
-TEST(SensorCheck, ASensorThatStandsStillIsStuckWhereThatIsAskedFor) {
+TEST(SensorCheck, AConstantSensorIsStuckIfConfigured) {
   SensorLimits limits = PlausibilityLimits().temperature;
   SensorCheck usual(limits);
   limits.stuck_s = 60;
@@ -103,7 +103,7 @@ TEST(SensorCheck, ASensorThatStandsStillIsStuckWhereThatIsAskedFor) {
   for (int i = 0; i < 100'000; ++i) ASSERT_TRUE(usual.believes(25, i * kSecondNs)) << "off unless configured";
 }
 
-TEST(SensorCheck, SaysWhatWasFoundAndWhatWasExpected) {
+TEST(SensorCheck, ReportsFoundAndExpectedValues) {
   SensorCheck check(PlausibilityLimits().temperature);
   EXPECT_TRUE(check.believes(25, 0));
   EXPECT_TRUE(check.believes(25, kSecondNs));
@@ -114,7 +114,7 @@ TEST(SensorCheck, SaysWhatWasFoundAndWhatWasExpected) {
   EXPECT_EQ(doubt_text({}, "degC"), "");
 }
 
-TEST(PlausibilityLimits, WhatIsStatedTakesThePlaceOfThePreset) {
+TEST(PlausibilityLimits, StatedLimitsReplaceTheDefaults) {
   PlausibilityLimits limits;
   SensorStatements stated;
   stated.temperature.range = Range{-40, 70};
@@ -126,8 +126,8 @@ TEST(PlausibilityLimits, WhatIsStatedTakesThePlaceOfThePreset) {
   EXPECT_EQ(limits.uhfo, PlausibilityLimits().uhfo);
 }
 
-// A mean is of what is believed; where nothing is, the log shows what was measured, and windows do not take it.
-TEST(Averager, MeansAreOfWhatIsBelieved) {
+// A mean is over plausible values; without any, the log contains the measured mean, and windows ignore it.
+TEST(Averager, MeansIncludeOnlyPlausibleValues) {
   Averager averager;
   const auto second = [&](int begin, double first_degc, double others_degc, bool all) {
     for (int i = 1; i <= 10; ++i) {
@@ -149,7 +149,7 @@ TEST(Averager, MeansAreOfWhatIsBelieved) {
   EXPECT_DOUBLE_EQ(believed(none).uhfo_v, 5);
 }
 
-TEST(Conditioner, TakesNothingThatIsDisbelievedIn) {
+TEST(Conditioner, IgnoresImplausibleMeans) {
   FeatureDefinition features;
   features.length_s = 10;
   features.end_mean_s = 2;
@@ -169,8 +169,8 @@ TEST(Conditioner, TakesNothingThatIsDisbelievedIn) {
   };
   seconds(0, 20, 25);
   seconds(20, 23, -273);
-  EXPECT_DOUBLE_EQ(window.temperature_degc, 25) << "a short hole is bridged";
-  EXPECT_DOUBLE_EQ(window.bucket.temperature_degc, -273) << "what was measured stands in the row";
+  EXPECT_DOUBLE_EQ(window.temperature_degc, 25) << "a short gap is bridged";
+  EXPECT_DOUBLE_EQ(window.bucket.temperature_degc, -273) << "the row contains the measured value";
   EXPECT_TRUE(window.lag_degc.empty());
   seconds(23, 24, -273);
   EXPECT_TRUE(std::isnan(window.temperature_degc)) << "a long one is not";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Polynomial models against values worked by hand: the paper's equations as shipped, and small ones.
+// Polynomial models compared with hand calculations: the paper's equations as shipped, and small ones.
 #include "compensation/polynomial_model.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ double bias(const ModelPtr& model, std::vector<double> inputs) { return model->p
 //   -57.349      · 0.0001    = -0.0057349
 //   -0.01926     · 25 · 0.01 = -0.004815
 //                        sum = -0.0117669
-// At T = 0 and dT/dt = 0 only the constant is left.
+// At T = 0 and dT/dt = 0 only the constant remains.
 TEST(ShippedModels, Model1IsEquation23) {
   const ModelPtr model = shipped("tao2019-model1.json");
   ASSERT_TRUE(model);
@@ -61,7 +61,7 @@ TEST(ShippedModels, Model2IsEquation25) {
   EXPECT_EQ(bias(model, {0, 0, 0}), -1.565);
 }
 
-TEST(ShippedModels, SampleAsThePaperDoesAndServeAnyGyro) {
+TEST(ShippedModels, UseTheSamplingOfThePaperAndFitAnyGyro) {
   for (const char* name : {"tao2019-model1.json", "tao2019-model2.json"}) {
     const ModelPtr model = shipped(name);
     ASSERT_TRUE(model);
@@ -88,7 +88,7 @@ TEST(PolynomialModel, WithoutTermsIsZero) {
   EXPECT_EQ(PolynomialModel(info, {}).predict(std::vector<double>{25}).bias_deg_per_h, 0);
 }
 
-TEST(PolynomialModel, TheDomainIsClosedAndEveryInputCounts) {
+TEST(PolynomialModel, TheDomainIsClosedAndIncludesEveryInput) {
   const ModelPtr model = test::linear_model({"T", "U"}, {0, 0}, 1, {}, Domain{{-40, 5}, {70, 6}});
   EXPECT_FALSE(model->predict(std::vector<double>{-40, 5}).extrapolating);
   EXPECT_FALSE(model->predict(std::vector<double>{70, 6}).extrapolating);
@@ -98,7 +98,7 @@ TEST(PolynomialModel, TheDomainIsClosedAndEveryInputCounts) {
   EXPECT_TRUE(model->predict(std::vector<double>{25, 6.001}).extrapolating);
 }
 
-TEST(GatherInputs, TakesThemInTheModelsOrderOrNotAtAll) {
+TEST(GatherInputs, ReturnsThemInTheOrderOfTheModelOrNothing) {
   const ModelPtr model = test::linear_model({"U", "T"}, {1, 1});
   Window window;
   window.temperature_degc = 25;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Quality bits as text and back, and the one place where a bias is subtracted.
+// Quality bits as text in both directions, and the subtraction of the bias.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ TEST(Quality, EachBitHasItsOwnName) {
   EXPECT_EQ(quality_text(kWarming | kFallback), "warming+fallback");
 }
 
-TEST(Quality, EverySetOfBitsComesBack) {
+TEST(Quality, EverySetOfBitsReadsBack) {
   for (std::uint32_t quality = 0; quality < 2048; ++quality) EXPECT_EQ(parse_quality(quality_text(quality)), quality);
 }
 
@@ -33,7 +33,7 @@ TEST(Quality, AllNamesTogetherFitTheBuffer) {
   EXPECT_LT(quality_text(~0u).size(), static_cast<std::size_t>(kQualityChars));
 }
 
-TEST(Quality, WholeNamesOnly) {
+TEST(Quality, ReadsCompleteNamesOnly) {
   EXPECT_EQ(parse_quality("warm"), kGood);
   EXPECT_EQ(parse_quality("warming_up+settling"), kSettling);
   EXPECT_EQ(parse_quality("warming+something_newer+fallback"), kWarming | kFallback);
@@ -46,12 +46,12 @@ TEST(CorrectedRate, IsRateMinusBias) {
   EXPECT_DOUBLE_EQ(corrected_rate(8.5, {-0.25, kUnknown, kGood}), 8.75);
 }
 
-TEST(CorrectedRate, IsUnknownWhereEitherIs) {
+TEST(CorrectedRate, IsUnknownIfEitherIsUnknown) {
   EXPECT_TRUE(std::isnan(corrected_rate(8.5, {})));
   EXPECT_TRUE(std::isnan(corrected_rate(kUnknown, {0.25, kUnknown, kGood})));
 }
 
-TEST(Correction, BeginsAsNone) {
+TEST(Correction, IsUnknownByDefault) {
   EXPECT_TRUE(std::isnan(Correction{}.bias_deg_per_h));
   EXPECT_EQ(Correction{}.quality, kNoModel);
 }

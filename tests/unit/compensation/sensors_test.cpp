@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sensors by name: what inputs are called, what windows know of them, and how a log carries them.
+// Sensors by name: the names of inputs, their features in windows, and their columns in a log.
 #include "compensation/sensors.hpp"
 
 #include <gmock/gmock.h>
@@ -33,7 +33,7 @@ FeatureDefinition with_case() {
   return features;
 }
 
-TEST(Sensors, InputsOfThemAreNamedByWhatIsMadeOfThem) {
+TEST(Sensors, TheNamesOfInputsStateSensorAndFeature) {
   const FeatureDefinition features = with_case();
   for (const char* name :
        {"T", "dTdt", "U", "lag1", "case", "dcase/dt", "lag1:case", "case-T", "T-case", "anode", "anode-U"})
@@ -47,7 +47,7 @@ TEST(Sensors, InputsOfThemAreNamedByWhatIsMadeOfThem) {
   EXPECT_EQ(unit_of_input(features, "case-T"), "degC");
 }
 
-TEST(Sensors, ANameIsNoneOfTheInputsThatWereThereBefore) {
+TEST(Sensors, ANameMustNotBeAReservedInput) {
   for (const char* name : {"case", "gyro_temp_x", "chamber.temperature", "lag", "lagoon", "t"})
     EXPECT_TRUE(is_sensor_name(name)) << name;
   for (const char* name : {"", "T", "U", "dTdt", "lag1", "case-T", "a b", "1st", "dcase/dt", "x:y"})
@@ -69,7 +69,7 @@ Bucket bucket_at(std::int64_t second, const SensorList& list, std::vector<double
   return bucket;
 }
 
-// The case warms by 0.1 degC/s while T stands; in the stream it comes second.
+// The case warms by 0.1 degC/s while T is constant; it is the second sensor of the stream.
 TEST(Sensors, AWindowHasTheirMeanSlopeLagAndDifference) {
   const FeatureDefinition features = with_case();
   Conditioner conditioner(features);
@@ -86,20 +86,20 @@ TEST(Sensors, AWindowHasTheirMeanSlopeLagAndDifference) {
   EXPECT_EQ(value("anode"), 5);
 }
 
-TEST(Sensors, WhatIsNotKnownForLongerThanAHoleHasNoValueAndTheRestHas) {
+TEST(Sensors, ASensorUnknownForLongerThanTheGapLimitHasNoValue) {
   const FeatureDefinition features = with_case();
   Conditioner conditioner(features);
   const SensorList list = list_of({{"case", "degC"}});
   Window window;
   for (int second = 0; second < 40; ++second)
     window = conditioner.push(bucket_at(second, list, {second < 32 ? 30 : kUnknown}));
-  EXPECT_EQ(window.state, WindowState::kReady) << "T is known all the time";
+  EXPECT_EQ(window.state, WindowState::kReady) << "T is always known";
   for (const char* name : {"case", "dcase/dt", "lag1:case", "case-T", "anode"})
     EXPECT_TRUE(std::isnan(input_value(window, features, name))) << name;
   EXPECT_EQ(input_value(window, features, "T"), 25);
 }
 
-TEST(Sensors, AStreamOfAnotherOrderGoesOn) {
+TEST(Sensors, AStreamInAnotherOrderContinues) {
   const FeatureDefinition features = with_case();
   Conditioner conditioner(features);
   Window window;
@@ -113,8 +113,8 @@ TEST(Sensors, AStreamOfAnotherOrderGoesOn) {
   EXPECT_EQ(input_value(window, features, "anode"), 5);
 }
 
-// Only the axes whose models use a sensor that fails are uncorrected.
-TEST(Sensors, AModelWithoutTheSensorServesOnWhereItFails) {
+// A failed sensor affects only the axes whose models use it.
+TEST(Sensors, AModelWithoutTheFailedSensorContinues) {
   const SensorList list = list_of({{"case", "degC"}});
   FeatureDefinition features = test::short_features();
   features.sensors = {{"case", "degC"}};
@@ -143,7 +143,7 @@ TEST(Sensors, AModelWithoutTheSensorServesOnWhereItFails) {
   EXPECT_EQ(last_without.quality, kGood);
 }
 
-TEST(Sensors, ALogCarriesThemBeforeItsLastColumn) {
+TEST(Sensors, ALogHasThemBeforeItsLastColumn) {
   const std::vector<SensorName> sensors = {{"case", "degC"}, {"anode", "V"}};
   const std::string metadata = "# axis: x\n" + sensors_line(sensors) + "# session: …\n", columns = csv_columns(sensors);
   EXPECT_EQ(sensors_in(metadata), sensors);
@@ -169,7 +169,7 @@ TEST(Sensors, ALogCarriesThemBeforeItsLastColumn) {
   EXPECT_EQ(sensors_line({}), "");
 }
 
-TEST(Sensors, AModelFileNamesThemWithTheirUnits) {
+TEST(Sensors, AModelFileListsThemWithTheirUnits) {
   FeatureDefinition features = with_case();
   Domain domain{{-10, 0}, {10, 9}};
   const auto model = test::linear_model({"case-T", "anode"}, {0.1, 2}, 0, features, domain);

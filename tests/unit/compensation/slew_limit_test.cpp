@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The slew limit: preset from the model's own box, never from no correction to the first, and marked where it acts.
+// The slew limit: derived from the model's box by default, not applied to a first correction, flagged if it acts.
 #include "compensation/slew_limit.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ using test::linear_model;
 
 using test::short_features;
 
-// 0.01 deg/h a degC over 100 degC: a span of 1 deg/h, so at most 4 · 1 / 10 = 0.4 deg/h a second.
+// 0.01 deg/h per degC over 100 degC: a span of 1 deg/h, so at most 4 · 1 / 10 = 0.4 deg/h per second.
 ModelPtr boxed(double gain = 0.01) { return linear_model({"T"}, {gain}, 0, short_features(), {{-30}, {70}}); }
 constexpr double kMost = 0.4;
 
@@ -28,16 +28,16 @@ Window window_at(std::int64_t second, double degc) {
   return window;
 }
 
-TEST(BiasSpan, IsThatOfTheTrainingBox) {
+TEST(BiasSpan, IsTheSpanOverTheTrainingBox) {
   EXPECT_NEAR(boxed()->bias_span_deg_per_h(), 1, 1e-12);
   const auto plane = linear_model({"T", "dTdt", "U"}, {0.01, -2, 0.5}, 7, {}, {{-30, -0.1, 5}, {70, 0.1, 6}});
-  EXPECT_NEAR(plane->bias_span_deg_per_h(), 1 + 0.4 + 0.5, 1e-12) << "its corners are in the grid";
+  EXPECT_NEAR(plane->bias_span_deg_per_h(), 1 + 0.4 + 0.5, 1e-12) << "the grid includes the corners";
   EXPECT_TRUE(std::isnan(linear_model({"T"}, {0.01})->bias_span_deg_per_h())) << "no box";
   EXPECT_EQ(boxed(0)->bias_span_deg_per_h(), 0);
 }
 
 // A bump in the middle of the box, 0 at its corners: T(1 − T) over 0 to 1.
-TEST(BiasSpan, SeesInsideTheBox) {
+TEST(BiasSpan, IncludesTheInsideOfTheBox) {
   ModelInfo info;
   info.kind = "polynomial";
   info.inputs = {"T", "U"};
@@ -46,7 +46,7 @@ TEST(BiasSpan, SeesInsideTheBox) {
   EXPECT_NEAR(model.bias_span_deg_per_h(), 0.25, 0.001);
 }
 
-TEST(BiasSpan, TakesTenInputsAndLeavesMore) {
+TEST(BiasSpan, SupportsTenInputsAndNoMore) {
   const auto wide = [](std::size_t inputs) {
     ModelInfo info;
     info.kind = "polynomial";
@@ -63,20 +63,20 @@ TEST(BiasSpan, TakesTenInputsAndLeavesMore) {
   EXPECT_TRUE(std::isnan(wide(11)));
 }
 
-TEST(GreatestSlew, IsTheModelsOwnUnlessSomethingElseIsSaid) {
+TEST(GreatestSlew, IsThatOfTheModelUnlessConfigured) {
   EXPECT_NEAR(greatest_slew_deg_per_h_per_s(*boxed(), {}, 100), kMost, 1e-12);
-  EXPECT_NEAR(greatest_slew_deg_per_h_per_s(*boxed(), {}, 0.1), 4 * 0.2 / 10, 1e-12) << "no more than is believed";
+  EXPECT_NEAR(greatest_slew_deg_per_h_per_s(*boxed(), {}, 0.1), 4 * 0.2 / 10, 1e-12) << "limited to the accepted range";
   EXPECT_NEAR(greatest_slew_deg_per_h_per_s(*linear_model({"T"}, {0.01}), {}, 100), 4 * 200 / 100.0, 1e-12);
   EXPECT_EQ(greatest_slew_deg_per_h_per_s(*boxed(), {true, 0.25}, 100), 0.25);
   EXPECT_TRUE(std::isinf(greatest_slew_deg_per_h_per_s(*boxed(), {false, {}}, 100)));
   EXPECT_EQ(greatest_slew_deg_per_h_per_s(*boxed(0), {}, 100), kLeastSlew);
 }
 
-TEST(Engine, FollowsAStepNoFasterThanTheLimit) {
+TEST(Engine, FollowsAStepWithinTheSlewLimit) {
   Engine engine;
   ASSERT_TRUE(engine.use(boxed(), nullptr));
-  EXPECT_DOUBLE_EQ(engine.follow(window_at(100, 20)).bias_deg_per_h, 0.2) << "the first as it is";
-  // 13.6 deg/h further in one row.
+  EXPECT_DOUBLE_EQ(engine.follow(window_at(100, 20)).bias_deg_per_h, 0.2) << "the first is not limited";
+  // 13.6 deg/h more in one row.
   const Correction held = engine.follow(window_at(101, 1380));
   EXPECT_NEAR(held.bias_deg_per_h, 0.2 + kMost, 1e-12);
   EXPECT_EQ(held.quality, kExtrapolating | kSlewLimited);
@@ -91,26 +91,26 @@ TEST(Engine, FollowsAStepNoFasterThanTheLimit) {
   EXPECT_EQ(there.quality, kGood);
 }
 
-// The fastest that the training box holds: all of it in one window.
-TEST(Engine, TheLimitLeavesAloneWhatTheTrainingBoxHolds) {
+// The fastest change in the training box: all of it in one window.
+TEST(Engine, TheSlewLimitAllowsEveryChangeInTheTrainingBox) {
   Engine engine;
   ASSERT_TRUE(engine.use(boxed(), nullptr));
   for (int s = 0; s <= 10; ++s) EXPECT_EQ(engine.follow(window_at(s, -30 + 10 * s)).quality, kGood) << s;
 }
 
-TEST(Engine, NothingHoldsTheFirstCorrection) {
+TEST(Engine, TheFirstCorrectionIsNotLimited) {
   Engine engine;
   ASSERT_TRUE(engine.use(boxed(), nullptr));
   engine.follow(window_at(0, 20));
   EXPECT_EQ(engine.follow(window_at(1, kUnknown)).quality, kInputMissing);
-  EXPECT_DOUBLE_EQ(engine.follow(window_at(2, 65)).bias_deg_per_h, 0.65) << "behind one that was unknown";
+  EXPECT_DOUBLE_EQ(engine.follow(window_at(2, 65)).bias_deg_per_h, 0.65) << "after an unknown one";
   engine.break_off();
-  EXPECT_DOUBLE_EQ(engine.follow(window_at(3, -20)).bias_deg_per_h, -0.2) << "behind a break";
+  EXPECT_DOUBLE_EQ(engine.follow(window_at(3, -20)).bias_deg_per_h, -0.2) << "after a break";
   ASSERT_TRUE(engine.use(boxed(0.1), nullptr));
-  EXPECT_DOUBLE_EQ(engine.follow(window_at(4, 20)).bias_deg_per_h, 2) << "of another model";
+  EXPECT_DOUBLE_EQ(engine.follow(window_at(4, 20)).bias_deg_per_h, 2) << "from another model";
 }
 
-TEST(Engine, TheLimitMayBeSetOrSwitchedOff) {
+TEST(Engine, TheSlewLimitMayBeSetOrSwitchedOff) {
   for (const bool limited : {true, false}) {
     EngineSettings settings;
     settings.slew = {limited, limited ? std::optional(0.001) : std::nullopt};
@@ -123,8 +123,8 @@ TEST(Engine, TheLimitMayBeSetOrSwitchedOff) {
   }
 }
 
-// The fallback serves until the window is full; then the model begins where it says, not where the other one ended.
-TEST(Engine, TheModelBehindItsFallbackBeginsAnew) {
+// The fallback is used until the window is full; then the model starts at its own prediction, not at the fallback's.
+TEST(Engine, TheModelAfterItsFallbackIsNotLimited) {
   Engine engine;
   ASSERT_TRUE(engine.use(boxed(0.1), boxed(0.01)));
   Window warming = window_at(0, 20);

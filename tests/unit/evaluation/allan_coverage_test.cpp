@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every interval by simulation: true as often as it says, on whole records and on ones in pieces; nothing resolved that
-// is not there. An audit found 17 % of nominal 68 % over 34 holes, and a rate random walk in 56 of 60 records of
-// flicker.
+// Coverage of every interval by simulation, on records with and without gaps; no noise is resolved that does not exist.
+// An audit found 17 % of nominal 68 % over 34 gaps, and a rate random walk in 56 of 60 records of flicker.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,9 +30,9 @@ std::vector<Noise> noises() {
            std::sqrt((2 * m * m + 1) / (6 * m))}};
 }
 
-// Pieces of some 85 values: where a piece holds five clusters or fewer the intervals are a little too wide, 73 %
-// for 68.
-TEST(AllanCoverage, OfEveryNoiseWithAndWithoutHoles) {
+// Segments of about 85 values: if a segment contains five clusters or fewer, the intervals are slightly too wide, 73 %
+// instead of 68.
+TEST(AllanCoverage, OfEveryNoiseWithAndWithoutGaps) {
   for (const Noise& noise : noises()) {
     for (const std::size_t holes : {0, 34}) {
       constexpr int kRecords = 1200;
@@ -45,7 +44,7 @@ TEST(AllanCoverage, OfEveryNoiseWithAndWithoutHoles) {
         const AllanInterval interval = allan_confidence(curve, rate, kNominal).at(3);
         inside += interval.low <= noise.deviation && noise.deviation <= interval.high;
       }
-      EXPECT_NEAR(inside / double{kRecords}, kNominal, 0.04) << noise.name << ", holes " << holes;
+      EXPECT_NEAR(inside / double{kRecords}, kNominal, 0.04) << noise.name << ", gaps " << holes;
     }
   }
 }
@@ -73,7 +72,7 @@ TEST(AllanCoverage, NoSlowNoiseIsResolvedInFlickerAndWhiteNoise) {
   }
 }
 
-/// How often a coefficient's interval held the truth, of the records that gave one.
+/// The fraction of the intervals that contain the truth, of the records with a coefficient.
 template <class Make, class Pick>
 double coverage(int records, int least_found, double truth, Make make, Pick pick) {
   int found = 0, inside = 0;
@@ -88,15 +87,15 @@ double coverage(int records, int least_found, double truth, Make make, Pick pick
   return inside / static_cast<double>(found);
 }
 
-// Read from the lowest of several points, B is low by chance, and with it its interval: within 10 points of the
-// nominal.
+// B is the lowest of several points and therefore biased low, and so is its interval: within 10 points of the nominal
+// coverage.
 TEST(AllanCoverage, OfTheBiasInstability) {
   const auto flicker = [](std::uint64_t seed) { return test::flicker_noise(4096, 1, 40000 + seed); };
   const auto b = [](const AllanCoefficients& c) { return c.bias_instability_deg_per_h; };
   EXPECT_NEAR(coverage(400, 380, 1, flicker, b), kNominal, 0.1);
 }
 
-// A walk of 0.01 deg/h a second beside white noise: K = 0.01 · √3600 deg/h/√h.
+// A random walk of 0.01 deg/h per second plus white noise: K = 0.01 · √3600 deg/h/√h.
 TEST(AllanCoverage, OfTheRateRandomWalk) {
   const auto walk = [](std::uint64_t seed) {
     std::vector<double> rate = test::white_noise(16384, 1, 50000 + seed);

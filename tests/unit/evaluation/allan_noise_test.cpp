@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Noise types, confidence and coefficients, on noise whose strength was chosen before it was made.
+// Noise types, confidence and coefficients, for simulated noise of known strength.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ TEST(AllanConfidence, UsesTheStandardsDegreesOfFreedom) {
   EXPECT_NEAR(degrees_of_freedom(NoiseType::kAngleRandomWalk, 1000, 10, AllanEstimator::kOverlapping), 146.177, 5e-4);
 }
 
-TEST(AllanConfidence, TellsTheNoiseTypesApart) {
+TEST(AllanConfidence, DistinguishesTheNoiseTypes) {
   const std::vector<double> white = test::white_noise(20000, 1, 11), walk = test::random_walk(20000, 1, 12);
   std::vector<double> steps = white;  // differences of white angle noise
   for (std::size_t i = steps.size() - 1; i > 0; --i) steps[i] -= steps[i - 1];
@@ -42,7 +42,7 @@ TEST(AllanConfidence, TellsTheNoiseTypesApart) {
   EXPECT_EQ(identify_noise(std::vector<double>(29, 1.0), 1, none), none);
 }
 
-TEST(AllanConfidence, CoversTheTruthAsOftenAsItSays) {
+TEST(AllanConfidence, CoversTheTruthWithItsNominalProbability) {
   int inside = 0, all = 0;
   for (std::uint64_t seed = 0; seed < 400; ++seed) {
     const std::vector<double> rate = test::white_noise(512, 1, 100 + seed);
@@ -55,7 +55,7 @@ TEST(AllanConfidence, CoversTheTruthAsOftenAsItSays) {
   EXPECT_NEAR(static_cast<double>(inside) / all, 0.90, 0.05);  // 3 sigma of 400 trials is 0.045
 }
 
-TEST(AllanCoefficients, FindTheRandomWalkOfWhiteNoise) {
+TEST(AllanCoefficients, FindTheAngleRandomWalkOfWhiteNoise) {
   // 1 Hz means with sd s: N = s / 60 in deg/sqrt(h).
   const Judged judged = judge(test::white_noise(100000, 0.072, 21), 1);
   ASSERT_TRUE(judged.coefficients.angle_random_walk_deg_per_sqrt_h);
@@ -65,7 +65,7 @@ TEST(AllanCoefficients, FindTheRandomWalkOfWhiteNoise) {
 }
 
 TEST(AllanCoefficients, FindBothWalksAndNoPlateauBetweenThem) {
-  // Rate walk of 1e-4 deg/h a second: K = 1e-4 · 60 deg/h per sqrt(h); crossing near 1 200 s.
+  // Rate random walk of 1e-4 deg/h per second: K = 1e-4 · 60 deg/h per sqrt(h); crossing near 1 200 s.
   std::vector<double> rate = test::white_noise(300000, 0.072, 22);
   const std::vector<double> walk = test::random_walk(300000, 1e-4, 23);
   for (std::size_t i = 0; i < rate.size(); ++i) rate[i] += walk[i];
@@ -85,7 +85,7 @@ TEST(AllanCoefficients, FindARamp) {
 }
 
 TEST(AllanCoefficients, FindQuantisation) {
-  // The angle is known to q: white angle error of q / sqrt(12) arcsec at each end of each second.
+  // The angle is quantised to q: white angle error of q / sqrt(12) arcsec at each end of each second.
   test::Normal normal(25);
   std::vector<double> rate(100000);
   double before = 0;
@@ -99,7 +99,7 @@ TEST(AllanCoefficients, FindQuantisation) {
   EXPECT_NEAR(judged.coefficients.quantisation_arcsec->value, 0.3, 0.01);
 }
 
-TEST(AllanCoefficients, CallAPlateauABiasInstability) {
+TEST(AllanCoefficients, ReportAPlateauAsBiasInstability) {
   // Flicker noise as a sum of first-order processes an octave apart, 4 s to 16 384 s: a flat curve in between.
   std::vector<double> rate = test::white_noise(400000, 0.4, 26);
   for (int octave = 2; octave <= 16; ++octave) {
@@ -115,7 +115,7 @@ TEST(AllanCoefficients, CallAPlateauABiasInstability) {
   EXPECT_NEAR(judged.coefficients.bias_instability_deg_per_h->value, truth, 0.15 * truth);
 }
 
-TEST(AllanCoefficients, RefuseAConstantAndAShortCurve) {
+TEST(AllanCoefficients, RejectAConstantAndAShortCurve) {
   const std::vector<double> constant(100, 1.0), few = {1, 2, 3, 5};
   for (const auto& rate : {constant, few}) {
     const auto sizes = allan_cluster_sizes(AllanGrid::kOctave, rate.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Allan deviation against the published values of NIST SP 1065 (2008), section 12, to their last printed digit.
+// Allan deviation compared with the published values of NIST SP 1065 (2008), section 12, to their last printed digit.
 #include "compensation/evaluation/allan.hpp"
 
 #include <fmt/format.h>
@@ -46,7 +46,7 @@ TEST(Allan, MatchesTheStandardsThousandFrequencies) {
             (std::vector<std::string>{"2.922319e-01", "9.965736e-02", "3.897804e-02"}));
 }
 
-/// The definition, written out: cluster means and their differences.
+/// The definition: cluster means and their differences.
 double slow_overlapping(const std::vector<double>& y, std::size_t m) {
   double sum = 0;
   std::size_t terms = 0;
@@ -59,7 +59,7 @@ double slow_overlapping(const std::vector<double>& y, std::size_t m) {
   return std::sqrt(sum / (2 * static_cast<double>(terms)));
 }
 
-TEST(Allan, AgreesWithItsDefinitionAtEverySize) {
+TEST(Allan, EqualsItsDefinitionAtEverySize) {
   const std::vector<double> rate = test::random_walk(157, 1, 2);
   for (std::size_t m = 1; 2 * m <= rate.size(); ++m) {
     const std::vector<std::size_t> size = {m};
@@ -68,7 +68,7 @@ TEST(Allan, AgreesWithItsDefinitionAtEverySize) {
   }
 }
 
-TEST(Allan, KeepsItsDigitsUnderAnEarthRate) {
+TEST(Allan, KeepsPrecisionWithAnEarthRate) {
   std::vector<double> rate = test::white_noise(100000, 1e-3, 4), lifted = rate;
   for (double& value : lifted) value += 15.0;
   const std::vector<std::size_t> sizes = {1, 1000};
@@ -77,8 +77,8 @@ TEST(Allan, KeepsItsDigitsUnderAnEarthRate) {
   for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(b->points[i].deviation / a->points[i].deviation, 1, 1e-8);
 }
 
-TEST(Allan, PoolsTheRunsBetweenHoles) {
-  // Two runs with different levels: a pair across the hole would see the step of 100.
+TEST(Allan, PoolsTheSegmentsBetweenGaps) {
+  // Two segments with different levels: a pair across the gap would include the step of 100.
   std::vector<double> rate = test::white_noise(4000, 1, 7);
   for (std::size_t i = 2000; i < 4000; ++i) rate[i] += 100;
   rate[2000] = std::nan("");
@@ -91,7 +91,7 @@ TEST(Allan, PoolsTheRunsBetweenHoles) {
   EXPECT_NEAR(curve.points[1].deviation, std::sqrt(0.1), 0.05);
 }
 
-TEST(Allan, GridsAreWhatTheirNamesSay) {
+TEST(Allan, GridsAgreeWithTheirNames) {
   EXPECT_EQ(allan_cluster_sizes(AllanGrid::kOctave, 30), (std::vector<std::size_t>{1, 2, 4, 8}));
   EXPECT_EQ(allan_cluster_sizes(AllanGrid::kDecade, 130), (std::vector<std::size_t>{1, 2, 4, 10, 20, 40}));
   const auto dense = allan_cluster_sizes(AllanGrid::kDense, 3'000'000);
@@ -101,7 +101,7 @@ TEST(Allan, GridsAreWhatTheirNamesSay) {
   EXPECT_TRUE(allan_cluster_sizes(AllanGrid::kOctave, 2).empty());
 }
 
-TEST(Allan, RefusesShortAndEmptyRecordsAndABadInterval) {
+TEST(Allan, RejectsShortAndEmptyRecordsAndAnInvalidInterval) {
   const std::vector<std::size_t> one = {1};
   EXPECT_EQ(allan_deviation({}, 1, one, AllanEstimator::kOverlapping, "log.csv").error().text(),
             "log.csv: found 0 values in 0 segments without a gap, expected at least 3 in one segment");

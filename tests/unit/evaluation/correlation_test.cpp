@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Correlation and autocorrelation, on series whose coefficients follow from how they were made.
+// Correlation and autocorrelation of series with known coefficients.
 #include "compensation/evaluation/correlation.hpp"
 
 #include <gtest/gtest.h>
@@ -15,18 +15,18 @@ TEST(Correlation, IsOneForALineAndMinusOneForItsMirror) {
   EXPECT_DOUBLE_EQ(correlate(x, z, "x").value(), -1);
 }
 
-TEST(Correlation, MatchesAnExampleByHand) {
+TEST(Correlation, MatchesAHandCalculation) {
   // Σdxdy = 6, Σdx² = 10, Σdy² = 10
   const std::vector<double> x = {1, 2, 3, 4, 5}, y = {2, 1, 5, 3, 4};
   EXPECT_NEAR(correlate(x, y, "x").value(), 0.6, 1e-15);
 }
 
-TEST(Correlation, SurvivesVerySmallAndVeryLargeNumbers) {
+TEST(Correlation, WorksForVerySmallAndVeryLargeNumbers) {
   const std::vector<double> tiny = {1e-200, 2e-200, 3e-200}, huge = {1e200, 2e200, 3e200};
   EXPECT_DOUBLE_EQ(correlate(tiny, huge, "x").value(), 1);
 }
 
-TEST(Correlation, RefusesWhereItDoesNotExist) {
+TEST(Correlation, RejectsSeriesWithoutACorrelation) {
   const std::vector<double> x = {1, 2, 3}, constant = {7, 7, 7}, two = {1, 2};
   EXPECT_EQ(correlate(x, constant, "U").error().text(), "U: the series is constant: its correlation is not defined");
   EXPECT_FALSE(correlate(two, two, "U"));
@@ -47,10 +47,10 @@ TEST(Autocorrelation, OfWhiteNoiseStaysInItsBand) {
   const Autocorrelation result = autocorrelate(test::white_noise(10000, 1, 6), 100, "x").value();
   int outside = 0;
   for (std::size_t lag = 1; lag <= 100; ++lag) outside += std::abs(result.coefficient[lag]) > result.band;
-  EXPECT_LE(outside, 12);  // 5 expected; 12 is beyond three sigma
+  EXPECT_LE(outside, 12);  // 5 expected; 12 is more than three sigma above
 }
 
-TEST(Autocorrelation, CutsLagsThatTheSeriesDoesNotHave) {
+TEST(Autocorrelation, LimitsLagsToTheLengthOfTheSeries) {
   EXPECT_EQ(autocorrelate(std::vector<double>{1, 2, 4}, 50, "x")->coefficient.size(), 3u);
   EXPECT_FALSE(autocorrelate(std::vector<double>{5, 5, 5}, 2, "x"));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The data-quality check before training: good records pass, each defect is called by its name; real records too.
+// The data-quality check before training: good records pass, each defect has its finding; also for real records.
 #include "compensation/evaluation/data_quality.hpp"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ TEST(DataQualityCheck, PassesAGoodRecordAndStatesEveryThreshold) {
   EXPECT_EQ(named(report, "temperature_span").text, "110 degC; expected at least 25, rejected below 10");
 }
 
-TEST(DataQualityCheck, RefusesASmallTemperatureSpan) {
+TEST(DataQualityCheck, RejectsASmallTemperatureSpan) {
   Record record;
   for (double& t : record.temperature_degc) t = 25 + (t - 15) * 0.05;
   const DataQuality report = record.judge();
@@ -50,12 +50,12 @@ TEST(DataQualityCheck, RefusesASmallTemperatureSpan) {
   EXPECT_EQ(report.verdict, Verdict::kRefuse);
   EXPECT_FALSE(report.nothing_to_compensate);
   for (double& t : record.temperature_degc) t = 25 + (t - 25) * 0.1;
-  const DataQuality still = record.judge();  // it moves, but no temperature does
+  const DataQuality still = record.judge();  // the rate changes, but the temperature does not
   EXPECT_TRUE(still.nothing_to_compensate);
   EXPECT_EQ(named(still, "explainable").value, 0);
 }
 
-TEST(DataQualityCheck, NoticesThatTheGyroWasTurned) {
+TEST(DataQualityCheck, DetectsThatTheGyroWasMoved) {
   Record record;
   for (std::size_t i = 500; i < 924; ++i) record.rate_deg_per_h[i] += 0.2;
   const DataQuality report = record.judge();
@@ -63,7 +63,7 @@ TEST(DataQualityCheck, NoticesThatTheGyroWasTurned) {
   EXPECT_NEAR(named(report, "moved").value, 2, 0.3);
 }
 
-TEST(DataQualityCheck, DoesNotTakeOneOutlierForATurn) {
+TEST(DataQualityCheck, DoesNotReportAnOutlierAsAMove) {
   Record record;
   record.rate_deg_per_h[500] += 5;
   const DataQuality report = record.judge();
@@ -73,7 +73,7 @@ TEST(DataQualityCheck, DoesNotTakeOneOutlierForATurn) {
   EXPECT_EQ(named(record.judge(), "disturbed").verdict, Verdict::kWarn);
 }
 
-TEST(DataQualityCheck, NoticesNoiseThatChangesAndNoiseThatIsMissing) {
+TEST(DataQualityCheck, DetectsChangingAndMissingNoise) {
   Record record;
   const std::vector<double> loud = test::white_noise(924, 0.1, 42);
   for (std::size_t i = 693; i < 924; ++i) record.rate_deg_per_h[i] += loud[i];
@@ -83,8 +83,8 @@ TEST(DataQualityCheck, NoticesNoiseThatChangesAndNoiseThatIsMissing) {
   EXPECT_TRUE(record.judge().nothing_to_compensate);
 }
 
-// One row of a start-up made a quarter of a short record 300 times as loud as the others.
-TEST(DataQualityCheck, DoesNotTakeOneBadRowForNoise) {
+// One start-up row made a quarter of a short record 300 times as noisy as the others.
+TEST(DataQualityCheck, DoesNotCountOneBadRowAsNoise) {
   for (const std::size_t blocks : {16, 30, 60, 200}) {
     Record record;
     record.temperature_degc.resize(blocks);
@@ -99,7 +99,7 @@ TEST(DataQualityCheck, DoesNotTakeOneBadRowForNoise) {
   }
 }
 
-TEST(DataQualityCheck, AFineStepDrownsInTheNoiseAndRoundingIsNone) {
+TEST(DataQualityCheck, IgnoresQuantisationBelowTheNoiseAndRoundingErrors) {
   Record record;
   for (std::size_t i = 0; i < record.rate_deg_per_h.size(); ++i) {
     double& rate = record.rate_deg_per_h[i];
@@ -110,19 +110,20 @@ TEST(DataQualityCheck, AFineStepDrownsInTheNoiseAndRoundingIsNone) {
   EXPECT_EQ(report.verdict, Verdict::kPass);
 }
 
-TEST(DataQualityCheck, KnowsAQuantiserAndItsStep) {
+TEST(DataQualityCheck, DetectsAQuantiserAndItsStep) {
   Record record;
   for (double& rate : record.rate_deg_per_h) rate = 0.01 * std::round(rate / 0.01);
   const DataQuality report = record.judge();
   EXPECT_NEAR(named(report, "quantised").value, 0.01, 1e-9);
   EXPECT_EQ(named(report, "quantised").verdict, Verdict::kWarn);
   EXPECT_EQ(named(report, "noise").verdict, Verdict::kPass) << named(report, "noise").text;
-  for (double& rate : record.rate_deg_per_h) rate = 0.1 * std::round(rate / 0.1);  // coarser than all that happens
+  for (double& rate : record.rate_deg_per_h) rate = 0.1 * std::round(rate / 0.1);  // coarser than all changes
   EXPECT_EQ(named(record.judge(), "quantised").verdict, Verdict::kRefuse);
 }
 
-// A chamber that goes 100 degC in twenty minutes: each block lies far from its neighbours' median, and on their line.
-TEST(DataQualityCheck, TakesAFastRampForNoDisturbance) {
+// A chamber that changes by 100 degC in twenty minutes: each block is far from its neighbours' median, but on their
+// line.
+TEST(DataQualityCheck, DoesNotReportAFastRampAsADisturbance) {
   Record record;
   for (std::size_t i = 0; i < 924; ++i) record.rate_deg_per_h[i] += 10 * std::sin(static_cast<double>(i) / 15);
   const DataQuality report = record.judge();
@@ -130,7 +131,7 @@ TEST(DataQualityCheck, TakesAFastRampForNoDisturbance) {
   EXPECT_EQ(named(report, "moved").verdict, Verdict::kPass) << named(report, "moved").text;
 }
 
-TEST(DataQualityCheck, NamesTheBlock) {
+TEST(DataQualityCheck, ReportsTheBlock) {
   Record record;
   for (std::size_t i = 500; i < 924; ++i) record.rate_deg_per_h[i] += 0.2;
   EXPECT_EQ(named(record.judge(), "moved").block, std::optional<std::size_t>(500));
@@ -142,7 +143,7 @@ TEST(DataQualityCheck, FindsNothingToCompensateInWhiteNoise) {
   EXPECT_TRUE(record.judge().nothing_to_compensate);
 }
 
-TEST(DataQualityCheck, RefusesWhatItCannotJudge) {
+TEST(DataQualityCheck, RejectsInvalidInput) {
   const std::vector<double> one = {1.0}, eight = {1, 2, 3, 4, 5, 6, 7, std::nan("")}, good = {1, 2, 3, 4, 5, 6, 7, 8};
   EXPECT_EQ(check_data_quality(one, one, {}, {}, "log.csv").error().text(),
             "log.csv: found 1 blocks, expected at least 2");
@@ -150,7 +151,7 @@ TEST(DataQualityCheck, RefusesWhatItCannotJudge) {
   EXPECT_FALSE(check_data_quality(good, eight, {}, {}, "x"));
 }
 
-TEST(DataQualityCheck, SaysOfAFewBlocksWhatCanBeSaid) {
+TEST(DataQualityCheck, ReportsFewerFindingsForAFewBlocks) {
   const std::vector<double> warm = {25.0, 25.1, 25.2, 25.1}, rate = {1, 2, 1, 3};
   const DataQuality report = check_data_quality(warm, rate, {}, {}, "x").value();
   EXPECT_TRUE(report.nothing_to_compensate);
@@ -178,7 +179,7 @@ DataQuality judge_real(const std::string& file, double row_s, double length_s, i
   return check_data_quality(t.mean, r.mean, r.follows, {}, file).value();
 }
 
-TEST(DataQualityCheck, LetsARealChamberCycleThrough) {
+TEST(DataQualityCheck, AcceptsARealChamberCycle) {
   PRISM_NEEDS_SHARED("data/mems_chamber_tofupilot.csv");
   for (int column = 2; column <= 4; ++column) {
     for (const Finding& finding : judge_real("mems_chamber_tofupilot.csv", 0.505, 100, column).findings)
@@ -188,7 +189,7 @@ TEST(DataQualityCheck, LetsARealChamberCycleThrough) {
       EXPECT_NE(finding.verdict, Verdict::kRefuse) << column << " " << finding.name << ": " << finding.text;
     }
     EXPECT_FALSE(report.nothing_to_compensate);
-    // Around 1 030 s axes x and z jump within one block while the temperature creeps: seen, but small against the rest.
+    // Around 1 030 s axes x and z jump within one block while the temperature creeps: detected, but relatively small.
     EXPECT_EQ(named(report, "moved").verdict, column == 3 ? Verdict::kPass : Verdict::kWarn) << column;
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Truth first: series whose improvement is known, drawn again and again.
+// Series with a known improvement, simulated repeatedly.
 #include "compensation/evaluation/improvement_interval.hpp"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ struct Day {
   std::vector<double> before, after;
 };
 
-/// A profile that repeats itself, on another day stronger or weaker, and what a model leaves of it.
+/// A profile that repeats itself, stronger or weaker on another day, and the residual of a model.
 Day day(std::mt19937_64& random, double memory) {
   Day made{{}, coloured(924, memory, 0.007, random)};
   const double strength = std::exp(kBetweenDays * std::normal_distribution<double>()(random));
@@ -38,7 +38,7 @@ Day day(std::mt19937_64& random, double memory) {
   return made;
 }
 
-TEST(ImprovementInterval, HoldsTheNextDaysImprovement) {
+TEST(ImprovementInterval, ContainsTheImprovementOfTheNextDay) {
   std::mt19937_64 random(11);
   int held = 0;
   double width = 0;
@@ -58,7 +58,7 @@ TEST(ImprovementInterval, HoldsTheNextDaysImprovement) {
   EXPECT_LT(width / 200, 0.3);
 }
 
-TEST(ImprovementInterval, OneNumberTwiceIsNotDistinguishable) {
+TEST(ImprovementInterval, TheSameImprovementTwiceIsNotDistinguishable) {
   std::mt19937_64 random(3);
   const Day made = day(random, 0.9);
   std::vector<double> alike = made.after, worse = made.after;
@@ -75,7 +75,7 @@ TEST(ImprovementInterval, OneNumberTwiceIsNotDistinguishable) {
   EXPECT_LT(apart->value, -0.1);
 }
 
-TEST(ImprovementInterval, BlocksAreAsLongAsTheSeriesRemembers) {
+TEST(ImprovementInterval, TheBlockLengthFollowsTheAutocorrelation) {
   std::mt19937_64 random(5);
   const auto white = bootstrap_block(coloured(2000, 0, 1, random));
   const auto some = bootstrap_block(coloured(2000, 0.8, 1, random));
@@ -88,8 +88,8 @@ TEST(ImprovementInterval, BlocksAreAsLongAsTheSeriesRemembers) {
   EXPECT_EQ(bootstrap_block(std::vector<double>(100, 1.0)), 1u);
 }
 
-// Truth first: recordings whose ratio scatters by 12 % about 0.5.
-TEST(ImprovementInterval, OfSeveralRecordingsHoldsTheNextOne) {
+// Recordings whose ratio scatters by 12 % about 0.5.
+TEST(ImprovementInterval, OfSeveralRecordingsContainsTheNextOne) {
   std::mt19937_64 random(8);
   std::normal_distribution<double> normal;
   const auto next = [&] { return 1 - 0.5 * std::exp(0.12 * normal(random)); };
@@ -109,7 +109,7 @@ TEST(ImprovementInterval, OfSeveralRecordingsHoldsTheNextOne) {
   EXPECT_FALSE(next_of_several(std::vector{0.5, 0.6, std::nan("")}, "none"));
 }
 
-TEST(ImprovementInterval, RefusesWhatHasNone) {
+TEST(ImprovementInterval, RejectsSeriesWithoutAnInterval) {
   const std::vector<double> few(19, 1.0), still(30, 1.0);
   std::vector<double> moving(30), holed(30);
   for (std::size_t i = 0; i < 30; ++i) moving[i] = holed[i] = std::sin(static_cast<double>(i));

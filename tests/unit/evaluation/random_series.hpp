@@ -11,7 +11,7 @@
 
 namespace prism::test {
 
-/// Normal numbers made by Box and Muller from mt19937_64: the same on every standard library.
+/// Normal numbers by Box and Muller from mt19937_64: the same with every standard library.
 class Normal {
  public:
   explicit Normal(std::uint64_t seed) : engine_(seed) {}
@@ -32,7 +32,7 @@ inline std::vector<double> white_noise(std::size_t count, double sd, std::uint64
   return values;
 }
 
-/// Steps of white noise, summed.
+/// The cumulative sum of white noise.
 inline std::vector<double> random_walk(std::size_t count, double step_sd, std::uint64_t seed) {
   std::vector<double> values = white_noise(count, step_sd, seed);
   for (std::size_t i = 1; i < count; ++i) values[i] += values[i - 1];
@@ -57,7 +57,7 @@ inline std::vector<double> flicker_noise(std::size_t count, double b, std::uint6
   return values;
 }
 
-/// `holes` single values taken out at even distances, a little shaken.
+/// Removes `holes` single values at equal distances, with a small random shift.
 inline std::vector<double> with_holes(std::vector<double> values, std::size_t holes) {
   for (std::size_t i = 1; i <= holes; ++i)
     values[i * values.size() / (holes + 1) + i * 7 % 5] = std::numeric_limits<double>::quiet_NaN();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Divisor, careful sums, medians: against numbers worked out by hand.
+// Divisor, compensated sums and medians, compared with hand calculations.
 #include "compensation/evaluation/statistics.hpp"
 
 #include <gtest/gtest.h>
@@ -22,18 +22,18 @@ TEST(SummaryStatistics, NamesAndUsesBothDivisors) {
   EXPECT_STREQ(divisor_text(Divisor::kNMinus1), "N-1");
 }
 
-TEST(SummaryStatistics, KeepsItsDigitsOnALargeOffset) {
-  // The one-pass formula Σx² − N m² gives 0 or rubbish here.
+TEST(SummaryStatistics, KeepsPrecisionWithALargeOffset) {
+  // The one-pass formula Σx² − N m² gives 0 or noise here.
   const std::vector<double> values = {1e9 + 1, 1e9 + 2, 1e9 + 3};
   EXPECT_NEAR(summarise(values, Divisor::kNMinus1, "x")->sd, 1.0, 1e-12);
 }
 
-TEST(SummaryStatistics, OfAConstantIsZeroWithoutDust) {
+TEST(SummaryStatistics, OfAConstantIsExactlyZero) {
   const std::vector<double> values(1000, 0.1);
   EXPECT_EQ(summarise(values, Divisor::kN, "x")->sd, 0);
 }
 
-TEST(SummaryStatistics, RefusesWhatHasNoSpread) {
+TEST(SummaryStatistics, RejectsSeriesWithoutADeviation) {
   EXPECT_EQ(summarise({}, Divisor::kN, "rate").error().text(),
             "rate: a standard deviation needs 2 values or more, found 0");
   const std::vector<double> one = {1};
@@ -42,17 +42,17 @@ TEST(SummaryStatistics, RefusesWhatHasNoSpread) {
   EXPECT_EQ(summarise(hole, Divisor::kN, "rate").error().text(), "rate: value 2 is not a finite number");
 }
 
-TEST(CarefulSum, KeepsWhatAPlainSumLoses) {
+TEST(CarefulSum, IsMorePreciseThanAPlainSum) {
   const std::vector<double> values = {1, 1e100, 1, -1e100};
   EXPECT_EQ(neumaier_sum(values), 2);
 }
 
-TEST(Median, TakesTheMiddleOrTheMeanOfTwo) {
+TEST(Median, ReturnsTheMiddleOrTheMeanOfTwo) {
   EXPECT_EQ(median_of({3, 1, 2}), 2);
   EXPECT_EQ(median_of({4, 1, 3, 2}), 2.5);
 }
 
-TEST(RobustSd, DoesNotSeeOutliers) { EXPECT_NEAR(robust_sd({-2, -1, 0, 1, 2, 1e6}), 1.4826 * 1.5, 1e-12); }
+TEST(RobustSd, IgnoresOutliers) { EXPECT_NEAR(robust_sd({-2, -1, 0, 1, 2, 1e6}), 1.4826 * 1.5, 1e-12); }
 
 }  // namespace
 }  // namespace prism::evaluation

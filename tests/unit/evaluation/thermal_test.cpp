@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Segments and hysteresis of a chamber cycle that was drawn by hand.
+// Segments and hysteresis of a synthetic chamber cycle.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -44,14 +44,14 @@ TEST(ThermalSegments, FindThePlateausAndRampsOfACycle) {
   for (std::size_t i = 1; i < 5; ++i) EXPECT_EQ(segments[i].begin, segments[i - 1].end);
 }
 
-TEST(ThermalSegments, LetAShortStumbleJoinTheRampAroundIt) {
+TEST(ThermalSegments, MergeAShortInterruptionIntoTheRamp) {
   Cycle cycle;
   cycle.temperature_degc[40] = cycle.temperature_degc[39];
   cycle.temperature_degc[41] = cycle.temperature_degc[39];
   EXPECT_EQ(cut_thermal_segments(cycle.time_s, cycle.temperature_degc, {}, "x")->size(), 5u);
 }
 
-TEST(ThermalSegments, RefuseWhatIsNoRecord) {
+TEST(ThermalSegments, RejectInvalidRecords) {
   const std::vector<double> one = {1}, two = {1, 2}, back = {2, 1}, hole = {1, std::nan("")};
   EXPECT_FALSE(cut_thermal_segments(one, one, {}, "x"));
   EXPECT_FALSE(cut_thermal_segments(two, one, {}, "x"));
@@ -59,18 +59,19 @@ TEST(ThermalSegments, RefuseWhatIsNoRecord) {
   EXPECT_FALSE(cut_thermal_segments(two, hole, {}, "x"));
 }
 
-TEST(Hysteresis, MeasuresTheLoopThatWasBuilt) {
+TEST(Hysteresis, FindsTheSimulatedLoop) {
   const Cycle cycle;
   const auto kinds = thermal_kinds(cycle.time_s, cycle.temperature_degc, 0.1 / 60);
   std::vector<double> bias;
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     const double split = kinds[i] == ThermalKind::kHeating ? 0.004 : kinds[i] == ThermalKind::kCooling ? -0.002 : 9;
-    bias.push_back(5e-4 * cycle.temperature_degc[i] + split);  // soaks carry rubbish: they must not take part
+    bias.push_back(5e-4 * cycle.temperature_degc[i] +
+                   split);  // soaks have invalid values, because they must be ignored
   }
   const Hysteresis loop = measure_hysteresis(cycle.temperature_degc, bias, kinds, 5, "x").value();
   EXPECT_NEAR(loop.heating_sensitivity.value(), 5e-4, 1e-12);
   EXPECT_NEAR(loop.cooling_sensitivity.value(), 5e-4, 1e-12);
-  ASSERT_GE(loop.bins.size(), 13u);  // −40 to 25 in fives, and an edge
+  ASSERT_GE(loop.bins.size(), 13u);  // −40 to 25 in steps of five, and an edge
   for (const HysteresisBin& bin : loop.bins) EXPECT_NEAR(bin.gap_deg_per_h(), 0.006, 1.3e-3);  // bin fill differs
   EXPECT_NEAR(loop.loop_area_deg_per_h_degc, 0.006 * 65, 0.04);
 }
@@ -84,7 +85,7 @@ TEST(Hysteresis, OfASoakIsEmptyAndZero) {
   EXPECT_FALSE(loop.heating_sensitivity);
 }
 
-TEST(Hysteresis, RefusesBadInput) {
+TEST(Hysteresis, RejectsInvalidInput) {
   const std::vector<double> one = {1}, hole = {std::nan("")};
   const std::vector<ThermalKind> kind = {ThermalKind::kHeating}, none;
   EXPECT_FALSE(measure_hysteresis(one, one, kind, 0, "x"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The composite kernel against the reference beside the project, and against itself by finite differences.
+// The composite kernel, compared with the external reference and with finite differences.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -85,7 +85,7 @@ TEST(CompositeSearch, EndsBelowThePointWhereTheReferenceStopped) {
   EXPECT_LT(fit->evaluations, 250);
 }
 
-/// y = truth(T, U) + drift in time + noise, with some outliers; hours apart as a chamber's cycle is.
+/// y = truth(T, U) + drift in time + noise, with some outliers; with the times of a chamber cycle.
 struct Drift {
   TrainingData data;
   std::mt19937_64 random{11};
@@ -118,7 +118,7 @@ Result<TrainedModel> trained(const TrainingData& data) {
   return train(data, {}, settings);
 }
 
-// Errors over a grid within the data, as served, in deg/h: rms, and the share within 2 sd.
+// Errors over a grid within the data, with the default policy, in deg/h: rms, and the fraction within 2 sd.
 std::pair<double, double> judged(const compensation::Model& model) {
   double squares = 0, covered = 0, count = 0;
   for (double t = -50; t <= 50; t += 5) {
@@ -132,7 +132,7 @@ std::pair<double, double> judged(const compensation::Model& model) {
   return {std::sqrt(squares / count), covered / count};
 }
 
-TEST(CompositeTrainer, FindsTheTruthThroughOutliersAndKnowsHowWell) {
+TEST(CompositeTrainer, FindsTheTruthDespiteOutliersWithAValidDeviation) {
   const auto model = trained(Drift(400, 0, 0.2).data);
   ASSERT_TRUE(model) << model.error().text();
   const auto [rms, covered] = judged(*model->model);
@@ -141,8 +141,8 @@ TEST(CompositeTrainer, FindsTheTruthThroughOutliersAndKnowsHowWell) {
   EXPECT_LT(model->samples.weight[7], 0.01);
 }
 
-// What drifts in time is not called structure: the sd counts it, and sd_mean the noise as well.
-TEST(CompositeTrainer, CountsTheDriftInItsStandardDeviation) {
+// Drift in time is not modelled as structure: it is part of the sd, and the noise is part of sd_mean.
+TEST(CompositeTrainer, IncludesTheDriftInItsStandardDeviation) {
   const auto still = trained(Drift(400).data), drifting = trained(Drift(400, 0.005).data);
   ASSERT_TRUE(still && drifting);
   const std::vector<double> at = {10, 5.5};
@@ -152,8 +152,8 @@ TEST(CompositeTrainer, CountsTheDriftInItsStandardDeviation) {
   EXPECT_NEAR(std::hypot(a.sd_deg_per_h, 0.001), a.sd_mean_deg_per_h, 2e-4);
 }
 
-// A bias that goes with T in one half of the record and against it in the other is not believed: the mean is served.
-TEST(CompositeTrainer, ARecordThatContradictsItselfIsNotBelieved) {
+// If a bias rises with T in one half of the record and falls in the other, the model is not used: it predicts the mean.
+TEST(CompositeTrainer, ShrinksARecordThatContradictsItself) {
   Drift drift(400);
   for (Eigen::Index i = 200; i < 400; ++i) drift.data.target[i] = 0.6 - drift.data.target[i];
   const auto model = trained(drift.data);
@@ -164,7 +164,7 @@ TEST(CompositeTrainer, ARecordThatContradictsItselfIsNotBelieved) {
   EXPECT_DOUBLE_EQ(p.bias_deg_per_h, drift.data.target.mean());
 }
 
-TEST(CompositeTrainer, ItsFileGivesTheSameModelBack) {
+TEST(CompositeTrainer, ItsFileReadsBackAsTheSameModel) {
   const auto model = trained(Drift(120, 0.002, 0.1).data);
   ASSERT_TRUE(model);
   const auto read = compensation::parse_model(compensation::format_model(*model->model), "m.json");
@@ -177,8 +177,8 @@ TEST(CompositeTrainer, ItsFileGivesTheSameModelBack) {
   }
 }
 
-// Over centres and by the filter, against one centre a sample: the same model to well below its own sd.
-TEST(CompositeTrainer, LongRecordsBecomeSparseModelsThatPredictAlike) {
+// Few centres and the filter, compared with one centre per sample: the same model, with a difference well below its sd.
+TEST(CompositeTrainer, LongRecordsBecomeSparseModelsWithEqualPredictions) {
   const Drift drift(6000, 0.002, 0.1);
   const auto sparse = trained(drift.data);
   ASSERT_TRUE(sparse) << sparse.error().text();
@@ -192,7 +192,7 @@ TEST(CompositeTrainer, LongRecordsBecomeSparseModelsThatPredictAlike) {
             sparse->model->predict(std::vector{1.0, 5.5}).sd_deg_per_h);
 }
 
-TEST(SparseComposite, EqualsTheDenseSystemWhereTheCentresAreMany) {
+TEST(SparseComposite, EqualsTheDenseSystemWithManyCentres) {
   const Drift drift(300, 0.002);
   const auto data = normalise(drift.data.inputs, drift.data.target, Scaling::kZscore, drift.data.names);
   const CompositeSamples samples{data->x, data->y, drift.data.time_s / 3600, std::vector<int>(300, 0), 1};
@@ -211,7 +211,7 @@ TEST(SparseComposite, EqualsTheDenseSystemWhereTheCentresAreMany) {
   for (Eigen::Index i = 0; i < 50; ++i) EXPECT_NEAR(centres.sum(some.col(i)) + sparse->beta, expected[i], 2e-3);
 }
 
-// The filter against the matrix that it stands for, two recordings with an offset each.
+// The filter compared with the equivalent matrix, for two recordings with an offset each.
 TEST(NuisanceFilter, IsTheInverseOfTheNuisanceMatrix) {
   compensation::CompositeVariances v;
   v.nuisance = 0.7, v.nuisance_time_h = 0.4, v.offset = 0.3, v.noise = 0.2;

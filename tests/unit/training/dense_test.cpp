@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Products, factors and solves of libprism-kernels against the plain formulas.
+// Products, factors and solves of libprism-kernels, compared with the plain formulas.
 #include "compensation/training/dense.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ class Dense : public testing::Test {
   std::normal_distribution<double> normal_;
 };
 
-TEST_F(Dense, GramsOfAllShapesAreRight) {
+TEST_F(Dense, ComputesGramMatricesOfAllShapes) {
   for (const Eigen::Index n : {1, 3, 8, 23, 24, 25, 70}) {
     for (const Eigen::Index k : {0, 1, 5, 191, 192, 400}) {
       const Eigen::MatrixXd a = noise(n, k);
@@ -41,7 +41,7 @@ TEST_F(Dense, GramsOfAllShapesAreRight) {
   }
 }
 
-TEST_F(Dense, FactorsSolvesAndInversesUndoTheMatrix) {
+TEST_F(Dense, FactorsSolvesAndInversesInvertTheMatrix) {
   for (const Eigen::Index n : {1, 2, 7, 31, 64, 65, 100, 129, 257}) {
     const Eigen::MatrixXd a = noise(n, n);
     const Eigen::MatrixXd spd = a * a.transpose() + Eigen::MatrixXd::Identity(n, n);
@@ -57,7 +57,7 @@ TEST_F(Dense, FactorsSolvesAndInversesUndoTheMatrix) {
   }
 }
 
-TEST_F(Dense, AMatrixThatIsNotPositiveDefiniteIsToldApart) {
+TEST_F(Dense, DetectsAMatrixThatIsNotPositiveDefinite) {
   Eigen::MatrixXd a = Eigen::MatrixXd::Identity(100, 100);
   a(80, 80) = -1;
   EXPECT_FALSE(cholesky(a));
@@ -66,8 +66,8 @@ TEST_F(Dense, AMatrixThatIsNotPositiveDefiniteIsToldApart) {
   EXPECT_FALSE(cholesky(b));
 }
 
-// Sums by vectors begin where a vector is aligned, unless one takes care; then a result would change with the heap.
-TEST_F(Dense, ResultsDoNotDependOnWhereAMatrixStands) {
+// Vectorised sums may start at an aligned address; a result would then depend on the position in the heap.
+TEST_F(Dense, ResultsDoNotDependOnTheAddressOfAMatrix) {
   constexpr std::size_t kSize = 129, kValues = kSize * kSize;
   const Eigen::MatrixXd a = noise(kSize, kSize), y = noise(kSize, 1);
   const Eigen::MatrixXd spd = a * a.transpose() + Eigen::MatrixXd::Identity(kSize, kSize);

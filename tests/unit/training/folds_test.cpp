@@ -19,7 +19,7 @@ TEST(Folds, ShuffledOnesAreAPermutationOfLsSvmlabsCut) {
   EXPECT_NE(folds, shuffled_folds(103, 10, 8));
 }
 
-TEST(Folds, BlocksAreContiguousAndNeverStraddleARun) {
+TEST(Folds, BlocksAreContiguousWithinOneRun) {
   std::vector<int> runs(90, 0);
   runs.resize(120, 1);
   const Folds folds = blocked_folds(runs, 8);
@@ -29,12 +29,12 @@ TEST(Folds, BlocksAreContiguousAndNeverStraddleARun) {
   EXPECT_EQ(folds[89], 5);  // three quarters of the samples take three quarters of the folds
 }
 
-TEST(Folds, EveryRunGetsAFoldHoweverShort) {
+TEST(Folds, EveryRunHasAFold) {
   const Folds folds = blocked_folds({0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, 3);
   EXPECT_NE(folds[9], folds[10]);
 }
 
-TEST(Folds, ColumnsOfAnyWholeNumbersBecomeFoldsFromZero) {
+TEST(Folds, ColumnsOfAnyIntegersBecomeFoldsFromZero) {
   const auto folds = folds_from({7, -1, 7, 3});
   ASSERT_TRUE(folds);
   EXPECT_EQ(*folds, (Folds{2, 0, 2, 1}));

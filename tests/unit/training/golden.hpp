@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The reference numbers: one case = data, folds and what LS-SVMlab's conventions give for it (tests/golden/README.md).
+// The reference numbers: one case = data, folds and the results by LS-SVMlab's conventions (tests/golden/README.md).
 #pragma once
 
 #include <Eigen/Core>
@@ -75,7 +75,7 @@ struct Golden {
     return m;
   }
 
-  /// By the case's own constants; gives the n_ columns of the full set, bit for bit.
+  /// With the case's own constants; equals the n_ columns of the full set, bit for bit.
   Eigen::MatrixXd normalised(Eigen::MatrixXd m) const {
     const auto shift = about["x_shift"].get<std::vector<double>>(), by = about["x_scale"].get<std::vector<double>>();
     return (m.colwise() - vector_of(shift)).array().colwise() / vector_of(by).array();
@@ -83,14 +83,14 @@ struct Golden {
 
   Eigen::VectorXd column(const std::string& name) { return vector_of(train_expected[name]); }
 
-  /// Of N values those whose expected ones are kept: column() has them at the samples i = 1 … N that it names.
+  /// Of N values, those with an expected value: column() has them at the samples i = 1 … N that it lists.
   Eigen::VectorXd kept(const Eigen::VectorXd& all) {
     std::vector<Eigen::Index> rows;
     for (const double i : train_expected["i"]) rows.push_back(static_cast<Eigen::Index>(i) - 1);
     return all(rows);
   }
 
-  /// In original units, as the pred_* columns are.
+  /// In original units, like the pred_* columns.
   Eigen::VectorXd predict(const Eigen::VectorXd& alpha, double b) const {
     Eigen::VectorXd f(x_test.cols());
     for (Eigen::Index j = 0; j < f.size(); ++j) {
@@ -108,7 +108,7 @@ struct Golden {
   }
 };
 
-/// Largest difference, relative to the largest magnitude expected.
+/// Largest difference, relative to the largest expected magnitude.
 inline double relative(const Eigen::VectorXd& found, const Eigen::VectorXd& expected) {
   return (found - expected).cwiseAbs().maxCoeff() / std::max(1e-300, expected.cwiseAbs().maxCoeff());
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The cases of tests/golden, and of the full set where it stands beside the project: LSSVM and IR-LSSVM against
+// The cases of tests/golden, and of the full set in ../shared if it exists: LSSVM and IR-LSSVM compared with
 // LS-SVMlab's conventions in extended precision.
 //
 // Tolerance: max(1e-10, 1e-14 · cond), the law of double arithmetic that the reference's README measured.
@@ -82,8 +82,8 @@ TEST_P(GoldenCase, HeldOutResidualsComeFromOneFactorisation) {
     EXPECT_LT(relative(cv->fold_mae[i], expected["fold_mae"][i]), g.tolerance);
 }
 
-// Extended-precision residuals take the machine out of the result: where plain double keeps four digits, what is left
-// is the uncertainty of the reference itself.
+// With extended-precision residuals the result does not depend on the machine: where plain double keeps four digits,
+// the remaining difference is the uncertainty of the reference itself.
 TEST_P(GoldenCase, RefiningRecoversTheDigitsThatDoubleLoses) {
   Golden& g = *golden_;
   const LssvmFactor f = factor();
@@ -162,7 +162,7 @@ TEST_P(GoldenWeight, RobustTenFoldCostIsTheReferences) {
   EXPECT_LT(relative(cv->mae, expected["mae_onestep"]), g.tolerance);
   settings_.limit = kRobustSolves;
   settings_.tolerance = 0;
-  // One fold of mcycle133 B never settles under Hampel's weights: 30 chaotic solves make 1e-8 of 1e-14.
+  // One fold of mcycle133 B never converges with Hampel's weights: 30 chaotic solves amplify 1e-14 to 1e-8.
   ExtendedMatrix extended;
   if (g.y.size() < 500) settings_.extended = &(extended = extended_kernel_matrix(g.x, g.sigma2));
   cv = cross_validate_robust(kernel_, g.y, g.c, settings_, g.folds, g.scale);

@@ -9,7 +9,7 @@
 namespace prism::training {
 namespace {
 
-/// Near enough to a normal distribution, and the same everywhere.
+/// Approximately normal, and the same on every machine.
 class Noise {
  public:
   explicit Noise(unsigned seed) : random_(seed) {}
@@ -23,8 +23,8 @@ class Noise {
   std::mt19937 random_;
 };
 
-/// Slow movements; the target is of T and of the case's difference, with noise; "twin" says what case-T does; "still"
-/// stands; "other" moves by itself.
+/// Slow changes; the target depends on T and on the case's difference, with noise; "twin" is case-T; "still" is
+/// constant; "other" is independent.
 TrainingData record(double noise, int samples = 400) {
   Noise noise_of(5);
   TrainingData data;
@@ -40,19 +40,19 @@ TrainingData record(double noise, int samples = 400) {
   return data;
 }
 
-TEST(InputSearch, TakesWhatForetellsAndNoMore) {
+TEST(InputSearch, SelectsOnlyInputsThatPredict) {
   const auto search = search_inputs(record(0.002));
   ASSERT_TRUE(search) << search.error().text();
   EXPECT_EQ(search->best().inputs.size(), 2u);
   EXPECT_EQ(search->best().inputs.front(), "T");
   EXPECT_NEAR(search->best().error_deg_per_h, 0.002, 0.0004);
   EXPECT_GT(search->without_deg_per_h, 0.02);
-  EXPECT_EQ(search->alone.size(), 5u) << "what stands still is no candidate";
+  EXPECT_EQ(search->alone.size(), 5u) << "a constant input is not a candidate";
   for (std::size_t i = 1; i < search->path.size(); ++i)
     EXPECT_EQ(search->path[i].inputs.size(), search->path[i - 1].inputs.size() + 1);
 }
 
-TEST(InputSearch, WhereNothingForetellsOneIsTaken) {
+TEST(InputSearch, SelectsOneInputIfNoInputPredicts) {
   TrainingData data = record(0.002);
   Noise noise_of(9);
   for (double& value : data.target) value = noise_of();
@@ -62,7 +62,7 @@ TEST(InputSearch, WhereNothingForetellsOneIsTaken) {
   EXPECT_GT(search->best().error_deg_per_h, 0.9);
 }
 
-TEST(InputSearch, RefusesWhatIsTooLittle) {
+TEST(InputSearch, RejectsTooFewSamplesAndConstantInputs) {
   EXPECT_EQ(search_inputs(record(0.002, 39)).error().text(),
             "inputs: found 39 samples, expected at least 40 to choose inputs by");
   TrainingData still = record(0.002);

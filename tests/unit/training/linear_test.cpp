@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Cubic least squares and stepwise regression against 60-digit arithmetic.
+// Cubic least squares and stepwise regression, compared with 60-digit arithmetic.
 #include <gtest/gtest.h>
 
 #include "compensation/training/least_squares.hpp"
@@ -53,7 +53,7 @@ std::vector<int> positions(const nlohmann::json& wanted, const std::vector<std::
   return at;
 }
 
-TEST(Stepwise, TakesTheReferencesPathInEveryRandomProblem) {
+TEST(Stepwise, FollowsTheReferenceInEveryRandomProblem) {
   const auto dir = test::golden_dir("stepwise");
   PRISM_NEEDS(dir);
   const auto all = nlohmann::json::parse(test::read_file(dir / "golden.json"));
@@ -72,7 +72,7 @@ TEST(Stepwise, TakesTheReferencesPathInEveryRandomProblem) {
   }
 }
 
-// "T", "T^2", "T*R": the value of a term by its name.
+// The value of the term "T", "T^2" or "T*R".
 Eigen::VectorXd term_column(const std::string& name, test::Columns& data) {
   if (name.find("^2") != std::string::npos) return test::vector_of(data[name.substr(0, 1)]).cwiseAbs2();
   if (name.size() == 3)
@@ -97,7 +97,7 @@ TEST(Stepwise, FindsThePapersTwoModels) {
   }
 }
 
-TEST(LeastSquares, CubicFitsAreTheReferences) {
+TEST(LeastSquares, CubicFitsEqualTheReference) {
   const auto dir = test::golden_dir("gyro924");
   const auto cubic = nlohmann::json::parse(test::read_file(dir / "linear_models.json"))["cubic"];
   test::Columns data = test::read_columns(dir / "train.csv");
@@ -116,7 +116,7 @@ TEST(LeastSquares, CubicFitsAreTheReferences) {
   }
 }
 
-// Columns of known angle: two unit vectors and an intercept orthogonal to both; singular values √(1 ± cos).
+// Columns with a known angle: two unit vectors and an intercept orthogonal to both; singular values √(1 ± cos).
 TEST(LeastSquares, TheConditionNumberIsThatOfTheScaledDesign) {
   Eigen::MatrixXd columns(4, 2);
   columns << 1, 1, -1, -1, 0, 1, 0, -1;
@@ -125,7 +125,7 @@ TEST(LeastSquares, TheConditionNumberIsThatOfTheScaledDesign) {
   EXPECT_NEAR(problem.condition({0, 1}), std::sqrt((1 + cosine) / (1 - cosine)), 1e-12);
 }
 
-TEST(LeastSquares, DependentColumnsAreRefused) {
+TEST(LeastSquares, RejectsDependentColumns) {
   Eigen::MatrixXd columns(5, 2);
   columns << 1, 3, 2, 5, 3, 7, 4, 9, 5, 11;
   EXPECT_FALSE(LinearProblem(columns, Eigen::VectorXd::LinSpaced(5, 0, 1)).fit({0, 1}));
@@ -133,7 +133,7 @@ TEST(LeastSquares, DependentColumnsAreRefused) {
   EXPECT_FALSE(LinearProblem(columns, Eigen::VectorXd::LinSpaced(5, 0, 1)).fit({1}));
 }
 
-TEST(Stepwise, ThresholdsOutOfOrderAreRefused) {
+TEST(Stepwise, RejectsThresholdsOutOfOrder) {
   const Eigen::MatrixXd columns = Eigen::VectorXd::LinSpaced(5, 0, 1);
   const auto found = fit_stepwise(columns, Eigen::VectorXd::Ones(5), {{}, 0.2, 0.1});
   ASSERT_FALSE(found);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The low-rank primal against the whole matrix.
+// The low-rank primal form, compared with the full matrix.
 #include "compensation/training/low_rank.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ Problem noisy_waves(Eigen::Index n) {
   return p;
 }
 
-TEST(LowRank, LeavesNoMoreOfTheKernelThanItSays) {
+TEST(LowRank, LeavesAtMostItsStatedRemainder) {
   const Problem p = noisy_waves(300);
   for (const double tolerance : {1e-2, 1e-6, 1e-10}) {
     const LowRank system = low_rank(p.x, 1.5, tolerance, 300);
@@ -39,7 +39,7 @@ TEST(LowRank, LeavesNoMoreOfTheKernelThanItSays) {
   }
 }
 
-TEST(LowRank, ACoarserOneIsTheBeginningOfAFineOne) {
+TEST(LowRank, ACoarseOneIsTheBeginningOfAFineOne) {
   Eigen::MatrixXd x(2, 90);
   for (Eigen::Index i = 0; i < 90; ++i)
     x.col(i) << std::sin(0.7 * static_cast<double>(i)), std::cos(1.3 * static_cast<double>(i));
@@ -52,7 +52,7 @@ TEST(LowRank, ACoarserOneIsTheBeginningOfAFineOne) {
   }
 }
 
-TEST(LowRank, ThePrimalIsTheWholeSystemToItsTolerance) {
+TEST(LowRank, ThePrimalFormEqualsTheFullSystemWithinItsTolerance) {
   const Problem p = noisy_waves(200);
   const double c = 30, sigma2 = 1.5;
   Eigen::VectorXd weight = Eigen::VectorXd::LinSpaced(200, 0.2, 1);

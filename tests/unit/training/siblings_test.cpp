@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A short record of a gyro whose siblings are known; truth first: gyros of one type, alike in shape, each with a scale.
+// A short record of a gyro with a population prior: simulated gyros of one type, similar in shape, each with a scale.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -52,7 +52,7 @@ std::vector<compensation::ModelPtr> siblings() {
 
 const Gyro kOwn{1.2, 1.2, 1e-5};
 
-// Rms over the cycle, level removed, and the share within 2 sd with the level.
+// Rms over the cycle, level removed, and the fraction within 2 sd with the level.
 std::pair<double, double> judged(const compensation::Model& model) {
   Eigen::VectorXd error(41);
   double covered = 0;
@@ -65,7 +65,7 @@ std::pair<double, double> judged(const compensation::Model& model) {
   return {std::sqrt((error.array() - error.mean()).square().mean()), covered / 41};
 }
 
-TEST(Siblings, AShortRecordServesTheWholeCycle) {
+TEST(Siblings, AShortRecordPredictsTheCompleteCycle) {
   const TrainingData data = kOwn.record(0, 80, 77);  // -60 to -19 degC
   TrainingSettings settings = composite();
   const auto alone = train(data, {}, settings);
@@ -79,14 +79,15 @@ TEST(Siblings, AShortRecordServesTheWholeCycle) {
   EXPECT_GT(covered, 0.9);
   const auto& prior = static_cast<const compensation::CompositeModel&>(*together->model).parameters().prior;
   ASSERT_TRUE(prior);
-  EXPECT_GT(prior->scale, 1.03);  // 1.19, held towards 1 by what is known beforehand
+  EXPECT_GT(prior->scale, 1.03);  // 1.19, shrunk towards 1 by the prior of the scale
   EXPECT_LT(prior->scale, 1.25);
   EXPECT_GT(*together->from_siblings, 0.8);
-  EXPECT_FALSE(together->model->predict(std::vector{40.0}).extrapolating);  // the siblings have been there
+  EXPECT_FALSE(
+      together->model->predict(std::vector{40.0}).extrapolating);  // within the training range of the prior's models
   EXPECT_TRUE(together->model->predict(std::vector{90.0}).extrapolating);
 }
 
-TEST(Siblings, ItsFileGivesTheSameModelBack) {
+TEST(Siblings, ItsFileReadsBackAsTheSameModel) {
   TrainingSettings settings = composite();
   settings.siblings = siblings();
   const auto trained = train(kOwn.record(0, 80, 78), {}, settings);
@@ -111,15 +112,14 @@ TEST(Siblings, ItsFileGivesTheSameModelBack) {
   EXPECT_NE(damaged.error().text().find("m.json:/prior/models/0"), std::string::npos) << damaged.error().text();
 }
 
-TEST(Siblings, WhatCannotBeOneIsRefused) {
+TEST(Siblings, RejectsUnsuitableModels) {
   TrainingSettings settings = composite();
   settings.siblings = siblings();
   TrainingData other = kOwn.record(0, 80, 79);
   other.names = {"U"};
   EXPECT_NE(train(other, {}, settings).error().text().find("found inputs T, expected U"), std::string::npos);
   settings.siblings.resize(1);
-  EXPECT_EQ(train(kOwn.record(0, 80, 79), {}, settings).error().text(),
-            "prior: found 1 models, expected at least 2");
+  EXPECT_EQ(train(kOwn.record(0, 80, 79), {}, settings).error().text(), "prior: found 1 models, expected at least 2");
   settings.siblings = siblings();
   settings.method = find_method("ls");
   settings.terms = cubic_terms();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Every kind of model says how far a run that it did not see will lie from it; truth first: runs with a drift of their
-// own under white noise.
+// Every model type predicts its error in a new run; simulated runs with their own drift and white noise.
 #include "compensation/training/spread.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +19,7 @@ namespace {
 constexpr double kWhite = 0.006, kWander = 0.005;  // deg/h
 constexpr Eigen::Index kRows = 600;
 
-// 0.02 tanh(T / 20) + a walk that forgets in some 30 rows + noise.
+// 0.02 tanh(T / 20) + a random walk with a memory of about 30 rows + noise.
 TrainingData run(unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -46,7 +45,7 @@ TrainingSettings settings_of(std::string_view method) {
 
 class SpreadOf : public testing::TestWithParam<const char*> {};
 
-TEST_P(SpreadOf, ARunThatWasNotSeenLiesWithinTwoOfTheStatedDeviations) {
+TEST_P(SpreadOf, ANewRunLiesWithinTwoOfTheStatedDeviations) {
   double covered = 0, rows = 0;
   for (const unsigned seed : {1u, 2u, 3u}) {
     const auto trained = train(run(10 * seed), {}, settings_of(GetParam()));
@@ -74,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, SpreadOf, testing::Values("composite", "ls", "ls
                            return name;
                          });
 
-TEST(Spread, ItsFileGivesItBackAndItIsPartOfTheId) {
+TEST(Spread, IsPartOfTheFileAndOfTheId) {
   const auto trained = train(run(5), {}, settings_of("ls"));
   ASSERT_TRUE(trained);
   std::string text = compensation::format_model(*trained->model);
@@ -96,7 +95,7 @@ TEST(Spread, AShortRecordHasNone) {
   EXPECT_TRUE(std::isnan(trained->model->predict(std::vector{1.0}).sd_mean_deg_per_h));
 }
 
-TEST(Spread, RecordingsAreHeldOutWholeWhereThereAreThree) {
+TEST(Spread, ThreeRecordingsAreHeldOutOneByOne) {
   std::vector<int> recordings(90, 0);
   std::fill(recordings.begin() + 45, recordings.end(), 1);
   EXPECT_EQ(fold_count(spread_folds(recordings)), 10);
@@ -104,7 +103,8 @@ TEST(Spread, RecordingsAreHeldOutWholeWhereThereAreThree) {
   EXPECT_EQ(spread_folds(recordings), recordings);
 }
 
-// What the record cannot tell from beta: the level of its nuisance, 1 / 1ᵀq⁻¹1, with the matrix inverted.
+// The variance that the record cannot distinguish from beta: the level of its nuisance, 1 / 1ᵀq⁻¹1, by matrix
+// inversion.
 TEST(NuisanceLevel, IsTheVarianceOfTheBestLinearEstimateOfTheLevel) {
   compensation::CompositeVariances v;
   v.nuisance = 0.7, v.nuisance_time_h = 3;

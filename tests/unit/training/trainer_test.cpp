@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From samples to a model: every method finds a truth that was put in, and says how sure it is.
+// From samples to a model: every method finds a simulated truth and a valid standard deviation.
 #include "compensation/training/trainer.hpp"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ double worst_error(const compensation::Model& model) {
   return worst;
 }
 
-TEST(Trainer, RobustWeightsSeeThroughOutliersThatLssvmFollows) {
+TEST(Trainer, RobustWeightsIgnoreOutliersThatLssvmFollows) {
   TrainingSettings settings;
   settings.c = 300, settings.sigma2 = 0.5;
   settings.method = find_method("lssvm");
@@ -75,7 +75,7 @@ TEST(Trainer, TheStatedDeviationCoversTheError) {
   EXPECT_GT(covered, 0.85 * all);
 }
 
-TEST(Trainer, TheGuardTellsHolesInTheDataFromTheData) {
+TEST(Trainer, TheGuardDetectsGapsInTheData) {
   TrainingSettings settings;
   settings.c = 300, settings.sigma2 = 0.05;
   settings.method = find_method("lssvm");
@@ -90,7 +90,7 @@ TEST(Trainer, TheGuardTellsHolesInTheDataFromTheData) {
   EXPECT_TRUE(trained->model->predict(std::vector{0.0, 5.9}).extrapolating);
 }
 
-TEST(Trainer, LongRecordsBecomeSparseModelsThatPredictAlike) {
+TEST(Trainer, LongRecordsBecomeSparseModelsWithEqualPredictions) {
   TrainingSettings settings;
   settings.c = 1000, settings.sigma2 = 0.5;
   settings.reweight.weight.kind = WeightKind::kMyriad;
@@ -109,7 +109,7 @@ TEST(Trainer, LongRecordsBecomeSparseModelsThatPredictAlike) {
   EXPECT_EQ((*read)->predict(std::vector{0.0, 5.5}).sd_deg_per_h, near.sd_deg_per_h);
 }
 
-TEST(Trainer, SupportVectorsFindTheDriftToo) {
+TEST(Trainer, SupportVectorRegressionFindsTheDrift) {
   TrainingSettings settings;
   settings.method = find_method("svr");
   settings.c = 30, settings.sigma2 = 0.5, settings.epsilon = 0.05;
@@ -122,7 +122,7 @@ TEST(Trainer, SupportVectorsFindTheDriftToo) {
   EXPECT_GT(trained->model->predict(std::vector{0.0, 5.5}).sd_deg_per_h, 0);
 }
 
-TEST(Trainer, StepwiseFindsTheTermsThatWerePutIn) {
+TEST(Trainer, StepwiseFindsTheSimulatedTerms) {
   TrainingData data = drift(300, false);
   data.target = (0.1 + 0.002 * data.inputs.row(0).array() - 1e-5 * data.inputs.row(0).array().square()).transpose();
   for (Eigen::Index i = 0; i < 300; ++i) data.target[i] += 1e-4 * std::sin(777.0 * static_cast<double>(i));
@@ -138,12 +138,11 @@ TEST(Trainer, StepwiseFindsTheTermsThatWerePutIn) {
   EXPECT_NEAR(trained->model->predict(std::vector{40.0, 5.5}).bias_deg_per_h, 0.1 + 0.08 - 0.016, 1e-4);
 }
 
-TEST(Trainer, SaysWhatItCannotUse) {
+TEST(Trainer, ReportsUnusableInput) {
   TrainingSettings settings;
   TrainingData still = drift(100);
   still.inputs.row(0).setConstant(25.1);
-  EXPECT_EQ(train(still, {}, settings).error().text(),
-            "T: the input is constant, expected one that changes");
+  EXPECT_EQ(train(still, {}, settings).error().text(), "T: the input is constant, expected one that changes");
   TrainingData hole = drift(100);
   hole.target[3] = std::nan("");
   EXPECT_EQ(train(hole, {}, settings).error().text(), "training data: found a number that is not finite");
@@ -151,7 +150,7 @@ TEST(Trainer, SaysWhatItCannotUse) {
   EXPECT_EQ(train(drift(100), {}, settings).error().text(), "c and sigma2: found one of them, expected both or none");
 }
 
-TEST(ResourcePlan, RefusesWhatDoesNotFitBeforeItBegins) {
+TEST(ResourcePlan, RejectsTooLargeTrainingsBeforeTheyStart) {
   TrainingSettings settings;
   const auto fits = plan_resources(100000, 3, settings);
   ASSERT_TRUE(fits);

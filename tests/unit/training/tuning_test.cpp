@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The search: as good as the independent one of the reference, the same on any number of threads, stoppable.
+// The search: as good as the independent one of the reference, the same on any number of threads, can be stopped.
 #include "compensation/training/tuning.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace prism::training {
 namespace {
 
-TEST(Simplex, FindsTheValleyOfRosenbrock) {
+TEST(Simplex, FindsTheMinimumOfRosenbrock) {
   const auto f = [](const Eigen::VectorXd& x) { return 100 * std::pow(x[1] - x[0] * x[0], 2) + std::pow(1 - x[0], 2); };
   SimplexSettings settings;
   settings.lower = Eigen::Vector2d(-3, -3);
@@ -39,7 +39,7 @@ TEST(Simplex, StaysInItsBox) {
   EXPECT_NEAR(minimise(f, Eigen::VectorXd::Constant(1, 0.5), settings, [] { return false; }).x[0], 2, 1e-6);
 }
 
-// gyro924, its own folds: the cost of the reference's long search (tune_reference.json), and never above its 6.2277e-3.
+// gyro924, its own folds: the cost of the reference's long search (tune_reference.json), never above its 6.2277e-3.
 TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
   const test::Golden g("gyro924", "A");
   const auto reference = nlohmann::json::parse(test::read_file(test::golden_dir("gyro924") / "tune_reference.json"));
@@ -49,7 +49,7 @@ TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
   const auto found = tune(cost, g.y.size(), {});
   ASSERT_TRUE(found) << found.error().text();
   EXPECT_LT(found->best.cost, reference["myriad"]["cost"].get<double>() * 1.00005);
-  // The low-rank cost is the cost of 30 whole re-weightings in every fold.
+  // The low-rank cost equals that of 30 complete re-weightings in every fold.
   ReweightSettings whole = settings;
   whole.weight.parameter = found->best.parameter;
   whole.limit = kRobustSolves;
@@ -60,7 +60,7 @@ TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
   EXPECT_LT(test::relative(found->best.cost, exact->mae), 1e-5);
 }
 
-// Few samples, many minima: here the grid search must not miss the valley.
+// Few samples, many minima: the grid search must find the right one.
 TEST(Tuning, RobustTenFoldOnTheMotorcycleEndsWhereTheReferenceEnds) {
   PRISM_NEEDS(test::golden_dir("mcycle133"));
   const test::Golden g("mcycle133", "A");
@@ -105,7 +105,7 @@ TEST_F(TuningOnWaves, TheNumberOfThreadsChangesNothing) {
   }
 }
 
-TEST_F(TuningOnWaves, PlainPricesAreThoseOfTheWholeMatrix) {
+TEST_F(TuningOnWaves, PlainCostsEqualThoseOfTheFullMatrix) {
   const TuningPoint point{40, 0.3, 1, 0};
   const Eigen::MatrixXd kernel = compensation::kernel_matrix(x_, {point.sigma2});
   EXPECT_NEAR(cost(Tuning::kShuffled).final_cost(point),
@@ -115,7 +115,7 @@ TEST_F(TuningOnWaves, PlainPricesAreThoseOfTheWholeMatrix) {
   EXPECT_NEAR(cost(Tuning::kReml).final_cost(point), -factor->restricted_log_likelihood() / 120, 1e-6);
 }
 
-TEST_F(TuningOnWaves, ARowOfTheSurveyCostsWhatItsPointsCostAlone) {
+TEST_F(TuningOnWaves, ARowOfTheGridHasTheCostsOfItsPoints) {
   ReweightSettings robust;
   robust.weight.kind = WeightKind::kHuber;
   for (const Tuning kind : {Tuning::kShuffled, Tuning::kLoo, Tuning::kReml}) {
@@ -127,8 +127,8 @@ TEST_F(TuningOnWaves, ARowOfTheSurveyCostsWhatItsPointsCostAlone) {
   }
 }
 
-// On a simulated cycle leave-one-out with myriad's weights ended at delta 0.12 with a narrow kernel, where a third of
-// the samples, which agreed with each other, were all the data: on the repeat the model was worse than none (-277 %).
+// On a simulated cycle, leave-one-out with myriad's weights ended at delta 0.12 with a narrow kernel: only a third of
+// the samples, which agreed with each other, had a weight. On the repeat run the model was worse than none (-277 %).
 TEST(Tuning, LeaveOneOutDoesNotChooseAMinorityOfTheSamples) {
   constexpr Eigen::Index kCount = 260;
   Eigen::MatrixXd x(2, kCount);
@@ -148,7 +148,7 @@ TEST(Tuning, LeaveOneOutDoesNotChooseAMinorityOfTheSamples) {
             std::string::npos);
 }
 
-TEST_F(TuningOnWaves, AStopFlagGivesTheBestSoFar) {
+TEST_F(TuningOnWaves, AStopFlagReturnsTheBestSoFar) {
   std::atomic<bool> stop{false};
   const auto found = tune(
       cost(Tuning::kShuffled), 120, {}, [&](int done, int, const TuningPoint&) { stop = stop || done >= 30; }, &stop);
@@ -158,7 +158,7 @@ TEST_F(TuningOnWaves, AStopFlagGivesTheBestSoFar) {
   EXPECT_TRUE(std::isfinite(found->best.cost));
 }
 
-TEST_F(TuningOnWaves, AnOptimumOnTheEdgeIsSaid) {
+TEST_F(TuningOnWaves, WarnsOfAnOptimumAtTheEdge) {
   TuningSettings narrow;
   narrow.bounds.sigma2_min = 1.5;
   narrow.bounds.sigma2_max = 2;
