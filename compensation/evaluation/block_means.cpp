@@ -85,13 +85,13 @@ Result<BlockMeans> mean_over_blocks(std::span<const TimedValue> rows, double row
       ++result.rows_unknown;
       continue;
     }
-    const double hole_s = begun ? row.time_s - last_s - row_s : 0;
-    if (begun && hole_s > max_gap_s) {
+    const double gap_s = begun ? row.time_s - last_s - row_s : 0;
+    if (begun && gap_s > max_gap_s) {
       ++result.gaps;
-      result.longest_gap_s = std::max(result.longest_gap_s, hole_s);
+      result.longest_gap_s = std::max(result.longest_gap_s, gap_s);
       run.finish(last_s);
     }
-    if (!begun || hole_s > max_gap_s) run.begin(row.time_s - row_s);
+    if (!begun || gap_s > max_gap_s) run.begin(row.time_s - row_s);
     run.add(row);
     begun = true;
     last_s = row.time_s;

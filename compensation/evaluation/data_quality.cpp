@@ -151,9 +151,9 @@ Finding find(const char* name, double value, const char* unit, const Threshold& 
 }
 
 /// The noise and disturbance findings; `noise` of all blocks and of the `quantiser`, deg/h, the former > 0.
-void judge_noise(std::span<const double> rate, std::span<const double> temperature_degc,
-                 const std::vector<bool>& follows, double sd, double noise, double quantiser,
-                 const DataQualitySettings& settings, std::vector<Finding>& findings) {
+void add_noise_findings(std::span<const double> rate, std::span<const double> temperature_degc,
+                        const std::vector<bool>& follows, double sd, double noise, double quantiser,
+                        const DataQualitySettings& settings, std::vector<Finding>& findings) {
   // Three times the sensitivity of the complete record per degree: a transient may be steeper than the soaks.
   const double sensitivity =
       3 * sd / std::max(robust_sd({temperature_degc.begin(), temperature_degc.end()}), settings.still_temperature_degc);
@@ -221,7 +221,7 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   if (count < kEnoughForNoise) {
     findings[1].text += "; the noise cannot be evaluated";
   } else if (noise > 0) {
-    judge_noise(rate_deg_per_h, temperature_degc, follows, rate->sd, noise, quantiser, settings, findings);
+    add_noise_findings(rate_deg_per_h, temperature_degc, follows, rate->sd, noise, quantiser, settings, findings);
     if (step > noise) {  // a smaller step is below the noise
       findings.push_back({"quantised", step > rate->sd ? Verdict::kRefuse : Verdict::kWarn, step, "deg/h"});
       findings.back().text =

@@ -187,12 +187,12 @@ Result<TrainedModel> train_composite(TrainingJob job) {
   trained.samples.fitted = trained.samples.fitted.array() * n.target_scale + n.target_shift;
   p->normalisation = n;
   const std::vector<Eigen::Index> some = thinned(samples.y.size(), kSpreadSamples);
-  const CompositeSamples judged = samples.part(some);
-  const CompositeFit judged_fit{fit->theta, fit->weight(some)};
+  const CompositeSamples subset = samples.part(some);
+  const CompositeFit subset_fit{fit->theta, fit->weight(some)};
   p->prior = settings.prior;
-  p->trust.skill = skill_of(judged, judged_fit);
+  p->trust.skill = skill_of(subset, subset_fit);
   p->trust.level = level_of(samples, fit->theta);
-  job.info.spread = calibrated(judged, judged_fit, p->trust.skill);
+  job.info.spread = calibrated(subset, subset_fit, p->trust.skill);
   for (double* part :
        {&job.info.spread->nuisance_deg_per_h, &job.info.spread->offset_deg_per_h, &job.info.spread->noise_deg_per_h})
     *part *= n.target_scale;

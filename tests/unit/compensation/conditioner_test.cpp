@@ -199,8 +199,8 @@ TEST(Conditioner, TheVoltageOfAFailedMeterIsUnknownUntilItsWindowHasDataAgain) {
   for (int s = 0; s < 400; ++s) {
     const bool failed = s >= 200 && s < 206;  // one second above the limit
     const Window window = conditioner.push(bucket_of(kStart + s, 25, 8, failed ? kUnknown : 5 + (s >= 206 ? 1 : 0)));
-    const bool hole_in_window = s >= 205 && s < 300;  // until fewer than six of its seconds are in the window
-    EXPECT_EQ(std::isnan(window.uhfo_v), hole_in_window) << s;
+    const bool gap_in_window = s >= 205 && s < 300;  // until fewer than six of its seconds are in the window
+    EXPECT_EQ(std::isnan(window.uhfo_v), gap_in_window) << s;
     EXPECT_TRUE(s < 310 || window.uhfo_v == 6) << s;
   }
 }
