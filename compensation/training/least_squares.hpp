@@ -16,7 +16,7 @@ struct LinearFit {
       p;              ///< one per column of the subset; p two-sided, Student's t with df
   double sse = 0;     ///< sum of squared residuals
   int df = 0;         ///< N − 1 − columns
-  double sd() const;  ///< √(sse / df); 0 where df is 0
+  double sd() const;  ///< √(sse / df); 0 if df is 0
 };
 
 /// One QR of all centred and scaled columns in long double; every subset is then solved from its small triangle,

@@ -114,7 +114,7 @@ double TuningCost::cost_of(const LowRank& system, const TuningPoint& point, doub
   return std::isfinite(cost) ? cost * scale_ : kNever;
 }
 
-// For ranks above half of the samples: the full matrix, with fixed weights in the folds.
+// For ranks of half of the samples or more: the full matrix, with fixed weights in the folds.
 Eigen::VectorXd TuningCost::held_out(const TuningPoint& point) const {
   const Eigen::MatrixXd kernel = compensation::kernel_matrix(points_, {point.sigma2});
   ReweightSettings settings = settings_at(point, kDenseSolves);

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #undef Eigen
 
-// Σ alpha_k exp(−d2_k / 2 sigma2) over centres stored with one input per row; nothing else.
+// Σ alpha_k exp(−d2_k / 2 sigma2) over centres stored with one input per row.
 double native_kernel_sum(const double* centres, long count, const double* point, double gamma, const double* alpha) {
   using Row = EigenNative::Map<const EigenNative::ArrayXd>;
   thread_local EigenNative::ArrayXd d2;
