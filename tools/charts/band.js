@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The band between least and greatest as one area a stretch. dygraphs' own draws four corners for each pair of points, which
+// The band between minimum and maximum as one area per contiguous block. dygraphs' own draws four corners for each pair of points, which
 // took half of a chart's time.
 
 /* global Dygraph */

@@ -22,13 +22,13 @@ export function plusMinus(value, sd, decimals) {
   return fixed(sd, decimals) === kUnknown ? text : `${text} ± ${fixed(sd, decimals)}`;
 }
 
-/** So many decimals that `span`, a chart's height, has three digits. */
+/** The number of decimals that gives `span`, a chart's height, three digits. */
 export function decimalsFor(span) {
   if (!(span > 0)) return 3;
   return Math.min(9, Math.max(0, 2 - Math.floor(Math.log10(span))));
 }
 
-/** A whole number with thin spaces between its thousands. */
+/** An integer with thin spaces between its thousands. */
 export function count(value) {
   return typeof value === "number" ? String(value).replace(/\B(?=(\d{3})+$)/g, "\u2009") : kUnknown;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Round numbers along a scale, with just the decimals that tell them apart.
+// Round numbers along a scale, with as few decimals as distinguish them.
 import { fixed } from "./format.js";
 
 /** {v, label} of multiples of 1, 2 or 5 times a power of ten from `low` to `high`, about `wanted` of them, two at least; one of a range that has no width. */

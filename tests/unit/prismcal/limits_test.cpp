@@ -39,7 +39,7 @@ TEST(Limits, AreRefusedWithTheirPlace) {
   const auto said = [](const char* text) { return analysis::parse_limits(text, "l.json").error().text(); };
   EXPECT_EQ(said("[]"), "l.json: not a JSON object of limits");
   EXPECT_EQ(said("{"), "l.json: not a JSON object of limits");
-  EXPECT_EQ(said("{}"), "l.json: no limit in it");
+  EXPECT_EQ(said("{}"), "l.json: found no limit, expected at least one");
   EXPECT_THAT(said(R"({"bias": {"max": 1}})"),
               HasSubstr("l.json:/bias: no such quantity; expected one of mean_deg_per_h"));
   EXPECT_THAT(said(R"({"mean_deg_per_h": {"maximum": 1}})"), HasSubstr("/mean_deg_per_h/maximum: unknown key"));

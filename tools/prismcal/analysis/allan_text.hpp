@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An Allan analysis as text for people and as JSON.
+// An Allan analysis as readable text and as JSON.
 #pragma once
 
 #include <string>
@@ -10,10 +10,9 @@
 namespace prism::analysis {
 
 struct AllanAnalysis {
-  evaluation::AllanCurve curve;                      ///< of the grid that was asked for
-  std::vector<evaluation::AllanInterval> intervals;  ///< of `curve`
-  Result<evaluation::AllanCoefficients>
-      coefficients;  ///< always from the octave points; the refusal says why there are none
+  evaluation::AllanCurve curve;                        ///< of the grid that was asked for
+  std::vector<evaluation::AllanInterval> intervals;    ///< of `curve`
+  Result<evaluation::AllanCoefficients> coefficients;  ///< always from the octave points, or the error
   double probability = 0.683;
 };
 

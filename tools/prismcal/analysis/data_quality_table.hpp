@@ -17,7 +17,7 @@ report::Table data_quality_table(const evaluation::DataQuality& quality, const s
 /// {"verdict":…,"nothing_to_compensate":…,"findings":[{"name":…,"verdict":…,"value":…,"unit":…,"warn":…,"refuse":…}…]}
 nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality);
 
-/// Why the recording is not to be trained on; empty where it may be.
+/// Why the recording must not be used for training; empty if it may be used.
 std::string data_quality_refusal(const evaluation::DataQuality& quality);
 
 /// One line: "fit for training", or why not.

@@ -14,7 +14,7 @@
 
 namespace prism::analysis {
 
-/// What to train. Words as prismcal train takes them.
+/// A model to train. Values as in the options of prismcal train.
 struct ModelSpec {
   std::string method;               ///< "ls", "stepwise", "lssvm", "ir-lssvm"
   std::vector<std::string> inputs;  ///< "T", "dTdt", "U"
@@ -29,7 +29,7 @@ struct SurfacePoint {
   double c = 0, sigma2 = 0, cost_deg_per_h = 0;
 };
 
-/// A model, and what its training says that the model does not.
+/// A model, and the training results that the model does not contain.
 struct Trained {
   compensation::ModelPtr model;
   std::optional<double> c, sigma2, parameter;  ///< of kernel models; `parameter` is Huber's beta or myriad's delta
@@ -52,7 +52,7 @@ struct ExperimentRow {
   std::vector<ModelEvaluation> judged;  ///< one per evaluated recording, in their order
 };
 
-/// What is trained on and what is judged by: the repeat of the profile first, others behind it.
+/// Training data and test data: the repeat of the profile first, then others.
 struct ExperimentData {
   recordings::BlockTable training;
   std::vector<recordings::BlockTable> evaluated;
@@ -79,8 +79,9 @@ std::vector<ModelSpec> paper_models(bool with_uhfo);
 /// One of each kind with all inputs, in a quarter of the time: LS, stepwise, LSSVM and Huber's IR-LSSVM.
 std::vector<ModelSpec> ladder_models(bool with_uhfo);
 
-/// Trains and judges all of `specs`, as many at a time as there are `threads`; the rows stand in the order of `specs`.
-/// `progress` hears (done, all, what begins), one call at a time. A refusal ends it; it names the model.
+/// Trains and evaluates all `specs` on `threads` threads. Returns the rows in the order of `specs`.
+/// `progress` is called with (done, total, name of the next model), never concurrently. Stops at the first error, which
+/// names the model.
 Result<Experiment> run_experiment(ExperimentData data, const std::vector<ModelSpec>& specs, evaluation::Divisor divisor,
                                   const Trainer& train,
                                   const std::function<void(std::size_t, std::size_t, const std::string&)>& progress,

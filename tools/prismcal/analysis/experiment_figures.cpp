@@ -62,7 +62,7 @@ Panel twin_panel(const recordings::BlockTable& table, std::size_t index, const c
 Figure inputs_figure(const recordings::BlockTable& table) {
   Figure figure{
       "fig_inputs",
-      "The gyro's output and what moves with it",
+      "The gyro's output and the inputs that vary with it",
       fmt::format("{} s means of the training recording. After figure 6 of the paper.", table.features.length_s),
       {}};
   figure.plot.panel_height = 200;
@@ -136,13 +136,13 @@ std::optional<Figure> surface_figure(const ExperimentRow& row) {
   for (const SurfacePoint& point : t.surface) {
     heat.x.push_back(point.c);
     heat.y.push_back(point.sigma2);
-    heat.high.push_back(std::min(2.0, point.cost_deg_per_h / lowest));  // beyond twice the best nobody looks
+    heat.high.push_back(std::min(2.0, point.cost_deg_per_h / lowest));  // clipped at twice the best
   }
   return Figure{
       "fig_surface",
       "The cost of the tuning over c and sigma2: " + method_text(row.spec),
       fmt::format("Grid search over {} points, {}; cost over the lowest, cut at 2. A flat valley means that c "
-                  "and sigma2 say little by themselves.",
+                  "and sigma2 mean little alone.",
                   t.surface.size(), tune_text(row.spec.tune)),
       {1, 380, {{"", {"c", true}, {"sigma2", true}, {}, {heat, chosen}}}}};
 }

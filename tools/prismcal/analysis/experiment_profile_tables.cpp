@@ -18,10 +18,11 @@ Table ladder_table(const Experiment& experiment) {
       "ladder", "From LS to IR-LSSVM", {}, {{"method", "", false}, {"inputs", "", false}, {"tuned by", "", false}}, {}};
   table.caption =
       basis_text(experiment) +
-      ". One of each kind, and the same model elsewhere: LS on the input that serves it best on the "
+      ". One model of each type, on every recording: LS on the input with the lowest bias stability on the "
       "repeat, kernels tuned by "
-      "likelihood on the training recording. 95 % of further: where the improvement of so many further "
-      "recordings of the profile is expected; against the row above: the same of the difference, on the repeat.";
+      "likelihood on the training recording. 95 % of further: the 95 % prediction interval of the improvement of "
+      "further "
+      "recordings of the profile; against the row above: the same interval of the difference, on the repeat.";
   for (const recordings::BlockTable& recording : experiment.data.evaluated) {
     table.columns.push_back({recording.name + ": before", "deg/h"});
     table.columns.push_back({"after", "deg/h"});
@@ -64,7 +65,7 @@ Table profiles_table(const Experiment& experiment) {
               {}};
   table.caption =
       basis_text(experiment) +
-      ". \"off\" is the share of blocks that the model itself calls extrapolation. Red: worse than no compensation.";
+      ". \"off\" is the share of blocks outside the model's training range. Red: worse than no compensation.";
   for (const recordings::BlockTable& recording : experiment.data.evaluated) {
     table.columns.push_back({recording.name + ": after", "deg/h"});
     table.columns.push_back({"improvement", "%"});

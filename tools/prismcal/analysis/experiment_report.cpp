@@ -38,7 +38,7 @@ Section summary(const Experiment& experiment) {
   const ExperimentRow& chosen = *chosen_row(experiment);
   const evaluation::BiasStability& repeat = on_repeat(chosen);
   std::string text = fmt::format(
-      "{} on {}, tuned by {}, takes {:.1f} % off the bias stability of the repeated profile: {:.5f} → {:.5f} deg/h.",
+      "{} on {}, tuned by {}, reduces the bias stability of the repeated profile by {:.1f} %: {:.5f} → {:.5f} deg/h.",
       method_text(chosen.spec), chosen.spec.inputs_text(), tune_text(chosen.spec.tune),
       100 * repeat.improvement.value_or(0), repeat.before.sd, repeat.after.sd);
   for (std::size_t i = 1; i < chosen.judged.size(); ++i) {
@@ -147,7 +147,7 @@ std::vector<Section> experiment_sections(const Experiment& experiment, const std
   std::vector<Section> sections = {
       summary(experiment),
       {"correlation",
-       "What the bias moves with",
+       "Inputs that the bias varies with",
        {correlation_table(experiment), inputs_figure(experiment.data.training)}},
       {"least_squares", "Least squares", {least_squares_table(experiment), least_squares_figure(experiment)}},
       stepwise_section(experiment)};

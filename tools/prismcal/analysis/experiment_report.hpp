@@ -24,7 +24,7 @@ std::vector<report::Section> experiment_sections(const Experiment& experiment, c
 /// "IR-LSSVM, myriad", "stepwise, model 2": the method as people call it.
 std::string method_text(const ModelSpec& spec);
 
-/// "ten-fold, shuffled"; a dash where nothing is tuned.
+/// "ten-fold, shuffled"; a dash if nothing is tuned.
 std::string tune_text(const std::string& tune);
 
 /// "1 sigma of 100 s means, divisor N-1": what every caption must say.
@@ -39,10 +39,10 @@ std::vector<const ExperimentRow*> rows_of(const Experiment& experiment, const st
 /// The effect on the first evaluated recording: the repeat of the training profile.
 const evaluation::BiasStability& on_repeat(const ExperimentRow& row);
 
-/// The row of a method and tuning with the lowest bias stability on the repeat; null where the experiment has none.
+/// The row of a method and tuning with the lowest bias stability on the repeat; null if the experiment has none.
 const ExperimentRow* best_of(const Experiment& experiment, const std::string& method, const std::string& tune);
 
-// Tables: the paper's five with its own numbers beside ours, and those that it lacks.
+// Tables: the paper's five, with its numbers next to ours, and additional ones.
 
 /// Table 1: correlation of the bias with T, dT/dt and U on the training recording.
 report::Table correlation_table(const Experiment& experiment);
@@ -72,9 +72,9 @@ report::Figure least_squares_figure(const Experiment& experiment);
 report::Figure stepwise_figure(const Experiment& experiment);
 /// Figures 9 and 10: the four weights for each set of inputs of `from` to `to` inputs, regression and compensation.
 report::Figure weights_by_inputs_figure(const Experiment& experiment, std::size_t from, std::size_t to);
-/// Figure 11: LSSVM and the best IR-LSSVM, all inputs; nothing where the experiment lacks one of them.
+/// Figure 11: LSSVM and the best IR-LSSVM, all inputs; nullopt if the experiment lacks one of them.
 std::optional<report::Figure> lssvm_figure(const Experiment& experiment);
-/// The grid search's cost over (c, sigma2) of one row, with the point chosen; nothing where the row has none.
+/// The grid search's cost over (c, sigma2) of one row, with the point chosen; nullopt if the row has none.
 std::optional<report::Figure> surface_figure(const ExperimentRow& row);
 
 }  // namespace prism::analysis

@@ -42,8 +42,8 @@ Table kernel_table(const Experiment& experiment, std::string id, std::string tit
   Table table{std::move(id), std::move(title), {}, {}, {}};
   table.caption =
       basis_text(experiment) +
-      ", trained on one cycle and judged on its repeat. c and sigma2 belong to normalised data; F(x) is the "
-      "held-out mean absolute error of the tuning. The paper's columns are another gyro's.";
+      ", trained on one cycle and tested on its repeat. c and sigma2 belong to normalised data; F(x) is the "
+      "held-out mean absolute error of the tuning. The paper's columns are for another gyro.";
   table.columns =
       effect_columns({{"inputs", "", false}, {"weights", "", false}, {"c"}, {"sigma2"}, {"F(x)", "1e-3 deg/h"}});
   std::vector<const ExperimentRow*> rows = rows_of(experiment, "ir-lssvm", "shuffled");
@@ -88,7 +88,7 @@ Table correlation_table(const Experiment& experiment) {
 
 Table least_squares_table(const Experiment& experiment) {
   Table table{"least_squares", "LS model (eq. 21), one input", {}, effect_columns({{"input", "", false}}), {}};
-  table.caption = basis_text(experiment) + ", trained on one cycle and judged on its repeat.";
+  table.caption = basis_text(experiment) + ", trained on one cycle and tested on its repeat.";
   for (const ExperimentRow* row : rows_of(experiment, "ls", "")) {
     std::vector<Cell> cells = {text_cell(row->spec.inputs_text())};
     append_effect(cells, *row);
@@ -104,7 +104,7 @@ Table stepwise_table(const Experiment& experiment) {
               effect_columns({{"model", "", false}, {"inputs", "", false}}),
               {}};
   table.caption = basis_text(experiment) +
-                  ", trained on one cycle and judged on its repeat. Terms enter at p < 0.05 and leave at p > 0.10.";
+                  ", trained on one cycle and tested on its repeat. Terms enter at p < 0.05 and leave at p > 0.10.";
   for (const ExperimentRow* row : rows_of(experiment, "stepwise", "")) {
     std::vector<Cell> cells = {text_cell(row->spec.inputs.size() == 3 ? "model 2" : "model 1"),
                                text_cell(row->spec.inputs_text())};
@@ -116,7 +116,7 @@ Table stepwise_table(const Experiment& experiment) {
 
 Table stepwise_terms_table(const Experiment& experiment) {
   Table table{"stepwise_terms",
-              "What stepwise regression kept",
+              "Terms that stepwise regression kept",
               "Coefficients in deg/h over the units of the term: T in degC, dT/dt in degC/s, U in V.",
               {{"model", "", false}, {"term", "", false}, {"coefficient"}},
               {}};

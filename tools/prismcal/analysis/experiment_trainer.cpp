@@ -34,7 +34,7 @@ Result<training::TrainingSettings> settings_of(const ModelSpec& spec, const Expe
   if ((*method)->has(training::kCubic)) settings.terms = training::cubic_terms();
   if ((*method)->has(training::kTerms)) {
     settings.terms = training::second_order_terms(spec.inputs.size());
-    settings.stepwise.start = {0, 1, 2};  // T, T², dT/dt: what the paper starts from
+    settings.stepwise.start = {0, 1, 2};  // T, T², dT/dt, as in the paper
   }
   if (!spec.weight.empty()) {
     const auto weight = training::parse_weight(spec.weight);
@@ -49,7 +49,7 @@ Result<training::TrainingSettings> settings_of(const ModelSpec& spec, const Expe
   return settings;
 }
 
-/// What stepwise did, a line for each step.
+/// The stepwise regression, one line per step.
 std::vector<std::string> trace_of(const training::StepwiseResult& result, const training::TermPowers& terms,
                                   const std::vector<std::string>& names) {
   std::vector<std::string> lines;
@@ -76,7 +76,7 @@ Trained told(training::TrainedModel&& made, const ModelSpec& spec, const trainin
   trained.c = made.c;
   trained.sigma2 = made.sigma2;
   if (settings.reweight.weight.has_parameter()) trained.parameter = made.parameter;
-  if (made.tuning && settings.tuning != training::Tuning::kReml) {  // a likelihood is no error in deg/h
+  if (made.tuning && settings.tuning != training::Tuning::kReml) {  // a likelihood is not an error in deg/h
     trained.cost_deg_per_h = made.tuning->best.cost;
     for (const training::TuningPoint& point : made.tuning->surface)
       trained.surface.push_back({point.c, point.sigma2, point.cost});

@@ -101,7 +101,7 @@ Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string
     if (!*min && !*max) return refuse(at, "neither min nor max");
     limits.push_back({quantity, *min, *max});
   }
-  if (limits.empty()) return refuse(where, "no limit in it");
+  if (limits.empty()) return refuse(where, "found no limit, expected at least one");
   return limits;
 }
 
@@ -126,8 +126,11 @@ std::vector<LimitVerdict> check_limits(const std::vector<Limit>& limits, const s
 
 report::Table limits_table(const std::vector<LimitVerdict>& verdicts, const std::string& id,
                            const std::string& recording) {
-  report::Table table{
-      id + "_limits", "Specification limits on " + recording, "What could not be measured does not pass.", {}, {}};
+  report::Table table{id + "_limits",
+                      "Specification limits on " + recording,
+                      "A quantity that could not be measured does not pass.",
+                      {},
+                      {}};
   table.columns = {{"quantity", "", false}, {"unit", "", false}, {"at least"}, {"at most"}, {"measured"},
                    {"verdict", "", false}};
   for (const LimitVerdict& v : verdicts) {

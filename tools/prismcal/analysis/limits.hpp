@@ -16,7 +16,7 @@ struct Limit {
   std::optional<double> min, max;
 };
 
-/// What was measured on one recording; no value: this recording cannot say.
+/// A value measured on one recording; nullopt if the recording does not determine it.
 struct Measured {
   std::string quantity, unit;
   std::optional<double> value;

@@ -10,7 +10,7 @@ namespace {
 
 using compensation::Correction;
 
-/// The correction in force in each second of the table; no bias where there is none.
+/// The correction in force in each second of the table; no bias if there is none.
 std::vector<Correction> in_force(compensation::Engine& engine, const recordings::BlockTable& table,
                                  const std::vector<Correction>& blocks) {
   std::vector<Correction> corrections(table.second.size());
@@ -72,7 +72,7 @@ Result<evaluation::BiasStability> stability_of(const ModelEvaluation& result, co
 
 std::string CorrectionSettings::text() const {
   const compensation::SlewSettings& slew = engine.slew;
-  return fmt::format("bias believed up to {:g} deg/h; extrapolation: {}; its change: {}; fallback model: {}",
+  return fmt::format("bias accepted up to {:g} deg/h; extrapolation: {}; its change: {}; fallback model: {}",
                      engine.max_bias_deg_per_h, compensation::extrapolation_name(engine.extrapolation),
                      !slew.limited ? "not limited"
                      : slew.max_slew_deg_per_h_per_s
@@ -108,7 +108,7 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   }
   if (table.size() < result.uncorrected + 2) {
     return refuse(table.name,
-                  fmt::format("the bias of model \"{}\" is beyond {:g} deg/h in {} of {} blocks, where prismd "
+                  fmt::format("the bias of model \"{}\" is above {:g} deg/h in {} of {} blocks, where prismd "
                               "publishes no corrected rate; --max-bias or --config sets the limit",
                               info.name, settings.engine.max_bias_deg_per_h, result.uncorrected, table.size()));
   }

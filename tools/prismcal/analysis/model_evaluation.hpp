@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What prismd would make of one recording with one model: the corrections that its engine gives, and how good they are.
+// The corrections that prismd's engine would apply to one recording with one model, and their quality.
 #pragma once
 
 #include <cmath>
@@ -15,24 +15,23 @@
 
 namespace prism::analysis {
 
-/// What a configuration says beside the model.
+/// The correction settings of a configuration.
 struct CorrectionSettings {
-  compensation::EngineSettings engine;  ///< the limit of the bias, and what is done off the training data
+  compensation::EngineSettings engine;  ///< bias limit, and the rule outside the training range
   compensation::ModelPtr fallback;      ///< serves while the window is not full; null: none
 
-  std::string text() const;  ///< one line for people
+  std::string text() const;  ///< one readable line
 };
 
 struct ModelEvaluation {
   evaluation::BiasStability stability;  ///< over the blocks that have a correction
-  /// The improvement of further recordings; nothing where these blocks cannot tell.
+  /// The improvement of further recordings; nullopt if these blocks do not determine it.
   std::optional<evaluation::NextRecording> next;
   /// 1 − rms(after) / rms(before − mean of the training): what a shift of the bias since then enters, and sigma does
-  /// not. Nothing where the model does not say that mean.
+  /// not. Nullopt if the model does not contain that mean.
   std::optional<double> rms_improvement;
-  std::vector<double>
-      predicted_deg_per_h;  ///< one per block of the table: its correction; kUnknown where prismd has none
-  std::vector<double> corrected_deg_per_h;  ///< one per block: what prismd logs as the mean, less the earth rate
+  std::vector<double> predicted_deg_per_h;  ///< one per block of the table: its correction; kUnknown if prismd has none
+  std::vector<double> corrected_deg_per_h;  ///< one per block: the mean that prismd logs, minus the Earth rate
   /// One per second of the table (table.second): what an Allan deviation after compensation is taken of. Where the
   /// window is full, by the correction of the block that the second lies in; where it is not, by the fallback's of this
   /// second.
@@ -45,7 +44,7 @@ struct ModelEvaluation {
   std::size_t within_two_sd = 0;  ///< those of them that lie within two of it from the prediction
   std::size_t slew_limited = 0;   ///< blocks whose correction the slew limit held back
 
-  /// Share of the blocks that lie off the training data, %.
+  /// Share of the blocks outside the training range, %.
   double extrapolated_percent() const {
     return 100 * static_cast<double>(extrapolated) / static_cast<double>(extrapolating.size());
   }
@@ -60,7 +59,7 @@ struct ModelEvaluation {
   }
 };
 
-/// "44.1 to 61.3", in percent; an em dash where there is none.
+/// "44.1 to 61.3", in percent; an em dash if there is none.
 std::string interval_text(const std::optional<evaluation::NextRecording>& next);
 
 /// Where 95 % of further recordings put the improvement of `other` less that of `first`, in points, over the blocks of

@@ -6,7 +6,7 @@
 namespace prism::analysis {
 namespace {
 
-/// F(x) stands in the tables in 1e-3 deg/h, improvement in percent.
+/// In the tables F(x) is in 1e-3 deg/h, improvement in percent.
 PaperRow kernel_row(double c, double sigma2, double cost, double after, double improvement) {
   return {c, sigma2, cost * 1e-3, after, improvement / 100};
 }

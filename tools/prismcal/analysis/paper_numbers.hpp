@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What Tao et al. 2019 measured on their gyro (tables 1 to 5): the column beside ours.
+// Results of Tao et al. 2019 for their gyro (tables 1 to 5), for comparison.
 #pragma once
 
 #include <array>

@@ -38,7 +38,7 @@ bool has_uhfo(const recordings::BlockTable& table) {
   return false;
 }
 
-/// The points of (x, y) where `keep` says so.
+/// The points of (x, y) for which `keep` returns true.
 template <class Keep>
 Series picked(const char* name, Ink ink, Form form, const std::vector<double>& x, const std::vector<double>& y,
               const Keep& keep) {
@@ -134,8 +134,9 @@ Panel plane_panel(const char* title, const char* label, const std::string& input
              recording.training->column(input), Form::kPoints),
        picked("evaluated", Ink::kCorrected, Form::kOpenPoints, recording.table->column(compensation::kInputTemperature),
               recording.table->column(input), [&](std::size_t i) { return !recording.evaluation->extrapolating[i]; }),
-       picked("off the data", Ink::kModel, Form::kPoints, recording.table->column(compensation::kInputTemperature),
-              recording.table->column(input), [&](std::size_t i) { return recording.evaluation->extrapolating[i]; })}};
+       picked("outside the training range", Ink::kModel, Form::kPoints,
+              recording.table->column(compensation::kInputTemperature), recording.table->column(input),
+              [&](std::size_t i) { return recording.evaluation->extrapolating[i]; })}};
 }
 
 }  // namespace
@@ -163,7 +164,7 @@ Figure bias_figure(const EvaluatedRecording& recording) {
   const ModelEvaluation& judged = *recording.evaluation;
   const auto hours = table.hours();
   Figure figure{recording.id + "_bias",
-                "Bias, model and what is left on " + table.name,
+                "Bias, model and residual on " + table.name,
                 fmt::format("{} s means.", table.features.length_s),
                 {}};
   figure.plot.panel_height = 230;
@@ -174,7 +175,7 @@ Figure bias_figure(const EvaluatedRecording& recording) {
                                    {curve("before", Ink::kRaw, hours, table.bias_deg_per_h),
                                     curve("after", Ink::kCorrected, hours, judged.corrected_deg_per_h)})};
   if (judged.extrapolated > 0) {
-    figure.plot.panels[1].series.push_back(picked("model asked off its data", Ink::kModel, Form::kPoints, hours,
+    figure.plot.panels[1].series.push_back(picked("outside the training range", Ink::kModel, Form::kPoints, hours,
                                                   judged.corrected_deg_per_h,
                                                   [&](std::size_t i) { return judged.extrapolating[i]; }));
   }
@@ -216,7 +217,7 @@ Result<Figure> residual_figure(const EvaluatedRecording& recording) {
   if (!r) return tl::unexpected(r.error());
   return Figure{
       recording.id + "_residual",
-      "What is left on " + recording.table->name,
+      "Residual on " + recording.table->name,
       fmt::format(
           "{} s means; bins over four sigma either way. A residual without memory stays inside the dashed lines.",
           recording.table->features.length_s),
@@ -243,8 +244,8 @@ Figure weights_figure(const EvaluatedRecording& recording) {
 
 Figure domain_figure(const EvaluatedRecording& recording) {
   Figure figure{recording.id + "_domain",
-                "Where the model was trained and where it was asked",
-                fmt::format("{} of {} blocks lie off the training data by the model's own guard.",
+                "Training range of the model and this recording",
+                fmt::format("{} of {} blocks are outside the training range, by the model's own guard.",
                             recording.evaluation->extrapolated, recording.table->size()),
                 {}};
   figure.plot = {2, 320, {plane_panel("(a) slope", "dT/dt, °C/s", compensation::kInputSlope, recording)}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an engineer asks of one model on one recording, as tables and figures.
+// Tables and figures on one model and one recording.
 #pragma once
 
 #include <string>
@@ -27,7 +27,7 @@ Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording,
 /// Octave points of a 1 Hz series, their confidence and coefficients.
 Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<double>& seconds, const std::string& where);
 
-/// One sentence on what the model does to this recording, and how much of it lies off its training data. `overlap`
+/// One sentence on what the model does to this recording, and how much of it is outside its training range. `overlap`
 /// (what it shares with the training, or empty) makes it "not a test".
 report::Paragraph verdict_paragraph(const EvaluatedRecording& recording, const std::string& overlap);
 /// Mean, 1 sigma, rms and peak-to-peak before and after, improvement, floor and explained share.
@@ -41,7 +41,7 @@ Result<report::Table> allan_table(const EvaluatedRecording& recording);
 
 /// Temperature, its slope, UHFO and bias over time.
 report::Figure record_figure(const recordings::BlockTable& table, const std::string& id);
-/// Bias and model over time; what is left, and where the model was asked off its data.
+/// Bias and model over time, the residual, and the blocks outside the training range.
 report::Figure bias_figure(const EvaluatedRecording& recording);
 /// Bias against temperature, heating and cooling told apart, before and after.
 report::Figure thermal_figure(const EvaluatedRecording& recording);
@@ -54,7 +54,7 @@ report::Figure weights_figure(const EvaluatedRecording& recording);
 /// Training blocks and evaluated blocks in the planes of T with dT/dt and with U. `recording.training` must be there.
 report::Figure domain_figure(const EvaluatedRecording& recording);
 
-/// All of these that the recording carries, tables first; what is refused becomes a paragraph that says why.
+/// All of these that the recording allows, tables first; an error becomes a paragraph with its text.
 std::vector<report::Block> recording_blocks(const EvaluatedRecording& recording);
 
 }  // namespace prism::analysis

@@ -59,13 +59,13 @@ Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<doubl
 
 namespace {
 
-/// What further recordings would show, as an insertion.
+/// The prediction interval for further recordings, in parentheses.
 std::string next_text(const ModelEvaluation& judged, int block_s) {
   if (!judged.next) return "";
   return fmt::format(
       " (95 % of further recordings of this profile: {} %{}; their spread is assumed, from pieces of {:.1f} h of "
       "this one and from simulated days)",
-      interval_text(judged.next), judged.next->holds_zero() ? ", not distinguishable from nothing" : "",
+      interval_text(judged.next), judged.next->holds_zero() ? ", not distinguishable from zero" : "",
       static_cast<double>(judged.next->block) * block_s / 3600);
 }
 
@@ -75,11 +75,11 @@ report::Paragraph verdict_paragraph(const EvaluatedRecording& recording, const s
   const ModelEvaluation& judged = *recording.evaluation;
   const evaluation::BiasStability& s = judged.stability;
   const std::string figures = fmt::format(
-      "1 sigma of the {} s means is {:.5f} deg/h before and {:.5f} after; {:.1f} % of the blocks lie off the "
-      "training data.",
+      "1 sigma of the {} s means is {:.5f} deg/h before and {:.5f} after; {:.1f} % of the blocks are outside the "
+      "training range.",
       recording.table->features.length_s, s.before.sd, s.after.sd, judged.extrapolated_percent());
   if (!overlap.empty())
-    return {fmt::format("{}: not a test: {}. The figures say how well the model repeats what it was shown. {}",
+    return {fmt::format("{}: not a test: {}. The values show how well the model fits its training data. {}",
                         recording.table->name, overlap, figures),
             report::Emphasis::kWarn};
   if (!s.improvement) return {recording.table->name + ": " + figures, report::Emphasis::kNone};
@@ -106,20 +106,21 @@ Table stability_table(const EvaluatedRecording& recording) {
   Table table{recording.id + "_stability", "Bias stability on " + recording.table->name, "", {}, {}};
   table.caption = fmt::format(
       "{}, {} blocks. The floor is what white noise alone gives a mean, from first differences; explained = (before² − "
-      "after²) / (before² − floor²): near 100 % no model could do better; above, what is left is less than the floor, "
-      "which is an estimate. 95 % of further: where the improvement of so many further recordings of the profile is "
-      "expected. rms improvement: against the mean of the training alone, so that a shift of the bias since then "
+      "after²) / (before² − floor²): near 100 % no model could do better; above, the residual is below the floor, "
+      "which is an estimate. 95 % of further: the 95 % prediction interval of the improvement of further recordings of "
+      "the profile. rms improvement: against the mean of the training alone, so that a shift of the bias since then "
       "counts.",
       means_text(recording), s.before.count);
   if (const std::size_t without = recording.evaluation->uncorrected; without > 0) {
     table.caption += fmt::format(
-        " {} further blocks are left out: the model's bias is beyond the limit there, and prismd publishes no "
+        " {} further blocks are left out: the model's bias is above the limit there, and prismd publishes no "
         "corrected rate.",
         without);
   }
   if (const std::size_t held = recording.evaluation->slew_limited; held > 0) {
     table.caption += fmt::format(
-        " In {} blocks the correction changed faster than the slew limit allows: prismd publishes what it allows.",
+        " In {} blocks the correction changed faster than the slew limit allows: prismd publishes the limited "
+        "correction.",
         held);
   }
   table.columns = {{"", "", false},           {"mean", "deg/h"},       {"1 sigma", "deg/h"}, {"rms", "deg/h"},
@@ -141,7 +142,7 @@ Result<Table> segment_table(const EvaluatedRecording& recording) {
       evaluation::cut_thermal_segments(times(data), data.column(compensation::kInputTemperature), {}, data.name);
   if (!segments) return tl::unexpected(segments.error());
   Table table{recording.id + "_segments", "Soaks and ramps of " + data.name, "", {}, {}};
-  table.caption = fmt::format("{}. A soak is where the temperature changes by less than {:g} degC/min.",
+  table.caption = fmt::format("{}. A soak is a period in which the temperature changes by less than {:g} degC/min.",
                               means_text(recording), 60 * kSoakSlope);
   table.columns = {{"segment", "", false},  {"from", "degC"},          {"to", "degC"},
                    {"length", "h"},         {"mean before", "deg/h"},  {"1 sigma before", "deg/h"},

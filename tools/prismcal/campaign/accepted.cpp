@@ -84,7 +84,7 @@ Result<std::string> model_text_of(const Store& store, const Outcome& outcome) {
   const auto model = compensation::parse_model(*text, path);
   if (!model) return tl::unexpected<Error>(model.error());
   if ((*model)->info().id != outcome.id)
-    return refuse(path, fmt::format("found id {:.12}, expected {:.12}: it is not the model that was judged",
+    return refuse(path, fmt::format("found id {:.12}, expected {:.12}: it is not the model that was evaluated",
                                     (*model)->info().id, outcome.id));
   if ((*model)->info().gyro_serial != outcome.serial)
     return refuse(path, fmt::format("found the model of gyro \"{}\", expected that of \"{}\"",
@@ -92,7 +92,7 @@ Result<std::string> model_text_of(const Store& store, const Outcome& outcome) {
   return text;
 }
 
-/// The manifest that stands in `folder`; an empty one where there is no folder or nothing in it.
+/// The manifest in `folder`; an empty one if the folder does not exist or is empty.
 Result<Json> old_manifest(const std::string& folder) {
   std::error_code error;
   if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return Json{{"models", Json::array()}};

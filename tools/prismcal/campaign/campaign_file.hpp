@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is to be done for a lot of gyros, declared in one JSON file: recordings, models, limits, output.
+// The work for a lot of gyros, declared in one JSON file: recordings, models, limits, output.
 #pragma once
 
 #include <array>
@@ -57,7 +57,7 @@ inline constexpr std::array kLevelNames{"native", "x86-64-v4", "x86-64-v3", "bas
 
 /// Strict: an unknown or missing key, a value out of its range, a campaign without a recording to train on or without a
 /// model is refused with its place. Paths are relative to the file's folder. Options of models and judging are taken as
-/// they are: who knows the commands checks them.
+/// they are: Work::check checks them.
 Result<CampaignFile> parse_campaign(std::string_view text, const std::string& path);
 Result<CampaignFile> load_campaign(const std::string& path);
 

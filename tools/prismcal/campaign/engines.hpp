@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What runs the tasks of a campaign: the cores of this machine, or Slurm.
+// The engines that run the tasks of a campaign: the cores of this machine, or Slurm.
 #pragma once
 
 #include <string>

@@ -24,7 +24,7 @@ class InputCache {
   /// Reads what an earlier run kept in `file`; one that is not there, or is damaged, is empty.
   explicit InputCache(std::string file);
 
-  /// Refused: a file that cannot be read.
+  /// Errors: a file that cannot be read.
   Result<InputFile> describe(const std::string& path);
   /// Writes what is new, if anything is.
   Result<void> save();
@@ -48,7 +48,7 @@ class InputCache {
 /// The files that make one recording: the file itself, or of a folder its logs and their indexes, by name.
 std::vector<std::string> files_of_recording(const std::string& path);
 
-/// Every path that a shell's pattern meets, by name; none where nothing fits.
+/// Every path that matches a shell pattern, by name; empty if no path matches.
 std::vector<std::string> paths_of_pattern(const std::string& pattern);
 
 }  // namespace prism::campaign

@@ -12,7 +12,7 @@ namespace prism::campaign {
 std::string loaded_level();
 
 /// Returns where this process computes at `level`. Else begins the program again with the levels above kept from the
-/// loader and from libm. Refused: a processor without the level, or without levels.
+/// loader and from libm. Errors: a processor without the level, or without levels.
 Result<void> run_at_level(const std::string& level, char** argv);
 
 }  // namespace prism::campaign

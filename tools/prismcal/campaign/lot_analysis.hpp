@@ -6,7 +6,7 @@
 
 namespace prism::campaign {
 
-/// What gyros of a lot are compared by, of the first repeat; unit for people.
+/// A quantity of the first repeat that gyros of a lot are compared by.
 struct LotQuantity {
   const char* name;
   const char* unit;
@@ -54,7 +54,7 @@ std::vector<Sibling> find_siblings(const std::vector<Outcome>& outcomes);
 /// The same gyro with the same model in an earlier campaign.
 struct Drift {
   const Outcome *now = nullptr, *before = nullptr;
-  std::optional<double> mean_deg_per_h;   ///< of the training bias: now less then
+  std::optional<double> mean_deg_per_h;   ///< of the training bias: now minus before
   std::optional<double> curve_deg_per_h;  ///< rms of what changed of the bias against temperature
 };
 std::vector<Drift> find_drift(const std::vector<Outcome>& now, const std::vector<Outcome>& before);

@@ -67,7 +67,7 @@ Table models_table(const CampaignFile& file, const Lot& lot) {
 Table gyros_table(const CampaignFile& file, const Lot& lot) {
   Table table{"gyros",
               "Every gyro with every model",
-              "On the first repeat; 1 sigma of block means. What could not be measured does not pass.",
+              "On the first repeat; 1 sigma of block means. A quantity that could not be measured does not pass.",
               {{"gyro", "", false},
                {"model", "", false},
                {"verdict", "", false},
@@ -204,10 +204,10 @@ Table outliers_table(const CampaignFile& file, const Lot& lot) {
 
 Table siblings_table(const CampaignFile& file, const Lot& lot) {
   Table table{"siblings",
-              "Gyros that behave alike",
+              "Gyros with similar bias curves",
               "Each gyro and the one that its bias against temperature is most like, of the training recordings in "
               "bins of 5 degC about their mean; "
-              "the most alike first, who stands alone last.",
+              "the most similar first.",
               {{"gyro", "", false}, {"most like", "", false}, {"rms difference", "deg/h"}, {"correlation"}},
               {}};
   for (const Sibling& sibling : find_siblings(lot.outcomes))
@@ -220,7 +220,7 @@ Table siblings_table(const CampaignFile& file, const Lot& lot) {
 Table drift_table(const CampaignFile& file, const Lot& lot, const Lot& previous) {
   Table table{"drift",
               "Drift since the earlier campaign",
-              "Of the same gyro with the same model; now less then.",
+              "Of the same gyro with the same model; now minus before.",
               {{"gyro", "", false},
                {"model", "", false},
                {"mean", "deg/h"},
@@ -271,7 +271,7 @@ report::Report lot_report(const CampaignFile& file, const Lot& lot, const Lot* p
       {"instruction level", fmt::format("{}", fmt::join(levels, ", "))}};
   for (const LeftOutInput& input : lot.left_out) report.facts.emplace_back("left out", input.what + ": " + input.why);
   if (!lot.missing.empty())
-    report.warning = fmt::format("{} tasks have no result yet: the lot is not whole.", lot.missing.size());
+    report.warning = fmt::format("{} tasks have no result yet: the lot is incomplete.", lot.missing.size());
   report.sections.push_back({"summary", "The lot", {models_table(file, lot), spread_table(file, lot)}});
   if (auto figure = spread_figure(file, lot); !figure.plot.panels.empty())
     report.sections[0].blocks.emplace_back(std::move(figure));

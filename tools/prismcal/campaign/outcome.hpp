@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What came of a task, read back from its folder, and whether the campaign's limits accept it.
+// The result of a task, read from its folder, and whether the campaign's limits accept it.
 #pragma once
 
 #include <map>
@@ -36,7 +36,7 @@ struct Outcome {
   const JudgedOutcome* repeat() const;  ///< the first one; null: it was refused
 };
 
-/// Refused: a result that cannot be read.
+/// Errors: a result that cannot be read.
 Result<Outcome> read_outcome(const Store& store, const PlannedTask& task);
 
 /// Every limit that `outcome` does not keep. What could not be measured does not pass, nor does a judgement on what the
@@ -52,7 +52,7 @@ struct Lot {
   std::vector<const Outcome*> chosen(const std::vector<ModelChoice>& models) const;
 };
 
-/// All results of a plan. Refused: no plan, a result that cannot be read.
+/// All results of a plan. Errors: no plan, a result that cannot be read.
 Result<Lot> read_lot(const Store& store, const CampaignLimits& limits);
 
 }  // namespace prism::campaign

@@ -18,7 +18,7 @@ struct TaskInput {
   std::vector<InputFile> files;
 };
 
-/// Its result depends on what stands here and on nothing else; where the files stand is not part of its id.
+/// Its result depends only on these members. The paths of the files are not part of its id.
 struct Task {
   std::string id;  ///< 32 hex digits of the SHA-256 of the rest
   std::string serial, axis;
@@ -27,7 +27,7 @@ struct Task {
   std::vector<TaskInput> inputs;
   std::string version, level;  ///< of prismcal, and the instruction level that it computes at
   bool report = true;
-  // What it is expected to take; not part of the id.
+  // Expected cost; not part of the id.
   double cpu_s = 0, memory_mb = 0;
 
   std::string gyro() const { return axis.empty() ? serial : serial + " " + axis; }
@@ -51,7 +51,7 @@ struct Cost {
   double cpu_s = 0, memory_mb = 0;
 };
 
-/// What campaigns need of the commands, which know how to train and judge.
+/// The functions of the commands (train, evaluate) that campaigns need.
 struct Work {
   std::string version, level;  ///< of this program, as it was loaded
   /// Refuses options that train and evaluate do not have, or refuse.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How far a campaign is, for people: counts, time left, a bar on a terminal.
+// Progress of a campaign: counts, time left, a bar on a terminal.
 #pragma once
 
 #include <chrono>
@@ -18,7 +18,7 @@ struct Status {
   std::vector<LeftOutInput> left_out;
 };
 
-/// Reads the store; `refusals` false leaves `refused` empty. Refused: no plan.
+/// Reads the store; `refusals` false leaves `refused` empty. Errors: no plan.
 Result<Status> read_status(const Store& store, bool refusals = true);
 
 /// "2 h 05 min", "12 s".

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The folder of a campaign on the disk: its plan, and for each task what stands, what runs and what failed.
+// The folder of a campaign on the disk: its plan, and for each task its result, its running mark or its error.
 #pragma once
 
 #include <string>
@@ -11,13 +11,13 @@
 
 namespace prism::campaign {
 
-/// One line of plan.tsv: what a status needs of a task.
+/// One line of plan.tsv: the part of a task that a status needs.
 struct PlannedTask {
   std::string id, gyro, model;
   double cpu_s = 0, memory_mb = 0;
 };
 
-/// A task and what is to be told of it.
+/// A task and the text to print about it.
 struct TaskLine {
   std::string gyro, model, why;
 };
@@ -38,14 +38,14 @@ class Store {
   std::string file(const std::string& name) const { return folder_ + "/" + name; }
   std::string task_folder(const std::string& id) const { return folder_ + "/tasks/" + id; }
 
-  /// Makes the folders. Refused: what the disk refuses.
+  /// Makes the folders. Errors: those of the file system.
   Result<void> create() const;
 
   /// plan.tsv and tasks.jsonl: the old ones or the new ones.
   Result<void> write_plan(const Plan& plan) const;
   Result<std::vector<PlannedTask>> read_plan() const;
   std::vector<LeftOutInput> read_left_out() const;
-  /// Refused: no plan, or none with this task.
+  /// Errors: no plan, or no task with this id.
   Result<Task> read_task(const std::string& id) const;
 
   bool stands(const std::string& id) const;

@@ -33,7 +33,7 @@ std::string program_path() {
   return std::filesystem::read_symlink("/proc/self/exe", error).string();
 }
 
-/// What a plan or a status tells of gyros that no task takes.
+/// Prints the gyros without a task, for a plan or a status.
 void print_left_out(const std::vector<campaign::LeftOutInput>& left_out) {
   for (const campaign::LeftOutInput& input : left_out)
     fmt::print("left out: {}: {}\n", printable(input.what), printable(input.why));
@@ -90,7 +90,7 @@ Result<int> print_status(const campaign::Store& store) {
   return status->failed.empty() ? 0 : 1;
 }
 
-/// The whole campaign as one report, and the accepted models beside it.
+/// Writes the report of the campaign, and the accepted models.
 Result<int> collect(const campaign::CampaignFile& file, const campaign::Store& store) {
   const auto lot = campaign::read_lot(store, file.limits);
   if (!lot) return tl::unexpected<Error>(lot.error());
@@ -202,7 +202,7 @@ void add_campaign_command(CLI::App& app, int& code, char** argv) {
       ->add_option("--memory", choice->settings.memory_mb,
                    "local: MB of all tasks at a time (default: 80 % of what is free)")
       ->check(tools::positive());
-  command->add_flag("--detach", choice->settings.detach, "slurm: submit and return; --status tells the rest");
+  command->add_flag("--detach", choice->settings.detach, "slurm: submit and return; see --status for the progress");
   tools::add_examples(
       *command, {"prismcal campaign lot.json --plan", "prismcal campaign lot.json",
                  "prismcal campaign lot.json --collect", "prismcal campaign lot.json --install /srv/models",

@@ -50,7 +50,8 @@ Result<void> check_models(const campaign::CampaignFile& file) {
     const auto terms = set_terms(choice->method, names, training::second_order_terms(names.size()), {}, *settings);
     if (!terms) return refuse(where, terms.error().text());
     if (!choice->prior.empty() || !choice->recordings.source.config.empty())
-      return refuse(where, "found prior or config, expected neither: what they name is not among a task's inputs");
+      return refuse(where,
+                    "found prior or config, expected neither: the files that they name are not among a task's inputs");
     if (!choice->serial.empty())
       return refuse(where, "found serial, expected none: each model is bound to what its recordings name");
   }
@@ -58,7 +59,7 @@ Result<void> check_models(const campaign::CampaignFile& file) {
   if (!judging) return refuse(file.path + ":/judging", judging.error().what);
   if (!judging->common.fallback.empty() || !judging->common.source.config.empty())
     return refuse(file.path + ":/judging",
-                  "found fallback or config, expected neither: what they name is not among a task's inputs");
+                  "found fallback or config, expected neither: the files that they name are not among a task's inputs");
   const auto correction = correction_settings(judging->common);
   if (!correction) return refuse(file.path + ":/judging", correction.error().text());
   return {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a campaign's tasks do, by the functions of train and evaluate, and what they are expected to take.
+// Runs a campaign's tasks by the functions of train and evaluate, and estimates their cost.
 #pragma once
 
 #include "tools/prismcal/campaign/plan.hpp"
@@ -12,7 +12,7 @@ namespace prism::commands {
 /// where the file does not know.
 campaign::Work campaign_work(const std::string& calibration);
 
-/// Words → options, as the command line would take them. Refused: "--method=lq: …".
+/// Words → options, as the command line would take them. Errors: "--method=lq: …".
 Result<TrainChoice> train_choice(const std::vector<std::string>& words);
 Result<EvaluateChoice> judging_choice(const std::vector<std::string>& words);
 

@@ -22,8 +22,8 @@ void add_compare_command(CLI::App& app, int& code);   ///< several models on sev
 void add_report_command(CLI::App& app, int& code);    ///< the paper's whole experiment
 void add_allan_command(CLI::App& app, int& code);     ///< the Allan deviation of a recorded rate
 void add_convert_command(CLI::App& app, int& code);   ///< a recording as a capture
-void add_verify_command(CLI::App& app, int& code);    ///< what of prism's files is whole; clean copies
-/// All of it for hundreds of gyros, on cores or a cluster; `argv`: what the program was called with, to begin it again.
+void add_verify_command(CLI::App& app, int& code);    ///< checks prism's files; clean copies
+/// All of it for hundreds of gyros, on cores or a cluster; `argv`: the program's arguments, to restart it.
 void add_campaign_command(CLI::App& app, int& code, char** argv);
 
 /// "prismcal: …" on stderr, behind the end of a progress line; exit code 1.
@@ -34,7 +34,7 @@ Result<compensation::ModelPtr> load_model(const std::string& path);
 /// From now on Ctrl-C sets this flag; a second one ends the program.
 const std::atomic<bool>* stop_on_interrupt();
 
-/// What a shell expects of a program that was ended by Ctrl-C: 128 + SIGINT.
+/// Exit code after Ctrl-C, as shells expect it: 128 + SIGINT.
 inline constexpr int kInterrupted = 130;
 
 }  // namespace prism::commands

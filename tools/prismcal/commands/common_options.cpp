@@ -43,7 +43,7 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
       ->transform(CLI::CheckedTransformer(divisors).description("N|N-1"));
   command
       .add_option("--max-bias", options.max_bias_deg_per_h,
-                  "a bias beyond is not believed, deg/h; else what --config says, or 100")
+                  "largest accepted bias, deg/h; default: the value of --config, or 100")
       ->check(tools::positive());
   command
       .add_option("--extrapolation", options.extrapolation,
@@ -126,7 +126,7 @@ void append_recording_facts(std::vector<std::pair<std::string, std::string>>& fa
   }
   facts.emplace_back(role + ", gyro", gyro);
   facts.emplace_back(role + ", site",
-                     fmt::format("{}; earth rate on the axis {:.6f} deg/h taken off",
+                     fmt::format("{}; earth rate on the axis {:.6f} deg/h subtracted",
                                  site.empty() ? "not stated" : site, loaded.table.earth_rate_deg_per_h));
 }
 
@@ -152,7 +152,7 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
     const auto temperature = t.column(compensation::kInputTemperature);
     const auto [low, high] = std::minmax_element(temperature.begin(), temperature.end());
     const double hours = static_cast<double>(t.second.back() - t.second.front() + 1) / 3600;
-    table.caption = fmt::format("Blocks of {} s, anew after every gap longer than {} s.", t.features.length_s,
+    table.caption = fmt::format("Blocks of {} s, restarted after every gap longer than {} s.", t.features.length_s,
                                 t.features.max_gap_s);
     table.rows.push_back({report::text_cell(role), report::text_cell(t.name),
                           report::fixed_cell(static_cast<double>(loaded->recording.buckets.size()), 0),

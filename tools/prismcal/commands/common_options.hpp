@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What evaluate, compare and report ask alike: where the gyro stood, the divisor, which files come out.
+// Options that evaluate, compare and report share: site of the gyro, divisor, output files.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -54,7 +54,7 @@ void add_overlap(report::Report& report, const std::string& recording, const std
 /// The recordings in one table: length, blocks, holes, temperature span.
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);
 
-/// Writes report.html, report.csv and report.json into options.out, if any; says where on stderr.
+/// Writes report.html, report.csv and report.json into options.out, if any; prints the path on stderr.
 Result<void> write_report(const report::Report& report, const CommonOptions& options);
 
 }  // namespace prism::commands

@@ -64,8 +64,9 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
       "comparison", "Models on recordings", "", {{"model", "", false}, {"kind", "", false}, {"id", "", false}}, {}};
   table.caption = fmt::format(
       "Bias stability: 1 sigma of the model's means ({} s), divisor {}. Change: of the sigma after, against the first "
-      "model. 95 % of further: where the improvement of so many further recordings of the profile is expected; against "
-      "the first: the same of the difference of the improvements.",
+      "model. 95 % of further: the 95 % prediction interval of the improvement of further recordings of the profile; "
+      "against "
+      "the first: the same interval of the difference of the improvements.",
       comparison.models.front()->info().features.length_s, evaluation::divisor_text(divisor));
   for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
     const std::string& name = comparison.recordings[r].table.name;

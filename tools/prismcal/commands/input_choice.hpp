@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `--inputs auto`: what the recordings can give a model, judged on held-out parts.
+// `--inputs auto`: chooses inputs by their error on held-out parts of the recordings.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,10 +10,10 @@
 
 namespace prism::commands {
 
-/// Candidates are those of the first recording. Refused: what read_training_set and search_inputs refuse.
+/// Candidates are those of the first recording. Errors: those of read_training_set and search_inputs.
 Result<training::InputSearch> choose_inputs(const TrainChoice& choice);
 
-/// A table for people, and the same for programs.
+/// The result as a readable table and as JSON.
 std::string search_text(const training::InputSearch& search);
 nlohmann::ordered_json search_json(const training::InputSearch& search);
 

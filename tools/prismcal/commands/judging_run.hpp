@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What `prismcal evaluate` does, for who has no command line: a model and recordings in, their judgement and report
+// `prismcal evaluate` as a function: a model and recordings in, their judgement and report
 // out.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What fit, cv and train ask alike: the method and how it is tuned.
+// Options that fit, cv and train share: the method and its tuning.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -39,12 +39,12 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& options);
 Result<void> set_terms(const MethodOptions& options, const std::vector<std::string>& names, training::TermPowers terms,
                        std::vector<std::string> start, training::TrainingSettings& settings);
 
-/// What a training came to, for --json and for the model's provenance. Numbers exact; unknown ones null.
+/// The result of a training, for --json and for the model's provenance. Numbers exact; unknown ones null.
 nlohmann::ordered_json summary_json(const training::TrainedModel& trained, const training::TrainingSettings& settings,
                                     const std::vector<std::string>& names);
 /// The same without what a model file does not keep: its own id, and the surface of the search.
 nlohmann::ordered_json provenance_json(nlohmann::ordered_json summary);
-/// The same for people: a few lines.
+/// The same as a few readable lines.
 std::string summary_text(const training::TrainedModel& trained, const training::TrainingSettings& settings,
                          const std::vector<std::string>& names);
 

@@ -51,7 +51,7 @@ Result<int> run(const PredictChoice& choice) {
       {"rows", table->rows()}, {"extrapolating", extrapolating}, {"model", (*model)->info().id}, {"out", choice.out}};
   fmt::print("{}", choice.json
                        ? json_text(json, 2) + "\n"
-                       : fmt::format("{} rows, {} of them off the training data\n", table->rows(), extrapolating));
+                       : fmt::format("{} rows, {} of them outside the training range\n", table->rows(), extrapolating));
   return 0;
 }
 

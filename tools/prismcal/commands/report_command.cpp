@@ -32,7 +32,7 @@ struct ReportChoice {
   CommonOptions common;
 };
 
-/// One line on stderr that grows; a line for each model where stderr is no terminal.
+/// One line on stderr that grows; a line for each model if stderr is not a terminal.
 void show_progress(std::size_t done, std::size_t all, const std::string& name) {
   const std::string next = printable(name);
   constexpr std::size_t kWidth = 30;
@@ -77,7 +77,7 @@ bool has_uhfo(const recordings::BlockTable& table) {
   return std::all_of(uhfo.begin(), uhfo.end(), [](double value) { return std::isfinite(value); });
 }
 
-/// What came of one axis.
+/// The result of one axis.
 struct AxisReport {
   report::Report report;
   report::Table ladder;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a training came to, as JSON and as a few lines for people.
+// The result of a training, as JSON and as a few readable lines.
 #include <fmt/format.h>
 
 #include "compensation/composite_model.hpp"

@@ -33,7 +33,7 @@ std::string held_text(const nlohmann::ordered_json& held) {
          "test.\n  This model was trained without that part; train again without --hold-out for the one that serves.\n";
 }
 
-/// Trains and writes one model; returns what --json prints, or the text for people is printed.
+/// Trains and writes one model; returns the JSON of --json, or prints the text.
 Result<nlohmann::ordered_json> run_one(const TrainChoice& choice) {
   for (const auto& [option, text] : {std::pair{"--name", &choice.name}, {"--serial", &choice.serial}}) {
     if (auto good = check_text(TextRule::kText, *text, option); !good) return tl::unexpected<Error>(good.error());
@@ -54,7 +54,7 @@ std::string path_of_axis(const std::string& out, const std::string& axis) {
   return (path.parent_path() / (path.stem().string() + "-" + axis + path.extension().string())).string();
 }
 
-/// A model for each axis; one that cannot be trained is told, and the others are made all the same.
+/// A model for each axis; reports an axis that cannot be trained and continues with the others.
 int run_all(const TrainChoice& choice, const std::vector<std::string>& axes) {
   nlohmann::ordered_json json;
   int code = 0;

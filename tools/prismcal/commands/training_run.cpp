@@ -133,8 +133,8 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
       .add_option("--inputs", choice.inputs,
                   "T, dTdt, U, lag1, lag2, …; of a sensor NAME, dNAME/dt, lag1:NAME, NAME-T; or auto")
       ->capture_default_str();
-  command.add_option("--serial", choice.serial, "of the gyro (default: what the recordings say)");
-  command.add_option("--name", choice.name, "of the model, for people");
+  command.add_option("--serial", choice.serial, "of the gyro (default: from the recordings)");
+  command.add_option("--name", choice.name, "readable name of the model");
   command.add_option(
       "--prior", choice.prior,
       training::method_names(training::kSiblings) + ": folder of models of gyros of the same type, at least two");

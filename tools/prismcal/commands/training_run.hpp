@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What `prismcal train` does, for who has no command line: recordings in, a model and its facts out.
+// `prismcal train` as a function: recordings in, a model and its facts out.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -27,7 +27,7 @@ struct TrainingRun {
   training::TrainingSettings settings;
   nlohmann::ordered_json summary;  ///< what --json prints
 
-  /// The model file, with its provenance and the time of now.
+  /// The model file, with its provenance and the current time.
   std::string model_text() const;
 };
 

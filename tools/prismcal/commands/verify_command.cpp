@@ -135,12 +135,12 @@ int run(const VerifyChoice& choice) {
 }  // namespace
 
 void add_verify_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("verify", "what of logs, captures, models and configurations is whole");
+  CLI::App* command = app.add_subcommand("verify", "check logs, captures, models and configurations for damage");
   const auto choice = std::make_shared<VerifyChoice>();
   command->add_option("path", choice->paths, "logs, captures, models, frame descriptions, configurations; or folders")
       ->required();
   command->add_option("--repair", choice->repair,
-                      "new folder for a clean copy of PATH (of one); what is left out is said, row by row");
+                      "new folder for a clean copy of PATH (of one); prints each row that is left out");
   command->add_flag("--json", choice->json, "print JSON");
   tools::add_examples(*command, {"prismcal verify /var/log/prismd/gyro1 /etc/prism/gyro1.json",
                                  "prismcal verify logs/ --repair clean/"});

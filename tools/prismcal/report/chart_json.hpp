@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A figure for a chart on the screen, beside its SVG.
+// A figure as JSON for an interactive chart, in addition to its SVG.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ bool can_be_charted(const Plot& plot);
 /// where a curve breaks. It can stand in a page's script element: there is no '<' in it.
 std::string chart_json(const Plot& plot);
 
-/// What draws the charts: Debian's dygraphs, tools/charts and report/page, joined when prismcal is built.
+/// The script that draws the charts: Debian's dygraphs, tools/charts and report/page, joined when prismcal is built.
 extern const char* const kChartScript;
 /// "sha256-…" of it, for the page's policy.
 extern const char* const kChartScriptHash;

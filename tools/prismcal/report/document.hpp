@@ -26,9 +26,9 @@ struct Cell {
 };
 
 Cell text_cell(std::string text, Emphasis emphasis = Emphasis::kNone);
-/// `value` with so many decimals; an em dash where it is nothing or not finite.
+/// `value` with `decimals` decimals; an em dash if it is nullopt or not finite.
 Cell fixed_cell(std::optional<double> value, int decimals, Emphasis emphasis = Emphasis::kNone);
-/// `value` with so many significant digits, as 1.23e-05 where it is very small or large.
+/// `value` with `digits` significant digits, as 1.23e-05 if it is very small or large.
 Cell general_cell(std::optional<double> value, int digits, Emphasis emphasis = Emphasis::kNone);
 /// A share in percent with two decimals, for a column whose unit is "%": 0.6119 → 61.19.
 Cell percent_cell(std::optional<double> share, Emphasis emphasis = Emphasis::kNone);
@@ -36,7 +36,7 @@ Cell percent_cell(std::optional<double> share, Emphasis emphasis = Emphasis::kNo
 struct Column {
   std::string name;
   std::string unit{};  ///< empty: none
-  bool number = true;  ///< numbers stand at the right
+  bool number = true;  ///< numbers are right-aligned
 };
 
 struct Table {

@@ -30,7 +30,7 @@ const char* css_class(Emphasis emphasis) {
   return "";
 }
 
-/// A figure for those who do not see it: what it is, and which curves are in it.
+/// Text alternative of a figure: its title and its curves.
 std::string in_words(const Figure& figure) {
   std::string curves;
   for (const Panel& panel : figure.plot.panels) {

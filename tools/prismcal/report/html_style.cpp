@@ -23,7 +23,7 @@ nav { columns: 2; font-size: .92rem; margin: 1rem 0 0; } nav a { color: var(--bl
 figure { max-width: 62rem; margin: 1.6rem 0 2.2rem; break-inside: avoid; }
 figure svg { display: block; width: 100%; height: auto; }
 figure svg text { font-family: inherit !important; }
-/* A chart in the place of a figure's drawing, on the same white paper; print has the drawing. */
+/* A chart instead of a figure's drawing, on the same white paper; print has the drawing. */
 .charts { display: none; background: #fff; color: #1b2733; border-radius: 4px; gap: .4rem 1.2rem; }
 .charts .head { display: flex; flex-wrap: wrap; gap: 0 .8em; align-items: baseline; font-size: .85rem; padding: .3rem .8rem 0 4.6rem; min-height: 1.7rem; }
 .charts .foot { display: flex; justify-content: space-between; font-size: .8rem; padding: 0 .9rem .3rem 4.6rem; min-height: 1.4rem; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is looked at in each kind of file, one source file each.
+// The checks of each file type, one source file each.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ void check_log(const FolderContents& contents, Verdict& verdict);
 void check_captures(const FolderContents& contents, Verdict& verdict);
 struct CheckedCapture {
   Finding finding;
-  std::string damage;  ///< what of it is no packet; empty: all are
+  std::string damage;  ///< the parts that are not packets; empty if there are none
 };
 CheckedCapture check_capture(const std::string& path);
 /// A model, a frame description or a configuration. Nothing: JSON of another kind; `named` by a person: a

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What stands in a folder, sorted by what prism could read of it.
+// The files of a folder, sorted by file type.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The indexes beside the segments of a folder: what should be there.
+// Checks the indexes of the segments of a folder.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ class Indexes {
 
   /// In the order of making; 0: no index knows it.
   std::uint64_t number(const std::string& file) const;
-  /// Of the first one; empty: there is none.
+  /// Path of the first one; empty if there is none.
   const std::string& file() const { return file_; }
   /// Damaged indexes, segments that are not there, and such that hold fewer rows than they had at their end. `rows`: of
   /// those that are there and whose rows are known, by the name of the file.

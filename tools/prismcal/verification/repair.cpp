@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What cannot be read as what it is, is left out: nobody can know what stood there.
+// Leaves out documents that cannot be parsed.
 Result<void> copy_documents(const FolderContents& contents, const Copies& copies) {
   for (const std::string& path : contents.documents) {
     const auto finding = check_document(path, contents.one_file);
@@ -69,11 +69,11 @@ Result<void> write_index(const std::string& name, const std::vector<std::pair<st
 
 Result<Repaired> repair(const std::string& path, const std::string& out) {
   std::error_code error;
-  if (!fs::exists(path, error)) return refuse(path, "there is no such file");
+  if (!fs::exists(path, error)) return refuse(path, "file not found");
   if (is_within(out, path)) return refuse(out, "is within " + path + ", expected a folder elsewhere");
   const bool is_new = !fs::exists(fs::symlink_status(out, error));
   if (!is_new && (!fs::is_directory(out, error) || !fs::is_empty(out, error) || error))
-    return refuse(out, "is there and no empty folder, expected a new one");
+    return refuse(out, "exists and is not an empty folder; expected a new one");
   Repaired repaired;
   for (const FolderContents& contents : contents_of(path)) {
     const fs::path below = contents.one_file ? fs::path() : fs::relative(contents.folder, path, error);
@@ -83,7 +83,7 @@ Result<Repaired> repair(const std::string& path, const std::string& out) {
   if (repaired.segments + repaired.captures + repaired.documents == 0)
     return refuse(path, "nothing in it can be copied");
   for (const Finding& finding : verify(out).findings) {
-    if (is_fault(finding.state)) return refuse(finding.path, "the copy is not whole: " + finding.text);
+    if (is_fault(finding.state)) return refuse(finding.path, "the copy is damaged: " + finding.text);
   }
   return repaired;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What of prism's files is whole, torn, damaged, doubled or missing.
+// Checks which of prism's files are intact, torn, damaged, doubled or missing.
 #pragma once
 
 #include <array>
@@ -9,14 +9,14 @@
 
 namespace prism::verification {
 
-/// The first four are no faults.
+/// The first four are not faults.
 enum class State {
   kWhole,       ///< as it was written
   kOpen,        ///< a living prismd writes it (flock)
-  kSuperseded,  ///< rows that stand again in a later segment, as a disk had failed
-  kPassedOver,  ///< none of prism's files
+  kSuperseded,  ///< rows repeated in a later segment after a disk error
+  kPassedOver,  ///< not a file of prism
   kTorn,        ///< no end, or a part of a row or packet at its end: prismd or the machine was ended by force
-  kChanged,     ///< its sum does not hold: somebody or the disk changed it
+  kChanged,     ///< its checksum is wrong: it was changed after writing
   kDamaged,     ///< a row, an index or a part of a capture that cannot be read
   kDoubled,     ///< rows that stood before, or go back, in their session; a copy of another file
   kMissing,     ///< an index names it, or more of its rows than there are
@@ -43,7 +43,7 @@ struct Hole {
 /// One session of a log. A hole is a fault of the line or of the machine, not of the file.
 struct LogSession {
   std::string log;
-  std::string axis;                      ///< empty where its folder has one
+  std::string axis;                      ///< empty if its folder has only one
   std::int64_t first_s = 0, last_s = 0;  ///< ends of its first and last second, s since 1970 or the device's epoch
   std::size_t rows = 0, partial = 0;
   std::uint64_t missing_frames = 0, missing_s = 0;

@@ -35,7 +35,7 @@ export function nearestRow(rows, x) {
   return low > 0 && x - rows[low - 1][0] <= rows[low][0] - x ? low - 1 : low;
 }
 
-/** The entry of a series at a row, or its nearest one so many rows beside; null where none is. */
+/** The entry of a series at a row, or the nearest one at most `far` rows away; null if there is none. */
 export function valueNear(rows, row, s, far) {
   for (let d = 0; d <= far; d++) {
     for (const at of [row - d, row + d]) if (Number.isFinite(rows[at]?.[s + 1]?.[1])) return rows[at][s + 1];
@@ -43,7 +43,7 @@ export function valueNear(rows, row, s, far) {
   return null;
 }
 
-/** {v, label} at powers of ten, and at 2 and 5 times them where few are in sight; none where `low` has no logarithm. */
+/** {v, label} at powers of ten, and at 2 and 5 times them where few are in sight; empty if `low` has no logarithm. */
 export function decadesOf(low, high) {
   if (!(low > 0 && high < Infinity)) return [];
   const ticks = [], digits = Math.log10(high / low) < 2.5 ? [1, 2, 5] : [1];
