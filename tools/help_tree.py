@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# What the programs say of themselves in --help, as a tree: the source of completions, and the measure of the man pages.
+# Parses the --help output of the programs into a tree, for the completions and for the check of the man pages.
 import re
 import subprocess
 
@@ -11,7 +11,7 @@ PROGRAMS = {
     "prismrelay": "tools/prismrelay/prismrelay",
     "prismweb": "tools/prismweb/prismweb",
 }
-HELP_COLUMN = 30  # where a value leaves one blank only, the column alone tells the help from it
+HELP_COLUMN = 30  # if only one blank follows a value, the help text is found by its column
 
 
 def is_continued(line):
@@ -32,7 +32,7 @@ def read(program, words=()):
             parts = re.split(r"\s{2,}", entry[2], maxsplit=1)
             if len(parts) == 1 and line[HELP_COLUMN - 1 : HELP_COLUMN] == " " and not is_continued(following):
                 parts = [line[:HELP_COLUMN].split(maxsplit=1)[1], line[HELP_COLUMN:]]
-            # Without a description of the value, the help follows the name behind at least two blanks.
+            # Without a value, the help text follows the name after at least two blanks.
             value, help_text = parts[0].strip(), parts[1] if len(parts) > 1 else ""
             options.append([entry[1].split(","), value != "", help_text])
         elif entry and section == "Subcommands":

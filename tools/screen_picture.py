@@ -8,7 +8,7 @@ from html import escape
 CELL_PX = (8.4, 18)  # width and height of a character at 14 px
 COLOURS = ["#1e2430", "#e06c75", "#7fbf6a", "#e0b464", "#61afef", "#c678dd", "#56b6c2", "#d7dae0"]
 PLAIN = COLOURS[7]
-NO_BREAK = "\u00a0"  # a plain space at an edge, or the second of two, is not drawn in SVG
+NO_BREAK = "\u00a0"  # SVG does not draw a space at an edge, or the second of two
 
 
 def styled(line, style):

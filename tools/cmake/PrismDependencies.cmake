@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# What Debian 12 provides; tools/setup installs it.
+# Libraries of Debian 12; tools/setup installs them.
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 find_package(Boost 1.81 REQUIRED)
@@ -17,7 +17,7 @@ pkg_check_modules(PCAP REQUIRED IMPORTED_TARGET libpcap)
 pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd)
 pkg_check_modules(NETTLE REQUIRED IMPORTED_TARGET nettle)
 
-# Asio and the other header-only parts of Boost; the fine headers are chosen file by file.
+# Asio and the other header-only parts of Boost; files include narrow headers.
 add_library(prism_boost INTERFACE)
 target_link_libraries(prism_boost INTERFACE Boost::headers Threads::Threads)
 target_compile_definitions(prism_boost INTERFACE BOOST_ASIO_NO_DEPRECATED)

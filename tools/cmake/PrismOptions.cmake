@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Compiler settings that every target of the project shares.
-# What is built beside prismd, prismctl and prismsim; each needs libraries of its own (CONTRIBUTING.md).
+# Compiler settings of all targets, and options for programs other than prismd, prismctl and prismsim; each of them
+# needs further libraries (CONTRIBUTING.md).
 option(PRISM_CAL "Build prismcal" ON)
 option(PRISM_RELAY "Build prismrelay" ON)
 option(PRISM_WEB "Build prismweb" ON)
@@ -18,7 +18,7 @@ option(PRISM_COVERAGE "Instrument for gcov" OFF)
 option(PRISM_FUZZ "Sanitizers and the libFuzzer targets (clang only)" OFF)
 option(PRISM_UNITY "Compile several files of a room at once: everything is built sooner, a change later" OFF)
 
-# Who says nothing gets what one would install.
+# Default: the build that a user would install.
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Debug, Release, RelWithDebInfo or MinSizeRel" FORCE)
 endif()
@@ -30,7 +30,7 @@ if(PRISM_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   endif()
 endif()
 
-# The date of man pages and changelogs: what the environment says, else the last commit's.
+# The date of man pages and changelogs: from the environment, else of the last commit.
 set(PRISM_EPOCH $ENV{SOURCE_DATE_EPOCH})
 if(NOT PRISM_EPOCH)
   execute_process(COMMAND git -C ${CMAKE_SOURCE_DIR} log -1 --format=%ct
@@ -42,12 +42,12 @@ endif()
 
 add_library(prism_settings INTERFACE)
 target_include_directories(prism_settings INTERFACE ${CMAKE_SOURCE_DIR})
-# No fused multiply-add behind our back: the same capture gives the same log on every machine.
+# No automatic fused multiply-add, so that a capture gives the same log on every machine.
 target_compile_options(prism_settings INTERFACE -ffp-contract=off)
 if(PRISM_WARNINGS)
   target_compile_options(prism_settings INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion)
 endif()
-# A room at once takes a tenth less time where g++ may hold 2 GB before it looks for memory to use again.
+# A unity build of a module takes 10 % less time if g++ may use 2 GB before it collects garbage.
 if(PRISM_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   cmake_host_system_information(RESULT memory_mib QUERY TOTAL_PHYSICAL_MEMORY)
   cmake_host_system_information(RESULT cores QUERY NUMBER_OF_LOGICAL_CORES)
@@ -56,33 +56,34 @@ if(PRISM_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(prism_settings INTERFACE "SHELL:--param ggc-min-expand=100" "SHELL:--param ggc-min-heapsize=1048576")
   endif()
 endif()
-# A program that uses nothing of a library of the tree does not load it.
+# Programs do not load libraries that they do not use.
 target_link_options(prism_settings INTERFACE LINKER:--as-needed)
 if(PRISM_WERROR)
   target_compile_options(prism_settings INTERFACE -Werror)
 endif()
-if(CMAKE_BUILD_TYPE STREQUAL Release)  # the same program from whatever folder it was built in
+if(CMAKE_BUILD_TYPE STREQUAL Release)  # the same binary from any build directory
   target_compile_options(prism_settings INTERFACE
     -ffile-prefix-map=${CMAKE_BINARY_DIR}=build -ffile-prefix-map=${CMAKE_SOURCE_DIR}=.)
 endif()
 if(PRISM_SANITIZE)
-  # g++ 12 sees optionals uninitialised where a sanitizer keeps it from following them.
+  # With a sanitizer, g++ 12 wrongly reports uninitialised optionals.
   target_compile_options(prism_settings INTERFACE -Wno-maybe-uninitialized)
   target_compile_options(prism_settings INTERFACE -fsanitize=${PRISM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(prism_settings INTERFACE -fsanitize=${PRISM_SANITIZE})
   if(PRISM_SANITIZE STREQUAL thread)
-    # Asio has atomic_thread_fence, which the thread sanitizer does not see: a warning in every file that includes it.
+    # Asio uses atomic_thread_fence, which the thread sanitizer does not support: g++ warns in each file that includes
+    # it.
     target_compile_options(prism_settings INTERFACE -Wno-tsan)
   endif()
 endif()
-if(PRISM_FUZZ)  # the libraries, too: libFuzzer steers by the edges that the input takes in them
-  # clang 14 cannot compile a coroutine with the check of function pointers.
+if(PRISM_FUZZ)  # the libraries, too: libFuzzer needs their coverage
+  # clang 14 cannot compile coroutines with -fsanitize=function.
   target_compile_options(prism_settings INTERFACE -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize=function
     -fno-sanitize-recover=all)
   target_link_options(prism_settings INTERFACE -fsanitize=address,undefined)
 endif()
-# Every optimised build is hardened, with a preset or without one; tests/hardening.py reads it from the files. The sanitizers have
-# their own checks, which FORTIFY would hide.
+# All optimised builds are hardened, with or without a preset; tests/hardening.py checks the binaries. Not with
+# sanitizers: FORTIFY would hide their checks.
 if(PRISM_HARDENING AND NOT PRISM_SANITIZE AND NOT PRISM_FUZZ)
   include(CheckCXXCompilerFlag)
   set(hardening -fstack-protector-strong -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2)
@@ -106,10 +107,10 @@ if(PRISM_COVERAGE)
   target_link_options(prism_settings INTERFACE --coverage)
 endif()
 
-# prism_room(NAME SOURCES a.cpp ... [LINK lib ...] [WITH ROOM] [FAST]): one static library with the project's settings. In a unity
-# build the room is one file to the compiler; WITH another, both are, where whoever links one links the other: shared headers and
-# templates are most of the work. FAST: compiled in two thirds of the time, with fewer passes; for what runs once (a command line, a
-# page for people), and for what leaves its long loops to the kernels' library.
+# prism_room(NAME SOURCES a.cpp ... [LINK lib ...] [WITH NAME] [FAST]): one static library (module) with the project's
+# settings. A unity build compiles the module as one file; WITH another module, both as one file, if all users link
+# both, which saves compiling shared headers twice. FAST: fewer optimisation passes, two thirds of the compile time; for
+# code that runs once (command lines, text output) or leaves long loops to the kernels' library.
 function(prism_room name)
   cmake_parse_arguments(ROOM "FAST" "WITH" "SOURCES;LINK" ${ARGN})
   if(PRISM_UNITY AND ROOM_WITH)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# For arm64 from another Debian machine: `tools/setup arm64` brings the compiler, the emulator and the libraries of the root.
+# Cross-compiles for arm64 on Debian: `tools/setup arm64` installs the compiler, the emulator and the libraries of the
+# root.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
@@ -12,7 +13,7 @@ set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 
-# pkg-config sees the root's libraries only; these variables are read while configuring.
+# pkg-config finds only the root's libraries; these variables are used during configuration.
 set(ENV{PKG_CONFIG_SYSROOT_DIR} ${PRISM_ARM64_ROOT})
 set(ENV{PKG_CONFIG_LIBDIR} "${PRISM_ARM64_ROOT}/usr/lib/aarch64-linux-gnu/pkgconfig:${PRISM_ARM64_ROOT}/usr/share/pkgconfig")
 
