@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# A page of docs/ as a scdoc source, so that a man page is no second copy. usage: from_markdown.py NAME SECTION "WHAT IT IS" FILE...
-# Knows the Markdown that docs/ uses: headings, tables, lists, quotes, fenced and indented code,
-# `code`, **bold**, *italic*, [links](to).
+# Converts pages of docs/ to a scdoc man page. usage: from_markdown.py NAME SECTION "DESCRIPTION" FILE...
+# Supports headings, tables, lists, quotes, fenced and indented code, `code`, **bold**, *italic*, [links](to).
 import re
 import sys
 
@@ -12,7 +11,7 @@ def plain(text):
 
 
 def inline(text):
-    """`code` and **bold** become bold, links their text; what scdoc would read as formatting is escaped."""
+    """Converts `code` and **bold** to bold and links to their text; escapes scdoc formatting."""
     out = ""
     for part in re.split(r"(`[^`]+`|\*\*[^*]+\*\*|\B\*\w[^*]*\*|\[[^\]]+\]\([^)]+\))", text):
         if part.startswith("`"):
@@ -33,7 +32,7 @@ def cells(line):
 
 
 def table(rows):
-    """The first cell and what stands behind it; a heading where the table has one. A wide one stays as it is."""
+    """Writes each row as its first cell and an indented rest, after a line of headings if any. Tables with over 4 columns stay tables."""
     heading, lines = cells(rows[0]), []
     if len(heading) > 4:
         return ["", "```", rows[0], *rows[2:], "```", ""]
@@ -46,7 +45,7 @@ def table(rows):
 
 
 def blocks(text):
-    """(kind, lines) of a document: code without its marks, a table, or one line of text."""
+    """Yields (type, lines) of a document: code without its fence or indentation, a table, or one line of text."""
     lines = text.split("\n")
     while lines:
         line = lines.pop(0)
@@ -92,7 +91,7 @@ def main():
     for file in files:
         out += page(open(file, encoding="utf-8").read())
     out += ["", "# SEE ALSO", "", "*prismd*(8), *prismd.json*(5), *prismctl*(1)"]
-    # scdoc takes one empty line at most, and a list item's further lines indented.
+    # scdoc allows one empty line at most and requires indented continuation lines in list items.
     text = re.sub(r"\n{3,}", "\n\n", "\n".join(out))
     text = re.sub(r"(?m)^(- .*)\n((?:(?!- |```|#|\t|$).+\n)+)", lambda m: m[1] + "\n" + re.sub("(?m)^", "  ", m[2].rstrip("\n")) + "\n", text)
     print(text)
