@@ -150,7 +150,7 @@ test("what is not of now is said to be old, for each reason that there is", () =
   gyro.status.state = "connecting";
   assert.deepEqual([now(true, 6000).word, now(true, 6000).old], ["connecting", true]);
   state.takeInstance(gyro, { name: "g", state: "gone", axes: ["z"] });
-  assert.deepEqual([now(true, 6000).word, now(true, 6000).old], ["prismd is gone", true]);
+  assert.deepEqual([now(true, 6000).word, now(true, 6000).old], ["prismd stopped", true]);
   state.takeInstance(gyro, { name: "g", state: "stopped", axes: ["z"] });
   assert.deepEqual([now(true, 6000).word, now(true, 6000).meaning], ["stopped", "care"]);
 });
@@ -191,8 +191,8 @@ test("the number that is read first is corrected, raw without a model, and none 
   const of = (model, row) => Object.values(state.rateOf({ model, window: row && { rate_deg_per_h: 8, mean_rate_deg_per_h: 8.5, ...row } }));
   assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: 8.4 }), ["corrected", 8.4]);
   assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: null }), ["corrected", null]);
-  assert.deepEqual(of(null, {}), ["raw, without a model", 8.5]);
-  assert.deepEqual(of(null, { rate_deg_per_h: null }), ["raw, without a model", null]);
+  assert.deepEqual(of(null, {}), ["raw (no model)", 8.5]);
+  assert.deepEqual(of(null, { rate_deg_per_h: null }), ["raw (no model)", null]);
   assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: 8.4, rate_deg_per_h: null }), ["corrected", null]);
   assert.deepEqual(of(null, null), ["corrected", null]);
 });

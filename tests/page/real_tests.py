@@ -74,7 +74,7 @@ def prismd_restarted(browser, world):
     world.end("prismd")
     begin = time.monotonic()
     browser.wait("the values struck", lambda: browser.run(STRUCK), 4)
-    assert browser.one(".hero .word").text == "prismd is gone", browser.one(".hero .word").text
+    assert browser.one(".hero .word").text == "prismd stopped", browser.one(".hero .word").text
     print(f"        told {time.monotonic() - begin:.1f} s after prismd was killed")
     browser.picture("real-prismd-gone")
     world.start_prismd()

@@ -82,8 +82,8 @@ test("a server that has nothing to tell is asked, once at a time; one that does 
   const heard_ms = wall_ms;
   const queued = ["a", "b", "c"].map((method) => socket.call("g", method).catch((error) => error.message));
   pass(6);
-  assert.deepEqual(said, [["cut", { why: "it does not answer", heard_ms }]]);
-  assert.deepEqual(await Promise.all(queued), Array(3).fill("the connection is cut"));
+  assert.deepEqual(said, [["cut", { why: "prismweb does not answer", heard_ms }]]);
+  assert.deepEqual(await Promise.all(queued), Array(3).fill("not connected"));
 });
 
 test("a tab that nobody sees looks once a minute, and does not call a server dead that it did not ask", async () => {
@@ -103,5 +103,5 @@ test("a computer that slept says so, and since when it heard nothing", () => {
   const heard_ms = wall_ms;
   wall_ms += 8 * 3600 * 1000;
   pass(1);
-  assert.deepEqual(said, [["slept", { ms: 8 * 3600 * 1000 }], ["cut", { why: "this computer slept", heard_ms }]]);
+  assert.deepEqual(said, [["slept", { ms: 8 * 3600 * 1000 }], ["cut", { why: "this computer was asleep", heard_ms }]]);
 });

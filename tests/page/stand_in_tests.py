@@ -56,7 +56,7 @@ def cursor(browser, world):
     before = browser.text(".cursor-time")
     key(browser, "ArrowLeft")
     assert browser.text(".cursor-time") < before
-    assert "Bias in force" in browser.text("#spoken"), "the cursor's values are not said"
+    assert "Applied bias" in browser.text("#spoken"), "the cursor's values are not said"
     key(browser, "Escape")
     assert browser.run("return document.querySelector('.cursor').hidden")
 
@@ -74,7 +74,7 @@ def thirty_days(browser, world):
 def long_view_is_built(browser, world):
     world.say("building 0.42")
     key(browser, "8")
-    browser.wait("how far it is", lambda: browser.text(".busy") == "The long view is being built: 42 % of the log is read.")
+    browser.wait("how far it is", lambda: browser.text(".busy") == "Building the long view: 42 % of the log read.")
     browser.picture("building")
     world.say("building 0.77")
     browser.wait("that it goes on, unasked", lambda: "77 %" in browser.text(".busy"), 15)
@@ -144,7 +144,7 @@ def gone(browser, world):
     browser.run("location.hash = '#/'")
     world.say("gone gyro1")
     tile = browser.wait("the tile of gyro1, red", lambda: next((tile for tile in browser.all(".tile.bad.old") if "gyro1" in tile.text), None))
-    assert "prismd is gone" in tile.text and "1 to look at" in browser.text(".sum"), tile.text
+    assert "prismd stopped" in tile.text and "1 to check" in browser.text(".sum"), tile.text
     struck = browser.run("return [...arguments[0].querySelectorAll('.value:not(.model)')].map(v => getComputedStyle(v).textDecorationLine)", tile)
     assert set(struck) == {"line-through"}, struck
     browser.picture("gone")
@@ -200,10 +200,10 @@ def hidden(browser, world):
     browser.run("window.frame = window.requestAnimationFrame; window.requestAnimationFrame = () => 1")
     world.say("gone gyro1")
     browser.wait("the title", lambda: browser.driver.title == "\u25a0 gyro1 \u2013 prism", 3)
-    assert browser.text("#spoken") == "to look at: gyro1"
+    assert browser.text("#spoken") == "to check: gyro1"
     world.say("back gyro1")
     browser.wait("the title", lambda: browser.driver.title == "prism", 5)
-    assert browser.text("#spoken") != "all gyros are well", "an axis extrapolates"
+    assert browser.text("#spoken") != "all gyros are good", "an axis extrapolates"
     browser.driver.refresh()
     browser.wait("the gyro", lambda: browser.all(".numbers:not(.old)"))
 
@@ -268,7 +268,7 @@ def addresses(browser, world):
     world.say("back gyro3")
     browser.wait("what the address names", lambda: title() == "gyro3 z" and not browser.all(".numbers.old"))
     world.say("leave gyro3")
-    browser.wait("that it is gone", lambda: browser.text(".hero .word") == "prismd is gone")
+    browser.wait("that it is gone", lambda: browser.text(".hero .word") == "prismd stopped")
     world.say("back gyro3")
     browser.wait("that it is back", lambda: not browser.all(".numbers.old"))
     first = browser.text(".hero .big")

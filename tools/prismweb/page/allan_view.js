@@ -62,9 +62,9 @@ export function makeAllan(place) {
       draw(plot, curves);
       const least = curves.map(({ label, points }) => {
         const lowest = points.reduce((a, b) => (a && a.deviation <= b.deviation ? a : b), null);
-        return lowest && `${label}: least ${lowest.deviation.toPrecision(3)} deg/h at ${span(lowest.tau_s)}`;
+        return lowest && `${label}: minimum ${lowest.deviation.toPrecision(3)} deg/h at ${span(lowest.tau_s)}`;
       }).filter(Boolean);
-      setText(words, !hasMeans ? "Only least and greatest values are kept of so long a view: zoom in." : least.length > 0 ? `Overlapping, deg/h, of ${span(used * step_s)} from means of ${span(step_s)}; ${least.join("; ")}` : "Not enough rows.");
+      setText(words, !hasMeans ? "A view this long has only minima and maxima: zoom in." : least.length > 0 ? `Overlapping, deg/h, of ${span(used * step_s)} from means of ${span(step_s)}; ${least.join("; ")}` : "Not enough rows.");
       plot.setAttribute("aria-label", words.textContent);
       return curves;
     },

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One strip chart: dygraphs in a frame of our own, with a legend that holds the values under the cursor as text.
+// One strip chart: a dygraphs plot with our own legend, which shows the values at the cursor as text.
 import { plotters } from "./charts/band.js";
 import { colour, el, setText } from "./dom.js";
 import { decimalsFor, fixed } from "./charts/format.js";
@@ -7,13 +7,13 @@ import { tableOf } from "./steps.js";
 import { ticksOf } from "./charts/ticks.js";
 
 /* global Dygraph */
-// Its legend writes inline styles, which the page's policy forbids; ours is above the chart.
+// The legend of dygraphs writes inline styles, which the page's content security policy forbids.
 Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
 
 export const kRightGap_px = 14;
 const kTickGap_px = 34, kNarrow_px = 480;
 
-/** Room for the numbers of the vertical scale, in a plot so wide. */
+/** Width of the vertical scale's labels, px. */
 export const labelWidth = (plot) => (plot.clientWidth < kNarrow_px ? 54 : 72);
 
 function legendOf(spec) {
@@ -27,7 +27,7 @@ function legendOf(spec) {
 }
 
 export class Chart {
-  /** `select(time_s)`: the mouse is over the row of that time; null: over none. */
+  /** `select(time_s)` is called with the time of the row under the mouse, or null. */
   constructor(spec, { select, underlay }) {
     Object.assign(this, { spec, select, underlay, rows: [], step_s: 1 });
     const { list, values } = legendOf(spec);
@@ -56,34 +56,34 @@ export class Chart {
     };
   }
 
-  /** As many decimals as the height of the chart asks for. */
+  /** Number of decimals that fits the chart's vertical range. */
   decimals() {
     if (!this.graph) return 3;
     const [low, high] = this.graph.yAxisRange();
     return decimalsFor((high - low) / 2);
   }
 
-  /** Draws rows of `from_ms` to `to_ms`. `whole`: these are all that there are; until then it is not said that there are none. */
+  /** Draws rows of `from_ms` to `to_ms`. `whole`: the rows are complete; only then an empty chart says that it has no data. */
   draw(rows, step_s, dateWindow, whole) {
     Object.assign(this, { rows, step_s });
     const file = rows.length > 0 ? tableOf(rows, step_s, this.spec.series) : [[dateWindow[0], ...this.spec.series.map(() => [NaN, NaN, NaN])]];
     const known = (end) => rows.some((row) => row.time_s * 1000 >= dateWindow[0] && this.spec.series.some((one) => row[one.key + end]));
-    this.plot.dataset.empty = known("") || !whole ? "" : known("_1s") ? "no whole window in this time, for its mean" : "nothing is known in this time";
+    this.plot.dataset.empty = known("") || !whole ? "" : known("_1s") ? "no complete window in this time" : "no data in this time";
     if (this.graph) this.graph.updateOptions({ file, dateWindow });
     else this.graph = new Dygraph(this.plot, file, { ...this.options(), dateWindow });
   }
 
-  /** Draws other quantities in the place of the series: {raw: "raw_1s", …}. */
+  /** Plots other quantities for the series with these labels: {raw: "raw_1s", …}. */
   use(keys) {
     this.spec = { ...this.spec, series: this.spec.series.map((one) => ({ ...one, key: keys[one.label] })) };
   }
 
-  /** The colours changed. */
+  /** Call after the colours changed. */
   recolour() {
     if (this.graph) this.graph.updateOptions(this.options());
   }
 
-  /** The legend's values are those of a row, or of none. */
+  /** Shows the values of `row` in the legend, or none if it is null. */
   show(row) {
     for (const one of this.spec.series) {
       const value = row?.[one.key], decimals = one.decimals ?? Math.min(this.decimals() + 1, 7);
@@ -95,13 +95,13 @@ export class Chart {
     }
   }
 
-  /** What the chart shows, in words. */
+  /** Sets the description for screen readers. */
   describe(words) {
     this.element.setAttribute("aria-label", `${this.spec.title}, ${this.spec.unit}, ${words}`);
   }
 
   destroy() {
     this.graph?.destroy();
-    this.graph = undefined; // a slice that is still due asks it nothing
+    this.graph = undefined; // a pending draw call then skips this chart
   }
 }

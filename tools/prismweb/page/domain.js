@@ -48,8 +48,8 @@ function drawGauge(gauge, input) {
 export function makeDomain(place) {
   const list = el("ul", { class: "gauges" }), trail = svg("path", { class: "trail" }), box = svg("rect", { class: "range" });
   const point = svg("circle", { class: "present", r: 4.5 }), note = el("p", { class: "note" });
-  const map = svg("svg", { viewBox: `0 0 ${kWidth} ${kHeight}`, class: "map", role: "img", "aria-label": "temperature and its slope, the training domain as a box" }, box, trail, point);
-  const caption = el("p", { class: "note" }, "T to the right, dT/dt upward; the box is where the model was trained, the line is what the charts show");
+  const map = svg("svg", { viewBox: `0 0 ${kWidth} ${kHeight}`, class: "map", role: "img", "aria-label": "temperature and its slope; the box is the training range" }, box, trail, point);
+  const caption = el("p", { class: "note" }, "x: T, y: dT/dt; box: training range, line: data shown in the charts");
   const figure = el("figure", {}, map, caption);
   place.append(note, list, figure);
   let model = null, gauges = [];
@@ -61,7 +61,7 @@ export function makeDomain(place) {
       list.replaceChildren(...gauges.map((gauge) => gauge.element));
       figure.hidden = !hasMap();
       const boxed = inputsOf(model, null).some((input) => Number.isFinite(input.least));
-      setText(note, model === undefined ? "The model is not known yet." : !model ? "No model is loaded." : boxed ? "" : "This model does not say where it was trained.");
+      setText(note, model === undefined ? "The model is not known yet." : !model ? "No model is loaded." : boxed ? "" : "This model has no training range.");
     },
     draw(row, rows) {
       const inputs = inputsOf(model, row);

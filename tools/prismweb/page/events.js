@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The last events of a gyro, newest first; a press on one moves the charts there.
+// The last events of a gyro, newest first. A click on an event moves the charts to its time.
 import { el } from "./dom.js";
 import { moment } from "./charts/format.js";
 import { kMarks, meaningOfSeverity } from "./quality.js";

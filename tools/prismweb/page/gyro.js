@@ -36,7 +36,7 @@ export class GyroView {
     this.spans = kSpans.map(([span_s, name]) => el("button", { type: "button", click: () => this.setSpan(span_s) }, name));
     const tool = (name, label, act) => el("button", { type: "button", "aria-label": label, title: label, click: act }, name);
     this.now = el("button", { type: "button", class: "now", click: () => this.goLive() }, "now");
-    this.means = tool("means: window", "means of 1 s, or of the model's window", () => this.switchMeans());
+    this.means = tool("means: window", "switch between 1 s means and means of the model's window", () => this.switchMeans());
     this.busy = el("p", { class: "busy", role: "status" });
     this.files = [tool("PNG", "save the charts as a picture", () => this.savePng()), tool("CSV", "save the charts' rows as a table", () => this.saveCsv())];
     const tools = el("div", { class: "tools", role: "toolbar", "aria-label": "time and files" }, el("div", { class: "group spans" }, ...this.spans),
@@ -47,7 +47,7 @@ export class GyroView {
     const domain = el("div"), allan = el("div");
     this.line = makeLinePanel();
     this.events = makeEvents((time_s) => this.lookAt(time_s));
-    const right = el("aside", { class: "right" }, panel("Training domain", domain), panel("Allan deviation of what is shown", allan), panel("Line", this.line.element));
+    const right = el("aside", { class: "right" }, panel("Training domain", domain), panel("Allan deviation of the data shown", allan), panel("Line", this.line.element));
     this.element = el("div", { class: "gyro" }, this.numbers.element, tools, el("div", { class: "columns" }, left, right));
     place.append(this.element);
     const head = el("div", { class: "strip-head" });
@@ -133,8 +133,8 @@ export class GyroView {
     this.last_s = last_s;
     this.setWhole(true);
     this.rows.take(steps, known_s, step_s, this.view.isLive);
-    const unbuilt = typeof building === "number" && building < 1, middle = "Least and greatest second of each step; the line is their middle.";
-    setText(this.busy, unbuilt ? `The long view is being built: ${Math.floor(100 * building)} % of the log is read.` : steps.hasMeans ? "" : middle);
+    const unbuilt = typeof building === "number" && building < 1, middle = "Band: minimum and maximum second of each step; line: their middle.";
+    setText(this.busy, unbuilt ? `Building the long view: ${Math.floor(100 * building)} % of the log read.` : steps.hasMeans ? "" : middle);
     clearTimeout(this.again);
     if (unbuilt) this.again = setTimeout(() => this.reload(), 2000);
     this.draw();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The health of the line, as `prismctl line` tells it.
+// Counters and timing of the line, as in `prismctl line`.
 import { el, setText } from "./dom.js";
 import { count, fixed, kUnknown } from "./charts/format.js";
 
-/** [label, value] of an answer of `line`. Exported for its test. */
+/** Returns [label, value] pairs for a `line` response. Exported for its test. */
 export function lineRows(line) {
   if (!line) return [];
   const { decoder = {}, timing = {}, hardware } = line;
@@ -12,8 +12,8 @@ export function lineRows(line) {
   return [
     ["device", `${line.device ?? kUnknown}${line.baud ? `, ${count(line.baud)} baud` : ""}`],
     ["frames good", count(decoder.frames)],
-    ["refused: check, length, body", [decoder.bad_check, decoder.bad_length, decoder.bad_body].map(count).join(", ")],
-    ["bytes skipped, resyncs, time-outs", [decoder.skipped_bytes, decoder.resyncs, decoder.timeouts].map(count).join(", ")],
+    ["rejected: checksum, length, content", [decoder.bad_check, decoder.bad_length, decoder.bad_body].map(count).join(", ")],
+    ["bytes skipped, resyncs, timeouts", [decoder.skipped_bytes, decoder.resyncs, decoder.timeouts].map(count).join(", ")],
     ["frames missing, duplicate; resets", [timing.missing_frames, timing.duplicates, timing.resets].map(count).join(", ")],
     ["period", `${fixed(1000 * timing.period_s, 6)} ms, ${fixed(parts_per_million, 1)} ppm off nominal`],
     ["hardware errors", hardware ? errors || "none" : "not counted by this device"],

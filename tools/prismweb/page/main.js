@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The page: one connection, what it tells kept in the state, and one of two views of it: all gyros, or one axis of one.
+// The page: one connection, the state that it updates, and one of two views: all gyros or one axis.
 import { el, setText } from "./dom.js";
 import { clock } from "./charts/format.js";
 import { GyroView } from "./gyro.js";
@@ -15,14 +15,14 @@ const gyros = new Map(), main = find("main");
 let view = null, overview = null, due, frame, worst = "", wasBad = false, cut_s = null;
 
 /**
- * The token of an address that prismweb printed is good once: prismweb answers it with a cookie, which no script can read. Neither this page
+ * Exchanges the one-time token in the address that prismweb printed for a cookie, which scripts cannot read. Neither this page
  * nor the history keeps it.
  */
 async function exchangeToken() {
   const token = new URLSearchParams(location.hash.slice(1)).get("token");
   if (token === null) return;
   history.replaceState(null, "", "#/");
-  await fetch("session", { method: "POST", headers: { Authorization: `Bearer ${token}` } }).catch(() => {}); // the connection reports a refusal
+  await fetch("session", { method: "POST", headers: { Authorization: `Bearer ${token}` } }).catch(() => {}); // a rejection is reported by the connection
 }
 
 const say = (text) => setText(find("spoken"), text);
@@ -30,7 +30,7 @@ await exchangeToken();
 const socket = new Socket(new URL("ws", location.href.replace(/^http/, "ws").replace(/#.*/, "")));
 let place = location.hash;
 
-/** What is new is drawn together, soon after the first of it came. A tab that nobody sees has no frames, and a title that somebody does. */
+/** Collects changes for a short time, then draws them together. A hidden tab gets no frames, but its title is updated. */
 function draw() {
   due ??= setTimeout(() => {
     due = undefined;
@@ -43,11 +43,11 @@ function judgeAll() {
   const now_ms = performance.now(), bad = [];
   for (const gyro of gyros.values()) if (judgeGyro(gyro, socket.ready, now_ms) === "bad") bad.push(gyro.name);
   const names = bad.join(", ");
-  if (names && names !== worst) say(`to look at: ${names}`);
+  if (names && names !== worst) say(`to check: ${names}`);
   if (names) wasBad = true;
   else if (wasBad && allGood(gyros.values(), socket.ready, now_ms)) {
     wasBad = false;
-    say("all gyros are well");
+    say("all gyros are good");
   }
   worst = names;
   if (document.title !== titleOf(names)) document.title = titleOf(names);
@@ -64,20 +64,20 @@ function drawNow() {
 
 const titleOf = (names) => (names ? `■ ${names} – prism` : "prism");
 
-/** Answers whether it was answered. */
+/** Sends a request; passes the result to `take`. Returns false if it failed. */
 async function ask(gyro, method, params, take) {
   let answer;
   try {
     answer = await socket.call(gyro.name, method, params);
   } catch {
-    return false; // where the instance went away `instances` says it
+    return false; // if the instance stopped, `instances` reports it
   }
   take(answer);
   draw();
   return true;
 }
 
-/** What is asked again and again waits for nobody twice: an instance that does not answer would gather questions. */
+/** Sends a periodic request unless the previous one is pending: an unresponsive instance must not collect requests. */
 async function poll(gyro, method, take) {
   if (gyro.polls.has(method)) return;
   gyro.polls.add(method);
@@ -88,7 +88,7 @@ async function poll(gyro, method, take) {
   }
 }
 
-/** What is asked once in a run: again where it was refused, as long as that run lasts and somebody wants it. */
+/** Sends a request once per run of the instance; retries if it fails, while the run lasts and `wanted()` is true. */
 async function insist(gyro, method, params, take, wanted = () => true) {
   const run = gyro.run;
   if (await ask(gyro, method, params, take)) return;
@@ -104,7 +104,7 @@ const askStability = (gyro) => poll(gyro, "stability", (answer) => takeStability
 const askLine = (shown) => poll(shown.gyro, "line", (answer) => shown.line.draw(answer));
 const askModel = (shown) => insist(shown.gyro, "model", { axis: shown.axis.name }, (answer) => { shown.model = answer; }, () => view === shown);
 
-/** All that is not told by itself, when an instance is there, or is there again. */
+/** Requests the state of an instance that has started, and subscribes to its notifications. */
 function begin(gyro) {
   insist(gyro, "subscribe", { streams: ["window", "event"] }, () => {});
   askStatus(gyro);
@@ -123,7 +123,7 @@ function takeInstances(list) {
   const starting = [];
   for (const gyro of [...gyros.values()]) {
     if (list.some((one) => one.name === gyro.name)) continue;
-    if (view?.gyro === gyro) takeInstance(gyro, { state: "gone", axes: [] }); // what somebody looks at does not vanish
+    if (view?.gyro === gyro) takeInstance(gyro, { state: "gone", axes: [] }); // the gyro on the screen stays
     else gyros.delete(gyro.name);
   }
   for (const one of list) {
@@ -133,7 +133,7 @@ function takeInstances(list) {
     if (one.state === "running" && before !== "running") starting.push(gyro);
   }
   for (const gyro of starting) gyro.run++;
-  // the rows that somebody waits for are asked for first
+  // first the rows that the user waits for
   if (!reroute() && starting.includes(view?.gyro)) { view.reload(); askModel(view); askLine(view); }
   starting.forEach(begin);
   draw();
@@ -157,7 +157,7 @@ function takeBatch({ instance, batch }) {
   draw();
 }
 
-/** A part of the address that somebody mistyped stands for itself. */
+/** Decodes a part of the address; returns it unchanged if its escapes are invalid. */
 function decoded(part) {
   try {
     return decodeURIComponent(part);
@@ -166,14 +166,14 @@ function decoded(part) {
   }
 }
 
-/** What the address names, where it is there: #/GYRO/AXIS one axis, #/GYRO the first one; null: the overview. */
+/** The target of the address, if it exists: #/GYRO/AXIS one axis, #/GYRO the first axis; null: the overview. */
 function named() {
   const [, name, axisName] = place.split("/").map(decoded), gyro = gyros.get(name);
   const axis = axisName ? gyro?.axes.get(axisName) : gyro?.axes.values().next().value;
   return axis ? { gyro, axis } : null;
 }
 
-/** Shows what the address names. */
+/** Shows the view that the address names. */
 function route() {
   const target = named();
   view?.destroy();
@@ -193,7 +193,7 @@ function route() {
   draw();
 }
 
-/** The address may name by now what was not there, or what is another than before; answers whether it does. */
+/** Changes the view if the target of the address now exists or has been replaced; returns true if it did. */
 function reroute() {
   const target = named();
   if ((view || overview) && target?.axis === view?.axis && target?.gyro === view?.gyro) return false;
@@ -201,7 +201,7 @@ function reroute() {
   return true;
 }
 
-/** Somebody went elsewhere: keys and the screen's reader begin there. */
+/** Handles a change of the address by the user: shows the view and focuses it for keys and screen readers. */
 function navigate() {
   if (location.hash.includes("token=")) return location.reload();
   if (location.hash && !location.hash.startsWith("#/")) return;
@@ -211,7 +211,7 @@ function navigate() {
   scrollTo(0, 0);
 }
 
-/** What is shown is so much older than the steady clock says. */
+/** After a sleep of `ms`, which the steady clock does not count: makes all values that much older. */
 function slept({ ms }) {
   for (const gyro of gyros.values()) for (const axis of gyro.axes.values()) axis.window_ms -= ms;
   view?.slept(ms);
@@ -235,9 +235,9 @@ socket.addEventListener("ready", ({ detail }) => {
 });
 socket.addEventListener("cut", ({ detail }) => {
   cut_s ??= detail.heard_ms / 1000;
-  cut(`No connection to prismweb since ${clock(cut_s)} UTC: ${detail.why}. Every value below is old. It is tried again by itself.`);
+  cut(`No connection to prismweb since ${clock(cut_s)} UTC: ${detail.why}. All values below are old. The page reconnects automatically.`);
 });
-socket.addEventListener("refused", ({ detail }) => cut(`prismweb refused this page: ${detail.why}. Load it again. If that does not help, open an address that prismweb printed and that was not used before: "systemctl reload prismweb" prints a new one.`));
+socket.addEventListener("refused", ({ detail }) => cut(`prismweb rejected this page: ${detail.why}. Reload the page. If that does not help, run "systemctl reload prismweb" and open the new address that it prints.`));
 socket.addEventListener("instances", ({ detail }) => takeInstances(detail));
 socket.addEventListener("batch", ({ detail }) => takeBatch(detail));
 socket.addEventListener("lost", ({ detail }) => { if (view?.gyro.name === detail.instance) view.reload(); });
@@ -259,7 +259,7 @@ addEventListener("keydown", (event) => {
 });
 setInterval(draw, 1000);
 
-/** Asks each instance that runs, again and again. */
+/** Calls `act` periodically for each running instance. */
 const often = (period_ms, act) => setInterval(() => [...gyros.values()].filter((gyro) => gyro.state === "running" && socket.ready).forEach(act), period_ms);
 often(kStatus_ms, askStatus);
 often(kStability_ms, askStability);

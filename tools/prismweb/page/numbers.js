@@ -5,7 +5,7 @@ import { count as counted, fixed, kUnknown, plusMinus, span } from "./charts/for
 import { kMarks } from "./quality.js";
 import { ageOf, isValid, modelName, rateOf, readable } from "./state.js";
 
-/** name: [label, unit, text of (window row, axis, gyro)]. */
+/** Cell name: [label, unit, function of (window row, axis, gyro) that returns the text]. */
 const kCells = {
   raw: ["raw", "deg/h", (row) => fixed(isValid(row) ? row.mean_rate_deg_per_h : null, 5)],
   bias: ["bias ± sd", "deg/h", (row) => plusMinus(row.bias_deg_per_h, row.sd_deg_per_h, 5)],
@@ -13,7 +13,7 @@ const kCells = {
   slope: ["slope", "°C/s", (row) => fixed(row.slope_degc_per_s, 6)],
   uhfo: ["UHFO", "V", (row) => fixed(row.mean_uhfo_v, 4)],
   stability: ["stability since start, deg/h", "", (row, axis) => stability(axis.stability)],
-  frames: ["frames good, refused, missing", "", (row, axis, gyro) => frames(gyro.status)],
+  frames: ["frames good, rejected, missing", "", (row, axis, gyro) => frames(gyro.status)],
   model: ["model", "", (row, axis) => modelName(axis)],
 };
 
@@ -36,7 +36,7 @@ export function makeNumbers() {
     values[key] = el("span", { class: "value" });
     return el("div", { class: `cell ${key}` }, el("dt", {}, label), el("dd", {}, values[key], unit ? el("span", { class: "unit" }, ` ${unit}`) : null));
   });
-  const element = el("section", { class: "numbers", "aria-label": "present values" },
+  const element = el("section", { class: "numbers", "aria-label": "current values" },
     el("div", { class: "hero" }, name, el("p", { class: "verdict" }, mark, word, count),
       el("p", { class: "rate" }, what, rate, el("span", { class: "unit" }, "deg/h"), age), why),
     el("dl", { class: "cells" }, ...cells));

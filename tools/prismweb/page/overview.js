@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// All gyros and axes of the host: a tile each, that says first whether somebody should look.
+// All gyros and axes of the host: one tile per axis, with its status first.
 import { el, setAttribute, setText } from "./dom.js";
 import { fixed, kUnknown, plusMinus, withUnit } from "./charts/format.js";
 import { kMarks } from "./quality.js";
@@ -43,7 +43,7 @@ function drawTile(tile, gyro, axis, linked, now_ms) {
   setText(tile.mark, kMarks[verdict.meaning]);
   setText(tile.word, verdict.word);
   setText(tile.count, verdict.count ?? "");
-  setText(tile.note, axis.trace.length === 0 ? "" : verdict.old ? "its last 10 min" : "last 10 min");
+  setText(tile.note, axis.trace.length === 0 ? "" : verdict.old ? "last 10 min received" : "last 10 min");
   setAttribute(tile.element, "title", verdict.why);
   const rate = rateOf(read);
   setText(tile.what, rate.what);
@@ -58,7 +58,7 @@ function drawTile(tile, gyro, axis, linked, now_ms) {
   tile.spark.draw(axis.trace, kTrace_s, partOfTrace(axis));
 }
 
-/** "3 gyros, 5 axes: 4 good, 1 to look at". */
+/** "3 gyros, 5 axes: 4 good, 1 to check". */
 function sumUp(gyros, linked, now_ms) {
   const counts = { good: 0, care: 0, bad: 0 };
   let axes = 0;
@@ -66,16 +66,16 @@ function sumUp(gyros, linked, now_ms) {
     if (gyro.axes.size === 0) counts[gyro.gone ? "bad" : "care"]++;
     for (const axis of gyro.axes.values()) { counts[judge(gyro, axis, linked, now_ms).meaning]++; axes++; }
   }
-  const words = [`${counts.good} good`, counts.care && `${counts.care} with care`, counts.bad && `${counts.bad} to look at`];
+  const words = [`${counts.good} good`, counts.care && `${counts.care} caution`, counts.bad && `${counts.bad} to check`];
   const plural = (n, one, many) => `${n} ${n === 1 ? one : many}`;
   return `${plural(gyros.size, "gyro", "gyros")}, ${plural(axes, "axis", "axes")}: ${words.filter(Boolean).join(", ")}`;
 }
 
-/** The overview in `place`; draw() is called whenever something is new. */
+/** The overview in `place`; call draw() after each change. */
 export function makeOverview(place) {
   const tiles = new Map();
   const sum = el("p", { class: "sum", role: "status" }), grid = el("div", { class: "tiles" });
-  const empty = el("p", { class: "empty", hidden: true }, "No prismd runs on this host.");
+  const empty = el("p", { class: "empty", hidden: true }, "No prismd is running on this host.");
   place.append(sum, grid, empty);
   const remove = (key) => { tiles.get(key).element.remove(); tiles.delete(key); };
   const tileOf = (key, gyro, axis) => {
@@ -95,7 +95,7 @@ export function makeOverview(place) {
       }
       for (const key of [...tiles.keys()]) if (!seen.has(key)) remove(key);
       empty.hidden = gyros.size > 0 || !linked;
-      setText(sum, linked ? sumUp(gyros, linked, now_ms) : "Not connected: everything here is old.");
+      setText(sum, linked ? sumUp(gyros, linked, now_ms) : "Not connected: all values are old.");
     },
   };
 }

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: MIT
-// What a quality and a state of the line mean to a person: good, with care, or to be looked at.
+// Maps a quality, a line state or a severity to one of three levels: good, care (caution) or bad (check).
 
-/** In words, one for each reason that a quality names (docs/protocol.md). */
+/** Level and explanation of each reason in a quality (docs/protocol.md). */
 const kReasons = {
   good: ["good", "corrected without reservation"],
-  warming: ["care", "the window is not full yet: no correction until it is"],
-  no_model: ["care", "no model is loaded: nothing is corrected"],
-  extrapolating: ["care", "an input is outside of what the model was trained on"],
-  fallback: ["care", "the fallback model corrects, as an input of the first one is not known"],
-  settling: ["care", "the lag filters have not forgotten how they began"],
-  slew_limited: ["care", "the bias is on its way to the model's"],
-  no_data: ["bad", "nothing is measured now"],
-  rate_invalid: ["bad", "the gyro itself says that its rate is not valid"],
-  input_missing: ["bad", "an input of the model is not known"],
-  over_limit: ["bad", "the model's bias is beyond the limit of sanity"],
-  implausible: ["bad", "a measured value is beyond what its sensor can say or do"],
+  warming: ["care", "the averaging window is not full yet; no correction until it is"],
+  no_model: ["care", "no model loaded; rates are not corrected"],
+  extrapolating: ["care", "an input is outside the model's training range"],
+  fallback: ["care", "an input of the main model is unknown; the fallback model corrects"],
+  settling: ["care", "the lag filters have not settled after the start"],
+  slew_limited: ["care", "the applied bias is moving to the model's value (slew limit)"],
+  no_data: ["bad", "no current measurement"],
+  rate_invalid: ["bad", "the gyro reports an invalid rate"],
+  input_missing: ["bad", "an input of the model is unknown"],
+  over_limit: ["bad", "the model's bias is above the configured limit"],
+  implausible: ["bad", "a measured value is implausible for its sensor"],
 };
 const kRank = { good: 0, care: 1, bad: 2 };
 export const kMarks = { good: "●", care: "▲", bad: "■" };
 
-/** "good", "care" or "bad" of a quality such as "warming+no_model". A reason that is not known here is "care". */
+/** "good", "care" or "bad" of a quality such as "warming+no_model". Unknown reasons are "care". */
 export function meaningOfQuality(quality) {
   if (!quality) return "bad";
   return quality
@@ -28,7 +28,7 @@ export function meaningOfQuality(quality) {
     .reduce((worst, meaning) => (kRank[meaning] > kRank[worst] ? meaning : worst), "good");
 }
 
-/** The same in words. */
+/** Explanation of a quality, for the user. */
 export function wordsOfQuality(quality) {
   if (!quality) return kReasons.no_data[1];
   return quality.split("+").map((reason) => kReasons[reason]?.[1] ?? reason).join("; ");

@@ -34,7 +34,7 @@ export class Socket extends EventTarget {
     // a tab that nobody sees comes here once a minute: how long it heard nothing alone says nothing
     const unanswered = now_ms - this.listens_ms >= kSilence_ms - kQuiet_ms;
     const late = this.ready ? quiet_ms > kSilence_ms && unanswered : now_ms - this.opened_ms > kOpen_ms;
-    if (this.socket && late) this.drop("it does not answer");
+    if (this.socket && late) this.drop("prismweb does not answer");
     else if (this.ready && quiet_ms > kQuiet_ms) this.listen();
     for (const [id, request] of this.waiting) {
       if (now_ms - request.sent_ms > kAnswer_ms) this.settle(id, { error: { message: "no answer" } });
@@ -55,7 +55,7 @@ export class Socket extends EventTarget {
     Object.assign(this, { wall_ms, watched_ms: now_ms });
     if (!(slept_ms > kSlept_ms)) return;
     this.tell("slept", { ms: slept_ms });
-    if (this.socket) this.drop("this computer slept");
+    if (this.socket) this.drop("this computer was asleep");
   }
 
   drop(why) {
@@ -86,7 +86,7 @@ export class Socket extends EventTarget {
     this.ready = false;
     const requests = [...this.waiting.values(), ...this.queue.splice(0)];
     this.waiting.clear();
-    for (const request of requests) request.reject(new Error("the connection is cut"));
+    for (const request of requests) request.reject(new Error("not connected"));
     if (refused) return this.tell("refused", { why });
     this.tell("cut", { why: why || "it is gone", heard_ms: this.heard_at_ms });
     setTimeout(() => this.open(), this.retry_ms);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is known of each gyro, and whether it is of now. No element of the page in here.
+// State of each gyro and whether it is current. Independent of the document.
 import { meaningOfQuality, meaningOfState, wordsOfQuality, worse } from "./quality.js";
 import { kUnknown, span } from "./charts/format.js";
 
@@ -8,10 +8,10 @@ const kFresh_ms = 3500; // rows come each second
 const kCut_s = 2.5;
 export const kTrace_s = 600;
 
-/** `run`: how many times it began to run while this page looked; `polls`: what is asked again and again and not answered yet. */
+/** `run`: number of starts since the page opened; `polls`: methods with a pending periodic request. */
 export const makeGyro = (name) => ({ name, state: "", gone: "", status: null, axes: new Map(), events: [], run: 0, polls: new Set() });
 
-/** `model`: undefined until a status told it, null where there is none. */
+/** `model`: undefined until the first status, null without a model. */
 const makeAxis = (name) => ({ name, window: null, window_ms: -Infinity, trace: [], stability: null, quality: "no_data", model: undefined });
 
 export function axisOf(gyro, name) {
@@ -19,7 +19,7 @@ export function axisOf(gyro, name) {
   return gyro.axes.get(name);
 }
 
-/** Of an answer for several axes the parts by their names; of one for a single axis that one. */
+/** Returns [axis name, part] pairs of a response for one or several axes. */
 export function byAxis(answer) {
   if (answer?.axes && typeof answer.axes === "object") return Object.entries(answer.axes);
   return answer?.axis !== undefined ? [[answer.axis, answer]] : Object.entries(answer ?? {});
@@ -44,7 +44,7 @@ export function takeStability(gyro, answer) {
   for (const [name, part] of byAxis(answer)) axisOf(gyro, name).stability = part;
 }
 
-/** One second's row, live or of the history. The data's time may begin anew: then so does the trace. */
+/** Adds one second's row, live or from the history. If the data's time restarts, so does the trace. */
 export function takeWindow(gyro, row, now_ms) {
   const axis = axisOf(gyro, row.axis ?? "");
   const last = axis.trace[axis.trace.length - 1];
@@ -60,27 +60,27 @@ export function takeWindow(gyro, row, now_ms) {
 }
 
 /**
- * The axis with the row that is to be read in the place of `window`: of what is `old` the last one with means, where it is as old. A second
- * that the end of prismd cut has none.
+ * Returns the axis with the row to display: for `old` data the last row with means, if its time is close to the last row's. A second
+ * that was cut short by the end of prismd has no means.
  */
 export function readable(axis, old) {
   const { window, whole } = axis;
   return old && whole && Math.abs(window.time_s - whole.time_s) < kCut_s ? { ...axis, window: whole } : axis;
 }
 
-/** Whether the last second had a rate: where it had none the window's mean goes on, and is not of now. */
+/** Whether the last second had a rate. Without one the window's mean continues but is not current. */
 export const isValid = (row) => Number.isFinite(row.rate_deg_per_h);
 
 const corrects = ({ window, model }) => model !== null || Number.isFinite(window?.corrected_mean_deg_per_h);
 
-/** Which member of a trace's [time_s, corrected, raw] is what rateOf() tells: a line is never of both. */
+/** Index in a trace's [time_s, corrected, raw] of the rate that rateOf() returns. A line never mixes the two. */
 export const partOfTrace = (axis) => (corrects(axis) ? 1 : 2);
 
-/** The number that a person reads first: {what, deg_per_h}; raw where no model corrects. */
+/** The main value of an axis, {what, deg_per_h}: the corrected rate, or the raw rate without a model. */
 export function rateOf(axis) {
   const { window } = axis, row = window ?? {};
   const deg_per_h = corrects(axis) ? row.corrected_mean_deg_per_h : row.mean_rate_deg_per_h;
-  return { what: corrects(axis) || !window ? "corrected" : "raw, without a model", deg_per_h: isValid(row) ? deg_per_h : null };
+  return { what: corrects(axis) || !window ? "corrected" : "raw (no model)", deg_per_h: isValid(row) ? deg_per_h : null };
 }
 
 export function takeEvent(gyro, event) {
@@ -88,28 +88,28 @@ export function takeEvent(gyro, event) {
   if (gyro.events.length > kEventsKept) gyro.events.shift();
 }
 
-/** What `instances` says of one. */
+/** Applies one entry of `instances`. */
 export function takeInstance(gyro, { state, axes }) {
   if (state === "running" && gyro.state !== "running") gyro.status = null;
   gyro.state = state;
-  gyro.gone = state === "gone" ? "nobody answers at its socket; prismweb tries again" : "";
+  gyro.gone = state === "gone" ? "prismd does not respond at its socket; prismweb retries" : "";
   for (const axis of axes) axisOf(gyro, axis);
 }
 
 /**
- * What a person should think of an axis: {meaning, word, count, why, old}. `old`: what is shown is not of now. `count`: how far it is, beside
- * the word, as a reader of the screen would say it again each second; left out where nothing is counted.
+ * The status of an axis: {meaning, word, count, why, old}. `old`: the values are not current. `count`: progress of the warm-up, or empty;
+ * separate from `word`, so that a screen reader does not repeat it each second.
  * `linked`: the page has its connection.
  */
 export function judge(gyro, axis, linked, now_ms) {
-  if (!linked) return { meaning: "bad", word: "not connected", why: "the page has no connection", old: true };
-  if (gyro.state === "stopped") return { meaning: "care", word: "stopped", why: "somebody stopped this instance", old: true };
-  if (gyro.gone) return { meaning: "bad", word: "prismd is gone", why: gyro.gone, old: true };
-  if (!gyro.status) return { meaning: "care", word: "asking", why: "no answer yet", old: true };
+  if (!linked) return { meaning: "bad", word: "not connected", why: "the page has no connection to prismweb", old: true };
+  if (gyro.state === "stopped") return { meaning: "care", word: "stopped", why: "this instance was stopped", old: true };
+  if (gyro.gone) return { meaning: "bad", word: "prismd stopped", why: gyro.gone, old: true };
+  if (!gyro.status) return { meaning: "care", word: "asking", why: "waiting for the first status", old: true };
   const state = gyro.status.state ?? "unknown";
-  if (meaningOfState(state) === "bad") return { meaning: "bad", word: state, why: gyro.status.detail || "the line brings nothing", old: true };
+  if (meaningOfState(state) === "bad") return { meaning: "bad", word: state, why: gyro.status.detail || "no data on the line", old: true };
   if (now_ms - axis.window_ms > kFresh_ms) {
-    return { meaning: "bad", word: "no data", why: "no row came in the last seconds", old: true };
+    return { meaning: "bad", word: "no data", why: "no row in the last seconds", old: true };
   }
   const meaning = meaningOfQuality(axis.quality);
   const count = axis.quality?.includes("warming") && axis.full_s ? `${axis.warm_s ?? 0} of ${axis.full_s} s` : "";
