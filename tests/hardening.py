@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Reads from ELF files that they are hardened: position-independent, RELRO with all symbols bound at the start, no executable stack, stack
-# protector, FORTIFY, and CET where the compiler has it.
-# usage: hardening.py FILE...: judges these.
+# Checks that ELF files are hardened: position-independent, RELRO with all symbols bound at the start, no executable stack, stack protector, FORTIFY, and CET if the compiler supports it.
+# usage: hardening.py FILE...: checks these files.
 #        hardening.py --build CMAKE COMPILER: builds a small program and a library by tools/cmake/PrismOptions.cmake, without a
-#        preset and with each optimised kind of build, and judges them; an unoptimised one must be found wanting.
+#        preset and with each optimised kind of build, and checks them; an unoptimised one must fail.
 import os
 import re
 import subprocess
@@ -19,7 +18,7 @@ def read(path, *options):
 
 
 def faults(path):
-    """What is missing in one file."""
+    """Returns the missing measures of a file."""
     header, segments, dynamic = read(path, "-h"), read(path, "-l"), read(path, "-d")
     symbols = read(path, "--dyn-syms")
     program = "INTERP" in segments
@@ -36,7 +35,7 @@ def faults(path):
         missing.append("stack protector")
     if program and not re.search(r"__\w+_chk@", symbols.replace("__stack_chk_fail", "")):
         missing.append("FORTIFY")
-    # The note of CET is in no file of Debian 12, whose C library has none; the landing marks of the code are.
+    # Files of Debian 12 have no CET note, since its C library has none; checks the endbr64 instructions instead.
     with open(path, "rb") as file:
         if "X86-64" in header and file.read().count(b"\xf3\x0f\x1e\xfa") < 2:
             missing.append("CET")

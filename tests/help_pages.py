@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Holds --help against people: no types and checks of the code in it, and examples, of options that there are, for each command.
-# usage: help_pages.py BUILD; with --self-test it plants one breach of each kind and sees it found.
+# Checks that --help is readable: no type names or checks of the code, and examples with existing options for each
+# command. usage: help_pages.py BUILD; --self-test checks that each kind of error is found.
 import os
 import re
 import shlex
@@ -16,9 +16,9 @@ OF_THE_CODE = r"\b(?:INT|UINT|FLOAT|TEXT|ENUM):\S.*|->|\bin [\[{]|\b(?:ENUM|FLOA
 
 
 def breaches(name, tree, above=frozenset()):
-    """`name` as it is typed: "prismcal allan". Options of the programs above are known to their commands."""
+    """`name`: as typed, "prismcal allan". Commands know the options of their program."""
     for found in re.findall(OF_THE_CODE, tree["text"]):
-        yield f"{name} --help: found \"{found}\", expected words for people"
+        yield f"{name} --help: found \"{found}\", expected readable text"
     known = above | {option for names, _, _ in tree["options"] for option in names}
     if not tree["examples"]:
         yield f"{name} --help: found no examples, expected one or more"
@@ -28,7 +28,7 @@ def breaches(name, tree, above=frozenset()):
             yield f"{name} --help: found the example \"{example}\", expected one of {name}"
         options = {word for word in words if word.startswith("-")}
         if tree["commands"]:
-            options &= known  # the command's own are held below
+            options &= known  # the command's own options are checked below
         for option in sorted(options - known):
             yield f"{name} --help: found {option} in an example, which it does not have"
     for command, (_, below) in tree["commands"].items():

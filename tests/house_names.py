@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-# The rules on names: each file opens the namespace of its room, and no two types of the tree have one full name. Two types
-# under one name are one type to the linker, which keeps the functions of either: a crash without a word of warning.
+# Rules on names: each file opens the namespace of its module, and no two types have the same full name. The linker
+# keeps the functions of only one of two types of the same name, which causes a crash without a warning.
 import os
 import re
 
 ROOMS = ("base/", "compensation/", "drivers/", "config/", "daemon/", "tools/")
-# What every room speaks stands in prism itself.
+# Modules whose names are in the namespace prism itself.
 VOCABULARY = re.compile(r"^(base/.*|compensation/(sample|sensors|sensor_limits|text_columns)\.[ch]pp)$")
 
 TOKEN = re.compile(
@@ -17,7 +17,7 @@ TOKEN = re.compile(
 
 
 def room_namespace(path):
-    """The namespace of a file, by its folder: the folder's name, but for folders that only order a room's files."""
+    """Returns the namespace of a file: the name of its directory, except for directories that only group files of a module."""
     if VOCABULARY.match(path):
         return "prism"
     folder = os.path.dirname(path)
@@ -51,7 +51,7 @@ def scopes(code):
 
 
 def check_namespaces(path, code):
-    """(offset, message) of what stands in another namespace than the room's."""
+    """Yields (offset, message) for declarations outside the module's namespace."""
     if not path.startswith(ROOMS):
         return
     room = room_namespace(path)
@@ -60,11 +60,11 @@ def check_namespaces(path, code):
         if what == "space" and (name + "::").startswith("prism::") and not fits:
             yield offset, f"opens namespace {name}, expected {room}"
         elif what == "type" and "::" not in name and not anonymous:
-            yield offset, f"{name} stands in no namespace, expected {room}"
+            yield offset, f"{name} is in no namespace, expected {room}"
 
 
 def types_of(path, code):
-    """(offset, full name) of each type that other files could mean, too."""
+    """Yields (offset, full name) of each type with external linkage."""
     if not path.startswith(ROOMS):
         return
     for offset, what, name, anonymous in scopes(code):

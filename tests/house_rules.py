@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Reads the tree and keeps the rules of the house: who includes whom, first lines, waiting, sizes. With --self-test it
-# plants one breach of each rule in an empty tree and sees it found.
+# Checks the code rules of the tree: includes, first lines, waiting, sizes. --self-test checks that a violation of each
+# rule is found.
 import os
 import re
 import sys
@@ -22,10 +22,10 @@ DAEMON, TOOLS, TESTS = "daemon", "tools", "tests"
 LINE, LOG, SOCKET = "daemon/line", "daemon/log", "daemon/socket"
 DESCRIPTION, DECODE, ENCODE = "drivers/wire/description", "drivers/wire/decode", "drivers/wire/encode"
 WIRES = {DESCRIPTION, DECODE, ENCODE, WIRE}
-# the first that fits is the room
+# the first match is the module
 ROOMS = [BASE, TRAINING, EVALUATION, CORE, DESCRIPTION, DECODE, ENCODE, WIRE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON, TOOLS, TESTS]
 
-# room: (rooms it may include, standard and foreign headers it may never include)
+# module: (modules it may include, other headers it may never include)
 SLOW = r"boost/asio|spdlog/|CLI/|pcap|systemd/"
 PURE = SLOW + r"|thread$|mutex$|future$|condition_variable$|fstream$|iostream$|filesystem$"
 MAY = {
@@ -36,7 +36,7 @@ MAY = {
     DESCRIPTION: ({BASE, DESCRIPTION}, PURE + "|boost/(?!container/)"),
     DECODE: ({BASE, DESCRIPTION, DECODE}, PURE + "|boost/(?!container/)"),
     ENCODE: ({BASE, DESCRIPTION, ENCODE}, PURE + "|boost/(?!container/)"),
-    WIRE: (set(), "."),  # its sub-rooms hold everything
+    WIRE: (set(), "."),  # all files are in submodules
     DRIVERS: (WIRES | {BASE, DRIVERS}, "spdlog/|CLI/|systemd/"),
     CONFIG: (WIRES | {BASE, CORE, DRIVERS, CONFIG}, "boost/asio|spdlog/|CLI/"),
     PIPELINE: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE}, SLOW + r"|thread$|mutex$"),
@@ -47,7 +47,7 @@ MAY = {
     TOOLS: (WIRES | {BASE, CORE, TRAINING, EVALUATION, DRIVERS, CONFIG, PIPELINE, TOOLS}, "(?!)"),
     TESTS: (set(ROOMS), "(?!)"),
 }
-# room: libraries that its CMakeLists.txt may never name
+# module: libraries that its CMakeLists.txt may never use
 ASYNC = r"prism_boost|spdlog|PCAP|SYSTEMD|CLI11"
 MAY_NOT_LINK = {
     BASE: "prism_boost|Boost::|spdlog|PCAP|CLI11|Eigen|prism_(?!base)",
@@ -72,7 +72,7 @@ CLOCKS = {"base/host_time.hpp"}
 CLOCKLESS = {CORE, TRAINING, EVALUATION, PIPELINE} | WIRES
 THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON} | WIRES
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
-# a name from a file of a stranger must never reach a shell or another program: only a campaign starts programs
+# a name from a file must never reach a shell or another program: only a campaign starts programs
 STARTS_PROGRAMS = {f"tools/prismcal/campaign/{name}.cpp" for name in ("child_process", "level", "slurm_engine")}
 PROGRAM_CALL = re.compile(r"(?<![\w.])(?:popen|exec[lv]\w*|posix_spawnp?)\s*\(|(?:(?<![\w>&*] )|return )(?<![\w.])system\s*\(|<spawn\.h>")
 JSON_READERS = re.compile(r"^compensation/(model_kinds|[a-z]+_text)\.[ch]pp$")
@@ -95,7 +95,7 @@ def line_of(text, offset):
 
 
 def blank(match):
-    """Same length, same lines, nothing in it."""
+    """Replaces the match by blanks; keeps length and lines."""
     return re.sub(r"[^\n]", " ", match.group())
 
 
@@ -196,7 +196,7 @@ def check_first_lines(path, text):
     if len(lines) <= at or lines[at] != comment + SPDX:
         yield at + 1, f"expected the line '{comment}{SPDX}'"
     elif path.endswith(".hpp") and not re.match(r"// \S.{15,}", lines[at + 1] if len(lines) > at + 1 else ""):
-        yield at + 2, "expected one line that says what the header is for"
+        yield at + 2, "expected one line with the purpose of the header"
 
 
 def check_words(path, text):
@@ -216,7 +216,7 @@ def check_size(path, text):
 
 
 def opens_block(before):
-    """True where a '{' behind the text `before` opens a block and not a value."""
+    """Returns true if a '{' after the text `before` opens a block, not a value."""
     before = before.rstrip()
     word = re.search(r"(\w+)$", before)
     if word:
@@ -225,7 +225,7 @@ def opens_block(before):
 
 
 def statement_around(code, offset):
-    """The bounds of the statement that the co_await at `offset` stands in; for an if or a while, of its condition."""
+    """Returns the range of the statement with the co_await at `offset`; for an if or a while, of its condition."""
     begin, depth = offset, 0
     while begin > 0:
         c = code[begin - 1]
@@ -253,7 +253,7 @@ def statement_around(code, offset):
 
 
 def check_waiting(path, text):
-    """g++ 12.2 destroys twice what is made by braces or by a capturing lambda in the full expression of a co_await."""
+    """g++ 12.2 destroys objects made by braces or a capturing lambda in the full expression of a co_await twice."""
     if not is_code(path) or "co_await" not in text:
         return
     code, seen = without_comments_and_texts(text), set()
@@ -293,7 +293,7 @@ def check_names(path, text):
 
 
 class UniqueTypes:
-    """No two types of the whole tree have one full name."""
+    """No two types of the tree have the same full name."""
 
     def __init__(self):
         self.first = {}  # by full name: where it was found first

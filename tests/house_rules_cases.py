@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
-# The breaches that house_rules.py --self-test plants, one a tree, and the sound code that it must leave in peace.
+# Violations for house_rules.py --self-test, one per tree, and correct code that it must accept.
 import os
 
 CPP = "// SPDX-License-Identifier: MIT\n"
-HPP = CPP + "// A header that says what it is for.\n#pragma once\n"
+HPP = CPP + "// A header with its purpose.\n#pragma once\n"
 SH = "#!/bin/sh\n# SPDX-License-Identifier: MIT\n"
 CMAKE = "# SPDX-License-Identifier: MIT\n"
 TASK = CPP + "awaitable<void> task() {\n"
 
-# path, content, and what must be said about it
+# path, content, expected message
 BREACHES = [
     ("daemon/a.cpp", CPP + "std::ifstream in(path);\n", ":2: std::ifstream opens anything"),
     ("tools/a.cpp", CPP + 'FILE* f = std::fopen(path, "r");\n', "opens anything"),
@@ -64,11 +64,11 @@ BREACHES = [
     ("tools/a/CMakeLists.txt", CMAKE + "target_link_libraries(a PRIVATE prism_daemon)\n", "tools may not link prism_daemon"),
     ("daemon/a.cpp", "// What it is for.\n" + CPP, ":1: expected the line '// SPDX"),
     ("daemon/a.cpp", "", ":1: expected the line '// SPDX"),
-    ("daemon/CMakeLists.txt", "# The room that tells.\n", "expected the line '# SPDX"),
+    ("daemon/CMakeLists.txt", "# The module.\n", "expected the line '# SPDX"),
     ("tools/cmake/A.cmake", "set(a 1)\n", "expected the line '# SPDX"),
     ("tools/a.py", "# About.\n", "expected the line '# SPDX"),
     ("tools/a", "#!/bin/sh\necho\n", ":2: expected the line '# SPDX"),
-    ("daemon/a.hpp", CPP + "#pragma once\n", ":2: expected one line that says what the header is for"),
+    ("daemon/a.hpp", CPP + "#pragma once\n", ":2: expected one line with the purpose of the header"),
     ("daemon/a.hpp", CPP, ":2: expected one line"),
     ("daemon/a.cpp", CPP + "// TO" + "DO: later\n", ":2: 'TO" + "DO' is work for an issue"),
     ("tools/a.py", "# SPDX-License-Identifier: MIT\n# FIX" + "ME\n", "is work for an issue"),
@@ -89,10 +89,10 @@ BREACHES = [
     ("compensation/a.hpp", HPP + "namespace prism::wire {\n}\n", "expected prism::compensation"),
     ("base/result.hpp", HPP + "namespace prism::compensation {\n}\n", "expected prism"),
     ("tools/prismcal/main.cpp", CPP + "namespace prism::prismcal {\n}\n", "expected prism::commands"),
-    ("daemon/a.hpp", HPP + "struct Loose {\n};\n", ":4: Loose stands in no namespace, expected prism::daemon"),
+    ("daemon/a.hpp", HPP + "struct Loose {\n};\n", ":4: Loose is in no namespace, expected prism::daemon"),
 ]
 
-# Files of one tree that hold two types under one name; what is said of the last one.
+# Files of one tree with two types of the same name; the message about the last one.
 TWICE = [
     (("drivers/a.hpp", HPP + "namespace prism::drivers {\nstruct Row {\n};\n}\n"),
      ("drivers/b.cpp", CPP + "namespace prism::drivers {\nclass [[nodiscard]] Row final : public Base<int> {};\n}\n")),
@@ -102,7 +102,7 @@ TWICE = [
      ("base/result.hpp", HPP + "namespace prism {\ntemplate <class T>\nstruct Row {};\n}\n")),
 ]
 
-# Nothing may be said about these. tools/a is made executable.
+# No messages are expected for these. tools/a is made executable.
 SOUND = [
     ("daemon/walks.cpp", CPP + "std::error_code e;\nfor (fs::directory_iterator entry(p, e), end; !e && entry != end; entry.increment(e)) {\n}\n"),
     ("compensation/model_text.cpp", CPP + '#include <nlohmann/json.hpp>\n#include "compensation/model.hpp"\n'),

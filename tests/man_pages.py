@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Holds the man pages against --help: every option and subcommand stands in the page, every option in the page exists.
-# usage: man_pages.py BUILD; with --self-test it plants one breach of each kind and sees it found.
+# Compares the man pages with --help: the page has all options and subcommands, and no others. usage: man_pages.py
+# BUILD; --self-test checks that each kind of error is found.
 import os
 import re
 import sys

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""A terminal's screen as SVG: `tmux capture-pane -p -e` on standard input, the picture on standard output."""
+"""Converts a terminal's screen to SVG: `tmux capture-pane -p -e` on standard input, the picture on standard output."""
 import re
 import sys
 from html import escape
@@ -12,7 +12,7 @@ NO_BREAK = "\u00a0"  # SVG does not draw a space at an edge, or the second of tw
 
 
 def styled(line, style):
-    """Yields (text, style) of a line; the style goes on from one line to the next, as on the terminal."""
+    """Yields (text, style) of a line; the style continues in the next line, as on a terminal."""
     for escape_codes, text in re.findall(r"((?:\x1b\[[0-9;]*m)*)([^\x1b]*)", line):
         for code in re.findall(r"\d+", escape_codes.replace("[m", "[0m")):
             number = int(code)

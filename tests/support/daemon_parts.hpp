@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The daemon's parts without a line: frames of the project's own kind are fed by hand, and a client asks over a pair of
-// sockets.
+// The daemon's parts without a line: tests feed frames of the trplg description, and a client uses a socket pair.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,7 +23,7 @@
 
 namespace prism::test {
 
-/// Joined as the live daemon joins them.
+/// Connected as in the live daemon.
 struct DaemonParts {
   using Told = std::function<void(const socket::Event&)>;
 
@@ -74,7 +73,7 @@ class DaemonPartsTest : public testing::Test {
     return *setup;
   }
 
-  /// As much as arrives in `seconds`, at the description's own rate.
+  /// Frames of `seconds` seconds, at the description's rate.
   void feed(int seconds) {
     const auto frames = static_cast<int>(setup_.frames->rate_hz) * seconds;
     for (int i = 0; i < frames; ++i) {
@@ -94,7 +93,7 @@ class DaemonPartsTest : public testing::Test {
   std::int64_t arrival_ns_ = 1'700'000'000'000'000'000;
 };
 
-/// One client and what it is told.
+/// One client and the text that it receives.
 class Asker {
  public:
   using Socket = boost::asio::local::stream_protocol::socket;
@@ -107,7 +106,7 @@ class Asker {
     mine_.non_blocking(true);
     client_ = std::make_shared<socket::Client>(std::move(theirs), max_queued_bytes, std::move(memory));
   }
-  ~Asker() { client_->close(); }  // a publisher may hold it beyond io_
+  ~Asker() { client_->close(); }  // a publisher may keep it longer than io_
   Asker(const Asker&) = delete;
   Asker& operator=(const Asker&) = delete;
 
@@ -116,7 +115,7 @@ class Asker {
 
   void hang_up() { mine_.close(); }
 
-  /// Everything sent until nothing more comes.
+  /// Returns all text until no more arrives.
   std::string read() {
     std::string text;
     for (;;) {

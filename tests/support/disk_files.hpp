@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the tests of logs and captures share: settings, rows, and what stands on the disk.
+// Shared by tests of logs and captures: settings, rows, and files on the disk.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,7 @@ inline compensation::CompensatedWindow row_at(std::int64_t second) {
   return row;
 }
 
-/// Names in a folder, sorted, without the index of the segments.
+/// File names in a directory, sorted, without the segment index.
 inline std::vector<std::string> files_in(const std::string& folder) {
   std::vector<std::string> names;
   std::error_code error;
@@ -46,7 +46,7 @@ inline std::string content(const std::string& path) {
 
 inline void write_file(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
 
-/// What was told, from whatever thread.
+/// Collects reported lines. Thread-safe.
 class Told {
  public:
   auto teller() {

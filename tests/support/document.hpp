@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads tables and examples out of the documents, so that tests can hold them to what the code does.
+// Reads tables and examples from the documents, so that tests can compare them with the code.
 #pragma once
 
 #include <sstream>
@@ -35,7 +35,7 @@ inline std::string fenced_block(const std::string& section, const std::string& k
   return section.substr(first, section.find("```", first) - first);
 }
 
-/// The table whose first column is called `first`: one vector of cells a row, backticks taken off.
+/// The table whose first column is called `first`: one vector of cells a row, without backticks.
 inline std::vector<std::vector<std::string>> table(const std::string& section, const std::string& first) {
   std::vector<std::vector<std::string>> rows;
   std::istringstream in(section.substr(std::min(section.find("| " + first + " |"), section.size())));

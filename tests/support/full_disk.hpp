@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A disk that fills up in mid-run: a limit on the size of files stands for it.
+// Simulates a full disk by a limit on the size of files.
 #pragma once
 
 #include <sys/resource.h>
@@ -8,7 +8,7 @@
 
 namespace prism::test {
 
-/// While it lives, no file of this process grows beyond `bytes`.
+/// During its lifetime, no file of this process grows above `bytes`.
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) : old_action_(std::signal(SIGXFSZ, SIG_IGN)) {

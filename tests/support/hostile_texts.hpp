@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Texts that mean something to a language that a text from outside may reach: SQL, CSV, JSON, HTML, a shell, a
-// terminal.
+// Texts with special characters of SQL, CSV, JSON, HTML, shells and terminals.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Small models for tests, each with the answer known beforehand, and an engine that believes every temperature.
+// Small models for tests with known results, and an engine that accepts every temperature.
 #pragma once
 
 #include <memory>
@@ -30,7 +30,7 @@ inline compensation::ModelPtr linear_model(std::vector<std::string> inputs, std:
   return std::make_shared<compensation::PolynomialModel>(std::move(info), std::move(terms), 0.001);
 }
 
-/// A window that is full after kFullS seconds, so that a test is short.
+/// A window that is full after kFullS seconds, to keep tests short.
 inline compensation::FeatureDefinition short_features() {
   compensation::FeatureDefinition features;
   features.length_s = 10;
@@ -40,7 +40,7 @@ inline compensation::FeatureDefinition short_features() {
 }
 inline constexpr int kFullS = 12;  // length_s + end_mean_s
 
-/// For tests that step temperatures as no thermometer does.
+/// For tests with unrealistic temperature steps.
 inline compensation::EngineSettings believing(compensation::EngineSettings settings = {}) {
   settings.plausibility.temperature = {};
   return settings;

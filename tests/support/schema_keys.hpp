@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The keys that a schema has, and those that a strict reader asks for, out of its source: they must be the same.
+// Keys of a schema, and keys that the strict reader uses (from its source): they must be equal.
 #pragma once
 
 #include <regex>

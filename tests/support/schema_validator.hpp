@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// As much of JSON Schema (drafts 7 and 2020-12) as the schemas of the project use; enough to hold them to the readers.
+// Validator of the part of JSON Schema (drafts 7 and 2020-12) that the project's schemas use.
 #pragma once
 
 #include <regex.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Finds the reference data that stands beside the project; tests skip with a message where it is missing.
+// Finds reference data next to the source tree; tests are skipped with a message if it is missing.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,13 +12,13 @@
 
 namespace prism::test {
 
-/// ../shared beside the source tree, or where PRISM_SHARED says.
+/// ../shared next to the source tree, or $PRISM_SHARED.
 inline std::filesystem::path shared_dir() {
   if (const char* dir = std::getenv("PRISM_SHARED")) return dir;
   return std::filesystem::path(PRISM_SOURCE_DIR) / ".." / "shared";
 }
 
-/// The reference numbers `name`: those that stand in the project (tests/golden), else those of the full set beside it.
+/// The reference numbers `name`: from tests/golden if it has them, else from the shared data.
 inline std::filesystem::path golden_dir(const std::string& name) {
   const auto here = std::filesystem::path(PRISM_SOURCE_DIR) / "tests" / "golden" / name;
   return std::filesystem::exists(here) ? here : shared_dir() / "golden" / name;
@@ -31,7 +31,7 @@ inline std::string read_file(const std::filesystem::path& path) {
 
 }  // namespace prism::test
 
-/// Skips the running test where a file or folder is not there; for what may stand beside the project, and only that.
+/// Skips the running test if a file or directory is missing; only for data outside the source tree.
 #define PRISM_NEEDS(path) \
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << (path) << "; set PRISM_SHARED to run this test"
 

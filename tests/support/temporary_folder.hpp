@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A folder of its own for one test, gone when the test ends.
+// A temporary directory for one test, deleted at its end.
 #pragma once
 
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the acquisition reports beside its rows.
+// Events of the acquisition.
 #include "daemon/pipeline/acquisition.hpp"
 
 #include <gmock/gmock.h>

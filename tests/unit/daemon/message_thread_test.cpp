@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Messages: in order where somebody reads; where nobody does, nobody waits and the loss is told.
+// Messages are written in order; if stderr is blocked, no caller waits, and the loss is reported.
 #include "daemon/message_thread.hpp"
 
 #include <fcntl.h>
@@ -34,8 +34,8 @@ TEST_F(MessageThreadTest, WritesInOrder) {
   EXPECT_THAT(text, testing::EndsWith("98\n99\n"));
 }
 
-// The story: stderr was a pipe that nobody read; acquisition, answers and SIGTERM hung in write(2).
-TEST_F(MessageThreadTest, NobodyWaitsForAReaderThatDoesNotRead) {
+// Earlier bug: with a blocked pipe as stderr, acquisition, responses and SIGTERM handling blocked in write(2).
+TEST_F(MessageThreadTest, DoesNotWaitForABlockedReader) {
   const auto begin = std::chrono::steady_clock::now();
   {
     MessageThread messages(ends[1]);
@@ -47,17 +47,17 @@ TEST_F(MessageThreadTest, NobodyWaitsForAReaderThatDoesNotRead) {
       messages.put("again\n");
       text += read_some();
     }
-    messages.put(std::string(1 << 18, 'y'));  // it hangs again, and the destructor does not
+    messages.put(std::string(1 << 18, 'y'));  // it blocks again, but the destructor does not
   }
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
 }
 
-TEST_F(MessageThreadTest, AReaderThatIsGoneEndsNothing) {
+TEST_F(MessageThreadTest, IgnoresAClosedReader) {
   std::signal(SIGPIPE, SIG_IGN);
   ::close(ends[0]);
   MessageThread messages(ends[1]);
-  messages.put("to nobody\n");
-  messages.put("to nobody\n");
+  messages.put("unread\n");
+  messages.put("unread\n");
   EXPECT_TRUE(messages.finish(milliseconds(5000)));
 }
 

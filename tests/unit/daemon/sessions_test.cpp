@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The pipeline's sessions: named by arrival times, so that a replay names them alike, and never with a second that goes
-// back.
+// The pipeline's sessions: named by arrival times, as in a replay; seconds never decrease within one.
 #include <gtest/gtest.h>
 
 #include "daemon/pipeline/pipeline.hpp"
@@ -36,7 +35,7 @@ TEST_F(PipelineTest, ASessionIsNamedByTheArrivalAtWhichItBegan) {
   frames(250);
   const std::int64_t first = windows.front().session_ns;
   EXPECT_EQ(first, 1'700'000'000 * kSecond_ns + kSecond_ns / 2 + kSecond_ns / 200)
-      << "its first bytes, as nobody said more";
+      << "its first bytes, without begin_session()";
   now_ns += kSecond_ns;
   const std::int64_t second = now_ns;
   take(pipeline->begin_session(now_ns));
@@ -47,7 +46,7 @@ TEST_F(PipelineTest, ASessionIsNamedByTheArrivalAtWhichItBegan) {
   EXPECT_TRUE(windows[windows.size() - 2].row.window.bucket.partial || windows.back().row.window.bucket.partial);
 }
 
-// A capture of another program holds no mark where the host's clock was set.
+// A capture of another program has no mark at a step of the host clock.
 TEST_F(PipelineTest, AStepBackBeginsASession) {
   frames(600);
   now_ns -= 3600 * kSecond_ns;

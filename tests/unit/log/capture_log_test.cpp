@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The capture: every byte with its time, or a count of what is missing and a session that begins anew behind the hole.
+// The capture has every byte with its time, or counts the missing ones and begins a new session after the gap.
 #include "daemon/log/capture_log.hpp"
 
 #include <gmock/gmock.h>
@@ -97,14 +97,14 @@ TEST_F(CaptureLogTest, WhatTheQueueCannotTakeIsCountedToldOnceAndMarked) {
     data(1, Bytes(2000, 'x'));
     log->flush();
   }
-  EXPECT_EQ(log->dropped_bytes(), 6000u) << "known at once, though the disk stands still";
+  EXPECT_EQ(log->dropped_bytes(), 6000u) << "known at once, although the disk is blocked";
   gate.set_value();
   disk.drain();
   for (const char byte : {'b', 'c', 'd'}) {
     data(2, {static_cast<std::uint8_t>(byte)});
     flush();
   }
-  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "a|bcd") << "the mark stands where the hole is";
+  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "a|bcd") << "the mark is at the gap";
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("capture: the disk cannot keep up with the line; bytes are dropped"),
                                         "capture: writing again after 6000 bytes were dropped"));
 }
@@ -125,7 +125,7 @@ TEST_F(CaptureLogTest, AFailedSyncCostsNoByteAndIsToldOnce) {
   }
   EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "a") << "ends where its last good sync was";
   EXPECT_EQ(packets("gyro-20261121T120001Z.pcap"), "bcdef");
-  EXPECT_THAT(test::files_in(settings.directory), testing::SizeIs(2)) << "no segment of which nothing is good";
+  EXPECT_THAT(test::files_in(settings.directory), testing::SizeIs(2)) << "no segment without valid data";
   EXPECT_EQ(log->dropped_bytes(), 0u);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be written: Input/output error"),
                                         "capture: writing again after 0 bytes were dropped"));
@@ -180,7 +180,7 @@ TEST_F(CaptureLogTest, ADeletedFolderIsNoticedAndMadeAnew) {
   EXPECT_THAT(told.lines(), ElementsAre(AllOf(HasSubstr("capture: "), HasSubstr("was deleted or moved away"))));
   data(2, {'c'});
   flush();
-  EXPECT_EQ(packets("gyro-20261121T120001Z.pcap"), "bc") << "what was written into the deleted one stands here";
+  EXPECT_EQ(packets("gyro-20261121T120001Z.pcap"), "bc") << "data of the deleted segment were written again";
 }
 
 TEST_F(CaptureLogTest, NeverWritesThroughALink) {
@@ -204,10 +204,10 @@ TEST_F(CaptureLogTest, AFullDiskLeavesNoEmptyFilesAndNoHole) {
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be written: No space left on device")));
   data(3, {'y'});
   flush();
-  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "xxxy") << "held until there was room";
+  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "xxxy") << "kept until there was space";
 }
 
-// The story: "when_full" was the log's alone, though the manual gave it to the capture, too.
+// Earlier bug: "when_full" worked for the log only, not for the capture.
 TEST_F(CaptureLogTest, AFullDiskCostsTheOldestSegmentAndNoByteWhereTheConfigurationSaysSo) {
   settings.delete_when_full = true;
   settings.max_age_s = 1;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Defined in the program, these stand in the place of libc's: for prism, and for libstdc++, which the linker binds to
-// them, too.
+// Functions defined in the program replace those of libc, for prism and for libstdc++.
 #include "tests/unit/log/failing_calls.hpp"
 
 #include <dirent.h>
@@ -19,7 +18,7 @@ bool is_regular(int descriptor) {
   return ::fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode);
 }
 
-// What the call is to fail with now, 0 where it is not.
+// Returns the errno with which the call must fail now, or 0.
 int fault(const std::atomic<int>& call) {
   const int error = call;
   return error != 0 && prism::test::failures_left > 0 ? error : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Who follows a log by name: remembered, bound to a user, and asked before anything is deleted.
+// Named consumers of a log: stored, owned by a user, and respected by retention.
 #include "daemon/log/followers.hpp"
 
 #include <gmock/gmock.h>
@@ -73,7 +73,7 @@ TEST_F(FollowersTest, WhatIsDeletedUnfetchedIsCountedForEach) {
 
 TEST_F(FollowersTest, OnlyANameThatIsKeptForHoldsASegment) {
   auto followers = open({"relay"});
-  EXPECT_TRUE(followers.holds(1, 5)) << "it has fetched nothing yet";
+  EXPECT_TRUE(followers.holds(1, 5)) << "it has not fetched any row yet";
   followers.remember("relay", 1, behind(2, 60), 0);
   followers.remember("other", 1, behind(1, 0), 0);
   EXPECT_FALSE(followers.holds(2, 60));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A log read by cursor, while it is written, killed and shortened: every row once, in order, and every hole counted.
+// Reads a log by cursor while it is written, killed and shortened: every row once, in order, and all gaps counted.
 #include "daemon/log/log_rows.hpp"
 
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ struct LogRowsTest : testing::Test {
     return std::make_unique<RowLog>(settings, "gyro", "# prism TEST data log, format 2\n# instance: gyro\n", counters,
                                     [](const std::string&) {});
   }
-  /// Seconds of the rows that a page holds; the cursor goes behind them.
+  /// Returns the seconds of a page's rows and advances the cursor.
   std::vector<std::int64_t> take(RowLog& log, std::string& cursor, std::size_t limit, std::uint64_t& missing) {
     const auto page = log.page({cursor, limit});
     if (!page) throw std::runtime_error(page.error().text);
@@ -77,8 +77,7 @@ TEST_F(LogRowsTest, OnlyWhatIsOnTheDiskIsTold) {
   EXPECT_EQ(missing, 0u);
 }
 
-// Random days: rows, syncs, sessions, processes that end well or not, retention; and a follower that comes when it
-// likes.
+// Random sequences of rows, syncs, sessions, clean and unclean ends, retention and requests.
 TEST_F(LogRowsTest, EveryRowComesOnceOrIsCountedAsMissing) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     std::filesystem::remove_all(settings.directory);
@@ -120,7 +119,7 @@ TEST_F(LogRowsTest, EveryRowComesOnceOrIsCountedAsMissing) {
   }
 }
 
-// Somebody's editor was at a segment: its lines are told as they stand there, in JSON that is whole.
+// A segment edited by hand: its lines are returned unchanged, in valid JSON.
 TEST_F(LogRowsTest, WhatWasWrittenByHandIsTextLikeAnyOther) {
   auto log = open();
   for (int i = 0; i < 2; ++i) log->append(row_of(i), 0);

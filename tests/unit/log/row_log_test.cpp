@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The log: whole rows or none, whatever the disk does; each fault told once, and once when it is over.
+// The log has complete rows only, at any disk error; start and end of an error are reported once.
 #include "daemon/log/row_log.hpp"
 
 #include <fcntl.h>
@@ -57,7 +57,7 @@ struct RowLogTest : testing::Test {
     return lines;
   }
 
-  // The last line of a segment that stands whole in `text`, with so many rows.
+  // The end line of the complete segment `text` with `rows` rows.
   static std::string end_of(const std::string& text, int rows) {
     return fmt::format("# end: rows {}, sha256 {}\n", rows, sha256_hex(text.substr(0, text.find("# end: "))));
   }
@@ -101,7 +101,7 @@ TEST_F(RowLogTest, OtherMetadataBeginASegmentAndTheSameDoNot) {
   EXPECT_THAT(test::content(path("gyro-20261121T120003Z.csv")), StartsWith("# a: c\n"));
 }
 
-// A second that a session's end cuts is told from the next session's by the segment it stands in.
+// The segment distinguishes a second at the end of a session from the same second in the next one.
 TEST_F(RowLogTest, EachSessionBeginsASegmentAndEachSegmentEndsWithItsSum) {
   append(2);
   session_ns = 2'000'000'000;
@@ -179,7 +179,7 @@ TEST_F(RowLogTest, ATornRowIsCutOff) {
   const std::string text = test::content(path("gyro-20261121T120000Z.csv"));
   EXPECT_EQ(rows("gyro-20261121T120000Z.csv").size(), 3u);
   EXPECT_THAT(text, Not(HasSubstr("T12:00:02")));
-  EXPECT_THAT(text, EndsWith(end_of(text, 3))) << "the end knows nothing of what was cut off";
+  EXPECT_THAT(text, EndsWith(end_of(text, 3))) << "the checksum does not include the removed row";
 }
 
 TEST_F(RowLogTest, ATornRowThatCannotBeCutOffEndsItsSegment) {
@@ -218,8 +218,8 @@ TEST_F(RowLogTest, AFullDiskCostsTheOldestSegmentWhereTheConfigurationSaysSo) {
   EXPECT_EQ(told.lines().size(), 1u);
 }
 
-// The story: after EIO of fdatasync the log went on with the same descriptor and called itself recovered at the next
-// good sync, whatever the system had thrown away meanwhile.
+// Earlier bug: after EIO of fdatasync the log continued with the same descriptor and reported recovery at the next
+// successful sync, although the kernel had discarded data.
 TEST_F(RowLogTest, AfterAFailedSyncItsRowsStandAgainInASegmentThatSupersedesThem) {
   append(3);
   log->sync();
@@ -287,7 +287,7 @@ TEST_F(RowLogTest, ANameTooLongIsAFaultAndNoEnd) {
   EXPECT_EQ(counters.dropped, 2u);
 }
 
-// The story: the folder was deleted while prismd ran; 9 rows were "written" into a file that nobody could see.
+// Earlier bug: the directory was deleted while prismd ran, and 9 rows were "written" to the deleted file.
 TEST_F(RowLogTest, ADeletedFolderIsNoticedAtTheNextSyncAndMadeAnew) {
   append(2);
   log->sync();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Segments: what they are called, when they end, which go; and a file system that refuses everything in turn.
+// Segments: names, rotation, retention, and errors of each file system call.
 #include "daemon/log/segments.hpp"
 
 #include <fcntl.h>
@@ -26,7 +26,7 @@ constexpr std::int64_t kDay = 86400;
 constexpr uid_t kNobody = 65534;
 
 struct SegmentsTest : testing::Test {
-  // The name of the segment made, or the refusal.
+  // Returns the name of the new segment, or the error.
   std::string made(Segments& segments, std::int64_t second = kNoon, const std::string& text = "") {
     const Result<NewSegment> segment = segments.make(second);
     if (!segment) return segment.error().text();
@@ -59,10 +59,10 @@ TEST_F(SegmentsTest, EndAtMultiplesOfTheirAgeAndBeforeTheyGrowTooLong) {
   EXPECT_FALSE(segments.begins_new(-kDay, 20));
 }
 
-// A segment of another file's content, or of nobody's: the daemon may run as root, and links lead anywhere.
+// The daemon may run as root, so it must not write to existing files or through links.
 TEST_F(SegmentsTest, NeverWriteThroughALinkNorIntoAFileThatIsThere) {
   std::filesystem::create_directory(settings.directory);
-  const std::string target = folder.file("somebody-elses");
+  const std::string target = folder.file("other");
   std::filesystem::create_symlink(target, settings.directory + "/gyro-20261121T120000Z.csv");
   test::write_file(settings.directory + "/gyro-20261121T120000Z-2.csv", "mine");
   Segments segments(settings, "gyro", ".csv");
@@ -71,7 +71,7 @@ TEST_F(SegmentsTest, NeverWriteThroughALinkNorIntoAFileThatIsThere) {
   EXPECT_EQ(test::content(settings.directory + "/gyro-20261121T120000Z-2.csv"), "mine");
 }
 
-// The story: "name" of 250 letters passed the check, and std::filesystem::exists threw on the disk thread: SIGABRT.
+// Earlier bug: a "name" of 250 letters passed the check, and std::filesystem::exists threw on the disk thread: SIGABRT.
 TEST_F(SegmentsTest, ANameTooLongForTheFileSystemIsRefused) {
   Segments segments(settings, std::string(250, 'n'), ".csv");
   EXPECT_THAT(made(segments), EndsWith(".csv: cannot be created: File name too long"));
@@ -88,7 +88,7 @@ TEST_F(SegmentsTest, AFolderThatCannotBeMadeIsRefused) {
 TEST_F(SegmentsTest, AFolderWithoutRightsIsRefused) {
   std::filesystem::create_directory(settings.directory);
   std::filesystem::permissions(settings.directory, std::filesystem::perms::owner_read);
-  if (::geteuid() == 0) {  // who has every right, and lends this thread those of nobody
+  if (::geteuid() == 0) {  // root has all rights: this thread takes those of the user nobody (plain-ok: user name)
     std::filesystem::permissions(folder.file(""), std::filesystem::perms::all);
     std::filesystem::permissions(settings.directory, std::filesystem::perms::others_read);
     ::setfsuid(kNobody);
@@ -154,7 +154,7 @@ TEST_F(SegmentsTest, RoomIsMadeOnlyWhereTheConfigurationSaysSoAndNeverOfTheCurre
   EXPECT_THAT(test::files_in(settings.directory), ElementsAre("gyro-20261121T120002Z.csv"));
 }
 
-// A range-for over a folder throws when the disk fails in the middle of it. What cannot be listed is not deleted.
+// A range-for over a directory throws if the disk fails. Files that cannot be listed are not deleted.
 TEST_F(SegmentsTest, AFolderThatCannotBeReadToItsEndThrowsNothing) {
   settings.keep_bytes = 0;
   settings.delete_when_full = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Prometheus' text: the whole of a small one, written by hand, and what a gyro's answers become.
+// Prometheus' text format: a complete small example, and the metrics of a gyro's responses.
 #include "tools/metrics/exposition.hpp"
 
 #include <gmock/gmock.h>
@@ -108,7 +108,7 @@ TEST(GyroMetrics, EachAxisHasItsOwn) {
   EXPECT_THAT(text, Not(HasSubstr("axis=\"x\",of")));
 }
 
-/// The name and labels of a sample line; empty if the line is none of Prometheus' text format.
+/// Returns name and labels of a sample line; empty if the line is invalid.
 std::string series_of(const std::string& line) {
   bool quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {

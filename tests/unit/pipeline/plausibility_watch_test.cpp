@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One event when a sensor is no longer believed, one when it is again, and no flood between.
+// One event when a sensor becomes implausible, one when it recovers, and no others.
 #include "daemon/pipeline/plausibility_watch.hpp"
 
 #include <gmock/gmock.h>
@@ -61,7 +61,7 @@ TEST(PlausibilityWatch, EachSensorHasItsOwn) {
   EXPECT_EQ(notices[0].text, "rate is implausible: found 3.4e+38 deg/h, expected -3.6e+07 to 3.6e+07");
 }
 
-// A thermometer that says nothing any more has not come back.
+// A thermometer without data has not recovered.
 TEST(PlausibilityWatch, SilenceIsNoReturn) {
   PlausibilityWatch watch;
   told(watch, 10, -273, true);

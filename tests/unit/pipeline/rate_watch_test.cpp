@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A description that says 10 frames a second where the gyro's own time stamps say 20.
+// A description with 10 frames per second, and time stamps of the gyro at 20.
 #include "daemon/pipeline/rate_watch.hpp"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The index of segments: numbers only go up, and outlive power cuts, emptied folders and clocks that are set back.
+// The index of segments: numbers increase, also over power cuts, emptied directories and clocks set back.
 #include "daemon/pipeline/segment_index.hpp"
 
 #include <gmock/gmock.h>
@@ -53,7 +53,7 @@ TEST_F(SegmentIndexTest, ANameThatComesAgainIsAnotherSegment) {
   EXPECT_EQ(opened().number("a.csv"), 2u);
 }
 
-// What version 0.1 left has no index.
+// Directories of version 0.1 have no index.
 TEST_F(SegmentIndexTest, SegmentsWithoutANumberGetOneInTheOrderGiven) {
   const SegmentIndex index = opened({"old-1.csv", "old-2.csv"});
   EXPECT_EQ(index.number("old-1.csv"), 1u);
@@ -100,7 +100,7 @@ TEST_F(SegmentIndexTest, IsMadeLaterWhereTheFolderIsNotThereYet) {
 }
 
 TEST_F(SegmentIndexTest, ALinkInItsPlaceIsNotWrittenThrough) {
-  const std::string target = folder.file("somebody-elses");
+  const std::string target = folder.file("other");
   test::write_file(target, "theirs");
   std::filesystem::create_symlink(target, path);
   EXPECT_EQ(opened({"a.csv"}).number("a.csv"), 1u);

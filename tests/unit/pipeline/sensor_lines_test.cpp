@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A thermometer on a line of its own: when its values are in force, and that a replay of both captures finds the same.
+// A thermometer on a sensor line: when its values are valid, and that a replay of both captures gives the same rows.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -70,7 +70,7 @@ TEST_F(SensorLinesTest, AValueServesFromItsArrivalUntilItIsStale) {
     feed.feed(line_of(value), at, kBegin, kBegin + 100 * kSecond);
   };
   say(0, kBegin);             // may be the end of a line that began before
-  say(20, kBegin + kSecond);  // held until the next one says that these are lines
+  say(20, kBegin + kSecond);  // held until the next one confirms that these are lines
   say(21, kBegin + 2 * kSecond);
   EXPECT_TRUE(std::isnan(value_at(feed, kBegin + 2 * kSecond - 1)));
   EXPECT_EQ(value_at(feed, kBegin + 2 * kSecond), 21);
@@ -78,7 +78,7 @@ TEST_F(SensorLinesTest, AValueServesFromItsArrivalUntilItIsStale) {
   EXPECT_TRUE(std::isnan(value_at(feed, kBegin + 5 * kSecond + 1)));
   say(22, kBegin + 6 * kSecond);
   EXPECT_EQ(value_at(feed, kBegin + 6 * kSecond), 22);
-  EXPECT_EQ(value_at(feed, kBegin + 4 * kSecond), 21) << "what was in force then";
+  EXPECT_EQ(value_at(feed, kBegin + 4 * kSecond), 21) << "the value valid at that time";
 }
 
 TEST_F(SensorLinesTest, AnotherSessionKeepsWhatWasSaidButForAClockThatWasSetBack) {
@@ -109,7 +109,7 @@ std::vector<Chunk> chunks_of(SensorLinesTest& test, unsigned seed) {
     now += kSecond / 200;
     if (random() % 20 == 0) stream.insert(stream.end(), kLongHead.begin(), kLongHead.end());
     if (random() % 5 == 0) now += kSecond / 20;    // long enough for a timer to give up what waits
-    if (random() % 4000 == 0) now += 5 * kSecond;  // silence: what was said grows stale
+    if (random() % 4000 == 0) now += 5 * kSecond;  // no data: values become stale
     const Bytes frame = test.frame();
     stream.insert(stream.end(), frame.begin(), frame.end());
     if (random() % 3 == 0) continue;  // comes with the next
@@ -133,8 +133,8 @@ std::string rows_text(const Rows& rows) {
   return text;
 }
 
-// Timers run when they like: what they let come sooner is what would have come. Good frames that stood
-// behind the head of a long one are of the time at which they came.
+// Timers at any time do not change the rows. Good frames after the start of an incomplete long frame have their arrival
+// times.
 TEST_F(SensorLinesTest, ARunWithTimersGivesTheRowsOfOneWithout) {
   setup = load("microstrain-mip");
   for (unsigned seed = 1; seed <= 5; ++seed) {
@@ -175,7 +175,7 @@ TEST_F(SensorLinesTest, ItsMeanIsTheAxissTemperatureAndAColumnOfTheLog) {
   EXPECT_THAT(rows[2].window.bucket.sensors, ElementsAre(30));
 }
 
-/// The lines' packets as they are told, by time since kBegin in s: "s1 g1 s2 …".
+/// The packets in order, with the time since kBegin in s: "s1 g1 s2 …".
 std::string order(SensorCaptures& captures, const std::vector<std::pair<double, bool>>& gyro) {
   std::string told;
   for (const auto& [at_s, opened] : gyro) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a person reads in status and bias: means, never one frame; and a gyro that is gone is never good.
+// Text of status and bias: means, never a single frame; a disconnected gyro is never good.
 #include "tools/prismctl/text_view.hpp"
 
 #include <gmock/gmock.h>
@@ -37,7 +37,7 @@ json gone_status() {
   return status;
 }
 
-// One frame of an angle in pulses is 0 or 20 deg/h: neither is a rate that anybody wants to read.
+// A single frame of an angle in pulses is 0 or 20 deg/h, which is not a useful rate.
 TEST(StatusView, ShowsMeansAndNotOneFrame) {
   const std::string text = status_view(receiving_status());
   EXPECT_THAT(text, HasSubstr("rate         8.40000 deg/h over 1 s, 8.47111 deg/h over 100 s\n"));

@@ -91,7 +91,7 @@ TEST_F(Answers, AnotherStreamDoesNotShowTheOldOne) {
   expect_no_data();
 }
 
-// What was measured is shown, and that it is not believed; one event tells it, however long it lasts.
+// Implausible values are shown and marked; one event reports them, however long it lasts.
 TEST_F(Answers, AnImplausibleSensorIsNotGood) {
   begin_session();
   ASSERT_TRUE(parts_->acquisition.reconfigure(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A device of three axes behind one line: each axis is what it would be alone, and is asked for by its name.
+// A device with three axes: each axis behaves as if alone, and is selected by name.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -60,7 +60,7 @@ struct AxesTest : testing::Test {
   test::TemporaryFolder folder;
 };
 
-/// Seconds of frames whose axes turn at kRates; `valid` says which of them the device believes.
+/// Seconds of frames whose axes turn at kRates; `valid`: the axes that the device marks as valid.
 void feed(pipeline::Pipeline& pipeline, const wire::FrameDescriptionPtr& sender, int seconds,
           const std::function<std::array<bool, wire::kMaxAxes>(int)>& valid,
           const std::function<void(const pipeline::Rows&)>& take) {
@@ -105,7 +105,7 @@ TEST_F(AxesTest, EachIsWhatItWouldBeAlone) {
   }
 }
 
-// The frame's status says it of each axis.
+// The frame's status has a bit for each axis.
 TEST_F(AxesTest, AnAxisThatIsNotValidIsUnknownAndTheOthersGoOn) {
   const auto setup = good(kThree);
   pipeline::Pipeline pipeline(setup);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One client: what it does not read waits, then is dropped, counted and told; it never delays anybody.
+// A client: unread rows are queued, then dropped, counted and reported; it never delays other clients.
 #include "daemon/socket/client.hpp"
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ void send_row(test::Asker& peer, int number) {
   peer.client()->send(TextPart(text + "\n"), 1);
 }
 
-// Until the kernel takes no more and what waits has reached the limit: rows are dropped from here on.
+// Fills the kernel's buffer and the queue: later rows are dropped.
 int send_until_rows_are_lost(test::Asker& peer) {
   int number = 0;
   while (peer.client()->lost_rows() == 0 && number < 100'000) send_row(peer, number++);
@@ -112,7 +112,7 @@ TEST(Client, MayBeClosedWhileTextWaits) {
   EXPECT_FALSE(peer.client()->open());
 }
 
-// The story: 250 clients with unread answers took 324 to 555 MB.
+// Earlier bug: 250 clients with unread responses used 324 to 555 MB.
 TEST(Client, AllTogetherHoldSoMuchAndTheOneThatHoldsMostGives) {
   const auto memory = std::make_shared<ClientMemory>(5'000'000);
   std::vector<std::unique_ptr<test::Asker>> peers;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Events: one fault, one line; the flood behind it is counted.
+// Events: a fault is shown once; its repeats are counted.
 #include "daemon/socket/event_log.hpp"
 
 #include <gmock/gmock.h>
@@ -38,7 +38,7 @@ TEST_F(EventLogTest, AnotherTextOrKindIsToldAtOnce) {
   EXPECT_THAT(told, ElementsAre("full", "gone", "full"));
 }
 
-// The story: the host clock was set back by an hour, and a fault that came again was silent for that hour.
+// Earlier bug: after the host clock was set back by an hour, a repeated fault was not shown for an hour.
 TEST_F(EventLogTest, AHostClockThatIsSetBackSilencesNothing) {
   constexpr std::int64_t kHour = 3'600'000'000'000;
   add("full", 2 * kHour);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// When clients are told a second's row: once the disk has it, or once the disk is late.
+// Clients get a row when it is written, or when the disk is late.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 namespace prism::socket {
 namespace {
 
-// A disk that takes rows when the test says so.
+// A disk that writes rows when the test requests it.
 struct WaitingWriter : pipeline::RowWriter {
   void append(const compensation::CompensatedWindow&, std::int64_t) override { ++waiting.pending; }
   void sync() override {}
@@ -65,7 +65,7 @@ TEST_F(HeldRows, ADiskThatHangsHoldsNoClientBackForLong) {
   parts_->publisher.release_late();
   EXPECT_GT(heard(), 0);
   feed(1);
-  EXPECT_EQ(heard(), 1);  // at once, as long as the disk hangs
+  EXPECT_EQ(heard(), 1);  // at once, while the disk is blocked
   written();
   feed(1);
   EXPECT_EQ(heard(), 0);

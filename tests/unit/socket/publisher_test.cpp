@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The publisher: each gets what it asked for, in order, and nobody pays for another.
+// The publisher: each client gets its subscription, in order, independent of other clients.
 #include "daemon/socket/publisher.hpp"
 
 #include <gmock/gmock.h>
@@ -45,7 +45,7 @@ struct PublisherTest : testing::Test {
     publisher.update();
     return peer;
   }
-  // What the peer heard: "sample 3" (its time), "window", "event".
+  // Received messages: "sample 3" (its time), "window", "event".
   static std::vector<std::string> heard(test::Asker& peer, bool axes = false) {
     std::istringstream in(peer.read());
     std::vector<std::string> messages;
@@ -86,7 +86,7 @@ TEST_F(PublisherTest, EachHearsWhatItSubscribed) {
   EXPECT_THAT(heard(nothing), IsEmpty());
 }
 
-// "A second that a sample closes stands before that sample": live clients see the order that the pipeline made.
+// A second comes before the sample that closes it: clients see the pipeline's order.
 TEST_F(PublisherTest, AWindowComesBetweenTheSamplesBeforeAndBehindIt) {
   auto& peer = subscriber({1, true, false});
   pipeline::Rows rows = rows_of({"z"});

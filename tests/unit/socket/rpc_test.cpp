@@ -44,7 +44,7 @@ TEST_F(RpcTest, RefusesWhatIsNoRequest) {
   EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"subscribe","params":{"streams":["x"]}})"), kInvalidParams);
 }
 
-// 65 kB made into a tree would hold the line for milliseconds.
+// Parsing 65 kB would delay the line by milliseconds.
 TEST_F(RpcTest, ALineOfVeryManyValuesIsRefusedBeforeItIsKept) {
   const std::string deep = std::string(3000, '[') + std::string(3000, ']');
   std::string flat = "[1";
@@ -96,7 +96,7 @@ TEST_F(RpcTest, ASubscriberGetsItsRows) {
   EXPECT_EQ(asker_.read(), "");
 }
 
-// A client that asks without reading is closed; what it asked for does not fill the memory.
+// A client that sends requests without reading is closed; its responses do not fill the memory.
 TEST_F(RpcTest, AClientThatNeverReadsIsClosed) {
   begin_session();
   feed(600);
