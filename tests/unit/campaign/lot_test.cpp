@@ -120,7 +120,7 @@ TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
   EXPECT_EQ(rows[1][8]["text"], lot.outcomes[1].broken[0]);
   EXPECT_EQ(rows[2][8]["text"], "out of memory");
   EXPECT_EQ(json["tables"]["drift"]["rows"].size(), 2u);
-  EXPECT_THAT(report.warning, HasSubstr("not whole"));
+  EXPECT_THAT(report.warning, HasSubstr("incomplete"));
 }
 
 class InstalledLot : public testing::Test {
@@ -175,7 +175,7 @@ TEST_F(InstalledLot, IsRefusedWholeWhereAModelIsNotTheOneThatWasJudged) {
   const std::string before = test::read_file(files_.path("dest/manifest.json"));
   stand("S2");
   lot_.outcomes[1].id = "0123";
-  EXPECT_THAT(install().error().text(), HasSubstr("not the model that was judged"));
+  EXPECT_THAT(install().error().text(), HasSubstr("not the model that was evaluated"));
   lot_.outcomes[1].id = lot_.outcomes[0].id;
   lot_.outcomes[1].serial = "S9";
   EXPECT_THAT(install().error().text(), HasSubstr("expected that of \"S9\""));

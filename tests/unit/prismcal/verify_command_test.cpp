@@ -58,7 +58,7 @@ TEST_F(VerifyCommand, RepairsAndTellsEachRowThatItLeftOut) {
   EXPECT_THAT(out, HasSubstr(": left out: "));
   EXPECT_EQ(run({"verify", folder.file("clean")}), 0);
   EXPECT_EQ(run({"verify", format1, "--repair", folder.file("clean")}), 1);
-  EXPECT_THAT(err, HasSubstr("is there and no empty folder"));
+  EXPECT_THAT(err, HasSubstr("exists and is not an empty folder"));
 }
 
 TEST_F(VerifyCommand, JsonHasTheSame) {

@@ -172,10 +172,10 @@ TEST_F(RepairTest, NeverInPlaceAndNeverOverWhatIsThere) {
   std::filesystem::create_directory_symlink(log, folder.file("link"));
   EXPECT_THAT(refusal(folder.file("link"), log + "/clean"), HasSubstr("is within"));
   EXPECT_THAT(refusal(log, folder.file("link/clean")), HasSubstr("is within"));
-  EXPECT_THAT(refusal(log, folder.file("")), HasSubstr("is there and no empty folder"));
+  EXPECT_THAT(refusal(log, folder.file("")), HasSubstr("exists and is not an empty folder"));
   test::write_file(folder.file("file"), "mine");
-  EXPECT_THAT(refusal(log, folder.file("file")), HasSubstr("is there and no empty folder"));
-  EXPECT_THAT(refusal(folder.file("none"), out), HasSubstr("there is no such file"));
+  EXPECT_THAT(refusal(log, folder.file("file")), HasSubstr("exists and is not an empty folder"));
+  EXPECT_THAT(refusal(folder.file("none"), out), HasSubstr("file not found"));
   EXPECT_EQ(all_files(log).size(), 2u);
   std::filesystem::create_directory(out);
   EXPECT_EQ(refusal(log, out), "taken") << "an empty folder";
