@@ -34,9 +34,9 @@ void DiskThread::drain() {
   idle_.wait(lock, [this] { return queue_.empty() && !busy_; });
 }
 
-bool DiskThread::drain(std::chrono::milliseconds patience) {
+bool DiskThread::drain(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
-  return idle_.wait_for(lock, patience, [this] { return queue_.empty() && !busy_; });
+  return idle_.wait_for(lock, timeout, [this] { return queue_.empty() && !busy_; });
 }
 
 std::chrono::steady_clock::duration DiskThread::busy_for() const {
@@ -62,7 +62,7 @@ void DiskThread::run() {
   }
 }
 
-// What the task holds is destroyed here, off the lock.
+// Destroys the task outside the lock, too.
 void DiskThread::run(Entry& entry) const noexcept {
   const Failed& failed = entry.failed ? entry.failed : failed_;
   try {
@@ -71,9 +71,9 @@ void DiskThread::run(Entry& entry) const noexcept {
     } catch (const std::exception& error) {
       failed(error.what());
     } catch (...) {
-      failed("an exception of unknown kind");
+      failed("an exception of unknown type");
     }
-  } catch (...) {  // not even memory to tell it
+  } catch (...) {  // out of memory for the message
   }
   entry.task = nullptr;
   entry.failed = nullptr;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The one thread that may wait for the disk, behind a bounded queue: the live path never does.
+// The only thread that may wait for the disk; tasks pass through a bounded queue.
 #pragma once
 
 #include <chrono>
@@ -14,30 +14,30 @@
 
 namespace prism {
 
-/// Runs the tasks posted, in order. The destructor runs what is queued and joins. A task that throws ends nothing but
-/// itself.
+/// Runs the posted tasks in order. The destructor runs the queued tasks and joins. A task that throws does not affect
+/// other tasks.
 class DiskThread {
  public:
   using Task = std::function<void()>;
   using Failed = std::function<void(const std::string& why)>;
 
-  /// `max_bytes`: how much posted data may wait. `failed` hears, on the disk thread, why a task threw that nobody else
-  /// answers for.
+  /// `max_bytes`: limit of the queued data. `failed` is called on the disk thread if a task without a callback of its
+  /// own throws.
   DiskThread(std::size_t max_bytes, Failed failed);
   ~DiskThread();
   DiskThread(const DiskThread&) = delete;
   DiskThread& operator=(const DiskThread&) = delete;
 
-  /// Queues a task that holds `bytes` of data. False, and the task is not taken, where the queue is full: the caller
-  /// counts what it lost. A task with bytes = 0 (sync, close) is always taken. Where the task throws, `failed` is
-  /// called in place of the constructor's, to count what was lost with it and to tell.
+  /// Queues a task that contains `bytes` of data. Returns false if the queue is full: the caller counts the loss.
+  /// Always accepts a task with bytes = 0 (sync, close). If the task throws, calls this `failed` instead of the
+  /// constructor's.
   bool post(std::size_t bytes, Task task, Failed failed = nullptr);
 
   /// Waits until everything posted so far has run.
   void drain();
-  /// The same, `patience` at most. False: something has not.
-  bool drain(std::chrono::milliseconds patience);
-  /// How long the task that runs has run; zero where none does.
+  /// Waits at most `timeout`. Returns false if tasks are left.
+  bool drain(std::chrono::milliseconds timeout);
+  /// Run time so far of the current task; zero if idle.
   std::chrono::steady_clock::duration busy_for() const;
 
  private:

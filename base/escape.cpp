@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kReplacement = "\xef\xbf\xbd";  // U+FFFD
 
-/// Calls `code(character, its bytes)` for each valid character and `byte(b)` for each byte that is part of none.
+/// Calls `code(character, its bytes)` for each valid character and `byte(b)` for each invalid byte.
 template <class Code, class Byte>
 void each_character(std::string_view text, Code&& code, Byte&& byte) {
   while (!text.empty()) {
@@ -66,7 +66,7 @@ std::string printable(std::string_view text) {
   return result;
 }
 
-// Outside of its texts, JSON has printable characters and line ends only. Within a text \uHHHH is the same character.
+// JSON has non-printable characters only within strings, except line ends. In a string \uHHHH is the same character.
 std::string printable_json(std::string_view json) {
   std::string result;
   result.reserve(json.size());

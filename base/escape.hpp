@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Text from outside made safe for one output language. Every program writes through these functions.
+// Makes external text safe for one output language. Every program writes text with these functions.
 #pragma once
 
 #include <cstddef>
@@ -12,21 +12,20 @@ namespace prism {
 /// \u{HHHH}. The result contains no line end and no escape sequence.
 std::string printable(std::string_view text);
 
-/// The first `max` bytes of `text`, or a few less where the limit is within a character.
+/// The first `max` bytes of `text`, a few less if the limit is inside a character.
 std::string_view utf8_prefix(std::string_view text, std::size_t max);
 
 /// printable() of at most `max` bytes; "..." marks the cut.
 std::string shortened(std::string_view text, std::size_t max = 60);
 
-/// JSON text for a terminal: the same value; characters in its texts that are not printable become \uHHHH. The line
-/// ends of an indented text stay.
+/// JSON text for a terminal: the same value; non-printable characters in strings become \uHHHH. Line ends stay.
 std::string printable_json(std::string_view json);
 
 /// Several lines for a terminal: printable(), but line ends stay.
 std::string printable_lines(std::string_view text);
 
 /// For HTML and SVG, as text and in quoted attributes: & < > " ' become entities. Line ends and tabs are unchanged;
-/// other characters that are not printable become U+FFFD.
+/// other non-printable characters become U+FFFD.
 std::string html_text(std::string_view text);
 
 /// Valid UTF-8: bytes that are not part of a character become U+FFFD.

@@ -35,7 +35,7 @@ tl::unexpected<Error> wrong_type(const std::string& path, mode_t mode) {
   return refuse(path, fmt::format("is {}, expected a regular file", file_type(mode)));
 }
 
-/// read(2) with the rest of an interrupted call; −1 with the cause in errno.
+/// read(2), repeated if interrupted; −1 with the cause in errno.
 ssize_t read_some(int file, char* at, std::size_t size) {
   ssize_t got;
   do got = ::read(file, at, size);
@@ -51,7 +51,7 @@ Result<Stream> stream_of(Result<Descriptor> file, const std::string& path, const
   return stream;
 }
 
-/// Opens, writes and closes; false with the cause in errno.
+/// Opens, writes and closes. Returns false with the cause in errno.
 bool write_new(const std::string& path, std::string_view text, std::optional<mode_t> mode) {
   const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, 0666);
   if (file < 0) return false;
@@ -62,7 +62,7 @@ bool write_new(const std::string& path, std::string_view text, std::optional<mod
   return written && closed;
 }
 
-/// A rename is safe on the disk when its directory is synced. Some file systems cannot sync a directory: no error.
+/// A rename is durable when its directory is synced. Not an error if the file system cannot sync a directory.
 void sync_directory(const fs::path& directory) {
   const Descriptor opened(::open(directory.empty() ? "." : directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (opened.get() >= 0) ::fsync(opened.get());
@@ -92,7 +92,7 @@ bool write_all(int descriptor, std::string_view bytes) {
 }
 
 Result<Descriptor> open_input(const std::string& path) {
-  // The type is asked first: opening a device may act on it (a tape, a modem's lines), opening a pipe may wait.
+  // Checks the type first: opening a device may have an effect (tape, modem lines) and opening a pipe may wait.
   struct stat found {};
   if (path.find('\0') != path.npos) return refuse(path, "contains a NUL byte, expected the path of a file");
   if (::stat(path.c_str(), &found) != 0) return system_error(path, "cannot be read");
@@ -145,7 +145,7 @@ Result<ReadableText> read_available(const Descriptor& file, const std::string& p
   if (::fstat(file.get(), &found) == 0 && static_cast<std::uint64_t>(found.st_size) > max_bytes) return too_large();
   ReadableText result;
   std::string& text = result.text;
-  text.resize(static_cast<std::size_t>(found.st_size) + 1);  // and one to see the end
+  text.resize(static_cast<std::size_t>(found.st_size) + 1);  // one more byte to detect the end
   std::size_t size = 0;
   for (;;) {
     const ssize_t got = read_some(file.get(), text.data() + size, text.size() - size);
@@ -153,7 +153,7 @@ Result<ReadableText> read_available(const Descriptor& file, const std::string& p
     if (got <= 0) break;
     size += static_cast<std::size_t>(got);
     if (size > max_bytes) return too_large();
-    if (size == text.size()) text.resize(text.size() + kBufferBytes);  // it grows while it is read, or is of /proc
+    if (size == text.size()) text.resize(text.size() + kBufferBytes);  // it grew while being read, or is in /proc
   }
   text.resize(size);
   return result;
@@ -165,7 +165,7 @@ Result<void> write_text_file(const std::string& path, std::string_view text, std
   const bool exists = ::lstat(path.c_str(), &old) == 0;
   if (exists && !S_ISREG(old.st_mode)) return wrong_type(path, old.st_mode);
   const std::string temporary = fmt::format("{}.{}.new", path, ::getpid());
-  ::unlink(temporary.c_str());  // of a process that died
+  ::unlink(temporary.c_str());  // left by a process that died
   if (exists) new_mode = old.st_mode & 07777;
   const bool done = write_new(temporary, text, new_mode) && std::rename(temporary.c_str(), path.c_str()) == 0;
   if (done) return sync_directory(fs::path(path).parent_path()), Result<void>();
@@ -180,7 +180,7 @@ Result<FileReader> FileReader::open(const std::string& path) {
   return FileReader(std::move(*file), path);
 }
 
-/// Replaces the buffer, which must be used up, by the next bytes of the file.
+/// Replaces the used buffer by the next bytes of the file.
 bool FileReader::fill() {
   if (error_) return false;
   buffer_offset_ += buffer_.size();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files opened as what they are expected to be: regular files, in bounded memory, never waiting for a pipe or a device.
+// Opens regular files only, with bounded memory; never waits for a pipe or a device.
 #pragma once
 
 #include <sys/types.h>
@@ -19,17 +19,17 @@
 
 namespace prism {
 
-/// The most bytes of a file that is read as a whole, by its kind.
+/// Maximum size of a file that is read at once, by type.
 inline constexpr std::uint64_t kMaxTextBytes = 4u << 20;     ///< configuration, frame description, list, state
 inline constexpr std::uint64_t kMaxModelBytes = 256u << 20;  ///< model
 inline constexpr std::uint64_t kMaxTableBytes = 8ull << 30;  ///< table, log segment
 inline constexpr std::size_t kMaxLineBytes = 1u << 20;       ///< one line of any file that is read by lines
 
-/// Identifies a file whatever its name: device and inode.
+/// Identifies a file by device and inode, independent of its name.
 struct FileId {
   std::uint64_t device = 0, inode = 0;
 
-  /// Of the name itself, not of what a link leads to; nullopt if there is no such file.
+  /// Of the name itself: does not follow a symbolic link. Returns nullopt if the file does not exist.
   static std::optional<FileId> of(const std::string& path);
   bool operator==(const FileId&) const = default;
 };
@@ -52,7 +52,7 @@ class Descriptor {
   int fd_;
 };
 
-/// Opens a regular file to read. Errors: absent, closed to this user, a directory, a pipe, a socket or a device.
+/// Opens a regular file to read. Errors: missing, no permission, a directory, a pipe, a socket or a device.
 Result<Descriptor> open_input(const std::string& path);
 
 /// The same as a C stream (libpcap).
@@ -62,8 +62,8 @@ struct CloseStream {
 using Stream = std::unique_ptr<std::FILE, CloseStream>;
 Result<Stream> open_input_stream(const std::string& path);
 
-/// Opens a regular file to write from its start: a new one with mode 0666 & ~umask, or an existing one, emptied, with
-/// its own mode. Errors: as open_input(), and a symbolic link.
+/// Opens a regular file to write from its start. A new file has mode 0666 & ~umask; an existing one is emptied and
+/// keeps its mode. Errors: as open_input(), and a symbolic link.
 Result<Descriptor> open_output(const std::string& path);
 
 Result<Stream> open_output_stream(const std::string& path);
@@ -83,13 +83,13 @@ Result<ReadableText> read_available(const std::string& path, std::uint64_t max_b
 Result<std::string> read_text(const Descriptor& file, const std::string& path, std::uint64_t max_bytes = kMaxTextBytes);
 Result<ReadableText> read_available(const Descriptor& file, const std::string& path, std::uint64_t max_bytes);
 
-/// Writes a new file next to the target, waits for the disk (fsync), then renames it: after a crash or on a full disk
-/// the old file is intact. The mode of an existing file is kept; a new one has `new_mode`, by default 0666 & ~umask.
-/// Errors: the target is a symbolic link or no regular file, or the disk's reason.
+/// Writes a temporary file next to the target, syncs it, then renames it: after a crash or on a full disk the old file
+/// is intact. An existing file keeps its mode; a new one has `new_mode`, by default 0666 & ~umask. Errors: a symbolic
+/// link, not a regular file, or the system's error.
 Result<void> write_text_file(const std::string& path, std::string_view text,
                              std::optional<mode_t> new_mode = std::nullopt);
 
-/// Writes all bytes to a descriptor that blocks. Returns false with the cause in errno.
+/// Writes all bytes to a blocking descriptor. Returns false with the cause in errno.
 bool write_all(int descriptor, std::string_view bytes);
 
 /// Reads a regular file by lines or bytes.

@@ -14,16 +14,16 @@
 namespace prism {
 namespace {
 
-constexpr int kMaxDepth = 32;  // a file of a million brackets must not recurse a million deep when it is shown or freed
+constexpr int kMaxDepth = 32;                   // limits recursion when a value is printed or freed
 constexpr std::size_t kMaxKeys = 10'000;        // of one object: nlohmann's ordered objects search linearly
 constexpr std::size_t kMaxValues = 20'000'000;  // of a document
 
-/// Ends the parser, which a callback cannot stop in another way.
+/// Stops the parser: an exception is the only way to do so from a callback.
 struct TooLarge {
   std::string what;
 };
 
-/// Reads a text character by character and counts its lines on the way: the parser does not tell where a key stands.
+/// Reads a text by characters and counts lines, since the parser does not report the line of a key.
 struct CountingIterator {
   using iterator_category = std::input_iterator_tag;
   using value_type = char;
@@ -42,8 +42,8 @@ struct CountingIterator {
   bool operator==(const CountingIterator& other) const { return at == other.at; }
 };
 
-// nlohmann says "[…] parse error at line 3, column 5: syntax error while parsing value - unexpected …"; keep the place
-// and the reason.
+// nlohmann writes "[…] parse error at line 3, column 5: syntax error while parsing value - unexpected …"; keep position
+// and reason.
 Error json_error(std::string_view where, const Json::exception& error) {
   const std::string_view message = error.what();
   const std::size_t place = message.find("at line "), reason = message.find(": ", place), code = message.find("] ");
@@ -57,7 +57,7 @@ Error json_error(std::string_view where, const Json::exception& error) {
           "not valid JSON: " + plain_text(message.substr(code == message.npos ? 0 : code + 2), 160)};
 }
 
-/// Counts keys in the order of the text up to the one asked for; true when it was met.
+/// Counts keys in the order of the text up to the requested one; true if it was found.
 bool count_keys(const Json& value, const Json& object, const std::string& key, std::size_t& count) {
   if (!value.is_structured()) return false;
   for (const auto& [name, below] : value.items()) {
@@ -105,7 +105,7 @@ Result<JsonDocument> parse_json_object(std::string_view text, std::string_view w
     return document;
   } catch (const TooLarge& limit) {
     return refuse(document.where, limit.what);
-  } catch (const Json::exception& error) {  // no JSON, or a number beyond double
+  } catch (const Json::exception& error) {  // invalid JSON, or a number out of the range of double
     return tl::unexpected<Error>(json_error(where, error));
   }
 }

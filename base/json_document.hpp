@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// JSON text, read whole and strictly, with the lines of its keys.
+// Strictly parsed JSON text with the line of each key.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 struct JsonDocument {
   Json value;                            ///< an object
-  std::string where;                     ///< the file, for refusals
+  std::string where;                     ///< the file, for error messages
   std::vector<std::uint32_t> key_lines;  ///< the line of every key, in the order of the text
 
   /// The line of a key of `object`, which is a part of `value`.
@@ -28,7 +28,7 @@ struct JsonDocument {
 /// more than 32 levels, 10 000 keys in one object or 20 million values, and anything but an object at the top.
 Result<JsonDocument> parse_json_object(std::string_view text, std::string_view where);
 
-/// How a value is shown in a refusal: its text, cut at 40 characters.
+/// A value in an error message: its text, at most 40 characters.
 template <class AnyJson>
 std::string shown(const AnyJson& value) {
   const std::string text = value.dump(-1, ' ', true, AnyJson::error_handler_t::replace);

@@ -6,7 +6,7 @@
 namespace prism {
 namespace {
 
-/// Brackets outside of texts. An invalid text is left to the parser.
+/// Depth of the brackets outside of strings. The parser reports invalid text.
 bool nests_too_deep(std::string_view text, int max_depth) {
   int depth = 0;
   bool in_text = false;

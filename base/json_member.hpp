@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Members of JSON from outside, read without an exception whatever their type is.
+// Reads members of external JSON without exceptions, whatever their type is.
 #pragma once
 
 #include <cstdint>
@@ -18,19 +18,19 @@ inline const nlohmann::json& member(const nlohmann::json& object, std::string_vi
   return found == object.end() ? kNull : *found;
 }
 
-/// A text member; `otherwise` if it is absent or no text.
+/// A string member; `otherwise` if it is missing or not a string.
 inline std::string text_member(const nlohmann::json& object, std::string_view key, std::string otherwise = "") {
   const nlohmann::json& value = member(object, key);
   return value.is_string() ? value.get<std::string>() : std::move(otherwise);
 }
 
-/// A number member; `otherwise` if it is absent or no number.
+/// A number member; `otherwise` if it is missing or not a number.
 inline double number_member(const nlohmann::json& object, std::string_view key, double otherwise = 0) {
   const nlohmann::json& value = member(object, key);
   return value.is_number() ? value.get<double>() : otherwise;
 }
 
-/// A count member; 0 if it is absent or no integer of 0 or more.
+/// A count member; 0 if it is missing or not an integer of at least 0.
 inline std::uint64_t count_member(const nlohmann::json& object, std::string_view key) {
   const nlohmann::json& value = member(object, key);
   return value.is_number_unsigned() ? value.get<std::uint64_t>() : 0;
@@ -42,8 +42,8 @@ inline bool flag_member(const nlohmann::json& object, std::string_view key) {
   return value.is_boolean() && value.get<bool>();
 }
 
-/// JSON text of a socket, nested at most `max_depth` levels: deeper values would exhaust the stack when they are copied
-/// or written. Returns nullopt if the text is not such JSON.
+/// Parses JSON text from a socket, nested at most `max_depth` levels: deeper values would exhaust the stack when copied
+/// or written. Returns nullopt if the text is invalid or deeper.
 std::optional<nlohmann::json> parse_json_line(std::string_view line, int max_depth = 64);
 
 }  // namespace prism

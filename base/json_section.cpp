@@ -39,7 +39,7 @@ std::optional<std::uint64_t> unsigned_value(const Json& json) {
   return value;
 }
 
-/// "A5 5A" → bytes; empty where it is anything else.
+/// "A5 5A" → bytes; empty if the value is anything else.
 std::vector<std::uint8_t> hex_bytes(std::string_view text) {
   std::vector<std::uint8_t> result;
   while (!text.empty()) {
@@ -57,8 +57,8 @@ std::vector<std::uint8_t> hex_bytes(std::string_view text) {
   return result;
 }
 
-/// The first key or text in a value that breaks the rule of long texts; nullptr if there is none. At most 32 levels
-/// deep (parse_json_object).
+/// The first key or string in a value that breaks the rule for long texts, or nullptr. At most 32 levels deep
+/// (parse_json_object).
 const std::string* unprintable_text(const Json& value) {
   if (value.is_string()) {
     const auto& text = value.get_ref<const std::string&>();
@@ -166,7 +166,7 @@ std::int64_t Section::integer(const std::string& key, Range range, std::optional
   const auto harmless = static_cast<std::int64_t>(std::clamp(0.0, range.min, range.max));
   return read<std::int64_t>(key, otherwise, harmless, [&](const Json& value) -> std::optional<std::int64_t> {
     if (!value.is_number_integer()) {
-      fail(key, fmt::format("found {}, expected a whole number {}", shown(value), span_text(range)));
+      fail(key, fmt::format("found {}, expected an integer {}", shown(value), span_text(range)));
       return std::nullopt;
     }
     const double number = value.get<double>();
@@ -187,7 +187,7 @@ bool Section::boolean(const std::string& key, std::optional<bool> otherwise) con
 std::string Section::raw_text(const std::string& key, std::optional<std::string> otherwise) const {
   return read<std::string>(key, otherwise, "", [&](const Json& value) -> std::optional<std::string> {
     if (value.is_string()) return value.get<std::string>();
-    fail(key, fmt::format("found {}, expected a text in quotes", shown(value)));
+    fail(key, fmt::format("found {}, expected a string in quotes", shown(value)));
     return std::nullopt;
   });
 }
@@ -253,7 +253,7 @@ std::vector<T> Section::one_or_more(const std::string& key, bool required, const
 }
 
 std::vector<std::string> Section::texts(const std::string& key, bool required) const {
-  return one_or_more<std::string>(key, required, "a text", [](const Json& value) {
+  return one_or_more<std::string>(key, required, "a string", [](const Json& value) {
     const bool fits = value.is_string() && follows(TextRule::kLongText, value.get_ref<const std::string&>());
     return fits ? std::optional(value.get<std::string>()) : std::nullopt;
   });

@@ -11,8 +11,7 @@ namespace prism {
 
 void notify_ready(const std::string& status) { sd_notify(0, ("READY=1\nSTATUS=" + printable(status)).c_str()); }
 
-// systemd 252 (Debian 12) has no Type=notify-reload: the unit says Type=notify, and this is what 253 and later read
-// too.
+// systemd 252 (Debian 12) has no Type=notify-reload: the unit has Type=notify; systemd 253 and later accept it, too.
 void notify_reloading() {
   timespec now{};
   ::clock_gettime(CLOCK_MONOTONIC, &now);

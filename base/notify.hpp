@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What systemd is told, and what it hands over; without systemd every call is harmless.
+// Notifications to systemd and the socket it passes. Without systemd the calls have no effect.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@ void notify_reloading();
 void notify_stopping();
 void notify_status(const std::string& status);
 void notify_watchdog();
-/// Half of the time within which systemd wants to hear from the watchdog, µs; 0: it does not.
+/// Half of systemd's watchdog interval, µs; 0 without a watchdog.
 std::uint64_t watchdog_half_us();
-/// The one listening unix socket that systemd passed; −1 where there is none.
+/// The one listening Unix socket that systemd passed, or −1.
 int inherited_socket();
 
 }  // namespace prism

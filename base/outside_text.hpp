@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The one rule for each kind of name and text that comes from a file, a device, a command line or a network.
+// One rule for each type of name and text from a file, a device, a command line or a network.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace prism {
 
-/// What a text may contain. "Printable" is valid UTF-8 without control characters, line and paragraph separators,
+/// Rule for a text. "Printable" is valid UTF-8 without control characters, line and paragraph separators,
 /// invisible or bidirectional format characters (Unicode categories Cc, Cf, Zl, Zp) and noncharacters.
 enum class TextRule {
   kAxisName,     ///< 1 to 16 ASCII letters, digits or _
@@ -29,7 +29,7 @@ bool is_printable(std::string_view text);
 /// True if `text` follows the rule.
 bool follows(TextRule rule, std::string_view text);
 
-/// The rule in words, after "expected".
+/// The rule as text, to follow "expected".
 const char* rule_text(TextRule rule);
 
 /// Error if `text` does not follow the rule: "WHERE: found \"TEXT\", expected RULE".

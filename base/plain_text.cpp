@@ -8,10 +8,10 @@
 namespace prism {
 namespace {
 
-constexpr std::size_t kLongestName = 64;  // what is longer is no slip of the fingers, and its table would be large
+constexpr std::size_t kLongestName = 64;  // longer names are not mistyped keys, and the table would be large
 constexpr std::size_t kTellingLetters = 3;
 
-/// Changes, insertions, deletions and swaps of neighbours from a to b (optimal string alignment), row by row.
+/// Changes, insertions, deletions and swaps of neighbours from a to b (optimal string alignment), by rows.
 std::size_t edits(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   std::iota(last.begin(), last.end(), std::size_t{0});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a function that the world can refuse returns: a value, or where it failed and why.
+// Result of a function that can fail: a value or an error with its position.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace prism {
 
-/// A refusal in one line. `where` names the place (file:line, file:/json/pointer, device), `what` says what was
-/// found and what was expected.
+/// An error in one line. `where` is its position (file:line, file:/json/pointer, device); `what` states what was found
+/// and what was expected.
 struct Error {
   std::string where;
   std::string what;

@@ -15,7 +15,7 @@ void Sha256::add(std::string_view bytes) {
 }
 
 std::string Sha256::hex() const {
-  sha256_ctx context = context_;  // taking the digest ends it
+  sha256_ctx context = context_;  // computing the digest ends the context
   std::array<std::uint8_t, SHA256_DIGEST_SIZE> digest;
   sha256_digest(&context, digest.size(), digest.data());
   return fmt::format("{:02x}", fmt::join(digest, ""));

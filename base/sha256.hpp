@@ -11,13 +11,13 @@
 
 namespace prism {
 
-/// Of bytes that come piece by piece.
+/// Hash of bytes that arrive in pieces.
 class Sha256 {
  public:
   Sha256() { sha256_init(&context_); }
 
   void add(std::string_view bytes);
-  /// Of everything added so far; more may follow.
+  /// Hash of all bytes added so far; more may follow.
   std::string hex() const;
 
  private:
@@ -26,7 +26,7 @@ class Sha256 {
 
 std::string sha256_hex(std::string_view bytes);
 
-/// Of a file of any size, read piece by piece. Errors: as open_input() (file.hpp), a read error.
+/// Hash of a file of any size, read in pieces. Errors: as open_input() (file.hpp), a read error.
 Result<std::string> sha256_of_file(const std::string& path);
 
 }  // namespace prism

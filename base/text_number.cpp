@@ -15,7 +15,8 @@ constexpr double kPowers[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
 constexpr double kFixedLimit = 9e8;
 constexpr std::int64_t kYear0 = -62'167'219'200, kYear10000 = 253'402'300'800;  // seconds since 1970
 
-// A number's characters, the last one first. No table of digits and no call: a live frame finds both cold.
+// Characters of a number, last one first. Without a table of digits and without calls: on the live path both would be
+// cold in the cache.
 class Digits {
  public:
   void character(char c) { *--begin_ = c; }
@@ -25,7 +26,7 @@ class Digits {
       value /= 10;
     } while (value > 0);
   }
-  // All kNumberChars are copied, which is two moves of known size; what stands behind the number means nothing.
+  // Copies all kNumberChars, which is two moves of known size; the bytes after the number are undefined.
   char* copy_to(char* at) const {
     std::memcpy(at, begin_, kNumberChars);
     return at + (text_ + kNumberChars - begin_);
@@ -48,7 +49,7 @@ char* put_integer(char* at, std::int64_t value) {
 char* put_fixed(char* at, double value, int decimals) {
   if (!std::isfinite(value)) return at;
   if (std::fabs(value) > kFixedLimit) return std::ranges::copy(fmt::format("{}", value), at).out;
-  // Truncating what was moved by a half is llround without the call: exact below 2^52, above it as exact as the double.
+  // Adding 0.5 and truncating is llround without the call: exact below 2^52, above it as exact as the double.
   const double scaled = std::fabs(value) * kPowers[decimals] + 0.5;
   auto magnitude = static_cast<std::uint64_t>(scaled);
   Digits digits;

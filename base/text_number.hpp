@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers as text on the hot path: fixed decimals, no locale, no allocation beyond the string's own.
+// Numbers as text on the hot path: fixed decimals, no locale, no allocation except the string's own.
 #pragma once
 
 #include <cstdint>
@@ -7,27 +7,27 @@
 
 namespace prism {
 
-/// What put_fixed and put_integer need at most.
+/// Maximum length that put_fixed and put_integer write.
 inline constexpr int kNumberChars = 32;
 
-/// Writes at `at`, which has room for kNumberChars, and returns the end of what was written.
+/// Writes at `at`, which has space for kNumberChars; returns the end of the text.
 char* put_fixed(char* at, double value, int decimals);
 char* put_integer(char* at, std::int64_t value);
 
-/// Appends `value` rounded to `decimals` (0 to 9) places; halves away from zero. A value that is not finite appends
-/// nothing: callers write what stands for "unknown" in their format. Beyond ±9e8 it falls back to shortest digits.
-/// put_fixed does the same in a buffer of the caller's.
+/// Appends `value` rounded to `decimals` (0 to 9) places, halves away from zero. Appends nothing if `value` is not
+/// finite: callers write the "unknown" of their format. Outside ±9e8: shortest digits. put_fixed writes the same to a
+/// caller's buffer.
 void append_fixed(std::string& text, double value, int decimals);
 
 void append_integer(std::string& text, std::int64_t value);
 
-/// 2026-11-21T09:11:00Z for whole seconds since 1970 UTC (years 0000 to 9999; beyond them the number itself).
+/// 2026-11-21T09:11:00Z for seconds since 1970 UTC (years 0000 to 9999; outside them the number itself).
 std::string utc_text(std::int64_t second);
 
 /// 2026-11-21T09:11:00.000000001Z for nanoseconds since 1970 UTC.
 std::string utc_nano_text(std::int64_t time_ns);
 
-/// The same instant as utc_text in a form for file names: 20261121T091100Z.
+/// The same time as utc_text in a form for file names: 20261121T091100Z.
 std::string utc_file_text(std::int64_t second);
 
 }  // namespace prism

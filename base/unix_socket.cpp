@@ -15,8 +15,8 @@ namespace {
 
 Descriptor new_socket() { return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)); }
 
-// Does not wait: a connect to a socket whose queue is full would block until its owner accepts, which may be never.
-bool somebody_listens(const sockaddr* address, socklen_t size) {
+// Does not wait: a blocking connect to a socket with a full queue would wait until its owner accepts, perhaps forever.
+bool has_listener(const sockaddr* address, socklen_t size) {
   const Descriptor probe = new_socket();
   return ::connect(probe.get(), address, size) == 0 || errno == EAGAIN;
 }
@@ -36,8 +36,8 @@ Result<Descriptor> listen_unix(const std::string& path, mode_t mode) {
   const auto* const place = reinterpret_cast<const sockaddr*>(&address);
   struct stat info {};
   if (::lstat(path.c_str(), &info) == 0) {
-    if (!S_ISSOCK(info.st_mode)) return refuse(path, "is there and is no socket; expected a free path");
-    if (somebody_listens(place, sizeof address))
+    if (!S_ISSOCK(info.st_mode)) return refuse(path, "exists but is not a socket; expected a free path");
+    if (has_listener(place, sizeof address))
       return refuse(path, "another process listens there; expected a free path");
     ::unlink(path.c_str());
   }
@@ -45,13 +45,13 @@ Result<Descriptor> listen_unix(const std::string& path, mode_t mode) {
     return refuse(path, fmt::format("{}: {}", what, std::strerror(errno)));
   };
   Descriptor socket = new_socket();
-  const mode_t before = ::umask(0777);  // nobody enters before the mode is right
+  const mode_t before = ::umask(0777);  // no process can connect before the mode is set
   const bool bound = ::bind(socket.get(), place, sizeof address) == 0;
   const int error = errno;
   ::umask(before);
   errno = error;
-  if (!bound) return failed("cannot be made");
-  if (::chmod(path.c_str(), mode) != 0) return failed("its mode cannot be set");
+  if (!bound) return failed("cannot be created");
+  if (::chmod(path.c_str(), mode) != 0) return failed("cannot set its mode");
   if (::listen(socket.get(), SOMAXCONN) != 0) return failed("cannot listen");
   return socket;
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A unix socket that a program listens on: made in the place of a leftover, removed only if it is still this program's
-// own.
+// A listening Unix socket: replaces a leftover file, and removes its file only if it is still its own.
 #pragma once
 
 #include <sys/types.h>
@@ -14,11 +13,11 @@
 
 namespace prism {
 
-/// Removes the socket's file at its end, but no file that somebody else has put there since.
+/// Removes the socket file in the destructor, unless another process has replaced it.
 class OwnSocketFile {
  public:
   OwnSocketFile() = default;
-  /// The socket that stands at `path` now is this program's.
+  /// The socket at `path` now belongs to this program.
   explicit OwnSocketFile(std::string path) : path_(std::move(path)), own_(FileId::of(path_)) {}
   OwnSocketFile(OwnSocketFile&& other) noexcept
       : path_(std::move(other.path_)), own_(std::exchange(other.own_, std::nullopt)) {}
@@ -30,8 +29,8 @@ class OwnSocketFile {
   std::optional<FileId> own_;
 };
 
-/// Listens on a socket of this mode. A socket file that nobody answers on is a leftover and is replaced. Refused: the
-/// path is too long, is no socket, or another process listens there; the socket cannot be made.
+/// Listens on a socket of this mode. Replaces a socket file without a listener. Errors: the path is too long or not a
+/// socket, another process listens on it, or the socket cannot be created.
 Result<Descriptor> listen_unix(const std::string& path, mode_t mode);
 
 }  // namespace prism

@@ -79,7 +79,7 @@ TEST(DiskThread, ATaskThatThrowsEndsNothingButItself) {
   disk.post(0, [&ran] { ++ran; });
   disk.drain();
   EXPECT_EQ(ran, 1);
-  EXPECT_THAT(told.lines(), ElementsAre("stale file handle", "an exception of unknown kind"));
+  EXPECT_THAT(told.lines(), ElementsAre("stale file handle", "an exception of unknown type"));
 }
 
 TEST(DiskThread, WhoAnswersForATaskHearsThatItThrew) {

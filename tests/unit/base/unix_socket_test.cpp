@@ -32,8 +32,8 @@ TEST(UnixSocket, RefusesAPathThatIsTakenOrImpossible) {
   std::ofstream(plain) << "text";
   const auto refusal = [](const std::string& where) { return listen_unix(where, 0600).error().text(); };
   EXPECT_EQ(refusal(path), path + ": another process listens there; expected a free path");
-  EXPECT_EQ(refusal(plain), plain + ": is there and is no socket; expected a free path");
-  EXPECT_EQ(refusal(absent), absent + ": cannot be made: No such file or directory");
+  EXPECT_EQ(refusal(plain), plain + ": exists but is not a socket; expected a free path");
+  EXPECT_EQ(refusal(absent), absent + ": cannot be created: No such file or directory");
   const std::string longest(200, 'x');
   EXPECT_EQ(refusal(longest), longest + ": has 200 bytes, expected at most 107");
 }

@@ -45,13 +45,13 @@ struct Damage {
 // clang-format off
 const Damage kDamages[] = {
     {[](json& f) { f["format"] = "prism-frame"; }, R"(m.json:/format: found "prism-frame", expected "prism-model")"},
-    {[](json& f) { f["format"] = 1; }, R"(m.json:/format: found 1, expected a text in quotes)"},
+    {[](json& f) { f["format"] = 1; }, R"(m.json:/format: found 1, expected a string in quotes)"},
     {[](json& f) { f.erase("format"); }, R"(m.json: "format" is missing)"},
     {[](json& f) { f["version"] = 2, f["novelty"] = 1; },
      R"(m.json:/version: found 2, expected at most 1: made by a newer prism)"},
     {[](json& f) { f["version"] = 0; }, R"(m.json:/version: 0 is not within 1 to 1000000000)"},
     {[](json& f) { f["version"] = "1"; },
-     R"(m.json:/version: found "1", expected a whole number within 1 to 1000000000)"},
+     R"(m.json:/version: found "1", expected an integer within 1 to 1000000000)"},
     {[](json& f) { f.erase("version"); }, R"(m.json: "version" is missing)"},
     {[](json& f) { f["id"] = std::string(64, '0'); },
      R"(m.json:/id: found "000000000000000000000000000000000000..., but the content gives "3b5d2cf2e79d...": it was changed or damaged)"},

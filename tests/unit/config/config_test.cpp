@@ -106,7 +106,7 @@ TEST(Config, EveryRefusalSaysWhereWhatWasFoundAndWhatWasExpected) {
       {R"({"lime": {}})", "/etc/prism/gyro1.json:/lime: unknown key in line 1; did you mean \"line\"?"},
       {R"({"line": {"bauds": 1}})", "/etc/prism/gyro1.json:/line/bauds: unknown key in line 1; did you mean \"baud\"?"},
       {R"({"line": {"baud": "fast"}})",
-       "/etc/prism/gyro1.json:/line/baud: found \"fast\", expected a whole number within 50 to 20000000"},
+       "/etc/prism/gyro1.json:/line/baud: found \"fast\", expected an integer within 50 to 20000000"},
       {R"({"line": {"baud": 7}})", "/etc/prism/gyro1.json:/line/baud: 7 is not within 50 to 20000000"},
       {R"({"line": {"silence_s": 0}})", "/etc/prism/gyro1.json:/line/silence_s: 0 is not within 0.1 to 3600"},
       {R"({"line": {"retry_min_s": 3, "retry_max_s": 1}})",

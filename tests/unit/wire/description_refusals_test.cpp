@@ -65,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(
         Slip{"\"version\": 1", "\"version\": 1, \"version\": 1", "f.json: the key \"version\" is given twice"},
         Slip{"\"gyro\"", "\"giro\"", "f.json: \"gyro\" is missing; found \"giro\" in line 7"},
         Slip{"\"baud\": 9600", "\"baud\": \"fast\"",
-             "f.json:/line/baud: found \"fast\", expected a whole number within 50 to 20000000"},
+             "f.json:/line/baud: found \"fast\", expected an integer within 50 to 20000000"},
         Slip{"\"rate_hz\": 10", "\"rate_hz\": 1000",
              "f.json:/rate_hz: 1000 frames/s of 12 bytes need 1250 % of a line of 9600 baud; expected at most 100 %"},
         Slip{"\"AB CD\"", "\"AB C\"",
