@@ -40,7 +40,7 @@ done
 prismcal evaluate x.json "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --max-bias 240 --json >limited.json
 contains "caption" "$(jq -r .tables.r1_stability.caption limited.json)" "15 further blocks are left out"
 ! prismcal evaluate x.json "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate >none.out 2>none.err || fail "believed a bias beyond the limit"
-contains "refusal" "$(cat none.err)" "beyond 100 deg/h in 42 of 42 blocks"
+contains "refusal" "$(cat none.err)" "above 100 deg/h in 42 of 42 blocks"
 
 # What prismd itself subtracted is what the workbench says.
 log=$(echo replayed/*.csv)

@@ -236,7 +236,7 @@ TEST(ModelEvaluation, RefusesAModelThatPrismdWouldNotBelieve) {
   const auto buckets = test::simulated_day(2000, 0, 7);
   const recordings::BlockTable table = recordings::make_block_table(buckets, {}, 0, "day").value();
   EXPECT_THAT(analysis::evaluate_model(test::linear_model(1000), table, {}, evaluation::Divisor::kN).error().text(),
-              HasSubstr("is beyond 100 deg/h in"));
+              HasSubstr("is above 100 deg/h in"));
 }
 
 }  // namespace
