@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+# Provokes the error messages of cases.txt and compares them with expected.txt, line by line. With --write it prints
+# what expected.txt should contain, so that a changed message is read before it is committed.
+#
+# cases.txt: `== NAME` starts a section. Its settings: `base FILE` (copied to a scratch directory for each case) and
+# `run COMMAND`. A case is `/path/in/the/json = JSON`, `/path -` (key removed), or `$ COMMAND` for a shell command of its
+# own. In a section with `socket`, each case is a request line for a running prismd.
+import copy
+import difflib
+import json
+import os
+import re
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+SOURCE, BIN = os.environ["PRISM_SOURCE"], os.environ["PRISM_BIN"]
+PROGRAMS = ["daemon", "tools/prismctl", "tools/prismcal", "tools/prismsim", "tools/prismrelay", "tools/prismweb"]
+
+
+def read_json(path):
+    with open(path, encoding="utf-8") as file:
+        return json.loads(re.sub(r"^\s*//.*$", "", file.read(), flags=re.M))
+
+
+def edited(document, case):
+    """A copy of `document` with one member set or removed."""
+    path, _, value = case.partition(" = ") if " = " in case else (case.removesuffix(" -"), "", None)
+    document = copy.deepcopy(document)
+    *parents, last = [int(key) if key.isdigit() else key for key in path.strip("/").split("/")]
+    place = document
+    for key in parents:
+        place = place[key] if isinstance(place, list) else place.setdefault(key, {})
+    if value is None:
+        del place[last]
+    elif isinstance(place, list) and last == len(place):
+        place.append(json.loads(value))
+    else:
+        place[last] = json.loads(value)
+    return document
+
+
+class Scratch:
+    """A directory with the inputs of all cases, and the environment of the programs."""
+
+    def __init__(self):
+        self.folder = tempfile.TemporaryDirectory(prefix="prism-messages-")
+        self.path = self.folder.name
+        path = ":".join(os.path.join(BIN, program) for program in PROGRAMS)
+        self.environment = {"PATH": f"{path}:{os.environ['PATH']}", "HOME": self.path, "LC_ALL": "C.UTF-8", "SOURCE": SOURCE, "TZ": "UTC",
+                            "PRISM_SOCKET": os.path.join(self.path, "gyro.sock"), "LD_LIBRARY_PATH": os.environ.get("LD_LIBRARY_PATH", "")}
+        self.run(["bash", "-e", os.path.join(HERE, "prepare.sh")], check=True)
+
+    def run(self, command, check=False):
+        done = subprocess.run(command, cwd=self.path, env=self.environment, capture_output=True, text=True, timeout=120, check=False)
+        if check and done.returncode:
+            sys.exit(f"{' '.join(command)}: exit {done.returncode}: {done.stderr}")
+        return done
+
+    def report(self, command):
+        done = self.run(["bash", "-c", command])
+        return self.plain(done.stderr) + ([] if done.returncode == 0 else [f"exit {done.returncode}"])
+
+    def plain(self, text):
+        """Without what differs from machine to machine."""
+        for found, shown in ((self.path + "/", ""), (self.path, "DIR"), (SOURCE + "/", "SOURCE/"), (SOURCE, "SOURCE")):
+            text = text.replace(found, shown)
+        lines = (re.sub(r"^\d{4}-\d\d-\d\dT[\d:.]+Z ", "", line) for line in text.split("\n"))
+        return [line.rstrip() for line in lines if line.strip()]
+
+
+class Daemon:
+    """A prismd on a simulated gyro, and one connection to it for each request."""
+
+    def __init__(self, scratch):
+        self.scratch = scratch
+        sim = ["prismsim", "--link", "tty"]
+        self.children = [subprocess.Popen(sim, cwd=scratch.path, env=scratch.environment, stdout=subprocess.DEVNULL)]
+        self.wait_for(os.path.join(scratch.path, "tty"))
+        command = ["prismd", "--socket", scratch.environment["PRISM_SOCKET"], "live.json"]
+        self.children.append(subprocess.Popen(command, cwd=scratch.path, env=scratch.environment, stderr=subprocess.DEVNULL))
+        self.wait_for(scratch.environment["PRISM_SOCKET"])
+
+    @staticmethod
+    def wait_for(path):
+        deadline = time.monotonic() + 20
+        while not os.path.exists(path):
+            assert time.monotonic() < deadline, f"{path} did not appear"
+            time.sleep(0.02)
+
+    def report(self, request):
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.settimeout(20)
+            connection.connect(self.scratch.environment["PRISM_SOCKET"])
+            connection.sendall(request.encode() + b"\n")
+            response = json.loads(connection.makefile().readline())
+        error = response.get("error", {"code": 0, "message": "no error"})
+        return self.scratch.plain(f"{error['code']}: {error['message']}")
+
+    def close(self):
+        for child in reversed(self.children):
+            child.terminate()
+            child.wait(20)
+
+
+def sections():
+    """Yields (title, settings, cases)."""
+    with open(os.path.join(HERE, "cases.txt"), encoding="utf-8") as file:
+        blocks = file.read().split("\n== ")[1:]
+    for block in blocks:
+        title, *lines = block.strip().split("\n")
+        settings = dict(line.partition(" ")[::2] for line in lines if re.match(r"(base|run|socket)\b", line))
+        yield title, settings, [line for line in lines if line[:1] in ("/", "$", "{", "[", "!")]
+
+
+def provoke(scratch):
+    """The page: each case with the messages that it causes."""
+    for title, settings, cases in sections():
+        yield f"== {title}"
+        daemon = Daemon(scratch) if "socket" in settings else None
+        base = read_json(os.path.join(SOURCE, settings["base"])) if "base" in settings else None
+        for case in cases:
+            yield case
+            if daemon:
+                lines = daemon.report(case)
+            elif case.startswith("$ "):
+                lines = scratch.report(case[2:])
+            else:
+                with open(os.path.join(scratch.path, "input.json"), "w", encoding="utf-8") as file:
+                    json.dump(edited(base, case), file, indent=1)
+                lines = scratch.report(settings["run"])
+            yield from ("    " + line for line in lines or ["no message"])
+        if daemon:
+            daemon.close()
+        yield ""
+
+
+def main(arguments):
+    found = list(provoke(Scratch()))
+    if arguments == ["--write"]:
+        print("\n".join(found))
+        return 0
+    with open(os.path.join(HERE, "expected.txt"), encoding="utf-8") as file:
+        expected = file.read().rstrip("\n").split("\n")
+    difference = list(difflib.unified_diff(expected, "\n".join(found).rstrip("\n").split("\n"), "expected.txt", "found", lineterm=""))
+    print("\n".join(difference) or f"{sum(1 for line in found if line.startswith('    ') and not line.startswith('    exit'))} messages as expected")
+    return 1 if difference else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
