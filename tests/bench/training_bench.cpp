@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Speed of training and prediction as ratios measured in one run; docs/decisions-training.md lists the results.
+// Speed of training and prediction as ratios measured in one run; docs/benchmarks.md lists the results.
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # The science end to end: a virtual gyro with a known bias through one thermal cycle of the paper, compensated with the
-# paper's two published models. The bounds hold over seeds; the figures of one run are in docs/decisions.md.
+# paper's two published models. The limits hold for several seeds.
 . "$(dirname "$0")/../system/lib.sh"
 frames 2
 models=$PRISM_SOURCE/config/models

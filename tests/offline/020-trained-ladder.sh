@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # The paper's ladder end to end: each kind of model is trained on one simulated cycle and judged on another. Each is better
-# than the one before, LS < stepwise 1 < stepwise 2 < LSSVM <= IR-LSSVM, as in the report's ladder (docs/decisions-training.md
+# than the one before, LS < stepwise 1 < stepwise 2 < LSSVM <= IR-LSSVM, as in the report's ladder (docs/benchmarks.md
 # has more seeds). With outliers in the data the weights pay: there IR-LSSVM leads by more than half a percent.
 . "$(dirname "$0")/../system/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH

@@ -68,7 +68,7 @@ struct Experiment {
 };
 
 /// The ladder's own choice. REML needs no folds, so that a single profile can be learned whole; Huber's weights have
-/// one fixed point only and at three sigma need no tuning. docs/decisions-training.md has the figures.
+/// one fixed point only and at three sigma need no tuning. Results: docs/benchmarks.md.
 inline constexpr const char* kUsualWeight = "huber";
 inline constexpr const char* kUsualTune = "reml";
 
