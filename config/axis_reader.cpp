@@ -33,7 +33,7 @@ void read_slew(const Section& correction, compensation::SlewSettings& slew) {
   slew.max_slew_deg_per_h_per_s = correction.number("max_slew_deg_per_h_per_s", {1e-9, 1e6});
 }
 
-// Version 0.1 blended towards a line off the data.
+// Value "blend" of version 0.1.
 compensation::Extrapolation read_extrapolation(const Section& correction, compensation::Extrapolation otherwise,
                                                std::vector<std::string>& warnings) {
   constexpr auto& kNames = compensation::kExtrapolationNames;
@@ -42,7 +42,7 @@ compensation::Extrapolation read_extrapolation(const Section& correction, compen
   const std::size_t chosen = correction.choice("extrapolation", names, static_cast<std::size_t>(otherwise));
   if (chosen < kNames.size()) return static_cast<compensation::Extrapolation>(chosen);
   warnings.push_back(correction.where() +
-                     "/extrapolation: \"blend\" made real gyros worse and is gone; served by \"shrink\"");
+                     "/extrapolation: \"blend\" was removed because it made real gyros worse; using \"shrink\"");
   return compensation::Extrapolation::kShrink;
 }
 
@@ -60,11 +60,11 @@ void read_correction(const Section& correction, AxisConfig& axis, std::vector<st
   read_slew(correction, engine.slew);
 }
 
-/// What belongs to one axis alone may not stand on top where "axes" names several.
+/// Keys of a single axis are not allowed at the top level if "axes" is given.
 void refuse_both_forms(const Section& top) {
   const auto refuse = [](const Section& section, std::initializer_list<const char*> keys) {
     for (const char* key : keys) {
-      if (section.has(key)) section.fail(key, "stands beside \"axes\", expected it in each axis there");
+      if (section.has(key)) section.fail(key, "given together with \"axes\"; expected it in each axis of \"axes\"");
     }
   };
   refuse(top, {"model", "fallback_model", "correction"});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What of a configuration belongs to an input axis: one on top of the file, or several in "axes".
+// Reads the input axes of a configuration: one at the top level, or several in "axes".
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace prism::config {
 
-/// Reads the axes and adds to the warnings. Models are looked for as `base`, the file's folder, says.
+/// Reads the axes and adds to the warnings. Model names are relative to `base`, the directory of the file.
 void read_axes(const Section& top, const std::filesystem::path& base, Config& config);
 
 }  // namespace prism::config

@@ -25,19 +25,19 @@ constexpr std::array kClocks = {"host", "device"};
 constexpr std::array kFullPolicies = {"stop", "delete_oldest"};
 constexpr std::array kLevels = {"debug", "info", "warning", "error"};
 
-// A segment is called NAME-20261121T091100Z-999.pcap (docs/formats.md); file systems take 255 bytes, paths 4095.
+// A segment is named NAME-20261121T091100Z-999.pcap (docs/formats.md); file systems allow 255 bytes, paths 4095.
 constexpr std::size_t kStampBytes = sizeof "-20261121T091100Z-999.pcap" - 1;
 constexpr std::size_t kMaxFileNameBytes = 255, kMaxPathBytes = 4095;
 constexpr std::size_t kMaxSocketPathBytes = sizeof(sockaddr_un::sun_path) - 1;
 
-// Segments of log and capture and the socket are named after it. The name of the file is checked, too.
+// Segments of log and capture and the socket are named after the instance. Checks the name of the file, too.
 std::string read_name(Section& section, const fs::path& file) {
   std::string name = section.text("name", file.stem().string(), TextRule::kName);
   if (auto good = check_text(TextRule::kName, name, ""); !good) section.fail("name", good.error().what);
   return name;
 }
 
-/// A number of units as a whole number of their parts; `value` has the default.
+/// Reads a number in large units (MiB, days) and returns it in small ones (bytes, seconds); `value` has the default.
 void read_scaled(const Section& section, const char* key, Range range, double unit, std::int64_t& value) {
   value = static_cast<std::int64_t>(section.number(key, range, static_cast<double>(value) / unit) * unit);
 }
@@ -68,8 +68,9 @@ SegmentSettings read_segments(Section section, const fs::path& root, const std::
   const bool too_long = std::any_of(directory.begin(), directory.end(),
                                     [](const fs::path& part) { return part.native().size() > kMaxFileNameBytes; });
   if (too_long || segments.directory.size() + 1 + name.size() + kStampBytes > kMaxPathBytes) {
-    section.fail("directory", fmt::format("a path of {} bytes, expected its segments within {}, each part within {}",
-                                          segments.directory.size(), kMaxPathBytes, kMaxFileNameBytes));
+    section.fail("directory",
+                 fmt::format("a path of {} bytes, expected at most {} with the segment's name, each part at most {}",
+                             segments.directory.size(), kMaxPathBytes, kMaxFileNameBytes));
   }
   constexpr double kMiB = 1 << 20;
   constexpr double kHour = 3600;
@@ -102,7 +103,7 @@ SocketSettings read_socket(Section section, const fs::path& base, const std::str
 }
 
 Config read_config(Section& top, const fs::path& file) {
-  std::error_code error;  // no working folder: paths stay relative
+  std::error_code error;  // no working directory: paths stay relative
   const fs::path base = fs::absolute(file, error).parent_path();
   Config config;
   config.path = file.string();
@@ -118,7 +119,7 @@ Config read_config(Section& top, const fs::path& file) {
   const Section plausibility = top.object("plausibility");
   config.plausibility = {read_rate(plausibility.object("rate")), read_temperature(plausibility.object("temperature")),
                          read_uhfo(plausibility.object("uhfo"))};
-  // systemd names the folder it made for this instance; the configuration's own is read-only there.
+  // systemd sets the directory it created for this instance; the configured directory is read-only there.
   const char* made = std::getenv("LOGS_DIRECTORY");
   const bool given = made != nullptr && *made != '\0';
   const fs::path root = given ? fs::path(made) : base;

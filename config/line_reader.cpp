@@ -39,7 +39,7 @@ TextColumns read_columns(const Section& section) {
   const Section columns = section.object("columns");
   for (const std::string& name : columns.names(TextRule::kSensorName)) {
     if (!is_sensor_name(name) || name.find('.') != std::string::npos)
-      columns.fail(name, "found no name of a sensor, expected letters, digits and _, not T, U, dTdt or lagN");
+      columns.fail(name, "invalid sensor name, expected letters, digits and _, not T, U, dTdt or lagN");
     text.columns.push_back(read_column(columns.object(name), name));
   }
   text.separators = section.raw_text("separators", text.separators);
@@ -54,8 +54,8 @@ TextColumns read_columns(const Section& section) {
 
 }  // namespace
 
-LineConfig read_line(const Section& section, const fs::path& base, LineConfig preset) {
-  LineConfig line = std::move(preset);
+LineConfig read_line(const Section& section, const fs::path& base, LineConfig defaults) {
+  LineConfig line = std::move(defaults);
   line.device = section.text("device", "");
   if (!line.device.empty()) line.device = (base / line.device).lexically_normal().string();
   line.baud = optional_integer<int>(section, "baud", {50, 20e6});
@@ -71,12 +71,12 @@ LineConfig read_line(const Section& section, const fs::path& base, LineConfig pr
 
 void read_sensor_lines(const Section& top, const fs::path& base, Config& config) {
   if (!top.has("sensor_lines")) return;
-  if (!top.has("axes")) top.fail("sensor_lines", "stands without \"axes\", expected the form that names the axes");
+  if (!top.has("axes")) top.fail("sensor_lines", "given without \"axes\"; expected a configuration with \"axes\"");
   const Section lines = top.object("sensor_lines");
   for (const std::string& name : lines.names(TextRule::kSensorName)) {
     const Section section = lines.object(name);
     if (!is_sensor_name(name) || name.find('.') != std::string::npos)
-      lines.fail(name, "found no name of a line, expected letters, digits and _, not T, U, dTdt or lagN");
+      lines.fail(name, "invalid name, expected letters, digits and _, not T, U, dTdt or lagN");
     SensorLineConfig line;
     line.name = name;
     line.stale_after_s = section.number("stale_after_s", {0.1, 3600}, line.stale_after_s);

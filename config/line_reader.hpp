@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The serial lines of a configuration: the gyro's, and those of instruments beside it.
+// Reads the serial lines of a configuration: the gyro's and those of additional instruments.
 #pragma once
 
 #include <filesystem>
@@ -9,10 +9,11 @@
 
 namespace prism::config {
 
-/// How a line is opened; `preset` has the defaults. The device's path is relative to `base`, the file's folder.
-LineConfig read_line(const Section& section, const std::filesystem::path& base, LineConfig preset = {});
+/// Reads the settings of a line; `defaults` has the defaults. The device's path is relative to `base`, the directory of
+/// the file.
+LineConfig read_line(const Section& section, const std::filesystem::path& base, LineConfig defaults = {});
 
-/// "sensor_lines", which belong to the form with "axes".
+/// Reads "sensor_lines", which require "axes".
 void read_sensor_lines(const Section& top, const std::filesystem::path& base, Config& config);
 
 }  // namespace prism::config

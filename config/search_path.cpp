@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A program of the build tree is at most this many folders below it.
+// Maximum depth of a program in the build tree.
 constexpr int kFoldersUp = 4;
 
 fs::path own_data() {
@@ -49,7 +49,7 @@ std::vector<fs::path> data_places(const std::string& folder, const fs::path& bas
 }
 
 std::vector<std::string> data_files(const std::string& folder, const fs::path& base) {
-  std::map<std::string, std::string> found;  // by name; the first place wins
+  std::map<std::string, std::string> found;  // by name; the first directory has priority
   for (const fs::path& place : data_places(folder, base)) {
     std::error_code error;
     for (fs::directory_iterator entry(place, error), end; !error && entry != end; entry.increment(error)) {
@@ -65,7 +65,7 @@ std::vector<std::string> data_files(const std::string& folder, const fs::path& b
 
 namespace {
 
-// A near name, and the places that were searched; nothing where `path` was no bare name.
+// A similar name and the searched directories; empty if `path` was not a bare name.
 std::string hint_of(const fs::path& wanted, const std::string& folder) {
   if (wanted.parent_path().filename() != folder) return "";
   const fs::path base = wanted.parent_path().parent_path();

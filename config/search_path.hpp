@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where frame descriptions and models are found by bare name.
+// Finds frame descriptions and models by bare name.
 #pragma once
 
 #include <filesystem>
@@ -11,20 +11,20 @@
 namespace prism::config {
 
 /// `name` with a '/' or ending in ".json" is a path, relative to `base`. A bare name is NAME.json in `folder`
-/// ("frames", "models") beside the configuration, of $PRISM_DATA, of /etc/prism, and of the project's own data; the
-/// first that exists. Where none does, the path beside the configuration, so that the refusal to read it names a place
-/// to put it. The project's own data are share/prism beside the program's folder or one of the folders above it: of the
-/// prefix that it is installed in, wherever that was moved to, or of the build tree.
+/// ("frames", "models") next to the configuration, in $PRISM_DATA, in /etc/prism, or in the project's own data; the
+/// first that exists is returned. If none exists, returns the path next to the configuration, so that the error shows
+/// where to put the file. The project's own data are in share/prism next to the program's directory or a directory
+/// above it: in the installation prefix, even if it was moved, or in the build tree.
 std::string find_data_file(const std::string& name, const std::string& folder, const std::filesystem::path& base);
 
-/// Where a bare name is looked for: `folder` beside the configuration, and in each of the data folders, in that order.
+/// Directories searched for a bare name: `folder` next to the configuration, then in each data directory.
 std::vector<std::filesystem::path> data_places(const std::string& folder, const std::filesystem::path& base);
 
-/// Every NAME.json that find_data_file would find by its bare name, in the order of the names.
+/// All NAME.json that find_data_file finds by bare name, sorted by name.
 std::vector<std::string> data_files(const std::string& folder, const std::filesystem::path& base);
 
-/// The text of the file that find_data_file named. Where it is not there, the refusal has a near name and the places
-/// that were searched.
+/// Reads the file that find_data_file returned. If it does not exist, the error has a similar name and the searched
+/// directories.
 Result<std::string> read_data_file(const std::string& path, const std::string& folder);
 
 }  // namespace prism::config

@@ -22,7 +22,7 @@ bool is_set(const char* name) {
   return value != nullptr && *value != '\0';
 }
 
-// Empty: this user has none.
+// Empty if this user has no such directory.
 std::string user_folder() {
   if (is_set("XDG_RUNTIME_DIR")) return std::string(std::getenv("XDG_RUNTIME_DIR")) + "/prismd";
   const std::string usual = "/run/user/" + std::to_string(::geteuid());

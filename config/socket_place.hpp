@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the sockets of instances stand: the one place that prismd makes them in and prismctl looks for them in.
+// Directories and names of the instances' sockets: prismd creates them there, and prismctl looks for them there.
 #pragma once
 
 #include <string>
@@ -7,23 +7,24 @@
 
 namespace prism::config {
 
-/// Folders of sockets, in the order in which they are looked through: /run/prismd, which systemd and root use, and the
-/// user's own, $XDG_RUNTIME_DIR/prismd (/run/user/UID/prismd where that variable is not set).
+/// Directories of sockets in search order: /run/prismd (systemd and root), then the user's own, $XDG_RUNTIME_DIR/prismd
+/// (/run/user/UID/prismd if the variable is not set).
 std::vector<std::string> socket_folders();
 
-/// The socket of an instance whose configuration names none: in the user's folder, but in /run/prismd for root, for a
-/// service of systemd (which sets LOGS_DIRECTORY), and where the user has no folder.
+/// Default socket of an instance: in the user's directory; in /run/prismd for root, for a systemd service
+/// (LOGS_DIRECTORY is set), and if the user has no directory.
 std::string default_socket(const std::string& instance);
 
 /// Sockets (NAME.sock) in a directory, sorted. Names that do not follow TextRule::kName are not listed: they are added
 /// to `invalid`, if given, as printable paths.
 std::vector<std::string> sockets_in(const std::string& directory, std::vector<std::string>* invalid = nullptr);
 
-/// Name of the instance of a socket: its file name without ".sock".
+/// Name of the instance of a socket: the file name without ".sock".
 std::string instance_name(const std::string& socket);
 
-/// Whether systemd listens at `socket` for an instance that does not run now: whoever connects would start it, also
-/// where somebody stopped it. From the folders that prismd@.socket and prismd@.service keep beside the socket.
+/// Returns true if systemd listens at `socket` for an instance that is not running: a connection would start it, even
+/// if an operator has stopped it. Reads the directories that prismd@.socket and prismd@.service keep next to the
+/// socket.
 bool would_start(const std::string& socket);
 
 }  // namespace prism::config

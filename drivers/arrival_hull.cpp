@@ -7,7 +7,7 @@
 namespace prism::drivers {
 namespace {
 
-/// A clock that drifts one way puts every point on the hull; half of them tell as much.
+/// If the clock drift only increases, every point is on the hull; half of them are sufficient.
 constexpr std::size_t kMaxPoints = 4096;
 
 }  // namespace

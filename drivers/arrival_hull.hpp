@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The straight line under all arrival times: what the device's clock says, seen through a line that only ever delays.
+// Lower convex hull of arrival times: estimates the device clock through a line that only adds delay.
 #pragma once
 
 #include <cstddef>
@@ -7,10 +7,10 @@
 
 namespace prism::drivers {
 
-/// A frame can arrive late, never early. So among the points (device time x, arrival time y) the true line lies under
-/// all of them and touches those that were not delayed: it is an edge of their lower convex hull. The edge under the
-/// middle of the window is taken (Zhang, Liu, Xia: Clock synchronization algorithms for network measurements, 2002; the
-/// same choice as in ETH Zurich's cuckoo_time_translator). Amortised O(1) a point, O(log n) for the edge.
+/// A frame can arrive late, never early. So the true line is below all points (device time x, arrival time y) and
+/// touches those without delay: it is an edge of their lower convex hull. Uses the edge below the middle of the window
+/// (Zhang, Liu, Xia: Clock synchronization algorithms for network measurements, 2002; also ETH Zurich's
+/// cuckoo_time_translator). Amortised O(1) per point, O(log n) for the edge.
 class ArrivalHull {
  public:
   struct StraightLine {
@@ -19,15 +19,15 @@ class ArrivalHull {
     double at(double x) const { return y0 + slope * (x - x0); }
   };
 
-  /// x rises strictly from push to push; both in seconds from a near origin.
+  /// x must increase strictly between calls; both in seconds from a close origin.
   void push(double x, double y);
   void clear();
 
   bool empty() const { return hull_.empty(); }
   double span() const { return hull_.empty() ? 0 : hull_.back().x - hull_.front().x; }
-  /// The edge under the middle; before there are two points: slope 1 through the only one.
+  /// The edge below the middle. With fewer than two points: slope 1 through the only point.
   StraightLine edge() const;
-  /// The line of slope 1 under all points.
+  /// The line of slope 1 below all points.
   StraightLine nominal() const { return {0, least_, 1}; }
 
  private:
@@ -37,7 +37,7 @@ class ArrivalHull {
   void thin();
 
   std::vector<Point> hull_;
-  double least_ = 0;  ///< of y - x
+  double least_ = 0;  ///< minimum of y - x
 };
 
 }  // namespace prism::drivers

@@ -21,10 +21,10 @@ namespace {
 
 constexpr std::size_t kReadBytes = 1 << 18;
 constexpr std::size_t kMostBareBytes = 1024;
-constexpr double kMostBareSeconds = 0.010;  // below the decoder's time-out, so that a frame is not taken for cut
+constexpr double kMostBareSeconds = 0.010;  // below the decoder's time-out, so that no frame counts as truncated
 constexpr std::size_t kPcapHeaderBytes = 24;
 
-// The magics of pcap (micro- and nanoseconds, both byte orders) and of pcapng, as they stand in the file.
+// The magics of pcap (micro- and nanoseconds, both byte orders) and of pcapng, as stored in the file.
 bool is_pcap_magic(std::span<const std::uint8_t> first) {
   constexpr std::array<std::array<std::uint8_t, 4>, 5> kMagics{{{0xD4, 0xC3, 0xB2, 0xA1},
                                                                 {0xA1, 0xB2, 0xC3, 0xD4},
@@ -41,7 +41,7 @@ bool is_pcap_magic(std::span<const std::uint8_t> first) {
 struct CaptureReader::File {
   std::string path, damage;
   std::vector<char> buffer;
-  pcap_t* pcap = nullptr;  // owns the stream once it is there
+  pcap_t* pcap = nullptr;  // owns the stream after it is opened
   std::FILE* stream = nullptr;
   std::uint64_t size = 0, foreign = 0;
   std::optional<BareBytes> bare;
@@ -50,8 +50,8 @@ struct CaptureReader::File {
   std::array<std::uint8_t, kMostBareBytes> bytes{};
   bool ended = false;
   bool nanoseconds = false;     // the magic that prism writes
-  bool own = false;             // a packet of prism's was read: what is none of them is damage
-  std::uint64_t sound_end = 0;  // of the last packet that is prism's
+  bool own = false;             // a packet written by prism was read: anything else is damage
+  std::uint64_t sound_end = 0;  // of the last packet written by prism
   std::uint64_t search_from = 0;
   DamagedPlaces places;
 
@@ -82,8 +82,8 @@ struct CaptureReader::File {
   }
 
   Result<void> open_pcap(std::size_t first_bytes) {
-    if (first_bytes < kPcapHeaderBytes) {  // a capture that was cut in its first breath: there is nothing in it
-      damage = fmt::format("{}: cut within the file header, at byte {}", path, first_bytes);
+    if (first_bytes < kPcapHeaderBytes) {  // capture truncated at its start: it is empty
+      damage = fmt::format("{}: truncated in the file header, at byte {}", path, first_bytes);
       ended = true;
       return {};
     }
@@ -94,14 +94,14 @@ struct CaptureReader::File {
     if (link == kCaptureLinkType) return {};
     const char* name = pcap_datalink_val_to_name(link);
     return refuse(
-        path, fmt::format("found a capture of link type {} ({}), expected {} (serial line); bytes that came by TCP: "
+        path, fmt::format("found a capture of link type {} ({}), expected {} (serial line); to extract bytes of TCP: "
                           "tshark -r FILE -Y tcp.payload -T fields -e tcp.payload | xxd -r -p >BYTES",
                           link, name ? name : "unknown", kCaptureLinkType));
   }
 
   Result<void> open_bare(const BareBytes& rate) {
     if (!(rate.bytes_per_second > 0) || !std::isfinite(rate.bytes_per_second)) {
-      return refuse(path, "found no rate for bare bytes, expected more than 0 bytes/s");
+      return refuse(path, "found no rate for raw bytes, expected more than 0 bytes/s");
     }
     bare = rate;
     const double most = std::clamp(rate.bytes_per_second * kMostBareSeconds, 1.0, static_cast<double>(kMostBareBytes));
@@ -120,7 +120,7 @@ struct CaptureReader::File {
     return CapturePacket{bare->start_ns + std::llround(seconds * 1e9), CaptureEvent::kData, {bytes.data(), got}};
   }
 
-  /// Goes on at the next packet of prism's; false: there is none.
+  /// Continues at the next packet written by prism, or returns false.
   bool resume() {
     const auto found = find_packet(stream, std::max(sound_end, search_from) + 1, size);
     if (!found || std::fseek(stream, static_cast<long>(*found), SEEK_SET) != 0) {
@@ -133,7 +133,7 @@ struct CaptureReader::File {
     return true;
   }
 
-  // Where the packet ends that prism wrote, the next one begins; what is anything else behind it is damage.
+  // The next packet starts where a packet of prism ends; anything else is damage.
   bool is_sound(std::span<const std::uint8_t> packet, std::uint32_t length, std::int64_t time_ns) {
     if (!nanoseconds || packet.size() != length || !is_own_record(packet, time_ns)) return !own;
     own = true;
@@ -157,7 +157,7 @@ struct CaptureReader::File {
       const std::int64_t time_ns = std::int64_t{header->ts.tv_sec} * 1'000'000'000 + header->ts.tv_usec;
       if (!is_sound(packet, header->len, time_ns)) {
         if (resume()) continue;
-        damage = fmt::format("{}: no packet at byte {} and behind it", path, sound_end);
+        damage = fmt::format("{}: no packet at or after byte {}", path, sound_end);
         return std::nullopt;
       }
       const std::optional<CaptureEvent> event = decode_capture_event(packet);
@@ -189,7 +189,7 @@ Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional
   } else if (bare) {
     ready = file->open_bare(*bare);
   } else {
-    ready = refuse(path, fmt::format("found no pcap file ({} bytes), expected a capture of link type {}", file->size,
+    ready = refuse(path, fmt::format("not a pcap file ({} bytes), expected a capture of link type {}", file->size,
                                      kCaptureLinkType));
   }
   if (!ready) return tl::unexpected<Error>(ready.error());
@@ -205,7 +205,8 @@ std::optional<CapturePacket> CaptureReader::next() {
 
 std::string DamagedPlaces::text() const {
   if (count == 0) return "";
-  return fmt::format("{} in {} from byte {} on are no packet", counted(bytes, "byte"), counted(count, "place"), first);
+  return fmt::format("{} in {} from byte {} on are not packets", counted(bytes, "byte"), counted(count, "place"),
+                     first);
 }
 
 const DamagedPlaces& CaptureReader::damaged_places() const { return file_->places; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The twelve bytes at the head of every packet of a capture: libpcap's link type 250 (RTAC serial).
+// The first twelve bytes of every packet of a capture: libpcap's link type 250 (RTAC serial).
 #pragma once
 
 #include <array>
@@ -13,13 +13,13 @@ inline constexpr int kCaptureLinkType = 250;
 inline constexpr std::size_t kCaptureRecordBytes = 12;
 
 enum class CaptureEvent {
-  kOpened,  ///< the line was opened (again): decoder and clock begin anew. On file: status change, 0
-  kData,    ///< bytes that came from the line. On file: data received, 2
-  kOther,   ///< anything else that a serial analyser writes: sent data, line errors
+  kOpened,  ///< the line was (re)opened: decoder and clock restart. In the file: status change, 0
+  kData,    ///< bytes from the line. In the file: data received, 2
+  kOther,   ///< other records of a serial analyser: sent data, line errors
 };
 
 /// Seconds and microseconds (u32 big-endian each), event type, control lines (0), two zero bytes. `event` is kOpened or
-/// kData. The time here is for other programs; prism reads the nanoseconds of the packet's pcap header.
+/// kData. Other programs use this time; prism uses the nanoseconds of the packet's pcap header.
 inline std::array<std::uint8_t, kCaptureRecordBytes> encode_capture_record(std::int64_t time_ns, CaptureEvent event) {
   const auto second = static_cast<std::uint32_t>(time_ns / 1'000'000'000);
   const auto microsecond = static_cast<std::uint32_t>(time_ns % 1'000'000'000 / 1000);
@@ -32,7 +32,7 @@ inline std::array<std::uint8_t, kCaptureRecordBytes> encode_capture_record(std::
   return bytes;
 }
 
-/// The event of a packet; nothing where it is too short to hold a record.
+/// The event of a packet; nullopt if it is too short for a record.
 inline std::optional<CaptureEvent> decode_capture_event(std::span<const std::uint8_t> packet) {
   if (packet.size() < kCaptureRecordBytes) return std::nullopt;
   return packet[8] == 2 ? CaptureEvent::kData : packet[8] == 0 ? CaptureEvent::kOpened : CaptureEvent::kOther;

@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kHeadBytes = kPacketHeaderBytes + kCaptureRecordBytes;
 constexpr std::size_t kWindowBytes = 1 << 16;
 
-// Both headers of a packet that ends within the `left` bytes of the file from here on.
+// Both headers of a packet that ends within the `left` remaining bytes of the file.
 bool begins_packet(const std::uint8_t* at, std::uint64_t left) {
   const std::uint64_t second = wire::load_little(at, 4), nanosecond = wire::load_little(at + 4, 4);
   const std::uint64_t kept = wire::load_little(at + 8, 4);

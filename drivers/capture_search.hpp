@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the next packet begins behind damage: prism's packets say their time twice, which nothing else does by chance.
+// Finds the next packet after damage: packets of prism contain their time twice, which random bytes do not.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@
 namespace prism::drivers {
 
 inline constexpr std::size_t kPacketHeaderBytes = 16;
-/// A packet is believed to hold this much at most: what libpcap reads.
+/// Maximum size of a valid packet: libpcap's limit.
 inline constexpr std::uint32_t kMostPacketBytes = 262144;
 
-/// The record at the head of a packet repeats the time of the packet's header, to the microsecond, and its last bytes
-/// are zero: prism wrote it.
+/// True if prism wrote the packet: the record at its start repeats the time of the packet's header to the microsecond,
+/// and its last bytes are zero.
 bool is_own_record(std::span<const std::uint8_t> packet, std::int64_t time_ns);
 
-/// The offset of the first whole packet of prism's at or after `from`, in a little-endian pcap file with nanoseconds of
-/// `size` bytes. Nothing: there is none. Moves the stream.
+/// Offset of the first complete packet of prism at or after `from`, in a little-endian nanosecond pcap file of `size`
+/// bytes. Returns nullopt without one. Moves the stream.
 std::optional<std::uint64_t> find_packet(std::FILE* stream, std::uint64_t from, std::uint64_t size);
 
 }  // namespace prism::drivers

@@ -7,15 +7,16 @@
 #include <cstring>
 #include <utility>
 
+#include "base/file.hpp"
 #include "drivers/capture_file.hpp"
 
 namespace prism::drivers {
 namespace {
 
-constexpr std::size_t kMostBytes = 65536;  // of the line in one packet; longer chunks become several
+constexpr std::size_t kMostBytes = 65536;  // of the line in one packet; longer chunks are split
 constexpr std::size_t kWriteBytes = 1 << 18;
 
-// pcap in this machine's order of bytes; the magic number says which, and that times are in nanoseconds.
+// pcap in this machine's byte order; the magic number identifies it and nanosecond times.
 struct FileHeader {
   std::uint32_t magic = 0xa1b23c4d;
   std::uint16_t major = 2, minor = 4;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Stamping readings, and turning their angles into rates.
+// Computes the times of readings, and rates from angles.
 #include "drivers/clock.hpp"
 
 #include <algorithm>
@@ -9,14 +9,14 @@
 namespace prism::drivers {
 namespace {
 
-/// How long every arrival must be late before that is no stall but a shift.
+/// If all arrivals are late for this long, it is a shift and not a stall.
 constexpr double kShiftS = 1;
-/// Arrivals are never trusted to be truer than this, s.
+/// Assumed minimum jitter of arrival times, s.
 constexpr double kLeastJitterS = 1e-3;
 constexpr std::uint64_t kLeastPoints = 20;
-/// Buffers between gyro and reader hold more than this: who reads late by less has lost nothing.
+/// Buffers between gyro and reader contain more than this: a reader that is late by less has lost nothing.
 constexpr double kOverflowS = 0.1;
-/// A stamp goes back by more than this only because a clock was set.
+/// A larger step back of a stamp means that a clock was set.
 constexpr std::int64_t kClockSetNs = 1'000'000'000;
 
 }  // namespace
@@ -39,7 +39,7 @@ void Clock::reset() {
   status_.residual_s = 0;
 }
 
-/// When the device had measured what the reading says: before latency and the frame's way over the wire.
+/// When the device measured the reading: arrival minus latency and wire time.
 std::int64_t Clock::left_device_ns(const wire::Reading& reading) const {
   return reading.arrival_ns - std::llround(byte_time_ns_ * reading.length + 1e9 * reading.latency_s);
 }
@@ -62,7 +62,7 @@ void Clock::start(const wire::Reading& reading) {
   status_.period_is_estimated = false;
 }
 
-// Whole ticks over whole milli-ticks a second: exact, so that a day of fast replay ends on the nanosecond.
+// Integer ticks over integer milli-ticks per second: exact, so that one day of fast replay ends on the nanosecond.
 std::int64_t Clock::stamp_device(const FrameStep& step) {
   if (step.restarted) {
     ++status_.resets;
@@ -77,14 +77,15 @@ std::int64_t Clock::stamp_device(const FrameStep& step) {
   return origin_ns_ + static_cast<std::int64_t>(since_ns);
 }
 
-/// True where the line no longer explains the arrivals: see the class.
+/// True if the line no longer explains the arrivals; see the class.
 bool Clock::out_of_step(double residual_s, double y, std::uint32_t behind) {
   if (residual_s < -settings_.residual_limit_s) return true;
   if (residual_s <= settings_.residual_limit_s) {
     late_since_y_ = -1;
     return false;
   }
-  if (behind >= description_->max_frame_bytes) return false;  // only the last of a chunk says how late the reader is
+  if (behind >= description_->max_frame_bytes)
+    return false;  // only the last frame of a chunk shows how late the reader is
   if (late_since_y_ < 0) {
     late_since_y_ = std::max(y, 0.0);
     least_late_s_ = residual_s;
@@ -93,7 +94,7 @@ bool Clock::out_of_step(double residual_s, double y, std::uint32_t behind) {
   return y - late_since_y_ > kShiftS;
 }
 
-/// True where frames that were lost unseen explain why all arrivals are late: counts them, and corrects x.
+/// True if frames lost unseen explain why all arrivals are late: counts them, and corrects x.
 bool Clock::recount(double& residual_s) {
   const double turn = steps_.unseen_ticks(), turn_s = turn * tick_s_ * slope_;
   if (residual_s < 0 || turn == 0 || points_ < kLeastPoints || least_late_s_ < kOverflowS) return false;
@@ -183,7 +184,7 @@ bool Clock::push(const wire::Reading& reading) {
   return reading.has_gyro;
 }
 
-/// The angle in the reading's unit (or the rate), and the nominal seconds it was turned in.
+/// Sets the angle in the reading's unit (or the rate), and the nominal seconds of its interval.
 std::optional<double> Clock::turned(const wire::GyroReading& reading, std::size_t axis, double& nominal_s) {
   const wire::GyroRule& gyro = description_->gyro;
   Turn& turn = turns_[axis];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Gives readings their place in time: counter unwrapped, missing frames known, stamps one can trust. Never waits.
+// Assigns times to readings: unwraps the counter, counts missing frames, removes arrival jitter. Never waits.
 #pragma once
 
 #include <cstdint>
@@ -16,54 +16,51 @@ namespace prism::drivers {
 
 enum class ClockSource {
   kHost,    ///< arrival times of this machine, de-jittered by the device's counter
-  kDevice,  ///< first arrival + counter x nominal period: fast replays, and devices with a trustworthy clock
+  kDevice,  ///< first arrival + counter x nominal period: fast replays, and devices with an accurate clock
 };
 
 struct ClockSettings {
   ClockSource source = ClockSource::kHost;
-  double switch_s = 100;            ///< host: the two windows of the fit take turns after this many seconds; 10 to 3600
-  double residual_limit_s = 0.020;  ///< host: a stamp that is off by more begins a new fit; > 0
+  double switch_s = 100;            ///< host: the two windows of the fit alternate after this many seconds; 10 to 3600
+  double residual_limit_s = 0.020;  ///< host: a stamp with a larger error restarts the fit; > 0
 };
 
 struct ClockStatus {
   std::uint64_t samples = 0;
   std::uint64_t missing_frames = 0;
-  std::uint64_t missing_by_arrival = 0;  ///< of these: told by the arrival times, where the counter may have wrapped
+  std::uint64_t missing_by_arrival = 0;  ///< of these: derived from arrival times, because the counter may have wrapped
   std::uint64_t duplicates = 0;          ///< frames with the counter of the frame before: no sample
-  std::uint64_t resets = 0;              ///< fits begun anew: counter reset or residual over the limit (not reset())
-  double period_s = 0;                   ///< the frame period in use: estimated (host) or nominal
-  bool period_is_estimated = false;      ///< false: still the nominal one
-  double residual_s = 0;                 ///< host: how late the last frame came, beyond the fitted line
+  std::uint64_t resets = 0;          ///< restarts of the fit: counter reset or residual over the limit (not reset())
+  double period_s = 0;               ///< the frame period in use: estimated (host) or nominal
+  bool period_is_estimated = false;  ///< false: still the nominal one
+  double residual_s = 0;             ///< host: delay of the last frame relative to the fitted line
 };
 
-/// One Reading in, at most one Sample of each axis out. A Sample's time is the end of the interval its rate is the mean
-/// of.
-///
-/// Host: the counter gives the device's time x, the arrival (less wire time and latency) the host's time y; the line
-/// under all points (arrival_hull.hpp) turns x into stamps and gives the true period. Until the window is long enough
-/// to tell more than the nominal rate and its tolerance do, the nominal rate is used. Two windows take turns, so that
-/// the line always rests on the last one to two times switch_s. A reading that comes before the line by more than the
-/// limit, or later than it for a whole second, shows that the counter or a clock was set: a new fit begins there. Where
-/// they all are late by whole turns of the counter (by frames, without a counter), those were lost while nobody read
-/// the line: they are counted as missing by arrival, and the fit goes on.
-///
-/// Device: first arrival + counter x nominal tick. A counter that jumps back by less than half its modulus was
-/// restarted; time goes on by one frame. Nothing but the first arrival and the counters enters.
-///
-/// Without a counter (in this stream) each frame is one period after the one before; frames lost on the line are known
-/// from the bytes that were skipped there (where the stream has one kind of frame).
-///
-/// The first reading of an axis's accumulated angle gives no sample: there is nothing to take the difference to.
+/// Takes one reading and returns at most one sample per axis. The time of a sample is the end of the interval over
+/// which its rate is the mean.
+/// Host: the counter gives the device's time x, the arrival (minus wire time and latency) the host's time y. The line
+/// below all points (arrival_hull.hpp) converts x to stamps and gives the true period. The nominal rate is used until
+/// the window is long enough to estimate the rate better than the nominal rate's tolerance. Two windows alternate, so
+/// that the line always uses the last one to two times switch_s. A reading that is earlier than the line by more than
+/// the limit, or later than it for a second, shows that the counter or a clock was set: the fit restarts. If all
+/// readings are late by full periods of the counter (by frames, without a counter), frames were lost while the line was
+/// not read: they are counted as missing by arrival, and the fit continues.
+/// Device: first arrival + counter x nominal tick. If the counter jumps back by less than half its modulus, it was
+/// restarted; time advances by one frame. Depends only on the first arrival and the counters.
+/// Without a counter (in this stream) each frame is one period after the previous one; frames lost on the line are
+/// derived from the bytes skipped there (if the stream has one message type).
+/// The first reading of an axis's accumulated angle gives no sample, because it has no predecessor.
 class Clock {
  public:
   Clock(wire::FrameDescriptionPtr description, ClockSettings settings = {});
 
-  /// Places the reading in time. False where there is nothing to measure: a repeated frame, or one without a rate.
+  /// Computes the time of the reading. Returns false if it is a repeated frame or has no rate.
   bool push(const wire::Reading& reading);
-  /// What the reading that push() took last says of an axis (index into FrameDescription::axes). Once each.
+  /// The sample of an axis (index into FrameDescription::axes) of the reading last accepted by push(). Call once for
+  /// each.
   std::optional<Sample> sample(const wire::Reading& reading, std::size_t axis);
 
-  /// The line was opened again: a new session. Stamps may start anywhere.
+  /// The line was reopened: a new session. Stamps may start at any time.
   void reset();
 
   const ClockStatus& status() const { return status_; }
@@ -95,22 +92,22 @@ class Clock {
 
   ArrivalHull active_, next_;
   double next_since_x_ = 0;
-  double jitter_s_ = 0;  ///< how far arrivals lie above the line
+  double jitter_s_ = 0;  ///< largest delay of arrivals above the line
   std::uint64_t points_ = 0;
-  double late_since_y_ = -1;  ///< since when every arrival is over the limit; below 0: the last was not
-  double least_late_s_ = 0;   ///< and by how much at least
-  double slope_ = 1;          ///< host seconds per nominal device second, in use
+  double late_since_y_ = -1;  ///< since when every arrival is over the limit; negative: the last was not
+  double least_late_s_ = 0;   ///< minimum delay in this time
+  double slope_ = 1;          ///< estimated host seconds per nominal device second
 
-  /// What an axis has come to.
+  /// State of an axis.
   struct Turn {
     std::uint32_t missing = 0;  ///< frames lost since its last sample
-    double x = 0;               ///< of the last reading that carried it
-    bool has_angle = false;     ///< accumulated: the angle to take the difference to
+    double x = 0;               ///< of the last reading with this axis
+    bool has_angle = false;     ///< accumulated: a previous angle is known
     double angle = 0;
     double angle_x = 0;
   };
   std::vector<Turn> turns_;  ///< as FrameDescription::axes
-  bool counted_ = false;     ///< the last reading is among ClockStatus::samples
+  bool counted_ = false;     ///< the last reading is counted in ClockStatus::samples
 };
 
 }  // namespace prism::drivers

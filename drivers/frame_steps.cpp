@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Unwrapping the counter.
+// Counter unwrapping.
 #include "drivers/frame_steps.hpp"
 
 #include <algorithm>
@@ -8,11 +8,11 @@
 namespace prism::drivers {
 namespace {
 
-/// The silence behind which the counter may have wrapped unseen; shorter ones may be a stalled machine.
+/// After a longer time without data the counter may have wrapped unseen; shorter gaps may be a stalled machine.
 constexpr double kWrapUnseenS = 1;
-/// So many bytes at once had waited to be read.
+/// This many bytes at once were waiting to be read.
 constexpr std::uint32_t kBacklogBytes = 1024;
-/// A backward jump is told from lost frames only where the counter holds this many frames.
+/// A restart can be distinguished from lost frames only if the counter covers this many frames.
 constexpr double kTellingFrames = 64;
 
 std::uint32_t whole(double frames) { return static_cast<std::uint32_t>(std::llround(std::clamp(frames, 0.0, 4e9))); }
@@ -56,7 +56,7 @@ double FrameSteps::counted_ticks(const wire::Reading& reading) const {
   return static_cast<double>(ticks);
 }
 
-/// Whole turns of the counter during a silence.
+/// Counter periods during a time without data.
 double FrameSteps::unseen_turns(const wire::Reading& reading, double ticks, double slope) const {
   const wire::CounterRule& rule = *description_->counter;
   const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_.arrival_ns);

@@ -21,9 +21,9 @@ unsigned character_flags(const wire::WireFormat& format) {
 
 }  // namespace
 
-// BOTHER with a number in c_ospeed is the only way to 614 400 or 374 400 baud. CIBAUD stays 0: the input's speed
-// follows the output's. INPCK stays off: a byte with a bad parity comes through as it is and the frame's check finds
-// it, where IGNPAR would shift the rest of the frame.
+// BOTHER with a number in c_ospeed is the only way to 614 400 or 374 400 baud. CIBAUD stays 0: the input's speed equals
+// the output's. INPCK stays off: a byte with wrong parity is passed unchanged and the frame's check detects it, whereas
+// IGNPAR would shift the rest of the frame.
 bool set_line_format(int fd, const wire::WireFormat& format) {
   struct termios2 line;
   if (::ioctl(fd, TCGETS2, &line) != 0) return false;

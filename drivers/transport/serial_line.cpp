@@ -23,7 +23,7 @@
 namespace prism::transport {
 namespace {
 
-constexpr double kBaudTolerance = 0.02;  // a receiver samples the last bit of ten: 5 % is the end, 2 % leaves margin
+constexpr double kBaudTolerance = 0.02;  // a receiver samples the last of ten bits: its limit is 5 %, 2 % leaves margin
 
 const char* parity_name(wire::Parity parity) {
   return parity == wire::Parity::kNone ? "none" : parity == wire::Parity::kEven ? "even" : "odd";
@@ -44,7 +44,7 @@ std::string why_not_open(int error) {
       return "held by another program; expected it free";
     case ENXIO:
     case ENODEV:
-      return "no device behind it; expected a serial device";
+      return "no device connected; expected a serial device";
     default:
       return fmt::format("cannot be opened: {}", std::strerror(error));
   }
@@ -58,11 +58,12 @@ bool is_pseudo_terminal(int fd) {
   return S_ISCHR(status.st_mode) && number >= 136 && number <= 143;
 }
 
-// flock keeps out programs that ask; TIOCEXCL those that do not, root excepted. A pty's other end is our own tests'.
+// flock keeps out programs that use locks; TIOCEXCL the others, except root. Not set on a
+// pseudo-terminal, whose other end belongs to our tests.
 Result<void> claim(const std::string& device, int fd, bool pseudo) {
   if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
     return refuse(device,
-                  errno == EWOULDBLOCK ? why_not_open(EBUSY) : fmt::format("no lock: {}", std::strerror(errno)));
+                  errno == EWOULDBLOCK ? why_not_open(EBUSY) : fmt::format("cannot lock: {}", std::strerror(errno)));
   }
   if (!pseudo) ::ioctl(fd, TIOCEXCL);
   return {};
@@ -74,14 +75,14 @@ Result<void> set_and_compare(const Settings& settings, int fd, bool pseudo, std:
     return refuse(settings.device, fmt::format("does not take {}: {}", format_text(wanted), std::strerror(errno)));
   }
   const std::optional<wire::WireFormat> found = read_line_format(fd);
-  if (!found) return refuse(settings.device, fmt::format("settings cannot be read back: {}", std::strerror(errno)));
+  if (!found) return refuse(settings.device, fmt::format("cannot read the settings back: {}", std::strerror(errno)));
   const bool same_speed = std::abs(found->baud - wanted.baud) <= kBaudTolerance * wanted.baud;
   const bool same_characters =
       found->data_bits == wanted.data_bits && found->parity == wanted.parity && found->stop_bits == wanted.stop_bits;
   if (same_speed && same_characters) return {};
   const std::string what = fmt::format("found {} in force, expected {}", format_text(*found), format_text(wanted));
   if (!pseudo) return refuse(settings.device, what);
-  notes.push_back(what + ": a pseudo-terminal, where it makes no difference");
+  notes.push_back(what + "; no effect on a pseudo-terminal");
   return {};
 }
 
@@ -92,8 +93,8 @@ bool set_low_latency(int fd) {
   return ::ioctl(fd, TIOCSSERIAL, &serial) == 0;
 }
 
-// The device behind an open descriptor was unplugged or hung up: read() then returns 0 for ever. A pty and some drivers
-// return 0 also where nothing was there to read.
+// The device behind an open descriptor was unplugged or hung up: read() then always returns 0. A pseudo-terminal and
+// some drivers also return 0 if no data are available.
 bool is_gone(int fd) {
   struct termios unused;
   return ::tcgetattr(fd, &unused) != 0;
@@ -120,7 +121,7 @@ class SerialLine : public Transport {
     const ssize_t size = ::write(fd(), bytes.data(), bytes.size());
     if (size >= 0) return static_cast<std::size_t>(size);
     if (errno == EAGAIN || errno == EINTR) return 0;
-    return refuse(device_, std::string("cannot be written: ") + std::strerror(errno));
+    return refuse(device_, std::string("cannot write: ") + std::strerror(errno));
   }
 
   bool has_unread() const override {
@@ -147,7 +148,7 @@ Result<std::unique_ptr<Transport>> open_serial_line(const Settings& settings) {
   Descriptor file(::open(settings.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   const int fd = file.get();
   if (fd < 0) return refuse(settings.device, why_not_open(errno));
-  if (!::isatty(fd)) return refuse(settings.device, "no terminal; expected a serial device");
+  if (!::isatty(fd)) return refuse(settings.device, "not a terminal; expected a serial device");
   const bool pseudo = is_pseudo_terminal(fd);
   std::vector<std::string> notes;
   if (settings.exclusive) {

@@ -13,7 +13,7 @@ struct Kind {
   bool (*is_present)(const Settings&);
 };
 
-// The first row that fits is used; the serial line fits always.
+// Uses the first row that matches; the serial line always matches.
 constexpr Kind kKinds[] = {
     {[](const Settings&) { return true; }, open_serial_line, describe_serial_line, serial_line_is_present},
 };

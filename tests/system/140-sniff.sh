@@ -52,7 +52,7 @@ contains "no rate of turn" "$(cat "$dir/o")" ": no rate of turn in them"
 printf '\324\303\262\241\002\000\004\000\000\000\000\000\000\000\000\000\377\377\000\000\001\000\000\000' >"$dir/net.pcap"
 code=0; prismd --sniff "$dir/net.pcap" >"$dir/o" 2>"$dir/e" || code=$?
 same "a network's capture: exit code" "$code" 1
-contains "a network's capture" "$(cat "$dir/e")" "found a capture of link type 1 (EN10MB), expected 250 (serial line); bytes that came by TCP: tshark"
+contains "a network's capture" "$(cat "$dir/e")" "found a capture of link type 1 (EN10MB), expected 250 (serial line); to extract bytes of TCP: tshark"
 
 # A replay that finds no frame did not do its work.
 config

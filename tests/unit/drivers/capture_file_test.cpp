@@ -205,11 +205,11 @@ TEST(CaptureFile, RefusesForeignFilesInOneLine) {
     const auto reader = CaptureReader::open(folder.file(name));
     return reader ? "taken" : reader.error().text().substr(folder.file("").size());
   };
-  EXPECT_EQ(refusal("log.csv"), "log.csv: found no pcap file (40 bytes), expected a capture of link type 250");
-  EXPECT_EQ(refusal("empty"), "empty: found no pcap file (0 bytes), expected a capture of link type 250");
+  EXPECT_EQ(refusal("log.csv"), "log.csv: not a pcap file (40 bytes), expected a capture of link type 250");
+  EXPECT_EQ(refusal("empty"), "empty: not a pcap file (0 bytes), expected a capture of link type 250");
   EXPECT_EQ(
       refusal("ethernet.pcap"),
-      "ethernet.pcap: found a capture of link type 1 (EN10MB), expected 250 (serial line); bytes that came by TCP: "
+      "ethernet.pcap: found a capture of link type 1 (EN10MB), expected 250 (serial line); to extract bytes of TCP: "
       "tshark -r FILE -Y tcp.payload -T fields -e tcp.payload | xxd -r -p >BYTES");
   EXPECT_EQ(refusal("absent.pcap"), "absent.pcap: cannot be read: No such file or directory");
   EXPECT_EQ(refusal("."), ".: is a directory, expected a regular file");
@@ -235,7 +235,7 @@ TEST(CaptureFile, PlaysBareBytesAtTheGivenRate) {
   EXPECT_EQ(last_ns, 3'500'000'000);
   const auto still = CaptureReader::open(folder.file("line.bin"), BareBytes{0, 0});
   ASSERT_FALSE(still);
-  EXPECT_EQ(still.error().what, "found no rate for bare bytes, expected more than 0 bytes/s");
+  EXPECT_EQ(still.error().what, "found no rate for raw bytes, expected more than 0 bytes/s");
 }
 
 TEST(CaptureFile, SaysThatTheDiskIsFullAndKeepsSayingIt) {

@@ -126,11 +126,11 @@ TEST_F(AxesTest, AnAxisThatIsNotValidIsUnknownAndTheOthersGoOn) {
 TEST_F(AxesTest, WhatDoesNotGoTogetherIsRefusedInOneLine) {
   const std::string file = folder.file("imu.json");
   EXPECT_EQ(refusal(R"("model": "m", "axes": {"x": {}})"),
-            file + ":/model: stands beside \"axes\", expected it in each axis there");
+            file + ":/model: given together with \"axes\"; expected it in each axis of \"axes\"");
   EXPECT_EQ(refusal(R"("gyro": {"axis": "x"}, "axes": {"x": {}})"),
-            file + ":/gyro/axis: stands beside \"axes\", expected it in each axis there");
+            file + ":/gyro/axis: given together with \"axes\"; expected it in each axis of \"axes\"");
   EXPECT_EQ(refusal(R"("site": {"elevation_deg": 0}, "axes": {"x": {}})"),
-            file + ":/site/elevation_deg: stands beside \"axes\", expected it in each axis there");
+            file + ":/site/elevation_deg: given together with \"axes\"; expected it in each axis of \"axes\"");
   EXPECT_EQ(refusal(R"("axes": {})"), file + ":/axes: found none, expected at least one axis");
   EXPECT_THAT(refusal(R"("axes": {"w": {}})"), HasSubstr(":/gyro/axes: has no axis \"w\"; expected one of x, y, z"));
   EXPECT_THAT(refusal(R"("axes": {"x": {}, "x": {}})"), HasSubstr("the key \"x\" is given twice"));

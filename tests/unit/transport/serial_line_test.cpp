@@ -204,8 +204,8 @@ TEST(SerialLine, RefusesWhatIsNoSerialDevice) {
     return line ? "taken" : line.error().what;
   };
   EXPECT_EQ(refusal(folder.file("absent")), "not there; expected a serial device");
-  EXPECT_EQ(refusal(folder.file("plain")), "no terminal; expected a serial device");
-  EXPECT_EQ(refusal("/dev/null"), "no terminal; expected a serial device");
+  EXPECT_EQ(refusal(folder.file("plain")), "not a terminal; expected a serial device");
+  EXPECT_EQ(refusal("/dev/null"), "not a terminal; expected a serial device");
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ TEST_F(RepairTest, ADamagedCaptureKeepsWhatIsBehindTheDamage) {
   const std::string text = test::content(path);
   test::write_file(path, text.substr(0, 128) + std::string(64, '\xFF') + text.substr(128));
   EXPECT_THAT(left_out(folder.file("capture")),
-              ElementsAre(HasSubstr(":0: 64 bytes in 1 place from byte 128 on are no packet")));
+              ElementsAre(HasSubstr(":0: 64 bytes in 1 place from byte 128 on are not packets")));
   EXPECT_THAT(verify(out).findings[0].text, HasSubstr("5 packets, 40 bytes of the line, opened 1 time"));
 }
 

@@ -118,7 +118,7 @@ TEST_F(VerifyTest, ARowThatCannotBeReadIsDamageWithItsReason) {
   replace(path(0), "8.010000", "8.01x000");
   EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr(": changed: 4 rows"),
                                            HasSubstr(":" + std::to_string(line_of_row(path(0), 2)) +
-                                                     ": damaged: column rate_deg_per_h: \"8.01x000\" is not a value")));
+                                                     ": damaged: column rate_deg_per_h: found \"8.01x000\", expected a valid value")));
 }
 
 TEST_F(VerifyTest, ASegmentThatTheIndexKnowsAndTheFolderDoesNotIsMissing) {
@@ -160,14 +160,14 @@ TEST_F(VerifyTest, ACaptureIsWholeOrToldWithItsLastGoodByte) {
                                               HasSubstr("31 bytes from byte 166 on are no whole packet"))));
   test::write_file(path, text.substr(0, 128) + std::string(64, '\xFF') + text.substr(128));
   EXPECT_THAT(faults(path), ElementsAre(AllOf(HasSubstr(": damaged: 5 packets, 40 bytes"),
-                                              HasSubstr("64 bytes in 1 place from byte 128 on are no packet"))));
+                                              HasSubstr("64 bytes in 1 place from byte 128 on are not packets"))));
   test::write_file(path, text.substr(0, 128) + std::string(64, '\xFF') + text.substr(128, text.size() - 135));
   EXPECT_THAT(faults(path),
               ElementsAre(AllOf(HasSubstr(": damaged: 4 packets, 30 bytes"),
-                                HasSubstr("64 bytes in 1 place from byte 128 on are no packet; 31 bytes from "
+                                HasSubstr("64 bytes in 1 place from byte 128 on are not packets; 31 bytes from "
                                           "byte 230 on are no whole packet"))));
   test::write_file(path, "no capture");
-  EXPECT_THAT(faults(path), ElementsAre(HasSubstr(": refused: found no pcap file")));
+  EXPECT_THAT(faults(path), ElementsAre(HasSubstr(": refused: not a pcap file")));
 }
 
 TEST_F(VerifyTest, DocumentsAreJudgedByTheReadersThatServe) {
