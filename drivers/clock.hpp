@@ -38,6 +38,7 @@ struct ClockStatus {
 
 /// Takes one reading and returns at most one sample per axis. The time of a sample is the end of the interval over
 /// which its rate is the mean.
+///
 /// Host: the counter gives the device's time x, the arrival (minus wire time and latency) the host's time y. The line
 /// below all points (arrival_hull.hpp) converts x to stamps and gives the true period. The nominal rate is used until
 /// the window is long enough to estimate the rate better than the nominal rate's tolerance. Two windows alternate, so
@@ -45,10 +46,13 @@ struct ClockStatus {
 /// the limit, or later than it for a second, shows that the counter or a clock was set: the fit restarts. If all
 /// readings are late by full periods of the counter (by frames, without a counter), frames were lost while the line was
 /// not read: they are counted as missing by arrival, and the fit continues.
+///
 /// Device: first arrival + counter x nominal tick. If the counter jumps back by less than half its modulus, it was
 /// restarted; time advances by one frame. Depends only on the first arrival and the counters.
+///
 /// Without a counter (in this stream) each frame is one period after the previous one; frames lost on the line are
 /// derived from the bytes skipped there (if the stream has one message type).
+///
 /// The first reading of an axis's accumulated angle gives no sample, because it has no predecessor.
 class Clock {
  public:

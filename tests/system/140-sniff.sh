@@ -46,7 +46,7 @@ status='{"name": "status", "sync": {"at": 0, "bytes": "A5 5A 01 14"}, "length": 
 sed -e 's/A5 5A 01 14"}/A5 5A 02 14"}/' -e "s/\"kinds\": \[/&$status,/" "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/still.json"
 code=0; prismd --sniff "$dir/c.pcap" "$dir/still.json" >"$dir/o" 2>&1 || code=$?
 same "no rate of turn: exit code" "$code" 1
-contains "no rate of turn" "$(cat "$dir/o")" ": no rate of turn in them"
+contains "no rate of turn" "$(cat "$dir/o")" ": none with a rate"
 
 # A capture of a network is refused as by --replay, with the way to its bytes.
 printf '\324\303\262\241\002\000\004\000\000\000\000\000\000\000\000\000\377\377\000\000\001\000\000\000' >"$dir/net.pcap"

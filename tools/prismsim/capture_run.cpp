@@ -12,8 +12,8 @@
 namespace prism::prismsim {
 namespace {
 
-// Cuts the stream into packets and dates each by the arrival of its last byte. A line that is too slow for its frames
-// falls behind, as a real one does.
+// Splits the stream into packets; their time is the arrival of the last byte. Like a real line, it falls behind if the
+// frames need more than its speed.
 class Packets {
  public:
   Packets(drivers::CaptureWriter& writer, const SimOptions& options)
@@ -22,8 +22,7 @@ class Packets {
         byte_ns_(options.frames->wire.byte_time_ns()),
         latency_ns_(options.frames->latency_s * 1e9) {}
 
-  // `offset_ns` since the gyro was switched on: a day of nanoseconds is exact in a double, the years since 1970 are
-  // not.
+  // `offset_ns` is relative to switch-on: a double is exact for a day of nanoseconds, but not for the years since 1970.
   Result<void> add(std::int64_t offset_ns, const std::vector<std::uint8_t>& bytes) {
     const double first_bit_ns = std::max(static_cast<double>(offset_ns) + latency_ns_, line_free_ns_);
     line_free_ns_ = first_bit_ns + static_cast<double>(bytes.size()) * byte_ns_;

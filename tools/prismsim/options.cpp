@@ -22,7 +22,7 @@ namespace {
 constexpr int kUsage = 64, kBadConfiguration = 78;
 constexpr double kMostHours = 24 * 366;
 
-// What the command line says, before it means something.
+// Command line before it is interpreted.
 struct CommandLine {
   std::string profile = "paper", frames = "trplg", speed = "1";
   std::vector<std::string> axes, invalid;
@@ -43,73 +43,66 @@ void declare_gyro(CLI::App& app, CommandLine& line, SimOptions& options) {
   simulation::SimulationSettings& simulation = options.simulation;
   app.add_option("--profile", line.profile, "thermal cycle: paper, second, third, beyond, fast, steady or warm-up")
       ->capture_default_str();
-  app.add_option("--seed", simulation.seed, "of all that is random; the same seed gives the same gyro")
+  app.add_option("--seed", simulation.seed, "seed of the random generator; the same seed gives the same gyro")
       ->capture_default_str();
-  auto* cycles = app.add_option("--cycles", line.cycles, "how many cycles in a row")
+  auto* cycles = app.add_option("--cycles", line.cycles, "number of cycles")
                      ->check(tools::within(1e-6, 1000.0))
                      ->capture_default_str();
-  app.add_option("--hours", line.hours, "end after so many hours instead")
+  app.add_option("--hours", line.hours, "stop after this many hours instead")
       ->check(tools::within(1e-6, kMostHours))
       ->excludes(cycles);
   app.add_option("--frames", line.frames, "frame description: a name or a path")->capture_default_str();
-  app.add_option("--axis", line.axes,
-                 "the axes of the description that turn: one or several, x,y,z (default: its first)")
+  app.add_option("--axis", line.axes, "axes of the description to simulate: one or several, x,y,z (default: its first)")
       ->delimiter(',')
       ->type_name("TEXT");
-  app.add_option("--invalid", line.invalid, "AXIS:FROM:TO, in seconds: the device says that the axis is not valid")
+  app.add_option("--invalid", line.invalid, "AXIS:FROM:TO, in seconds: the device marks the axis invalid")
       ->delimiter(',');
-  app.add_option("--rate", line.rate_hz, "frames a second, of every kind (default: the description's)")
+  app.add_option("--rate", line.rate_hz, "frames per second, all message types (default: from the description)")
       ->check(tools::within(0.01, 100000.0));
-  app.add_option("--latitude", line.latitude_deg, "of the place, degrees north")
+  app.add_option("--latitude", line.latitude_deg, "site latitude, degrees north")
       ->check(tools::within(-90.0, 90.0))
       ->capture_default_str();
-  app.add_option("--elevation", line.elevation_deg,
-                 "of the input axis, degrees above the horizon; of several axes a list")
+  app.add_option("--elevation", line.elevation_deg, "input axis, degrees above the horizon; a list for several axes")
       ->delimiter(',')
       ->check(tools::within(-90.0, 90.0))
       ->capture_default_str();
-  app.add_option("--azimuth", line.azimuth_deg,
-                 "of the input axis, degrees from north over east; of several axes a list")
+  app.add_option("--azimuth", line.azimuth_deg, "input axis, degrees from north over east; a list for several axes")
       ->delimiter(',')
       ->check(tools::within(-360.0, 360.0))
       ->capture_default_str();
-  app.add_option("--outliers", simulation.outliers_per_h, "jumps of the angle in an hour")
+  app.add_option("--outliers", simulation.outliers_per_h, "jumps of the angle per hour")
       ->check(tools::within(0.0, 1e6));
-  app.add_option("--lose-frames", simulation.lose_frames, "share of the frames that are never sent, 0 to 1")
-      ->check(share);
-  app.add_option("--drop-bytes", simulation.drop_bytes, "share of the bytes that the line swallows, 0 to 1")
-      ->check(share);
-  app.add_option("--damage-bytes", simulation.damage_bytes, "share of the bytes that the line changes, 0 to 1")
-      ->check(share);
+  app.add_option("--lose-frames", simulation.lose_frames, "share of frames not sent, 0 to 1")->check(share);
+  app.add_option("--drop-bytes", simulation.drop_bytes, "share of bytes dropped by the line, 0 to 1")->check(share);
+  app.add_option("--damage-bytes", simulation.damage_bytes, "share of bytes changed by the line, 0 to 1")->check(share);
 }
 
-// What moves the bias beyond T, dT/dt and U.
+// Causes of bias other than T, dT/dt and U.
 void declare_truth(CLI::App& app, simulation::TruthSettings& truth) {
-  app.add_flag("--smooth", truth.smooth, "a smooth truth that is no quadratic, instead of the paper's equation");
+  app.add_flag("--smooth", truth.smooth, "smooth non-quadratic bias instead of the paper's equation");
   const std::tuple<const char*, double&, const char*> sizes[]{
-      {"--sensor-lag", truth.sensor_lag_s, "seconds that the thermometer lags behind the body"},
+      {"--sensor-lag", truth.sensor_lag_s, "lag of the thermometer behind the body, s"},
       {"--hysteresis", truth.hysteresis_deg_per_h, "half the gap between heating and cooling, deg/h"},
       {"--turn-on", truth.turn_on_deg_per_h, "1 sigma of the offset of each switch-on, deg/h"},
-      {"--warm-up", truth.warm_up_deg_per_h, "at switch-on, falling to 1/e in an hour, deg/h"},
+      {"--warm-up", truth.warm_up_deg_per_h, "bias at switch-on, falls to 1/e in an hour, deg/h"},
       {"--flicker", truth.flicker_deg_per_h, "bias instability B, deg/h"},
-      {"--mode-hops", truth.mode_hops_deg_per_h, "1 sigma of the levels that the cavity hops between, deg/h"},
-      {"--ageing", truth.ageing_deg_per_h_per_day, "deg/h in a day"},
+      {"--mode-hops", truth.mode_hops_deg_per_h, "1 sigma of the bias levels between mode hops, deg/h"},
+      {"--ageing", truth.ageing_deg_per_h_per_day, "drift, deg/h per day"},
       {"--gradient", truth.gradient_deg_per_h_per_degc,
-       "of the case's temperature less the body's, deg/h per degC: seen by a thermometer of the case alone"},
-      {"--tilt", truth.tilt_deg_per_h, "of the floor, once a day to and fro, deg/h"}};
+       "bias per degC of case minus body temperature, deg/h; only a case thermometer detects it"},
+      {"--tilt", truth.tilt_deg_per_h, "daily tilt of the floor, amplitude, deg/h"}};
   for (const auto& [name, value, text] : sizes) app.add_option(name, value, text)->check(tools::within(0.0, 1e4));
 }
 
 void declare_output(CLI::App& app, CommandLine& line, SimOptions& options) {
   app.add_option("--out", options.out, "write a capture, at full speed")->type_name("FILE");
   app.add_option("--truth", options.truth, "write the truth once a second, as CSV")->type_name("FILE");
-  app.add_option("--chunk-bytes", options.chunk_bytes, "bytes of a capture packet (default: what arrives of one frame)")
+  app.add_option("--chunk-bytes", options.chunk_bytes, "bytes per capture packet (default: one frame)")
       ->check(tools::within(1, 65536));
   app.add_flag("--pty", options.terminal, "send on a pseudo-terminal and print its path");
-  app.add_option("--link", options.link, "the same, with a symbolic link to it")->type_name("PATH");
-  app.add_flag("--wait", options.wait, "on a pseudo-terminal: begin when somebody reads");
-  app.add_flag("--overrun", options.overrun,
-               "on a pseudo-terminal: lose the bytes that a slow reader leaves no room for");
+  app.add_option("--link", options.link, "the same, and create a symbolic link to it")->type_name("PATH");
+  app.add_flag("--wait", options.wait, "on a pseudo-terminal: start when a program opens it");
+  app.add_flag("--overrun", options.overrun, "on a pseudo-terminal: drop bytes if the reader is too slow");
   app.add_option("--speed", line.speed, "on a pseudo-terminal: 1 real time, 10 ten times as fast, max")
       ->capture_default_str();
 }
@@ -124,12 +117,12 @@ std::optional<int> read_frames(const CommandLine& line, SimOptions& options) {
   choice.sensors = true;
   const auto frames = wire::parse_frame_description(*text, path, choice);
   if (!frames) return complain(kBadConfiguration, frames.error().text());
-  if (!(*frames)->carries_gyro()) return complain(kBadConfiguration, path + ": has no gyro, expected one to simulate");
+  if (!(*frames)->carries_gyro()) return complain(kBadConfiguration, path + ": has no gyro to simulate");
   options.frames = *frames;
   return std::nullopt;
 }
 
-/// Frames of every kind that the device sends in a second; the description's rate counts those that carry the gyro.
+/// Frames per second of all message types sent; the description's rate counts those with gyro data.
 double sent_rate_hz(const wire::FrameDescription& frames) {
   const auto with_gyro = std::count_if(frames.sent_kinds.begin(), frames.sent_kinds.end(), [&](int kind) {
     return frames.kinds[static_cast<std::size_t>(kind)].roles.carries_gyro();
@@ -146,12 +139,11 @@ Result<simulation::InvalidTime> read_invalid(const std::string& text, const wire
   const bool good = second != std::string::npos && time.axis < frames.axes.size() &&
                     CLI::detail::lexical_cast(text.substr(first + 1, second - first - 1), time.from_s) &&
                     CLI::detail::lexical_cast(text.substr(second + 1), time.to_s) && time.from_s < time.to_s;
-  if (!good)
-    return refuse("--invalid", fmt::format("found \"{}\", expected AXIS:FROM:TO of an axis that --axis names", text));
+  if (!good) return refuse("--invalid", fmt::format("found \"{}\", expected AXIS:FROM:TO of an axis in --axis", text));
   return time;
 }
 
-// One number stands for all axes.
+// One number applies to all axes.
 std::optional<int> place(const CommandLine& line, SimOptions& options) {
   const std::size_t axes = options.frames->axes.size();
   const std::pair<const char*, std::size_t> lists[] = {{"--elevation", line.elevation_deg.size()},

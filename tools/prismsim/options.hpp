@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What prismsim was asked for.
+// Command line of prismsim.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,16 @@ struct SimOptions {
   std::string truth;              ///< truth file; empty: none
   bool terminal = false;          ///< send on a pseudo-terminal
   std::string link;               ///< symbolic link to it; empty: none
-  bool wait = false;              ///< time begins when somebody reads
-  bool overrun = false;           ///< bytes that find the pseudo-terminal full are lost
-  std::optional<double> speed;    ///< of the pseudo-terminal's time; nothing: as fast as it is read
-  std::uint64_t chunk_bytes = 0;  ///< bytes of a capture packet; 0: what arrives of one frame
+  bool wait = false;              ///< the simulation starts when a program opens the terminal
+  bool overrun = false;           ///< drops bytes if the pseudo-terminal is full
+  std::optional<double> speed;    ///< of the pseudo-terminal's time; nullopt: as fast as the reader
+  std::uint64_t chunk_bytes = 0;  ///< bytes per capture packet; 0: one frame
 
   std::uint64_t total_frames() const;
 };
 
-/// Reads the command line, and the frame description it names. Returns the exit code instead where the program is to
-/// end at once: after --help (0), on a wrong command line (64) or frame description (78), with one line on stderr.
+/// Reads the command line and its frame description. Returns the exit code if the program must end now: after --help
+/// (0), on an invalid command line (64) or frame description (78), with one line on stderr.
 std::optional<int> parse_sim_options(int argc, char** argv, SimOptions& options);
 
 }  // namespace prism::prismsim

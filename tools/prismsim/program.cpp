@@ -27,7 +27,7 @@ void announce(const SimOptions& options) {
   fmt::print(stderr, "prismsim: simulated gyro, profile {}, seed {}, {} frames/s of \"{}\", {:.2f} h\n",
              simulation.profile.name, simulation.seed, simulation.rate_hz, frames.name, options.duration_s / 3600);
   if (std::abs(simulation.rate_hz - frames.rate_hz) > std::max(frames.rate_tolerance, 1e-6) * frames.rate_hz) {
-    fmt::print(stderr, "prismsim: note: \"{}\" is described at {} frames/s; a reader that counts on it will be wrong\n",
+    fmt::print(stderr, "prismsim: note: \"{}\" is described at {} frames/s; readers that rely on it will be wrong\n",
                frames.name, frames.rate_hz);
   }
   const double load = simulation.rate_hz * frames.max_frame_bytes * frames.wire.byte_time_ns() * 1e-9;
@@ -54,8 +54,8 @@ void conclude(const simulation::SimulationCounters& counters, const std::string&
     const simulation::BiasParts& parts = counters.parts[i];
     fmt::print(
         stderr,
-        "prismsim: axis {}: bias, 1 sigma: {:.4f} deg/h of its own temperature, slope and voltage; {:.4f} of the "
-        "gradient to the case; {:.4f} that no thermometer can see\n",
+        "prismsim: axis {}: bias, 1 sigma: {:.4f} deg/h from its own temperature, slope and voltage; {:.4f} from the "
+        "gradient to the case; {:.4f} that no thermometer detects\n",
         frames.axes[i].name, parts.own, parts.gradient, parts.hidden);
   }
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// prismsim as its command line asks for it.
+// Runs prismsim as the command line requests.
 #pragma once
 
 namespace prism::prismsim {
 
-/// Does what prismsim's command line says. 0: done; 1: failed; 64: not understood.
+/// Runs the simulation. Returns 0: done; 1: failed; 64: invalid command line.
 int run(int argc, char** argv);
 
 }  // namespace prism::prismsim

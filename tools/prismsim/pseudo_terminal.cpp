@@ -22,14 +22,14 @@ Result<void> make_link(const std::string& link, const std::string& target) {
   std::error_code error;
   const fs::file_status status = fs::symlink_status(link, error);
   if (fs::exists(status) && !fs::is_symlink(status))
-    return refuse(link, "is there and no symbolic link; expected a free name");
+    return refuse(link, "exists but is not a symbolic link; expected a free name");
   fs::remove(link, error);
   fs::create_symlink(target, link, error);
-  if (error) return refuse(link, fmt::format("the link cannot be made: {}", error.message()));
+  if (error) return refuse(link, fmt::format("cannot create the link: {}", error.message()));
   return {};
 }
 
-// Raw, as the reader will set it too: until it does, an echoing terminal would send everything back.
+// Raw from the start: until the reader sets it, too, an echoing terminal would send everything back.
 bool make_raw(int fd) {
   struct termios line;
   if (::tcgetattr(fd, &line) != 0) return false;
@@ -45,14 +45,15 @@ Result<PseudoTerminal> PseudoTerminal::open(const std::string& link) {
   if (master < 0 || ::grantpt(master) != 0 || ::unlockpt(master) != 0 || ::ptsname_r(master, path, sizeof path) != 0) {
     const std::string why = std::strerror(errno);
     if (master >= 0) ::close(master);
-    return refuse("/dev/ptmx", "no pseudo-terminal to be had: " + why);
+    return refuse("/dev/ptmx", "cannot open a pseudo-terminal: " + why);
   }
   PseudoTerminal terminal(master, path);
-  // Opened and closed once, the other end counts as closed until somebody opens it: has_reader() works from the start.
+  // After the other end was opened and closed once, it counts as closed until a program opens it: has_reader() works
+  // from the start.
   const int slave = ::open(path, O_RDWR | O_NOCTTY | O_CLOEXEC);
   const bool raw = slave >= 0 && make_raw(slave);
   if (slave >= 0) ::close(slave);
-  if (!raw) return refuse(path, fmt::format("cannot be set up: {}", std::strerror(errno)));
+  if (!raw) return refuse(path, fmt::format("cannot set it up: {}", std::strerror(errno)));
   if (!link.empty()) {
     if (auto made = make_link(link, path); !made) return tl::unexpected<Error>(made.error());
     terminal.link_ = link;
@@ -85,8 +86,8 @@ void PseudoTerminal::wait_for_room(int milliseconds) const {
   ::poll(&room, 1, milliseconds);
 }
 
-// Nothing tells a master how much its reader has not taken; the other end, opened for a moment, does: poll() there
-// first carries over what is still on its way, then says whether there is anything.
+// The master cannot query how much its reader has not read. Opening the other end for a moment shows it: poll() there
+// first transfers the pending bytes, then reports whether there are any.
 bool PseudoTerminal::is_drained() const {
   if (!has_reader()) return true;
   const int slave = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);

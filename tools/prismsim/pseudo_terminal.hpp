@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The master's end of a pseudo-terminal that plays a serial device, with a name that outlives it not.
+// Master of a pseudo-terminal that simulates a serial device; its link is removed with it.
 #pragma once
 
 #include <cstdint>
@@ -12,25 +12,25 @@ namespace prism::prismsim {
 
 class PseudoTerminal {
  public:
-  /// A new terminal, raw before anybody opens it; `link`, where not empty, becomes a symbolic link to it. A link that
-  /// is there is replaced, anything else there is a refusal.
+  /// Creates a terminal in raw mode; `link`, if not empty, becomes a symbolic link to it. Replaces an existing link;
+  /// any other existing file is an error.
   static Result<PseudoTerminal> open(const std::string& link);
 
   PseudoTerminal(PseudoTerminal&& other) noexcept;
   PseudoTerminal& operator=(PseudoTerminal&&) = delete;
-  /// Hangs the reader up and takes the link away, if it is still ours.
+  /// Disconnects the reader and removes the link if it is still its own.
   ~PseudoTerminal();
 
   const std::string& path() const { return path_; }
 
-  /// True while some program has the other end open.
+  /// True while a program has the other end open.
   bool has_reader() const;
 
-  /// Writes what there is room for without waiting; the number of bytes taken.
+  /// Writes as much as fits without waiting; returns the number of bytes.
   std::size_t write_some(std::span<const std::uint8_t> bytes);
-  /// Waits until there is room or the time is over (or a signal came).
+  /// Waits for space, at most the given time; a signal ends it, too.
   void wait_for_room(int milliseconds) const;
-  /// True where the reader has taken everything, or nobody reads.
+  /// Returns true if the reader has read everything, or there is no reader.
   bool is_drained() const;
 
  private:

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Asked to end: SIGINT, SIGTERM and SIGHUP become a flag.
+// Stop request: SIGINT, SIGTERM and SIGHUP set a flag.
 #pragma once
 
 namespace prism::prismsim {
 
-/// From now on these signals interrupt waiting calls and raise the flag instead of ending the program.
+/// Installs the handlers: these signals interrupt waiting calls and set the flag instead of ending the program.
 void catch_stop_signals();
 bool stop_requested();
 

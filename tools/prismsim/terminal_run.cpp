@@ -19,27 +19,26 @@ using Steady = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kLookForReader{10}, kSettle{50}, kLeastNap{1}, kDrainFor{5000};
-constexpr std::size_t kMostPending =
-    2048;  // bytes written in one go: a reader at "max" sees chunks of a real line's size
+constexpr std::size_t kMostPending = 2048;  // bytes per write: a reader at "max" gets chunks as large as on a real line
 
-// steady_clock is CLOCK_MONOTONIC here; unlike sleep_until, this returns when a signal comes.
+// steady_clock is CLOCK_MONOTONIC here; unlike sleep_until, this returns on a signal.
 void nap_until(Steady::time_point when) {
   const auto since = std::chrono::duration_cast<std::chrono::nanoseconds>(when.time_since_epoch()).count();
   const timespec deadline{since / 1'000'000'000, since % 1'000'000'000};
   ::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr);
 }
 
-// Returns once somebody has opened the terminal and had a moment to set it up (which throws away what is in it).
+// Waits until a program has opened the terminal and had time to set it up (which discards its content).
 void await_reader(const PseudoTerminal& terminal) {
   while (!terminal.has_reader() && !stop_requested()) nap_until(Steady::now() + kLookForReader);
   if (!stop_requested()) nap_until(Steady::now() + kSettle);
 }
 
 void drain(const PseudoTerminal& terminal) {
-  const auto patience = Steady::now() + kDrainFor;
-  while (!terminal.is_drained() && Steady::now() < patience && !stop_requested())
+  const auto deadline = Steady::now() + kDrainFor;
+  while (!terminal.is_drained() && Steady::now() < deadline && !stop_requested())
     nap_until(Steady::now() + kLookForReader);
-  nap_until(Steady::now() + kLookForReader);  // for a reader that has taken the bytes and looks at the line once more
+  nap_until(Steady::now() + kLookForReader);  // for a reader that has read the bytes and checks the line once more
 }
 
 class TerminalRun {
@@ -81,13 +80,13 @@ class TerminalRun {
     return start_ + std::chrono::duration_cast<Steady::duration>(std::chrono::duration<double>(seconds));
   }
 
-  // Frames that come faster than one a millisecond are sent some at a time, unless the reader is behind anyway.
+  // Sends frames faster than 1 kHz in groups, unless the reader is behind.
   void await_next_frame() {
     const auto next = due(line_.counters().frames + 1), now = Steady::now();
     if (next > now) nap_until(in_bunches_ ? std::max(next, now + kLeastNap) : next);
   }
 
-  // At least one frame, then all that are due by now, up to what is written in one go.
+  // At least one frame, then all that are due, up to the size of one write.
   Result<void> make_due_frames(std::uint64_t last) {
     pending_.clear();
     const auto now = Steady::now();
@@ -105,7 +104,7 @@ class TerminalRun {
     std::span<const std::uint8_t> rest = pending_;
     while (!rest.empty() && !stop_requested()) {
       if (!terminal_.has_reader()) {
-        if (options_.speed) return;  // nobody hears it
+        if (options_.speed) return;  // lost, as without a reader
         await_reader(terminal_);
         continue;
       }

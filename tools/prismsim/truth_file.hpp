@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What no real gyro tells, beside the capture: the simulated gyro's state and true bias, once a second, as CSV.
+// CSV file next to the capture with the simulated gyro's state and true bias once per second.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +14,15 @@
 
 namespace prism::prismsim {
 
-/// `#` lines that say what was simulated, a line of column names, and a row for each whole second of the stream's time:
-/// time_utc and time_s are those of the log, so that the two files can be laid side by side.
+/// `#` lines that describe the simulation, column names, and a row for each full second of the stream's time: time_utc
+/// and time_s are those of the log, so that the files can be compared.
 class TruthFile {
  public:
-  /// Refused where the file cannot be created. One that is there is replaced.
+  /// Creates or replaces the file. Errors: it cannot be created.
   static Result<TruthFile> open(const std::string& path, const simulation::SimulationSettings& settings,
                                 std::size_t axis = 0);
 
-  /// Writes a row where a second has ended since the last call. `time_ns`: since 1970 UTC.
+  /// Writes a row if a second has ended since the last call. `time_ns`: since 1970 UTC.
   Result<void> push(std::int64_t time_ns, const simulation::GyroTruth& truth);
   Result<void> flush();
 
@@ -36,7 +36,7 @@ class TruthFile {
   bool begun_ = false;
 };
 
-/// One for each axis: where there are several, PATH-AXIS with the path's extension.
+/// One file per axis; with several axes, PATH-AXIS with the path's extension.
 class TruthFiles {
  public:
   static Result<TruthFiles> open(const std::string& path, const simulation::SimulationSettings& settings,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The search for frames. Everything is decided on held_; a chunk is appended there slice by slice.
+// Search for frames. All decisions use held_; feed() appends chunks to it in slices.
 #include "drivers/wire/decode/frame_decoder.hpp"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kSliceBytes = 16 * 1024;
 constexpr double kShortestTimeoutNs = 5e6;
-/// The lock is lost after this many of the longest frames without a good one.
+/// The lock is lost after the length of this many of the longest frames without a good one.
 constexpr std::uint64_t kFramesUntilLost = 8;
 
 }  // namespace
@@ -118,7 +118,7 @@ std::size_t FrameDecoder::next_possible(std::size_t at) const {
   return at;
 }
 
-/// The first kind that fits wins. One that needs more bytes stops the search here: with them it might fit.
+/// The first matching message type wins. If a type needs more bytes, the search stops here: it might match with them.
 FrameDecoder::Candidate FrameDecoder::try_kinds(std::size_t at, Mode mode, FrameView& view) {
   Candidate candidate;
   const std::span<const std::uint8_t> bytes{held_.data() + at, held_.size() - at};
@@ -155,7 +155,7 @@ FrameDecoder::Candidate FrameDecoder::look_at(std::size_t at, Mode mode) {
   return candidate;
 }
 
-/// Once for each place, when it is decided: a place that is looked at again with more bytes is not counted twice.
+/// Called once per position, when it is decided: a position examined again with more bytes is not counted twice.
 void FrameDecoder::count(const Candidate& candidate) {
   counters_.bad_length += candidate.bad_length;
   counters_.bad_body += candidate.bad_body;
@@ -163,7 +163,7 @@ void FrameDecoder::count(const Candidate& candidate) {
   counters_.unconfirmed += candidate.unconfirmed;
 }
 
-/// A weak frame is believed when enough good ones stand right behind it, with the right counter steps.
+/// A weak frame is accepted if enough good frames follow directly, with the right counter steps.
 bool FrameDecoder::confirmed(std::size_t at, const Candidate& candidate, Mode mode, bool& need_more) {
   const int needed = description_->kinds[static_cast<std::size_t>(candidate.kind)].confirmations;
   FrameView before = view_;

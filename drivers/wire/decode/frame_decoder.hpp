@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Finds frames in a stream of bytes, however it is cut and damaged, and reads them as the description says.
+// Finds frames in a stream of bytes, independent of chunks and damage, and decodes them by the description.
 #pragma once
 
 #include <array>
@@ -14,58 +14,58 @@
 
 namespace prism::wire {
 
-/// What happened on the line since the decoder was made; reset() keeps them.
+/// Counts since the decoder was created; reset() keeps them.
 struct DecoderCounters {
   std::uint64_t bytes = 0;
-  std::uint64_t frames = 0;         ///< good ones, of every kind
+  std::uint64_t frames = 0;         ///< good frames of all message types
   std::uint64_t bad_check = 0;      ///< candidates with the right sync and length whose check failed
-  std::uint64_t bad_length = 0;     ///< candidates whose length field was out of bounds, or that never ended
-  std::uint64_t bad_body = 0;       ///< candidates against a body rule
-  std::uint64_t skipped_bytes = 0;  ///< bytes that belong to no good frame
-  std::uint64_t resyncs = 0;        ///< times a run of good frames was broken: one damaged place, one count
-  std::uint64_t timeouts = 0;       ///< candidates given up because the line fell silent
-  std::uint64_t unconfirmed = 0;    ///< good-looking frames under a weak check that no second one confirmed
-  std::uint64_t out_of_range = 0;   ///< field values outside the range their description gives
+  std::uint64_t bad_length = 0;     ///< candidates with an invalid length field, or without an end
+  std::uint64_t bad_body = 0;       ///< candidates that violate a body rule
+  std::uint64_t skipped_bytes = 0;  ///< bytes that are not part of a good frame
+  std::uint64_t resyncs = 0;        ///< interruptions of a sequence of good frames: one per damaged range
+  std::uint64_t timeouts = 0;       ///< candidates dropped after a time without data
+  std::uint64_t unconfirmed = 0;    ///< matching frames with a weak check that were not confirmed by a second one
+  std::uint64_t out_of_range = 0;   ///< field values outside the range of their description
 };
 
-/// A frame is looked for at every offset: after a candidate failed, the search goes on at its second byte, so a good
-/// frame behind or inside a bad one is never lost. The readings (offset, values) depend on the bytes only, not on how
-/// they were cut into chunks; their times depend on the chunks' arrival times only, not on timers.
+/// Looks for a frame at every offset: after a failed candidate the search continues at its second byte, so a good frame
+/// after or inside a bad one is never lost. The readings (offset, values) depend only on the bytes, not on their
+/// chunks; their times depend only on the chunks' arrival times, not on timers.
 ///
-/// Where the checks of a kind have less than 16 bits together, the first frame after a start (or after a long stretch
-/// without any) is held back until the next one, directly behind it, confirms it.
+/// If all checks of a message type have less than 16 bits, the first frame after a start (or after a long time without
+/// frames) is held until the next frame, directly after it, confirms it.
 ///
-/// A candidate whose end is missing holds up what is behind it. When the line has been silent for twice the wire time
-/// of the longest frame, at least 5 ms, good frames behind the candidate are looked for; where one stands, the
-/// candidate is given up. Where none stands it goes on waiting, so that a frame which a USB adapter (16 ms) or a
-/// stalled machine cut in two is never lost.
+/// A candidate without its end blocks the bytes after it. After a time without data of twice the wire time of the
+/// longest frame, at least 5 ms, the decoder looks for good frames after the candidate; if it finds one, it drops the
+/// candidate. Otherwise it keeps waiting, so that a frame split by a USB adapter (16 ms) or a stalled machine
+/// is never lost.
 ///
 /// Memory: at most one frame and one slice of input (16 KiB); no allocation per frame.
 class FrameDecoder {
  public:
   explicit FrameDecoder(FrameDescriptionPtr description);
 
-  /// Takes the next bytes of the stream; `arrival_ns` is when the last of them had arrived and never decreases.
-  /// Appends to `out` and leaves what it holds alone.
+  /// Decodes the next bytes of the stream; `arrival_ns` is the arrival of the last of them and never decreases. Appends
+  /// to `out`.
   void feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::vector<Reading>& out);
 
-  /// For a live line's timer: nothing has arrived until `now_ns` since the last feed. Only makes readings come sooner;
-  /// the next feed would find the same ones.
+  /// Call on a live line's timer: no data since the last feed until `now_ns`. Readings come earlier; without it the
+  /// next feed would find the same ones.
   void expire(std::int64_t now_ns, std::vector<Reading>& out);
 
-  /// The stream has ended: reads what can still be read.
+  /// Call at the end of the stream: decodes the remaining bytes.
   void finish(std::vector<Reading>& out);
 
-  /// A new session of the device: forgets held bytes and slow channels; offsets and counters go on.
+  /// Starts a new session of the device: forgets held bytes and slow channels; offsets and counters continue.
   void reset();
 
-  /// Silence after which a waiting candidate is given up, ns.
+  /// Time without data after which a waiting candidate is dropped, ns.
   std::int64_t timeout_ns() const { return timeout_ns_; }
-  /// True while bytes of an unfinished candidate are held: expire() can do something.
+  /// True while bytes of an unfinished candidate are held: expire() may have an effect.
   bool waiting() const { return !held_.empty(); }
-  /// When the chunk had arrived in which the frame ended.
+  /// Arrival of the chunk in which the frame ended.
   std::int64_t chunk_arrival_ns(const Reading& reading) const;
-  /// Of the oldest chunk that a frame which is still to be found may end in; nothing is held: the next one's.
+  /// Arrival of the oldest chunk in which a pending frame can end; nullopt if no bytes are held.
   std::optional<std::int64_t> held_since_ns() const {
     return waiting() && !chunk_ends_.empty() ? std::optional(chunk_ends_.front().arrival_ns) : std::nullopt;
   }
@@ -81,12 +81,17 @@ class FrameDecoder {
     std::uint64_t end = 0;
     std::int64_t arrival_ns = 0;
   };
-  enum class Mode { kMore, kSilent, kEnd };  ///< what a missing end means: wait; try others meanwhile; give up
+  enum class Mode {
+    kMore,
+    kSilent,
+    kEnd
+  };  ///< action if the end is missing: wait; try later candidates meanwhile; drop
   struct Candidate {
     Match match = Match::kNoSync;
     std::int32_t kind = -1;
     std::uint32_t length = 0;
-    std::uint32_t bad_length = 0, bad_body = 0, bad_check = 0, unconfirmed = 0;  ///< kinds that failed here, by cause
+    std::uint32_t bad_length = 0, bad_body = 0, bad_check = 0,
+                  unconfirmed = 0;  ///< message types that failed here, by cause
   };
 
   void scan(Mode mode, std::vector<Reading>& out);
@@ -110,21 +115,21 @@ class FrameDecoder {
   DecoderCounters counters_;
   double byte_time_ns_ = 0;
   std::int64_t timeout_ns_ = 0;
-  std::array<std::uint64_t, 256> kinds_by_first_byte_{};  ///< bit k: kind k may begin with this byte
-  int only_first_byte_ = -1;                              ///< where every kind begins with the same one
+  std::array<std::uint64_t, 256> kinds_by_first_byte_{};  ///< bit k: message type k may begin with this byte
+  int only_first_byte_ = -1;                              ///< if all message types begin with the same byte; else -1
 
   std::vector<std::uint8_t> held_;    ///< bytes not decided yet
   std::uint64_t held_offset_ = 0;     ///< of held_[0] in the stream
-  int before_held_ = -1;              ///< the byte in front of held_[0]
-  std::vector<ChunkEnd> chunk_ends_;  ///< of the chunks that reach into held_, oldest first
+  int before_held_ = -1;              ///< the byte before held_[0]
+  std::vector<ChunkEnd> chunk_ends_;  ///< of the chunks that overlap held_, oldest first
   std::int64_t last_arrival_ns_ = 0;
 
-  bool locked_ = false;              ///< frames of weak kinds are believed at once
-  bool in_run_ = false;              ///< the byte before was the end of a good frame
+  bool locked_ = false;              ///< frames of weak message types are accepted at once
+  bool in_run_ = false;              ///< the previous byte was the end of a good frame
   std::uint64_t last_good_end_ = 0;  ///< in the stream
   std::int32_t last_kind_ = -1;
-  std::size_t trailer_at_ = 0;          ///< bytes of last_kind_'s trailer seen behind the last frame
-  std::uint64_t lost_after_bytes_ = 0;  ///< without a good frame, until the lock is gone
+  std::size_t trailer_at_ = 0;          ///< bytes of last_kind_'s trailer seen after the last frame
+  std::uint64_t lost_after_bytes_ = 0;  ///< the lock is lost after this many bytes without a good frame
 };
 
 }  // namespace prism::wire

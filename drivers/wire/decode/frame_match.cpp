@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Recognising one kind of frame.
+// Matches one message type.
 #include "drivers/wire/decode/frame_match.hpp"
 
 #include <algorithm>
@@ -9,7 +9,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// kYes, kNoSync, or kNeedMore where the bytes at hand fit and others are still to come.
+/// kYes, kNoSync, or kNeedMore if the bytes so far match and more are needed.
 Match match_sync(const FrameKind& kind, Bytes bytes) {
   for (const ByteRule& rule : kind.sync) {
     if (rule.at >= bytes.size()) return Match::kNeedMore;

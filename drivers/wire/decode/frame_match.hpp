@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Does a frame of this kind stand here? Sync, length, body and checks, in that order.
+// Tests if a frame of a message type starts here: sync, length, body and checks, in this order.
 #pragma once
 
 #include <cstdint>
@@ -12,20 +12,20 @@ namespace prism::wire {
 
 enum class Match {
   kYes,
-  kNeedMore,  ///< everything fits so far, but the frame goes on behind the bytes at hand
+  kNeedMore,  ///< matches so far, but the frame continues after the available bytes
   kNoSync,
-  kBadLength,  ///< length field out of bounds, or no terminator within the longest length
-  kBadBody,    ///< a body or refuse rule, or broken items or columns
+  kBadLength,  ///< invalid length field, or no terminator within the maximum length
+  kBadBody,    ///< violates a body or refuse rule, or has broken items or columns
   kBadCheck,
 };
 
 struct MatchResult {
   Match match = Match::kNoSync;
-  std::uint32_t length = 0;  ///< bytes of the frame, for kYes (kNeedMore: what is known of it)
+  std::uint32_t length = 0;  ///< bytes of the frame, for kYes (kNeedMore: as far as known)
 };
 
-/// `bytes` begins where the frame would begin; `before` is the byte in front of it, -1 where none is known. On kYes
-/// the view looks at the frame.
+/// `bytes` starts at the possible start of the frame; `before` is the preceding byte, or -1 if unknown. After kYes the
+/// view refers to the frame.
 MatchResult match_frame(const FrameKind& kind, std::span<const std::uint8_t> bytes, int before, FrameView& view);
 
 }  // namespace prism::wire

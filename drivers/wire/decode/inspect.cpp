@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Naming the values of a frame, and holding a description to its test vectors.
+// Names the values of a frame, and runs a description's test vectors.
 #include "drivers/wire/decode/inspect.hpp"
 
 #include <fmt/format.h>
@@ -17,14 +17,16 @@ Result<void> run_vector(const FrameDescription& description, const TestVector& v
   const bool whole = inspected && inspected->length == vector.bytes.size();
   if (vector.kind.empty()) {
     if (!inspected) return {};
-    return refuse(vector.where, fmt::format("decodes as kind {}; expected a refusal", inspected->kind_name));
+    return refuse(vector.where,
+                  fmt::format("decodes as message type {}; expected to be rejected", inspected->kind_name));
   }
   if (!whole) {
-    return refuse(vector.where, fmt::format("{} of {} bytes are a frame; expected all of them to be one of kind {}",
+    return refuse(vector.where, fmt::format("{} of {} bytes are a frame; expected one frame of message type {}",
                                             inspected ? inspected->length : 0, vector.bytes.size(), vector.kind));
   }
   if (inspected->kind_name != vector.kind) {
-    return refuse(vector.where, fmt::format("decodes as kind {}; expected {}", inspected->kind_name, vector.kind));
+    return refuse(vector.where,
+                  fmt::format("decodes as message type {}; expected {}", inspected->kind_name, vector.kind));
   }
   for (const TestVector::Expectation& expected : vector.expected) {
     const auto value = std::find_if(inspected->values.begin(), inspected->values.end(),

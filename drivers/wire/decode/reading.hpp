@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One decoded frame, before it has a place in time: what the decoder hands to the clock.
+// One decoded frame before it has a time: passed from the decoder to the clock.
 #pragma once
 
 #include <array>
@@ -10,36 +10,37 @@
 
 namespace prism::wire {
 
-/// What a frame says of one input axis.
+/// Data of one input axis in a frame.
 struct GyroReading {
-  /// In the description's own unit; AxisRule::scale turns it into deg/h or arcsec. Whole numbers (pulses) stay exact,
-  /// so differences of an accumulated angle are exact too.
+  /// In the description's unit; AxisRule::scale converts it to deg/h or arcsec. Integers (pulses) are exact, so
+  /// differences of an accumulated angle are exact, too.
   double value = kUnknown;
-  bool carried = false;        ///< this kind carries the axis
-  bool valid = false;          ///< the number is there, finite, in range, and the frame says it is valid
-  bool out_of_bounds = false;  ///< it is there, but outside the min and max of its field
+  bool carried = false;        ///< this message type contains the axis
+  bool valid = false;          ///< the number is present, finite, in range, and the frame marks it as valid
+  bool out_of_bounds = false;  ///< present, but outside the min and max of its field
 };
 
 struct Reading {
-  /// The sensors stay as they are: who has none pays nothing for them.
-  Reading() {}  // the default one would set them to zero
+  /// `sensors` stays uninitialised: zeroing it costs time.
+  Reading() {}  // the default constructor would zero the arrays
 
-  /// When the frame's last byte had arrived: arrival of its chunk minus the wire time of the bytes behind it there.
+  /// Arrival of the frame's last byte: arrival of its chunk minus the wire time of the bytes after it in the chunk.
   std::int64_t arrival_ns = 0;
-  std::uint64_t offset = 0;  ///< of its first byte in the stream since the decoder was made
+  std::uint64_t offset = 0;  ///< of its first byte in the stream since the decoder was created
   std::uint32_t length = 0;  ///< bytes
-  std::uint32_t behind = 0;  ///< bytes that came behind it in its chunk: a chunk that waited brings many
+  std::uint32_t behind = 0;  ///< bytes after it in its chunk: a chunk that waited contains many frames
   std::int32_t kind = 0;     ///< index into FrameDescription::kinds
-  bool has_gyro = false;     ///< this kind carries an axis (others may carry the counter or temperature)
+  bool has_gyro = false;     ///< this message type contains an axis (others may contain the counter or temperature)
   bool has_counter = false;
   std::uint32_t status = 0;                ///< the device's status bits as sent
-  std::uint64_t counter = 0;               ///< as sent, below CounterRule::modulus
+  std::uint64_t counter = 0;               ///< as sent; less than CounterRule::modulus
   std::array<GyroReading, kMaxAxes> gyro;  ///< as FrameDescription::axes
-  double temperature_degc = kUnknown;      ///< kUnknown: absent, out of range, or older than its limit
+  double temperature_degc = kUnknown;      ///< kUnknown: absent, out of range, or too old
   double uhfo_v = kUnknown;
-  std::array<double, kMaxSensors> sensors;  ///< as FrameDescription::sensors; others are not set
-  bool sensors_read = false;                ///< else as in a frame before: of fast ones not each is read for them
-  /// Carried lately, but outside the min and max of its field; of the rate each axis says it.
+  std::array<double, kMaxSensors> sensors;  ///< as FrameDescription::sensors; others are uninitialised
+  bool sensors_read =
+      false;  ///< false: values of an earlier frame, because sensors of fast frames are not read each time
+  /// Recently received, but outside the min and max of its field; for the rate see each axis.
   QuantitySet out_of_bounds;
   double latency_s = 0;  ///< from the end of the measured interval to the frame's first bit
 };

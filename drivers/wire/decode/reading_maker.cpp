@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reading the roles of a frame's fields, and holding slow channels.
+// Reads the roles of a frame's fields and holds slow channels.
 #include "drivers/wire/decode/reading_maker.hpp"
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 namespace prism::wire {
 namespace {
 
-/// Whether every frame of a kind tells the same of its sensors: some need not be looked at.
+/// True if every frame of a message type contains the same sensors: then some frames can be skipped.
 bool tells_alike(const FrameKind& kind) {
   const auto always = [&](const ChannelFields& fields) {
     return fields.high < 0 && fields.low < 0 && std::all_of(fields.whole.begin(), fields.whole.end(), [&](int field) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a good frame to a Reading: the roles of its fields, and the slow channels that not every frame carries.
+// Converts a good frame to a Reading: the roles of its fields, and slow channels that are not in every frame.
 #pragma once
 
 #include <array>
@@ -16,11 +16,11 @@ namespace prism::wire {
 /// The last value of a slow channel and its age in frames.
 class SlowValue {
  public:
-  /// `rate_hz`: frames a second of the kind that `steps` counts.
+  /// `rate_hz`: frames per second of the message type that `steps` counts.
   SlowValue(const SlowChannel& channel, double rate_hz);
 
-  /// One frame; `steps` is how many frames the device made since the last one, `adjacent` whether none is missing
-  /// between. Whole values come from `fields`; halves are joined only when their frames are adjacent.
+  /// Processes one frame; `steps` is the number of frames since the last one, `adjacent` is true if none is missing
+  /// between them. Complete values come from `fields`; halves are joined only if their frames are adjacent.
   void push(const FrameView& view, const ChannelFields& fields, std::uint64_t steps, bool adjacent);
   double value() const { return age_frames_ <= limit_frames_ ? value_ : kUnknown; }
   bool out_of_range() const { return out_of_range_; }
@@ -38,24 +38,24 @@ class SlowValue {
   std::uint64_t age_frames_ = 0;
   double value_ = kUnknown;
   bool out_of_range_ = false;   ///< in this frame
-  bool out_of_bounds_ = false;  ///< held as long as the value
-  int memo_field_ = -1;         ///< the last raw number and what it stood for: temperatures repeat, and logarithms cost
+  bool out_of_bounds_ = false;  ///< kept as long as the value
+  int memo_field_ = -1;  ///< cache of the last raw number and its value: temperatures repeat, and logarithms are slow
   double memo_raw_ = kUnknown;
   double memo_value_ = kUnknown;
-  std::optional<std::uint64_t> high_;  ///< of the frame before
+  std::optional<std::uint64_t> high_;  ///< of the previous frame
 };
 
-/// Every so many frames are read for the sensors: a second's mean needs no more than a hundred.
+/// Sensors are read once in this many frames: about 100 reads per second are enough for one-second means.
 std::uint32_t sensor_stride(double frames_hz);
 
 class ReadingMaker {
  public:
   explicit ReadingMaker(FrameDescriptionPtr description);
 
-  /// Fills what the frame says (not arrival, offset, length). `contiguous`: it follows the frame before byte by byte.
-  /// False where this kind says nothing of the gyro, the counter or a slow channel.
+  /// Fills the data of the frame (not arrival, offset, length). `contiguous`: it directly follows the previous frame.
+  /// Returns false if the message type contains neither gyro data, nor the counter, nor a slow channel.
   bool make(std::int32_t kind, const FrameView& view, bool contiguous, Reading& reading);
-  /// Field values out of range so far.
+  /// Number of field values out of range so far.
   std::uint64_t out_of_range() const { return out_of_range_; }
   void reset();
 
@@ -66,13 +66,13 @@ class ReadingMaker {
   void read_axis(const AxisRoles& roles, const FrameView& view, GyroReading& reading);
 
   FrameDescriptionPtr description_;
-  std::vector<char> tells_;  ///< by kind: whether it says anything; asked of every frame
+  std::vector<char> tells_;  ///< by message type: whether it contains data
   SlowValue temperature_;
   std::vector<SlowValue> sensors_;
-  std::array<double, kMaxSensors> held_;  ///< what they said
-  std::uint32_t stride_ = 1;              ///< every so many frames of a kind are read for the sensors
-  std::vector<std::uint32_t> waiting_;    ///< by kind: how many more are not
-  std::uint64_t untold_steps_ = 0;        ///< frames since the sensors were read
+  std::array<double, kMaxSensors> held_;  ///< last values of the sensors
+  std::uint32_t stride_ = 1;              ///< sensors are read once in this many frames of a message type
+  std::vector<std::uint32_t> waiting_;    ///< by message type: frames left until the next read
+  std::uint64_t untold_steps_ = 0;        ///< frames since the last read of the sensors
   SlowValue uhfo_;
   std::optional<std::uint64_t> last_counter_;
   std::uint64_t steps_ = 1;

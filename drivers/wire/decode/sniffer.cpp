@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scoring descriptions on a stream.
+// Scores descriptions on a stream.
 #include "drivers/wire/decode/sniffer.hpp"
 
 #include <fmt/format.h>
@@ -27,7 +27,8 @@ void Sniffer::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns)
   for (std::size_t i = 0; i < decoders_.size(); ++i) {
     readings_.clear();
     decoders_[i].feed(bytes, arrival_ns, readings_);
-    const bool gyro = decoders_[i].description().carries_gyro();  // an instrument beside it tells what it has
+    const bool gyro =
+        decoders_[i].description().carries_gyro();  // an instrument without a gyro counts with its sensors
     rates_[i] += static_cast<std::uint64_t>(std::count_if(
         readings_.begin(), readings_.end(), [&](const Reading& reading) { return reading.has_gyro || !gyro; }));
   }
@@ -60,8 +61,8 @@ std::string sniff_line(const SniffScore& score) {
   std::string line = fmt::format("{:<18} {:<5} {} frames, {:.1f} % of {} bytes", score.description->name,
                                  score.fits ? "fits" : "-", score.frames, 100 * score.share(), score.bytes);
   if (score.frames > 0 && score.rate_hz > 0) line += fmt::format(", {:.4g} Hz", score.rate_hz);
-  if (score.too_few) line += fmt::format(": too few to be sure, {} are", kLeastFrames);
-  if (score.frames > 0 && score.rates == 0) line += ": no rate of turn in them";
+  if (score.too_few) line += fmt::format(": too few, at least {} are needed", kLeastFrames);
+  if (score.frames > 0 && score.rates == 0) line += ": none with a rate";
   return line;
 }
 

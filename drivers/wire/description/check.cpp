@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Computing, comparing and storing one check.
+// Computes, compares and stores one check.
 #include "drivers/wire/description/check.hpp"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// First byte of the stored check and the bytes it covers; nothing where the frame cannot hold them.
+/// First byte of the stored check and the covered bytes; nullopt if the frame is too short.
 struct StoredCheck {
   std::size_t at = 0;
   std::size_t size = 0;

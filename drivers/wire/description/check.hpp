@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One check of a frame: over which bytes, how computed, where and how it is stored; and the plain checksums.
+// One check of a frame (covered bytes, algorithm, position and format), and the simple checksums.
 #pragma once
 
 #include <cstdint>
@@ -23,19 +23,19 @@ struct CheckRule {
   bool negate = false;                     ///< kSum: the check is what makes the sum 0
   std::uint64_t init = 0;                  ///< kSum, kXor, kFletcher
   std::uint64_t mask = ~std::uint64_t{0};  ///< of the result: 0x7F in the 7-bit family
-  std::uint32_t pad_to = 1;                ///< kCrc: zero bytes are thought behind up to a multiple of this
-  char separator = 0;                      ///< text: the check stands behind the last one; the cover ends before it ...
-  bool covers_separator = false;           ///< ... or behind it
-  bool odd = true;                         ///< kParity: ones in the cover, the stored bit among them
-  bool in_header = false;                  ///< covers header bytes only: checked before the length is believed
-  int bits = 8;                            ///< strength
+  std::uint32_t pad_to = 1;                ///< kCrc: zero bytes appended for the computation up to a multiple of this
+  char separator = 0;             ///< text: the check follows the last one; the covered bytes end before it ...
+  bool covers_separator = false;  ///< ... or after it
+  bool odd = true;                ///< kParity: odd number of ones in the covered bytes with the stored bit
+  bool in_header = false;         ///< covers header bytes only: checked before the length is used
+  int bits = 8;                   ///< strength
   std::shared_ptr<const Crc> crc;
 };
 
-/// True where the stored check is the computed one; false too where the frame is too short to hold it.
+/// Returns true if the stored check is correct; false also if the frame is too short.
 bool check_holds(const CheckRule& rule, std::span<const std::uint8_t> frame);
 
-/// Computes and writes the check. Text checks behind a separator: it must be there.
+/// Computes and writes the check. Text checks after a separator: it must exist.
 void store_check(const CheckRule& rule, std::span<std::uint8_t> frame);
 
 /// Sum of words of `word` bytes (1, 2 or 4), not reduced; a last incomplete word counts as if zeros followed.

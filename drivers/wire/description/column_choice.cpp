@@ -13,7 +13,7 @@ bool is_text_line(const Json& description) {
          kinds[0]["text"].is_object() && kinds[0].contains("length") && kinds[0]["length"].is_object();
 }
 
-/// What an encoder prints: the chosen columns, and a 0 in those between.
+/// Template of an encoder: the chosen columns, and a 0 in those between them.
 std::string printed(const TextColumns& choice) {
   int last = 0;
   for (const TextColumn& column : choice.columns) last = std::max(last, column.column);
@@ -32,7 +32,7 @@ std::string printed(const TextColumns& choice) {
 Result<void> choose_columns(Json& description, const std::string& where, const TextColumns& choice) {
   if (choice.columns.empty()) return {};
   if (!is_text_line(description))
-    return refuse(where, "describes no lines of text without a gyro, expected one where \"columns\" names columns");
+    return refuse(where, "does not describe text lines without a gyro, as required by \"columns\"");
   Json& kind = description["kinds"][0];
   const char* end = choice.ends_with_cr ? "0D" : "0A";
   kind["after"] = end;
@@ -53,7 +53,7 @@ Result<void> choose_columns(Json& description, const std::string& where, const T
     if (column.max < 1e300) field["max"] = column.max;
     description["sensors"][name] = {{"field", name}, {"unit", column.sensor.unit}};
   }
-  description["vectors"] = Json::array();  // they are of other columns
+  description["vectors"] = Json::array();  // they belong to other columns
   return {};
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lines of numbers whose columns the configuration names: the choice becomes a part of the description.
+// Adds the columns chosen in the configuration to the description of text lines.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace prism::wire {
 
-/// Writes the chosen columns into a description's JSON, as if it had them itself. Nothing chosen: nothing changes.
-/// Refused where the description is not of one kind of text line, or has a gyro.
+/// Writes the chosen columns into a description's JSON, as if they were part of it. Without a choice it has no effect.
+/// Errors: the description does not have exactly one message type of text lines, or has a gyro.
 Result<void> choose_columns(Json& description, const std::string& where, const TextColumns& choice);
 
 }  // namespace prism::wire

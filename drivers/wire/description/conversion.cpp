@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The steps of a conversion chain, forward and back.
+// Steps of a conversion chain, forward and inverse.
 #include "drivers/wire/description/conversion.hpp"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kZeroCelsiusInKelvin = 273.15;
 
-// IEC 60751:2008, R(T) = R0 (1 + A T + B T^2 + C (T - 100) T^3), the last term below 0 degC only.
+// IEC 60751:2008, R(T) = R0 (1 + A T + B T^2 + C (T - 100) T^3), the last term only below 0 degC.
 constexpr double kPlatinumA = 3.9083e-3;
 constexpr double kPlatinumB = -5.775e-7;
 constexpr double kPlatinumC = -4.183e-12;
@@ -58,7 +58,7 @@ double thermistor_degc(const ThermistorStep& s, double ohm) {
   return inverse > 0 ? 1 / inverse - kZeroCelsiusInKelvin : kNan;
 }
 
-// Newton in L = ln R from the value at 25 degC's neighbourhood; the polynomial is monotonic for every real thermistor.
+// Newton in L = ln R, starting near the value at 25 degC; the polynomial is monotonic for every real thermistor.
 double thermistor_ohm(const ThermistorStep& s, double degc) {
   const double target = 1 / (degc + kZeroCelsiusInKelvin);
   double l = s.b != 0 ? (target - s.a) / s.b : kNan;
@@ -96,8 +96,8 @@ double platinum_ohm(double t, double r0_ohm) {
   return r0_ohm * (1 + kPlatinumA * t + kPlatinumB * t * t + below_zero);
 }
 
-// Above 0 degC the quadratic has a closed form. Below, Newton starts from it: it is off by at most 2.5 degC at
-// -200 degC, and four steps leave nothing of that.
+// Above 0 degC the quadratic has a closed form. Below, Newton starts from it: the error is at most 2.5 degC at -200
+// degC, and negligible after four steps.
 double platinum_degc(double resistance_ohm, double r0_ohm) {
   const double ratio = resistance_ohm / r0_ohm;
   if (!(ratio >= 0.1852 && ratio <= 3.9049)) return kNan;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From the number on the wire to the quantity it stands for: linear, polynomial, table, bridge, PT100, thermistor.
+// Converts a number on the wire to its quantity: linear, polynomial, table, bridge, PT100, thermistor.
 #pragma once
 
 #include <variant>
@@ -12,7 +12,7 @@ struct PolynomialStep {
   std::vector<double> coefficients;
 };
 
-/// Straight lines between points (x strictly increasing, y strictly monotonic); NaN outside the first and last.
+/// Linear interpolation between points (x strictly increasing, y strictly monotonic); NaN outside the first and last.
 struct TableStep {
   std::vector<double> x, y;
 };
@@ -28,16 +28,16 @@ struct PlatinumStep {
   double r0_ohm = 100;
 };
 
-/// Thermistor, Steinhart-Hart in full: 1/T = a + b L + c L^2 + d L^3, L = ln(x / ohm), T in kelvin; degC out.
+/// Thermistor, full Steinhart-Hart equation: 1/T = a + b L + c L^2 + d L^3, L = ln(x / ohm), T in kelvin; degC out.
 struct ThermistorStep {
   double a = 0, b = 0, c = 0, d = 0;
 };
 
 using ConversionStep = std::variant<PolynomialStep, TableStep, BridgeStep, PlatinumStep, ThermistorStep>;
 
-/// One step forward; NaN where x is outside what the step can convert.
+/// One step forward; NaN if x is outside the range of the step.
 double convert(const ConversionStep& step, double x);
-/// The x that convert() turns into y; NaN where there is none. Polynomials of degree over 1 by Newton from the linear
+/// The x that convert() maps to y; NaN if there is no such x. Polynomials of degree over 1 by Newton from the linear
 /// term.
 double convert_back(const ConversionStep& step, double y);
 
@@ -49,7 +49,7 @@ double platinum_degc(double resistance_ohm, double r0_ohm);
 struct Scaling {
   double scale = 1;
   double offset = 0;
-  double min = -1e300;  ///< of the result; outside, and where it is not finite, the value is unknown
+  double min = -1e300;  ///< of the result; outside, or if it is not finite, the value is unknown
   double max = 1e300;
   std::vector<ConversionStep> steps;
 
@@ -59,7 +59,7 @@ struct Scaling {
     for (const ConversionStep& step : steps) value = convert(step, value);
     return value;
   }
-  /// Inverse of apply: the raw number, not rounded; NaN where there is none.
+  /// Inverse of apply: the raw number, not rounded; NaN if it does not exist.
   double invert(double value) const;
   bool admits(double value) const { return value >= min && value <= max; }
 };

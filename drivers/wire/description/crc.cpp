@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The state is 64 bits wide and left-aligned, whatever the CRC's width; reflected input is mirrored byte by byte when
-// it is loaded. So there is one arithmetic: with x the state and the next eight bytes added, the new state is x t^64
-// mod P, P = t^64 + polynomial. Barrett's reduction gives it: q = floor(x m / t^64) with m = floor(t^128 / P), then q P
-// below t^64 (Gopal and others, Fast CRC Computation for Generic Polynomials Using PCLMULQDQ, Intel 2009). It is exact:
-// over GF(2) nothing is carried.
+// The state is 64 bits wide and left-aligned for every CRC width; reflected input is mirrored bytewise when it is
+// loaded. So one algorithm is sufficient: with x the state plus the next eight bytes, the new state is x t^64 mod P, P
+// = t^64 + polynomial. Barrett's reduction computes it: q = floor(x m / t^64) with m = floor(t^128 / P), then q P below
+// t^64 (Gopal and others, Fast CRC Computation for Generic Polynomials Using PCLMULQDQ, Intel 2009). It is exact,
+// because GF(2) has no carries.
 #include "drivers/wire/description/crc.hpp"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ struct Product {
 
 Product carryless_product(std::uint64_t a, std::uint64_t b, [[maybe_unused]] bool by_instruction) {
 #ifdef __x86_64__
-  if (by_instruction) {  // as text: an intrinsic would not be inlined here, where not every processor has it
+  if (by_instruction) {  // inline assembly: an intrinsic cannot be inlined here, since not every processor has it
     __m128i x = _mm_cvtsi64_si128(static_cast<long long>(a));
     asm("pclmulqdq $0, %1, %0" : "+x"(x) : "x"(_mm_cvtsi64_si128(static_cast<long long>(b))));
     return {static_cast<std::uint64_t>(_mm_cvtsi128_si64(x)),
@@ -38,21 +38,21 @@ Product carryless_product(std::uint64_t a, std::uint64_t b, [[maybe_unused]] boo
   return sum;
 }
 
-/// The bits of each byte in the other order.
+/// Mirrors the bits of each byte.
 std::uint64_t mirrored_in_bytes(std::uint64_t x) {
   x = (x >> 1 & 0x5555555555555555) | (x & 0x5555555555555555) << 1;
   x = (x >> 2 & 0x3333333333333333) | (x & 0x3333333333333333) << 2;
   return (x >> 4 & 0x0F0F0F0F0F0F0F0F) | (x & 0x0F0F0F0F0F0F0F0F) << 4;
 }
 
-/// Fewer than eight bytes as one number, the last one at the bottom.
+/// Fewer than eight bytes as one number, the last one in the lowest bits.
 std::uint64_t load(const std::uint8_t* bytes, std::size_t count, bool mirrored) {
   std::uint64_t word = 0;
   for (std::size_t i = 0; i < count; ++i) word = word << 8 | bytes[i];
   return mirrored ? mirrored_in_bytes(word) : word;
 }
 
-/// The same of eight, in one load.
+/// The same for eight bytes in one load.
 std::uint64_t load_eight(const std::uint8_t* bytes, bool mirrored) {
   std::uint64_t word = 0;
   std::memcpy(&word, bytes, sizeof word);
@@ -74,7 +74,7 @@ Crc::Crc(const CrcParameters& parameters, bool by_instruction)
     : parameters_(parameters),
       by_instruction_(by_instruction),
       polynomial_(parameters.poly << (64 - parameters.width)) {
-  // Long division of t^128 by P: the leading one first leaves the polynomial, then one bit of the quotient a step.
+  // Long division of t^128 by P: the leading one leaves the polynomial, then each step gives one bit of the quotient.
   std::uint64_t rest = polynomial_;
   for (int bit = 0; bit < 64; ++bit) {
     const std::uint64_t top = rest >> 63;
@@ -89,7 +89,8 @@ std::uint64_t Crc::remainder(std::uint64_t x) const {
   return carryless_product(whole, polynomial_, by_instruction_).low;
 }
 
-/// The state behind the next `bytes` (1 to 8) bytes, which stand at the bottom of `word`: as many leave the state.
+/// The state after the next `bytes` (1 to 8) bytes, which are in the lowest bits of `word`; as many bytes leave the
+/// state.
 std::uint64_t Crc::push(std::uint64_t state, std::uint64_t word, std::size_t bytes) const {
   if (bytes == 8) return remainder(state ^ word);
   return state << 8 * bytes ^ remainder(state >> (64 - 8 * bytes) ^ word);

@@ -18,16 +18,16 @@ struct CrcParameters {
   std::uint64_t xor_out = 0;
 };
 
-/// Whether this processor multiplies without carries in one instruction: x86-64 with PCLMULQDQ.
+/// Returns true if this processor has carry-less multiplication: x86-64 with PCLMULQDQ.
 bool has_carryless_product();
 
-/// Eight bytes a step, by two carry-less products and no table. Without the instruction the products are made of
-/// shifts: the same result, slower. Immutable: one object serves every thread.
+/// Eight bytes per step, by two carry-less products without a table. Processors without the instruction compute the
+/// products by shifts: the same result, slower. Immutable and thread-safe.
 class Crc {
  public:
   explicit Crc(const CrcParameters& parameters, bool by_instruction = has_carryless_product());
 
-  /// Of `bytes` and `zeros` bytes of zero behind them.
+  /// CRC of `bytes` followed by `zeros` zero bytes.
   std::uint64_t compute(std::span<const std::uint8_t> bytes, std::size_t zeros = 0) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Checking a whole description, kind by kind.
+// Checks a complete description, one message type after the other.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 using Bits = std::vector<bool>;
 
-/// One kind of a fixed place: negative places count from its longest length.
+/// Position in a message type: negative positions count from its maximum length.
 class KindCheck {
  public:
   KindCheck(const FrameKind& kind, std::string key, const Section& whole)
@@ -41,12 +41,13 @@ class KindCheck {
       if (rule.at >= kind_.length.min && kind_.length.form == LengthRule::Form::kFixed) {
         refuse("/sync", fmt::format("byte {} is outside the frame of {} bytes", rule.at, kind_.length.min));
       }
-      if (!seen.insert(rule.at).second) refuse("/sync", fmt::format("says byte {} twice", rule.at));
+      if (!seen.insert(rule.at).second) refuse("/sync", fmt::format("sets byte {} twice", rule.at));
     }
     if (kind_.header_bytes > kind_.length.max)
-      refuse("/length", fmt::format("{} bytes do not hold the header of {}", kind_.length.max, kind_.header_bytes));
+      refuse("/length",
+             fmt::format("{} bytes are too short for the header of {}", kind_.length.max, kind_.header_bytes));
     if (kind_.sync.empty() && kind_.checks.empty() && kind_.structure != Structure::kColumns) {
-      refuse("", "has neither sync nor checks: every byte would begin a frame");
+      refuse("", "has neither sync nor checks: any byte could start a frame");
     }
   }
 
@@ -66,7 +67,7 @@ class KindCheck {
     const bool inside = from < at + check.size && to > at;
     if (inside && check.sum != CheckRule::Sum::kParity) {
       const char* name = check.sum == CheckRule::Sum::kCrc ? "CRC" : "check";
-      refuse("/checks", fmt::format("the {} at {} stands inside the bytes {} to {} that it covers", name, check.at,
+      refuse("/checks", fmt::format("the {} at {} is inside the bytes {} to {} that it covers", name, check.at,
                                     check.from, check.to));
     }
   }
@@ -138,18 +139,18 @@ class KindCheck {
   int length_;
 };
 
-/// A frame's wire time times its rate must fit on the line.
+/// The wire time of a frame times its rate must not exceed the line's capacity.
 void check_line_speed(const Section& whole, const FrameDescription& description) {
   double bytes = 0;
   for (const int k : description.sent_kinds) bytes += description.kinds[static_cast<std::size_t>(k)].length.min;
   if (description.sent_kinds.empty()) {
-    if (description.carries_gyro()) whole.fail("gyro/axes", "the chosen field is in no kind");
+    if (description.carries_gyro()) whole.fail("gyro/axes", "the chosen field is in no message type");
     return;
   }
   double gyro_kinds = description.carries_gyro() ? 0 : static_cast<double>(description.sent_kinds.size());
   for (const int k : description.sent_kinds)
     gyro_kinds += description.kinds[static_cast<std::size_t>(k)].roles.carries_gyro() ? 1 : 0;
-  if (gyro_kinds == 0) return whole.fail("send", "sends no kind that carries the gyro");
+  if (gyro_kinds == 0) return whole.fail("send", "sends no message type with gyro data");
   const double load = bytes / gyro_kinds * description.rate_hz * description.wire.byte_time_ns() * 1e-9;
   if (load > 1) {
     whole.fail("rate_hz",
@@ -158,14 +159,14 @@ void check_line_speed(const Section& whole, const FrameDescription& description)
   }
 }
 
-/// Without a counter frames are counted as they come: all of them have to be of every axis that is served.
+/// Without a counter frames are counted by arrival: each must contain every served axis.
 void check_axes(const Section& whole, const FrameDescription& description) {
   if (description.counter || description.axes.size() < 2) return;
   for (const FrameKind& kind : description.kinds) {
     const auto carries = [&](const AxisRoles& axis) { return !axis.gyro.empty(); };
     const auto carried = std::count_if(kind.roles.axes.begin(), kind.roles.axes.end(), carries);
     if (carried != 0 && carried != static_cast<std::ptrdiff_t>(description.axes.size())) {
-      whole.fail("gyro/axes", fmt::format("kind {} carries {} of the {} axes that are served, and there is no counter: "
+      whole.fail("gyro/axes", fmt::format("message type {} contains {} of the {} served axes, and there is no counter: "
                                           "their times are not known; expected one axis",
                                           kind.name, carried, description.axes.size()));
     }
@@ -177,10 +178,10 @@ void warn(FrameDescription& description) {
     int sync_bits = 0;
     for (const ByteRule& rule : kind.sync) sync_bits += std::popcount(rule.mask);
     if (kind.check_bits < 16 && sync_bits <= 8 && kind.structure != Structure::kColumns) {
-      description.warnings.push_back(
-          fmt::format("kind {}: {} bits of sync and {} bits of checks can occur inside its own body; {} good frames in "
-                      "a row are asked for",
-                      kind.name, sync_bits, kind.check_bits, kind.confirmations));
+      description.warnings.push_back(fmt::format(
+          "message type {}: {} bits of sync and {} bits of checks can occur inside its own body; requires {} good "
+          "frames in a row",
+          kind.name, sync_bits, kind.check_bits, kind.confirmations));
     }
   }
   if (!description.carries_gyro()) return;
@@ -195,12 +196,14 @@ void check_references(const Section& whole, const FrameDescription& description)
     const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
                                    [&](const FrameKind& k) { return k.name == vector.kind; });
     if (!vector.kind.empty() && kind == description.kinds.end()) {
-      whole.fail("vectors", fmt::format("vector \"{}\" names kind \"{}\", which is none", vector.name, vector.kind));
+      whole.fail("vectors",
+                 fmt::format("vector \"{}\" names kind \"{}\", which does not exist", vector.name, vector.kind));
     }
   }
   std::set<std::string> names;
   for (const FrameKind& kind : description.kinds) {
-    if (!names.insert(kind.name).second) whole.fail("kinds", fmt::format("two kinds are named \"{}\"", kind.name));
+    if (!names.insert(kind.name).second)
+      whole.fail("kinds", fmt::format("two message types are named \"{}\"", kind.name));
   }
 }
 

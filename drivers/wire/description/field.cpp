@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Writing the bits of one field.
+// Writes the bits of one field.
 #include "drivers/wire/description/field.hpp"
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 namespace prism::wire {
 namespace {
 
-/// Held within what the characters can show.
+/// Limited to the range of the characters.
 void store_digits(const Field& field, std::uint8_t* first, double number) {
   const double most = std::pow(10.0, field.size) - 1, least = 1 - std::pow(10.0, field.size - 1);
   const std::string text = fmt::format("{:0{}d}", std::llround(std::clamp(number, least, most)), field.size);

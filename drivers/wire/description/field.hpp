@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One number in a frame: where its bits stand, how they are read and written.
+// One number in a frame: position of its bits, how they are read and written.
 #pragma once
 
 #include <array>
@@ -17,41 +17,40 @@ enum class NumberType {
   kSigned,
   kFloat32,
   kFloat64,
-  kDigits,       ///< characters at a place of their own: "00000235"
+  kDigits,       ///< characters at a fixed position: "00000235"
   kDecimalText,  ///< characters of a column
   kHexText
 };
 
-/// Says when a field is there: (value of another field % modulus) & mask is one of `values`.
+/// Condition for the presence of a field: (value of another field % modulus) & mask is one of `values`.
 struct Condition {
-  int field = -1;  ///< index into FrameKind::fields, before the field that has the condition
+  int field = -1;  ///< index into FrameKind::fields, before the conditional field
   std::uint64_t modulus = 0;
   std::uint64_t mask = ~std::uint64_t{0};
   boost::container::small_vector<std::uint64_t, 1> values;
 };
 
-/// What the decoder touches for every frame comes first: one cache line for a field of whole numbers without scaling,
-/// two for the others.
+/// The members used for every frame come first: one cache line for an unscaled integer field, two for the others.
 struct alignas(64) Field {
   int at = 0;     ///< first byte; negative: from the end of the frame. In an item: of its payload. Text: the column
-  int item = -1;  ///< index into FrameKind::items.ids (or of the block); -1: at a place of its own
+  int item = -1;  ///< index into FrameKind::items.ids (or of the block); -1: at a fixed position
   NumberType type = NumberType::kUnsigned;
   std::uint8_t size = 1;        ///< bytes, 1 to 8
-  std::uint8_t group_bits = 8;  ///< payload bits of each byte: 8, or 7 for the families that keep bit 7 clear
+  std::uint8_t group_bits = 8;  ///< payload bits of each byte: 8, or 7 for devices that keep bit 7 clear
   std::uint8_t shift = 0;       ///< right shift of the assembled number
-  std::uint8_t bits = 8;        ///< then this many bits; the sign is the highest of them
-  bool plain_big = false;       ///< whole bytes in order: the quick ways
+  std::uint8_t bits = 8;        ///< then this many bits; the highest is the sign
+  bool plain_big = false;       ///< complete bytes in order: allows the fast functions
   bool plain_little = false;
-  /// Offsets from `at`, most significant byte first: {0,1} big, {1,0} little, {1,2,0} as the device likes it.
+  /// Offsets from `at`, most significant byte first: {0,1} big, {1,0} little, {1,2,0} device-specific.
   std::array<std::uint8_t, 8> order{};
   Condition when;
   Scaling scaling;
-  double preset = 0;  ///< what an encoder writes where nothing else is known, as the raw number
+  double preset = 0;  ///< default raw number for an encoder
   std::string name;
   std::string unit;
 };
 
-/// An unsigned whole number of `size` bytes (1 to 8); the common sizes without a loop.
+/// An unsigned integer of `size` bytes (1 to 8); common sizes without a loop.
 inline std::uint64_t load_big(const std::uint8_t* first, unsigned size) {
   switch (size) {
     case 1:
@@ -86,8 +85,8 @@ inline std::uint64_t load_little(const std::uint8_t* first, unsigned size) {
   return value;
 }
 
-/// All bits of the field's bytes, before shift and width are taken; `first` points to the byte that `at` names. Nothing
-/// is checked against bounds here and below: the reader of descriptions and FrameView did.
+/// All bits of the field's bytes, before shift and width are applied; `first` points to the byte at `at`. No bounds
+/// checks here and below: the description reader and FrameView have done them.
 inline std::uint64_t assembled(const Field& field, const std::uint8_t* first) {
   if (field.plain_big) return load_big(first, field.size);
   if (field.plain_little) return load_little(first, field.size);
@@ -97,7 +96,7 @@ inline std::uint64_t assembled(const Field& field, const std::uint8_t* first) {
   return value;
 }
 
-/// The bits that the field names as an unsigned number; sign-extended to 64 bits for kSigned.
+/// The bits of the field as an unsigned number; sign-extended to 64 bits for kSigned.
 inline std::uint64_t load_bits(const Field& field, const std::uint8_t* first) {
   const unsigned unused = 64u - field.bits;
   const std::uint64_t value = (assembled(field, first) >> field.shift) << unused;
@@ -105,10 +104,10 @@ inline std::uint64_t load_bits(const Field& field, const std::uint8_t* first) {
   return static_cast<std::uint64_t>(static_cast<std::int64_t>(value) >> unused);
 }
 
-/// The number that the characters of a kDigits field print: blanks in front, a sign, digits, a point. kUnknown: none.
+/// The number in the characters of a kDigits field: leading blanks, a sign, digits, a point. kUnknown if invalid.
 double load_digits(const Field& field, const std::uint8_t* first);
 
-/// The raw number (before scaling) of a field at a place of its own.
+/// The raw number (before scaling) of a field at a fixed position.
 inline double load_number(const Field& field, const std::uint8_t* first) {
   const std::uint64_t bits = load_bits(field, first);
   switch (field.type) {
@@ -125,11 +124,11 @@ inline double load_number(const Field& field, const std::uint8_t* first) {
   }
 }
 
-/// Writes the lowest bits of `value` where load_bits reads them; other bits stay.
+/// Writes the lowest bits of `value` at the position that load_bits reads; other bits are unchanged.
 void store_bits(const Field& field, std::uint8_t* first, std::uint64_t value);
 
-/// Writes a raw number, rounded to the nearest and held within what the field can say; NaN is written as 0.
-/// Accumulated numbers wrap instead: use store_bits.
+/// Writes a raw number, rounded to the nearest and limited to the field's range; NaN is written as 0. Accumulated
+/// numbers wrap instead: use store_bits.
 void store_number(const Field& field, std::uint8_t* first, double number);
 
 }  // namespace prism::wire

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a field's JSON to its compiled form.
+// Compiles a field from its JSON.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -76,7 +76,7 @@ void read_order(const Section& s, bool big_endian, Field& field) {
   field.plain_little = whole && !listed && !big;
 }
 
-/// "u16" → unsigned, 16 bits. False where it is none of the types.
+/// "u16" → unsigned, 16 bits. Returns false for an unknown type.
 bool parse_type(const std::string& type, Field& field) {
   if (type == "decimal" || type == "hex") {
     field.type = type == "hex" ? NumberType::kHexText : NumberType::kDecimalText;
@@ -119,8 +119,8 @@ void read_number_type(const Section& s, bool big_endian, std::int64_t bytes, Fie
     field.bits = 8;
   }
   if (field.type == NumberType::kDigits) {
-    if (bytes == 0) s.fail("bytes", "is missing; expected the number of characters");
-    if (field.shift != 0 || field.group_bits != 8) s.fail("type", "digits have no shift and no group");
+    if (bytes == 0) s.fail("bytes", "missing; expected the number of characters");
+    if (field.shift != 0 || field.group_bits != 8) s.fail("type", "digits cannot have shift or group");
     field.bits = static_cast<std::uint8_t>(8 * std::max<std::int64_t>(bytes, 1));
     field.shift = 0, field.group_bits = 8;
   }
@@ -159,14 +159,14 @@ FieldDraft read_field(const Section& s, const std::string& name, bool big_endian
   field.shift = static_cast<std::uint8_t>(s.integer("shift", {0, 63}, field.shift));
   read_number_type(s, big_endian, s.has("bytes") ? s.integer("bytes", {1, 8}) : 0, field);
   if (is_text(field) != text) {
-    s.fail("type", text ? "is no text type; expected decimal or hex in a text frame"
-                        : "is a text type; expected it in a kind with \"text\" only");
+    s.fail("type", text ? "not a text type; expected decimal or hex in a text frame"
+                        : "a text type requires a message type with \"text\"");
   }
   const char* place = text ? "column" : "at";
   const char* other = text ? "at" : "column";
   const Range range = text ? Range{0, 63} : Range{-kMaxFrameBytes, kMaxFrameBytes};
   field.at = static_cast<int>(s.integer(place, range));
-  if (s.has(other)) s.fail(other, fmt::format("is no place in this kind; expected \"{}\"", place));
+  if (s.has(other)) s.fail(other, fmt::format("not valid in this message type; expected \"{}\"", place));
   if (field.at >= 0) field.at += shift_at;
   if (s.has("item")) draft.item = s.bits("item");
   if (s.has("block")) draft.block = s.bits("block");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From the text of a description to its tables.
+// Compiles the text of a description into its tables.
 #include "drivers/wire/description/frame_description.hpp"
 
 #include <fmt/format.h>
@@ -34,14 +34,15 @@ TestVector read_vector(const Section& s) {
   if (s.has("text")) {
     const std::string text = s.raw_text("text");
     vector.bytes.assign(text.begin(), text.end());
-    if (s.has("hex")) s.fail("hex", "stands beside \"text\"; expected one of them");
+    if (s.has("hex")) s.fail("hex", "given together with \"text\"; expected one of them");
   } else {
     vector.bytes = s.bytes("hex");
   }
   const double tolerance = s.number("tolerance", {0, 1e9}, 1e-6);
   if (s.boolean("refused", false)) {
     s.allow({"kind", "values"});
-    if (s.has("kind") || s.has("values")) s.fail("refused", "stands beside kind or values; a refused frame has none");
+    if (s.has("kind") || s.has("values"))
+      s.fail("refused", "given together with kind or values; a refused frame has neither");
     return vector;
   }
   vector.kind = s.text("kind", {}, TextRule::kMessageName);
@@ -57,7 +58,8 @@ void read_kinds(const Section& s, FrameDescription& description) {
   const FieldGroups groups = read_field_groups(s);
   const std::vector<Section> kinds = s.objects("kinds");
   if (kinds.empty() || kinds.size() > kMaxKinds) {
-    return s.fail("kinds", fmt::format("found {}, expected an array of 1 to {} kinds", kinds.size(), kMaxKinds));
+    return s.fail("kinds",
+                  fmt::format("found {}, expected an array of 1 to {} message types", kinds.size(), kMaxKinds));
   }
   for (const Section& kind : kinds) {
     description.kinds.push_back(read_kind(kind, big_endian, groups));
@@ -65,13 +67,13 @@ void read_kinds(const Section& s, FrameDescription& description) {
   }
 }
 
-/// Which kinds an encoder sends, in turn: as "send" says, else the first that carries the gyro (or, without one, says
-/// anything).
+/// Selects the message types that an encoder sends in turn: those in "send", else the first with gyro data (or, without
+/// a gyro, with any data).
 void read_send(const Section& s, FrameDescription& description) {
   for (const std::string& name : s.texts("send", false)) {
     const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
                                    [&](const FrameKind& k) { return k.name == name; });
-    if (kind == description.kinds.end()) return s.fail("send", fmt::format("\"{}\" is no kind", name));
+    if (kind == description.kinds.end()) return s.fail("send", fmt::format("unknown message type \"{}\"", name));
     description.sent_kinds.push_back(static_cast<int>(kind - description.kinds.begin()));
   }
   for (std::size_t k = 0; k < description.kinds.size() && description.sent_kinds.empty(); ++k) {
@@ -103,26 +105,27 @@ void read_all(const Section& s, const GyroChoice& choice, FrameDescription& desc
 
 Result<void> check_choice(const std::string& where, const GyroChoice& choice) {
   if (choice.axes.empty() || choice.axes.size() > kMaxAxes)
-    return refuse(where, fmt::format("{} axes are chosen, expected 1 to {}", choice.axes.size(), kMaxAxes));
+    return refuse(where, fmt::format("found {} chosen axes, expected 1 to {}", choice.axes.size(), kMaxAxes));
   std::set<std::string> names;
   for (const AxisChoice& axis : choice.axes) {
     if (!names.insert(axis.axis).second) return refuse(where, fmt::format("axis \"{}\" is chosen twice", axis.axis));
-    if (axis.sign != 1 && axis.sign != -1) return refuse(where, fmt::format("sign {} is neither 1 nor -1", axis.sign));
+    if (axis.sign != 1 && axis.sign != -1)
+      return refuse(where, fmt::format("found sign {}, expected 1 or -1", axis.sign));
     if (const auto scale = axis.scale_factor_arcsec_per_pulse; scale && !(*scale > 0 && std::isfinite(*scale)))
-      return refuse(where, fmt::format("scale factor {} arcsec/pulse is not above 0", *scale));
+      return refuse(where, fmt::format("found scale factor {} arcsec/pulse, expected more than 0", *scale));
   }
   if (const auto rate = choice.rate_hz; rate && !(*rate >= kRateHz.min && *rate <= kRateHz.max)) {
-    return refuse(where, fmt::format("a rate of {} Hz is not within {} to {}", *rate, kRateHz.min, kRateHz.max));
+    return refuse(where, fmt::format("found a rate of {} Hz, expected {} to {}", *rate, kRateHz.min, kRateHz.max));
   }
   return {};
 }
 
-/// Takes out of the canonical text what does not say how bytes are read.
+/// Removes from the canonical text everything that does not affect decoding.
 void erase_beliefs(Json& description) {
   description.erase("$schema");
-  if (!description.contains("gyro")) return;  // nothing but sensors
+  if (!description.contains("gyro")) return;  // sensors only
   description["gyro"].erase("range_deg_per_s");
-  description.erase("sensors");  // of the form with "axes" alone: what one axis is decoded to does not hang on them
+  description.erase("sensors");  // in the form with "axes" only: the decoding of an axis does not depend on them
   for (auto& [name, axis] : description["gyro"]["axes"].items()) {
     if (axis.is_object() && axis.erase("temperature") > 0 && axis.size() == 1) axis = Json(axis.at("field"));
   }
@@ -133,7 +136,7 @@ void erase_beliefs(Json& description) {
   }
 }
 
-/// FNV-1a over the canonical text: short, and the same on every machine. It identifies, it does not protect.
+/// FNV-1a over the canonical text: short, and the same on every machine. An identifier, not a protection.
 std::string id_of(const std::string& canonical) {
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const char c : canonical) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One kind of frame, compiled: how it is recognised, checked and read. Tables only; decode/ and encode/ work on them.
+// One message type, compiled to tables: sync, length, checks, fields. decode/ and encode/ use them.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace prism::wire {
 
-/// (byte at `at` & mask) == value. Used for the sync, and for body rules over single bytes.
+/// (byte at `at` & mask) == value. For the sync and for body rules of single bytes.
 struct ByteRule {
   std::uint32_t at = 0;
   std::uint8_t value = 0;
@@ -22,7 +22,7 @@ struct ByteRule {
 
 struct LengthRule {
   enum class Form { kFixed, kField, kTerminated } form = Form::kFixed;
-  std::uint32_t min = 0, max = 0;  ///< bytes of the whole frame; equal for kFixed
+  std::uint32_t min = 0, max = 0;  ///< length of the frame in bytes; equal for kFixed
   std::int32_t multiply = 1, add = 0;
   std::vector<std::uint8_t> terminator;  ///< kTerminated: the last bytes of the frame
   Field field;                           ///< kField: length = field * multiply + add
@@ -34,13 +34,13 @@ struct BodyRule {
   std::uint8_t mask = 0, value = 0;
 };
 
-/// A frame is no data where the condition holds although its check is right (sync filler, start-up patterns).
+/// A frame contains no data if the condition is true, although its check is right (sync filler, start-up patterns).
 struct RefuseRule {
   int field = -1;
   std::uint64_t mask = 0, value = 0;
 };
 
-/// Tag-length-value items from..to; `ids` are those that fields ask for.
+/// Tag-length-value items from..to; `ids` are those used by fields.
 struct ItemRule {
   int from = 0, to = 0;
   std::uint8_t id_size = 1, length_size = 1;
@@ -48,7 +48,7 @@ struct ItemRule {
   bool length_includes_header = false;
   bool big_endian = true;
   std::vector<std::uint64_t> ids;
-  std::vector<std::uint64_t> sent;  ///< what an encoder puts in, in this order; empty: all ids that fields name
+  std::vector<std::uint64_t> sent;  ///< ids written by an encoder, in this order; empty: all ids used by fields
 };
 
 /// Optional blocks selected by the bits of a mask field, in bit order; each has a fixed size.
@@ -58,22 +58,22 @@ struct BlockRule {
   std::vector<std::uint32_t> sizes;
 };
 
-/// A text frame's columns.
+/// Columns of a text frame.
 struct ColumnsRule {
   std::string separators;
-  bool collapse = false;      ///< runs of separators count as one (blanks)
-  std::uint32_t columns = 0;  ///< exactly so many; 0: any number
-  char point = '.';           ///< before the decimals; ',' in some countries
-  std::string write;          ///< what an encoder prints: text with {field} or {field:9.6} or {field:08x}
+  bool collapse = false;      ///< consecutive separators count as one (blanks)
+  std::uint32_t columns = 0;  ///< exact number; 0: any
+  char point = '.';           ///< decimal point; ',' in some countries
+  std::string write;          ///< template of an encoder: text with {field} or {field:9.6} or {field:08x}
 };
 
-/// The gyro's number is valid where (field & mask) == value.
+/// The gyro's number is valid if (field & mask) == value.
 struct ValidRule {
   int field = -1;
   std::uint64_t mask = 0, value = 0;
 };
 
-/// Indices into FrameKind::fields. Nearly always one, which then stands here and not in a place of its own.
+/// Indices into FrameKind::fields. Nearly always one, which is then stored inline.
 using FieldList = boost::container::small_vector<std::int32_t, 2>;
 
 struct AxisRoles {
@@ -81,15 +81,15 @@ struct AxisRoles {
   boost::container::small_vector<ValidRule, 1> valid;
 };
 
-/// Of a quantity that not every frame need carry.
+/// Fields of a quantity that need not be in every frame.
 struct ChannelFields {
   FieldList whole;
-  int high = -1, low = -1;  ///< halves in frames that follow each other
+  int high = -1, low = -1;  ///< halves in consecutive frames
 
   bool any() const { return !whole.empty() || high >= 0 || low >= 0; }
 };
 
-/// Which fields of this kind feed which part of a Reading; the first that is present in a frame wins.
+/// Fields of this message type for each part of a Reading; the first one present in a frame is used.
 struct KindRoles {
   FieldList counter, status, latency;
   ChannelFields temperature, uhfo;
@@ -105,32 +105,32 @@ struct KindRoles {
   }
 };
 
-/// How fields stand in a frame: at fixed places, or in one of the forms that a rule describes.
+/// Layout of the fields in a frame: at fixed positions, or by one of the rules.
 enum class Structure : std::uint8_t { kPlain, kItems, kBlocks, kColumns };
 
-/// In the order in which a frame is recognised and read: what a live frame needs stands close together.
+/// Members in the order of use: those needed for a live frame are adjacent in memory.
 struct FrameKind {
   LengthRule length;
   boost::container::small_vector<ByteRule, 4> sync;
-  int after = -1;                  ///< the byte just before the frame; -1: any
-  std::uint32_t header_bytes = 1;  ///< what must be there before the length is known
-  int confirmations = 1;           ///< good frames in a row before the first is believed
-  bool weak = false;               ///< recognised by less than 16 bits in all: every break asks for confirmation again
+  int after = -1;                  ///< the byte before the frame; -1: any
+  std::uint32_t header_bytes = 1;  ///< bytes needed to determine the length
+  int confirmations = 1;           ///< good frames in a row before the first is accepted
+  bool weak = false;  ///< recognised by fewer than 16 bits in total: every interruption requires confirmation again
   Structure structure = Structure::kPlain;
   std::vector<CheckRule> checks;
   std::vector<BodyRule> body;
   std::vector<RefuseRule> refuse;
-  std::vector<std::uint8_t> trailer;  ///< optional bytes behind the frame (CR LF) that are no damage
+  std::vector<std::uint8_t> trailer;  ///< optional bytes after the frame (CR LF), not counted as damage
   std::vector<Field> fields;
   KindRoles roles;
   ItemRule items;      ///< kItems
   BlockRule blocks;    ///< kBlocks
   ColumnsRule text;    ///< kColumns
   int check_bits = 0;  ///< all checks together
-  int known_bits = 0;  ///< checks, sync, terminator and (at most 16) body rules: what says "frame"
+  int known_bits = 0;  ///< checks, sync, terminator and at most 16 bits of body rules: all bits that identify a frame
   std::string name;
 
-  /// Index of a field by its name; -1 where the kind has none of that name.
+  /// Index of a field by its name, or -1.
   int field_index(std::string_view field) const {
     const auto it = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == field; });
     return it == fields.end() ? -1 : static_cast<int>(it - fields.begin());

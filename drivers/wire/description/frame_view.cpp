@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Finding items, blocks and columns in a frame, and reading fields there.
+// Finds items, blocks and columns in a frame, and reads fields there.
 #include "drivers/wire/description/frame_view.hpp"
 
 #include <charconv>

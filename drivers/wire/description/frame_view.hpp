@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One frame seen through its kind: where each field stands (items, blocks and columns too) and what it says.
+// View of one frame by its message type: position (also in items, blocks and columns) and value of each field.
 #pragma once
 
 #include <array>
@@ -11,45 +11,45 @@
 
 namespace prism::wire {
 
-/// Reused from frame to frame; holds no memory of its own and does not outlive the bytes it looks at.
+/// Reused for each frame; does not own memory and must not outlive the frame's bytes.
 class FrameView {
  public:
-  static constexpr std::size_t kMaxElements = 64;  ///< items, blocks or columns that a kind can name
+  static constexpr std::size_t kMaxElements = 64;  ///< maximum items, blocks or columns of a message type
 
-  /// False where the frame's structure is broken: items that run over its end, a wrong number of columns.
+  /// Returns false if the structure is invalid: items beyond its end, a wrong number of columns.
   bool look_at(const FrameKind& kind, std::span<const std::uint8_t> frame) {
     kind_ = &kind;
     frame_ = frame;
     return kind.structure == Structure::kPlain || locate();
   }
 
-  /// The first byte of a binary field; null where this frame does not carry the field.
+  /// The first byte of a binary field; null if this frame does not contain the field.
   const std::uint8_t* find(const Field& field) const;
-  /// False where this frame does not carry the field.
+  /// False if this frame does not contain the field.
   bool present(int field) const;
-  /// The field's bits; 0 where it is absent or no whole number.
+  /// The field's bits; 0 if it is absent or not an integer.
   std::uint64_t bits(int field) const {
     const Field& f = kind_->fields[static_cast<std::size_t>(field)];
     const std::uint8_t* at = at_once(f);
     return at != nullptr ? load_bits(f, at) : bits_elsewhere(f);
   }
-  /// The number before scaling; kUnknown where it is absent or no number.
+  /// The number before scaling; kUnknown if it is absent or not a number.
   double raw(int field) const {
     const Field& f = kind_->fields[static_cast<std::size_t>(field)];
     const std::uint8_t* at = at_once(f);
     return at != nullptr ? load_number(f, at) : raw_elsewhere(f);
   }
-  /// The quantity that a raw number of the field stands for; kUnknown where it is not finite or out of its range.
+  /// The quantity of a raw number of the field; kUnknown if it is not finite or out of range.
   double scaled(int field, double raw) const {
     const Scaling& scaling = kind_->fields[static_cast<std::size_t>(field)].scaling;
     const double value = scaling.apply(raw);
     return scaling.admits(value) ? value : kUnknown;
   }
-  /// The quantity; kUnknown where it is absent, no number, not finite or out of its range.
+  /// The quantity; kUnknown if it is absent, not a number, not finite or out of range.
   double value(int field) const { return scaled(field, raw(field)); }
 
  private:
-  /// Nearly every field: at a place from the start, without a condition. Null: it has to be looked for.
+  /// Fast path for most fields: at a fixed position from the start, unconditional. Null: needs a search.
   const std::uint8_t* at_once(const Field& field) const {
     const bool plain = kind_->structure == Structure::kPlain && field.when.field < 0 && field.at >= 0;
     return plain && static_cast<std::size_t>(field.at) + field.size <= frame_.size() ? frame_.data() + field.at

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a kind's JSON to its tables, and how surely such a frame is recognised.
+// Compiles a message type from its JSON, and computes how reliably its frames are recognised.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace prism::wire {
 namespace {
 
-constexpr int kSureBits = 32;  // so many known bits, in one frame or several in a row, are believed
+constexpr int kSureBits = 32;  // known bits, in one frame or several in a row, required to accept a frame
 constexpr int kWeakBits = 16;
 constexpr int kMostConfirmations = 16;
 constexpr std::uint32_t kEarlyBytes = 8;  // a check that ends within them can belong to the header
@@ -19,28 +19,28 @@ constexpr std::uint32_t kEarlyBytes = 8;  // a check that ends within them can b
 void place_field(const FieldDraft& draft, FrameKind& kind) {
   const Section& s = draft.section;
   Field field = draft.field;
-  if (kind.field_index(field.name) >= 0) s.fail("", "this kind has a field of that name already");
-  if (draft.item && draft.block) s.fail("", "stands in an item and in a block; expected one of them");
+  if (kind.field_index(field.name) >= 0) s.fail("", "this message type already has a field of that name");
+  if (draft.item && draft.block) s.fail("", "is in an item and in a block; expected one of them");
   if (draft.item) {
-    if (kind.structure != Structure::kItems) s.fail("item", "this kind has no \"items\"");
+    if (kind.structure != Structure::kItems) s.fail("item", "this message type has no \"items\"");
     auto& ids = kind.items.ids;
     const auto at = std::find(ids.begin(), ids.end(), *draft.item);
     field.item = static_cast<int>(at - ids.begin());
     if (at == ids.end()) ids.push_back(*draft.item);
     if (ids.size() > FrameView::kMaxElements) {
-      s.fail("", fmt::format("is in one item more than {}", FrameView::kMaxElements));
+      s.fail("", fmt::format("too many items; expected at most {}", FrameView::kMaxElements));
       ids.pop_back();
     }
   }
   if (draft.block) {
     field.item = static_cast<int>(std::min<std::uint64_t>(*draft.block, FrameView::kMaxElements - 1));
     const std::size_t blocks = kind.blocks.sizes.size();
-    if (*draft.block >= blocks) s.fail("block", fmt::format("{} is no block; this kind has {}", *draft.block, blocks));
+    if (*draft.block >= blocks)
+      s.fail("block", fmt::format("found block {}, but this message type has {} blocks", *draft.block, blocks));
   }
   if (!draft.when_field.empty()) {
     field.when.field = kind.field_index(draft.when_field);
-    if (field.when.field < 0)
-      s.fail("when/field", fmt::format("no field \"{}\" stands before this one", draft.when_field));
+    if (field.when.field < 0) s.fail("when/field", fmt::format("no field \"{}\" before this one", draft.when_field));
   }
   kind.fields.push_back(std::move(field));
 }
@@ -57,7 +57,7 @@ void read_layout(const Section& s, bool big_endian, const FieldGroups& groups, F
   for (const std::string& name : s.texts("parts")) {
     const auto group = groups.find(name);
     if (group == groups.end()) {
-      s.fail("parts", fmt::format("\"{}\" is none of the description's parts", name));
+      s.fail("parts", fmt::format("\"{}\" is not in the description's parts", name));
       continue;
     }
     read_fields(group->second.section.object("fields", true), big_endian, at, kind);
@@ -77,7 +77,7 @@ void read_rules(const Section& s, FrameKind& kind) {
   }
   for (const Section& r : s.one_or_more_objects("refuse")) {
     const RefuseRule rule{kind.field_index(r.text("field")), r.bits("mask"), r.bits("value")};
-    if (rule.field < 0) return r.fail("field", "this kind has no such field");
+    if (rule.field < 0) return r.fail("field", "this message type has no such field");
     kind.refuse.push_back(rule);
   }
 }
@@ -95,11 +95,11 @@ void read_structure(const Section& s, bool big_endian, const FieldGroups& groups
   read_fields(s.object("fields"), big_endian, 0, kind);
   if (s.has("blocks")) {
     kind.blocks.mask_field = kind.field_index(blocks.text("mask"));
-    if (kind.blocks.mask_field < 0) blocks.fail("mask", "this kind has no such field");
+    if (kind.blocks.mask_field < 0) blocks.fail("mask", "this message type has no such field");
   }
 }
 
-/// Sorts the sync, finds the checks of the header and the bytes they need.
+/// Sorts the sync, finds the header's checks and the bytes they need.
 void measure_header(FrameKind& kind) {
   std::sort(kind.sync.begin(), kind.sync.end(), [](const ByteRule& a, const ByteRule& b) { return a.at < b.at; });
   std::uint32_t header = 1;
@@ -118,7 +118,7 @@ void measure_header(FrameKind& kind) {
   kind.header_bytes = header;
 }
 
-/// Text has to parse; body rules fix bits of each byte they cover. Neither is a check: at most 16 bits are counted.
+/// Text must be parsable; body rules fix bits of each byte they cover. Neither is a check: at most 16 bits are counted.
 int body_bits(const FrameKind& kind) {
   const auto length = static_cast<int>(kind.length.min);
   int bits = kind.structure == Structure::kColumns ? 8 * length : 0;
@@ -130,7 +130,7 @@ int body_bits(const FrameKind& kind) {
   return std::min(bits, 16);
 }
 
-/// How many bits say that this is a frame, and how many good ones in a row it takes to believe a weak kind.
+/// Computes the number of bits that identify a frame, and how many good frames in a row confirm a weak message type.
 void measure_strength(FrameKind& kind) {
   for (const CheckRule& check : kind.checks) kind.check_bits += check.bits;
   kind.known_bits = kind.check_bits + 8 * static_cast<int>(kind.length.terminator.size());
@@ -148,7 +148,7 @@ FieldGroups read_field_groups(const Section& description) {
   const Section parts = description.object("parts");
   for (const std::string& name : parts.names(TextRule::kMessageName)) {
     const Section part = parts.object(name);
-    part.allow({"fields"});  // read where a kind's layout places them
+    part.allow({"fields"});  // read at the positions set by a message type's layout
     groups.emplace(name, FieldGroup{part, static_cast<int>(part.integer("size", {1, kMaxFrameBytes}))});
   }
   return groups;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Numbers that a device prints.
+// Parses numbers printed by a device.
 #pragma once
 
 #include <string_view>
 
 namespace prism::wire {
 
-/// Blanks around it, a sign, digits, and `point` before the decimals; kUnknown where the text is anything else.
+/// Blanks around it, a sign, digits, and `point` before the decimals; kUnknown if the text is anything else.
 double parse_decimal(std::string_view text, char point);
 
 }  // namespace prism::wire

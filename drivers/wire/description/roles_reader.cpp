@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From the JSON of "gyro", "counter", "temperature" … to the roles of each kind's fields.
+// Reads "gyro", "counter", "temperature" … and sets the roles of each message type's fields.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 constexpr double kArcsecPerDegree = 3600;
 constexpr double kArcsecPerRadian = 180 / std::numbers::pi * kArcsecPerDegree;
 
-/// Gives fields of these names to a role of every kind that has them; refuses a name that no kind has.
+/// Adds fields of these names to a role in every message type that has them. Errors: a name that no message type has.
 void assign(const Section& s, const std::string& key, const std::vector<std::string>& names,
             FrameDescription& description, const std::function<void(KindRoles&, int field)>& give) {
   for (const std::string& name : names) {
@@ -27,16 +27,16 @@ void assign(const Section& s, const std::string& key, const std::vector<std::str
       give(kind.roles, field);
       known = true;
     }
-    if (!known) s.fail(key, fmt::format("\"{}\" is a field of no kind", name));
+    if (!known) s.fail(key, fmt::format("no message type has a field \"{}\"", name));
   }
 }
 
-/// The fields that `key` names.
+/// Adds the fields listed in `key`.
 void assign(const Section& s, const char* key, FrameDescription& description, FieldList KindRoles::*role) {
   assign(s, key, s.texts(key), description, [&](KindRoles& roles, int field) { (roles.*role).push_back(field); });
 }
 
-/// The first field that has a role, in whatever kind. `role` gives a kind's list of them.
+/// The first field with a role in any message type. `role` returns the role's list of a type.
 template <class Role>
 const Field* first_with(const FrameDescription& description, Role role) {
   for (const FrameKind& kind : description.kinds) {
@@ -59,8 +59,8 @@ void read_valid(const Section& s, FrameDescription& description, std::size_t fir
   }
 }
 
-/// deg/h or arcsec for one unit of an axis's number into its scale. Pulses have the gyro's own scale factor, which the
-/// choice may give.
+/// Sets an axis's scale: deg/h or arcsec for one unit of its number. For pulses it is the gyro's own scale factor,
+/// which the choice may override.
 void read_unit(const Section& s, const GyroChoice& choice, FrameDescription& description) {
   struct Unit {
     const char* name;
@@ -81,12 +81,12 @@ void read_unit(const Section& s, const GyroChoice& choice, FrameDescription& des
   for (std::size_t i = 0; i < choice.axes.size(); ++i) {
     const AxisChoice& axis = choice.axes[i];
     if (!pulses && axis.scale_factor_arcsec_per_pulse)
-      s.fail("unit", fmt::format("is \"{}\": a scale factor in arcsec/pulse has no use here", unit.name));
+      s.fail("unit", fmt::format("is \"{}\": a scale factor in arcsec/pulse does not apply", unit.name));
     description.axes[i].scale = axis.scale_factor_arcsec_per_pulse.value_or(scale) * axis.sign;
   }
 }
 
-/// The sensor that is the axis's own thermometer.
+/// Sets the sensor that is the axis's own thermometer.
 void read_thermometer(const Section& s, const FrameDescription& description, AxisRule& axis) {
   if (!s.has("temperature")) return;
   const std::string name = s.text("temperature");
@@ -99,21 +99,21 @@ void read_thermometer(const Section& s, const FrameDescription& description, Axi
   if (unit != "degC") s.fail("temperature", fmt::format("\"{}\" is in {}, expected degC", name, unit));
 }
 
-/// One axis, served at place `i`: its fields, its sign and its validity; or the names of its fields alone.
+/// Reads one axis served at index `i`: fields, sign and validity; or only the names of its fields.
 void read_axis(const Section& axes, const std::string& name, FrameDescription& description, std::size_t i) {
   const auto give = [i](KindRoles& roles, int field) { roles.axes[i].gyro.push_back(field); };
   if (!axes.is_object(name)) return assign(axes, name, axes.texts(name), description, give);
   const Section s = axes.object(name);
   assign(s, "field", s.texts("field"), description, give);
   const double sign = s.number("sign", {-1, 1}, 1);
-  if (std::abs(sign) != 1) s.fail("sign", fmt::format("{} is neither 1 nor -1", sign));
+  if (std::abs(sign) != 1) s.fail("sign", fmt::format("found {}, expected 1 or -1", sign));
   description.axes[i].scale *= sign;
   read_thermometer(s, description, description.axes[i]);
   read_valid(s, description, i, i + 1);
 }
 
-/// The chosen axes go into the description; the others are read all the same, so that a slip in them is not first
-/// found by whoever chooses them.
+/// Adds the chosen axes to the description. Reads the others, too, so that an error in
+/// them is found at once.
 void read_axes(const Section& gyro, const GyroChoice& choice, FrameDescription& description) {
   const Section axes = gyro.object("axes", true);
   const std::vector<std::string>& names = description.axis_names = axes.names(TextRule::kAxisName);
@@ -123,7 +123,7 @@ void read_axes(const Section& gyro, const GyroChoice& choice, FrameDescription& 
     std::string& chosen = description.axes[i].name;
     chosen = choice.axes[i].axis.empty() ? names.front() : choice.axes[i].axis;
     if (!axes.has(chosen))
-      return gyro.fail("axes", fmt::format("has no axis \"{}\"; expected one of {}", chosen, fmt::join(names, ", ")));
+      return gyro.fail("axes", fmt::format("unknown axis \"{}\"; expected one of {}", chosen, fmt::join(names, ", ")));
   }
   for (const std::string& name : names) {
     const auto served = std::find_if(description.axes.begin(), description.axes.end(),
@@ -137,10 +137,10 @@ void read_axes(const Section& gyro, const GyroChoice& choice, FrameDescription& 
   }
 }
 
-/// Modulo what an accumulated angle of each axis is known: as said, or the range of its own whole number.
+/// Modulus of an accumulated angle of each axis: "wrap", or the range of its integer field.
 void read_wrap(const Section& s, FrameDescription& description) {
   if (description.gyro.meaning != GyroMeaning::kAccumulated) {
-    if (s.has("wrap")) s.fail("wrap", "belongs to an accumulated angle only");
+    if (s.has("wrap")) s.fail("wrap", "only valid for an accumulated angle");
     return;
   }
   for (std::size_t i = 0; i < description.axes.size(); ++i) {
@@ -159,7 +159,7 @@ void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& des
   read_unit(s, choice, description);
   rule.interval_s = s.number("interval_s", {1e-6, 1e4}, rule.interval_s);
   if (rule.interval_s != 0 && rule.meaning != GyroMeaning::kIncrement)
-    s.fail("interval_s", "belongs to an increment only");
+    s.fail("interval_s", "only valid for an increment");
   description.plausible.rate.range = read_range(s, "range_deg_per_s", kRateRanges, kDegPerSInDegPerH);
   read_valid(s, description, 0, description.axes.size());
   read_axes(s, choice, description);
@@ -185,14 +185,14 @@ void read_counter(const Section& s, FrameDescription& description) {
   description.counter = rule;
 }
 
-/// `fields` gives a kind's roles of the channel.
+/// `fields` returns the roles of the channel in a message type.
 void read_channel(const Section& s, FrameDescription& description, SlowChannel& slow,
                   const std::function<ChannelFields&(KindRoles&)>& fields) {
   slow.present = true;
   slow.stale_after_s = s.number("stale_after_s", {0, 3600}, slow.stale_after_s);
   if (s.has("field")) {
     for (const char* key : {"high", "low", "low_bits", "bits", "signed", "scale", "offset", "min", "max", "convert"}) {
-      if (s.has(key)) s.fail(key, "belongs to halves (\"high\", \"low\"); with \"field\" the field itself says it");
+      if (s.has(key)) s.fail(key, "only valid for halves (\"high\", \"low\"); with \"field\" set it in the field");
     }
     return assign(s, "field", s.texts("field"), description,
                   [&](KindRoles& roles, int field) { fields(roles).whole.push_back(field); });
@@ -208,7 +208,7 @@ void read_channel(const Section& s, FrameDescription& description, SlowChannel& 
   slow.joined = read_scaling(s);
 }
 
-/// Before the axes, which name their thermometers among them.
+/// Call before the axes are read: they refer to thermometers among the sensors.
 void read_sensors(const Section& s, FrameDescription& description) {
   const std::vector<std::string> names = s.names(TextRule::kSensorName);
   if (names.size() > kMaxSensors)
@@ -218,7 +218,7 @@ void read_sensors(const Section& s, FrameDescription& description) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const Section own = s.object(names[i]);
     if (!is_sensor_name(names[i]) || names[i].find('.') != std::string::npos)
-      s.fail(names[i], "found no name of a sensor, expected letters, digits and _, not T, U, dTdt or lagN");
+      s.fail(names[i], "invalid sensor name, expected letters, digits and _, not T, U, dTdt or lagN");
     SensorRule& rule = description.sensors[i];
     rule.sensor = {names[i], kSensorUnitNames[own.choice("unit", kSensorUnitNames)]};
     read_channel(own, description, rule.channel, [i](KindRoles& roles) -> ChannelFields& { return roles.sensors[i]; });
@@ -235,14 +235,14 @@ void leave_sensors_out(FrameDescription& description) {
   for (AxisRule& axis : description.axes) axis.thermometer = -1;
 }
 
-/// An instrument beside the gyro has sensors and nothing else.
+/// An instrument without a gyro has only sensors.
 void refuse_of_gyro(const Section& s) {
   for (const char* key : {"temperature", "uhfo", "latency", "status"}) {
-    if (s.has(key)) s.fail(key, "belongs to a gyro, but there is no \"gyro\"; expected it among \"sensors\"");
+    if (s.has(key)) s.fail(key, "only valid with \"gyro\"; use \"sensors\" instead");
   }
 }
 
-/// What of a channel is believed.
+/// Reads the plausibility limits of a channel.
 SensorStatement read_statement(const Section& s) {
   return {read_range(s, "range", kChannelRanges), read_greatest_slope(s, "greatest_slope_degc_per_s"), {}};
 }
@@ -266,7 +266,7 @@ void read_roles(const Section& s, const GyroChoice& choice, FrameDescription& de
                  [](KindRoles& roles) -> ChannelFields& { return roles.uhfo; });
     description.plausible.uhfo = read_statement(s.object("uhfo"));
     if (description.plausible.uhfo.greatest_slope_per_s)
-      s.object("uhfo").fail("greatest_slope_degc_per_s", "belongs to the temperature only");
+      s.object("uhfo").fail("greatest_slope_degc_per_s", "only valid for the temperature");
   }
   if (!choice.sensors && description.carries_gyro()) leave_sensors_out(description);
   if (s.has("status")) assign(s.object("status"), "field", description, &KindRoles::status);

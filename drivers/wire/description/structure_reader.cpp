@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From the JSON of a frame's build to its rules: sync, length, items, blocks, columns, checks.
+// Reads the structure of a frame from JSON: sync, length, items, blocks, columns, checks.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ void read_stored(const Section& s, CheckRule& rule) {
   const std::string separator = s.raw_text("mark", "");
   if (rule.stored == CheckRule::Stored::kBinary) return;
   rule.covers_separator = s.boolean("covers_mark", rule.covers_separator);
-  if (separator.size() != 1) return s.fail("mark", "is not one character; expected the one in front of the check");
+  if (separator.size() != 1) return s.fail("mark", "not one character; expected the character before the check");
   rule.separator = separator[0];
   if (rule.stored == CheckRule::Stored::kHexText) rule.size = static_cast<std::uint8_t>(2 * rule.size);
 }
@@ -45,7 +45,7 @@ void read_sync(const Section& s, FrameKind& kind) {
   std::vector<std::uint8_t> mask = s.bytes("mask", false);
   if (mask.empty()) mask.assign(bytes.size(), 0xFF);
   if (mask.size() != bytes.size()) {
-    return s.fail("mask", fmt::format("has {} bytes; expected {} as in \"bytes\"", mask.size(), bytes.size()));
+    return s.fail("mask", fmt::format("found {} bytes; expected {} as in \"bytes\"", mask.size(), bytes.size()));
   }
   for (std::uint32_t i = 0; i < bytes.size(); ++i) {
     if (mask[i] == 0) continue;
@@ -99,7 +99,7 @@ void read_text(const Section& s, FrameKind& kind) {
   kind.text.write = s.raw_text("write", "");
   if (kind.text.separators.empty()) s.fail("separators", "is empty; expected at least one character");
   if (kind.text.separators.find(kind.text.point) != std::string::npos)
-    s.fail("separators", fmt::format("has '{}', which stands within numbers", kind.text.point));
+    s.fail("separators", fmt::format("contains '{}', which can occur in numbers", kind.text.point));
 }
 
 void read_blocks(const Section& s, FrameKind& kind) {
@@ -122,7 +122,7 @@ CheckRule read_check(const Section& s, bool big_endian) {
   rule.to = static_cast<int>(s.integer("to", kOffset, rule.to));
   rule.big_endian = read_byte_order(s, "order", big_endian);
   rule.word = static_cast<std::uint8_t>(s.integer("word", {1, 4}, rule.word));
-  if (rule.word == 3) s.fail("word", "3 is not 1, 2 or 4");
+  if (rule.word == 3) s.fail("word", "found 3, expected 1, 2 or 4");
   rule.word_big_endian = read_byte_order(s, "word_order", rule.big_endian);
   rule.negate = s.boolean("negate", rule.negate);
   rule.size = rule.sum == CheckRule::Sum::kFletcher ? std::uint8_t{2} : rule.word;

@@ -35,10 +35,10 @@ std::string template_fault(const FrameKind& kind) {
   const std::string_view text = kind.text.write;
   for (std::size_t at = text.find_first_of("{}"); at != std::string_view::npos; at = text.find_first_of("{}", at)) {
     const std::size_t close = text.find('}', at);
-    if (text[at] == '}' || close == std::string_view::npos) return "has a brace without its partner";
+    if (text[at] == '}' || close == std::string_view::npos) return "has an unmatched brace";
     const Placeholder number = placeholder(text.substr(at + 1, close - at - 1));
     if (kind.field_index(number.field) < 0)
-      return fmt::format("names \"{}\", which is no field of this kind", number.field);
+      return fmt::format("names \"{}\", which is not a field of this message type", number.field);
     try {
       print_number(number.form, 0);
     } catch (const fmt::format_error&) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A text kind's "write" template: numbers of fields in their forms.
+// The "write" template of a text message type: field numbers with their formats.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,10 @@
 
 namespace prism::wire {
 
-/// What is wrong with a text kind's template; empty where it is good.
+/// The error in a template; empty if it is valid.
 std::string template_fault(const FrameKind& kind);
 
-/// A text kind's frame: its template with the raw numbers of the fields (by field index), and its terminator.
+/// A text frame: the template with the fields' raw numbers (by field index), and its terminator.
 std::vector<std::uint8_t> print_frame(const FrameKind& kind, std::span<const double> raw);
 
 }  // namespace prism::wire

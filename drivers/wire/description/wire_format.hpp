@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
-// How characters travel on a serial line: speed, bits, parity, and the time one byte takes.
+// Character format of a serial line: speed, bits, parity, and the time of one byte.
 #pragma once
 
 namespace prism::wire {
 
-/// Input axes of a device: the most that we know of.
+/// Maximum number of input axes of a device.
 inline constexpr std::size_t kMaxAxes = 4;
-/// Further channels of a device that are read.
+/// Maximum number of additional channels of a device.
 inline constexpr std::size_t kMaxSensors = 16;
 
 enum class Parity { kNone, kEven, kOdd };
 
 struct WireFormat {
-  int baud = 921600;  ///< 50 to 20 000 000; any integer, not only the classic ones
+  int baud = 921600;  ///< 50 to 20 000 000; any integer, not only standard speeds
   int data_bits = 8;  ///< 7 or 8
   Parity parity = Parity::kNone;
   int stop_bits = 1;  ///< 1 or 2

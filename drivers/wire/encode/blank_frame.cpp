@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Building the unchanging part of a frame.
+// Builds the constant part of a frame.
 #include "drivers/wire/encode/blank_frame.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ void append_number(std::vector<std::uint8_t>& out, std::uint64_t value, std::siz
     out.push_back(static_cast<std::uint8_t>(value >> 8 * (big_endian ? size - 1 - i : i)));
 }
 
-/// As many bytes as the fields of an item reach.
+/// Number of bytes covered by the fields of an item.
 std::uint32_t payload_of(const FrameKind& kind, std::size_t item) {
   std::uint32_t size = 0;
   for (const Field& field : kind.fields) {
@@ -48,7 +48,7 @@ std::size_t blocks_length(const FrameKind& kind) {
   return length;
 }
 
-/// Bytes behind the part of variable length: those that checks and fields with places from the end need.
+/// Bytes after the part of variable length: for checks and fields positioned from the end.
 std::size_t tail_of(const FrameKind& kind) {
   int tail = 0;
   for (const CheckRule& check : kind.checks) tail = std::max(tail, -check.at);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A frame of a kind with everything that never changes in it: sync, length, item headers, presets.
+// A frame with all constant parts of its message type: sync, length, item headers, defaults.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@
 
 namespace prism::wire {
 
-/// Binary kinds only. Checks are not filled in.
+/// Binary message types only. Does not fill in checks.
 std::vector<std::uint8_t> blank_frame(const FrameKind& kind);
 
-/// Puts the constant bits (sync, body rules) back over a frame whose fields have been written.
+/// Writes the constant bits (sync, body rules) again after the fields were written.
 void apply_constants(const FrameKind& kind, std::span<std::uint8_t> frame);
 
 }  // namespace prism::wire

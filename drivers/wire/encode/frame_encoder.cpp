@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Writing one frame: blank, selectors, counter, gyro, channels, status, constants, checks.
+// Writes one frame: blank, selectors, counter, gyro, channels, status, constants, checks.
 #include "drivers/wire/encode/frame_encoder.hpp"
 
 #include <algorithm>
@@ -78,7 +78,7 @@ void FrameEncoder::write_counter(const KindRoles& roles) {
   for (const int field : roles.counter) put_bits(field, static_cast<std::uint64_t>(std::llround(ticks_)));
 }
 
-/// An accumulated angle within the field's own range: 0 to wrap, or around 0 where the field has a sign.
+/// Wraps an accumulated angle into the field's range: 0 to wrap, or around 0 if the field is signed.
 double FrameEncoder::wrapped(std::size_t axis, const Field& field) const {
   const double wrap = description_->axes[axis].wrap, angle = angles_[axis];
   if (wrap == 0) return angle;
@@ -141,7 +141,7 @@ void FrameEncoder::write_valid(const AxisRoles& roles, bool valid) {
 
 void FrameEncoder::write_status(const KindRoles& roles, const GyroState& state) {
   for (const int field : roles.status) put_bits(field, state.status);
-  // Axes share bits: those of a valid one are right whatever the others' said.
+  // Axes can share bits: the bits of a valid axis have priority.
   for (const bool valid : {false, true}) {
     for (std::size_t i = 0; i < roles.axes.size(); ++i) {
       if (state.valid[i] == valid) write_valid(roles.axes[i], valid);
@@ -149,7 +149,7 @@ void FrameEncoder::write_status(const KindRoles& roles, const GyroState& state) 
   }
 }
 
-// The angle of this frame's interval is in it, so the counter and the angle move on before they are written.
+// The frame includes the angle of its interval, so counter and angle advance before they are written.
 void FrameEncoder::turn(const GyroState& state) {
   const GyroRule& gyro = description_->gyro;
   ++frame_number_;
@@ -173,7 +173,7 @@ void FrameEncoder::skip(const GyroState& state, std::uint64_t frames) {
 }
 
 void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out) {
-  if (description_->sent_kinds.empty()) return;  // columns that nobody has chosen yet: nothing to say
+  if (description_->sent_kinds.empty()) return;  // the columns are not chosen yet: nothing to send
   const int index = description_->sent_kinds[frame_number_ % description_->sent_kinds.size()];
   turn(state);
   kind_ = &description_->kinds[static_cast<std::size_t>(index)];
@@ -198,7 +198,7 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
     frame_ = print_frame(*kind_, raw_);
   else
     apply_constants(*kind_, frame_);
-  // A check may cover another one: as many rounds as checks leave all of them right.
+  // A check may cover another check: repeat as often as there are checks.
   for (std::size_t round = 0; round < kind_->checks.size(); ++round) {
     for (const CheckRule& check : kind_->checks) store_check(check, frame_);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Builds frames from the same description that decodes them: the simulator and the round-trip tests speak through it.
+// Encodes frames with the description that decodes them; used by the simulator and the round-trip tests.
 #pragma once
 
 #include <array>
@@ -11,14 +11,14 @@
 
 namespace prism::wire {
 
-/// What the device would measure over one frame's interval.
+/// Quantities that the device measures over one frame's interval.
 struct GyroState {
   std::array<double, kMaxAxes> rate_deg_per_h{};  ///< mean over the interval, as FrameDescription::axes
   double interval_s = 0;                          ///< > 0
-  double temperature_degc = 0;                ///< kUnknown: the frame says that it is not there, where it can say so
-  double uhfo_v = 0;                          ///< kUnknown: the same
-  std::array<double, kMaxSensors> sensors{};  ///< as FrameDescription::sensors; kUnknown as above
-  std::uint32_t status = 0;                   ///< bits besides those that say "valid", which the encoder sets
+  double temperature_degc = 0;                    ///< kUnknown: marked as absent, if the message type allows it
+  double uhfo_v = 0;                              ///< kUnknown: the same
+  std::array<double, kMaxSensors> sensors{};      ///< as FrameDescription::sensors; kUnknown as above
+  std::uint32_t status = 0;                       ///< bits in addition to the validity bits, which the encoder sets
   std::array<bool, kMaxAxes> valid = all_valid();
 
   static constexpr std::array<bool, kMaxAxes> all_valid() {
@@ -28,23 +28,22 @@ struct GyroState {
   }
 };
 
-/// Keeps what the device keeps: counter, accumulated angle, and what is left of the angle below one pulse, so that no
-/// part of the rate is lost to quantisation. Kinds take their turns as the description's "send" says (else only the
-/// first that carries the gyro); multiplexed channels take theirs. Quantities outside what a field can say are held at
-/// its limit.
+/// Keeps the device's state: counter, accumulated angle, and the remainder of the angle below one pulse, so that
+/// quantisation loses no rate. Sends the message types in turn as in "send" (else only the first with gyro data);
+/// multiplexed channels in turn. Limits quantities to the range of their field.
 class FrameEncoder {
  public:
   explicit FrameEncoder(FrameDescriptionPtr description);
 
-  /// Appends one whole frame.
+  /// Appends one complete frame.
   void encode(const GyroState& state, std::vector<std::uint8_t>& out);
 
-  /// The device measured `frames` intervals but sent nothing: the counter goes on, and an accumulated angle with the
-  /// state's rate; increments of that time are lost, as they are on a real line.
+  /// The device measured `frames` intervals without sending: the counter advances, and so does an accumulated angle;
+  /// increments of that time are lost, as on a real line.
   void skip(const GyroState& state, std::uint64_t frames);
 
  private:
-  /// A field that says which of several channels a frame carries, and the values it takes in turn.
+  /// A field that selects one of several channels of a frame, and the values it takes in turn.
   struct Selector {
     int field = -1;
     std::vector<std::uint64_t> values;
@@ -64,17 +63,17 @@ class FrameEncoder {
   void put_bits(int field, std::uint64_t bits);
 
   FrameDescriptionPtr description_;
-  std::vector<std::vector<std::uint8_t>> blanks_;  ///< by kind; empty for text kinds
-  std::vector<std::vector<Selector>> selectors_;   ///< by kind
+  std::vector<std::vector<std::uint8_t>> blanks_;  ///< by message type; empty for text
+  std::vector<std::vector<Selector>> selectors_;   ///< by message type
   std::uint64_t frame_number_ = 0;
   double ticks_ = 0;  ///< of the counter, modulo its modulus
-  /// Units of GyroReading::value: accumulated, or what increments have not carried yet.
+  /// In units of GyroReading::value: accumulated, or the remainder that increments have not included yet.
   std::array<double, kMaxAxes> angles_{};
-  std::uint64_t latched_temperature_ = 0;  ///< the joined number of which the high half was sent
+  std::uint64_t latched_temperature_ = 0;  ///< the joined number whose high half was sent
   std::uint64_t latched_uhfo_ = 0;
   std::vector<std::uint64_t> latched_sensors_;
 
-  const FrameKind* kind_ = nullptr;  ///< of the frame in work
+  const FrameKind* kind_ = nullptr;  ///< of the current frame
   std::vector<std::uint8_t> frame_;
   std::vector<double> raw_;  ///< a text frame's numbers by field
   FrameView view_;

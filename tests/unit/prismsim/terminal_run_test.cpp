@@ -143,7 +143,7 @@ TEST(PseudoTerminal, LinksAndUnlinksItsPath) {
   std::ofstream(link) << "precious";
   const auto refused = PseudoTerminal::open(link);
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().text(), link + ": is there and no symbolic link; expected a free name");
+  EXPECT_EQ(refused.error().text(), link + ": exists but is not a symbolic link; expected a free name");
   EXPECT_EQ(test::read_file(link), "precious");
 }
 

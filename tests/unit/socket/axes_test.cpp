@@ -132,7 +132,7 @@ TEST_F(AxesTest, WhatDoesNotGoTogetherIsRefusedInOneLine) {
   EXPECT_EQ(refusal(R"("site": {"elevation_deg": 0}, "axes": {"x": {}})"),
             file + ":/site/elevation_deg: given together with \"axes\"; expected it in each axis of \"axes\"");
   EXPECT_EQ(refusal(R"("axes": {})"), file + ":/axes: found none, expected at least one axis");
-  EXPECT_THAT(refusal(R"("axes": {"w": {}})"), HasSubstr(":/gyro/axes: has no axis \"w\"; expected one of x, y, z"));
+  EXPECT_THAT(refusal(R"("axes": {"w": {}})"), HasSubstr(":/gyro/axes: unknown axis \"w\"; expected one of x, y, z"));
   EXPECT_THAT(refusal(R"("axes": {"x": {}, "x": {}})"), HasSubstr("the key \"x\" is given twice"));
   EXPECT_THAT(refusal(R"("axes": {"x/y": {}})"), HasSubstr("expected 1 to 16 letters, digits or _"));
   EXPECT_THAT(refusal(R"("axes": {"x": {"scale_factor_arcsec_per_pulse": 1}})"), HasSubstr("has no use here"));

@@ -57,7 +57,7 @@ TEST(Beliefs, AreRefusedWithTheirPlace) {
       refused_belief("", R"(, "greatest_slope_degc_per_s": 0)", "").find("/temperature/greatest_slope_degc_per_s"),
       std::string::npos);
   EXPECT_EQ(refused_belief("", "", R"(, "greatest_slope_degc_per_s": 1)"),
-            "f.json:/uhfo/greatest_slope_degc_per_s: belongs to the temperature only");
+            "f.json:/uhfo/greatest_slope_degc_per_s: only valid for the temperature");
 }
 
 std::vector<std::uint8_t> small_frame(int rate, int temperature) {

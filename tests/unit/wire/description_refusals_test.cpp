@@ -71,15 +71,15 @@ INSTANTIATE_TEST_SUITE_P(
         Slip{"\"AB CD\"", "\"AB C\"",
              "f.json:/kinds/0/sync/bytes: found \"AB C\", expected bytes in hex like \"A5 5A\""},
         Slip{"\"bytes\": \"AB CD\"", "\"bytes\": \"AB CD\", \"mask\": \"FF\"",
-             "f.json:/kinds/0/sync/mask: has 1 bytes; expected 2 as in \"bytes\""},
+             "f.json:/kinds/0/sync/mask: found 1 bytes; expected 2 as in \"bytes\""},
         Slip{"{\"bytes\": \"AB CD\"}", "[{\"bytes\": \"AB\"}, {\"bytes\": \"CD\"}]",
-             "f.json:/kinds/0/sync: says byte 0 twice"},
+             "f.json:/kinds/0/sync: sets byte 0 twice"},
         Slip{"{\"bytes\": \"AB CD\"}", "{\"at\": 20, \"bytes\": \"AB\"}",
              "f.json:/kinds/0/sync: byte 20 is outside the frame of 12 bytes"},
         Slip{"\"length\": 12", "\"length\": {\"at\": 1, \"type\": \"u8\", \"min\": 9, \"max\": 8}",
              "f.json:/kinds/0/length/max: 8 is below min 9"},
         Slip{"\"to\": -2, \"at\": -2", "\"to\": 0, \"at\": -2",
-             "f.json:/kinds/0/checks: the CRC at -2 stands inside the bytes 0 to 0 that it covers"},
+             "f.json:/kinds/0/checks: the CRC at -2 is inside the bytes 0 to 0 that it covers"},
         Slip{"\"to\": -2, \"at\": -2", "\"to\": -2, \"at\": 11",
              "f.json:/kinds/0/checks: a check of 2 bytes at 11 is outside the frame of 12 bytes"},
         Slip{"\"n\": {\"at\": 9", "\"n\": {\"at\": 10", "f.json:/kinds/0/fields/n: overlaps a check"},
@@ -97,8 +97,8 @@ INSTANTIATE_TEST_SUITE_P(
         Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"scale\": 0",
              "f.json:/kinds/0/fields/rate/scale: 0 makes every value the same; expected another number"},
         Slip{"\"field\": \"low\"", "\"field\": \"n\"",
-             "f.json:/kinds/0/fields/t/when/field: no field \"n\" stands before this one"},
-        Slip{"{\"z\": \"rate\"}", "{\"z\": \"speed\"}", "f.json:/gyro/axes/z: \"speed\" is a field of no kind"},
+             "f.json:/kinds/0/fields/t/when/field: no field \"n\" before this one"},
+        Slip{"{\"z\": \"rate\"}", "{\"z\": \"speed\"}", "f.json:/gyro/axes/z: no message type has a field \"speed\""},
         Slip{"{\"z\": \"rate\"}", "{}", "f.json:/gyro/axes: found none, expected at least one axis"},
         Slip{"\"unit\": \"deg/h\"", "\"unit\": \"deg\"",
              "f.json:/gyro/unit: found \"deg\", expected \"deg/h\" or \"arcsec/s\" or \"deg/s\" or \"rad/s\" or "
@@ -123,11 +123,11 @@ TEST(Description, AChoiceMustFit) {
   GyroChoice axis;
   axis.axes = {{.axis = "w"}};
   EXPECT_EQ(parse_frame_description(kGood, "f.json", axis).error().text(),
-            "f.json:/gyro/axes: has no axis \"w\"; expected one of z");
+            "f.json:/gyro/axes: unknown axis \"w\"; expected one of z");
   GyroChoice scale;
   scale.axes[0].scale_factor_arcsec_per_pulse = 0.5;
   EXPECT_EQ(parse_frame_description(kGood, "f.json", scale).error().text(),
-            "f.json:/gyro/unit: is \"deg/h\": a scale factor in arcsec/pulse has no use here");
+            "f.json:/gyro/unit: is \"deg/h\": a scale factor in arcsec/pulse does not apply");
 }
 
 TEST(Description, AChoiceReachesTheScale) {
@@ -147,7 +147,7 @@ TEST(Description, TheGyrosOwnRateReplacesTheNominalOne) {
   EXPECT_EQ(stim->counter->ticks_per_frame, 16) << "2000 samples a second";
   choice.rate_hz = 0;
   EXPECT_EQ(parse_frame_description(kGood, "f.json", choice).error().text(),
-            "f.json: a rate of 0 Hz is not within 0.01 to 100000");
+            "f.json: found a rate of 0 Hz, expected 0.01 to 100000");
 }
 
 TEST(Description, TheIdFollowsTheMeaningAndNotTheComments) {

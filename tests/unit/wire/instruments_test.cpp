@@ -109,13 +109,12 @@ TEST(Instruments, WhatIsWrongIsSaidInOneLine) {
   bare.replace(bare.find("\"sensors\": {},"), 14, "");
   EXPECT_EQ(refusal(bare), "f.json: \"gyro\" is missing");
   gyros.replace(gyros.find("\"sensors\": {},"), 14, "\"sensors\": {}, \"status\": {\"field\": \"first\"},");
-  EXPECT_EQ(refusal(gyros),
-            "f.json:/status: belongs to a gyro, but there is no \"gyro\"; expected it among \"sensors\"");
+  EXPECT_EQ(refusal(gyros), "f.json:/status: only valid with \"gyro\"; use \"sensors\" instead");
   EXPECT_EQ(refusal(test::read_file(test::frames_dir() / "trplg.json"), columns({{{"t", "degC"}, 0}})),
-            "f.json: describes no lines of text without a gyro, expected one where \"columns\" names columns");
+            "f.json: does not describe text lines without a gyro, as required by \"columns\"");
   auto within = columns({{{"t", "degC"}, 0}});
   within.text.separators = ".;";
-  EXPECT_EQ(refusal(text, within), "f.json:/kinds/0/text/separators: has '.', which stands within numbers");
+  EXPECT_EQ(refusal(text, within), "f.json:/kinds/0/text/separators: contains '.', which can occur in numbers");
 }
 
 }  // namespace

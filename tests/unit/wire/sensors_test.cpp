@@ -65,13 +65,13 @@ TEST(Sensors, WhatIsWrongIsSaidInOneLine) {
   EXPECT_EQ(refusal(pressure, R"("pressure": {"field": "pressure", "unit": "V"})"),
             "f.json:/sensors/pressure/unit: found V, but the field \"pressure\" is in Pa");
   EXPECT_EQ(refusal(pressure, R"("dTdt": {"field": "pressure", "unit": "Pa"})"),
-            "f.json:/sensors/dTdt: found no name of a sensor, expected letters, digits and _, not T, U, dTdt or lagN");
+            "f.json:/sensors/dTdt: invalid sensor name, expected letters, digits and _, not T, U, dTdt or lagN");
   EXPECT_EQ(refusal(R"("x": "rate_x")", R"("x": {"field": "rate_x", "temperature": "shell"})"),
             "f.json:/gyro/axes/x/temperature: found \"shell\", expected one of \"sensors\"");
   EXPECT_EQ(refusal(R"("x": "rate_x")", R"("x": {"field": "rate_x", "temperature": "pressure"})"),
             "f.json:/gyro/axes/x/temperature: \"pressure\" is in Pa, expected degC");
   EXPECT_THAT(refusal(pressure, R"("pressure": {"field": "presure", "unit": "Pa"})"),
-              HasSubstr("is a field of no kind"));
+              HasSubstr("no message type has a field"));
 }
 
 }  // namespace

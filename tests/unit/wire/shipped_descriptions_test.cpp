@@ -42,7 +42,7 @@ TEST(ShippedDescriptions, AVectorMustBeOneWholeFrame) {
   const auto result = run_test_vectors(*test::description_of(text));
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().text(),
-            "test.json:/vectors/0: 20 of 21 bytes are a frame; expected all of them to be one of kind data");
+            "test.json:/vectors/0: 20 of 21 bytes are a frame; expected one frame of message type data");
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ TEST(Sniffer, OneFrameIsTooFewToBeSure) {
   two.feed(bytes, 0);
   EXPECT_FALSE(two.ranking()[0].fits);
   EXPECT_TRUE(two.ranking()[0].too_few) << sniff_line(two.ranking()[0]);
-  EXPECT_TRUE(sniff_line(two.ranking()[0]).ends_with(": too few to be sure, 3 are"));
+  EXPECT_TRUE(sniff_line(two.ranking()[0]).ends_with(": too few, at least 3 are needed"));
 }
 
 TEST(Sniffer, TellsCountsAndTheRate) {

@@ -13,8 +13,8 @@ constexpr double kPlay_degc = 15, kWarmUp_s = 3600, kHopPath_degc = 25, kDay_s =
 constexpr double kShortestFlicker_s = 3, kFlickerRatio = 4;
 constexpr std::uint64_t kFlickerStream = 5, kHopStream = 6, kStartStream = 7;
 
-/// Of each process: Lorentzians at ratios r sum to the one-sided density B²/(π f) where their variances are B² ln r /
-/// π.
+/// Variance of each process: Lorentzians at ratios r sum to the one-sided density B²/(π f) if their variances are B² ln
+/// r / π.
 double flicker_sd(double b) { return b * std::sqrt(std::log(kFlickerRatio) / std::numbers::pi); }
 
 double exponential(RandomSource& random) { return -std::log1p(-random.uniform()); }

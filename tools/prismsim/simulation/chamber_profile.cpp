@@ -37,7 +37,7 @@ double ChamberProfile::temperature_degc(double time_s) const {
 
 namespace {
 
-// The paper's timetable with other ends and another speed; the last plateau fills the paper's 92 400 s.
+// The paper's timetable with other end temperatures and another speed; the last plateau completes the paper's 92 400 s.
 ChamberProfile like_paper(const char* name, double cold_degc, double hot_degc, double degc_per_min) {
   ChamberProfile profile{
       name,

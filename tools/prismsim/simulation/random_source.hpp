@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Random numbers that are the same for the same seed on every machine: std's distributions promise no such thing.
+// Random numbers that are the same for the same seed on every machine; std's distributions do not guarantee this.
 #pragma once
 
 #include <cmath>
@@ -10,14 +10,14 @@ namespace prism::simulation {
 
 class RandomSource {
  public:
-  /// Different streams of one seed are independent: drawing more from one leaves the others as they were.
+  /// Streams of one seed are independent: sampling one does not affect the others.
   RandomSource(std::uint64_t seed, std::uint64_t stream)
       : engine_(scramble(seed + 0x9E3779B97F4A7C15u * (stream + 1))) {}
 
-  /// Evenly from [0, 1).
+  /// Uniform in [0, 1).
   double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
 
-  /// True with this probability; draws nothing where it cannot happen.
+  /// True with this probability; does not use a random number if the probability is 0.
   bool chance(double probability) { return probability > 0 && uniform() < probability; }
 
   /// Normal with mean 0 and standard deviation 1: Marsaglia's polar method (1964), both numbers of a pair.
@@ -39,7 +39,7 @@ class RandomSource {
   }
 
  private:
-  // Stafford's mix 13 of the splitmix64 finaliser: neighbouring seeds give unlike engines.
+  // Stafford's mix 13 of the splitmix64 finaliser: similar seeds give different engines.
   static std::uint64_t scramble(std::uint64_t x) {
     x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
     x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;

@@ -76,7 +76,7 @@ SimulatedGyro::SimulatedGyro(ChamberProfile profile, std::uint64_t seed, const T
   truth_ = before_;
 }
 
-// Everything that follows from the time, the two temperatures and the noise.
+// Values derived from the time, the two temperatures and the noise.
 void SimulatedGyro::complete(GyroTruth& truth) const {
   truth.chamber_degc = profile_.temperature_degc(truth.time_s);
   truth.slope_degc_per_s = (truth.chamber_degc + kSelfHeating_degc - truth.body_degc) / settings_.axis.body_lag_s;
@@ -92,7 +92,7 @@ void SimulatedGyro::complete(GyroTruth& truth) const {
   truth.bias_deg_per_h = truth.causes.sum();
 }
 
-// Each lag is exact for what drives it held at the middle of the second.
+// Each lag is exact for an input that is constant at its value in the middle of the second.
 GyroTruth SimulatedGyro::next_second(const GyroTruth& from) {
   static const double inner_share = -std::expm1(-kGrid_s / kInnerLag_s);
   static const double noise_kept = std::exp(-kGrid_s / kUhfoNoiseTime_s);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A virtual total-reflection prism gyro in a thermal chamber: temperatures, UHFO voltage and the bias they cause.
+// Simulated total-reflection prism gyro in a thermal chamber: temperatures, UHFO voltage and the resulting bias.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace prism::simulation {
 /// White rate noise: 0.0064 deg/h in means of 100 s.
 inline constexpr double kRateNoise_deg_per_h_sqrt_s = 0.064;
 
-/// What no real gyro tells: its state and its true bias.
+/// State and true bias, which a real gyro does not report.
 struct GyroTruth {
   double time_s = 0;  ///< since the gyro was switched on
   double chamber_degc = 0;
@@ -22,9 +22,9 @@ struct GyroTruth {
   double slope_degc_per_s = 0;  ///< of the body: dT/dt
   double uhfo_v = 0;            ///< U
   double bias_deg_per_h = 0;    ///< causes.sum()
-  double sensor_degc = 0;       ///< what the PT100 says: the body, or behind it by the lag asked for
+  double sensor_degc = 0;       ///< output of the PT100: the body, delayed by the configured lag
   BiasCauses causes;
-  double case_degc = 0;  ///< of the device, which all its axes have in common
+  double case_degc = 0;  ///< of the device, common to all its axes
 };
 
 /// The physics, from the chamber to the bias:
@@ -35,20 +35,20 @@ struct GyroTruth {
 ///   U    = 5.32 − 0.0027 (body − 25) − 0.0018 (inner − body) + n    V; n: Ornstein-Uhlenbeck, 0.039 V, 73 min
 ///   bias = eq25(body, d body/dt, U) − 1.83 d body/dt + local(body, U)    deg/h
 ///
-/// eq25 is equation 25 of Tao et al. 2019, the paper's stepwise model 2. local() is what no quadratic in (T, dT/dt, U)
-/// can follow; see local_nonlinearity_deg_per_h. TruthSettings add what no model of (T, dT/dt, U) can know. The gyro is
-/// switched on cold: body and inner temperature begin at the chamber's. Over seeds 1 to 8 one paper cycle of 100 s
+/// eq25 is equation 25 of Tao et al. 2019, the paper's stepwise model 2. local() is a non-quadratic part, see
+/// local_nonlinearity_deg_per_h. TruthSettings add components that no model of (T, dT/dt, U) can explain. The gyro is
+/// switched on cold: body and inner temperature start at the chamber's. Over seeds 1 to 8 one paper cycle of 100 s
 /// means, rate noise included, has correlations with the bias of 0.66 (T), −0.37 (dT/dt) and −0.74 (U) and a 1-sigma of
-/// 0.0192 deg/h (the paper's gyro: 0.71, −0.43, −0.82 and 0.0185); single seeds scatter, for the noise of U has only
-/// some twenty correlation times in a cycle.
+/// 0.0192 deg/h (the paper's gyro: 0.71, −0.43, −0.82 and 0.0185); single seeds scatter, because a cycle
+/// has only about twenty correlation times of the noise of U.
 ///
-/// The equations are advanced on a grid of whole seconds and read by straight lines in between, so that a seed gives
-/// the same truth at every frame rate.
+/// The equations are solved on a grid of 1 s and interpolated linearly, so that a seed gives the same truth at every
+/// frame rate.
 class SimulatedGyro {
  public:
   SimulatedGyro(ChamberProfile profile, std::uint64_t seed, const TruthSettings& truth = {});
 
-  /// Lets `dt_s` > 0 seconds pass; the truth at their end.
+  /// Advances by `dt_s` > 0; returns the truth at its end.
   const GyroTruth& step(double dt_s);
 
   const GyroTruth& truth() const { return truth_; }
@@ -69,16 +69,16 @@ class SimulatedGyro {
   GyroTruth truth_;
 };
 
-/// Three Gaussian hollows over the (T, U) plane, deg/h, from 0 down to −0.02, near where the paper's cycle dwells:
+/// Three Gaussian hollows over the (T, U) plane, deg/h, from 0 down to −0.02, near the plateaus of the paper's cycle:
 ///
 ///   local = Σ h exp(−((T − T0)/w)² / 2 − ((U − U0)/v)² / 2)
 ///   h, T0, w, U0, v = −0.010, −25, 14, 5.400, 0.063;  −0.012, 43, 12, 5.200, 0.033;  −0.019, 76, 10, 5.255, 0.035
 ///
-/// A choice of ours. The best quadratic in (T, dT/dt, U) leaves 0.0070 deg/h of a cycle, of which 0.0064 are rate
-/// noise; a kernel can follow, and on a repeat of the cycle takes off some 5 % more than the quadratic does.
+/// Our choice. The best quadratic in (T, dT/dt, U) leaves 0.0070 deg/h of a cycle, of which 0.0064 are rate noise; a
+/// kernel fits it better, and on a repeat of the cycle removes about 5 % more than the quadratic.
 double local_nonlinearity_deg_per_h(double temperature_degc, double uhfo_v);
 
-/// A smooth truth that is no quadratic: saturating in T and dT/dt, wavy in T, its share of U growing with T; deg/h:
+/// A smooth non-quadratic bias: saturates in T and dT/dt, periodic in T, the effect of U increases with T; deg/h:
 ///   0.020 tanh((T − 20)/22) + 0.006 sin(2π T/60) − 0.012 tanh(dT/dt / 0.006) − 0.05 (U − 5.32) (1 + 0.5 tanh(T/40))
 double smooth_bias_deg_per_h(double temperature_degc, double slope_degc_per_s, double uhfo_v);
 

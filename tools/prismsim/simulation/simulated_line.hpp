@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The virtual gyro on its wire: truth → noisy frames → bytes, whole, lost, dropped or damaged.
+// The simulated gyro on its line: truth → noisy frames → bytes, intact, lost, dropped or damaged.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace prism::simulation {
 
-/// An axis that the device marks as not valid for a time, s since the gyro was switched on.
+/// The device marks an axis invalid for a time, s since the gyro was switched on.
 struct InvalidTime {
   std::size_t axis = 0;
   double from_s = 0, to_s = 0;
@@ -21,46 +21,46 @@ struct SimulationSettings {
   ChamberProfile profile = paper_profile();
   TruthSettings truth;
   std::uint64_t seed = 7;
-  double rate_hz = 200;  ///< frames a second, > 0
+  double rate_hz = 200;  ///< frames per second, > 0
   /// Added to the bias of each axis, as FrameDescription::axes.
   std::array<double, wire::kMaxAxes> earth_rate_deg_per_h{};
   std::vector<InvalidTime> invalid;
   double outliers_per_h = 0;  ///< jumps of the angle by ±2 to ±10 arcsec within one frame
-  double lose_frames = 0;     ///< part of the frames that the gyro measures but does not send
-  double drop_bytes = 0;      ///< part of the bytes that the line swallows
-  double damage_bytes = 0;    ///< part of the bytes that the line changes
+  double lose_frames = 0;     ///< share of frames that are measured but not sent
+  double drop_bytes = 0;      ///< share of bytes that the line drops
+  double damage_bytes = 0;    ///< share of bytes that the line changes
 };
 
-/// What an axis's bias is made of, 1 sigma, deg/h.
+/// Components of an axis's bias, 1 sigma, deg/h.
 struct BiasParts {
-  double own = 0;       ///< of its own temperature and slope, and the voltage
-  double gradient = 0;  ///< of the case against the body
-  double hidden = 0;    ///< of what no thermometer can see
+  double own = 0;       ///< from its own temperature, slope and voltage
+  double gradient = 0;  ///< from the case minus the body
+  double hidden = 0;    ///< not detectable by thermometers
 };
 
-/// What was done to the stream so far: a test knows what a decoder must find.
+/// Faults added so far: a test knows what a decoder must find.
 struct SimulationCounters {
   std::uint64_t frames = 0;  ///< measured
   std::uint64_t lost_frames = 0, dropped_bytes = 0, damaged_bytes = 0, outliers = 0;
-  std::uint64_t overrun_bytes = 0;  ///< found no room at a slow reader's
+  std::uint64_t overrun_bytes = 0;  ///< dropped because the reader was slow
   std::vector<BiasParts> parts;     ///< at the end, by axis
 };
 
-/// Axes of one device stand in one chamber; their bodies lag by 65, 52, 81 and 70 minutes, their thermal bias is 1,
-/// −0.7, 1.4 and 0.5 times what SimulatedGyro says, and all else of their biases and noise is their own. The frame's
-/// temperature and UHFO voltage are the first one's; of the sensors an axis's own thermometer is at its body, others in
-/// degC at the case, and those of other units stand still. Each fault draws from a stream of random numbers of its own:
-/// asking for damage leaves noise and truth as they were.
+/// All axes of a device are in one chamber. Their bodies lag by 65, 52, 81 and 70 minutes, their thermal bias is 1,
+/// −1.6, 2.2 and 1.3 times that of SimulatedGyro, and all other parts of bias and noise are independent. The frame's
+/// temperature and UHFO voltage are those of the first axis. An axis's own thermometer measures its body, other sensors
+/// in degC the case; sensors with other units are constant. Each fault has its own stream of random numbers: adding
+/// faults does not change noise and truth.
 class SimulatedLine {
  public:
   SimulatedLine(wire::FrameDescriptionPtr description, const SimulationSettings& settings);
 
-  /// The next frame's interval passes; appends the bytes that reach the other end, if any.
+  /// Simulates the next frame's interval; appends the bytes that reach the other end, if any.
   void next_frame(std::vector<std::uint8_t>& out);
 
   /// When the last interval ended, ns since the gyro was switched on: frame n at n / rate, without drift.
   std::int64_t time_ns() const;
-  /// At that moment.
+  /// The truth at that time.
   const GyroTruth& truth(std::size_t axis = 0) const { return gyros_[axis].truth(); }
   const SimulationCounters& counters() const { return counters_; }
   /// By axis, over the whole seconds so far.
