@@ -29,7 +29,7 @@ class Held {
   std::promise<void> gate_;
 };
 
-TEST(DiskThread, RunsWhatIsPostedInOrder) {
+TEST(DiskThread, RunsTasksInOrder) {
   test::Told told;
   DiskThread disk(100, told.teller());
   std::vector<int> order;
@@ -39,7 +39,7 @@ TEST(DiskThread, RunsWhatIsPostedInOrder) {
   EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
 }
 
-TEST(DiskThread, RefusesBytesThatItsQueueCannotHoldButNeverATaskWithoutAny) {
+TEST(DiskThread, RejectsDataIfItsQueueIsFullButNeverATaskWithoutData) {
   test::Told told;
   int ran = 0;  // outlives the thread, which runs the last task at its end
   DiskThread disk(100, told.teller());
@@ -56,7 +56,7 @@ TEST(DiskThread, RefusesBytesThatItsQueueCannotHoldButNeverATaskWithoutAny) {
   EXPECT_TRUE(disk.post(100, task)) << "there is room again";
 }
 
-TEST(DiskThread, RunsWhatIsQueuedBeforeItEnds) {
+TEST(DiskThread, RunsQueuedTasksBeforeItEnds) {
   test::Told told;
   int ran = 0;
   {
@@ -69,7 +69,7 @@ TEST(DiskThread, RunsWhatIsQueuedBeforeItEnds) {
 }
 
 // The story: std::filesystem threw on this thread, and prismd ended with SIGABRT.
-TEST(DiskThread, ATaskThatThrowsEndsNothingButItself) {
+TEST(DiskThread, ContinuesAfterATaskThatThrows) {
   test::Told told;
   DiskThread disk(100, told.teller());
   int ran = 0;
@@ -82,7 +82,7 @@ TEST(DiskThread, ATaskThatThrowsEndsNothingButItself) {
   EXPECT_THAT(told.lines(), ElementsAre("stale file handle", "an exception of unknown type"));
 }
 
-TEST(DiskThread, WhoAnswersForATaskHearsThatItThrew) {
+TEST(DiskThread, ReportsAThrowingTaskToItsOwner) {
   test::Told told, owner;
   DiskThread disk(100, told.teller());
   disk.post(
@@ -94,7 +94,7 @@ TEST(DiskThread, WhoAnswersForATaskHearsThatItThrew) {
   EXPECT_THAT(told.lines(), IsEmpty());
 }
 
-TEST(DiskThread, EvenAComplaintThatThrowsEndsNothing) {
+TEST(DiskThread, ContinuesAfterACallbackThatThrows) {
   DiskThread disk(100, [](const std::string&) { throw std::bad_alloc(); });
   bool ran = false;
   disk.post(0, [] { throw std::runtime_error("first"); });
@@ -103,7 +103,7 @@ TEST(DiskThread, EvenAComplaintThatThrowsEndsNothing) {
   EXPECT_TRUE(ran);
 }
 
-TEST(DiskThread, LetsGoOfWhatATaskHeldBeforeTheNextOneRuns) {
+TEST(DiskThread, DestroysATaskBeforeTheNextOneRuns) {
   test::Told told;
   DiskThread disk(100, told.teller());
   auto held = std::make_shared<int>(1);

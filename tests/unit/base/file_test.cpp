@@ -29,7 +29,7 @@ class File : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-TEST_F(File, WhatIsWrittenIsRead) {
+TEST_F(File, ReadsBackWrittenText) {
   const std::string text("a\0b\r\n\xff", 6);
   ASSERT_TRUE(write_text_file(path("a"), text));
   EXPECT_EQ(*read_text_file(path("a")), text);
@@ -38,7 +38,7 @@ TEST_F(File, WhatIsWrittenIsRead) {
   EXPECT_EQ(entries(), 1) << "nothing is left beside it";
 }
 
-TEST_F(File, ADiskThatFillsUpLeavesTheOldFileWhole) {
+TEST_F(File, KeepsTheOldFileOnAFullDisk) {
   const std::string old(1000, 'o');
   ASSERT_TRUE(write_text_file(path("a"), old));
   {
@@ -51,7 +51,7 @@ TEST_F(File, ADiskThatFillsUpLeavesTheOldFileWhole) {
   EXPECT_EQ(entries(), 1) << "nothing is left beside it";
 }
 
-TEST_F(File, AnExistingFileKeepsItsMode) {
+TEST_F(File, KeepsTheModeOfAnExistingFile) {
   ASSERT_TRUE(write_text_file(path("a"), "old"));
   ASSERT_EQ(::chmod(path("a").c_str(), 0640), 0);
   ASSERT_TRUE(write_text_file(path("a"), "new"));
@@ -59,7 +59,7 @@ TEST_F(File, AnExistingFileKeepsItsMode) {
   EXPECT_EQ(mode("a"), 0640u);
 }
 
-TEST_F(File, WritesThroughNoLink) {
+TEST_F(File, DoesNotWriteThroughALink) {
   ASSERT_TRUE(write_text_file(path("a"), "old"));
   fs::create_symlink("a", path("link"));
   fs::create_symlink("none", path("dangling"));
@@ -71,7 +71,7 @@ TEST_F(File, WritesThroughNoLink) {
   EXPECT_FALSE(fs::exists(path("none")));
 }
 
-TEST_F(File, WritesAndReadsNoDevice) {
+TEST_F(File, RejectsDevices) {
   EXPECT_EQ(write_text_file("/dev/null", "x").error().text(), "/dev/null: is a device, expected a regular file");
   EXPECT_EQ(open_output("/dev/null").error().what, "is a device, expected a regular file");
   EXPECT_EQ(read_text_file("/dev/zero").error().text(), "/dev/zero: is a device, expected a regular file");
@@ -79,14 +79,14 @@ TEST_F(File, WritesAndReadsNoDevice) {
 }
 
 // Without a writer open(2) of a pipe would wait for ever.
-TEST_F(File, WaitsForNoPipe) {
+TEST_F(File, DoesNotWaitForAPipe) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
   EXPECT_EQ(read_text_file(path("pipe")).error().what, "is a pipe, expected a regular file");
   EXPECT_EQ(FileReader::open(path("pipe")).error().what, "is a pipe, expected a regular file");
   EXPECT_EQ(write_text_file(path("pipe"), "x").error().what, "is a pipe, expected a regular file");
 }
 
-TEST_F(File, HasALimit) {
+TEST_F(File, LimitsTheSize) {
   ASSERT_TRUE(write_text_file(path("a"), std::string(2'000'000, 'a')));
   EXPECT_EQ(read_text_file(path("a"), 1 << 20).error().what, "is larger than 1 MiB, the limit for such a file");
   EXPECT_EQ(read_text_file(path("a"))->size(), 2'000'000u);
@@ -96,7 +96,7 @@ TEST_F(File, HasALimit) {
 
 TEST_F(File, ReadsWhatHasNoSize) { EXPECT_NE(read_text_file("/proc/self/status")->find("Name:"), std::string::npos); }
 
-TEST_F(File, SaysWhyItRefuses) {
+TEST_F(File, ReportsTheReasonOfAnError) {
   EXPECT_EQ(read_text_file(path("")).error().what, "is a directory, expected a regular file");
   EXPECT_EQ(write_text_file(path(""), "x").error().what, "is a directory, expected a regular file");
   EXPECT_EQ(read_text_file(path("none")).error().what, "cannot be read: No such file or directory");
@@ -145,7 +145,7 @@ TEST_F(File, ReadsLinesAndContinuesAnywhere) {
   }
 }
 
-TEST_F(File, ALineHasALimit) {
+TEST_F(File, LimitsTheLengthOfALine) {
   ASSERT_TRUE(write_text_file(path("a"), "first\n" + std::string(kMaxLineBytes + 1, 'x') + "\n"));
   auto file = FileReader::open(path("a"));
   std::string line;
@@ -155,7 +155,7 @@ TEST_F(File, ALineHasALimit) {
 }
 
 // Address 0 of a process is not mapped: the kernel returns EIO, as a bad disk does.
-TEST_F(File, AReadErrorIsAnError) {
+TEST_F(File, ReportsAReadError) {
   const auto failing = read_text_file("/proc/self/mem");
   ASSERT_FALSE(failing);
   EXPECT_EQ(failing.error().text(), "/proc/self/mem: cannot be read: Input/output error");

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-TEST(JsonMember, AnotherTypeIsAbsent) {
+TEST(JsonMember, TreatsAnotherTypeAsMissing) {
   const json object = {{"a", 5}, {"b", "text"}, {"c", true}, {"d", -1}, {"e", 7U}};
   for (const json& value : {object, json(), json(3), json::array({1}), json("a")}) {
     for (const char* key : {"a", "b", "c", "d", "x"}) {
@@ -30,7 +30,7 @@ TEST(JsonMember, AnotherTypeIsAbsent) {
   EXPECT_EQ(number_member(object, "b", 3), 3);
 }
 
-TEST(JsonMember, ALineNestedTooDeepIsNoJson) {
+TEST(JsonMember, RejectsDeepNesting) {
   const auto nested = [](std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); };
   EXPECT_TRUE(parse_json_line(nested(64)));
   EXPECT_FALSE(parse_json_line(nested(65)));
@@ -40,7 +40,7 @@ TEST(JsonMember, ALineNestedTooDeepIsNoJson) {
   EXPECT_FALSE(parse_json_line("\"\xff\""));
 }
 
-TEST(PrintableJson, IsTheSameValueWithoutAControlCharacter) {
+TEST(PrintableJson, KeepsTheValueWithoutControlCharacters) {
   for (const std::string& text : test::hostile_texts()) {
     const json value = {{"text", valid_utf8(text)}, {valid_utf8(text), {text.size(), "\U000e0001"}}};
     for (const int indent : {-1, 2}) {

@@ -25,12 +25,12 @@ std::string parse_refusal(const std::string& text) {
   return refusal(text, [](Section&) {});
 }
 
-TEST(ParseJson, TakesAnObjectWithComments) {
+TEST(ParseJson, AcceptsAnObjectWithComments) {
   EXPECT_EQ(parse_refusal("{}"), "");
   EXPECT_EQ(parse_refusal("// a note\n{ /* nothing */ }\n"), "");
 }
 
-TEST(ParseJson, SaysFileLineAndColumnOfWhatIsNoJson) {
+TEST(ParseJson, ReportsFileLineAndColumnOfInvalidJson) {
   EXPECT_EQ(parse_refusal("{\n  \"a\": 1,\n  b\n}"),
             "gyro.json:3:3: not valid JSON: syntax error while parsing object key - invalid literal; last read: "
             "'1,<U+000A>  b'; expected string literal");
@@ -43,23 +43,23 @@ TEST(ParseJson, SaysFileLineAndColumnOfWhatIsNoJson) {
   EXPECT_EQ(parse_refusal("{} {}").substr(0, 29), "gyro.json:1:4: not valid JSON");
 }
 
-TEST(ParseJson, RefusesANumberThatIsNotFinite) {
+TEST(ParseJson, RejectsANonFiniteNumber) {
   EXPECT_EQ(parse_refusal("{\"a\": 1e999}"), "gyro.json: not valid JSON: number overflow parsing '1e999'");
 }
 
-TEST(ParseJson, RefusesWhatIsNoObject) {
+TEST(ParseJson, RejectsOtherThanAnObject) {
   EXPECT_EQ(parse_refusal("[1, 2]"), "gyro.json: found [1,2], expected a JSON object");
   EXPECT_EQ(parse_refusal("null"), "gyro.json: found null, expected a JSON object");
 }
 
-TEST(ParseJson, RefusesAKeyGivenTwiceInOneObjectOnly) {
+TEST(ParseJson, RejectsADuplicateKeyInOneObject) {
   EXPECT_EQ(parse_refusal(R"({"a": 1, "b": {"c": 2, "c": 3}})"), "gyro.json: the key \"c\" is given twice");
   EXPECT_EQ(parse_refusal(R"({"": 1, "": 2})"), "gyro.json: the key \"\" is given twice");
   const auto nested = parse_json_object(R"({"a": {"x": 1}, "b": [{"x": 1}, {"x": 2}], "x": 3})", "gyro.json");
   EXPECT_TRUE(nested);
 }
 
-TEST(ParseJson, RefusesAMillionBracketsWithoutRecursion) {
+TEST(ParseJson, RejectsAMillionBracketsWithoutRecursion) {
   for (const std::string open : {"[", "{\"a\":"}) {
     std::string text = "{\"a\": ", close;
     for (int i = 0; i < 1'000'000; ++i) text += open;
@@ -74,7 +74,7 @@ TEST(ParseJson, RefusesAMillionBracketsWithoutRecursion) {
   EXPECT_FALSE(parse_json_object("{\"a\":" + deep + "}", "gyro.json"));
 }
 
-TEST(ParseJson, ItsRefusalsAreOneShortPlainLine) {
+TEST(ParseJson, ReportsErrorsInOneShortLine) {
   const std::string rows[] = {std::string("{\"a\": \"\xff\xfe\"}"),
                               std::string("{\"a\": \"") + std::string(100'000, 'x'),
                               "{\"k\n\": 1}",
@@ -91,7 +91,7 @@ TEST(ParseJson, ItsRefusalsAreOneShortPlainLine) {
   }
 }
 
-TEST(Section, ReadsWhatIsThere) {
+TEST(Section, ReadsAllTypes) {
   const char* const kNames[] = {"red", "green"};
   const std::string text = R"({"n": 1.5, "i": -3, "b": true, "t": "x", "ns": [1, 2.5], "ts": ["p", "q"], "c": "green",
                                "o": {"k": 1}, "os": [{"k": 2}, {"k": 3}], "any": [null]})";
@@ -116,7 +116,7 @@ TEST(Section, ReadsWhatIsThere) {
             "");
 }
 
-TEST(Section, TakesTheDefaultOfWhatIsAbsent) {
+TEST(Section, UsesTheDefaultOfAMissingKey) {
   const char* const kNames[] = {"red", "green"};
   EXPECT_EQ(refusal("{}",
                     [&](Section& s) {
@@ -191,12 +191,12 @@ const Row kRows[] = {
 };
 // clang-format on
 
-TEST(Section, SaysWhereWhatAndWhatWasExpected) {
+TEST(Section, ReportsPositionFoundAndExpected) {
   for (const Row& row : kRows) EXPECT_EQ(refusal(row.text, row.read), row.refusal) << row.text;
 }
 
 // A slip of the fingers is found again by its line, and the key that was meant is named.
-TEST(Section, AnUnknownKeyIsToldWithItsLineAndTheNearestKey) {
+TEST(Section, ReportsAnUnknownKeyWithItsLineAndASimilarKey) {
   const auto read = [](Section& s) {
     Section line = s.object("line");
     line.integer("baud", {50, 20e6}, 9600);
@@ -213,7 +213,7 @@ TEST(Section, AnUnknownKeyIsToldWithItsLineAndTheNearestKey) {
             "gyro.json:/list/1/v: unknown key in line 4; expected one of value");
 }
 
-TEST(Section, AMissingKeyIsToldWithTheOneThatStandsInItsPlace) {
+TEST(Section, ReportsAMissingKeyWithASimilarUnknownOne) {
   EXPECT_EQ(refusal("{\n\"bua\": 1,\n\"buad\": 1}",
                     [](Section& s) {
                       s.integer("baud", {0, 9});
@@ -243,7 +243,7 @@ TEST(Section, ReadsBitsBytesAndFreeNames) {
 }
 
 // What goes on behind a refusal computes with what it got: within the range, where there is one.
-TEST(Section, BehindARefusalANumberIsStillInItsRange) {
+TEST(Section, ReturnsANumberInRangeAfterAnError) {
   EXPECT_NE(refusal(R"({"n": "x", "i": "x"})",
                     [](Section& s) {
                       EXPECT_EQ(s.number("n", {3, 64}), 3);
@@ -252,7 +252,7 @@ TEST(Section, BehindARefusalANumberIsStillInItsRange) {
             "");
 }
 
-TEST(Section, TellsTheFirstThingThatIsWrong) {
+TEST(Section, ReportsTheFirstError) {
   EXPECT_EQ(refusal(R"({"a": "x", "b": "y", "unknown": 1})",
                     [](Section& s) {
                       s.number("a", {0, 1});
@@ -262,7 +262,7 @@ TEST(Section, TellsTheFirstThingThatIsWrong) {
             "gyro.json:/a: found \"x\", expected a number within 0 to 1");
 }
 
-TEST(Section, AReaderMayAddItsOwnRefusal) {
+TEST(Section, AcceptsAnErrorOfItsUser) {
   EXPECT_EQ(refusal(R"({"a": 1})",
                     [](Section& s) {
                       s.fail("a", s.integer("a", {0, 9}) ? "is odd" : "");

@@ -14,13 +14,13 @@
 namespace prism {
 namespace {
 
-TEST(OutsideText, AxisNamesAreOneShortWord) {
+TEST(OutsideText, AcceptsOneShortWordAsAxisName) {
   for (const char* name : {"x", "Z", "axis_1", "0123456789abcdef"}) EXPECT_TRUE(follows(TextRule::kAxisName, name));
   for (const char* name : {"", "0123456789abcdefg", "a b", "a.b", "a-b", "a\n", "\xc3\xa9", "x'", "../x"})
     EXPECT_FALSE(follows(TextRule::kAxisName, name)) << name;
 }
 
-TEST(OutsideText, SensorAndMessageNamesAreWordsJoinedByDots) {
+TEST(OutsideText, AcceptsWordsJoinedByDotsAsSensorAndMessageNames) {
   const std::string longest(32, 'a');
   for (const std::string& name : {std::string("case"), std::string("logger.t1"), longest, longest + "." + longest})
     EXPECT_TRUE(follows(TextRule::kSensorName, name)) << name;
@@ -31,7 +31,7 @@ TEST(OutsideText, SensorAndMessageNamesAreWordsJoinedByDots) {
   EXPECT_TRUE(follows(TextRule::kMessageName, "9A"));
 }
 
-TEST(OutsideText, NamesArePrintableAndNoPaths) {
+TEST(OutsideText, AcceptsPrintableNamesButNoPaths) {
   for (const char* name : {"gyro1", "Gyro 7, north", "\xc3\xbc-1", "a=b", "\xe4\xba\x8c\xe5\x8f\xb7"})
     EXPECT_TRUE(follows(TextRule::kName, name)) << name;
   for (const char* name : {"",
@@ -63,7 +63,7 @@ TEST(OutsideText, NamesArePrintableAndNoPaths) {
   EXPECT_FALSE(follows(TextRule::kLongText, std::string(1 << 20, 'a')));
 }
 
-TEST(OutsideText, TheErrorIsOneSafeLine) {
+TEST(OutsideText, ReportsErrorsInOneSafeLine) {
   EXPECT_EQ(check_text(TextRule::kAxisName, "x'\x1b]0;\a\n<img>", "a.csv:3").error().text(),
             "a.csv:3: found \"x'\\x1b]0;\\x07\\x0a<img>\", expected 1 to 16 letters, digits or _");
   EXPECT_LT(check_text(TextRule::kText, std::string(1 << 20, '\n'), "a").error().text().size(), 500u);
@@ -79,12 +79,12 @@ TEST(Escape, PrintableKeepsTextAndShowsTheRest) {
   EXPECT_EQ(shortened("\xe4\xba\x8c\xe4\xba\x8c", 4), "\xe4\xba\x8c...");
 }
 
-TEST(Escape, HtmlHasNoMarkup) {
+TEST(Escape, EscapesMarkupForHtml) {
   EXPECT_EQ(html_text("<img src=x onerror='a()'>&\""), "&lt;img src=x onerror=&#39;a()&#39;&gt;&amp;&quot;");
   EXPECT_EQ(html_text("a\x1b\xff\n"), "a\xef\xbf\xbd\xef\xbf\xbd\n");
 }
 
-TEST(Escape, ACellIsNoFormula) {
+TEST(Escape, PreventsFormulasInCells) {
   const std::vector<std::pair<std::string, std::string>> cells = {{"x", "x"},
                                                                   {"-1.5e-3", "-1.5e-3"},
                                                                   {"+2", "+2"},

@@ -17,13 +17,13 @@ TEST(PlainText, ShowsEveryOtherByteAsAQuestionMark) {
   EXPECT_EQ(plain_text(std::string_view("\0", 1)), "?");
 }
 
-TEST(PlainText, MarksItsCut) {
+TEST(PlainText, MarksTruncation) {
   EXPECT_EQ(plain_text("12345", 5), "12345");
   EXPECT_EQ(plain_text("123456", 5), "12345...");
   EXPECT_EQ(plain_text(std::string(1000, 'x')).size(), 43u);
 }
 
-TEST(Counted, AgreesWithItsNumber) {
+TEST(Counted, AddsThePluralS) {
   EXPECT_EQ(counted(0, "row"), "0 rows");
   EXPECT_EQ(counted(1, "row"), "1 row");
   EXPECT_EQ(counted(2, "row"), "2 rows");
@@ -31,7 +31,7 @@ TEST(Counted, AgreesWithItsNumber) {
 
 const std::vector<std::string> kNames = {"baud", "data_bits", "parity", "stop_bits", "retry_min_s", "retry_max_s"};
 
-TEST(NearestName, IsTheOneThatWasMeant) {
+TEST(NearestName, FindsTheIntendedName) {
   EXPECT_EQ(nearest_name("buad", kNames), "baud") << "two letters swapped";
   EXPECT_EQ(nearest_name("bauds", kNames), "baud") << "one too many";
   EXPECT_EQ(nearest_name("pariy", kNames), "parity") << "one left out";
@@ -40,7 +40,7 @@ TEST(NearestName, IsTheOneThatWasMeant) {
   EXPECT_EQ(nearest_name("baudrate", kNames), "baud") << "more behind it";
 }
 
-TEST(NearestName, IsNoneWhereNoneIsNear) {
+TEST(NearestName, IsEmptyWithoutASimilarName) {
   EXPECT_EQ(nearest_name("colour", kNames), "");
   EXPECT_EQ(nearest_name("b", kNames), "") << "one letter tells nothing";
   EXPECT_EQ(nearest_name("", kNames), "");

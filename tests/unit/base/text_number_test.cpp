@@ -36,7 +36,7 @@ bool near_tie(double value, int decimals) {
   return std::fabs(scaled - std::floor(scaled) - 0.5L) <= scaled * 1.2e-16L;
 }
 
-TEST(AppendFixed, WritesWhatPrintfWrites) {
+TEST(AppendFixed, MatchesPrintf) {
   std::mt19937_64 random(17);
   std::uniform_real_distribution<double> mantissa(-1, 1);
   int ties = 0;
@@ -55,7 +55,7 @@ TEST(AppendFixed, WritesWhatPrintfWrites) {
   EXPECT_LT(ties, 40'000);
 }
 
-TEST(AppendFixed, TiesGoAwayFromZero) {
+TEST(AppendFixed, RoundsHalvesAwayFromZero) {
   EXPECT_EQ(fixed(0.5, 0), "1");
   EXPECT_EQ(fixed(1.5, 0), "2");
   EXPECT_EQ(fixed(2.5, 0), "3");  // printf says 2
@@ -74,13 +74,13 @@ TEST(AppendFixed, CarriesAndPads) {
   EXPECT_EQ(fixed(1e-9, 9), "0.000000001");
 }
 
-TEST(AppendFixed, ANegativeThatRoundsToNothingHasNoSign) {
+TEST(AppendFixed, WritesNegativeZeroWithoutASign) {
   EXPECT_EQ(fixed(-0.0, 3), "0.000");
   EXPECT_EQ(fixed(-1e-7, 6), "0.000000");
   EXPECT_EQ(fixed(-5e-7, 6), "-0.000001");
 }
 
-TEST(AppendFixed, BeyondTheLimitShortestDigitsThatReadBack) {
+TEST(AppendFixed, WritesShortestDigitsOutsideTheLimit) {
   EXPECT_EQ(fixed(9e8, 9), "900000000.000000000");
   EXPECT_EQ(fixed(-9e8, 9), "-900000000.000000000");
   for (const double value : {900000000.1, -900000000.1, 1e17, -1e300, std::numeric_limits<double>::max()}) {
@@ -88,13 +88,13 @@ TEST(AppendFixed, BeyondTheLimitShortestDigitsThatReadBack) {
   }
 }
 
-TEST(AppendFixed, WhatIsNotFiniteIsNothing) {
+TEST(AppendFixed, WritesNothingForANonFiniteNumber) {
   EXPECT_EQ(fixed(std::nan(""), 6), "");
   EXPECT_EQ(fixed(HUGE_VAL, 6), "");
   EXPECT_EQ(fixed(-HUGE_VAL, 6), "");
 }
 
-TEST(AppendInteger, WritesEveryWholeNumber) {
+TEST(AppendInteger, WritesEveryInteger) {
   std::mt19937_64 random(19);
   std::vector<std::int64_t> values = {
       0, 1, -1, 9, 10, -10, std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()};
@@ -119,7 +119,7 @@ std::string by_gmtime(std::int64_t second) {
 constexpr std::int64_t kYear0 = -62'167'219'200;      // 0000-01-01T00:00:00Z
 constexpr std::int64_t kYear10000 = 253'402'300'800;  // 10000-01-01T00:00:00Z
 
-TEST(UtcText, IsWhatGmtimeSays) {
+TEST(UtcText, MatchesGmtime) {
   std::mt19937_64 random(23);
   std::uniform_int_distribution<std::int64_t> any(kYear0, kYear10000 - 1);
   for (int i = 0; i < 100'000; ++i) {
@@ -132,7 +132,7 @@ TEST(UtcText, IsWhatGmtimeSays) {
   }
 }
 
-TEST(UtcText, KnowsTheDaysThatCalendarsGetWrong) {
+TEST(UtcText, HandlesLeapDays) {
   EXPECT_EQ(utc_text(0), "1970-01-01T00:00:00Z");
   EXPECT_EQ(utc_text(-1), "1969-12-31T23:59:59Z");
   EXPECT_EQ(utc_text(951'782'400), "2000-02-29T00:00:00Z");

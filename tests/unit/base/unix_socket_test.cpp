@@ -13,7 +13,7 @@
 namespace prism {
 namespace {
 
-TEST(UnixSocket, IsMadeWithItsModeInThePlaceOfALeftover) {
+TEST(UnixSocket, ReplacesALeftoverAndSetsItsMode) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("s");
   listen_unix(path, 0600)->reset();  // nobody answers on it any more
@@ -24,7 +24,7 @@ TEST(UnixSocket, IsMadeWithItsModeInThePlaceOfALeftover) {
   EXPECT_EQ(info.st_mode & 0777U, 0640U);
 }
 
-TEST(UnixSocket, RefusesAPathThatIsTakenOrImpossible) {
+TEST(UnixSocket, RejectsAUsedOrInvalidPath) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("s"), plain = folder.file("plain"), absent = folder.file("no/s");
   const auto socket = listen_unix(path, 0600);
@@ -38,7 +38,7 @@ TEST(UnixSocket, RefusesAPathThatIsTakenOrImpossible) {
   EXPECT_EQ(refusal(longest), longest + ": has 200 bytes, expected at most 107");
 }
 
-TEST(UnixSocket, OnlyOurOwnIsRemoved) {
+TEST(UnixSocket, RemovesOnlyItsOwnFile) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("s");
   {

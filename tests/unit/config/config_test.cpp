@@ -28,7 +28,7 @@ std::string refusal(const std::string& text) {
   return config ? "" : config.error().text();
 }
 
-TEST(Config, AnEmptyObjectIsAWorkingConfigurationButForTheDevice) {
+TEST(Config, AcceptsAnEmptyObjectForReplay) {
   const Config config = good("{}");
   EXPECT_EQ(config.name, "gyro1");
   EXPECT_EQ(config.line.device, "");
@@ -40,7 +40,7 @@ TEST(Config, AnEmptyObjectIsAWorkingConfigurationButForTheDevice) {
   EXPECT_THAT(config.frames, HasSubstr("trplg.json"));
 }
 
-TEST(Config, WhatIsBelievedAndHowFastTheBiasMayChangeMayBeSaid) {
+TEST(Config, ReadsPlausibilityAndCorrectionLimits) {
   const Config usual = good("{}");
   EXPECT_FALSE(usual.plausibility.rate.range || usual.plausibility.temperature.range || usual.plausibility.uhfo.range);
   EXPECT_FALSE(usual.plausibility.temperature.stuck_s) << "off unless configured";
@@ -66,7 +66,7 @@ TEST(Config, WhatIsBelievedAndHowFastTheBiasMayChangeMayBeSaid) {
               HasSubstr("stuck_s: 0 is not within 1 to 10000000"));
 }
 
-TEST(Config, CommentsAreAllowedAndEverythingIsTakenOver) {
+TEST(Config, ReadsEveryKeyAndAllowsComments) {
   const Config config = good(R"({
     // the gyro on the table
     "name": "table", "gyro": {"serial": "70-123", "axis": "z", "sign": -1, "scale_factor_arcsec_per_pulse": 0.25},
@@ -101,7 +101,7 @@ struct Refused {
   const char* message;
 };
 
-TEST(Config, EveryRefusalSaysWhereWhatWasFoundAndWhatWasExpected) {
+TEST(Config, ReportsPositionFoundAndExpected) {
   const Refused table[] = {
       {R"({"lime": {}})", "/etc/prism/gyro1.json:/lime: unknown key in line 1; did you mean \"line\"?"},
       {R"({"line": {"bauds": 1}})", "/etc/prism/gyro1.json:/line/bauds: unknown key in line 1; did you mean \"baud\"?"},
@@ -136,12 +136,12 @@ TEST(Config, EveryRefusalSaysWhereWhatWasFoundAndWhatWasExpected) {
   for (const Refused& row : table) EXPECT_EQ(refusal(row.text), row.message);
 }
 
-TEST(Config, BrokenJsonIsRefusedWithLineAndColumn) {
+TEST(Config, ReportsInvalidJsonWithLineAndColumn) {
   EXPECT_THAT(refusal("{\n  \"line\": {\"baud\": ,}\n}"), HasSubstr("/etc/prism/gyro1.json:2:20: not valid JSON: "));
   EXPECT_THAT(refusal(""), HasSubstr("not valid JSON"));
 }
 
-TEST(Config, ASocketPathTooLongForAUnixSocketIsRefused) {
+TEST(Config, RejectsALongSocketPath) {
   const auto socket = [](std::size_t bytes) {
     return R"({"socket": {"path": "/)" + std::string(bytes - 1, 'x') + R"("}})";
   };
@@ -151,7 +151,7 @@ TEST(Config, ASocketPathTooLongForAUnixSocketIsRefused) {
 }
 
 // The story: a name of 250 letters was taken, and prismd ended with SIGABRT when it made its first segment.
-TEST(Config, ANameThatMakesAPathTooLongIsRefused) {
+TEST(Config, RejectsANameThatMakesAPathTooLong) {
   const auto named = [](std::size_t bytes, const std::string& rest) {
     return R"({"name": ")" + std::string(bytes, 'n') + "\", " + rest + "}";
   };
@@ -161,7 +161,7 @@ TEST(Config, ANameThatMakesAPathTooLongIsRefused) {
   EXPECT_EQ(good(named(90, "\"clock\": \"host\"")).socket.path.size(), 107u);
 }
 
-TEST(Config, AFolderWithAPathTooLongIsRefused) {
+TEST(Config, RejectsALongDirectory) {
   const auto folder = [](const std::string& path) { return R"({"log": {"directory": ")" + path + "\"}}"; };
   const std::string part = "/" + std::string(255, 'd');
   std::string deep;
@@ -171,14 +171,14 @@ TEST(Config, AFolderWithAPathTooLongIsRefused) {
   EXPECT_THAT(refusal(folder(deep + "/" + std::string(250, 'd'))), HasSubstr("/log/directory: a path of 4091 bytes"));
 }
 
-TEST(Config, AMissingFileIsRefusedByItsName) {
+TEST(Config, ReportsAMissingFileWithItsName) {
   const Result<Config> config = load_config("/nonexistent/gyro.json");
   ASSERT_FALSE(config);
   EXPECT_EQ(config.error().text(), "/nonexistent/gyro.json: cannot be read: No such file or directory");
   EXPECT_EQ(load_config("/tmp").error().text(), "/tmp: is a directory, expected a regular file");
 }
 
-TEST(Config, UnderSystemdLogAndCaptureAreInTheFolderThatItMade) {
+TEST(Config, UsesTheDirectoriesOfSystemd) {
   ::setenv("LOGS_DIRECTORY", "/var/log/prismd/table", 1);
   const Config preset = good(R"({"capture": {}})");
   const Config relative = good(R"({"log": {"directory": "rows"}, "capture": {"directory": "/data/bytes"}})");
@@ -189,7 +189,7 @@ TEST(Config, UnderSystemdLogAndCaptureAreInTheFolderThatItMade) {
   EXPECT_EQ(relative.capture->directory, "/data/bytes");
 }
 
-TEST(Config, BareNamesAreFoundBesideTheConfigurationFirst) {
+TEST(Config, SearchesBareNamesNextToTheConfigurationFirst) {
   const test::TemporaryFolder folder;
   std::filesystem::create_directories(folder.file("frames"));
   std::ofstream(folder.file("frames/trplg.json")) << "{}";

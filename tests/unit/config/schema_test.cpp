@@ -73,7 +73,7 @@ TEST(ConfigSchema, HasTheKeysOfTheReaderAndNoOthers) {
   EXPECT_TRUE(reader_accepts(Json::parse(kWhole)));
 }
 
-TEST(ConfigSchema, TakesWhatIsShipped) {
+TEST(ConfigSchema, AcceptsShippedConfigurations) {
   const test::SchemaValidator validator(schema());
   for (const char* shipped : {"config/prismd.json", "config/examples/gyro1.json", "config/examples/three-axes.json"}) {
     const Json config = load(kSource / shipped);
@@ -87,7 +87,7 @@ class ConfigForms : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Both, ConfigForms, testing::Values(kWhole, kAxes),
                          [](const auto& form) { return form.index == 0 ? "OneAxis" : "Axes"; });
 
-TEST_P(ConfigForms, AreTakenAndRefusedByTheSchemaAsByTheReader) {
+TEST_P(ConfigForms, GetTheSameResultFromSchemaAndReader) {
   const test::SchemaValidator validator(schema());
   const Json whole = Json::parse(GetParam());
   ASSERT_TRUE(validator.accepts(whole));
@@ -141,7 +141,7 @@ std::vector<std::pair<std::string, Json>> stated_defaults() {
 }
 
 // A default stands in the code once; what the man page says of it must be true.
-TEST(ConfigSchema, TheDefaultsOfTheManPageAreThoseOfTheReader) {
+TEST(ConfigSchema, HasTheDefaultsOfTheManPage) {
   const Config usual = *parse_config("{}", "/etc/prism/x.json");
   std::set<std::string> checked;
   for (const auto& [key, value] : stated_defaults()) {
@@ -161,7 +161,7 @@ TEST(ConfigSchema, TheDefaultsOfTheManPageAreThoseOfTheReader) {
   EXPECT_FALSE(*config_with("log/keep_days", 3651) == usual) << "another value is another configuration";
 }
 
-TEST(ConfigSchema, EveryKeyStandsInTheManPage) {
+TEST(ConfigSchema, HasItsKeysInTheManPage) {
   const std::string page = test::read_file(kSource / "docs/man/prismd.json.5.scd");
   walk(Json::parse(kWhole), Json::json_pointer(), [&](const Json::json_pointer& at) {
     const std::string key = at.to_string().substr(1);
@@ -171,7 +171,7 @@ TEST(ConfigSchema, EveryKeyStandsInTheManPage) {
 }
 
 // A unit in one list only would lose a column or be rejected somewhere.
-TEST(ConfigSchema, SensorUnitsAreThoseOfTheTableInEverySchema) {
+TEST(ConfigSchema, HasTheSensorUnitsOfTheTable) {
   const Json expected(kSensorUnitNames);
   int lists = 0;
   const std::function<void(const Json&)> compare = [&](const Json& schema) {

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(SocketPlace, ASocketOfSystemdWouldStartWhatDoesNotRun) {
+TEST(SocketPlace, DetectsASocketThatWouldStartAnInstance) {
   const test::TemporaryFolder folder;
   const std::string socket = folder.file("gyro1.sock");
   EXPECT_FALSE(would_start(socket)) << "a prismd that was started by hand listens there itself";

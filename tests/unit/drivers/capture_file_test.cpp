@@ -59,7 +59,7 @@ void write_story(const std::string& path) {
   EXPECT_EQ(writer->bytes_written(), std::filesystem::file_size(path));
 }
 
-TEST(CaptureFile, GivesBackEveryPacketToTheNanosecond) {
+TEST(CaptureFile, ReturnsEveryPacketToTheNanosecond) {
   const test::TemporaryFolder folder;
   write_story(folder.file("a.pcap"));
   auto reader = CaptureReader::open(folder.file("a.pcap"));
@@ -104,7 +104,7 @@ TEST(CaptureFile, KeepsChunksOfAnySize) {
 }
 
 // A power cut leaves any length: whole packets before the cut are all there, and the reader says that there was a cut.
-TEST(CaptureFile, GivesEverythingBeforeACutAnywhere) {
+TEST(CaptureFile, ReturnsAllPacketsBeforeATruncation) {
   const test::TemporaryFolder folder;
   write_story(folder.file("a.pcap"));
   const Bytes whole = file_bytes(folder.file("a.pcap"));
@@ -128,7 +128,7 @@ TEST(CaptureFile, GivesEverythingBeforeACutAnywhere) {
 }
 
 // Whatever becomes of one packet, its neighbours are there, nothing is read twice, and the place is told.
-TEST(CaptureFile, GoesOnBehindDamage) {
+TEST(CaptureFile, ContinuesAfterDamage) {
   const test::TemporaryFolder folder;
   write_story(folder.file("a.pcap"));
   const Bytes whole = file_bytes(folder.file("a.pcap"));
@@ -167,7 +167,7 @@ TEST(CaptureFile, GoesOnBehindDamage) {
   mended(cut, "cut out", 4, 1);
 }
 
-TEST(CaptureFile, EndsWhereNoPacketIsBehindTheDamage) {
+TEST(CaptureFile, EndsIfNoPacketFollowsTheDamage) {
   const test::TemporaryFolder folder;
   write_story(folder.file("a.pcap"));
   Bytes bytes = file_bytes(folder.file("a.pcap"));
@@ -180,7 +180,7 @@ TEST(CaptureFile, EndsWhereNoPacketIsBehindTheDamage) {
   EXPECT_NE(reader->tail_damage().find("a.pcap: "), std::string::npos);
 }
 
-TEST(CaptureFile, LeavesOutPacketsThatAreTooShortAndCountsThem) {
+TEST(CaptureFile, SkipsAndCountsShortPackets) {
   const test::TemporaryFolder folder;
   write_story(folder.file("a.pcap"));
   Bytes bytes = file_bytes(folder.file("a.pcap"));
@@ -193,7 +193,7 @@ TEST(CaptureFile, LeavesOutPacketsThatAreTooShortAndCountsThem) {
   EXPECT_EQ(reader->foreign_packets(), 1u);
 }
 
-TEST(CaptureFile, RefusesForeignFilesInOneLine) {
+TEST(CaptureFile, RejectsOtherFilesInOneLine) {
   const test::TemporaryFolder folder;
   write_bytes(folder.file("log.csv"), Bytes(40, 'x'));
   write_bytes(folder.file("empty"), {});
@@ -215,7 +215,7 @@ TEST(CaptureFile, RefusesForeignFilesInOneLine) {
   EXPECT_EQ(refusal("."), ".: is a directory, expected a regular file");
 }
 
-TEST(CaptureFile, PlaysBareBytesAtTheGivenRate) {
+TEST(CaptureFile, ReplaysRawBytesAtTheGivenRate) {
   const test::TemporaryFolder folder;
   Bytes bytes(5000);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i);
@@ -238,14 +238,14 @@ TEST(CaptureFile, PlaysBareBytesAtTheGivenRate) {
   EXPECT_EQ(still.error().what, "found no rate for raw bytes, expected more than 0 bytes/s");
 }
 
-TEST(CaptureFile, SaysThatTheDiskIsFullAndKeepsSayingIt) {
+TEST(CaptureFile, ReportsAFullDiskInEveryCall) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   const auto writer = CaptureWriter::adopt(::open("/dev/full", O_WRONLY | O_CLOEXEC), "/dev/full", nullptr);
   ASSERT_FALSE(writer);
   EXPECT_EQ(writer.error().text(), "/dev/full: cannot be written: No space left on device");
 }
 
-TEST(CaptureFile, KeepsWhatWasGoodWhenTheDiskFillsUp) {
+TEST(CaptureFile, KeepsWrittenPacketsWhenTheDiskFillsUp) {
   const test::TemporaryFolder folder;
   std::string first, again;
   {
@@ -267,7 +267,7 @@ TEST(CaptureFile, KeepsWhatWasGoodWhenTheDiskFillsUp) {
 }
 
 // Nobody flushes: the buffer does, within a megabyte.
-TEST(CaptureFile, NoticesAFullDiskWithoutBeingAsked) {
+TEST(CaptureFile, DetectsAFullDiskWithoutFlush) {
   const test::TemporaryFolder folder;
   const test::FullDisk disk(5000);
   auto writer = CaptureWriter::open(folder.file("a.pcap"));
@@ -278,7 +278,7 @@ TEST(CaptureFile, NoticesAFullDiskWithoutBeingAsked) {
   EXPECT_FALSE(writer->flush());
 }
 
-TEST(CaptureFile, RefusesAFileThatCannotBeCreated) {
+TEST(CaptureFile, ReportsAFileThatCannotBeCreated) {
   const auto writer = CaptureWriter::open("/nowhere/a.pcap");
   ASSERT_FALSE(writer);
   EXPECT_EQ(writer.error().text(), "/nowhere/a.pcap: cannot be written: No such file or directory");

@@ -26,7 +26,7 @@ std::string documented_bytes() {
   return bytes;
 }
 
-TEST(FormatsDocument, ItsCaptureIsWhatTheWriterWrites) {
+TEST(FormatsDocument, ShowsTheBytesOfTheWriter) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("written.pcap");
   {

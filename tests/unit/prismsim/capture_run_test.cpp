@@ -48,7 +48,7 @@ TEST(CaptureRun, DatesEachFrameByItsLastByte) {
   EXPECT_EQ(reader->tail_damage(), "");
 }
 
-TEST(CaptureRun, CutsPacketsOfAnySizeWithoutChangingAByte) {
+TEST(CaptureRun, SplitsPacketsAtAnySizeWithoutChangingBytes) {
   const test::TemporaryFolder folder;
   SimOptions options = twenty_seconds(folder.file("a.pcap"));
   const auto bytes_of = [&](std::uint64_t chunk) {
@@ -72,7 +72,7 @@ TEST(CaptureRun, CutsPacketsOfAnySizeWithoutChangingAByte) {
   EXPECT_EQ(bytes_of(4096), whole);
 }
 
-TEST(CaptureRun, PutsTheTruthBesideTheSamples) {
+TEST(CaptureRun, WritesTheTruthOfTheSamples) {
   const test::TemporaryFolder folder;
   SimOptions options = twenty_seconds(folder.file("a.pcap"));
   options.truth = folder.file("truth.csv");
@@ -82,7 +82,7 @@ TEST(CaptureRun, PutsTheTruthBesideTheSamples) {
   EXPECT_NE(truth.find("\n2026-01-01T00:00:20Z,1767225620,20.000000,"), std::string::npos);
 }
 
-TEST(CaptureRun, ASlowLineFallsBehindAsARealOneDoes) {
+TEST(CaptureRun, SlowLineFallsBehind) {
   const test::TemporaryFolder folder;
   SimOptions options = twenty_seconds(folder.file("a.pcap"));
   options.simulation.rate_hz = 10'000;  // 2 Mbit/s on a line of 0.92
@@ -94,7 +94,7 @@ TEST(CaptureRun, ASlowLineFallsBehindAsARealOneDoes) {
   EXPECT_NEAR(static_cast<double>(last_ns - kCaptureStart_ns) * 1e-9, 10'000 * 20 * 10 / 921'600.0, 1e-3);
 }
 
-TEST(CaptureRun, IsRefusedWhereNothingCanBeWritten) {
+TEST(CaptureRun, ReportsAFileThatCannotBeWritten) {
   const auto refused = run_capture(twenty_seconds("/nowhere/a.pcap"));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().text(), "/nowhere/a.pcap: cannot be written: No such file or directory");

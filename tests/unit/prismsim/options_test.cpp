@@ -42,11 +42,11 @@ TEST(SimOptions, DefaultToOnePaperCycleAtTheDescribedRateInXian) {
 
 // Five of six messages of this device carry no delta angle. Sent at 100 a second in all, they turned a gyro of 8.5
 // deg/h into one of 51, because the counter of messages runs at 600 a second.
-TEST(SimOptions, TheDescribedRateIsThatOfTheFramesWithTheGyro) {
+TEST(SimOptions, UseTheRateOfFramesWithGyroData) {
   EXPECT_EQ(parse({"--out", "a.pcap"}, "hg4930").options.simulation.rate_hz, 600);
 }
 
-TEST(SimOptions, TakeWhatMovesTheBiasBeyondTheInputs) {
+TEST(SimOptions, ReadTheBiasComponents) {
   const Parsed parsed =
       parse({"--out", "a.pcap",    "--profile", "warm-up",   "--smooth", "--sensor-lag", "300", "--hysteresis",
              "1",     "--turn-on", "2",         "--warm-up", "3",        "--flicker",    "4",   "--mode-hops",
@@ -62,7 +62,7 @@ TEST(SimOptions, TakeWhatMovesTheBiasBeyondTheInputs) {
   EXPECT_EQ(parse({"--out", "a.pcap", "--flicker", "-1"}).code, 64);
 }
 
-TEST(SimOptions, TakeLengthAndFaultsAndPlace) {
+TEST(SimOptions, ReadDurationFaultsAndSite) {
   const Parsed parsed =
       parse({"--link", "gyro", "--speed", "max", "--hours", "0.5", "--rate", "1000", "--elevation", "-90", "--outliers",
              "3", "--lose-frames", "0.25", "--drop-bytes", "1e-3", "--damage-bytes", "1e-4"});
@@ -79,7 +79,7 @@ TEST(SimOptions, TakeLengthAndFaultsAndPlace) {
   EXPECT_EQ(parse({"--out", "a", "--cycles", "2"}).options.duration_s, 2 * 92400);
 }
 
-TEST(SimOptions, WrongOnesAreRefusedInOneLine) {
+TEST(SimOptions, ReportErrorsInOneLine) {
   const auto refused = [](std::vector<std::string> words, int code, const std::string& complaint) {
     const Parsed parsed = parse(std::move(words));
     EXPECT_EQ(parsed.code, code) << complaint;
@@ -103,7 +103,7 @@ TEST(SimOptions, WrongOnesAreRefusedInOneLine) {
   EXPECT_EQ(parse({"--out", "a", "--axis", "q"}).code, 78);
 }
 
-TEST(SimOptions, ADescriptionThatCannotBeReadIsABadConfiguration) {
+TEST(SimOptions, ReturnTheExitCodeOfABadDescription) {
   std::vector<std::string> words{"prismsim", "--out", "a", "--frames", "/nowhere/x.json"};
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());

@@ -66,7 +66,7 @@ simulation::SimulationCounters run(const SimOptions& options, PseudoTerminal& te
   return *counters;
 }
 
-TEST(TerminalRun, ASlowReaderLosesNothing) {
+TEST(TerminalRun, LosesNothingWithASlowReader) {
   if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
   wire::DecoderCounters read;
@@ -79,7 +79,7 @@ TEST(TerminalRun, ASlowReaderLosesNothing) {
   EXPECT_EQ(read.skipped_bytes, 0u);
 }
 
-TEST(TerminalRun, AReaderThatComesBackGetsTheRest) {
+TEST(TerminalRun, ContinuesForAReaderThatReturns) {
   if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
   wire::DecoderCounters first, second;
@@ -97,7 +97,7 @@ TEST(TerminalRun, AReaderThatComesBackGetsTheRest) {
 }
 
 // 3 s of gyro time at three times real time take one second, however long a frame takes to make.
-TEST(TerminalRun, KeepsItsDeadlines) {
+TEST(TerminalRun, SendsOnTime) {
   if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
   wire::DecoderCounters read;
@@ -113,7 +113,7 @@ TEST(TerminalRun, KeepsItsDeadlines) {
 }
 
 // Nobody reads, nobody waits: the gyro's time passes as on a real line.
-TEST(TerminalRun, AnAbsentReaderDoesNotHoldAPacedGyroUp) {
+TEST(TerminalRun, ContinuesWithoutAReaderIfPaced) {
   auto terminal = PseudoTerminal::open("");
   ASSERT_TRUE(terminal);
   SimOptions options = run_of(50, 100);

@@ -21,7 +21,7 @@ simulation::GyroTruth truth_at(double elapsed_s) {
 
 std::string rows_of(const std::string& text) { return text.substr(text.find("time_utc")); }
 
-TEST(TruthFile, SaysWhatWasSimulatedAndWritesOneRowASecond) {
+TEST(TruthFile, DescribesTheSimulationAndWritesOneRowPerSecond) {
   const test::TemporaryFolder folder;
   simulation::SimulationSettings settings;
   settings.seed = 42;
@@ -47,7 +47,7 @@ TEST(TruthFile, SaysWhatWasSimulatedAndWritesOneRowASecond) {
 }
 
 // A terminal's time begins anywhere within a second: the first row is at the first second that ends.
-TEST(TruthFile, BeginsWithTheFirstWholeSecond) {
+TEST(TruthFile, StartsWithTheFirstFullSecond) {
   const test::TemporaryFolder folder;
   {
     auto file = TruthFile::open(folder.file("truth.csv"), {});
@@ -59,7 +59,7 @@ TEST(TruthFile, BeginsWithTheFirstWholeSecond) {
   EXPECT_EQ(rows.find("2026-01-01T00:00:01Z,1767225601,1.100000,"), rows.find('\n') + 1);
 }
 
-TEST(TruthFile, IsRefusedWhereItCannotBeWritten) {
+TEST(TruthFile, ReportsAFileThatCannotBeWritten) {
   const auto absent = TruthFile::open("/nowhere/truth.csv", {});
   ASSERT_FALSE(absent);
   EXPECT_EQ(absent.error().text(), "/nowhere/truth.csv: cannot be written: No such file or directory");

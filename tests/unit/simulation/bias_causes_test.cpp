@@ -13,7 +13,7 @@
 namespace prism::simulation {
 namespace {
 
-TEST(HiddenBias, IsNothingWhereNothingIsAskedFor) {
+TEST(HiddenBias, IsZeroByDefault) {
   SimulatedGyro gyro(paper_profile(), 3);
   for (int s = 0; s < 30000; ++s) gyro.step(1);
   EXPECT_EQ(gyro.truth().bias_deg_per_h, gyro.truth().causes.thermal);
@@ -21,7 +21,7 @@ TEST(HiddenBias, IsNothingWhereNothingIsAskedFor) {
 }
 
 // Heated and cooled by 60 degC, the same temperature has two biases, 2 sizes apart; right behind a turn they close.
-TEST(HiddenBias, HysteresisKeepsHeatingAndCoolingApart) {
+TEST(HiddenBias, HysteresisSeparatesHeatingAndCooling) {
   TruthSettings settings;
   settings.hysteresis_deg_per_h = 0.01;
   HiddenBias hidden(settings, 0, 1);
@@ -40,7 +40,7 @@ TEST(HiddenBias, HysteresisKeepsHeatingAndCoolingApart) {
   EXPECT_NEAR(cooling, -0.01, 1e-9);
 }
 
-TEST(HiddenBias, WarmUpAgeingAndTiltGoByTheClock) {
+TEST(HiddenBias, WarmUpAgeingAndTiltDependOnTime) {
   TruthSettings settings;
   settings.warm_up_deg_per_h = 0.02;
   settings.ageing_deg_per_h_per_day = 0.005;
@@ -53,7 +53,7 @@ TEST(HiddenBias, WarmUpAgeingAndTiltGoByTheClock) {
   EXPECT_NEAR(noon.tilt, -midnight.tilt, 1e-12);
 }
 
-TEST(HiddenBias, TurnOnOffsetsHaveTheSizeAskedForAndHoldForARun) {
+TEST(HiddenBias, TurnOnOffsetsHaveTheirSizeAndAreConstantInARun) {
   TruthSettings settings;
   settings.turn_on_deg_per_h = 0.004;
   double squares = 0;
@@ -90,7 +90,7 @@ TEST(HiddenBias, FlickerHasAFlatAllanDeviation) {
   }
 }
 
-TEST(HiddenBias, ModeHopsComeWithTheBodysWayAndNotWithTime) {
+TEST(HiddenBias, ModeHopsFollowTheBodyTemperatureNotTime) {
   TruthSettings settings;
   settings.mode_hops_deg_per_h = 0.01;
   HiddenBias hidden(settings, 25, 5);
@@ -106,7 +106,7 @@ TEST(HiddenBias, ModeHopsComeWithTheBodysWayAndNotWithTime) {
 }
 
 // The thermometer tells where the body was a lag ago; the bias does not wait for it.
-TEST(HiddenBias, TheThermometerLagsAndTheBiasDoesNot) {
+TEST(HiddenBias, ThermometerLagsButBiasDoesNot) {
   TruthSettings settings;
   settings.sensor_lag_s = 300;
   SimulatedGyro gyro(paper_profile(), 3, settings), plain(paper_profile(), 3);

@@ -11,10 +11,10 @@ namespace {
 
 constexpr double kRounding = 1e-9;  // degC
 
-TEST(ChamberProfile, ThePapersCycleIs924BlocksOfHundredSeconds) { EXPECT_EQ(paper_profile().duration_s(), 92400); }
+TEST(ChamberProfile, PaperCycleHas924BlocksOfHundredSeconds) { EXPECT_EQ(paper_profile().duration_s(), 92400); }
 
 // 2 h at 25; 65 min down to −40; 6 h; 110 min up to 70; 10 h; 45 min down to 25; 4 h.
-TEST(ChamberProfile, ThePapersCycleKeepsItsTimetable) {
+TEST(ChamberProfile, PaperCycleFollowsItsTimetable) {
   const ChamberProfile paper = paper_profile();
   const auto at = [&](double hours, double minutes) { return paper.temperature_degc(hours * 3600 + minutes * 60); };
   EXPECT_NEAR(at(0, 0), 25, kRounding);
@@ -30,7 +30,7 @@ TEST(ChamberProfile, ThePapersCycleKeepsItsTimetable) {
   EXPECT_NEAR(at(22, 219), 25, kRounding);
 }
 
-TEST(ChamberProfile, CyclesFollowEachOtherWithoutAStep) {
+TEST(ChamberProfile, CyclesRepeatWithoutAStep) {
   for (const ChamberProfile& profile : {paper_profile(), second_profile(), third_profile(), beyond_profile(),
                                         fast_profile(), steady_profile(), warm_up_profile()}) {
     const double cycle_s = profile.duration_s();
@@ -41,7 +41,7 @@ TEST(ChamberProfile, CyclesFollowEachOtherWithoutAStep) {
   }
 }
 
-TEST(ChamberProfile, TheSecondCycleStaysWithinTheFirstButElsewhere) {
+TEST(ChamberProfile, SecondCycleIsWithinTheRangeOfTheFirst) {
   const ChamberProfile paper = paper_profile(), second = second_profile();
   EXPECT_NEAR(second.duration_s(), paper.duration_s(), kRounding);
   double lowest = 100, highest = -100, apart = 0;
@@ -55,7 +55,7 @@ TEST(ChamberProfile, TheSecondCycleStaysWithinTheFirstButElsewhere) {
   EXPECT_GT(apart, 20);
 }
 
-TEST(ChamberProfile, UnknownNamesAreRefusedWithTheKnownOnes) {
+TEST(ChamberProfile, ReportsAnUnknownNameWithTheKnownOnes) {
   for (const char* name : {"paper", "second", "third", "beyond", "fast", "steady", "warm-up"})
     EXPECT_EQ(find_profile(name)->name, name);
   const auto unknown = find_profile("fourth");

@@ -85,7 +85,7 @@ TEST(SimulatedGyro, BodyAndInnerFollowTheChamberWithTheirLags) {
 }
 
 // On a ramp of r the body's slope goes to r: r (1 − e^(−t/lag)), here plus what is left of the self-heating.
-TEST(SimulatedGyro, SlopeIsThatOfTheBodyNotOfTheChamber) {
+TEST(SimulatedGyro, ReportsTheSlopeOfTheBody) {
   SimulatedGyro gyro(paper_profile(), 1);
   for (int s = 0; s < 7200 + 3899; ++s) gyro.step(1);
   const double before = gyro.truth().body_degc;
@@ -96,7 +96,7 @@ TEST(SimulatedGyro, SlopeIsThatOfTheBodyNotOfTheChamber) {
 }
 
 // At 25 degC (both temperatures) U is 5.32 V but for its noise; 40 degC of body and 5 degC of lag take 0.117 V.
-TEST(SimulatedGyro, UhfoFallsWithTemperatureAndRemembers) {
+TEST(SimulatedGyro, UhfoFallsWithTemperatureAndLags) {
   SimulatedGyro a(paper_profile(), 4), b(steady_profile(), 4);  // the same noise
   EXPECT_EQ(a.truth().uhfo_v, b.truth().uhfo_v);
   for (int s = 0; s < 45000; ++s) {
@@ -111,7 +111,7 @@ TEST(SimulatedGyro, UhfoFallsWithTemperatureAndRemembers) {
 }
 
 // 100 days of noise: 1970 correlation times, so the standard deviation is known to 2 % and the correlation to 0.03.
-TEST(SimulatedGyro, UhfoNoiseHasItsSizeAndItsTime) {
+TEST(SimulatedGyro, UhfoNoiseHasItsSizeAndCorrelationTime) {
   SimulatedGyro gyro(steady_profile(), 3);
   std::vector<double> noise;
   for (int minute = 0; minute < 100 * 24 * 60; ++minute) {
@@ -130,7 +130,7 @@ TEST(SimulatedGyro, UhfoNoiseHasItsSizeAndItsTime) {
 }
 
 // By hand: −1.565 + 0.2073 + 0.003455625 + 0 + 3.43672 − 1.837957856 − 0 − 0.207746 − 0 = 0.036771769.
-TEST(SimulatedGyro, BiasIsEquation25AndMore) {
+TEST(SimulatedGyro, BiasIsEquation25PlusTheLocalPart) {
   EXPECT_NEAR(paper_bias_deg_per_h(25, 0, 5.32), 0.036771769, 1e-9);
   EXPECT_NEAR(paper_bias_deg_per_h(-30, 0.01, 5.4), model_2(-30, 0.01, 5.4), 1e-12);
   EXPECT_NEAR(local_nonlinearity_deg_per_h(76, 5.255), -0.019, 1e-3);
@@ -144,7 +144,7 @@ TEST(SimulatedGyro, BiasIsEquation25AndMore) {
   }
 }
 
-TEST(SimulatedGyro, TheSameSeedGivesTheSameTruthAtEveryFrameRate) {
+TEST(SimulatedGyro, SameSeedGivesTheSameTruthAtEveryFrameRate) {
   SimulatedGyro slow(paper_profile(), 11), fast(paper_profile(), 11), other(paper_profile(), 12);
   for (int s = 0; s < 500; ++s) {
     slow.step(1);
@@ -158,7 +158,7 @@ TEST(SimulatedGyro, TheSameSeedGivesTheSameTruthAtEveryFrameRate) {
 
 // The figures of issue 2 (0.66, −0.35, −0.78, 0.019), which single seeds scatter around; and how much of the cycle the
 // paper's two published models take away although they were fitted to another gyro.
-TEST(SimulatedGyro, OnePaperCycleLooksLikeThePapers) {
+TEST(SimulatedGyro, PaperCycleHasTheStatisticsOfThePaper) {
   double t = 0, slope = 0, u = 0, stability = 0, first = 0, second = 0, left = 0;
   constexpr int kSeeds = 8;
   for (int seed = 1; seed <= kSeeds; ++seed) {
@@ -189,7 +189,7 @@ TEST(SimulatedGyro, OnePaperCycleLooksLikeThePapers) {
   EXPECT_NEAR(second, 0.44, 0.05);
 }
 
-TEST(SimulatedGyro, TheSecondCycleIsAnotherDayOfTheSameGyro) {
+TEST(SimulatedGyro, ContinuesInTheSecondCycle) {
   SimulatedGyro gyro(paper_profile(), 1);
   for (int s = 0; s < 92400; ++s) gyro.step(1);
   const double end_of_first = gyro.truth().body_degc, noise_left = gyro.truth().uhfo_v;

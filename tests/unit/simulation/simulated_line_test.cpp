@@ -56,7 +56,7 @@ Received receive(const SimulationSettings& settings, int frames) {
   return received;
 }
 
-TEST(SimulatedLine, CarriesTheTruthToTheOtherEnd) {
+TEST(SimulatedLine, TransmitsTheTruth) {
   SimulationSettings settings;
   settings.earth_rate_deg_per_h = {8.4652};
   const int seconds = 3000;
@@ -98,7 +98,7 @@ TEST(SimulatedLine, HasTheNoiseOfThePapersGyro) {
   EXPECT_NEAR(std::sqrt(squares), 0.0064, 0.0022);
 }
 
-TEST(SimulatedLine, LosesFramesThatTheCounterTells) {
+TEST(SimulatedLine, LosesFramesThatTheCounterShows) {
   SimulationSettings settings;
   settings.lose_frames = 0.01;
   const Received received = receive(settings, 50000);
@@ -109,7 +109,7 @@ TEST(SimulatedLine, LosesFramesThatTheCounterTells) {
   EXPECT_EQ(received.clock.missing_frames, received.sent.lost_frames);
 }
 
-TEST(SimulatedLine, DamagesAndDropsAsManyBytesAsItSays) {
+TEST(SimulatedLine, CountsDamagedAndDroppedBytes) {
   SimulationSettings settings;
   settings.damage_bytes = 1e-3;
   settings.drop_bytes = 5e-4;
@@ -122,7 +122,7 @@ TEST(SimulatedLine, DamagesAndDropsAsManyBytesAsItSays) {
   EXPECT_LE(received.decoder.frames, 50000 - faults * 9 / 10);  // few frames are hit twice
 }
 
-TEST(SimulatedLine, JumpsAsOftenAsItSays) {
+TEST(SimulatedLine, CountsItsOutliers) {
   SimulationSettings quiet, jumpy;
   jumpy.outliers_per_h = 720;  // 1000 s: about 200
   const Received a = receive(quiet, 200000), b = receive(jumpy, 200000);
@@ -139,7 +139,7 @@ TEST(SimulatedLine, JumpsAsOftenAsItSays) {
   EXPECT_EQ(apart, b.sent.outliers);
 }
 
-TEST(SimulatedLine, TheSameSeedGivesTheSameBytes) {
+TEST(SimulatedLine, SameSeedGivesTheSameBytes) {
   SimulationSettings settings;
   settings.drop_bytes = 1e-3;
   settings.lose_frames = 1e-3;

@@ -69,7 +69,7 @@ std::vector<std::uint8_t> read_some(int fd) {
   return bytes;
 }
 
-TEST_F(OpenSerialLine, PassesEveryByteAsItIs) {
+TEST_F(OpenSerialLine, PassesEveryByteUnchanged) {
   const PseudoTerminal terminal;
   const auto line = open_serial_line(on(terminal));
   ASSERT_TRUE(line) << line.error().text();
@@ -81,7 +81,7 @@ TEST_F(OpenSerialLine, PassesEveryByteAsItIs) {
   EXPECT_EQ(::poll(&echo, 1, 50), 0) << "the line echoes";
 }
 
-TEST_F(OpenSerialLine, TakesSpeedsThatHaveNoName) {
+TEST_F(OpenSerialLine, AcceptsNonStandardSpeeds) {
   for (const int baud : {614'400, 374'400, 1'843'200, 9'600, 921'600, 4'147'200}) {
     const PseudoTerminal terminal;
     Settings settings = on(terminal);
@@ -94,7 +94,7 @@ TEST_F(OpenSerialLine, TakesSpeedsThatHaveNoName) {
   }
 }
 
-TEST_F(OpenSerialLine, ThrowsAwayWhatCameBefore) {
+TEST_F(OpenSerialLine, DiscardsPendingInput) {
   const PseudoTerminal terminal;
   ASSERT_EQ(::write(terminal.master(), "old\n", 4), 4);
   const auto line = open_serial_line(on(terminal));
@@ -115,7 +115,7 @@ TEST_F(OpenSerialLine, NotesThatAPseudoTerminalHasNoParity) {
                                    "difference"));
 }
 
-TEST_F(OpenSerialLine, KeepsASecondReaderOut) {
+TEST_F(OpenSerialLine, RejectsASecondReader) {
   const PseudoTerminal terminal;
   auto first = open_serial_line(on(terminal));
   ASSERT_TRUE(first);
@@ -131,7 +131,7 @@ TEST_F(OpenSerialLine, KeepsASecondReaderOut) {
 
 // Two daemons were given the same device by mistake: the one that was refused flushed the other one's bytes on its way
 // out, at every retry.
-TEST_F(OpenSerialLine, ARefusedReaderTakesNothingFromTheOther) {
+TEST_F(OpenSerialLine, RejectedReaderDoesNotDiscardInput) {
   const PseudoTerminal terminal;
   const auto line = open_serial_line(on(terminal));
   ASSERT_TRUE(line);
@@ -142,7 +142,7 @@ TEST_F(OpenSerialLine, ARefusedReaderTakesNothingFromTheOther) {
   EXPECT_EQ(read_some((*line)->fd()), (std::vector<std::uint8_t>{'f', 'r', 'a', 'm', 'e'}));
 }
 
-TEST_F(OpenSerialLine, IsClosedWhenForgottenAndNotInherited) {
+TEST_F(OpenSerialLine, IsClosedByItsDestructorAndNotInherited) {
   const PseudoTerminal terminal;
   int fd = -1;
   {
@@ -155,7 +155,7 @@ TEST_F(OpenSerialLine, IsClosedWhenForgottenAndNotInherited) {
   EXPECT_EQ(::fcntl(fd, F_GETFD), -1);
 }
 
-TEST_F(OpenSerialLine, KnowsAnUnpluggedLineFromAnIdleOne) {
+TEST_F(OpenSerialLine, DistinguishesAnUnpluggedLineFromAnIdleOne) {
   PseudoTerminal terminal;
   const auto line = open_serial_line(on(terminal));
   ASSERT_TRUE(line);
@@ -194,7 +194,7 @@ TEST_F(OpenSerialLine, OpensThroughTheTableOfTransports) {
   EXPECT_TRUE(open(on(terminal)));
 }
 
-TEST(SerialLine, RefusesWhatIsNoSerialDevice) {
+TEST(SerialLine, RejectsOtherThanSerialDevices) {
   const test::TemporaryFolder folder;
   std::ofstream(folder.file("plain")) << "text";
   const auto refusal = [](const std::string& device) {

@@ -36,7 +36,7 @@ TEST(Beliefs, AreReadInTheUnitsOfTheQuantities) {
 }
 
 // Logs name a description by its id: what is added later to be believed is not another way to read bytes.
-TEST(Beliefs, AreNotInTheId) {
+TEST(Beliefs, AreNotPartOfTheId) {
   const auto without = test::description_of(believed_text("", "", ""));
   const auto with = test::description_of(
       believed_text(R"(, "range_deg_per_s": [-1, 1])", R"(, "range": [-40, 75])", R"(, "range": [0, 1])"));
@@ -45,7 +45,7 @@ TEST(Beliefs, AreNotInTheId) {
   EXPECT_NE(without->id, test::description_of(believed_text("", R"(, "stale_after_s": 2)", ""))->id);
 }
 
-TEST(Beliefs, AreRefusedWithTheirPlace) {
+TEST(Beliefs, ReportErrorsWithTheirPosition) {
   EXPECT_EQ(refused_belief("", R"(, "range": [75, -40])", ""),
             "f.json:/temperature/range: found [75, -40], expected [low, high], low below high");
   EXPECT_EQ(refused_belief("", R"(, "range": [1])", ""),
@@ -73,7 +73,7 @@ std::vector<std::uint8_t> small_frame(int rate, int temperature) {
   return bytes;
 }
 
-TEST(OutOfBounds, IsToldOfEachQuantity) {
+TEST(OutOfBounds, IsReportedForEachQuantity) {
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < 8; ++i) {
     const auto one = small_frame(i == 4 ? 1000 : 10, i >= 5 ? -273 : 25);

@@ -31,7 +31,7 @@ std::vector<double> golden_rates(const std::string& file) {
   return rates;
 }
 
-TEST(Captures, XsensRatesEqualTheGoldenOnes) {
+TEST(Captures, XsensRatesEqualTheGoldenRates) {
   PRISM_NEEDS_SHARED("frames/xsens_mtdata2_1.bin");
   int compared = 0;
   for (const std::string number : {"1", "2"}) {
@@ -57,7 +57,7 @@ TEST(Captures, XsensRatesEqualTheGoldenOnes) {
   EXPECT_EQ(compared, 2 * 288) << "every stated number of both files";
 }
 
-TEST(Captures, TheMti630MessageReads) {
+TEST(Captures, Mti630MessageDecodes) {
   PRISM_NEEDS_SHARED("frames/xsens_mti630.hex");
   auto values = values_of(test::shipped("xsens-mtdata2"), hex_frames("xsens_mti630.hex")[0].second);
   EXPECT_EQ(values["packet_counter"], 7109);
@@ -66,7 +66,7 @@ TEST(Captures, TheMti630MessageReads) {
   EXPECT_NEAR(norm, 1.00000002, 5e-9) << "the sum of the squares, as the source states it";
 }
 
-TEST(Captures, AllMipPacketsOfTheCaptureAreReadWithoutAStrayByte) {
+TEST(Captures, MipCaptureDecodesCompletely) {
   PRISM_NEEDS_SHARED("frames/mip_data.bin");
   FrameDecoder decoder(test::shipped("microstrain-mip"));
   std::vector<Reading> readings;
@@ -85,7 +85,7 @@ TEST(Captures, AllMipPacketsOfTheCaptureAreReadWithoutAStrayByte) {
   EXPECT_EQ(timed, 4473u);
 }
 
-TEST(Captures, TheMipExampleReads) {
+TEST(Captures, MipExampleDecodes) {
   PRISM_NEEDS_SHARED("frames/mip_3dm.hex");
   auto values = values_of(test::shipped("microstrain-mip"), hex_frames("mip_3dm.hex")[0].second);
   EXPECT_NEAR(values["rate_x"], -0.0021380298, 1e-10);
@@ -128,7 +128,7 @@ Damaged damage(const Bytes& good, const std::vector<Reading>& frames, Damage wha
 }
 
 // frames.md, section 4: on these captures other decoders lose up to one frame in eight.
-TEST(Captures, NoIntactFrameOfACaptureIsLostBetweenDamagedOnes) {
+TEST(Captures, NoIntactFrameIsLostNextToDamagedOnes) {
   PRISM_NEEDS_SHARED("frames/mip_data.bin");
   for (const auto& [file, name] : {std::pair{"mip_data.bin", "microstrain-mip"},
                                    {"xsens_mtdata2_1.bin", "xsens-mtdata2"},

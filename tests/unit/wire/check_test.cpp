@@ -18,7 +18,7 @@ TEST(Sums, AddWordsInTheirOrderAndPadTheLast) {
   EXPECT_EQ(word_xor(data, 1, false), 0x01u ^ 0x02 ^ 0x10);
 }
 
-TEST(Sums, FletcherIsTwoRunningSums) {
+TEST(Sums, FletcherHasTwoRunningSums) {
   const std::vector<std::uint8_t> data = {1, 2, 250};  // sums 1 3 253, sums of them 1 4 257
   EXPECT_EQ(fletcher_256(data), 253 << 8 | 1);
 }

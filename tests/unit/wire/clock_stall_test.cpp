@@ -60,7 +60,7 @@ std::vector<Sample> run(const FrameDescriptionPtr& description, drivers::Clock& 
 }
 
 // Six kilobytes a second and more through a buffer of four, counters of 0.1 to 0.5 s, and a stream that has none.
-TEST(ClockStall, EveryFrameThatTheBufferDidNotHoldIsCounted) {
+TEST(ClockStall, CountsEveryFrameLostByTheBuffer) {
   for (const char* name : {"kvh1750", "stim300", "dsp1760", "dsp3000"}) {
     const auto description = test::shipped(name);
     drivers::Clock clock(description);
@@ -78,7 +78,7 @@ TEST(ClockStall, EveryFrameThatTheBufferDidNotHoldIsCounted) {
   }
 }
 
-TEST(ClockStall, ABufferThatHeldItAllLosesNothing) {
+TEST(ClockStall, LosesNothingIfTheBufferIsLargeEnough) {
   for (const char* name : {"kvh1750", "stim300", "dsp1760", "dsp3000", "trplg"}) {
     const auto description = test::shipped(name);
     drivers::Clock clock(description);
@@ -91,7 +91,7 @@ TEST(ClockStall, ABufferThatHeldItAllLosesNothing) {
   }
 }
 
-TEST(ClockStall, ACounterThatCannotWrapInThatTimeTellsAlone) {
+TEST(ClockStall, UsesOnlyACounterThatCannotWrap) {
   const auto description = test::shipped("trplg");  // 327 s
   drivers::Clock clock(description);
   Stall stall;
@@ -101,7 +101,7 @@ TEST(ClockStall, ACounterThatCannotWrapInThatTimeTellsAlone) {
   EXPECT_EQ(clock.status().missing_by_arrival, 0u);
 }
 
-TEST(ClockStall, AfterASilenceTheFirstFrameTellsAtOnce) {
+TEST(ClockStall, CountsAtTheFirstFrameAfterAGap) {
   const auto description = test::shipped("kvh1750");
   drivers::Clock clock(description);
   Stall stall{.silent = true};

@@ -36,7 +36,7 @@ std::pair<double, double> stamp_error(const std::vector<Sample>& samples, double
 // A USB adapter that hands over what came in 16 ms at once.
 double batched(double t) { return std::ceil(t / 0.016) * 0.016 - t; }
 
-TEST(Clock, JitterOfAUartIsSeenThrough) {
+TEST(Clock, RemovesTheJitterOfAUart) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   std::mt19937 random(3);
@@ -52,7 +52,7 @@ TEST(Clock, JitterOfAUartIsSeenThrough) {
   EXPECT_EQ(clock.status().resets, 0u);
 }
 
-TEST(Clock, BatchesOfAUsbAdapterAreSeenThrough) {
+TEST(Clock, RemovesTheJitterOfAUsbAdapter) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   Line line;
@@ -65,7 +65,7 @@ TEST(Clock, BatchesOfAUsbAdapterAreSeenThrough) {
   EXPECT_EQ(clock.status().resets, 0u);
 }
 
-TEST(Clock, AGyroThatRunsAt962HzInsteadOf1000GetsItsRatesRight) {
+TEST(Clock, ComputesRightRatesAt962HzInsteadOf1000) {
   const auto description = loose_thousand_hz();
   drivers::Clock clock(description);
   std::mt19937 random(3);
@@ -89,7 +89,7 @@ TEST(Clock, AGyroThatRunsAt962HzInsteadOf1000GetsItsRatesRight) {
   EXPECT_TRUE(clock.status().period_is_estimated);
 }
 
-TEST(Clock, AStallDoesNotCostTheEstimateOfThePeriod) {
+TEST(Clock, KeepsThePeriodDuringAStall) {
   const auto description = loose_thousand_hz();
   drivers::Clock clock(description);
   Line line;
@@ -100,7 +100,7 @@ TEST(Clock, AStallDoesNotCostTheEstimateOfThePeriod) {
   EXPECT_EQ(clock.status().resets, 0u);
 }
 
-TEST(Clock, TheWindowsForgetAnOldPeriod) {
+TEST(Clock, ForgetsAnOldPeriod) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description, {.switch_s = 20});
   // The device's clock gets faster by 1e-4 after a minute: 5 us less a frame.
@@ -117,7 +117,7 @@ TEST(Clock, TheWindowsForgetAnOldPeriod) {
   EXPECT_NEAR(seconds(last->time_ns), measured_s, 2e-6);
 }
 
-TEST(Clock, AWrongFirstStampDoesNotPoisonTheRest) {
+TEST(Clock, RecoversFromAWrongFirstStamp) {
   const auto description = test::shipped("trplg");
   for (const double wrong_s : {86'400.0, 0.3, -86'400.0, -0.3}) {
     drivers::Clock clock(description);
@@ -131,7 +131,7 @@ TEST(Clock, AWrongFirstStampDoesNotPoisonTheRest) {
   }
 }
 
-TEST(Clock, StampsWaitRatherThanGoBack) {
+TEST(Clock, NeverReturnsAnEarlierStamp) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   Line line;
@@ -141,7 +141,7 @@ TEST(Clock, StampsWaitRatherThanGoBack) {
   EXPECT_NEAR(seconds(samples.back().time_ns), 999.0 / 200, 1e-5);
 }
 
-TEST(Clock, AStalledHostIsNoReset) {
+TEST(Clock, DoesNotResetAfterAStall) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   Line line;
@@ -153,7 +153,7 @@ TEST(Clock, AStalledHostIsNoReset) {
   }
 }
 
-TEST(Clock, ARestartedCounterBeginsANewFit) {
+TEST(Clock, RestartsTheFitIfTheCounterRestarts) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   Line before;

@@ -19,7 +19,7 @@ using test::reading_of;
 using test::run;
 using test::seconds;
 
-TEST(Clock, ACleanLineGivesTheTimeOfMeasurement) {
+TEST(Clock, ReturnsTheTimeOfMeasurement) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   const auto samples = run(clock, description, {}, 2000);
@@ -30,7 +30,7 @@ TEST(Clock, ACleanLineGivesTheTimeOfMeasurement) {
   }
 }
 
-TEST(Clock, MissingFramesAreKnownAndTheirAngleIsNotLost) {
+TEST(Clock, CountsMissingFramesAndKeepsTheirAngle) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   Line line;
@@ -45,7 +45,7 @@ TEST(Clock, MissingFramesAreKnownAndTheirAngleIsNotLost) {
   EXPECT_NEAR(angle, kRateDegPerH * 399 / 200, 0.1 + 1e-9) << "within one pulse";
 }
 
-TEST(Clock, ASilenceLongerThanTheCounterIsMeasuredByTheArrival) {
+TEST(Clock, MeasuresAGapLongerThanTheCounterByArrival) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   Line line;
@@ -56,7 +56,7 @@ TEST(Clock, ASilenceLongerThanTheCounterIsMeasuredByTheArrival) {
   EXPECT_EQ(clock.status().resets, 0u);
 }
 
-TEST(Clock, TheCounterWrapsWithoutATrace) {
+TEST(Clock, UnwrapsTheCounter) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   Line line;
@@ -66,7 +66,7 @@ TEST(Clock, TheCounterWrapsWithoutATrace) {
   EXPECT_NEAR(seconds(samples.back().time_ns), 199.0 / 200, 2e-6);
 }
 
-TEST(Clock, AnAccumulatedAngleWrapsWithoutATrace) {
+TEST(Clock, UnwrapsAnAccumulatedAngle) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   Reading reading = reading_of(description, {}, 0);
@@ -80,7 +80,7 @@ TEST(Clock, AnAccumulatedAngleWrapsWithoutATrace) {
 }
 
 // A frame of floating-point angles may say anything that passes its check.
-TEST(Clock, ALeapBeyondAnyWholeNumberIsWrappedToo) {
+TEST(Clock, UnwrapsAHugeStep) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   Reading reading = reading_of(description, {}, 0);
@@ -93,7 +93,7 @@ TEST(Clock, ALeapBeyondAnyWholeNumberIsWrappedToo) {
   EXPECT_EQ(sample->rate_deg_per_h, 0);
 }
 
-TEST(Clock, ADuplicateGivesNoSample) {
+TEST(Clock, ReturnsNoSampleForADuplicate) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   test::pushed(clock, reading_of(description, {}, 0));
@@ -102,7 +102,7 @@ TEST(Clock, ADuplicateGivesNoSample) {
   EXPECT_EQ(clock.status().duplicates, 1u);
 }
 
-TEST(Clock, DeviceTimeDependsOnTheFirstArrivalAndTheCounterOnly) {
+TEST(Clock, DeviceTimeDependsOnlyOnFirstArrivalAndCounter) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description, {.source = drivers::ClockSource::kDevice});
   std::mt19937 random(9);
@@ -116,7 +116,7 @@ TEST(Clock, DeviceTimeDependsOnTheFirstArrivalAndTheCounterOnly) {
   EXPECT_EQ(clock.status().missing_frames, 0u);
 }
 
-TEST(Clock, ARestartedDeviceClockGoesOnByOneFrame) {
+TEST(Clock, AdvancesByOneFrameIfTheDeviceClockRestarts) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description, {.source = drivers::ClockSource::kDevice});
   test::pushed(clock, reading_of(description, {.first_counter = 100}, 0));
@@ -128,7 +128,7 @@ TEST(Clock, ARestartedDeviceClockGoesOnByOneFrame) {
   EXPECT_EQ(clock.status().resets, 1u);
 }
 
-TEST(Clock, ResetStartsASessionThatMayBeginAnywhere) {
+TEST(Clock, ResetStartsANewSession) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   run(clock, description, {}, 100);
@@ -143,7 +143,7 @@ TEST(Clock, ResetStartsASessionThatMayBeginAnywhere) {
   EXPECT_LT(sample->time_ns, kEpochNs);
 }
 
-TEST(Clock, AStreamWithoutItsCounterGoesOnByFrames) {
+TEST(Clock, CountsFramesWithoutACounter) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   std::vector<Sample> samples;
@@ -158,7 +158,7 @@ TEST(Clock, AStreamWithoutItsCounterGoesOnByFrames) {
   EXPECT_NEAR(seconds(samples.back().time_ns), 499.0 / 200, 2e-6);
 }
 
-TEST(Clock, AnUncountedReadingBetweenCountedOnesDoesNotDisturbTheCounter) {
+TEST(Clock, IgnoresAnUncountedReading) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   std::vector<Sample> samples;
@@ -176,7 +176,7 @@ TEST(Clock, AnUncountedReadingBetweenCountedOnesDoesNotDisturbTheCounter) {
 }
 
 // HG4930: six messages a delta angle, a two-bit counter over all of them, temperature in every other status word.
-TEST(Clock, MessagesOfSeveralKindsShareACounter) {
+TEST(Clock, MessageTypesShareACounter) {
   const auto description = test::shipped("hg4930");
   FrameEncoder encoder(description);
   FrameDecoder decoder(description);
@@ -203,7 +203,7 @@ TEST(Clock, MessagesOfSeveralKindsShareACounter) {
   EXPECT_NEAR(seconds(samples.back().time_ns - samples.front().time_ns + kEpochNs), 9.99, 1e-4);
 }
 
-TEST(Clock, AnExternallyTriggeredIncrementCoversTheStepOfTheCounter) {
+TEST(Clock, TriggeredIncrementCoversTheCounterStep) {
   std::string text = test::read_file(test::frames_dir() / "trplg-increment.json");
   const std::string counter = "\"counter\": {\"field\": \"counter\",";
   text.replace(text.find(counter), counter.size(), counter + " \"ticks_per_s\": 2000, \"step_varies\": true,");
@@ -223,7 +223,7 @@ TEST(Clock, AnExternallyTriggeredIncrementCoversTheStepOfTheCounter) {
   EXPECT_EQ(clock.status().missing_frames, 0u);
 }
 
-TEST(Clock, AnInvalidFrameHasNoRateAndTheNextOneHasTheWholeAngle) {
+TEST(Clock, NextFrameHasTheAngleOfAnInvalidOne) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   test::pushed(clock, reading_of(description, {}, 0));

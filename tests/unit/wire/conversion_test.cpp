@@ -10,7 +10,7 @@ namespace prism::wire {
 namespace {
 
 // IEC 60751, table 1 (PT100), printed to 0.01 ohm; the middle three to 0.0001 ohm.
-TEST(Platinum, GivesTheTableOfIec60751) {
+TEST(Platinum, MatchesTheTableOfIec60751) {
   EXPECT_NEAR(platinum_ohm(-200, 100), 18.52, 0.005);
   EXPECT_NEAR(platinum_ohm(-100, 100), 60.26, 0.005);
   EXPECT_NEAR(platinum_ohm(-40, 100), 84.2707, 5e-5);
@@ -20,7 +20,7 @@ TEST(Platinum, GivesTheTableOfIec60751) {
   EXPECT_NEAR(platinum_ohm(850, 100), 390.48, 0.005);
 }
 
-TEST(Platinum, IsInvertedToAMicrokelvinOverItsWholeRange) {
+TEST(Platinum, IsInvertedToAMicrokelvinOverItsRange) {
   for (double t = -199.9; t < 850; t += 0.37) {
     ASSERT_NEAR(platinum_degc(platinum_ohm(t, 100), 100), t, 1e-6) << t;
     ASSERT_NEAR(platinum_degc(platinum_ohm(t, 1000), 1000), t, 1e-6) << t;
@@ -38,7 +38,7 @@ TEST(Bridge, IsTheRatioOfItsArms) {
 }
 
 // Steinhart and Hart's equation with the coefficients of a common 10 kohm thermistor: 25 degC at 10 kohm.
-TEST(Thermistor, GivesItsNominalPointAndIsInverted) {
+TEST(Thermistor, MatchesItsNominalPointAndIsInverted) {
   const ConversionStep ntc = ThermistorStep{1.129241e-3, 2.341077e-4, 0, 8.775468e-8};
   EXPECT_NEAR(convert(ntc, 10'000), 25, 0.01);
   for (const double degc : {-40.0, 0.0, 25.0, 70.0, 110.0})
@@ -46,7 +46,7 @@ TEST(Thermistor, GivesItsNominalPointAndIsInverted) {
   EXPECT_TRUE(std::isnan(convert(ntc, 0)));
 }
 
-TEST(Table, IsStraightBetweenItsPointsAndUnknownOutside) {
+TEST(Table, IsLinearBetweenItsPointsAndUnknownOutside) {
   const ConversionStep table = TableStep{{0, 10, 20}, {100, 50, 40}};
   EXPECT_DOUBLE_EQ(convert(table, 0), 100);
   EXPECT_DOUBLE_EQ(convert(table, 5), 75);
@@ -64,7 +64,7 @@ TEST(Polynomial, IsInverted) {
   EXPECT_TRUE(std::isnan(convert_back(PolynomialStep{{5}}, 5))) << "a constant has no inverse";
 }
 
-TEST(Scaling, ChainsItsStepsAndUndoesThem) {
+TEST(Scaling, AppliesAndInvertsItsSteps) {
   const Scaling scaling{25e-6, 0, -100, 150, {PlatinumStep{100}}};
   EXPECT_NEAR(scaling.apply(4389386), 25, 1e-4);
   EXPECT_NEAR(scaling.invert(25), 4389386, 0.5);

@@ -20,7 +20,7 @@ std::span<const std::uint8_t> bytes(std::string_view text) {
 }
 
 // Greg Cook's catalogue of parametrised CRC algorithms.
-TEST_P(CrcProducts, GivesTheCatalogueValues) {
+TEST_P(CrcProducts, MatchTheCatalogue) {
   const auto check = [&](const CrcParameters& parameters) {
     return Crc(parameters, GetParam()).compute(bytes("123456789"));
   };
@@ -56,7 +56,7 @@ std::uint64_t slow_crc(const CrcParameters& p, std::span<const std::uint8_t> dat
   return ((p.reflect_out ? reflect(state, p.width) : state) ^ p.xor_out) & mask;
 }
 
-TEST_P(CrcProducts, EqualsTheDefinitionForEveryWidthReflectionAndLength) {
+TEST_P(CrcProducts, MatchTheDefinitionForEveryWidthReflectionAndLength) {
   std::mt19937_64 random(1);
   for (int i = 0; i < 4 * 62; ++i) {
     const int width = 3 + i / 4;
@@ -70,7 +70,7 @@ TEST_P(CrcProducts, EqualsTheDefinitionForEveryWidthReflectionAndLength) {
   }
 }
 
-TEST_P(CrcProducts, ZerosBehindAreBytesLikeOthers) {
+TEST_P(CrcProducts, TreatAppendedZerosAsBytes) {
   std::vector<std::uint8_t> data = {'p', 'r', 'i', 's', 'm'};
   for (const bool reflected : {false, true}) {
     const Crc crc({32, 0x04C11DB7, 0xFFFFFFFF, reflected, reflected, 0}, GetParam());

@@ -108,7 +108,7 @@ double resolution(const FrameDescription& description) {
 }
 
 // Several axes of one frame are what each is alone, whatever the encoder wrote into the others.
-TEST_P(Shipped, AxesTogetherAreWhatEachIsAlone) {
+TEST_P(Shipped, DecodesAxesTogetherAsAlone) {
   GyroChoice all;
   all.axes.clear();
   const std::vector<std::string> names = test::shipped(GetParam())->axis_names;
@@ -139,7 +139,7 @@ TEST_P(Shipped, AxesTogetherAreWhatEachIsAlone) {
   }
 }
 
-TEST_P(Shipped, WhatTheEncoderSaysTheDecoderReads) {
+TEST_P(Shipped, DecodesWhatItEncodes) {
   const std::vector<std::string> axes = test::shipped(GetParam())->axis_names;
   for (const std::string& axis : axes) {
     GyroChoice choice;
@@ -176,7 +176,7 @@ TEST_P(Shipped, WhatTheEncoderSaysTheDecoderReads) {
   }
 }
 
-TEST_P(Shipped, NoIntactFrameIsLostWhateverHappensToOthers) {
+TEST_P(Shipped, LosesNoIntactFrame) {
   const auto description = test::shipped(GetParam());
   const Stream stream = stream_of(description, 3000);
   for (const Damage what : {Damage::kFlip, Damage::kDrop, Damage::kInsert}) {
@@ -204,7 +204,7 @@ std::vector<std::uint64_t> counts(const DecoderCounters& c) {
           c.skipped_bytes, c.resyncs, c.unconfirmed, c.out_of_range};
 }
 
-TEST_P(Shipped, HoweverTheBytesAreCutTheSameFramesAndCountsComeOut) {
+TEST_P(Shipped, ReturnsTheSameFramesForAnyChunks) {
   const auto description = test::shipped(GetParam());
   const Damaged damaged = damage(stream_of(description, 300), Damage::kDrop, 5);
   FrameDecoder at_once(description);
@@ -227,7 +227,7 @@ TEST_P(Shipped, HoweverTheBytesAreCutTheSameFramesAndCountsComeOut) {
   }
 }
 
-TEST_P(Shipped, GarbageIsNoFrameOfAStrongKind) {
+TEST_P(Shipped, FindsNoFrameInGarbageWithStrongChecks) {
   const auto description = test::shipped(GetParam());
   std::mt19937 random(23);
   Bytes bytes(300'000);

@@ -26,7 +26,7 @@ std::string refusal(const std::string& from, const std::string& to) {
   return parsed ? "accepted" : parsed.error().text();
 }
 
-TEST(Description, AGoodOneIsTakenWithItsTables) {
+TEST(Description, CompilesAGoodDescription) {
   const auto parsed = parse_frame_description(kGood, "f.json");
   ASSERT_TRUE(parsed) << parsed.error().text();
   const FrameDescription& d = **parsed;
@@ -48,7 +48,7 @@ struct Slip {
 
 class Refusals : public testing::TestWithParam<Slip> {};
 
-TEST_P(Refusals, SayWhereWhatAndWhatWasExpected) {
+TEST_P(Refusals, ReportPositionFoundAndExpected) {
   EXPECT_EQ(refusal(GetParam().from, GetParam().to), GetParam().message);
 }
 
@@ -111,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(
              "f.json:/temperature/high: belongs to halves (\"high\", \"low\"); with \"field\" the field itself says "
              "it"}));
 
-TEST(Description, WhatIsNoJsonIsRefusedWithItsLine) {
+TEST(Description, ReportsInvalidJsonWithItsLine) {
   const auto parsed = parse_frame_description("{\n  \"format\": \"prism-frames\",\n  oops\n}", "f.json");
   ASSERT_FALSE(parsed);
   EXPECT_EQ(parsed.error().text(),
@@ -119,7 +119,7 @@ TEST(Description, WhatIsNoJsonIsRefusedWithItsLine) {
             "'\"prism-frames\",<U+000A>  o'; expected string literal");
 }
 
-TEST(Description, AChoiceMustFit) {
+TEST(Description, RejectsAnInvalidChoice) {
   GyroChoice axis;
   axis.axes = {{.axis = "w"}};
   EXPECT_EQ(parse_frame_description(kGood, "f.json", axis).error().text(),
@@ -130,7 +130,7 @@ TEST(Description, AChoiceMustFit) {
             "f.json:/gyro/unit: is \"deg/h\": a scale factor in arcsec/pulse does not apply");
 }
 
-TEST(Description, AChoiceReachesTheScale) {
+TEST(Description, AppliesTheChosenScale) {
   GyroChoice choice;
   choice.axes = {{.sign = -1, .scale_factor_arcsec_per_pulse = 0.25}};
   EXPECT_EQ(test::shipped("trplg", choice)->axes[0].scale, -0.25);
@@ -139,7 +139,7 @@ TEST(Description, AChoiceReachesTheScale) {
   EXPECT_NEAR(test::shipped("novatel-rawimusx", choice)->axes[0].scale, -206264.806, 1e-3) << "the log carries minus y";
 }
 
-TEST(Description, TheGyrosOwnRateReplacesTheNominalOne) {
+TEST(Description, UsesTheChosenRate) {
   GyroChoice choice;
   choice.rate_hz = 125;
   const auto stim = test::shipped("stim300", choice);
@@ -150,7 +150,7 @@ TEST(Description, TheGyrosOwnRateReplacesTheNominalOne) {
             "f.json: found a rate of 0 Hz, expected 0.01 to 100000");
 }
 
-TEST(Description, TheIdFollowsTheMeaningAndNotTheComments) {
+TEST(Description, IdDependsOnContentNotComments) {
   const std::string with_comment = std::string("// a comment\n") + kGood;
   EXPECT_EQ(test::description_of(with_comment)->id, test::description_of(kGood)->id);
   std::string other = kGood;

@@ -15,7 +15,7 @@ std::string hex(const std::vector<std::uint8_t>& bytes) {
   return text;
 }
 
-TEST(Documents, TheWorkedExamplesOfTheWirePageAreTestVectors) {
+TEST(Documents, WirePageShowsTheTestVectors) {
   const std::string page = test::read_file(std::filesystem::path(PRISM_SOURCE_DIR) / "docs" / "wire.md");
   for (const char* name : {"trplg", "trplg-increment"}) {
     const auto description = test::shipped(name);
@@ -33,7 +33,7 @@ std::string course_description() {
   return page.substr(begin, page.find("```\n", begin) - begin);
 }
 
-TEST(Documents, TheDescriptionOfTheCourseLoadsAndDecodesItsVector) {
+TEST(Documents, FramesPageExampleDecodesItsVector) {
   const auto description = test::description_of(course_description());
   ASSERT_EQ(description->test_vectors.size(), 1u);
   const auto proved = run_test_vectors(*description);
@@ -50,7 +50,7 @@ std::string course_refusal(const std::string& from, const std::string& to) {
   return proved ? "accepted" : proved.error().text();
 }
 
-TEST(Documents, TheRefusalsThatTheCourseShowsAreTheReadersOwn) {
+TEST(Documents, FramesPageShowsTheReadersErrors) {
   const std::string page = frames_page();
   for (const auto& [from, to] : {std::pair{"\"at\": 4, \"type\": \"u8\"", "\"at\": 4, \"type\": \"u16\""},
                                  std::pair{"\"rate_hz\": 100", "\"rate_hz\": 2000"},

@@ -50,7 +50,7 @@ TEST(Field, ReadsPartsOfBytesAndFloats) {
       << "Xsens 16.32: the fraction first, then the whole part";
 }
 
-TEST(Field, WritesWhereItReadsAndNothingElse) {
+TEST(Field, WritesOnlyItsOwnBits) {
   std::mt19937_64 random(4);
   for (int round = 0; round < 5000; ++round) {
     const int group = random() % 3 == 0 ? 7 : 8;
@@ -71,7 +71,7 @@ TEST(Field, WritesWhereItReadsAndNothingElse) {
   }
 }
 
-TEST(Field, HoldsNumbersAtItsLimits) {
+TEST(Field, LimitsNumbersToItsRange) {
   const Field field = field_of(R"({"at": 0, "type": "s8"})");
   std::uint8_t byte = 0;
   for (const auto& [number, expected] : {std::pair{1000.0, 127}, {-1000.0, -128}, {1.6, 2}, {std::nan(""), 0}}) {

@@ -18,7 +18,7 @@ using test::hex_frames;
 using test::values_of;
 using test::walk;
 
-TEST(Fixtures, KvhFramesReadAsTheManualAndTheDriverSay) {
+TEST(Fixtures, KvhFramesMatchManualAndDriver) {
   PRISM_NEEDS_SHARED("frames/kvh1750_1775_format_a.hex");
   const auto frames = hex_frames("kvh1750_1775_format_a.hex");
   ASSERT_EQ(frames.size(), 4u);
@@ -46,7 +46,7 @@ TEST(Fixtures, KvhValidityBitsReachTheReading) {
   EXPECT_EQ(readings[2].temperature_degc, 29);
 }
 
-TEST(Fixtures, KvhTestMessagesAreRefusedWhereTheManualMisprintsThem) {
+TEST(Fixtures, RejectsMisprintedKvhTestMessages) {
   PRISM_NEEDS_SHARED("frames/kvh_bit.hex");
   const auto frames = hex_frames("kvh_bit.hex");
   ASSERT_EQ(frames.size(), 4u);
@@ -57,7 +57,7 @@ TEST(Fixtures, KvhTestMessagesAreRefusedWhereTheManualMisprintsThem) {
   EXPECT_TRUE(values_of(description, frames[3].second).empty());
 }
 
-TEST(Fixtures, DspAsciiDropsTheTornLine) {
+TEST(Fixtures, DspAsciiDropsATruncatedLine) {
   PRISM_NEEDS_SHARED("frames/kvh_dsp3000_ascii.txt");
   std::string text = test::read_file(test::shared_dir() / "frames/kvh_dsp3000_ascii.txt");
   while (text.starts_with('#')) text.erase(0, text.find('\n') + 1);
@@ -69,7 +69,7 @@ TEST(Fixtures, DspAsciiDropsTheTornLine) {
   for (const Reading& reading : readings) EXPECT_DOUBLE_EQ(reading.gyro[0].value, 0.015733);
 }
 
-TEST(Fixtures, TheStim300DatagramReadsExactly) {
+TEST(Fixtures, Stim300DatagramDecodesExactly) {
   PRISM_NEEDS_SHARED("frames/stim300_af.hex");
   const auto readings = test::decode(test::shipped("stim300"), hex_frames("stim300_af.hex")[0].second);
   ASSERT_EQ(readings.size(), 1u);
@@ -80,7 +80,7 @@ TEST(Fixtures, TheStim300DatagramReadsExactly) {
   EXPECT_TRUE(readings[0].gyro[0].valid);
 }
 
-TEST(Fixtures, TheUtilityLinesOfTheStim300HaveTheRightCrc) {
+TEST(Fixtures, Stim300UtilityLinesHaveAValidCrc) {
   PRISM_NEEDS_SHARED("frames/stim300_utility_crc8.txt");
   const auto description = test::description_of(R"({
     "format": "prism-frames", "version": 1, "name": "utility", "line": {"baud": 460800}, "rate_hz": 1,
@@ -105,7 +105,7 @@ TEST(Fixtures, TheUtilityLinesOfTheStim300HaveTheRightCrc) {
   EXPECT_EQ(count, 6);
 }
 
-TEST(Fixtures, TheAstrixChecksumAgrees) {
+TEST(Fixtures, AstrixChecksumMatches) {
   PRISM_NEEDS_SHARED("frames/exail_astrix_ns.hex");
   const Bytes frame = hex_frames("exail_astrix_ns.hex")[0].second;
   auto values = values_of(test::shipped("astrix-ns"), frame);
@@ -113,7 +113,7 @@ TEST(Fixtures, TheAstrixChecksumAgrees) {
   EXPECT_EQ(values["id"], 2);
 }
 
-TEST(Fixtures, IxblueTelegramsHaveTheAssertedHeadingsAndRates) {
+TEST(Fixtures, IxblueTelegramsHaveTheirHeadingsAndRates) {
   PRISM_NEEDS_SHARED("frames/ixblue_stdbin_v3.bin");
   const auto description = test::shipped("ixblue-stdbin");
   auto v2 = walk(description, bytes_of("ixblue_stdbin_v2.bin"));
@@ -137,7 +137,7 @@ TEST(Fixtures, IxblueTelegramsHaveTheAssertedHeadingsAndRates) {
   }
 }
 
-TEST(Fixtures, PhinsSentencesAreKnown) {
+TEST(Fixtures, PhinsSentencesDecode) {
   PRISM_NEEDS_SHARED("frames/ixblue_phins_nmea.txt");
   std::string text;
   for (const char c : test::read_file(test::shared_dir() / "frames/ixblue_phins_nmea.txt")) {
@@ -150,7 +150,7 @@ TEST(Fixtures, PhinsSentencesAreKnown) {
   EXPECT_DOUBLE_EQ(sentences[2].at("sway"), 0.407);
 }
 
-TEST(Fixtures, NovatelBinaryAndAsciiSayTheSame) {
+TEST(Fixtures, NovatelBinaryAndAsciiAgree) {
   PRISM_NEEDS_SHARED("frames/novatel_rawimusx.hex");
   const auto description = test::shipped("novatel-rawimusx");
   const auto frames = hex_frames("novatel_rawimusx.hex");
@@ -175,7 +175,7 @@ TEST(Fixtures, NovatelBinaryAndAsciiSayTheSame) {
   EXPECT_EQ(readings[0].offset, 14u);
 }
 
-TEST(Fixtures, VectorNavFramesRead) {
+TEST(Fixtures, VectorNavFramesDecode) {
   PRISM_NEEDS_SHARED("frames/vectornav_ypr.hex");
   auto values = values_of(test::shipped("vectornav"), hex_frames("vectornav_ypr.hex")[0].second);
   EXPECT_NEAR(values["yaw"], 43.578686, 1e-5);

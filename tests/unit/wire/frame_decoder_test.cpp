@@ -50,7 +50,7 @@ Bytes garbage(std::size_t size, unsigned seed) {
   return bytes;
 }
 
-TEST(FrameDecoder, ReadsWhatTheWorkedExampleSays) {
+TEST(FrameDecoder, DecodesTheWorkedExample) {
   const auto description = test::shipped("trplg");
   const auto readings = test::decode(description, description->test_vectors[0].bytes);
   ASSERT_EQ(readings.size(), 1u);
@@ -62,7 +62,7 @@ TEST(FrameDecoder, ReadsWhatTheWorkedExampleSays) {
   EXPECT_TRUE(readings[0].gyro[0].valid);
 }
 
-TEST(FrameDecoder, HoweverTheBytesAreCutTheSameReadingsComeOut) {
+TEST(FrameDecoder, ReturnsTheSameReadingsForAnyChunks) {
   const auto description = test::shipped("trplg");
   Bytes bytes = frames_of(description, 200);
   std::mt19937 random(5);
@@ -77,7 +77,7 @@ TEST(FrameDecoder, HoweverTheBytesAreCutTheSameReadingsComeOut) {
   }
 }
 
-TEST(FrameDecoder, DamageCostsOnlyTheFrameItHit) {
+TEST(FrameDecoder, LosesOnlyADamagedFrame) {
   const auto description = test::shipped("trplg");
   const Bytes good = frames_of(description, 5);
   for (std::size_t at = 0; at < 20; ++at) {
@@ -89,7 +89,7 @@ TEST(FrameDecoder, DamageCostsOnlyTheFrameItHit) {
   }
 }
 
-TEST(FrameDecoder, AGoodFrameInsideABadOneIsFound) {
+TEST(FrameDecoder, FindsAGoodFrameInsideABadOne) {
   const auto description = test::shipped("trplg");
   const Bytes good = frames_of(description, 2);
   Bytes bytes(good.begin(), good.begin() + 7);  // a frame whose rest was dropped: the next one begins inside it
@@ -99,7 +99,7 @@ TEST(FrameDecoder, AGoodFrameInsideABadOneIsFound) {
   EXPECT_EQ(readings[0].offset, 7u);
 }
 
-TEST(FrameDecoder, RandomGarbageGivesNoReadingAndHoldsLittle) {
+TEST(FrameDecoder, ReturnsNothingForGarbageAndBoundsItsMemory) {
   FrameDecoder decoder(test::shipped("trplg"));
   std::vector<Reading> out;
   for (unsigned i = 0; i < 200; ++i) decoder.feed(garbage(5000, i), i, out);
@@ -110,7 +110,7 @@ TEST(FrameDecoder, RandomGarbageGivesNoReadingAndHoldsLittle) {
   EXPECT_EQ(decoder.counters().bytes, 1'000'000u);
 }
 
-TEST(FrameDecoder, OneDamagedPlaceIsOneResync) {
+TEST(FrameDecoder, CountsOneResyncPerDamage) {
   const auto description = test::shipped("trplg");
   Bytes bytes = frames_of(description, 10);
   bytes[45] ^= 1;
@@ -123,7 +123,7 @@ TEST(FrameDecoder, OneDamagedPlaceIsOneResync) {
   EXPECT_EQ(decoder.counters().frames, 9u);
 }
 
-TEST(FrameDecoder, ArrivalIsThatOfTheLastByteWithoutTheBytesBehindIt) {
+TEST(FrameDecoder, UsesTheArrivalOfTheLastByteOfTheFrame) {
   const auto description = test::shipped("trplg");
   const Bytes bytes = frames_of(description, 2);
   FrameDecoder decoder(description);
@@ -135,7 +135,7 @@ TEST(FrameDecoder, ArrivalIsThatOfTheLastByteWithoutTheBytesBehindIt) {
   EXPECT_EQ(out[1].arrival_ns, 1'000'200'000);
 }
 
-TEST(FrameDecoder, AFrameCutByALongSilenceIsNotLost) {
+TEST(FrameDecoder, KeepsAFrameSplitByALongGap) {
   const auto description = test::shipped("trplg");
   const Bytes bytes = frames_of(description, 1);
   FrameDecoder decoder(description);
@@ -155,7 +155,7 @@ constexpr const char* kLengthInFrame = R"({
              "fields": {"rate": {"at": 2, "type": "s16"}}}],
   "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "rate"}}})";
 
-TEST(FrameDecoder, WhetherATimerFiredDoesNotChangeTheReadings) {
+TEST(FrameDecoder, ReturnsTheSameReadingsWithAndWithoutTimer) {
   const auto description = test::description_of(kLengthInFrame);
   Bytes bytes = frames_of(description, 4);
   bytes[1] = 200;  // the first frame now seems to hold the other three and more
@@ -174,7 +174,7 @@ TEST(FrameDecoder, WhetherATimerFiredDoesNotChangeTheReadings) {
   }
 }
 
-TEST(FrameDecoder, AWrongLengthDelaysWhatIsBehindItAtMostUntilItsEnd) {
+TEST(FrameDecoder, WrongLengthDelaysFramesAtMostUntilItsEnd) {
   const auto description = test::description_of(kLengthInFrame);
   Bytes bytes = frames_of(description, 100);
   bytes[1] = 200;
@@ -198,7 +198,7 @@ TEST(FrameDecoder, ResetForgetsHeldBytesAndSlowValues) {
   EXPECT_EQ(decoder.counters().skipped_bytes, 20u);
 }
 
-TEST(FrameDecoder, ASensorThatTheFrameCallsBadIsUnknown) {
+TEST(FrameDecoder, SensorMarkedInvalidIsUnknown) {
   const auto description = test::shipped("trplg");
   FrameEncoder encoder(description);
   Bytes bytes;

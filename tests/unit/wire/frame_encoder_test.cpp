@@ -13,7 +13,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr GyroState kEarth{.rate_deg_per_h = {8.4652}, .interval_s = 0.005, .temperature_degc = 25, .uhfo_v = 5.3};
 
-TEST(FrameEncoder, KeepsWhatIsLeftBelowOnePulse) {
+TEST(FrameEncoder, KeepsTheRemainderBelowOnePulse) {
   const auto description = test::shipped("trplg-increment");
   FrameEncoder encoder(description);
   Bytes bytes;
@@ -23,7 +23,7 @@ TEST(FrameEncoder, KeepsWhatIsLeftBelowOnePulse) {
   EXPECT_NEAR(pulses * 0.1, 8.4652 * 100, 0.1) << "0.42 pulses a frame";
 }
 
-TEST(FrameEncoder, AnIncrementThatWasNotSentIsLostAndAnAccumulatedAngleIsNot) {
+TEST(FrameEncoder, LosesUnsentIncrementsButNoAccumulatedAngle) {
   for (const bool accumulated : {false, true}) {
     const auto description = test::shipped(accumulated ? "trplg" : "trplg-increment");
     FrameEncoder encoder(description);
@@ -42,7 +42,7 @@ TEST(FrameEncoder, AnIncrementThatWasNotSentIsLostAndAnAccumulatedAngleIsNot) {
   }
 }
 
-TEST(FrameEncoder, AnAccumulatedAngleRunsBackwardThroughZero) {
+TEST(FrameEncoder, AccumulatedAnglePassesZeroBackwards) {
   const auto description = test::shipped("trplg");
   FrameEncoder encoder(description);
   GyroState state = kEarth;
@@ -55,7 +55,7 @@ TEST(FrameEncoder, AnAccumulatedAngleRunsBackwardThroughZero) {
   EXPECT_EQ(readings[2].gyro[0].value, 4294967296.0 - 3 * 3600);
 }
 
-TEST(FrameEncoder, HoldsWhatDoesNotFitAtTheFieldsLimit) {
+TEST(FrameEncoder, LimitsValuesToTheFieldsRange) {
   const auto description = test::shipped("trplg");
   FrameEncoder encoder(description);
   GyroState state = kEarth;
@@ -67,7 +67,7 @@ TEST(FrameEncoder, HoldsWhatDoesNotFitAtTheFieldsLimit) {
   EXPECT_EQ(bytes[15], 0xFF);
 }
 
-TEST(FrameEncoder, SendsTheKindsInTheirTurns) {
+TEST(FrameEncoder, SendsTheMessageTypesInTurn) {
   const auto description = test::shipped("hg4930");
   FrameEncoder encoder(description);
   Bytes bytes;

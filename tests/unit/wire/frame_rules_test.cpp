@@ -29,7 +29,7 @@ bool decodes(const FrameDescriptionPtr& description, const Bytes& bytes) {
   return inspect_frame(*description, bytes).has_value();
 }
 
-TEST(FrameRules, ALineOfTextThatWasJoinedInTheMiddleIsNotBelieved) {
+TEST(FrameRules, RejectAnIncompleteFirstLine) {
   const auto readings =
       test::decode(test::shipped("dsp3000-ascii"),
                    text("15.015733    1\r\n    0.015733   1\r\n    0.015734   1\r\n    0.015735   1\r\n"));
@@ -37,7 +37,7 @@ TEST(FrameRules, ALineOfTextThatWasJoinedInTheMiddleIsNotBelieved) {
   EXPECT_EQ(readings[0].gyro[0].value, 0.015733) << "not the rest of -115.015733";
 }
 
-TEST(FrameRules, ALengthBelowItsMinimumIsNoFrame) {
+TEST(FrameRules, RejectALengthBelowItsMinimum) {
   const auto description = one_kind(R"("sync": {"bytes": "AB"}, "length": {"at": 1, "type": "u8", "min": 5, "max": 9},
     "checks": {"kind": "sum", "to": -1, "at": -1}, "fields": {"r": {"at": 2, "type": "u8"}})");
   EXPECT_TRUE(decodes(description, {0xAB, 5, 1, 2, 0xB3}));
@@ -45,14 +45,14 @@ TEST(FrameRules, ALengthBelowItsMinimumIsNoFrame) {
   EXPECT_FALSE(decodes(description, {0xAB, 10, 1, 2, 3, 4, 5, 6, 7, 0xD1}));
 }
 
-TEST(FrameRules, ABodyRuleRefusesWhatTheCheckLetsThrough) {
+TEST(FrameRules, RejectABodyThatBreaksItsRule) {
   const auto description = test::shipped("xor7-f50b");
   EXPECT_TRUE(decodes(description, {0x80, 1, 2, 3, 4, 5, 1}));
   EXPECT_FALSE(decodes(description, {0x80, 0x81, 2, 3, 4, 5, 1}))
       << "bit 7 inside the frame; the 7-bit XOR does not see it";
 }
 
-TEST(FrameRules, FillerWithARightChecksumIsNoData) {
+TEST(FrameRules, RejectFillerWithAValidChecksum) {
   const auto hg = test::shipped("hg4930");
   Bytes frame = {0x0E, 0x01, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55,
                  0x55, 0x55, 0x55, 0x55, 0x01, 0x00, 0x05, 0x02, 0x12, 0x04};
@@ -68,7 +68,7 @@ TEST(FrameRules, FillerWithARightChecksumIsNoData) {
   EXPECT_TRUE(decodes(hg, frame));
 }
 
-TEST(FrameRules, ItemsThatRunOverTheEndAreNoFrame) {
+TEST(FrameRules, RejectItemsBeyondTheEnd) {
   const auto description =
       one_kind(R"("sync": {"bytes": "AB"}, "length": 6, "checks": {"kind": "sum", "to": -1, "at": -1},
     "items": {"from": 1, "to": -1}, "fields": {"r": {"item": 7, "at": 0, "type": "u16"}})");
@@ -77,7 +77,7 @@ TEST(FrameRules, ItemsThatRunOverTheEndAreNoFrame) {
   EXPECT_FALSE(decodes(description, {0xAB, 1, 0, 1, 1, 0xAE})) << "an id that promises a byte that is the check";
 }
 
-TEST(FrameRules, AHeaderCheckIsAskedBeforeTheLengthIsBelieved) {
+TEST(FrameRules, TestTheHeaderCheckBeforeUsingTheLength) {
   // ANPP: a header that is none must not make the decoder wait for its 260 bytes.
   FrameDecoder decoder(test::shipped("kvh-geo-fog"));
   std::vector<Reading> out;
@@ -87,7 +87,7 @@ TEST(FrameRules, AHeaderCheckIsAskedBeforeTheLengthIsBelieved) {
   EXPECT_LT(decoder.held_bytes(), 5u);
 }
 
-TEST(FrameRules, TheFirstWeakFrameWaitsForASecond) {
+TEST(FrameRules, HoldTheFirstWeakFrameUntilASecond) {
   const auto description = test::shipped("xor7-10");
   FrameEncoder encoder(description);
   Bytes bytes;
@@ -104,7 +104,7 @@ TEST(FrameRules, TheFirstWeakFrameWaitsForASecond) {
   EXPECT_EQ(out.size(), 3u) << "and now each one at once";
 }
 
-TEST(FrameRules, AWeakFrameWithoutASecondIsNotBelieved) {
+TEST(FrameRules, RejectAWeakFrameWithoutASecond) {
   const auto description = test::shipped("xor7-10");
   FrameEncoder encoder(description);
   Bytes bytes;
@@ -113,7 +113,7 @@ TEST(FrameRules, AWeakFrameWithoutASecondIsNotBelieved) {
   EXPECT_TRUE(test::decode(description, bytes).empty());
 }
 
-TEST(FrameRules, WordsThatHardlyHaveASyncAreConfirmedAfterEveryBreak) {
+TEST(FrameRules, ConfirmWordsWithoutSyncAfterEveryBreak) {
   const auto description = test::shipped("dsp3000");
   FrameEncoder encoder(description);
   Bytes bytes;
@@ -128,7 +128,7 @@ TEST(FrameRules, WordsThatHardlyHaveASyncAreConfirmedAfterEveryBreak) {
   EXPECT_LE(in_garbage, 3) << "a word or two that happen to fit at the end of the good ones";
 }
 
-TEST(FrameRules, WeakFramesConfirmEachOtherOnlyWithTheRightCounterStep) {
+TEST(FrameRules, ConfirmWeakFramesOnlyWithTheRightCounterStep) {
   const auto description = test::shipped("stim210");
   FrameEncoder encoder(description);
   const GyroState state{.rate_deg_per_h = {10}, .interval_s = 1e-3, .temperature_degc = 20};
@@ -167,7 +167,7 @@ FrameDescriptionPtr halves_description(const std::string& counter) {
     "temperature": {"high": "high", "low": "low", "stale_after_s": 0.05}})");
 }
 
-TEST(FrameRules, HalvesWithSomethingBetweenThemAreNotJoined) {
+TEST(FrameRules, JoinOnlyAdjacentHalves) {
   const auto description = halves_description(R"({"field": "n"})");
   EXPECT_EQ(test::decode(description, half_frames({{7, 1, 1}, {8, 2, 2}}))[1].temperature_degc, 258);
   EXPECT_TRUE(std::isnan(test::decode(description, half_frames({{7, 1, 1}, {9, 2, 2}}))[1].temperature_degc))
@@ -179,7 +179,7 @@ TEST(FrameRules, HalvesWithSomethingBetweenThemAreNotJoined) {
   EXPECT_TRUE(std::isnan(apart[1].temperature_degc)) << "bytes between them, whole turns of the counter perhaps";
 }
 
-TEST(FrameRules, ASlowChannelAgesByTheFramesThatTheCounterCounts) {
+TEST(FrameRules, AgeASlowChannelByCountedFrames) {
   // 600 counted frames a second, of which 100 carry the gyro: 50 ms are 30 of them.
   const auto description = halves_description(R"({"field": "n", "ticks_per_s": 600, "step": 1})");
   std::vector<std::array<std::uint8_t, 3>> frames = {{0, 1, 1}, {1, 2, 2}};
@@ -190,7 +190,7 @@ TEST(FrameRules, ASlowChannelAgesByTheFramesThatTheCounterCounts) {
   EXPECT_TRUE(std::isnan(readings[32].temperature_degc));
 }
 
-TEST(FrameRules, ASlowChannelIsHeldUntilItsLimitAndNotAcrossSessions) {
+TEST(FrameRules, KeepASlowChannelUntilItsLimitInOneSession) {
   const auto description = test::shipped("fizoptika");
   FrameEncoder encoder(description);
   FrameDecoder decoder(description);
@@ -208,7 +208,7 @@ TEST(FrameRules, ASlowChannelIsHeldUntilItsLimitAndNotAcrossSessions) {
   EXPECT_TRUE(std::isnan(out.back().temperature_degc)) << "of the session before";
 }
 
-TEST(FrameRules, AStaleChannelIsUnknown) {
+TEST(FrameRules, ReportAStaleChannelAsUnknown) {
   const auto description = test::description_of(
       R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 100,
     "kinds": [{"name": "k", "sync": {"bytes": "AB CD"}, "length": 8, "checks": {"kind": "crc", "width": 16, "poly": "0x1021", "to": -2, "at": -2},

@@ -33,7 +33,7 @@ std::vector<std::vector<double>> values(const GyroChoice& choice, const std::str
   return found;
 }
 
-TEST(PrintedNumber, IsANumberAndNothingElse) {
+TEST(PrintedNumber, AcceptsOnlyNumbers) {
   EXPECT_EQ(parse_decimal("23.5", '.'), 23.5);
   EXPECT_EQ(parse_decimal("  +23.5 ", '.'), 23.5);
   EXPECT_EQ(parse_decimal("-0,25", ','), -0.25);
@@ -43,7 +43,7 @@ TEST(PrintedNumber, IsANumberAndNothingElse) {
   EXPECT_TRUE(std::isnan(parse_decimal("23.5", ','))) << "a thousand's mark, perhaps";
 }
 
-TEST(Instruments, ColumnsThatTheConfigurationNamesAreRead) {
+TEST(Instruments, ReadTheConfiguredColumns) {
   const auto choice = columns({{{"inlet", "degC"}, 1}, {{"outlet", "degC"}, 3, -40, 120}});
   EXPECT_THAT(
       values(choice, "\n1;20.5;x;21.25\r\n2;20.6;x;150\r\n3;Err.1;x;21.5\r\n4;20.75\n"),
@@ -51,7 +51,7 @@ TEST(Instruments, ColumnsThatTheConfigurationNamesAreRead) {
       << "a column that is not there is held for a line, as a sensor that another frame carries";
 }
 
-TEST(Instruments, BlanksCountOnceAndACommaMayStandBeforeDecimals) {
+TEST(Instruments, CollapseBlanksAndAcceptADecimalComma) {
   auto choice = columns({{{"t", "degC"}, 1}});
   choice.text.separators = " ";
   EXPECT_THAT(values(choice, "\nT1    23.5 C\nT1 -4.25  C\r\n"), ElementsAre(ElementsAre(23.5), ElementsAre(-4.25)));
@@ -62,17 +62,17 @@ TEST(Instruments, BlanksCountOnceAndACommaMayStandBeforeDecimals) {
 }
 
 // Published test lines of a thermometer that prints nothing but its value.
-TEST(Instruments, AThermometersPublishedLines) {
+TEST(Instruments, ReadPublishedLinesOfAThermometer) {
   EXPECT_THAT(values(columns({{{"t", "degC"}, 0}}), "\n121.1\r\n  1.5\r\n-11.2\r\nErr.1\r\n"),
               ElementsAre(ElementsAre(121.1), ElementsAre(1.5), ElementsAre(-11.2), ElementsAre(1e9)));
 }
 
-TEST(Instruments, APartOfALineIsNoLine) {
+TEST(Instruments, IgnoreAPartOfALine) {
   EXPECT_THAT(values(columns({{{"t", "degC"}, 0}}), "3.5\n24.5\n25.5\n"),
               ElementsAre(ElementsAre(24.5), ElementsAre(25.5)));
 }
 
-TEST(Instruments, EachChannelOfALoggerIsHeldUntilItSpeaksAgain) {
+TEST(Instruments, KeepEachChannelUntilItsNextValue) {
   GyroChoice choice;
   choice.sensors = true;
   const auto logger = test::shipped("lutron-btm4208sd", choice);
@@ -92,14 +92,14 @@ TEST(Instruments, EachChannelOfALoggerIsHeldUntilItSpeaksAgain) {
   EXPECT_DOUBLE_EQ(last.sensors[11], 0.1);
 }
 
-TEST(Instruments, ColumnsThatNobodyChoseSayNothing) {
+TEST(Instruments, IgnoreUnconfiguredColumns) {
   FrameEncoder encoder(test::shipped("ascii-columns", {}));
   std::vector<std::uint8_t> bytes;
   encoder.encode({.rate_deg_per_h = {10}, .interval_s = 1}, bytes);
   EXPECT_TRUE(bytes.empty());
 }
 
-TEST(Instruments, WhatIsWrongIsSaidInOneLine) {
+TEST(Instruments, ReportErrorsInOneLine) {
   const auto refusal = [](const std::string& text, const GyroChoice& choice = {}) {
     const auto parsed = parse_frame_description(text, "f.json", choice);
     return parsed ? std::string("accepted") : parsed.error().text();

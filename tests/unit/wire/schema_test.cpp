@@ -119,7 +119,7 @@ TEST(Schema, HasTheKeysOfTheReaderAndNoOthers) {
   }
 }
 
-TEST(Schema, TakesEveryShippedDescription) {
+TEST(Schema, AcceptsEveryShippedDescription) {
   const test::SchemaValidator validator(schema());
   for (const auto& [name, description] : shipped_json()) EXPECT_TRUE(validator.accepts(description)) << name;
 }
@@ -138,7 +138,7 @@ std::vector<Json> wrong_values() { return {nullptr, -1, 3, 1e12, "", "0x7", Json
 
 // Every value of a description is replaced by values of every type, one at a time. Where the schema refuses the result,
 // the reader does too; where the reader takes it, the schema does too.
-TEST(Schema, RefusesNoFormThatTheReaderTakes) {
+TEST(Schema, AcceptsEveryFormThatTheReaderAccepts) {
   const test::SchemaValidator validator(schema());
   int refused_by_both = 0;
   for (const char* name : {"trplg", "fizoptika", "microstrain-mip", "ixblue-phins-nmea"}) {
@@ -160,7 +160,7 @@ TEST(Schema, RefusesNoFormThatTheReaderTakes) {
 }
 
 // What the schema takes the reader may refuse, but not for a key or a type: those belong into the schema.
-TEST(Schema, RefusesTheTypesAndKeysThatTheReaderRefuses) {
+TEST(Schema, RejectsTheTypesAndKeysThatTheReaderRejects) {
   const test::SchemaValidator validator(schema());
   for (const char* name : {"trplg", "fizoptika", "microstrain-mip", "dsp3000-ascii"}) {
     const Json original = load_short(name);

@@ -20,7 +20,7 @@ GyroChoice three_axes() {
   return choice;
 }
 
-TEST(Sensors, AreReadByNameAndAnAxisHasItsOwnThermometer) {
+TEST(Sensors, AreReadByNameWithAThermometerPerAxis) {
   const auto stim = test::shipped("stim300", three_axes());
   ASSERT_EQ(stim->sensors.size(), 9u);
   FrameEncoder encoder(stim);
@@ -41,7 +41,7 @@ TEST(Sensors, AreReadByNameAndAnAxisHasItsOwnThermometer) {
 }
 
 // The form of one axis: what its model was trained on.
-TEST(Sensors, WhoDoesNotAskForThemHasTheDevicesTemperature) {
+TEST(Sensors, AreOptional) {
   GyroChoice choice;
   choice.axes = {{.axis = "y"}};
   const auto stim = test::shipped("stim300", choice);
@@ -50,7 +50,7 @@ TEST(Sensors, WhoDoesNotAskForThemHasTheDevicesTemperature) {
   EXPECT_EQ(stim->id, test::shipped("stim300", three_axes())->id);
 }
 
-TEST(Sensors, WhatIsWrongIsSaidInOneLine) {
+TEST(Sensors, ReportErrorsInOneLine) {
   const std::string text = test::read_file(test::frames_dir() / "kvh-geo-fog.json");
   const auto refusal = [&](const std::string& from, const std::string& to) {
     std::string changed = text;

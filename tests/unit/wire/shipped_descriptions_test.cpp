@@ -24,7 +24,7 @@ TEST(ShippedDescriptions, LoadAndDecodeTheirOwnTestVectors) {
   EXPECT_GE(count, 24);
 }
 
-TEST(ShippedDescriptions, AVectorWithAWrongValueIsRefusedWithItsPlace) {
+TEST(ShippedDescriptions, ReportAWrongValueOfAVector) {
   std::string text = test::read_file(test::frames_dir() / "trplg.json");
   const std::size_t at = text.find("\"counter\": 4660");
   ASSERT_NE(at, std::string::npos);
@@ -34,7 +34,7 @@ TEST(ShippedDescriptions, AVectorWithAWrongValueIsRefusedWithItsPlace) {
   EXPECT_EQ(result.error().text(), "test.json:/vectors/0: counter is 4660; expected 4661");
 }
 
-TEST(ShippedDescriptions, AVectorMustBeOneWholeFrame) {
+TEST(ShippedDescriptions, RequireOneCompleteFramePerVector) {
   std::string text = test::read_file(test::frames_dir() / "trplg.json");
   const std::size_t at = text.find("00 07 63 4D");
   ASSERT_NE(at, std::string::npos);

@@ -34,7 +34,7 @@ std::vector<std::uint8_t> second_of(const FrameDescriptionPtr& description) {
   return bytes;
 }
 
-TEST(Sniffer, RecognisesEveryShippedDescriptionAmongAllOthers) {
+TEST(Sniffer, RecognisesEveryShippedDescription) {
   const auto all = all_shipped();
   for (const FrameDescriptionPtr& truth : all) {
     if (truth->sent_kinds.empty()) continue;  // lines of text whose columns nobody named
@@ -50,7 +50,7 @@ TEST(Sniffer, RecognisesEveryShippedDescriptionAmongAllOthers) {
   }
 }
 
-TEST(Sniffer, NothingFitsGarbage) {
+TEST(Sniffer, MatchesNothingInGarbage) {
   std::mt19937 random(8);
   std::vector<std::uint8_t> bytes(50'000);
   for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
@@ -59,7 +59,7 @@ TEST(Sniffer, NothingFitsGarbage) {
   for (const SniffScore& score : sniffer.ranking()) EXPECT_FALSE(score.fits) << sniff_line(score);
 }
 
-TEST(Sniffer, FramesAmongMuchElseDoNotFit) {
+TEST(Sniffer, DoesNotMatchRareFrames) {
   const auto description = test::shipped("trplg");
   std::vector<std::uint8_t> bytes(10'000, 0x5A);
   const auto frames = second_of(description);
@@ -71,7 +71,7 @@ TEST(Sniffer, FramesAmongMuchElseDoNotFit) {
   EXPECT_FALSE(score.fits) << "most of the line is something else";
 }
 
-TEST(Sniffer, OneFrameIsTooFewToBeSure) {
+TEST(Sniffer, NeedsMoreThanOneFrame) {
   const auto description = test::shipped("trplg");
   auto bytes = second_of(description);
   bytes.resize(13 + 20 - 5);  // the rest of a frame, one whole, the beginning of the next
@@ -88,7 +88,7 @@ TEST(Sniffer, OneFrameIsTooFewToBeSure) {
   EXPECT_TRUE(sniff_line(two.ranking()[0]).ends_with(": too few, at least 3 are needed"));
 }
 
-TEST(Sniffer, TellsCountsAndTheRate) {
+TEST(Sniffer, ReportsCountsAndTheRate) {
   const auto description = test::shipped("trplg");
   const auto bytes = second_of(description);
   Sniffer sniffer({description});
