@@ -44,7 +44,7 @@ wait_for 2 shows w80x24 "scale: common"
 terminal send-keys -t w80x24 p
 wait_for 2 shows w80x24 "paused"
 terminal send-keys -t w80x24 p 4 a '?'
-wait_for 2 shows w80x24 "hold the charts"
+wait_for 2 shows w80x24 "pause the charts"
 compare w80x24 help-80x24.txt
 terminal send-keys -t w80x24 '?'
 terminal resize-window -t w80x24 -x 100 -y 30

@@ -44,7 +44,7 @@ refused "another log" "$(sed 's/^......../00000000/' mine.cursor)" "found a curs
 other='{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"00000000000000000000000000000000-1-1-1"}}'
 same "the code of another log's cursor" "$( (echo "$other"; sleep 1) | socat -t 1 - "UNIX-CONNECT:$PRISM_SOCKET" | jq .error.code)" -32002
 refused "beyond" "$(sed 's/-[0-9]*-[0-9]*-[0-9]*$/-99-1-1/' kept)" "which the log does not have"
-contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'expected {\"after\": CURSOR, \"limit\": 1 to 10000, \"wait_s\": 0 to 30, \"name\": WHO}'
+contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'expected {\"after\": CURSOR, \"limit\": 1 to 10000, \"wait_s\": 0 to 30, \"name\": NAME}'
 contains "two at once" "$(printf '{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"latest","wait_s":3}}\n{"jsonrpc":"2.0","id":2,"method":"rows"}\n' | timeout 6 socat -t 4 - "UNIX-CONNECT:$PRISM_SOCKET")" "found a pending request of this client"
 
 # Under a name: the place is remembered over a restart, for this user alone.
