@@ -19,11 +19,12 @@ struct FrameStep {
 };
 
 /// The counter's difference modulo its modulus. If arrival times may be used, a gap of more than a second may contain
-/// full periods of the counter: as many are added as the arrivals show, unless the bytes
-/// arrived in one large chunk, that is, had been waiting. If they may not be used, a counter that goes back by less
-/// than half its modulus was restarted (if it covers at least 64 frames; a shorter one cannot distinguish this from
-/// loss). Without a counter each frame with gyro data is one step; frames lost on the line are derived from the bytes
-/// skipped there, if the stream has one message type. An uncounted frame between counted ones takes no step.
+/// full periods of the counter: as many are added as the arrivals show, unless the bytes arrived in one large chunk,
+/// that is, had been waiting. If they may not be used, a counter that goes back by less than half its modulus was
+/// restarted (if it covers at least 64 frames; a shorter one cannot distinguish this from loss).
+///
+/// Without a counter each frame with gyro data is one step; frames lost on the line are derived from the bytes skipped
+/// there, if the stream has one message type. An uncounted frame between counted ones takes no step.
 class FrameSteps {
  public:
   FrameSteps(wire::FrameDescriptionPtr description, bool by_arrival);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The disk thread: in order, bounded, and not to be ended by what a task throws.
+// DiskThread: order, bounded queue, exceptions of tasks.
 #include "base/disk_thread.hpp"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// Holds the thread until it is let go.
+// Blocks the thread until it is released.
 class Held {
  public:
   explicit Held(DiskThread& disk) {
@@ -68,7 +68,7 @@ TEST(DiskThread, RunsQueuedTasksBeforeItEnds) {
   EXPECT_EQ(ran, 5);
 }
 
-// The story: std::filesystem threw on this thread, and prismd ended with SIGABRT.
+// Regression: std::filesystem threw on this thread, and prismd aborted (SIGABRT).
 TEST(DiskThread, ContinuesAfterATaskThatThrows) {
   test::Told told;
   DiskThread disk(100, told.teller());

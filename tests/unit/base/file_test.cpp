@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whole files: the old one or the new one, never a part, and nothing left beside it.
+// Files are replaced atomically, without leftovers; devices and pipes are rejected.
 #include "base/file.hpp"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST_F(File, ReadsBackWrittenText) {
   EXPECT_EQ(*read_text_file(path("a")), text);
   ASSERT_TRUE(write_text_file(path("a"), ""));
   EXPECT_EQ(*read_text_file(path("a")), "");
-  EXPECT_EQ(entries(), 1) << "nothing is left beside it";
+  EXPECT_EQ(entries(), 1) << "no temporary file is left";
 }
 
 TEST_F(File, KeepsTheOldFileOnAFullDisk) {
@@ -48,7 +48,7 @@ TEST_F(File, KeepsTheOldFileOnAFullDisk) {
     EXPECT_EQ(done.error().text(), path("a") + ": cannot be written: File too large");
   }
   EXPECT_EQ(*read_text_file(path("a")), old);
-  EXPECT_EQ(entries(), 1) << "nothing is left beside it";
+  EXPECT_EQ(entries(), 1) << "no temporary file is left";
 }
 
 TEST_F(File, KeepsTheModeOfAnExistingFile) {
@@ -78,7 +78,7 @@ TEST_F(File, RejectsDevices) {
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
-// Without a writer open(2) of a pipe would wait for ever.
+// Without a writer open(2) of a pipe would wait forever.
 TEST_F(File, DoesNotWaitForAPipe) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
   EXPECT_EQ(read_text_file(path("pipe")).error().what, "is a pipe, expected a regular file");

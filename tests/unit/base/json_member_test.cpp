@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// JSON from outside: any type is read without an exception, and any text is shown as the same JSON.
+// External JSON: any type is read without an exception, and any text is printed as the same JSON.
 #include "base/json_member.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sections: every key used once, every refusal one whole line with its place.
+// Sections: every key is used once, every error is one line with its position.
 #include "base/json_section.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace prism {
 namespace {
 
-// What a reader that asks `read` of the object says about it; "" where it is content.
+// Error of a reader that calls `read` on the object; "" without an error.
 template <class Read>
 std::string refusal(const std::string& text, Read&& read) {
   const Result<JsonDocument> document = parse_json_object(text, "gyro.json");
@@ -195,7 +195,7 @@ TEST(Section, ReportsPositionFoundAndExpected) {
   for (const Row& row : kRows) EXPECT_EQ(refusal(row.text, row.read), row.refusal) << row.text;
 }
 
-// A slip of the fingers is found again by its line, and the key that was meant is named.
+// A mistyped key is reported with its line and the intended key.
 TEST(Section, ReportsAnUnknownKeyWithItsLineAndASimilarKey) {
   const auto read = [](Section& s) {
     Section line = s.object("line");
@@ -242,7 +242,7 @@ TEST(Section, ReadsBitsBytesAndFreeNames) {
             "");
 }
 
-// What goes on behind a refusal computes with what it got: within the range, where there is one.
+// After an error the caller continues with the returned value, which is in the range if there is one.
 TEST(Section, ReturnsANumberInRangeAfterAnError) {
   EXPECT_NE(refusal(R"({"n": "x", "i": "x"})",
                     [](Section& s) {

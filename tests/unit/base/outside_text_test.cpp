@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The rules for names and texts, and what each output makes of a hostile text.
+// The rules for names and texts, and the escaping of hostile text for each output.
 #include "base/outside_text.hpp"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Foreign text in refusals: one short printable line, whatever it was.
+// External text in messages: always one short printable line.
 #include "base/plain_text.hpp"
 
 #include <gtest/gtest.h>

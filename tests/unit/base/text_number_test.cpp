@@ -17,7 +17,7 @@ namespace prism {
 namespace {
 
 std::string fixed(double value, int decimals) {
-  std::string text = "x";  // something that must stay
+  std::string text = "x";  // must be unchanged
   append_fixed(text, value, decimals);
   return text.substr(1);
 }
@@ -29,8 +29,8 @@ std::string by_printf(double value, int decimals) {
   return text;
 }
 
-// True where value · 10^decimals lies so near to a half that its product in doubles may round to the other side, or
-// where it has no room for decimals at all (beyond 2^52).
+// True if value · 10^decimals is so close to a half that the product in doubles may round differently, or if a double
+// has no decimals (above 2^52).
 bool near_tie(double value, int decimals) {
   const long double scaled = std::fabs(static_cast<long double>(value)) * std::pow(10.0L, decimals);
   return std::fabs(scaled - std::floor(scaled) - 0.5L) <= scaled * 1.2e-16L;

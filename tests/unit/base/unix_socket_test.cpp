@@ -16,7 +16,7 @@ namespace {
 TEST(UnixSocket, ReplacesALeftoverAndSetsItsMode) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("s");
-  listen_unix(path, 0600)->reset();  // nobody answers on it any more
+  listen_unix(path, 0600)->reset();  // without a listener
   const auto socket = listen_unix(path, 0640);
   ASSERT_TRUE(socket) << socket.error().text();
   struct stat info {};
@@ -50,7 +50,7 @@ TEST(UnixSocket, RemovesOnlyItsOwnFile) {
   const auto second = [&] {
     const OwnSocketFile own(path);
     ::rename(path.c_str(), folder.file("moved").c_str());
-    return listen_unix(path, 0600);  // another program's, in its place
+    return listen_unix(path, 0600);  // of another program, at the same path
   }();
   EXPECT_EQ(::access(path.c_str(), F_OK), 0);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The configuration: what is read, what is refused, and in which words.
+// Configuration: all keys, and the messages of errors.
 #include "config/config.hpp"
 
 #include <gmock/gmock.h>
@@ -150,7 +150,7 @@ TEST(Config, RejectsALongSocketPath) {
   EXPECT_THAT(refusal(socket(108)), HasSubstr("\" has 108 bytes, expected at most 107"));
 }
 
-// The story: a name of 250 letters was taken, and prismd ended with SIGABRT when it made its first segment.
+// Regression: a name of 250 letters was accepted, and prismd aborted (SIGABRT) at its first segment.
 TEST(Config, RejectsANameThatMakesAPathTooLong) {
   const auto named = [](std::size_t bytes, const std::string& rest) {
     return R"({"name": ")" + std::string(bytes, 'n') + "\", " + rest + "}";
@@ -180,11 +180,11 @@ TEST(Config, ReportsAMissingFileWithItsName) {
 
 TEST(Config, UsesTheDirectoriesOfSystemd) {
   ::setenv("LOGS_DIRECTORY", "/var/log/prismd/table", 1);
-  const Config preset = good(R"({"capture": {}})");
+  const Config defaults = good(R"({"capture": {}})");
   const Config relative = good(R"({"log": {"directory": "rows"}, "capture": {"directory": "/data/bytes"}})");
   ::unsetenv("LOGS_DIRECTORY");
-  EXPECT_EQ(preset.log->directory, "/var/log/prismd/table");
-  EXPECT_EQ(preset.capture->directory, "/var/log/prismd/table/capture");
+  EXPECT_EQ(defaults.log->directory, "/var/log/prismd/table");
+  EXPECT_EQ(defaults.capture->directory, "/var/log/prismd/table/capture");
   EXPECT_EQ(relative.log->directory, "/var/log/prismd/table/rows");
   EXPECT_EQ(relative.capture->directory, "/data/bytes");
 }

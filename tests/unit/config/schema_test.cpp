@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// prismd.schema.json (for editors), prismd.json(5) and the reader say the same.
+// prismd.schema.json (for editors), prismd.json(5) and the reader agree.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -37,7 +37,7 @@ constexpr const char* kWhole = R"({
   "event_level": "info"
 })";
 
-// What belongs to an axis, of a device with several: in the place of the same keys of one.
+// Keys of one axis of several; they replace the top-level keys of a single axis.
 constexpr const char* kAxes = R"({
   "gyro": {"serial": "70-1"}, "site": {"latitude_deg": 34.25},
   "axes": {"x": {"model": "m", "fallback_model": "n", "sign": -1, "scale_factor_arcsec_per_pulse": 0.1,
@@ -82,7 +82,7 @@ TEST(ConfigSchema, AcceptsShippedConfigurations) {
   }
 }
 
-// Every value in turn becomes one of every type. What the reader takes the schema takes; a wrong type both refuse.
+// Replaces each value by values of every type. The schema accepts all that the reader accepts; both reject wrong types.
 class ConfigForms : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Both, ConfigForms, testing::Values(kWhole, kAxes),
                          [](const auto& form) { return form.index == 0 ? "OneAxis" : "Axes"; });
@@ -116,7 +116,7 @@ Result<Config> config_with(const std::string& key, const Json& value) {
   return parse_config(config.dump(), "/etc/prism/x.json");
 }
 
-/// The keys of the man page whose defaults it states as values: "*a/b*, *a/c* (64; 24)" and "*d* (range; 5)".
+/// The keys of the man page whose defaults are given as values: "*a/b*, *a/c* (64; 24)" and "*d* (range; 5)".
 std::vector<std::pair<std::string, Json>> stated_defaults() {
   std::vector<std::pair<std::string, Json>> stated;
   std::istringstream page(test::read_file(kSource / "docs/man/prismd.json.5.scd"));
@@ -140,12 +140,12 @@ std::vector<std::pair<std::string, Json>> stated_defaults() {
   return stated;
 }
 
-// A default stands in the code once; what the man page says of it must be true.
+// A default is defined once, in the code; the man page must state the same.
 TEST(ConfigSchema, HasTheDefaultsOfTheManPage) {
   const Config usual = *parse_config("{}", "/etc/prism/x.json");
   std::set<std::string> checked;
   for (const auto& [key, value] : stated_defaults()) {
-    if (key == "line/device" || value == "unknown" || value == "none") continue;  // said in words
+    if (key == "line/device" || value == "unknown" || value == "none") continue;  // not a value
     const Result<Config> config = config_with(key, value);
     ASSERT_TRUE(config) << config.error().text();
     EXPECT_TRUE(*config == usual) << key << " = " << value.dump();
@@ -170,7 +170,7 @@ TEST(ConfigSchema, HasItsKeysInTheManPage) {
   });
 }
 
-// A unit in one list only would lose a column or be rejected somewhere.
+// A unit missing in one list would lose a column or be rejected.
 TEST(ConfigSchema, HasTheSensorUnitsOfTheTable) {
   const Json expected(kSensorUnitNames);
   int lists = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Captures: what is written is read again to the nanosecond; what is cut, damaged or foreign is said in one line.
+// Captures are read back to the nanosecond; truncation, damage and other files are reported in one line.
 #include "drivers/capture_file.hpp"
 
 #include <fcntl.h>
@@ -103,7 +103,7 @@ TEST(CaptureFile, KeepsChunksOfAnySize) {
   EXPECT_EQ(again, large);
 }
 
-// A power cut leaves any length: whole packets before the cut are all there, and the reader says that there was a cut.
+// A power cut leaves any length: all complete packets are read, and the truncation is reported.
 TEST(CaptureFile, ReturnsAllPacketsBeforeATruncation) {
   const test::TemporaryFolder folder;
   write_story(folder.file("a.pcap"));
@@ -127,7 +127,7 @@ TEST(CaptureFile, ReturnsAllPacketsBeforeATruncation) {
   }
 }
 
-// Whatever becomes of one packet, its neighbours are there, nothing is read twice, and the place is told.
+// After any damage to one packet its neighbours are read once, and the damage is reported.
 TEST(CaptureFile, ContinuesAfterDamage) {
   const test::TemporaryFolder folder;
   write_story(folder.file("a.pcap"));
@@ -135,7 +135,7 @@ TEST(CaptureFile, ContinuesAfterDamage) {
   ASSERT_GE(kStory.size(), 4u);
   const auto second = static_cast<std::ptrdiff_t>(24 + 28 + kStory[0].bytes.size());
   const auto third = second + static_cast<std::ptrdiff_t>(28 + kStory[1].bytes.size());
-  const auto mended = [&](const Bytes& bytes, const char* what, std::uint64_t lost, std::size_t packets_lost) {
+  const auto recovers = [&](const Bytes& bytes, const char* what, std::uint64_t lost, std::size_t packets_lost) {
     write_bytes(folder.file("b.pcap"), bytes);
     auto reader = CaptureReader::open(folder.file("b.pcap"));
     ASSERT_TRUE(reader) << what;
@@ -149,22 +149,22 @@ TEST(CaptureFile, ContinuesAfterDamage) {
   };
   const auto packet = static_cast<std::uint64_t>(third - second);
   for (std::ptrdiff_t at = second; at < second + 28; ++at) {
-    if (at == second + 24) continue;  // the kind of the event is told once only
+    if (at == second + 24) continue;  // the event type has no copy
     Bytes bytes = whole;
     bytes[static_cast<std::size_t>(at)] ^= 0xFF;
-    // Below a microsecond a time is told once only.
+    // Nanoseconds below a microsecond have no copy.
     if (at == second + 4) bytes[static_cast<std::size_t>(at + 1)] ^= 0xFF;
-    mended(bytes, ("byte " + std::to_string(at - second)).c_str(), packet, 1);
+    recovers(bytes, ("byte " + std::to_string(at - second)).c_str(), packet, 1);
   }
   for (const int size : {1, 27, 28, 5000, 70'000}) {
     Bytes bytes = whole, garbage;
     for (int i = 0; i < size; ++i) garbage.push_back(static_cast<std::uint8_t>(i * 37 + i / 256));
     bytes.insert(bytes.begin() + second, garbage.begin(), garbage.end());
-    mended(bytes, (std::to_string(size) + " bytes put in").c_str(), static_cast<std::uint64_t>(size), 0);
+    recovers(bytes, (std::to_string(size) + " bytes put in").c_str(), static_cast<std::uint64_t>(size), 0);
   }
   Bytes cut = whole;
   cut.erase(cut.begin() + second + 3, cut.begin() + third - 1);
-  mended(cut, "cut out", 4, 1);
+  recovers(cut, "cut out", 4, 1);
 }
 
 TEST(CaptureFile, EndsIfNoPacketFollowsTheDamage) {
@@ -266,7 +266,7 @@ TEST(CaptureFile, KeepsWrittenPacketsWhenTheDiskFillsUp) {
   EXPECT_NE(reader->tail_damage(), "");
 }
 
-// Nobody flushes: the buffer does, within a megabyte.
+// Without flush() the buffer is written within a megabyte.
 TEST(CaptureFile, DetectsAFullDiskWithoutFlush) {
   const test::TemporaryFolder folder;
   const test::FullDisk disk(5000);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/formats.md shows a capture in hex: the very bytes that the writer writes.
+// docs/formats.md shows a capture in hex: exactly the bytes of the writer.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -12,7 +12,7 @@
 namespace prism::drivers {
 namespace {
 
-// The pairs of hex digits at the head of each line of the example, up to the first double space.
+// The pairs of hex digits at the start of each line of the example, up to the first double space.
 std::string documented_bytes() {
   std::string section = test::document_section("formats.md", "## The capture");
   section.erase(0, std::min(section.find("<!-- hex"), section.size()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A run into a capture: every frame is in it, dated as a real line would, and the truth stands beside it.
+// A run to a capture: every frame is in it with the times of a real line; the truth is written next to it.
 #include "tools/prismsim/capture_run.hpp"
 
 #include <gtest/gtest.h>

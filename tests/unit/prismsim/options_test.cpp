@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// prismsim's command line: what it means, and what it is refused for.
+// prismsim's command line: values and errors.
 #include "tools/prismsim/options.hpp"
 
 #include <gtest/gtest.h>
@@ -40,8 +40,8 @@ TEST(SimOptions, DefaultToOnePaperCycleAtTheDescribedRateInXian) {
   EXPECT_EQ(parsed.options.speed, 1.0);
 }
 
-// Five of six messages of this device carry no delta angle. Sent at 100 a second in all, they turned a gyro of 8.5
-// deg/h into one of 51, because the counter of messages runs at 600 a second.
+// Regression: five of six messages of this device have no delta angle. Sent at 100 per second in total, they changed
+// 8.5 deg/h to 51, because the message counter runs at 600 per second.
 TEST(SimOptions, UseTheRateOfFramesWithGyroData) {
   EXPECT_EQ(parse({"--out", "a.pcap"}, "hg4930").options.simulation.rate_hz, 600);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The virtual gyro on a pseudo-terminal: no byte is lost on a reader that is slow, late or comes back.
+// The simulated gyro on a pseudo-terminal: no byte is lost with a slow, late or returning reader.
 #include "tools/prismsim/terminal_run.hpp"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ SimOptions run_of(double seconds, std::optional<double> speed) {
   return options;
 }
 
-// Opens the terminal as prismd would and decodes until it is hung up, or `most` frames came.
+// Opens the terminal as prismd would and decodes until it is disconnected or `most` frames have arrived.
 wire::DecoderCounters read_frames(const std::string& device, milliseconds pause,
                                   std::uint64_t most = ~std::uint64_t{0}) {
   transport::Settings settings;
@@ -92,7 +92,7 @@ TEST(TerminalRun, ContinuesForAReaderThatReturns) {
   terminal.reset();
   reader.join();
   EXPECT_GE(first.frames, 1000u);
-  EXPECT_GE(second.frames, 17'000u);  // what stood in the terminal at the change is lost: some 20 kB at most
+  EXPECT_GE(second.frames, 17'000u);  // the terminal's content at the change is lost: at most about 20 kB
   EXPECT_LE(first.frames + second.frames, 20'000u);
 }
 
@@ -112,7 +112,7 @@ TEST(TerminalRun, SendsOnTime) {
   EXPECT_LT(seconds, 2.5);  // on a busy machine; without the factor it would be 3
 }
 
-// Nobody reads, nobody waits: the gyro's time passes as on a real line.
+// Without a reader the gyro's time continues as on a real line.
 TEST(TerminalRun, ContinuesWithoutAReaderIfPaced) {
   auto terminal = PseudoTerminal::open("");
   ASSERT_TRUE(terminal);
@@ -127,7 +127,7 @@ TEST(PseudoTerminal, LinksAndUnlinksItsPath) {
   if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
   const test::TemporaryFolder folder;
   const std::string link = folder.file("gyro");
-  fs::create_symlink("/dev/pts/none", link);  // what a killed run left
+  fs::create_symlink("/dev/pts/none", link);  // left by a killed run
   {
     auto terminal = PseudoTerminal::open(link);
     ASSERT_TRUE(terminal) << terminal.error().text();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The truth beside a capture: one row for each whole second, said to be simulated.
+// The truth file: one row for each full second, marked as simulated.
 #include "tools/prismsim/truth_file.hpp"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ TEST(TruthFile, DescribesTheSimulationAndWritesOneRowPerSecond) {
       "00000\n");
 }
 
-// A terminal's time begins anywhere within a second: the first row is at the first second that ends.
+// A terminal's time begins within a second: the first row is at the first second that ends.
 TEST(TruthFile, StartsWithTheFirstFullSecond) {
   const test::TemporaryFolder folder;
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Each hidden cause by itself: what was asked for is what the truth shows.
+// Each bias component has the configured size.
 #include "tools/prismsim/simulation/bias_causes.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,8 @@ TEST(HiddenBias, IsZeroByDefault) {
   EXPECT_EQ(gyro.truth().sensor_degc, gyro.truth().body_degc);
 }
 
-// Heated and cooled by 60 degC, the same temperature has two biases, 2 sizes apart; right behind a turn they close.
+// Heated and cooled by 60 degC, the same temperature has two biases, 2 sizes apart; directly after a reversal they
+// meet.
 TEST(HiddenBias, HysteresisSeparatesHeatingAndCooling) {
   TruthSettings settings;
   settings.hysteresis_deg_per_h = 0.01;
@@ -33,7 +34,7 @@ TEST(HiddenBias, HysteresisSeparatesHeatingAndCooling) {
   for (double t = 60; t >= 0; t -= 0.1) {
     const double now = hidden.step(++time_s, t).hysteresis;
     if (std::abs(t - 30) < 0.05) cooling = now;
-    if (std::abs(t - 45) < 0.05) halfway = now;  // 15 degC behind the turn
+    if (std::abs(t - 45) < 0.05) halfway = now;  // 15 degC after the reversal
   }
   EXPECT_NEAR(halfway, 0, 1e-4);
   EXPECT_NEAR(heating, 0.01, 1e-9);
@@ -66,7 +67,7 @@ TEST(HiddenBias, TurnOnOffsetsHaveTheirSizeAndAreConstantInARun) {
   EXPECT_NEAR(std::sqrt(squares / 400), 0.004, 0.0006);  // 4 sigma of 400 draws
 }
 
-// Flicker of coefficient B: the Allan deviation is 0.664 B wherever the processes' times reach.
+// Flicker of coefficient B: the Allan deviation is 0.664 B over the range of the processes' time constants.
 TEST(HiddenBias, FlickerHasAFlatAllanDeviation) {
   TruthSettings settings;
   settings.flicker_deg_per_h = 0.01;
@@ -97,7 +98,7 @@ TEST(HiddenBias, ModeHopsFollowTheBodyTemperatureNotTime) {
   double last = hidden.at_start().mode_hops;
   for (int s = 1; s < 100000; ++s) ASSERT_EQ(hidden.step(s, 25).mode_hops, last);
   int hops = 0;
-  for (int s = 1; s <= 25000; ++s) {  // 2500 degC of way: 100 hops in the mean, sigma 10
+  for (int s = 1; s <= 25000; ++s) {  // path of 2500 degC: mean 100 hops, sigma 10
     const double now = hidden.step(100000 + s, 25 + 0.1 * s).mode_hops;
     hops += now != last;
     last = now;
@@ -105,7 +106,7 @@ TEST(HiddenBias, ModeHopsFollowTheBodyTemperatureNotTime) {
   EXPECT_NEAR(hops, 100, 40);
 }
 
-// The thermometer tells where the body was a lag ago; the bias does not wait for it.
+// The thermometer reports a delayed body temperature; the bias follows the body.
 TEST(HiddenBias, ThermometerLagsButBiasDoesNot) {
   TruthSettings settings;
   settings.sensor_lag_s = 300;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The chamber's programs: the paper's to the minute, the others within its range.
+// Chamber profiles: the paper's to the minute, the others within its range.
 #include "tools/prismsim/simulation/chamber_profile.hpp"
 
 #include <gtest/gtest.h>

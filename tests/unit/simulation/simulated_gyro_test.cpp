@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The virtual gyro against its own equations, solved by hand, and against the statistics of the paper's gyro.
+// The simulated gyro compared with its equations, solved by hand, and with the statistics of the paper's gyro.
 #include "tools/prismsim/simulation/simulated_gyro.hpp"
 
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ double correlation(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   return a.dot(b) / std::sqrt(a.squaredNorm() * b.squaredNorm());
 }
 
-// What is left of the bias by the best polynomial of second order in (T, dT/dt, U).
+// Residual of the bias after the best second-order polynomial in (T, dT/dt, U).
 double left_by_best_quadratic(const Cycle& cycle) {
   const Eigen::Index n = cycle.t.size();
   Eigen::MatrixXd a(n, 10);
@@ -74,8 +74,8 @@ TEST(SimulatedGyro, BodyAndInnerFollowTheChamberWithTheirLags) {
   SimulatedGyro gyro(steady_profile(), 1);
   EXPECT_EQ(gyro.truth().body_degc, 25);
   for (int s = 0; s < 65 * 60; ++s) gyro.step(1);
-  // x = 4 (1 − e^−1) after one lag of 65 min; inner: driven by x, with a lag of 240 min, worked out for two lags in a
-  // row
+  // x = 4 (1 − e^−1) after one lag of 65 min; inner: driven by x, with a lag of 240 min, computed for two lags in
+  // series
   EXPECT_NEAR(gyro.truth().body_degc, 25 + 4 * (1 - std::exp(-1.0)), 1e-6);
   const double inner = 4 * (1 - (240 * std::exp(-65.0 / 240) - 65 * std::exp(-1.0)) / (240 - 65));
   EXPECT_NEAR(gyro.truth().inner_degc, 25 + inner, 1e-4);
@@ -84,7 +84,7 @@ TEST(SimulatedGyro, BodyAndInnerFollowTheChamberWithTheirLags) {
   EXPECT_NEAR(gyro.truth().slope_degc_per_s, 0, 1e-9);
 }
 
-// On a ramp of r the body's slope goes to r: r (1 − e^(−t/lag)), here plus what is left of the self-heating.
+// On a ramp of r the body's slope goes to r: r (1 − e^(−t/lag)), here plus the rest of the self-heating.
 TEST(SimulatedGyro, ReportsTheSlopeOfTheBody) {
   SimulatedGyro gyro(paper_profile(), 1);
   for (int s = 0; s < 7200 + 3899; ++s) gyro.step(1);
@@ -95,7 +95,7 @@ TEST(SimulatedGyro, ReportsTheSlopeOfTheBody) {
   EXPECT_NEAR(slope, -(1.0 / 60) * (1 - std::exp(-1.0)) + 4.0 / 3900 * std::exp(-11100.0 / 3900), 1e-6);
 }
 
-// At 25 degC (both temperatures) U is 5.32 V but for its noise; 40 degC of body and 5 degC of lag take 0.117 V.
+// At 25 degC (both temperatures) U is 5.32 V plus noise; 40 degC of body and 5 degC of lag take 0.117 V.
 TEST(SimulatedGyro, UhfoFallsWithTemperatureAndLags) {
   SimulatedGyro a(paper_profile(), 4), b(steady_profile(), 4);  // the same noise
   EXPECT_EQ(a.truth().uhfo_v, b.truth().uhfo_v);
@@ -156,8 +156,8 @@ TEST(SimulatedGyro, SameSeedGivesTheSameTruthAtEveryFrameRate) {
   }
 }
 
-// The figures of issue 2 (0.66, −0.35, −0.78, 0.019), which single seeds scatter around; and how much of the cycle the
-// paper's two published models take away although they were fitted to another gyro.
+// The values of issue 2 (0.66, −0.35, −0.78, 0.019), around which single seeds scatter; and the part of the cycle that
+// the paper's two published models remove although they were fitted to another gyro.
 TEST(SimulatedGyro, PaperCycleHasTheStatisticsOfThePaper) {
   double t = 0, slope = 0, u = 0, stability = 0, first = 0, second = 0, left = 0;
   constexpr int kSeeds = 8;
@@ -184,7 +184,7 @@ TEST(SimulatedGyro, PaperCycleHasTheStatisticsOfThePaper) {
   EXPECT_NEAR(slope, -0.35, 0.04);
   EXPECT_NEAR(u, -0.76, 0.04);
   EXPECT_NEAR(stability, 0.019, 0.001);
-  EXPECT_NEAR(left, 0.0070, 0.0003);  // more than the noise, 0.0064: there is something for a kernel to learn
+  EXPECT_NEAR(left, 0.0070, 0.0003);  // more than the noise, 0.0064: a kernel can fit the rest
   EXPECT_NEAR(first, 0.19, 0.05);
   EXPECT_NEAR(second, 0.44, 0.05);
 }

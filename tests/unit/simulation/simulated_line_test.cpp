@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the virtual gyro puts on the wire is what the decoder and the clock take off it: rate, temperature, voltage,
-// faults.
+// Decoder and clock recover what the simulated gyro sends: rate, temperature, voltage, faults.
 #include "tools/prismsim/simulation/simulated_line.hpp"
 
 #include <gtest/gtest.h>
@@ -155,7 +154,7 @@ TEST(SimulatedLine, SameSeedGivesTheSameBytes) {
   EXPECT_NE(bytes(1), bytes(2));
 }
 
-// A third of a second is no whole number of nanoseconds; after a day the frame is still where it belongs.
+// A third of a second is not an integer of nanoseconds; after a day the frame time is still exact.
 TEST(SimulatedLine, FramesDoNotDrift) {
   SimulationSettings settings;
   settings.profile = steady_profile();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The serial line on a pseudo-terminal: raw, alone, honest about what it could not set, and aware of being unplugged.
+// The serial line on a pseudo-terminal: raw, exclusive, reports settings that failed and disconnection.
 #include "drivers/transport/serial_line.hpp"
 
 #include <fcntl.h>
@@ -129,8 +129,7 @@ TEST_F(OpenSerialLine, RejectsASecondReader) {
   EXPECT_TRUE(open_serial_line(on(terminal))) << "the lock outlived its line";
 }
 
-// Two daemons were given the same device by mistake: the one that was refused flushed the other one's bytes on its way
-// out, at every retry.
+// Regression: two daemons had the same device; at every retry the rejected one flushed the other one's bytes.
 TEST_F(OpenSerialLine, RejectedReaderDoesNotDiscardInput) {
   const PseudoTerminal terminal;
   const auto line = open_serial_line(on(terminal));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a description says of the sensors: ranges and a slope, read, refused, kept out of the id; and values beyond the
-// bounds of their field, which are no silence of the sensor.
+// Plausibility limits in a description (ranges and a slope): values, errors, not part of the id. Values outside the
+// limits of their field do not count as missing.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,7 +35,7 @@ TEST(Beliefs, AreReadInTheUnitsOfTheQuantities) {
   EXPECT_FALSE(d->plausible.temperature.stuck_s);
 }
 
-// Logs name a description by its id: what is added later to be believed is not another way to read bytes.
+// Logs identify a description by its id: adding a plausibility limit does not change the decoding.
 TEST(Beliefs, AreNotPartOfTheId) {
   const auto without = test::description_of(believed_text("", "", ""));
   const auto with = test::description_of(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Captures of real devices, whole and damaged: every packet read, golden values met, no intact frame lost.
+// Captures of real devices, intact and damaged: every packet decodes, golden values match, no intact frame is lost.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ using test::bytes_of;
 using test::hex_frames;
 using test::values_of;
 
-/// The rates of turn that the golden text states, in order: x, y, z, x, …
+/// The rates of turn of the golden text, in order: x, y, z, x, …
 std::vector<double> golden_rates(const std::string& file) {
   std::istringstream in(test::read_file(test::shared_dir() / "frames" / file));
   std::vector<double> rates;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The plain checksums against sums done by hand.
+// The simple checksums compared with sums computed by hand.
 #include "drivers/wire/description/check.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A gyro and the line behind it, as the tests of the clock know them: what is sent when, and when it arrives.
+// A model of gyro and line for the tests of the clock: times of measurement and arrival.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace prism::test {
 inline constexpr std::int64_t kEpochNs = 1'700'000'000'000'000'000;
 inline constexpr double kRateDegPerH = 8.4652;
 
-/// What a gyro sends, and when it arrives: the truth of these tests.
+/// Frames of a gyro and their arrival times: the truth of these tests.
 struct Line {
   double true_rate_hz = 200;
   double nominal_rate_hz = 200;
@@ -60,7 +60,7 @@ inline std::vector<Sample> run(drivers::Clock& clock, const wire::FrameDescripti
 
 inline double seconds(std::int64_t time_ns) { return 1e-9 * static_cast<double>(time_ns - kEpochNs); }
 
-/// trplg at another nominal rate, from a device whose clock may be off by 5 %.
+/// trplg at another nominal rate, from a device whose clock has an error up to 5 %.
 inline wire::FrameDescriptionPtr loose_thousand_hz() {
   std::string text = read_file(frames_dir() / "trplg.json");
   text.replace(text.find("\"rate_hz\": 200"), 14, "\"rate_hz\": 1000");

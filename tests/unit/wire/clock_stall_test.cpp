@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Who reads the line stood still: what the buffers held comes at once, what they did not hold is lost and counted.
+// The reader stalls: buffered bytes arrive at once, the others are lost and counted.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,12 +13,12 @@ namespace {
 
 using test::kEpochNs;
 
-/// A gyro that speaks without end, and a reader that stands still for `stall_s` after 10 s. The line's buffer keeps the
-/// first `buffer_bytes` of that time.
+/// A gyro that sends continuously, and a reader that stalls for `stall_s` after 10 s. The line's buffer keeps the first
+/// `buffer_bytes` of that time.
 struct Stall {
   double stall_s = 5;
   std::size_t buffer_bytes = 4096;
-  bool silent = false;     ///< nothing was kept: the line itself stood still
+  bool silent = false;     ///< nothing was buffered: the line itself stopped
   std::uint64_t lost = 0;  ///< frames, filled in
   double last_s = 0;       ///< when the last frame was measured, filled in
 };
@@ -59,7 +59,7 @@ std::vector<Sample> run(const FrameDescriptionPtr& description, drivers::Clock& 
   return samples;
 }
 
-// Six kilobytes a second and more through a buffer of four, counters of 0.1 to 0.5 s, and a stream that has none.
+// At least 6 kB/s through a buffer of 4 kB, counters of 0.1 to 0.5 s, and a stream without a counter.
 TEST(ClockStall, CountsEveryFrameLostByTheBuffer) {
   for (const char* name : {"kvh1750", "stim300", "dsp1760", "dsp3000"}) {
     const auto description = test::shipped(name);

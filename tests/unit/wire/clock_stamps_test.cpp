@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Stamps one can trust: jitter seen through, the true period found, stalls and wrong clocks survived.
+// Accurate stamps: the clock removes jitter, estimates the true period, and recovers from stalls and wrong clocks.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ std::pair<double, double> stamp_error(const std::vector<Sample>& samples, double
   return {std::sqrt(squares / static_cast<double>(samples.size() - half)), worst};
 }
 
-// A USB adapter that hands over what came in 16 ms at once.
+// A USB adapter that delivers the bytes of 16 ms at once.
 double batched(double t) { return std::ceil(t / 0.016) * 0.016 - t; }
 
 TEST(Clock, RemovesTheJitterOfAUart) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Readings in, samples out: counters unwrapped, lost frames known, angles turned into rates.
+// Readings to samples: unwrapped counters, lost frames, rates from angles.
 #include "drivers/clock.hpp"
 
 #include <gtest/gtest.h>
@@ -79,7 +79,7 @@ TEST(Clock, UnwrapsAnAccumulatedAngle) {
   EXPECT_NEAR(sample->rate_deg_per_h, 2 * 0.1 / 0.005, 1e-6);
 }
 
-// A frame of floating-point angles may say anything that passes its check.
+// A frame of floating-point angles can contain any value with a valid check.
 TEST(Clock, UnwrapsAHugeStep) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
@@ -151,7 +151,7 @@ TEST(Clock, CountsFramesWithoutACounter) {
     Reading reading = reading_of(description, {}, i);
     reading.has_counter = false;
     reading.counter = 0;
-    if (i == 100) continue;  // its 20 bytes were damaged: the offset tells
+    if (i == 100) continue;  // its 20 bytes were damaged: the offset shows it
     if (const auto sample = test::pushed(clock, reading)) samples.push_back(*sample);
   }
   EXPECT_EQ(clock.status().missing_frames, 1u);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Conversions against published tables, and back.
+// Conversions compared with published tables, and their inverses.
 #include "drivers/wire/description/conversion.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// CRCs against the published check values of the catalogue (the checksum of "123456789") and a slow, obvious CRC, by
-// the processor's carry-less product and by the one made of shifts.
+// CRCs compared with the check values of the catalogue (the checksum of "123456789") and a bitwise CRC, with the
+// processor's carry-less product and with the one by shifts.
 #include "drivers/wire/description/crc.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace prism::wire {
 namespace {
 
-/// Whether the products are the processor's.
+/// True: products by the processor's instruction.
 class CrcProducts : public testing::TestWithParam<bool> {};
 
 std::span<const std::uint8_t> bytes(std::string_view text) {
@@ -36,7 +36,7 @@ TEST_P(CrcProducts, MatchTheCatalogue) {
   EXPECT_EQ(check({64, 0x42F0E1EBA9EA3693, 0, false, false, 0}), 0x6C40DF5F0B497347u) << "CRC-64/ECMA-182";
 }
 
-/// Bit by bit, as the definition says.
+/// Bit by bit, by the definition.
 std::uint64_t slow_crc(const CrcParameters& p, std::span<const std::uint8_t> data) {
   const auto reflect = [](std::uint64_t v, int width) {
     std::uint64_t r = 0;

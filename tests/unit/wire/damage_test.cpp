@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Properties of every shipped description: what its encoder says its decoder reads, and no intact frame is ever lost.
+// Properties of every shipped description: the decoder reads all encoded values, and no intact frame is lost.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,7 +39,7 @@ Stream stream_of(const FrameDescriptionPtr& description, int frames) {
 
 enum class Damage { kFlip, kDrop, kInsert };
 
-/// The stream after damage to one byte in a thousand, and where the frames that nothing happened to begin in it.
+/// The stream after damage to one byte in a thousand, and the offsets of its intact frames.
 struct Damaged {
   Bytes bytes;
   std::vector<std::uint64_t> intact;
@@ -54,13 +54,13 @@ Damaged damage(const Stream& stream, Damage what, unsigned seed) {
     bool hit = false;
     for (std::size_t i = stream.starts[f]; i < stream.starts[f + 1]; ++i) {
       const auto byte = stream.bytes[i];
-      // Of two equal bytes nobody can say which one was dropped, so not which frame was hit.
+      // Of two equal bytes the dropped one is unknown, and so is the damaged frame.
       const bool twin = what == Damage::kDrop && i + 1 < stream.bytes.size() && stream.bytes[i + 1] == byte;
       const bool here = random() % 1000 == 0 && !twin;
       if (here && what == Damage::kInsert) {
         result.bytes.push_back(static_cast<std::uint8_t>(random()));
         if (i == stream.starts[f])
-          shifted = result.bytes.size();  // in front of the frame: it is intact, but moved
+          shifted = result.bytes.size();  // before the frame: it is intact, but moved
         else
           hit = true;
       }
@@ -96,7 +96,7 @@ std::vector<Reading> readings_of(const FrameDescriptionPtr& description, double 
   return readings;
 }
 
-/// What one unit of the wire is worth in deg/h or arcsec; for floats a small part of the value.
+/// One wire unit in deg/h or arcsec; for floats a small part of the value.
 double resolution(const FrameDescription& description) {
   for (const FrameKind& kind : description.kinds) {
     if (!kind.roles.carries_gyro()) continue;
@@ -107,7 +107,7 @@ double resolution(const FrameDescription& description) {
   return 0.02;
 }
 
-// Several axes of one frame are what each is alone, whatever the encoder wrote into the others.
+// Each axis decodes as if it were alone, independent of the values of the others.
 TEST_P(Shipped, DecodesAxesTogetherAsAlone) {
   GyroChoice all;
   all.axes.clear();
@@ -169,7 +169,7 @@ TEST_P(Shipped, DecodesWhatItEncodes) {
     if (description->temperature.present) {
       EXPECT_NEAR(temperature, 21.5, 1.0) << axis;
     }
-    // A line of text is only known to be whole behind the end of another one.
+    // A line of text is known to be complete only after the end of another one.
     const bool first_is_lost = description->kinds[static_cast<std::size_t>(description->sent_kinds[0])].after >= 0;
     EXPECT_LE(counters.skipped_bytes, first_is_lost ? description->max_frame_bytes : 0u) << axis;
     EXPECT_EQ(counters.resyncs, 0u) << axis;
@@ -191,7 +191,7 @@ TEST_P(Shipped, LosesNoIntactFrame) {
       else
         ++lost;
     }
-    // Less than 16 bits say "frame"; or a frame needs the end of the one before, which may be hit.
+    // Less than 16 bits identify the frame, or a frame needs the end of the previous one, which may be damaged.
     const FrameKind& kind = description->kinds[static_cast<std::size_t>(description->sent_kinds[0])];
     const double allowed = kind.weak || kind.after >= 0 ? 0.25 * static_cast<double>(seen) : 0;
     EXPECT_LE(static_cast<double>(lost), allowed) << seen << " found after damage " << static_cast<int>(what);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Every slip in a description is refused in one line that says where, what was found and what was expected.
+// Every error in a description is reported in one line: position, found, expected.
 #include <gtest/gtest.h>
 
 #include "tests/unit/wire/descriptions.hpp"

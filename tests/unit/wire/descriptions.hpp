@@ -30,7 +30,7 @@ inline wire::FrameDescriptionPtr shipped(const std::string& name, const wire::Gy
   return *parsed;
 }
 
-/// Names of the shipped descriptions that carry a gyro.
+/// Names of the shipped descriptions with a gyro.
 inline std::vector<std::string> shipped_gyros() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(frames_dir())) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the documents print in hex is what the descriptions decode.
+// The descriptions decode the hex examples of the documents.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ TEST(Documents, WirePageShowsTheTestVectors) {
 
 std::string frames_page() { return test::read_file(std::filesystem::path(PRISM_SOURCE_DIR) / "docs" / "frames.md"); }
 
-/// The JSON of the course in docs/frames.md.
+/// The example JSON in docs/frames.md.
 std::string course_description() {
   const std::string page = frames_page();
   const std::size_t begin = page.find("```json\n") + 8;
@@ -40,7 +40,7 @@ TEST(Documents, FramesPageExampleDecodesItsVector) {
   EXPECT_TRUE(proved) << proved.error().text();
 }
 
-/// What the reader says to the course's description after one change.
+/// The reader's error for the example after one change.
 std::string course_refusal(const std::string& from, const std::string& to) {
   std::string text = course_description();
   text.replace(text.find(from), from.size(), to);

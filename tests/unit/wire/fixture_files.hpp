@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads the real bytes that stand beside the project, and names the values of their frames.
+// Reads the captured bytes stored next to the project, and names the values of their frames.
 #pragma once
 
 #include <map>
@@ -47,7 +47,7 @@ inline std::map<std::string, double> values_of(const wire::FrameDescriptionPtr& 
   return values;
 }
 
-/// Every frame of a stream, one behind the other; stops where none stands.
+/// All consecutive frames of a stream; stops at the first other byte.
 inline std::vector<std::map<std::string, double>> walk(const wire::FrameDescriptionPtr& description,
                                                        const Bytes& bytes) {
   std::vector<std::map<std::string, double>> frames;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Real bytes of real devices, through descriptions alone: what their sources state comes out, and damage is refused.
+// Real bytes of real devices, decoded by descriptions: the values match their sources, and damage is rejected.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -63,7 +63,7 @@ TEST(Fixtures, DspAsciiDropsATruncatedLine) {
   while (text.starts_with('#')) text.erase(0, text.find('\n') + 1);
   std::string stream = "\r\n";
   for (const char c : text) stream += c == '\n' ? std::string("\r\n") : c == '\r' ? std::string() : std::string(1, c);
-  stream += "       0.015733   1\r\n";  // the last one of the file is confirmed by one behind it
+  stream += "       0.015733   1\r\n";  // the last one of the file is confirmed by one after it
   const auto readings = test::decode(test::shipped("dsp3000-ascii"), {stream.begin(), stream.end()});
   ASSERT_GE(readings.size(), 2u);
   for (const Reading& reading : readings) EXPECT_DOUBLE_EQ(reading.gyro[0].value, 0.015733);

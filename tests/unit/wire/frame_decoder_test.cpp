@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The decoder's promises, on the project's own frame: any chunking, any damage, any garbage.
+// Guarantees of the decoder with the project's own frame: any chunks, damage and garbage.
 #include "drivers/wire/decode/frame_decoder.hpp"
 
 #include <gtest/gtest.h>
@@ -147,7 +147,7 @@ TEST(FrameDecoder, KeepsAFrameSplitByALongGap) {
   EXPECT_EQ(decoder.counters().timeouts, 0u);
 }
 
-// A frame kind whose length stands in the frame, so that damage can make it wait for bytes that never come.
+// A message type with a length field: damage can make the decoder wait for bytes that never come.
 constexpr const char* kLengthInFrame = R"({
   "format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 10,
   "kinds": [{"name": "k", "sync": {"bytes": "AB"}, "length": {"at": 1, "type": "u8", "min": 6, "max": 255},
@@ -158,7 +158,7 @@ constexpr const char* kLengthInFrame = R"({
 TEST(FrameDecoder, ReturnsTheSameReadingsWithAndWithoutTimer) {
   const auto description = test::description_of(kLengthInFrame);
   Bytes bytes = frames_of(description, 4);
-  bytes[1] = 200;  // the first frame now seems to hold the other three and more
+  bytes[1] = 200;  // the first frame now seems to contain the other three and more
   for (const bool timer : {false, true}) {
     FrameDecoder decoder(description);
     std::vector<Reading> out;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The encoder is the device's honest double: no part of an angle is lost but what a real line would lose.
+// The encoder behaves like the device: it loses only those parts of an angle that a real line loses.
 #include "drivers/wire/encode/frame_encoder.hpp"
 
 #include <gtest/gtest.h>

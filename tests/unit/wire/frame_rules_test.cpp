@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The rules by which a frame is recognised, one by one: what each of them is there to refuse.
+// The rules that recognise a frame, one by one, with frames that each rejects.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 Bytes text(const std::string& line) { return {line.begin(), line.end()}; }
 
-/// One kind "k" with the given members, a rate r and nothing else.
+/// One message type "k" with the given members, a rate r and nothing else.
 FrameDescriptionPtr one_kind(const std::string& members) {
   return test::description_of(
       R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 1,
@@ -78,7 +78,7 @@ TEST(FrameRules, RejectItemsBeyondTheEnd) {
 }
 
 TEST(FrameRules, TestTheHeaderCheckBeforeUsingTheLength) {
-  // ANPP: a header that is none must not make the decoder wait for its 260 bytes.
+  // ANPP: an invalid header must not make the decoder wait for its 260 bytes.
   FrameDecoder decoder(test::shipped("kvh-geo-fog"));
   std::vector<Reading> out;
   const Bytes noise = {0x00, 0x07, 0xFF, 0x12, 0x34};  // length 255, header sum wrong
@@ -180,7 +180,7 @@ TEST(FrameRules, JoinOnlyAdjacentHalves) {
 }
 
 TEST(FrameRules, AgeASlowChannelByCountedFrames) {
-  // 600 counted frames a second, of which 100 carry the gyro: 50 ms are 30 of them.
+  // 600 counted frames a second, of which 100 have gyro data: 50 ms are 30 of them.
   const auto description = halves_description(R"({"field": "n", "ticks_per_s": 600, "step": 1})");
   std::vector<std::array<std::uint8_t, 3>> frames = {{0, 1, 1}, {1, 2, 2}};
   for (std::uint8_t n = 2; n < 40; ++n) frames.push_back({n, 0, 0});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Instruments beside a gyro: descriptions without one, printed numbers, columns that a configuration names.
+// Instruments without a gyro: descriptions, printed numbers, configured columns.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ GyroChoice columns(std::vector<TextColumn> of) {
   return choice;
 }
 
-/// What the lines say of each sensor, line by line; 1e9 stands for a value that is not known.
+/// Values of each sensor by lines; 1e9 is an unknown value.
 std::vector<std::vector<double>> values(const GyroChoice& choice, const std::string& lines) {
   const auto description = test::shipped("ascii-columns", choice);
   std::vector<std::vector<double>> found;
@@ -61,7 +61,7 @@ TEST(Instruments, CollapseBlanksAndAcceptADecimalComma) {
   EXPECT_THAT(values(choice, "\r1;23,5\r2;-4,25\r"), ElementsAre(ElementsAre(23.5), ElementsAre(-4.25)));
 }
 
-// Published test lines of a thermometer that prints nothing but its value.
+// Published test lines of a thermometer that prints only its value.
 TEST(Instruments, ReadPublishedLinesOfAThermometer) {
   EXPECT_THAT(values(columns({{{"t", "degC"}, 0}}), "\n121.1\r\n  1.5\r\n-11.2\r\nErr.1\r\n"),
               ElementsAre(ElementsAre(121.1), ElementsAre(1.5), ElementsAre(-11.2), ElementsAre(1e9)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// frame.schema.json (for editors) and the reader say the same: the same keys, and no text that the one takes and the
-// other refuses for its form. The reader knows more (references, overlaps, speeds), so it may refuse more.
+// frame.schema.json (for editors) and the reader agree on keys and types. The reader also checks references, overlaps
+// and speeds, so it may reject more.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ std::vector<std::pair<std::string, Json>> shipped_json() {
 
 bool reader_accepts(const Json& description) { return parse_frame_description(description.dump(), "x").has_value(); }
 
-/// Calls visit(pointer) for every object at `steps` from `at`: '*' is any member, and an array stands for its elements.
+/// Calls visit(pointer) for every object at `steps` from `at`: '*' is any member, and an array means its elements.
 void find_objects(const Json& root, const Json::json_pointer& at, std::span<const std::string> steps,
                   const std::function<void(const Json::json_pointer&)>& visit) {
   const Json& json = root.at(at);
@@ -54,7 +54,7 @@ void find_objects(const Json& root, const Json::json_pointer& at, std::span<cons
   }
 }
 
-/// The keys that the reader says it expects where an unknown one stands.
+/// The keys that the reader expects instead of an unknown one.
 std::set<std::string> keys_of_reader(Json description, const Json::json_pointer& at) {
   description[at]["zz_none"] = 0;
   const auto parsed = parse_frame_description(description.dump(), "x");
@@ -67,7 +67,7 @@ std::set<std::string> keys_of_reader(Json description, const Json::json_pointer&
   return keys;
 }
 
-/// Where each of the schema's definitions stands in a description.
+/// Positions of the schema's definitions in a description.
 const std::map<std::string, std::vector<std::string>> kSections = {
     {"description", {}},
     {"line", {"line"}},
@@ -115,7 +115,7 @@ TEST(Schema, HasTheKeysOfTheReaderAndNoOthers) {
   }
   for (const auto& [name, definition] : whole.at("definitions").items()) {
     EXPECT_TRUE(!definition.contains("properties") || kSections.contains(name))
-        << name << " is no section of the reader";
+        << name << " is not a section of the reader";
   }
 }
 
@@ -136,8 +136,8 @@ void walk(const Json& json, const Json::json_pointer& at, const std::function<vo
 
 std::vector<Json> wrong_values() { return {nullptr, -1, 3, 1e12, "", "0x7", Json::array({1, 2}), Json{{"what", 1}}}; }
 
-// Every value of a description is replaced by values of every type, one at a time. Where the schema refuses the result,
-// the reader does too; where the reader takes it, the schema does too.
+// Replaces each value of a description by values of every type. If the schema rejects the result, so does the reader;
+// if the reader accepts it, so does the schema.
 TEST(Schema, AcceptsEveryFormThatTheReaderAccepts) {
   const test::SchemaValidator validator(schema());
   int refused_by_both = 0;
@@ -159,7 +159,7 @@ TEST(Schema, AcceptsEveryFormThatTheReaderAccepts) {
   EXPECT_GT(refused_by_both, 1500);
 }
 
-// What the schema takes the reader may refuse, but not for a key or a type: those belong into the schema.
+// The reader may reject what the schema accepts, but not for a key or a type: those belong in the schema.
 TEST(Schema, RejectsTheTypesAndKeysThatTheReaderRejects) {
   const test::SchemaValidator validator(schema());
   for (const char* name : {"trplg", "fizoptika", "microstrain-mip", "dsp3000-ascii"}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Further channels of a description, and axes with a thermometer of their own.
+// Additional channels of a description, and axes with a thermometer of their own.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ TEST(Sensors, AreReadByNameWithAThermometerPerAxis) {
   }
 }
 
-// The form of one axis: what its model was trained on.
+// The form with one axis: its model was trained with this temperature.
 TEST(Sensors, AreOptional) {
   GyroChoice choice;
   choice.axes = {{.axis = "y"}};

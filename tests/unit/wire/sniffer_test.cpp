@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An unknown line is recognised by its bytes.
+// The sniffer recognises an unknown line by its bytes.
 #include "drivers/wire/decode/sniffer.hpp"
 
 #include <gtest/gtest.h>
@@ -30,14 +30,14 @@ std::vector<std::uint8_t> second_of(const FrameDescriptionPtr& description) {
     encoder.encode(
         {.rate_deg_per_h = {rate}, .interval_s = description->period_s(), .temperature_degc = 30, .uhfo_v = 3}, bytes);
   }
-  bytes.erase(bytes.begin(), bytes.begin() + 7);  // the line was joined in the middle of a frame
+  bytes.erase(bytes.begin(), bytes.begin() + 7);  // the data start in the middle of a frame
   return bytes;
 }
 
 TEST(Sniffer, RecognisesEveryShippedDescription) {
   const auto all = all_shipped();
   for (const FrameDescriptionPtr& truth : all) {
-    if (truth->sent_kinds.empty()) continue;  // lines of text whose columns nobody named
+    if (truth->sent_kinds.empty()) continue;  // text lines without configured columns
     Sniffer sniffer(all);
     sniffer.feed(second_of(truth), 0);
     const auto ranking = sniffer.ranking();
@@ -74,7 +74,7 @@ TEST(Sniffer, DoesNotMatchRareFrames) {
 TEST(Sniffer, NeedsMoreThanOneFrame) {
   const auto description = test::shipped("trplg");
   auto bytes = second_of(description);
-  bytes.resize(13 + 20 - 5);  // the rest of a frame, one whole, the beginning of the next
+  bytes.resize(13 + 20 - 5);  // the rest of a frame, one complete, the start of the next
   Sniffer sniffer({description});
   sniffer.feed(bytes, 0);
   const SniffScore score = sniffer.ranking()[0];
