@@ -17,7 +17,7 @@ def ask(s, text):
     return data
 request = lambda i, m, p="{}": '{"jsonrpc":"2.0","id":%d,"method":"%s","params":%s}' % (i, m, p)
 answer = json.loads(ask(connect(), "[" + ",".join(request(i, "version") for i in range(101)) + "]"))
-assert "a batch of 101 requests, expected 100 at most" in answer["error"]["message"], answer
+assert "a batch of 101 requests, expected at most 100" in answer["error"]["message"], answer
 s = connect(); s.settimeout(20)
 s.sendall(("[" + ",".join(request(i, "version") for i in range(100)) + "]\n").encode())
 data = b""
