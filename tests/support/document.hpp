@@ -2,6 +2,7 @@
 // Reads tables and examples from the documents, so that tests can compare them with the code.
 #pragma once
 
+#include <algorithm>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -38,7 +39,8 @@ inline std::string fenced_block(const std::string& section, const std::string& k
 /// The table whose first column is called `first`: one vector of cells a row, without backticks.
 inline std::vector<std::vector<std::string>> table(const std::string& section, const std::string& first) {
   std::vector<std::vector<std::string>> rows;
-  std::istringstream in(section.substr(std::min(section.find("| " + first + " |"), section.size())));
+  std::istringstream in(
+      section.substr(std::min({section.find("| " + first + " |"), section.find("|" + first + "|"), section.size()})));
   for (std::string line; std::getline(in, line) && line.rfind('|', 0) == 0;) {
     std::vector<std::string> cells;
     std::istringstream fields(line.substr(1));
