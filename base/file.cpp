@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kBufferBytes = 64 << 10;
 
 tl::unexpected<Error> system_error(const std::string& path, const char* what) {
-  return refuse(path, fmt::format("{}: {}", what, std::strerror(errno)));
+  return make_error(path, fmt::format("{}: {}", what, std::strerror(errno)));
 }
 
 const char* file_type(mode_t mode) {
@@ -32,7 +32,7 @@ const char* file_type(mode_t mode) {
 }
 
 tl::unexpected<Error> wrong_type(const std::string& path, mode_t mode) {
-  return refuse(path, fmt::format("is {}, expected a regular file", file_type(mode)));
+  return make_error(path, fmt::format("is {}, expected a regular file", file_type(mode)));
 }
 
 /// read(2), repeated if interrupted; −1 with the cause in errno.
@@ -94,7 +94,7 @@ bool write_all(int descriptor, std::string_view bytes) {
 Result<Descriptor> open_input(const std::string& path) {
   // Checks the type first: opening a device may have an effect (tape, modem lines) and opening a pipe may wait.
   struct stat found {};
-  if (path.find('\0') != path.npos) return refuse(path, "contains a NUL byte, expected the path of a file");
+  if (path.find('\0') != path.npos) return make_error(path, "contains a NUL byte, expected the path of a file");
   if (::stat(path.c_str(), &found) != 0) return system_error(path, "cannot be read");
   if (!S_ISREG(found.st_mode)) return wrong_type(path, found.st_mode);
   Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
@@ -107,7 +107,7 @@ Result<Stream> open_input_stream(const std::string& path) { return stream_of(ope
 
 Result<Descriptor> open_output(const std::string& path) {
   struct stat found {};
-  if (path.find('\0') != path.npos) return refuse(path, "contains a NUL byte, expected the path of a file");
+  if (path.find('\0') != path.npos) return make_error(path, "contains a NUL byte, expected the path of a file");
   if (::lstat(path.c_str(), &found) == 0 && !S_ISREG(found.st_mode)) return wrong_type(path, found.st_mode);
   Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC, 0666));
   if (file.get() < 0 || ::fstat(file.get(), &found) != 0) return system_error(path, "cannot be written");
@@ -139,7 +139,7 @@ Result<ReadableText> read_available(const std::string& path, std::uint64_t max_b
 
 Result<ReadableText> read_available(const Descriptor& file, const std::string& path, std::uint64_t max_bytes) {
   const auto too_large = [&] {
-    return refuse(path, fmt::format("is larger than {} MiB, the limit for such a file", max_bytes >> 20));
+    return make_error(path, fmt::format("is larger than {} MiB, the limit for such a file", max_bytes >> 20));
   };
   struct stat found {};
   if (::fstat(file.get(), &found) == 0 && static_cast<std::uint64_t>(found.st_size) > max_bytes) return too_large();
@@ -161,7 +161,7 @@ Result<ReadableText> read_available(const Descriptor& file, const std::string& p
 
 Result<void> write_text_file(const std::string& path, std::string_view text, std::optional<mode_t> new_mode) {
   struct stat old {};
-  if (path.find('\0') != path.npos) return refuse(path, "contains a NUL byte, expected the path of a file");
+  if (path.find('\0') != path.npos) return make_error(path, "contains a NUL byte, expected the path of a file");
   const bool exists = ::lstat(path.c_str(), &old) == 0;
   if (exists && !S_ISREG(old.st_mode)) return wrong_type(path, old.st_mode);
   const std::string temporary = fmt::format("{}.{}.new", path, ::getpid());

@@ -99,12 +99,13 @@ Result<JsonDocument> parse_json_object(std::string_view text, std::string_view w
   try {
     const CountingIterator begin{text.data(), &line}, end{text.data() + text.size(), &line};
     document.value = Json::parse(begin, end, watch, true, true);
-    if (repeated) return refuse(document.where, fmt::format("the key \"{}\" is given twice", plain_text(*repeated)));
+    if (repeated)
+      return make_error(document.where, fmt::format("the key \"{}\" is given twice", plain_text(*repeated)));
     if (!document.value.is_object())
-      return refuse(document.where, "found " + shown(document.value) + ", expected a JSON object");
+      return make_error(document.where, "found " + shown(document.value) + ", expected a JSON object");
     return document;
   } catch (const TooLarge& limit) {
-    return refuse(document.where, limit.what);
+    return make_error(document.where, limit.what);
   } catch (const Json::exception& error) {  // invalid JSON, or a number out of the range of double
     return tl::unexpected<Error>(json_error(where, error));
   }

@@ -314,7 +314,7 @@ Json Section::any(const std::string& key) const {
   return *value;
 }
 
-void Section::refuse_unknown(const Json& object, const std::string& pointer) const {
+void Section::reject_unknown(const Json& object, const std::string& pointer) const {
   const std::set<std::string>& asked = state_->asked[&object];
   for (const auto& [key, value] : object.items()) {
     if (asked.contains(key)) continue;
@@ -331,7 +331,7 @@ void Section::refuse_unknown(const Json& object, const std::string& pointer) con
 
 Result<void> Section::finish() const {
   for (const auto& [object, pointer] : state_->sections) {
-    if (good()) refuse_unknown(*object, pointer);
+    if (good()) reject_unknown(*object, pointer);
   }
   if (state_->error) return tl::unexpected<Error>(*state_->error);
   return {};

@@ -95,7 +95,7 @@ class Section {
   Section(const Json& object, std::string pointer, std::shared_ptr<State> state);
   const Json* look(const std::string& key) const;
   const Json* take(const std::string& key, bool required) const;
-  void refuse_unknown(const Json& object, const std::string& pointer) const;
+  void reject_unknown(const Json& object, const std::string& pointer) const;
   Section below(const Json& object, const std::string& key) const;
   template <class T, class Read>
   T read(const std::string& key, const std::optional<T>& otherwise, T harmless, Read&& convert) const;

@@ -104,7 +104,7 @@ const char* rule_text(TextRule rule) {
 
 Result<void> check_text(TextRule rule, std::string_view text, std::string where) {
   if (follows(rule, text)) return {};
-  return refuse(std::move(where), "found \"" + shortened(text) + "\", expected " + rule_text(rule));
+  return make_error(std::move(where), "found \"" + shortened(text) + "\", expected " + rule_text(rule));
 }
 
 }  // namespace prism

@@ -31,18 +31,18 @@ Result<Descriptor> listen_unix(const std::string& path, mode_t mode) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof address.sun_path)
-    return refuse(path, fmt::format("has {} bytes, expected at most {}", path.size(), sizeof address.sun_path - 1));
+    return make_error(path, fmt::format("has {} bytes, expected at most {}", path.size(), sizeof address.sun_path - 1));
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
   const auto* const place = reinterpret_cast<const sockaddr*>(&address);
   struct stat info {};
   if (::lstat(path.c_str(), &info) == 0) {
-    if (!S_ISSOCK(info.st_mode)) return refuse(path, "exists but is not a socket; expected a free path");
+    if (!S_ISSOCK(info.st_mode)) return make_error(path, "exists but is not a socket; expected a free path");
     if (has_listener(place, sizeof address))
-      return refuse(path, "another process listens there; expected a free path");
+      return make_error(path, "another process listens there; expected a free path");
     ::unlink(path.c_str());
   }
   const auto failed = [&path](const char* what) {
-    return refuse(path, fmt::format("{}: {}", what, std::strerror(errno)));
+    return make_error(path, fmt::format("{}: {}", what, std::strerror(errno)));
   };
   Descriptor socket = new_socket();
   const mode_t before = ::umask(0777);  // no process can connect before the mode is set

@@ -19,27 +19,28 @@ std::int64_t bucket_second(std::int64_t time_ns) {
   return time_ns / kNanosecondsPerSecond - (time_ns % kNanosecondsPerSecond > 0 ? 0 : 1);
 }
 
-Bucket believed(Bucket bucket) {
-  if (bucket.disbelieved.rate) bucket.rate_deg_per_h = kUnknown;
-  if (bucket.disbelieved.temperature) bucket.temperature_degc = kUnknown;
-  if (bucket.disbelieved.uhfo) bucket.uhfo_v = kUnknown;
-  return bucket;
+SecondMean believed(SecondMean second_mean) {
+  if (second_mean.disbelieved.rate) second_mean.rate_deg_per_h = kUnknown;
+  if (second_mean.disbelieved.temperature) second_mean.temperature_degc = kUnknown;
+  if (second_mean.disbelieved.uhfo) second_mean.uhfo_v = kUnknown;
+  return second_mean;
 }
 
-void Averager::Mean::add(double value, double weight, bool implausible) {
-  any_doubted = any_doubted || implausible;
+void SecondAverager::Mean::add(double value, double weight, bool implausible) {
+  any_invalid = any_invalid || implausible;
   if (!std::isfinite(value)) return;
   WeightedSum& to = implausible ? doubted : believed;
   to.sum += value * weight;
   to.weight += weight;
 }
 
-double Averager::Mean::value() const {
+double SecondAverager::Mean::value() const {
   if (believed.weight > 0) return believed.sum / believed.weight;
   return doubted.weight > 0 ? doubted.sum / doubted.weight : kUnknown;
 }
 
-std::optional<Bucket> Averager::push(const Sample& sample, QuantitySet implausible, std::span<const double> sensors) {
+std::optional<SecondMean> SecondAverager::push(const Sample& sample, QuantitySet implausible,
+                                               std::span<const double> sensors) {
   const auto take = [&] {
     add(sample, implausible);
     for (std::size_t i = 0; i < sensors.size(); ++i) {
@@ -53,57 +54,57 @@ std::optional<Bucket> Averager::push(const Sample& sample, QuantitySet implausib
     take();
     return std::nullopt;
   }
-  std::optional<Bucket> closed;
+  std::optional<SecondMean> closed;
   if (open_) closed = close();
   open(sample, bucket_second(sample.time_ns));
   take();
   return closed;
 }
 
-std::optional<Bucket> Averager::finish() {
+std::optional<SecondMean> SecondAverager::finish() {
   if (!open_) return std::nullopt;
   const std::int64_t next_end_ns = last_ns_ + interval_ns(last_interval_s_);  // when the next sample would be due
-  if (next_end_ns <= begin_ns_ + kNanosecondsPerSecond) bucket_.partial = true;
-  const Bucket last = close();
-  *this = Averager(list_);
+  if (next_end_ns <= begin_ns_ + kNanosecondsPerSecond) second_mean_.partial = true;
+  const SecondMean last = close();
+  *this = SecondAverager(list_);
   return last;
 }
 
-void Averager::open(const Sample& sample, std::int64_t second) {
+void SecondAverager::open(const Sample& sample, std::int64_t second) {
   const bool begun = begun_;
-  bucket_ = {};
+  second_mean_ = {};
   rate_ = temperature_ = uhfo_ = {};
   std::fill(sensors_.begin(), sensors_.end(), WeightedSum{});
   open_ = begun_ = true;
-  bucket_.second = second;
+  second_mean_.second = second;
   begin_ns_ = second * kNanosecondsPerSecond;
   const std::int64_t length_ns = interval_ns(sample.interval_s);
   const std::int64_t missed_ns = sample.time_ns - length_ns - begin_ns_;
   // Tolerance: time stamps are accurate to about 1 % of an interval.
-  bucket_.partial = !begun && missed_ns > length_ns / 100;
+  second_mean_.partial = !begun && missed_ns > length_ns / 100;
 }
 
-void Averager::add(const Sample& sample, QuantitySet implausible) {
-  ++bucket_.samples;
+void SecondAverager::add(const Sample& sample, QuantitySet implausible) {
+  ++second_mean_.samples;
   last_ns_ = sample.time_ns;
   last_interval_s_ = sample.interval_s;
-  bucket_.missing_frames += sample.missing_frames;
-  bucket_.status |= sample.status;
+  second_mean_.missing_frames += sample.missing_frames;
+  second_mean_.status |= sample.status;
   rate_.add(sample.rate_deg_per_h, sample.interval_s, implausible.rate);
   temperature_.add(sample.temperature_degc, 1, implausible.temperature);
   uhfo_.add(sample.uhfo_v, 1, implausible.uhfo);
 }
 
-Bucket Averager::close() const {
-  Bucket closed = bucket_;
+SecondMean SecondAverager::close() const {
+  SecondMean closed = second_mean_;
   closed.rate_deg_per_h = rate_.value();
   closed.temperature_degc = temperature_.value();
   closed.uhfo_v = uhfo_.value();
   closed.sensor_list = list_;
   for (const WeightedSum& sensor : sensors_)
     closed.sensors.push_back(sensor.weight > 0 ? sensor.sum / sensor.weight : kUnknown);
-  closed.implausible = {rate_.any_doubted, temperature_.any_doubted, uhfo_.any_doubted};
-  closed.disbelieved = {rate_.only_doubted(), temperature_.only_doubted(), uhfo_.only_doubted()};
+  closed.implausible = {rate_.any_invalid, temperature_.any_invalid, uhfo_.any_invalid};
+  closed.disbelieved = {rate_.all_invalid(), temperature_.all_invalid(), uhfo_.all_invalid()};
   return closed;
 }
 

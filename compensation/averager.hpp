@@ -20,7 +20,7 @@ std::int64_t bucket_second(std::int64_t time_ns);
 
 /// Means over the plausible samples of one second. A quantity is kUnknown if no sample contained it. If all its values
 /// were implausible, the mean is over these values and `disbelieved` is set.
-struct Bucket {
+struct SecondMean {
   std::int64_t second = 0;  ///< integer seconds of the sample time: covers (second, second + 1] s
   std::uint32_t samples = 0;
   std::uint32_t missing_frames = 0;
@@ -38,21 +38,22 @@ struct Bucket {
 };
 
 /// Returns the mean with each quantity that is entirely implausible set to kUnknown, for windows.
-Bucket believed(Bucket bucket);
+SecondMean believed(SecondMean second_mean);
 
 /// push() takes samples in order of time and returns a mean when a sample of a later second arrives; finish() ends the
 /// session and returns the open second. Seconds without samples return no mean: the feature extraction detects the gap.
 /// The first mean is partial if the interval of its first sample begins within the second; the last one if a further
 /// sample would have belonged to it.
-class Averager {
+class SecondAverager {
  public:
-  explicit Averager(SensorList sensors = nullptr)
+  explicit SecondAverager(SensorList sensors = nullptr)
       : sensors_(sensors ? sensors->size() : 0), list_(std::move(sensors)) {}
 
   /// `implausible`: quantities of the sample to leave out. `sensors`: in the order of the list; empty: not read with
   /// this sample.
-  std::optional<Bucket> push(const Sample& sample, QuantitySet implausible = {}, std::span<const double> sensors = {});
-  std::optional<Bucket> finish();
+  std::optional<SecondMean> push(const Sample& sample, QuantitySet implausible = {},
+                                 std::span<const double> sensors = {});
+  std::optional<SecondMean> finish();
 
  private:
   struct WeightedSum {
@@ -60,17 +61,17 @@ class Averager {
   };
   struct Mean {
     WeightedSum believed, doubted;
-    bool any_doubted = false;
+    bool any_invalid = false;
     void add(double value, double weight, bool implausible);
     double value() const;
-    bool only_doubted() const { return any_doubted && !(believed.weight > 0); }
+    bool all_invalid() const { return any_invalid && !(believed.weight > 0); }
   };
 
   void open(const Sample& sample, std::int64_t second);
   void add(const Sample& sample, QuantitySet implausible);
-  Bucket close() const;
+  SecondMean close() const;
 
-  Bucket bucket_;
+  SecondMean second_mean_;
   Mean rate_, temperature_, uhfo_;
   std::vector<WeightedSum> sensors_;
   SensorList list_;

@@ -21,7 +21,7 @@ void BlockStability::add(const CompensatedWindow& row, int length_s) {
     next_end_.reset();  // the grid restarts after a gap: a block never spans one
     return;
   }
-  const std::int64_t second = row.window.bucket.second;
+  const std::int64_t second = row.window.second_mean.second;
   if (next_end_ && second < *next_end_) return;
   next_end_ = second + length_s;
   if (!std::isfinite(row.window.rate_deg_per_h)) return;

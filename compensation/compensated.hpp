@@ -63,7 +63,7 @@ struct CompensatedWindow {
   Correction correction;
   double corrected_deg_per_h = kUnknown;       ///< the second's mean rate − bias
   double corrected_mean_deg_per_h = kUnknown;  ///< the window's mean rate − bias
-  Doubts doubts;                               ///< of the first implausible sample of each quantity
+  Rejections rejections;                       ///< of the first implausible sample of each quantity
 };
 
 }  // namespace prism::compensation

@@ -56,14 +56,14 @@ class JsonWriter {
 };
 
 // Appends to an object that is already closed; sensor names need no escaping.
-void append_sensors(std::string& text, const Bucket& bucket) {
-  if (!bucket.sensor_list) return;
+void append_sensors(std::string& text, const SecondMean& second_mean) {
+  if (!second_mean.sensor_list) return;
   text.back() = ',';
   text += "\"sensors\":{";
-  for (std::size_t i = 0; i < bucket.sensor_list->size(); ++i) {
+  for (std::size_t i = 0; i < second_mean.sensor_list->size(); ++i) {
     if (i > 0) text += ',';
-    text += '"' + (*bucket.sensor_list)[i].name + "\":";
-    const double value = i < bucket.sensors.size() ? bucket.sensors[i] : kUnknown;
+    text += '"' + (*second_mean.sensor_list)[i].name + "\":";
+    const double value = i < second_mean.sensors.size() ? second_mean.sensors[i] : kUnknown;
     if (std::isfinite(value)) {
       append_fixed(text, value, kSensorDecimals);
     } else {
@@ -96,14 +96,14 @@ void append_json(std::string& text, const CompensatedWindow& row) {
   char json[kJsonChars];
   JsonWriter line(json);
   line.put("{\"time_s\":");
-  line.integer(window.bucket.second + 1);
+  line.integer(window.second_mean.second + 1);
   line.put(",\"samples\":");
-  line.integer(window.bucket.samples);
+  line.integer(window.second_mean.samples);
   line.put(",\"missing\":");
-  line.integer(window.bucket.missing_frames);
-  line.member(",\"rate_deg_per_h\":", window.bucket.rate_deg_per_h, kRateDecimals);
-  line.member(",\"temperature_degc\":", window.bucket.temperature_degc, kTemperatureDecimals);
-  line.member(",\"uhfo_v\":", window.bucket.uhfo_v, kUhfoDecimals);
+  line.integer(window.second_mean.missing_frames);
+  line.member(",\"rate_deg_per_h\":", window.second_mean.rate_deg_per_h, kRateDecimals);
+  line.member(",\"temperature_degc\":", window.second_mean.temperature_degc, kTemperatureDecimals);
+  line.member(",\"uhfo_v\":", window.second_mean.uhfo_v, kUhfoDecimals);
   line.member(",\"mean_rate_deg_per_h\":", window.rate_deg_per_h, kRateDecimals);
   line.member(",\"mean_temperature_degc\":", window.temperature_degc, kTemperatureDecimals);
   line.member(",\"slope_degc_per_s\":", window.slope_degc_per_s, kSlopeDecimals);
@@ -111,7 +111,7 @@ void append_json(std::string& text, const CompensatedWindow& row) {
   line.member(",\"corrected_mean_deg_per_h\":", row.corrected_mean_deg_per_h, kRateDecimals);
   line.correction(row.correction, row.corrected_deg_per_h);
   text.append(json, static_cast<std::size_t>(line.end() - json));
-  append_sensors(text, window.bucket);
+  append_sensors(text, window.second_mean);
 }
 
 }  // namespace prism::compensation

@@ -52,22 +52,24 @@ bool parse_real(std::string_view field, double& value) {
 // time_utc and time_s are the end of the second: the end of the data in this row.
 const std::array kColumns = {
     Column{"time_utc",
-           [](std::string& text, const CompensatedWindow& row) { text += utc_text(row.window.bucket.second + 1); },
+           [](std::string& text, const CompensatedWindow& row) { text += utc_text(row.window.second_mean.second + 1); },
            [](std::string_view, CompensatedWindow&) { return true; }},
     Column{"time_s",
-           [](std::string& text, const CompensatedWindow& row) { append_integer(text, row.window.bucket.second + 1); },
+           [](std::string& text, const CompensatedWindow& row) {
+             append_integer(text, row.window.second_mean.second + 1);
+           },
            [](std::string_view field, CompensatedWindow& row) {
              std::int64_t end_s = 0;
              const bool good = parse_integer(field, end_s) && end_s >= -kFarthestSecond && end_s <= kFarthestSecond;
-             if (good) row.window.bucket.second = end_s - 1;
+             if (good) row.window.second_mean.second = end_s - 1;
              return good;
            }},
-    PRISM_INTEGER("samples", window.bucket.samples),
-    PRISM_INTEGER("missing", window.bucket.missing_frames),
-    PRISM_REAL("rate_deg_per_h", window.bucket.rate_deg_per_h, kRateDecimals),
-    PRISM_REAL("temperature_degc", window.bucket.temperature_degc, kTemperatureDecimals),
-    PRISM_REAL("uhfo_v", window.bucket.uhfo_v, kUhfoDecimals),
-    PRISM_INTEGER("status", window.bucket.status),
+    PRISM_INTEGER("samples", window.second_mean.samples),
+    PRISM_INTEGER("missing", window.second_mean.missing_frames),
+    PRISM_REAL("rate_deg_per_h", window.second_mean.rate_deg_per_h, kRateDecimals),
+    PRISM_REAL("temperature_degc", window.second_mean.temperature_degc, kTemperatureDecimals),
+    PRISM_REAL("uhfo_v", window.second_mean.uhfo_v, kUhfoDecimals),
+    PRISM_INTEGER("status", window.second_mean.status),
     PRISM_REAL("mean_rate_deg_per_h", window.rate_deg_per_h, kRateDecimals),
     PRISM_REAL("mean_temperature_degc", window.temperature_degc, kTemperatureDecimals),
     PRISM_REAL("slope_degc_per_s", window.slope_degc_per_s, kSlopeDecimals),
@@ -82,7 +84,7 @@ const std::array kColumns = {
              row.correction.quality = parse_quality(std::string(field));
              // The log does not state which quantity was implausible, so the reader uses none of this second.
              if (row.correction.quality & kImplausible)
-               row.window.bucket.implausible = row.window.bucket.disbelieved = {true, true, true};
+               row.window.second_mean.implausible = row.window.second_mean.disbelieved = {true, true, true};
              // A truncated or unknown name must not read as "good".
              return quality_text(row.correction.quality) == field;
            }},
@@ -91,7 +93,7 @@ const std::array kColumns = {
     PRISM_REAL("sd_mean_deg_per_h", correction.sd_mean_deg_per_h, kRateDecimals),
     Column{"arrival_s",
            [](std::string& text, const CompensatedWindow& row) {
-             const std::int64_t whole_ms = row.window.bucket.arrival_ns / 1'000'000;
+             const std::int64_t whole_ms = row.window.second_mean.arrival_ns / 1'000'000;
              if (whole_ms > 0) text += fmt::format("{}.{:03}", whole_ms / 1000, whole_ms % 1000);
            },
            [](std::string_view field, CompensatedWindow& row) {
@@ -99,13 +101,13 @@ const std::array kColumns = {
              if (!parse_real(field, arrival_s) ||
                  !(arrival_s >= 0 && arrival_s <= static_cast<double>(kFarthestSecond)))
                return false;
-             row.window.bucket.arrival_ns = std::llround(arrival_s * 1e3) * 1'000'000;
+             row.window.second_mean.arrival_ns = std::llround(arrival_s * 1e3) * 1'000'000;
              return true;
            }},
     Column{"partial",
-           [](std::string& text, const CompensatedWindow& row) { text += row.window.bucket.partial ? '1' : '0'; },
+           [](std::string& text, const CompensatedWindow& row) { text += row.window.second_mean.partial ? '1' : '0'; },
            [](std::string_view field, CompensatedWindow& row) {
-             row.window.bucket.partial = field == "1";
+             row.window.second_mean.partial = field == "1";
              return field == "0" || field == "1";
            }},
 };
@@ -155,7 +157,7 @@ std::vector<SensorName> sensors_in(std::string_view metadata) {
 void append_csv(std::string& text, const CompensatedWindow& row) {
   for (std::size_t i = 0; i < kColumns.size(); ++i) {
     if (i + 1 == kColumns.size()) {
-      for (const double value : row.window.bucket.sensors) {
+      for (const double value : row.window.second_mean.sensors) {
         text += ',';
         append_fixed(text, value, kSensorDecimals);
       }
@@ -181,7 +183,7 @@ Result<CsvLayout> CsvLayout::parse(std::string_view columns, std::string_view wh
     end = std::min(columns.find(',', begin), columns.size());
     const std::string_view name = columns.substr(begin, end - begin);
     if (!names.insert(name).second)
-      return refuse(std::string(where), fmt::format("found column \"{}\" twice", plain_text(name)));
+      return make_error(std::string(where), fmt::format("found column \"{}\" twice", plain_text(name)));
     const auto known =
         std::find_if(kColumns.begin(), kColumns.end(), [name](const Column& column) { return column.name == name; });
     const auto sensor = std::find(wanted.begin(), wanted.end(), name);
@@ -191,14 +193,15 @@ Result<CsvLayout> CsvLayout::parse(std::string_view columns, std::string_view wh
   }
   for (const std::string& column : wanted) {
     if (!names.contains(column))
-      return refuse(std::string(where),
-                    fmt::format("found no column \"{}\", which the metadata lists", plain_text(column)));
+      return make_error(std::string(where),
+                        fmt::format("found no column \"{}\", which the metadata lists", plain_text(column)));
   }
   for (std::size_t i = 0; i < kColumnsOfFormat1; ++i) {
     if (names.contains(kColumns[i].name)) continue;
-    return refuse(std::string(where),
-                  fmt::format("not a log of prismd: found no column \"{}\"; prismcal reads any other CSV with --map",
-                              kColumns[i].name));
+    return make_error(
+        std::string(where),
+        fmt::format("not a log of prismd: found no column \"{}\"; prismcal reads any other CSV with --map",
+                    kColumns[i].name));
   }
   return layout;
 }
@@ -207,25 +210,26 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
   while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.remove_suffix(1);
   CompensatedWindow row;
   const std::vector<std::size_t>& known = layout.known_;
-  row.window.bucket.sensor_list = layout.sensors_;
-  if (layout.sensors_) row.window.bucket.sensors.assign(layout.sensors_->size(), kUnknown);
+  row.window.second_mean.sensor_list = layout.sensors_;
+  if (layout.sensors_) row.window.second_mean.sensors.assign(layout.sensors_->size(), kUnknown);
   std::size_t begin = 0, count = 0;
   for (;; ++count) {
     const std::size_t end = std::min(line.find(',', begin), line.size());
     const std::string_view field = line.substr(begin, end - begin);
     const bool read = count < known.size() && known[count] != CsvLayout::kPassedOver;
     if (read && known[count] >= CsvLayout::kSensors) {
-      if (!parse_real(field, row.window.bucket.sensors[known[count] - CsvLayout::kSensors]))
-        return refuse(std::string(where), fmt::format("sensor: found \"{}\", expected a number", plain_text(field)));
+      if (!parse_real(field, row.window.second_mean.sensors[known[count] - CsvLayout::kSensors]))
+        return make_error(std::string(where),
+                          fmt::format("sensor: found \"{}\", expected a number", plain_text(field)));
     } else if (read && !kColumns[known[count]].parse(field, row)) {
-      return refuse(std::string(where), fmt::format("column {}: found \"{}\", expected a valid value",
-                                                    kColumns[known[count]].name, plain_text(field)));
+      return make_error(std::string(where), fmt::format("column {}: found \"{}\", expected a valid value",
+                                                        kColumns[known[count]].name, plain_text(field)));
     }
     if (end == line.size()) break;
     begin = end + 1;
   }
   if (count + 1 != known.size()) {
-    return refuse(std::string(where), fmt::format("found {} columns, expected {}", count + 1, known.size()));
+    return make_error(std::string(where), fmt::format("found {} columns, expected {}", count + 1, known.size()));
   }
   const Window& window = row.window;
   const bool ready = std::isfinite(window.slope_degc_per_s) && std::isfinite(window.temperature_degc) &&

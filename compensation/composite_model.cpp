@@ -16,7 +16,7 @@ namespace {
 
 std::string canonical(const CompositeParameters& p) {
   const CompositeVariances& v = p.variances;
-  const CompositeTrust& t = p.trust;
+  const UncertaintySettings& t = p.trust;
   const Normalisation& n = p.normalisation;
   std::string text =
       exact_texts(std::vector{v.kernel.rbf, v.kernel.linear, v.kernel.quadratic, v.nuisance, v.nuisance_time_h,
@@ -106,10 +106,10 @@ CompositeModel::CompositeModel(ModelInfo info, CompositeParameters parameters)
 
 Result<ModelPtr> CompositeModel::make(ModelInfo info, CompositeParameters parameters) {
   const std::string where = info.name.empty() ? info.kind : info.name;
-  if (std::string wrong = wrong_shape(info, parameters); !wrong.empty()) return refuse(where, std::move(wrong));
+  if (std::string wrong = wrong_shape(info, parameters); !wrong.empty()) return make_error(where, std::move(wrong));
   std::shared_ptr<CompositeModel> model(new CompositeModel(std::move(info), std::move(parameters)));
   if (!model->factorise())
-    return refuse(where, "the covariance of the centres is not positive definite: noise is too small");
+    return make_error(where, "the covariance of the centres is not positive definite: noise is too small");
   model->measure_bias_span();
   return ModelPtr(std::move(model));
 }
@@ -149,13 +149,13 @@ double CompositeModel::variance(const Eigen::VectorXd& x) const {
 }
 
 Prediction CompositeModel::predict(std::span<const double> inputs) const {
-  const CompositeTrust& trust = parameters_.trust;
+  const UncertaintySettings& trust = parameters_.trust;
   const double scale = parameters_.normalisation.target_scale, square = scale * scale;
   // With q − level instead of q the mean is the same, and the variance is lower by level everywhere.
   const Eigen::VectorXd x = normalised(inputs);
   const double fraction = std::max(0.0, variance(x) - trust.level);
   // Outside the training range, shrink towards the population prior, as far as its gyros agree.
-  const auto prior = parameters_.prior ? parameters_.prior->at(inputs) : SiblingPrior::Said{0, 0, true};
+  const auto prior = parameters_.prior ? parameters_.prior->at(inputs) : PopulationPrior::Said{0, 0, true};
   Prediction prediction;
   prediction.bias_deg_per_h = own_bias_deg_per_h(x) + prior.mean_deg_per_h;
   prediction.extrapolating = (outside_domain(inputs) || fraction > trust.guard) && prior.extrapolating;

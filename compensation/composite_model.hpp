@@ -28,7 +28,7 @@ struct CompositeVariances {
 inline constexpr double kCompositeJitter = 1e-8;
 
 /// Parameters of the extrapolation policy (extrapolation.hpp) and of the standard deviation beyond the kernel.
-struct CompositeTrust {
+struct UncertaintySettings {
   double skill = 1;  ///< r: cross-prediction skill score (1 − MSE / variance) of the halves of the record, at most 1
   /// Variance of the nuisance's level (normalised), >= 0. One record cannot distinguish it from beta, so it is
   /// subtracted from the model's variance.
@@ -48,8 +48,8 @@ struct CompositeParameters {
   /// Sparse: [I 0; 0 0] + Ψ Λ⁻¹ Ψᵀ over the training samples, Ψ = [L⁻¹ k; 1], Λ the covariance of all but f.
   Eigen::MatrixXd gram;
   Normalisation normalisation;
-  CompositeTrust trust;
-  std::optional<SiblingPrior> prior;  ///< if set, all parameters above are of the target minus the prior's mean
+  UncertaintySettings trust;
+  std::optional<PopulationPrior> prior;  ///< if set, all parameters above are of the target minus the prior's mean
 };
 
 /// q(t, t') + s5² over the samples of one recording, 0 between recordings (the part of H that does not depend on the

@@ -25,16 +25,16 @@ CompositeVariances read_variances(Section section) {
   return v;
 }
 
-CompositeTrust read_trust(Section section) {
-  CompositeTrust t;
+UncertaintySettings read_trust(Section section) {
+  UncertaintySettings t;
   t.skill = section.number("skill", {-1e300, 1});
   t.level = section.number("level", {0, 1e300});
   t.guard = section.number("guard", kPositive);
   return t;
 }
 
-std::optional<SiblingPrior> read_prior(Section section) {
-  SiblingPrior prior;
+std::optional<PopulationPrior> read_prior(Section section) {
+  PopulationPrior prior;
   prior.scale = section.number("scale", kPositive);
   prior.levels = section.numbers("levels", kAnyNumber);
   for (Section& sibling : section.objects("models")) {
@@ -46,7 +46,7 @@ std::optional<SiblingPrior> read_prior(Section section) {
   return prior;
 }
 
-std::string prior_text(const SiblingPrior& prior) {
+std::string prior_text(const PopulationPrior& prior) {
   std::string text = fmt::format("  \"prior\": {{\"scale\": {}, \"levels\": {}, \"models\": [\n",
                                  exact_text(prior.scale), exact_texts(prior.levels));
   for (const ModelPtr& sibling : prior.models) {

@@ -17,13 +17,13 @@ namespace prism::compensation {
 /// sensor are not used. Devices without UHFO have ready windows with mean UHFO kUnknown. Implausible values count as
 /// unknown. Shorter gaps have no effect: means use the available seconds, slopes their true times. Cost: O(history_s)
 /// per second. No accumulated rounding: only the lag filters carry state from window to window.
-class Conditioner {
+class FeatureExtractor {
  public:
-  explicit Conditioner(FeatureDefinition definition);
+  explicit FeatureExtractor(FeatureDefinition definition);
 
   /// Takes means in order of time. One that is not later than the one before empties the window, as a gap does: the
   /// clock was set back.
-  Window push(const Bucket& bucket);
+  Window push(const SecondMean& second_mean);
 
   /// Clears all state, for a new session of the device.
   void reset();
@@ -31,14 +31,14 @@ class Conditioner {
   const FeatureDefinition& definition() const { return definition_; }
 
  private:
-  void admit(const Bucket& bucket, Window& window);
+  void admit(const SecondMean& second_mean, Window& window);
   void measure(Window& window) const;
-  void update_lags(const Bucket& bucket, Window& window);
-  double quantity(const Bucket& bucket, std::size_t sensor) const;
-  void know(const Bucket& bucket);
+  void update_lags(const SecondMean& second_mean, Window& window);
+  double quantity(const SecondMean& second_mean, std::size_t sensor) const;
+  void know(const SecondMean& second_mean);
 
   FeatureDefinition definition_;
-  std::deque<Bucket> history_;
+  std::deque<SecondMean> history_;
   std::int64_t warm_since_ = 0;      ///< second of the first mean since the window was emptied
   SensorList known_list_;            ///< of the last mean
   std::vector<std::size_t> places_;  ///< index in that list of each sensor of the definition; its size if absent

@@ -17,7 +17,7 @@
 
 namespace prism::compensation {
 
-struct EngineSettings {
+struct CompensationSettings {
   /// A predicted bias outside ± this limit is rejected (deg/h, > 0).
   double max_bias_deg_per_h = 100;
   /// How predictions outside the training range are published.
@@ -26,17 +26,17 @@ struct EngineSettings {
   PlausibilityLimits plausibility = {};
   SlewSettings slew = {};
 
-  bool operator==(const EngineSettings&) const = default;
+  bool operator==(const CompensationSettings&) const = default;
 };
 
 /// Implausible values are left out of the means of windows and are not corrected; their samples and rows are flagged.
 ///
 /// Deterministic: the same samples and models return the same rows, live or replayed. Without a model, rows have
 /// kNoModel.
-class Engine {
+class CompensationEngine {
  public:
   /// `sensors`: of the stream, in the order of the values for push().
-  explicit Engine(EngineSettings settings = {}, SensorList sensors = nullptr)
+  explicit CompensationEngine(CompensationSettings settings = {}, SensorList sensors = nullptr)
       : settings_(settings),
         plausibility_(settings.plausibility),
         sensors_(std::move(sensors)),
@@ -69,18 +69,18 @@ class Engine {
   const Correction& correction() const { return correction_; }
 
  private:
-  CompensatedWindow complete(const Bucket& bucket);
+  CompensatedWindow complete(const SecondMean& second_mean);
   void forget_window();
   Correction predict(const Model& model, const Window& window) const;
 
-  EngineSettings settings_;
+  CompensationSettings settings_;
   ModelPtr model_, fallback_;
   Plausibility plausibility_;
-  Doubts doubts_;  ///< of the open second
+  Rejections rejections_;  ///< of the open second
   SlewLimit slew_;
   SensorList sensors_;
-  Averager averager_;
-  Conditioner conditioner_;
+  SecondAverager averager_;
+  FeatureExtractor conditioner_;
   std::optional<Window> window_;  ///< the source of correction_; none: no bias in force
   Correction correction_;
 };

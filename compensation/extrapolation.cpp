@@ -27,10 +27,10 @@ std::vector<double> nearest_in_box(const Model& model, std::span<const double> i
   return nearest;
 }
 
-Prediction stated(Prediction prediction, const Knowledge& known, double w) {
+Prediction stated(Prediction prediction, const PredictiveUncertainty& known, double w) {
   // A model estimates its error from one record; another day differs more. Chosen on simulated gyros (docs/science.md).
   constexpr double kStrangeness = 1.25;
-  const Spread& s = known.spread;
+  const BetweenRunError& s = known.spread;
   double variance = known.model_variance + s.nuisance_deg_per_h * s.nuisance_deg_per_h;
   if (w != 1) {
     const double from_mean = prediction.bias_deg_per_h - prediction.mean_deg_per_h;
@@ -46,7 +46,7 @@ Prediction stated(Prediction prediction, const Knowledge& known, double w) {
 Prediction shrunk(Prediction prediction) {
   if (!prediction.knowledge) return prediction;
   constexpr double kNoSkill = 0.1, kFullSkill = 0.6, kFreeExcess = 0.15, kExcessWeight = 20;
-  const Knowledge k = *prediction.knowledge;
+  const PredictiveUncertainty k = *prediction.knowledge;
   const double e = std::pow(std::max(k.excess - kFreeExcess, 0.0), 2);
   const double believed = std::clamp((k.skill - kNoSkill) / (kFullSkill - kNoSkill), 0.0, 1.0);
   const double w = believed / (1 + k.model_variance / k.target_variance + kExcessWeight * e);

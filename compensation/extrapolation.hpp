@@ -37,6 +37,6 @@ Prediction shrunk(Prediction prediction);
 
 /// The prediction shrunk by a given w, 0 to 1, with its standard deviations:
 /// sd² = 1.25 (v + (1 − w)(var_y + (f − mean)²) + nuisance²) + offset², times factor²; sd_mean also includes noise².
-Prediction stated(Prediction prediction, const Knowledge& known, double w);
+Prediction stated(Prediction prediction, const PredictiveUncertainty& known, double w);
 
 }  // namespace prism::compensation

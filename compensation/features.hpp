@@ -48,7 +48,7 @@ struct SensorWindow {
 
 /// The features at the end of one second. Means are over the last length_s seconds (fewer while warming).
 struct Window {
-  Bucket bucket;  ///< the second that completed this window
+  SecondMean second_mean;  ///< the second that completed this window
   WindowState state = WindowState::kWarming;
   int warm_s = 0;  ///< seconds of history, up to history_s()
   int gap_s = 0;   ///< seconds without samples just before this second

@@ -56,10 +56,11 @@ LssvmModel::LssvmModel(ModelInfo info, LssvmParameters parameters)
 
 Result<ModelPtr> LssvmModel::make(ModelInfo info, LssvmParameters parameters) {
   const std::string where = info.name.empty() ? info.kind : info.name;
-  if (std::string wrong = wrong_shape(info, parameters); !wrong.empty()) return refuse(where, std::move(wrong));
+  if (std::string wrong = wrong_shape(info, parameters); !wrong.empty()) return make_error(where, std::move(wrong));
   std::shared_ptr<LssvmModel> model(new LssvmModel(std::move(info), std::move(parameters)));
   if (model->parameters_.uncertainty && !model->factorise()) {
-    return refuse(where, "the kernel matrix of the centres is not positive definite: c is too large or two centres are equal");
+    return make_error(
+        where, "the kernel matrix of the centres is not positive definite: c is too large or two centres are equal");
   }
   model->measure_bias_span();
   return ModelPtr(std::move(model));
@@ -111,11 +112,11 @@ Prediction LssvmModel::predict(std::span<const double> inputs) const {
     const double fraction = variance_fraction(point), variance = u->prior_variance * scale * scale;
     prediction.extrapolating = prediction.extrapolating || fraction > u->guard_fraction;
     prediction.sd_deg_per_h = std::sqrt(u->prior_variance * fraction) * u->sd_scale * scale;
-    const Spread own{0, 0, std::sqrt(variance / parameters_.c), u->sd_scale};
+    const BetweenRunError own{0, 0, std::sqrt(variance / parameters_.c), u->sd_scale};
     prediction.knowledge = {variance * fraction, scale * scale, 1, excess(inputs), info().spread.value_or(own), false};
   }
   if (!info().spread) return prediction;
-  return stated(prediction, prediction.knowledge.value_or(Knowledge{0, 0, 1, 0, *info().spread, false}), 1);
+  return stated(prediction, prediction.knowledge.value_or(PredictiveUncertainty{0, 0, 1, 0, *info().spread, false}), 1);
 }
 
 }  // namespace prism::compensation

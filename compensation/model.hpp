@@ -13,14 +13,14 @@
 namespace prism::compensation {
 
 /// The error between a new run and the model of another run that no input explains; standard deviations.
-struct Spread {
+struct BetweenRunError {
   double nuisance_deg_per_h = 0;  ///< s4, s5: drift in time, and differences between recordings if there are several
   double offset_deg_per_h = 0;    ///< between runs, if trained on one recording: assumed, kAssumedOffset
   double noise_deg_per_h = 0;     ///< of the window's mean rate
   double factor = 1;              ///< on all of them: error of held-out blocks over the model's own estimate, > 0
   int blocks = 0;                 ///< held-out blocks that factor or nuisance are estimated from; 0: none
   int samples = 0;                ///< in them
-  bool operator==(const Spread&) const = default;
+  bool operator==(const BetweenRunError&) const = default;
 };
 
 /// The assumed offset between two runs of a gyro with one recording, in standard deviations of its bias: its cycles
@@ -28,12 +28,12 @@ struct Spread {
 inline constexpr double kAssumedOffset = 0.1;
 
 /// Predictive uncertainty at one point; variances in (deg/h)².
-struct Knowledge {
+struct PredictiveUncertainty {
   double model_variance = 0;   ///< v: of the prediction alone
   double target_variance = 0;  ///< var_y: of the training target
   double skill = 1;            ///< r: cross-prediction skill score (1 − MSE / variance) of the worse half; at most 1
   double excess = 0;           ///< o: distance of the worst input outside its training range, in ranges
-  Spread spread;
+  BetweenRunError spread;
   bool preset = false;  ///< the model type is shrunk by default
 };
 
@@ -45,7 +45,7 @@ struct Prediction {
   double sd_mean_deg_per_h = kUnknown;  ///< with the noise of the window's mean rate; kUnknown without BetweenRunError
   bool extrapolating = false;           ///< outside the training box, or the model's own variance exceeds its guard
   double mean_deg_per_h = kUnknown;     ///< of the training target; kUnknown if the model does not contain it
-  std::optional<Knowledge> knowledge;   ///< for the shrink policy; without it, the prediction is not shrunk
+  std::optional<PredictiveUncertainty> knowledge;  ///< for the shrink policy; without it, the prediction is not shrunk
 };
 
 /// Closed ranges of each input in the training data; empty: unknown.
@@ -65,7 +65,7 @@ struct ModelInfo {
   std::vector<std::string> inputs;  ///< in the order of predict()
   Domain domain;
   /// None in models of version 0.1: their standard deviation is the model's own.
-  std::optional<Spread> spread;
+  std::optional<BetweenRunError> spread;
   std::string gyro_serial;      ///< empty: any gyro
   std::string provenance_json;  ///< the file's "provenance" object as text; "{}" if absent
 };

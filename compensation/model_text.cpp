@@ -68,8 +68,8 @@ void read_inputs(Section& top, ModelInfo& info) {
   }
 }
 
-Spread read_spread(Section section) {
-  Spread s;
+BetweenRunError read_spread(Section section) {
+  BetweenRunError s;
   s.nuisance_deg_per_h = section.number("nuisance_deg_per_h", {0, 1e9});
   s.offset_deg_per_h = section.number("offset_deg_per_h", {0, 1e9});
   s.noise_deg_per_h = section.number("noise_deg_per_h", {0, 1e9});
@@ -79,7 +79,7 @@ Spread read_spread(Section section) {
   return s;
 }
 
-std::string spread_text(const Spread& s) {
+std::string spread_text(const BetweenRunError& s) {
   return fmt::format(
       "  \"spread\": {{\"nuisance_deg_per_h\": {}, \"offset_deg_per_h\": {}, \"noise_deg_per_h\": {}, \"factor\": {}, "
       "\"blocks\": {}, \"samples\": {}}},\n",
@@ -128,9 +128,9 @@ Result<ModelPtr> read_model(Section& top) {
   Result<ModelPtr> model = kind->read(top, std::move(info));
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   if (model && (*model)->info().id != stated) {
-    return refuse(where + ":/id",
-                  fmt::format("found {}, but the content gives \"{:.12}...\": it was changed or damaged",
-                              in_quotes(stated), (*model)->info().id));
+    return make_error(where + ":/id",
+                      fmt::format("found {}, but the content gives \"{:.12}...\": it was changed or damaged",
+                                  in_quotes(stated), (*model)->info().id));
   }
   return model;
 }

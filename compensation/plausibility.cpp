@@ -24,18 +24,20 @@ void PlausibilityLimits::take(const SensorStatements& stated) {
   uhfo.take(stated.uhfo);
 }
 
-std::string doubt_text(const Doubt& doubt, const char* unit) {
-  switch (doubt.reason) {
-    case Doubt::Reason::kOutOfRange:
-      return fmt::format("found {:.6g} {}, expected {:.6g} to {:.6g}", doubt.found, unit, doubt.low, doubt.high);
-    case Doubt::Reason::kTooFast:
-      return fmt::format("found {:.6g} {}, expected {:.6g} to {:.6g}: it was {:.6g} {:.3g} s before", doubt.found, unit,
-                         doubt.low, doubt.high, (doubt.low + doubt.high) / 2, doubt.seconds);
-    case Doubt::Reason::kStuck:
-      return fmt::format("found {:.6g} {} for {:.6g} s, expected it to change", doubt.found, unit, doubt.seconds);
-    case Doubt::Reason::kOutOfBounds:
+std::string rejection_text(const Rejection& rejection, const char* unit) {
+  switch (rejection.reason) {
+    case Rejection::Reason::kOutOfRange:
+      return fmt::format("found {:.6g} {}, expected {:.6g} to {:.6g}", rejection.found, unit, rejection.low,
+                         rejection.high);
+    case Rejection::Reason::kTooFast:
+      return fmt::format("found {:.6g} {}, expected {:.6g} to {:.6g}: it was {:.6g} {:.3g} s before", rejection.found,
+                         unit, rejection.low, rejection.high, (rejection.low + rejection.high) / 2, rejection.seconds);
+    case Rejection::Reason::kStuck:
+      return fmt::format("found {:.6g} {} for {:.6g} s, expected it to change", rejection.found, unit,
+                         rejection.seconds);
+    case Rejection::Reason::kOutOfBounds:
       return "found a value outside the min or max of its field, expected one within";
-    case Doubt::Reason::kNone:
+    case Rejection::Reason::kNone:
       break;
   }
   return {};
@@ -47,7 +49,7 @@ SensorCheck::SensorCheck(const SensorLimits& limits)
       may_stick_(std::isfinite(limits.stuck_s)) {}
 
 bool SensorCheck::out_of_range(double value) {
-  doubt_ = {Doubt::Reason::kOutOfRange, value, limits_.low, limits_.high};
+  rejection_ = {Rejection::Reason::kOutOfRange, value, limits_.low, limits_.high};
   return false;
 }
 
@@ -57,7 +59,7 @@ bool SensorCheck::slope_holds(double value, std::int64_t time_ns) {
     const double elapsed_s = seconds_between(before_ns_, time_ns);
     const double most = limits_.step + limits_.greatest_slope_per_s * elapsed_s;
     if (!(std::fabs(value - before_) <= most)) {
-      doubt_ = {Doubt::Reason::kTooFast, value, before_ - most, before_ + most, elapsed_s};
+      rejection_ = {Rejection::Reason::kTooFast, value, before_ - most, before_ + most, elapsed_s};
       return false;
     }
   }
@@ -74,20 +76,21 @@ bool SensorCheck::moves(double value, std::int64_t time_ns) {
   }
   const double still_s = seconds_between(still_since_ns_, time_ns);
   if (still_s <= limits_.stuck_s) return true;
-  doubt_ = {Doubt::Reason::kStuck, value, kUnknown, kUnknown, still_s};
+  rejection_ = {Rejection::Reason::kStuck, value, kUnknown, kUnknown, still_s};
   return false;
 }
 
 Plausibility::Plausibility(const PlausibilityLimits& limits)
     : rate_(limits.rate), temperature_(limits.temperature), uhfo_(limits.uhfo) {}
 
-void Plausibility::explain(const Sample& sample, QuantitySet implausible, Doubts& doubts) const {
-  const auto note = [](bool doubted, bool out_of_bounds, const SensorCheck& check, Doubt& doubt) {
-    if (doubted && !doubt) doubt = out_of_bounds ? Doubt{Doubt::Reason::kOutOfBounds} : check.doubt();
+void Plausibility::explain(const Sample& sample, QuantitySet implausible, Rejections& rejections) const {
+  const auto note = [](bool doubted, bool out_of_bounds, const SensorCheck& check, Rejection& rejection) {
+    if (doubted && !rejection)
+      rejection = out_of_bounds ? Rejection{Rejection::Reason::kOutOfBounds} : check.rejection();
   };
-  note(implausible.rate, sample.out_of_bounds.rate, rate_, doubts.rate);
-  note(implausible.temperature, sample.out_of_bounds.temperature, temperature_, doubts.temperature);
-  note(implausible.uhfo, sample.out_of_bounds.uhfo, uhfo_, doubts.uhfo);
+  note(implausible.rate, sample.out_of_bounds.rate, rate_, rejections.rate);
+  note(implausible.temperature, sample.out_of_bounds.temperature, temperature_, rejections.temperature);
+  note(implausible.uhfo, sample.out_of_bounds.uhfo, uhfo_, rejections.uhfo);
 }
 
 }  // namespace prism::compensation

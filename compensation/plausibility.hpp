@@ -39,7 +39,7 @@ struct PlausibilityLimits {
 };
 
 /// Why a value was rejected.
-struct Doubt {
+struct Rejection {
   enum class Reason : std::uint8_t { kNone, kOutOfRange, kTooFast, kStuck, kOutOfBounds };
   Reason reason = Reason::kNone;
   double found = kUnknown;                 ///< kUnknown for kOutOfBounds, which the decoder found
@@ -50,12 +50,12 @@ struct Doubt {
 };
 
 /// One per quantity.
-struct Doubts {
-  Doubt rate, temperature, uhfo;
+struct Rejections {
+  Rejection rate, temperature, uhfo;
 };
 
 /// "found -273 degC, expected -90 to 200": one human-readable line, without the sensor's name.
-std::string doubt_text(const Doubt& doubt, const char* unit);
+std::string rejection_text(const Rejection& rejection, const char* unit);
 
 /// Checks one sensor during one session. Unknown values are not checked.
 ///
@@ -67,13 +67,13 @@ class SensorCheck {
   explicit SensorCheck(const SensorLimits& limits);
 
   /// Values come in order of time. Inline, because most values need only two comparisons.
-  bool believes(double value, std::int64_t time_ns) {
+  bool is_plausible(double value, std::int64_t time_ns) {
     if (std::isnan(value)) return true;
     if (!(value >= limits_.low && value <= limits_.high)) return out_of_range(value);
     return (!has_slope_ || slope_holds(value, time_ns)) && (!may_stick_ || moves(value, time_ns));
   }
   /// Reason for the last rejected value.
-  const Doubt& doubt() const { return doubt_; }
+  const Rejection& rejection() const { return rejection_; }
 
  private:
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::min();
@@ -85,7 +85,7 @@ class SensorCheck {
   bool has_slope_, may_stick_;
   double before_ = kUnknown, still_ = kUnknown;
   std::int64_t before_ns_ = kNever, still_since_ns_ = 0;
-  Doubt doubt_;
+  Rejection rejection_;
 };
 
 /// Checks the sensors of one axis. Cost: a few comparisons per sample.
@@ -96,12 +96,12 @@ class Plausibility {
   /// The implausible quantities of the sample.
   QuantitySet implausible(const Sample& sample) {
     const QuantitySet& out = sample.out_of_bounds;
-    return {out.rate || !rate_.believes(sample.rate_deg_per_h, sample.time_ns),
-            out.temperature || !temperature_.believes(sample.temperature_degc, sample.time_ns),
-            out.uhfo || !uhfo_.believes(sample.uhfo_v, sample.time_ns)};
+    return {out.rate || !rate_.is_plausible(sample.rate_deg_per_h, sample.time_ns),
+            out.temperature || !temperature_.is_plausible(sample.temperature_degc, sample.time_ns),
+            out.uhfo || !uhfo_.is_plausible(sample.uhfo_v, sample.time_ns)};
   }
   /// Adds to `doubts` the reasons found in the last sample, for quantities without a reason yet.
-  void explain(const Sample& sample, QuantitySet implausible, Doubts& doubts) const;
+  void explain(const Sample& sample, QuantitySet implausible, Rejections& rejections) const;
 
  private:
   SensorCheck rate_, temperature_, uhfo_;

@@ -7,7 +7,7 @@
 
 namespace prism::compensation {
 
-SiblingPrior::Said SiblingPrior::at(std::span<const double> inputs) const {
+PopulationPrior::Said PopulationPrior::at(std::span<const double> inputs) const {
   const auto count = static_cast<double>(models.size());
   double sum = 0, squares = 0;
   Said said;

@@ -11,7 +11,7 @@
 namespace prism::compensation {
 
 /// m(x) = scale · mean over the gyros of (f_s(x) − level_s), each evaluated at the nearest point of its own box.
-struct SiblingPrior {
+struct PopulationPrior {
   double scale = 1;              ///< thermal drift of this gyro over that of the others, > 0
   std::vector<ModelPtr> models;  ///< at least two, with the inputs and features of the model that uses them
   std::vector<double> levels;    ///< deg/h, mean of each over its training record: subtracted, because levels differ by

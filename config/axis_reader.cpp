@@ -54,7 +54,7 @@ void read_models(const Section& section, const fs::path& base, AxisConfig& axis)
 }
 
 void read_correction(const Section& correction, AxisConfig& axis, std::vector<std::string>& warnings) {
-  compensation::EngineSettings& engine = axis.engine;
+  compensation::CompensationSettings& engine = axis.engine;
   engine.max_bias_deg_per_h = correction.number("max_bias_deg_per_h", {1e-6, 1e6}, engine.max_bias_deg_per_h);
   engine.extrapolation = read_extrapolation(correction, engine.extrapolation, warnings);
   read_slew(correction, engine.slew);
@@ -62,14 +62,14 @@ void read_correction(const Section& correction, AxisConfig& axis, std::vector<st
 
 /// Keys of a single axis are not allowed at the top level if "axes" is given.
 void refuse_both_forms(const Section& top) {
-  const auto refuse = [](const Section& section, std::initializer_list<const char*> keys) {
+  const auto make_error = [](const Section& section, std::initializer_list<const char*> keys) {
     for (const char* key : keys) {
       if (section.has(key)) section.fail(key, "given together with \"axes\"; expected it in each axis of \"axes\"");
     }
   };
-  refuse(top, {"model", "fallback_model", "correction"});
-  refuse(top.object("gyro"), {"axis", "sign", "scale_factor_arcsec_per_pulse"});
-  refuse(top.object("site"), {"elevation_deg", "azimuth_deg"});
+  make_error(top, {"model", "fallback_model", "correction"});
+  make_error(top.object("gyro"), {"axis", "sign", "scale_factor_arcsec_per_pulse"});
+  make_error(top.object("site"), {"elevation_deg", "azimuth_deg"});
 }
 
 }  // namespace

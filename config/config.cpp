@@ -60,9 +60,9 @@ SensorStatement read_uhfo(const Section& section) {
   return {read_range(section, "range_v", kChannelRanges), {}, read_stuck(section)};
 }
 
-SegmentSettings read_segments(Section section, const fs::path& root, const std::string& otherwise,
-                              const std::string& name) {
-  SegmentSettings segments;
+LogSegmentSettings read_segments(Section section, const fs::path& root, const std::string& otherwise,
+                                 const std::string& name) {
+  LogSegmentSettings segments;
   const fs::path directory = (root / section.text("directory", otherwise)).lexically_normal();
   segments.directory = directory.string();
   const bool too_long = std::any_of(directory.begin(), directory.end(),

@@ -24,7 +24,7 @@ struct AxisConfig {
   std::string model, fallback_model;    ///< paths; empty: none
   std::optional<double> elevation_deg;  ///< of the input axis above the horizon; absent: earth rate is not reported
   double azimuth_deg = 0;               ///< of the input axis, from north through east
-  compensation::EngineSettings
+  compensation::CompensationSettings
       engine;  ///< its plausibility has defaults only: pipeline::Setup combines the three sources
 
   bool operator==(const AxisConfig&) const = default;
@@ -56,7 +56,7 @@ struct SensorLineConfig {
 };
 
 /// Limits of files that are written in segments: log and capture.
-struct SegmentSettings {
+struct LogSegmentSettings {
   std::string directory;
   std::int64_t max_bytes = 64 << 20;     ///< a segment is closed before it exceeds this
   std::int64_t max_age_s = 86400;        ///< of data time; segments begin at multiples of it (midnight UTC for a day)
@@ -65,7 +65,7 @@ struct SegmentSettings {
   std::vector<std::string> keep_for;  ///< log consumers: segments they have not read are kept while the disk has space
   bool delete_when_full = false;  ///< disk full: delete the oldest segments (true) or drop rows and count them (false)
 
-  bool operator==(const SegmentSettings&) const = default;
+  bool operator==(const LogSegmentSettings&) const = default;
 };
 
 struct SocketSettings {
@@ -89,7 +89,7 @@ struct Config {
   bool device_clock = false;
   double latitude_deg = 0;        ///< north positive, −90 to 90
   SensorStatements plausibility;  ///< in addition to the limits of the frame description
-  std::optional<SegmentSettings> log, capture;
+  std::optional<LogSegmentSettings> log, capture;
   SocketSettings socket;
   std::string event_level = "info";
   std::vector<std::string> warnings;  ///< one line each: differences between the file and what prismd does

@@ -83,7 +83,7 @@ Result<std::string> read_data_file(const std::string& path, const std::string& f
   Result<std::string> text = read_text_file(path, folder == "models" ? kMaxModelBytes : kMaxTextBytes);
   std::error_code error;
   if (text || fs::exists(path, error)) return text;
-  return refuse(text.error().where, text.error().what + hint_of(path, folder));
+  return make_error(text.error().where, text.error().what + hint_of(path, folder));
 }
 
 }  // namespace prism::config

@@ -152,7 +152,7 @@ class Live {
     const auto counters = std::make_shared<pipeline::LogCounters>();
     const auto written = [this] { asio::post(io_, [this] { publisher_.rows_written(); }); };
     const auto synced = [this] { asio::post(io_, [this] { row_requests_.synced(); }); };
-    return pipeline::make_logs(setup, [&](config::SegmentSettings settings, std::string name, std::string metadata) {
+    return pipeline::make_logs(setup, [&](config::LogSegmentSettings settings, std::string name, std::string metadata) {
       return std::make_unique<log::ThreadedRowWriter>(std::move(settings), std::move(name), std::move(metadata), disk_,
                                                       disk_teller(), written, counters, synced);
     });
@@ -163,7 +163,7 @@ class Live {
     std::vector<std::unique_ptr<pipeline::CaptureSink>> captures;
     if (!setup.config.capture) return captures;
     const auto add = [&](const std::string& folder, const std::string& name) {
-      config::SegmentSettings settings = *setup.config.capture;
+      config::LogSegmentSettings settings = *setup.config.capture;
       settings.directory += folder;
       captures.push_back(std::make_unique<log::CaptureLog>(std::move(settings), name, disk_, disk_teller()));
     };

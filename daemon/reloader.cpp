@@ -31,7 +31,7 @@ void Reloader::begin() {
   };
   loader_.post(
       0, [load = parts_.load, loaded] { loaded(load()); },
-      [loaded](const std::string& why) { loaded(refuse("reload", why)); });
+      [loaded](const std::string& why) { loaded(make_error("reload", why)); });
 }
 
 void Reloader::finish(Result<pipeline::Setup> setup) {

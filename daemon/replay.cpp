@@ -54,7 +54,7 @@ Result<pipeline::SensorFiles> named_files(const std::vector<std::string>& named)
   for (const std::string& one : named) {
     const std::size_t equals = one.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == one.size())
-      return refuse("--replay-sensors", fmt::format("found \"{}\", expected LINE=FILE", one));
+      return make_error("--replay-sensors", fmt::format("found \"{}\", expected LINE=FILE", one));
     files[one.substr(0, equals)].push_back(one.substr(equals + 1));
   }
   return files;
@@ -88,7 +88,7 @@ class ArrivalRate {
   }
 
  private:
-  pipeline::RateWatch watch_;
+  pipeline::RateMonitor watch_;
   bool applies_, full_ = false;
   std::int64_t second_ = -1;
   std::uint64_t frames_ = 0;
@@ -102,7 +102,7 @@ class Replay {
             setup, make_logs(setup), {}, [this](const pipeline::Rows& rows) { publisher_.rows(rows); },
             events_.teller()),
         rpc_({acquisition_, events_, publisher_, host_time_ns()}, publisher_, row_requests_,
-             [](auto done) { done(refuse("reload", "a replay cannot reload its configuration")); }),
+             [](auto done) { done(make_error("reload", "a replay cannot reload its configuration")); }),
         rate_(setup),
         signals_(io_, SIGINT, SIGTERM),
         timer_(io_) {}
@@ -154,7 +154,7 @@ class Replay {
 
   std::vector<std::unique_ptr<pipeline::RowWriter>> make_logs(const pipeline::Setup& setup) {
     const auto counters = std::make_shared<pipeline::LogCounters>();
-    return pipeline::make_logs(setup, [&](config::SegmentSettings settings, std::string name, std::string metadata) {
+    return pipeline::make_logs(setup, [&](config::LogSegmentSettings settings, std::string name, std::string metadata) {
       auto rows =
           std::make_unique<log::DirectRowWriter>(std::move(settings), std::move(name), std::move(metadata), counters);
       logs_.push_back(rows.get());
@@ -185,7 +185,7 @@ class Replay {
 
   asio::awaitable<void> feed_file(const std::string& file) {
     const wire::FrameDescription& frames = *acquisition_.setup().frames;
-    const drivers::BareBytes bare{std::max(frames.rate_hz * frames.max_frame_bytes, 1.0), 0};
+    const drivers::RawByteStream bare{std::max(frames.rate_hz * frames.max_frame_bytes, 1.0), 0};
     Result<drivers::CaptureReader> reader = drivers::CaptureReader::open(file, bare);
     if (!reader) {
       fault_ = reader.error().text();

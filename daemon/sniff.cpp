@@ -79,7 +79,7 @@ bool print_ranking(const wire::Sniffer& sniffer, const std::string& heading) {
 }
 
 bool sniff_file(const std::string& path, const std::vector<wire::FrameDescriptionPtr>& descriptions) {
-  constexpr drivers::BareBytes kAtOnce{1e12, 0};  // raw bytes have no times
+  constexpr drivers::RawByteStream kAtOnce{1e12, 0};  // raw bytes have no times
   Result<drivers::CaptureReader> reader = drivers::CaptureReader::open(path, kAtOnce);
   if (!reader) {
     fmt::print(stderr, "prismd: {}\n", reader.error().text());
@@ -123,7 +123,8 @@ Result<bool> sniff_line_at(const std::string& device, const wire::WireFormat& wi
     pollfd wait{line.fd(), POLLIN, 0};
     if (::poll(&wait, 1, 100) <= 0) continue;
     const transport::Received received = line.read(buffer);
-    if (received.kind == transport::Received::Kind::kLost) return refuse(device, "the line was lost while listening");
+    if (received.kind == transport::Received::Kind::kLost)
+      return make_error(device, "the line was lost while listening");
     if (received.bytes > 0) sniffer.feed({buffer.data(), received.bytes}, clock.now_ns());
   }
   return print_ranking(sniffer, device + " at " + format_text(wire));

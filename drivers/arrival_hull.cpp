@@ -12,9 +12,9 @@ constexpr std::size_t kMaxPoints = 4096;
 
 }  // namespace
 
-void ArrivalHull::clear() { hull_.clear(); }
+void LowerHull::clear() { hull_.clear(); }
 
-void ArrivalHull::push(double x, double y) {
+void LowerHull::push(double x, double y) {
   least_ = hull_.empty() ? y - x : std::min(least_, y - x);
   while (hull_.size() >= 2) {
     const Point& a = hull_[hull_.size() - 2];
@@ -26,14 +26,14 @@ void ArrivalHull::push(double x, double y) {
   if (hull_.size() > kMaxPoints) thin();
 }
 
-void ArrivalHull::thin() {
+void LowerHull::thin() {
   std::size_t kept = 1;
   for (std::size_t i = 2; i + 1 < hull_.size(); i += 2) hull_[kept++] = hull_[i];
   hull_[kept++] = hull_.back();
   hull_.resize(kept);
 }
 
-ArrivalHull::StraightLine ArrivalHull::edge() const {
+LowerHull::StraightLine LowerHull::edge() const {
   if (hull_.size() < 2) return hull_.empty() ? StraightLine{} : StraightLine{hull_[0].x, hull_[0].y, 1};
   const double middle = 0.5 * (hull_.front().x + hull_.back().x);
   const auto right =

@@ -11,7 +11,7 @@ namespace prism::drivers {
 /// touches those without delay: it is an edge of their lower convex hull. Uses the edge below the middle of the window
 /// (Zhang, Liu, Xia: Clock synchronization algorithms for network measurements, 2002; also ETH Zurich's
 /// cuckoo_time_translator). Amortised O(1) per point, O(log n) for the edge.
-class ArrivalHull {
+class LowerHull {
  public:
   struct StraightLine {
     double x0 = 0, y0 = 0;  ///< a point of the line

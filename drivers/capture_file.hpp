@@ -56,13 +56,13 @@ class CaptureWriter {
 };
 
 /// Settings to replay a raw byte stream (not pcap), as `cat /dev/ttyUSB0 > file` writes it.
-struct BareBytes {
+struct RawByteStream {
   double bytes_per_second = 0;  ///< > 0: frame length times nominal frame rate
   std::int64_t start_ns = 0;    ///< the time of the first byte
 };
 
 /// Bytes between packets that do not belong to a packet.
-struct DamagedPlaces {
+struct DamagedRanges {
   std::uint64_t count = 0;
   std::uint64_t bytes = 0;  ///< total
   std::uint64_t first = 0;  ///< offset in the file
@@ -76,7 +76,7 @@ class CaptureReader {
  public:
   /// Opens a pcap or pcapng file of link type 250; with `bare`, any other file as raw bytes at that rate, in chunks of
   /// at most 1024 bytes or 10 ms. Errors: missing, another link type, not pcap and no `bare`.
-  static Result<CaptureReader> open(const std::string& path, std::optional<BareBytes> bare = std::nullopt);
+  static Result<CaptureReader> open(const std::string& path, std::optional<RawByteStream> bare = std::nullopt);
 
   CaptureReader(CaptureReader&&) noexcept;
   CaptureReader& operator=(CaptureReader&&) noexcept;
@@ -87,7 +87,7 @@ class CaptureReader {
 
   /// After the end: position and type of a truncation or damage in one line; empty if the file is intact.
   const std::string& tail_damage() const;
-  const DamagedPlaces& damaged_places() const;  ///< skipped so far
+  const DamagedRanges& damaged_places() const;  ///< skipped so far
   std::uint64_t foreign_packets() const;        ///< too short for a record
   bool is_bare() const;
   std::uint64_t position_bytes() const;  ///< read so far, for a progress bar

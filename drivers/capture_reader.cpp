@@ -44,7 +44,7 @@ struct CaptureReader::File {
   pcap_t* pcap = nullptr;  // owns the stream after it is opened
   std::FILE* stream = nullptr;
   std::uint64_t size = 0, foreign = 0;
-  std::optional<BareBytes> bare;
+  std::optional<RawByteStream> bare;
   std::uint64_t bare_position = 0;
   std::size_t bare_chunk = 0;
   std::array<std::uint8_t, kMostBareBytes> bytes{};
@@ -53,7 +53,7 @@ struct CaptureReader::File {
   bool own = false;             // a packet written by prism was read: anything else is damage
   std::uint64_t sound_end = 0;  // of the last packet written by prism
   std::uint64_t search_from = 0;
-  DamagedPlaces places;
+  DamagedRanges places;
 
   ~File() {
     if (pcap) {
@@ -73,7 +73,7 @@ struct CaptureReader::File {
     if (!opened) return tl::unexpected<Error>(opened.error());
     stream = opened->release();
     struct stat status {};
-    if (::fstat(fileno(stream), &status) != 0) return refuse(path, "cannot be read");
+    if (::fstat(fileno(stream), &status) != 0) return make_error(path, "cannot be read");
     size = static_cast<std::uint64_t>(status.st_size);
     buffer.resize(kReadBytes);
     std::setvbuf(stream, buffer.data(), _IOFBF, buffer.size());
@@ -89,19 +89,19 @@ struct CaptureReader::File {
     }
     char why[PCAP_ERRBUF_SIZE] = "";
     pcap = pcap_fopen_offline_with_tstamp_precision(stream, PCAP_TSTAMP_PRECISION_NANO, why);
-    if (!pcap) return refuse(path, fmt::format("found a damaged pcap file ({}), expected a capture", why));
+    if (!pcap) return make_error(path, fmt::format("found a damaged pcap file ({}), expected a capture", why));
     const int link = pcap_datalink(pcap);
     if (link == kCaptureLinkType) return {};
     const char* name = pcap_datalink_val_to_name(link);
-    return refuse(
+    return make_error(
         path, fmt::format("found a capture of link type {} ({}), expected {} (serial line); to extract bytes of TCP: "
                           "tshark -r FILE -Y tcp.payload -T fields -e tcp.payload | xxd -r -p >BYTES",
                           link, name ? name : "unknown", kCaptureLinkType));
   }
 
-  Result<void> open_bare(const BareBytes& rate) {
+  Result<void> open_bare(const RawByteStream& rate) {
     if (!(rate.bytes_per_second > 0) || !std::isfinite(rate.bytes_per_second)) {
-      return refuse(path, "found no rate for raw bytes, expected more than 0 bytes/s");
+      return make_error(path, "found no rate for raw bytes, expected more than 0 bytes/s");
     }
     bare = rate;
     const double most = std::clamp(rate.bytes_per_second * kMostBareSeconds, 1.0, static_cast<double>(kMostBareBytes));
@@ -175,7 +175,7 @@ CaptureReader::CaptureReader(CaptureReader&&) noexcept = default;
 CaptureReader& CaptureReader::operator=(CaptureReader&&) noexcept = default;
 CaptureReader::~CaptureReader() = default;
 
-Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional<BareBytes> bare) {
+Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional<RawByteStream> bare) {
   auto file = std::make_unique<File>();
   file->path = path;
   if (auto opened = file->open_stream(); !opened) return tl::unexpected<Error>(opened.error());
@@ -189,8 +189,8 @@ Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional
   } else if (bare) {
     ready = file->open_bare(*bare);
   } else {
-    ready = refuse(path, fmt::format("not a pcap file ({} bytes), expected a capture of link type {}", file->size,
-                                     kCaptureLinkType));
+    ready = make_error(path, fmt::format("not a pcap file ({} bytes), expected a capture of link type {}", file->size,
+                                         kCaptureLinkType));
   }
   if (!ready) return tl::unexpected<Error>(ready.error());
   return CaptureReader(std::move(file));
@@ -203,13 +203,13 @@ std::optional<CapturePacket> CaptureReader::next() {
   return packet;
 }
 
-std::string DamagedPlaces::text() const {
+std::string DamagedRanges::text() const {
   if (count == 0) return "";
   return fmt::format("{} in {} from byte {} on are not packets", counted(bytes, "byte"), counted(count, "place"),
                      first);
 }
 
-const DamagedPlaces& CaptureReader::damaged_places() const { return file_->places; }
+const DamagedRanges& CaptureReader::damaged_places() const { return file_->places; }
 const std::string& CaptureReader::tail_damage() const { return file_->damage; }
 std::uint64_t CaptureReader::foreign_packets() const { return file_->foreign; }
 bool CaptureReader::is_bare() const { return file_->bare.has_value(); }

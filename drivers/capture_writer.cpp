@@ -43,7 +43,7 @@ struct CaptureWriter::File {
   }
 
   Result<void> state() const {
-    if (!failure.empty()) return refuse(path, failure);
+    if (!failure.empty()) return make_error(path, failure);
     return {};
   }
 

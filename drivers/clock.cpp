@@ -40,11 +40,11 @@ void Clock::reset() {
 }
 
 /// When the device measured the reading: arrival minus latency and wire time.
-std::int64_t Clock::left_device_ns(const wire::Reading& reading) const {
+std::int64_t Clock::left_device_ns(const wire::DecodedMessage& reading) const {
   return reading.arrival_ns - std::llround(byte_time_ns_ * reading.length + 1e9 * reading.latency_s);
 }
 
-void Clock::start(const wire::Reading& reading) {
+void Clock::start(const wire::DecodedMessage& reading) {
   running_ = true;
   forget_angles();
   origin_ns_ = left_device_ns(reading);
@@ -63,7 +63,7 @@ void Clock::start(const wire::Reading& reading) {
 }
 
 // Integer ticks over integer milli-ticks per second: exact, so that one day of fast replay ends on the nanosecond.
-std::int64_t Clock::stamp_device(const FrameStep& step) {
+std::int64_t Clock::stamp_device(const CounterStep& step) {
   if (step.restarted) {
     ++status_.resets;
     forget_angles();
@@ -131,11 +131,11 @@ void Clock::fit(double y, double residual_s) {
   status_.period_s = description_->period_s() * slope_;
 }
 
-std::int64_t Clock::stamp_host(const wire::Reading& reading, const FrameStep& step) {
+std::int64_t Clock::stamp_host(const wire::DecodedMessage& reading, const CounterStep& step) {
   const double y = 1e-9 * static_cast<double>(left_device_ns(reading) - origin_ns_);
   ticks_ += step.ticks;
   x_ = ticks_ * tick_s_;
-  const ArrivalHull::StraightLine before = status_.period_is_estimated ? active_.edge() : active_.nominal();
+  const LowerHull::StraightLine before = status_.period_is_estimated ? active_.edge() : active_.nominal();
   double residual = y - before.at(x_);
   if (out_of_step(residual, y, reading.behind) && !recount(residual)) {
     ++status_.resets;
@@ -144,7 +144,7 @@ std::int64_t Clock::stamp_host(const wire::Reading& reading, const FrameStep& st
     return origin_ns_;
   }
   if (step.ticks > 0 && residual <= settings_.residual_limit_s) fit(y, residual);
-  const ArrivalHull::StraightLine line = status_.period_is_estimated ? active_.edge() : active_.nominal();
+  const LowerHull::StraightLine line = status_.period_is_estimated ? active_.edge() : active_.nominal();
   status_.residual_s = y - line.at(x_);
   return origin_ns_ + std::llround(1e9 * line.at(x_));
 }
@@ -153,15 +153,15 @@ void Clock::forget_angles() {
   for (Turn& turn : turns_) turn.has_angle = false;
 }
 
-void Clock::miss(const FrameStep& step) {
+void Clock::miss(const CounterStep& step) {
   for (Turn& turn : turns_) turn.missing += step.missing;
   status_.missing_frames += step.missing;
   status_.missing_by_arrival += step.by_arrival;
 }
 
-bool Clock::push(const wire::Reading& reading) {
+bool Clock::push(const wire::DecodedMessage& reading) {
   std::int64_t time_ns;
-  const FrameStep step = steps_.push(reading, slope_);
+  const CounterStep step = steps_.push(reading, slope_);
   if (!running_) {
     start(reading);
     time_ns = origin_ns_;
@@ -185,14 +185,14 @@ bool Clock::push(const wire::Reading& reading) {
 }
 
 /// Sets the angle in the reading's unit (or the rate), and the nominal seconds of its interval.
-std::optional<double> Clock::turned(const wire::GyroReading& reading, std::size_t axis, double& nominal_s) {
+std::optional<double> Clock::turned(const wire::AxisReading& reading, std::size_t axis, double& nominal_s) {
   const wire::GyroRule& gyro = description_->gyro;
   Turn& turn = turns_[axis];
   const double since_last_s = x_ - std::exchange(turn.x, x_);
   const bool varies =
-      description_->counter && description_->counter->step_varies && gyro.meaning == wire::GyroMeaning::kIncrement;
+      description_->counter && description_->counter->step_varies && gyro.meaning == wire::RateEncoding::kIncrement;
   nominal_s = gyro.interval_s > 0 ? gyro.interval_s : varies ? since_last_s : description_->period_s();
-  if (gyro.meaning != wire::GyroMeaning::kAccumulated)
+  if (gyro.meaning != wire::RateEncoding::kAccumulated)
     return reading.valid ? std::optional(reading.value) : std::optional(kUnknown);
   if (!reading.valid) return turn.has_angle ? std::optional(kUnknown) : std::nullopt;
   const double before = std::exchange(turn.angle, reading.value);
@@ -205,8 +205,8 @@ std::optional<double> Clock::turned(const wire::GyroReading& reading, std::size_
   return difference;
 }
 
-std::optional<Sample> Clock::sample(const wire::Reading& reading, std::size_t axis) {
-  const wire::GyroReading& gyro = reading.gyro[axis];
+std::optional<Sample> Clock::sample(const wire::DecodedMessage& reading, std::size_t axis) {
+  const wire::AxisReading& gyro = reading.gyro[axis];
   if (!gyro.carried) return std::nullopt;
   double nominal_s = 0;
   const std::optional<double> number = turned(gyro, axis, nominal_s);
@@ -215,7 +215,7 @@ std::optional<Sample> Clock::sample(const wire::Reading& reading, std::size_t ax
   sample.time_ns = last_time_ns_;
   sample.interval_s = nominal_s * slope_;
   const double scaled = *number * description_->axes[axis].scale;
-  sample.rate_deg_per_h = description_->gyro.meaning == wire::GyroMeaning::kRate ? scaled : scaled / sample.interval_s;
+  sample.rate_deg_per_h = description_->gyro.meaning == wire::RateEncoding::kRate ? scaled : scaled / sample.interval_s;
   const int own = description_->axes[axis].thermometer;
   sample.temperature_degc = own < 0 ? reading.temperature_degc : reading.sensors[static_cast<std::size_t>(own)];
   sample.uhfo_v = reading.uhfo_v;

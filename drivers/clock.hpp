@@ -59,10 +59,10 @@ class Clock {
   Clock(wire::FrameDescriptionPtr description, ClockSettings settings = {});
 
   /// Computes the time of the reading. Returns false if it is a repeated frame or has no rate.
-  bool push(const wire::Reading& reading);
+  bool push(const wire::DecodedMessage& reading);
   /// The sample of an axis (index into FrameDescription::axes) of the reading last accepted by push(). Call once for
   /// each.
-  std::optional<Sample> sample(const wire::Reading& reading, std::size_t axis);
+  std::optional<Sample> sample(const wire::DecodedMessage& reading, std::size_t axis);
 
   /// The line was reopened: a new session. Stamps may start at any time.
   void reset();
@@ -70,20 +70,20 @@ class Clock {
   const ClockStatus& status() const { return status_; }
 
  private:
-  void start(const wire::Reading& reading);
+  void start(const wire::DecodedMessage& reading);
   void forget_angles();
-  void miss(const FrameStep& step);
-  std::int64_t stamp_device(const FrameStep& step);
-  std::int64_t stamp_host(const wire::Reading& reading, const FrameStep& step);
+  void miss(const CounterStep& step);
+  std::int64_t stamp_device(const CounterStep& step);
+  std::int64_t stamp_host(const wire::DecodedMessage& reading, const CounterStep& step);
   bool out_of_step(double residual_s, double y, std::uint32_t behind);
   bool recount(double& residual_s);
   void fit(double y, double residual_s);
-  std::optional<double> turned(const wire::GyroReading& reading, std::size_t axis, double& nominal_s);
-  std::int64_t left_device_ns(const wire::Reading& reading) const;
+  std::optional<double> turned(const wire::AxisReading& reading, std::size_t axis, double& nominal_s);
+  std::int64_t left_device_ns(const wire::DecodedMessage& reading) const;
 
   wire::FrameDescriptionPtr description_;
   ClockSettings settings_;
-  FrameSteps steps_;
+  CounterUnwrapper steps_;
   ClockStatus status_;
   double tick_s_ = 0;  ///< nominal
   double byte_time_ns_ = 0;
@@ -94,7 +94,7 @@ class Clock {
   double x_ = 0;                   ///< the same in nominal seconds
   std::int64_t last_time_ns_ = 0;  ///< of the last sample or stamp: stamps never go below
 
-  ArrivalHull active_, next_;
+  LowerHull active_, next_;
   double next_since_x_ = 0;
   double jitter_s_ = 0;  ///< largest delay of arrivals above the line
   std::uint64_t points_ = 0;

@@ -19,37 +19,37 @@ std::uint32_t whole(double frames) { return static_cast<std::uint32_t>(std::llro
 
 }  // namespace
 
-FrameSteps::FrameSteps(wire::FrameDescriptionPtr description, bool by_arrival)
+CounterUnwrapper::CounterUnwrapper(wire::FrameDescriptionPtr description, bool by_arrival)
     : description_(std::move(description)), by_arrival_(by_arrival) {}
 
-void FrameSteps::reset() {
+void CounterUnwrapper::reset() {
   running_ = false;
   last_counter_.reset();
 }
 
-FrameStep FrameSteps::push(const wire::Reading& reading, double slope) {
-  const FrameStep step = running_ ? step_to(reading, slope) : FrameStep{};
+CounterStep CounterUnwrapper::push(const wire::DecodedMessage& reading, double slope) {
+  const CounterStep step = running_ ? step_to(reading, slope) : CounterStep{};
   running_ = true;
   last_ = reading;
   if (reading.has_counter) last_counter_ = reading.counter;
   return step;
 }
 
-double FrameSteps::frame_ticks() const {
+double CounterUnwrapper::frame_ticks() const {
   if (!description_->counter) return 1;
   const wire::CounterRule& rule = *description_->counter;
   return last_counter_ ? rule.ticks_per_frame : rule.ticks_per_s * description_->period_s();
 }
 
-double FrameSteps::unseen_ticks() const {
+double CounterUnwrapper::unseen_ticks() const {
   if (!last_counter_) return frame_ticks();
   const wire::CounterRule& rule = *description_->counter;
   return rule.step_varies ? 0 : static_cast<double>(rule.modulus);
 }
 
-std::uint32_t FrameSteps::frames_of(double ticks) const { return whole(ticks / frame_ticks()); }
+std::uint32_t CounterUnwrapper::frames_of(double ticks) const { return whole(ticks / frame_ticks()); }
 
-double FrameSteps::counted_ticks(const wire::Reading& reading) const {
+double CounterUnwrapper::counted_ticks(const wire::DecodedMessage& reading) const {
   const wire::CounterRule& rule = *description_->counter;
   std::uint64_t ticks = reading.counter - *last_counter_;
   if (rule.modulus != 0 && reading.counter < *last_counter_) ticks += rule.modulus;
@@ -57,7 +57,7 @@ double FrameSteps::counted_ticks(const wire::Reading& reading) const {
 }
 
 /// Counter periods during a time without data.
-double FrameSteps::unseen_turns(const wire::Reading& reading, double ticks, double slope) const {
+double CounterUnwrapper::unseen_turns(const wire::DecodedMessage& reading, double ticks, double slope) const {
   const wire::CounterRule& rule = *description_->counter;
   const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_.arrival_ns);
   if (rule.modulus == 0 || !by_arrival_ || elapsed_s <= kWrapUnseenS) return 0;
@@ -66,14 +66,14 @@ double FrameSteps::unseen_turns(const wire::Reading& reading, double ticks, doub
   return std::max(0.0, std::round((elapsed_s * rule.ticks_per_s / slope - ticks) / static_cast<double>(rule.modulus)));
 }
 
-double FrameSteps::frames_by_offset(const wire::Reading& reading) const {
+double CounterUnwrapper::frames_by_offset(const wire::DecodedMessage& reading) const {
   const std::uint64_t end = last_.offset + last_.length;
   if (description_->kinds.size() != 1 || reading.offset <= end) return 1;
   return 1 + std::round(static_cast<double>(reading.offset - end) / reading.length);
 }
 
-FrameStep FrameSteps::uncounted(const wire::Reading& reading) const {
-  FrameStep step;
+CounterStep CounterUnwrapper::uncounted(const wire::DecodedMessage& reading) const {
+  CounterStep step;
   if (!reading.has_gyro || last_counter_) return step;
   const double frames = frames_by_offset(reading);
   step.ticks = frames * frame_ticks();
@@ -81,10 +81,10 @@ FrameStep FrameSteps::uncounted(const wire::Reading& reading) const {
   return step;
 }
 
-FrameStep FrameSteps::step_to(const wire::Reading& reading, double slope) const {
+CounterStep CounterUnwrapper::step_to(const wire::DecodedMessage& reading, double slope) const {
   if (!reading.has_counter || !last_counter_) return uncounted(reading);
   const wire::CounterRule& rule = *description_->counter;
-  FrameStep step;
+  CounterStep step;
   step.ticks = counted_ticks(reading);
   const double unseen = unseen_turns(reading, step.ticks, slope) * static_cast<double>(rule.modulus);
   step.ticks += unseen;

@@ -10,7 +10,7 @@
 
 namespace prism::drivers {
 
-struct FrameStep {
+struct CounterStep {
   double ticks = 0;              ///< of CounterRule; frames if the description has no counter
   std::uint32_t missing = 0;     ///< frames lost in between
   std::uint32_t by_arrival = 0;  ///< of these: derived from arrival times only, because the counter may have wrapped
@@ -25,12 +25,12 @@ struct FrameStep {
 ///
 /// Without a counter each frame with gyro data is one step; frames lost on the line are derived from the bytes skipped
 /// there, if the stream has one message type. An uncounted frame between counted ones takes no step.
-class FrameSteps {
+class CounterUnwrapper {
  public:
-  FrameSteps(wire::FrameDescriptionPtr description, bool by_arrival);
+  CounterUnwrapper(wire::FrameDescriptionPtr description, bool by_arrival);
 
   /// `slope`: estimated host seconds per nominal device second. The first reading's step is 0.
-  FrameStep push(const wire::Reading& reading, double slope);
+  CounterStep push(const wire::DecodedMessage& reading, double slope);
   void reset();
 
   /// Minimum number of ticks that can be lost unseen: a counter period, or a frame without a counter; 0: none.
@@ -39,16 +39,16 @@ class FrameSteps {
 
  private:
   double frame_ticks() const;
-  FrameStep step_to(const wire::Reading& reading, double slope) const;
-  FrameStep uncounted(const wire::Reading& reading) const;
-  double counted_ticks(const wire::Reading& reading) const;
-  double unseen_turns(const wire::Reading& reading, double ticks, double slope) const;
-  double frames_by_offset(const wire::Reading& reading) const;
+  CounterStep step_to(const wire::DecodedMessage& reading, double slope) const;
+  CounterStep uncounted(const wire::DecodedMessage& reading) const;
+  double counted_ticks(const wire::DecodedMessage& reading) const;
+  double unseen_turns(const wire::DecodedMessage& reading, double ticks, double slope) const;
+  double frames_by_offset(const wire::DecodedMessage& reading) const;
 
   wire::FrameDescriptionPtr description_;
   bool by_arrival_;
   bool running_ = false;
-  wire::Reading last_;  ///< of any message type
+  wire::DecodedMessage last_;  ///< of any message type
   std::optional<std::uint64_t> last_counter_;
 };
 

@@ -81,7 +81,7 @@ CLI::Validator following(TextRule rule) {
   return CLI::Validator(check, "");
 }
 
-void speak_to_people(CLI::App& app) { app.formatter(std::make_shared<HelpText>()); }
+void use_readable_help(CLI::App& app) { app.formatter(std::make_shared<HelpText>()); }
 
 void add_examples(CLI::App& command, const std::vector<std::string>& lines) {
   command.footer(fmt::format("Examples:\n  {}", fmt::join(lines, "\n  ")));

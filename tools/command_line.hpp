@@ -23,7 +23,7 @@ CLI::Validator following(TextRule rule);
 
 /// Gives `app` and its later subcommands a help in which each option has one word for its value, and its range and
 /// default in parentheses after the description. The choices of an option must be written in its description.
-void speak_to_people(CLI::App& app);
+void use_readable_help(CLI::App& app);
 
 /// Adds examples to the end of a command's help, one command per line.
 void add_examples(CLI::App& command, const std::vector<std::string>& lines);

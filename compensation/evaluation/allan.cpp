@@ -116,17 +116,18 @@ Result<AllanCurve> allan_deviation(std::span<const double> rate, double tau0_s,
                                    std::span<const std::size_t> cluster_sizes, AllanEstimator estimator,
                                    const std::string& where) {
   if (!(tau0_s > 0) || !std::isfinite(tau0_s)) {
-    return refuse(where, fmt::format("found a sample interval of {} s, expected a positive number", tau0_s));
+    return make_error(where, fmt::format("found a sample interval of {} s, expected a positive number", tau0_s));
   }
   const PhaseRuns phases = integrate(rate);
   AllanCurve curve{estimator, tau0_s, phases.values, phases.holes, phases.runs.size(), {}};
   const bool enough = std::any_of(phases.runs.begin(), phases.runs.end(), [](const Phase& x) { return x.size() > 3; });
   if (!enough) {
-    return refuse(where, fmt::format("found {} values in {} segments without a gap, expected at least 3 in one segment",
-                                     phases.values, phases.runs.size()));
+    return make_error(where,
+                      fmt::format("found {} values in {} segments without a gap, expected at least 3 in one segment",
+                                  phases.values, phases.runs.size()));
   }
   for (const std::size_t m : cluster_sizes) {
-    if (m == 0) return refuse(where, "found a cluster of 0 samples, expected 1 or more");
+    if (m == 0) return make_error(where, "found a cluster of 0 samples, expected 1 or more");
     const AllanPoint point = measure(phases, m, tau0_s, estimator);
     if (point.terms > 0) curve.points.push_back(point);
   }

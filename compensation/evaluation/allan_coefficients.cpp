@@ -196,10 +196,10 @@ AllanFloor find_floor(const AllanCurve& curve) {
 Result<AllanCoefficients> extract_coefficients(const AllanCurve& curve, const std::vector<AllanInterval>& intervals,
                                                const std::string& where) {
   if (curve.points.size() < 3 || intervals.size() != curve.points.size()) {
-    return refuse(where, std::to_string(curve.points.size()) + " points on the Allan curve; expected 3 or more");
+    return make_error(where, std::to_string(curve.points.size()) + " points on the Allan curve; expected 3 or more");
   }
   for (const AllanPoint& point : curve.points) {
-    if (!(point.deviation > 0)) return refuse(where, "an Allan deviation is zero: the rate is constant");
+    if (!(point.deviation > 0)) return make_error(where, "an Allan deviation is zero: the rate is constant");
   }
   const auto plateau = find_plateau(curve);
   const unsigned shown = told_apart(curve, intervals);

@@ -24,8 +24,8 @@ Result<BiasStability> measure_bias_stability(std::span<const double> raw, std::s
                                              const std::vector<bool>& follows, Divisor divisor,
                                              const std::string& where) {
   if (raw.size() != corrected.size() || (!follows.empty() && follows.size() != raw.size())) {
-    return refuse(where, fmt::format("found {} raw and {} corrected blocks, expected equal numbers", raw.size(),
-                                     corrected.size()));
+    return make_error(where, fmt::format("found {} raw and {} corrected blocks, expected equal numbers", raw.size(),
+                                         corrected.size()));
   }
   const auto before = summarise(raw, divisor, where + ", raw");
   if (!before) return tl::unexpected(before.error());

@@ -68,8 +68,8 @@ class BlockRun {
 Result<BlockMeans> mean_over_blocks(std::span<const TimedValue> rows, double row_s, double length_s, double max_gap_s,
                                     const std::string& where) {
   if (!(row_s > 0) || !(length_s >= row_s)) {
-    return refuse(where,
-                  fmt::format("found blocks of {} s and rows of {} s, expected 0 < row <= block", length_s, row_s));
+    return make_error(where,
+                      fmt::format("found blocks of {} s and rows of {} s, expected 0 < row <= block", length_s, row_s));
   }
   BlockMeans result;
   result.length_s = length_s;
@@ -79,7 +79,7 @@ Result<BlockMeans> mean_over_blocks(std::span<const TimedValue> rows, double row
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const TimedValue& row = rows[i];
     if (!std::isfinite(row.time_s) || (i > 0 && !(row.time_s > rows[i - 1].time_s))) {
-      return refuse(where, fmt::format("time of row {} is not after that of the row before", i));
+      return make_error(where, fmt::format("time of row {} is not after that of the row before", i));
     }
     if (!std::isfinite(row.value)) {
       ++result.rows_unknown;
@@ -96,7 +96,7 @@ Result<BlockMeans> mean_over_blocks(std::span<const TimedValue> rows, double row
     begun = true;
     last_s = row.time_s;
   }
-  if (!begun) return refuse(where, fmt::format("found no value in {} rows, expected at least one", rows.size()));
+  if (!begun) return make_error(where, fmt::format("found no value in {} rows, expected at least one", rows.size()));
   run.finish(last_s);
   return result;
 }

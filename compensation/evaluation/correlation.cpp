@@ -12,11 +12,11 @@ namespace {
 /// The deviations from the mean, scaled to at most 1 (squares of very small ones would underflow), or the error.
 Result<std::vector<double>> deviations(std::span<const double> values, const std::string& where) {
   if (values.size() < 3) {
-    return refuse(where, "a correlation needs 3 values or more, found " + std::to_string(values.size()));
+    return make_error(where, "a correlation needs 3 values or more, found " + std::to_string(values.size()));
   }
   const auto summary = summarise(values, Divisor::kN, where);
   if (!summary) return tl::unexpected(summary.error());
-  if (summary->peak_to_peak == 0) return refuse(where, "the series is constant: its correlation is not defined");
+  if (summary->peak_to_peak == 0) return make_error(where, "the series is constant: its correlation is not defined");
   std::vector<double> result(values.begin(), values.end());
   for (double& value : result) value = (value - summary->mean) / summary->peak_to_peak;
   return result;
@@ -32,8 +32,8 @@ double dot(const std::vector<double>& x, const std::vector<double>& y, std::size
 
 Result<double> correlate(std::span<const double> x, std::span<const double> y, const std::string& where) {
   if (x.size() != y.size()) {
-    return refuse(where,
-                  std::to_string(x.size()) + " against " + std::to_string(y.size()) + " values; expected as many");
+    return make_error(where,
+                      std::to_string(x.size()) + " against " + std::to_string(y.size()) + " values; expected as many");
   }
   const auto dx = deviations(x, where);
   if (!dx) return tl::unexpected(dx.error());

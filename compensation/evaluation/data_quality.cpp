@@ -135,7 +135,7 @@ NoiseRatio noise_ratio(std::span<const double> blocks, const std::vector<bool>& 
 
 Verdict compare(double value, const Threshold& threshold, bool at_least) {
   const double sign = at_least ? 1 : -1;
-  if (sign * value < sign * threshold.refuse) return Verdict::kRefuse;
+  if (sign * value < sign * threshold.make_error) return Verdict::kRefuse;
   return sign * value < sign * threshold.warn ? Verdict::kWarn : Verdict::kPass;
 }
 
@@ -143,9 +143,9 @@ Verdict compare(double value, const Threshold& threshold, bool at_least) {
 Finding find(const char* name, double value, const char* unit, const Threshold& threshold, bool at_least,
              const char* meaning) {
   Finding finding{name, compare(value, threshold, at_least), value, unit, threshold, at_least, {}};
-  finding.text =
-      fmt::format("{:.4g}{}{}; expected {} {:g}, rejected {} {:g}", value, *unit ? " " : "", unit,
-                  at_least ? "at least" : "at most", threshold.warn, at_least ? "below" : "above", threshold.refuse);
+  finding.text = fmt::format("{:.4g}{}{}; expected {} {:g}, rejected {} {:g}", value, *unit ? " " : "", unit,
+                             at_least ? "at least" : "at most", threshold.warn, at_least ? "below" : "above",
+                             threshold.make_error);
   if (finding.verdict != Verdict::kPass) finding.text += fmt::format(": {}", meaning);
   return finding;
 }
@@ -193,10 +193,10 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
                                        const std::string& where) {
   const std::size_t count = rate_deg_per_h.size();
   if (temperature_degc.size() != count || (!follows.empty() && follows.size() != count)) {
-    return refuse(where, fmt::format("found {} temperatures and {} rates, expected equal numbers",
-                                     temperature_degc.size(), count));
+    return make_error(where, fmt::format("found {} temperatures and {} rates, expected equal numbers",
+                                         temperature_degc.size(), count));
   }
-  if (count < 2) return refuse(where, fmt::format("found {} blocks, expected at least 2", count));
+  if (count < 2) return make_error(where, fmt::format("found {} blocks, expected at least 2", count));
   const auto temperature = summarise(temperature_degc, Divisor::kNMinus1, where + ", temperature");
   if (!temperature) return tl::unexpected(temperature.error());
   const auto rate = summarise(rate_deg_per_h, Divisor::kNMinus1, where + ", rate");
@@ -210,7 +210,7 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   const bool still = span_degc < settings.still_temperature_degc;
 
   DataQuality report;
-  report.nothing_to_compensate = still || explainable < settings.min_explainable.refuse;
+  report.nothing_to_compensate = still || explainable < settings.min_explainable.make_error;
   auto& findings = report.findings;
   findings.push_back(find("temperature_span", span_degc, "degC", settings.min_temperature_span_degc, true,
                           "too small for a model of the gyro's range"));

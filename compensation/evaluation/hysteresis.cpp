@@ -41,14 +41,14 @@ std::optional<double> sensitivity(std::span<const double> temperature_degc, std:
 Result<Hysteresis> measure_hysteresis(std::span<const double> temperature_degc, std::span<const double> bias_deg_per_h,
                                       std::span<const ThermalKind> kinds, double bin_degc, const std::string& where) {
   if (temperature_degc.size() != kinds.size() || bias_deg_per_h.size() != kinds.size()) {
-    return refuse(where, fmt::format("found {} temperatures, {} biases and {} kinds, expected equal numbers",
-                                     temperature_degc.size(), bias_deg_per_h.size(), kinds.size()));
+    return make_error(where, fmt::format("found {} temperatures, {} biases and {} kinds, expected equal numbers",
+                                         temperature_degc.size(), bias_deg_per_h.size(), kinds.size()));
   }
-  if (!(bin_degc > 0)) return refuse(where, fmt::format("found bins of {} degC, expected more than 0", bin_degc));
+  if (!(bin_degc > 0)) return make_error(where, fmt::format("found bins of {} degC, expected more than 0", bin_degc));
   std::map<long, std::pair<Mean, Mean>> bins;  // heating, cooling
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     if (!std::isfinite(temperature_degc[i]) || !std::isfinite(bias_deg_per_h[i])) {
-      return refuse(where, fmt::format("block {} is not finite", i));
+      return make_error(where, fmt::format("block {} is not finite", i));
     }
     auto& bin = bins[std::lround(std::floor(temperature_degc[i] / bin_degc))];
     if (kinds[i] == ThermalKind::kHeating) bin.first.add(bias_deg_per_h[i]);

@@ -45,11 +45,11 @@ std::vector<double> influence(std::span<const double> before, std::span<const do
 }
 
 /// A statistic of the complete recording, and its standard deviation over the resamples.
-struct Spread {
+struct BootstrapEstimate {
   double here, sd;
 };
-Spread bootstrap(std::size_t n, std::size_t block,
-                 const std::function<double(const std::vector<std::size_t>&)>& statistic) {
+BootstrapEstimate bootstrap(std::size_t n, std::size_t block,
+                            const std::function<double(const std::vector<std::size_t>&)>& statistic) {
   std::mt19937_64 random(2019);
   std::vector<std::size_t> from(n);
   std::iota(from.begin(), from.end(), std::size_t{0});
@@ -73,14 +73,15 @@ double reach(std::size_t n, std::size_t block) {
 
 Result<void> usable(std::span<const double> before, std::span<const double> after, const std::string& where) {
   if (before.size() != after.size() || before.size() < kLeast) {
-    return refuse(where, fmt::format("an interval of the improvement needs as many corrected blocks as raw ones, {} or "
-                                     "more; found {} and {}",
-                                     kLeast, after.size(), before.size()));
+    return make_error(where,
+                      fmt::format("an interval of the improvement needs as many corrected blocks as raw ones, {} or "
+                                  "more; found {} and {}",
+                                  kLeast, after.size(), before.size()));
   }
   for (const auto& series : {before, after}) {
     const auto summary = summarise(series, Divisor::kN, where);
     if (!summary) return tl::unexpected(summary.error());
-    if (!(summary->sd > 0)) return refuse(where, "the series is constant: the improvement has no interval");
+    if (!(summary->sd > 0)) return make_error(where, "the series is constant: the improvement has no interval");
   }
   return {};
 }
@@ -118,8 +119,8 @@ std::size_t bootstrap_block(std::span<const double> values) {
   return std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(length)));
 }
 
-Result<NextRecording> next_improvement(std::span<const double> before, std::span<const double> after,
-                                       const std::string& where) {
+Result<PredictionInterval> next_improvement(std::span<const double> before, std::span<const double> after,
+                                            const std::string& where) {
   if (auto good = usable(before, after, where); !good) return tl::unexpected(good.error());
   const std::size_t n = before.size(), block = bootstrap_block(after);
   std::vector<double> raw(n), left(n);
@@ -132,18 +133,18 @@ Result<NextRecording> next_improvement(std::span<const double> before, std::span
   };
   const auto [here, sd] = bootstrap(n, block, statistic);
   const double far = std::hypot(std::sqrt(1 - kRepeats) * reach(n, block) * sd, std::sqrt(2.0) * 1.96 * kBetweenDays);
-  return NextRecording{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), block};
+  return PredictionInterval{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), block};
 }
 
-Result<NextRecording> next_of_several(std::span<const double> improvements, const std::string& where) {
+Result<PredictionInterval> next_of_several(std::span<const double> improvements, const std::string& where) {
   if (improvements.size() < 3) {
-    return refuse(
+    return make_error(
         where, fmt::format("found {} recordings, expected 3 or more to estimate their scatter", improvements.size()));
   }
   std::vector<double> left;
   for (const double improvement : improvements) {
     if (!(improvement < 1))
-      return refuse(where, fmt::format("found an improvement of {}, expected less than 1", improvement));
+      return make_error(where, fmt::format("found an improvement of {}, expected less than 1", improvement));
     left.push_back(std::log(1 - improvement));
   }
   const auto summary = summarise(left, Divisor::kNMinus1, where);
@@ -151,11 +152,11 @@ Result<NextRecording> next_of_several(std::span<const double> improvements, cons
   const auto n = static_cast<double>(left.size());
   const double quantile = boost::math::quantile(boost::math::students_t(n - 1), 0.975);
   const double far = quantile * summary->sd * std::sqrt(1 + 1 / n), here = summary->mean;
-  return NextRecording{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), 1};
+  return PredictionInterval{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), 1};
 }
 
-Result<NextRecording> next_difference(std::span<const double> before, std::span<const double> first,
-                                      std::span<const double> second, const std::string& where) {
+Result<PredictionInterval> next_difference(std::span<const double> before, std::span<const double> first,
+                                           std::span<const double> second, const std::string& where) {
   for (const auto& after : {first, second}) {
     if (auto good = usable(before, after, where); !good) return tl::unexpected(good.error());
   }
@@ -172,7 +173,7 @@ Result<NextRecording> next_difference(std::span<const double> before, std::span<
   };
   const auto [here, sd] = bootstrap(n, block, statistic);
   const double far = reach(n, block) * sd;
-  return NextRecording{here, here - far, here + far, block};
+  return PredictionInterval{here, here - far, here + far, block};
 }
 
 }  // namespace prism::evaluation

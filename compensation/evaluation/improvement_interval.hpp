@@ -20,7 +20,7 @@ inline constexpr double kBetweenDays = 0.09;
 inline constexpr double kRepeats = 0.4;
 
 /// A value of one recording, and its 95 % prediction interval for further recordings of the same profile.
-struct NextRecording {
+struct PredictionInterval {
   double value = 0;       ///< of this recording
   double low = 0;         ///< 2.5 % of further recordings are below
   double high = 0;        ///< 2.5 % are above
@@ -35,18 +35,18 @@ struct NextRecording {
 /// the ratio, with one degree of freedom less than the recording has blocks, and kBetweenDays. The variance counts
 /// twice, because the next recording scatters as much as this one, except for kRepeats. Errors: fewer than 20 values,
 /// different lengths, values that are not finite, a constant series.
-Result<NextRecording> next_improvement(std::span<const double> before, std::span<const double> after,
-                                       const std::string& where);
+Result<PredictionInterval> next_improvement(std::span<const double> before, std::span<const double> after,
+                                            const std::string& where);
 
 /// The improvement of `second` minus that of `first`, both corrections of the same recording `before`. Pairs are
 /// resampled together, and day-to-day changes common to both cancel. Errors: as above.
-Result<NextRecording> next_difference(std::span<const double> before, std::span<const double> first,
-                                      std::span<const double> second, const std::string& where);
+Result<PredictionInterval> next_difference(std::span<const double> before, std::span<const double> first,
+                                           std::span<const double> second, const std::string& where);
 
 /// 95 % prediction interval of the improvement, from the improvements of several recordings alone (fractions, each
 /// below 1): Student's t on the logarithms of the remaining ratios, with the recordings' own scatter. `value` is their
 /// mean, `block` 1. Errors: fewer than 3, or one that is not finite or not below 1.
-Result<NextRecording> next_of_several(std::span<const double> improvements, const std::string& where);
+Result<PredictionInterval> next_of_several(std::span<const double> improvements, const std::string& where);
 
 /// Number of neighbours to resample together: the block length with the smallest error of a mean's variance, from the
 /// autocorrelation (Politis and White 2004, corrected by Patton, Politis and White 2009), 1 to a quarter of the values.

@@ -20,10 +20,10 @@ double neumaier_sum(std::span<const double> values) {
 
 Result<SummaryStatistics> summarise(std::span<const double> values, Divisor divisor, const std::string& where) {
   if (values.size() < 2) {
-    return refuse(where, "a standard deviation needs 2 values or more, found " + std::to_string(values.size()));
+    return make_error(where, "a standard deviation needs 2 values or more, found " + std::to_string(values.size()));
   }
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!std::isfinite(values[i])) return refuse(where, "value " + std::to_string(i) + " is not a finite number");
+    if (!std::isfinite(values[i])) return make_error(where, "value " + std::to_string(i) + " is not a finite number");
   }
   const double n = static_cast<double>(values.size());
   SummaryStatistics summary;

@@ -47,14 +47,16 @@ std::vector<ThermalKind> thermal_kinds(std::span<const double> time_s, std::span
 
 Result<std::vector<ThermalSegment>> cut_thermal_segments(std::span<const double> time_s,
                                                          std::span<const double> temperature_degc,
-                                                         const SegmentSettings& settings, const std::string& where) {
+                                                         const ThermalSegmentSettings& settings,
+                                                         const std::string& where) {
   const std::size_t count = temperature_degc.size();
   if (count < 2 || time_s.size() != count) {
-    return refuse(where, fmt::format("{} times and {} temperatures; expected 2 or more of each", time_s.size(), count));
+    return make_error(where,
+                      fmt::format("{} times and {} temperatures; expected 2 or more of each", time_s.size(), count));
   }
   for (std::size_t i = 0; i < count; ++i) {
-    if (!std::isfinite(temperature_degc[i])) return refuse(where, fmt::format("temperature {} is not finite", i));
-    if (i > 0 && !(time_s[i] > time_s[i - 1])) return refuse(where, fmt::format("time {} does not increase", i));
+    if (!std::isfinite(temperature_degc[i])) return make_error(where, fmt::format("temperature {} is not finite", i));
+    if (i > 0 && !(time_s[i] > time_s[i - 1])) return make_error(where, fmt::format("time {} does not increase", i));
   }
   const auto kinds = thermal_kinds(time_s, temperature_degc, settings.soak_slope_degc_per_s);
   std::vector<ThermalSegment> segments;

@@ -25,7 +25,7 @@ struct ThermalSegment {
   std::size_t size() const { return end - begin; }
 };
 
-struct SegmentSettings {
+struct ThermalSegmentSettings {
   /// A smaller slope is a soak. 0.1 degC/min: a tenth of the usual chamber ramp.
   double soak_slope_degc_per_s = 0.1 / 60;
   std::size_t min_blocks = 3;  ///< shorter segments join the one before
@@ -39,6 +39,7 @@ std::vector<ThermalKind> thermal_kinds(std::span<const double> time_s, std::span
 /// increase, temperatures that are not finite.
 Result<std::vector<ThermalSegment>> cut_thermal_segments(std::span<const double> time_s,
                                                          std::span<const double> temperature_degc,
-                                                         const SegmentSettings& settings, const std::string& where);
+                                                         const ThermalSegmentSettings& settings,
+                                                         const std::string& where);
 
 }  // namespace prism::evaluation

@@ -78,7 +78,7 @@ std::optional<CompositeSystem> reweighted_system(const CompositeSamples& samples
   std::optional<CompositeSystem> system;
   const auto solve = [&](const Eigen::VectorXd& v) -> Result<Eigen::VectorXd> {
     system = CompositeSystem::make(samples, theta, v);
-    if (!system) return refuse("composite kernel", "the covariance of the samples is not positive definite");
+    if (!system) return make_error("composite kernel", "the covariance of the samples is not positive definite");
     return system->residual();
   };
   const auto done = reweight(settings, weight, solve, weights_settled());
@@ -99,14 +99,14 @@ Result<CompositeFit> search_composite(const CompositeSamples& samples, const Rew
     if (found.value < best.value) best = std::move(found);
   }
   if (!std::isfinite(best.value))
-    return refuse("composite kernel", "the search found no finite likelihood from any start");
+    return make_error("composite kernel", "the search found no finite likelihood from any start");
   double searched = static_cast<double>(coarse.y.size());
   for (const Eigen::Index most : {kCoarseSamples, kMiddleSamples, kFineSamples}) {
     const CompositeSamples part = samples.part(thinned(samples.y.size(), most));
     weight = Eigen::VectorXd::Ones(part.y.size());
     ReweightReport report;
     if (!reweighted_system(part, best.x, settings, weight, report))
-      return refuse("composite kernel", "the search found no model");
+      return make_error("composite kernel", "the search found no model");
     const double now = static_cast<double>(part.y.size());
     best = search.descend(part, weight, best.x, kFineEvaluations, best.inverse_hessian * (searched / now));
     searched = now;

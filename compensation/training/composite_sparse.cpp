@@ -118,7 +118,7 @@ std::optional<SparseComposite> fit_sparse_composite(const CompositeSamples& samp
   settings.limit = std::min(settings.limit, kSparseSolves);
   const auto solve = [&](const Eigen::VectorXd& v) -> Result<Eigen::VectorXd> {
     if (system.solve(v)) return system.noise_residual();
-    return refuse("composite kernel", "the covariance of the centres is not positive definite");
+    return make_error("composite kernel", "the covariance of the centres is not positive definite");
   };
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(samples.y.size());
   const auto report = reweight(settings, weight, solve, weights_settled());

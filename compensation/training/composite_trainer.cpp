@@ -73,10 +73,10 @@ double skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
 // Normalised. Cross-conformal (Vovk 2015): blocks of the record, or recordings, each predicted by a model without it;
 // the 95 % quantile of |error| / sd_mean, divided by its nominal value of 2. Never below 1, because blocks of one
 // record differ less than another run.
-compensation::Spread calibrated(const CompositeSamples& samples, const CompositeFit& fit, double skill) {
+compensation::BetweenRunError calibrated(const CompositeSamples& samples, const CompositeFit& fit, double skill) {
   constexpr double kBelievedWeight = 0.3;
   const auto variances = composite_variances(fit.theta, samples.x.rows());
-  compensation::Spread spread;
+  compensation::BetweenRunError spread;
   spread.nuisance_deg_per_h = std::sqrt(variances.nuisance - level_of(samples, fit.theta) + variances.offset);
   spread.offset_deg_per_h = samples.recordings > 1 ? 0 : compensation::kAssumedOffset;
   spread.noise_deg_per_h = std::sqrt(variances.noise);
@@ -119,7 +119,7 @@ Result<compensation::CompositeParameters> solved(const CompositeSamples& samples
   p.variances = composite_variances(fit.theta, samples.x.rows());
   if (sparse) {
     auto found = fit_sparse_composite(samples, fit.theta, settings.reweight, max_rank);
-    if (!found) return refuse("composite kernel", "the covariance of the centres is not positive definite");
+    if (!found) return make_error("composite kernel", "the covariance of the centres is not positive definite");
     p.beta = found->beta;
     p.centres = samples.x(Eigen::all, found->centres);
     p.alpha = found->alpha;
@@ -132,7 +132,7 @@ Result<compensation::CompositeParameters> solved(const CompositeSamples& samples
   } else {
     ReweightReport report;
     const auto system = reweighted_system(samples, fit.theta, settings.reweight, fit.weight, report);
-    if (!system) return refuse("composite kernel", "the covariance of the samples is not positive definite");
+    if (!system) return make_error("composite kernel", "the covariance of the samples is not positive definite");
     p.beta = system->beta();
     p.centres = samples.x;
     p.alpha = system->alpha();

@@ -43,11 +43,11 @@ Folds blocked_folds(const std::vector<int>& runs, int k) {
 Result<Folds> folds_from(const std::vector<double>& column) {
   std::map<double, int> numbers;
   for (const double value : column) {
-    if (value != std::floor(value)) return refuse("fold column", fmt::format("found {}, expected integers", value));
+    if (value != std::floor(value)) return make_error("fold column", fmt::format("found {}, expected integers", value));
     numbers.emplace(value, 0);
   }
   if (numbers.size() < 2)
-    return refuse("fold column", fmt::format("found {} folds, expected at least 2", numbers.size()));
+    return make_error("fold column", fmt::format("found {} folds, expected at least 2", numbers.size()));
   int next = 0;
   for (auto& [value, fold] : numbers) fold = next++;
   Folds folds;

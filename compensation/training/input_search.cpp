@@ -81,8 +81,8 @@ class Judge {
 
 Result<InputSearch> search_inputs(const TrainingData& data, std::size_t most) {
   if (data.target.size() < kFewestToChoose)
-    return refuse("inputs", fmt::format("found {} samples, expected at least {} to choose inputs by",
-                                        data.target.size(), kFewestToChoose));
+    return make_error("inputs", fmt::format("found {} samples, expected at least {} to choose inputs by",
+                                            data.target.size(), kFewestToChoose));
   const Judge judge(data);
   InputSearch search;
   search.without_deg_per_h = judge.judge({}).error_deg_per_h;
@@ -92,7 +92,7 @@ Result<InputSearch> search_inputs(const TrainingData& data, std::size_t most) {
     left.push_back(i);
     search.alone.push_back(judge.judge({i}));
   }
-  if (left.empty()) return refuse("inputs", "found only constant inputs, expected one that changes");
+  if (left.empty()) return make_error("inputs", "found only constant inputs, expected one that changes");
   while (!left.empty() && chosen.size() < most) {
     InputSet best;
     std::size_t which = 0;

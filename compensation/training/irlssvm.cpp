@@ -23,8 +23,8 @@ Result<Solve> solve_weighted(const Eigen::MatrixXd& kernel, const Eigen::VectorX
     if (weight[i] > 0) kept.push_back(i);
   }
   if (kept.size() < 2)
-    return refuse("IR-LSSVM",
-                  fmt::format("{} of {} samples have a weight, expected at least 2", kept.size(), y.size()));
+    return make_error("IR-LSSVM",
+                      fmt::format("{} of {} samples have a weight, expected at least 2", kept.size(), y.size()));
   const bool all = static_cast<Eigen::Index>(kept.size()) == y.size();
   const Eigen::VectorXd inverse_cv = 1 / (c * weight(kept).array());
   auto factor =

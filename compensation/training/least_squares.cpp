@@ -66,7 +66,8 @@ Result<LinearFit> LinearProblem::fit(const std::vector<int>& subset) const {
   const auto m = static_cast<Eigen::Index>(subset.size());
   LinearFit fit;
   fit.df = static_cast<int>(n_ - 1 - m);
-  if (fit.df < 0) return refuse("least squares", fmt::format("found {} samples, expected more than {} terms", n_, m));
+  if (fit.df < 0)
+    return make_error("least squares", fmt::format("found {} samples, expected more than {} terms", n_, m));
   const Vector y = triangle_.rightCols(1);
   if (m == 0) {
     fit.intercept = static_cast<double>(mean_[mean_.size() - 1]);
@@ -78,8 +79,8 @@ Result<LinearFit> LinearProblem::fit(const std::vector<int>& subset) const {
   const Matrix r = triangle_of(std::move(stacked));
   for (Eigen::Index j = 0; j < m; ++j) {
     if (!(std::fabs(r(j, j)) > kDependent))
-      return refuse("least squares",
-                    fmt::format("term {} depends on the others", subset[static_cast<std::size_t>(j)] + 1));
+      return make_error("least squares",
+                        fmt::format("term {} depends on the others", subset[static_cast<std::size_t>(j)] + 1));
   }
   const auto upper = r.topLeftCorner(m, m).template triangularView<Eigen::Upper>();
   const Vector beta = upper.solve(r.col(m).head(m));

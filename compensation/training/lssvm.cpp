@@ -29,8 +29,8 @@ Result<LssvmFactor> LssvmFactor::make(Eigen::MatrixXd kernel, const Eigen::Vecto
   f.factor_ = std::move(kernel);
   f.factor_.diagonal() += inverse_cv;
   if (!cholesky(f.factor_)) {
-    return refuse("LSSVM",
-                  "the kernel matrix is not positive definite in double precision: c is too large for this sigma2");
+    return make_error("LSSVM",
+                      "the kernel matrix is not positive definite in double precision: c is too large for this sigma2");
   }
   f.inverse_cv_ = inverse_cv;
   f.y_ = y;
@@ -38,7 +38,7 @@ Result<LssvmFactor> LssvmFactor::make(Eigen::MatrixXd kernel, const Eigen::Vecto
   solve_cholesky(f.factor_, f.nu_);
   f.ones_ = f.nu_.sum();
   f.solution_ = f.solve(y);
-  if (!(f.ones_ > 0) || !f.solution_.alpha.allFinite()) return refuse("LSSVM", "the system has no finite solution");
+  if (!(f.ones_ > 0) || !f.solution_.alpha.allFinite()) return make_error("LSSVM", "the system has no finite solution");
   return f;
 }
 

@@ -26,7 +26,7 @@ Result<TuningResult> tune_on_part(const NormalisedData& data, const TrainingSett
   const Eigen::MatrixXd x = data.x(Eigen::all, part);
   const Eigen::VectorXd y = data.y(part);
   const auto compact = folds_from({part_folds.begin(), part_folds.end()});
-  if (!compact) return refuse("tuning", "found one fold only, expected at least 2");
+  if (!compact) return make_error("tuning", "found one fold only, expected at least 2");
   const TuningCost cost(x, y, data.constants.target_scale, settings.tuning, *compact, settings.reweight);
   TuningSettings tuning;
   tuning.c = settings.c;

@@ -34,7 +34,7 @@ const Method& default_method(bool tuned) { return tuned ? kIrlssvm : *kMethods[0
 
 Result<const Method*> parse_method(std::string_view name) {
   if (const Method* found = find_method(name)) return found;
-  return refuse("method", fmt::format("found \"{}\", expected {}", name, method_names(0, " or ")));
+  return make_error("method", fmt::format("found \"{}\", expected {}", name, method_names(0, " or ")));
 }
 
 std::string method_names(unsigned uses, const char* last) {

@@ -33,20 +33,21 @@ Constants automatic(const Eigen::VectorXd& v, bool divisor_n) {
   return zscore(v, divisor_n);
 }
 
-Constants constants_of(const Eigen::VectorXd& v, Scaling scaling, bool target) {
-  if (scaling == Scaling::kNone) return {};
-  return scaling == Scaling::kAuto ? automatic(v, target) : zscore(v, target);
+Constants constants_of(const Eigen::VectorXd& v, NormalisationMethod scaling, bool target) {
+  if (scaling == NormalisationMethod::kNone) return {};
+  return scaling == NormalisationMethod::kAuto ? automatic(v, target) : zscore(v, target);
 }
 
 }  // namespace
 
-Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target, Scaling scaling,
-                                 const std::vector<std::string>& names) {
+Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target,
+                                 NormalisationMethod scaling, const std::vector<std::string>& names) {
   if (inputs.cols() < 2 || inputs.rows() < 1) {
-    return refuse("training data",
-                  fmt::format("found {} samples of {} inputs, expected at least 2 of 1", inputs.cols(), inputs.rows()));
+    return make_error("training data", fmt::format("found {} samples of {} inputs, expected at least 2 of 1",
+                                                   inputs.cols(), inputs.rows()));
   }
-  if (!inputs.allFinite() || !target.allFinite()) return refuse("training data", "found a number that is not finite");
+  if (!inputs.allFinite() || !target.allFinite())
+    return make_error("training data", "found a number that is not finite");
   NormalisedData data;
   compensation::Normalisation& n = data.constants;
   n.input_shift.resize(inputs.rows());
@@ -55,7 +56,7 @@ Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::Vec
     const Constants c = constants_of(inputs.row(i), scaling, false);
     // A column that repeats one decimal number has a standard deviation of rounding noise instead of zero.
     if (!(c.scale > 1e-14 * std::fabs(c.shift)) || !(c.scale > 0)) {
-      return refuse(names[static_cast<std::size_t>(i)], "the input is constant, expected one that changes");
+      return make_error(names[static_cast<std::size_t>(i)], "the input is constant, expected one that changes");
     }
     n.input_shift[i] = c.shift;
     n.input_scale[i] = c.scale;

@@ -11,7 +11,7 @@
 
 namespace prism::training {
 
-enum class Scaling {
+enum class NormalisationMethod {
   kZscore,  ///< inputs by mean and sd (divisor N − 1), target by mean and sd (divisor N)
   kAuto,    ///< by column: two values → −1/+1; fewer than √N values → unchanged; else z-score
   kNone,
@@ -28,8 +28,8 @@ struct NormalisedData {
 
 /// `inputs` is d × N in engineering units. Errors: fewer than two samples; numbers that are not finite; a constant
 /// input if it must be scaled (`where`: its name). A constant target keeps the scale 1.
-Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target, Scaling scaling,
-                                 const std::vector<std::string>& names);
+Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target,
+                                 NormalisationMethod scaling, const std::vector<std::string>& names);
 
 /// Normalises new samples with known constants.
 Eigen::MatrixXd normalised_inputs(const Eigen::MatrixXd& inputs, const compensation::Normalisation& constants);

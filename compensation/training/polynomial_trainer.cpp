@@ -98,10 +98,10 @@ Result<TrainedModel> train_polynomial(TrainingJob job) {
   const TrainingData& data = job.data;
   const TrainingSettings& settings = job.settings;
   if (!data.inputs.allFinite() || !data.target.allFinite())
-    return refuse("training data", "found a number that is not finite");
+    return make_error("training data", "found a number that is not finite");
   for (const auto& powers : settings.terms) {
     if (powers.size() != data.names.size())
-      return refuse("terms", fmt::format("found {} powers, expected {}", powers.size(), data.names.size()));
+      return make_error("terms", fmt::format("found {} powers, expected {}", powers.size(), data.names.size()));
   }
   const Eigen::MatrixXd columns = columns_of(data, settings.terms);
   TrainedModel trained;

@@ -21,8 +21,8 @@ std::string ResourcePlan::text() const {
 
 Result<ResourcePlan> within_memory(const ResourcePlan& plan, Eigen::Index samples, double limit_bytes) {
   if (plan.bytes <= limit_bytes) return plan;
-  return refuse("memory", fmt::format("{} samples need about {:.0f} MB, expected at most {:.0f} MB", samples,
-                                      plan.bytes / 1e6, limit_bytes / 1e6));
+  return make_error("memory", fmt::format("{} samples need about {:.0f} MB, expected at most {:.0f} MB", samples,
+                                          plan.bytes / 1e6, limit_bytes / 1e6));
 }
 
 Result<ResourcePlan> plan_sparse(Eigen::Index samples, Eigen::Index inputs, double limit_bytes, Eigen::Index most) {
@@ -33,7 +33,7 @@ Result<ResourcePlan> plan_sparse(Eigen::Index samples, Eigen::Index inputs, doub
   plan.sparse = true;
   plan.max_rank = std::min<Eigen::Index>(most, static_cast<Eigen::Index>(rank));
   if (plan.max_rank < kMinRank) {
-    return refuse(
+    return make_error(
         "memory",
         fmt::format("{} samples leave memory for {} centres within {:.0f} MB, expected at least {}: use fewer samples",
                     samples, std::max<Eigen::Index>(0, plan.max_rank), limit_bytes / 1e6, kMinRank));

@@ -16,25 +16,25 @@ constexpr Eigen::Index kScaleSamples = 1000;
 
 Result<void> check(const TrainingData& data, const compensation::ModelInfo& info, const TrainingSettings& settings) {
   if (!settings.method->has(kSiblings))
-    return refuse("prior",
-                  fmt::format("found method {}, expected {}", settings.method->name, method_names(kSiblings, " or ")));
+    return make_error(
+        "prior", fmt::format("found method {}, expected {}", settings.method->name, method_names(kSiblings, " or ")));
   if (settings.siblings.size() < 2)
-    return refuse("prior", fmt::format("found {} models, expected at least 2", settings.siblings.size()));
+    return make_error("prior", fmt::format("found {} models, expected at least 2", settings.siblings.size()));
   for (const compensation::ModelPtr& sibling : settings.siblings) {
     const compensation::ModelInfo& other = sibling->info();
     const std::string who = fmt::format("prior, model {:.12} of {}", other.id, other.gyro_serial);
     if (other.inputs != data.names)
-      return refuse(
+      return make_error(
           who, fmt::format("found inputs {}, expected {}", fmt::join(other.inputs, ","), fmt::join(data.names, ",")));
     if (other.features != info.features || other.table != info.table)
-      return refuse(who, "has different features: window, slope or lags");
-    if (other.domain.min.empty()) return refuse(who, "contains no ranges of its inputs");
+      return make_error(who, "has different features: window, slope or lags");
+    if (other.domain.min.empty()) return make_error(who, "contains no ranges of its inputs");
   }
   return {};
 }
 
-compensation::SiblingPrior prior_of(const TrainingData& data, const std::vector<compensation::ModelPtr>& siblings) {
-  compensation::SiblingPrior prior{1, siblings, {}};
+compensation::PopulationPrior prior_of(const TrainingData& data, const std::vector<compensation::ModelPtr>& siblings) {
+  compensation::PopulationPrior prior{1, siblings, {}};
   for (const compensation::ModelPtr& sibling : siblings) {
     double sum = 0;
     for (Eigen::Index i = 0; i < data.inputs.cols(); ++i) {
@@ -47,7 +47,7 @@ compensation::SiblingPrior prior_of(const TrainingData& data, const std::vector<
   return prior;
 }
 
-Eigen::VectorXd said(const compensation::SiblingPrior& prior, const Eigen::MatrixXd& inputs) {
+Eigen::VectorXd said(const compensation::PopulationPrior& prior, const Eigen::MatrixXd& inputs) {
   Eigen::VectorXd mean(inputs.cols());
   for (Eigen::Index i = 0; i < inputs.cols(); ++i) {
     const Eigen::VectorXd x = inputs.col(i);

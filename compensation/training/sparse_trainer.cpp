@@ -37,12 +37,12 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::Mode
                                   const TrainingSettings& settings, const std::vector<int>& runs,
                                   const ResourcePlan& plan, const TuningPoint& point) {
   const LowRank system = low_rank(data.x, point.sigma2, kAccuracy / point.c, plan.max_rank, settings.seed);
-  if (system.phi.size() == 0) return refuse("sparse LSSVM", "the pivots' kernel matrix is not positive definite");
+  if (system.phi.size() == 0) return make_error("sparse LSSVM", "the pivots' kernel matrix is not positive definite");
   PrimalLssvm primal(system, data.y, point.c);
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(data.y.size());
   const auto solve = [&](const Eigen::VectorXd& v) -> Result<Eigen::VectorXd> {
     if (primal.solve(v)) return primal.residuals();
-    return refuse("sparse LSSVM", "the system is not positive definite in double precision: c is too large");
+    return make_error("sparse LSSVM", "the system is not positive definite in double precision: c is too large");
   };
   const auto report = reweight(settings.reweight, weight, solve, residuals_within(kStill));
   if (!report) return tl::unexpected<Error>(report.error());

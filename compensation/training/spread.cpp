@@ -24,10 +24,10 @@ double noise_of(const Eigen::VectorXd& residual) {
 }
 
 // The 95 % quantile of |error| / sd_mean.
-double reach(const HeldOutErrors& held, const compensation::Spread& spread) {
+double reach(const HeldOutErrors& held, const compensation::BetweenRunError& spread) {
   std::vector<double> ratio;
   for (Eigen::Index i = 0; i < held.error.size(); ++i) {
-    const compensation::Knowledge known{held.model_variance[i], 0, 1, 0, spread, false};
+    const compensation::PredictiveUncertainty known{held.model_variance[i], 0, 1, 0, spread, false};
     ratio.push_back(std::abs(held.error[i]) / compensation::stated({}, known, 1).sd_mean_deg_per_h);
   }
   return order_statistic(std::move(ratio), 0.95);
@@ -49,10 +49,10 @@ Folds spread_folds(const std::vector<int>& recordings) {
   return count >= 3 ? recordings : blocked_folds(recordings, kBlocks);
 }
 
-std::optional<compensation::Spread> spread_of(const HeldOutErrors& held, const Eigen::VectorXd& residual,
-                                              double target_sd, const std::vector<int>& recordings) {
+std::optional<compensation::BetweenRunError> spread_of(const HeldOutErrors& held, const Eigen::VectorXd& residual,
+                                                       double target_sd, const std::vector<int>& recordings) {
   if (fold_count(held.folds) < 2 || !held.error.allFinite() || !held.model_variance.allFinite()) return std::nullopt;
-  compensation::Spread spread;
+  compensation::BetweenRunError spread;
   spread.noise_deg_per_h = noise_of(residual);
   if (recordings.front() == recordings.back()) spread.offset_deg_per_h = compensation::kAssumedOffset * target_sd;
   spread.blocks = fold_count(held.folds);

@@ -33,8 +33,8 @@ Folds spread_folds(const std::vector<int>& recordings);
 /// Cross-conformal (Vovk 2015): the nuisance with which 95 % of the errors are within 2 sd_mean. The noise is the
 /// difference of neighbouring residuals of the training (deg/h); with a single recording, the offset is kAssumedOffset
 /// of the target's sd. Returns nullopt without folds.
-std::optional<compensation::Spread> spread_of(const HeldOutErrors& held, const Eigen::VectorXd& residual,
-                                              double target_sd, const std::vector<int>& recordings);
+std::optional<compensation::BetweenRunError> spread_of(const HeldOutErrors& held, const Eigen::VectorXd& residual,
+                                                       double target_sd, const std::vector<int>& recordings);
 
 /// An LSSVM with fixed weights v; samples without a weight are left out.
 HeldOutErrors hold_out_lssvm(const NormalisedData& data, const Eigen::VectorXd& weight,

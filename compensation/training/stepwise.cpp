@@ -39,7 +39,7 @@ class StepwiseSearch {
       path_.push_back({"stop", -1, 0, 0, candidate_p_, in_model_p(), terms_});
       return StepwiseResult{terms_, fit_, problem_.condition(terms_), path_};
     }
-    return refuse(
+    return make_error(
         "stepwise",
         fmt::format("the terms do not converge after {} steps: increase p-remove or decrease p-enter", limit));
   }
@@ -105,11 +105,11 @@ class StepwiseSearch {
 Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y,
                                     const StepwiseSettings& settings) {
   if (!(settings.p_enter > 0 && settings.p_enter <= settings.p_remove && settings.p_remove <= 1)) {
-    return refuse("stepwise", fmt::format("found p-enter {} and p-remove {}, expected 0 < p-enter <= p-remove <= 1",
-                                          settings.p_enter, settings.p_remove));
+    return make_error("stepwise", fmt::format("found p-enter {} and p-remove {}, expected 0 < p-enter <= p-remove <= 1",
+                                              settings.p_enter, settings.p_remove));
   }
   if (columns.rows() < 3)
-    return refuse("stepwise", fmt::format("found {} samples, expected at least 3", columns.rows()));
+    return make_error("stepwise", fmt::format("found {} samples, expected at least 3", columns.rows()));
   const LinearProblem problem(columns, y);
   return StepwiseSearch(problem, static_cast<int>(columns.cols()), settings).run();
 }

@@ -126,23 +126,23 @@ Result<TrainedModel> train_svr(TrainingJob job) {
   const NormalisedData& data = *normalised;
   svm_set_print_string_function([](const char*) {});
   if (!(settings.epsilon >= 0))
-    return refuse("epsilon", fmt::format("found {}, expected at least 0", settings.epsilon));
+    return make_error("epsilon", fmt::format("found {}, expected at least 0", settings.epsilon));
   TrainedModel trained;
   TuningPoint point{settings.c.value_or(1), settings.sigma2.value_or(1), 1, 0};
   if (!settings.c) {
     if (settings.tuning == Tuning::kLoo || settings.tuning == Tuning::kReml) {
-      return refuse("tuning", "found leave-one-out or reml for svr, expected folds: blocked or shuffled");
+      return make_error("tuning", "found leave-one-out or reml for svr, expected folds: blocked or shuffled");
     }
     trained.tuning = tune_svr(data, job.folds(), settings, job.progress, job.stop);
     point = trained.tuning->best;
     if (!std::isfinite(point.cost))
-      return refuse("tuning", "stopped before the first choice of c and sigma2 had a cost");
+      return make_error("tuning", "stopped before the first choice of c and sigma2 had a cost");
   }
   Rows rows(data.x, others({}, data.y.size()));
   const SvmModel svm = fit(rows, data.y, point, settings.epsilon);
   std::vector<Eigen::Index> vectors;
   for (int i = 0; i < svm->l; ++i) vectors.push_back(svm->sv_indices[i] - 1);
-  if (vectors.empty()) return refuse("svr", "found no support vector: epsilon exceeds all residuals");
+  if (vectors.empty()) return make_error("svr", "found no support vector: epsilon exceeds all residuals");
   compensation::LssvmParameters p;
   p.centres = data.x(Eigen::all, vectors);
   p.alpha = Eigen::Map<const Eigen::VectorXd>(svm->sv_coef[0], svm->l);

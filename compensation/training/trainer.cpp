@@ -15,24 +15,24 @@ Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
   const auto n = static_cast<std::size_t>(data.inputs.cols());
   if (data.names.size() != static_cast<std::size_t>(data.inputs.rows()) ||
       static_cast<std::size_t>(data.target.size()) != n) {
-    return refuse("training data",
-                  fmt::format("found {} names, {} x {} inputs, {} targets, expected matching sizes",
-                              data.names.size(), data.inputs.rows(), n, data.target.size()));
+    return make_error("training data",
+                      fmt::format("found {} names, {} x {} inputs, {} targets, expected matching sizes",
+                                  data.names.size(), data.inputs.rows(), n, data.target.size()));
   }
   if (settings.c.has_value() != settings.sigma2.has_value())
-    return refuse("c and sigma2", "found one of them, expected both or none");
+    return make_error("c and sigma2", "found one of them, expected both or none");
   for (const auto& value : {settings.c, settings.sigma2, settings.parameter}) {
     if (value && !(*value > 0 && std::isfinite(*value)))
-      return refuse("c, sigma2 and the weight's parameter",
-                    fmt::format("found {}, expected a positive number", *value));
+      return make_error("c, sigma2 and the weight's parameter",
+                        fmt::format("found {}, expected a positive number", *value));
   }
   const bool folded = (settings.method->has(kTuning) || settings.method->has(kOwnSearch)) && !settings.c &&
                       (settings.tuning == Tuning::kBlocked || settings.tuning == Tuning::kShuffled);
   if (folded && (settings.folds < 2 || static_cast<std::size_t>(settings.folds) > n)) {
-    return refuse("folds", fmt::format("found {}, expected 2 to the number of samples, {}", settings.folds, n));
+    return make_error("folds", fmt::format("found {}, expected 2 to the number of samples, {}", settings.folds, n));
   }
   if (settings.tuning == Tuning::kGiven && (!settings.given_folds || settings.given_folds->size() != n)) {
-    return refuse("folds", "found fewer folds than samples, expected one fold number per sample");
+    return make_error("folds", "found fewer folds than samples, expected one fold number per sample");
   }
   return {};
 }

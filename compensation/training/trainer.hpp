@@ -42,7 +42,7 @@ std::string term_name(const std::vector<int>& powers, const std::vector<std::str
 
 struct TrainingSettings {
   const Method* method = find_method("ir-lssvm");
-  Scaling scaling = Scaling::kZscore;
+  NormalisationMethod scaling = NormalisationMethod::kZscore;
   // Polynomials.
   TermPowers terms;
   StepwiseSettings stepwise;
@@ -56,9 +56,9 @@ struct TrainingSettings {
   std::optional<Folds> given_folds;  ///< for kGiven
   std::uint64_t seed = 1;
   int threads = 2;
-  std::vector<compensation::ModelPtr> siblings;     ///< composite: models of gyros of the same type, none or at least 2
-  std::optional<compensation::SiblingPrior> prior;  ///< the population prior; set by train()
-  double memory_limit_bytes = 1e9;                  ///< larger trainings are rejected before they start
+  std::vector<compensation::ModelPtr> siblings;  ///< composite: models of gyros of the same type, none or at least 2
+  std::optional<compensation::PopulationPrior> prior;  ///< the population prior; set by train()
+  double memory_limit_bytes = 1e9;                     ///< larger trainings are rejected before they start
 };
 
 /// One row per training sample.

@@ -38,7 +38,7 @@ class TuningSearch {
   Result<TuningResult> run() {
     grid_search();
     local_search();
-    if (!std::isfinite(result_.best.cost)) return refuse("tuning", "found no c and sigma2 with a finite cost");
+    if (!std::isfinite(result_.best.cost)) return make_error("tuning", "found no c and sigma2 with a finite cost");
     if (!stopped()) take_final_cost();
     result_.stopped = stopped();
     add_warnings();

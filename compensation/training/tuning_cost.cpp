@@ -30,7 +30,7 @@ bool reweight_inside(PrimalLssvm& primal, const ReweightSettings& settings, doub
   Eigen::VectorXd residual, before;
   const auto solve = [&](const Eigen::VectorXd& v) -> Result<Eigen::VectorXd> {
     weight(inside) = v;
-    if (!primal.solve(weight)) return refuse("tuning", "the system is not positive definite");
+    if (!primal.solve(weight)) return make_error("tuning", "the system is not positive definite");
     before = std::move(residual);
     residual = primal.residuals();
     return residual(inside);

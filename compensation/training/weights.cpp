@@ -41,7 +41,7 @@ Result<WeightKind> parse_weight(std::string_view name) {
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     if (name == kNames[i]) return static_cast<WeightKind>(i);
   }
-  return refuse("weight", fmt::format("found \"{}\", expected none, huber, hampel, logistic or myriad", name));
+  return make_error("weight", fmt::format("found \"{}\", expected none, huber, hampel, logistic or myriad", name));
 }
 
 double WeightFunction::operator()(double u) const {

@@ -27,7 +27,7 @@ constexpr std::int64_t kPacketOverhead = 28;  // pcap packet header and the reco
 // sync it truncates the file at the last successful sync and writes the batches again to a new segment.
 class CaptureLog::Writer {
  public:
-  Writer(config::SegmentSettings settings, std::string name, std::size_t most_held, DiskFault::Tell tell)
+  Writer(config::LogSegmentSettings settings, std::string name, std::size_t most_held, WriteErrorReporter::Tell tell)
       : most_held_(most_held),
         tell_(tell),
         fault_("capture", "bytes", dropped_, std::move(tell)),
@@ -149,9 +149,9 @@ class CaptureLog::Writer {
 
   const std::size_t most_held_;
   std::atomic<std::uint64_t> dropped_{0};
-  DiskFault::Tell tell_;
-  DiskFault fault_;
-  RetryPause pause_;
+  WriteErrorReporter::Tell tell_;
+  WriteErrorReporter fault_;
+  ExponentialBackoff pause_;
   Segments segments_;
   std::optional<drivers::CaptureWriter> file_;
   std::uint64_t synced_bytes_ = 0;  // of file_
@@ -160,8 +160,8 @@ class CaptureLog::Writer {
   bool lost_ = false;  // the next data begin a new session
 };
 
-CaptureLog::CaptureLog(config::SegmentSettings settings, std::string name, DiskThread& disk, DiskFault::Tell tell,
-                       std::size_t most_held)
+CaptureLog::CaptureLog(config::LogSegmentSettings settings, std::string name, DiskThread& disk,
+                       WriteErrorReporter::Tell tell, std::size_t most_held)
     : disk_(disk),
       writer_(std::make_shared<Writer>(std::move(settings), std::move(name), most_held, std::move(tell))) {}
 

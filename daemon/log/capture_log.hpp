@@ -23,7 +23,7 @@ class CaptureLog : public pipeline::CaptureSink {
  public:
   /// `tell` is called on any thread, at the start and at the end of an error. `most_held`: max. bytes kept in memory
   /// while the disk fails; above it, the oldest batches are dropped.
-  CaptureLog(config::SegmentSettings settings, std::string name, DiskThread& disk, DiskFault::Tell tell,
+  CaptureLog(config::LogSegmentSettings settings, std::string name, DiskThread& disk, WriteErrorReporter::Tell tell,
              std::size_t most_held = 16 << 20);
   ~CaptureLog() override;
 

@@ -15,13 +15,13 @@
 namespace prism::log {
 
 /// Thread-safe.
-class DiskFault {
+class WriteErrorReporter {
  public:
   using Tell = std::function<void(const std::string&)>;
 
   /// `what` is written, counted in `unit` ("log", "rows"); `dropped` is never reset. `tell` gets one line, on the
   /// thread that found the error.
-  DiskFault(std::string what, std::string unit, std::atomic<std::uint64_t>& dropped, Tell tell)
+  WriteErrorReporter(std::string what, std::string unit, std::atomic<std::uint64_t>& dropped, Tell tell)
       : what_(std::move(what)), unit_(std::move(unit)), dropped_(dropped), tell_(std::move(tell)) {}
 
   void begin(const std::string& why) {
@@ -64,7 +64,7 @@ class DiskFault {
 };
 
 /// Exponential backoff of write attempts, in turns of about a second.
-class RetryPause {
+class ExponentialBackoff {
  public:
   static constexpr int kLongest = 60;
 

@@ -26,11 +26,11 @@ T number_of(const json& object, const char* key) {
 
 }  // namespace
 
-Followers::Followers(std::string path, std::vector<std::string> keep_for, DiskFault::Tell tell)
+ConsumerRegistry::ConsumerRegistry(std::string path, std::vector<std::string> keep_for, WriteErrorReporter::Tell tell)
     : path_(std::move(path)), keep_for_(std::move(keep_for)), tell_(std::move(tell)) {}
 
 // A missing or invalid file means no consumers.
-void Followers::load() {
+void ConsumerRegistry::load() {
   if (std::exchange(loaded_, true)) return;
   const Result<std::string> text = read_text_file(path_);
   const json file = text ? json::parse(*text, nullptr, false) : json();
@@ -44,24 +44,25 @@ void Followers::load() {
   }
 }
 
-Result<std::optional<RowCursor>> Followers::find(const std::string& name, std::uint32_t user) {
+Result<std::optional<RowCursor>> ConsumerRegistry::find(const std::string& name, std::uint32_t user) {
   const std::lock_guard lock(mutex_);
   load();
   const auto found = followers_.find(name);
   if (found == followers_.end()) {
     if (followers_.size() < kMost) return std::nullopt;
-    return refuse(
+    return make_error(
         "rows",
         fmt::format("found a new name, but this log has {} followers already (the maximum); use one of their names",
                     kMost));
   }
   if (user != 0 && user != found->second.user)
-    return refuse("rows", fmt::format("found user {2}, expected user {1}, owner of the follower \"{0}\"", name,
-                                      found->second.user, user));
+    return make_error("rows", fmt::format("found user {2}, expected user {1}, owner of the follower \"{0}\"", name,
+                                          found->second.user, user));
   return found->second.after;
 }
 
-void Followers::remember(const std::string& name, std::uint32_t user, const RowCursor& after, std::int64_t time_s) {
+void ConsumerRegistry::remember(const std::string& name, std::uint32_t user, const RowCursor& after,
+                                std::int64_t time_s) {
   const std::lock_guard lock(mutex_);
   const auto [place, is_new] = followers_.try_emplace(name);
   FollowerStatus& follower = place->second;
@@ -71,7 +72,7 @@ void Followers::remember(const std::string& name, std::uint32_t user, const RowC
   follower.time_s = time_s;
 }
 
-void Followers::save() {
+void ConsumerRegistry::save() {
   ordered_json file = {{"format", kFormat}, {"version", 1}, {"followers", ordered_json::object()}};
   {
     const std::lock_guard lock(mutex_);
@@ -88,13 +89,14 @@ void Followers::save() {
   changed_ = true;  // e.g. disk full, which the log reports; retried at the next sync
 }
 
-std::uint64_t Followers::unfetched(const FollowerStatus& follower, std::uint64_t segment, std::uint64_t rows) const {
+std::uint64_t ConsumerRegistry::unfetched(const FollowerStatus& follower, std::uint64_t segment,
+                                          std::uint64_t rows) const {
   if (follower.after.segment > segment) return 0;
   return follower.after.segment == segment ? rows - std::min(rows, follower.after.row) : rows;
 }
 
 // A name without a request so far has fetched no rows.
-bool Followers::holds(std::uint64_t segment, std::uint64_t rows) {
+bool ConsumerRegistry::holds(std::uint64_t segment, std::uint64_t rows) {
   const std::lock_guard lock(mutex_);
   load();
   for (const std::string& name : keep_for_) {
@@ -109,7 +111,7 @@ bool Followers::holds(std::uint64_t segment, std::uint64_t rows) {
   return false;
 }
 
-void Followers::deleted(std::uint64_t segment, std::uint64_t rows) {
+void ConsumerRegistry::deleted(std::uint64_t segment, std::uint64_t rows) {
   const std::lock_guard lock(mutex_);
   load();
   for (auto& [name, follower] : followers_) {
@@ -121,7 +123,7 @@ void Followers::deleted(std::uint64_t segment, std::uint64_t rows) {
   }
 }
 
-std::map<std::string, FollowerStatus> Followers::status() const {
+std::map<std::string, FollowerStatus> ConsumerRegistry::status() const {
   const std::lock_guard lock(mutex_);
   return followers_;
 }

@@ -22,12 +22,12 @@ using pipeline::FollowerStatus, pipeline::RowCursor;
 /// deleted (also before its first request). Other consumers lose these rows; the loss is counted and reported.
 ///
 /// Used on the disk thread only; status() is thread-safe.
-class Followers : public SegmentGuard {
+class ConsumerRegistry : public SegmentGuard {
  public:
   static constexpr std::size_t kMost = 64;
 
   /// `path`: of the file with the cursors.
-  Followers(std::string path, std::vector<std::string> keep_for, DiskFault::Tell tell);
+  ConsumerRegistry(std::string path, std::vector<std::string> keep_for, WriteErrorReporter::Tell tell);
 
   /// Returns the cursor of `name`, nullopt if it is new. Errors: the name belongs to another user; too many names.
   Result<std::optional<RowCursor>> find(const std::string& name, std::uint32_t user);
@@ -46,7 +46,7 @@ class Followers : public SegmentGuard {
 
   const std::string path_;
   const std::vector<std::string> keep_for_;
-  const DiskFault::Tell tell_;
+  const WriteErrorReporter::Tell tell_;
   mutable std::mutex mutex_;
   std::map<std::string, FollowerStatus> followers_;
   bool loaded_ = false, changed_ = false, held_ = false;

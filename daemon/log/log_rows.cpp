@@ -47,7 +47,7 @@ void keep_few(Map& map) {
 
 }  // namespace
 
-RowResult LogRows::page(const RowQuery& query, const OpenSegment& open) {
+RowResult LogPager::page(const RowQuery& query, const OpenSegment& open) {
   const std::vector<Part> all = parts(open);
   const std::uint64_t deleted = segments_.deleted_rows();
   const auto begin = resolve(query.after, all, deleted);
@@ -82,8 +82,8 @@ RowResult LogRows::page(const RowQuery& query, const OpenSegment& open) {
   return page;
 }
 
-tl::expected<RowCursor, RowRefusal> LogRows::resolve(const std::string& after, const std::vector<Part>& parts,
-                                                     std::uint64_t first_total) {
+tl::expected<RowCursor, RowRefusal> LogPager::resolve(const std::string& after, const std::vector<Part>& parts,
+                                                      std::uint64_t first_total) {
   using Why = RowRefusal::Why;
   const std::string& id = segments_.id();
   if (id.empty()) return refused(Why::kUnreadable, "rows: the log has no index yet");
@@ -118,7 +118,7 @@ tl::expected<RowCursor, RowRefusal> LogRows::resolve(const std::string& after, c
 
 // A segment without an end line has the rows up to its last complete one. Rows that were written again count in the new
 // segment only.
-std::vector<LogRows::Part> LogRows::parts(const OpenSegment& open) {
+std::vector<LogPager::Part> LogPager::parts(const OpenSegment& open) {
   std::vector<NumberedSegment> segments = segments_.numbered();
   for (NumberedSegment& segment : segments) {
     if (segment.path.empty()) continue;
@@ -139,7 +139,7 @@ std::vector<LogRows::Part> LogRows::parts(const OpenSegment& open) {
   return parts;
 }
 
-void LogRows::limit_superseded(std::vector<NumberedSegment>& segments) {
+void LogPager::limit_superseded(std::vector<NumberedSegment>& segments) {
   for (std::size_t i = 1; i < segments.size(); ++i) {
     const Head* const head = segments[i].path.empty() ? nullptr : head_of(segments[i]);
     if (head == nullptr || head->supersedes_file.empty()) continue;
@@ -151,7 +151,7 @@ void LogRows::limit_superseded(std::vector<NumberedSegment>& segments) {
   }
 }
 
-const LogRows::Head* LogRows::head_of(const NumberedSegment& segment) {
+const LogPager::Head* LogPager::head_of(const NumberedSegment& segment) {
   if (const auto known = heads_.find(segment.number); known != heads_.end()) return &known->second;
   auto in = FileReader::open(segment.path);
   Head head;
@@ -173,7 +173,7 @@ const LogRows::Head* LogRows::head_of(const NumberedSegment& segment) {
 }
 
 // A crash ended the segment: its rows are synced before a client sees them.
-std::uint64_t LogRows::whole_rows(const NumberedSegment& segment, const Head& head) {
+std::uint64_t LogPager::whole_rows(const NumberedSegment& segment, const Head& head) {
   if (const auto known = torn_.find(segment.number); known != torn_.end()) return known->second;
   const int file = ::open(segment.path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) return 0;
@@ -189,8 +189,8 @@ std::uint64_t LogRows::whole_rows(const NumberedSegment& segment, const Head& he
   return torn_[segment.number] = rows;
 }
 
-std::uint64_t LogRows::append_rows(const NumberedSegment& segment, const Head& head, std::uint64_t behind,
-                                   std::uint64_t most, std::string& text) {
+std::uint64_t LogPager::append_rows(const NumberedSegment& segment, const Head& head, std::uint64_t behind,
+                                    std::uint64_t most, std::string& text) {
   auto in = FileReader::open(segment.path);
   if (!in) return 0;
   Place place = places_.contains(segment.number) ? places_[segment.number] : Place{};

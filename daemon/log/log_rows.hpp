@@ -23,11 +23,11 @@ struct OpenSegment {
 
 /// Used on the disk thread, like the log that it reads. Returns synced rows only. Rows that were written again are
 /// returned from the new segment only.
-class LogRows {
+class LogPager {
  public:
   static constexpr std::size_t kMostBytes = 256 << 10;  ///< max. size of the rows of a page
 
-  explicit LogRows(Segments& segments) : segments_(segments) {}
+  explicit LogPager(Segments& segments) : segments_(segments) {}
 
   /// Errors: an invalid cursor, a cursor of another log or past the end of this one, an unreadable log.
   RowResult page(const RowQuery& query, const OpenSegment& open);

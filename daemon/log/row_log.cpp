@@ -16,8 +16,8 @@
 
 namespace prism::log {
 
-RowLog::RowLog(config::SegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
-               DiskFault::Tell tell)
+RowLog::RowLog(config::LogSegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
+               WriteErrorReporter::Tell tell)
     : metadata_(std::move(metadata)),
       counters_(counters),
       tell_(tell),
@@ -39,7 +39,7 @@ void RowLog::close() {
 }
 
 void RowLog::append(const compensation::CompensatedWindow& row, std::int64_t session_ns) {
-  Row next{row.window.bucket.second + 1, session_ns, {}};
+  Row next{row.window.second_mean.second + 1, session_ns, {}};
   compensation::append_csv(next.line, row);
   if (!distrusted_) return write_row(std::move(next));
   if (unsynced_.size() >= kMostUnsynced) return fault_.drop(1);
@@ -197,8 +197,8 @@ bool RowLog::write_all(const std::string& text) {
   return true;
 }
 
-ThreadedRowWriter::ThreadedRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
-                                     DiskThread& disk, DiskFault::Tell tell, Written written,
+ThreadedRowWriter::ThreadedRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
+                                     DiskThread& disk, WriteErrorReporter::Tell tell, Written written,
                                      std::shared_ptr<LogCounters> counters, Written synced)
     : disk_(disk),
       counters_(std::move(counters)),
@@ -257,7 +257,7 @@ void ThreadedRowWriter::read(const RowQuery& query, Pages done) {
       });
 }
 
-DirectRowWriter::DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
+DirectRowWriter::DirectRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
                                  std::shared_ptr<LogCounters> counters)
     : counters_(std::move(counters)),
       log_(std::move(settings), std::move(name), std::move(metadata), *counters_, [this](const std::string& what) {

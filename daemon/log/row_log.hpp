@@ -34,8 +34,8 @@ class RowLog {
  public:
   /// `metadata`: lines "# key: value\n" at the top of each segment, before its session. `tell` is called at the start
   /// and at the end of an error, with one line.
-  RowLog(config::SegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
-         DiskFault::Tell tell);
+  RowLog(config::LogSegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
+         WriteErrorReporter::Tell tell);
   ~RowLog();
   RowLog(const RowLog&) = delete;
   RowLog& operator=(const RowLog&) = delete;
@@ -48,9 +48,9 @@ class RowLog {
   void close();
   /// Closes the segment; later segments have this metadata.
   void set_metadata(std::string metadata);
-  /// Returns synced rows from a cursor on (LogRows).
+  /// Returns synced rows from a cursor on (LogPager).
   RowResult page(RowQuery query);
-  const Followers& followers() const { return followers_; }
+  const ConsumerRegistry& followers() const { return followers_; }
   /// Counts a row that could not be passed to append(), and reports `why`. Thread-safe.
   void lose(const std::string& why);
 
@@ -73,17 +73,17 @@ class RowLog {
 
   std::string metadata_;
   LogCounters& counters_;
-  DiskFault::Tell tell_;
-  DiskFault fault_;
+  WriteErrorReporter::Tell tell_;
+  WriteErrorReporter fault_;
   Segments segments_;
-  LogRows log_rows_{segments_};
-  Followers followers_;
+  LogPager log_rows_{segments_};
+  ConsumerRegistry followers_;
   std::uint64_t synced_rows_ = 0;  // of the open segment
   std::string path_, superseded_;  // "FILE from row N", until these rows are written again
   std::deque<Row> unsynced_;       // at most kMostUnsynced
   std::uint64_t counted_unsynced_ = 0;
-  bool distrusted_ = false;  // unsynced_ is to be written to a new segment
-  RetryPause pause_;         // in syncs
+  bool distrusted_ = false;   // unsynced_ is to be written to a new segment
+  ExponentialBackoff pause_;  // in syncs
   int file_ = -1;
   std::int64_t bytes_ = 0, session_ns_ = 0;
   std::uint64_t rows_ = 0;  // in the segment
@@ -99,8 +99,9 @@ class ThreadedRowWriter : public RowWriter {
   using Written = std::function<void()>;
   /// `synced` is called on the disk thread after each sync.
   ThreadedRowWriter(
-      config::SegmentSettings settings, std::string name, std::string metadata, DiskThread& disk, DiskFault::Tell tell,
-      Written written, std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(), Written synced = [] {});
+      config::LogSegmentSettings settings, std::string name, std::string metadata, DiskThread& disk,
+      WriteErrorReporter::Tell tell, Written written,
+      std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(), Written synced = [] {});
   ~ThreadedRowWriter() override;
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override;
@@ -124,7 +125,7 @@ class ThreadedRowWriter : public RowWriter {
 /// Waits for the disk, so that a replay loses no row. Stores the first error.
 class DirectRowWriter : public RowWriter {
  public:
-  DirectRowWriter(config::SegmentSettings settings, std::string name, std::string metadata,
+  DirectRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
                   std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>());
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override {

@@ -45,7 +45,7 @@ std::uint64_t count_rows(const std::string& path) {
 
 bool disk_is_full(int error) { return error == ENOSPC || error == EDQUOT; }
 
-Segments::Segments(config::SegmentSettings settings, std::string name, std::string extension)
+Segments::Segments(config::LogSegmentSettings settings, std::string name, std::string extension)
     : settings_(std::move(settings)),
       name_(std::move(name)),
       extension_(std::move(extension)),
@@ -61,7 +61,7 @@ bool Segments::begins_new(std::int64_t second, std::int64_t bytes) {
 Result<NewSegment> Segments::make(std::int64_t second) {
   std::error_code error;
   fs::create_directories(settings_.directory, error);
-  if (error) return refuse(settings_.directory, "cannot be created: " + error.message());
+  if (error) return make_error(settings_.directory, "cannot be created: " + error.message());
   number_all();
   const std::string stem = fmt::format("{}/{}-{}", settings_.directory, name_, utc_file_text(second));
   for (int number = 1;;) {
@@ -78,7 +78,7 @@ Result<NewSegment> Segments::make(std::int64_t second) {
     if (why == EEXIST) {
       ++number;
     } else if (!disk_is_full(why) || !make_room()) {
-      return refuse(made.path, std::string("cannot be created: ") + std::strerror(why));
+      return make_error(made.path, std::string("cannot be created: ") + std::strerror(why));
     }
   }
 }

@@ -47,7 +47,7 @@ bool disk_is_full(int error);
 class Segments {
  public:
   /// `extension`: with the dot.
-  Segments(config::SegmentSettings settings, std::string name, std::string extension);
+  Segments(config::LogSegmentSettings settings, std::string name, std::string extension);
 
   /// `guard` must outlive this.
   void ask(SegmentGuard& guard) { guard_ = &guard; }
@@ -91,7 +91,7 @@ class Segments {
   bool is_held(const Segment& segment) const;
   void delete_old(std::int64_t second);
 
-  config::SegmentSettings settings_;
+  config::LogSegmentSettings settings_;
   std::string name_, extension_, current_;
   pipeline::SegmentIndex index_;
   SegmentGuard* guard_ = nullptr;

@@ -13,13 +13,13 @@ namespace {
 Result<void> same_places(const Setup& before_setup, const Setup& after_setup) {
   const config::Config &before = before_setup.config, &after = after_setup.config;
   if (after.socket.path != before.socket.path || after.name != before.name) {
-    return refuse(after.path, "name or socket/path changed; restart prismd to apply it");
+    return make_error(after.path, "name or socket/path changed; restart prismd to apply it");
   }
-  const auto directory = [](const std::optional<config::SegmentSettings>& s) {
+  const auto directory = [](const std::optional<config::LogSegmentSettings>& s) {
     return s ? s->directory : std::string();
   };
   if (directory(after.log) != directory(before.log) || directory(after.capture) != directory(before.capture)) {
-    return refuse(after.path, "log or capture directory changed; restart prismd to apply it");
+    return make_error(after.path, "log or capture directory changed; restart prismd to apply it");
   }
   return {};
 }
@@ -61,8 +61,8 @@ Result<void> same_logs(const Setup& before, const Setup& after) {
     return found;
   };
   if (names(before) == names(after)) return {};
-  return refuse(after.config.path, fmt::format("found logs {}, expected {} as before; restart prismd to apply it",
-                                               fmt::join(names(after), ", "), fmt::join(names(before), ", ")));
+  return make_error(after.config.path, fmt::format("found logs {}, expected {} as before; restart prismd to apply it",
+                                                   fmt::join(names(after), ", "), fmt::join(names(before), ", ")));
 }
 
 // Each sensor line has its own capture and state.
@@ -73,10 +73,10 @@ Result<void> same_sensor_lines(const Setup& before, const Setup& after) {
     return found;
   };
   if (names(before) == names(after)) return {};
-  return refuse(after.config.path,
-                fmt::format("found sensor lines {}, expected {} as before; restart prismd to apply it",
-                            names(after).empty() ? "none" : fmt::to_string(fmt::join(names(after), ", ")),
-                            names(before).empty() ? "none" : fmt::to_string(fmt::join(names(before), ", "))));
+  return make_error(after.config.path,
+                    fmt::format("found sensor lines {}, expected {} as before; restart prismd to apply it",
+                                names(after).empty() ? "none" : fmt::to_string(fmt::join(names(after), ", ")),
+                                names(before).empty() ? "none" : fmt::to_string(fmt::join(names(before), ", "))));
 }
 
 }  // namespace
@@ -84,7 +84,7 @@ Result<void> same_sensor_lines(const Setup& before, const Setup& after) {
 std::vector<std::unique_ptr<RowWriter>> make_logs(const Setup& setup, const MakeLog& make) {
   std::vector<std::unique_ptr<RowWriter>> logs;
   if (!setup.config.log) return logs;
-  config::SegmentSettings settings = *setup.config.log;
+  config::LogSegmentSettings settings = *setup.config.log;
   settings.keep_bytes /= static_cast<std::int64_t>(setup.axes.size());
   for (std::size_t i = 0; i < setup.axes.size(); ++i)
     logs.push_back(make(settings, log_name(setup, i), log_metadata(setup, i)));
@@ -171,7 +171,7 @@ Result<bool> Acquisition::reconfigure(Setup setup) {
     told_by_arrival_ = 0;
   }
   setup_ = std::move(setup);
-  rate_watch_ = RateWatch(setup_.frames->rate_hz);
+  rate_watch_ = RateMonitor(setup_.frames->rate_hz);
   for (std::size_t i = 0; i < records_.size(); ++i) {
     records_[i].begin_stability();
     if (records_[i].log()) records_[i].log()->set_metadata(log_metadata(setup_, i));
@@ -202,7 +202,7 @@ void Acquisition::watch(const Rows& rows) {
   for (const Rows::Window& window : rows.windows) {
     records_[window.axis].watch(window.row, tell_);
     if (window.axis != 0) continue;
-    if (const auto wrong = rate_watch_.push(window.row.window.bucket.samples))
+    if (const auto wrong = rate_watch_.push(window.row.window.second_mean.samples))
       tell_(Severity::kWarning, "rate", setup_.frames->name + ": " + *wrong);
   }
   if (!rows.windows.empty()) watch_losses();

@@ -21,7 +21,7 @@ namespace prism::pipeline {
 /// Returns one log per axis, opened by `make(settings, name, metadata)`; empty if no log is configured. The axes share
 /// the configured size limit.
 using MakeLog =
-    std::function<std::unique_ptr<RowWriter>(config::SegmentSettings, std::string name, std::string metadata)>;
+    std::function<std::unique_ptr<RowWriter>(config::LogSegmentSettings, std::string name, std::string metadata)>;
 std::vector<std::unique_ptr<RowWriter>> make_logs(const Setup& setup, const MakeLog& make);
 
 /// Number of the gyro's line. The lines of Setup::sensor_lines follow in order.
@@ -65,7 +65,7 @@ class Acquisition {
   const std::string& axis_name(std::size_t axis) const { return setup_.frames->axes[axis].name; }
   /// Prefix of messages about the axis: "x: ", empty for a device with one axis.
   std::string axis_prefix(std::size_t axis) const { return setup_.axes.size() > 1 ? axis_name(axis) + ": " : ""; }
-  const compensation::Engine& engine(std::size_t axis) const { return pipeline_->axes()[axis].engine; }
+  const compensation::CompensationEngine& engine(std::size_t axis) const { return pipeline_->axes()[axis].engine; }
   const AxisRecord& record(std::size_t axis) const { return records_[axis]; }
   /// Length of the window and of the stability blocks, s: the model's, or the paper's without a model.
   int block_s(std::size_t axis) const { return setup_.axes[axis].features().length_s; }
@@ -98,7 +98,7 @@ class Acquisition {
   std::unique_ptr<Pipeline> pipeline_;
   std::vector<AxisRecord> records_;  ///< in order of the pipeline's axes
   const LogCounters* log_counters_ = nullptr;
-  RateWatch rate_watch_;
+  RateMonitor rate_watch_;
   std::uint64_t sessions_ = 0, frames_before_ = 0;
   std::uint64_t told_by_arrival_ = 0;  ///< reported part of the pipeline's ClockStatus::missing_by_arrival
 };

@@ -24,7 +24,7 @@ void AxisRecord::watch(const compensation::CompensatedWindow& row, const Tell& t
     tell(harmless ? Severity::kInfo : Severity::kWarning, "quality",
          prefix_ + "quality is now " + compensation::quality_text(quality));
   }
-  for (const PlausibilityWatch::Notice& notice : plausibility_watch_.push(row))
+  for (const PlausibilityAlarm::Notice& notice : plausibility_watch_.push(row))
     tell(notice.entered ? Severity::kWarning : Severity::kInfo, "implausible", prefix_ + notice.text);
 }
 

@@ -38,7 +38,7 @@ class AxisRecord {
  private:
   std::unique_ptr<RowWriter> log_;
   std::string prefix_;
-  PlausibilityWatch plausibility_watch_;
+  PlausibilityAlarm plausibility_watch_;
   compensation::BlockStability stability_;
   compensation::Compensated last_sample_;
   compensation::CompensatedWindow last_window_;

@@ -11,7 +11,7 @@ namespace prism::pipeline {
 Pipeline::Pipeline(const Setup& setup) : decoder_(setup.frames), clock_(setup.frames, setup.clock) {
   for (std::size_t i = 0; i < setup.axes.size(); ++i) {
     axes_.push_back({.name = setup.frames->axes[i].name,
-                     .engine = compensation::Engine(setup.axes[i].engine, setup.sensors),
+                     .engine = compensation::CompensationEngine(setup.axes[i].engine, setup.sensors),
                      .thermometer = setup.axes[i].thermometer});
   }
   for (const Setup::SensorLine& line : setup.sensor_lines) feeds_.emplace_back(line);
@@ -96,7 +96,7 @@ void Pipeline::end_axes() {
 }
 
 // Returns values for every stride_-th frame only: at 1000 frames per second, not every frame needs them.
-std::span<const double> Pipeline::sensors_at(const wire::Reading& reading) {
+std::span<const double> Pipeline::sensors_at(const wire::DecodedMessage& reading) {
   const std::size_t own = decoder_.description().sensors.size();
   if (own == values_.size()) {
     if (own == 0 || !reading.sensors_read) return {};
@@ -117,7 +117,7 @@ std::span<const double> Pipeline::sensors_at(const wire::Reading& reading) {
 
 void Pipeline::close_second(std::size_t axis, std::size_t samples_before, const compensation::CompensatedWindow& row) {
   rows_.windows.push_back({axis, samples_before, *session_ns_, row});
-  rows_.windows.back().row.window.bucket.arrival_ns = axes_[axis].last_ns;
+  rows_.windows.back().row.window.second_mean.arrival_ns = axes_[axis].last_ns;
 }
 
 void Pipeline::enter_second(const Sample& sample, std::int64_t arrival_ns) {
@@ -130,7 +130,7 @@ void Pipeline::enter_second(const Sample& sample, std::int64_t arrival_ns) {
 }
 
 const Rows& Pipeline::pass() {
-  for (const wire::Reading& reading : readings_) {
+  for (const wire::DecodedMessage& reading : readings_) {
     if (!clock_.push(reading)) continue;
     const std::span<const double> sensors = sensors_at(reading);
     const std::size_t before = rows_.samples.size();

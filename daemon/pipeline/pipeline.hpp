@@ -40,7 +40,7 @@ struct Rows {
 /// One input axis of the device; axes are corrected independently.
 struct Axis {
   std::string name;  ///< as in the frame description
-  compensation::Engine engine;
+  compensation::CompensationEngine engine;
   std::int64_t last_ns = 0;  ///< arrival of its last frame
   int thermometer = -1;      ///< index into Setup::sensors; -1: as in the frame description
 };
@@ -85,13 +85,13 @@ class Pipeline {
   void end_axes();
   void close_second(std::size_t axis, std::size_t samples_before, const compensation::CompensatedWindow& row);
   void enter_second(const Sample& sample, std::int64_t arrival_ns);
-  std::span<const double> sensors_at(const wire::Reading& reading);
+  std::span<const double> sensors_at(const wire::DecodedMessage& reading);
 
   wire::FrameDecoder decoder_;
   drivers::Clock clock_;
   std::vector<Axis> axes_;
   std::vector<SensorFeed> feeds_;
-  std::vector<wire::Reading> readings_;
+  std::vector<wire::DecodedMessage> readings_;
   std::vector<double> values_;  ///< of all sensors: the device's, then the lines'
   std::uint32_t stride_ = 1,
                 waiting_ =

@@ -11,36 +11,39 @@ namespace {
 struct Sensor {
   const char *name, *unit;
   bool QuantitySet::*in_set;
-  compensation::Doubt compensation::Doubts::*doubt;
-  double compensation::Bucket::*value;
+  compensation::Rejection compensation::Rejections::*rejection;
+  double compensation::SecondMean::*value;
 };
 
 constexpr std::array kSensors = {
-    Sensor{"rate", "deg/h", &QuantitySet::rate, &compensation::Doubts::rate, &compensation::Bucket::rate_deg_per_h},
-    Sensor{"temperature", "degC", &QuantitySet::temperature, &compensation::Doubts::temperature,
-           &compensation::Bucket::temperature_degc},
-    Sensor{"uhfo", "V", &QuantitySet::uhfo, &compensation::Doubts::uhfo, &compensation::Bucket::uhfo_v}};
+    Sensor{"rate", "deg/h", &QuantitySet::rate, &compensation::Rejections::rate,
+           &compensation::SecondMean::rate_deg_per_h},
+    Sensor{"temperature", "degC", &QuantitySet::temperature, &compensation::Rejections::temperature,
+           &compensation::SecondMean::temperature_degc},
+    Sensor{"uhfo", "V", &QuantitySet::uhfo, &compensation::Rejections::uhfo, &compensation::SecondMean::uhfo_v}};
 
 }  // namespace
 
-std::vector<PlausibilityWatch::Notice> PlausibilityWatch::push(const compensation::CompensatedWindow& row) {
+std::vector<PlausibilityAlarm::Notice> PlausibilityAlarm::push(const compensation::CompensatedWindow& row) {
   std::vector<Notice> notices;
-  const compensation::Bucket& bucket = row.window.bucket;
+  const compensation::SecondMean& second_mean = row.window.second_mean;
   for (std::size_t i = 0; i < kSensors.size(); ++i) {
     const Sensor& sensor = kSensors[i];
     Episode& episode = episodes_[i];
-    if (bucket.implausible.*sensor.in_set) {
+    if (second_mean.implausible.*sensor.in_set) {
       if (!episode.open) {
         episode = {true, 0, 0};
-        notices.push_back({true, fmt::format("{} is implausible: {}", sensor.name,
-                                             compensation::doubt_text(row.doubts.*sensor.doubt, sensor.unit))});
+        notices.push_back(
+            {true, fmt::format("{} is implausible: {}", sensor.name,
+                               compensation::rejection_text(row.rejections.*sensor.rejection, sensor.unit))});
       }
       ++episode.implausible_s;
       episode.calm_s = 0;
-    } else if (episode.open && std::isfinite(bucket.*sensor.value) && ++episode.calm_s >= kCalmS) {
+    } else if (episode.open && std::isfinite(second_mean.*sensor.value) && ++episode.calm_s >= kCalmS) {
       episode.open = false;
-      notices.push_back({false, fmt::format("{} is plausible again: {:.6g} {} after {} implausible seconds",
-                                            sensor.name, bucket.*sensor.value, sensor.unit, episode.implausible_s)});
+      notices.push_back(
+          {false, fmt::format("{} is plausible again: {:.6g} {} after {} implausible seconds", sensor.name,
+                              second_mean.*sensor.value, sensor.unit, episode.implausible_s)});
     }
   }
   return notices;

@@ -13,7 +13,7 @@ namespace prism::pipeline {
 
 /// Returns a notice for each sensor that becomes implausible, and another when it was plausible for kCalmS of data
 /// time, so that a flickering sensor is one fault. A new session or a clock set back does not end a fault.
-class PlausibilityWatch {
+class PlausibilityAlarm {
  public:
   static constexpr int kCalmS = 30;
 

@@ -17,7 +17,7 @@ bool near(double count, double other) { return std::abs(count - other) <= std::m
 
 }  // namespace
 
-std::optional<std::string> RateWatch::push(std::uint32_t samples) {
+std::optional<std::string> RateMonitor::push(std::uint32_t samples) {
   if (reported_ || rate_hz_ < kLeastRateHz) return std::nullopt;
   seconds_.push_back(samples);
   if (seconds_.size() < kSeconds) return std::nullopt;

@@ -11,9 +11,9 @@ namespace prism::pipeline {
 
 /// Counts samples per full second. Works with time stamps of the gyro and with the clock "host". Cannot work if the
 /// times are computed from rate_hz (clock "device" with a frame counter or without a counter).
-class RateWatch {
+class RateMonitor {
  public:
-  explicit RateWatch(double rate_hz) : rate_hz_(rate_hz) {}
+  explicit RateMonitor(double rate_hz) : rate_hz_(rate_hz) {}
 
   /// Adds the number of samples of a full second. Returns a message, once, if the median of 30 consecutive seconds
   /// differs from rate_hz by more than 10 % and at most 10 % of them differ from the median (unlike a line that loses

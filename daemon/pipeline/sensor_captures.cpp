@@ -51,7 +51,8 @@ Result<SensorCaptures> SensorCaptures::open(const Setup& setup, const SensorFile
     const bool known = std::any_of(setup.sensor_lines.begin(), setup.sensor_lines.end(),
                                    [&, &wanted = name](const Setup::SensorLine& line) { return line.name == wanted; });
     if (!known)
-      return refuse(setup.config.path, fmt::format("found no sensor line \"{}\", which --replay-sensors names", name));
+      return make_error(setup.config.path,
+                        fmt::format("found no sensor line \"{}\", which --replay-sensors names", name));
   }
   return captures;
 }

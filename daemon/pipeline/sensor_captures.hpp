@@ -45,7 +45,7 @@ class SensorCaptures {
   };
   struct Stream {
     std::size_t line = 0;
-    drivers::BareBytes bare;
+    drivers::RawByteStream bare;
     std::deque<std::string> files;
     std::optional<drivers::CaptureReader> reader;
     std::optional<drivers::CapturePacket> head;

@@ -44,7 +44,7 @@ class SensorFeed {
   wire::FrameDecoder decoder_;
   std::int64_t stale_ns_;
   std::deque<Said> said_;  ///< oldest first
-  std::vector<wire::Reading> readings_;
+  std::vector<wire::DecodedMessage> readings_;
 };
 
 }  // namespace prism::pipeline

@@ -23,7 +23,8 @@ Result<wire::FrameDescriptionPtr> load_gyro_frames(const config::Config& config)
     choice.axes.push_back({axis.name, axis.sign, axis.scale_factor_arcsec_per_pulse});
   Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, choice, config.line);
   if (frames && !(*frames)->carries_gyro())
-    return refuse(config.frames, "found no gyro, expected one; instruments without a gyro belong to \"sensor_lines\"");
+    return make_error(config.frames,
+                      "found no gyro, expected one; instruments without a gyro belong to \"sensor_lines\"");
   return frames;
 }
 
@@ -34,11 +35,11 @@ Result<Setup::SensorLine> load_sensor_line(const config::SensorLineConfig& confi
   const Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, choice, config.line);
   if (!frames) return tl::unexpected<Error>(frames.error());
   if ((*frames)->carries_gyro())
-    return refuse(
+    return make_error(
         config.frames,
         fmt::format("found a gyro, expected an instrument without a gyro for the sensor line {}", config.name));
   if ((*frames)->sensors.empty())
-    return refuse(
+    return make_error(
         config.frames,
         fmt::format(
             "found no sensor with a name, expected at least one; name them in \"columns\" of the sensor line {}",
@@ -64,10 +65,10 @@ Result<int> find_thermometer(const Setup& setup, const config::AxisConfig& axis)
   const std::size_t index = sensor_index(there, axis.thermometer);
   const std::string where = fmt::format("{}:/axes/{}/temperature", setup.config.path, axis.name);
   if (index == there.size())
-    return refuse(where, fmt::format("found \"{}\", expected one of {}", axis.thermometer, sensors_text(there)));
+    return make_error(where, fmt::format("found \"{}\", expected one of {}", axis.thermometer, sensors_text(there)));
   if (there[index].unit != "degC")
-    return refuse(where,
-                  fmt::format("found {} in {}, expected a thermometer in degC", axis.thermometer, there[index].unit));
+    return make_error(
+        where, fmt::format("found {} in {}, expected a thermometer in degC", axis.thermometer, there[index].unit));
   return static_cast<int>(index);
 }
 
@@ -82,29 +83,29 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
   if (!model) return model;
   const compensation::ModelInfo& info = (*model)->info();
   if (!info.gyro_serial.empty() && !config.gyro_serial.empty() && info.gyro_serial != config.gyro_serial) {
-    return refuse(path + ":/gyro/serial",
-                  fmt::format("found \"{}\", expected \"{}\" as in {}: the model is of another gyro", info.gyro_serial,
-                              config.gyro_serial, config.path));
+    return make_error(path + ":/gyro/serial",
+                      fmt::format("found \"{}\", expected \"{}\" as in {}: the model is of another gyro",
+                                  info.gyro_serial, config.gyro_serial, config.path));
   }
   for (const std::string& input : info.inputs) {
     const bool of_sensor = !compensation::sensors_of({input}).empty();
     const bool own = own_thermometer && input != compensation::kInputUhfo;
     if (of_sensor || own || (input == compensation::kInputUhfo ? frames.uhfo : frames.temperature).present) continue;
-    return refuse(path + ":/inputs",
-                  fmt::format("found {}, which frames of \"{}\" do not contain", input, frames.name));
+    return make_error(path + ":/inputs",
+                      fmt::format("found {}, which frames of \"{}\" do not contain", input, frames.name));
   }
   const std::vector<SensorName>& there = sensors_of_list(setup.sensors);
   for (const SensorName& sensor : info.features.sensors) {
     const std::size_t index = sensor_index(there, sensor.name);
     if (index == there.size()) {
-      return refuse(
+      return make_error(
           path + ":/features/sensors",
           fmt::format("found {}, expected a sensor of {}{}: {}", sensor.name, frames.name,
                       config.by_axes ? "" : " (sensors need \"axes\" in the configuration)", sensors_text(there)));
     }
     if (there[index].unit != sensor.unit)
-      return refuse(path + ":/features/sensors", fmt::format("found {} in {}, but {} has it in {}", sensor.name,
-                                                             sensor.unit, frames.name, there[index].unit));
+      return make_error(path + ":/features/sensors", fmt::format("found {} in {}, but {} has it in {}", sensor.name,
+                                                                 sensor.unit, frames.name, there[index].unit));
   }
   return model;
 }
@@ -124,9 +125,9 @@ Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index) {
     if (!loaded) return tl::unexpected<Error>(loaded.error());
     *model = std::move(*loaded);
   }
-  compensation::Engine trial(axis.engine);
+  compensation::CompensationEngine trial(axis.engine);
   if (auto taken = trial.use(axis.model, axis.fallback); !taken)
-    return refuse(config.fallback_model, taken.error().what);
+    return make_error(config.fallback_model, taken.error().what);
   return axis;
 }
 
@@ -140,9 +141,9 @@ Result<void> check_serials(Setup& setup) {
       const std::string found = model ? model->info().gyro_serial : "";
       if (found.empty() || found == serial) continue;
       if (!serial.empty()) {
-        return refuse(file + ":/gyro/serial",
-                      fmt::format("found \"{}\", but {} is of gyro \"{}\"; expected models of the same gyro", found,
-                                  path, serial));
+        return make_error(file + ":/gyro/serial",
+                          fmt::format("found \"{}\", but {} is of gyro \"{}\"; expected models of the same gyro", found,
+                                      path, serial));
       }
       serial = found, path = file;
     }
@@ -163,8 +164,9 @@ Result<void> replace(config::Config& config, const Overrides& overrides) {
   };
   if (!overrides.model.empty()) {
     if (config.axes.size() > 1)
-      return refuse("--model", fmt::format("found one model, but {} has {} axes; set the models in the configuration",
-                                           config.path, config.axes.size()));
+      return make_error("--model",
+                        fmt::format("found one model, but {} has {} axes; set the models in the configuration",
+                                    config.path, config.axes.size()));
     config.axes.front().model = config::find_data_file(overrides.model, "models", absolute("."));
   }
   for (config::AxisConfig& axis : config.axes) {
@@ -174,7 +176,7 @@ Result<void> replace(config::Config& config, const Overrides& overrides) {
   if (!overrides.socket.empty()) config.socket.path = absolute(overrides.socket);
   if (overrides.replay_log.empty()) return {};
   config.capture.reset();
-  config.log = config.log.value_or(config::SegmentSettings{});
+  config.log = config.log.value_or(config::LogSegmentSettings{});
   config.log->directory = absolute(overrides.replay_log);
   return {};
 }

@@ -19,8 +19,9 @@ struct Setup {
   /// One input axis: models and settings of its engine.
   struct Axis {
     compensation::ModelPtr model, fallback;
-    int thermometer = -1;                 ///< configured thermometer, index into Setup::sensors; -1: not configured
-    compensation::EngineSettings engine;  ///< plausibility limits combine defaults, frame description and configuration
+    int thermometer = -1;  ///< configured thermometer, index into Setup::sensors; -1: not configured
+    compensation::CompensationSettings
+        engine;  ///< plausibility limits combine defaults, frame description and configuration
 
     compensation::FeatureDefinition features() const {
       return model ? model->info().features : compensation::FeatureDefinition{};

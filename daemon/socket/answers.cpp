@@ -229,7 +229,7 @@ ordered_json bias_answer(const Sources& sources, std::size_t axis) {
                        {"sd_deg_per_h", known(correction.sd_deg_per_h)},
                        {"sd_mean_deg_per_h", known(correction.sd_mean_deg_per_h)},
                        {"corrected_deg_per_h", known(sample ? sample->corrected_deg_per_h : kUnknown)}};
-  json["second_rate_deg_per_h"] = known(window ? window->window.bucket.rate_deg_per_h : kUnknown);
+  json["second_rate_deg_per_h"] = known(window ? window->window.second_mean.rate_deg_per_h : kUnknown);
   json["second_corrected_deg_per_h"] = known(window ? window->corrected_deg_per_h : kUnknown);
   json["mean_rate_deg_per_h"] = known(window ? window->window.rate_deg_per_h : kUnknown);
   json["corrected_mean_deg_per_h"] = known(window ? window->corrected_mean_deg_per_h : kUnknown);

@@ -235,7 +235,7 @@ bool is_follower_name(const std::string& name) {
 Result<RowParams> row_params(const json& params) {
   RowParams wanted;
   const auto wrong = [&] {
-    return refuse(
+    return make_error(
         "rows",
         fmt::format(R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "name": NAME}})",
                     shown(params), pipeline::RowQuery::kMostRows, RowRequests::kLongestWait_s));

@@ -33,7 +33,7 @@ Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettin
   boost::system::error_code error;
   Server::Acceptor acceptor(io);
   acceptor.assign(Protocol(), socket->get(), error);
-  if (error) return refuse(settings.path, "cannot listen: " + error.message());
+  if (error) return make_error(settings.path, "cannot listen: " + error.message());
   socket->release();
   return acceptor;
 }
@@ -64,7 +64,7 @@ Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const config:
     boost::system::error_code error;
     Acceptor acceptor(io);
     acceptor.assign(Protocol(), inherited, error);
-    if (error) return refuse("systemd's socket", error.message());
+    if (error) return make_error("systemd's socket", error.message());
     return std::unique_ptr<Server>(
         new Server(std::move(acceptor), settings, OwnSocketFile(), publisher, rpc, std::move(tell)));
   }

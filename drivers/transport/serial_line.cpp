@@ -62,8 +62,8 @@ bool is_pseudo_terminal(int fd) {
 // pseudo-terminal, whose other end belongs to our tests.
 Result<void> claim(const std::string& device, int fd, bool pseudo) {
   if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
-    return refuse(device,
-                  errno == EWOULDBLOCK ? why_not_open(EBUSY) : fmt::format("cannot lock: {}", std::strerror(errno)));
+    return make_error(
+        device, errno == EWOULDBLOCK ? why_not_open(EBUSY) : fmt::format("cannot lock: {}", std::strerror(errno)));
   }
   if (!pseudo) ::ioctl(fd, TIOCEXCL);
   return {};
@@ -72,16 +72,17 @@ Result<void> claim(const std::string& device, int fd, bool pseudo) {
 Result<void> set_and_compare(const Settings& settings, int fd, bool pseudo, std::vector<std::string>& notes) {
   const wire::WireFormat& wanted = settings.format;
   if (!set_line_format(fd, wanted)) {
-    return refuse(settings.device, fmt::format("does not take {}: {}", format_text(wanted), std::strerror(errno)));
+    return make_error(settings.device, fmt::format("does not take {}: {}", format_text(wanted), std::strerror(errno)));
   }
   const std::optional<wire::WireFormat> found = read_line_format(fd);
-  if (!found) return refuse(settings.device, fmt::format("cannot read the settings back: {}", std::strerror(errno)));
+  if (!found)
+    return make_error(settings.device, fmt::format("cannot read the settings back: {}", std::strerror(errno)));
   const bool same_speed = std::abs(found->baud - wanted.baud) <= kBaudTolerance * wanted.baud;
   const bool same_characters =
       found->data_bits == wanted.data_bits && found->parity == wanted.parity && found->stop_bits == wanted.stop_bits;
   if (same_speed && same_characters) return {};
   const std::string what = fmt::format("found {} in force, expected {}", format_text(*found), format_text(wanted));
-  if (!pseudo) return refuse(settings.device, what);
+  if (!pseudo) return make_error(settings.device, what);
   notes.push_back(what + "; no effect on a pseudo-terminal");
   return {};
 }
@@ -121,7 +122,7 @@ class SerialLine : public Transport {
     const ssize_t size = ::write(fd(), bytes.data(), bytes.size());
     if (size >= 0) return static_cast<std::size_t>(size);
     if (errno == EAGAIN || errno == EINTR) return 0;
-    return refuse(device_, std::string("cannot write: ") + std::strerror(errno));
+    return make_error(device_, std::string("cannot write: ") + std::strerror(errno));
   }
 
   bool has_unread() const override {
@@ -147,8 +148,8 @@ class SerialLine : public Transport {
 Result<std::unique_ptr<Transport>> open_serial_line(const Settings& settings) {
   Descriptor file(::open(settings.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   const int fd = file.get();
-  if (fd < 0) return refuse(settings.device, why_not_open(errno));
-  if (!::isatty(fd)) return refuse(settings.device, "not a terminal; expected a serial device");
+  if (fd < 0) return make_error(settings.device, why_not_open(errno));
+  if (!::isatty(fd)) return make_error(settings.device, "not a terminal; expected a serial device");
   const bool pseudo = is_pseudo_terminal(fd);
   std::vector<std::string> notes;
   if (settings.exclusive) {

@@ -207,7 +207,7 @@ void measure_long_record(Eigen::Index n) {
 int run(const std::string& shared, bool kernels_only) {
   const training::TrainingData data = reference(shared);
   const training::NormalisedData normalised =
-      *training::normalise(data.inputs, data.target, training::Scaling::kZscore, data.names);
+      *training::normalise(data.inputs, data.target, training::NormalisationMethod::kZscore, data.names);
   measure_prediction(normalised);
   measure_fit(normalised);
   measure_window(data);

@@ -19,8 +19,8 @@ namespace {
 
 namespace wire = prism::wire;
 
+using prism::wire::DecodedMessage;
 using prism::wire::FrameDescriptionPtr;
-using prism::wire::Reading;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr int kFrames = 20'000;  // about 1 MB, so that memory speed does not matter
@@ -61,7 +61,8 @@ Bytes encoded(const wire::FrameDescriptionPtr& description) {
 }
 
 template <class Take>
-void feed_all(prism::wire::FrameDecoder& decoder, const Bytes& bytes, std::vector<wire::Reading>& out, Take take) {
+void feed_all(prism::wire::FrameDecoder& decoder, const Bytes& bytes, std::vector<wire::DecodedMessage>& out,
+              Take take) {
   static std::int64_t arrival_ns = 0;
   const double byte_ns = decoder.description().wire.byte_time_ns();
   for (std::size_t at = 0; at < bytes.size(); at += kChunkBytes) {
@@ -69,22 +70,23 @@ void feed_all(prism::wire::FrameDecoder& decoder, const Bytes& bytes, std::vecto
     arrival_ns += static_cast<std::int64_t>(byte_ns * static_cast<double>(size));
     out.clear();
     decoder.feed({bytes.data() + at, size}, arrival_ns, out);
-    for (const wire::Reading& reading : out) take(reading);
+    for (const wire::DecodedMessage& reading : out) take(reading);
   }
 }
 
 void measure(const std::string& dir, const std::string& name) {
   const wire::FrameDescriptionPtr description = load(dir + "/" + name + ".json");
   const Bytes bytes = encoded(description);
-  std::vector<wire::Reading> out;
+  std::vector<wire::DecodedMessage> out;
   out.reserve(4096);
   prism::wire::FrameDecoder decoder(description);
   std::size_t frames = 0;
-  const double decode_s = fastest([&] { feed_all(decoder, bytes, out, [&](const wire::Reading&) { ++frames; }); });
+  const double decode_s =
+      fastest([&] { feed_all(decoder, bytes, out, [&](const wire::DecodedMessage&) { ++frames; }); });
   prism::drivers::Clock clock(description, {.source = prism::drivers::ClockSource::kDevice});
   double sum = 0;
   const double clock_s = fastest([&] {
-    feed_all(decoder, bytes, out, [&](const wire::Reading& reading) {
+    feed_all(decoder, bytes, out, [&](const wire::DecodedMessage& reading) {
       if (!clock.push(reading)) return;
       if (const auto sample = clock.sample(reading, 0)) sum += sample->interval_s;
     });
@@ -101,8 +103,8 @@ void measure_garbage(const std::string& dir, const std::string& name) {
   Bytes bytes(1'000'000);
   for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
   prism::wire::FrameDecoder decoder(description);
-  std::vector<wire::Reading> out;
-  const double seconds = fastest([&] { feed_all(decoder, bytes, out, [](const wire::Reading&) {}); });
+  std::vector<wire::DecodedMessage> out;
+  const double seconds = fastest([&] { feed_all(decoder, bytes, out, [](const wire::DecodedMessage&) {}); });
   std::printf("%-18s %17.0f\n", name.c_str(), static_cast<double>(bytes.size()) / seconds / 1e6);
 }
 

@@ -21,7 +21,7 @@ struct Read {
 };
 
 Read read_all(const std::string& path, std::size_t size) {
-  const prism::drivers::BareBytes bare{4000, 0};
+  const prism::drivers::RawByteStream bare{4000, 0};
   auto reader = prism::drivers::CaptureReader::open(path, bare);
   if (!reader) return {{}, 0, reader.error().text()};
   Read read;

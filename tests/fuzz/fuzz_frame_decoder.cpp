@@ -14,9 +14,9 @@ namespace {
 
 namespace wire = prism::wire;
 
+using prism::wire::DecodedMessage;
 using prism::wire::FrameDecoder;
 using prism::wire::FrameDescriptionPtr;
-using prism::wire::Reading;
 
 std::vector<wire::FrameDescriptionPtr> load_all() {
   std::vector<wire::FrameDescriptionPtr> all;
@@ -29,10 +29,10 @@ std::vector<wire::FrameDescriptionPtr> load_all() {
   return all;
 }
 
-std::vector<wire::Reading> decode(const wire::FrameDescriptionPtr& description, const std::uint8_t* bytes,
-                                  std::size_t size, std::size_t chunk) {
+std::vector<wire::DecodedMessage> decode(const wire::FrameDescriptionPtr& description, const std::uint8_t* bytes,
+                                         std::size_t size, std::size_t chunk) {
   wire::FrameDecoder decoder(description);
-  std::vector<wire::Reading> out;
+  std::vector<wire::DecodedMessage> out;
   for (std::size_t at = 0; at < size; at += chunk) decoder.feed({bytes + at, std::min(chunk, size - at)}, 0, out);
   decoder.finish(out);
   if (decoder.waiting()) std::abort();
@@ -45,8 +45,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::vector<wire::FrameDescriptionPtr> kAll = load_all();
   if (size < 2) return 0;
   const wire::FrameDescriptionPtr& description = kAll[data[0] % kAll.size()];
-  const std::vector<wire::Reading> whole = decode(description, data + 2, size - 2, size);
-  const std::vector<wire::Reading> cut = decode(description, data + 2, size - 2, 1u + data[1] % 64u);
+  const std::vector<wire::DecodedMessage> whole = decode(description, data + 2, size - 2, size);
+  const std::vector<wire::DecodedMessage> cut = decode(description, data + 2, size - 2, 1u + data[1] % 64u);
   if (whole.size() != cut.size()) std::abort();
   for (std::size_t i = 0; i < whole.size(); ++i) {
     if (whole[i].offset != cut[i].offset || whole[i].counter != cut[i].counter) std::abort();

@@ -19,7 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   prism::wire::FrameEncoder encoder(*parsed);
   prism::wire::FrameDecoder decoder(*parsed);
   std::vector<std::uint8_t> bytes;
-  std::vector<prism::wire::Reading> out;
+  std::vector<prism::wire::DecodedMessage> out;
   for (int i = 0; i < 20; ++i) encoder.encode({.rate_deg_per_h = {10.0 * i}, .interval_s = 0.01}, bytes);
   decoder.feed(bytes, 0, out);
   decoder.finish(out);

@@ -32,11 +32,11 @@ const std::string& rows() {
     std::string text = compensation::csv_columns() + "\n";
     for (int i = 0; i < 300; ++i) {
       compensation::CompensatedWindow row;
-      row.window.bucket.second = kFirstSecond + i;
-      row.window.bucket.samples = 2;
-      row.window.bucket.rate_deg_per_h = 8.0 + 0.01 * (i % 7);
-      row.window.bucket.temperature_degc = 20 + 0.01 * i;
-      row.window.bucket.uhfo_v = 1.5 + 0.001 * (i % 5);
+      row.window.second_mean.second = kFirstSecond + i;
+      row.window.second_mean.samples = 2;
+      row.window.second_mean.rate_deg_per_h = 8.0 + 0.01 * (i % 7);
+      row.window.second_mean.temperature_degc = 20 + 0.01 * i;
+      row.window.second_mean.uhfo_v = 1.5 + 0.001 * (i % 5);
       compensation::append_csv(text, row);
       text += '\n';
     }
@@ -64,7 +64,7 @@ void require_csv(const std::string& text) {
 
 void require_batch(const std::string& folder) {
   log::Segments segments({.directory = folder}, "g", ".csv");
-  log::LogRows log_rows(segments);
+  log::LogPager log_rows(segments);
   const auto page = log_rows.page({.after = "earliest"}, {});
   require(page.has_value());
   const auto json = nlohmann::json::parse(page->json + "}", nullptr, false);

@@ -15,8 +15,8 @@
 
 namespace prism::test {
 
-inline config::SegmentSettings segments_in(const std::string& directory) {
-  config::SegmentSettings settings;
+inline config::LogSegmentSettings segments_in(const std::string& directory) {
+  config::LogSegmentSettings settings;
   settings.directory = directory;
   return settings;
 }
@@ -24,8 +24,8 @@ inline config::SegmentSettings segments_in(const std::string& directory) {
 /// The row whose second ends at `second` (UTC, s since 1970).
 inline compensation::CompensatedWindow row_at(std::int64_t second) {
   compensation::CompensatedWindow row;
-  row.window.bucket.second = second - 1;
-  row.window.bucket.samples = 200;
+  row.window.second_mean.second = second - 1;
+  row.window.second_mean.samples = 200;
   return row;
 }
 

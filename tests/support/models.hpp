@@ -41,7 +41,7 @@ inline compensation::FeatureDefinition short_features() {
 inline constexpr int kFullS = 12;  // length_s + end_mean_s
 
 /// For tests with unrealistic temperature steps.
-inline compensation::EngineSettings believing(compensation::EngineSettings settings = {}) {
+inline compensation::CompensationSettings believing(compensation::CompensationSettings settings = {}) {
   settings.plausibility.temperature = {};
   return settings;
 }

@@ -90,15 +90,16 @@ Result<std::string> find_socket(const std::string& socket, const std::string& na
   }
   if (matching.size() == 1) return matching[0];
   if (running.empty())
-    return refuse(fmt::format("{}", fmt::join(config::socket_folders(), ", ")),
-                  "no prismd answers here; start one, or name its socket with --socket");
-  if (matching.empty()) return refuse("--name", unknown_name(name, names));
-  return refuse("--name", fmt::format("required if several instances run; choose one of: {}", fmt::join(names, ", ")));
+    return make_error(fmt::format("{}", fmt::join(config::socket_folders(), ", ")),
+                      "no prismd answers here; start one, or name its socket with --socket");
+  if (matching.empty()) return make_error("--name", unknown_name(name, names));
+  return make_error("--name",
+                    fmt::format("required if several instances run; choose one of: {}", fmt::join(names, ", ")));
 }
 
 Result<Connection> Connection::open(const std::string& path) {
   const int fd = connect_to(path);
-  if (fd < 0) return refuse(path, fmt::format("no prismd answers: {}", std::strerror(errno)));
+  if (fd < 0) return make_error(path, fmt::format("no prismd answers: {}", std::strerror(errno)));
   return Connection(fd, path);
 }
 
@@ -116,7 +117,7 @@ Result<int> Connection::send(const std::string& method, const nlohmann::json& pa
   for (std::size_t sent = 0; sent < line.size();) {
     const ssize_t now = ::send(fd_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
     if (now < 0 && errno == EINTR) continue;
-    if (now <= 0) return refuse(path_, "prismd closed the connection");
+    if (now <= 0) return make_error(path_, "prismd closed the connection");
     sent += static_cast<std::size_t>(now);
   }
   return last_id_;
@@ -128,10 +129,11 @@ Result<nlohmann::json> Connection::ask(const std::string& method, const nlohmann
   for (;;) {
     auto answer = next(kAnswerTimeoutMs);
     if (!answer) return tl::unexpected<Error>(answer.error());
-    if (!*answer) return refuse(path_, fmt::format("no response to {} within {} s", method, kAnswerTimeoutMs / 1000));
+    if (!*answer)
+      return make_error(path_, fmt::format("no response to {} within {} s", method, kAnswerTimeoutMs / 1000));
     const nlohmann::json& message = **answer;
     if (member(message, "id") != *id) continue;
-    if (message.contains("error")) return refuse("prismd", text_member(message["error"], "message", "refused"));
+    if (message.contains("error")) return make_error("prismd", text_member(message["error"], "message", "refused"));
     return member(message, "result");
   }
 }
@@ -142,18 +144,18 @@ Result<std::optional<nlohmann::json>> Connection::next(int timeout_ms) {
       const std::string line = pending_.substr(0, end);
       pending_.erase(0, end + 1);
       auto message = parse_json_line(line);
-      if (!message) return refuse(path_, "found a line that is not JSON; is this prismd's socket?");
+      if (!message) return make_error(path_, "found a line that is not JSON; is this prismd's socket?");
       return message;
     }
     if (pending_.size() > kMaxAnswerBytes)
-      return refuse(path_,
-                    fmt::format("found a line longer than {} MiB; is this prismd's socket?", kMaxAnswerBytes >> 20));
+      return make_error(
+          path_, fmt::format("found a line longer than {} MiB; is this prismd's socket?", kMaxAnswerBytes >> 20));
     pollfd wait{fd_, POLLIN, 0};
     const int ready = ::poll(&wait, 1, timeout_ms);
     if (ready == 0 || (ready < 0 && errno == EINTR)) return std::optional<nlohmann::json>();
     char buffer[16384];
     const ssize_t size = ::recv(fd_, buffer, sizeof buffer, 0);
-    if (size <= 0) return refuse(path_, "prismd closed the connection");
+    if (size <= 0) return make_error(path_, "prismd closed the connection");
     pending_.append(buffer, static_cast<std::size_t>(size));
   }
 }

@@ -89,7 +89,7 @@ int run(int argc, char** argv) {
   CLI::App app("prismctl: shows the state and data of running prismd instances");
   Choice choice;
   int code = kDone;
-  tools::speak_to_people(app);
+  tools::use_readable_help(app);
   app.set_version_flag("--version", std::string("prismctl ") + kVersion);
   app.add_option("-s,--socket", choice.socket,
                  "path of the daemon's socket (default: $PRISM_SOCKET, or the only running instance)");

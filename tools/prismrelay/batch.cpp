@@ -63,7 +63,7 @@ std::string fields_of(const LogKey& log) {
 
 Result<PageFacts> Batch::add_page(const LogKey& log, const std::string& cursor, const json& page) {
   if (!is_page(page))
-    return refuse(log.gyro, "answered rows with something else, expected log, segments, after, more and missing");
+    return make_error(log.gyro, "answered rows with something else, expected log, segments, after, more and missing");
   const std::string gyro_axis = fields_of(log), id = text_member(page, "log");
   PageFacts facts;
   facts.cursor = text_member(page, "after");

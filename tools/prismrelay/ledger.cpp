@@ -111,8 +111,9 @@ Result<int> version_of(Postgres& connection) {
 }
 
 tl::unexpected<Error> other_version(int found) {
-  return refuse(kWhere, fmt::format("found version {} of the schema prism, expected {}: {}", found, kSchemaVersion,
-                                    found > kSchemaVersion ? "made by a later prismrelay" : "made by an earlier one"));
+  return make_error(kWhere,
+                    fmt::format("found version {} of the schema prism, expected {}: {}", found, kSchemaVersion,
+                                found > kSchemaVersion ? "made by a later prismrelay" : "made by an earlier one"));
 }
 
 }  // namespace
@@ -131,7 +132,7 @@ Result<void> Ledger::connect() {
   if (!opened) return passed_on(opened);
   const auto version = version_of(*opened);
   if (!version) return passed_on(version);
-  if (*version == -1) return refuse(kWhere, "has no schema prism, expected one that prismrelay --init made");
+  if (*version == -1) return make_error(kWhere, "has no schema prism, expected one that prismrelay --init made");
   if (*version != kSchemaVersion) return other_version(*version);
   if (const auto made = opened->run(begin_session(), soon()); !made) return passed_on(made);
   const auto days = opened->run("SELECT day - '1970-01-01'::date FROM prism.days", soon());

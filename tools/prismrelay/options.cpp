@@ -11,7 +11,7 @@ namespace prism::prismrelay {
 
 std::optional<int> parse_options(int argc, char** argv, Options& options) {
   CLI::App app("prismrelay: carries the rows of every prismd of this host to PostgreSQL, MQTT and Prometheus");
-  tools::speak_to_people(app);
+  tools::use_readable_help(app);
   app.set_version_flag("--version", std::string("prismrelay ") + kVersion);
   app.add_option("config", options.config, "the configuration")->capture_default_str();
   auto* check = app.add_flag("--check", options.check, "read the configuration, say whether it is good, and end");

@@ -42,7 +42,7 @@ bool ready(int fd, short events, Postgres::Deadline until) {
 
 tl::unexpected<Error> Postgres::lost(std::string_view what) const {
   const std::string words = one_line(PQerrorMessage(connection_.get()));
-  return refuse(kPlace, words.empty() ? std::string(what) : words);
+  return make_error(kPlace, words.empty() ? std::string(what) : words);
 }
 
 Result<Postgres> Postgres::open(const std::string& connection, const std::string& password, Deadline until) {
@@ -50,12 +50,12 @@ Result<Postgres> Postgres::open(const std::string& connection, const std::string
   const std::array values = {connection.c_str(), password.empty() ? nullptr : password.c_str(), "prismrelay",
                              static_cast<const char*>(nullptr)};
   Postgres made(PQconnectStartParams(keys.data(), values.data(), 1));
-  if (!made.connection_) return refuse(kPlace, "no memory for a connection");
+  if (!made.connection_) return make_error(kPlace, "no memory for a connection");
   for (PostgresPollingStatusType state = PGRES_POLLING_WRITING; state != PGRES_POLLING_OK;) {
     if (state == PGRES_POLLING_FAILED || PQstatus(made.connection_.get()) == CONNECTION_BAD)
       return made.lost("no server answers");
     if (!ready(made.socket(), state == PGRES_POLLING_READING ? POLLIN : POLLOUT, until))
-      return refuse(kPlace, "no server answers within the time");
+      return make_error(kPlace, "no server answers within the time");
     state = PQconnectPoll(made.connection_.get());
   }
   PQsetnonblocking(made.connection_.get(), 1);
@@ -69,14 +69,14 @@ Result<void> Postgres::flush(Deadline until) {
     const int left = PQflush(connection_.get());
     if (left == 0) return {};
     if (left < 0) return lost("the connection is lost");
-    if (!ready(socket(), POLLIN | POLLOUT, until)) return refuse(kPlace, "takes nothing within the time");
+    if (!ready(socket(), POLLIN | POLLOUT, until)) return make_error(kPlace, "takes nothing within the time");
     if (PQconsumeInput(connection_.get()) == 0) return lost("the connection is lost");
   }
 }
 
 Result<Postgres::Answer> Postgres::next(Deadline until) {
   while (PQisBusy(connection_.get()) != 0) {
-    if (!ready(socket(), POLLIN, until)) return refuse(kPlace, "no answer within the time");
+    if (!ready(socket(), POLLIN, until)) return make_error(kPlace, "no answer within the time");
     if (PQconsumeInput(connection_.get()) == 0) return lost("the connection is lost");
   }
   return Answer(PQgetResult(connection_.get()));
@@ -93,7 +93,7 @@ Result<Postgres::Answer> Postgres::last(Deadline until) {
     const ExecStatusType state = PQresultStatus(answer->get());
     if (state == PGRES_COPY_IN) return answer;
     if (state != PGRES_COMMAND_OK && state != PGRES_TUPLES_OK && wrong)
-      wrong = refuse(kPlace, one_line(PQresultErrorMessage(answer->get())));
+      wrong = make_error(kPlace, one_line(PQresultErrorMessage(answer->get())));
     found = std::move(*answer);
   }
   if (!wrong) return wrong;

@@ -156,12 +156,12 @@ Result<Settings> load_settings(const std::string& path) {
 Result<std::string> read_password(const std::string& path) {
   struct stat facts {};
   if (::stat(path.c_str(), &facts) == 0 && (facts.st_mode & S_IROTH) != 0)
-    return refuse(path,
-                  fmt::format("everybody may read it (mode {:04o}), expected 0600 or 0640", facts.st_mode & 07777));
+    return make_error(path,
+                      fmt::format("everybody may read it (mode {:04o}), expected 0600 or 0640", facts.st_mode & 07777));
   const auto text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   std::string password = text->substr(0, text->find_first_of("\r\n"));
-  if (password.empty()) return refuse(path, "is empty, expected a password in its first line");
+  if (password.empty()) return make_error(path, "is empty, expected a password in its first line");
   return password;
 }
 

@@ -78,7 +78,7 @@ void declare_gyro(CLI::App& app, CommandLine& line, SimOptions& options) {
 }
 
 // Causes of bias other than T, dT/dt and U.
-void declare_truth(CLI::App& app, simulation::TruthSettings& truth) {
+void declare_truth(CLI::App& app, simulation::BiasModelSettings& truth) {
   app.add_flag("--smooth", truth.smooth, "smooth non-quadratic bias instead of the paper's equation");
   const std::tuple<const char*, double&, const char*> sizes[]{
       {"--sensor-lag", truth.sensor_lag_s, "lag of the thermometer behind the body, s"},
@@ -139,7 +139,8 @@ Result<simulation::InvalidTime> read_invalid(const std::string& text, const wire
   const bool good = second != std::string::npos && time.axis < frames.axes.size() &&
                     CLI::detail::lexical_cast(text.substr(first + 1, second - first - 1), time.from_s) &&
                     CLI::detail::lexical_cast(text.substr(second + 1), time.to_s) && time.from_s < time.to_s;
-  if (!good) return refuse("--invalid", fmt::format("found \"{}\", expected AXIS:FROM:TO of an axis in --axis", text));
+  if (!good)
+    return make_error("--invalid", fmt::format("found \"{}\", expected AXIS:FROM:TO of an axis in --axis", text));
   return time;
 }
 
@@ -199,7 +200,7 @@ std::uint64_t SimOptions::total_frames() const {
 std::optional<int> parse_sim_options(int argc, char** argv, SimOptions& options) {
   CLI::App app("prismsim: a simulated laser gyro in a thermal chamber, on a pseudo-terminal or into a capture file");
   CommandLine line;
-  tools::speak_to_people(app);
+  tools::use_readable_help(app);
   tools::add_examples(
       app, {"prismsim --profile paper --seed 1 --out cycle1.pcap", "prismsim --link /tmp/gyro --wait --speed 10"});
   app.set_version_flag("--version", std::string("prismsim ") + kVersion);

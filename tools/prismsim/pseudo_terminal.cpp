@@ -22,10 +22,10 @@ Result<void> make_link(const std::string& link, const std::string& target) {
   std::error_code error;
   const fs::file_status status = fs::symlink_status(link, error);
   if (fs::exists(status) && !fs::is_symlink(status))
-    return refuse(link, "exists but is not a symbolic link; expected a free name");
+    return make_error(link, "exists but is not a symbolic link; expected a free name");
   fs::remove(link, error);
   fs::create_symlink(target, link, error);
-  if (error) return refuse(link, fmt::format("cannot create the link: {}", error.message()));
+  if (error) return make_error(link, fmt::format("cannot create the link: {}", error.message()));
   return {};
 }
 
@@ -45,7 +45,7 @@ Result<PseudoTerminal> PseudoTerminal::open(const std::string& link) {
   if (master < 0 || ::grantpt(master) != 0 || ::unlockpt(master) != 0 || ::ptsname_r(master, path, sizeof path) != 0) {
     const std::string why = std::strerror(errno);
     if (master >= 0) ::close(master);
-    return refuse("/dev/ptmx", "cannot open a pseudo-terminal: " + why);
+    return make_error("/dev/ptmx", "cannot open a pseudo-terminal: " + why);
   }
   PseudoTerminal terminal(master, path);
   // After the other end was opened and closed once, it counts as closed until a program opens it: has_reader() works
@@ -53,7 +53,7 @@ Result<PseudoTerminal> PseudoTerminal::open(const std::string& link) {
   const int slave = ::open(path, O_RDWR | O_NOCTTY | O_CLOEXEC);
   const bool raw = slave >= 0 && make_raw(slave);
   if (slave >= 0) ::close(slave);
-  if (!raw) return refuse(path, fmt::format("cannot set it up: {}", std::strerror(errno)));
+  if (!raw) return make_error(path, fmt::format("cannot set it up: {}", std::strerror(errno)));
   if (!link.empty()) {
     if (auto made = make_link(link, path); !made) return tl::unexpected<Error>(made.error());
     terminal.link_ = link;

@@ -35,7 +35,7 @@ Result<TruthFile> TruthFile::open(const std::string& path, const simulation::Sim
 }
 
 Result<void> TruthFile::refuse_write() const {
-  return refuse(path_, fmt::format("cannot be written: {}", std::strerror(errno)));
+  return make_error(path_, fmt::format("cannot be written: {}", std::strerror(errno)));
 }
 
 Result<void> TruthFile::push(std::int64_t time_ns, const simulation::GyroTruth& truth) {
@@ -45,7 +45,7 @@ Result<void> TruthFile::push(std::int64_t time_ns, const simulation::GyroTruth& 
   last_second_ = second;
   row_ = utc_text(second) + ",";
   append_integer(row_, second);
-  const simulation::BiasCauses& causes = truth.causes;
+  const simulation::BiasComponents& causes = truth.causes;
   const std::pair<double, int> columns[]{{truth.time_s, 6},         {truth.chamber_degc, 5},     {truth.body_degc, 6},
                                          {truth.inner_degc, 6},     {truth.slope_degc_per_s, 9}, {truth.uhfo_v, 6},
                                          {truth.bias_deg_per_h, 7}, {truth.sensor_degc, 6},      {causes.thermal, 7},

@@ -69,7 +69,7 @@ bool is_origin(std::string_view text) {
 Result<bool> is_loopback(const std::string& address) {
   boost::system::error_code error;
   const auto ip = boost::asio::ip::make_address(address, error);
-  if (error) return refuse("listen", fmt::format("found \"{}\", expected an IP address", address));
+  if (error) return make_error("listen", fmt::format("found \"{}\", expected an IP address", address));
   return ip.is_loopback();
 }
 

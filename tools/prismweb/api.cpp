@@ -70,7 +70,7 @@ Answer answer_of(const std::string& member) {
 bool is_api(std::string_view target) { return target.starts_with("/api/") || target.starts_with("/metrics"); }
 
 Result<ApiCall> parse_api(std::string_view target) {
-  const auto wrong = [&] { return refuse("/api", "expected /api/instances or /api/INSTANCE/METHOD?NAME=VALUE&…"); };
+  const auto wrong = [&] { return make_error("/api", "expected /api/instances or /api/INSTANCE/METHOD?NAME=VALUE&…"); };
   ApiCall call;
   const std::size_t query = target.find('?');
   std::string_view path = target.substr(0, query);

@@ -71,13 +71,13 @@ std::string Database::Row::text(int column) const {
 
 // The reason of the disk is in errno alone: sqlite3_system_errno() has none of a commit. A file whose schema or rights
 // are not those of open() was changed by another program.
-tl::unexpected<Error> Database::refuse() {
+tl::unexpected<Error> Database::make_error() {
   const int cause = errno, code = sqlite3_errcode(database_.get());
   is_damaged_ = code == SQLITE_CORRUPT || code == SQLITE_NOTADB || code == SQLITE_ERROR || code == SQLITE_READONLY;
-  if (code == SQLITE_BUSY) return prism::refuse(path_, "is in use by another process");
-  if (code == SQLITE_FULL) return prism::refuse(path_, std::strerror(ENOSPC));
+  if (code == SQLITE_BUSY) return prism::make_error(path_, "is in use by another process");
+  if (code == SQLITE_FULL) return prism::make_error(path_, std::strerror(ENOSPC));
   const bool by_disk = (code == SQLITE_IOERR || code == SQLITE_CANTOPEN) && cause != 0;
-  return prism::refuse(path_, by_disk ? std::strerror(cause) : sqlite3_errmsg(database_.get()));
+  return prism::make_error(path_, by_disk ? std::strerror(cause) : sqlite3_errmsg(database_.get()));
 }
 
 // An exclusive lock needs no shared memory, and two processes cannot count the same rows twice.
@@ -88,7 +88,7 @@ Result<void> Database::open(const std::string& path) {
   errno = 0;
   const int code = sqlite3_open_v2(path.c_str(), &opened, flags, nullptr);
   database_.reset(opened);
-  if (code != SQLITE_OK) return refuse();
+  if (code != SQLITE_OK) return make_error();
   const int pure = SQLITE_UTF8 | SQLITE_DETERMINISTIC | SQLITE_DIRECTONLY;
   sqlite3_create_function(opened, "crc", -1, pure, nullptr, crc, nullptr, nullptr);
   sqlite3_create_function(opened, "checked", -1, pure, nullptr, checked, nullptr, nullptr);
@@ -99,7 +99,7 @@ Result<void> Database::open(const std::string& path) {
   std::string found;
   Result<void> done = run("PRAGMA quick_check(1)", {}, [&](const Row& row) { found = row.text(0); });
   is_damaged_ = is_damaged_ || (done && found != "ok");
-  return done && is_damaged_ ? prism::refuse(path_, found) : done;
+  return done && is_damaged_ ? prism::make_error(path_, found) : done;
 }
 
 void Database::roll_back() {
@@ -112,7 +112,7 @@ Result<void> Database::run(const std::string& sql, const std::vector<Value>& val
     sqlite3_stmt* prepared = nullptr;
     if (sqlite3_prepare_v3(database_.get(), sql.c_str(), -1, SQLITE_PREPARE_PERSISTENT, &prepared, nullptr) !=
         SQLITE_OK)
-      return refuse();
+      return make_error();
     statement.reset(prepared);
   }
   for (std::size_t i = 0; i < values.size(); ++i) std::visit(Bind{statement.get(), static_cast<int>(i) + 1}, values[i]);
@@ -121,7 +121,7 @@ Result<void> Database::run(const std::string& sql, const std::vector<Value>& val
   while ((code = sqlite3_step(statement.get())) == SQLITE_ROW) {
     if (take) take(Row(statement.get()));
   }
-  Result<void> done = code == SQLITE_DONE ? Result<void>() : refuse();
+  Result<void> done = code == SQLITE_DONE ? Result<void>() : make_error();
   sqlite3_reset(statement.get());
   return done;
 }

@@ -54,7 +54,7 @@ class Database {
     void operator()(sqlite3_stmt* statement) const;
   };
 
-  tl::unexpected<Error> refuse();
+  tl::unexpected<Error> make_error();
 
   std::string path_;
   bool is_damaged_ = false;

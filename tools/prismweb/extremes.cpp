@@ -87,12 +87,13 @@ Extremes period_of(std::int64_t begin_s, const PeriodValues& values) {
 }
 
 Extremes second_of(const compensation::CompensatedWindow& row) {
-  const compensation::Bucket& bucket = row.window.bucket;
-  Extremes second = of_values(bucket.second, {bucket.rate_deg_per_h, row.corrected_deg_per_h,
-                                              row.correction.bias_deg_per_h, row.correction.sd_deg_per_h,
-                                              bucket.temperature_degc, row.window.slope_degc_per_s, bucket.uhfo_v});
-  second.samples = static_cast<std::uint32_t>(bucket.samples);
-  second.missing = static_cast<std::uint32_t>(bucket.missing_frames);
+  const compensation::SecondMean& second_mean = row.window.second_mean;
+  Extremes second =
+      of_values(second_mean.second, {second_mean.rate_deg_per_h, row.corrected_deg_per_h, row.correction.bias_deg_per_h,
+                                     row.correction.sd_deg_per_h, second_mean.temperature_degc,
+                                     row.window.slope_degc_per_s, second_mean.uhfo_v});
+  second.samples = static_cast<std::uint32_t>(second_mean.samples);
+  second.missing = static_cast<std::uint32_t>(second_mean.missing_frames);
   second.good = row.correction.quality == compensation::kGood ? 1 : 0;
   return second;
 }

@@ -35,7 +35,7 @@ Result<int> listening(int fd, const sockaddr* address, socklen_t size, const std
   if (fd >= 0 && ::bind(fd, address, size) == 0 && ::listen(fd, kBacklog) == 0) return fd;
   const int error = errno;
   if (fd >= 0) ::close(fd);
-  return refuse(where, fmt::format("cannot listen here: {}", std::strerror(error)));
+  return make_error(where, fmt::format("cannot listen here: {}", std::strerror(error)));
 }
 
 template <class Stream>

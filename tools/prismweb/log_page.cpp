@@ -14,7 +14,7 @@ Result<LogPage> parse_log_page(std::string_view member) {
   LogPage page;
   try {
     if (answer.contains("error"))
-      return refuse(std::to_string(answer["error"].at("code").get<int>()), answer["error"].at("message"));
+      return make_error(std::to_string(answer["error"].at("code").get<int>()), answer["error"].at("message"));
     const json& result = answer.at("result");
     for (const json& segment : result.at("segments")) {
       const auto layout = compensation::CsvLayout::parse(segment.at("columns").get_ref<const std::string&>(), "rows");
@@ -28,7 +28,7 @@ Result<LogPage> parse_log_page(std::string_view member) {
     page.more = result.at("more");
     page.missing = result.value("missing", std::uint64_t{0});
   } catch (const json::exception&) {
-    return refuse("", "prismd's answer is no page of rows");
+    return make_error("", "prismd's answer is no page of rows");
   }
   return page;
 }

@@ -31,7 +31,7 @@ std::string usual_state() {
 
 std::optional<int> parse_options(int argc, char** argv, Options& options) {
   CLI::App app("prismweb: serves a page over the gyros of this host, and what they tell, to browsers and programs");
-  tools::speak_to_people(app);
+  tools::use_readable_help(app);
   std::string config, listen, socket, page, state;
   std::vector<std::string> instances;
   app.set_version_flag("--version", std::string("prismweb ") + kVersion);

@@ -57,16 +57,16 @@ Result<PasswordHashes> parse_passwords(std::string_view text, const std::string&
     const std::size_t colon = line.find(':');
     const std::string where = fmt::format("{}:{}", path, number);
     if (colon == 0 || colon == std::string_view::npos || !is_bcrypt(line.substr(colon + 1)))
-      return refuse(where, fmt::format("expected NAME:HASH with a bcrypt hash ($2b$ or $2y$) of cost {} to {}; "
-                                       "\"prismweb --hash-password\" writes one",
-                                       kMinCost, kMaxCost));
+      return make_error(where, fmt::format("expected NAME:HASH with a bcrypt hash ($2b$ or $2y$) of cost {} to {}; "
+                                           "\"prismweb --hash-password\" writes one",
+                                           kMinCost, kMaxCost));
     const std::string name(line.substr(0, colon));
     if (const auto valid = check_text(TextRule::kText, name, where); !valid)
       return tl::unexpected<Error>(valid.error());
     if (!hashes.emplace(name, line.substr(colon + 1)).second)
-      return refuse(where, fmt::format("found \"{}\" twice", shortened(name)));
+      return make_error(where, fmt::format("found \"{}\" twice", shortened(name)));
   }
-  if (hashes.empty()) return refuse(path, "found no name, expected lines NAME:HASH");
+  if (hashes.empty()) return make_error(path, "found no name, expected lines NAME:HASH");
   return hashes;
 }
 
@@ -83,15 +83,15 @@ bool is_password(const std::string& password, const std::string& hash) {
 
 Result<std::string> hash_password(const std::string& password) {
   if (password.empty() || password.size() > kMostPasswordBytes)
-    return refuse("--hash-password",
-                  fmt::format("found a password of {} bytes, expected 1 to {}", password.size(), kMostPasswordBytes));
+    return make_error("--hash-password", fmt::format("found a password of {} bytes, expected 1 to {}", password.size(),
+                                                     kMostPasswordBytes));
   if (password.find('\0') != std::string::npos)
-    return refuse("--hash-password", "found a NUL byte in the password, expected none: bcrypt ends at it");
+    return make_error("--hash-password", "found a NUL byte in the password, expected none: bcrypt ends at it");
   char setting[CRYPT_GENSALT_OUTPUT_SIZE];
   if (::crypt_gensalt_rn("$2b$", kCost, nullptr, 0, setting, sizeof setting) == nullptr)
-    return refuse("--hash-password", "libcrypt makes no salt of bcrypt");
+    return make_error("--hash-password", "libcrypt makes no salt of bcrypt");
   std::string hash = hashed(password, setting);
-  if (!is_bcrypt(hash)) return refuse("--hash-password", "libcrypt makes no hash of bcrypt");
+  if (!is_bcrypt(hash)) return make_error("--hash-password", "libcrypt makes no hash of bcrypt");
   return hash;
 }
 

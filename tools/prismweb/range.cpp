@@ -168,8 +168,8 @@ struct Fetch : std::enable_shared_from_this<Fetch> {
 Result<RangeQuery> parse_range(const json& params) {
   RangeQuery query;
   const auto wrong = [] {
-    return refuse("range",
-                  "expected {\"axis\": NAME, \"from_s\": T or \"seconds\": N, \"to_s\": T, \"points\": 2 to 5000}");
+    return make_error("range",
+                      "expected {\"axis\": NAME, \"from_s\": T or \"seconds\": N, \"to_s\": T, \"points\": 2 to 5000}");
   };
   if (params.is_null()) return query;
   if (!params.is_object()) return wrong();

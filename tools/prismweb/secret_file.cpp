@@ -30,7 +30,7 @@ Result<std::string> read_secret_file(const std::string& path) {
   if (!file) return tl::unexpected<Error>(file.error());
   struct stat found {};
   if (::fstat(file->get(), &found) != 0 || (found.st_mode & 007) != 0)
-    return refuse(path, "others may read it, expected mode 0640 or stricter");
+    return make_error(path, "others may read it, expected mode 0640 or stricter");
   return read_text(*file, path);  // of the file whose mode was checked
 }
 
@@ -50,7 +50,7 @@ Result<void> write_private_file(const std::string& path, std::string_view text) 
   const auto failed = [&] {
     const int error = errno;
     ::unlink(temporary.c_str());
-    return refuse(path, fmt::format("cannot be written: {}", std::strerror(error)));
+    return make_error(path, fmt::format("cannot be written: {}", std::strerror(error)));
   };
   const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600));
   if (file.get() < 0 || ::fchmod(file.get(), 0600) != 0 || !write_all(file.get(), text)) return failed();

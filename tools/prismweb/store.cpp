@@ -27,7 +27,7 @@ Result<void> remove_all(const std::string& folder, std::initializer_list<const c
   for (const char* const name : names) {
     std::error_code error;
     fs::remove(fs::path(folder) / name, error);
-    if (error) return refuse((fs::path(folder) / name).string(), error.message());
+    if (error) return make_error((fs::path(folder) / name).string(), error.message());
   }
   return {};
 }
@@ -42,7 +42,7 @@ Result<void> Store::remove(const std::string& folder) {
 Result<Store> Store::open(const std::string& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) return refuse(folder, error.message());
+  if (error) return make_error(folder, error.message());
   if (const auto removed = remove_all(folder, {"place.json", "minutes", "hours"}); !removed)
     return tl::unexpected<Error>(removed.error());
   std::optional<Store> store(std::in_place);
@@ -61,7 +61,7 @@ Result<Store> Store::open(const std::string& folder) {
 Result<void> Store::load(const std::string& folder) {
   std::error_code error;
   const fs::path real = fs::canonical(folder, error);  // SQLite would follow no link on the way to the file
-  if (error) return refuse(folder, error.message());
+  if (error) return make_error(folder, error.message());
   Result<void> done = database_.open((real / "periods.sqlite").string());
   std::vector<std::string> tables = {
       "state (id INTEGER PRIMARY KEY, cursor TEXT, first_s INTEGER, last_s INTEGER, crc INTEGER)",

@@ -140,7 +140,7 @@ void StoreKeeper::ask(Work work, Answer<T> answer) {
     if (!error) waiting->tell(tl::unexpected<Error>(hanging(patience)));
   });
   auto task = [kept = kept_, &io = io_, work = std::move(work), waiting, told = told_] {
-    Result<T> result = refuse("", kept->store ? "no memory is left to read minutes and hours" : kept->trouble);
+    Result<T> result = make_error("", kept->store ? "no memory is left to read minutes and hours" : kept->trouble);
     try {
       if (kept->store) {
         result = work(*kept);

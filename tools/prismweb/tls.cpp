@@ -31,7 +31,7 @@ Result<std::shared_ptr<Context>> make_context() {
   SSL_CTX* const tls = context->native_handle();
   ::SSL_CTX_set_options(tls, SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION);
   if (::SSL_CTX_set_min_proto_version(tls, TLS1_2_VERSION) != 1 || ::SSL_CTX_set_cipher_list(tls, kCiphersOf12) != 1)
-    return refuse("tls", "OpenSSL has no TLS 1.2 with ECDHE and AES-GCM");
+    return make_error("tls", "OpenSSL has no TLS 1.2 with ECDHE and AES-GCM");
   return context;
 }
 
@@ -47,10 +47,10 @@ Result<void> use_key(Context& context, const TlsSettings& settings) {
   boost::system::error_code error;
   context.use_private_key(asio::buffer(*key), Context::pem, error);
   if (*is_encrypted)
-    return refuse(settings.key, "is encrypted, expected a key without a passphrase, as \"openssl pkey\" writes it");
-  if (error) return refuse(settings.key, "cannot be used as the certificate's key: " + error.message());
+    return make_error(settings.key, "is encrypted, expected a key without a passphrase, as \"openssl pkey\" writes it");
+  if (error) return make_error(settings.key, "cannot be used as the certificate's key: " + error.message());
   if (::SSL_CTX_check_private_key(context.native_handle()) != 1)
-    return refuse(settings.key, "is not the key of " + settings.certificate);
+    return make_error(settings.key, "is not the key of " + settings.certificate);
   return {};
 }
 
@@ -63,7 +63,7 @@ Result<Tls> load_tls(const TlsSettings& settings) {
   if (!chain) return tl::unexpected<Error>(chain.error());
   boost::system::error_code error;
   (*context)->use_certificate_chain(asio::buffer(*chain), error);
-  if (error) return refuse(settings.certificate, "cannot be used as the certificate: " + error.message());
+  if (error) return make_error(settings.certificate, "cannot be used as the certificate: " + error.message());
   if (const auto used = use_key(**context, settings); !used) return tl::unexpected<Error>(used.error());
   const X509* const certificate = ::SSL_CTX_get0_certificate((*context)->native_handle());
   const std::string validity = certificate != nullptr ? validity_warning(*certificate, std::time(nullptr)) : "";

@@ -54,7 +54,7 @@ Result<std::unique_ptr<TokenAccess>> TokenAccess::open(int port, bool is_tls) {
   access->program_token_ = stored_token(path);
   if (access->program_token_.empty()) {
     access->program_token_ = make_token();
-    if (access->program_token_.empty()) return refuse("token", "the system returns no random numbers");
+    if (access->program_token_.empty()) return make_error("token", "the system returns no random numbers");
     const auto written = write_private_file(path, access->program_token_ + "\n");
     if (!written) return tl::unexpected<Error>(written.error());
   }

@@ -110,9 +110,10 @@ Result<void> check_settings(const Settings& settings) {
   const Result<bool> loopback = is_loopback(settings.address);
   if (!loopback) return tl::unexpected<Error>(loopback.error());
   if (!*loopback && (!settings.tls || settings.passwords.empty()))
-    return refuse(settings.address,
-                  "is not of this host alone, expected \"tls\" and \"passwords\" in the configuration, or a loopback "
-                  "address");
+    return make_error(
+        settings.address,
+        "is not of this host alone, expected \"tls\" and \"passwords\" in the configuration, or a loopback "
+        "address");
   return {};
 }
 

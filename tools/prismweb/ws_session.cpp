@@ -87,12 +87,12 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
       const auto data = buffer.cdata();
       const auto refusal = client_->message({static_cast<const char*>(data.data()), data.size()}, ws_.got_text());
       buffer.consume(size);
-      if (refusal) co_return co_await refuse(*refusal);
+      if (refusal) co_return co_await make_error(*refusal);
       connection_->is_known = client_->is_let_in();
     }
   }
 
-  asio::awaitable<void> refuse(const CloseReason& refusal) {
+  asio::awaitable<void> make_error(const CloseReason& refusal) {
     const websocket::close_reason reason(static_cast<websocket::close_code>(refusal.code), refusal.reason);
     co_await ws_.async_close(reason, kUse);
   }

@@ -48,7 +48,8 @@ void FrameDecoder::reset() {
   maker_.reset();
 }
 
-void FrameDecoder::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::vector<Reading>& out) {
+void FrameDecoder::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns,
+                        std::vector<DecodedMessage>& out) {
   if (bytes.empty()) return;
   expire(arrival_ns, out);
   last_arrival_ns_ = arrival_ns;
@@ -62,14 +63,14 @@ void FrameDecoder::feed(std::span<const std::uint8_t> bytes, std::int64_t arriva
   }
 }
 
-void FrameDecoder::expire(std::int64_t now_ns, std::vector<Reading>& out) {
+void FrameDecoder::expire(std::int64_t now_ns, std::vector<DecodedMessage>& out) {
   if (!waiting() || now_ns - last_arrival_ns_ <= timeout_ns_) return;
   while (look_behind(out)) continue;
 }
 
-void FrameDecoder::finish(std::vector<Reading>& out) { scan(Mode::kEnd, out); }
+void FrameDecoder::finish(std::vector<DecodedMessage>& out) { scan(Mode::kEnd, out); }
 
-bool FrameDecoder::look_behind(std::vector<Reading>& out) {
+bool FrameDecoder::look_behind(std::vector<DecodedMessage>& out) {
   std::size_t at = next_possible(std::min<std::size_t>(1, held_.size()));
   while (at < held_.size() && look_at(at, Mode::kSilent).match != Match::kYes) at = next_possible(at + 1);
   if (at >= held_.size()) return false;
@@ -80,7 +81,7 @@ bool FrameDecoder::look_behind(std::vector<Reading>& out) {
   return waiting();
 }
 
-void FrameDecoder::scan(Mode mode, std::vector<Reading>& out) {
+void FrameDecoder::scan(Mode mode, std::vector<DecodedMessage>& out) {
   std::size_t at = 0;
   while (at < held_.size()) {
     if (skip_trailer(at)) {
@@ -143,7 +144,7 @@ FrameDecoder::Candidate FrameDecoder::look_at(std::size_t at, Mode mode) {
   Candidate candidate = try_kinds(at, mode, view_);
   if (mode == Mode::kEnd && candidate.match == Match::kNeedMore) ++candidate.bad_length;
   if (candidate.match != Match::kYes) return candidate;
-  const FrameKind& kind = description_->kinds[static_cast<std::size_t>(candidate.kind)];
+  const MessageType& kind = description_->kinds[static_cast<std::size_t>(candidate.kind)];
   if (kind.confirmations <= 1) return candidate;
   const std::uint64_t here = held_offset_ + at;
   if (locked_ && here - last_good_end_ <= lost_after_bytes_ && !(kind.weak && here != last_good_end_ + trailer_at_))
@@ -211,10 +212,10 @@ void FrameDecoder::skip(std::size_t bytes) {
   in_run_ = false;
 }
 
-void FrameDecoder::accept(std::size_t at, const Candidate& candidate, std::vector<Reading>& out) {
+void FrameDecoder::accept(std::size_t at, const Candidate& candidate, std::vector<DecodedMessage>& out) {
   const std::uint64_t offset = held_offset_ + at;
   const std::uint64_t end = offset + candidate.length;
-  Reading& reading = out.emplace_back();
+  DecodedMessage& reading = out.emplace_back();
   if (maker_.make(candidate.kind, view_, in_run_, reading)) {
     reading.offset = offset;
     reading.length = candidate.length;
@@ -230,7 +231,7 @@ void FrameDecoder::accept(std::size_t at, const Candidate& candidate, std::vecto
   trailer_at_ = 0;
 }
 
-void FrameDecoder::set_arrival(Reading& reading, std::uint64_t end) const {
+void FrameDecoder::set_arrival(DecodedMessage& reading, std::uint64_t end) const {
   reading.arrival_ns = last_arrival_ns_;
   for (const ChunkEnd& chunk : chunk_ends_) {
     if (chunk.end < end) continue;
@@ -240,7 +241,7 @@ void FrameDecoder::set_arrival(Reading& reading, std::uint64_t end) const {
   }
 }
 
-std::int64_t FrameDecoder::chunk_arrival_ns(const Reading& reading) const {
+std::int64_t FrameDecoder::chunk_arrival_ns(const DecodedMessage& reading) const {
   return reading.arrival_ns + std::llround(byte_time_ns_ * static_cast<double>(reading.behind));
 }
 

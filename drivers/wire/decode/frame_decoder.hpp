@@ -47,14 +47,14 @@ class FrameDecoder {
 
   /// Decodes the next bytes of the stream; `arrival_ns` is the arrival of the last of them and never decreases. Appends
   /// to `out`.
-  void feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::vector<Reading>& out);
+  void feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::vector<DecodedMessage>& out);
 
   /// Call on a live line's timer: no data since the last feed until `now_ns`. Readings come earlier; without it the
   /// next feed would find the same ones.
-  void expire(std::int64_t now_ns, std::vector<Reading>& out);
+  void expire(std::int64_t now_ns, std::vector<DecodedMessage>& out);
 
   /// Call at the end of the stream: decodes the remaining bytes.
-  void finish(std::vector<Reading>& out);
+  void finish(std::vector<DecodedMessage>& out);
 
   /// Starts a new session of the device: forgets held bytes and slow channels; offsets and counters continue.
   void reset();
@@ -64,7 +64,7 @@ class FrameDecoder {
   /// True while bytes of an unfinished candidate are held: expire() may have an effect.
   bool waiting() const { return !held_.empty(); }
   /// Arrival of the chunk in which the frame ended.
-  std::int64_t chunk_arrival_ns(const Reading& reading) const;
+  std::int64_t chunk_arrival_ns(const DecodedMessage& reading) const;
   /// Arrival of the oldest chunk in which a pending frame can end; nullopt if no bytes are held.
   std::optional<std::int64_t> held_since_ns() const {
     return waiting() && !chunk_ends_.empty() ? std::optional(chunk_ends_.front().arrival_ns) : std::nullopt;
@@ -94,8 +94,8 @@ class FrameDecoder {
                   unconfirmed = 0;  ///< message types that failed here, by cause
   };
 
-  void scan(Mode mode, std::vector<Reading>& out);
-  bool look_behind(std::vector<Reading>& out);
+  void scan(Mode mode, std::vector<DecodedMessage>& out);
+  bool look_behind(std::vector<DecodedMessage>& out);
   Candidate look_at(std::size_t at, Mode mode);
   Candidate try_kinds(std::size_t at, Mode mode, FrameView& view);
   bool confirmed(std::size_t at, const Candidate& candidate, Mode mode, bool& need_more);
@@ -105,12 +105,12 @@ class FrameDecoder {
   std::size_t next_possible(std::size_t at) const;
   bool skip_trailer(std::size_t at);
   void skip(std::size_t bytes);
-  void accept(std::size_t at, const Candidate& candidate, std::vector<Reading>& out);
-  void set_arrival(Reading& reading, std::uint64_t end) const;
+  void accept(std::size_t at, const Candidate& candidate, std::vector<DecodedMessage>& out);
+  void set_arrival(DecodedMessage& reading, std::uint64_t end) const;
   void drop_held(std::size_t bytes);
 
   FrameDescriptionPtr description_;
-  ReadingMaker maker_;
+  MessageDecoder maker_;
   FrameView view_;
   DecoderCounters counters_;
   double byte_time_ns_ = 0;

@@ -10,7 +10,7 @@ namespace {
 using Bytes = std::span<const std::uint8_t>;
 
 /// kYes, kNoSync, or kNeedMore if the bytes so far match and more are needed.
-Match match_sync(const FrameKind& kind, Bytes bytes) {
+Match match_sync(const MessageType& kind, Bytes bytes) {
   for (const ByteRule& rule : kind.sync) {
     if (rule.at >= bytes.size()) return Match::kNeedMore;
     if ((bytes[rule.at] & rule.mask) != rule.value) return Match::kNoSync;
@@ -31,8 +31,8 @@ MatchResult terminated_length(const LengthRule& rule, Bytes bytes) {
 }
 
 MatchResult length_of(const LengthRule& rule, Bytes bytes) {
-  if (rule.form == LengthRule::Form::kFixed) return {Match::kYes, rule.max};
-  if (rule.form == LengthRule::Form::kTerminated) return terminated_length(rule, bytes);
+  if (rule.form == LengthRule::LengthType::kFixed) return {Match::kYes, rule.max};
+  if (rule.form == LengthRule::LengthType::kTerminated) return terminated_length(rule, bytes);
   const auto field = static_cast<std::int64_t>(load_bits(rule.field, bytes.data() + rule.field.at) & 0xFFFFFFFF);
   const std::int64_t length = field * rule.multiply + rule.add;
   if (length < rule.min || length > rule.max) return {Match::kBadLength, 0};
@@ -49,15 +49,15 @@ bool body_holds(const BodyRule& rule, Bytes frame) {
   return true;
 }
 
-bool refused(const FrameKind& kind, const FrameView& view) {
-  return std::any_of(kind.refuse.begin(), kind.refuse.end(), [&](const RefuseRule& rule) {
+bool refused(const MessageType& kind, const FrameView& view) {
+  return std::any_of(kind.make_error.begin(), kind.make_error.end(), [&](const RejectRule& rule) {
     return view.present(rule.field) && (view.bits(rule.field) & rule.mask) == rule.value;
   });
 }
 
 }  // namespace
 
-MatchResult match_frame(const FrameKind& kind, Bytes bytes, int before, FrameView& view) {
+MatchResult match_frame(const MessageType& kind, Bytes bytes, int before, FrameView& view) {
   if (kind.after >= 0 && before != kind.after) return {Match::kNoSync, 0};
   const Match sync = match_sync(kind, bytes);
   if (sync != Match::kYes) return {sync, kind.length.max};

@@ -26,6 +26,6 @@ struct MatchResult {
 
 /// `bytes` starts at the possible start of the frame; `before` is the preceding byte, or -1 if unknown. After kYes the
 /// view refers to the frame.
-MatchResult match_frame(const FrameKind& kind, std::span<const std::uint8_t> bytes, int before, FrameView& view);
+MatchResult match_frame(const MessageType& kind, std::span<const std::uint8_t> bytes, int before, FrameView& view);
 
 }  // namespace prism::wire

@@ -17,25 +17,26 @@ Result<void> run_vector(const FrameDescription& description, const TestVector& v
   const bool whole = inspected && inspected->length == vector.bytes.size();
   if (vector.kind.empty()) {
     if (!inspected) return {};
-    return refuse(vector.where,
-                  fmt::format("decodes as message type {}; expected to be rejected", inspected->kind_name));
+    return make_error(vector.where,
+                      fmt::format("decodes as message type {}; expected to be rejected", inspected->kind_name));
   }
   if (!whole) {
-    return refuse(vector.where, fmt::format("{} of {} bytes are a frame; expected one frame of message type {}",
-                                            inspected ? inspected->length : 0, vector.bytes.size(), vector.kind));
+    return make_error(vector.where, fmt::format("{} of {} bytes are a frame; expected one frame of message type {}",
+                                                inspected ? inspected->length : 0, vector.bytes.size(), vector.kind));
   }
   if (inspected->kind_name != vector.kind) {
-    return refuse(vector.where,
-                  fmt::format("decodes as message type {}; expected {}", inspected->kind_name, vector.kind));
+    return make_error(vector.where,
+                      fmt::format("decodes as message type {}; expected {}", inspected->kind_name, vector.kind));
   }
   for (const TestVector::Expectation& expected : vector.expected) {
     const auto value = std::find_if(inspected->values.begin(), inspected->values.end(),
                                     [&](const InspectedFrame::Value& v) { return v.field == expected.field; });
-    if (value == inspected->values.end()) return refuse(vector.where, fmt::format("has no field {}", expected.field));
+    if (value == inspected->values.end())
+      return make_error(vector.where, fmt::format("has no field {}", expected.field));
     const double allowed = expected.tolerance * std::abs(expected.value) + 1e-12;
     if (!(std::abs(value->value - expected.value) <= allowed)) {
-      return refuse(vector.where,
-                    fmt::format("{} is {:.12g}; expected {:.12g}", expected.field, value->value, expected.value));
+      return make_error(vector.where,
+                        fmt::format("{} is {:.12g}; expected {:.12g}", expected.field, value->value, expected.value));
     }
   }
   return {};
@@ -47,7 +48,7 @@ std::optional<InspectedFrame> inspect_frame(const FrameDescription& description,
   if (bytes.empty()) return std::nullopt;
   FrameView view;
   for (std::size_t k = 0; k < description.kinds.size(); ++k) {
-    const FrameKind& kind = description.kinds[k];
+    const MessageType& kind = description.kinds[k];
     const MatchResult result = match_frame(kind, bytes, kind.after, view);
     if (result.match != Match::kYes) continue;
     InspectedFrame frame{static_cast<std::int32_t>(k), kind.name, result.length, {}};

@@ -11,7 +11,7 @@
 namespace prism::wire {
 
 /// Data of one input axis in a frame.
-struct GyroReading {
+struct AxisReading {
   /// In the description's unit; AxisRule::scale converts it to deg/h or arcsec. Integers (pulses) are exact, so
   /// differences of an accumulated angle are exact, too.
   double value = kUnknown;
@@ -20,9 +20,9 @@ struct GyroReading {
   bool out_of_bounds = false;  ///< present, but outside the min and max of its field
 };
 
-struct Reading {
+struct DecodedMessage {
   /// `sensors` stays uninitialised: zeroing it costs time.
-  Reading() {}  // the default constructor would zero the arrays
+  DecodedMessage() {}  // the default constructor would zero the arrays
 
   /// Arrival of the frame's last byte: arrival of its chunk minus the wire time of the bytes after it in the chunk.
   std::int64_t arrival_ns = 0;
@@ -34,7 +34,7 @@ struct Reading {
   bool has_counter = false;
   std::uint32_t status = 0;                ///< the device's status bits as sent
   std::uint64_t counter = 0;               ///< as sent; less than CounterRule::modulus
-  std::array<GyroReading, kMaxAxes> gyro;  ///< as FrameDescription::axes
+  std::array<AxisReading, kMaxAxes> gyro;  ///< as FrameDescription::axes
   double temperature_degc = kUnknown;      ///< kUnknown: absent, out of range, or too old
   double uhfo_v = kUnknown;
   std::array<double, kMaxSensors> sensors;  ///< as FrameDescription::sensors; others are uninitialised

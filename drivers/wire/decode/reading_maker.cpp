@@ -10,7 +10,7 @@ namespace prism::wire {
 namespace {
 
 /// True if every frame of a message type contains the same sensors: then some frames can be skipped.
-bool tells_alike(const FrameKind& kind) {
+bool tells_alike(const MessageType& kind) {
   const auto always = [&](const ChannelFields& fields) {
     return fields.high < 0 && fields.low < 0 && std::all_of(fields.whole.begin(), fields.whole.end(), [&](int field) {
              return kind.fields[static_cast<std::size_t>(field)].when.field < 0;
@@ -80,7 +80,7 @@ void SlowValue::push(const FrameView& view, const ChannelFields& fields, std::ui
   if (fields.high >= 0 || fields.low >= 0 || high_) take_halves(view, fields.high, fields.low, adjacent);
 }
 
-ReadingMaker::ReadingMaker(FrameDescriptionPtr description)
+MessageDecoder::MessageDecoder(FrameDescriptionPtr description)
     : description_(std::move(description)),
       temperature_(description_->temperature, description_->counted_rate_hz()),
       uhfo_(description_->uhfo, description_->counted_rate_hz()) {
@@ -89,10 +89,10 @@ ReadingMaker::ReadingMaker(FrameDescriptionPtr description)
   if (std::all_of(description_->kinds.begin(), description_->kinds.end(), tells_alike))
     stride_ = sensor_stride(description_->counted_rate_hz());
   waiting_.assign(description_->kinds.size(), 0);
-  for (const FrameKind& kind : description_->kinds) tells_.push_back(kind.roles.tells_anything());
+  for (const MessageType& kind : description_->kinds) tells_.push_back(kind.roles.tells_anything());
 }
 
-void ReadingMaker::reset() {
+void MessageDecoder::reset() {
   temperature_.reset();
   uhfo_.reset();
   for (SlowValue& sensor : sensors_) sensor.reset();
@@ -101,7 +101,8 @@ void ReadingMaker::reset() {
   last_counter_.reset();
 }
 
-void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, bool contiguous, Reading& reading) {
+void MessageDecoder::read_counter(const MessageFields& roles, const FrameView& view, bool contiguous,
+                                  DecodedMessage& reading) {
   for (const int field : roles.counter) {
     reading.counter = view.bits(field);
     if (reading.counter == 0 && !view.present(field)) continue;
@@ -125,7 +126,7 @@ void ReadingMaker::read_counter(const KindRoles& roles, const FrameView& view, b
   last_counter_ = reading.counter;
 }
 
-void ReadingMaker::read_axis(const AxisRoles& roles, const FrameView& view, GyroReading& reading) {
+void MessageDecoder::read_axis(const AxisRoles& roles, const FrameView& view, AxisReading& reading) {
   reading.carried = !roles.gyro.empty();
   for (const int field : roles.gyro) {
     const double raw = view.raw(field);
@@ -143,7 +144,7 @@ void ReadingMaker::read_axis(const AxisRoles& roles, const FrameView& view, Gyro
   }
 }
 
-bool ReadingMaker::sensors_turn(std::int32_t kind) {
+bool MessageDecoder::sensors_turn(std::int32_t kind) {
   untold_steps_ += steps_;
   std::uint32_t& waiting = waiting_[static_cast<std::size_t>(kind)];
   if (waiting > 0) {
@@ -154,7 +155,7 @@ bool ReadingMaker::sensors_turn(std::int32_t kind) {
   return true;
 }
 
-void ReadingMaker::read_sensors(const KindRoles& roles, const FrameView& view, Reading& reading) {
+void MessageDecoder::read_sensors(const MessageFields& roles, const FrameView& view, DecodedMessage& reading) {
   reading.sensors_read = sensors_turn(reading.kind);
   if (reading.sensors_read) {
     const std::uint64_t steps = std::exchange(untold_steps_, 0);
@@ -167,9 +168,9 @@ void ReadingMaker::read_sensors(const KindRoles& roles, const FrameView& view, R
   std::copy_n(held_.begin(), sensors_.size(), reading.sensors.begin());
 }
 
-bool ReadingMaker::make(std::int32_t kind, const FrameView& view, bool contiguous, Reading& reading) {
+bool MessageDecoder::make(std::int32_t kind, const FrameView& view, bool contiguous, DecodedMessage& reading) {
   if (tells_[static_cast<std::size_t>(kind)] == 0) return false;
-  const KindRoles& roles = description_->kinds[static_cast<std::size_t>(kind)].roles;
+  const MessageFields& roles = description_->kinds[static_cast<std::size_t>(kind)].roles;
   reading.kind = kind;
   read_counter(roles, view, contiguous, reading);
   for (std::size_t i = 0; i < roles.axes.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Converts a good frame to a Reading: the roles of its fields, and slow channels that are not in every frame.
+// Converts a good frame to a DecodedMessage: the roles of its fields, and slow channels that are not in every frame.
 #pragma once
 
 #include <array>
@@ -48,22 +48,22 @@ class SlowValue {
 /// Sensors are read once in this many frames: about 100 reads per second are enough for one-second means.
 std::uint32_t sensor_stride(double frames_hz);
 
-class ReadingMaker {
+class MessageDecoder {
  public:
-  explicit ReadingMaker(FrameDescriptionPtr description);
+  explicit MessageDecoder(FrameDescriptionPtr description);
 
   /// Fills the data of the frame (not arrival, offset, length). `contiguous`: it directly follows the previous frame.
   /// Returns false if the message type contains neither gyro data, nor the counter, nor a slow channel.
-  bool make(std::int32_t kind, const FrameView& view, bool contiguous, Reading& reading);
+  bool make(std::int32_t kind, const FrameView& view, bool contiguous, DecodedMessage& reading);
   /// Number of field values out of range so far.
   std::uint64_t out_of_range() const { return out_of_range_; }
   void reset();
 
  private:
-  void read_sensors(const KindRoles& roles, const FrameView& view, Reading& reading);
+  void read_sensors(const MessageFields& roles, const FrameView& view, DecodedMessage& reading);
   bool sensors_turn(std::int32_t kind);
-  void read_counter(const KindRoles& roles, const FrameView& view, bool contiguous, Reading& reading);
-  void read_axis(const AxisRoles& roles, const FrameView& view, GyroReading& reading);
+  void read_counter(const MessageFields& roles, const FrameView& view, bool contiguous, DecodedMessage& reading);
+  void read_axis(const AxisRoles& roles, const FrameView& view, AxisReading& reading);
 
   FrameDescriptionPtr description_;
   std::vector<char> tells_;  ///< by message type: whether it contains data

@@ -30,7 +30,7 @@ void Sniffer::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns)
     const bool gyro =
         decoders_[i].description().carries_gyro();  // an instrument without a gyro counts with its sensors
     rates_[i] += static_cast<std::uint64_t>(std::count_if(
-        readings_.begin(), readings_.end(), [&](const Reading& reading) { return reading.has_gyro || !gyro; }));
+        readings_.begin(), readings_.end(), [&](const DecodedMessage& reading) { return reading.has_gyro || !gyro; }));
   }
 }
 

@@ -44,7 +44,7 @@ class Sniffer {
  private:
   std::vector<FrameDecoder> decoders_;
   std::vector<std::uint64_t> rates_;  ///< of each decoder
-  std::vector<Reading> readings_;
+  std::vector<DecodedMessage> readings_;
   std::uint64_t bytes_ = 0;
   std::int64_t first_ns_ = 0;
   std::int64_t last_ns_ = 0;

@@ -32,7 +32,7 @@ std::string printed(const TextColumns& choice) {
 Result<void> choose_columns(Json& description, const std::string& where, const TextColumns& choice) {
   if (choice.columns.empty()) return {};
   if (!is_text_line(description))
-    return refuse(where, "does not describe text lines without a gyro, as required by \"columns\"");
+    return make_error(where, "does not describe text lines without a gyro, as required by \"columns\"");
   Json& kind = description["kinds"][0];
   const char* end = choice.ends_with_cr ? "0D" : "0A";
   kind["after"] = end;

@@ -46,7 +46,7 @@ double platinum_ohm(double temperature_degc, double r0_ohm);
 double platinum_degc(double resistance_ohm, double r0_ohm);
 
 /// number = raw * scale + offset, then the steps in order, then the range.
-struct Scaling {
+struct Conversion {
   double scale = 1;
   double offset = 0;
   double min = -1e300;  ///< of the result; outside, or if it is not finite, the value is unknown

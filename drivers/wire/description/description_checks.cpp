@@ -15,9 +15,9 @@ namespace {
 using Bits = std::vector<bool>;
 
 /// Position in a message type: negative positions count from its maximum length.
-class KindCheck {
+class MessageCheck {
  public:
-  KindCheck(const FrameKind& kind, std::string key, const Section& whole)
+  MessageCheck(const MessageType& kind, std::string key, const Section& whole)
       : kind_(kind), key_(std::move(key)), whole_(whole), length_(static_cast<int>(kind.length.max)) {}
 
   void check_all() {
@@ -25,7 +25,7 @@ class KindCheck {
     for (const CheckRule& check : kind_.checks) check_coverage(check);
     if (kind_.structure == Structure::kColumns) {
       const std::string fault = template_fault(kind_);
-      return fault.empty() ? void() : refuse("/text/write", fault);
+      return fault.empty() ? void() : make_error("/text/write", fault);
     }
     for (const Field& field : kind_.fields) check_inside(field);
     if (!whole_.good()) return;
@@ -33,21 +33,21 @@ class KindCheck {
   }
 
  private:
-  void refuse(const std::string& at, const std::string& what) { whole_.fail(key_ + at, what); }
+  void make_error(const std::string& at, const std::string& what) { whole_.fail(key_ + at, what); }
 
   void check_sync() {
     std::set<std::uint32_t> seen;
     for (const ByteRule& rule : kind_.sync) {
-      if (rule.at >= kind_.length.min && kind_.length.form == LengthRule::Form::kFixed) {
-        refuse("/sync", fmt::format("byte {} is outside the frame of {} bytes", rule.at, kind_.length.min));
+      if (rule.at >= kind_.length.min && kind_.length.form == LengthRule::LengthType::kFixed) {
+        make_error("/sync", fmt::format("byte {} is outside the frame of {} bytes", rule.at, kind_.length.min));
       }
-      if (!seen.insert(rule.at).second) refuse("/sync", fmt::format("sets byte {} twice", rule.at));
+      if (!seen.insert(rule.at).second) make_error("/sync", fmt::format("sets byte {} twice", rule.at));
     }
     if (kind_.header_bytes > kind_.length.max)
-      refuse("/length",
-             fmt::format("{} bytes are too short for the header of {}", kind_.length.max, kind_.header_bytes));
+      make_error("/length",
+                 fmt::format("{} bytes are too short for the header of {}", kind_.length.max, kind_.header_bytes));
     if (kind_.sync.empty() && kind_.checks.empty() && kind_.structure != Structure::kColumns) {
-      refuse("", "has neither sync nor checks: any byte could start a frame");
+      make_error("", "has neither sync nor checks: any byte could start a frame");
     }
   }
 
@@ -57,18 +57,18 @@ class KindCheck {
     const int from = absolute(check.from);
     const int to = check.to <= 0 ? length_ + check.to : check.to;
     if (at < 0 || at + check.size > length_) {
-      return refuse("/checks", fmt::format("a check of {} bytes at {} is outside the frame of {} bytes", check.size,
-                                           check.at, length_));
+      return make_error("/checks", fmt::format("a check of {} bytes at {} is outside the frame of {} bytes", check.size,
+                                               check.at, length_));
     }
     if (from < 0 || to > length_ || to < from) {
-      return refuse("/checks", fmt::format("covers {} to {}; expected a part of the frame of {} bytes", check.from,
-                                           check.to, length_));
+      return make_error("/checks", fmt::format("covers {} to {}; expected a part of the frame of {} bytes", check.from,
+                                               check.to, length_));
     }
     const bool inside = from < at + check.size && to > at;
     if (inside && check.sum != CheckRule::Sum::kParity) {
       const char* name = check.sum == CheckRule::Sum::kCrc ? "CRC" : "check";
-      refuse("/checks", fmt::format("the {} at {} is inside the bytes {} to {} that it covers", name, check.at,
-                                    check.from, check.to));
+      make_error("/checks", fmt::format("the {} at {} is inside the bytes {} to {} that it covers", name, check.at,
+                                        check.from, check.to));
     }
   }
 
@@ -79,8 +79,8 @@ class KindCheck {
                           : static_cast<int>(kind_.blocks.sizes[static_cast<std::size_t>(field.item)]);
     const int at = field.at < 0 ? limit + field.at : field.at;
     if (at < 0 || at + field.size > limit) {
-      refuse("/fields/" + field.name,
-             fmt::format("bytes {} to {} are outside its {} bytes", field.at, field.at + field.size - 1, limit));
+      make_error("/fields/" + field.name,
+                 fmt::format("bytes {} to {} are outside its {} bytes", field.at, field.at + field.size - 1, limit));
     }
   }
 
@@ -90,14 +90,14 @@ class KindCheck {
     for (const Field& field : kind_.fields) {
       if (field.item >= 0 || field.when.field >= 0) continue;
       const Bits own = bits_of(field);
-      if (common(own, checks) != 0) refuse("/fields/" + field.name, "overlaps a check");
+      if (common(own, checks) != 0) make_error("/fields/" + field.name, "overlaps a check");
       for (const auto& [other, bits] : seen) {
         const auto shared = common(own, bits);
         const bool view =
             shared == std::count(own.begin(), own.end(), true) || shared == std::count(bits.begin(), bits.end(), true);
         if (shared != 0 && !view) {
-          refuse("/fields/" + field.name,
-                 fmt::format("overlaps a part of \"{}\"; expected none of it or all", other->name));
+          make_error("/fields/" + field.name,
+                     fmt::format("overlaps a part of \"{}\"; expected none of it or all", other->name));
         }
       }
       seen.emplace_back(&field, own);
@@ -133,7 +133,7 @@ class KindCheck {
 
   int absolute(int at) const { return at < 0 ? length_ + at : at; }
 
-  const FrameKind& kind_;
+  const MessageType& kind_;
   std::string key_;
   const Section& whole_;
   int length_;
@@ -162,7 +162,7 @@ void check_line_speed(const Section& whole, const FrameDescription& description)
 /// Without a counter frames are counted by arrival: each must contain every served axis.
 void check_axes(const Section& whole, const FrameDescription& description) {
   if (description.counter || description.axes.size() < 2) return;
-  for (const FrameKind& kind : description.kinds) {
+  for (const MessageType& kind : description.kinds) {
     const auto carries = [&](const AxisRoles& axis) { return !axis.gyro.empty(); };
     const auto carried = std::count_if(kind.roles.axes.begin(), kind.roles.axes.end(), carries);
     if (carried != 0 && carried != static_cast<std::ptrdiff_t>(description.axes.size())) {
@@ -174,7 +174,7 @@ void check_axes(const Section& whole, const FrameDescription& description) {
 }
 
 void warn(FrameDescription& description) {
-  for (const FrameKind& kind : description.kinds) {
+  for (const MessageType& kind : description.kinds) {
     int sync_bits = 0;
     for (const ByteRule& rule : kind.sync) sync_bits += std::popcount(rule.mask);
     if (kind.check_bits < 16 && sync_bits <= 8 && kind.structure != Structure::kColumns) {
@@ -185,7 +185,7 @@ void warn(FrameDescription& description) {
     }
   }
   if (!description.carries_gyro()) return;
-  if (description.gyro.meaning != GyroMeaning::kRate || description.axis_names.size() > 1) {
+  if (description.gyro.meaning != RateEncoding::kRate || description.axis_names.size() > 1) {
     description.warnings.push_back(
         "the frame cannot prove the unit and meaning of the gyro's number: they are the device's set-up");
   }
@@ -194,14 +194,14 @@ void warn(FrameDescription& description) {
 void check_references(const Section& whole, const FrameDescription& description) {
   for (const TestVector& vector : description.test_vectors) {
     const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
-                                   [&](const FrameKind& k) { return k.name == vector.kind; });
+                                   [&](const MessageType& k) { return k.name == vector.kind; });
     if (!vector.kind.empty() && kind == description.kinds.end()) {
       whole.fail("vectors",
                  fmt::format("vector \"{}\" names kind \"{}\", which does not exist", vector.name, vector.kind));
     }
   }
   std::set<std::string> names;
-  for (const FrameKind& kind : description.kinds) {
+  for (const MessageType& kind : description.kinds) {
     if (!names.insert(kind.name).second)
       whole.fail("kinds", fmt::format("two message types are named \"{}\"", kind.name));
   }
@@ -211,7 +211,7 @@ void check_references(const Section& whole, const FrameDescription& description)
 
 void check_description(const Section& whole, FrameDescription& description) {
   for (std::size_t k = 0; k < description.kinds.size(); ++k) {
-    KindCheck(description.kinds[k], fmt::format("kinds/{}", k), whole).check_all();
+    MessageCheck(description.kinds[k], fmt::format("kinds/{}", k), whole).check_all();
   }
   check_references(whole, description);
   if (whole.good()) check_line_speed(whole, description);

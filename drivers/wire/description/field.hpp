@@ -24,7 +24,7 @@ enum class NumberType {
 
 /// Condition for the presence of a field: (value of another field % modulus) & mask is one of `values`.
 struct Condition {
-  int field = -1;  ///< index into FrameKind::fields, before the conditional field
+  int field = -1;  ///< index into MessageType::fields, before the conditional field
   std::uint64_t modulus = 0;
   std::uint64_t mask = ~std::uint64_t{0};
   boost::container::small_vector<std::uint64_t, 1> values;
@@ -33,7 +33,7 @@ struct Condition {
 /// The members used for every frame come first: one cache line for an unscaled integer field, two for the others.
 struct alignas(64) Field {
   int at = 0;     ///< first byte; negative: from the end of the frame. In an item: of its payload. Text: the column
-  int item = -1;  ///< index into FrameKind::items.ids (or of the block); -1: at a fixed position
+  int item = -1;  ///< index into MessageType::items.ids (or of the block); -1: at a fixed position
   NumberType type = NumberType::kUnsigned;
   std::uint8_t size = 1;        ///< bytes, 1 to 8
   std::uint8_t group_bits = 8;  ///< payload bits of each byte: 8, or 7 for devices that keep bit 7 clear
@@ -44,7 +44,7 @@ struct alignas(64) Field {
   /// Offsets from `at`, most significant byte first: {0,1} big, {1,0} little, {1,2,0} device-specific.
   std::array<std::uint8_t, 8> order{};
   Condition when;
-  Scaling scaling;
+  Conversion scaling;
   double preset = 0;  ///< default raw number for an encoder
   std::string name;
   std::string unit;

@@ -136,8 +136,8 @@ void read_number_type(const Section& s, bool big_endian, std::int64_t bytes, Fie
   read_order(s, big_endian, field);
 }
 
-Scaling read_scaling(const Section& s) {
-  Scaling scaling;
+Conversion read_scaling(const Section& s) {
+  Conversion scaling;
   scaling.scale = s.number("scale", {-1e18, 1e18}, scaling.scale);
   if (scaling.scale == 0) {
     s.fail("scale", "0 makes every value the same; expected another number");

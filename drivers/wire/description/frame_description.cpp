@@ -72,12 +72,12 @@ void read_kinds(const Section& s, FrameDescription& description) {
 void read_send(const Section& s, FrameDescription& description) {
   for (const std::string& name : s.texts("send", false)) {
     const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
-                                   [&](const FrameKind& k) { return k.name == name; });
+                                   [&](const MessageType& k) { return k.name == name; });
     if (kind == description.kinds.end()) return s.fail("send", fmt::format("unknown message type \"{}\"", name));
     description.sent_kinds.push_back(static_cast<int>(kind - description.kinds.begin()));
   }
   for (std::size_t k = 0; k < description.kinds.size() && description.sent_kinds.empty(); ++k) {
-    const KindRoles& roles = description.kinds[k].roles;
+    const MessageFields& roles = description.kinds[k].roles;
     if (description.carries_gyro() ? roles.carries_gyro() : roles.tells_anything())
       description.sent_kinds.push_back(static_cast<int>(k));
   }
@@ -105,17 +105,18 @@ void read_all(const Section& s, const GyroChoice& choice, FrameDescription& desc
 
 Result<void> check_choice(const std::string& where, const GyroChoice& choice) {
   if (choice.axes.empty() || choice.axes.size() > kMaxAxes)
-    return refuse(where, fmt::format("found {} chosen axes, expected 1 to {}", choice.axes.size(), kMaxAxes));
+    return make_error(where, fmt::format("found {} chosen axes, expected 1 to {}", choice.axes.size(), kMaxAxes));
   std::set<std::string> names;
   for (const AxisChoice& axis : choice.axes) {
-    if (!names.insert(axis.axis).second) return refuse(where, fmt::format("axis \"{}\" is chosen twice", axis.axis));
+    if (!names.insert(axis.axis).second)
+      return make_error(where, fmt::format("axis \"{}\" is chosen twice", axis.axis));
     if (axis.sign != 1 && axis.sign != -1)
-      return refuse(where, fmt::format("found sign {}, expected 1 or -1", axis.sign));
+      return make_error(where, fmt::format("found sign {}, expected 1 or -1", axis.sign));
     if (const auto scale = axis.scale_factor_arcsec_per_pulse; scale && !(*scale > 0 && std::isfinite(*scale)))
-      return refuse(where, fmt::format("found scale factor {} arcsec/pulse, expected more than 0", *scale));
+      return make_error(where, fmt::format("found scale factor {} arcsec/pulse, expected more than 0", *scale));
   }
   if (const auto rate = choice.rate_hz; rate && !(*rate >= kRateHz.min && *rate <= kRateHz.max)) {
-    return refuse(where, fmt::format("found a rate of {} Hz, expected {} to {}", *rate, kRateHz.min, kRateHz.max));
+    return make_error(where, fmt::format("found a rate of {} Hz, expected {} to {}", *rate, kRateHz.min, kRateHz.max));
   }
   return {};
 }

@@ -19,22 +19,22 @@
 namespace prism::wire {
 
 /// Encoding of the gyro's number in a frame.
-enum class GyroMeaning {
+enum class RateEncoding {
   kRate,         ///< mean rate; AxisRule::scale gives deg/h
   kIncrement,    ///< angle since the previous frame; AxisRule::scale gives arcsec
   kAccumulated,  ///< angle since an arbitrary start, wrapping; AxisRule::scale gives arcsec
 };
 
 struct GyroRule {
-  GyroMeaning meaning = GyroMeaning::kRate;
+  RateEncoding meaning = RateEncoding::kRate;
   double interval_s = 0;  ///< increment: duration of an increment, if described; 0: from counter or period
 };
 
 /// A served input axis.
 struct AxisRule {
   std::string name;      ///< one of FrameDescription::axis_names
-  double scale = 1;      ///< one unit of GyroReading::value in deg/h (rate) or arcsec (angle); includes the chosen sign
-  double wrap = 0;       ///< accumulated: GyroReading::value is modulo this; 0 if it never wraps
+  double scale = 1;      ///< one unit of AxisReading::value in deg/h (rate) or arcsec (angle); includes the chosen sign
+  double wrap = 0;       ///< accumulated: AxisReading::value is modulo this; 0 if it never wraps
   int thermometer = -1;  ///< its own thermometer: index into FrameDescription::sensors; -1: the device's temperature
 };
 
@@ -54,7 +54,7 @@ struct SlowChannel {
   int low_bits = 8;
   int bits = 16;
   bool is_signed = false;
-  Scaling joined;
+  Conversion joined;
 };
 
 /// An additional channel.
@@ -93,7 +93,7 @@ struct FrameDescription {
   std::vector<AxisRule> axes;           ///< served, in the order chosen, at most kMaxAxes; empty: no gyro
   std::vector<std::string> axis_names;  ///< valid values of AxisChoice::axis; the first is the default
   std::optional<CounterRule> counter;
-  std::vector<FrameKind> kinds;
+  std::vector<MessageType> kinds;
   std::vector<int> sent_kinds;  ///< sent by an encoder in turn: indices into kinds
   std::vector<TestVector> test_vectors;
   std::vector<std::string> warnings;  ///< one line each: valid, but notable

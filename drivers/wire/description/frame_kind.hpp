@@ -21,7 +21,7 @@ struct ByteRule {
 };
 
 struct LengthRule {
-  enum class Form { kFixed, kField, kTerminated } form = Form::kFixed;
+  enum class LengthType { kFixed, kField, kTerminated } form = LengthType::kFixed;
   std::uint32_t min = 0, max = 0;  ///< length of the frame in bytes; equal for kFixed
   std::int32_t multiply = 1, add = 0;
   std::vector<std::uint8_t> terminator;  ///< kTerminated: the last bytes of the frame
@@ -35,7 +35,7 @@ struct BodyRule {
 };
 
 /// A frame contains no data if the condition is true, although its check is right (sync filler, start-up patterns).
-struct RefuseRule {
+struct RejectRule {
   int field = -1;
   std::uint64_t mask = 0, value = 0;
 };
@@ -73,7 +73,7 @@ struct ValidRule {
   std::uint64_t mask = 0, value = 0;
 };
 
-/// Indices into FrameKind::fields. Nearly always one, which is then stored inline.
+/// Indices into MessageType::fields. Nearly always one, which is then stored inline.
 using FieldList = boost::container::small_vector<std::int32_t, 2>;
 
 struct AxisRoles {
@@ -89,8 +89,8 @@ struct ChannelFields {
   bool any() const { return !whole.empty() || high >= 0 || low >= 0; }
 };
 
-/// Fields of this message type for each part of a Reading; the first one present in a frame is used.
-struct KindRoles {
+/// Fields of this message type for each part of a DecodedMessage; the first one present in a frame is used.
+struct MessageFields {
   FieldList counter, status, latency;
   ChannelFields temperature, uhfo;
   std::vector<ChannelFields> sensors;                 ///< as FrameDescription::sensors
@@ -109,7 +109,7 @@ struct KindRoles {
 enum class Structure : std::uint8_t { kPlain, kItems, kBlocks, kColumns };
 
 /// Members in the order of use: those needed for a live frame are adjacent in memory.
-struct FrameKind {
+struct MessageType {
   LengthRule length;
   boost::container::small_vector<ByteRule, 4> sync;
   int after = -1;                  ///< the byte before the frame; -1: any
@@ -119,10 +119,10 @@ struct FrameKind {
   Structure structure = Structure::kPlain;
   std::vector<CheckRule> checks;
   std::vector<BodyRule> body;
-  std::vector<RefuseRule> refuse;
+  std::vector<RejectRule> make_error;
   std::vector<std::uint8_t> trailer;  ///< optional bytes after the frame (CR LF), not counted as damage
   std::vector<Field> fields;
-  KindRoles roles;
+  MessageFields roles;
   ItemRule items;      ///< kItems
   BlockRule blocks;    ///< kBlocks
   ColumnsRule text;    ///< kColumns

@@ -17,7 +17,7 @@ class FrameView {
   static constexpr std::size_t kMaxElements = 64;  ///< maximum items, blocks or columns of a message type
 
   /// Returns false if the structure is invalid: items beyond its end, a wrong number of columns.
-  bool look_at(const FrameKind& kind, std::span<const std::uint8_t> frame) {
+  bool look_at(const MessageType& kind, std::span<const std::uint8_t> frame) {
     kind_ = &kind;
     frame_ = frame;
     return kind.structure == Structure::kPlain || locate();
@@ -41,7 +41,7 @@ class FrameView {
   }
   /// The quantity of a raw number of the field; kUnknown if it is not finite or out of range.
   double scaled(int field, double raw) const {
-    const Scaling& scaling = kind_->fields[static_cast<std::size_t>(field)].scaling;
+    const Conversion& scaling = kind_->fields[static_cast<std::size_t>(field)].scaling;
     const double value = scaling.apply(raw);
     return scaling.admits(value) ? value : kUnknown;
   }
@@ -67,7 +67,7 @@ class FrameView {
   std::uint64_t text_bits(const Field& field) const;
   std::span<const std::uint8_t> column(const Field& field) const;
 
-  const FrameKind* kind_ = nullptr;
+  const MessageType* kind_ = nullptr;
   std::span<const std::uint8_t> frame_;
   std::array<std::span<const std::uint8_t>, kMaxElements> elements_;  ///< of items, blocks or columns
 };

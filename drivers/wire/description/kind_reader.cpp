@@ -16,7 +16,7 @@ constexpr int kWeakBits = 16;
 constexpr int kMostConfirmations = 16;
 constexpr std::uint32_t kEarlyBytes = 8;  // a check that ends within them can belong to the header
 
-void place_field(const FieldDraft& draft, FrameKind& kind) {
+void place_field(const FieldDraft& draft, MessageType& kind) {
   const Section& s = draft.section;
   Field field = draft.field;
   if (kind.field_index(field.name) >= 0) s.fail("", "this message type already has a field of that name");
@@ -45,14 +45,14 @@ void place_field(const FieldDraft& draft, FrameKind& kind) {
   kind.fields.push_back(std::move(field));
 }
 
-void read_fields(const Section& fields, bool big_endian, int at, FrameKind& kind) {
+void read_fields(const Section& fields, bool big_endian, int at, MessageType& kind) {
   const bool text = kind.structure == Structure::kColumns;
   for (const std::string& name : fields.names(TextRule::kMessageName)) {
     place_field(read_field(fields.object(name), name, big_endian, text, at), kind);
   }
 }
 
-void read_layout(const Section& s, bool big_endian, const FieldGroups& groups, FrameKind& kind) {
+void read_layout(const Section& s, bool big_endian, const FieldGroups& groups, MessageType& kind) {
   auto at = static_cast<int>(s.integer("at", {0, 255}, 0));
   for (const std::string& name : s.texts("parts")) {
     const auto group = groups.find(name);
@@ -65,7 +65,7 @@ void read_layout(const Section& s, bool big_endian, const FieldGroups& groups, F
   }
 }
 
-void read_rules(const Section& s, FrameKind& kind) {
+void read_rules(const Section& s, MessageType& kind) {
   constexpr Range kOffset{-kMaxFrameBytes, kMaxFrameBytes};
   for (const Section& b : s.one_or_more_objects("body")) {
     BodyRule rule;
@@ -76,20 +76,20 @@ void read_rules(const Section& s, FrameKind& kind) {
     kind.body.push_back(rule);
   }
   for (const Section& r : s.one_or_more_objects("refuse")) {
-    const RefuseRule rule{kind.field_index(r.text("field")), r.bits("mask"), r.bits("value")};
+    const RejectRule rule{kind.field_index(r.text("field")), r.bits("mask"), r.bits("value")};
     if (rule.field < 0) return r.fail("field", "this message type has no such field");
-    kind.refuse.push_back(rule);
+    kind.make_error.push_back(rule);
   }
 }
 
-void read_structure(const Section& s, bool big_endian, const FieldGroups& groups, FrameKind& kind) {
+void read_structure(const Section& s, bool big_endian, const FieldGroups& groups, MessageType& kind) {
   const Section blocks = s.object("blocks");
   if (s.has("text") + s.has("items") + s.has("blocks") > 1)
     s.fail("", "has more than one of \"text\", \"items\", \"blocks\"; expected at most one");
   if (s.has("text")) read_text(s.object("text"), kind);
   if (s.has("items")) read_items(s.object("items"), big_endian, kind);
   if (s.has("blocks")) read_blocks(blocks, kind);
-  if (kind.structure == Structure::kColumns && kind.length.form != LengthRule::Form::kTerminated)
+  if (kind.structure == Structure::kColumns && kind.length.form != LengthRule::LengthType::kTerminated)
     s.fail("text", "needs a length with a terminator");
   if (s.has("layout")) read_layout(s.object("layout"), big_endian, groups, kind);
   read_fields(s.object("fields"), big_endian, 0, kind);
@@ -100,11 +100,11 @@ void read_structure(const Section& s, bool big_endian, const FieldGroups& groups
 }
 
 /// Sorts the sync, finds the header's checks and the bytes they need.
-void measure_header(FrameKind& kind) {
+void measure_header(MessageType& kind) {
   std::sort(kind.sync.begin(), kind.sync.end(), [](const ByteRule& a, const ByteRule& b) { return a.at < b.at; });
   std::uint32_t header = 1;
   for (const ByteRule& rule : kind.sync) header = std::max(header, rule.at + 1);
-  if (kind.length.form != LengthRule::Form::kField) {
+  if (kind.length.form != LengthRule::LengthType::kField) {
     kind.header_bytes = header;
     return;
   }
@@ -119,7 +119,7 @@ void measure_header(FrameKind& kind) {
 }
 
 /// Text must be parsable; body rules fix bits of each byte they cover. Neither is a check: at most 16 bits are counted.
-int body_bits(const FrameKind& kind) {
+int body_bits(const MessageType& kind) {
   const auto length = static_cast<int>(kind.length.min);
   int bits = kind.structure == Structure::kColumns ? 8 * length : 0;
   for (const BodyRule& rule : kind.body) {
@@ -131,7 +131,7 @@ int body_bits(const FrameKind& kind) {
 }
 
 /// Computes the number of bits that identify a frame, and how many good frames in a row confirm a weak message type.
-void measure_strength(FrameKind& kind) {
+void measure_strength(MessageType& kind) {
   for (const CheckRule& check : kind.checks) kind.check_bits += check.bits;
   kind.known_bits = kind.check_bits + 8 * static_cast<int>(kind.length.terminator.size());
   for (const ByteRule& rule : kind.sync) kind.known_bits += std::popcount(rule.mask);
@@ -154,8 +154,8 @@ FieldGroups read_field_groups(const Section& description) {
   return groups;
 }
 
-FrameKind read_kind(const Section& s, bool big_endian, const FieldGroups& groups) {
-  FrameKind kind;
+MessageType read_kind(const Section& s, bool big_endian, const FieldGroups& groups) {
+  MessageType kind;
   kind.name = s.text("name", {}, TextRule::kMessageName);
   for (const Section& sync : s.one_or_more_objects("sync")) read_sync(sync, kind);
   const std::vector<std::uint8_t> after = s.bytes("after", false);

@@ -35,15 +35,15 @@ FieldDraft read_field(const Section& section, const std::string& name, bool big_
 /// as the type needs.
 void read_number_type(const Section& section, bool big_endian, std::int64_t bytes, Field& field);
 /// scale, offset, convert, min, max.
-Scaling read_scaling(const Section& section);
+Conversion read_scaling(const Section& section);
 
-void read_sync(const Section& section, FrameKind& kind);
+void read_sync(const Section& section, MessageType& kind);
 /// The key "length" of a message type's section.
-void read_length(const Section& kind_section, bool big_endian, FrameKind& kind);
-void read_items(const Section& section, bool big_endian, FrameKind& kind);
-void read_text(const Section& section, FrameKind& kind);
+void read_length(const Section& kind_section, bool big_endian, MessageType& kind);
+void read_items(const Section& section, bool big_endian, MessageType& kind);
+void read_text(const Section& section, MessageType& kind);
 /// All rules except the mask field, which is not read yet.
-void read_blocks(const Section& section, FrameKind& kind);
+void read_blocks(const Section& section, MessageType& kind);
 CheckRule read_check(const Section& section, bool big_endian);
 
 /// A group of fields shared by several message types, placed by the "layout" of a type.
@@ -56,7 +56,7 @@ using FieldGroups = std::map<std::string, FieldGroup>;
 /// The description's "parts".
 FieldGroups read_field_groups(const Section& description);
 /// Without roles, which read_roles adds. `big_endian` is the description's byte order.
-FrameKind read_kind(const Section& section, bool big_endian, const FieldGroups& groups);
+MessageType read_kind(const Section& section, bool big_endian, const FieldGroups& groups);
 
 /// Call after the message types are read: adds the roles of each type and the description's rules.
 void read_roles(const Section& section, const GyroChoice& choice, FrameDescription& description);

@@ -18,10 +18,10 @@ constexpr double kArcsecPerRadian = 180 / std::numbers::pi * kArcsecPerDegree;
 
 /// Adds fields of these names to a role in every message type that has them. Errors: a name that no message type has.
 void assign(const Section& s, const std::string& key, const std::vector<std::string>& names,
-            FrameDescription& description, const std::function<void(KindRoles&, int field)>& give) {
+            FrameDescription& description, const std::function<void(MessageFields&, int field)>& give) {
   for (const std::string& name : names) {
     bool known = false;
-    for (FrameKind& kind : description.kinds) {
+    for (MessageType& kind : description.kinds) {
       const int field = kind.field_index(name);
       if (field < 0) continue;
       give(kind.roles, field);
@@ -32,14 +32,14 @@ void assign(const Section& s, const std::string& key, const std::vector<std::str
 }
 
 /// Adds the fields listed in `key`.
-void assign(const Section& s, const char* key, FrameDescription& description, FieldList KindRoles::*role) {
-  assign(s, key, s.texts(key), description, [&](KindRoles& roles, int field) { (roles.*role).push_back(field); });
+void assign(const Section& s, const char* key, FrameDescription& description, FieldList MessageFields::*role) {
+  assign(s, key, s.texts(key), description, [&](MessageFields& roles, int field) { (roles.*role).push_back(field); });
 }
 
 /// The first field with a role in any message type. `role` returns the role's list of a type.
 template <class Role>
 const Field* first_with(const FrameDescription& description, Role role) {
-  for (const FrameKind& kind : description.kinds) {
+  for (const MessageType& kind : description.kinds) {
     const FieldList& fields = *role(kind.roles);
     if (!fields.empty()) return &kind.fields[static_cast<std::size_t>(fields.front())];
   }
@@ -53,7 +53,7 @@ void read_valid(const Section& s, FrameDescription& description, std::size_t fir
   for (const Section& rule : s.one_or_more_objects("valid")) {
     const std::uint64_t mask = rule.bits("mask", ~std::uint64_t{0});
     const std::uint64_t value = rule.bits("value");
-    assign(rule, "field", {rule.text("field")}, description, [&](KindRoles& roles, int field) {
+    assign(rule, "field", {rule.text("field")}, description, [&](MessageFields& roles, int field) {
       for (std::size_t i = first; i < end; ++i) roles.axes[i].valid.push_back({field, mask, value});
     });
   }
@@ -70,7 +70,7 @@ void read_unit(const Section& s, const GyroChoice& choice, FrameDescription& des
       {"deg/h", 1}, {"arcsec/s", 1}, {"deg/s", kArcsecPerDegree}, {"rad/s", kArcsecPerRadian}, {"pulse/s", 0}};
   static constexpr Unit kAngles[] = {{"pulse", 0}, {"arcsec", 1}, {"deg", kArcsecPerDegree}, {"rad", kArcsecPerRadian}};
   const std::span<const Unit> units =
-      description.gyro.meaning == GyroMeaning::kRate ? std::span<const Unit>(kRates) : kAngles;
+      description.gyro.meaning == RateEncoding::kRate ? std::span<const Unit>(kRates) : kAngles;
   std::vector<const char*> names;
   for (const Unit& unit : units) names.push_back(unit.name);
   const Unit& unit = units[s.choice("unit", names)];
@@ -101,7 +101,7 @@ void read_thermometer(const Section& s, const FrameDescription& description, Axi
 
 /// Reads one axis served at index `i`: fields, sign and validity; or only the names of its fields.
 void read_axis(const Section& axes, const std::string& name, FrameDescription& description, std::size_t i) {
-  const auto give = [i](KindRoles& roles, int field) { roles.axes[i].gyro.push_back(field); };
+  const auto give = [i](MessageFields& roles, int field) { roles.axes[i].gyro.push_back(field); };
   if (!axes.is_object(name)) return assign(axes, name, axes.texts(name), description, give);
   const Section s = axes.object(name);
   assign(s, "field", s.texts("field"), description, give);
@@ -139,12 +139,12 @@ void read_axes(const Section& gyro, const GyroChoice& choice, FrameDescription& 
 
 /// Modulus of an accumulated angle of each axis: "wrap", or the range of its integer field.
 void read_wrap(const Section& s, FrameDescription& description) {
-  if (description.gyro.meaning != GyroMeaning::kAccumulated) {
+  if (description.gyro.meaning != RateEncoding::kAccumulated) {
     if (s.has("wrap")) s.fail("wrap", "only valid for an accumulated angle");
     return;
   }
   for (std::size_t i = 0; i < description.axes.size(); ++i) {
-    const Field* field = first_with(description, [i](const KindRoles& roles) { return &roles.axes[i].gyro; });
+    const Field* field = first_with(description, [i](const MessageFields& roles) { return &roles.axes[i].gyro; });
     if (field == nullptr) continue;
     const double own = is_whole(*field) ? std::ldexp(std::abs(field->scaling.scale), field->bits) : 0;
     description.axes[i].wrap = s.number("wrap", {0, 1e18}, own);
@@ -153,12 +153,12 @@ void read_wrap(const Section& s, FrameDescription& description) {
 
 void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& description) {
   GyroRule& rule = description.gyro;
-  rule.meaning = static_cast<GyroMeaning>(s.choice("meaning", {"rate", "increment", "accumulated"}));
+  rule.meaning = static_cast<RateEncoding>(s.choice("meaning", {"rate", "increment", "accumulated"}));
   description.axes.resize(choice.axes.size());
-  for (FrameKind& kind : description.kinds) kind.roles.axes.resize(choice.axes.size());
+  for (MessageType& kind : description.kinds) kind.roles.axes.resize(choice.axes.size());
   read_unit(s, choice, description);
   rule.interval_s = s.number("interval_s", {1e-6, 1e4}, rule.interval_s);
-  if (rule.interval_s != 0 && rule.meaning != GyroMeaning::kIncrement)
+  if (rule.interval_s != 0 && rule.meaning != RateEncoding::kIncrement)
     s.fail("interval_s", "only valid for an increment");
   description.plausible.rate.range = read_range(s, "range_deg_per_s", kRateRanges, kDegPerSInDegPerH);
   read_valid(s, description, 0, description.axes.size());
@@ -168,8 +168,8 @@ void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& des
 
 void read_counter(const Section& s, FrameDescription& description) {
   CounterRule rule;
-  assign(s, "field", description, &KindRoles::counter);
-  const Field* field = first_with(description, [](const KindRoles& roles) { return &roles.counter; });
+  assign(s, "field", description, &MessageFields::counter);
+  const Field* field = first_with(description, [](const MessageFields& roles) { return &roles.counter; });
   const std::uint64_t own = field == nullptr || field->bits >= 64 ? 0 : std::uint64_t{1} << field->bits;
   rule.modulus = s.bits("modulus", own);
   if (own != 0 && rule.modulus > own)
@@ -187,7 +187,7 @@ void read_counter(const Section& s, FrameDescription& description) {
 
 /// `fields` returns the roles of the channel in a message type.
 void read_channel(const Section& s, FrameDescription& description, SlowChannel& slow,
-                  const std::function<ChannelFields&(KindRoles&)>& fields) {
+                  const std::function<ChannelFields&(MessageFields&)>& fields) {
   slow.present = true;
   slow.stale_after_s = s.number("stale_after_s", {0, 3600}, slow.stale_after_s);
   if (s.has("field")) {
@@ -195,10 +195,10 @@ void read_channel(const Section& s, FrameDescription& description, SlowChannel& 
       if (s.has(key)) s.fail(key, "only valid for halves (\"high\", \"low\"); with \"field\" set it in the field");
     }
     return assign(s, "field", s.texts("field"), description,
-                  [&](KindRoles& roles, int field) { fields(roles).whole.push_back(field); });
+                  [&](MessageFields& roles, int field) { fields(roles).whole.push_back(field); });
   }
   const auto assign_half = [&](const char* key, int ChannelFields::*half) {
-    assign(s, key, {s.text(key)}, description, [&](KindRoles& roles, int field) { fields(roles).*half = field; });
+    assign(s, key, {s.text(key)}, description, [&](MessageFields& roles, int field) { fields(roles).*half = field; });
   };
   assign_half("high", &ChannelFields::high);
   assign_half("low", &ChannelFields::low);
@@ -213,7 +213,7 @@ void read_sensors(const Section& s, FrameDescription& description) {
   const std::vector<std::string> names = s.names(TextRule::kSensorName);
   if (names.size() > kMaxSensors)
     return s.fail("", fmt::format("found {} sensors, expected at most {}", names.size(), kMaxSensors));
-  for (FrameKind& kind : description.kinds) kind.roles.sensors.resize(names.size());
+  for (MessageType& kind : description.kinds) kind.roles.sensors.resize(names.size());
   description.sensors.resize(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     const Section own = s.object(names[i]);
@@ -221,8 +221,9 @@ void read_sensors(const Section& s, FrameDescription& description) {
       s.fail(names[i], "invalid sensor name, expected letters, digits and _, not T, U, dTdt or lagN");
     SensorRule& rule = description.sensors[i];
     rule.sensor = {names[i], kSensorUnitNames[own.choice("unit", kSensorUnitNames)]};
-    read_channel(own, description, rule.channel, [i](KindRoles& roles) -> ChannelFields& { return roles.sensors[i]; });
-    const Field* field = first_with(description, [i](const KindRoles& roles) { return &roles.sensors[i].whole; });
+    read_channel(own, description, rule.channel,
+                 [i](MessageFields& roles) -> ChannelFields& { return roles.sensors[i]; });
+    const Field* field = first_with(description, [i](const MessageFields& roles) { return &roles.sensors[i].whole; });
     if (field && !field->unit.empty() && field->unit != rule.sensor.unit)
       own.fail("unit",
                fmt::format("found {}, but the field \"{}\" is in {}", rule.sensor.unit, field->name, field->unit));
@@ -231,7 +232,7 @@ void read_sensors(const Section& s, FrameDescription& description) {
 
 void leave_sensors_out(FrameDescription& description) {
   description.sensors.clear();
-  for (FrameKind& kind : description.kinds) kind.roles.sensors.clear();
+  for (MessageType& kind : description.kinds) kind.roles.sensors.clear();
   for (AxisRule& axis : description.axes) axis.thermometer = -1;
 }
 
@@ -258,19 +259,19 @@ void read_roles(const Section& s, const GyroChoice& choice, FrameDescription& de
   if (s.has("counter")) read_counter(s.object("counter"), description);
   if (s.has("temperature")) {
     read_channel(s.object("temperature"), description, description.temperature,
-                 [](KindRoles& roles) -> ChannelFields& { return roles.temperature; });
+                 [](MessageFields& roles) -> ChannelFields& { return roles.temperature; });
     description.plausible.temperature = read_statement(s.object("temperature"));
   }
   if (s.has("uhfo")) {
     read_channel(s.object("uhfo"), description, description.uhfo,
-                 [](KindRoles& roles) -> ChannelFields& { return roles.uhfo; });
+                 [](MessageFields& roles) -> ChannelFields& { return roles.uhfo; });
     description.plausible.uhfo = read_statement(s.object("uhfo"));
     if (description.plausible.uhfo.greatest_slope_per_s)
       s.object("uhfo").fail("greatest_slope_degc_per_s", "only valid for the temperature");
   }
   if (!choice.sensors && description.carries_gyro()) leave_sensors_out(description);
-  if (s.has("status")) assign(s.object("status"), "field", description, &KindRoles::status);
-  if (s.has("latency")) assign(s.object("latency"), "field", description, &KindRoles::latency);
+  if (s.has("status")) assign(s.object("status"), "field", description, &MessageFields::status);
+  if (s.has("latency")) assign(s.object("latency"), "field", description, &MessageFields::latency);
 }
 
 }  // namespace prism::wire

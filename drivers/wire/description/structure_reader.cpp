@@ -39,7 +39,7 @@ void read_stored(const Section& s, CheckRule& rule) {
 
 }  // namespace
 
-void read_sync(const Section& s, FrameKind& kind) {
+void read_sync(const Section& s, MessageType& kind) {
   const auto at = static_cast<std::uint32_t>(s.integer("at", {0, 255}, 0));
   const std::vector<std::uint8_t> bytes = s.bytes("bytes");
   std::vector<std::uint8_t> mask = s.bytes("mask", false);
@@ -53,7 +53,7 @@ void read_sync(const Section& s, FrameKind& kind) {
   }
 }
 
-void read_length(const Section& s, bool big_endian, FrameKind& kind) {
+void read_length(const Section& s, bool big_endian, MessageType& kind) {
   constexpr Range kLength{1, kMaxFrameBytes};
   LengthRule& length = kind.length;
   if (!s.is_object("length")) {
@@ -66,18 +66,18 @@ void read_length(const Section& s, bool big_endian, FrameKind& kind) {
   length.max = static_cast<std::uint32_t>(l.integer("max", kLength));
   if (length.min > length.max) l.fail("max", fmt::format("{} is below min {}", length.max, length.min));
   if (l.has("terminator")) {
-    length.form = LengthRule::Form::kTerminated;
+    length.form = LengthRule::LengthType::kTerminated;
     length.terminator = l.bytes("terminator");
     return;
   }
-  length.form = LengthRule::Form::kField;
+  length.form = LengthRule::LengthType::kField;
   length.field.at = static_cast<int>(l.integer("at", {0, 255}));
   read_number_type(l, big_endian, 0, length.field);
   length.multiply = static_cast<std::int32_t>(l.integer("multiply", {1, 64}, length.multiply));
   length.add = static_cast<std::int32_t>(l.integer("add", {-1024, 1024}, length.add));
 }
 
-void read_items(const Section& s, bool big_endian, FrameKind& kind) {
+void read_items(const Section& s, bool big_endian, MessageType& kind) {
   ItemRule& items = kind.items;
   kind.structure = Structure::kItems;
   items.from = static_cast<int>(s.integer("from", {0, kMaxFrameBytes}));
@@ -90,7 +90,7 @@ void read_items(const Section& s, bool big_endian, FrameKind& kind) {
   if (s.has("send")) items.sent = s.bit_list("send");
 }
 
-void read_text(const Section& s, FrameKind& kind) {
+void read_text(const Section& s, MessageType& kind) {
   kind.structure = Structure::kColumns;
   kind.text.separators = s.raw_text("separators");
   kind.text.collapse = s.boolean("collapse", kind.text.collapse);
@@ -102,7 +102,7 @@ void read_text(const Section& s, FrameKind& kind) {
     s.fail("separators", fmt::format("contains '{}', which can occur in numbers", kind.text.point));
 }
 
-void read_blocks(const Section& s, FrameKind& kind) {
+void read_blocks(const Section& s, MessageType& kind) {
   kind.structure = Structure::kBlocks;
   kind.blocks.from = static_cast<int>(s.integer("from", {0, kMaxFrameBytes}));
   for (const std::uint64_t size : s.bit_list("sizes"))

@@ -31,7 +31,7 @@ std::string print_number(std::string_view form, double number, char point = '.')
 
 }  // namespace
 
-std::string template_fault(const FrameKind& kind) {
+std::string template_fault(const MessageType& kind) {
   const std::string_view text = kind.text.write;
   for (std::size_t at = text.find_first_of("{}"); at != std::string_view::npos; at = text.find_first_of("{}", at)) {
     const std::size_t close = text.find('}', at);
@@ -49,7 +49,7 @@ std::string template_fault(const FrameKind& kind) {
   return {};
 }
 
-std::vector<std::uint8_t> print_frame(const FrameKind& kind, std::span<const double> raw) {
+std::vector<std::uint8_t> print_frame(const MessageType& kind, std::span<const double> raw) {
   std::string out;
   std::string_view left = kind.text.write;
   while (!left.empty()) {

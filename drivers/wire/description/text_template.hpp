@@ -12,9 +12,9 @@
 namespace prism::wire {
 
 /// The error in a template; empty if it is valid.
-std::string template_fault(const FrameKind& kind);
+std::string template_fault(const MessageType& kind);
 
 /// A text frame: the template with the fields' raw numbers (by field index), and its terminator.
-std::vector<std::uint8_t> print_frame(const FrameKind& kind, std::span<const double> raw);
+std::vector<std::uint8_t> print_frame(const MessageType& kind, std::span<const double> raw);
 
 }  // namespace prism::wire

@@ -16,7 +16,7 @@ void append_number(std::vector<std::uint8_t>& out, std::uint64_t value, std::siz
 }
 
 /// Number of bytes covered by the fields of an item.
-std::uint32_t payload_of(const FrameKind& kind, std::size_t item) {
+std::uint32_t payload_of(const MessageType& kind, std::size_t item) {
   std::uint32_t size = 0;
   for (const Field& field : kind.fields) {
     if (field.item == static_cast<int>(item) && field.at >= 0)
@@ -25,7 +25,7 @@ std::uint32_t payload_of(const FrameKind& kind, std::size_t item) {
   return size;
 }
 
-std::vector<std::uint8_t> items_of(const FrameKind& kind) {
+std::vector<std::uint8_t> items_of(const MessageType& kind) {
   const ItemRule& rule = kind.items;
   std::vector<std::uint8_t> out;
   for (const std::uint64_t id : rule.sent.empty() ? rule.ids : rule.sent) {
@@ -41,7 +41,7 @@ std::vector<std::uint8_t> items_of(const FrameKind& kind) {
   return out;
 }
 
-std::size_t blocks_length(const FrameKind& kind) {
+std::size_t blocks_length(const MessageType& kind) {
   const auto mask = static_cast<std::uint64_t>(kind.fields[static_cast<std::size_t>(kind.blocks.mask_field)].preset);
   std::size_t length = 0;
   for (std::size_t i = 0; i < kind.blocks.sizes.size(); ++i) length += (mask >> i & 1) != 0 ? kind.blocks.sizes[i] : 0;
@@ -49,14 +49,14 @@ std::size_t blocks_length(const FrameKind& kind) {
 }
 
 /// Bytes after the part of variable length: for checks and fields positioned from the end.
-std::size_t tail_of(const FrameKind& kind) {
+std::size_t tail_of(const MessageType& kind) {
   int tail = 0;
   for (const CheckRule& check : kind.checks) tail = std::max(tail, -check.at);
   for (const Field& field : kind.fields) tail = std::max(tail, field.item < 0 ? -field.at : 0);
   return static_cast<std::size_t>(tail);
 }
 
-void write_presets(const FrameKind& kind, std::vector<std::uint8_t>& frame) {
+void write_presets(const MessageType& kind, std::vector<std::uint8_t>& frame) {
   FrameView view;
   for (const Field& field : kind.fields) {
     if (field.preset == 0 || !view.look_at(kind, frame)) continue;
@@ -67,7 +67,7 @@ void write_presets(const FrameKind& kind, std::vector<std::uint8_t>& frame) {
 
 }  // namespace
 
-void apply_constants(const FrameKind& kind, std::span<std::uint8_t> frame) {
+void apply_constants(const MessageType& kind, std::span<std::uint8_t> frame) {
   const auto length = static_cast<int>(frame.size());
   for (const BodyRule& rule : kind.body) {
     const int to = rule.to <= 0 ? length + rule.to : rule.to;
@@ -81,7 +81,7 @@ void apply_constants(const FrameKind& kind, std::span<std::uint8_t> frame) {
   }
 }
 
-std::vector<std::uint8_t> blank_frame(const FrameKind& kind) {
+std::vector<std::uint8_t> blank_frame(const MessageType& kind) {
   std::vector<std::uint8_t> frame(kind.length.min);
   if (kind.structure == Structure::kItems) {
     frame.assign(static_cast<std::size_t>(kind.items.from), 0);
@@ -93,7 +93,7 @@ std::vector<std::uint8_t> blank_frame(const FrameKind& kind) {
     const Field& mask = kind.fields[static_cast<std::size_t>(kind.blocks.mask_field)];
     store_number(mask, frame.data() + mask.at, mask.preset);
   }
-  if (kind.length.form == LengthRule::Form::kField) {
+  if (kind.length.form == LengthRule::LengthType::kField) {
     const Field& field = kind.length.field;
     const auto value = (static_cast<std::int64_t>(frame.size()) - kind.length.add) / kind.length.multiply;
     store_bits(field, frame.data() + field.at, static_cast<std::uint64_t>(value));

@@ -11,9 +11,9 @@
 namespace prism::wire {
 
 /// Binary message types only. Does not fill in checks.
-std::vector<std::uint8_t> blank_frame(const FrameKind& kind);
+std::vector<std::uint8_t> blank_frame(const MessageType& kind);
 
 /// Writes the constant bits (sync, body rules) again after the fields were written.
-void apply_constants(const FrameKind& kind, std::span<std::uint8_t> frame);
+void apply_constants(const MessageType& kind, std::span<std::uint8_t> frame);
 
 }  // namespace prism::wire

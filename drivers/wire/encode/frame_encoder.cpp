@@ -20,14 +20,14 @@ double modulo(double x, double m) {
 }  // namespace
 
 FrameEncoder::FrameEncoder(FrameDescriptionPtr description) : description_(std::move(description)) {
-  for (const FrameKind& kind : description_->kinds) {
+  for (const MessageType& kind : description_->kinds) {
     blanks_.push_back(kind.structure == Structure::kColumns ? std::vector<std::uint8_t>{} : blank_frame(kind));
   }
   find_selectors();
 }
 
 void FrameEncoder::find_selectors() {
-  for (const FrameKind& kind : description_->kinds) {
+  for (const MessageType& kind : description_->kinds) {
     std::vector<Selector>& selectors = selectors_.emplace_back();
     for (const Field& field : kind.fields) {
       const int selector = field.when.field;
@@ -74,7 +74,7 @@ void FrameEncoder::write_selectors(int kind) {
   }
 }
 
-void FrameEncoder::write_counter(const KindRoles& roles) {
+void FrameEncoder::write_counter(const MessageFields& roles) {
   for (const int field : roles.counter) put_bits(field, static_cast<std::uint64_t>(std::llround(ticks_)));
 }
 
@@ -94,17 +94,17 @@ void FrameEncoder::write_axis(const FieldList& fields, const GyroState& state, s
   for (const int index : fields) {
     const Field& field = kind_->fields[static_cast<std::size_t>(index)];
     const bool whole = field.type == NumberType::kSigned || field.type == NumberType::kUnsigned;
-    const double value = gyro.meaning == GyroMeaning::kRate ? rate : wrapped(axis, field);
+    const double value = gyro.meaning == RateEncoding::kRate ? rate : wrapped(axis, field);
     double raw = field.scaling.invert(value);
     if (whole) raw = std::nearbyint(raw);
-    const bool signed_wrap = gyro.meaning == GyroMeaning::kAccumulated && whole;
+    const bool signed_wrap = gyro.meaning == RateEncoding::kAccumulated && whole;
     if (signed_wrap)
       put_bits(index, static_cast<std::uint64_t>(static_cast<std::int64_t>(raw)));
     else
       put_number(index, raw);
     sent = field.scaling.apply(raw);
   }
-  if (gyro.meaning == GyroMeaning::kIncrement && !fields.empty()) angles_[axis] -= sent;
+  if (gyro.meaning == RateEncoding::kIncrement && !fields.empty()) angles_[axis] -= sent;
 }
 
 void FrameEncoder::write_channel(const SlowChannel& channel, const ChannelFields& fields, double value,
@@ -139,7 +139,7 @@ void FrameEncoder::write_valid(const AxisRoles& roles, bool valid) {
   }
 }
 
-void FrameEncoder::write_status(const KindRoles& roles, const GyroState& state) {
+void FrameEncoder::write_status(const MessageFields& roles, const GyroState& state) {
   for (const int field : roles.status) put_bits(field, state.status);
   // Axes can share bits: the bits of a valid axis have priority.
   for (const bool valid : {false, true}) {
@@ -158,18 +158,18 @@ void FrameEncoder::turn(const GyroState& state) {
     ticks_ += rule.ticks_per_frame;
     if (rule.modulus != 0) ticks_ = modulo(ticks_, static_cast<double>(rule.modulus));
   }
-  if (gyro.meaning == GyroMeaning::kRate) return;
+  if (gyro.meaning == RateEncoding::kRate) return;
   for (std::size_t i = 0; i < description_->axes.size(); ++i) {
     const AxisRule& axis = description_->axes[i];
     angles_[i] += state.rate_deg_per_h[i] * state.interval_s / axis.scale;
-    if (gyro.meaning == GyroMeaning::kAccumulated && axis.wrap != 0) angles_[i] = modulo(angles_[i], axis.wrap);
+    if (gyro.meaning == RateEncoding::kAccumulated && axis.wrap != 0) angles_[i] = modulo(angles_[i], axis.wrap);
   }
 }
 
 void FrameEncoder::skip(const GyroState& state, std::uint64_t frames) {
   const auto angles = angles_;
   for (std::uint64_t i = 0; i < frames; ++i) turn(state);
-  if (description_->gyro.meaning == GyroMeaning::kIncrement) angles_ = angles;
+  if (description_->gyro.meaning == RateEncoding::kIncrement) angles_ = angles;
 }
 
 void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out) {
@@ -184,7 +184,7 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
   } else {
     view_.look_at(*kind_, frame_);
   }
-  const KindRoles& roles = kind_->roles;
+  const MessageFields& roles = kind_->roles;
   write_status(roles, state);
   write_selectors(index);
   write_counter(roles);

@@ -52,11 +52,11 @@ class FrameEncoder {
   void find_selectors();
   void turn(const GyroState& state);
   void write_selectors(int kind);
-  void write_counter(const KindRoles& roles);
+  void write_counter(const MessageFields& roles);
   void write_axis(const FieldList& fields, const GyroState& state, std::size_t axis);
   void write_channel(const SlowChannel& channel, const ChannelFields& fields, double value, std::uint64_t& latched);
   void write_valid(const AxisRoles& roles, bool valid);
-  void write_status(const KindRoles& roles, const GyroState& state);
+  void write_status(const MessageFields& roles, const GyroState& state);
   double wrapped(std::size_t axis, const Field& field) const;
   const std::uint8_t* find(int field) const;
   void put_number(int field, double raw);
@@ -67,13 +67,13 @@ class FrameEncoder {
   std::vector<std::vector<Selector>> selectors_;   ///< by message type
   std::uint64_t frame_number_ = 0;
   double ticks_ = 0;  ///< of the counter, modulo its modulus
-  /// In units of GyroReading::value: accumulated, or the remainder that increments have not included yet.
+  /// In units of AxisReading::value: accumulated, or the remainder that increments have not included yet.
   std::array<double, kMaxAxes> angles_{};
   std::uint64_t latched_temperature_ = 0;  ///< the joined number whose high half was sent
   std::uint64_t latched_uhfo_ = 0;
   std::vector<std::uint64_t> latched_sensors_;
 
-  const FrameKind* kind_ = nullptr;  ///< of the current frame
+  const MessageType* kind_ = nullptr;  ///< of the current frame
   std::vector<std::uint8_t> frame_;
   std::vector<double> raw_;  ///< a text frame's numbers by field
   FrameView view_;

@@ -24,7 +24,7 @@ Day day_of(const compensation::Model& model, const Record& record) {
   return {{record.data.target.begin(), record.data.target.end()}, {after.begin(), after.end()}};
 }
 
-evaluation::NextRecording interval_of(const Day& day) {
+evaluation::PredictionInterval interval_of(const Day& day) {
   const auto interval = evaluation::next_improvement(day.before, day.after, "bench_science");
   if (!interval) {
     fmt::print(stderr, "{}\n", interval.error().text());

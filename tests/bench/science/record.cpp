@@ -21,17 +21,17 @@ class Blocks {
     data_.names = std::move(inputs);
   }
   /// Returns true if this second ended a block.
-  bool push(const compensation::Bucket& bucket) {
-    const compensation::Window window = conditioner_.push(bucket);
+  bool push(const compensation::SecondMean& second_mean) {
+    const compensation::Window window = conditioner_.push(second_mean);
     const int length = conditioner_.definition().length_s;
-    if (window.state != compensation::WindowState::kReady || bucket.second < next_) return false;
-    next_ = bucket.second + length;
+    if (window.state != compensation::WindowState::kReady || second_mean.second < next_) return false;
+    next_ = second_mean.second + length;
     std::vector<double> row;
     for (const std::string& name : data_.names)
       row.push_back(compensation::input_value(window, conditioner_.definition(), name));
     inputs_.push_back(std::move(row));
     target_.push_back(window.rate_deg_per_h);
-    time_s_.push_back(static_cast<double>(bucket.second));
+    time_s_.push_back(static_cast<double>(second_mean.second));
     return true;
   }
   training::TrainingData finish() {
@@ -48,7 +48,7 @@ class Blocks {
   }
 
  private:
-  compensation::Conditioner conditioner_;
+  compensation::FeatureExtractor conditioner_;
   training::TrainingData data_;
   std::vector<std::vector<double>> inputs_;
   std::vector<double> target_, time_s_;
@@ -57,8 +57,8 @@ class Blocks {
 
 }  // namespace
 
-Record simulate(const simulation::ChamberProfile& profile, const simulation::TruthSettings& truth, std::uint64_t seed,
-                std::uint64_t individual) {
+Record simulate(const simulation::ChamberProfile& profile, const simulation::BiasModelSettings& truth,
+                std::uint64_t seed, std::uint64_t individual) {
   simulation::SimulatedGyro gyro(profile, seed, truth);
   simulation::RandomSource character(individual, 2);
   const double scale = individual ? 0.2 * character.normal() : 0, bend = individual ? 0.004 * character.normal() : 0;
@@ -71,18 +71,18 @@ Record simulate(const simulation::ChamberProfile& profile, const simulation::Tru
   const auto end = static_cast<std::int64_t>(profile.duration_s());
   for (std::int64_t second = 0; second < end; ++second) {
     const simulation::GyroTruth& now = gyro.step(1);
-    compensation::Bucket bucket;
-    bucket.second = second;
-    bucket.samples = 1;
+    compensation::SecondMean second_mean;
+    second_mean.second = second;
+    second_mean.samples = 1;
     const double true_bias =
         now.bias_deg_per_h + scale * now.causes.thermal + bend * std::tanh((now.body_degc - 10) / 25);
-    bucket.rate_deg_per_h = true_bias + simulation::kRateNoise_deg_per_h_sqrt_s * noise.normal();
-    bucket.temperature_degc = now.sensor_degc;
-    bucket.uhfo_v = now.uhfo_v;
+    second_mean.rate_deg_per_h = true_bias + simulation::kRateNoise_deg_per_h_sqrt_s * noise.normal();
+    second_mean.temperature_degc = now.sensor_degc;
+    second_mean.uhfo_v = now.uhfo_v;
     bias += true_bias;
     ++seconds;
     const bool whole = seconds >= 100;
-    if (!blocks.push(bucket)) continue;
+    if (!blocks.push(second_mean)) continue;
     if (whole) record.true_bias_deg_per_h.push_back(bias / seconds);
     bias = 0;
     seconds = 0;
@@ -102,7 +102,7 @@ training::TrainingData rows(const training::TrainingData& data, Eigen::Index beg
 
 Result<training::TrainingData> chamber_recording(const std::string& path, const std::string& axis, int window_s) {
   std::ifstream in(path);
-  if (!in) return refuse(path, "cannot read it; expected the chamber recording in ../shared/data");
+  if (!in) return make_error(path, "cannot read it; expected the chamber recording in ../shared/data");
   std::string line, field;
   std::getline(in, line);
   std::getline(in, line);  // the first row is a start-up outlier
@@ -110,22 +110,22 @@ Result<training::TrainingData> chamber_recording(const std::string& path, const 
   compensation::FeatureDefinition features;
   features.length_s = window_s;
   Blocks blocks(features, {compensation::kInputTemperature, compensation::kInputSlope});
-  compensation::Averager averager;
+  compensation::SecondAverager averager;
   double before_s = 0;
   while (std::getline(in, line)) {
     std::istringstream row(line);
     std::vector<double> values;
     while (std::getline(row, field, ',')) values.push_back(std::strtod(field.c_str(), nullptr));
-    if (values.size() <= column) return refuse(path, "found a row that is too short: " + line);
+    if (values.size() <= column) return make_error(path, "found a row that is too short: " + line);
     Sample sample;
     sample.time_ns = std::llround(values[0] * 1e9);
     sample.interval_s = values[0] - before_s;
     sample.rate_deg_per_h = values[column] * 3600;
     sample.temperature_degc = values[1];
     before_s = values[0];
-    if (const auto bucket = averager.push(sample)) blocks.push(*bucket);
+    if (const auto second_mean = averager.push(sample)) blocks.push(*second_mean);
   }
-  if (const auto bucket = averager.finish()) blocks.push(*bucket);
+  if (const auto second_mean = averager.finish()) blocks.push(*second_mean);
   return blocks.finish();
 }
 

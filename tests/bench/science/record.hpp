@@ -19,8 +19,8 @@ struct Record {
 
 /// A cycle of `profile`: 1 s means of the gyro with white rate noise of 0.0064 deg/h in 100 s, 100 s blocks of (T,
 /// dT/dt, U). `gyro` other than 0: a gyro of the type, whose thermal bias has its own scale and curvature.
-Record simulate(const simulation::ChamberProfile& profile, const simulation::TruthSettings& truth, std::uint64_t seed,
-                std::uint64_t gyro = 0);
+Record simulate(const simulation::ChamberProfile& profile, const simulation::BiasModelSettings& truth,
+                std::uint64_t seed, std::uint64_t gyro = 0);
 
 /// Rows `begin` to `end` (one past the last).
 training::TrainingData rows(const training::TrainingData& data, Eigen::Index begin, Eigen::Index end);

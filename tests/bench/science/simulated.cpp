@@ -86,7 +86,7 @@ void print_row(const char* truth, const std::string& profile, const Cell& cell) 
 }  // namespace
 
 std::vector<Truth> truths() {
-  simulation::TruthSettings hard = simulation::TruthSettings::hard(), smooth, hard_smooth = hard;
+  simulation::BiasModelSettings hard = simulation::BiasModelSettings::hard(), smooth, hard_smooth = hard;
   smooth.smooth = hard_smooth.smooth = true;
   return {{"base", {}}, {"hard", hard}, {"smooth", smooth}, {"hard smooth", hard_smooth}};
 }

@@ -12,7 +12,7 @@ namespace prism::science {
 
 struct Truth {
   const char* name;
-  simulation::TruthSettings settings;
+  simulation::BiasModelSettings settings;
 };
 std::vector<Truth> truths();
 

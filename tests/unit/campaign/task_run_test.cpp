@@ -75,7 +75,7 @@ TEST_F(TaskOfALot, TwoOfOneTaskAreOne) {
 }
 
 TEST_F(TaskOfALot, AFailureIsKeptAndTriedAgain) {
-  work_.run = [](const Task&, const std::string&) -> Result<Json> { return refuse("disk", "is full"); };
+  work_.run = [](const Task&, const std::string&) -> Result<Json> { return make_error("disk", "is full"); };
   EXPECT_FALSE(run_task(store_, task_, work_));
   EXPECT_FALSE(run_task(store_, task_, work_));
   EXPECT_FALSE(store_.stands(task_.id));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Averager: the samples of one second become their weighted means.
+// SecondAverager: the samples of one second become their weighted means.
 #include "compensation/averager.hpp"
 
 #include <gtest/gtest.h>
@@ -22,19 +22,19 @@ Sample sample_at(std::int64_t time_ns, double rate_deg_per_h = 1, double interva
   return sample;
 }
 
-Bucket only_bucket(const std::vector<Sample>& samples) {
-  Averager averager;
+SecondMean only_bucket(const std::vector<Sample>& samples) {
+  SecondAverager averager;
   for (const Sample& sample : samples) EXPECT_FALSE(averager.push(sample));
-  return averager.finish().value_or(Bucket{});
+  return averager.finish().value_or(SecondMean{});
 }
 
-TEST(Averager, WeightsTheRateByTheSampleInterval) {
-  const Bucket bucket = only_bucket({sample_at(250'000'000, 1, 0.25), sample_at(1'000'000'000, 3, 0.75)});
-  EXPECT_DOUBLE_EQ(bucket.rate_deg_per_h, 2.5);  // (1 · 0.25 + 3 · 0.75) / 1
-  EXPECT_EQ(bucket.samples, 2u);
+TEST(SecondAverager, WeightsTheRateByTheSampleInterval) {
+  const SecondMean second_mean = only_bucket({sample_at(250'000'000, 1, 0.25), sample_at(1'000'000'000, 3, 0.75)});
+  EXPECT_DOUBLE_EQ(second_mean.rate_deg_per_h, 2.5);  // (1 · 0.25 + 3 · 0.75) / 1
+  EXPECT_EQ(second_mean.samples, 2u);
 }
 
-TEST(Averager, ASampleBelongsToTheSecondInWhichItsIntervalEnds) {
+TEST(SecondAverager, ASampleBelongsToTheSecondInWhichItsIntervalEnds) {
   const std::pair<std::int64_t, std::int64_t> rows[] = {{1, 0},
                                                         {999'999'999, 0},
                                                         {1'000'000'000, 0},
@@ -51,43 +51,43 @@ TEST(Averager, ASampleBelongsToTheSecondInWhichItsIntervalEnds) {
   }
 }
 
-TEST(Averager, AQuantityWithoutValuesInTheSecondIsUnknown) {
-  const Bucket bucket = only_bucket({sample_at(1, kUnknown), sample_at(2, kUnknown)});
-  EXPECT_TRUE(std::isnan(bucket.rate_deg_per_h));
-  EXPECT_TRUE(std::isnan(bucket.temperature_degc));
-  EXPECT_TRUE(std::isnan(bucket.uhfo_v));
-  EXPECT_EQ(bucket.samples, 2u);
+TEST(SecondAverager, AQuantityWithoutValuesInTheSecondIsUnknown) {
+  const SecondMean second_mean = only_bucket({sample_at(1, kUnknown), sample_at(2, kUnknown)});
+  EXPECT_TRUE(std::isnan(second_mean.rate_deg_per_h));
+  EXPECT_TRUE(std::isnan(second_mean.temperature_degc));
+  EXPECT_TRUE(std::isnan(second_mean.uhfo_v));
+  EXPECT_EQ(second_mean.samples, 2u);
 }
 
-TEST(Averager, AnUnknownQuantityOfOneSampleDoesNotChangeTheMeanOfTheOthers) {
+TEST(SecondAverager, AnUnknownQuantityOfOneSampleDoesNotChangeTheMeanOfTheOthers) {
   Sample first = sample_at(1, 4), second = sample_at(2, kUnknown, 100);
   first.uhfo_v = 5.25;
   second.temperature_degc = 25;
-  const Bucket bucket = only_bucket({first, second});
-  EXPECT_DOUBLE_EQ(bucket.rate_deg_per_h, 4);
-  EXPECT_DOUBLE_EQ(bucket.temperature_degc, 25);
-  EXPECT_DOUBLE_EQ(bucket.uhfo_v, 5.25);
+  const SecondMean second_mean = only_bucket({first, second});
+  EXPECT_DOUBLE_EQ(second_mean.rate_deg_per_h, 4);
+  EXPECT_DOUBLE_EQ(second_mean.temperature_degc, 25);
+  EXPECT_DOUBLE_EQ(second_mean.uhfo_v, 5.25);
 }
 
-TEST(Averager, AnInfiniteValueIsIgnored) {
+TEST(SecondAverager, AnInfiniteValueIsIgnored) {
   Sample broken = sample_at(1, HUGE_VAL);
   broken.temperature_degc = -HUGE_VAL;
-  const Bucket bucket = only_bucket({broken, sample_at(2, 7)});
-  EXPECT_DOUBLE_EQ(bucket.rate_deg_per_h, 7);
-  EXPECT_TRUE(std::isnan(bucket.temperature_degc));
+  const SecondMean second_mean = only_bucket({broken, sample_at(2, 7)});
+  EXPECT_DOUBLE_EQ(second_mean.rate_deg_per_h, 7);
+  EXPECT_TRUE(std::isnan(second_mean.temperature_degc));
 }
 
-TEST(Averager, CombinesStatusBitsAndAddsMissingFrames) {
+TEST(SecondAverager, CombinesStatusBitsAndAddsMissingFrames) {
   Sample first = sample_at(1), second = sample_at(2);
   first.status = 0x01, second.status = 0x80;
   first.missing_frames = 3, second.missing_frames = 4;
-  const Bucket bucket = only_bucket({first, second});
-  EXPECT_EQ(bucket.status, 0x81u);
-  EXPECT_EQ(bucket.missing_frames, 7u);
+  const SecondMean second_mean = only_bucket({first, second});
+  EXPECT_EQ(second_mean.status, 0x81u);
+  EXPECT_EQ(second_mean.missing_frames, 7u);
 }
 
-TEST(Averager, SecondsWithoutSamplesReturnNoMean) {
-  Averager averager;
+TEST(SecondAverager, SecondsWithoutSamplesReturnNoMean) {
+  SecondAverager averager;
   EXPECT_FALSE(averager.push(sample_at(500'000'000, 1)));
   const auto first = averager.push(sample_at(7'500'000'000, 2));
   ASSERT_TRUE(first);
@@ -99,8 +99,8 @@ TEST(Averager, SecondsWithoutSamplesReturnNoMean) {
   EXPECT_EQ(second->samples, 1u);
 }
 
-TEST(Averager, FinishReturnsTheOpenSecondOnce) {
-  Averager averager;
+TEST(SecondAverager, FinishReturnsTheOpenSecondOnce) {
+  SecondAverager averager;
   EXPECT_FALSE(averager.finish());
   averager.push(sample_at(1));
   EXPECT_TRUE(averager.finish());
@@ -109,8 +109,8 @@ TEST(Averager, FinishReturnsTheOpenSecondOnce) {
   EXPECT_TRUE(averager.finish());
 }
 
-TEST(Averager, AClockSetBackClosesTheSecond) {
-  Averager averager;
+TEST(SecondAverager, AClockSetBackClosesTheSecond) {
+  SecondAverager averager;
   averager.push(sample_at(9'500'000'000, 1));
   const auto closed = averager.push(sample_at(3'500'000'000, 2));
   ASSERT_TRUE(closed);
@@ -120,16 +120,17 @@ TEST(Averager, AClockSetBackClosesTheSecond) {
 
 // Ten samples a second at the tenths after `phase_ns`, from sample `first` to sample `last`.
 std::vector<bool> partial_seconds(int first, int last, std::int64_t phase_ns) {
-  Averager averager;
+  SecondAverager averager;
   std::vector<bool> partial;
   for (int i = first; i <= last; ++i) {
-    if (const auto bucket = averager.push(sample_at(100'000'000LL * i + phase_ns))) partial.push_back(bucket->partial);
+    if (const auto second_mean = averager.push(sample_at(100'000'000LL * i + phase_ns)))
+      partial.push_back(second_mean->partial);
   }
-  if (const auto bucket = averager.finish()) partial.push_back(bucket->partial);
+  if (const auto second_mean = averager.finish()) partial.push_back(second_mean->partial);
   return partial;
 }
 
-TEST(Averager, ASecondCutByTheSessionIsPartial) {
+TEST(SecondAverager, ASecondCutByTheSessionIsPartial) {
   using Seconds = std::vector<bool>;
   EXPECT_EQ(partial_seconds(1, 30, 0), Seconds({false, false, false}));
   EXPECT_EQ(partial_seconds(2, 30, 0), Seconds({true, false, false}));
@@ -141,15 +142,15 @@ TEST(Averager, ASecondCutByTheSessionIsPartial) {
   EXPECT_EQ(partial_seconds(0, 28, 30'000'000), Seconds({false, false, true}));
 }
 
-TEST(Averager, LostFramesWithinASessionMakeNoSecondPartial) {
-  Averager averager;
+TEST(SecondAverager, LostFramesWithinASessionMakeNoSecondPartial) {
+  SecondAverager averager;
   averager.push(sample_at(100'000'000));
   EXPECT_FALSE(averager.push(sample_at(5'500'000'000))->partial);
   EXPECT_FALSE(averager.push(sample_at(6'000'000'001))->partial);
 }
 
-TEST(Averager, SamplesAfterTheEndStartANewSession) {
-  Averager averager;
+TEST(SecondAverager, SamplesAfterTheEndStartANewSession) {
+  SecondAverager averager;
   for (int i = 1; i <= 10; ++i) averager.push(sample_at(i * 100'000'000));
   EXPECT_FALSE(averager.finish()->partial);
   for (int i = 15; i <= 20; ++i) averager.push(sample_at(i * 100'000'000));
@@ -157,36 +158,36 @@ TEST(Averager, SamplesAfterTheEndStartANewSession) {
 }
 
 // A simple reference: keeps all samples of a second, then averages them.
-TEST(Averager, EqualsAReferenceThatKeepsAllSamples) {
+TEST(SecondAverager, EqualsAReferenceThatKeepsAllSamples) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> unit(0, 1);
   std::map<std::int64_t, std::vector<Sample>> kept;
-  std::vector<Bucket> buckets;
-  Averager averager;
+  std::vector<SecondMean> second_means;
+  SecondAverager averager;
   for (std::int64_t time_ns = 0; time_ns < 200 * kNanosecondsPerSecond;) {
     time_ns += 1 + static_cast<std::int64_t>(unit(random) * (unit(random) < 0.02 ? 3e9 : 2e7));
     Sample sample = sample_at(time_ns, unit(random) < 0.1 ? kUnknown : 10 * unit(random), 0.001 + unit(random));
     if (unit(random) < 0.5) sample.temperature_degc = 70 * unit(random);
     kept[(time_ns + kNanosecondsPerSecond - 1) / kNanosecondsPerSecond - 1].push_back(sample);
-    if (const auto bucket = averager.push(sample)) buckets.push_back(*bucket);
+    if (const auto second_mean = averager.push(sample)) second_means.push_back(*second_mean);
   }
-  if (const auto bucket = averager.finish()) buckets.push_back(*bucket);
-  ASSERT_EQ(buckets.size(), kept.size());
-  for (const Bucket& bucket : buckets) {
+  if (const auto second_mean = averager.finish()) second_means.push_back(*second_mean);
+  ASSERT_EQ(second_means.size(), kept.size());
+  for (const SecondMean& second_mean : second_means) {
     double angle = 0, time = 0, temperature = 0, temperatures = 0;
-    for (const Sample& sample : kept.at(bucket.second)) {
+    for (const Sample& sample : kept.at(second_mean.second)) {
       if (std::isfinite(sample.rate_deg_per_h))
         angle += sample.rate_deg_per_h * sample.interval_s, time += sample.interval_s;
       if (std::isfinite(sample.temperature_degc)) temperature += sample.temperature_degc, ++temperatures;
     }
-    EXPECT_EQ(bucket.samples, kept.at(bucket.second).size());
-    ASSERT_EQ(std::isfinite(bucket.rate_deg_per_h), time > 0);
+    EXPECT_EQ(second_mean.samples, kept.at(second_mean.second).size());
+    ASSERT_EQ(std::isfinite(second_mean.rate_deg_per_h), time > 0);
     if (time > 0) {
-      EXPECT_NEAR(bucket.rate_deg_per_h, angle / time, kRounding);
+      EXPECT_NEAR(second_mean.rate_deg_per_h, angle / time, kRounding);
     }
-    ASSERT_EQ(std::isfinite(bucket.temperature_degc), temperatures > 0);
+    ASSERT_EQ(std::isfinite(second_mean.temperature_degc), temperatures > 0);
     if (temperatures > 0) {
-      EXPECT_NEAR(bucket.temperature_degc, temperature / temperatures, kRounding);
+      EXPECT_NEAR(second_mean.temperature_degc, temperature / temperatures, kRounding);
     }
   }
 }

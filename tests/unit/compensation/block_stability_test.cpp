@@ -16,7 +16,7 @@ constexpr double kSumRounding = 1e-12;
 CompensatedWindow row_at(std::int64_t second, double rate_deg_per_h, double corrected_deg_per_h,
                          WindowState state = WindowState::kReady) {
   CompensatedWindow row;
-  row.window.bucket.second = second;
+  row.window.second_mean.second = second;
   row.window.state = state;
   row.window.rate_deg_per_h = rate_deg_per_h;
   row.corrected_mean_deg_per_h = corrected_deg_per_h;

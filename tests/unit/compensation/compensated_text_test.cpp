@@ -19,8 +19,8 @@ CompensatedWindow full_row() {
   CompensatedWindow row;
   Window& window = row.window;
   window.state = WindowState::kReady;
-  window.bucket = {1'795'425'059, 200, 3, 8.4652125, 25.0375, 5.251, 0x21};
-  window.bucket.arrival_ns = 1'795'425'060'004'000'000;
+  window.second_mean = {1'795'425'059, 200, 3, 8.4652125, 25.0375, 5.251, 0x21};
+  window.second_mean.arrival_ns = 1'795'425'060'004'000'000;
   window.rate_deg_per_h = 8.46525;
   window.temperature_degc = 25.01;
   window.slope_degc_per_s = -0.01666667;
@@ -52,7 +52,7 @@ TEST(Csv, ARowHasTheEndOfItsSecondAsTime) { EXPECT_EQ(csv(full_row()), kFullLine
 
 TEST(Csv, AnUnknownQuantityIsAnEmptyField) {
   CompensatedWindow row;
-  row.window.bucket.second = -1;
+  row.window.second_mean.second = -1;
   EXPECT_EQ(csv(row), "1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,0\n");
 }
 
@@ -67,11 +67,11 @@ TEST(Csv, ReadsARowBack) {
     const auto row = parse_csv(kFullLine + end, "g.csv:7");
     ASSERT_TRUE(row) << row.error().text();
     EXPECT_EQ(csv(*row), kFullLine + "\n");
-    EXPECT_EQ(row->window.bucket.second, 1'795'425'059);
-    EXPECT_EQ(row->window.bucket.samples, 200u);
-    EXPECT_EQ(row->window.bucket.missing_frames, 3u);
-    EXPECT_EQ(row->window.bucket.status, 0x21u);
-    EXPECT_EQ(row->window.bucket.rate_deg_per_h, 8.465213);
+    EXPECT_EQ(row->window.second_mean.second, 1'795'425'059);
+    EXPECT_EQ(row->window.second_mean.samples, 200u);
+    EXPECT_EQ(row->window.second_mean.missing_frames, 3u);
+    EXPECT_EQ(row->window.second_mean.status, 0x21u);
+    EXPECT_EQ(row->window.second_mean.rate_deg_per_h, 8.465213);
     EXPECT_EQ(row->window.slope_degc_per_s, -0.01666667);
     EXPECT_EQ(row->correction.bias_deg_per_h, -0.011767);
     EXPECT_EQ(row->correction.quality, kExtrapolating | kSettling);
@@ -82,7 +82,7 @@ TEST(Csv, ReadsARowBack) {
 TEST(Csv, ReadsAnEmptyFieldAsUnknownAndItsWindowAsNotReady) {
   const auto row = parse_csv("1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,0", "g.csv:7");
   ASSERT_TRUE(row) << row.error().text();
-  EXPECT_TRUE(std::isnan(row->window.bucket.rate_deg_per_h));
+  EXPECT_TRUE(std::isnan(row->window.second_mean.rate_deg_per_h));
   EXPECT_TRUE(std::isnan(row->correction.bias_deg_per_h));
   EXPECT_EQ(row->window.state, WindowState::kWarming);
   CompensatedWindow no_temperature = full_row();
@@ -99,14 +99,14 @@ TEST(Csv, RandomRowsReadBackToTheLastDecimal) {
   };
   for (int i = 0; i < 20'000; ++i) {
     CompensatedWindow row;
-    row.window.bucket = {static_cast<std::int64_t>(random() % 4'000'000'000),
-                         static_cast<std::uint32_t>(random()),
-                         static_cast<std::uint32_t>(random()),
-                         maybe(1e6),
-                         maybe(100),
-                         maybe(10),
-                         static_cast<std::uint32_t>(random()),
-                         random() % 2 == 0};
+    row.window.second_mean = {static_cast<std::int64_t>(random() % 4'000'000'000),
+                              static_cast<std::uint32_t>(random()),
+                              static_cast<std::uint32_t>(random()),
+                              maybe(1e6),
+                              maybe(100),
+                              maybe(10),
+                              static_cast<std::uint32_t>(random()),
+                              random() % 2 == 0};
     row.window.rate_deg_per_h = maybe(1e6);
     row.window.temperature_degc = maybe(100);
     row.window.slope_degc_per_s = maybe(1);
@@ -118,10 +118,10 @@ TEST(Csv, RandomRowsReadBackToTheLastDecimal) {
     const auto read = parse_csv(line, "g.csv:7");
     ASSERT_TRUE(read) << read.error().text();
     EXPECT_EQ(csv(*read), line);
-    EXPECT_EQ(read->window.bucket.second, row.window.bucket.second);
+    EXPECT_EQ(read->window.second_mean.second, row.window.second_mean.second);
     EXPECT_EQ(read->correction.quality, row.correction.quality);
-    EXPECT_TRUE(agree(read->window.bucket.rate_deg_per_h, row.window.bucket.rate_deg_per_h, 5e-7));
-    EXPECT_TRUE(agree(read->window.bucket.temperature_degc, row.window.bucket.temperature_degc, 5e-6));
+    EXPECT_TRUE(agree(read->window.second_mean.rate_deg_per_h, row.window.second_mean.rate_deg_per_h, 5e-7));
+    EXPECT_TRUE(agree(read->window.second_mean.temperature_degc, row.window.second_mean.temperature_degc, 5e-6));
     EXPECT_TRUE(agree(read->window.slope_degc_per_s, row.window.slope_degc_per_s, 5e-9));
     EXPECT_TRUE(agree(read->corrected_mean_deg_per_h, row.corrected_mean_deg_per_h, 5e-7));
   }
@@ -196,7 +196,7 @@ TEST(Csv, ReadsColumnsByNameAndSkipsUnknownOnes) {
   const auto row = parse_csv("5.5," + line + ",what", "g.csv:7",
                              layout_of("later_degc," + std::string(csv_columns()) + ",even_later"));
   ASSERT_TRUE(row) << row.error().text();
-  EXPECT_TRUE(row->window.bucket.partial);
+  EXPECT_TRUE(row->window.second_mean.partial);
   EXPECT_EQ(csv(*row), line + "\n");
 }
 
@@ -271,7 +271,7 @@ TEST(Json, TimesKeepTheirMicrosecondsOnBothSidesOfZero) {
 
 TEST(Json, UnknownAndInfiniteValuesAreNull) {
   CompensatedWindow window;
-  window.window.bucket.rate_deg_per_h = HUGE_VAL;
+  window.window.second_mean.rate_deg_per_h = HUGE_VAL;
   Compensated sample;
   sample.corrected_deg_per_h = -HUGE_VAL;
   std::string texts[2];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Conditioner compared with a simple reference that keeps every second and evaluates the complete window.
+// FeatureExtractor compared with a simple reference that keeps every second and evaluates the complete window.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,24 +14,24 @@ namespace {
 
 constexpr double kReferenceRounding = 1e-10;
 
-using Quantity = double Bucket::*;
+using Quantity = double SecondMean::*;
 
 // All seconds since the window was last emptied.
 class Reference {
  public:
   explicit Reference(FeatureDefinition definition) : definition_(std::move(definition)) {}
 
-  Window push(const Bucket& bucket) {
+  Window push(const SecondMean& second_mean) {
     const bool goes_on =
-        !kept_.empty() && bucket.second > last() && bucket.second - last() - 1 <= definition_.max_gap_s;
+        !kept_.empty() && second_mean.second > last() && second_mean.second - last() - 1 <= definition_.max_gap_s;
     if (!goes_on) kept_.clear();
-    kept_[bucket.second] = bucket;
+    kept_[second_mean.second] = second_mean;
     Window window;
     const std::int64_t first = std::max(last() - definition_.length_s + 1, kept_.begin()->first);
-    window.rate_deg_per_h = mean(&Bucket::rate_deg_per_h, first, last());
+    window.rate_deg_per_h = mean(&SecondMean::rate_deg_per_h, first, last());
     window.temperature_degc =
-        has_hole(&Bucket::temperature_degc, first) ? kUnknown : mean(&Bucket::temperature_degc, first, last());
-    window.uhfo_v = has_hole(&Bucket::uhfo_v, first) ? kUnknown : mean(&Bucket::uhfo_v, first, last());
+        has_hole(&SecondMean::temperature_degc, first) ? kUnknown : mean(&SecondMean::temperature_degc, first, last());
+    window.uhfo_v = has_hole(&SecondMean::uhfo_v, first) ? kUnknown : mean(&SecondMean::uhfo_v, first, last());
     const bool full = last() - kept_.begin()->first + 1 >= history_s(definition_);
     if (full) window.slope_degc_per_s = slope();
     if (full && std::isfinite(window.slope_degc_per_s + window.temperature_degc + window.rate_deg_per_h)) {
@@ -73,15 +73,16 @@ class Reference {
     const auto add_mean = [&](std::int64_t from, std::int64_t to) {
       double times = 0, sum = 0, count = 0;
       for (std::int64_t s = from; s <= to; ++s) {
-        const double t = at(&Bucket::temperature_degc, s);
+        const double t = at(&SecondMean::temperature_degc, s);
         if (std::isfinite(t)) times += static_cast<double>(s), sum += t, ++count;
       }
-      if (count > 0 && !has_hole(&Bucket::temperature_degc, from, to)) points.emplace_back(times / count, sum / count);
+      if (count > 0 && !has_hole(&SecondMean::temperature_degc, from, to))
+        points.emplace_back(times / count, sum / count);
     };
     if (definition_.slope == SlopeMethod::kDifference) {
       add_mean(first - definition_.end_mean_s, first - 1);
       add_mean(last() - definition_.end_mean_s + 1, last());
-    } else if (!has_hole(&Bucket::temperature_degc, first)) {
+    } else if (!has_hole(&SecondMean::temperature_degc, first)) {
       for (std::int64_t s = first; s <= last(); ++s) add_mean(s, s);
     }
     if (points.size() < 2) return kUnknown;
@@ -95,7 +96,7 @@ class Reference {
   }
 
   FeatureDefinition definition_;
-  std::map<std::int64_t, Bucket> kept_;
+  std::map<std::int64_t, SecondMean> kept_;
 };
 
 void expect_alike(double a, double b, const char* what) {
@@ -105,7 +106,7 @@ void expect_alike(double a, double b, const char* what) {
   }
 }
 
-TEST(Conditioner, EqualsAReferenceThatKeepsAllSeconds) {
+TEST(FeatureExtractor, EqualsAReferenceThatKeepsAllSeconds) {
   std::mt19937_64 random(41);
   const auto below = [&](unsigned n) { return static_cast<int>(random() % n); };
   int ready = 0;
@@ -115,7 +116,7 @@ TEST(Conditioner, EqualsAReferenceThatKeepsAllSeconds) {
     definition.length_s = 2 + below(40);
     definition.end_mean_s = 1 + below(static_cast<unsigned>(definition.length_s));
     definition.max_gap_s = below(8);
-    Conditioner conditioner(definition);
+    FeatureExtractor conditioner(definition);
     Reference reference(definition);
     std::int64_t second = 0;
     bool temperature = true, uhfo = true, rate = true;
@@ -125,12 +126,12 @@ TEST(Conditioner, EqualsAReferenceThatKeepsAllSeconds) {
       if (!temperature && below(6) == 0) temperature = true;
       if (below(70) == 0) uhfo = !uhfo;
       if (below(70) == 0) rate = !rate;
-      Bucket bucket;
-      bucket.second = second;
-      bucket.temperature_degc = temperature ? 20 + 0.01 * below(1000) : kUnknown;
-      bucket.uhfo_v = uhfo ? 5 + 0.001 * below(1000) : kUnknown;
-      bucket.rate_deg_per_h = rate ? 8 + 0.001 * below(1000) : kUnknown;
-      const Window window = conditioner.push(bucket), expected = reference.push(bucket);
+      SecondMean second_mean;
+      second_mean.second = second;
+      second_mean.temperature_degc = temperature ? 20 + 0.01 * below(1000) : kUnknown;
+      second_mean.uhfo_v = uhfo ? 5 + 0.001 * below(1000) : kUnknown;
+      second_mean.rate_deg_per_h = rate ? 8 + 0.001 * below(1000) : kUnknown;
+      const Window window = conditioner.push(second_mean), expected = reference.push(second_mean);
       ASSERT_EQ(window.state, expected.state) << "trial " << trial << ", push " << i;
       expect_alike(window.rate_deg_per_h, expected.rate_deg_per_h, "rate");
       expect_alike(window.temperature_degc, expected.temperature_degc, "temperature");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Conditioner: mean and slope of a given temperature history; gaps, warming and failed sensors.
+// FeatureExtractor: mean and slope of a given temperature history; gaps, warming and failed sensors.
 #include "compensation/conditioner.hpp"
 
 #include <gtest/gtest.h>
@@ -23,14 +23,14 @@ FeatureDefinition definition(SlopeMethod slope, int length_s = 100, int end_mean
   return result;
 }
 
-Bucket bucket_of(std::int64_t second, double temperature_degc, double rate_deg_per_h = 8, double uhfo_v = 5.3) {
-  Bucket bucket;
-  bucket.second = second;
-  bucket.samples = 1;
-  bucket.rate_deg_per_h = rate_deg_per_h;
-  bucket.temperature_degc = temperature_degc;
-  bucket.uhfo_v = uhfo_v;
-  return bucket;
+SecondMean bucket_of(std::int64_t second, double temperature_degc, double rate_deg_per_h = 8, double uhfo_v = 5.3) {
+  SecondMean second_mean;
+  second_mean.second = second;
+  second_mean.samples = 1;
+  second_mean.rate_deg_per_h = rate_deg_per_h;
+  second_mean.temperature_degc = temperature_degc;
+  second_mean.uhfo_v = uhfo_v;
+  return second_mean;
 }
 
 // T(t) = 20 + slope · t, t in seconds since kStart.
@@ -39,14 +39,14 @@ double ramp(std::int64_t second, double slope_degc_per_s) {
 }
 
 // Pushes the seconds [from, to) of a ramp and returns the last window.
-Window push_ramp(Conditioner& conditioner, std::int64_t from, std::int64_t to, double slope_degc_per_s) {
+Window push_ramp(FeatureExtractor& conditioner, std::int64_t from, std::int64_t to, double slope_degc_per_s) {
   Window window;
   for (std::int64_t s = from; s < to; ++s) window = conditioner.push(bucket_of(s, ramp(s, slope_degc_per_s)));
   return window;
 }
 
 class BothMethods : public testing::TestWithParam<SlopeMethod> {};
-INSTANTIATE_TEST_SUITE_P(Conditioner, BothMethods,
+INSTANTIATE_TEST_SUITE_P(FeatureExtractor, BothMethods,
                          testing::Values(SlopeMethod::kDifference, SlopeMethod::kLeastSquares), [](const auto& row) {
                            return row.param == SlopeMethod::kDifference ? "Difference" : "LeastSquares";
                          });
@@ -54,7 +54,7 @@ INSTANTIATE_TEST_SUITE_P(Conditioner, BothMethods,
 TEST_P(BothMethods, FindTheSlopeOfARamp) {
   for (const double slope : {1.0 / 60, -1.0 / 60, 0.0, 1e-6}) {
     for (const auto& [length, end] : {std::pair{100, 10}, {100, 1}, {100, 100}, {2, 1}, {600, 30}}) {
-      Conditioner conditioner(definition(GetParam(), length, end));
+      FeatureExtractor conditioner(definition(GetParam(), length, end));
       const Window window = push_ramp(conditioner, kStart, kStart + 2 * length + 1, slope);
       ASSERT_EQ(window.state, WindowState::kReady) << length;
       EXPECT_NEAR(window.slope_degc_per_s, slope, kMeanRounding) << length;
@@ -69,7 +69,7 @@ TEST_P(BothMethods, WarmForExactlyTheirHistory) {
   const FeatureDefinition features = definition(GetParam(), 20, 4);
   const int full = GetParam() == SlopeMethod::kDifference ? 24 : 20;
   ASSERT_EQ(history_s(features), full);
-  Conditioner conditioner(features);
+  FeatureExtractor conditioner(features);
   for (int s = 0; s < 60; ++s) {
     const Window window = conditioner.push(bucket_of(kStart + s, 25));
     EXPECT_EQ(window.warm_s, std::min(s + 1, full));
@@ -80,7 +80,7 @@ TEST_P(BothMethods, WarmForExactlyTheirHistory) {
 
 TEST_P(BothMethods, KeepTheWindowOverAGapAtTheLimit) {
   for (int hole = 1; hole <= 5; ++hole) {
-    Conditioner conditioner(definition(GetParam()));
+    FeatureExtractor conditioner(definition(GetParam()));
     push_ramp(conditioner, kStart, kStart + 150, 0.01);
     for (int s = 150 + hole; s < 400; ++s) {
       const Window window = push_ramp(conditioner, kStart + s, kStart + s + 1, 0.01);
@@ -93,7 +93,7 @@ TEST_P(BothMethods, KeepTheWindowOverAGapAtTheLimit) {
 }
 
 TEST_P(BothMethods, EmptyTheWindowOverAGapAboveTheLimit) {
-  Conditioner conditioner(definition(GetParam()));
+  FeatureExtractor conditioner(definition(GetParam()));
   push_ramp(conditioner, kStart, kStart + 150, 0.01);
   Window window = push_ramp(conditioner, kStart + 156, kStart + 157, 0.01);
   EXPECT_EQ(window.gap_s, 6);
@@ -110,7 +110,7 @@ TEST_P(BothMethods, EmptyTheWindowOverAGapAboveTheLimit) {
 
 TEST_P(BothMethods, EmptyTheWindowIfTheClockIsSetBackOrStops) {
   for (const int back : {0, 1, 1000}) {
-    Conditioner conditioner(definition(GetParam()));
+    FeatureExtractor conditioner(definition(GetParam()));
     push_ramp(conditioner, kStart, kStart + 200, 0.01);
     const Window window = conditioner.push(bucket_of(kStart + 199 - back, -40));
     EXPECT_EQ(window.state, WindowState::kWarming);
@@ -121,7 +121,7 @@ TEST_P(BothMethods, EmptyTheWindowIfTheClockIsSetBackOrStops) {
 }
 
 TEST_P(BothMethods, DoNotUseTheTemperatureOfAFailedSensor) {
-  Conditioner conditioner(definition(GetParam()));
+  FeatureExtractor conditioner(definition(GetParam()));
   push_ramp(conditioner, kStart, kStart + 200, 0.01);
   for (int s = 200; s < 400; ++s) {
     const Window window = conditioner.push(bucket_of(kStart + s, kUnknown));
@@ -134,7 +134,7 @@ TEST_P(BothMethods, DoNotUseTheTemperatureOfAFailedSensor) {
 }
 
 TEST_P(BothMethods, AcceptATemperatureEveryFifthSecond) {
-  Conditioner conditioner(definition(GetParam()));
+  FeatureExtractor conditioner(definition(GetParam()));
   for (int s = 0; s < 300; ++s) {
     const Window window = conditioner.push(bucket_of(kStart + s, s % 5 == 0 ? ramp(kStart + s, -0.02) : kUnknown));
     if (s < 150) continue;
@@ -146,7 +146,7 @@ TEST_P(BothMethods, AcceptATemperatureEveryFifthSecond) {
 TEST_P(BothMethods, AreTheSameAfterAResetAsNew) {
   FeatureDefinition features = definition(GetParam(), 30, 3);
   features.lag_time_constants_s = {50};
-  Conditioner used(features), fresh(features);
+  FeatureExtractor used(features), fresh(features);
   push_ramp(used, kStart - 100, kStart, 0.01);
   used.reset();
   for (std::int64_t s = kStart; s < kStart + 100; ++s) {
@@ -163,11 +163,11 @@ TEST_P(BothMethods, AreTheSameAfterAResetAsNew) {
 
 // T = a s². Difference: ((mean of s² over the end) − (the same L before)) / L = a (2 m − L), m the end's mean time.
 // Least squares over L equally spaced points: the slope at their centre, 2 a c. The two differ on purpose.
-TEST(Conditioner, TheMethodsDifferOnACurveAccordingToTheirFormulas) {
+TEST(FeatureExtractor, TheMethodsDifferOnACurveAccordingToTheirFormulas) {
   constexpr double kA = 1e-4;
   const FeatureDefinition difference = definition(SlopeMethod::kDifference, 100, 10);
   const FeatureDefinition least_squares = definition(SlopeMethod::kLeastSquares, 100, 10);
-  Conditioner by_difference(difference), by_least_squares(least_squares);
+  FeatureExtractor by_difference(difference), by_least_squares(least_squares);
   Window d, l;
   for (int s = 0; s <= 300; ++s) {
     d = by_difference.push(bucket_of(s, kA * s * s));
@@ -177,8 +177,8 @@ TEST(Conditioner, TheMethodsDifferOnACurveAccordingToTheirFormulas) {
   EXPECT_NEAR(l.slope_degc_per_s, kA * 2 * (300 - 49.5), kMeanRounding);
 }
 
-TEST(Conditioner, AnEndCompletelyInAGapHasNoSlopeForThatSecond) {
-  Conditioner conditioner(definition(SlopeMethod::kDifference, 100, 1));
+TEST(FeatureExtractor, AnEndCompletelyInAGapHasNoSlopeForThatSecond) {
+  FeatureExtractor conditioner(definition(SlopeMethod::kDifference, 100, 1));
   push_ramp(conditioner, kStart, kStart + 150, 0.01);
   for (int s = 152; s < 300; ++s) {  // the seconds 150 and 151 are missing
     const Window window = push_ramp(conditioner, kStart + s, kStart + s + 1, 0.01);
@@ -186,16 +186,16 @@ TEST(Conditioner, AnEndCompletelyInAGapHasNoSlopeForThatSecond) {
   }
 }
 
-TEST(Conditioner, AStreamWithoutUhfoIsReadyWithoutItsMean) {
-  Conditioner conditioner(definition(SlopeMethod::kDifference));
+TEST(FeatureExtractor, AStreamWithoutUhfoIsReadyWithoutItsMean) {
+  FeatureExtractor conditioner(definition(SlopeMethod::kDifference));
   Window window;
   for (int s = 0; s < 120; ++s) window = conditioner.push(bucket_of(kStart + s, 25, 8, kUnknown));
   EXPECT_EQ(window.state, WindowState::kReady);
   EXPECT_TRUE(std::isnan(window.uhfo_v));
 }
 
-TEST(Conditioner, TheVoltageOfAFailedMeterIsUnknownUntilItsWindowHasDataAgain) {
-  Conditioner conditioner(definition(SlopeMethod::kDifference));
+TEST(FeatureExtractor, TheVoltageOfAFailedMeterIsUnknownUntilItsWindowHasDataAgain) {
+  FeatureExtractor conditioner(definition(SlopeMethod::kDifference));
   for (int s = 0; s < 400; ++s) {
     const bool failed = s >= 200 && s < 206;  // one second above the limit
     const Window window = conditioner.push(bucket_of(kStart + s, 25, 8, failed ? kUnknown : 5 + (s >= 206 ? 1 : 0)));
@@ -205,8 +205,8 @@ TEST(Conditioner, TheVoltageOfAFailedMeterIsUnknownUntilItsWindowHasDataAgain) {
   }
 }
 
-TEST(Conditioner, WarmingReturnsMeansOfTheAvailableSeconds) {
-  Conditioner conditioner(definition(SlopeMethod::kDifference));
+TEST(FeatureExtractor, WarmingReturnsMeansOfTheAvailableSeconds) {
+  FeatureExtractor conditioner(definition(SlopeMethod::kDifference));
   conditioner.push(bucket_of(kStart, 20, 7, 5.0));
   const Window window = conditioner.push(bucket_of(kStart + 1, 22, 9, 5.5));
   EXPECT_EQ(window.state, WindowState::kWarming);
@@ -215,8 +215,8 @@ TEST(Conditioner, WarmingReturnsMeansOfTheAvailableSeconds) {
   EXPECT_DOUBLE_EQ(window.uhfo_v, 5.25);
 }
 
-TEST(Conditioner, TheMeanRateExcludesInvalidRates) {
-  Conditioner conditioner(definition(SlopeMethod::kDifference));
+TEST(FeatureExtractor, TheMeanRateExcludesInvalidRates) {
+  FeatureExtractor conditioner(definition(SlopeMethod::kDifference));
   Window window;
   for (int s = 0; s < 120; ++s) window = conditioner.push(bucket_of(kStart + s, 25, s % 2 ? kUnknown : 8));
   EXPECT_EQ(window.state, WindowState::kReady);
@@ -233,7 +233,7 @@ FeatureDefinition with_lags(std::vector<double> time_constants_s) {
 }
 
 TEST(ConditionerLag, AStepDecaysExponentially) {
-  Conditioner conditioner(with_lags({25, 400}));
+  FeatureExtractor conditioner(with_lags({25, 400}));
   for (int s = 0; s < 50; ++s) EXPECT_EQ(conditioner.push(bucket_of(s, 20)).lag_degc, (std::vector<double>{0, 0}));
   for (int n = 1; n <= 1000; ++n) {  // n seconds after the step of 30 degC: T − EMA = 30 exp(−n / tau)
     const Window window = conditioner.push(bucket_of(49 + n, 50));
@@ -245,7 +245,7 @@ TEST(ConditionerLag, AStepDecaysExponentially) {
 
 // With k = exp(−1/tau) and T rising by r per second: y_n = k (y_(n−1) + r), so y_n = r k (1 − k^n) / (1 − k).
 TEST(ConditionerLag, ARampLagsAccordingToTheClosedForm) {
-  Conditioner conditioner(with_lags({60}));
+  FeatureExtractor conditioner(with_lags({60}));
   const double k = std::exp(-1 / 60.0), r = 0.02;
   for (int n = 0; n < 600; ++n) {
     const Window window = conditioner.push(bucket_of(n, 20 + r * n));
@@ -254,7 +254,7 @@ TEST(ConditionerLag, ARampLagsAccordingToTheClosedForm) {
 }
 
 TEST(ConditionerLag, AShortGapIsBridgedByTheTrueElapsedTime) {
-  Conditioner conditioner(with_lags({1000}));
+  FeatureExtractor conditioner(with_lags({1000}));
   conditioner.push(bucket_of(0, 20));
   const Window window = conditioner.push(bucket_of(100, 30));  // a tenth of the time constant, above max_gap_s
   EXPECT_EQ(window.state, WindowState::kWarming);
@@ -266,7 +266,7 @@ TEST(ConditionerLag, AShortGapIsBridgedByTheTrueElapsedTime) {
 
 TEST(ConditionerLag, ALongGapOrAClockSetBackRestarts) {
   for (const int next : {101, -1, 0}) {
-    Conditioner conditioner(with_lags({1000, 5000}));
+    FeatureExtractor conditioner(with_lags({1000, 5000}));
     conditioner.push(bucket_of(0, 20));
     const Window window = conditioner.push(bucket_of(next, 30));
     EXPECT_EQ(window.lag_degc, (std::vector<double>{0, 0})) << next;
@@ -275,12 +275,12 @@ TEST(ConditionerLag, ALongGapOrAClockSetBackRestarts) {
 }
 
 TEST(ConditionerLag, SettlesForThreeOfTheLongestTimeConstants) {
-  Conditioner conditioner(with_lags({40, 7}));
+  FeatureExtractor conditioner(with_lags({40, 7}));
   for (int s = 0; s < 200; ++s) EXPECT_EQ(conditioner.push(bucket_of(s, 20)).lag_settling, s < 120) << s;
 }
 
 TEST(ConditionerLag, WithoutLagsNothingSettles) {
-  Conditioner conditioner(definition(SlopeMethod::kDifference));
+  FeatureExtractor conditioner(definition(SlopeMethod::kDifference));
   const Window window = conditioner.push(bucket_of(0, 20));
   EXPECT_FALSE(window.lag_settling);
   EXPECT_TRUE(window.lag_degc.empty());

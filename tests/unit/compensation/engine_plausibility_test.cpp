@@ -18,10 +18,10 @@ using test::short_features;
 
 // bias = 0.01 · T: 0.25 deg/h at 25 degC, −2.73 at −273.
 struct EnginePlausibility : testing::Test {
-  EnginePlausibility() { use(EngineSettings()); }
+  EnginePlausibility() { use(CompensationSettings()); }
 
-  void use(const EngineSettings& settings) {
-    engine = Engine(settings);
+  void use(const CompensationSettings& settings) {
+    engine = CompensationEngine(settings);
     const bool used = engine.use(test::linear_model({"T"}, {0.01}, 0, short_features()), nullptr).has_value();
     ASSERT_TRUE(used);
     next.rate_deg_per_h = 8;
@@ -47,7 +47,7 @@ struct EnginePlausibility : testing::Test {
     rows.erase(rows.begin());
   }
 
-  Engine engine;
+  CompensationEngine engine;
   Sample next;
   std::vector<Compensated> samples;
   std::vector<CompensatedWindow> rows;
@@ -68,17 +68,17 @@ TEST_F(EnginePlausibility, AnImpossibleTemperatureIsNotGoodAndDoesNotChangeTheBi
     }
     for (std::size_t i = 1; i < rows.size(); ++i) {
       EXPECT_TRUE(rows[i].correction.quality & kImplausible) << i;
-      EXPECT_DOUBLE_EQ(rows[i].window.bucket.temperature_degc, degc) << "and the row too";
+      EXPECT_DOUBLE_EQ(rows[i].window.second_mean.temperature_degc, degc) << "and the row too";
     }
     EXPECT_EQ(rows.back().correction.quality, kInputMissing | kImplausible);
     EXPECT_TRUE(std::isnan(rows.back().corrected_deg_per_h));
-    EXPECT_TRUE(rows.back().doubts.temperature);
-    EXPECT_FALSE(rows.back().doubts.rate);
+    EXPECT_TRUE(rows.back().rejections.temperature);
+    EXPECT_FALSE(rows.back().rejections.rate);
     next.temperature_degc = 25;
     seconds(2 * kFullS);
     EXPECT_EQ(rows.back().correction.quality, kGood);
     EXPECT_DOUBLE_EQ(rows.back().correction.bias_deg_per_h, 0.25);
-    EXPECT_FALSE(rows.back().doubts.temperature);
+    EXPECT_FALSE(rows.back().rejections.temperature);
   }
 }
 
@@ -94,9 +94,9 @@ TEST_F(EnginePlausibility, ASpikeFlagsOnlyItsSampleAndItsRow) {
   EXPECT_EQ(rows[0].correction.quality, kGood);
   EXPECT_EQ(rows[1].correction.quality, kGood);
   EXPECT_EQ(rows[2].correction.quality, kImplausible);
-  EXPECT_DOUBLE_EQ(rows[2].window.bucket.temperature_degc, 25);
+  EXPECT_DOUBLE_EQ(rows[2].window.second_mean.temperature_degc, 25);
   EXPECT_DOUBLE_EQ(rows[2].correction.bias_deg_per_h, 0.25);
-  EXPECT_EQ(rows[2].doubts.temperature.found, 1000);
+  EXPECT_EQ(rows[2].rejections.temperature.found, 1000);
 }
 
 TEST_F(EnginePlausibility, AnImpossibleRateIsNotCorrected) {
@@ -110,7 +110,7 @@ TEST_F(EnginePlausibility, AnImpossibleRateIsNotCorrected) {
   }
   const CompensatedWindow& row = rows.back();
   EXPECT_EQ(row.correction.quality, kImplausible);
-  EXPECT_NEAR(row.window.bucket.rate_deg_per_h, 3.4e38, 1e24);
+  EXPECT_NEAR(row.window.second_mean.rate_deg_per_h, 3.4e38, 1e24);
   EXPECT_TRUE(std::isnan(row.corrected_deg_per_h));
   EXPECT_DOUBLE_EQ(row.window.rate_deg_per_h, 8) << "the window ignores it";
   EXPECT_DOUBLE_EQ(row.corrected_mean_deg_per_h, 8 - 0.25);
@@ -120,7 +120,7 @@ TEST_F(EnginePlausibility, AnImpossibleRateIsNotCorrected) {
 }
 
 TEST_F(EnginePlausibility, AStuckThermometerIsImplausibleIfConfigured) {
-  EngineSettings settings;
+  CompensationSettings settings;
   settings.plausibility.temperature.stuck_s = 20;
   use(settings);
   seconds(20);
@@ -154,9 +154,9 @@ TEST_F(EnginePlausibility, AnImplausibleRowIsNotUsedAfterReadingBack) {
   EXPECT_NE(text.find(",implausible,"), std::string::npos) << text;
   const auto row = parse_csv(text, "row");
   ASSERT_TRUE(row) << row.error().text();
-  EXPECT_DOUBLE_EQ(row->window.bucket.temperature_degc, -273);
-  EXPECT_TRUE(std::isnan(believed(row->window.bucket).temperature_degc));
-  EXPECT_TRUE(std::isnan(believed(row->window.bucket).rate_deg_per_h));
+  EXPECT_DOUBLE_EQ(row->window.second_mean.temperature_degc, -273);
+  EXPECT_TRUE(std::isnan(believed(row->window.second_mean).temperature_degc));
+  EXPECT_TRUE(std::isnan(believed(row->window.second_mean).rate_deg_per_h));
 }
 
 }  // namespace

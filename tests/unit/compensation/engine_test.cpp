@@ -25,13 +25,14 @@ ModelPtr temperature_model(double gain = 0.01) { return linear_model({"T"}, {gai
 
 // The engine, its clock and all its output.
 struct Session {
-  Engine engine;
+  CompensationEngine engine;
   std::int64_t time_ns = 0;
   Sample next;
   std::vector<Compensated> rows;
   std::vector<CompensatedWindow> windows;
 
-  explicit Session(ModelPtr model, ModelPtr fallback = nullptr, EngineSettings s = {}) : engine(test::believing(s)) {
+  explicit Session(ModelPtr model, ModelPtr fallback = nullptr, CompensationSettings s = {})
+      : engine(test::believing(s)) {
     use(std::move(model), std::move(fallback));
     next.rate_deg_per_h = 8;
     next.interval_s = 0.1;
@@ -54,7 +55,7 @@ struct Session {
 };
 
 // Live and in training: a second that a session boundary cuts is published, but is part of no window.
-TEST(Engine, APartialSecondIsInNoWindow) {
+TEST(CompensationEngine, APartialSecondIsInNoWindow) {
   Session run(temperature_model());
   run.time_ns = 3 * kPeriodNs;
   run.next.temperature_degc = 99;
@@ -66,28 +67,28 @@ TEST(Engine, APartialSecondIsInNoWindow) {
   const auto last = run.engine.finish();
   ASSERT_TRUE(last);
   const CompensatedWindow& first = run.windows.front();
-  EXPECT_TRUE(first.window.bucket.partial);
-  EXPECT_DOUBLE_EQ(first.window.bucket.temperature_degc, 99);
+  EXPECT_TRUE(first.window.second_mean.partial);
+  EXPECT_DOUBLE_EQ(first.window.second_mean.temperature_degc, 99);
   EXPECT_TRUE(std::isnan(first.window.temperature_degc));
   EXPECT_EQ(run.windows.size(), kFullS + 1u);
   EXPECT_DOUBLE_EQ(run.windows.back().window.temperature_degc, 25);
-  EXPECT_TRUE(last->window.bucket.partial);
+  EXPECT_TRUE(last->window.second_mean.partial);
   EXPECT_DOUBLE_EQ(last->correction.bias_deg_per_h, 0.25) << "the bias in force during this second";
   EXPECT_TRUE(std::isnan(last->corrected_mean_deg_per_h));
 }
 
-TEST(Engine, ReturnsOneRowPerSampleAndOneWindowPerSecond) {
+TEST(CompensationEngine, ReturnsOneRowPerSampleAndOneWindowPerSecond) {
   Session run(temperature_model());
   run.seconds(20);
   EXPECT_EQ(run.rows.size(), 200u);
   ASSERT_EQ(run.windows.size(), 19u);  // the twentieth second is still open
   for (std::size_t i = 0; i < run.windows.size(); ++i)
-    EXPECT_EQ(run.windows[i].window.bucket.second, static_cast<int>(i));
+    EXPECT_EQ(run.windows[i].window.second_mean.second, static_cast<int>(i));
   for (std::size_t i = 0; i < run.rows.size(); ++i)
     EXPECT_EQ(run.rows[i].sample.time_ns, static_cast<int>(i + 1) * kPeriodNs);
 }
 
-TEST(Engine, FindsTheSimulatedBias) {
+TEST(CompensationEngine, FindsTheSimulatedBias) {
   const ModelPtr model = linear_model({"T", "dTdt", "U"}, {0.01, -2, 0.5}, -1, short_features());
   Session run(model);
   const double slope_degc_per_s = 0.02;
@@ -106,7 +107,7 @@ TEST(Engine, FindsTheSimulatedBias) {
   EXPECT_DOUBLE_EQ(run.windows.back().correction.sd_deg_per_h, 0.001);
 }
 
-TEST(Engine, ASampleIsCorrectedWithTheLastFullSecondBeforeIt) {
+TEST(CompensationEngine, ASampleIsCorrectedWithTheLastFullSecondBeforeIt) {
   Session run(temperature_model());
   run.seconds(15);
   run.next.temperature_degc = 35;
@@ -117,7 +118,7 @@ TEST(Engine, ASampleIsCorrectedWithTheLastFullSecondBeforeIt) {
   EXPECT_NEAR(run.last().correction.bias_deg_per_h, 0.26, kEngineRounding);
 }
 
-TEST(Engine, WithoutAModelNoRateIsCorrected) {
+TEST(CompensationEngine, WithoutAModelNoRateIsCorrected) {
   Session run(nullptr, temperature_model());
   run.seconds(30);
   for (const Compensated& row : run.rows) {
@@ -127,7 +128,7 @@ TEST(Engine, WithoutAModelNoRateIsCorrected) {
   EXPECT_EQ(run.windows.back().correction.quality, kNoModel);
 }
 
-TEST(Engine, WarmingHasNoCorrectedRate) {
+TEST(CompensationEngine, WarmingHasNoCorrectedRate) {
   Session run(temperature_model());
   run.seconds(kFullS);
   for (const Compensated& row : run.rows) {
@@ -140,7 +141,7 @@ TEST(Engine, WarmingHasNoCorrectedRate) {
   EXPECT_NEAR(run.last().corrected_deg_per_h, 7.75, kEngineRounding);
 }
 
-TEST(Engine, NoSampleAfterALongGapUsesTheOldBias) {
+TEST(CompensationEngine, NoSampleAfterALongGapUsesTheOldBias) {
   Session run(temperature_model());
   run.seconds(20);
   ASSERT_EQ(run.last().correction.quality, kGood);
@@ -151,7 +152,7 @@ TEST(Engine, NoSampleAfterALongGapUsesTheOldBias) {
   EXPECT_EQ(run.windows.back().correction.quality, kGood);  // the second before the gap keeps its own
 }
 
-TEST(Engine, AGapWithinTheLimitKeepsTheBias) {
+TEST(CompensationEngine, AGapWithinTheLimitKeepsTheBias) {
   Session run(temperature_model());
   run.seconds(20);
   run.skip(3);
@@ -161,7 +162,7 @@ TEST(Engine, AGapWithinTheLimitKeepsTheBias) {
   EXPECT_EQ(run.windows.back().correction.quality, kGood);
 }
 
-TEST(Engine, NoSampleAfterAClockSetBackUsesTheOldBias) {
+TEST(CompensationEngine, NoSampleAfterAClockSetBackUsesTheOldBias) {
   Session run(temperature_model());
   run.seconds(20);
   run.time_ns -= 5 * kNanosecondsPerSecond;
@@ -170,12 +171,12 @@ TEST(Engine, NoSampleAfterAClockSetBackUsesTheOldBias) {
   EXPECT_TRUE(std::isnan(run.last().corrected_deg_per_h));
 }
 
-TEST(Engine, FinishClosesTheOpenSecondAndClearsTheBias) {
+TEST(CompensationEngine, FinishClosesTheOpenSecondAndClearsTheBias) {
   Session run(temperature_model());
   run.seconds(20);
   const auto closed = run.engine.finish();
   ASSERT_TRUE(closed);
-  EXPECT_EQ(closed->window.bucket.second, 19);
+  EXPECT_EQ(closed->window.second_mean.second, 19);
   EXPECT_EQ(closed->correction.quality, kGood);
   EXPECT_FALSE(run.engine.finish());
   run.skip(3600);
@@ -184,7 +185,7 @@ TEST(Engine, FinishClosesTheOpenSecondAndClearsTheBias) {
   EXPECT_EQ(run.last().correction.quality, kWarming);
 }
 
-TEST(Engine, ResetClearsTheSession) {
+TEST(CompensationEngine, ResetClearsTheSession) {
   Session run(temperature_model());
   run.seconds(20);
   run.engine.reset();
@@ -193,7 +194,7 @@ TEST(Engine, ResetClearsTheSession) {
   const std::size_t before = run.windows.size();
   run.seconds(1);
   ASSERT_EQ(run.windows.size(), before + 1);
-  EXPECT_EQ(run.windows.back().window.bucket.samples, 10u);
+  EXPECT_EQ(run.windows.back().window.second_mean.samples, 10u);
   EXPECT_EQ(run.windows.back().window.warm_s, 1);
 }
 
@@ -274,7 +275,7 @@ TEST(EngineFallback, ThatNeedsASlopeIsRejectedWithoutAnyChange) {
 
 TEST(EngineLimits, ABiasAboveTheLimitIsRejected) {
   for (const auto& [temperature, believed] : {std::pair{50.0, true}, {-50.0, true}, {50.1, false}, {-50.1, false}}) {
-    Session run(temperature_model(0.01), nullptr, EngineSettings{0.5});
+    Session run(temperature_model(0.01), nullptr, CompensationSettings{0.5});
     run.next.temperature_degc = temperature;
     run.seconds(20);
     EXPECT_EQ(run.last().correction.quality, believed ? kGood : kOverLimit) << temperature;
@@ -354,7 +355,7 @@ TEST(EngineInputs, AnInvalidRateIsFlaggedOnItsOwnSampleOnly) {
 
 // A random sequence of gaps, clock steps, failed sensors, new models and ends of sessions. A corrected rate is always
 // the rate minus the bias in its row, with a quality that allows a correction.
-TEST(Engine, NeverPublishesASilentlyUncorrectedRate) {
+TEST(CompensationEngine, NeverPublishesASilentlyUncorrectedRate) {
   std::mt19937_64 random(7);
   const auto chance = [&](int one_in) { return random() % static_cast<unsigned>(one_in) == 0; };
   const auto check = [](double rate, const Correction& correction, double corrected) {
@@ -386,7 +387,7 @@ TEST(Engine, NeverPublishesASilentlyUncorrectedRate) {
     if (testing::Test::HasFailure()) FAIL() << "at sample " << i;
   }
   for (const CompensatedWindow& row : run.windows) {
-    check(row.window.bucket.rate_deg_per_h, row.correction, row.corrected_deg_per_h);
+    check(row.window.second_mean.rate_deg_per_h, row.correction, row.corrected_deg_per_h);
   }
   EXPECT_GT(corrected_rows, 10'000);  // the test is valid only if many rows were corrected
 }

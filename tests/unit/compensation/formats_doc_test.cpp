@@ -30,8 +30,8 @@ TEST(FormatsDocument, ListsTheColumnsOfTheLog) {
 TEST(FormatsDocument, ListsTheDecimalsOfTheColumns) {
   CompensatedWindow row;
   const double value = 1.23456789;
-  row.window.bucket = {0, 1, 1, value, value, value, 1};
-  row.window.bucket.arrival_ns = 1'234'567'891;
+  row.window.second_mean = {0, 1, 1, value, value, value, 1};
+  row.window.second_mean.arrival_ns = 1'234'567'891;
   row.window.rate_deg_per_h = row.window.temperature_degc = row.window.slope_degc_per_s = row.window.uhfo_v = value;
   row.correction = {value, value, kGood};
   row.corrected_deg_per_h = row.corrected_mean_deg_per_h = value;
@@ -103,7 +103,8 @@ TEST(FormatsDocument, ContainsAValidLog) {
     if (row->correction.quality == kGood) {
       const std::vector<double> inputs = gather_inputs(**model, row->window);
       EXPECT_NEAR(row->correction.bias_deg_per_h, (*model)->predict(inputs).bias_deg_per_h, 5e-7);
-      EXPECT_NEAR(row->corrected_deg_per_h, corrected_rate(row->window.bucket.rate_deg_per_h, row->correction), 5e-7);
+      EXPECT_NEAR(row->corrected_deg_per_h, corrected_rate(row->window.second_mean.rate_deg_per_h, row->correction),
+                  5e-7);
     }
     ++rows;
   }

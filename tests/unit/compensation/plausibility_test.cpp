@@ -59,35 +59,35 @@ TEST(Plausibility, UnknownValuesAreNotChecked) {
 
 TEST(SensorCheck, ASpikeRejectsOnlyItself) {
   SensorCheck check(PlausibilityLimits().temperature);
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(check.believes(i == 50 ? 45 : 25, i * kSecondNs / 10), i != 50) << i;
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(check.is_plausible(i == 50 ? 45 : 25, i * kSecondNs / 10), i != 50) << i;
 }
 
 // The thermometer could have reached this: 20 degC minus the step of 2 take 18 s at 1 degC/s.
 TEST(SensorCheck, AJumpThatStaysIsAcceptedOnceTheSensorCouldHaveReachedIt) {
   SensorCheck check(PlausibilityLimits().temperature);
   std::int64_t time_ns = 0;
-  for (; time_ns <= 60 * kSecondNs; time_ns += kSecondNs / 10) ASSERT_TRUE(check.believes(25, time_ns));
+  for (; time_ns <= 60 * kSecondNs; time_ns += kSecondNs / 10) ASSERT_TRUE(check.is_plausible(25, time_ns));
   const std::int64_t jump_ns = time_ns;
-  while (!check.believes(45, time_ns)) time_ns += kSecondNs / 10;
+  while (!check.is_plausible(45, time_ns)) time_ns += kSecondNs / 10;
   EXPECT_NEAR(1e-9 * static_cast<double>(time_ns - jump_ns), 18, 1.1);
-  EXPECT_TRUE(check.believes(45, time_ns + kSecondNs / 10));
+  EXPECT_TRUE(check.is_plausible(45, time_ns + kSecondNs / 10));
 }
 
 // Many small steps are also a steep slope.
 TEST(SensorCheck, ASteepRampIsDetectedWithAnyStepSize) {
   SensorCheck check(PlausibilityLimits().temperature);
   int refused = 0;
-  for (int i = 0; i < 200; ++i) refused += !check.believes(25 + 0.1 * i, i * kSecondNs / 100);
+  for (int i = 0; i < 200; ++i) refused += !check.is_plausible(25 + 0.1 * i, i * kSecondNs / 100);
   EXPECT_GT(refused, 60) << "10 degC/s, with a step of 2 degC allowed";
 }
 
 // The manual of a KVH 1775 shows three frames of 40, 29 and 29 degC, 0.4 ms apart: the wrong one is unknown.
 TEST(SensorCheck, TheFirstSecondHasNoReference) {
   SensorCheck check(PlausibilityLimits().temperature);
-  EXPECT_TRUE(check.believes(40, 0));
-  EXPECT_TRUE(check.believes(29, kSecondNs / 2500));
-  for (int i = 1; i <= 20; ++i) EXPECT_TRUE(check.believes(29, i * kSecondNs / 10));
-  EXPECT_FALSE(check.believes(40, 2 * kSecondNs));
+  EXPECT_TRUE(check.is_plausible(40, 0));
+  EXPECT_TRUE(check.is_plausible(29, kSecondNs / 2500));
+  for (int i = 1; i <= 20; ++i) EXPECT_TRUE(check.is_plausible(29, i * kSecondNs / 10));
+  EXPECT_FALSE(check.is_plausible(40, 2 * kSecondNs));
 }
 
 TEST(SensorCheck, AConstantSensorIsStuckIfConfigured) {
@@ -95,23 +95,23 @@ TEST(SensorCheck, AConstantSensorIsStuckIfConfigured) {
   SensorCheck usual(limits);
   limits.stuck_s = 60;
   SensorCheck check(limits);
-  for (int i = 0; i <= 60; ++i) EXPECT_TRUE(check.believes(25, i * kSecondNs)) << i;
-  EXPECT_FALSE(check.believes(25, 61 * kSecondNs));
-  EXPECT_EQ(doubt_text(check.doubt(), "degC"), "found 25 degC for 61 s, expected it to change");
-  EXPECT_TRUE(check.believes(25.1, 62 * kSecondNs));
-  EXPECT_TRUE(check.believes(25.1, 122 * kSecondNs));
-  for (int i = 0; i < 100'000; ++i) ASSERT_TRUE(usual.believes(25, i * kSecondNs)) << "off unless configured";
+  for (int i = 0; i <= 60; ++i) EXPECT_TRUE(check.is_plausible(25, i * kSecondNs)) << i;
+  EXPECT_FALSE(check.is_plausible(25, 61 * kSecondNs));
+  EXPECT_EQ(rejection_text(check.rejection(), "degC"), "found 25 degC for 61 s, expected it to change");
+  EXPECT_TRUE(check.is_plausible(25.1, 62 * kSecondNs));
+  EXPECT_TRUE(check.is_plausible(25.1, 122 * kSecondNs));
+  for (int i = 0; i < 100'000; ++i) ASSERT_TRUE(usual.is_plausible(25, i * kSecondNs)) << "off unless configured";
 }
 
 TEST(SensorCheck, ReportsFoundAndExpectedValues) {
   SensorCheck check(PlausibilityLimits().temperature);
-  EXPECT_TRUE(check.believes(25, 0));
-  EXPECT_TRUE(check.believes(25, kSecondNs));
-  EXPECT_FALSE(check.believes(-273, 2 * kSecondNs));
-  EXPECT_EQ(doubt_text(check.doubt(), "degC"), "found -273 degC, expected -90 to 200");
-  EXPECT_FALSE(check.believes(45, 3 * kSecondNs));
-  EXPECT_EQ(doubt_text(check.doubt(), "degC"), "found 45 degC, expected 21 to 29: it was 25 2 s before");
-  EXPECT_EQ(doubt_text({}, "degC"), "");
+  EXPECT_TRUE(check.is_plausible(25, 0));
+  EXPECT_TRUE(check.is_plausible(25, kSecondNs));
+  EXPECT_FALSE(check.is_plausible(-273, 2 * kSecondNs));
+  EXPECT_EQ(rejection_text(check.rejection(), "degC"), "found -273 degC, expected -90 to 200");
+  EXPECT_FALSE(check.is_plausible(45, 3 * kSecondNs));
+  EXPECT_EQ(rejection_text(check.rejection(), "degC"), "found 45 degC, expected 21 to 29: it was 25 2 s before");
+  EXPECT_EQ(rejection_text({}, "degC"), "");
 }
 
 TEST(PlausibilityLimits, StatedLimitsReplaceTheDefaults) {
@@ -127,21 +127,21 @@ TEST(PlausibilityLimits, StatedLimitsReplaceTheDefaults) {
 }
 
 // A mean is over plausible values; without any, the log contains the measured mean, and windows ignore it.
-TEST(Averager, MeansIncludeOnlyPlausibleValues) {
-  Averager averager;
+TEST(SecondAverager, MeansIncludeOnlyPlausibleValues) {
+  SecondAverager averager;
   const auto second = [&](int begin, double first_degc, double others_degc, bool all) {
     for (int i = 1; i <= 10; ++i) {
-      const bool doubt = all || i == 1;
-      averager.push(thermal_sample(begin + 0.1 * i, i == 1 ? first_degc : others_degc), {false, doubt, false});
+      const bool rejection = all || i == 1;
+      averager.push(thermal_sample(begin + 0.1 * i, i == 1 ? first_degc : others_degc), {false, rejection, false});
     }
     return *averager.push(thermal_sample(begin + 1.1, 25));
   };
-  const Bucket one = second(0, 1000, 25, false);
+  const SecondMean one = second(0, 1000, 25, false);
   EXPECT_DOUBLE_EQ(one.temperature_degc, 25);
   EXPECT_EQ(one.implausible, (QuantitySet{false, true, false}));
   EXPECT_FALSE(one.disbelieved.any());
-  averager = Averager();
-  const Bucket none = second(0, -273, -273, true);
+  averager = SecondAverager();
+  const SecondMean none = second(0, -273, -273, true);
   EXPECT_DOUBLE_EQ(none.temperature_degc, -273);
   EXPECT_DOUBLE_EQ(none.rate_deg_per_h, 8);
   EXPECT_EQ(none.disbelieved, (QuantitySet{false, true, false}));
@@ -149,28 +149,28 @@ TEST(Averager, MeansIncludeOnlyPlausibleValues) {
   EXPECT_DOUBLE_EQ(believed(none).uhfo_v, 5);
 }
 
-TEST(Conditioner, IgnoresImplausibleMeans) {
+TEST(FeatureExtractor, IgnoresImplausibleMeans) {
   FeatureDefinition features;
   features.length_s = 10;
   features.end_mean_s = 2;
   features.max_gap_s = 3;
   features.lag_time_constants_s = {30};
-  Conditioner conditioner(features);
+  FeatureExtractor conditioner(features);
   Window window;
   const auto seconds = [&](std::int64_t from, std::int64_t to, double degc) {
     for (std::int64_t s = from; s < to; ++s) {
-      Bucket bucket;
-      bucket.second = s;
-      bucket.rate_deg_per_h = 8;
-      bucket.temperature_degc = degc;
-      bucket.disbelieved.temperature = degc < -90;
-      window = conditioner.push(bucket);
+      SecondMean second_mean;
+      second_mean.second = s;
+      second_mean.rate_deg_per_h = 8;
+      second_mean.temperature_degc = degc;
+      second_mean.disbelieved.temperature = degc < -90;
+      window = conditioner.push(second_mean);
     }
   };
   seconds(0, 20, 25);
   seconds(20, 23, -273);
   EXPECT_DOUBLE_EQ(window.temperature_degc, 25) << "a short gap is bridged";
-  EXPECT_DOUBLE_EQ(window.bucket.temperature_degc, -273) << "the row contains the measured value";
+  EXPECT_DOUBLE_EQ(window.second_mean.temperature_degc, -273) << "the row contains the measured value";
   EXPECT_TRUE(window.lag_degc.empty());
   seconds(23, 24, -273);
   EXPECT_TRUE(std::isnan(window.temperature_degc)) << "a long one is not";

@@ -58,21 +58,21 @@ TEST(Sensors, ANameMustNotBeAReservedInput) {
   EXPECT_FALSE(sensor_of_column("quality"));
 }
 
-Bucket bucket_at(std::int64_t second, const SensorList& list, std::vector<double> values) {
-  Bucket bucket;
-  bucket.second = second;
-  bucket.samples = 1;
-  bucket.rate_deg_per_h = 8;
-  bucket.temperature_degc = 25;
-  bucket.sensor_list = list;
-  bucket.sensors = std::move(values);
-  return bucket;
+SecondMean bucket_at(std::int64_t second, const SensorList& list, std::vector<double> values) {
+  SecondMean second_mean;
+  second_mean.second = second;
+  second_mean.samples = 1;
+  second_mean.rate_deg_per_h = 8;
+  second_mean.temperature_degc = 25;
+  second_mean.sensor_list = list;
+  second_mean.sensors = std::move(values);
+  return second_mean;
 }
 
 // The case warms by 0.1 degC/s while T is constant; it is the second sensor of the stream.
 TEST(Sensors, AWindowHasTheirMeanSlopeLagAndDifference) {
   const FeatureDefinition features = with_case();
-  Conditioner conditioner(features);
+  FeatureExtractor conditioner(features);
   const SensorList list = list_of({{"anode", "V"}, {"case", "degC"}});
   Window window;
   for (int second = 0; second < 100; ++second)
@@ -88,7 +88,7 @@ TEST(Sensors, AWindowHasTheirMeanSlopeLagAndDifference) {
 
 TEST(Sensors, ASensorUnknownForLongerThanTheGapLimitHasNoValue) {
   const FeatureDefinition features = with_case();
-  Conditioner conditioner(features);
+  FeatureExtractor conditioner(features);
   const SensorList list = list_of({{"case", "degC"}});
   Window window;
   for (int second = 0; second < 40; ++second)
@@ -101,7 +101,7 @@ TEST(Sensors, ASensorUnknownForLongerThanTheGapLimitHasNoValue) {
 
 TEST(Sensors, AStreamInAnotherOrderContinues) {
   const FeatureDefinition features = with_case();
-  Conditioner conditioner(features);
+  FeatureExtractor conditioner(features);
   Window window;
   for (int second = 0; second < 30; ++second) {
     const bool first = second < 15;
@@ -118,7 +118,7 @@ TEST(Sensors, AModelWithoutTheFailedSensorContinues) {
   const SensorList list = list_of({{"case", "degC"}});
   FeatureDefinition features = test::short_features();
   features.sensors = {{"case", "degC"}};
-  Engine with({}, list), without({}, list);
+  CompensationEngine with({}, list), without({}, list);
   ASSERT_TRUE(with.use(test::linear_model({"case-T"}, {0.1}, 0, features), nullptr));
   ASSERT_TRUE(without.use(test::linear_model({"T"}, {0.1}, 0, test::short_features()), nullptr));
   Correction last_with, last_without;
@@ -149,7 +149,7 @@ TEST(Sensors, ALogHasThemBeforeItsLastColumn) {
   EXPECT_EQ(sensors_in(metadata), sensors);
   EXPECT_THAT(columns, HasSubstr(",sd_mean_deg_per_h,arrival_s,case_degc,anode_v,partial"));
   CompensatedWindow row;
-  row.window.bucket = bucket_at(1'700'000'000, list_of(sensors), {21.5, kUnknown});
+  row.window.second_mean = bucket_at(1'700'000'000, list_of(sensors), {21.5, kUnknown});
   std::string line;
   append_csv(line, row);
   EXPECT_THAT(line, HasSubstr(",21.500000,,0\n"));
@@ -157,9 +157,9 @@ TEST(Sensors, ALogHasThemBeforeItsLastColumn) {
   ASSERT_TRUE(layout);
   const auto read = parse_csv(line, "g.csv:6", *layout);
   ASSERT_TRUE(read) << read.error().text();
-  EXPECT_EQ(*read->window.bucket.sensor_list, sensors);
-  EXPECT_EQ(read->window.bucket.sensors[0], 21.5);
-  EXPECT_TRUE(std::isnan(read->window.bucket.sensors[1]));
+  EXPECT_EQ(*read->window.second_mean.sensor_list, sensors);
+  EXPECT_EQ(read->window.second_mean.sensors[0], 21.5);
+  EXPECT_TRUE(std::isnan(read->window.second_mean.sensors[1]));
   EXPECT_EQ(CsvLayout::parse(csv_columns(), "g.csv:5", list_of(sensors)).error().text(),
             "g.csv:5: found no column \"case_degc\", which the metadata lists");
   EXPECT_EQ(parse_csv("2023-11-14T22:13:21Z,1700000001,1,0,8,25,,0,,,,,,,,,warming,,,warm,5,0", "g.csv:7", *layout)

@@ -22,7 +22,7 @@ constexpr double kMost = 0.4;
 
 Window window_at(std::int64_t second, double degc) {
   Window window;
-  window.bucket.second = second;
+  window.second_mean.second = second;
   window.temperature_degc = degc;
   window.warm_s = history_s(short_features());
   return window;
@@ -72,8 +72,8 @@ TEST(GreatestSlew, IsThatOfTheModelUnlessConfigured) {
   EXPECT_EQ(greatest_slew_deg_per_h_per_s(*boxed(0), {}, 100), kLeastSlew);
 }
 
-TEST(Engine, FollowsAStepWithinTheSlewLimit) {
-  Engine engine;
+TEST(CompensationEngine, FollowsAStepWithinTheSlewLimit) {
+  CompensationEngine engine;
   ASSERT_TRUE(engine.use(boxed(), nullptr));
   EXPECT_DOUBLE_EQ(engine.follow(window_at(100, 20)).bias_deg_per_h, 0.2) << "the first is not limited";
   // 13.6 deg/h more in one row.
@@ -92,14 +92,14 @@ TEST(Engine, FollowsAStepWithinTheSlewLimit) {
 }
 
 // The fastest change in the training box: all of it in one window.
-TEST(Engine, TheSlewLimitAllowsEveryChangeInTheTrainingBox) {
-  Engine engine;
+TEST(CompensationEngine, TheSlewLimitAllowsEveryChangeInTheTrainingBox) {
+  CompensationEngine engine;
   ASSERT_TRUE(engine.use(boxed(), nullptr));
   for (int s = 0; s <= 10; ++s) EXPECT_EQ(engine.follow(window_at(s, -30 + 10 * s)).quality, kGood) << s;
 }
 
-TEST(Engine, TheFirstCorrectionIsNotLimited) {
-  Engine engine;
+TEST(CompensationEngine, TheFirstCorrectionIsNotLimited) {
+  CompensationEngine engine;
   ASSERT_TRUE(engine.use(boxed(), nullptr));
   engine.follow(window_at(0, 20));
   EXPECT_EQ(engine.follow(window_at(1, kUnknown)).quality, kInputMissing);
@@ -110,11 +110,11 @@ TEST(Engine, TheFirstCorrectionIsNotLimited) {
   EXPECT_DOUBLE_EQ(engine.follow(window_at(4, 20)).bias_deg_per_h, 2) << "from another model";
 }
 
-TEST(Engine, TheSlewLimitMayBeSetOrSwitchedOff) {
+TEST(CompensationEngine, TheSlewLimitMayBeSetOrSwitchedOff) {
   for (const bool limited : {true, false}) {
-    EngineSettings settings;
+    CompensationSettings settings;
     settings.slew = {limited, limited ? std::optional(0.001) : std::nullopt};
-    Engine engine(settings);
+    CompensationEngine engine(settings);
     ASSERT_TRUE(engine.use(boxed(), nullptr));
     engine.follow(window_at(0, 20));
     const Correction next = engine.follow(window_at(1, 70));
@@ -124,8 +124,8 @@ TEST(Engine, TheSlewLimitMayBeSetOrSwitchedOff) {
 }
 
 // The fallback is used until the window is full; then the model starts at its own prediction, not at the fallback's.
-TEST(Engine, TheModelAfterItsFallbackIsNotLimited) {
-  Engine engine;
+TEST(CompensationEngine, TheModelAfterItsFallbackIsNotLimited) {
+  CompensationEngine engine;
   ASSERT_TRUE(engine.use(boxed(0.1), boxed(0.01)));
   Window warming = window_at(0, 20);
   warming.warm_s = 5;

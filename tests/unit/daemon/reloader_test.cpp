@@ -46,7 +46,7 @@ TEST_F(ReloaderTest, TakesOverWhatWasLoaded) {
 }
 
 TEST_F(ReloaderTest, ARefusalLeavesEverything) {
-  const auto reloader = make([]() -> Result<pipeline::Setup> { return refuse("gyro.json", "is bad"); });
+  const auto reloader = make([]() -> Result<pipeline::Setup> { return make_error("gyro.json", "is bad"); });
   bool done = false;
   reloader->reload([&](const Result<std::string>& outcome) {
     EXPECT_EQ(outcome.error().text(), "gyro.json: is bad");

@@ -40,10 +40,11 @@ TEST_F(PipelineTest, ASessionIsNamedByTheArrivalAtWhichItBegan) {
   const std::int64_t second = now_ns;
   take(pipeline->begin_session(now_ns));
   EXPECT_EQ(windows.back().session_ns, first) << "the second in progress is of the session that ends";
-  EXPECT_TRUE(windows.back().row.window.bucket.partial);
+  EXPECT_TRUE(windows.back().row.window.second_mean.partial);
   frames(300);
   EXPECT_EQ(windows.back().session_ns, second);
-  EXPECT_TRUE(windows[windows.size() - 2].row.window.bucket.partial || windows.back().row.window.bucket.partial);
+  EXPECT_TRUE(windows[windows.size() - 2].row.window.second_mean.partial ||
+              windows.back().row.window.second_mean.partial);
 }
 
 // A capture of another program has no mark at a step of the host clock.
@@ -57,11 +58,11 @@ TEST_F(PipelineTest, AStepBackBeginsASession) {
     const bool same = windows[i].session_ns == windows[i - 1].session_ns;
     sessions += !same;
     if (same) {
-      EXPECT_GT(windows[i].row.window.bucket.second, windows[i - 1].row.window.bucket.second);
+      EXPECT_GT(windows[i].row.window.second_mean.second, windows[i - 1].row.window.second_mean.second);
     }
   }
   EXPECT_EQ(sessions, 2u);
-  EXPECT_LT(windows.back().row.window.bucket.second, windows.front().row.window.bucket.second);
+  EXPECT_LT(windows.back().row.window.second_mean.second, windows.front().row.window.second_mean.second);
 }
 
 }  // namespace

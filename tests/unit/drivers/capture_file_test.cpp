@@ -220,7 +220,7 @@ TEST(CaptureFile, ReplaysRawBytesAtTheGivenRate) {
   Bytes bytes(5000);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i);
   write_bytes(folder.file("line.bin"), bytes);
-  auto reader = CaptureReader::open(folder.file("line.bin"), BareBytes{2000, 1'000'000'000});
+  auto reader = CaptureReader::open(folder.file("line.bin"), RawByteStream{2000, 1'000'000'000});
   ASSERT_TRUE(reader) << reader.error().text();
   EXPECT_TRUE(reader->is_bare());
   Bytes again;
@@ -233,7 +233,7 @@ TEST(CaptureFile, ReplaysRawBytesAtTheGivenRate) {
   }
   EXPECT_EQ(again, bytes);
   EXPECT_EQ(last_ns, 3'500'000'000);
-  const auto still = CaptureReader::open(folder.file("line.bin"), BareBytes{0, 0});
+  const auto still = CaptureReader::open(folder.file("line.bin"), RawByteStream{0, 0});
   ASSERT_FALSE(still);
   EXPECT_EQ(still.error().what, "found no rate for raw bytes, expected more than 0 bytes/s");
 }

@@ -51,7 +51,7 @@ struct CaptureLogTest : testing::Test {
   }
 
   const test::TemporaryFolder folder;
-  config::SegmentSettings settings = test::segments_in(folder.file("capture"));
+  config::LogSegmentSettings settings = test::segments_in(folder.file("capture"));
   test::Told told, unanswered;
   DiskThread disk{1000, unanswered.teller()};
   std::unique_ptr<CaptureLog> log;

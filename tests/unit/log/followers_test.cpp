@@ -21,9 +21,9 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 struct FollowersTest : testing::Test {
-  Followers open(std::vector<std::string> keep_for = {}) {
-    return Followers(folder.file("gyro.csv.followers"), std::move(keep_for),
-                     [this](const std::string& what) { told.push_back(what); });
+  ConsumerRegistry open(std::vector<std::string> keep_for = {}) {
+    return ConsumerRegistry(folder.file("gyro.csv.followers"), std::move(keep_for),
+                            [this](const std::string& what) { told.push_back(what); });
   }
   static RowCursor behind(std::uint64_t segment, std::uint64_t row) {
     return {std::string(32, 'a'), segment, row, 100 * segment + row};
@@ -84,7 +84,7 @@ TEST_F(FollowersTest, OnlyANameThatIsKeptForHoldsASegment) {
 
 // Through the log itself: what retention would delete stays until it was fetched.
 TEST_F(FollowersTest, RetentionWaitsForWhomTheLogIsKept) {
-  config::SegmentSettings settings;
+  config::LogSegmentSettings settings;
   settings.directory = folder.file("log");
   settings.max_bytes = 1000;
   settings.keep_bytes = 2000;
@@ -101,7 +101,7 @@ TEST_F(FollowersTest, RetentionWaitsForWhomTheLogIsKept) {
   const auto write = [&](int rows) {
     for (int i = 0; i < rows; ++i) {
       compensation::CompensatedWindow row;
-      row.window.bucket.second = second++;
+      row.window.second_mean.second = second++;
       log.append(row, 0);
     }
     log.sync();

@@ -24,8 +24,8 @@ using testing::HasSubstr;
 
 compensation::CompensatedWindow row_of(std::int64_t second) {
   compensation::CompensatedWindow row;
-  row.window.bucket.second = second;
-  row.window.bucket.samples = 100;
+  row.window.second_mean.second = second;
+  row.window.second_mean.samples = 100;
   return row;
 }
 
@@ -51,7 +51,7 @@ struct LogRowsTest : testing::Test {
     return seconds;
   }
   test::TemporaryFolder folder;
-  config::SegmentSettings settings;
+  config::LogSegmentSettings settings;
   LogCounters counters;
 };
 

@@ -63,7 +63,7 @@ struct RowLogTest : testing::Test {
   }
 
   const test::TemporaryFolder folder;
-  config::SegmentSettings settings = test::segments_in(folder.file("log"));
+  config::LogSegmentSettings settings = test::segments_in(folder.file("log"));
   LogCounters counters;
   test::Told told;
   std::int64_t next = kNoonS, session_ns = 1'000'000'001;

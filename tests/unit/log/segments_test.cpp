@@ -36,7 +36,7 @@ struct SegmentsTest : testing::Test {
   }
 
   const test::TemporaryFolder folder;
-  config::SegmentSettings settings = test::segments_in(folder.file("log"));
+  config::LogSegmentSettings settings = test::segments_in(folder.file("log"));
 };
 
 TEST_F(SegmentsTest, AreNamedAfterTheirFirstSecondAndNumberedWithinIt) {

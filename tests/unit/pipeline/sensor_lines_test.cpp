@@ -171,8 +171,8 @@ TEST_F(SensorLinesTest, ItsMeanIsTheAxissTemperatureAndAColumnOfTheLog) {
     for (const auto& window : pipeline.feed(frame(), now).windows) rows.push_back(window.row);
   }
   ASSERT_GE(rows.size(), 4u);
-  EXPECT_NEAR(rows[2].window.bucket.temperature_degc, 30, 1e-9);
-  EXPECT_THAT(rows[2].window.bucket.sensors, ElementsAre(30));
+  EXPECT_NEAR(rows[2].window.second_mean.temperature_degc, 30, 1e-9);
+  EXPECT_THAT(rows[2].window.second_mean.sensors, ElementsAre(30));
 }
 
 /// The packets in order, with the time since kBegin in s: "s1 g1 s2 …".

@@ -62,9 +62,9 @@ TEST_F(CaptureSource, StampsFramesByTheConfiguredBaud) {
   const auto fast = read("", frames), slow = read("\"baud\": 1200", frames);
   ASSERT_TRUE(fast) << fast.error().text();
   ASSERT_TRUE(slow) << slow.error().text();
-  ASSERT_EQ(slow->buckets.size(), 10u);
-  EXPECT_EQ(fast->buckets.front().second, kStart);
-  EXPECT_EQ(slow->buckets.front().second, kStart - 1);  // 33 bytes take 0.275 s
+  ASSERT_EQ(slow->second_means.size(), 10u);
+  EXPECT_EQ(fast->second_means.front().second, kStart);
+  EXPECT_EQ(slow->second_means.front().second, kStart - 1);  // 33 bytes take 0.275 s
   EXPECT_EQ(slow->value("instance"), "bench");
 }
 

@@ -114,7 +114,7 @@ TEST(StudyReport, TheChosenModelAndTheLadderDoNotLookAtTheRepeat) {
 
 TEST(Experiment, StopsAtTheFirstRefusalAndSaysWhichModel) {
   auto flat = test::simulated_day(4000, 0.07, 1);
-  for (compensation::Bucket& bucket : flat) bucket.temperature_degc = 25;
+  for (compensation::SecondMean& second_mean : flat) second_mean.temperature_degc = 25;
   const auto table = recordings::make_block_table(flat, {}, 0, "flat").value();
   const auto experiment = analysis::run_experiment({table, {table}}, {{"ls", {"T"}, "", ""}}, evaluation::Divisor::kN,
                                                    analysis::experiment_trainer({}), {});
@@ -125,7 +125,7 @@ TEST(Experiment, StopsAtTheFirstRefusalAndSaysWhichModel) {
 // A bias that shifts between training and recording is all in the rms, and nowhere in sigma.
 TEST(Experiment, JudgesAShiftByTheRms) {
   auto shifted = test::simulated_day(4000, 0.07, 2);
-  for (compensation::Bucket& bucket : shifted) bucket.rate_deg_per_h += 0.1;
+  for (compensation::SecondMean& second_mean : shifted) second_mean.rate_deg_per_h += 0.1;
   const auto table = recordings::make_block_table(test::simulated_day(4000, 0.07, 1), {}, 0, "day").value();
   const auto other = recordings::make_block_table(shifted, {}, 0, "shifted").value();
   const auto experiment = analysis::run_experiment({table, {table, other}}, {{"lssvm", {"T"}, "", "reml"}},
@@ -171,9 +171,9 @@ TEST(StudyReport, CarriesTheSameNumbersInAllThreeTexts) {
 }
 
 TEST(GateTable, SaysWhenThereIsNothingToCompensate) {
-  auto buckets = test::simulated_day(12000, 0.07, 5);
-  for (compensation::Bucket& bucket : buckets) bucket.temperature_degc = 25.0;
-  const auto table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "room").value();
+  auto second_means = test::simulated_day(12000, 0.07, 5);
+  for (compensation::SecondMean& second_mean : second_means) second_mean.temperature_degc = 25.0;
+  const auto table = recordings::make_block_table(second_means, {}, test::kDayEarthRate, "room").value();
   const auto quality = analysis::check_blocks(table).value();
   EXPECT_TRUE(quality.nothing_to_compensate);
   EXPECT_THAT(analysis::data_quality_refusal(quality),

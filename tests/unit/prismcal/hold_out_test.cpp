@@ -18,7 +18,7 @@ BlockTable day(const compensation::FeatureDefinition& features = {}) {
 
 std::set<std::int64_t> ends(const BlockTable& table) {
   std::set<std::int64_t> seconds;
-  for (const auto& block : table.blocks) seconds.insert(block.bucket.second);
+  for (const auto& block : table.blocks) seconds.insert(block.second_mean.second);
   return seconds;
 }
 

@@ -35,8 +35,8 @@ std::string rows_of(std::int64_t first, int count, int partial = 0) {
   std::string text;
   for (int i = 0; i < count; ++i) {
     compensation::CompensatedWindow row;
-    row.window.bucket = {first + i - 1, 10, 0, 8.0 + 0.01 * (i % 7), 25.0 + 0.001 * i, 5.25, 0, false};
-    row.window.bucket.partial = (i == 0 && (partial & 1)) || (i == count - 1 && (partial & 2));
+    row.window.second_mean = {first + i - 1, 10, 0, 8.0 + 0.01 * (i % 7), 25.0 + 0.001 * i, 5.25, 0, false};
+    row.window.second_mean.partial = (i == 0 && (partial & 1)) || (i == count - 1 && (partial & 2));
     compensation::append_csv(text, row);
   }
   return text;
@@ -74,7 +74,7 @@ struct LogFolderTest : testing::Test {
 
 std::vector<std::int64_t> ends_of(const LogRows& rows) {
   std::vector<std::int64_t> seconds;
-  for (const LogRow& row : rows.rows) seconds.push_back(row.bucket.second + 1 - kNoon);
+  for (const LogRow& row : rows.rows) seconds.push_back(row.second_mean.second + 1 - kNoon);
   return seconds;
 }
 
@@ -116,7 +116,7 @@ TEST_F(LogFolderTest, SecondsOfOneNameInTwoSessionsAreBothData) {
   ASSERT_TRUE(recording) << recording.error().text();
   compensation::FeatureDefinition features;
   features.length_s = features.end_mean_s = 5;
-  const auto table = make_block_table(recording->buckets, features, 0, "log", recording->sessions);
+  const auto table = make_block_table(recording->second_means, features, 0, "log", recording->sessions);
   ASSERT_TRUE(table) << table.error().text();
   EXPECT_EQ(table->size(), 2u * 9) << "a window of 10 s, then a block each 5 s, of each session";
   EXPECT_TRUE(std::is_sorted(table->second.begin(), table->second.end()));
@@ -128,7 +128,7 @@ TEST_F(LogFolderTest, PartialSecondsAreInNoBlock) {
   const auto recording = read_log(log);
   compensation::FeatureDefinition features;
   features.length_s = features.end_mean_s = 5;
-  const auto table = make_block_table(recording->buckets, features, 0, "log", recording->sessions);
+  const auto table = make_block_table(recording->second_means, features, 0, "log", recording->sessions);
   ASSERT_TRUE(table) << table.error().text();
   EXPECT_EQ(table->size(), 1u);
   EXPECT_EQ(table->second.size(), 10u);
@@ -228,7 +228,7 @@ TEST_F(LogFolderTest, ImplausibleSecondsAreTold) {
   std::string rows;
   for (int i = 0; i < 4; ++i) {
     compensation::CompensatedWindow row;
-    row.window.bucket = {kNoon + i - 1, 10, 0, 8.0, i < 2 ? -273.0 : 25.0, 5.25};
+    row.window.second_mean = {kNoon + i - 1, 10, 0, 8.0, i < 2 ? -273.0 : 25.0, 5.25};
     row.correction.quality = compensation::kNoModel | (i < 2 ? compensation::kImplausible : compensation::kGood);
     compensation::append_csv(rows, row);
   }
@@ -276,14 +276,14 @@ TEST(Format1, AFolderOfVersion01IsReadForEver) {
   const std::string path = std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1";
   const auto recording = read_log(path);
   ASSERT_TRUE(recording) << recording.error().text();
-  EXPECT_EQ(recording->buckets.size(), 61u);
+  EXPECT_EQ(recording->second_means.size(), 61u);
   EXPECT_THAT(recording->sessions, ElementsAre(0u, 25u, 32u, 58u));
   EXPECT_THAT(recording->notes, ElementsAre(HasSubstr("6 seconds in no block"), HasSubstr("1 segment without an end")));
   EXPECT_EQ(recording->value("gyro_serial"), "70-0042");
   compensation::FeatureDefinition features;
   features.length_s = 5;
   features.end_mean_s = 2;
-  const auto table = make_block_table(recording->buckets, features, 0, "log", recording->sessions);
+  const auto table = make_block_table(recording->second_means, features, 0, "log", recording->sessions);
   ASSERT_TRUE(table) << table.error().text();
   EXPECT_EQ(table->second.front() + 1, 1'795'320'783);
 }

@@ -13,12 +13,13 @@ namespace {
 using testing::HasSubstr;
 
 TEST(BlockTable, IsThePapersGridOfReadyWindows) {
-  const auto buckets = test::simulated_day(8000, 0, 1);
-  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  const auto second_means = test::simulated_day(8000, 0, 1);
+  const recordings::BlockTable table =
+      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
   const int warm_up = compensation::history_s({});
   EXPECT_EQ(table.size(), static_cast<std::size_t>((8000 - warm_up) / 100 + 1));
   for (std::size_t i = 1; i < table.size(); ++i) {
-    EXPECT_EQ(table.blocks[i].bucket.second - table.blocks[i - 1].bucket.second, 100);
+    EXPECT_EQ(table.blocks[i].second_mean.second - table.blocks[i - 1].second_mean.second, 100);
     EXPECT_TRUE(table.follows[i]);
   }
   EXPECT_FALSE(table.follows[0]);
@@ -31,9 +32,9 @@ TEST(BlockTable, IsThePapersGridOfReadyWindows) {
 }
 
 TEST(BlockTable, BeginsItsGridAnewAfterAGapAndCountsIt) {
-  auto buckets = test::simulated_day(4000, 0, 1);
-  buckets.erase(buckets.begin() + 1050, buckets.begin() + 1250);
-  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, 0, "day").value();
+  auto second_means = test::simulated_day(4000, 0, 1);
+  second_means.erase(second_means.begin() + 1050, second_means.begin() + 1250);
+  const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
   EXPECT_EQ(table.gaps, 1u);
   EXPECT_EQ(table.missing_s, 200u);
   int starts = 0;
@@ -44,8 +45,8 @@ TEST(BlockTable, BeginsItsGridAnewAfterAGapAndCountsIt) {
 }
 
 TEST(BlockTable, RefusesWhatHoldsNoFullBlock) {
-  const auto buckets = test::simulated_day(90, 0, 1);
-  EXPECT_THAT(recordings::make_block_table(buckets, {}, 0, "short").error().text(),
+  const auto second_means = test::simulated_day(90, 0, 1);
+  EXPECT_THAT(recordings::make_block_table(second_means, {}, 0, "short").error().text(),
               HasSubstr("short: 90 seconds in 1 piece hold no full block"));
   EXPECT_FALSE(recordings::make_block_table({}, {}, 0, "empty"));
   auto back = test::simulated_day(500, 0, 1);
@@ -54,8 +55,9 @@ TEST(BlockTable, RefusesWhatHoldsNoFullBlock) {
 }
 
 TEST(ModelEvaluation, OfTheTrueModelLeavesTheNoise) {
-  const auto buckets = test::simulated_day(24000, 0.07, 2);
-  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  const auto second_means = test::simulated_day(24000, 0.07, 2);
+  const recordings::BlockTable table =
+      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
   const analysis::ModelEvaluation judged =
       analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kN).value();
   EXPECT_NEAR(judged.stability.before.sd, 5e-4 * 40 / std::sqrt(2.0), 0.002);
@@ -83,16 +85,17 @@ TEST(ModelEvaluation, SaysOfTwoModelsWhetherTheyDiffer) {
 }
 
 TEST(ModelEvaluation, HoldsEachPredictionOverItsOwnBlock) {
-  const auto buckets = test::simulated_day(2000, 0, 3);
-  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  const auto second_means = test::simulated_day(2000, 0, 3);
+  const recordings::BlockTable table =
+      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
   const analysis::ModelEvaluation judged =
       analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kN).value();
   const auto& seconds = judged.corrected_second_deg_per_h;
   ASSERT_EQ(seconds.size(), 2000u);
-  const std::int64_t first_end = table.blocks[0].bucket.second;
+  const std::int64_t first_end = table.blocks[0].second_mean.second;
   for (std::size_t i = 0; i < 2000; ++i) {
     // From the first full window on: before it prismd has no bias to take off.
-    const bool inside = table.second[i] >= first_end && table.second[i] <= table.blocks.back().bucket.second;
+    const bool inside = table.second[i] >= first_end && table.second[i] <= table.blocks.back().second_mean.second;
     EXPECT_EQ(std::isfinite(seconds[i]), inside) << i;
     if (!inside) continue;
     EXPECT_NEAR(seconds[i], 0, 0.002);  // half a block of a ramp of 0.03 degC/s
@@ -100,18 +103,18 @@ TEST(ModelEvaluation, HoldsEachPredictionOverItsOwnBlock) {
 }
 
 TEST(ModelEvaluation, RefusesFeaturesAndInputsThatDoNotFit) {
-  auto buckets = test::simulated_day(2000, 0, 4);
-  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, 0, "day").value();
+  auto second_means = test::simulated_day(2000, 0, 4);
+  const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
   compensation::FeatureDefinition other;
   other.length_s = 50;
   EXPECT_THAT(analysis::evaluate_model(test::linear_model(1, other), table, {}, evaluation::Divisor::kN).error().text(),
               HasSubstr("were not made by the features"));
-  for (compensation::Bucket& bucket : buckets) bucket.uhfo_v = kUnknown;
+  for (compensation::SecondMean& second_mean : second_means) second_mean.uhfo_v = kUnknown;
   compensation::ModelInfo info;
   info.name = "needs U";
   info.inputs = {"U"};
   const auto model = std::make_shared<compensation::PolynomialModel>(info, std::vector<compensation::Term>{{{1}, 1.0}});
-  EXPECT_THAT(analysis::evaluate_model(model, recordings::make_block_table(buckets, {}, 0, "day").value(), {},
+  EXPECT_THAT(analysis::evaluate_model(model, recordings::make_block_table(second_means, {}, 0, "day").value(), {},
                                        evaluation::Divisor::kN)
                   .error()
                   .text(),
@@ -119,19 +122,19 @@ TEST(ModelEvaluation, RefusesFeaturesAndInputsThatDoNotFit) {
 }
 
 /// The rows that the engine of prismd makes of the same seconds, as samples of one second each.
-std::vector<compensation::CompensatedWindow> rows_of_prismd(const std::vector<compensation::Bucket>& buckets,
+std::vector<compensation::CompensatedWindow> rows_of_prismd(const std::vector<compensation::SecondMean>& second_means,
                                                             const compensation::ModelPtr& model,
                                                             const analysis::CorrectionSettings& settings) {
-  compensation::Engine engine(settings.engine);
+  compensation::CompensationEngine engine(settings.engine);
   EXPECT_TRUE(engine.use(model, settings.fallback));
   std::vector<compensation::CompensatedWindow> rows;
-  for (const compensation::Bucket& bucket : buckets) {
+  for (const compensation::SecondMean& second_mean : second_means) {
     Sample sample;
-    sample.time_ns = (bucket.second * 10 + 5) * 100'000'000;
+    sample.time_ns = (second_mean.second * 10 + 5) * 100'000'000;
     sample.interval_s = 1;
-    sample.rate_deg_per_h = bucket.rate_deg_per_h;
-    sample.temperature_degc = bucket.temperature_degc;
-    sample.uhfo_v = bucket.uhfo_v;
+    sample.rate_deg_per_h = second_mean.rate_deg_per_h;
+    sample.temperature_degc = second_mean.temperature_degc;
+    sample.uhfo_v = second_mean.uhfo_v;
     compensation::Compensated out;
     if (const auto row = engine.push(sample, out)) rows.push_back(*row);
   }
@@ -149,20 +152,21 @@ compensation::ModelPtr narrow_model() {
 
 // Once evaluate took off its own prediction: it promised 60 % with a model that prismd clamps or does not believe.
 TEST(ModelEvaluation, PromisesWhatPrismdPublishes) {
-  auto buckets = test::simulated_day(12000, 0.01, 5);
-  buckets.erase(buckets.begin() + 6000, buckets.begin() + 6300);
-  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  auto second_means = test::simulated_day(12000, 0.01, 5);
+  second_means.erase(second_means.begin() + 6000, second_means.begin() + 6300);
+  const recordings::BlockTable table =
+      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
   analysis::CorrectionSettings settings;
   settings.fallback = test::linear_model(2 * test::kDaySensitivity);
   for (const auto policy : {compensation::Extrapolation::kFlag, compensation::Extrapolation::kClamp}) {
     for (const double limit : {100.0, 0.018}) {
       settings.engine = {limit, policy};
-      const auto rows = rows_of_prismd(buckets, narrow_model(), settings);
+      const auto rows = rows_of_prismd(second_means, narrow_model(), settings);
       const auto judged = analysis::evaluate_model(narrow_model(), table, settings, evaluation::Divisor::kN).value();
-      ASSERT_EQ(rows.size(), buckets.size());
+      ASSERT_EQ(rows.size(), second_means.size());
       std::size_t unknown = 0, at = 0;
       for (std::size_t i = 0; i < table.size(); ++i) {
-        while (rows[at].window.bucket.second < table.blocks[i].bucket.second) ++at;
+        while (rows[at].window.second_mean.second < table.blocks[i].second_mean.second) ++at;
         const double published = rows[at].corrected_mean_deg_per_h - test::kDayEarthRate;
         unknown += std::isnan(published);
         ASSERT_EQ(std::isnan(judged.corrected_deg_per_h[i]), std::isnan(published)) << i;
@@ -179,10 +183,11 @@ TEST(ModelEvaluation, PromisesWhatPrismdPublishes) {
 
 // From one block to the next the slew limit allows what it allows in the seconds between.
 TEST(ModelEvaluation, HoldsBackAStepAsPrismdDoes) {
-  auto buckets = test::simulated_day(3000, 0, 8);
-  for (compensation::Bucket& bucket : buckets)
-    bucket.temperature_degc = bucket.second - buckets[0].second < 1500 ? 0 : 50;
-  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  auto second_means = test::simulated_day(3000, 0, 8);
+  for (compensation::SecondMean& second_mean : second_means)
+    second_mean.temperature_degc = second_mean.second - second_means[0].second < 1500 ? 0 : 50;
+  const recordings::BlockTable table =
+      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
   const auto judge = [&](const compensation::SlewSettings& slew) {
     analysis::CorrectionSettings settings;
     settings.engine.slew = slew;
@@ -201,13 +206,13 @@ TEST(ModelEvaluation, HoldsBackAStepAsPrismdDoes) {
 
 // An hour of a dead thermometer is in no block, and neither are its seconds in the 1 Hz series.
 TEST(BlockTable, TakesNothingThatIsDisbelieved) {
-  auto buckets = test::simulated_day(3000, 0, 9);
+  auto second_means = test::simulated_day(3000, 0, 9);
   for (std::size_t i = 1000; i < 1400; ++i) {
-    buckets[i].rate_deg_per_h = 3.4e38;
-    buckets[i].temperature_degc = -273;
-    buckets[i].implausible = buckets[i].disbelieved = {true, true, false};
+    second_means[i].rate_deg_per_h = 3.4e38;
+    second_means[i].temperature_degc = -273;
+    second_means[i].implausible = second_means[i].disbelieved = {true, true, false};
   }
-  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, 0, "day").value();
+  const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
   for (const double degc : table.column("T")) EXPECT_GT(degc, -60);
   for (const double bias : table.bias_deg_per_h) EXPECT_LT(std::fabs(bias), 100);
   for (std::size_t i = 1000; i < 1400; ++i) EXPECT_TRUE(std::isnan(table.second_bias_deg_per_h[i])) << i;
@@ -216,12 +221,13 @@ TEST(BlockTable, TakesNothingThatIsDisbelieved) {
 }
 
 TEST(ModelEvaluation, GivesTheSecondsWithoutAFullWindowToTheFallbackAsPrismdDoes) {
-  const auto buckets = test::simulated_day(1000, 0, 6);
-  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, test::kDayEarthRate, "day").value();
+  const auto second_means = test::simulated_day(1000, 0, 6);
+  const recordings::BlockTable table =
+      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
   analysis::CorrectionSettings settings;
   settings.fallback = test::linear_model(2 * test::kDaySensitivity);
   const auto model = test::linear_model(test::kDaySensitivity);
-  const auto rows = rows_of_prismd(buckets, model, settings);
+  const auto rows = rows_of_prismd(second_means, model, settings);
   const auto judged = analysis::evaluate_model(model, table, settings, evaluation::Divisor::kN).value();
   int by_fallback = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -233,8 +239,8 @@ TEST(ModelEvaluation, GivesTheSecondsWithoutAFullWindowToTheFallbackAsPrismdDoes
 }
 
 TEST(ModelEvaluation, RefusesAModelThatPrismdWouldNotBelieve) {
-  const auto buckets = test::simulated_day(2000, 0, 7);
-  const recordings::BlockTable table = recordings::make_block_table(buckets, {}, 0, "day").value();
+  const auto second_means = test::simulated_day(2000, 0, 7);
+  const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
   EXPECT_THAT(analysis::evaluate_model(test::linear_model(1000), table, {}, evaluation::Divisor::kN).error().text(),
               HasSubstr("is above 100 deg/h in"));
 }

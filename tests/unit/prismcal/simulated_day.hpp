@@ -15,19 +15,20 @@ inline constexpr double kDayEarthRate = 8.4652, kDaySensitivity = 5e-4;
 
 /// `seconds` of 1 Hz rows: T swings by ±40 degC about 15 in 8 000 s, U falls with it, the bias is kDaySensitivity · T,
 /// the noise of a second `noise_deg_per_h`.
-inline std::vector<compensation::Bucket> simulated_day(int seconds, double noise_deg_per_h, std::uint64_t seed) {
+inline std::vector<compensation::SecondMean> simulated_day(int seconds, double noise_deg_per_h, std::uint64_t seed) {
   Normal normal(seed);
-  std::vector<compensation::Bucket> buckets;
+  std::vector<compensation::SecondMean> second_means;
   for (int i = 0; i < seconds; ++i) {
-    compensation::Bucket bucket;
-    bucket.second = 1767225600 + i;
-    bucket.samples = 1;
-    bucket.temperature_degc = 15 + 40 * std::sin(i * 2 * std::numbers::pi / 8000);
-    bucket.uhfo_v = 5.5 - 0.003 * bucket.temperature_degc + 0.001 * normal();
-    bucket.rate_deg_per_h = kDayEarthRate + kDaySensitivity * bucket.temperature_degc + noise_deg_per_h * normal();
-    buckets.push_back(bucket);
+    compensation::SecondMean second_mean;
+    second_mean.second = 1767225600 + i;
+    second_mean.samples = 1;
+    second_mean.temperature_degc = 15 + 40 * std::sin(i * 2 * std::numbers::pi / 8000);
+    second_mean.uhfo_v = 5.5 - 0.003 * second_mean.temperature_degc + 0.001 * normal();
+    second_mean.rate_deg_per_h =
+        kDayEarthRate + kDaySensitivity * second_mean.temperature_degc + noise_deg_per_h * normal();
+    second_means.push_back(second_mean);
   }
-  return buckets;
+  return second_means;
 }
 
 /// bias = sensitivity · T

@@ -141,7 +141,7 @@ TEST_F(Prismcal, TrainOnAnyCsvMakesAModelThatTheEngineTakes) {
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_EQ((*model)->info().gyro_serial, "X1");
   EXPECT_NEAR((*model)->predict(std::vector{20.0, 0.0}).bias_deg_per_h, 3.7, 0.01);
-  compensation::Engine engine;
+  compensation::CompensationEngine engine;
   EXPECT_TRUE(engine.use(*model, nullptr));
   const auto provenance = nlohmann::json::parse((*model)->info().provenance_json);
   EXPECT_EQ(provenance["recordings"][0]["files"][0]["sha256"].get<std::string>().size(), 64u);
@@ -180,7 +180,7 @@ TEST_F(Prismcal, AModelOfATableIsNotForAStream) {
       << err_;
   const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
-  compensation::Engine engine;
+  compensation::CompensationEngine engine;
   EXPECT_FALSE(engine.use(*model, nullptr));
 }
 
@@ -201,9 +201,9 @@ TEST_F(Prismcal, AMapScalesAndShifts) {
   options.map = {"rate=Gx:deg/s*0.061-1.2", "temperature=3:degC*2.5e-3+36.5", "time=1:s"};
   const auto source = recordings::read_recording(path("raw.csv"), options);
   ASSERT_TRUE(source) << source.error().text();
-  ASSERT_GE(source->buckets.size(), 2u);
-  EXPECT_NEAR(source->buckets[0].rate_deg_per_h, (100 * 0.061 - 1.2) * 3600, 1e-6);
-  EXPECT_NEAR(source->buckets[0].temperature_degc, 340 * 2.5e-3 + 36.5, 1e-9);
+  ASSERT_GE(source->second_means.size(), 2u);
+  EXPECT_NEAR(source->second_means[0].rate_deg_per_h, (100 * 0.061 - 1.2) * 3600, 1e-6);
+  EXPECT_NEAR(source->second_means[0].temperature_degc, 340 * 2.5e-3 + 36.5, 1e-9);
   for (const char* wrong : {"rate=Gx:deg/s*", "rate=Gx:deg/s*0", "rate=Gx:deg/s*x", "rate=Gx:deg/s*2+",
                             "rate=Gx:deg/s+1*2", "rate=Gx:deg/s*1e999", "rate=9:deg/s", "rate=Gx"}) {
     options.map = {wrong, "time=1:s"};

@@ -52,7 +52,7 @@ TEST(SimOptions, ReadTheBiasComponents) {
              "1",     "--turn-on", "2",         "--warm-up", "3",        "--flicker",    "4",   "--mode-hops",
              "5",     "--ageing",  "6",         "--tilt",    "7"});
   ASSERT_FALSE(parsed.code) << parsed.complaint;
-  const simulation::TruthSettings& truth = parsed.options.simulation.truth;
+  const simulation::BiasModelSettings& truth = parsed.options.simulation.truth;
   EXPECT_EQ(parsed.options.simulation.profile.name, "warm-up");
   EXPECT_TRUE(truth.smooth);
   EXPECT_EQ((std::vector{truth.sensor_lag_s, truth.hysteresis_deg_per_h, truth.turn_on_deg_per_h,

@@ -46,7 +46,7 @@ wire::DecoderCounters read_frames(const std::string& device, milliseconds pause,
   const auto line = transport::open(settings);
   if (!line) return {};
   wire::FrameDecoder decoder(trplg());
-  std::vector<wire::Reading> readings;
+  std::vector<wire::DecodedMessage> readings;
   std::vector<std::uint8_t> bytes(65536);
   while (decoder.counters().frames < most) {
     pollfd readable{(*line)->fd(), POLLIN, 0};

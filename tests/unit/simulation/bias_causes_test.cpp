@@ -23,7 +23,7 @@ TEST(HiddenBias, IsZeroByDefault) {
 // Heated and cooled by 60 degC, the same temperature has two biases, 2 sizes apart; directly after a reversal they
 // meet.
 TEST(HiddenBias, HysteresisSeparatesHeatingAndCooling) {
-  TruthSettings settings;
+  BiasModelSettings settings;
   settings.hysteresis_deg_per_h = 0.01;
   HiddenBias hidden(settings, 0, 1);
   double heating = 0, halfway = 1, cooling = 0, time_s = 0;
@@ -42,20 +42,20 @@ TEST(HiddenBias, HysteresisSeparatesHeatingAndCooling) {
 }
 
 TEST(HiddenBias, WarmUpAgeingAndTiltDependOnTime) {
-  TruthSettings settings;
+  BiasModelSettings settings;
   settings.warm_up_deg_per_h = 0.02;
   settings.ageing_deg_per_h_per_day = 0.005;
   settings.tilt_deg_per_h = 0.003;
   HiddenBias hidden(settings, 25, 1);
   EXPECT_NEAR(hidden.at_start().warm_up, 0.02, 1e-12);
   EXPECT_NEAR(hidden.step(3600, 25).warm_up, 0.02 / std::numbers::e, 1e-12);
-  const BiasCauses noon = hidden.step(43200, 25), midnight = hidden.step(86400, 25);
+  const BiasComponents noon = hidden.step(43200, 25), midnight = hidden.step(86400, 25);
   EXPECT_NEAR(midnight.ageing, 0.005, 1e-12);
   EXPECT_NEAR(noon.tilt, -midnight.tilt, 1e-12);
 }
 
 TEST(HiddenBias, TurnOnOffsetsHaveTheirSizeAndAreConstantInARun) {
-  TruthSettings settings;
+  BiasModelSettings settings;
   settings.turn_on_deg_per_h = 0.004;
   double squares = 0;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
@@ -69,7 +69,7 @@ TEST(HiddenBias, TurnOnOffsetsHaveTheirSizeAndAreConstantInARun) {
 
 // Flicker of coefficient B: the Allan deviation is 0.664 B over the range of the processes' time constants.
 TEST(HiddenBias, FlickerHasAFlatAllanDeviation) {
-  TruthSettings settings;
+  BiasModelSettings settings;
   settings.flicker_deg_per_h = 0.01;
   for (const int m : {100, 1000}) {
     double squares = 0;
@@ -92,7 +92,7 @@ TEST(HiddenBias, FlickerHasAFlatAllanDeviation) {
 }
 
 TEST(HiddenBias, ModeHopsFollowTheBodyTemperatureNotTime) {
-  TruthSettings settings;
+  BiasModelSettings settings;
   settings.mode_hops_deg_per_h = 0.01;
   HiddenBias hidden(settings, 25, 5);
   double last = hidden.at_start().mode_hops;
@@ -108,7 +108,7 @@ TEST(HiddenBias, ModeHopsFollowTheBodyTemperatureNotTime) {
 
 // The thermometer reports a delayed body temperature; the bias follows the body.
 TEST(HiddenBias, ThermometerLagsButBiasDoesNot) {
-  TruthSettings settings;
+  BiasModelSettings settings;
   settings.sensor_lag_s = 300;
   SimulatedGyro gyro(paper_profile(), 3, settings), plain(paper_profile(), 3);
   for (int s = 0; s < 36000; ++s) gyro.step(1), plain.step(1);  // one hour into the ramp to 70 degC

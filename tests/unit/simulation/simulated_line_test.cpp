@@ -38,13 +38,13 @@ Received receive(const SimulationSettings& settings, int frames) {
   drivers::Clock clock(description, device);
   Received received;
   std::vector<std::uint8_t> bytes;
-  std::vector<wire::Reading> readings;
+  std::vector<wire::DecodedMessage> readings;
   for (int i = 0; i < frames; ++i) {
     bytes.clear();
     readings.clear();
     line.next_frame(bytes);
     decoder.feed(bytes, line.time_ns(), readings);
-    for (const wire::Reading& reading : readings) {
+    for (const wire::DecodedMessage& reading : readings) {
       if (!clock.push(reading)) continue;
       if (const auto sample = clock.sample(reading, 0)) received.samples.push_back(*sample);
     }

@@ -135,7 +135,7 @@ TEST_F(Answers, HistoryKeepsAnHour) {
   feed(3900);
   const json all = result("history", R"({"seconds": 3600})");
   ASSERT_EQ(all.size(), 3600u);
-  EXPECT_EQ(all.back()["time_s"], parts_->acquisition.record(0).last_window()->window.bucket.second + 1);
+  EXPECT_EQ(all.back()["time_s"], parts_->acquisition.record(0).last_window()->window.second_mean.second + 1);
   EXPECT_EQ(all.back()["time_s"].get<std::int64_t>() - all.front()["time_s"].get<std::int64_t>(), 3599);
 }
 

@@ -17,7 +17,7 @@ class RpcTest : public test::DaemonPartsTest {
   int reloads_ = 0;
   Rpc rpc_ = parts_->rpc([this](auto done) {
     ++reloads_;
-    done(refuse("gyro.json", "no"));
+    done(make_error("gyro.json", "no"));
   });
   test::Asker asker_;
 };

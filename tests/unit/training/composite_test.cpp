@@ -194,7 +194,7 @@ TEST(CompositeTrainer, LongRecordsBecomeSparseModelsWithEqualPredictions) {
 
 TEST(SparseComposite, EqualsTheDenseSystemWithManyCentres) {
   const Drift drift(300, 0.002);
-  const auto data = normalise(drift.data.inputs, drift.data.target, Scaling::kZscore, drift.data.names);
+  const auto data = normalise(drift.data.inputs, drift.data.target, NormalisationMethod::kZscore, drift.data.names);
   const CompositeSamples samples{data->x, data->y, drift.data.time_s / 3600, std::vector<int>(300, 0), 1};
   Eigen::VectorXd theta(8);
   theta << -1, 0.3, 0.7, -1, -2, -3, 0.5, -3;

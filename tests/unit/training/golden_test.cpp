@@ -37,7 +37,9 @@ INSTANTIATE_TEST_SUITE_P(Shared, GoldenCase, testing::ValuesIn(test::kGoldenName
 TEST_P(GoldenCase, NormalisesLikeTheReference) {
   Golden& g = *golden_;
   const std::string rule = g.about["preprocess"];
-  const Scaling scaling = rule == "zscore" ? Scaling::kZscore : rule == "original" ? Scaling::kNone : Scaling::kAuto;
+  const NormalisationMethod scaling = rule == "zscore"     ? NormalisationMethod::kZscore
+                                      : rule == "original" ? NormalisationMethod::kNone
+                                                           : NormalisationMethod::kAuto;
   const auto data = normalise(g.inputs(g.train), test::vector_of(g.train["y"]), scaling, g.about["inputs"]);
   ASSERT_TRUE(data) << data.error().text();
   EXPECT_LT((data->x - g.x).cwiseAbs().maxCoeff(), 1e-14 * std::max(1.0, g.x.cwiseAbs().maxCoeff()));

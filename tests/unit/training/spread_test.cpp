@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, SpreadOf, testing::Values("composite", "ls", "ls
                            return name;
                          });
 
-TEST(Spread, IsPartOfTheFileAndOfTheId) {
+TEST(BetweenRunError, IsPartOfTheFileAndOfTheId) {
   const auto trained = train(run(5), {}, settings_of("ls"));
   ASSERT_TRUE(trained);
   std::string text = compensation::format_model(*trained->model);
@@ -85,7 +85,7 @@ TEST(Spread, IsPartOfTheFileAndOfTheId) {
   EXPECT_FALSE(compensation::parse_model(text, "m.json"));
 }
 
-TEST(Spread, AShortRecordHasNone) {
+TEST(BetweenRunError, AShortRecordHasNone) {
   TrainingData data = run(7);
   data.inputs = data.inputs.leftCols(30).eval();
   data.target = data.target.head(30).eval();
@@ -95,7 +95,7 @@ TEST(Spread, AShortRecordHasNone) {
   EXPECT_TRUE(std::isnan(trained->model->predict(std::vector{1.0}).sd_mean_deg_per_h));
 }
 
-TEST(Spread, ThreeRecordingsAreHeldOutOneByOne) {
+TEST(BetweenRunError, ThreeRecordingsAreHeldOutOneByOne) {
   std::vector<int> recordings(90, 0);
   std::fill(recordings.begin() + 45, recordings.end(), 1);
   EXPECT_EQ(fold_count(spread_folds(recordings)), 10);

@@ -30,8 +30,8 @@ struct PlantedFaults : testing::Test {
   static void append(log::RowLog& rows, std::int64_t first, int count) {
     for (int i = 0; i < count; ++i) {
       compensation::CompensatedWindow row = test::row_at(first + i);
-      row.window.bucket.rate_deg_per_h = 8.0 + 0.01 * (i % 7);
-      row.window.bucket.temperature_degc = 25.0 + 0.001 * i;
+      row.window.second_mean.rate_deg_per_h = 8.0 + 0.01 * (i % 7);
+      row.window.second_mean.temperature_degc = 25.0 + 0.001 * i;
       rows.append(row, (first - 1) * 1'000'000'000 + 1);
     }
   }

@@ -47,8 +47,8 @@ struct RepairTest : PlantedFaults {
     const auto recording = recordings::read_log(path);
     EXPECT_TRUE(recording) << recording.error().text();
     std::vector<std::int64_t> seconds;
-    for (const auto& bucket : recording ? recording->buckets : std::vector<compensation::Bucket>())
-      seconds.push_back(bucket.second + 1 - kNoon);
+    for (const auto& second_mean : recording ? recording->second_means : std::vector<compensation::SecondMean>())
+      seconds.push_back(second_mean.second + 1 - kNoon);
     return seconds;
   }
 };
@@ -132,7 +132,7 @@ TEST_F(RepairTest, ALogOfVersion01LosesItsTornRowOnly) {
   EXPECT_THAT(left_out(from), ElementsAre(HasSubstr("bytes of a torn row")));
   const auto before = recordings::read_log(from), after = recordings::read_log(out);
   ASSERT_TRUE(after);
-  EXPECT_EQ(after->buckets.size(), before->buckets.size());
+  EXPECT_EQ(after->second_means.size(), before->second_means.size());
   EXPECT_EQ(after->sessions, before->sessions);
 }
 

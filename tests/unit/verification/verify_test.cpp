@@ -39,8 +39,8 @@ TEST_F(VerifyTest, SecondsWithoutARowAreToldByTheirSessionAndAreNoFaultOfTheFile
   const auto rows = writer();
   for (const int second : {0, 1, 5, 6, 9}) {
     compensation::CompensatedWindow row = test::row_at(kNoon + second);
-    row.window.bucket.missing_frames = second == 5 ? 600 : 0;
-    row.window.bucket.partial = second == 9;
+    row.window.second_mean.missing_frames = second == 5 ? 600 : 0;
+    row.window.second_mean.partial = second == 9;
     rows->append(row, 1);
   }
   rows->close();
@@ -116,9 +116,10 @@ TEST_F(VerifyTest, EveryFlippedBitOfAClosedSegmentIsSeen) {
 TEST_F(VerifyTest, ARowThatCannotBeReadIsDamageWithItsReason) {
   segment(0, 5);
   replace(path(0), "8.010000", "8.01x000");
-  EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr(": changed: 4 rows"),
-                                           HasSubstr(":" + std::to_string(line_of_row(path(0), 2)) +
-                                                     ": damaged: column rate_deg_per_h: found \"8.01x000\", expected a valid value")));
+  EXPECT_THAT(faults_of_log(),
+              ElementsAre(HasSubstr(": changed: 4 rows"),
+                          HasSubstr(":" + std::to_string(line_of_row(path(0), 2)) +
+                                    ": damaged: column rate_deg_per_h: found \"8.01x000\", expected a valid value")));
 }
 
 TEST_F(VerifyTest, ASegmentThatTheIndexKnowsAndTheFolderDoesNotIsMissing) {

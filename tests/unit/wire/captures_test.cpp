@@ -69,14 +69,14 @@ TEST(Captures, Mti630MessageDecodes) {
 TEST(Captures, MipCaptureDecodesCompletely) {
   PRISM_NEEDS_SHARED("frames/mip_data.bin");
   FrameDecoder decoder(test::shipped("microstrain-mip"));
-  std::vector<Reading> readings;
+  std::vector<DecodedMessage> readings;
   decoder.feed(bytes_of("mip_data.bin"), 0, readings);
   decoder.finish(readings);
   EXPECT_EQ(decoder.counters().frames, 8384u);
   EXPECT_EQ(decoder.counters().skipped_bytes, 0u);
   std::size_t timed = 0;
   std::uint64_t last = 0;
-  for (const Reading& reading : readings) {
+  for (const DecodedMessage& reading : readings) {
     if (!reading.has_counter) continue;
     EXPECT_EQ(reading.counter - last, timed > 0 ? 8'000'000u : reading.counter);
     last = reading.counter;
@@ -102,7 +102,7 @@ struct Damaged {
 
 enum class Damage { kFlip, kDrop, kInsert };
 
-Damaged damage(const Bytes& good, const std::vector<Reading>& frames, Damage what) {
+Damaged damage(const Bytes& good, const std::vector<DecodedMessage>& frames, Damage what) {
   std::mt19937 random(99);
   Damaged result;
   std::vector<std::uint64_t> new_offset(good.size() + 1);
@@ -116,7 +116,7 @@ Damaged damage(const Bytes& good, const std::vector<Reading>& frames, Damage wha
                                                            : good[i]);
     if (hit[i] && what == Damage::kInsert) result.bytes.push_back(static_cast<std::uint8_t>(random()));
   }
-  for (const Reading& frame : frames) {
+  for (const DecodedMessage& frame : frames) {
     bool touched = false;
     for (std::uint64_t i = frame.offset; i < frame.offset + frame.length; ++i) {
       const bool behind_the_end = what == Damage::kInsert && i + 1 == frame.offset + frame.length;
@@ -141,7 +141,7 @@ TEST(Captures, NoIntactFrameIsLostNextToDamagedOnes) {
     for (const Damage what : {Damage::kFlip, Damage::kDrop, Damage::kInsert}) {
       const Damaged damaged = damage(good, frames, what);
       std::set<std::uint64_t> found;
-      for (const Reading& reading : test::decode(description, damaged.bytes)) found.insert(reading.offset);
+      for (const DecodedMessage& reading : test::decode(description, damaged.bytes)) found.insert(reading.offset);
       std::size_t lost = 0;
       for (const std::uint64_t offset : damaged.intact) lost += found.contains(offset) ? 0 : 1;
       EXPECT_EQ(lost, 0u) << file << " damage " << static_cast<int>(what) << " of " << damaged.intact.size();

@@ -29,9 +29,9 @@ inline double wire_s(const wire::FrameDescription& description) {
 }
 
 /// Frame i is measured at i / true_rate and arrives one wire time and its delay later.
-inline wire::Reading reading_of(const wire::FrameDescriptionPtr& description, const Line& line, int i) {
+inline wire::DecodedMessage reading_of(const wire::FrameDescriptionPtr& description, const Line& line, int i) {
   const double measured_s = i / line.true_rate_hz;
-  wire::Reading reading;
+  wire::DecodedMessage reading;
   reading.length = description->max_frame_bytes;
   reading.offset = static_cast<std::uint64_t>(i) * reading.length;
   reading.arrival_ns = kEpochNs + std::llround(1e9 * (measured_s + wire_s(*description) + line.delay_s(i)));
@@ -44,7 +44,7 @@ inline wire::Reading reading_of(const wire::FrameDescriptionPtr& description, co
 }
 
 /// The sample of the first axis.
-inline std::optional<Sample> pushed(drivers::Clock& clock, const wire::Reading& reading) {
+inline std::optional<Sample> pushed(drivers::Clock& clock, const wire::DecodedMessage& reading) {
   return clock.push(reading) ? clock.sample(reading, 0) : std::nullopt;
 }
 

@@ -30,11 +30,11 @@ std::vector<Sample> run(const FrameDescriptionPtr& description, drivers::Clock& 
   const GyroState state{
       .rate_deg_per_h = {test::kRateDegPerH}, .interval_s = period_s, .temperature_degc = 25, .uhfo_v = 1};
   std::vector<std::uint8_t> frame, kept;
-  std::vector<Reading> readings;
+  std::vector<DecodedMessage> readings;
   std::vector<Sample> samples;
   const auto give = [&](std::vector<std::uint8_t>& bytes, double at_s) {
     decoder.feed(bytes, kEpochNs + std::llround(1e9 * at_s), readings);
-    for (const Reading& reading : readings) {
+    for (const DecodedMessage& reading : readings) {
       if (const auto sample = test::pushed(clock, reading)) samples.push_back(*sample);
     }
     readings.clear();

@@ -108,7 +108,7 @@ TEST(Clock, ForgetsAnOldPeriod) {
   std::optional<Sample> last;
   for (int i = 0; i < 40'000; ++i) {
     measured_s += i < 12'000 ? 1.0 / 200 : 1.0 / 200.02;
-    Reading reading = reading_of(description, {}, i);
+    DecodedMessage reading = reading_of(description, {}, i);
     reading.arrival_ns = kEpochNs + std::llround(1e9 * (measured_s + wire_s(*description)));
     last = test::pushed(clock, reading);
   }

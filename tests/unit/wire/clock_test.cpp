@@ -69,7 +69,7 @@ TEST(Clock, UnwrapsTheCounter) {
 TEST(Clock, UnwrapsAnAccumulatedAngle) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
-  Reading reading = reading_of(description, {}, 0);
+  DecodedMessage reading = reading_of(description, {}, 0);
   reading.gyro[0].value = 4294967295.0;
   test::pushed(clock, reading);
   reading = reading_of(description, {}, 1);
@@ -83,7 +83,7 @@ TEST(Clock, UnwrapsAnAccumulatedAngle) {
 TEST(Clock, UnwrapsAHugeStep) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
-  Reading reading = reading_of(description, {}, 0);
+  DecodedMessage reading = reading_of(description, {}, 0);
   reading.gyro[0].value = 0;
   test::pushed(clock, reading);
   reading = reading_of(description, {}, 1);
@@ -133,7 +133,7 @@ TEST(Clock, ResetStartsANewSession) {
   drivers::Clock clock(description);
   run(clock, description, {}, 100);
   clock.reset();
-  Reading reading = reading_of(description, {}, 0);
+  DecodedMessage reading = reading_of(description, {}, 0);
   reading.arrival_ns -= 3'600'000'000'000;
   EXPECT_FALSE(test::pushed(clock, reading));
   reading.arrival_ns += 5'000'000;
@@ -148,7 +148,7 @@ TEST(Clock, CountsFramesWithoutACounter) {
   drivers::Clock clock(description);
   std::vector<Sample> samples;
   for (int i = 0; i < 500; ++i) {
-    Reading reading = reading_of(description, {}, i);
+    DecodedMessage reading = reading_of(description, {}, i);
     reading.has_counter = false;
     reading.counter = 0;
     if (i == 100) continue;  // its 20 bytes were damaged: the offset shows it
@@ -163,9 +163,9 @@ TEST(Clock, IgnoresAnUncountedReading) {
   drivers::Clock clock(description);
   std::vector<Sample> samples;
   for (int i = 0; i < 300; ++i) {
-    const Reading reading = reading_of(description, {.first_counter = 40'000}, i);
+    const DecodedMessage reading = reading_of(description, {.first_counter = 40'000}, i);
     if (const auto sample = test::pushed(clock, reading)) samples.push_back(*sample);
-    Reading other = reading;
+    DecodedMessage other = reading;
     other.has_counter = other.has_gyro = false;
     other.counter = 0;
     EXPECT_FALSE(test::pushed(clock, other));
@@ -182,14 +182,14 @@ TEST(Clock, MessageTypesShareACounter) {
   FrameDecoder decoder(description);
   drivers::Clock clock(description);
   std::vector<std::uint8_t> bytes;
-  std::vector<Reading> readings;
+  std::vector<DecodedMessage> readings;
   std::vector<Sample> samples;
   for (int i = 0; i < 6000; ++i) {
     bytes.clear();
     encoder.encode({.rate_deg_per_h = {3600}, .interval_s = 1.0 / 600, .temperature_degc = 31}, bytes);
     readings.clear();
     decoder.feed(bytes, kEpochNs + std::llround(i * 1e9 / 600), readings);
-    for (const Reading& reading : readings) {
+    for (const DecodedMessage& reading : readings) {
       if (const auto sample = test::pushed(clock, reading)) samples.push_back(*sample);
     }
   }
@@ -209,7 +209,7 @@ TEST(Clock, TriggeredIncrementCoversTheCounterStep) {
   text.replace(text.find(counter), counter.size(), counter + " \"ticks_per_s\": 2000, \"step_varies\": true,");
   const auto description = test::description_of(text);
   drivers::Clock clock(description);
-  Reading reading = reading_of(description, {}, 0);
+  DecodedMessage reading = reading_of(description, {}, 0);
   test::pushed(clock, reading);
   for (const int step : {10, 25, 7}) {  // samples at 2000 Hz between triggers
     reading.counter += static_cast<std::uint64_t>(step);
@@ -227,12 +227,12 @@ TEST(Clock, NextFrameHasTheAngleOfAnInvalidOne) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description);
   test::pushed(clock, reading_of(description, {}, 0));
-  Reading bad = reading_of(description, {}, 1);
+  DecodedMessage bad = reading_of(description, {}, 1);
   bad.gyro[0].valid = false;
   const auto invalid = test::pushed(clock, bad);
   ASSERT_TRUE(invalid);
   EXPECT_TRUE(std::isnan(invalid->rate_deg_per_h));
-  Reading good = reading_of(description, {}, 2);
+  DecodedMessage good = reading_of(description, {}, 2);
   good.gyro[0].value = 3;
   const auto valid = test::pushed(clock, good);
   ASSERT_TRUE(valid);

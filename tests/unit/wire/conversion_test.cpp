@@ -64,8 +64,8 @@ TEST(Polynomial, IsInverted) {
   EXPECT_TRUE(std::isnan(convert_back(PolynomialStep{{5}}, 5))) << "a constant has no inverse";
 }
 
-TEST(Scaling, AppliesAndInvertsItsSteps) {
-  const Scaling scaling{25e-6, 0, -100, 150, {PlatinumStep{100}}};
+TEST(Conversion, AppliesAndInvertsItsSteps) {
+  const Conversion scaling{25e-6, 0, -100, 150, {PlatinumStep{100}}};
   EXPECT_NEAR(scaling.apply(4389386), 25, 1e-4);
   EXPECT_NEAR(scaling.invert(25), 4389386, 0.5);
   EXPECT_TRUE(scaling.admits(25));

@@ -80,11 +80,12 @@ constexpr double kRateDegPerH = -7250.5;
 constexpr int kFrames = 600;
 
 /// kFrames frames of a steady gyro, fed frame by frame.
-std::vector<Reading> readings_of(const FrameDescriptionPtr& description, double interval_s, DecoderCounters& counters) {
+std::vector<DecodedMessage> readings_of(const FrameDescriptionPtr& description, double interval_s,
+                                        DecoderCounters& counters) {
   FrameEncoder encoder(description);
   FrameDecoder decoder(description);
   Bytes bytes;
-  std::vector<Reading> readings;
+  std::vector<DecodedMessage> readings;
   for (int i = 0; i < kFrames; ++i) {
     bytes.clear();
     encoder.encode(
@@ -98,7 +99,7 @@ std::vector<Reading> readings_of(const FrameDescriptionPtr& description, double 
 
 /// One wire unit in deg/h or arcsec; for floats a small part of the value.
 double resolution(const FrameDescription& description) {
-  for (const FrameKind& kind : description.kinds) {
+  for (const MessageType& kind : description.kinds) {
     if (!kind.roles.carries_gyro()) continue;
     const Field& field = kind.fields[static_cast<std::size_t>(kind.roles.axes[0].gyro[0])];
     const bool whole = field.type == NumberType::kSigned || field.type == NumberType::kUnsigned;
@@ -131,7 +132,7 @@ TEST_P(Shipped, DecodesAxesTogetherAsAlone) {
     const auto alone = test::decode(test::shipped(GetParam(), one), bytes);
     ASSERT_EQ(alone.size(), readings.size());
     for (std::size_t i = 0; i < alone.size(); ++i) {
-      const GyroReading &mine = alone[i].gyro[0], &same = readings[i].gyro[axis];
+      const AxisReading &mine = alone[i].gyro[0], &same = readings[i].gyro[axis];
       EXPECT_EQ(mine.carried, same.carried);
       EXPECT_EQ(mine.valid, same.valid);
       EXPECT_TRUE(mine.value == same.value || (std::isnan(mine.value) && std::isnan(same.value)));
@@ -152,18 +153,18 @@ TEST_P(Shipped, DecodesWhatItEncodes) {
     double temperature = kUnknown;
     const auto readings = readings_of(description, interval_s, counters);
     ASSERT_GE(readings.size(), static_cast<std::size_t>(kFrames - 20)) << axis;
-    for (const Reading& reading : readings) {
+    for (const DecodedMessage& reading : readings) {
       if (!std::isnan(reading.temperature_degc)) temperature = reading.temperature_degc;
       if (!reading.has_gyro) continue;
       ASSERT_TRUE(reading.gyro[0].valid) << axis << " at " << reading.offset;
       const double value = reading.gyro[0].value * description->axes[0].scale;
-      if (description->gyro.meaning == GyroMeaning::kRate) {
+      if (description->gyro.meaning == RateEncoding::kRate) {
         ASSERT_NEAR(value, kRateDegPerH, 0.51 * lsb);
       }
       turned += value;
     }
     const double angle = kRateDegPerH * interval_s * kFrames;
-    if (description->gyro.meaning == GyroMeaning::kIncrement) {
+    if (description->gyro.meaning == RateEncoding::kIncrement) {
       EXPECT_NEAR(turned, angle, 0.02 * std::abs(angle) + 2 * lsb) << axis;
     }
     if (description->temperature.present) {
@@ -182,7 +183,7 @@ TEST_P(Shipped, LosesNoIntactFrame) {
   for (const Damage what : {Damage::kFlip, Damage::kDrop, Damage::kInsert}) {
     const Damaged damaged = damage(stream, what, 17 + static_cast<unsigned>(what));
     std::set<std::uint64_t> found;
-    for (const Reading& reading : test::decode(description, damaged.bytes)) found.insert(reading.offset);
+    for (const DecodedMessage& reading : test::decode(description, damaged.bytes)) found.insert(reading.offset);
     std::size_t lost = 0;
     std::size_t seen = 0;
     for (const std::uint64_t offset : damaged.intact) {
@@ -192,7 +193,7 @@ TEST_P(Shipped, LosesNoIntactFrame) {
         ++lost;
     }
     // Less than 16 bits identify the frame, or a frame needs the end of the previous one, which may be damaged.
-    const FrameKind& kind = description->kinds[static_cast<std::size_t>(description->sent_kinds[0])];
+    const MessageType& kind = description->kinds[static_cast<std::size_t>(description->sent_kinds[0])];
     const double allowed = kind.weak || kind.after >= 0 ? 0.25 * static_cast<double>(seen) : 0;
     EXPECT_LE(static_cast<double>(lost), allowed) << seen << " found after damage " << static_cast<int>(what);
     EXPECT_GT(seen, 0u);
@@ -208,13 +209,13 @@ TEST_P(Shipped, ReturnsTheSameFramesForAnyChunks) {
   const auto description = test::shipped(GetParam());
   const Damaged damaged = damage(stream_of(description, 300), Damage::kDrop, 5);
   FrameDecoder at_once(description);
-  std::vector<Reading> whole;
+  std::vector<DecodedMessage> whole;
   at_once.feed(damaged.bytes, 0, whole);
   at_once.finish(whole);
   for (unsigned seed = 0; seed < 8; ++seed) {
     std::mt19937 random(seed);
     FrameDecoder decoder(description);
-    std::vector<Reading> cut;
+    std::vector<DecodedMessage> cut;
     for (std::size_t at = 0; at < damaged.bytes.size();) {
       const std::size_t size = std::min<std::size_t>(damaged.bytes.size() - at, 1 + random() % 50);
       decoder.feed({damaged.bytes.data() + at, size}, 0, cut);
@@ -234,7 +235,7 @@ TEST_P(Shipped, FindsNoFrameInGarbageWithStrongChecks) {
   for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
   const auto readings = test::decode(description, bytes);
   int least_bits = 64;
-  for (const FrameKind& kind : description->kinds) {
+  for (const MessageType& kind : description->kinds) {
     int sync_bits = 0;
     for (const ByteRule& rule : kind.sync) sync_bits += std::popcount(rule.mask);
     if (kind.roles.tells_anything())

@@ -41,10 +41,10 @@ inline std::vector<std::string> shipped_gyros() {
 }
 
 /// All readings of a byte stream fed at once, with finish().
-inline std::vector<wire::Reading> decode(const wire::FrameDescriptionPtr& description,
-                                         const std::vector<std::uint8_t>& bytes) {
+inline std::vector<wire::DecodedMessage> decode(const wire::FrameDescriptionPtr& description,
+                                                const std::vector<std::uint8_t>& bytes) {
   wire::FrameDecoder decoder(description);
-  std::vector<wire::Reading> readings;
+  std::vector<wire::DecodedMessage> readings;
   decoder.feed(bytes, 0, readings);
   decoder.finish(readings);
   return readings;

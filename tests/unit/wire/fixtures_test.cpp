@@ -66,7 +66,7 @@ TEST(Fixtures, DspAsciiDropsATruncatedLine) {
   stream += "       0.015733   1\r\n";  // the last one of the file is confirmed by one after it
   const auto readings = test::decode(test::shipped("dsp3000-ascii"), {stream.begin(), stream.end()});
   ASSERT_GE(readings.size(), 2u);
-  for (const Reading& reading : readings) EXPECT_DOUBLE_EQ(reading.gyro[0].value, 0.015733);
+  for (const DecodedMessage& reading : readings) EXPECT_DOUBLE_EQ(reading.gyro[0].value, 0.015733);
 }
 
 TEST(Fixtures, Stim300DatagramDecodesExactly) {

@@ -23,17 +23,17 @@ Bytes frames_of(const FrameDescriptionPtr& description, int count) {
   return out;
 }
 
-bool same(const Reading& a, const Reading& b) {
+bool same(const DecodedMessage& a, const DecodedMessage& b) {
   return a.offset == b.offset && a.length == b.length && a.kind == b.kind && a.counter == b.counter &&
          a.gyro[0].value == b.gyro[0].value && a.temperature_degc == b.temperature_degc && a.uhfo_v == b.uhfo_v &&
          a.status == b.status && a.gyro[0].valid == b.gyro[0].valid;
 }
 
-std::vector<Reading> decode_in_chunks(const FrameDescriptionPtr& description, const Bytes& bytes, unsigned seed,
-                                      int longest) {
+std::vector<DecodedMessage> decode_in_chunks(const FrameDescriptionPtr& description, const Bytes& bytes, unsigned seed,
+                                             int longest) {
   std::mt19937 random(seed);
   FrameDecoder decoder(description);
-  std::vector<Reading> out;
+  std::vector<DecodedMessage> out;
   for (std::size_t at = 0; at < bytes.size();) {
     const std::size_t size = std::min<std::size_t>(bytes.size() - at, 1 + random() % static_cast<unsigned>(longest));
     at += size;
@@ -101,7 +101,7 @@ TEST(FrameDecoder, FindsAGoodFrameInsideABadOne) {
 
 TEST(FrameDecoder, ReturnsNothingForGarbageAndBoundsItsMemory) {
   FrameDecoder decoder(test::shipped("trplg"));
-  std::vector<Reading> out;
+  std::vector<DecodedMessage> out;
   for (unsigned i = 0; i < 200; ++i) decoder.feed(garbage(5000, i), i, out);
   decoder.finish(out);
   EXPECT_TRUE(out.empty());
@@ -115,7 +115,7 @@ TEST(FrameDecoder, CountsOneResyncPerDamage) {
   Bytes bytes = frames_of(description, 10);
   bytes[45] ^= 1;
   FrameDecoder decoder(description);
-  std::vector<Reading> out;
+  std::vector<DecodedMessage> out;
   decoder.feed(bytes, 0, out);
   EXPECT_EQ(decoder.counters().resyncs, 1u);
   EXPECT_EQ(decoder.counters().bad_check, 1u);
@@ -127,7 +127,7 @@ TEST(FrameDecoder, UsesTheArrivalOfTheLastByteOfTheFrame) {
   const auto description = test::shipped("trplg");
   const Bytes bytes = frames_of(description, 2);
   FrameDecoder decoder(description);
-  std::vector<Reading> out;
+  std::vector<DecodedMessage> out;
   decoder.feed(std::span(bytes).first(30), 1'000'000'000, out);
   decoder.feed(std::span(bytes).subspan(30), 1'000'200'000, out);
   ASSERT_EQ(out.size(), 2u);
@@ -139,7 +139,7 @@ TEST(FrameDecoder, KeepsAFrameSplitByALongGap) {
   const auto description = test::shipped("trplg");
   const Bytes bytes = frames_of(description, 1);
   FrameDecoder decoder(description);
-  std::vector<Reading> out;
+  std::vector<DecodedMessage> out;
   decoder.feed(std::span(bytes).first(12), 0, out);
   decoder.expire(500'000'000, out);
   decoder.feed(std::span(bytes).subspan(12), 1'000'000'000, out);
@@ -161,7 +161,7 @@ TEST(FrameDecoder, ReturnsTheSameReadingsWithAndWithoutTimer) {
   bytes[1] = 200;  // the first frame now seems to contain the other three and more
   for (const bool timer : {false, true}) {
     FrameDecoder decoder(description);
-    std::vector<Reading> out;
+    std::vector<DecodedMessage> out;
     decoder.feed(std::span(bytes).first(18), 0, out);
     EXPECT_TRUE(out.empty());
     if (timer) decoder.expire(100'000'000, out);
@@ -179,7 +179,7 @@ TEST(FrameDecoder, WrongLengthDelaysFramesAtMostUntilItsEnd) {
   Bytes bytes = frames_of(description, 100);
   bytes[1] = 200;
   FrameDecoder decoder(description);
-  std::vector<Reading> out;
+  std::vector<DecodedMessage> out;
   for (std::size_t i = 0; i < 200; ++i) decoder.feed({&bytes[i], 1}, static_cast<std::int64_t>(i) * 86'806, out);
   EXPECT_EQ(out.size(), 32u);
   EXPECT_EQ(out[0].arrival_ns, 11 * 86'806) << "stamped when its last byte came, not when it was found";
@@ -189,7 +189,7 @@ TEST(FrameDecoder, ResetForgetsHeldBytesAndSlowValues) {
   const auto description = test::shipped("trplg");
   const Bytes bytes = frames_of(description, 2);
   FrameDecoder decoder(description);
-  std::vector<Reading> out;
+  std::vector<DecodedMessage> out;
   decoder.feed(std::span(bytes).first(15), 0, out);
   decoder.reset();
   decoder.feed(std::span(bytes).subspan(15), 1, out);

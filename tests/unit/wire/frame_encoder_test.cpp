@@ -19,7 +19,7 @@ TEST(FrameEncoder, KeepsTheRemainderBelowOnePulse) {
   Bytes bytes;
   for (int i = 0; i < 20'000; ++i) encoder.encode(kEarth, bytes);
   double pulses = 0;
-  for (const Reading& reading : test::decode(description, bytes)) pulses += reading.gyro[0].value;
+  for (const DecodedMessage& reading : test::decode(description, bytes)) pulses += reading.gyro[0].value;
   EXPECT_NEAR(pulses * 0.1, 8.4652 * 100, 0.1) << "0.42 pulses a frame";
 }
 
@@ -73,7 +73,7 @@ TEST(FrameEncoder, SendsTheMessageTypesInTurn) {
   Bytes bytes;
   for (int i = 0; i < 12; ++i) encoder.encode(kEarth, bytes);
   std::string ids;
-  for (const Reading& reading : test::decode(description, bytes)) ids += reading.has_gyro ? 'i' : 'c';
+  for (const DecodedMessage& reading : test::decode(description, bytes)) ids += reading.has_gyro ? 'i' : 'c';
   EXPECT_EQ(ids, "ccccciccccci");
 }
 

@@ -80,7 +80,7 @@ TEST(FrameRules, RejectItemsBeyondTheEnd) {
 TEST(FrameRules, TestTheHeaderCheckBeforeUsingTheLength) {
   // ANPP: an invalid header must not make the decoder wait for its 260 bytes.
   FrameDecoder decoder(test::shipped("kvh-geo-fog"));
-  std::vector<Reading> out;
+  std::vector<DecodedMessage> out;
   const Bytes noise = {0x00, 0x07, 0xFF, 0x12, 0x34};  // length 255, header sum wrong
   decoder.feed(noise, 0, out);
   EXPECT_EQ(decoder.counters().bad_check, 1u);
@@ -94,7 +94,7 @@ TEST(FrameRules, HoldTheFirstWeakFrameUntilASecond) {
   for (int i = 0; i < 3; ++i)
     encoder.encode({.rate_deg_per_h = {10}, .interval_s = 1e-3, .temperature_degc = 20}, bytes);
   FrameDecoder decoder(description);
-  std::vector<Reading> out;
+  std::vector<DecodedMessage> out;
   decoder.feed(std::span(bytes).first(10), 0, out);
   EXPECT_TRUE(out.empty()) << "14 bits of check may be chance";
   decoder.feed(std::span(bytes).subspan(10, 10), 1'000'000, out);
@@ -123,7 +123,7 @@ TEST(FrameRules, ConfirmWordsWithoutSyncAfterEveryBreak) {
   for (int i = 0; i < 2000; ++i) bytes.push_back(static_cast<std::uint8_t>(random()));
   const auto readings = test::decode(description, bytes);
   const auto in_garbage =
-      std::count_if(readings.begin(), readings.end(), [&](const Reading& r) { return r.offset >= good; });
+      std::count_if(readings.begin(), readings.end(), [&](const DecodedMessage& r) { return r.offset >= good; });
   EXPECT_EQ(readings.size() - static_cast<std::size_t>(in_garbage), 100u);
   EXPECT_LE(in_garbage, 3) << "a word or two that happen to fit at the end of the good ones";
 }
@@ -194,7 +194,7 @@ TEST(FrameRules, KeepASlowChannelUntilItsLimitInOneSession) {
   const auto description = test::shipped("fizoptika");
   FrameEncoder encoder(description);
   FrameDecoder decoder(description);
-  std::vector<Reading> out;
+  std::vector<DecodedMessage> out;
   const auto send = [&](int frames) {
     Bytes bytes;
     for (int i = 0; i < frames; ++i)

@@ -25,7 +25,7 @@ GyroChoice columns(std::vector<TextColumn> of) {
 std::vector<std::vector<double>> values(const GyroChoice& choice, const std::string& lines) {
   const auto description = test::shipped("ascii-columns", choice);
   std::vector<std::vector<double>> found;
-  for (const Reading& reading : test::decode(description, {lines.begin(), lines.end()})) {
+  for (const DecodedMessage& reading : test::decode(description, {lines.begin(), lines.end()})) {
     std::vector<double>& row = found.emplace_back();
     for (std::size_t i = 0; i < description->sensors.size(); ++i)
       row.push_back(std::isnan(reading.sensors[i]) ? 1e9 : reading.sensors[i]);
@@ -85,7 +85,7 @@ TEST(Instruments, KeepEachChannelUntilItsNextValue) {
                             frame('1', '0', "00001235") + frame('1', '0', "00001236");
   const auto readings = test::decode(logger, {bytes.begin(), bytes.end()});
   ASSERT_EQ(readings.size(), 5u);
-  const Reading& last = readings.back();
+  const DecodedMessage& last = readings.back();
   EXPECT_DOUBLE_EQ(last.sensors[0], 123.6);
   EXPECT_DOUBLE_EQ(last.sensors[1], -23.5);
   EXPECT_TRUE(std::isnan(last.sensors[2]));

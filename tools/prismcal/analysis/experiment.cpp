@@ -25,7 +25,7 @@ Result<ExperimentRow> make_row(const ExperimentData& data, const ModelSpec& spec
                                const Trainer& train) {
   const auto begin = std::chrono::steady_clock::now();
   auto trained = train(data.training, spec);
-  if (!trained) return refuse(spec.key(), trained.error().text());
+  if (!trained) return make_error(spec.key(), trained.error().text());
   trained->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   auto fitted = evaluate_model(trained->model, data.training, data.correction, divisor);
   if (!fitted) return tl::unexpected(fitted.error());

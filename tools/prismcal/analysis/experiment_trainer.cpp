@@ -96,7 +96,7 @@ Trainer experiment_trainer(ExperimentSettings experiment) {
     info.features = training.features;
     info.gyro_serial = experiment.gyro_serial;
     auto made = training::train(data_of(training, spec.inputs), std::move(info), *settings, {}, experiment.stop);
-    if (experiment.stop && experiment.stop->load()) return refuse("tuning", "interrupted");
+    if (experiment.stop && experiment.stop->load()) return make_error("tuning", "interrupted");
     if (!made) return tl::unexpected(made.error());
     return told(std::move(*made), spec, *settings);
   };

@@ -23,7 +23,7 @@ std::optional<double> gap_after(const EvaluatedRecording& recording) {
 /// "min" or "max" of one limit.
 Result<std::optional<double>> bound(const Json& object, const char* key, const std::string& where) {
   if (!object.contains(key)) return std::optional<double>();
-  if (!object[key].is_number()) return refuse(where + "/" + key, "expected a number");
+  if (!object[key].is_number()) return make_error(where + "/" + key, "expected a number");
   return std::optional(object[key].get<double>());
 }
 
@@ -82,26 +82,26 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
 
 Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where) {
   const Json json = Json::parse(text, nullptr, false, true);
-  if (!json.is_object()) return refuse(where, "not a JSON object of limits");
+  if (!json.is_object()) return make_error(where, "not a JSON object of limits");
   const auto names = measured_names();
   std::vector<Limit> limits;
   for (const auto& [quantity, object] : json.items()) {
     const std::string at = fmt::format("{}:/{}", where, quantity);
     if (std::find(names.begin(), names.end(), quantity) == names.end()) {
-      return refuse(at, fmt::format("no such quantity; expected one of {}", fmt::join(names, ", ")));
+      return make_error(at, fmt::format("no such quantity; expected one of {}", fmt::join(names, ", ")));
     }
-    if (!object.is_object()) return refuse(at, "expected {\"min\": …, \"max\": …}, one or both");
+    if (!object.is_object()) return make_error(at, "expected {\"min\": …, \"max\": …}, one or both");
     for (const auto& [key, value] : object.items()) {
       if (key != "min" && key != "max")
-        return refuse(fmt::format("{}/{}", at, key), "unknown key; expected min or max");
+        return make_error(fmt::format("{}/{}", at, key), "unknown key; expected min or max");
     }
     const auto min = bound(object, "min", at), max = bound(object, "max", at);
     if (!min) return tl::unexpected(min.error());
     if (!max) return tl::unexpected(max.error());
-    if (!*min && !*max) return refuse(at, "neither min nor max");
+    if (!*min && !*max) return make_error(at, "neither min nor max");
     limits.push_back({quantity, *min, *max});
   }
-  if (limits.empty()) return refuse(where, "found no limit, expected at least one");
+  if (limits.empty()) return make_error(where, "found no limit, expected at least one");
   return limits;
 }
 

@@ -11,19 +11,19 @@ namespace {
 using compensation::Correction;
 
 /// The correction in force in each second of the table; no bias if there is none.
-std::vector<Correction> in_force(compensation::Engine& engine, const recordings::BlockTable& table,
+std::vector<Correction> in_force(compensation::CompensationEngine& engine, const recordings::BlockTable& table,
                                  const std::vector<Correction>& blocks) {
   std::vector<Correction> corrections(table.second.size());
   std::size_t i = 0;
   for (std::size_t block = 0; block < table.size(); ++block) {
-    const std::int64_t end = table.blocks[block].bucket.second;
+    const std::int64_t end = table.blocks[block].second_mean.second;
     while (i < table.second.size() && table.second[i] <= end - table.features.length_s) ++i;
     for (; i < table.second.size() && table.second[i] <= end; ++i) corrections[i] = blocks[block];
   }
   i = 0;
   engine.break_off();
   for (const compensation::Window& window : table.warming) {
-    while (table.second[i] < window.bucket.second) ++i;
+    while (table.second[i] < window.second_mean.second) ++i;
     if (window.warm_s == 1) engine.break_off();
     corrections[i] = engine.follow(window);
   }
@@ -85,9 +85,9 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
                                        const CorrectionSettings& settings, evaluation::Divisor divisor) {
   const compensation::ModelInfo& info = model->info();
   if (!(info.features == table.features)) {
-    return refuse(table.name, fmt::format("its blocks were not made by the features of model \"{}\"", info.name));
+    return make_error(table.name, fmt::format("its blocks were not made by the features of model \"{}\"", info.name));
   }
-  compensation::Engine engine(settings.engine);
+  compensation::CompensationEngine engine(settings.engine);
   if (auto taken = engine.use(model, settings.fallback); !taken) return tl::unexpected(taken.error());
   ModelEvaluation result;
   std::vector<Correction> corrections;
@@ -95,8 +95,8 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
     if (!table.follows[i]) engine.break_off();
     const Correction correction = engine.follow(table.blocks[i]);
     if (correction.quality & compensation::kInputMissing) {
-      return refuse(table.name, fmt::format("block {} does not carry an input of model \"{}\" ({})", i, info.name,
-                                            fmt::join(info.inputs, ", ")));
+      return make_error(table.name, fmt::format("block {} does not carry an input of model \"{}\" ({})", i, info.name,
+                                                fmt::join(info.inputs, ", ")));
     }
     corrections.push_back(correction);
     result.predicted_deg_per_h.push_back(correction.bias_deg_per_h);
@@ -107,10 +107,10 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
     result.uncorrected += !std::isfinite(correction.bias_deg_per_h);
   }
   if (table.size() < result.uncorrected + 2) {
-    return refuse(table.name,
-                  fmt::format("the bias of model \"{}\" is above {:g} deg/h in {} of {} blocks, where prismd "
-                              "publishes no corrected rate; --max-bias or --config sets the limit",
-                              info.name, settings.engine.max_bias_deg_per_h, result.uncorrected, table.size()));
+    return make_error(table.name,
+                      fmt::format("the bias of model \"{}\" is above {:g} deg/h in {} of {} blocks, where prismd "
+                                  "publishes no corrected rate; --max-bias or --config sets the limit",
+                                  info.name, settings.engine.max_bias_deg_per_h, result.uncorrected, table.size()));
   }
   const auto force = in_force(engine, table, corrections);
   for (std::size_t i = 0; i < force.size(); ++i)
@@ -126,7 +126,7 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   return result;
 }
 
-std::string interval_text(const std::optional<evaluation::NextRecording>& next) {
+std::string interval_text(const std::optional<evaluation::PredictionInterval>& next) {
   return next ? fmt::format("{:.1f} to {:.1f}", 100 * next->low, 100 * next->high) : report::kNothing;
 }
 

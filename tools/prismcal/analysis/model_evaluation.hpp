@@ -17,8 +17,8 @@ namespace prism::analysis {
 
 /// The correction settings of a configuration.
 struct CorrectionSettings {
-  compensation::EngineSettings engine;  ///< bias limit, and the rule outside the training range
-  compensation::ModelPtr fallback;      ///< serves while the window is not full; null: none
+  compensation::CompensationSettings engine;  ///< bias limit, and the rule outside the training range
+  compensation::ModelPtr fallback;            ///< serves while the window is not full; null: none
 
   std::string text() const;  ///< one readable line
 };
@@ -26,7 +26,7 @@ struct CorrectionSettings {
 struct ModelEvaluation {
   evaluation::BiasStability stability;  ///< over the blocks that have a correction
   /// The improvement of further recordings; nullopt if these blocks do not determine it.
-  std::optional<evaluation::NextRecording> next;
+  std::optional<evaluation::PredictionInterval> next;
   /// 1 − rms(after) / rms(before − mean of the training): what a shift of the bias since then enters, and sigma does
   /// not. Nullopt if the model does not contain that mean.
   std::optional<double> rms_improvement;
@@ -60,7 +60,7 @@ struct ModelEvaluation {
 };
 
 /// "44.1 to 61.3", in percent; an em dash if there is none.
-std::string interval_text(const std::optional<evaluation::NextRecording>& next);
+std::string interval_text(const std::optional<evaluation::PredictionInterval>& next);
 
 /// Where 95 % of further recordings put the improvement of `other` less that of `first`, in points, over the blocks of
 /// `table` that both correct, and whether that is a difference at all: "+1.2 to +4.0: better", "-0.3 to +0.5: not

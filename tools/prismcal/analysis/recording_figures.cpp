@@ -53,9 +53,10 @@ Series picked(const char* name, Ink ink, Form form, const std::vector<double>& x
 
 Panel loop_panel(const char* title, const recordings::BlockTable& table, const std::vector<double>& bias) {
   std::vector<double> time;
-  for (const compensation::Window& block : table.blocks) time.push_back(static_cast<double>(block.bucket.second));
+  for (const compensation::Window& block : table.blocks) time.push_back(static_cast<double>(block.second_mean.second));
   const auto temperature = table.column(compensation::kInputTemperature);
-  const auto kinds = evaluation::thermal_kinds(time, temperature, evaluation::SegmentSettings{}.soak_slope_degc_per_s);
+  const auto kinds =
+      evaluation::thermal_kinds(time, temperature, evaluation::ThermalSegmentSettings{}.soak_slope_degc_per_s);
   const auto of = [&](evaluation::ThermalKind kind) {
     return [&kinds, kind](std::size_t i) { return kinds[i] == kind; };
   };

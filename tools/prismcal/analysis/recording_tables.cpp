@@ -17,7 +17,7 @@ using report::percent_cell;
 using report::Table;
 using report::text_cell;
 
-constexpr double kSoakSlope = evaluation::SegmentSettings{}.soak_slope_degc_per_s;
+constexpr double kSoakSlope = evaluation::ThermalSegmentSettings{}.soak_slope_degc_per_s;
 
 std::string means_text(const EvaluatedRecording& recording) {
   return fmt::format("{} s means, divisor {}", recording.table->features.length_s,
@@ -26,7 +26,8 @@ std::string means_text(const EvaluatedRecording& recording) {
 
 std::vector<double> times(const recordings::BlockTable& table) {
   std::vector<double> result;
-  for (const compensation::Window& block : table.blocks) result.push_back(static_cast<double>(block.bucket.second));
+  for (const compensation::Window& block : table.blocks)
+    result.push_back(static_cast<double>(block.second_mean.second));
   return result;
 }
 
@@ -185,7 +186,7 @@ Result<Table> hysteresis_table(const EvaluatedRecording& recording) {
     const auto loop = measure_loop(recording, after ? recording.evaluation->corrected_deg_per_h : data.bias_deg_per_h);
     if (!loop) return tl::unexpected(loop.error());
     if (loop->bins.empty())
-      return refuse(data.name, "no temperature was passed both heating and cooling: no hysteresis to measure");
+      return make_error(data.name, "no temperature was passed both heating and cooling: no hysteresis to measure");
     const auto milli = [](std::optional<double> value) { return value ? std::optional(1e3 * *value) : std::nullopt; };
     table.rows.push_back({text_cell(after ? "after" : "before"), fixed_cell(loop->max_gap_deg_per_h, 5),
                           fixed_cell(loop->max_gap_at_degc, 1), fixed_cell(loop->loop_area_deg_per_h_degc, 4),

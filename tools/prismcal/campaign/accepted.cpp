@@ -84,11 +84,11 @@ Result<std::string> model_text_of(const Store& store, const Outcome& outcome) {
   const auto model = compensation::parse_model(*text, path);
   if (!model) return tl::unexpected<Error>(model.error());
   if ((*model)->info().id != outcome.id)
-    return refuse(path, fmt::format("found id {:.12}, expected {:.12}: it is not the model that was evaluated",
-                                    (*model)->info().id, outcome.id));
+    return make_error(path, fmt::format("found id {:.12}, expected {:.12}: it is not the model that was evaluated",
+                                        (*model)->info().id, outcome.id));
   if ((*model)->info().gyro_serial != outcome.serial)
-    return refuse(path, fmt::format("found the model of gyro \"{}\", expected that of \"{}\"",
-                                    (*model)->info().gyro_serial, outcome.serial));
+    return make_error(path, fmt::format("found the model of gyro \"{}\", expected that of \"{}\"",
+                                        (*model)->info().gyro_serial, outcome.serial));
   return text;
 }
 
@@ -98,11 +98,11 @@ Result<Json> old_manifest(const std::string& folder) {
   if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return Json{{"models", Json::array()}};
   const std::string path = folder + "/" + kManifest;
   const auto text = read_text_file(path, kMaxModelBytes);
-  if (!text) return refuse(folder, fmt::format("holds no {}, expected none but folders of campaigns", kManifest));
+  if (!text) return make_error(folder, fmt::format("holds no {}, expected none but folders of campaigns", kManifest));
   Json json = Json::parse(*text, nullptr, false);
   if (!json.is_object() || json.value("format", "") != kFormat || !json.contains("models") ||
       !json["models"].is_array())
-    return refuse(path, fmt::format("found no {}, expected one", kFormat));
+    return make_error(path, fmt::format("found no {}, expected one", kFormat));
   return json;
 }
 
@@ -116,7 +116,8 @@ Result<void> put_in_place(const std::string& made, const std::string& folder) {
   }
   const int failed = errno;
   fs::remove_all(made, error);
-  return refuse(folder, fmt::format("cannot be exchanged in one step: {}; nothing was changed", std::strerror(failed)));
+  return make_error(folder,
+                    fmt::format("cannot be exchanged in one step: {}; nothing was changed", std::strerror(failed)));
 }
 
 /// Files of the old folder that stay: of gyros that are not in the new one.
@@ -145,7 +146,7 @@ Result<InstalledModels> fill(const CampaignFile& file, const Store& store, const
     const std::string name = file_name_of(*outcome);
     std::error_code error;
     if (fs::exists(fs::path(made) / name, error) || name == kManifest)
-      return refuse(
+      return make_error(
           name, fmt::format("found a second gyro of this file name ({}), expected names that differ", outcome->gyro));
     const auto text = model_text_of(store, *outcome);
     if (!text) return tl::unexpected<Error>(text.error());
@@ -176,7 +177,7 @@ Result<InstalledModels> install_models(const CampaignFile& file, const Store& st
   if (fs::is_symlink(target, error)) target = fs::canonical(target, error).string();
   const std::string made = fmt::format("{}.{}.new", target, ::getpid());
   fs::remove_all(made, error);
-  if (!fs::create_directories(made, error)) return refuse(made, error ? error.message() : "cannot be made");
+  if (!fs::create_directories(made, error)) return make_error(made, error ? error.message() : "cannot be made");
   auto installed = fill(file, store, lot, made, target, keep_others);
   if (!installed) {
     fs::remove_all(made, error);

@@ -18,7 +18,7 @@ namespace {
 
 Result<Descriptor> open_to_append(const std::string& path) {
   Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
-  if (file.get() < 0) return refuse(path, std::strerror(errno));
+  if (file.get() < 0) return make_error(path, std::strerror(errno));
   return file;
 }
 
@@ -42,7 +42,7 @@ Result<pid_t> spawn(const std::vector<std::string>& words, int output, int error
   const int failed = ::posix_spawnp(&child, arguments[0], &files, &attributes, arguments.data(), environ);
   ::posix_spawnattr_destroy(&attributes);
   ::posix_spawn_file_actions_destroy(&files);
-  if (failed != 0) return refuse(words[0], std::strerror(failed));
+  if (failed != 0) return make_error(words[0], std::strerror(failed));
   return child;
 }
 
@@ -58,7 +58,7 @@ Result<std::string> output_of(const std::vector<std::string>& words, const std::
   const auto file = open_to_append(errors);
   if (!file) return tl::unexpected<Error>(file.error());
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) return refuse("pipe", std::strerror(errno));
+  if (::pipe2(ends, O_CLOEXEC) != 0) return make_error("pipe", std::strerror(errno));
   Descriptor from(ends[0]);
   Descriptor to(ends[1]);
   const auto child = spawn(words, to.get(), file->get());
@@ -68,7 +68,7 @@ Result<std::string> output_of(const std::vector<std::string>& words, const std::
   from.reset();  // a child with more to say than is read ends, too
   int status = 0;
   ::waitpid(*child, &status, 0);
-  if (status != 0) return refuse(words[0], fmt::format("failed; its message is at the end of {}", errors));
+  if (status != 0) return make_error(words[0], fmt::format("failed; its message is at the end of {}", errors));
   return text;
 }
 

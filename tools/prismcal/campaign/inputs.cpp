@@ -77,7 +77,7 @@ InputCache::InputCache(std::string file) : file_(std::move(file)) {
 
 Result<InputFile> InputCache::describe(const std::string& path) {
   struct stat found {};
-  if (::stat(path.c_str(), &found) != 0) return refuse(path, std::strerror(errno));
+  if (::stat(path.c_str(), &found) != 0) return make_error(path, std::strerror(errno));
   const Stamp stamp{static_cast<std::uint64_t>(found.st_size), found.st_ino, found.st_dev,
                     found.st_mtim.tv_sec * std::int64_t{1'000'000'000} + found.st_mtim.tv_nsec};
   const auto known = entries_.find(path);

@@ -41,13 +41,14 @@ Result<void> run_at_level(const std::string& level, char** argv) {
   if (loaded == level) return {};
   const char* asked = std::getenv(kAsked);
   if ((asked && asked == level) || *mask_of(level) == 0)
-    return refuse("level", fmt::format("found {} on this machine, expected {}; \"level\" of the campaign sets one that "
-                                       "all machines have",
-                                       loaded, level));
+    return make_error("level",
+                      fmt::format("found {} on this machine, expected {}; \"level\" of the campaign sets one that "
+                                  "all machines have",
+                                  loaded, level));
   ::setenv(kTunables, mask_of(level), 1);
   ::setenv(kAsked, level.c_str(), 1);
   ::execv("/proc/self/exe", argv);
-  return refuse("/proc/self/exe", std::strerror(errno));
+  return make_error("/proc/self/exe", std::strerror(errno));
 }
 
 }  // namespace prism::campaign

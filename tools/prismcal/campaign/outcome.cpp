@@ -102,9 +102,9 @@ Result<Outcome> read_outcome(const Store& store, const PlannedTask& task) {
   try {
     return parse_outcome(Json::parse(*text), task);
   } catch (const Json::exception& error) {
-    return refuse(path,
-                  fmt::format("found {}, expected a result of this version: remove its folder to do the task again",
-                              error.what()));
+    return make_error(path,
+                      fmt::format("found {}, expected a result of this version: remove its folder to do the task again",
+                                  error.what()));
   }
 }
 

@@ -52,10 +52,10 @@ Result<std::pair<std::string, std::string>> owner_of(const TaskInput& input) {
   for (const InputFile& file : input.files) {
     if (!file.path.ends_with(".index")) owners.emplace(file.serial, file.axis);
   }
-  if (owners.empty()) return refuse(input.path, "holds no log of prismd");
-  if (owners.size() > 1) return refuse(input.path, "found logs of several gyros or axes, expected those of one");
+  if (owners.empty()) return make_error(input.path, "holds no log of prismd");
+  if (owners.size() > 1) return make_error(input.path, "found logs of several gyros or axes, expected those of one");
   if (owners.begin()->first.empty())
-    return refuse(input.path, "its log names no gyro_serial, expected one: the model is bound to it");
+    return make_error(input.path, "its log names no gyro_serial, expected one: the model is bound to it");
   return *owners.begin();
 }
 
@@ -80,7 +80,7 @@ Result<Gyros> find_gyros(const CampaignFile& file, InputCache& cache, Plan& plan
   for (const RecordingPattern& recording : file.recordings) {
     for (const std::string& pattern : recording.patterns) {
       const auto paths = paths_of_pattern(pattern);
-      if (paths.empty()) return refuse(pattern, "fits no file, expected one or more recordings");
+      if (paths.empty()) return make_error(pattern, "fits no file, expected one or more recordings");
       for (const std::string& path : paths) {
         if (auto done = add_recording(recording.role, path, cache, gyros, plan); !done)
           return tl::unexpected<Error>(done.error());
@@ -105,7 +105,7 @@ Result<void> add_tasks(const CampaignFile& file, const Work& work, const Task& g
     task.id = id_of(task);
     const auto cost = work.cost(task, seconds_of(task, Role::kTrain),
                                 seconds_of(task, Role::kRepeat) + seconds_of(task, Role::kOther));
-    if (!cost) return refuse(task.gyro(), fmt::format("model {}: {}", model.name, cost.error().text()));
+    if (!cost) return make_error(task.gyro(), fmt::format("model {}: {}", model.name, cost.error().text()));
     task.cpu_s = cost->cpu_s;
     task.memory_mb = cost->memory_mb;
     plan.tasks.push_back(std::move(task));
@@ -154,11 +154,11 @@ Result<Plan> make_plan(const CampaignFile& file, const Work& work, InputCache& c
     if (auto done = add_tasks(file, work, task, plan); !done) return tl::unexpected<Error>(done.error());
   }
   if (plan.tasks.empty())
-    return refuse(file.path,
-                  plan.left_out.empty()
-                      ? std::string("found no gyro, expected one or more")
-                      : fmt::format("found no gyro with all it takes, expected one or more; the first of {}: {}: {}",
-                                    plan.left_out.size(), plan.left_out[0].what, plan.left_out[0].why));
+    return make_error(
+        file.path, plan.left_out.empty()
+                       ? std::string("found no gyro, expected one or more")
+                       : fmt::format("found no gyro with all it takes, expected one or more; the first of {}: {}: {}",
+                                     plan.left_out.size(), plan.left_out[0].what, plan.left_out[0].why));
   return plan;
 }
 

@@ -35,7 +35,8 @@ class SlurmRun {
     std::error_code error;
     std::filesystem::create_directories(store_.file("slurm"), error);
     const auto before = queued();
-    if (!before) return refuse("squeue", before.error().what + "; expected a Slurm that this machine can submit to");
+    if (!before)
+      return make_error("squeue", before.error().what + "; expected a Slurm that this machine can submit to");
     if (*before > 0) {
       progress_.print(fmt::format("{} elements of this campaign are in the queue already", *before));
       if (settings_.detach) return end_of(state());

@@ -39,10 +39,10 @@ void each_name(const std::string& folder, const std::function<void(const std::st
 /// The disk has what stands in the folder, and its names.
 Result<void> sync(const std::string& path) {
   const int opened = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (opened < 0) return refuse(path, std::strerror(errno));
+  if (opened < 0) return make_error(path, std::strerror(errno));
   const int failed = ::fsync(opened) == 0 ? 0 : errno;
   ::close(opened);
-  if (failed != 0) return refuse(path, std::strerror(failed));
+  if (failed != 0) return make_error(path, std::strerror(failed));
   return {};
 }
 
@@ -85,7 +85,7 @@ Result<void> Store::create() const {
   std::error_code error;
   for (const char* name : {"tasks", "failed", "running"}) {
     fs::create_directories(file(name), error);
-    if (error) return refuse(file(name), error.message());
+    if (error) return make_error(file(name), error.message());
   }
   return {};
 }
@@ -106,14 +106,14 @@ Result<void> Store::write_plan(const Plan& plan) const {
 
 Result<std::vector<PlannedTask>> Store::read_plan() const {
   auto in = FileReader::open(file("plan.tsv"));
-  if (!in) return refuse(file("plan.tsv"), "no plan yet, expected one: `prismcal campaign FILE --plan` makes it");
+  if (!in) return make_error(file("plan.tsv"), "no plan yet, expected one: `prismcal campaign FILE --plan` makes it");
   std::vector<PlannedTask> tasks;
   std::string line;
   in->read_line(line);
   while (in->read_line(line)) {
     const auto fields = recordings::csv_fields(line, '\t');
     if (fields.size() != 5 || !is_task_id(fields[0]))
-      return refuse(file("plan.tsv"), fmt::format("found \"{}\", expected five fields", line));
+      return make_error(file("plan.tsv"), fmt::format("found \"{}\", expected five fields", line));
     tasks.push_back({fields[0], fields[1], fields[2], std::strtod(fields[3].c_str(), nullptr),
                      std::strtod(fields[4].c_str(), nullptr)});
   }
@@ -137,7 +137,7 @@ Result<Task> Store::read_task(const std::string& id) const {
   for (std::string line; is_task_id(id) && in->read_line(line);) {
     if (line.starts_with(begin)) return parse_task(line, file("tasks.jsonl"));
   }
-  return refuse(id, fmt::format("is no task of {}: planned anew since?", file("tasks.jsonl")));
+  return make_error(id, fmt::format("is no task of {}: planned anew since?", file("tasks.jsonl")));
 }
 
 bool Store::stands(const std::string& id) const { return ::access(task_folder(id).c_str(), F_OK) == 0; }
@@ -205,7 +205,7 @@ Result<std::string> Store::begin_task(const std::string& id) const {
   std::error_code error;
   const std::string unfinished = file(fmt::format("tasks/.{}.{}.{}", id, host_name(), ::getpid()));
   fs::remove_all(unfinished, error);
-  if (!fs::create_directories(unfinished, error)) return refuse(unfinished, error.message());
+  if (!fs::create_directories(unfinished, error)) return make_error(unfinished, error.message());
   return unfinished;
 }
 
@@ -221,7 +221,7 @@ Result<void> Store::publish_task(const std::string& unfinished, const std::strin
   if (::rename(unfinished.c_str(), task_folder(id).c_str()) != 0) {
     const int failed = errno;
     fs::remove_all(unfinished, error);
-    if (failed != ENOTEMPTY && failed != EEXIST) return refuse(task_folder(id), std::strerror(failed));
+    if (failed != ENOTEMPTY && failed != EEXIST) return make_error(task_folder(id), std::strerror(failed));
   }
   return sync(file("tasks"));
 }

@@ -55,14 +55,14 @@ Result<void> check_inputs(const Store& store, const Task& task) {
   InputCache cache(store.file("inputs.cache"));
   for (const TaskInput& input : task.inputs) {
     if (const auto names = files_of_recording(input.path); names.size() != input.files.size())
-      return refuse(input.path, fmt::format("found {} files, expected the {} of the plan: plan again", names.size(),
-                                            input.files.size()));
+      return make_error(input.path, fmt::format("found {} files, expected the {} of the plan: plan again", names.size(),
+                                                input.files.size()));
     for (const InputFile& file : input.files) {
       const auto found = cache.describe(file.path);
       if (!found) return tl::unexpected<Error>(found.error());
       if (found->sha256 != file.sha256)
-        return refuse(file.path, fmt::format("found SHA-256 {:.12}…, expected {:.12}… as planned: plan again",
-                                             found->sha256, file.sha256));
+        return make_error(file.path, fmt::format("found SHA-256 {:.12}…, expected {:.12}… as planned: plan again",
+                                                 found->sha256, file.sha256));
     }
   }
   return {};
@@ -88,7 +88,8 @@ Json times_json(std::chrono::steady_clock::time_point begin) {
 Result<void> work_in(const Store& store, const Task& task, const Work& work, const std::string& folder) {
   const auto begin = std::chrono::steady_clock::now();
   if (work.version != task.version)
-    return refuse(task.id, fmt::format("planned by version {}, this is {}: plan again", task.version, work.version));
+    return make_error(task.id,
+                      fmt::format("planned by version {}, this is {}: plan again", task.version, work.version));
   if (auto good = check_inputs(store, task); !good) return good;
   auto result = work.run(task, folder);
   if (!result) return tl::unexpected<Error>(result.error());
@@ -112,7 +113,7 @@ Result<void> run_task(const Store& store, const Task& task, const Work& work) {
   try {
     done = folder ? work_in(store, task, work, *folder) : tl::unexpected<Error>(folder.error());
   } catch (const std::bad_alloc&) {
-    done = refuse(task.id, "out of memory");
+    done = make_error(task.id, "out of memory");
   }
   if (done) {
     store.clear_failure(task.id);

@@ -97,7 +97,7 @@ Result<int> collect(const campaign::CampaignFile& file, const campaign::Store& s
   std::optional<campaign::Lot> previous;
   if (!file.previous.empty()) {
     auto read = campaign::read_lot(campaign::Store(file.previous), file.limits);
-    if (!read) return refuse(file.path + ":/previous", read.error().text());
+    if (!read) return make_error(file.path + ":/previous", read.error().text());
     previous = std::move(*read);
   }
   CommonOptions options;

@@ -34,7 +34,7 @@ Result<void> parse_words(std::vector<std::string> words, const Add& add) {
   try {
     app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
-    return refuse("options", error.what());
+    return make_error("options", error.what());
   }
   return {};
 }
@@ -43,25 +43,26 @@ Result<void> check_models(const campaign::CampaignFile& file) {
   for (const campaign::ModelChoice& model : file.models) {
     const std::string where = fmt::format("{}:/models/{}", file.path, model.name);
     const auto choice = train_choice(model.words);
-    if (!choice) return refuse(where, choice.error().what);
+    if (!choice) return make_error(where, choice.error().what);
     auto settings = settings_of(choice->method);
-    if (!settings) return refuse(where, settings.error().text());
+    if (!settings) return make_error(where, settings.error().text());
     const auto names = recordings::csv_fields(choice->inputs, ',');
     const auto terms = set_terms(choice->method, names, training::second_order_terms(names.size()), {}, *settings);
-    if (!terms) return refuse(where, terms.error().text());
+    if (!terms) return make_error(where, terms.error().text());
     if (!choice->prior.empty() || !choice->recordings.source.config.empty())
-      return refuse(where,
-                    "found prior or config, expected neither: the files that they name are not among a task's inputs");
+      return make_error(
+          where, "found prior or config, expected neither: the files that they name are not among a task's inputs");
     if (!choice->serial.empty())
-      return refuse(where, "found serial, expected none: each model is bound to what its recordings name");
+      return make_error(where, "found serial, expected none: each model is bound to what its recordings name");
   }
   const auto judging = judging_choice(file.judging);
-  if (!judging) return refuse(file.path + ":/judging", judging.error().what);
+  if (!judging) return make_error(file.path + ":/judging", judging.error().what);
   if (!judging->common.fallback.empty() || !judging->common.source.config.empty())
-    return refuse(file.path + ":/judging",
-                  "found fallback or config, expected neither: the files that they name are not among a task's inputs");
+    return make_error(
+        file.path + ":/judging",
+        "found fallback or config, expected neither: the files that they name are not among a task's inputs");
   const auto correction = correction_settings(judging->common);
-  if (!correction) return refuse(file.path + ":/judging", correction.error().text());
+  if (!correction) return make_error(file.path + ":/judging", correction.error().text());
   return {};
 }
 
@@ -135,7 +136,8 @@ Result<Json> run_task(const campaign::Task& task, const std::string& folder) {
   const auto trained = train_on_recordings(*choice);
   if (!trained) return refused_result(task, trained.error());
   if (trained->set.serial != task.serial)
-    return refuse(task.id, fmt::format("trained on gyro \"{}\", expected \"{}\"", trained->set.serial, task.serial));
+    return make_error(task.id,
+                      fmt::format("trained on gyro \"{}\", expected \"{}\"", trained->set.serial, task.serial));
   auto judging = judging_choice(task.judging);
   if (!judging) return tl::unexpected<Error>(judging.error());
   judging->model = folder + "/model.json";

@@ -28,7 +28,8 @@ bool begins_with_sim(const std::string& text) {
 /// Median over the seconds, so that lost frames and a cut second do not show.
 double samples_per_second(const recordings::Recording& recording) {
   std::vector<double> samples;
-  for (const compensation::Bucket& bucket : recording.buckets) samples.push_back(static_cast<double>(bucket.samples));
+  for (const compensation::SecondMean& second_mean : recording.second_means)
+    samples.push_back(static_cast<double>(second_mean.samples));
   return samples.empty() ? kUnknown : evaluation::median_of(std::move(samples));
 }
 
@@ -66,8 +67,8 @@ Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& op
     if (!config) return tl::unexpected(config.error());
     const config::AxisConfig* axis = config::find_axis(*config, options.source.axis);
     if (axis == nullptr)
-      return refuse(options.source.config,
-                    fmt::format("serves {} axes, expected --axis to name one of them", config->axes.size()));
+      return make_error(options.source.config,
+                        fmt::format("serves {} axes, expected --axis to name one of them", config->axes.size()));
     settings.engine = axis->engine;
     if (fallback.empty()) fallback = axis->fallback_model;
   }
@@ -94,19 +95,20 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureD
   const std::string serial = recording->value("gyro_serial");
   if (model && !options.any_gyro && !model->gyro_serial.empty() && !serial.empty() && serial != "unknown" &&
       serial != model->gyro_serial) {
-    return refuse(
+    return make_error(
         path, fmt::format("recorded from gyro \"{}\", the model is bound to \"{}\"; --any-gyro judges it all the same",
                           serial, model->gyro_serial));
   }
   const std::vector<SensorName> there = recording->sensors();
   for (const SensorName& sensor : features.sensors) {
     if (sensor_index(there, sensor.name) == there.size())
-      return refuse(path, fmt::format("has no sensor \"{}\" as the model asks for; its sensors: {}", sensor.name,
-                                      sensors_text(there)));
+      return make_error(path, fmt::format("has no sensor \"{}\" as the model asks for; its sensors: {}", sensor.name,
+                                          sensors_text(there)));
   }
   const auto earth = recordings::earth_rate_of(*recording, options.site);
   if (!earth) return tl::unexpected(earth.error());
-  auto table = recordings::make_block_table(recording->buckets, features, *earth, recording->name, recording->sessions);
+  auto table =
+      recordings::make_block_table(recording->second_means, features, *earth, recording->name, recording->sessions);
   if (!table) return tl::unexpected(table.error());
   return Loaded{std::move(*recording), std::move(*table)};
 }
@@ -155,7 +157,7 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
     table.caption = fmt::format("Blocks of {} s, restarted after every gap longer than {} s.", t.features.length_s,
                                 t.features.max_gap_s);
     table.rows.push_back({report::text_cell(role), report::text_cell(t.name),
-                          report::fixed_cell(static_cast<double>(loaded->recording.buckets.size()), 0),
+                          report::fixed_cell(static_cast<double>(loaded->recording.second_means.size()), 0),
                           report::general_cell(samples_per_second(loaded->recording), 6), report::fixed_cell(hours, 2),
                           report::fixed_cell(static_cast<double>(t.size()), 0),
                           report::fixed_cell(static_cast<double>(t.gaps), 0),
@@ -172,14 +174,14 @@ Result<void> write_report(const report::Report& report, const CommonOptions& opt
   std::error_code error;
   const std::filesystem::path folder(options.out);
   std::filesystem::create_directories(folder, error);
-  if (error) return refuse(options.out, error.message());
+  if (error) return make_error(options.out, error.message());
   for (const auto& [name, text] : {std::pair{"report.html", report::html_page(report)},
                                    {"report.csv", report::csv_text(report)},
                                    {"report.json", report::json_text(report)}}) {
     if (auto done = write_text_file((folder / name).string(), text); !done) return done;
   }
   std::filesystem::create_directories(folder / "tables", error);
-  if (error) return refuse((folder / "tables").string(), error.message());
+  if (error) return make_error((folder / "tables").string(), error.message());
   for (const auto& [name, text] : report::csv_files(report)) {
     if (auto done = write_text_file((folder / "tables" / name).string(), text); !done) return done;
   }

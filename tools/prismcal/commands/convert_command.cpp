@@ -26,9 +26,10 @@ Result<wire::FrameDescriptionPtr> one_a_second(const std::string& frames) {
   const auto text = read_text_file(path, kMaxTableBytes);
   if (!text) return tl::unexpected(text.error());
   auto description = wire::parse_frame_description(*text, path);
-  if (description && !(*description)->carries_gyro()) return refuse(path, "has no gyro, expected one");
+  if (description && !(*description)->carries_gyro()) return make_error(path, "has no gyro, expected one");
   if (description && (*description)->rate_hz != 1) {
-    return refuse(path, fmt::format("{} frames a second; a recording has one row a second", (*description)->rate_hz));
+    return make_error(path,
+                      fmt::format("{} frames a second; a recording has one row a second", (*description)->rate_hz));
   }
   return description;
 }
@@ -42,25 +43,25 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
   if (!writer) return tl::unexpected(writer.error());
   wire::FrameEncoder encoder(std::move(frames));
   std::vector<std::uint8_t> bytes;
-  std::int64_t next = recording.buckets.empty() ? 0 : recording.buckets.front().second;
+  std::int64_t next = recording.second_means.empty() ? 0 : recording.second_means.front().second;
   std::size_t session = 0, index = 0, frames_written = 0;
-  for (const compensation::Bucket& bucket : recording.buckets) {
-    const std::int64_t time_ns = bucket.second * compensation::kNanosecondsPerSecond + 950'000'000;
+  for (const compensation::SecondMean& second_mean : recording.second_means) {
+    const std::int64_t time_ns = second_mean.second * compensation::kNanosecondsPerSecond + 950'000'000;
     if (session < recording.sessions.size() && recording.sessions[session] == index++) {
       if (++session > 1) {
-        next = bucket.second;
+        next = second_mean.second;
         if (const auto done = writer->opened(time_ns); !done) return tl::unexpected(done.error());
       }
     }
-    if (bucket.partial) continue;
+    if (second_mean.partial) continue;
     wire::GyroState state;
     state.interval_s = 1;
-    state.valid[0] = std::isfinite(bucket.rate_deg_per_h);
-    state.rate_deg_per_h[0] = state.valid[0] ? bucket.rate_deg_per_h : 0;
-    state.temperature_degc = bucket.temperature_degc;
-    state.uhfo_v = bucket.uhfo_v;
-    if (bucket.second > next) encoder.skip(state, static_cast<std::uint64_t>(bucket.second - next));
-    next = bucket.second + 1;
+    state.valid[0] = std::isfinite(second_mean.rate_deg_per_h);
+    state.rate_deg_per_h[0] = state.valid[0] ? second_mean.rate_deg_per_h : 0;
+    state.temperature_degc = second_mean.temperature_degc;
+    state.uhfo_v = second_mean.uhfo_v;
+    if (second_mean.second > next) encoder.skip(state, static_cast<std::uint64_t>(second_mean.second - next));
+    next = second_mean.second + 1;
     bytes.clear();
     encoder.encode(state, bytes);
     const auto done = writer->data(time_ns, bytes);
@@ -77,7 +78,7 @@ Result<std::size_t> convert(const ConvertChoice& choice) {
   if (!frames) return tl::unexpected(frames.error());
   const auto recording = recordings::read_recording(choice.recording, choice.source);
   if (!recording) return tl::unexpected(recording.error());
-  if (recording->buckets.empty()) return refuse(choice.recording, "no row in it");
+  if (recording->second_means.empty()) return make_error(choice.recording, "no row in it");
   return write_capture(*recording, *frames, choice.out);
 }
 

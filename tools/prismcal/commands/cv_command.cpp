@@ -57,7 +57,7 @@ Result<Problem> read_problem(const CvChoice& choice, const training::TrainingSet
   const std::size_t n = table->rows();
   if (choice.fold_column.empty()) {
     if (static_cast<std::size_t>(settings.folds) > n)
-      return refuse("--folds", fmt::format("found {}, expected at most {} rows", settings.folds, n));
+      return make_error("--folds", fmt::format("found {}, expected at most {} rows", settings.folds, n));
     const bool shuffled = settings.tuning == training::Tuning::kShuffled;
     return Problem{std::move(*data), shuffled ? training::shuffled_folds(n, settings.folds, settings.seed)
                                               : training::blocked_folds(std::vector<int>(n, 0), settings.folds)};
@@ -73,18 +73,19 @@ Result<int> run(const CvChoice& choice) {
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
   if (!settings->method->has(training::kExactFolds)) {
-    return refuse("--method", fmt::format("found \"{}\", expected {}", settings->method->name,
-                                          training::method_names(training::kExactFolds, " or ")));
+    return make_error("--method", fmt::format("found \"{}\", expected {}", settings->method->name,
+                                              training::method_names(training::kExactFolds, " or ")));
   }
-  if (!settings->c || !settings->sigma2) return refuse("--c and --sigma2", "found one or none of them, expected both");
+  if (!settings->c || !settings->sigma2)
+    return make_error("--c and --sigma2", "found one or none of them, expected both");
   const auto problem = read_problem(choice, *settings);
   if (!problem) return tl::unexpected<Error>(problem.error());
   const training::NormalisedData& data = problem->data;
   const auto fits = training::plan_resources(data.y.size(), data.x.rows(), *settings);
   if (!fits) return tl::unexpected<Error>(fits.error());
   if (fits->sparse)
-    return refuse(choice.file,
-                  fmt::format("found {} rows, expected at most 5000 for exact cross-validation", data.y.size()));
+    return make_error(choice.file,
+                      fmt::format("found {} rows, expected at most 5000 for exact cross-validation", data.y.size()));
   const Eigen::MatrixXd kernel = compensation::kernel_matrix(data.x, {*settings->sigma2});
   const double scale = data.constants.target_scale;
   const bool loo = settings->tuning == training::Tuning::kLoo;
@@ -94,7 +95,7 @@ Result<int> run(const CvChoice& choice) {
   nlohmann::ordered_json json = costs_json(*plain);
   std::string text = costs_text("unweighted", *plain);
   if (settings->method->has(training::kWeights)) {
-    if (loo) return refuse("--tune", "found loo with " + std::string(settings->method->name) + ", expected folds");
+    if (loo) return make_error("--tune", "found loo with " + std::string(settings->method->name) + ", expected folds");
     training::ReweightSettings reweight = settings->reweight;
     reweight.weight.parameter = settings->parameter.value_or(training::usual_parameter(reweight.weight.kind));
     if (reweight.limit > 1) reweight.limit = training::kRobustSolves, reweight.tolerance = 0;

@@ -63,15 +63,16 @@ Result<int> run(const FitChoice& choice) {
     const auto time = table->column(choice.time);
     if (!time) return tl::unexpected<Error>(time.error());
     if (!std::is_sorted(time->begin(), time->end()))
-      return refuse("--time", "the rows are not in order of " + choice.time);
+      return make_error("--time", "the rows are not in order of " + choice.time);
     data.time_s = Eigen::Map<const Eigen::VectorXd>(time->data(), data.target.size());
   }
   if (!choice.fold_column.empty()) {
     if (settings->method->has(training::kOwnSearch))
-      return refuse("--fold-column",
-                    fmt::format("found it with --method {}, which has no folds", settings->method->name));
+      return make_error("--fold-column",
+                        fmt::format("found it with --method {}, which has no folds", settings->method->name));
     if (settings->tuning == training::Tuning::kLoo || settings->tuning == training::Tuning::kReml) {
-      return refuse("--fold-column", fmt::format("found it with --tune {}, which has no folds", choice.method.tune));
+      return make_error("--fold-column",
+                        fmt::format("found it with --tune {}, which has no folds", choice.method.tune));
     }
     const auto column = table->column(choice.fold_column);
     if (!column) return tl::unexpected<Error>(column.error());

@@ -12,10 +12,11 @@ namespace {
 /// T by another name: the axis's own thermometer, whose difference to T would be rounding.
 bool is_own_thermometer(const recordings::Recording& recording, std::size_t sensor) {
   constexpr double kSame_degc = 0.02;
-  return std::all_of(recording.buckets.begin(), recording.buckets.end(), [&](const compensation::Bucket& bucket) {
-    return sensor >= bucket.sensors.size() ||
-           !(std::fabs(bucket.sensors[sensor] - bucket.temperature_degc) > kSame_degc);
-  });
+  return std::all_of(recording.second_means.begin(), recording.second_means.end(),
+                     [&](const compensation::SecondMean& second_mean) {
+                       return sensor >= second_mean.sensors.size() ||
+                              !(std::fabs(second_mean.sensors[sensor] - second_mean.temperature_degc) > kSame_degc);
+                     });
 }
 
 /// What a recording can give a model: T, dTdt, U, the lags, and of each sensor its difference to T (in degC; else
@@ -24,18 +25,18 @@ Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
   const auto recording = recordings::read_recording(choice.files.front(), choice.recordings.source);
   if (!recording) return tl::unexpected<Error>(recording.error());
   const auto often = [&](auto value_of) {
-    const auto known = std::count_if(recording->buckets.begin(), recording->buckets.end(),
-                                     [&](const auto& bucket) { return std::isfinite(value_of(bucket)); });
-    return 10 * static_cast<std::size_t>(known) > 9 * recording->buckets.size();
+    const auto known = std::count_if(recording->second_means.begin(), recording->second_means.end(),
+                                     [&](const auto& second_mean) { return std::isfinite(value_of(second_mean)); });
+    return 10 * static_cast<std::size_t>(known) > 9 * recording->second_means.size();
   };
   std::vector<std::string> names = {"T", "dTdt"};
-  if (often([](const compensation::Bucket& bucket) { return bucket.uhfo_v; })) names.emplace_back("U");
+  if (often([](const compensation::SecondMean& second_mean) { return second_mean.uhfo_v; })) names.emplace_back("U");
   const std::size_t lags = choice.recordings.features.lag_time_constants_s.size();
   for (std::size_t i = 1; i <= lags; ++i) names.push_back(fmt::format("lag{}", i));
   const std::vector<SensorName> sensors = recording->sensors();
   for (std::size_t i = 0; i < sensors.size(); ++i) {
-    if (!often([i](const compensation::Bucket& bucket) {
-          return i < bucket.sensors.size() ? bucket.sensors[i] : kUnknown;
+    if (!often([i](const compensation::SecondMean& second_mean) {
+          return i < second_mean.sensors.size() ? second_mean.sensors[i] : kUnknown;
         }))
       continue;
     const SensorName& sensor = sensors[i];

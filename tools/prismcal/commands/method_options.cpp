@@ -84,25 +84,25 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
   training::TrainingSettings s;
   s.method = *training::parse_method(method_name_of(o));
   if (s.method->has(training::kOwnSearch) && (o.c || o.sigma2 || !o.tune.empty()))
-    return refuse("--method", fmt::format("found {} with --c, --sigma2 or --tune, which belong to {}", s.method->name,
-                                          training::method_names(training::kTuning, " and ")));
+    return make_error("--method", fmt::format("found {} with --c, --sigma2 or --tune, which belong to {}",
+                                              s.method->name, training::method_names(training::kTuning, " and ")));
   if (s.method->has(training::kWeights)) {
     s.reweight.weight.kind = *training::parse_weight(o.weight.empty() ? "myriad" : o.weight);
   } else if (!o.weight.empty()) {
-    return refuse("--weight", fmt::format("found \"{}\" with --method {}, expected it with {}", o.weight,
-                                          s.method->name, training::method_names(training::kWeights, " or ")));
+    return make_error("--weight", fmt::format("found \"{}\" with --method {}, expected it with {}", o.weight,
+                                              s.method->name, training::method_names(training::kWeights, " or ")));
   }
   if (o.beta && s.reweight.weight.kind != training::WeightKind::kHuber)
-    return refuse("--beta", "belongs to --weight huber");
+    return make_error("--beta", "belongs to --weight huber");
   if (o.delta && s.reweight.weight.kind != training::WeightKind::kMyriad)
-    return refuse("--delta", "belongs to --weight myriad");
+    return make_error("--delta", "belongs to --weight myriad");
   s.parameter = o.beta ? o.beta : o.delta;
   s.reweight.weight.hampel_floor = o.hampel_floor;
   s.reweight.scale = o.scale == "mad" ? training::ScaleKind::kMad : training::ScaleKind::kIqr;
   s.reweight.limit = o.reweight == "1" ? 1 : 500;
-  s.scaling = o.normalise == "zscore" ? training::Scaling::kZscore
-              : o.normalise == "auto" ? training::Scaling::kAuto
-                                      : training::Scaling::kNone;
+  s.scaling = o.normalise == "zscore" ? training::NormalisationMethod::kZscore
+              : o.normalise == "auto" ? training::NormalisationMethod::kAuto
+                                      : training::NormalisationMethod::kNone;
   s.c = o.c;
   s.sigma2 = o.sigma2;
   s.epsilon = o.epsilon;
@@ -120,8 +120,8 @@ Result<void> set_terms(const MethodOptions& options, const std::vector<std::stri
                        std::vector<std::string> start, training::TrainingSettings& settings) {
   if (settings.method->has(training::kCubic)) {
     if (names.size() != 1)
-      return refuse("--inputs", fmt::format("found {} with --method {}, expected one: it is a cubic of one input",
-                                            names.size(), settings.method->name));
+      return make_error("--inputs", fmt::format("found {} with --method {}, expected one: it is a cubic of one input",
+                                                names.size(), settings.method->name));
     settings.terms = training::cubic_terms();
   }
   if (!settings.method->has(training::kTerms)) return {};
@@ -133,7 +133,7 @@ Result<void> set_terms(const MethodOptions& options, const std::vector<std::stri
     const auto at = std::find(known.begin(), known.end(), wanted);
     if (at != known.end()) settings.stepwise.start.push_back(static_cast<int>(at - known.begin()));
     if (at == known.end() && !options.start.empty())
-      return refuse("--start", fmt::format("found \"{}\", expected some of {}", wanted, fmt::join(known, ", ")));
+      return make_error("--start", fmt::format("found \"{}\", expected some of {}", wanted, fmt::join(known, ", ")));
   }
   return {};
 }

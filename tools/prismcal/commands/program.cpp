@@ -20,7 +20,7 @@ constexpr int kDone = 0, kFailed = 1, kUsage = 64;
 int run(int argc, char** argv) {
   CLI::App app("prismcal: makes, judges and compares bias models of laser gyros");
   int code = kDone;
-  tools::speak_to_people(app);
+  tools::use_readable_help(app);
   app.set_version_flag("--version", std::string("prismcal ") + kVersion);
   app.require_subcommand(1);
   tools::add_examples(

@@ -122,7 +122,7 @@ Result<AxisReport> report_axis(ReportChoice choice, const std::vector<analysis::
   const std::string refusal = analysis::data_quality_refusal(*quality);
   if (!choice.force && !refusal.empty()) {
     fmt::print(stderr, "{}", report::plain_text(analysis::data_quality_table(*quality, loaded.front().table.name)));
-    return refuse(choice.training, refusal + " --force trains all the same");
+    return make_error(choice.training, refusal + " --force trains all the same");
   }
   std::vector<std::pair<std::string, const Loaded*>> recordings;
   analysis::ExperimentData data{loaded.front().table, {}, *correction};
@@ -176,7 +176,7 @@ Result<bool> report_axes(ReportChoice choice, const std::vector<analysis::Limit>
   for (const std::string& axis : axes) {
     choice.common.source.axis = axis;
     auto made = report_axis(choice, limits);
-    if (!made) return refuse("axis " + axis, made.error().text());
+    if (!made) return make_error("axis " + axis, made.error().text());
     overview.rows.push_back(std::move(made->overview));
     overview.rows.back().front().link = "#" + report::id_of_axis(overview.rows.size(), "summary");
     reports.emplace_back(axis, std::move(made->report));

@@ -17,7 +17,7 @@ Result<std::vector<compensation::ModelPtr>> read_siblings(const std::string& fol
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     if (entry->path().extension() == ".json") files.push_back(entry->path().string());
   }
-  if (error) return refuse(folder, fmt::format("{}; expected a folder of models", error.message()));
+  if (error) return make_error(folder, fmt::format("{}; expected a folder of models", error.message()));
   std::sort(files.begin(), files.end());
   std::vector<compensation::ModelPtr> siblings;
   std::size_t own = 0;
@@ -29,8 +29,8 @@ Result<std::vector<compensation::ModelPtr>> read_siblings(const std::string& fol
     if (!is_own) siblings.push_back(std::move(*model));
   }
   if (siblings.size() < 2) {
-    return refuse(folder, fmt::format("found {} models of other gyros ({} of this one), expected at least 2",
-                                      siblings.size(), own));
+    return make_error(folder, fmt::format("found {} models of other gyros ({} of this one), expected at least 2",
+                                          siblings.size(), own));
   }
   return siblings;
 }

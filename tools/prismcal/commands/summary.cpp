@@ -18,7 +18,7 @@ ordered_json prior_json(const training::TrainedModel& trained) {
   return {{"scale", prior.scale}, {"explained", *trained.from_siblings}, {"models", std::move(ids)}};
 }
 
-ordered_json spread_json(const std::optional<compensation::Spread>& spread) {
+ordered_json spread_json(const std::optional<compensation::BetweenRunError>& spread) {
   if (!spread) return nullptr;
   return {{"nuisance_deg_per_h", spread->nuisance_deg_per_h},
           {"offset_deg_per_h", spread->offset_deg_per_h},
@@ -28,7 +28,7 @@ ordered_json spread_json(const std::optional<compensation::Spread>& spread) {
           {"samples", spread->samples}};
 }
 
-std::string spread_text(const std::optional<compensation::Spread>& spread) {
+std::string spread_text(const std::optional<compensation::BetweenRunError>& spread) {
   if (!spread) return "  too short a record to say how far another run lies from this model\n";
   const std::string judged = spread->blocks > 0
                                  ? fmt::format("{} held-out parts, {} samples", spread->blocks, spread->samples)

@@ -38,7 +38,7 @@ Result<void> check_recordings(recordings::TrainingSet& set, const TrainChoice& c
     const std::string refusal = analysis::data_quality_refusal(*quality);
     if (!refusal.empty()) refused = Error{choice.files[i], refusal};
   }
-  if (refused && !choice.force) return refuse(refused->where, refused->what + " --force trains all the same");
+  if (refused && !choice.force) return make_error(refused->where, refused->what + " --force trains all the same");
   return {};
 }
 

@@ -18,14 +18,14 @@ class Seconds {
  public:
   explicit Seconds(BlockTable& table) : table_(table) {}
 
-  void add(const compensation::Bucket& bucket) {
-    if (begun_) fill_hole(bucket.second - last_ - 1);
-    const bool known = std::isfinite(bucket.rate_deg_per_h);
+  void add(const compensation::SecondMean& second_mean) {
+    if (begun_) fill_hole(second_mean.second - last_ - 1);
+    const bool known = std::isfinite(second_mean.rate_deg_per_h);
     if (!known) miss(1);
-    push(bucket.second, known ? bucket.rate_deg_per_h - table_.earth_rate_deg_per_h : kUnknown);
+    push(second_mean.second, known ? second_mean.rate_deg_per_h - table_.earth_rate_deg_per_h : kUnknown);
     in_hole_ = !known;
-    table_.missing_frames += bucket.missing_frames;
-    last_ = bucket.second;
+    table_.missing_frames += second_mean.missing_frames;
+    last_ = second_mean.second;
     begun_ = true;
   }
 
@@ -68,14 +68,14 @@ class Timeline {
     fresh_ = fresh_ || begins;
     return begins;
   }
-  compensation::Bucket laid(compensation::Bucket bucket) {
+  compensation::SecondMean laid(compensation::SecondMean second_mean) {
     if (std::exchange(fresh_, false)) {
       constexpr std::int64_t kHole = 1;  // what was there between two sessions is not known
-      shift_s_ = bucket.second <= last_ ? last_ + 1 + kHole - bucket.second : 0;
+      shift_s_ = second_mean.second <= last_ ? last_ + 1 + kHole - second_mean.second : 0;
     }
-    bucket.second += shift_s_;
-    last_ = bucket.second;
-    return bucket;
+    second_mean.second += shift_s_;
+    last_ = second_mean.second;
+    return second_mean;
   }
 
  private:
@@ -98,51 +98,51 @@ std::vector<double> BlockTable::hours() const {
   std::vector<double> values;
   values.reserve(blocks.size());
   for (const compensation::Window& block : blocks) {
-    values.push_back(static_cast<double>(block.bucket.second - blocks.front().bucket.second + features.length_s) /
-                     3600);
+    values.push_back(
+        static_cast<double>(block.second_mean.second - blocks.front().second_mean.second + features.length_s) / 3600);
   }
   return values;
 }
 
-Result<BlockTable> make_block_table(std::span<const compensation::Bucket> buckets,
+Result<BlockTable> make_block_table(std::span<const compensation::SecondMean> second_means,
                                     const compensation::FeatureDefinition& features, double earth_rate_deg_per_h,
                                     const std::string& name, std::span<const std::size_t> sessions) {
   BlockTable table;
   table.name = name;
   table.features = features;
   table.earth_rate_deg_per_h = earth_rate_deg_per_h;
-  compensation::Conditioner conditioner(features);
+  compensation::FeatureExtractor conditioner(features);
   Seconds seconds(table);
   std::int64_t next_end = 0;
   bool on_grid = false;  // the grid begins anew after every gap
   Timeline timeline(sessions);
-  for (std::size_t i = 0; i < buckets.size(); ++i) {
+  for (std::size_t i = 0; i < second_means.size(); ++i) {
     if (timeline.begins(i)) conditioner.reset();
-    if (buckets[i].partial) continue;
-    const compensation::Bucket bucket = timeline.laid(buckets[i]);
-    if (!seconds.comes_before(bucket.second)) {
-      return refuse(name, fmt::format("second {} does not come after the one before it", bucket.second));
+    if (second_means[i].partial) continue;
+    const compensation::SecondMean second_mean = timeline.laid(second_means[i]);
+    if (!seconds.comes_before(second_mean.second)) {
+      return make_error(name, fmt::format("second {} does not come after the one before it", second_mean.second));
     }
-    seconds.add(compensation::believed(bucket));
-    const compensation::Window window = conditioner.push(bucket);
+    seconds.add(compensation::believed(second_mean));
+    const compensation::Window window = conditioner.push(second_mean);
     if (window.state != compensation::WindowState::kReady) {
       table.warming.push_back(window);
       on_grid = false;
       continue;
     }
-    if (on_grid && bucket.second < next_end) continue;
+    if (on_grid && second_mean.second < next_end) continue;
     if (!std::isfinite(window.rate_deg_per_h)) continue;
-    table.follows.push_back(on_grid && bucket.second == next_end);
+    table.follows.push_back(on_grid && second_mean.second == next_end);
     table.blocks.push_back(window);
     table.bias_deg_per_h.push_back(window.rate_deg_per_h - earth_rate_deg_per_h);
-    next_end = bucket.second + features.length_s;
+    next_end = second_mean.second + features.length_s;
     on_grid = true;
   }
   if (table.blocks.empty()) {
-    return refuse(
-        name,
-        fmt::format("{} in {} hold no full block; a block needs {} s without a gap", counted(buckets.size(), "second"),
-                    counted(table.gaps + (buckets.empty() ? 0 : 1), "piece"), compensation::history_s(features)));
+    return make_error(name, fmt::format("{} in {} hold no full block; a block needs {} s without a gap",
+                                        counted(second_means.size(), "second"),
+                                        counted(table.gaps + (second_means.empty() ? 0 : 1), "piece"),
+                                        compensation::history_s(features)));
   }
   return table;
 }

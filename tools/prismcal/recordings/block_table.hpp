@@ -37,7 +37,7 @@ struct BlockTable {
 /// session begins before the one before it ended, as the clock was set back, it is laid behind that. Refused: no
 /// buckets, seconds out of order within a session, no full block (a recording shorter than the window, or ridden with
 /// gaps).
-Result<BlockTable> make_block_table(std::span<const compensation::Bucket> buckets,
+Result<BlockTable> make_block_table(std::span<const compensation::SecondMean> second_means,
                                     const compensation::FeatureDefinition& features, double earth_rate_deg_per_h,
                                     const std::string& name, std::span<const std::size_t> sessions = {});
 

@@ -40,10 +40,10 @@ Result<std::size_t> axis_index(const pipeline::Setup& setup, const std::string& 
     names.push_back(axis.name);
   }
   if (wanted.empty())
-    return refuse(setup.config.path,
-                  fmt::format("serves the axes {}; --axis says which is meant", fmt::join(names, ", ")));
-  return refuse("--axis", fmt::format("found \"{}\", expected one of {} as {} serves", wanted, fmt::join(names, ", "),
-                                      setup.config.path));
+    return make_error(setup.config.path,
+                      fmt::format("serves the axes {}; --axis says which is meant", fmt::join(names, ", ")));
+  return make_error("--axis", fmt::format("found \"{}\", expected one of {} as {} serves", wanted,
+                                          fmt::join(names, ", "), setup.config.path));
 }
 
 Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options) {
@@ -57,13 +57,13 @@ Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options) {
 
 Result<Recording> read_capture(const std::string& path, const SourceOptions& options) {
   if (options.config.empty())
-    return refuse(path, "is a capture: say --config PRISMD.JSON, so that its frames can be read");
+    return make_error(path, "is a capture: say --config PRISMD.JSON, so that its frames can be read");
   pipeline::Overrides overrides;
   overrides.without_models = true;
   const auto setup = pipeline::load_setup(options.config, overrides);
   if (!setup) return tl::unexpected<Error>(setup.error());
   const wire::FrameDescription& frames = *setup->frames;
-  const drivers::BareBytes bare{std::max(1.0, frames.rate_hz * frames.max_frame_bytes), 0};
+  const drivers::RawByteStream bare{std::max(1.0, frames.rate_hz * frames.max_frame_bytes), 0};
   auto reader = drivers::CaptureReader::open(path, bare);
   if (!reader) return tl::unexpected<Error>(reader.error());
   const auto axis = axis_index(*setup, options.axis);
@@ -76,9 +76,9 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   const auto take = [&](const pipeline::Rows& rows) {
     for (const auto& window : rows.windows) {
       if (window.axis != *axis) continue;
-      if (session_ns != window.session_ns) recording.sessions.push_back(recording.buckets.size());
+      if (session_ns != window.session_ns) recording.sessions.push_back(recording.second_means.size());
       session_ns = window.session_ns;
-      recording.buckets.push_back(window.row.window.bucket);
+      recording.second_means.push_back(window.row.window.second_mean);
     }
   };
   auto sensors = pipeline::SensorCaptures::open(*setup, pipeline::sensor_files_beside(*setup, path));
@@ -97,7 +97,7 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   recording.notes.insert(recording.notes.end(), sensors->notes().begin(), sensors->notes().end());
   if (const std::string damage = reader->damaged_places().text(); !damage.empty()) recording.notes.push_back(damage);
   if (!reader->tail_damage().empty()) recording.notes.push_back(reader->tail_damage());
-  if (recording.buckets.empty()) return refuse(path, "holds no frame of " + setup->config.frames);
+  if (recording.second_means.empty()) return make_error(path, "holds no frame of " + setup->config.frames);
   const auto sum = sha256_of_file(path);
   if (!sum) return tl::unexpected<Error>(sum.error());
   recording.files.push_back({path, *sum, packets});

@@ -27,33 +27,33 @@ Result<CsvTable> CsvTable::read(const std::string& path) {
       if (auto good = check_text(TextRule::kText, name, lines.place()); !good)
         return tl::unexpected<Error>(good.error());
       if (std::find(table.names_.begin(), table.names_.end(), name) != table.names_.end())
-        return refuse(lines.place(), fmt::format("the column \"{}\" is named twice", name));
+        return make_error(lines.place(), fmt::format("the column \"{}\" is named twice", name));
       table.names_.push_back(std::move(name));
     }
   }
   while (lines.next()) {
     if (const std::size_t found = lines.field_count(); found != table.names_.size())
-      return refuse(lines.place(), fmt::format("found {} fields, expected {}", found, table.names_.size()));
+      return make_error(lines.place(), fmt::format("found {} fields, expected {}", found, table.names_.size()));
     table.lines_.push_back({lines.line(), lines.number()});
   }
   if (auto good = lines.finish(); !good) return tl::unexpected<Error>(good.error());
-  if (table.lines_.empty()) return refuse(path, "found no row below a line of names");
+  if (table.lines_.empty()) return make_error(path, "found no row below a line of names");
   return table;
 }
 
 Result<std::vector<double>> CsvTable::column(const std::string& name) const {
   const auto index = csv_column(names_, name);
   if (!index)
-    return refuse(path_, fmt::format("found no column \"{}\", expected a number from 1 to {} or one of {}", name,
-                                     names_.size(), fmt::join(names_, ", ")));
+    return make_error(path_, fmt::format("found no column \"{}\", expected a number from 1 to {} or one of {}", name,
+                                         names_.size(), fmt::join(names_, ", ")));
   std::vector<double> values;
   values.reserve(lines_.size());
   for (const NumberedLine& line : lines_) {
     const std::string_view field = *csv_field(line.text, separator_, *index);
     const auto value = csv_number(field);
     if (!value) {
-      return refuse(fmt::format("{}:{}", path_, line.number),
-                    fmt::format("column {}: found \"{}\", expected a finite number", name, field));
+      return make_error(fmt::format("{}:{}", path_, line.number),
+                        fmt::format("column {}: found \"{}\", expected a finite number", name, field));
     }
     values.push_back(*value);
   }

@@ -57,7 +57,7 @@ BlockTable part_of(const BlockTable& table, const std::vector<Side>& sides, Side
     part.blocks.push_back(table.blocks[i]);
     part.bias_deg_per_h.push_back(table.bias_deg_per_h[i]);
     part.follows.push_back(i > 0 && sides[i - 1] == wanted && table.follows[i]);
-    const std::int64_t end = table.blocks[i].bucket.second;
+    const std::int64_t end = table.blocks[i].second_mean.second;
     while (second < table.second.size() && table.second[second] <= end - table.features.length_s) ++second;
     for (; second < table.second.size() && table.second[second] <= end; ++second) {
       part.second.push_back(table.second[second]);
@@ -82,28 +82,31 @@ Result<HoldOut> parse_hold_out(const std::string& text) {
   if (good && stretches && number >= 1 && number <= 1e7 && number == std::floor(number))
     return HoldOut{0, static_cast<std::int64_t>(number)};
   if (good && !stretches && number >= 0.05 && number <= 0.95) return HoldOut{number, 0};
-  return refuse("--hold-out", fmt::format("found \"{}\", expected a share from 0.05 to 0.95, or blocks:SECONDS", text));
+  return make_error("--hold-out",
+                    fmt::format("found \"{}\", expected a share from 0.05 to 0.95, or blocks:SECONDS", text));
 }
 
 Result<Split> split_blocks(const BlockTable& table, const HoldOut& hold_out) {
   const std::int64_t gap_s = gap_of(table.features), shortest_s = 2 * gap_s + table.features.length_s;
   if (hold_out.stretch_s > 0 && hold_out.stretch_s < shortest_s) {
-    return refuse("--hold-out", fmt::format("found stretches of {} s, expected {} s or more: a held block lies {} s "
-                                            "apart from what is trained on",
-                                            hold_out.stretch_s, shortest_s, gap_s));
+    return make_error("--hold-out",
+                      fmt::format("found stretches of {} s, expected {} s or more: a held block lies {} s "
+                                  "apart from what is trained on",
+                                  hold_out.stretch_s, shortest_s, gap_s));
   }
   std::vector<Side> sides;
-  const std::int64_t begin = table.blocks.front().bucket.second - table.features.length_s;
-  const Sides sorter(hold_out, gap_s, table.blocks.back().bucket.second - begin);
+  const std::int64_t begin = table.blocks.front().second_mean.second - table.features.length_s;
+  const Sides sorter(hold_out, gap_s, table.blocks.back().second_mean.second - begin);
   for (const compensation::Window& block : table.blocks) {
-    const std::int64_t end = block.bucket.second - begin;
+    const std::int64_t end = block.second_mean.second - begin;
     sides.push_back(sorter.of(end - table.features.length_s, end));
   }
   Split split{part_of(table, sides, Side::kTraining), part_of(table, sides, Side::kHeld), 0};
   split.between = table.size() - split.training.size() - split.held.size();
   if (split.training.size() < 2 || split.held.size() < 2) {
-    return refuse(table.name, fmt::format("{} of its blocks train and {} are held out, expected two or more of each",
-                                          split.training.size(), split.held.size()));
+    return make_error(table.name,
+                      fmt::format("{} of its blocks train and {} are held out, expected two or more of each",
+                                  split.training.size(), split.held.size()));
   }
   return split;
 }

@@ -73,8 +73,8 @@ class Joiner {
 
   LogRows result() && {
     for (const LogRow& row : joined_.rows) {
-      joined_.left_out.cut += row.bucket.partial;
-      joined_.left_out.implausible += !row.bucket.partial && row.bucket.implausible.any();
+      joined_.left_out.cut += row.second_mean.partial;
+      joined_.left_out.implausible += !row.second_mean.partial && row.second_mean.implausible.any();
     }
     return std::move(joined_);
   }
@@ -82,9 +82,9 @@ class Joiner {
  private:
   void take(const LogSegment& segment, const LogRow& row) {
     std::vector<LogRow>& rows = joined_.rows;
-    const std::int64_t second = row.bucket.second;
+    const std::int64_t second = row.second_mean.second;
     const bool another = !session_ || *session_ != segment.session;
-    const bool goes_on = !another && !rows.empty() && second > rows.back().bucket.second;
+    const bool goes_on = !another && !rows.empty() && second > rows.back().second_mean.second;
     if (!segment.session.empty()) {
       const auto [last, fresh] = last_second_.try_emplace(segment.session, second);
       if (!fresh && second <= last->second) {
@@ -102,23 +102,23 @@ class Joiner {
       joined_.sessions.push_back(rows.size());
       runs_[segment.session].push_back(rows.size());
     }
-    const bool twice = segment.session.empty() && !another && !rows.empty() && second == rows.back().bucket.second;
-    if (twice) rows.back().bucket.partial = true;
+    const bool twice = segment.session.empty() && !another && !rows.empty() && second == rows.back().second_mean.second;
+    if (twice) rows.back().second_mean.partial = true;
     rows.push_back(row);
-    if (twice) rows.back().bucket.partial = true;
+    if (twice) rows.back().second_mean.partial = true;
   }
 
   // Seconds only go forward within what stands between two beginnings.
   bool stood_before(const std::string& session, std::int64_t second) const {
     const auto& rows = joined_.rows;
     const auto& begins = joined_.sessions;
-    const auto before = [](const LogRow& row, std::int64_t wanted) { return row.bucket.second < wanted; };
+    const auto before = [](const LogRow& row, std::int64_t wanted) { return row.second_mean.second < wanted; };
     const auto& runs = runs_.at(session);
     return std::any_of(runs.begin(), runs.end(), [&](std::size_t begin) {
       const auto next = std::upper_bound(begins.begin(), begins.end(), begin);
       const auto end = next == begins.end() ? rows.end() : rows.begin() + static_cast<std::ptrdiff_t>(*next);
       const auto found = std::lower_bound(rows.begin() + static_cast<std::ptrdiff_t>(begin), end, second, before);
-      return found != end && found->bucket.second == second;
+      return found != end && found->second_mean.second == second;
     });
   }
 
@@ -145,12 +145,12 @@ std::vector<std::string> files_of(const std::string& folder, const std::string& 
 Result<LogFolder> LogFolder::read(const std::string& path, const std::string& axis, const std::string& column) {
   LogFolder folder = salvage(path, column);
   if (!folder.refused.empty()) return tl::unexpected<Error>(folder.refused.front().error);
-  if (folder.segments.empty()) return refuse(path, contents_of(path));
+  if (folder.segments.empty()) return make_error(path, contents_of(path));
   if (auto one = folder.choose(axis, path); !one) return tl::unexpected<Error>(one.error());
   for (const LogSegment& segment : folder.segments) {
     if (segment.damaged.empty()) continue;
     const LeftOutRow& row = segment.damaged.front();
-    return refuse(fmt::format("{}:{}", row.path, row.line), row.why);
+    return make_error(fmt::format("{}:{}", row.path, row.line), row.why);
   }
   if (auto one = folder.of_one_gyro(path); !one) return tl::unexpected<Error>(one.error());
   return folder;
@@ -163,8 +163,9 @@ Result<void> LogFolder::of_one_gyro(const std::string& path) const {
       const std::string value = segment.value(key);
       if (value.empty() || value == "unknown") continue;
       if (first != nullptr && first->value(key) != value) {
-        return refuse(path, fmt::format("found logs of {} \"{}\" ({}) and \"{}\" ({}), expected one", key,
-                                        plain_text(first->value(key)), first->file, plain_text(value), segment.file));
+        return make_error(path,
+                          fmt::format("found logs of {} \"{}\" ({}) and \"{}\" ({}), expected one", key,
+                                      plain_text(first->value(key)), first->file, plain_text(value), segment.file));
       }
       first = first != nullptr ? first : &segment;
     }
@@ -202,13 +203,13 @@ Result<void> LogFolder::choose(const std::string& axis, const std::string& path)
   const std::vector<std::string> names = axes();
   if (axis.empty() && names.size() < 2) return {};
   if (axis.empty())
-    return refuse(path,
-                  fmt::format("found logs of the axes {}, expected one; --axis says which", fmt::join(names, ", ")));
+    return make_error(
+        path, fmt::format("found logs of the axes {}, expected one; --axis says which", fmt::join(names, ", ")));
   std::erase_if(segments, [&](const LogSegment& segment) { return axis_of(segment) != axis; });
   if (segments.empty())
-    return refuse(path,
-                  fmt::format("found no log of axis \"{}\", expected one of {}", plain_text(axis),
-                              names.empty() ? "a log that names its axis" : fmt::format("{}", fmt::join(names, ", "))));
+    return make_error(
+        path, fmt::format("found no log of axis \"{}\", expected one of {}", plain_text(axis),
+                          names.empty() ? "a log that names its axis" : fmt::format("{}", fmt::join(names, ", "))));
   return {};
 }
 
@@ -242,7 +243,7 @@ LogFolder LogFolder::salvage(const std::string& path, const std::string& column)
     const auto number = numbers_by_sum.find(segment.sha256);
     return std::tuple(number == numbers_by_sum.end() ? 0 : number->second, !numbers.contains(segment.file),
                       segment.format, segment.session,
-                      segment.rows.empty() ? INT64_MIN : segment.rows.front().bucket.second, by_name(segment));
+                      segment.rows.empty() ? INT64_MIN : segment.rows.front().second_mean.second, by_name(segment));
   };
   std::sort(folder.segments.begin(), folder.segments.end(),
             [&](const LogSegment& a, const LogSegment& b) { return age(a) < age(b); });

@@ -107,11 +107,11 @@ class RowReader {
     const std::string place = fmt::format("{}:{}", segment_.path, line_number);
     const auto row = compensation::parse_csv(line, place, layout_);
     if (!row) return tl::unexpected<Error>(row.error());
-    LogRow taken{row->window.bucket, kUnknown, line_number, rows_};
+    LogRow taken{row->window.second_mean, kUnknown, line_number, rows_};
     if (column_) {
       const std::string_view field = csv_field(line, ',', *column_).value_or("");
       const auto value = field.empty() ? std::optional(kUnknown) : csv_number(field);
-      if (!value) return refuse(place, fmt::format("found \"{}\", expected a number", field));
+      if (!value) return make_error(place, fmt::format("found \"{}\", expected a number", field));
       taken.value = *value;
     }
     segment_.rows.push_back(std::move(taken));
@@ -142,7 +142,7 @@ Result<bool> read_metadata(Lines& lines, LogSegment& segment) {
 Result<RowReader> read_columns(const Lines& lines, LogSegment& segment, const std::string& column) {
   const std::string& path = segment.path;
   if (segment.format > kNewestFormat || segment.format < 1)
-    return refuse(path, fmt::format("found format {}, expected 1 or 2: made by a newer prism", segment.format));
+    return make_error(path, fmt::format("found format {}, expected 1 or 2: made by a newer prism", segment.format));
   const std::string place = fmt::format("{}:{}", path, lines.number());
   const std::vector<SensorName> sensors = compensation::sensors_in(segment.comments);
   auto layout =
@@ -150,13 +150,14 @@ Result<RowReader> read_columns(const Lines& lines, LogSegment& segment, const st
   if (!layout) return tl::unexpected<Error>(layout.error());
   segment.session = segment.value("session");
   if (!take_superseded(segment))
-    return refuse(path, fmt::format("supersedes: found \"{}\", expected FILE from row N", segment.value("supersedes")));
+    return make_error(path,
+                      fmt::format("supersedes: found \"{}\", expected FILE from row N", segment.value("supersedes")));
   std::optional<std::size_t> index;
   if (!column.empty()) {
     const auto names = csv_fields(lines.line(), ',');
     const auto found = std::find(names.begin(), names.end(), column);
     if (found == names.end())
-      return refuse(place, fmt::format("no column \"{}\"; found {}", column, fmt::join(names, ", ")));
+      return make_error(place, fmt::format("no column \"{}\"; found {}", column, fmt::join(names, ", ")));
     index = static_cast<std::size_t>(found - names.begin());
   }
   return RowReader(segment, std::move(*layout), index);

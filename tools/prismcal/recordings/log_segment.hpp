@@ -13,7 +13,7 @@
 namespace prism::recordings {
 
 struct LogRow {
-  compensation::Bucket bucket;
+  compensation::SecondMean second_mean;
   double value = kUnknown;  ///< of the column that was asked for
   std::size_t line = 0;     ///< of the file, from 1
   std::size_t number = 0;   ///< among the rows of the file, from 1; damaged ones count

@@ -38,8 +38,8 @@ Result<Recording> read_log(const std::string& path, const std::string& axis) {
     recording.files.push_back({segment.path, segment.sha256, segment.rows.size()});
   }
   LogRows joined = join_rows(*folder);
-  recording.buckets.reserve(joined.rows.size());
-  for (const LogRow& row : joined.rows) recording.buckets.push_back(row.bucket);
+  recording.second_means.reserve(joined.rows.size());
+  for (const LogRow& row : joined.rows) recording.second_means.push_back(row.second_mean);
   recording.sessions = std::move(joined.sessions);
   recording.notes = joined.left_out.lines();
   return recording;

@@ -43,7 +43,7 @@ Result<Map> parse_map(const std::vector<std::string>& entries) {
   for (const std::string& entry : entries) {
     const std::size_t equals = entry.find('='), colon = entry.rfind(':');
     if (equals == std::string::npos || colon == std::string::npos || colon < equals) {
-      return refuse("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
+      return make_error("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
     }
     const std::size_t behind = entry.find_first_of("*+-", colon);  // no unit's name has one of these
     const std::string quantity = entry.substr(0, equals), unit = entry.substr(colon + 1, behind - colon - 1);
@@ -51,16 +51,16 @@ Result<Map> parse_map(const std::vector<std::string>& entries) {
     if (!found) {
       std::string known;
       for (const Unit& u : kUnits) known += fmt::format("{}{} in {}", known.empty() ? "" : ", ", u.quantity, u.name);
-      return refuse("--map", fmt::format("found {} in \"{}\", expected one of: {}", quantity, unit, known));
+      return make_error("--map", fmt::format("found {} in \"{}\", expected one of: {}", quantity, unit, known));
     }
     Mapped mapped{entry.substr(equals + 1, colon - equals - 1), found};
     if (behind != std::string::npos && !read_scale_and_offset(std::string_view(entry).substr(behind), mapped))
-      return refuse("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
+      return make_error("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
     if (!map.emplace(quantity, std::move(mapped)).second) {
-      return refuse("--map", quantity + " is given twice");
+      return make_error("--map", quantity + " is given twice");
     }
   }
-  if (!map.contains("rate")) return refuse("--map", "found no rate, expected rate=COLUMN:UNIT");
+  if (!map.contains("rate")) return make_error("--map", "found no rate, expected rate=COLUMN:UNIT");
   return map;
 }
 
@@ -89,11 +89,11 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
   }
   const bool timed = map->contains("time");
   if (!timed && !(options.interval_s > 0))
-    return refuse(path, "found no time, expected --map time=COLUMN:UNIT or --interval SECONDS");
+    return make_error(path, "found no time, expected --map time=COLUMN:UNIT or --interval SECONDS");
   Recording recording;
   recording.name = std::filesystem::path(path).stem().string();
   recording.files.push_back({path, table->sha256(), table->rows()});
-  compensation::Averager averager;
+  compensation::SecondAverager averager;
   for (std::size_t i = 0; i < table->rows(); ++i) {
     const double now = timed ? (*time)[i] : static_cast<double>(i + 1) * options.interval_s;
     const double before = timed ? (i > 0               ? (*time)[i - 1]
@@ -101,16 +101,17 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
                                                        : now - 1)
                                 : now - options.interval_s;
     if (!(now > before))
-      return refuse(fmt::format("{}, row {}", path, i + 1), fmt::format("time {} does not come after {}", now, before));
+      return make_error(fmt::format("{}, row {}", path, i + 1),
+                        fmt::format("time {} does not come after {}", now, before));
     Sample sample;
     sample.time_ns = std::llround(now * 1e9);
     sample.interval_s = now - before;
     sample.rate_deg_per_h = (*rate)[i];
     sample.temperature_degc = (*temperature)[i];
     sample.uhfo_v = (*uhfo)[i];
-    if (const auto bucket = averager.push(sample)) recording.buckets.push_back(*bucket);
+    if (const auto second_mean = averager.push(sample)) recording.second_means.push_back(*second_mean);
   }
-  if (const auto bucket = averager.finish()) recording.buckets.push_back(*bucket);
+  if (const auto second_mean = averager.finish()) recording.second_means.push_back(*second_mean);
   return recording;
 }
 

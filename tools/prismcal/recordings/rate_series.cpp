@@ -32,7 +32,7 @@ std::string unit_by_name(const std::string& column) {
 Result<double> take_unit(RateSeries& series, const RateSeriesChoice& choice, const std::string& path) {
   series.unit = choice.unit.empty() ? unit_by_name(series.column) : choice.unit;
   if (const Unit* unit = find_unit("rate", series.unit)) return unit->factor;
-  return refuse(path, fmt::format("unit \"{}\"; expected deg/h, deg/s, rad/s or arcsec/s", series.unit));
+  return make_error(path, fmt::format("unit \"{}\"; expected deg/h, deg/s, rad/s or arcsec/s", series.unit));
 }
 
 /// What is taken from the file.
@@ -53,7 +53,7 @@ Result<Layout> choose_columns(std::vector<std::string> first_line, const RateSer
   const std::string all = fmt::format("{}", fmt::join(layout.names, ", "));
   if (!choice.time_column.empty()) {
     layout.time = csv_column(layout.names, choice.time_column);
-    if (!layout.time) return refuse(path, fmt::format("no column \"{}\"; found {}", choice.time_column, all));
+    if (!layout.time) return make_error(path, fmt::format("no column \"{}\"; found {}", choice.time_column, all));
   } else if (layout.named) {
     for (const char* name : {"t_s", "time_s"}) {
       if (const auto found = csv_column(layout.names, name)) layout.time = found;
@@ -63,8 +63,8 @@ Result<Layout> choose_columns(std::vector<std::string> first_line, const RateSer
   if (!rate && choice.column.empty() && layout.names.size() == 1) rate = 0;
   if (!rate && choice.column.empty() && layout.names.size() == 2 && layout.time) rate = 1 - *layout.time;
   if (!rate) {
-    return refuse(path, choice.column.empty() ? fmt::format("which column is the rate? --column one of {}", all)
-                                              : fmt::format("no column \"{}\"; found {}", choice.column, all));
+    return make_error(path, choice.column.empty() ? fmt::format("which column is the rate? --column one of {}", all)
+                                                  : fmt::format("no column \"{}\"; found {}", choice.column, all));
   }
   layout.rate = *rate;
   return layout;
@@ -79,15 +79,15 @@ struct Columns {
     const auto field = lines.field(layout.rate);
     const auto rate = field ? number_or_hole(*field) : std::nullopt;
     if (!rate) {
-      return refuse(lines.place(), fmt::format("column {} is \"{}\"; expected a number", layout.names[layout.rate],
-                                               field.value_or("")));
+      return make_error(lines.place(), fmt::format("column {} is \"{}\"; expected a number", layout.names[layout.rate],
+                                                   field.value_or("")));
     }
     rates.push_back(*rate);
     if (!layout.time) return {};
     const auto time = csv_number(lines.field(*layout.time).value_or(""));
-    if (!time) return refuse(lines.place(), "no time; expected seconds");
+    if (!time) return make_error(lines.place(), "no time; expected seconds");
     if (!times.empty() && !(*time > times.back()))
-      return refuse(lines.place(), fmt::format("time {} does not come after {}", *time, times.back()));
+      return make_error(lines.place(), fmt::format("time {} does not come after {}", *time, times.back()));
     times.push_back(*time);
     return {};
   }
@@ -98,7 +98,7 @@ Result<Columns> read_columns(const std::string& path, const RateSeriesChoice& ch
   if (!opened) return tl::unexpected(opened.error());
   CsvLines& lines = *opened;
   Columns columns;
-  if (!lines.next()) return refuse(path, "no row of numbers; expected a rate in every line");
+  if (!lines.next()) return make_error(path, "no row of numbers; expected a rate in every line");
   for (const std::string& field : lines.fields()) {
     if (auto good = check_text(TextRule::kText, field, lines.place()); !good) return tl::unexpected(good.error());
   }
@@ -109,7 +109,7 @@ Result<Columns> read_columns(const std::string& path, const RateSeriesChoice& ch
     if (const auto done = columns.add(lines); !done) return tl::unexpected(done.error());
   }
   if (auto good = lines.finish(); !good) return tl::unexpected(good.error());
-  if (columns.rates.empty()) return refuse(path, "no row of numbers; expected a rate in every line");
+  if (columns.rates.empty()) return make_error(path, "no row of numbers; expected a rate in every line");
   return columns;
 }
 
@@ -129,15 +129,15 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   const auto folder = LogFolder::read(path, choice.axis, series.column);
   if (!folder) return tl::unexpected(folder.error());
   const LogRows joined = join_rows(*folder);
-  if (joined.rows.empty()) return refuse(path, "no row of numbers; expected a rate in every line");
+  if (joined.rows.empty()) return make_error(path, "no row of numbers; expected a rate in every line");
   std::size_t session = 0;
   for (std::size_t i = 0; i < joined.rows.size(); ++i) {
-    const compensation::Bucket& bucket = joined.rows[i].bucket;
+    const compensation::SecondMean& second_mean = joined.rows[i].second_mean;
     const bool begins = session < joined.sessions.size() && joined.sessions[session] == i;
     if (begins) ++session;
-    const bool follows = i > 0 && !begins && bucket.second == joined.rows[i - 1].bucket.second + 1;
+    const bool follows = i > 0 && !begins && second_mean.second == joined.rows[i - 1].second_mean.second + 1;
     if (i > 0 && !follows) series.rate_deg_per_h.push_back(kUnknown);
-    const bool taken = !bucket.partial && !bucket.implausible.any();
+    const bool taken = !second_mean.partial && !second_mean.implausible.any();
     series.rate_deg_per_h.push_back(taken ? joined.rows[i].value * *factor : kUnknown);
   }
   series.rows = joined.rows.size();
@@ -167,7 +167,7 @@ Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesCho
                            : timed           ? "median step of " + layout.names[*layout.time]
                                              : "assumed: the file has no time";
   if (!(series.interval_s > 0))
-    return refuse(path, fmt::format("interval {} s; expected more than 0", series.interval_s));
+    return make_error(path, fmt::format("interval {} s; expected more than 0", series.interval_s));
   series.rate_deg_per_h.reserve(series.rows);
   for (std::size_t i = 0; i < series.rows; ++i) {
     if (timed && i > 0 && times[i] - times[i - 1] > 1.5 * series.interval_s) series.rate_deg_per_h.push_back(kUnknown);

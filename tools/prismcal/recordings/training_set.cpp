@@ -17,18 +17,19 @@ Result<void> take_source(const Recording& recording, const char* key, const char
   const std::string found = recording.value(key);
   if (found.empty() || found == none) return {};
   if (!known.empty() && known != found) {
-    return refuse(recording.name, fmt::format("recorded from {} \"{}\", expected \"{}\" as the recordings before it",
-                                              called, found, known));
+    return make_error(
+        recording.name,
+        fmt::format("recorded from {} \"{}\", expected \"{}\" as the recordings before it", called, found, known));
   }
   known = found;
   return {};
 }
 
 tl::unexpected<Error> no_input(const std::string& name) {
-  return refuse("--inputs",
-                fmt::format("found \"{}\", expected T, dTdt, U, a lag that --lag defines, or of a sensor its "
-                            "name, dNAME/dt, lagN:NAME, and NAME-T of one unit",
-                            name));
+  return make_error("--inputs",
+                    fmt::format("found \"{}\", expected T, dTdt, U, a lag that --lag defines, or of a sensor its "
+                                "name, dNAME/dt, lagN:NAME, and NAME-T of one unit",
+                                name));
 }
 
 /// The sensors that the inputs are made of, with the units that the first recording gives them; every recording has
@@ -39,12 +40,12 @@ Result<void> take_inputs(const Recording& recording, TrainingSet& set) {
   for (const std::string& name : compensation::sensors_of(set.data.names)) {
     const std::size_t index = sensor_index(there, name);
     if (index == there.size())
-      return refuse(recording.name, fmt::format("has no sensor \"{}\" as --inputs asks for; its sensors: {}", name,
-                                                sensors_text(there)));
+      return make_error(recording.name, fmt::format("has no sensor \"{}\" as --inputs asks for; its sensors: {}", name,
+                                                    sensors_text(there)));
     if (first) set.features.sensors.push_back(there[index]);
     if (set.features.sensors[sensor_index(set.features.sensors, name)].unit != there[index].unit)
-      return refuse(recording.name,
-                    fmt::format("has \"{}\" in {}, the recordings before it in another unit", name, there[index].unit));
+      return make_error(recording.name, fmt::format("has \"{}\" in {}, the recordings before it in another unit", name,
+                                                    there[index].unit));
   }
   for (const std::string& name : set.data.names) {
     if (!compensation::has_input(set.features, name)) return no_input(name);
@@ -131,7 +132,8 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     if (auto known = take_inputs(*recording, set); !known) return tl::unexpected<Error>(known.error());
     const auto earth_rate = earth_rate_of(*recording, options.site);
     if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
-    auto table = make_block_table(recording->buckets, set.features, *earth_rate, recording->name, recording->sessions);
+    auto table =
+        make_block_table(recording->second_means, set.features, *earth_rate, recording->name, recording->sessions);
     if (!table) return tl::unexpected<Error>(table.error());
     const auto left_out = append_recording(*table, set);
     if (!left_out) return tl::unexpected<Error>(left_out.error());
@@ -142,7 +144,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     for (const std::string& note : recording->notes) set.notes.push_back(recording->name + ": " + note);
     set.tables.push_back(std::move(*table));
   }
-  if (set.data.target.size() == 0) return refuse("recordings", "found no block in which every input is known");
+  if (set.data.target.size() == 0) return make_error("recordings", "found no block in which every input is known");
   return set;
 }
 

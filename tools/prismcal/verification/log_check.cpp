@@ -49,17 +49,17 @@ void add_left_out(const std::vector<recordings::LeftOutRow>& rows, std::vector<F
 LogSession session_of(const std::string& log, const recordings::LogRows& joined, std::size_t begin, std::size_t end) {
   LogSession session;
   session.log = log;
-  session.first_s = joined.rows[begin].bucket.second + 1;
-  session.last_s = joined.rows[end - 1].bucket.second + 1;
+  session.first_s = joined.rows[begin].second_mean.second + 1;
+  session.last_s = joined.rows[end - 1].second_mean.second + 1;
   session.rows = end - begin;
   for (std::size_t row = begin; row < end; ++row) {
-    const compensation::Bucket& bucket = joined.rows[row].bucket;
-    session.partial += bucket.partial;
-    session.missing_frames += bucket.missing_frames;
-    const std::int64_t before = row > begin ? joined.rows[row - 1].bucket.second : bucket.second - 1;
-    if (bucket.second == before + 1) continue;
-    session.holes.push_back({before + 2, bucket.second});
-    session.missing_s += static_cast<std::uint64_t>(bucket.second - before - 1);
+    const compensation::SecondMean& second_mean = joined.rows[row].second_mean;
+    session.partial += second_mean.partial;
+    session.missing_frames += second_mean.missing_frames;
+    const std::int64_t before = row > begin ? joined.rows[row - 1].second_mean.second : second_mean.second - 1;
+    if (second_mean.second == before + 1) continue;
+    session.holes.push_back({before + 2, second_mean.second});
+    session.missing_s += static_cast<std::uint64_t>(second_mean.second - before - 1);
   }
   return session;
 }

@@ -31,7 +31,7 @@ Result<void> copy_documents(const FolderContents& contents, const Copies& copies
 Result<void> copy_folder(const FolderContents& contents, const Copies& copies) {
   std::error_code error;
   fs::create_directories(copies.out, error);
-  if (error) return refuse(copies.out.string(), "cannot be made: " + error.message());
+  if (error) return make_error(copies.out.string(), "cannot be made: " + error.message());
   for (const std::string& path : contents.others) copies.leave_out(path, 0, "none of prism's files");
   if (auto done = copy_log(contents, copies); !done) return done;
   if (auto done = copy_captures(contents, copies); !done) return done;
@@ -63,17 +63,17 @@ Result<void> write_index(const std::string& name, const std::vector<std::pair<st
     if (rows > 0) index.ended(file, rows);
   }
   pipeline::SegmentIndex written(path);
-  if (!written.read() || written.files().size() != made.size()) return refuse(path, "the index cannot be written");
+  if (!written.read() || written.files().size() != made.size()) return make_error(path, "the index cannot be written");
   return {};
 }
 
 Result<Repaired> repair(const std::string& path, const std::string& out) {
   std::error_code error;
-  if (!fs::exists(path, error)) return refuse(path, "file not found");
-  if (is_within(out, path)) return refuse(out, "is within " + path + ", expected a folder elsewhere");
+  if (!fs::exists(path, error)) return make_error(path, "file not found");
+  if (is_within(out, path)) return make_error(out, "is within " + path + ", expected a folder elsewhere");
   const bool is_new = !fs::exists(fs::symlink_status(out, error));
   if (!is_new && (!fs::is_directory(out, error) || !fs::is_empty(out, error) || error))
-    return refuse(out, "exists and is not an empty folder; expected a new one");
+    return make_error(out, "exists and is not an empty folder; expected a new one");
   Repaired repaired;
   for (const FolderContents& contents : contents_of(path)) {
     const fs::path below = contents.one_file ? fs::path() : fs::relative(contents.folder, path, error);
@@ -81,9 +81,9 @@ Result<Repaired> repair(const std::string& path, const std::string& out) {
     if (auto done = copy_folder(contents, copies); !done) return tl::unexpected<Error>(done.error());
   }
   if (repaired.segments + repaired.captures + repaired.documents == 0)
-    return refuse(path, "nothing in it can be copied");
+    return make_error(path, "nothing in it can be copied");
   for (const Finding& finding : verify(out).findings) {
-    if (is_fault(finding.state)) return refuse(finding.path, "the copy is damaged: " + finding.text);
+    if (is_fault(finding.state)) return make_error(finding.path, "the copy is damaged: " + finding.text);
   }
   return repaired;
 }

@@ -21,8 +21,8 @@ double exponential(RandomSource& random) { return -std::log1p(-random.uniform())
 
 }  // namespace
 
-TruthSettings TruthSettings::hard() {
-  TruthSettings hard;
+BiasModelSettings BiasModelSettings::hard() {
+  BiasModelSettings hard;
   hard.sensor_lag_s = 300;
   hard.hysteresis_deg_per_h = 0.004;
   hard.turn_on_deg_per_h = 0.003;
@@ -32,7 +32,7 @@ TruthSettings TruthSettings::hard() {
   return hard;
 }
 
-HiddenBias::HiddenBias(const TruthSettings& settings, double body_degc, std::uint64_t seed)
+HiddenBias::HiddenBias(const BiasModelSettings& settings, double body_degc, std::uint64_t seed)
     : settings_(settings),
       flicker_noise_(seed, kFlickerStream),
       hop_noise_(seed, kHopStream),
@@ -57,7 +57,7 @@ void HiddenBias::set_slow_causes(double time_s, double body_degc) {
   causes_.tilt = settings_.tilt_deg_per_h * std::sin(2 * std::numbers::pi * time_s / kDay_s + phase_);
 }
 
-BiasCauses HiddenBias::step(double time_s, double body_degc) {
+BiasComponents HiddenBias::step(double time_s, double body_degc) {
   set_slow_causes(time_s, body_degc);
   if (settings_.flicker_deg_per_h > 0) {
     const double each = flicker_sd(settings_.flicker_deg_per_h);

@@ -10,15 +10,15 @@
 namespace prism::simulation {
 
 /// Differences between the axes of a device: lag of the body and factor of the thermal bias.
-struct AxisTruth {
+struct AxisModel {
   double body_lag_s = 65 * 60;    ///< behind the chamber
-  double thermal_share = 1;       ///< of BiasCauses::thermal
+  double thermal_share = 1;       ///< of BiasComponents::thermal
   std::uint64_t hidden_seed = 0;  ///< added to the seed of the hidden causes; the UHFO's noise is common to the device
 };
 
 /// Sizes; 0: without this cause. All but the first three are added to the bias.
-struct TruthSettings {
-  AxisTruth axis;
+struct BiasModelSettings {
+  AxisModel axis;
   bool smooth = false;              ///< the smooth non-quadratic bias instead of the paper's equation
   double sensor_lag_s = 0;          ///< lag of the thermometer behind the body, which drives the bias
   double hysteresis_deg_per_h = 0;  ///< half the gap between heating and cooling
@@ -32,11 +32,11 @@ struct TruthSettings {
   double gradient_deg_per_h_per_degc = 0;
 
   /// The truths of docs/science.md: thermometer, hysteresis, warm-up, flicker and mode hops together.
-  static TruthSettings hard();
+  static BiasModelSettings hard();
 };
 
 /// Bias components, deg/h.
-struct BiasCauses {
+struct BiasComponents {
   double thermal = 0;  ///< from T, dT/dt and U
   double hysteresis = 0, turn_on = 0, warm_up = 0, flicker = 0, mode_hops = 0, ageing = 0, tilt = 0;
   double gradient = 0;  ///< from the case minus the body
@@ -55,23 +55,23 @@ struct BiasCauses {
 ///   tilt        size · sin(2π t / 86 400 s + phase)
 class HiddenBias {
  public:
-  HiddenBias(const TruthSettings& settings, double body_degc, std::uint64_t seed);
+  HiddenBias(const BiasModelSettings& settings, double body_degc, std::uint64_t seed);
 
   /// Advances by one second; returns the components at its end.
-  BiasCauses step(double time_s, double body_degc);
+  BiasComponents step(double time_s, double body_degc);
   /// At switch-on.
-  BiasCauses at_start() const { return causes_; }
+  BiasComponents at_start() const { return causes_; }
 
  private:
   static constexpr std::size_t kFlickers = 10;
 
   void set_slow_causes(double time_s, double body_degc);
 
-  TruthSettings settings_;
+  BiasModelSettings settings_;
   RandomSource flicker_noise_, hop_noise_;
   std::array<double, kFlickers> flicker_{};
   double play_degc_, last_body_degc_, path_left_degc_, phase_;
-  BiasCauses causes_;
+  BiasComponents causes_;
 };
 
 }  // namespace prism::simulation

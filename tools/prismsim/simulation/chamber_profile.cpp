@@ -92,7 +92,7 @@ Result<ChamberProfile> find_profile(std::string_view name) {
     if (name == profile.name) return profile;
     names += (names.empty() ? "" : ", ") + profile.name;
   }
-  return refuse("", fmt::format("found profile \"{}\", expected one of {}", name, names));
+  return make_error("", fmt::format("found profile \"{}\", expected one of {}", name, names));
 }
 
 }  // namespace prism::simulation

@@ -30,9 +30,10 @@ GyroTruth between(const GyroTruth& a, const GyroTruth& b, double part) {
                                     &GyroTruth::uhfo_v, &GyroTruth::bias_deg_per_h, &GyroTruth::sensor_degc}) {
     truth.*member = mix(a.*member, b.*member);
   }
-  for (double BiasCauses::*member :
-       {&BiasCauses::thermal, &BiasCauses::hysteresis, &BiasCauses::turn_on, &BiasCauses::warm_up, &BiasCauses::flicker,
-        &BiasCauses::mode_hops, &BiasCauses::ageing, &BiasCauses::tilt, &BiasCauses::gradient}) {
+  for (double BiasComponents::*member :
+       {&BiasComponents::thermal, &BiasComponents::hysteresis, &BiasComponents::turn_on, &BiasComponents::warm_up,
+        &BiasComponents::flicker, &BiasComponents::mode_hops, &BiasComponents::ageing, &BiasComponents::tilt,
+        &BiasComponents::gradient}) {
     truth.causes.*member = mix(a.causes.*member, b.causes.*member);
   }
   return truth;
@@ -60,7 +61,7 @@ double smooth_bias_deg_per_h(double t, double dtdt, double u) {
          0.012 * std::tanh(dtdt / 0.006) - 0.05 * (u - 5.32) * (1 + 0.5 * std::tanh(t / 40));
 }
 
-SimulatedGyro::SimulatedGyro(ChamberProfile profile, std::uint64_t seed, const TruthSettings& truth)
+SimulatedGyro::SimulatedGyro(ChamberProfile profile, std::uint64_t seed, const BiasModelSettings& truth)
     : profile_(std::move(profile)),
       settings_(truth),
       random_(seed, 0),

@@ -23,7 +23,7 @@ struct GyroTruth {
   double uhfo_v = 0;            ///< U
   double bias_deg_per_h = 0;    ///< causes.sum()
   double sensor_degc = 0;       ///< output of the PT100: the body, delayed by the configured lag
-  BiasCauses causes;
+  BiasComponents causes;
   double case_degc = 0;  ///< of the device, common to all its axes
 };
 
@@ -36,8 +36,8 @@ struct GyroTruth {
 ///   bias = eq25(body, d body/dt, U) − 1.83 d body/dt + local(body, U)    deg/h
 ///
 /// eq25 is equation 25 of Tao et al. 2019, the paper's stepwise model 2. local() is a non-quadratic part, see
-/// local_nonlinearity_deg_per_h. TruthSettings add components that no model of (T, dT/dt, U) can explain. The gyro is
-/// switched on cold: body and inner temperature start at the chamber's. Over seeds 1 to 8 one paper cycle of 100 s
+/// local_nonlinearity_deg_per_h. BiasModelSettings add components that no model of (T, dT/dt, U) can explain. The gyro
+/// is switched on cold: body and inner temperature start at the chamber's. Over seeds 1 to 8 one paper cycle of 100 s
 /// means, rate noise included, has correlations with the bias of 0.66 (T), −0.37 (dT/dt) and −0.74 (U) and a 1-sigma of
 /// 0.0192 deg/h (the paper's gyro: 0.71, −0.43, −0.82 and 0.0185); single seeds scatter, because a cycle
 /// has only about twenty correlation times of the noise of U.
@@ -46,7 +46,7 @@ struct GyroTruth {
 /// frame rate.
 class SimulatedGyro {
  public:
-  SimulatedGyro(ChamberProfile profile, std::uint64_t seed, const TruthSettings& truth = {});
+  SimulatedGyro(ChamberProfile profile, std::uint64_t seed, const BiasModelSettings& truth = {});
 
   /// Advances by `dt_s` > 0; returns the truth at its end.
   const GyroTruth& step(double dt_s);
@@ -59,7 +59,7 @@ class SimulatedGyro {
   void complete(GyroTruth& truth) const;
 
   ChamberProfile profile_;
-  TruthSettings settings_;
+  BiasModelSettings settings_;
   RandomSource random_;
   double body_share_;
   HiddenBias hidden_;

@@ -29,7 +29,7 @@ SimulatedLine::SimulatedLine(wire::FrameDescriptionPtr description, const Simula
       description_(description),
       spreads_(description->axes.size()) {
   for (std::size_t i = 0; i < description->axes.size(); ++i) {
-    TruthSettings truth = settings.truth;
+    BiasModelSettings truth = settings.truth;
     truth.axis = {kAxes[i].body_lag_s, kAxes[i].thermal_share, i * kHiddenSeeds};
     gyros_.emplace_back(settings.profile, settings.seed, truth);
     noise_.emplace_back(settings.seed, i == 0 ? kFirstNoise : kFurtherNoise + i);
@@ -87,13 +87,13 @@ void SimulatedLine::add_parts() {
   if (second == seconds_) return;
   seconds_ = second;
   for (std::size_t i = 0; i < gyros_.size(); ++i) {
-    const BiasCauses& causes = truth(i).causes;
+    const BiasComponents& causes = truth(i).causes;
     const double parts[] = {causes.thermal, causes.gradient, causes.hidden()};
     for (std::size_t k = 0; k < spreads_[i].size(); ++k) spreads_[i][k].add(parts[k]);
   }
 }
 
-double SimulatedLine::Spread::sd(double count) const {
+double SimulatedLine::RunningMoments::sd(double count) const {
   return count > 0 ? std::sqrt(std::max(0.0, squares / count - sum / count * (sum / count))) : 0;
 }
 

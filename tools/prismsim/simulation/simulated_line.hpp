@@ -19,7 +19,7 @@ struct InvalidTime {
 
 struct SimulationSettings {
   ChamberProfile profile = paper_profile();
-  TruthSettings truth;
+  BiasModelSettings truth;
   std::uint64_t seed = 7;
   double rate_hz = 200;  ///< frames per second, > 0
   /// Added to the bias of each axis, as FrameDescription::axes.
@@ -80,12 +80,12 @@ class SimulatedLine {
   RandomSource outliers_, losses_, line_;
   wire::FrameDescriptionPtr description_;
   SimulationCounters counters_;
-  struct Spread {
+  struct RunningMoments {
     double sum = 0, squares = 0;
     void add(double value) { sum += value, squares += value * value; }
     double sd(double count) const;
   };
-  std::vector<std::array<Spread, 3>> spreads_;  ///< by axis: own, gradient, hidden
+  std::vector<std::array<RunningMoments, 3>> spreads_;  ///< by axis: own, gradient, hidden
   std::int64_t seconds_ = 0;
 };
 
