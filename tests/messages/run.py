@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 # Provokes the error messages of cases.txt and compares them with expected.txt, line by line. With --write it prints
-# what expected.txt should contain, so that a changed message is read before it is committed.
+# the contents for expected.txt, so that a changed message is read before it is committed.
 #
 # cases.txt: `== NAME` starts a section. Its settings: `base FILE` (copied to a scratch directory for each case) and
 # `run COMMAND`. A case is `/path/in/the/json = JSON`, `/path -` (key removed), or `$ COMMAND` for a shell command of its

@@ -46,7 +46,7 @@ refused() { # WHAT EXPECTED: of wrong.json
   same "exit code: $1" "$code" 78
   contains "$1" "$(cat wrong.err)" "$2"
 }
-jq 'del(.axes) + {gyro: {axis: "z"}}' fog-z.json >wrong.json; refused "no axes" '/sensor_lines: stands without "axes"'
+jq 'del(.axes) + {gyro: {axis: "z"}}' fog-z.json >wrong.json; refused "no axes" '/sensor_lines: given without "axes"'
 jq '.axes.z.temperature = "oven.temperature"' fog-z.json >wrong.json; refused "no such thermometer" '/axes/z/temperature: found "oven.temperature", expected one of chamber.temperature'
 jq 'del(.sensor_lines.chamber.columns)' fog-z.json >wrong.json; refused "no columns" 'ascii-columns.json: found no sensor with a name, expected at least one; name them in "columns" of the sensor line chamber'
 jq '.sensor_lines.chamber.frames = "trplg"' fog-z.json >wrong.json; refused "a gyro's frames" 'trplg.json'

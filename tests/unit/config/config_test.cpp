@@ -167,7 +167,7 @@ TEST(Config, RejectsALongDirectory) {
   std::string deep;
   for (int i = 0; i < 15; ++i) deep += part;  // 3840 bytes
   EXPECT_EQ(good(folder(deep)).log->directory, deep);
-  EXPECT_THAT(refusal(folder(part + "d")), HasSubstr("/log/directory: a path of 257 bytes, expected its segments"));
+  EXPECT_THAT(refusal(folder(part + "d")), HasSubstr("/log/directory: a path of 257 bytes, expected at most 4095"));
   EXPECT_THAT(refusal(folder(deep + "/" + std::string(250, 'd'))), HasSubstr("/log/directory: a path of 4091 bytes"));
 }
 

@@ -135,7 +135,7 @@ TEST_F(AxesTest, WhatDoesNotGoTogetherIsRefusedInOneLine) {
   EXPECT_THAT(refusal(R"("axes": {"w": {}})"), HasSubstr(":/gyro/axes: unknown axis \"w\"; expected one of x, y, z"));
   EXPECT_THAT(refusal(R"("axes": {"x": {}, "x": {}})"), HasSubstr("the key \"x\" is given twice"));
   EXPECT_THAT(refusal(R"("axes": {"x/y": {}})"), HasSubstr("expected 1 to 16 letters, digits or _"));
-  EXPECT_THAT(refusal(R"("axes": {"x": {"scale_factor_arcsec_per_pulse": 1}})"), HasSubstr("has no use here"));
+  EXPECT_THAT(refusal(R"("axes": {"x": {"scale_factor_arcsec_per_pulse": 1}})"), HasSubstr("does not apply"));
   const std::string a = write_model("a.json", "A"), b = write_model("b.json", "B");
   EXPECT_EQ(refusal(R"("axes": {"x": {"model": ")" + a + R"("}, "y": {"model": ")" + b + R"("}})"),
             b + ":/gyro/serial: found \"B\", but " + a + " is of gyro \"A\"; expected models of the same gyro");

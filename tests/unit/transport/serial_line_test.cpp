@@ -111,8 +111,8 @@ TEST_F(OpenSerialLine, NotesThatAPseudoTerminalHasNoParity) {
   ASSERT_TRUE(line) << line.error().text();
   EXPECT_THAT((*line)->notes(),
               testing::ElementsAre("found 921600 baud, 8 data bits, parity none, 1 stop bit in force, expected 921600 "
-                                   "baud, 8 data bits, parity even, 1 stop bit: a pseudo-terminal, where it makes no "
-                                   "difference"));
+                                   "baud, 8 data bits, parity even, 1 stop bit; no effect on a pseudo-"
+                                   "terminal"));
 }
 
 TEST_F(OpenSerialLine, RejectsASecondReader) {

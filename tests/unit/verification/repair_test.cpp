@@ -140,7 +140,7 @@ TEST_F(RepairTest, ATornCaptureKeepsItsWholePackets) {
   const std::string path = capture("gyro1-20261121T120000Z.pcap", 5);
   cut(path, 7);
   EXPECT_THAT(left_out(folder.file("capture")),
-              ElementsAre(HasSubstr(":0: 31 bytes from byte 166 on are no whole packet")));
+              ElementsAre(HasSubstr(":0: 31 bytes from byte 166 on are not a complete packet")));
   EXPECT_THAT(verify(out).findings[0].text, HasSubstr("4 packets, 30 bytes of the line, opened 1 time"));
 }
 

@@ -158,7 +158,7 @@ TEST_F(VerifyTest, ACaptureIsWholeOrToldWithItsLastGoodByte) {
   const std::string text = test::content(path);
   cut(path, 7);
   EXPECT_THAT(faults(path), ElementsAre(AllOf(HasSubstr(": torn: 4 packets, 30 bytes"),
-                                              HasSubstr("31 bytes from byte 166 on are no whole packet"))));
+                                              HasSubstr("31 bytes from byte 166 on are not a complete packet"))));
   test::write_file(path, text.substr(0, 128) + std::string(64, '\xFF') + text.substr(128));
   EXPECT_THAT(faults(path), ElementsAre(AllOf(HasSubstr(": damaged: 5 packets, 40 bytes"),
                                               HasSubstr("64 bytes in 1 place from byte 128 on are not packets"))));
@@ -166,7 +166,7 @@ TEST_F(VerifyTest, ACaptureIsWholeOrToldWithItsLastGoodByte) {
   EXPECT_THAT(faults(path),
               ElementsAre(AllOf(HasSubstr(": damaged: 4 packets, 30 bytes"),
                                 HasSubstr("64 bytes in 1 place from byte 128 on are not packets; 31 bytes from "
-                                          "byte 230 on are no whole packet"))));
+                                          "byte 230 on are not a complete packet"))));
   test::write_file(path, "no capture");
   EXPECT_THAT(faults(path), ElementsAre(HasSubstr(": refused: not a pcap file")));
 }

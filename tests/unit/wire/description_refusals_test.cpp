@@ -108,8 +108,8 @@ INSTANTIATE_TEST_SUITE_P(
         Slip{"{\"field\": \"n\"}", "{\"field\": \"n\", \"step\": 300}",
              "f.json:/counter/modulus: 256 is not above the step of 300 ticks a frame"},
         Slip{"{\"field\": \"t\"}", "{\"field\": \"t\", \"high\": \"n\"}",
-             "f.json:/temperature/high: belongs to halves (\"high\", \"low\"); with \"field\" the field itself says "
-             "it"}));
+             "f.json:/temperature/high: only valid for halves (\"high\", \"low\"); with \"field\" set it in "
+             "the field"}));
 
 TEST(Description, ReportsInvalidJsonWithItsLine) {
   const auto parsed = parse_frame_description("{\n  \"format\": \"prism-frames\",\n  oops\n}", "f.json");

@@ -37,7 +37,7 @@ CheckedCapture check_capture(const std::string& path) {
   std::string damage = reader->damaged_places().text();
   const State state = damage.empty() ? State::kTorn : State::kDamaged;
   if (!reader->tail_damage().empty())
-    damage += fmt::format("{}{} bytes from byte {} on are no whole packet ({})", damage.empty() ? "" : "; ",
+    damage += fmt::format("{}{} bytes from byte {} on are not a complete packet ({})", damage.empty() ? "" : "; ",
                           reader->size_bytes() - good, good, without_path({"", reader->tail_damage()}, path));
   if (damage.empty()) return {{path, State::kWhole, text}, {}};
   return {{path, state, fmt::format("{}; {}", text, damage)}, damage};

@@ -37,7 +37,7 @@ Result<bool> copy_capture(const std::string& path, const Copies& copies) {
   auto reader = drivers::CaptureReader::open(path);
   const auto packet = reader ? reader->next() : std::nullopt;
   if (!packet) {
-    copies.leave_out(path, 0, reader ? "no whole packet in it" : finding.text);
+    copies.leave_out(path, 0, reader ? "contains no complete packet" : finding.text);
     return false;
   }
   auto writer = drivers::CaptureWriter::open(copies.target(path));
