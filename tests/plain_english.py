@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-LINES_MAX = 606  # lower it with each change, never raise it
+LINES_MAX = 604  # lower it with each change, never raise it
 EXCEPTIONS_MAX = 100
 EXCEPTION = re.compile(r"plain-ok: \S")
 # recorded data, generated files, and the patterns themselves
