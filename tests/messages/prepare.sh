@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Makes the inputs of cases.txt in the current directory.
+# Makes the inputs of the cases in the current directory.
 set -euo pipefail
 models=$SOURCE/config/models
 cat >good.json <<END

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Provokes the error messages of cases.txt and compares them with expected.txt, line by line. With --write it prints
-# the contents for expected.txt, so that a changed message is read before it is committed.
+# Provokes the error messages of expected.txt and compares what is printed with what that page says, line by line. With
+# --write it writes the page again, so that a changed message is read before it is committed.
 #
-# cases.txt: `== NAME` starts a section. Its settings: `base FILE` (copied to a scratch directory for each case) and
-# `run COMMAND`. A case is `/path/in/the/json = JSON`, `/path -` (key removed), or `$ COMMAND` for a shell command of its
-# own. In a section with `socket`, each case is a request line for a running prismd.
+# An indented line of the page is output; the others are the cases. `== NAME` starts a section, with its settings:
+# `base FILE` (copied to a scratch directory for each case), `run COMMAND`, `socket` (each case is a request to a running
+# prismd). A case is `/path/in/the/json = JSON`, `/path -` (key removed), or `$ COMMAND` for a shell command of its own.
 import copy
 import difflib
 import json
@@ -19,6 +19,8 @@ import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SOURCE, BIN = os.environ["PRISM_SOURCE"], os.environ["PRISM_BIN"]
+PAGE = os.path.join(HERE, "expected.txt")
+OUTPUT = "    "
 PROGRAMS = ["daemon", "tools/prismctl", "tools/prismcal", "tools/prismsim", "tools/prismrelay", "tools/prismweb"]
 
 
@@ -53,7 +55,16 @@ class Scratch:
         path = ":".join(os.path.join(BIN, program) for program in PROGRAMS)
         self.environment = {"PATH": f"{path}:{os.environ['PATH']}", "HOME": self.path, "LC_ALL": "C.UTF-8", "SOURCE": SOURCE, "TZ": "UTC",
                             "PRISM_SOCKET": os.path.join(self.path, "gyro.sock"), "LD_LIBRARY_PATH": os.environ.get("LD_LIBRARY_PATH", "")}
+        self.children = []
         self.run(["bash", "-e", os.path.join(HERE, "prepare.sh")], check=True)
+
+    def start(self, *command):
+        self.children.append(subprocess.Popen(command, cwd=self.path, env=self.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+
+    def close(self):
+        for child in reversed(self.children):
+            child.terminate()
+            child.wait(20)
 
     def run(self, command, check=False):
         done = subprocess.run(command, cwd=self.path, env=self.environment, capture_output=True, text=True, timeout=120, check=False)
@@ -78,11 +89,9 @@ class Daemon:
 
     def __init__(self, scratch):
         self.scratch = scratch
-        sim = ["prismsim", "--link", "tty"]
-        self.children = [subprocess.Popen(sim, cwd=scratch.path, env=scratch.environment, stdout=subprocess.DEVNULL)]
+        scratch.start("prismsim", "--link", "tty")
         self.wait_for(os.path.join(scratch.path, "tty"))
-        command = ["prismd", "--socket", scratch.environment["PRISM_SOCKET"], "live.json"]
-        self.children.append(subprocess.Popen(command, cwd=scratch.path, env=scratch.environment, stderr=subprocess.DEVNULL))
+        scratch.start("prismd", "--socket", scratch.environment["PRISM_SOCKET"], "live.json")
         self.wait_for(scratch.environment["PRISM_SOCKET"])
 
     @staticmethod
@@ -101,53 +110,51 @@ class Daemon:
         error = response.get("error", {"code": 0, "message": "no error"})
         return self.scratch.plain(f"{error['code']}: {error['message']}")
 
-    def close(self):
-        for child in reversed(self.children):
-            child.terminate()
-            child.wait(20)
+
+def provoke(scratch, page):
+    """Yields the lines of the page with the messages that its cases cause now."""
+    command, base, daemon = None, None, None
+    for line in page:
+        if line.startswith(OUTPUT):
+            continue
+        yield line
+        name, _, value = line.partition(" ")
+        if not line or name == "==":
+            command, base, daemon = None, None, None
+        elif name == "base":
+            base = read_json(os.path.join(SOURCE, value))
+        elif name == "run":
+            command = value
+        elif line == "socket":
+            daemon = Daemon(scratch)
+        else:
+            yield from (OUTPUT + found for found in messages_of(line, scratch, daemon, base, command) or ["no message"])
 
 
-def sections():
-    """Yields (title, settings, cases)."""
-    with open(os.path.join(HERE, "cases.txt"), encoding="utf-8") as file:
-        blocks = file.read().split("\n== ")[1:]
-    for block in blocks:
-        title, *lines = block.strip().split("\n")
-        settings = dict(line.partition(" ")[::2] for line in lines if re.match(r"(base|run|socket)\b", line))
-        yield title, settings, [line for line in lines if line[:1] in ("/", "$", "{", "[", "!")]
-
-
-def provoke(scratch):
-    """The page: each case with the messages that it causes."""
-    for title, settings, cases in sections():
-        yield f"== {title}"
-        daemon = Daemon(scratch) if "socket" in settings else None
-        base = read_json(os.path.join(SOURCE, settings["base"])) if "base" in settings else None
-        for case in cases:
-            yield case
-            if daemon:
-                lines = daemon.report(case)
-            elif case.startswith("$ "):
-                lines = scratch.report(case[2:])
-            else:
-                with open(os.path.join(scratch.path, "input.json"), "w", encoding="utf-8") as file:
-                    json.dump(edited(base, case), file, indent=1)
-                lines = scratch.report(settings["run"])
-            yield from ("    " + line for line in lines or ["no message"])
-        if daemon:
-            daemon.close()
-        yield ""
+def messages_of(case, scratch, daemon, base, command):
+    if daemon:
+        return daemon.report(case)
+    if case.startswith("$ "):
+        return scratch.report(case[2:])
+    with open(os.path.join(scratch.path, "input.json"), "w", encoding="utf-8") as file:
+        json.dump(edited(base, case), file, indent=1)
+    return scratch.report(command)
 
 
 def main(arguments):
-    found = list(provoke(Scratch()))
-    if arguments == ["--write"]:
-        print("\n".join(found))
-        return 0
-    with open(os.path.join(HERE, "expected.txt"), encoding="utf-8") as file:
+    with open(PAGE, encoding="utf-8") as file:
         expected = file.read().rstrip("\n").split("\n")
-    difference = list(difflib.unified_diff(expected, "\n".join(found).rstrip("\n").split("\n"), "expected.txt", "found", lineterm=""))
-    print("\n".join(difference) or f"{sum(1 for line in found if line.startswith('    ') and not line.startswith('    exit'))} messages as expected")
+    scratch = Scratch()
+    try:
+        found = list(provoke(scratch, expected))
+    finally:
+        scratch.close()
+    if arguments == ["--write"]:
+        with open(PAGE, "w", encoding="utf-8") as file:
+            file.write("\n".join(found) + "\n")
+        return 0
+    difference = list(difflib.unified_diff(expected, found, "expected.txt", "found", lineterm=""))
+    print("\n".join(difference) or f"{sum(line.startswith(OUTPUT) for line in found)} lines as expected")
     return 1 if difference else 0
 
 
