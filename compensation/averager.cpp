@@ -15,14 +15,14 @@ std::int64_t interval_ns(double interval_s) {
 }  // namespace
 
 // A sample at exactly 12:00:01.000 belongs to the second that ends there: ceil(time) - 1.
-std::int64_t bucket_second(std::int64_t time_ns) {
+std::int64_t second_number(std::int64_t time_ns) {
   return time_ns / kNanosecondsPerSecond - (time_ns % kNanosecondsPerSecond > 0 ? 0 : 1);
 }
 
 SecondMean believed(SecondMean second_mean) {
-  if (second_mean.disbelieved.rate) second_mean.rate_deg_per_h = kUnknown;
-  if (second_mean.disbelieved.temperature) second_mean.temperature_degc = kUnknown;
-  if (second_mean.disbelieved.uhfo) second_mean.uhfo_v = kUnknown;
+  if (second_mean.all_implausible.rate) second_mean.rate_deg_per_h = kUnknown;
+  if (second_mean.all_implausible.temperature) second_mean.temperature_degc = kUnknown;
+  if (second_mean.all_implausible.uhfo) second_mean.uhfo_v = kUnknown;
   return second_mean;
 }
 
@@ -56,7 +56,7 @@ std::optional<SecondMean> SecondAverager::push(const Sample& sample, QuantitySet
   }
   std::optional<SecondMean> closed;
   if (open_) closed = close();
-  open(sample, bucket_second(sample.time_ns));
+  open(sample, second_number(sample.time_ns));
   take();
   return closed;
 }
@@ -104,7 +104,7 @@ SecondMean SecondAverager::close() const {
   for (const WeightedSum& sensor : sensors_)
     closed.sensors.push_back(sensor.weight > 0 ? sensor.sum / sensor.weight : kUnknown);
   closed.implausible = {rate_.any_invalid, temperature_.any_invalid, uhfo_.any_invalid};
-  closed.disbelieved = {rate_.all_invalid(), temperature_.all_invalid(), uhfo_.all_invalid()};
+  closed.all_implausible = {rate_.all_invalid(), temperature_.all_invalid(), uhfo_.all_invalid()};
   return closed;
 }
 

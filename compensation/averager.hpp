@@ -16,10 +16,10 @@ namespace prism::compensation {
 inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
 /// The second (s, s + 1] that contains a sample time; the time is the end of the sample's interval.
-std::int64_t bucket_second(std::int64_t time_ns);
+std::int64_t second_number(std::int64_t time_ns);
 
 /// Means over the plausible samples of one second. A quantity is kUnknown if no sample contained it. If all its values
-/// were implausible, the mean is over these values and `disbelieved` is set.
+/// were implausible, the mean is over these values and `all_implausible` is set.
 struct SecondMean {
   std::int64_t second = 0;  ///< integer seconds of the sample time: covers (second, second + 1] s
   std::uint32_t samples = 0;
@@ -32,7 +32,7 @@ struct SecondMean {
   /// Arrival time of the last sample, ns since 1970 UTC by the host clock; 0: unknown. Set by the pipeline.
   std::int64_t arrival_ns = 0;
   QuantitySet implausible = {};      ///< some samples were implausible and left out
-  QuantitySet disbelieved = {};      ///< all samples were implausible: the mean is over them
+  QuantitySet all_implausible = {};  ///< all samples were implausible: the mean is over them
   SensorList sensor_list = {};       ///< null: no sensors
   std::vector<double> sensors = {};  ///< in the order of sensor_list
 };

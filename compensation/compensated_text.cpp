@@ -84,7 +84,7 @@ const std::array kColumns = {
              row.correction.quality = parse_quality(std::string(field));
              // The log does not state which quantity was implausible, so the reader uses none of this second.
              if (row.correction.quality & kImplausible)
-               row.window.second_mean.implausible = row.window.second_mean.disbelieved = {true, true, true};
+               row.window.second_mean.implausible = row.window.second_mean.all_implausible = {true, true, true};
              // A truncated or unknown name must not read as "good".
              return quality_text(row.correction.quality) == field;
            }},

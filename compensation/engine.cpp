@@ -35,7 +35,7 @@ std::optional<CompensatedWindow> CompensationEngine::push(const Sample& sample, 
   const QuantitySet implausible = plausibility_.implausible(sample);
   if (const auto second_mean = averager_.push(sample, implausible, values)) {
     closed = complete(*second_mean);
-    const std::int64_t step = bucket_second(sample.time_ns) - second_mean->second;
+    const std::int64_t step = second_number(sample.time_ns) - second_mean->second;
     if (step <= 0 || step - 1 > conditioner_.definition().max_gap_s) forget_window();
   }
   out.sample = sample;

@@ -121,7 +121,7 @@ void Pipeline::close_second(std::size_t axis, std::size_t samples_before, const 
 }
 
 void Pipeline::enter_second(const Sample& sample, std::int64_t arrival_ns) {
-  const std::int64_t second = compensation::bucket_second(sample.time_ns);
+  const std::int64_t second = compensation::second_number(sample.time_ns);
   if (last_second_ && second < *last_second_) {
     end_axes();
     begin_axes(arrival_ns);

@@ -51,7 +51,7 @@ prismcal train one.pcap --config record.json --axis y --inputs T,dTdt --method s
 same "terms of y by its log and by the capture" "$(jq -c "[.terms[].powers]" y.json)" "$(jq -c "[.terms[].powers]" model-y.json)"
 code=0; prismcal evaluate model-x.json logs >out 2>axis.err || code=$?
 same "exit code of a folder of three axes without a choice" "$code" 1
-contains "what it says" "$(cat axis.err)" "found logs of the axes x, y, z, expected one; --axis says which"
+contains "what it says" "$(cat axis.err)" "found logs of the axes x, y, z, expected one; choose it with --axis"
 
 # Alone: the same rows.
 for axis in x y z; do

@@ -22,14 +22,14 @@ Sample sample_at(std::int64_t time_ns, double rate_deg_per_h = 1, double interva
   return sample;
 }
 
-SecondMean only_bucket(const std::vector<Sample>& samples) {
+SecondMean only_mean(const std::vector<Sample>& samples) {
   SecondAverager averager;
   for (const Sample& sample : samples) EXPECT_FALSE(averager.push(sample));
   return averager.finish().value_or(SecondMean{});
 }
 
 TEST(SecondAverager, WeightsTheRateByTheSampleInterval) {
-  const SecondMean second_mean = only_bucket({sample_at(250'000'000, 1, 0.25), sample_at(1'000'000'000, 3, 0.75)});
+  const SecondMean second_mean = only_mean({sample_at(250'000'000, 1, 0.25), sample_at(1'000'000'000, 3, 0.75)});
   EXPECT_DOUBLE_EQ(second_mean.rate_deg_per_h, 2.5);  // (1 · 0.25 + 3 · 0.75) / 1
   EXPECT_EQ(second_mean.samples, 2u);
 }
@@ -46,13 +46,13 @@ TEST(SecondAverager, ASampleBelongsToTheSecondInWhichItsIntervalEnds) {
                                                         {-1'000'000'001, -2},
                                                         {1'795'425'060'000'000'000, 1'795'425'059}};
   for (const auto& [time_ns, second] : rows) {
-    EXPECT_EQ(only_bucket({sample_at(time_ns)}).second, second) << time_ns;
-    EXPECT_EQ(bucket_second(time_ns), second) << time_ns;
+    EXPECT_EQ(only_mean({sample_at(time_ns)}).second, second) << time_ns;
+    EXPECT_EQ(second_number(time_ns), second) << time_ns;
   }
 }
 
 TEST(SecondAverager, AQuantityWithoutValuesInTheSecondIsUnknown) {
-  const SecondMean second_mean = only_bucket({sample_at(1, kUnknown), sample_at(2, kUnknown)});
+  const SecondMean second_mean = only_mean({sample_at(1, kUnknown), sample_at(2, kUnknown)});
   EXPECT_TRUE(std::isnan(second_mean.rate_deg_per_h));
   EXPECT_TRUE(std::isnan(second_mean.temperature_degc));
   EXPECT_TRUE(std::isnan(second_mean.uhfo_v));
@@ -63,7 +63,7 @@ TEST(SecondAverager, AnUnknownQuantityOfOneSampleDoesNotChangeTheMeanOfTheOthers
   Sample first = sample_at(1, 4), second = sample_at(2, kUnknown, 100);
   first.uhfo_v = 5.25;
   second.temperature_degc = 25;
-  const SecondMean second_mean = only_bucket({first, second});
+  const SecondMean second_mean = only_mean({first, second});
   EXPECT_DOUBLE_EQ(second_mean.rate_deg_per_h, 4);
   EXPECT_DOUBLE_EQ(second_mean.temperature_degc, 25);
   EXPECT_DOUBLE_EQ(second_mean.uhfo_v, 5.25);
@@ -72,7 +72,7 @@ TEST(SecondAverager, AnUnknownQuantityOfOneSampleDoesNotChangeTheMeanOfTheOthers
 TEST(SecondAverager, AnInfiniteValueIsIgnored) {
   Sample broken = sample_at(1, HUGE_VAL);
   broken.temperature_degc = -HUGE_VAL;
-  const SecondMean second_mean = only_bucket({broken, sample_at(2, 7)});
+  const SecondMean second_mean = only_mean({broken, sample_at(2, 7)});
   EXPECT_DOUBLE_EQ(second_mean.rate_deg_per_h, 7);
   EXPECT_TRUE(std::isnan(second_mean.temperature_degc));
 }
@@ -81,7 +81,7 @@ TEST(SecondAverager, CombinesStatusBitsAndAddsMissingFrames) {
   Sample first = sample_at(1), second = sample_at(2);
   first.status = 0x01, second.status = 0x80;
   first.missing_frames = 3, second.missing_frames = 4;
-  const SecondMean second_mean = only_bucket({first, second});
+  const SecondMean second_mean = only_mean({first, second});
   EXPECT_EQ(second_mean.status, 0x81u);
   EXPECT_EQ(second_mean.missing_frames, 7u);
 }

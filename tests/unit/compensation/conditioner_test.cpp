@@ -23,7 +23,8 @@ FeatureDefinition definition(SlopeMethod slope, int length_s = 100, int end_mean
   return result;
 }
 
-SecondMean bucket_of(std::int64_t second, double temperature_degc, double rate_deg_per_h = 8, double uhfo_v = 5.3) {
+SecondMean second_mean_at(std::int64_t second, double temperature_degc, double rate_deg_per_h = 8,
+                          double uhfo_v = 5.3) {
   SecondMean second_mean;
   second_mean.second = second;
   second_mean.samples = 1;
@@ -41,7 +42,7 @@ double ramp(std::int64_t second, double slope_degc_per_s) {
 // Pushes the seconds [from, to) of a ramp and returns the last window.
 Window push_ramp(FeatureExtractor& conditioner, std::int64_t from, std::int64_t to, double slope_degc_per_s) {
   Window window;
-  for (std::int64_t s = from; s < to; ++s) window = conditioner.push(bucket_of(s, ramp(s, slope_degc_per_s)));
+  for (std::int64_t s = from; s < to; ++s) window = conditioner.push(second_mean_at(s, ramp(s, slope_degc_per_s)));
   return window;
 }
 
@@ -71,7 +72,7 @@ TEST_P(BothMethods, WarmForExactlyTheirHistory) {
   ASSERT_EQ(history_s(features), full);
   FeatureExtractor conditioner(features);
   for (int s = 0; s < 60; ++s) {
-    const Window window = conditioner.push(bucket_of(kStart + s, 25));
+    const Window window = conditioner.push(second_mean_at(kStart + s, 25));
     EXPECT_EQ(window.warm_s, std::min(s + 1, full));
     EXPECT_EQ(window.state, s + 1 < full ? WindowState::kWarming : WindowState::kReady) << s;
     EXPECT_EQ(std::isfinite(window.slope_degc_per_s), s + 1 >= full) << s;
@@ -112,7 +113,7 @@ TEST_P(BothMethods, EmptyTheWindowIfTheClockIsSetBackOrStops) {
   for (const int back : {0, 1, 1000}) {
     FeatureExtractor conditioner(definition(GetParam()));
     push_ramp(conditioner, kStart, kStart + 200, 0.01);
-    const Window window = conditioner.push(bucket_of(kStart + 199 - back, -40));
+    const Window window = conditioner.push(second_mean_at(kStart + 199 - back, -40));
     EXPECT_EQ(window.state, WindowState::kWarming);
     EXPECT_EQ(window.warm_s, 1);
     EXPECT_EQ(window.gap_s, 0);
@@ -124,7 +125,7 @@ TEST_P(BothMethods, DoNotUseTheTemperatureOfAFailedSensor) {
   FeatureExtractor conditioner(definition(GetParam()));
   push_ramp(conditioner, kStart, kStart + 200, 0.01);
   for (int s = 200; s < 400; ++s) {
-    const Window window = conditioner.push(bucket_of(kStart + s, kUnknown));
+    const Window window = conditioner.push(second_mean_at(kStart + s, kUnknown));
     const bool within_limit = s < 205;
     EXPECT_EQ(std::isfinite(window.temperature_degc), within_limit) << s;
     EXPECT_EQ(std::isfinite(window.slope_degc_per_s), within_limit) << s;
@@ -136,7 +137,7 @@ TEST_P(BothMethods, DoNotUseTheTemperatureOfAFailedSensor) {
 TEST_P(BothMethods, AcceptATemperatureEveryFifthSecond) {
   FeatureExtractor conditioner(definition(GetParam()));
   for (int s = 0; s < 300; ++s) {
-    const Window window = conditioner.push(bucket_of(kStart + s, s % 5 == 0 ? ramp(kStart + s, -0.02) : kUnknown));
+    const Window window = conditioner.push(second_mean_at(kStart + s, s % 5 == 0 ? ramp(kStart + s, -0.02) : kUnknown));
     if (s < 150) continue;
     ASSERT_EQ(window.state, WindowState::kReady) << s;
     ASSERT_NEAR(window.slope_degc_per_s, -0.02, kMeanRounding) << s;
@@ -150,8 +151,8 @@ TEST_P(BothMethods, AreTheSameAfterAResetAsNew) {
   push_ramp(used, kStart - 100, kStart, 0.01);
   used.reset();
   for (std::int64_t s = kStart; s < kStart + 100; ++s) {
-    const Window a = used.push(bucket_of(s, ramp(s, 0.003)));
-    const Window b = fresh.push(bucket_of(s, ramp(s, 0.003)));
+    const Window a = used.push(second_mean_at(s, ramp(s, 0.003)));
+    const Window b = fresh.push(second_mean_at(s, ramp(s, 0.003)));
     ASSERT_EQ(a.state, b.state);
     ASSERT_EQ(a.warm_s, b.warm_s);
     ASSERT_EQ(a.gap_s, 0);
@@ -170,8 +171,8 @@ TEST(FeatureExtractor, TheMethodsDifferOnACurveAccordingToTheirFormulas) {
   FeatureExtractor by_difference(difference), by_least_squares(least_squares);
   Window d, l;
   for (int s = 0; s <= 300; ++s) {
-    d = by_difference.push(bucket_of(s, kA * s * s));
-    l = by_least_squares.push(bucket_of(s, kA * s * s));
+    d = by_difference.push(second_mean_at(s, kA * s * s));
+    l = by_least_squares.push(second_mean_at(s, kA * s * s));
   }
   EXPECT_NEAR(d.slope_degc_per_s, kA * (2 * (300 - 4.5) - 100), kMeanRounding);
   EXPECT_NEAR(l.slope_degc_per_s, kA * 2 * (300 - 49.5), kMeanRounding);
@@ -189,7 +190,7 @@ TEST(FeatureExtractor, AnEndCompletelyInAGapHasNoSlopeForThatSecond) {
 TEST(FeatureExtractor, AStreamWithoutUhfoIsReadyWithoutItsMean) {
   FeatureExtractor conditioner(definition(SlopeMethod::kDifference));
   Window window;
-  for (int s = 0; s < 120; ++s) window = conditioner.push(bucket_of(kStart + s, 25, 8, kUnknown));
+  for (int s = 0; s < 120; ++s) window = conditioner.push(second_mean_at(kStart + s, 25, 8, kUnknown));
   EXPECT_EQ(window.state, WindowState::kReady);
   EXPECT_TRUE(std::isnan(window.uhfo_v));
 }
@@ -198,7 +199,8 @@ TEST(FeatureExtractor, TheVoltageOfAFailedMeterIsUnknownUntilItsWindowHasDataAga
   FeatureExtractor conditioner(definition(SlopeMethod::kDifference));
   for (int s = 0; s < 400; ++s) {
     const bool failed = s >= 200 && s < 206;  // one second above the limit
-    const Window window = conditioner.push(bucket_of(kStart + s, 25, 8, failed ? kUnknown : 5 + (s >= 206 ? 1 : 0)));
+    const Window window =
+        conditioner.push(second_mean_at(kStart + s, 25, 8, failed ? kUnknown : 5 + (s >= 206 ? 1 : 0)));
     const bool gap_in_window = s >= 205 && s < 300;  // until fewer than six of its seconds are in the window
     EXPECT_EQ(std::isnan(window.uhfo_v), gap_in_window) << s;
     EXPECT_TRUE(s < 310 || window.uhfo_v == 6) << s;
@@ -207,8 +209,8 @@ TEST(FeatureExtractor, TheVoltageOfAFailedMeterIsUnknownUntilItsWindowHasDataAga
 
 TEST(FeatureExtractor, WarmingReturnsMeansOfTheAvailableSeconds) {
   FeatureExtractor conditioner(definition(SlopeMethod::kDifference));
-  conditioner.push(bucket_of(kStart, 20, 7, 5.0));
-  const Window window = conditioner.push(bucket_of(kStart + 1, 22, 9, 5.5));
+  conditioner.push(second_mean_at(kStart, 20, 7, 5.0));
+  const Window window = conditioner.push(second_mean_at(kStart + 1, 22, 9, 5.5));
   EXPECT_EQ(window.state, WindowState::kWarming);
   EXPECT_DOUBLE_EQ(window.temperature_degc, 21);
   EXPECT_DOUBLE_EQ(window.rate_deg_per_h, 8);
@@ -218,10 +220,10 @@ TEST(FeatureExtractor, WarmingReturnsMeansOfTheAvailableSeconds) {
 TEST(FeatureExtractor, TheMeanRateExcludesInvalidRates) {
   FeatureExtractor conditioner(definition(SlopeMethod::kDifference));
   Window window;
-  for (int s = 0; s < 120; ++s) window = conditioner.push(bucket_of(kStart + s, 25, s % 2 ? kUnknown : 8));
+  for (int s = 0; s < 120; ++s) window = conditioner.push(second_mean_at(kStart + s, 25, s % 2 ? kUnknown : 8));
   EXPECT_EQ(window.state, WindowState::kReady);
   EXPECT_DOUBLE_EQ(window.rate_deg_per_h, 8);
-  for (int s = 120; s < 220; ++s) window = conditioner.push(bucket_of(kStart + s, 25, kUnknown));
+  for (int s = 120; s < 220; ++s) window = conditioner.push(second_mean_at(kStart + s, 25, kUnknown));
   EXPECT_EQ(window.state, WindowState::kWarming);
   EXPECT_TRUE(std::isnan(window.rate_deg_per_h));
 }
@@ -234,9 +236,9 @@ FeatureDefinition with_lags(std::vector<double> time_constants_s) {
 
 TEST(ConditionerLag, AStepDecaysExponentially) {
   FeatureExtractor conditioner(with_lags({25, 400}));
-  for (int s = 0; s < 50; ++s) EXPECT_EQ(conditioner.push(bucket_of(s, 20)).lag_degc, (std::vector<double>{0, 0}));
+  for (int s = 0; s < 50; ++s) EXPECT_EQ(conditioner.push(second_mean_at(s, 20)).lag_degc, (std::vector<double>{0, 0}));
   for (int n = 1; n <= 1000; ++n) {  // n seconds after the step of 30 degC: T − EMA = 30 exp(−n / tau)
-    const Window window = conditioner.push(bucket_of(49 + n, 50));
+    const Window window = conditioner.push(second_mean_at(49 + n, 50));
     ASSERT_EQ(window.lag_degc.size(), 2u);
     ASSERT_NEAR(window.lag_degc[0], 30 * std::exp(-n / 25.0), kMeanRounding);
     ASSERT_NEAR(window.lag_degc[1], 30 * std::exp(-n / 400.0), kMeanRounding);
@@ -248,27 +250,27 @@ TEST(ConditionerLag, ARampLagsAccordingToTheClosedForm) {
   FeatureExtractor conditioner(with_lags({60}));
   const double k = std::exp(-1 / 60.0), r = 0.02;
   for (int n = 0; n < 600; ++n) {
-    const Window window = conditioner.push(bucket_of(n, 20 + r * n));
+    const Window window = conditioner.push(second_mean_at(n, 20 + r * n));
     ASSERT_NEAR(window.lag_degc.at(0), r * k * (1 - std::pow(k, n)) / (1 - k), kMeanRounding) << n;
   }
 }
 
 TEST(ConditionerLag, AShortGapIsBridgedByTheTrueElapsedTime) {
   FeatureExtractor conditioner(with_lags({1000}));
-  conditioner.push(bucket_of(0, 20));
-  const Window window = conditioner.push(bucket_of(100, 30));  // a tenth of the time constant, above max_gap_s
+  conditioner.push(second_mean_at(0, 20));
+  const Window window = conditioner.push(second_mean_at(100, 30));  // a tenth of the time constant, above max_gap_s
   EXPECT_EQ(window.state, WindowState::kWarming);
   EXPECT_NEAR(window.lag_degc.at(0), 10 * std::exp(-0.1), kMeanRounding);
-  const Window unknown = conditioner.push(bucket_of(101, kUnknown));
+  const Window unknown = conditioner.push(second_mean_at(101, kUnknown));
   EXPECT_TRUE(unknown.lag_degc.empty());  // without a temperature there is no lag, never that of the second before
-  EXPECT_NEAR(conditioner.push(bucket_of(102, 30)).lag_degc.at(0), 10 * std::exp(-0.102), kMeanRounding);
+  EXPECT_NEAR(conditioner.push(second_mean_at(102, 30)).lag_degc.at(0), 10 * std::exp(-0.102), kMeanRounding);
 }
 
 TEST(ConditionerLag, ALongGapOrAClockSetBackRestarts) {
   for (const int next : {101, -1, 0}) {
     FeatureExtractor conditioner(with_lags({1000, 5000}));
-    conditioner.push(bucket_of(0, 20));
-    const Window window = conditioner.push(bucket_of(next, 30));
+    conditioner.push(second_mean_at(0, 20));
+    const Window window = conditioner.push(second_mean_at(next, 30));
     EXPECT_EQ(window.lag_degc, (std::vector<double>{0, 0})) << next;
     EXPECT_TRUE(window.lag_settling) << next;
   }
@@ -276,12 +278,12 @@ TEST(ConditionerLag, ALongGapOrAClockSetBackRestarts) {
 
 TEST(ConditionerLag, SettlesForThreeOfTheLongestTimeConstants) {
   FeatureExtractor conditioner(with_lags({40, 7}));
-  for (int s = 0; s < 200; ++s) EXPECT_EQ(conditioner.push(bucket_of(s, 20)).lag_settling, s < 120) << s;
+  for (int s = 0; s < 200; ++s) EXPECT_EQ(conditioner.push(second_mean_at(s, 20)).lag_settling, s < 120) << s;
 }
 
 TEST(ConditionerLag, WithoutLagsNothingSettles) {
   FeatureExtractor conditioner(definition(SlopeMethod::kDifference));
-  const Window window = conditioner.push(bucket_of(0, 20));
+  const Window window = conditioner.push(second_mean_at(0, 20));
   EXPECT_FALSE(window.lag_settling);
   EXPECT_TRUE(window.lag_degc.empty());
 }

@@ -139,12 +139,12 @@ TEST(SecondAverager, MeansIncludeOnlyPlausibleValues) {
   const SecondMean one = second(0, 1000, 25, false);
   EXPECT_DOUBLE_EQ(one.temperature_degc, 25);
   EXPECT_EQ(one.implausible, (QuantitySet{false, true, false}));
-  EXPECT_FALSE(one.disbelieved.any());
+  EXPECT_FALSE(one.all_implausible.any());
   averager = SecondAverager();
   const SecondMean none = second(0, -273, -273, true);
   EXPECT_DOUBLE_EQ(none.temperature_degc, -273);
   EXPECT_DOUBLE_EQ(none.rate_deg_per_h, 8);
-  EXPECT_EQ(none.disbelieved, (QuantitySet{false, true, false}));
+  EXPECT_EQ(none.all_implausible, (QuantitySet{false, true, false}));
   EXPECT_TRUE(std::isnan(believed(none).temperature_degc));
   EXPECT_DOUBLE_EQ(believed(none).uhfo_v, 5);
 }
@@ -163,7 +163,7 @@ TEST(FeatureExtractor, IgnoresImplausibleMeans) {
       second_mean.second = s;
       second_mean.rate_deg_per_h = 8;
       second_mean.temperature_degc = degc;
-      second_mean.disbelieved.temperature = degc < -90;
+      second_mean.all_implausible.temperature = degc < -90;
       window = conditioner.push(second_mean);
     }
   };

@@ -58,7 +58,7 @@ TEST(Sensors, ANameMustNotBeAReservedInput) {
   EXPECT_FALSE(sensor_of_column("quality"));
 }
 
-SecondMean bucket_at(std::int64_t second, const SensorList& list, std::vector<double> values) {
+SecondMean second_mean_at(std::int64_t second, const SensorList& list, std::vector<double> values) {
   SecondMean second_mean;
   second_mean.second = second;
   second_mean.samples = 1;
@@ -76,7 +76,7 @@ TEST(Sensors, AWindowHasTheirMeanSlopeLagAndDifference) {
   const SensorList list = list_of({{"anode", "V"}, {"case", "degC"}});
   Window window;
   for (int second = 0; second < 100; ++second)
-    window = conditioner.push(bucket_at(second, list, {5, 30 + 0.1 * second}));
+    window = conditioner.push(second_mean_at(second, list, {5, 30 + 0.1 * second}));
   const auto value = [&](const char* name) { return input_value(window, features, name); };
   EXPECT_NEAR(value("case"), 30 + 0.1 * (99 - 4.5), 1e-9);
   EXPECT_NEAR(value("dcase/dt"), 0.1, 1e-12);
@@ -92,7 +92,7 @@ TEST(Sensors, ASensorUnknownForLongerThanTheGapLimitHasNoValue) {
   const SensorList list = list_of({{"case", "degC"}});
   Window window;
   for (int second = 0; second < 40; ++second)
-    window = conditioner.push(bucket_at(second, list, {second < 32 ? 30 : kUnknown}));
+    window = conditioner.push(second_mean_at(second, list, {second < 32 ? 30 : kUnknown}));
   EXPECT_EQ(window.state, WindowState::kReady) << "T is always known";
   for (const char* name : {"case", "dcase/dt", "lag1:case", "case-T", "anode"})
     EXPECT_TRUE(std::isnan(input_value(window, features, name))) << name;
@@ -107,7 +107,8 @@ TEST(Sensors, AStreamInAnotherOrderContinues) {
     const bool first = second < 15;
     const SensorList list =
         first ? list_of({{"case", "degC"}, {"anode", "V"}}) : list_of({{"anode", "V"}, {"case", "degC"}});
-    window = conditioner.push(bucket_at(second, list, first ? std::vector<double>{30, 5} : std::vector<double>{5, 30}));
+    window =
+        conditioner.push(second_mean_at(second, list, first ? std::vector<double>{30, 5} : std::vector<double>{5, 30}));
   }
   EXPECT_EQ(input_value(window, features, "case"), 30);
   EXPECT_EQ(input_value(window, features, "anode"), 5);
@@ -149,7 +150,7 @@ TEST(Sensors, ALogHasThemBeforeItsLastColumn) {
   EXPECT_EQ(sensors_in(metadata), sensors);
   EXPECT_THAT(columns, HasSubstr(",sd_mean_deg_per_h,arrival_s,case_degc,anode_v,partial"));
   CompensatedWindow row;
-  row.window.second_mean = bucket_at(1'700'000'000, list_of(sensors), {21.5, kUnknown});
+  row.window.second_mean = second_mean_at(1'700'000'000, list_of(sensors), {21.5, kUnknown});
   std::string line;
   append_csv(line, row);
   EXPECT_THAT(line, HasSubstr(",21.500000,,0\n"));

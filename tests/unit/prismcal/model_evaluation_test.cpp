@@ -210,7 +210,7 @@ TEST(BlockTable, TakesNothingThatIsDisbelieved) {
   for (std::size_t i = 1000; i < 1400; ++i) {
     second_means[i].rate_deg_per_h = 3.4e38;
     second_means[i].temperature_degc = -273;
-    second_means[i].implausible = second_means[i].disbelieved = {true, true, false};
+    second_means[i].implausible = second_means[i].all_implausible = {true, true, false};
   }
   const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
   for (const double degc : table.column("T")) EXPECT_GT(degc, -60);

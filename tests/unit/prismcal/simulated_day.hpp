@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A short day of buckets with a known bias, for the tests of the workbench.
+// A short day of one-second means with a known bias, for the tests of prismcal.
 #pragma once
 
 #include <cmath>

@@ -10,7 +10,7 @@ namespace {
 
 using compensation::Correction;
 
-/// The correction in force in each second of the table; no bias if there is none.
+/// Correction of each second of the table; the bias is unknown in seconds without one.
 std::vector<Correction> in_force(compensation::CompensationEngine& engine, const recordings::BlockTable& table,
                                  const std::vector<Correction>& blocks) {
   std::vector<Correction> corrections(table.second.size());

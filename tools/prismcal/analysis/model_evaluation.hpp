@@ -59,7 +59,7 @@ struct ModelEvaluation {
   }
 };
 
-/// "44.1 to 61.3", in percent; an em dash if there is none.
+/// "44.1 to 61.3", in percent; "—" without an interval.
 std::string interval_text(const std::optional<evaluation::PredictionInterval>& next);
 
 /// Where 95 % of further recordings put the improvement of `other` less that of `first`, in points, over the blocks of

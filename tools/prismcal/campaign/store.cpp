@@ -137,7 +137,7 @@ Result<Task> Store::read_task(const std::string& id) const {
   for (std::string line; is_task_id(id) && in->read_line(line);) {
     if (line.starts_with(begin)) return parse_task(line, file("tasks.jsonl"));
   }
-  return make_error(id, fmt::format("is no task of {}: planned anew since?", file("tasks.jsonl")));
+  return make_error(id, fmt::format("not found in {}; plan changed?", file("tasks.jsonl")));
 }
 
 bool Store::stands(const std::string& id) const { return ::access(task_folder(id).c_str(), F_OK) == 0; }

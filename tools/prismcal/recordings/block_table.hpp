@@ -32,11 +32,11 @@ struct BlockTable {
   std::vector<double> hours() const;                           ///< end of each block since the first second, h
 };
 
-/// Runs the buckets through the conditioner of live and training and keeps the windows that end a block. Seconds that a
-/// session cut are in none, and no window spans two sessions (`sessions`: where they begin; empty: one). Where a
-/// session begins before the one before it ended, as the clock was set back, it is laid behind that. Refused: no
-/// buckets, seconds out of order within a session, no full block (a recording shorter than the window, or ridden with
-/// gaps).
+/// Runs the one-second means through the conditioner of live and training and keeps the windows that end a block.
+/// Seconds that a session cut are in none, and no window spans two sessions (`sessions`: where they begin; empty: one).
+/// Where a session begins before the one before it ended, as the clock was set back, it is laid behind that. Refused:
+/// no one-second means, seconds out of order within a session, no full block (a recording shorter than the window, or
+/// ridden with gaps).
 Result<BlockTable> make_block_table(std::span<const compensation::SecondMean> second_means,
                                     const compensation::FeatureDefinition& features, double earth_rate_deg_per_h,
                                     const std::string& name, std::span<const std::size_t> sessions = {});

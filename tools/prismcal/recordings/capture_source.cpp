@@ -41,7 +41,7 @@ Result<std::size_t> axis_index(const pipeline::Setup& setup, const std::string& 
   }
   if (wanted.empty())
     return make_error(setup.config.path,
-                      fmt::format("serves the axes {}; --axis says which is meant", fmt::join(names, ", ")));
+                      fmt::format("found axes {}, expected one; choose it with --axis", fmt::join(names, ", ")));
   return make_error("--axis", fmt::format("found \"{}\", expected one of {} as {} serves", wanted,
                                           fmt::join(names, ", "), setup.config.path));
 }

@@ -204,7 +204,7 @@ Result<void> LogFolder::choose(const std::string& axis, const std::string& path)
   if (axis.empty() && names.size() < 2) return {};
   if (axis.empty())
     return make_error(
-        path, fmt::format("found logs of the axes {}, expected one; --axis says which", fmt::join(names, ", ")));
+        path, fmt::format("found logs of the axes {}, expected one; choose it with --axis", fmt::join(names, ", ")));
   std::erase_if(segments, [&](const LogSegment& segment) { return axis_of(segment) != axis; });
   if (segments.empty())
     return make_error(

@@ -22,7 +22,7 @@ struct Recording {
   std::vector<SourceFile> files;
   std::map<std::string, std::string> metadata;  ///< "# key: value" lines; of several files, the first that has the key
   std::vector<compensation::SecondMean> second_means;  ///< in order; within a session seconds only go forward
-  std::vector<std::size_t> sessions;                   ///< where each session begins in `buckets`; empty: one
+  std::vector<std::size_t> sessions;                   ///< where each session begins in `second_means`; empty: one
   std::vector<std::string> notes;                      ///< what was left out of it, for people
 
   std::string value(const std::string& key) const;  ///< empty where the recording does not say
