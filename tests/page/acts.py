@@ -76,13 +76,19 @@ def holes(table):
     return [before for before, after in zip(times, times[1:]) if after - before > 1]
 
 
-def saved_table(browser):
-    """The rows that the button CSV saves, of what the charts show now."""
-    pattern = os.path.join(browser.files, "*.csv")
+def saved_file(browser, label, ending):
+    """The bytes that a button saves. Chromium makes the file empty and fills it later."""
+    pattern = os.path.join(browser.files, "*" + ending)
     for old in glob.glob(pattern):
         os.remove(old)
+    browser.one(f"[aria-label='{label}']").click()
+    path = browser.wait("a saved file", lambda: next(filter(os.path.getsize, glob.glob(pattern)), None))
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def saved_table(browser):
+    """Rows of the charts' current data, saved by the button CSV."""
     browser.wait("rows to be saved", lambda: browser.one("[aria-label='save the charts\\' rows as a table']").is_enabled())
-    browser.one("[aria-label='save the charts\\' rows as a table']").click()
-    browser.wait("a table", lambda: glob.glob(pattern))
-    with open(glob.glob(pattern)[0]) as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+    table = saved_file(browser, "save the charts\\' rows as a table", ".csv").decode()
+    return list(csv.DictReader(line for line in table.splitlines() if not line.startswith("#")))

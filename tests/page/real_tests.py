@@ -114,7 +114,7 @@ def prismweb_restarted(browser, world):
     world.end("prismweb", signal.SIGTERM)
     os.unlink(f"{world.path}/prismweb-{port}.sessions")
     world.url = world.start_prismweb(port)
-    browser.wait("a word on the session, which is gone", lambda: "refused this page" in browser.text(".alarm"), 15)
+    browser.wait("a word on the session, which is gone", lambda: "rejected this page" in browser.text(".alarm"), 15)
     browser.open(world.url)
     browser.wait("good again", lambda: browser.all(".tile.good:not(.old)"), 15)
     assert browser.run("return location.href + document.cookie + JSON.stringify({...sessionStorage})").find(world.url.split("=")[1]) < 0, "the token is still in the page"
@@ -125,7 +125,7 @@ def address_used(browser, world):
     other = Browser()
     try:
         other.open(world.url)
-        other.wait("a refusal", lambda: "refused this page" in (other.text(".alarm") or ""), 15)
+        other.wait("a refusal", lambda: "rejected this page" in (other.text(".alarm") or ""), 15)
         assert not other.all(".tile")
     finally:
         other.close()

@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: MIT
 """The page in a browser, before a server that can play what a real gyro cannot within a test."""
-import glob
 import os
 import time
 
-from acts import drag, holes, key, mouse, open_gyro, pinch, saved_table, shown, span_of, swipe
+from acts import drag, holes, key, mouse, open_gyro, pinch, saved_file, saved_table, shown, span_of, swipe
 from worlds import SCRIPT
 
 
 def overview(browser, world):
     browser.open(world.url)
     browser.wait("five tiles with a rate", lambda: len(browser.all(".tile")) == 5 and all("." in tile.text for tile in browser.all(".tile .big")))
-    assert browser.text(".sum") == "3 gyros, 5 axes: 4 good, 1 with care", browser.text(".sum")
+    assert browser.text(".sum") == "3 gyros, 5 axes: 4 good, 1 caution", browser.text(".sum")
     words = {(tile.find_element("css selector", ".mark").text, tile.find_element("css selector", ".word").text) for tile in browser.all(".tile")}
     assert words == {("●", "good"), ("▲", "extrapolating")}, words
     assert browser.run("return location.href.includes('secret')") is False, "the token is still in the address"
@@ -115,11 +114,7 @@ def refused(browser, world):
 def files(browser, world):
     table = saved_table(browser)
     assert 350 < len(table) <= 361 and abs(float(table[-1]["mean_rate_deg_per_h"]) - 8.465) < 0.5, table[-1]
-    browser.one("[aria-label='save the charts as a picture']").click()
-    pattern = os.path.join(browser.files, "*.png")
-    browser.wait("a picture", lambda: glob.glob(pattern))
-    with open(glob.glob(pattern)[0], "rb") as file:
-        picture = file.read()
+    picture = saved_file(browser, "save the charts as a picture", ".png")
     assert picture[:8] == b"\x89PNG\r\n\x1a\n" and len(picture) > 50000, len(picture)
     if browser.pictures:
         with open(os.path.join(browser.pictures, "saved.png"), "wb") as file:
@@ -187,7 +182,7 @@ def slept(browser, world):
     # last heard before one of the two: a minute may end between them
     heard = [f"since {minute}" for minute in (first, browser.run(clock))]
     browser.run("window.awake = Date.now; Date.now = () => window.awake() + 8 * 3600 * 1000")
-    browser.wait("the alarm of sleep", lambda: "slept" in browser.text(".alarm"))
+    browser.wait("the alarm of sleep", lambda: "asleep" in browser.text(".alarm"))
     assert browser.one(".alarm").is_displayed() and any(since in browser.text(".alarm") for since in heard), (heard, browser.text(".alarm"))
     browser.wait("eight hours", lambda: browser.text(".hero .age").startswith("8 h"))
     browser.run("Date.now = window.awake")
@@ -289,7 +284,7 @@ def silent_for_hours(browser, world):
     browser.open(world.url)
     tile = browser.wait("the tile of gyro1, old", lambda: next((tile for tile in browser.all(".tile.bad.old") if "gyro1" in tile.text), None))
     browser.wait("its age", lambda: tile.find_element("css selector", ".age").text == "2 h old")
-    assert tile.find_element("css selector", ".note").text == "its last 10 min" and "2 h old" in tile.get_attribute("aria-label")
+    assert tile.find_element("css selector", ".note").text == "last 10 min received" and "2 h old" in tile.get_attribute("aria-label")
     assert "8.4" in browser.one(".tile:not(.old)").get_attribute("aria-label")
     world.say("back gyro1")
     browser.wait("gyro1 as before", lambda: not browser.all(".tile.old"))
@@ -376,7 +371,7 @@ def wrong_token(browser, world):
     browser.driver.delete_all_cookies()
     browser.open("about:blank")
     browser.open(world.url.replace("secret", "wrong"))
-    browser.wait("a refusal", lambda: "refused" in (browser.text(".alarm") or ""))
+    browser.wait("a refusal", lambda: "rejected" in (browser.text(".alarm") or ""))
     browser.open("about:blank")
     browser.open(world.url)
     browser.wait("tiles", lambda: len(browser.all(".tile")) == 5)
