@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-# A log after clean restarts, kills, replugs within a second and a clock that was set back: rows go forward within a session, no
-# second of a session stands there twice, and train, evaluate and allan read the folder and say what they left out.
-# The story: each of these made all three refuse the whole folder.
+# A log after clean restarts, kills, replugs and a host clock that was set back: the seconds of each session increase and occur
+# once, and train, evaluate and allan read the directory and report what they left out.
+# History: each of these events made all three commands reject the complete directory.
 . "$(dirname "$0")/lib.sh"
 frames 50
 config '"site": {"latitude_deg": 45, "elevation_deg": 30}, "capture": {"directory": "'"$dir"'/capture"}'
@@ -11,7 +11,7 @@ start_sim --profile second --speed 1
 receives() { wait_for 10 field_is .state status receiving; }
 for _ in $(seq "$(long 4 100)"); do
   start_prismd; receives; sleep 1.3
-  kill -TERM "$prismd"; wait "$prismd" || fail "a clean restart: exit code $?"
+  kill -TERM "$prismd"; wait "$prismd" || fail "clean restart: exit code $?"
 done
 for _ in $(seq "$(long 4 100)"); do
   start_prismd; receives; sleep "1.$((RANDOM % 10))"
@@ -26,9 +26,9 @@ done
 receives; sleep 14
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 
-# The clock of the host is set, and set back, while prismd runs: only prismd sees it.
+# Sets prismd's host clock back while it runs; other processes keep the true time.
 fake=$(find /usr/lib -name libfaketimeMT.so.1 | head -1)
-[ -n "$fake" ] || skip "no libfaketime (tools/setup installs it): the steps of the clock were left out"
+[ -n "$fake" ] || skip "no libfaketime (tools/setup installs it): the clock steps were not tested"
 echo '+0' >"$dir/offset"
 start prismd env LD_PRELOAD="$fake" FAKETIME_TIMESTAMP_FILE="$dir/offset" FAKETIME_NO_CACHE=1 FAKETIME_DONT_FAKE_MONOTONIC=1 \
   prismd "$dir/gyro.json"
@@ -45,14 +45,14 @@ done
 sleep 12
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 
-python3 - "$dir/log" <<'END' || fail "the log is not in order"
+python3 - "$dir/log" <<'END' || fail "the log is inconsistent"
 import glob, hashlib, json, sys
 folder = sys.argv[1]
 seen, ends, torn, partial, bad = {}, 0, 0, 0, []
 order = [json.loads(line) for line in open(glob.glob(folder + "/*.csv.index")[0])]
 made = [entry["file"] for entry in order if "made" in entry]
 files = {path.split("/")[-1] for path in glob.glob(folder + "/*.csv")}
-if set(made) != files: bad.append("the index names other segments: %s" % (set(made) ^ files))
+if set(made) != files: bad.append("segments only in the index or only on disk: %s" % (set(made) ^ files))
 for name in made:
     text = open(folder + "/" + name).read()
     session = [line for line in text.split("\n") if line.startswith("# session: ")][0]
@@ -60,22 +60,22 @@ for name in made:
     if "# end: " in text:
         body, end = text.split("# end: ")
         ends += 1
-        if end != "rows %d, sha256 %s\n" % (len(rows), hashlib.sha256(body.encode()).hexdigest()): bad.append(name + ": its end")
+        if end != "rows %d, sha256 %s\n" % (len(rows), hashlib.sha256(body.encode()).hexdigest()): bad.append(name + ": wrong end line")
     else:
         torn += 1
         rows = rows if text.endswith("\n") else rows[:-1]
     for row in rows:
         second = int(row[1])
-        if second <= seen.get(session, -1): bad.append("%s: %d stands there before" % (name, second))
+        if second <= seen.get(session, -1): bad.append("%s: second %d is a repeat or out of order" % (name, second))
         seen[session] = second
         partial += row[17] == "1"
-        if row[17] == "0" and abs(int(row[2]) + int(row[3]) - 50) > 2: bad.append("%s: a whole second of %s frames" % (name, row[2]))
-print(len(made), "segments,", len(seen), "sessions,", ends, "ended,", torn, "torn,", partial, "partial")
+        if row[17] == "0" and abs(int(row[2]) + int(row[3]) - 50) > 2: bad.append("%s: a complete second with %s frames" % (name, row[2]))
+print(len(made), "segments,", len(seen), "sessions,", ends, "ended,", torn, "truncated,", partial, "partial rows")
 if bad: print("\n".join(bad[:10])); sys.exit(1)
 END
 
 cal=("$dir/log" --json)
-# --force: some seconds at one temperature are no training; that the folder is read is what counts here.
+# --force: the few seconds at one temperature are too little to train on; the test only checks that the directory is read.
 prismcal train "$dir/log" --force --method ls --inputs T --window 5 --end-mean 2 --max-gap 2 --out "$dir/model.json" >"$dir/train" 2>&1 ||
   fail "train: $(cat "$dir/train")"
 prismcal evaluate "$dir/model.json" "${cal[@]}" >"$dir/evaluate.json" 2>"$dir/evaluate.txt" || fail "evaluate: $(cat "$dir/evaluate.txt")"

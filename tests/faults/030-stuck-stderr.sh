@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Nobody reads stderr, a full pipe: acquisition and answers go on, and SIGTERM ends prismd. The story: all three hung.
+# stderr is a full pipe without a reader: acquisition continues, prismd responds to requests and ends on SIGTERM.
+# History: all three were blocked.
 . "$(dirname "$0")/lib.sh"
 config
 start_sim --profile steady --speed 1
@@ -21,7 +22,7 @@ children+=("$prismd")
 wait_for 5 prismctl version
 wait_for 5 field_is .state status receiving
 before=$(field .line.frames status)
-for _ in $(seq "$(long 5 60)"); do kill -HUP "$prismd"; prismctl version >/dev/null || fail "no answer"; sleep 1; done
+for _ in $(seq "$(long 5 60)"); do kill -HUP "$prismd"; prismctl version >/dev/null || fail "no response"; sleep 1; done
 [ "$(($(field .line.frames status) - before))" -gt "$(long 800 11000)" ] || fail "frames: $before, then $(field .line.frames status)"
 same "frames lost" "$(field .timing.missing_frames status)" 0
 begin=$(date +%s%N)

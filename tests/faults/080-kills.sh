@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# PRISM_KILLS times kill -9 (6; long form: 500), each at a random moment: of the rows that a subscriber was told none is lost; the log
-# has torn segments and no other fault; the repaired copy is whole.
+# PRISM_KILLS times kill -9 (6; long form: 500), each at a random moment. The log contains every row that a subscriber received and
+# has no damage except truncated segments; the repaired copy is intact.
 . "$(dirname "$0")/lib.sh"
 kills=${PRISM_KILLS:-$(long 6 500)}
 frames 20
@@ -18,7 +18,7 @@ def connect(deadline):
         try: s.connect(path); return s
         except OSError:
             s.close()
-            if time.monotonic() > deadline: sys.exit("prismd does not answer")
+            if time.monotonic() > deadline: sys.exit("prismd does not respond")
             time.sleep(0.01)
 
 def seconds(name):
@@ -42,7 +42,7 @@ for kill in range(kills):
     killed = time.monotonic()
     daemon.send_signal(signal.SIGKILL)
     daemon.wait()
-    try:  # what it had sent
+    try:  # reads the rest that prismd sent before the kill
         while True:
             more = s.recv(1 << 16)
             if not more: break
@@ -57,11 +57,11 @@ for kill in range(kills):
     told_in_all += len(told)
     if lost:
         ago_ms = [round(1000 * (killed - when[second])) for second in lost]
-        sys.exit("kill %d: told %s, of which the log has not %s, told %s ms before" % (kill + 1, told, lost, ago_ms))
-print("%d kills: %d rows told, none lost" % (kills, told_in_all))
+        sys.exit("kill %d: received %s; not in the log: %s, received %s ms before" % (kill + 1, told, lost, ago_ms))
+print("%d kills: %d rows received, 0 lost" % (kills, told_in_all))
 END
 code=0; prismcal verify "$dir/log" --json >"$dir/verify.json" || code=$?
 same "exit code of verify after kills" "$code" 1
-same "faults beside torn segments" "$(jq -c '[.findings[] | select(.fault and .state != "torn")]' "$dir/verify.json")" "[]"
+same "faults except truncated segments" "$(jq -c '[.findings[] | select(.fault and .state != "torn")]' "$dir/verify.json")" "[]"
 prismcal verify "$dir/log" --repair "$dir/clean" >"$dir/repair" || fail "repair: $(cat "$dir/repair")"
-prismcal verify "$dir/clean" >"$dir/verify" || fail "the copy: $(cat "$dir/verify")"
+prismcal verify "$dir/clean" >"$dir/verify" || fail "the repaired copy: $(cat "$dir/verify")"

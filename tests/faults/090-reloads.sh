@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# PRISM_RELOADS reloads (40; long form: 1000) that change model and log, one in ten of them bad: each is told, no frame is lost, and
-# memory and descriptors stay as they were.
+# PRISM_RELOADS reloads (40; long form: 1000) that change the model; one in ten is invalid and its error is reported. No frame is lost,
+# and memory and descriptors do not grow.
 . "$(dirname "$0")/lib.sh"
 reloads=${PRISM_RELOADS:-$(long 40 1000)}
 config
@@ -23,17 +23,17 @@ for i in $(seq "$reloads"); do
   esac
   code=0; prismctl reload >"$dir/answer" 2>&1 || code=$?
   if [ $((i % 10)) = 0 ]; then
-    same "exit code of a bad reload ($(cat "$dir/answer"))" "$code" 1
-    contains "a bad reload" "$(cat "$dir/answer")" klock
+    same "exit code of an invalid reload ($(cat "$dir/answer"))" "$code" 1
+    contains "an invalid reload" "$(cat "$dir/answer")" klock
     refused=$((refused + 1))
   else
     same "exit code of reload $i ($(cat "$dir/answer"))" "$code" 0
   fi
   if [ "$i" = $((reloads / 4 > 10 ? reloads / 4 : 10)) ]; then memory_before=$(memory) descriptors_before=$(descriptors); fi
 done
-echo "$reloads reloads, $refused of them refused: $memory_before kB, then $(memory) kB; $descriptors_before descriptors, then $(descriptors)"
-sanitized || [ "$(memory)" -lt $((memory_before + 2048)) ] || fail "$(memory) kB, expected at most 2 MB above $memory_before"
-[ "$(descriptors)" -le $((descriptors_before + 1)) ] || fail "$(descriptors) descriptors, expected $descriptors_before"
+echo "$reloads reloads, $refused rejected: memory from $memory_before to $(memory) kB; descriptors from $descriptors_before to $(descriptors)"
+sanitized || [ "$(memory)" -lt $((memory_before + 2048)) ] || fail "found $(memory) kB, expected at most 2 MB above $memory_before"
+[ "$(descriptors)" -le $((descriptors_before + 1)) ] || fail "found $(descriptors) descriptors, expected at most one more than $descriptors_before"
 same "frames lost" "$(field .timing.missing_frames status)" 0
 same "state" "$(field .state status)" receiving
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
