@@ -31,9 +31,9 @@ for i in $(seq "$reloads"); do
   fi
   if [ "$i" = $((reloads / 4 > 10 ? reloads / 4 : 10)) ]; then memory_before=$(memory) descriptors_before=$(descriptors); fi
 done
-echo "$reloads reloads, $refused rejected: memory from $memory_before to $(memory) kB; descriptors from $descriptors_before to $(descriptors)"
+echo "$reloads reloads, $refused rejected: $memory_before to $(memory) kB, $descriptors_before to $(descriptors) descriptors"
 sanitized || [ "$(memory)" -lt $((memory_before + 2048)) ] || fail "found $(memory) kB, expected at most 2 MB above $memory_before"
-[ "$(descriptors)" -le $((descriptors_before + 1)) ] || fail "found $(descriptors) descriptors, expected at most one more than $descriptors_before"
+[ "$(descriptors)" -le $((descriptors_before + 1)) ] || fail "found $(descriptors) descriptors, expected at most $((descriptors_before + 1))"
 same "frames lost" "$(field .timing.missing_frames status)" 0
 same "state" "$(field .state status)" receiving
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"

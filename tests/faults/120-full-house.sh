@@ -1,22 +1,23 @@
 # SPDX-License-Identifier: MIT
-# One user fills his three quarters of the places: he is refused in one line, others still get in, and root does when every place is
-# taken. Long form: who asked for nothing in a minute gives way, who listens does not.
+# One user opens three quarters of the connections: the next one is rejected with an error, other users still connect, and root
+# connects even if all connections are in use. Long form: a client that is idle for a minute is disconnected to admit a new one, a
+# subscriber is not.
 . "$(dirname "$0")/lib.sh"
-[ "$(id -u)" -eq 0 ] || skip "needs root, to come as several users"
+[ "$(id -u)" -eq 0 ] || skip "needs root, to connect as several users"
 chmod 711 "$dir"
 config
 sed -i 's|"socket": {|"socket": {"mode": "0666", "max_clients": 8, |' "$dir/gyro.json"
 start_sim --profile steady --speed 1
 start_prismd
 wait_for 10 field_is .state status receiving
-sleep 0.2  # prismctl's own connections are gone
+sleep 0.2  # prismctl's own connections are closed by then
 python3 - "$PRISM_SOCKET" "$(long 0 1)" <<'END' || fail "see above"
 import json, os, socket, sys, time
 ASK = b'{"jsonrpc":"2.0","id":1,"method":"version"}\n'
 LISTEN = b'{"jsonrpc":"2.0","id":1,"method":"subscribe","params":{"streams":["window"]}}\n'
 
 def come(user, first=ASK):
-    """A connection as `user`, and the first line that it is told."""
+    """Connects as `user`; returns the socket and the first line received."""
     os.seteuid(user)
     try:
         s = socket.socket(socket.AF_UNIX)
@@ -24,7 +25,7 @@ def come(user, first=ASK):
         s.connect(sys.argv[1])
         s.sendall(first)
     except BrokenPipeError:
-        pass  # refused before it asked; why stands there to be read
+        pass  # rejected before the request was sent; the error can still be read
     finally:
         os.seteuid(0)
     data = b""
@@ -46,7 +47,7 @@ def gone(s):
     return False
 
 def refused(answer, words):
-    assert not served(answer) and words in answer, "found %r, expected a refusal with %r" % (answer, words)
+    assert not served(answer) and words in answer, "found %r, expected an error with %r" % (answer, words)
 
 greedy = [come(1001, LISTEN if i < 2 else ASK) for i in range(6)]
 assert all(served(answer) for _, answer in greedy), greedy
@@ -56,13 +57,13 @@ assert all(served(answer) for _, answer in others), others
 refused(come(1003)[1], b"8 clients are connected")
 root, answer = come(0)
 assert served(answer), answer
-assert gone(others[1][0]), "root came, and nobody gave way"
-assert not gone(greedy[0][0]) and not gone(others[0][0]), "more than one gave way"
+assert gone(others[1][0]), "root connected, but no client was disconnected"
+assert not gone(greedy[0][0]) and not gone(others[0][0]), "more than one client was disconnected for root"
 refused(come(1003)[1], b"8 clients are connected")
 if sys.argv[2] == "1":
     time.sleep(61)
     stranger, answer = come(1003)
-    assert served(answer), "after a minute: %r" % answer
+    assert served(answer), "after a minute: found %r, expected a result" % answer
     silent = [gone(s) for s, _ in greedy[:2]]
-    assert silent == [False, False], "who listens gave way"
+    assert silent == [False, False], "a subscriber was disconnected"
 END

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# A reload and, while it runs, the end: PRISM_ENDS times (20; long form: 1000), each a clean one. Under tools/check --asan and --tsan this
-# is what finds a use of what is gone: 36 of 150 read it before. The signals come so close together as chance has it.
+# SIGTERM during a reload, PRISM_ENDS times (20; long form: 1000), with random pauses between the signals: prismd always ends with exit
+# code 0. With tools/check --asan and --tsan this finds a use after free. History: 36 of 150 runs read freed memory.
 . "$(dirname "$0")/lib.sh"
 config
 start_sim --profile steady --speed 1
@@ -25,7 +25,7 @@ def answers(daemon):
 for i in range(times):
     with open(folder + "/prismd.err", "w") as err:
         daemon = subprocess.Popen(["prismd", folder + "/gyro.json"], stderr=err, stdout=err)
-    assert answers(daemon), "start %d: no answer" % i
+    assert answers(daemon), "start %d: no response" % i
     for _ in range(random.choice([1, 1, 3])):
         daemon.send_signal(signal.SIGHUP)
         time.sleep(random.choice([0, 0, 0.0005, 0.002, 0.01]))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-# The chain from two gyros' logs to PostgreSQL under load: PRISM_FAULTS (10; long form: 60) faults in turn, each at a random moment:
-# kill -9 of the relay, of PostgreSQL, of a prismd, the network cut within a transaction, the server's disk full, the server away.
-# Afterwards the table holds every row of the logs exactly once, by checksum over both sides, without a hand.
+# From two gyros' logs to PostgreSQL, with PRISM_FAULTS (10; long form: 60) faults, each at a random moment, one type after the other:
+# kill -9 of the relay, of PostgreSQL or of a prismd, network cut after a random number of bytes, database disk full, server stopped.
+# Afterwards, without manual repair, the table has the same rows as the logs, each exactly once.
 . "$(dirname "$0")/lib.sh"
 . "$PRISM_SOURCE/tests/system/servers.sh"
 faults=${PRISM_FAULTS:-$(long 10 60)}
@@ -12,7 +12,7 @@ if [ "$(id -u)" -eq 0 ] && mkdir "$dir/pg" && mount -t tmpfs -o size=160m tmpfs 
   at_exit unmount
   server_folder "$dir/pg"
 else
-  echo "the server's disk is not filled here: no small file system can be mounted"
+  echo "the fault \"database disk full\" is left out: cannot mount a small file system"
 fi
 postgres_options="-c max_wal_size=32MB -c min_wal_size=32MB -c wal_keep_size=0"
 start_postgres
@@ -55,7 +55,7 @@ for ((fault = 0; fault < faults; fault++)); do
   wait_for 90 grows "$before"
 done
 
-# The gyros end; what is in their logs is in the table, each row once.
+# The gyros end; then the table must have each row of their logs once.
 for gyro in 1 2; do kill -TERM "${prismd_of[$gyro]}"; wait "${prismd_of[$gyro]}" || fail "prismd $gyro: exit code $?"; run_gyro $gyro; done
 [ ${#children[@]} -eq 0 ] || pkill -x prismsim -P $$ || true
 sleep 1
@@ -66,6 +66,6 @@ table() { psql -X -q -A -t -F ' ' -h "$dir/pg" -U relay prism -c "SELECT replace
 alike() { table >in_table && cmp -s in_logs in_table; }
 deadline=$(($(date +%s) + 60))
 until alike; do [ "$(date +%s)" -lt "$deadline" ] || fail "$(wc -l <in_logs) rows in the logs, $(wc -l <in_table) in the table: $(diff in_logs in_table | head -5)"; sleep 0.5; done
-same "rows deleted before they were carried" "$(sql "SELECT count(*) FROM prism.gaps")" 0
-same "lines that are no rows" "$(sql "SELECT count(*) FROM prism.refused_rows")" 0
-echo "$faults faults (${kinds[*]}): $(wc -l <in_table) rows, each once, $(sha256sum <in_table | cut -c1-16) on both sides"
+same "gaps: rows deleted before the relay sent them" "$(sql "SELECT count(*) FROM prism.gaps")" 0
+same "rejected rows" "$(sql "SELECT count(*) FROM prism.refused_rows")" 0
+echo "$faults faults (${kinds[*]}): $(wc -l <in_table) rows, each once, the same in logs and table ($(sha256sum <in_table | cut -c1-16))"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-# A disk that hangs under prismweb's minutes: what is live and in memory is served as before, what only the disk knows is refused with
-# the reason, both ends are told, and SIGTERM ends it within 5 s. The story: one sync that hung stopped every page until systemd killed it.
+# A blocked disk below prismweb's store of minutes: live data and data in memory are served as before, requests that need the disk fail
+# with the reason, begin and end of the fault are logged, and SIGTERM ends prismweb within 5 s.
+# History: one blocked sync stopped every page until systemd killed prismweb.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH
 export XDG_RUNTIME_DIR=$dir
@@ -26,21 +27,21 @@ moves_on() { [ "$(newest)" -gt "$1" ]; }
 
 web_again
 wait_for 10 source_is '"minutes",1'
-[ "$(wc -l <"$dir/web.err")" = 0 ] || fail "a new store is no trouble, found: $(cat "$dir/web.err")"
+[ "$(wc -l <"$dir/web.err")" = 0 ] || fail "messages about a new store: found $(cat "$dir/web.err"), expected none"
 echo hang >"$dir/disk"
 wait_for 15 grep -q 'the disk has not answered for 5 s; minutes and hours wait for it' "$dir/web.err"
 wait_for 5 moves_on "$(newest)"
 contains "/metrics" "$(api metrics)" 'prism_up{gyro="gyro"} 1'
 same "state" "$(api api/gyro/status | jq -r .state)" receiving
 begin=$(date +%s%N)
-contains "what only the disk knows" "$(api "$all")" '"the disk has not answered for '
+contains "a request that needs the disk" "$(api "$all")" '"the disk has not answered for '
 took=$((($(date +%s%N) - begin) / 1000000))
-[ "$took" -lt 2000 ] || fail "refused after $took ms, expected at once"
+[ "$took" -lt 2000 ] || fail "the error came after $took ms, expected less than 2000"
 echo good >"$dir/disk"
 wait_for 5 grep -q 'the disk answers again' "$dir/web.err"
 wait_for 5 source_is '"minutes",1'
 
-# It ends while the disk hangs, and the next one makes again what was not kept.
+# prismweb ends while the disk is blocked; the next one rebuilds the missing minutes.
 echo hang >"$dir/disk"
 told_again() { [ "$(grep -c 'the disk has not answered' "$dir/web.err")" = 2 ]; }
 wait_for 15 told_again
@@ -50,21 +51,21 @@ code=0; wait "$web" || code=$?
 took=$((($(date +%s%N) - begin) / 1000000))
 [ "$took" -lt 5000 ] || fail "SIGTERM took $took ms, expected less than 5000"
 same "exit code" "$code" 1
-contains "its last words" "$(tail -1 "$dir/web.err")" "the last minutes will be made again from the log"
+contains "the last line on stderr" "$(tail -1 "$dir/web.err")" "the last minutes will be made again from the log"
 echo good >"$dir/disk"
 web_again
 wait_for 10 source_is '"minutes",1'
 rows=$(field .log.rows status)
 found=$(api "$all&points=5000" | jq '.columns as $c | [.rows[][$c | index("seconds")]] | add')
-[ "$found" -ge "$rows" ] && [ "$found" -le $((rows + 100)) ] || fail "the store has $found seconds, expected $rows or those that came since"
+[ "$found" -ge "$rows" ] && [ "$found" -le $((rows + 100)) ] || fail "found $found seconds in the store, expected $rows to $((rows + 100))"
 
-# An answer that the disk owes when it begins to hang comes too: refused in time.
+# A request that is pending when the disk blocks fails in time.
 echo hang >"$dir/disk"
 is_refused() { api "$all" | grep -q 'has not answered for 5 s'; }
 wait_for 15 is_refused
 echo good >"$dir/disk"
 
-# Memory has all that there is: where prismd is gone it tells seconds, also of a view that begins before them.
+# If prismd is stopped and memory holds all data, prismweb serves seconds, also for a view that begins before the data.
 wait_for 15 source_is '"minutes",1'
 kill -TERM "$prismd"; wait "$prismd" || fail "prismd: exit code $?"
 from_memory() { [ "$(api "$all" | jq -r .source)" = seconds ]; }

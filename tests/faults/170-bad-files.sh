@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-# Files that are not what they should be: a pipe, a device, a file server that does not respond, a bad block of the disk, sizes without end.
-# Each is one line with the path and the reason, soon and in little memory. The story: a pipe made every program wait for ever, as a
-# reload it stopped the log, /dev/zero took all memory, and a read error ended prismcal with SIGABRT.
+# Files that cannot be used: a pipe, a device, a huge file, a file server that does not respond, a bad block of the disk. Each causes one
+# line with the path and the reason, within 5 s and with little memory. History: a pipe blocked every program, and during a reload the
+# log; /dev/zero used up all memory; a read error ended prismcal with SIGABRT.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 cd "$dir"
@@ -14,7 +14,8 @@ truncate -s 5M large.json
 { printf '%0100000d' 0 | tr 0 '['; } >deep.json
 config
 
-# one_line WHAT EXPECTED COMMAND...: fails within 5 s and 300 MB, with one line on stderr that contains EXPECTED.
+# one_line WHAT EXPECTED COMMAND...: the command fails within 5 s and 700 MB of address space, with one line on stderr that contains
+# EXPECTED.
 one_line() {
   local what=$1 expected=$2 code=0; shift 2
   (ulimit -v 700000; timeout 5 "$@" >out 2>err) || code=$?
@@ -37,7 +38,7 @@ same "exit code of verify" "$code" 1
 contains "verify" "$(cat out err)" "is a pipe, expected a regular file"
 one_line "a campaign" "pipe.json: is a pipe" prismcal campaign pipe.json
 
-# A bad block in a log: its reason, and a copy of what can be read.
+# A bad block in a log: the programs print the reason, and verify --repair copies the readable rows.
 frames 2
 echo '{"frames": "./frames.json", "clock": "device", "name": "g"}' >plain.json
 prismsim --profile steady --hours 0.2 --frames frames.json --out cycle.pcap 2>sim.err
@@ -52,13 +53,13 @@ code=0; bad prismcal verify log --repair "$dir/copy" >out 2>err || code=$?
 [ "$code" -le 1 ] || fail "verify of a bad block: exit code $code: $(cat err)"
 contains "verify of a bad block" "$(cat out err)" "cannot be read: Input/output error"
 rows=$(grep -vc '^[#t]' copy/*.csv) || fail "no copy: $(cat out err)"
-[ "$rows" -gt 100 ] || fail "found $rows rows in the copy, expected those before the bad block"
+[ "$rows" -gt 100 ] || fail "found $rows rows in the copy, expected more than 100 from before the bad block"
 code=0; env LD_PRELOAD="$shim" PRISM_BAD_BLOCK="$dir/cycle.pcap:9000" prismd plain.json --replay cycle.pcap --out again >out 2>err || code=$?
 [ "$code" -le 1 ] || fail "a capture with a bad block: exit code $code: $(tail -3 err)"
 code=0; env LD_PRELOAD="$shim" PRISM_BAD_BLOCK="$dir/gyro.json:10" prismd gyro.json --check 2>err || code=$?
 same "a configuration with a bad block" "$code $(cat err)" "78 prismd: gyro.json: cannot be read: Input/output error"
 
-# A reload whose file does not come: the log goes on, and the file's return ends it.
+# A reload whose file cannot be read yet: logging continues, and the reload ends when the file server responds again.
 frames 50
 start_sim --profile steady
 echo good >disk

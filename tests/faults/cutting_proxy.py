@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# A network between the relay and PostgreSQL that can be cut: cutting_proxy.py PORT SOCKET ORDER. Where the file ORDER holds a number, the
-# connections go after so many further bytes, without a word; the file is removed.
+# A proxy between the relay and PostgreSQL that can cut the connection. usage: cutting_proxy.py PORT SOCKET ORDER. If the file ORDER
+# contains a number N, the proxy removes the file and resets the connection after N more bytes.
 import os
 import socket
 import struct
@@ -23,7 +23,7 @@ def ordered():
 
 
 def allowed(size):
-    """How many of the bytes still go through; the connection ends where they are fewer."""
+    """Returns how many of `size` bytes to pass on; if fewer than `size`, the connection is cut."""
     global left
     ordered()
     with lock:
@@ -46,7 +46,7 @@ def carry(source, sink):
         pass
     for end in (source, sink):
         try:
-            if end.family == socket.AF_INET:  # a reset, as of a line that was cut
+            if end.family == socket.AF_INET:  # closes with a reset
                 end.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             end.shutdown(socket.SHUT_RDWR)
         except OSError:

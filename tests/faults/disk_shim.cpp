@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Laid before libc by LD_PRELOAD: fdatasync(2) as a disk does it that fails or hangs. The file that PRISM_DISK names
-// says what happens, at each call: "eio" fails, "hang" waits until it says something else; anything else, or no file,
-// is a good disk. PRISM_BAD_BLOCK=FILE:OFFSET: read(2) of that file fails from that byte on (EIO);
-// "stall" in PRISM_DISK lets it wait, as for a file server that does not respond.
+// Simulates a bad disk (LD_PRELOAD). At each fdatasync(2) it reads the file named by PRISM_DISK: "eio" fails, "hang"
+// blocks until the content changes; with other content, or without the file, the disk is good.
+// PRISM_BAD_BLOCK=FILE:OFFSET: read(2) of FILE fails with EIO from that byte on, and blocks while the file named by
+// PRISM_DISK contains "stall", like a file server that does not respond.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/syscall.h>
@@ -25,7 +25,8 @@ bool says(const char* word) {
   return size > 0 && std::strncmp(text, word, std::strlen(word)) == 0;
 }
 
-/// True if `descriptor` is the file of PRISM_BAD_BLOCK; then `good` is how many bytes before the bad block remain.
+/// Returns true if `descriptor` is the file of PRISM_BAD_BLOCK; then `good` is the number of bytes from the current
+/// position to the bad block.
 bool has_bad_block(int descriptor, ssize_t& good) {
   const char* const setting = std::getenv("PRISM_BAD_BLOCK");
   const char* const colon = setting != nullptr ? std::strrchr(setting, ':') : nullptr;

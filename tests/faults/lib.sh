@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: MIT
-# What the tests of faults share beyond tests/system/lib.sh. Each fault is injected for real. PRISM_ENDURANCE=1 runs the long form:
-# long QUICK LONG gives the number that the form takes.
+# Functions of the fault tests, in addition to tests/system/lib.sh. Each test injects real faults into the running programs.
 . "$PRISM_SOURCE/tests/system/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
-export ASAN_OPTIONS=verify_asan_link_order=0:${ASAN_OPTIONS:-}  # what injects a fault is loaded before a sanitizer's library
-# on_a_shimmed_disk ROWS [SETTINGS]: a simulated gyro and prismd on a disk that does what the word in $dir/disk says, good at first; prismd's
-# process is $prismd. Returns when so many rows are logged and one more.
+export ASAN_OPTIONS=verify_asan_link_order=0:${ASAN_OPTIONS:-}  # the preloaded libraries come before the sanitizer's
+# on_a_shimmed_disk ROWS [SETTINGS]: starts a simulated gyro, and prismd with disk_shim.cpp controlled by $dir/disk ("good" at first).
+# Returns when more than ROWS rows are logged; $prismd is prismd's process.
 on_a_shimmed_disk() {
   config "${2:-}"
   start_sim --profile steady --speed 1
@@ -14,6 +13,7 @@ on_a_shimmed_disk() {
   prismd=$pid
   wait_for 10 field_above .log.rows status "$1"
 }
-# sanitized: prismd was built with a sanitizer, whose memory is not its own and not judged.
+# sanitized: succeeds if prismd was built with a sanitizer; its memory use is then not checked.
 sanitized() { ldd "$PRISM_BIN/daemon/prismd" | grep -q 'lib[atu]b*san'; }
+# long QUICK LONG: prints QUICK, or LONG in the long form (PRISM_ENDURANCE=1).
 long() { [ -n "${PRISM_ENDURANCE:-}" ] && echo "$2" || echo "$1"; }

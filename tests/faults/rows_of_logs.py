@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Every row of the logs in the folders given, as "log segment row time rate temperature quality", in the order of log, segment and row:
-# read from the files alone.
+# Prints every row of the logs in the given directories as "log segment row time rate temperature quality", sorted by log, segment and
+# row. Reads only the files.
 import glob
 import json
 import os
@@ -13,7 +13,7 @@ for folder in sys.argv[1:]:
     log = entries[0]["id"]
     for number, name in ((entry["made"], entry["file"]) for entry in entries if "made" in entry):
         if not os.path.exists(os.path.join(folder, name)):
-            sys.exit(f"{name} is not there")
+            sys.exit(f"{name} is in the index but does not exist")
         text = open(os.path.join(folder, name)).read()
         whole = text[: text.rfind("\n") + 1].splitlines()
         columns, row = None, 0
