@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The pages of the hostile gyros in Chromium: each report from its file, and the live page of all of them."""
+"""Opens the reports of all hostile gyros and the live page in Chromium: no text may become markup."""
 import json
 import os
 import sys

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Forty texts that some language would interpret, and the project's rules for names and texts, written a second time."""
+"""Texts that a shell, SQL, HTML, a terminal, … would interpret, and a second implementation of the rules for names and texts."""
 import unicodedata
 
 TEXTS = {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Every hostile text through every way in: what breaks the rule is refused in short printable lines, the rest is accepted."""
+"""Passes every hostile text to every input. A text that breaks the rule must be rejected with short printable lines, others accepted."""
 import json
 import os
 import re
@@ -29,7 +29,7 @@ def write(name, content):
 
 
 def put(document, text):
-    """The document with the text in place of its mark, as JSON that holds these bytes."""
+    """Returns the document as JSON, with the bytes of `text` instead of MARK."""
     quoted = json.dumps(text.decode("utf-8", "surrogateescape"), ensure_ascii=False).encode("utf-8", "surrogateescape")
     return json.dumps(document).encode().replace(f'"{MARK}"'.encode(), quoted)
 
@@ -66,7 +66,7 @@ def campaign(document):
 
 GYRO = {"line": {"device": "/dev/null"}, "frames": f"{SOURCE}/config/frames/trplg.json"}
 PLAN = {"name": "lot", "recordings": [{"role": "train", "paths": ["none*"]}, {"role": "repeat", "paths": ["none*"]}], "models": {"a": {}}}
-WAYS = {  # name: (rule, command, what is refused in any case or accepted for another reason)
+WAYS = {  # name: (rule, function from a text to a command)
     "configuration, name": ("name", check({**GYRO, "name": MARK})),
     "configuration, serial": ("text", check({**GYRO, "gyro": {"serial": MARK}})),
     "configuration, sensor line": ("sensor", check({**GYRO, "sensor_lines": {MARK: {"device": "/dev/null", "columns": {"t": {"column": 1, "unit": "degC"}}}}})),
@@ -87,18 +87,18 @@ WAYS = {  # name: (rule, command, what is refused in any case or accepted for an
     "train --serial": ("text", train(b"--serial")),
     "campaign, name": ("name", campaign({**PLAN, "name": MARK})),
 }
-# What a way in cannot carry at all, or reads as something else before any rule: a line end ends a line of a file, a tab a cell.
+# Bytes that an input cannot carry, or that it interprets before the rule applies: a line end ends a line, a tab ends a cell.
 CUT = {"log": (b"\n", b"\r"), "table": (b"\n", b"\r", b"\t", b'"', b",", b";"), "file": (b"/", b"\0"), "train": (b"\0",)}
 
 
 def expected(way, rule, text):
-    """True, False, or None where the text does not arrive as it is."""
+    """Returns True if the text must be accepted, False if rejected, None if the result does not depend on the rule."""
     if any(c in text for c in CUT.get(way.split(",")[0].split()[0], ())):
         return None
     if way.startswith("campaign") and follows(rule, text):
-        return None  # no recording matches: refused for that
+        return None  # rejected because no recording matches
     if way.startswith(("file", "train")) and len(text) > 100_000 or way.startswith("file") and len(text) > 200:
-        return None  # the kernel's limit of an argument, of a name
+        return None  # above the kernel's limit of an argument or a file name
     return follows(rule, text)
 
 
@@ -107,18 +107,19 @@ def run(way, name, rule, command, text):
     try:
         done = subprocess.run(command(text), stdin=subprocess.DEVNULL, capture_output=True, timeout=30, cwd=path_of(""))
     except (ValueError, OSError):
-        return "not given by the kernel" if expected(way, rule, text) is None else "could not be given"
+        return "not passed by the kernel" if expected(way, rule, text) is None else "could not be passed"
     wanted, output = expected(way, rule, text), done.stderr + done.stdout
     where = f"{way} <- {name}"
     assert time.monotonic() - begin < 20, f"{where}: took {time.monotonic() - begin:.0f} s"
     assert done.returncode in (0, 1, 3, 64, 78), f"{where}: exit {done.returncode}: {output[-300:]!r}"
     for line in output.split(b"\n"):
-        shown = line.decode("utf-8")  # throws if it is not
+        shown = line.decode("utf-8")  # raises an error if invalid
         assert all(c == "\t" or c.isprintable() for c in shown), f"{where}: printed {line!r}"
-        assert len(line) < 6000, f"{where}: a line of {len(line)} bytes"
+        assert len(line) < 6000, f"{where}: printed a line of {len(line)} bytes"
     if wanted is not None:
-        assert (done.returncode in (0, 3)) == wanted, f"{where}: exit {done.returncode}, expected {'good' if wanted else 'refused'}: {output[-400:]!r}"
-    return "accepted" if done.returncode in (0, 3) else "refused"
+        expectation = "accepted" if wanted else "rejected"
+        assert (done.returncode in (0, 3)) == wanted, f"{where}: exit {done.returncode}, expected {expectation}: {output[-400:]!r}"
+    return "accepted" if done.returncode in (0, 3) else "rejected"
 
 
 def main():
@@ -129,7 +130,7 @@ def main():
             end = run(way, name, rule, command, text)
             ends[end] = ends.get(end, 0) + 1
     print(", ".join(f"{count} {end}" for end, count in ends.items()))
-    assert not [f for f in os.listdir(path_of("")) if f == b"pwned"], "a text was run"
+    assert not [f for f in os.listdir(path_of("")) if f == b"pwned"], "a text was executed"
 
 
 main()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The hostile texts that the rules accept, as instance, serial and model name of real gyros, through every way out: reports, the
-socket, a terminal, metrics, PostgreSQL, MQTT, the web API and Chromium. Nothing is run, no element appears, every output is
-valid, and the text that comes out is the one that went in."""
+"""Uses the hostile texts that the rules accept as instance, serial number and model name of prismd instances, and checks logs, reports,
+socket, terminal and metrics: no text is executed or becomes an element, every output is valid and contains the text unchanged.
+tests/system/300-hostile-texts.sh then checks PostgreSQL, MQTT, the relay's metrics and the page."""
 import csv
 import glob
 import html.parser
@@ -17,7 +17,7 @@ from texts import TEXTS, follows
 
 BIN, SOURCE, DIR = sys.argv[1:4]
 PROGRAMS = {p: f"{BIN}/{'daemon' if p == 'prismd' else 'tools/' + p}/{p}" for p in ("prismd", "prismctl", "prismcal", "prismsim", "prismrelay", "prismweb")}
-LONGEST = 40  # of an instance: its socket's path has 107 bytes
+LONGEST = 40  # bytes of an instance name: a socket path has at most 107
 TAGS = {"html", "head", "meta", "title", "style", "body", "header", "h1", "h2", "p", "nav", "a", "table", "caption", "thead", "tbody", "tr", "th", "td", "span", "b", "div",
         "section", "figure", "figcaption", "footer", "script", "svg", "g", "path", "rect", "line", "polyline", "polygon", "circle", "text", "tspan", "defs", "clippath", "use",
         "lineargradient", "stop", "desc"}
@@ -30,7 +30,7 @@ def run(program, *arguments, **options):
 
 
 def gyros():
-    """(number, name of the text, instance, text): one gyro for each text that can be a serial number and a model's name."""
+    """Yields (number, name of the text, instance, text) for each text that is a valid serial number and model name."""
     for number, (name, text) in enumerate(TEXTS.items()):
         if not follows("text", text) or not text:
             continue
@@ -39,7 +39,7 @@ def gyros():
 
 
 class Elements(html.parser.HTMLParser):
-    """Collects what a page consists of."""
+    """Collects the elements, attributes and text of a page."""
 
     def __init__(self, text):
         super().__init__()
@@ -57,8 +57,8 @@ class Elements(html.parser.HTMLParser):
 def check_report(folder, text):
     page = open(f"{folder}/report.html", encoding="utf-8").read()
     found = Elements(page)
-    assert found.tags <= TAGS, f"{text!r}: elements {found.tags - TAGS}"
-    assert not [a for a in found.attributes if a.startswith("on")], f"{text!r}: attributes {found.attributes}"
+    assert found.tags <= TAGS, f"{text!r}: found elements {found.tags - TAGS}, expected none of them"
+    assert not [a for a in found.attributes if a.startswith("on")], f"{text!r}: found an event handler in the attributes {found.attributes}"
     assert text in found.text, f"{text!r} is not in the report"
     for svg in re.findall(r"<svg.*?</svg>", page, re.S):
         xml.etree.ElementTree.fromstring(svg)
@@ -68,11 +68,11 @@ def check_report(folder, text):
         for row in csv.reader(open(table, encoding="utf-8", newline="")):
             for cell in row:
                 number = re.fullmatch(r"[-+]?[0-9.]+([eE][-+]?[0-9]+)?", cell)
-                assert not cell[:1] in ("=", "+", "-", "@", "\t", "\r") or number or cell == "", f"{table}: the cell {cell!r}"
+                assert not cell[:1] in ("=", "+", "-", "@", "\t", "\r") or number or cell == "", f"{table}: unsafe cell {cell!r}"
 
 
 def make(number, instance, text):
-    """A gyro with a log, a model and a report."""
+    """Makes the model, log and report of one gyro, and checks them. Returns their directory."""
     home = f"{DIR}/{number}"
     os.makedirs(home, exist_ok=True)
     model = json.load(open(f"{SOURCE}/config/models/tao2019-model2.json"))
@@ -91,18 +91,18 @@ def make(number, instance, text):
 
 
 def terminal_is_clean(tmux, command, instance):
-    """The command in a real terminal: its title and colours stay."""
-    def tell(*words):
+    """Runs the command in a real terminal; fails if it sets the title. Returns the screen."""
+    def call_tmux(*words):
         return subprocess.run(["tmux", "-S", tmux, "-f", f"{tmux}.conf", *words], capture_output=True, text=True, check=True).stdout
     with open(f"{tmux}.conf", "w") as file:
         file.write("set -g remain-on-exit on\n")
-    tell("new-session", "-d", "-x", "200", "-y", "50", "-s", "t", *command)
+    call_tmux("new-session", "-d", "-x", "200", "-y", "50", "-s", "t", *command)
     deadline = time.monotonic() + 20
-    while "dead" not in tell("display", "-p", "-t", "t", "#{?pane_dead,dead,}") and time.monotonic() < deadline:
+    while "dead" not in call_tmux("display", "-p", "-t", "t", "#{?pane_dead,dead,}") and time.monotonic() < deadline:
         time.sleep(0.05)
-    assert "pwned" not in tell("display", "-p", "-t", "t", "#{pane_title}"), f"{instance}: the title was set"
-    shown = tell("capture-pane", "-p", "-e", "-t", "t")
-    tell("kill-session", "-t", "t")
+    assert "pwned" not in call_tmux("display", "-p", "-t", "t", "#{pane_title}"), f"{instance}: the title was set"
+    shown = call_tmux("capture-pane", "-p", "-e", "-t", "t")
+    call_tmux("kill-session", "-t", "t")
     return shown
 
 
@@ -128,14 +128,14 @@ def main():
         file.write(" ".join(str(d.pid) for d in daemons))
     deadline = time.monotonic() + 60
     while not all(os.path.exists(f"{DIR}/s/{instance}.sock") for _, _, instance, _, _ in made):
-        assert time.monotonic() < deadline, "a prismd made no socket"
+        assert time.monotonic() < deadline, "a prismd did not create its socket"
         time.sleep(0.05)
     for _, _, instance, text, home in made:
         check_socket(instance, text)
         for line in open(f"{home}/prismd.err", "rb"):
             assert all(c.isprintable() for c in line.decode().rstrip("\n")), line
     json.dump([{"instance": i, "text": t, "home": h} for _, _, i, t, h in made], open(f"{DIR}/made.json", "w"))
-    assert not [f for f in glob.glob(f"{DIR}/**/pwned", recursive=True)], "a text was run"
+    assert not [f for f in glob.glob(f"{DIR}/**/pwned", recursive=True)], "a text was executed"
     print(f"{len(made)} gyros")
 
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-# /foxglove of prismweb, byte for byte, by the library of python3-websockets: foxglove_client.py URL COMMAND…
-#   refused [HEADER=VALUE | protocol=NAME]…   the status of the answer, or the protocol that was agreed on
-#   talk                                      wishes that make sense, and such that do not
-#   count SECONDS STREAM                      how many messages of a stream came, how many are missing, and in what order
-#   axes                                      follows the windows of each axis that comes, until it is killed
-#   deaf SECONDS                              takes all samples, reads nothing for so long; then what it is told
+# Client of /foxglove of prismweb that checks the bytes, based on python3-websockets: foxglove_client.py URL COMMAND…
+#   refused [HEADER=VALUE | protocol=NAME]…   prints the status of the response, or the agreed protocol
+#   talk                                      sends valid and invalid requests and checks the responses
+#   count SECONDS STREAM                      prints the number of messages of a stream, of gaps and of times that do not increase
+#   axes                                      subscribes to the windows of each axis that appears, until it is killed
+#   deaf SECONDS                              subscribes to all samples, does not read for SECONDS, then prints the reported loss
 import asyncio
 import json
 import struct
@@ -19,7 +19,7 @@ FIRST = "foxglove.websocket.v1"
 
 
 async def open_socket(url, **options):
-    """The socket, what the server says of itself, and its channels' numbers by topic."""
+    """Returns the socket, and the ids of the server's channels by topic."""
     socket = await websockets.connect(url, subprotocols=[FIRST], max_size=None, compression=None, **options)
     server, advertised = json.loads(await socket.recv()), json.loads(await socket.recv())
     assert server["op"] == "serverInfo" and advertised["op"] == "advertise", (server, advertised)
@@ -41,14 +41,14 @@ async def subscribe(socket, **numbers):
 
 
 async def until(socket, wanted, seconds=5.0):
-    """The first message that is wanted; data are (subscription, time, value)."""
+    """Returns the first message for which wanted(message) is true. A data message is (subscription, time_ns, value)."""
     end = time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0:
         message = await asyncio.wait_for(socket.recv(), left)
         value = parts(message) if isinstance(message, bytes) else json.loads(message)
         if wanted(value):
             return value
-    raise AssertionError("not within time")
+    raise AssertionError("timed out")
 
 
 def is_data(number):
@@ -91,13 +91,13 @@ async def talk(url):
     await until(socket, is_data(4294967295))
     await until(socket, is_data(7))
     await send(socket, "unsubscribe", subscriptionIds=[4294967295])
-    end = time.monotonic() + 1  # what was on its way
+    end = time.monotonic() + 1  # skip messages that are already sent
     while time.monotonic() < end:
         await socket.recv()
     for _ in range(2):
         number, time_ns, value = await until(socket, lambda value: isinstance(value, tuple))
         assert number == 7 and value["axis"] == "z" and "samples" in value and time_ns == value["time_s"] * 10**9, (number, value)
-    await subscribe(socket, _4294967295=topics["/gyro/event"])  # the number is free again
+    await subscribe(socket, _4294967295=topics["/gyro/event"])  # the id is free again
     print("good")
 
 
@@ -118,22 +118,22 @@ async def count(url, seconds, stream):
 
 
 async def axes(url):
-    """Follows the windows of each axis that comes, and says what comes and goes."""
+    """Subscribes to the windows of each axis that appears; prints new and removed topics, statuses, and the first data of each axis."""
     socket, topics = await open_socket(url)
     print("ready", *topics, flush=True)
-    names, told = {}, set()
+    names, received = {}, set()
     async for message in socket:
         if isinstance(message, bytes):
             number, _, value = parts(message)
-            if number not in told:
-                told.add(number)
+            if number not in received:
+                received.add(number)
                 print("data", value["axis"], flush=True)
             continue
         value = json.loads(message)
         for channel in value.get("channels", []):
             names[channel["id"]] = channel["topic"]
             if channel["topic"].endswith("/window"):
-                await subscribe(socket, **{f"_{len(told) + 1}": channel["id"]})
+                await subscribe(socket, **{f"_{len(received) + 1}": channel["id"]})
         if value["op"] in ("advertise", "unadvertise"):
             print(value["op"], *sorted(names[id] for id in value.get("channelIds", [channel["id"] for channel in value.get("channels", [])])), flush=True)
         elif value["op"] == "status":
@@ -146,9 +146,9 @@ async def deaf(url, seconds):
     socket.transport.pause_reading()
     await asyncio.sleep(float(seconds))
     socket.transport.resume_reading()
-    told = await until(socket, is_status("rows were left out"), 20)
+    loss = await until(socket, is_status("rows were left out"), 20)
     await until(socket, is_data(1))
-    print(told["message"])
+    print(loss["message"])
 
 
 async def main(url, command, *words):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# A socket that answers as prismd does, with texts that mean something to SQL, CSV, JSON, MQTT, Prometheus and terminals in every place.
-# hostile_prismd.py SOCKET [ROWS]: ROWS is "rows" (default), or "unreadable": the columns of the log are no columns.
+# Fake prismd: responds like prismd, but with a text in every field that SQL, CSV, JSON, MQTT, Prometheus or a terminal may interpret.
+# hostile_prismd.py SOCKET [ROWS]: ROWS is "rows" (default), or "unreadable" for a log with invalid column names.
 import json, os, socketserver, sys, time
 
 HOSTILE = "a\\u0000b\x00c'; DROP TABLE prism.rows;--\"\n\\.\n\033[2J\033]0;title\007\x7f\x9b31m\u202e<img src=x>$(id)`id`+#/"

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
-# What the system tests share: a folder of their own, the programs, waiting for a condition, checking it, cleaning up.
-# Each test is a script that sources this file, with PRISM_BIN (folder of the programs) and PRISM_SOURCE set by ctest.
+# Shared by the system tests: a temporary directory, the programs, waiting for a condition, checks, cleanup.
+# Each test is a script that sources this file. ctest sets PRISM_BIN (directory of the programs) and PRISM_SOURCE.
 set -euo pipefail
 : "${PRISM_BIN:?set by ctest}" "${PRISM_SOURCE:?set by ctest}"
 PATH=$PRISM_BIN/daemon:$PRISM_BIN/tools/prismctl:$PRISM_BIN/tools/prismsim:$PATH
 dir=$(mktemp -d "${TMPDIR:-/tmp}/prism-test.XXXXXX")
 export PRISM_SOCKET=$dir/gyro.sock
 children=()
-undo=()  # at_exit COMMAND: what a test takes down of its own. A trap of its own could lose the exit code, and did.
+undo=()  # at_exit COMMAND: adds a cleanup command. A trap of the test would lose the exit code.
 at_exit() { undo+=("$1"); }
 cleanup() {
   code=$?
@@ -25,11 +25,11 @@ trap cleanup EXIT
 fail() { echo "FAILED: $*" >&2; exit 1; }
 skip() { echo "skipped: $*"; exit 77; }
 
-# wait_for SECONDS COMMAND...: until the command succeeds.
+# wait_for SECONDS COMMAND...: repeats the command until it succeeds; the test fails after SECONDS.
 wait_for() {
   local deadline=$(($(date +%s%N) + $1 * 1000000000)); shift
   until "$@" >/dev/null 2>&1; do
-    [ "$(date +%s%N)" -lt "$deadline" ] || fail "not within time: $*"
+    [ "$(date +%s%N)" -lt "$deadline" ] || fail "timed out: $*"
     sleep 0.02
   done
 }
@@ -38,10 +38,10 @@ wait_for() {
 same() { [ "$2" = "$3" ] || fail "$1: found '$2', expected '$3'"; }
 contains() { case "$2" in *"$3"*) ;; *) fail "$1: found '$2', expected it to contain '$3'" ;; esac; }
 
-# report_text FILE: a report without the script of its charts, a library's, whose words are its own.
+# report_text FILE: prints a report without its scripts, because the text of the chart library is not ours.
 report_text() { sed '/^<script>/,/^<\/script>/d' "$1"; }
 
-# start NAME COMMAND...: in the background, stderr to NAME.err; its pid in $pid.
+# start NAME COMMAND...: runs the command in the background, with output to NAME.out and NAME.err; sets $pid.
 start() {
   local name=$1; shift
   "$@" >"$dir/$name.out" 2>>"$dir/$name.err" &
@@ -49,14 +49,14 @@ start() {
   children+=("$pid")
 }
 
-# frames HZ: the default frame at another nominal rate; the virtual gyro and prismd both speak it. Device time counts frames.
+# frames HZ: writes frames.json, trplg at another nominal rate, for the virtual gyro and prismd. Device time counts frames.
 frames() { sed "s/\"rate_hz\": 200/\"rate_hz\": $1/" "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/frames.json"; }
 frames 200
 
-# A virtual gyro on $dir/tty; further options as given.
+# start_sim [OPTIONS]: starts a virtual gyro on $dir/tty.
 start_sim() { start sim prismsim --link "$dir/tty" --frames "$dir/frames.json" "$@"; sim=$pid; wait_for 5 test -e "$dir/tty"; }
 
-# config [EXTRA MEMBERS]: writes $dir/gyro.json for the virtual gyro's line and device time.
+# config [MEMBERS]: writes $dir/gyro.json for the virtual gyro, with the device clock.
 config() {
   cat >"$dir/gyro.json" <<END
 {"line": {"device": "$dir/tty", "silence_s": 1, "retry_min_s": 0.05, "retry_max_s": 0.2},
@@ -65,30 +65,30 @@ config() {
  "log": {"directory": "$dir/log"}, "socket": {"path": "$PRISM_SOCKET"}${1:+, $1}}
 END
 }
-# start_hostile NAME [unreadable]: a stand-in for prismd on $dir/NAME.sock with hostile texts in every place.
+# start_hostile NAME [unreadable]: starts a fake prismd on $dir/NAME.sock with hostile texts in every field.
 start_hostile() { start "$1" python3 "$PRISM_SOURCE/tests/system/hostile_prismd.py" "$dir/$1.sock" "${2:-rows}"; wait_for 10 test -S "$dir/$1.sock"; }
-# is_printable FILE...: no control character but the line end, and valid UTF-8.
+# is_printable FILE...: succeeds for valid UTF-8 without control characters (except line feed) and bidirectional formatting.
 is_printable() { ! LC_ALL=C grep -aqP '[\x00-\x09\x0b-\x1f\x7f]|\xc2[\x80-\x9f]|\xe2\x80[\xaa-\xae]' "$@" && cat "$@" | iconv -f UTF-8 -t UTF-8 >/dev/null 2>&1; }
 start_prismd() { start prismd prismd "$dir/gyro.json" "$@"; prismd=$pid; wait_for 5 prismctl version; }
 
-# needs_websockets: a python with python3-websockets, a client that is not ours, in $python.
+# needs_websockets: sets $python to one with python3-websockets, an independent client, or skips the test.
 needs_websockets() {
   for python in /usr/bin/python3 python3; do ! "$python" -c 'import websockets' 2>/dev/null || return 0; done
-  skip "no python3-websockets here (tools/setup installs it)"
+  skip "python3-websockets is not installed (run tools/setup)"
 }
 
-# start_web [MEMBERS]: a prismweb over the virtual gyro's prismd with these members in its configuration; the address for a browser in web.out.
+# start_web [MEMBERS]: starts a prismweb for the virtual gyro's prismd, with MEMBERS in its configuration; its URL is in web.out.
 start_web() {
   echo "{\"listen\": \"127.0.0.1:0\", \"instances\": \"$PRISM_SOCKET\", \"state\": \"\"${1:+, $1}}" >"$dir/web.json"
   : >"$dir/web.out"
   start web prismweb --config "$dir/web.json"
   wait_for 5 grep -q token= "$dir/web.out"
 }
-# program_token [FILE]: the token for programs of the prismweb whose address is in FILE (web.out).
+# program_token [FILE]: prints the token for programs of the prismweb whose URL is in FILE (default: web.out).
 program_token() { cat "$XDG_RUNTIME_DIR/prismweb-$(sed 's|.*:\([0-9]*\)/.*|\1|;q' "${1:-$dir/web.out}").token"; }
 foxglove_url() { echo "$(sed 's/^http\(.*\)#token=.*/ws\1/' "$dir/web.out")foxglove?token=$(program_token)"; }
 
-# ask METHOD [PARAMS]: the raw answer; field FILTER METHOD: one value of prismctl's JSON.
+# ask METHOD [PARAMS]: prints the raw response. field FILTER METHOD: prints one value of prismctl's JSON.
 ask() { printf '{"jsonrpc":"2.0","id":1,"method":"%s","params":%s}\n' "$1" "${2:-null}" | timeout 5 socat -t 2 - "UNIX-CONNECT:$PRISM_SOCKET"; }
 field() { prismctl --json "$2" | jq -r "$1"; }
 field_is() { [ "$(field "$1" "$2")" = "$3" ]; }

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-# Simulated gyros of a lot, for the tests of campaigns; sourced after lib.sh.
+# Simulated gyros of a production lot, for the campaign tests. Source it after lib.sh.
 frames 2
 
-# gyro LOT SERIAL SEED [prismsim option...]: logs of two short cycles, cycle1 and cycle2.
+# gyro LOT SERIAL SEED [prismsim option...]: writes the logs of two short temperature cycles to LOT/SERIAL/cycle1 and cycle2.
 gyro() {
   local place=$1/$2 serial=$2 seed=$3 cycle; shift 3
   mkdir -p "$place"
@@ -14,20 +14,20 @@ gyro() {
   done
 }
 
-# without_thermometer FOLDER: its recordings as of a gyro whose thermometer is broken.
+# without_thermometer DIRECTORY: removes temperature and slope from its recordings, as if the thermometer were broken.
 without_thermometer() {
   local file
   for file in "$1"/*/*.csv; do
     awk -F, -v OFS=, '/^#/ {next} /^time_utc/ {for (i = 1; i <= NF; ++i) if ($i ~ /temperature|slope/) blank[i] = 1; print; next}
       {for (i in blank) $i = ""; print}' "$file" >"$dir/rows"
-    # Without its end and its index, whose sums no longer hold.
+    # Omit the end line, and delete the index below: their checksums no longer match.
     { grep '^#' "$file" | grep -v '^# end'; cat "$dir/rows"; } >"$dir/whole"
     cp "$dir/whole" "$file"
   done
   rm -f "$1"/*/*.index
 }
 
-# campaign_file FILE LOT
+# campaign_file FILE LOT: writes a campaign with two models for all gyros of LOT.
 campaign_file() {
   cat >"$1" <<END
 {"name": "lot", "recordings": [{"role": "train", "paths": "$2/*/cycle1"}, {"role": "repeat", "paths": "$2/*/cycle2"}],

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-# Real servers for the tests that need one, in the test's own folder, on unix sockets and loopback alone. Sourced after lib.sh.
+# Real servers in the test's directory, on Unix sockets and loopback only. Source it after lib.sh.
 PATH=$PRISM_BIN/tools/prismrelay:$PATH
 
-# As root, a server takes another user: PostgreSQL refuses to run as root.
+# If root runs the test, servers run as $server_user, because PostgreSQL does not run as root.
 as_server() { if [ "$(id -u)" -eq 0 ]; then runuser -u "$server_user" -- "$@"; else "$@"; fi; }
 server_folder() {
   mkdir -p "$1"
@@ -10,11 +10,12 @@ server_folder() {
 }
 free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
 
-# start_postgres: on $dir/pg, database prism of user relay; sql STATEMENT asks it. stop_postgres [MODE]: smart, fast or immediate.
+# start_postgres: runs a server on $dir/pg with database prism of user relay. sql STATEMENT: runs a statement and prints the result.
+# stop_postgres [MODE]: smart, fast or immediate.
 start_postgres() {
   server_user=postgres
   postgres_bin=$(ls -d /usr/lib/postgresql/*/bin 2>/dev/null | tail -1)
-  [ -n "$postgres_bin" ] || skip "no PostgreSQL is installed here (tools/setup all)"
+  [ -n "$postgres_bin" ] || skip "PostgreSQL is not installed (run tools/setup all)"
   if [ ! -d "$dir/pg/data" ]; then
     server_folder "$dir/pg"
     as_server "$postgres_bin/initdb" -D "$dir/pg/data" -A trust -U relay --no-sync -E UTF8 --locale=C >"$dir/initdb.out" 2>&1 || fail "initdb: $(tail -3 "$dir/initdb.out")"
@@ -31,7 +32,7 @@ sql() { psql -X -q -A -t -v ON_ERROR_STOP=1 -h "$dir/pg" -U relay prism -c "$1";
 sql_is() { [ "$(sql "$1" 2>&1)" = "$2" ]; }
 sql_above() { [ "$(sql "$1" 2>/dev/null || echo 0)" -gt "$2" ]; }
 
-# relay_config [MEMBERS]: $dir/relay.json for the sockets in $dir, into the server of start_postgres unless MEMBERS say otherwise.
+# relay_config [MEMBERS]: writes $dir/relay.json for the sockets in $dir. MEMBERS name the targets; default: the server of start_postgres.
 relay_config() {
   local members=${1:-}
   [ -n "$members" ] || members=", \"postgresql\": {\"connection\": \"host=$dir/pg dbname=prism user=relay\"}"

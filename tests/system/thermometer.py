@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""An instrument that prints lines of numbers: on a pseudo-terminal, or as a capture made from a virtual gyro's truth file.
+"""Fake thermometer that sends lines of numbers, on a pseudo-terminal or in a capture made from a virtual gyro's truth file.
 
-thermometer.py --link PATH          a line each 0.2 s: number, degC rising from 20 by 0.01, a constant pressure in Pa
-thermometer.py TRUTH.csv OUT.pcap   a line each second of the truth: what the gyro's own thermometer would have read, of the same time
+thermometer.py --link PATH          a line every 0.2 s: line number, temperature (20 degC, rising by 0.01 degC per line), 101325 Pa
+thermometer.py TRUTH.csv OUT.pcap   a line per row of the truth file: time, and temperature of the gyro's own thermometer at that time
 """
 import csv
 import os
@@ -11,7 +11,7 @@ import struct
 import sys
 import time
 
-START = 1767225600  # of prismsim's captures
+START = 1767225600  # start time of prismsim's captures
 LINK_TYPE, OPENED, DATA = 250, 0, 2
 
 

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-# A client of prismweb's WebSocket, by the library of python3-websockets: web_client.py URL TOKEN COMMAND…
-#   hello                  the answer to the token, or "closed CODE"
-#   ask METHOD [PARAMS] [INSTANCE]
-#   listen SECONDS EVERY   subscribes to everything; prints what came, as JSON of figures
-#   deaf SECONDS           subscribes, reads nothing for so long, then everything; prints how much was lost
-#   follow SECONDS FILE    subscribes; writes a line for each notification, method and time, as they come
+# Client of prismweb's WebSocket, based on python3-websockets: web_client.py URL TOKEN COMMAND…
+#   hello                  prints the response to the token
+#   ask METHOD [PARAMS] [INSTANCE]   prints the response
+#   listen SECONDS EVERY   subscribes to all streams; prints counts as JSON
+#   deaf SECONDS           subscribes, does not read for SECONDS, then reads until a loss is reported; prints counts as JSON
+#   follow SECONDS FILE    subscribes to windows; writes method and time of each notification to FILE
+# All commands print "refused STATUS" or "closed CODE" if the server does not admit them.
 import asyncio
 import base64
 import json
@@ -85,7 +86,7 @@ async def listen(socket, seconds, every, instance):
 
 
 def small_socket(url):
-    """Connected to the host of url, with little room for what nobody reads."""
+    """Returns a socket connected to the host of url, with a small receive buffer, so that unread data fills it soon."""
     where = urllib.parse.urlsplit(url)
     plain = socket_module.socket()
     plain.setsockopt(socket_module.SOL_SOCKET, socket_module.SO_RCVBUF, 1 << 16)
@@ -119,7 +120,7 @@ async def follow(socket, seconds, path, instance):
 
 
 def secured():
-    """For wss://, of a certificate that nobody signed: PRISM_BASIC=NAME:PASSWORD."""
+    """Returns the options for wss:// with a self-signed certificate and PRISM_BASIC=NAME:PASSWORD."""
     code = base64.b64encode(os.environ["PRISM_BASIC"].encode()).decode()
     return {"ssl": ssl._create_unverified_context(), "extra_headers": {"Authorization": f"Basic {code}"}}
 
