@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Checks that ELF files are hardened: position-independent, RELRO with all symbols bound at the start, no executable stack, stack protector, FORTIFY, and CET if the compiler supports it.
+# Checks that ELF files are hardened: position-independent, RELRO with immediate binding, non-executable stack, stack protector,
+# FORTIFY (programs), CET (x86-64).
 # usage: hardening.py FILE...: checks these files.
-#        hardening.py --build CMAKE COMPILER: builds a small program and a library by tools/cmake/PrismOptions.cmake, without a
-#        preset and with each optimised kind of build, and checks them; an unoptimised one must fail.
+#        hardening.py --build CMAKE COMPILER: builds a small program and a library with tools/cmake/PrismOptions.cmake, without a build
+#        type and with each optimised one, and checks them; the program of a Debug build must fail.
 import os
 import re
 import subprocess
@@ -18,7 +19,7 @@ def read(path, *options):
 
 
 def faults(path):
-    """Returns the missing measures of a file."""
+    """Returns the hardening measures that a file lacks."""
     header, segments, dynamic = read(path, "-h"), read(path, "-l"), read(path, "-d")
     symbols = read(path, "--dyn-syms")
     program = "INTERP" in segments
@@ -28,14 +29,14 @@ def faults(path):
     if "GNU_RELRO" not in segments:
         missing.append("RELRO")
     if not re.search(r"BIND_NOW|FLAGS_1.*NOW", dynamic):
-        missing.append("symbols bound at the start")
+        missing.append("immediate binding")
     if re.search(r"GNU_STACK.* RWE ", segments):
-        missing.append("a stack that does not execute")
+        missing.append("non-executable stack")
     if "__stack_chk_fail" not in symbols:
         missing.append("stack protector")
     if program and not re.search(r"__\w+_chk@", symbols.replace("__stack_chk_fail", "")):
         missing.append("FORTIFY")
-    # Files of Debian 12 have no CET note, since its C library has none; checks the endbr64 instructions instead.
+    # Counts endbr64 instructions: files of Debian 12 have no CET note, because its C library has none.
     with open(path, "rb") as file:
         if "X86-64" in header and file.read().count(b"\xf3\x0f\x1e\xfa") < 2:
             missing.append("CET")
@@ -91,7 +92,7 @@ def main(words):
             for name, missing in build(words[1], words[2], kind).items():
                 wrong[f"{kind or 'no build type'}: {name}"] = missing
         if not build(words[1], words[2], "Debug")["small"]:
-            wrong["Debug: small"] = ["a fault to be found: is anything read at all?"]
+            wrong["Debug: small"] = ["missing measure, expected one in an unoptimised program"]
     for path, missing in wrong.items():
         if missing:
             print(f"{path}: found no {', no '.join(missing)}")

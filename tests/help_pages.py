@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Checks that --help is readable: no type names or checks of the code, and examples with existing options for each
-# command. usage: help_pages.py BUILD; --self-test checks that each kind of error is found.
+# Checks that --help is readable: no type names or validators of the code, and for each command examples with existing options.
+# usage: help_pages.py BUILD; --self-test checks that each kind of error is found.
 import os
 import re
 import shlex
@@ -16,7 +16,7 @@ OF_THE_CODE = r"\b(?:INT|UINT|FLOAT|TEXT|ENUM):\S.*|->|\bin [\[{]|\b(?:ENUM|FLOA
 
 
 def breaches(name, tree, above=frozenset()):
-    """`name`: as typed, "prismcal allan". Commands know the options of their program."""
+    """Yields errors. `name`: program and command ("prismcal allan"). `above`: options of the program, which commands also accept."""
     for found in re.findall(OF_THE_CODE, tree["text"]):
         yield f"{name} --help: found \"{found}\", expected readable text"
     known = above | {option for names, _, _ in tree["options"] for option in names}
@@ -30,7 +30,7 @@ def breaches(name, tree, above=frozenset()):
         if tree["commands"]:
             options &= known  # the command's own options are checked below
         for option in sorted(options - known):
-            yield f"{name} --help: found {option} in an example, which it does not have"
+            yield f"{name} --help: found {option} in an example, expected an existing option"
     for command, (_, below) in tree["commands"].items():
         yield from breaches(f"{name} {command}", below, known)
 
@@ -43,7 +43,7 @@ def self_test():
                tree(examples=()), tree(examples=["prismd run --gone"]), tree(examples=["prismd walk"])]
     missed = [case for case in planted if not list(breaches("prismd run", case))]
     if list(breaches("prismd run", tree("--rate N   how many (1 to 256; default 20)"))) or missed:
-        sys.exit(f"a planted breach was not found, or good help refused: {missed}")
+        sys.exit(f"an injected error was not found, or correct help was rejected; not found: {missed}")
 
 
 def main():

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-# Rules on names: each file opens the namespace of its module, and no two types have the same full name. The linker
-# keeps the functions of only one of two types of the same name, which causes a crash without a warning.
+# Rules on names: each file opens the namespace of its module, and no two types have the same full name. Of two types with the same
+# name the linker keeps the functions of only one, without a warning; the program then crashes.
 import os
 import re
 
 ROOMS = ("base/", "compensation/", "drivers/", "config/", "daemon/", "tools/")
-# Modules whose names are in the namespace prism itself.
+# Files whose names are in the namespace prism itself.
 VOCABULARY = re.compile(r"^(base/.*|compensation/(sample|sensors|sensor_limits|text_columns)\.[ch]pp)$")
 
 TOKEN = re.compile(
@@ -31,7 +31,7 @@ def without_preprocessor(code):
 
 
 def scopes(code):
-    """Of each namespace and type at namespace scope: (offset, 'space' or 'type', full name, whether it is anonymous)."""
+    """Yields (offset, 'space' or 'type', full name, whether it is anonymous) of each namespace and type at namespace scope."""
     stack = []  # names of open namespaces, '' for an anonymous one, None for any other brace
     for match in TOKEN.finditer(without_preprocessor(code)):
         if match["close"]:
@@ -60,7 +60,7 @@ def check_namespaces(path, code):
         if what == "space" and (name + "::").startswith("prism::") and not fits:
             yield offset, f"opens namespace {name}, expected {room}"
         elif what == "type" and "::" not in name and not anonymous:
-            yield offset, f"{name} is in no namespace, expected {room}"
+            yield offset, f"{name} is not in a namespace, expected {room}"
 
 
 def types_of(path, code):

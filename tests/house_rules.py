@@ -64,15 +64,15 @@ MAY_NOT_LINK = {
     DAEMON: "prism_(?:training|evaluation|simulation)",
     TOOLS: "prism_daemon",
 }
-# headers of base that read files, start threads or notify systemd; the modules that only compute do not include them
+# headers of base that read files, start threads or notify systemd; modules that only compute may not include them
 WAITING = {"base/disk_thread.hpp", "base/notify.hpp", "base/file.hpp"}
 PURE_MODULES = {CORE, EVALUATION} | WIRES
-ASYNC_WINGS = {LINE, SOCKET}  # they may wait as the daemon does
+ASYNC_WINGS = {LINE, SOCKET}  # they may include daemon/awaiting.hpp
 CLOCKS = {"base/host_time.hpp"}
 CLOCKLESS = {CORE, TRAINING, EVALUATION, PIPELINE} | WIRES
 THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON} | WIRES
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
-# a name from a file must never reach a shell or another program: only a campaign starts programs
+# only a campaign may start programs, so that a name from a file never reaches a shell or another program
 STARTS_PROGRAMS = {f"tools/prismcal/campaign/{name}.cpp" for name in ("child_process", "level", "slurm_engine")}
 PROGRAM_CALL = re.compile(r"(?<![\w.])(?:popen|exec[lv]\w*|posix_spawnp?)\s*\(|(?:(?<![\w>&*] )|return )(?<![\w.])system\s*\(|<spawn\.h>")
 JSON_READERS = re.compile(r"^compensation/(model_kinds|[a-z]+_text)\.[ch]pp$")
@@ -115,17 +115,17 @@ def check_includes(path, text):
             if re.match(never, name):
                 yield line, f"{room} may not include <{name}>"
             if room == CORE and name.startswith("nlohmann/") and not JSON_READERS.match(path):
-                yield line, "in compensation only the readers of JSON include nlohmann"
+                yield line, "in compensation only JSON readers may include nlohmann"
             continue
         if room in PURE_MODULES and name in WAITING:
-            yield line, f'{room} may not include "{name}", which waits'
+            yield line, f'{room} may not include "{name}", which can block'
         if room in CLOCKLESS and name in CLOCKS:
-            yield line, f'{room} may not include "{name}", which asks the time'
+            yield line, f'{room} may not include "{name}", which reads the clock'
         if name == "daemon/awaiting.hpp" and room in ASYNC_WINGS:
             continue
         target = room_of(name)
         if target is None or "../" in name:
-            yield line, f'"{name}" is not written from the top of the tree'
+            yield line, f'"{name}" is not relative to the root of the project'
         elif target not in rooms and not (room in WIRES | {DRIVERS} and house_names.VOCABULARY.match(name)):
             yield line, f"{room} may not include {target} ({name})"
 
@@ -142,7 +142,7 @@ def check_links(path, text):
 def check_clocks(path, text):
     if is_code(path) and room_of(path) in CLOCKLESS:
         for match in CLOCK.finditer(without_comments_and_texts(text)):
-            yield line_of(text, match.start()), f"{room_of(path)} may not ask the time ({match.group().strip()})"
+            yield line_of(text, match.start()), f"{room_of(path)} may not read the clock ({match.group().strip()})"
 
 
 def check_programs(path, text):
@@ -154,8 +154,7 @@ def check_programs(path, text):
 
 
 def check_file_system(path, text):
-    """Without an error_code std::filesystem throws, and so does the range-for over a folder: a disk that fails must not
-    end a daemon."""
+    """std::filesystem throws without an error_code, and a range-for over a directory always can. A disk error must not end a daemon."""
     if not is_code(path) or room_of(path) not in THROWLESS:
         return
     code = without_comments_and_texts(text)
@@ -168,20 +167,20 @@ def check_file_system(path, text):
         if not errors & set(re.findall(r"\w+", code[match.end() : end])):
             yield line_of(text, match.start()), f"{match.group(1)} without an error_code throws"
     for match in re.finditer(r"\bfor\s*\([^;(){}]*(?<!:):(?!:)[^;{}]*\b(?:recursive_)?directory_iterator\b", code):
-        yield line_of(text, match.start()), "a range-for over a folder throws: step by increment(error)"
+        yield line_of(text, match.start()), "a range-for over a directory throws: use increment(error)"
 
 
 STREAMS = re.compile(r"\bstd::(?:basic_)?[io]?fstream\b|\bfopen\s*\(")
 
 
 def check_files_and_json(path, text):
-    """Files are opened by base/file.hpp, which waits for no pipe and writes through no link; JSON is written by json_text(),
-    which never throws."""
+    """base/file.hpp must open all files: it never blocks on a pipe or writes through a link. json_text() must write all JSON: it never
+    throws."""
     if not is_code(path) or room_of(path) in (None, BASE, TESTS):
         return
     code = without_comments_and_texts(text)
     for match in STREAMS.finditer(code):
-        yield line_of(text, match.start()), f"{match.group()} opens anything: expected base/file.hpp"
+        yield line_of(text, match.start()), f"{match.group()} also opens pipes and links: expected base/file.hpp"
     for match in re.finditer(r"\.dump\s*\(", code):
         yield line_of(text, match.start()), "dump() throws on text that is not UTF-8: expected json_text()"
 
@@ -203,10 +202,10 @@ def check_words(path, text):
     if not (is_code(path) or is_script(path, text)):
         return
     for match in re.finditer(r"\b(?:TO" r"DO|FIX" r"ME|XX" r"X)\b", text):
-        yield line_of(text, match.start()), f"'{match.group()}' is work for an issue, not for a comment"
+        yield line_of(text, match.start()), f"'{match.group()}' belongs in an issue, not in a comment"
     if is_code(path):
         for match in re.finditer(r"\busing\s+namespace\s+std\b", without_comments_and_texts(text)):
-            yield line_of(text, match.start()), "'using namespace std' brings in every name"
+            yield line_of(text, match.start()), "'using namespace std' imports every name"
 
 
 def check_size(path, text):
@@ -274,16 +273,16 @@ def check_executable(path, text, mode):
         return
     executable = bool(mode & 0o100)
     if text.startswith("#!") and not executable:
-        yield 1, "a script that cannot be run: chmod +x"
+        yield 1, "a script that is not executable: chmod +x"
     if executable and not text.startswith("#!"):
         yield 1, "an executable file without '#!'"
 
 
 def check_traps(path, text):
-    """A trap of a test's own replaces the library's, and what it runs replaces the exit code: such a test could not fail."""
+    """A trap in a test replaces the one of lib.sh, and its commands change the exit code: the test could not fail."""
     if re.match(r"tests/(?:system|faults)/\d", path):
         for match in re.finditer(r"^\s*trap\b", text, re.M):
-            yield line_of(text, match.start()), "a trap of its own: expected at_exit of tests/system/lib.sh"
+            yield line_of(text, match.start()), "a trap hides the exit code: expected at_exit of tests/system/lib.sh"
 
 
 def check_names(path, text):
@@ -296,7 +295,7 @@ class UniqueTypes:
     """No two types of the tree have the same full name."""
 
     def __init__(self):
-        self.first = {}  # by full name: where it was found first
+        self.first = {}  # full name: first location
 
     def __call__(self, path, text):
         if not is_code(path):
@@ -345,7 +344,7 @@ def main(arguments):
     found = list(breaches(ROOT))
     for line in found:
         print(line)
-    print(f"house rules: {len(found)} breaches in {sum(1 for _ in files_of(ROOT))} files")
+    print(f"code rules: {len(found)} violations in {sum(1 for _ in files_of(ROOT))} files")
     return 1 if found else 0
 
 

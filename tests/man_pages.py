@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Compares the man pages with --help: the page has all options and subcommands, and no others. usage: man_pages.py
-# BUILD; --self-test checks that each kind of error is found.
+# Checks that each man page has the options and subcommands of --help, and no others.
+# usage: man_pages.py BUILD; --self-test checks that each kind of error is found.
 import os
 import re
 import sys
@@ -18,11 +18,11 @@ PAGES = {"prismd": "prismd.8.scd", "prismctl": "prismctl.1.scd", "prismcal": "pr
 def differences(program, known, page):
     bold = set(re.findall(r"\*([A-Za-z0-9-]+)\*", page))
     for name in sorted(known - {"-h"} - bold):
-        yield f"{name} is in --help; found nothing of it, expected *{name}*"
+        yield f"{name} is in --help but not in the page, expected *{name}*"
     of_others = rf"\*?prism(?!{program[5:]}\b)\w+\*?(?:\(\d\))? +\*?--?[a-z][a-z-]*"
     written = set(re.findall(r"(?<![\w-])(--[a-z][a-z0-9-]*|-[a-z])\b", re.sub(of_others, "", page)))
     for name in sorted(written - known):
-        yield f"found {name}, expected only what --help has"
+        yield f"found {name}, which --help does not list"
 
 
 def self_test():
@@ -31,7 +31,7 @@ def self_test():
              (known, page.replace("prismsim", "prismd"))]
     missed = [case for case in cases if not list(differences("prismd", *case))]
     if list(differences("prismd", known, page)) or missed:
-        sys.exit(f"a planted breach was not found, or a good page refused: {missed}")
+        sys.exit(f"an injected error was not found, or a correct page was rejected; not found: {missed}")
 
 
 def main():
