@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as a capture, and as bare bytes: read to an end, no packet longer than the file, and the same twice.
+// Any bytes as a capture or a raw byte stream: reading ends, no packet is longer than the file, and a second reading
+// returns the same.
 #include <sys/mman.h>
 #include <unistd.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as a configuration: refused in one plain line, or one whose names make paths that a file system can take.
+// Any bytes as a configuration: rejected in one line, or accepted with names that are valid in paths.
 #include <cstdint>
 #include <string>
 #include <string_view>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as a row of the log: refused in one plain line, or a row whose text is a fixed point, and sound JSON.
+// Any bytes as a row of the log: rejected in one line of ASCII, or a row whose text parses to the same text and whose
+// JSON is valid.
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Property: however the bytes are cut, the same readings come out. The first byte chooses the description, the second
-// the way of cutting.
+// The decoder must return the same messages for any size of the chunks that it is fed. The first byte selects the
+// description, the second the size.
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Property: a text is a description or a refusal of one line, and what is a description can be spoken and heard.
+// Any bytes as a frame description: rejected in one line, or encoder and decoder accept it.
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>

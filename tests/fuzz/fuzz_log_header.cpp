@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as the header of a log: rejected in one printable line, or a report and a batch that are valid.
+// Any bytes as the header of a log: rejected in one printable line, or its report and its batch are valid.
 #include <cstdint>
 #include <string>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as a model file: refused in one plain line, or a model that writes itself back to the same numbers.
+// Any bytes as a model file: rejected in one line of ASCII, or a model that is the same after writing and reading.
 #include <cmath>
 #include <cstdint>
 #include <string>

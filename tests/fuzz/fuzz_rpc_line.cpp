@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as lines of a client: each answer is one line of JSON-RPC in UTF-8, with a result or an error, there are no
-// more of them than requests, and the client is as it was: the next request is answered.
+// Any bytes as lines of a client: each response is one line of JSON-RPC in UTF-8 with a result or an error, there are
+// at most as many responses as requests, and the next valid request gets its response.
 #include <algorithm>
 #include <cstdint>
 #include <fstream>
@@ -18,7 +18,7 @@ namespace {
 using namespace prism;
 using nlohmann::json;
 
-// With a history of ten seconds, and an event.
+// A daemon with ten seconds of history.
 std::unique_ptr<test::DaemonParts> make_parts() {
   const test::TemporaryFolder folder;
   std::ofstream(folder.file("gyro.json")) << R"({"name": "gyro", "clock": "device", "frames": ")" PRISM_SOURCE_DIR

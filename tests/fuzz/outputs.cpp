@@ -45,7 +45,7 @@ const std::string& rows() {
   return kRows;
 }
 
-/// Lines of CSV as COPY reads them: quotes are closed, and each record has as many fields as the first.
+/// Aborts unless PostgreSQL's COPY can read `text`: quotes are closed, and all records have the same number of fields.
 void require_csv(const std::string& text) {
   std::size_t fields = 1, first = 0;
   bool quoted = false;
@@ -74,7 +74,7 @@ void require_batch(const std::string& folder) {
   for (std::size_t i = 0; i < prismrelay::Batch::kTables; ++i) require_csv(batch.text(prismrelay::Batch::Table(i)));
 }
 
-/// The folder of this process, emptied.
+/// Returns an empty directory; each call empties it.
 std::string emptied_folder() {
   static const TemporaryFolder kFolder;
   const std::string path = kFolder.file("log");
@@ -101,7 +101,7 @@ void require_plain_html(const std::string& html) {
     const std::size_t begin = at + (html.compare(at, 2, "</") == 0 ? 2 : 1);
     const std::size_t end = std::min(html.find_first_of(" />\n", begin), html.size());
     const std::string name = html.substr(begin, end - begin);
-    if (name == "script" || name == "style") {  // their content is no markup, up to their end
+    if (name == "script" || name == "style") {  // their content is not markup
       at = html.find("</" + name, begin);
       require(at != html.npos);
       continue;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What fuzzers of texts share: a log with a fuzzed header goes through the reader, a report and the relay's batch, and
-// each output must be valid and free of the text's own markup.
+// Checks for the fuzzers of texts: a log with a fuzzed header goes through the reader, a report and the relay's batch;
+// each output must be valid, without markup from the text.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@
 
 namespace prism::test {
 
-/// Aborts if `html` has an element or attribute that reports do not have.
+/// Aborts if `html` has an element that reports do not use, or an unquoted event attribute.
 void require_plain_html(const std::string& html);
 /// Aborts unless `text` is one printable line of UTF-8.
 void require_printable_line(const std::string& text);
 
-/// A log of 300 seconds with this header ("# key: value\n" lines) through prismcal's reader, the evaluation of `model`,
-/// a report in all its forms, prismd's `rows` and the relay's batch for PostgreSQL. Returns false if the reader rejects
-/// it.
+/// Passes a log of 300 seconds with this header ("# key: value\n" lines) through prismd's `rows`, the relay's batch for
+/// PostgreSQL, prismcal's evaluation of `model`, and its report as HTML and JSON. Aborts if an output is invalid.
+/// Returns false if the evaluation rejects the log.
 bool through_report_and_batch(const std::string& header, const compensation::Model& model);
 
 /// The published model that ships with prism.

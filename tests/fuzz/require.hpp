@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a fuzzer asks of a result: where it does not hold, the run ends there and the input is kept.
+// An assertion for fuzzers: ends the run on failure; libFuzzer then saves the input.
 #pragma once
 
 #include <cstdlib>

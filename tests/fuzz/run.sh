@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Builds every fuzzer and runs each for SECONDS (default 60). What it learns stays in build/fuzz/corpus, what breaks it in
-# build/fuzz/found. usage: tests/fuzz/run.sh [SECONDS [LEAST]]
-# LEAST: fails where all of them together made fewer runs.
+# Builds every fuzzer and runs each for SECONDS (default 60). New inputs are kept in build/fuzz/corpus, failing inputs in
+# build/fuzz/found. usage: tests/fuzz/run.sh [SECONDS [MIN_RUNS]]
+# Exit code 1 if a fuzzer fails, or if all fuzzers together make fewer than MIN_RUNS runs.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 seconds=${1:-60}
@@ -35,7 +35,7 @@ for fuzzer in build/fuzz/tests/fuzz/fuzz_*; do
   echo "$name: ${runs:-0} runs in $seconds s, $said"
 done
 if [ "$total" -lt "$least" ]; then
-  echo "tests/fuzz/run.sh: found $total runs, expected $least at least" >&2
+  echo "tests/fuzz/run.sh: found $total runs, expected at least $least" >&2
   code=1
 fi
 exit "$code"
