@@ -201,7 +201,7 @@ class Bench {
     return outcome;
   }
 
-  /// Sends as many frames as fit the line, as fast as they are accepted.
+  /// Sends `count` frames in blocks of about 60 kB, as fast as the line accepts them.
   void fill(std::size_t count) {
     std::vector<std::uint8_t> bytes;
     std::atomic<bool> done = false;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# What tools/fleet runs: fleet.py PROGRAMS GYROS SECONDS STAND_INS BACKLOG.
+# The program behind tools/fleet. usage: fleet.py PROGRAMS GYROS SECONDS FAKE_SERVERS BACKLOG (FAKE_SERVERS: 1 or 0)
 import glob
 import json
 import os
@@ -32,12 +32,12 @@ def start(*command, **more):
 def postgres_bin():
     found = sorted(glob.glob("/usr/lib/postgresql/*/bin"))
     if not found:
-        sys.exit("tools/fleet: no PostgreSQL is installed here: tools/setup installs it")
+        sys.exit("tools/fleet: PostgreSQL is not installed; run tools/setup all")
     return found[-1]
 
 
 def as_server(*command, **more):
-    """PostgreSQL refuses to run as root."""
+    """Runs the command as user postgres if this is root: PostgreSQL does not run as root."""
     prefix = ["runuser", "-u", "postgres", "--"] if os.getuid() == 0 else []
     return subprocess.run([*prefix, *command], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd="/", **more)
 
@@ -97,14 +97,15 @@ def memory_mb(pid, key="VmHWM"):
 
 
 def lags():
-    """Of the rows of the last seconds: from the end of their second to now less their age in the table, as the relay measured it."""
+    """Returns median and maximum over the logs of the relay's last lag: from the arrival of a row to its commit, s."""
     logs = json.load(open(folder + "/status.json"))["logs"]
     known = sorted(log["lag_s"] for log in logs if log["lag_s"] is not None)
     return known[len(known) // 2] if known else float("nan"), known[-1] if known else float("nan")
 
 
 def bare_copy():
-    """The same rows by COPY into a temporary table and INSERT into a table like it, in one go: what the server can do by itself."""
+    """Returns the rows/s of one COPY of the same rows into a temporary table and an INSERT into a table like prism.rows: the
+    upper limit of the database."""
     names = sql("SELECT string_agg(column_name, ', ' ORDER BY ordinal_position) FROM information_schema.columns "
                 "WHERE table_schema = 'prism' AND table_name = 'rows'")
     path = folder + "/pg/rows.csv"
@@ -134,10 +135,10 @@ def report(begun):
                 break
     seconds = time.monotonic() - first
     print(f"\n{GYROS} gyros, {seconds:.0f} s: {rows} rows, {rows / seconds:.0f} rows/s; relay {100 * (cpu_s(relay.pid) - first_cpu) / seconds:.1f} % of a core, "
-          f"{memory_mb(relay.pid):.0f} MB at most; the table takes {int(sql('SELECT sum(bytes) FROM prism.days')) / max(rows, 1):.0f} bytes a row")
+          f"{memory_mb(relay.pid):.0f} MB max; the table uses {int(sql('SELECT sum(bytes) FROM prism.days')) / max(rows, 1):.0f} bytes per row")
     if caught_up:
         bare = bare_copy()
-        print(f"catching up {caught_up:.0f} rows/s; a bare COPY and INSERT of the same rows {bare:.0f} rows/s: {caught_up / bare:.2f} of it")
+        print(f"backlog: {caught_up:.0f} rows/s; bare COPY and INSERT of the same rows: {bare:.0f} rows/s; ratio {caught_up / bare:.2f}")
 
 
 def end(*_):

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Many gyros that are none: sockets that answer status, subscribe, events and rows as prismd does (docs/protocol.md), with rows made up.
-# usage: stand_in.py FOLDER N [--backlog ROWS]    One row a second of each, and so many from before at the start. Ends by a signal.
+# Fake servers of N gyros: sockets that respond to status, subscribe, events and rows like prismd (docs/protocol.md), with generated
+# rows. usage: stand_in.py DIRECTORY N [--backlog ROWS]
+# Each gyro starts with ROWS rows and gets one more per second. Runs until a signal ends it.
 import argparse
 import asyncio
 import json
@@ -18,11 +19,11 @@ PAGE_BYTES = 256 << 10
 class Gyro:
     def __init__(self, name, backlog):
         self.name, self.log = name, uuid.uuid4().hex
-        self.begin = int(time.time()) - backlog  # its first row's second
+        self.begin = int(time.time()) - backlog  # second of the first row
         self.phase = hash(name) % 1000 / 1000
 
     def rows(self):
-        """How many there are now; a row is there when its second is over."""
+        """Returns the current number of rows; a row exists when its second is over, at the gyro's phase."""
         return max(0, int(time.time() - self.phase) - self.begin)
 
     def row(self, i):
@@ -73,7 +74,7 @@ async def main():
     for i in range(arguments.gyros):
         gyro = Gyro(f"gyro{i + 1:04}", arguments.backlog)
         await asyncio.start_unix_server(gyro.serve, os.path.join(arguments.folder, gyro.name + ".sock"), limit=1 << 20)
-    print(f"{arguments.gyros} stand-ins in {arguments.folder}: no gyro, rows made up", flush=True)
+    print(f"{arguments.gyros} fake servers in {arguments.folder}: no gyros, generated rows", flush=True)
     await asyncio.Event().wait()
 
 

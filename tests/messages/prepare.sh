@@ -30,7 +30,7 @@ with open("table.csv", "w") as file:
     file.write("t,T,U,y\n")
     for i in range(120):
         file.write(f"{i * 100},{20 + 10 * math.sin(i / 9):.4f},{5 + 0.01 * (i % 7)},{0.5 * math.sin(i / 9) + 0.001 * (i % 5):.5f}\n")
-    # the rest: one fault each
+    # the other tables have one error each
 with open("table.csv") as file:
     lines = file.read().split("\n")
 def write(name, changed):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Provokes the error messages of expected.txt and compares what is printed with what that page says, line by line. With
-# --write it writes the page again, so that a changed message is read before it is committed.
+# Causes the error messages of expected.txt and compares them with that page, line by line. --write updates the page: review its diff
+# before you commit.
 #
 # An indented line of the page is output; the others are the cases. `== NAME` starts a section, with its settings:
 # `base FILE` (copied to a scratch directory for each case), `run COMMAND`, `socket` (each case is a request to a running
@@ -30,7 +30,7 @@ def read_json(path):
 
 
 def edited(document, case):
-    """A copy of `document` with one member set or removed."""
+    """Returns a copy of `document` with one member set or removed."""
     path, _, value = case.partition(" = ") if " = " in case else (case.removesuffix(" -"), "", None)
     document = copy.deepcopy(document)
     *parents, last = [int(key) if key.isdigit() else key for key in path.strip("/").split("/")]
@@ -77,7 +77,7 @@ class Scratch:
         return self.plain(done.stderr) + ([] if done.returncode == 0 else [f"exit {done.returncode}"])
 
     def plain(self, text):
-        """Without what differs from machine to machine."""
+        """Returns the lines of `text` without paths and times, which differ between machines."""
         for found, shown in ((self.path + "/", ""), (self.path, "DIR"), (SOURCE + "/", "SOURCE/"), (SOURCE, "SOURCE")):
             text = text.replace(found, shown)
         lines = (re.sub(r"^\d{4}-\d\d-\d\dT[\d:.]+Z ", "", line) for line in text.split("\n"))

@@ -14,7 +14,7 @@ namespace prism::science {
 /// One recording on the grid of training: a row per block.
 struct Record {
   training::TrainingData data;
-  std::vector<double> true_bias_deg_per_h;  ///< block means of the truth; empty if unknown
+  std::vector<double> true_bias_deg_per_h;  ///< means of the truth over complete blocks; then kUnknown
 };
 
 /// A cycle of `profile`: 1 s means of the gyro with white rate noise of 0.0064 deg/h in 100 s, 100 s blocks of (T,

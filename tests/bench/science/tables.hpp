@@ -16,7 +16,7 @@ struct Truth {
 };
 std::vector<Truth> truths();
 
-/// Seeds first_seed, first_seed + 10, …: `count` gyros a truth. Returns the exit code, as real() does.
+/// `count` gyros per truth, with the seeds first_seed, first_seed + 10, … All functions return the exit code.
 int simulated(std::uint64_t first_seed, int count);
 
 /// Two further days of each of `count` gyros: is the improvement of the second within the interval of the first?
