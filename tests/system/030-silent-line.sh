@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# A line that is there but silent is reported once, opened again and again, and serves when data comes.
+# An existing line without data is reported once, although prismd opens it repeatedly.
 . "$(dirname "$0")/lib.sh"
 config
 start pty socat "PTY,link=$dir/tty,raw,echo=0" EXEC:"sleep 4"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# The capture that a live run wrote gives that run's log again, byte for byte, and so does a second replay. Host clock:
-# the hard case, because the rows hang on arrival times.
+# Two replays of a live run's capture write the log of that run again, byte for byte. The host clock is the hard case,
+# because its rows depend on arrival times.
 . "$(dirname "$0")/lib.sh"
 config '"capture": {"directory": "'"$dir"'/capture"}'
 sed -i 's/"clock": "device"/"clock": "host"/; s/"silence_s": 1/"silence_s": 0.5/' "$dir/gyro.json"
@@ -19,6 +19,6 @@ for file in "$dir"/capture/*.pcap; do replay+=(--replay "$file"); done
 for run in a b; do
   prismd "$dir/gyro.json" "${replay[@]}" --out "$dir/$run" >"$dir/summary"
   cat "$dir/$run"/*.csv >"$dir/$run.csv"
-  cmp "$dir/live.csv" "$dir/$run.csv" || { diff "$dir/live.csv" "$dir/$run.csv" | head -5; fail "the replay's log differs"; }
+  cmp "$dir/live.csv" "$dir/$run.csv" || { diff "$dir/live.csv" "$dir/$run.csv" | head -5; fail "the log of the replay differs"; }
 done
 contains "summary" "$(cat "$dir/summary")" "replayed"
