@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# A full disk: rows are dropped and counted, one event says so, and whole rows come again when there is room.
+# A full disk: rows are dropped and counted, one message reports it, and rows are written again when there is space.
 . "$(dirname "$0")/lib.sh"
 [ "$(id -u)" -eq 0 ] || skip "needs root to mount a small file system"
 mkdir "$dir/small"
@@ -12,10 +12,10 @@ sed -i "s|$dir/log|$dir/small/log|" "$dir/gyro.json"
 start_sim --profile steady --speed 300
 start_prismd
 wait_for 20 field_above .log.dropped status 50
-same "events" "$(grep -c 'cannot be written' "$dir/prismd.err")" 1
+same "reports of the full disk" "$(grep -c 'cannot be written' "$dir/prismd.err")" 1
 for file in "$dir"/small/log/*.csv; do
-  same "torn rows" "$(grep -v '^#' "$file" | awk -F, 'NR == 1 { columns = NF } NF != columns' | wc -l)" 0
-  same "rows" "$([ "$(grep -c '^[0-9]' "$file")" -gt 0 ] && echo some)" some
+  same "incomplete rows" "$(grep -v '^#' "$file" | awk -F, 'NR == 1 { columns = NF } NF != columns' | wc -l)" 0
+  same "complete rows" "$([ "$(grep -c '^[0-9]' "$file")" -gt 0 ] && echo some)" some
   same "last byte" "$(tail -c 1 "$file" | xxd -p)" 0a
 done
 mount -o remount,size=4m "$dir/small"

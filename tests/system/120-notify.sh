@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# systemd's protocol without systemd: READY, STATUS, WATCHDOG, RELOADING, STOPPING, and a socket handed over.
+# The protocol of systemd without systemd: READY, STATUS, WATCHDOG, RELOADING, STOPPING, and a socket passed to prismd.
 . "$(dirname "$0")/lib.sh"
 frames 50
 config
@@ -24,11 +24,11 @@ try:
     until("READY=1"); until("STATUS="); until("WATCHDOG=1"); until("STATUS=receiving")
     peer = socket.socket(socket.AF_UNIX); peer.connect(folder + "/handed.sock")
     peer.sendall(b'{"jsonrpc":"2.0","id":1,"method":"version"}\n'); assert b"prismd" in peer.recv(4096)
-    assert not os.path.exists(folder + "/gyro.sock"), "made a socket of its own beside systemd's"
+    assert not os.path.exists(folder + "/gyro.sock"), "prismd created its own socket in addition to systemd's"
     seen.clear(); os.kill(pid, signal.SIGHUP); assert "MONOTONIC_USEC=" in until("RELOADING=1"); until("READY=1")
     os.kill(pid, signal.SIGTERM); until("STOPPING=1")
     assert os.waitpid(pid, 0)[1] == 0
-    assert os.path.exists(folder + "/handed.sock"), "removed systemd's socket"
+    assert os.path.exists(folder + "/handed.sock"), "prismd removed systemd's socket"
 except BaseException:
     os.kill(pid, signal.SIGKILL); raise
 END

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# An unknown line is recognised by listening; descriptions and models are checked alone.
+# --sniff finds the description that fits an unknown line or capture; --check checks single descriptions and models.
 . "$(dirname "$0")/lib.sh"
 start_sim --profile steady --speed 1
 contains "a live line" "$(prismd --sniff "$dir/tty")" "trplg"
@@ -8,59 +8,59 @@ code=0; prismd --sniff "$dir/noise" >"$dir/o" || code=$?
 same "exit code for noise" "$code" 1
 contains "noise" "$(cat "$dir/o")" "nothing fits"
 code=0; prismd --sniff "$dir/none" 2>"$dir/e" || code=$?
-same "exit code for nothing" "$code" 1
-contains "nothing" "$(cat "$dir/e")" "none: cannot be read"
+same "exit code for a missing file" "$code" 1
+contains "error for a missing file" "$(cat "$dir/e")" "none: cannot be read"
 for file in "$PRISM_SOURCE"/config/frames/*.json; do
   case "$file" in *.schema.json) continue ;; esac
   contains "$file" "$(prismd --check "$file")" "test vectors hold"
 done
 sed 's/63 4D"/63 4E"/' "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/f.json"
 code=0; prismd --check "$dir/f.json" 2>"$dir/e" || code=$?
-same "exit code for a vector that does not hold" "$code" 78
+same "exit code for a wrong test vector" "$code" 78
 contains "model" "$(prismd --check "$PRISM_SOURCE/config/models/tao2019-model1.json")" "good: model"
 
-# Descriptions are found in every place that they are found in by name; one that is asked for is tried alone.
+# --sniff tries the descriptions of all directories that prismd searches, or only the one that is given.
 mkdir -p "$dir/data/frames"
 sed 's/"name": "trplg"/"name": "mine"/' "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/data/frames/mine.json"
 prismsim --profile steady --hours 0.01 --out "$dir/c.pcap" 2>/dev/null
 contains "a capture" "$(prismd --sniff "$dir/c.pcap")" "trplg              fits"
-contains "a description of PRISM_DATA" "$(PRISM_DATA=$dir/data prismd --sniff "$dir/c.pcap")" "mine               fits"
-contains "beside the shipped ones" "$(PRISM_DATA=$dir/data prismd --sniff "$dir/c.pcap")" "trplg              fits"
-same "one by its path" "$(prismd --sniff "$dir/c.pcap" "$dir/data/frames/mine.json" | grep -c 'fits ')" 1
+contains "a description in PRISM_DATA" "$(PRISM_DATA=$dir/data prismd --sniff "$dir/c.pcap")" "mine               fits"
+contains "a shipped description with PRISM_DATA set" "$(PRISM_DATA=$dir/data prismd --sniff "$dir/c.pcap")" "trplg              fits"
+same "a description given by its path" "$(prismd --sniff "$dir/c.pcap" "$dir/data/frames/mine.json" | grep -c 'fits ')" 1
 code=0; prismd --sniff "$dir/c.pcap" kvh1750 >"$dir/o" || code=$?
-same "another one by name: exit code" "$code" 1
+same "another description given by name: exit code" "$code" 1
 code=0; prismd --sniff "$dir/c.pcap" kvh175 >"$dir/o" 2>"$dir/e" || code=$?
-same "a mistyped one: exit code" "$code" 1
-contains "a mistyped one" "$(cat "$dir/e")" 'did you mean "kvh1750"? Looked in '
+same "a mistyped name: exit code" "$code" 1
+contains "a mistyped name" "$(cat "$dir/e")" 'did you mean "kvh1750"? Looked in '
 
-# Two frames are too few to be sure, which is another thing than nothing.
+# One or two frames are too few to be sure; the message differs from that for no frames.
 prismsim --profile steady --hours 0.01 --frames kvh1750 --out "$dir/k.pcap" 2>/dev/null
-contains "enough of them" "$(prismd --sniff "$dir/k.pcap" kvh1750)" "kvh1750            fits"
-head -c 116 "$dir/k.pcap" | tail -c 36 >"$dir/one"  # behind the headers of file, packet and record
+contains "enough frames" "$(prismd --sniff "$dir/k.pcap" kvh1750)" "kvh1750            fits"
+head -c 116 "$dir/k.pcap" | tail -c 36 >"$dir/one"  # after the headers of file, packet and record
 code=0; prismd --sniff "$dir/one" kvh1750 >"$dir/o" || code=$?
 same "one frame: exit code" "$code" 1
 contains "one frame" "$(cat "$dir/o")" "one frame, too few to be sure"
 
-# Frames without a rate of turn fit nothing: a gyro is looked for.
+# A description fits only if its frames contain an angular rate.
 status='{"name": "status", "sync": {"at": 0, "bytes": "A5 5A 01 14"}, "length": 20, "fields": {"counter": {"at": 4, "type": "u16"}}}'
 sed -e 's/A5 5A 01 14"}/A5 5A 02 14"}/' -e "s/\"kinds\": \[/&$status,/" "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/still.json"
 code=0; prismd --sniff "$dir/c.pcap" "$dir/still.json" >"$dir/o" 2>&1 || code=$?
-same "no rate of turn: exit code" "$code" 1
-contains "no rate of turn" "$(cat "$dir/o")" ": none with a rate"
+same "no angular rate: exit code" "$code" 1
+contains "no angular rate" "$(cat "$dir/o")" ": none with a rate"
 
-# A capture of a network is refused as by --replay, with the way to its bytes.
+# A network capture is rejected as by --replay; the message states how to extract the bytes.
 printf '\324\303\262\241\002\000\004\000\000\000\000\000\000\000\000\000\377\377\000\000\001\000\000\000' >"$dir/net.pcap"
 code=0; prismd --sniff "$dir/net.pcap" >"$dir/o" 2>"$dir/e" || code=$?
-same "a network's capture: exit code" "$code" 1
-contains "a network's capture" "$(cat "$dir/e")" "found a capture of link type 1 (EN10MB), expected 250 (serial line); to extract bytes of TCP: tshark"
+same "a network capture: exit code" "$code" 1
+contains "a network capture" "$(cat "$dir/e")" "found a capture of link type 1 (EN10MB), expected 250 (serial line); to extract bytes of TCP: tshark"
 
-# A replay that finds no frame did not do its work.
+# A replay that finds no frame fails.
 config
 code=0; prismd "$dir/gyro.json" --replay "$dir/k.pcap" --out "$dir/none" >"$dir/o" 2>"$dir/e" || code=$?
 same "a replay without a frame: exit code" "$code" 1
 contains "a replay without a frame" "$(cat "$dir/e")" 'found no frame of "trplg" in '
 
-# A wrong rate is told where a clock shows it: the frames come 20 times a second, the description says 10.
+# A wrong frame rate is reported with the host clock: the line has 20 frames/s, the description states 10.
 frames 20; prismsim --profile steady --hours 0.02 --frames "$dir/frames.json" --out "$dir/20.pcap" 2>/dev/null
 frames 10; config '"socket": {"path": ""}'
 sed -i 's/"clock": "device"/"clock": "host"/; s/, "socket": {"path": "[^"]*"}, /, /' "$dir/gyro.json"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# prismcal report: Ctrl-C ends it soon with 130, says so in one line and leaves no half report; left alone it writes its
-# three files, with the ladder in them and without a NaN.
+# prismcal report: Ctrl-C ends it with exit code 130 and a message, and leaves no incomplete report. Without Ctrl-C it writes
+# three files with the model comparison and without NaN.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 frames 2
@@ -11,29 +11,29 @@ for seed in 1 2; do
   prismd gyro.json --replay $seed.pcap --model "$PRISM_SOURCE/config/models/tao2019-model2.json" --out cycle$seed >/dev/null
 done
 
-# A shell script's background jobs ignore SIGINT: env gives the signal its meaning back.
+# Background jobs of a shell script ignore SIGINT; env restores the default action.
 start report env --default-signal=INT prismcal report cycle1 cycle2 --out report
 wait_for 60 grep -q "ir-lssvm" report.err
 kill -INT "$pid"
 code=0; wait "$pid" || code=$?
 same "exit code" "$code" 130
 contains "stderr" "$(tail -1 report.err)" "prismcal: interrupted while training: no report was written"
-[ ! -e report ] || fail "left $(ls report)"
+[ ! -e report ] || fail "the interrupted command left $(ls report)"
 
 prismcal report cycle1 cycle2 --models ladder --out report >ladder.out 2>ladder.err || fail "$(tail -3 ladder.err)"
 for text in html csv json; do
   grep -q "IR-LSSVM, huber" report/report.$text || fail "report.$text has no IR-LSSVM"
   ! report_text report/report.$text | grep -iw nan || fail "NaN in report.$text"
 done
-same "rows of the ladder" "$(jq -r '.tables.ladder.rows[][0].text' report/report.json | paste -sd/)" \
+same "rows of the model comparison" "$(jq -r '.tables.ladder.rows[][0].text' report/report.json | paste -sd/)" \
   "LS, cubic/stepwise, model 1/stepwise, model 2/LSSVM/IR-LSSVM, huber"
-# Every improvement with its interval, and rows of the ladder that may be one number said to be that.
-jq -e '.tables.ladder.rows[] | .[6].text | test("^-?[0-9.]+ to -?[0-9.]+$")' report/report.json >/dev/null || fail "the ladder has no intervals"
+# Each improvement has an interval, and each row states whether the model is better or worse, or cannot be distinguished.
+jq -e '.tables.ladder.rows[] | .[6].text | test("^-?[0-9.]+ to -?[0-9.]+$")' report/report.json >/dev/null || fail "the model comparison has no intervals"
 jq -e '.tables.ladder.rows[1:][] | .[-1].text | test(": (not distinguishable|better|worse)$")' report/report.json >/dev/null ||
-  fail "the ladder does not say which rows differ"
+  fail "the model comparison does not state which rows differ"
 
-# Every drawing is XML of its own elements, and every form of the report parses.
-parses() { # FOLDER
+# Each chart is valid XML with allowed elements only, and HTML, JSON and CSV of the report parse.
+parses() { # DIRECTORY
   python3 - "$1" <<'END' || fail "$1 does not parse"
 import csv, html.parser, json, re, sys
 import xml.etree.ElementTree as xml
@@ -61,16 +61,15 @@ END
 }
 parses report
 
-# Names of strangers are text: of the recordings, and of two axes in the headers of their logs.
+# Names are never executed: an invalid axis name is rejected, a directory name or serial number with markup stays text.
 command_name="x'; system \"touch pwned\"; set terminal svg name 'x"
 markup='<img src=x onerror=alert(1)>'
-# The name of an axis is rejected with its line; a serial number with markup is text.
 mkdir named
 awk -v axis="$command_name" '/^# axis: / {$0 = "# axis: " axis} {print}' cycle1/g-*.csv >named/g-20260101T000001Z.csv
 code=0; prismcal report named cycle2 --models ladder --out hostile >hostile.out 2>hostile.err || code=$?
-same "exit code of an axis with a command" "$code" 1
-contains "an axis with a command" "$(tail -1 hostile.err)" "expected 1 to 16 letters, digits or _"
-[ ! -e pwned ] && [ ! -e hostile ] || fail "a name in the header of a log ran a command"
+same "exit code for an axis name with a command" "$code" 1
+contains "an axis name with a command" "$(tail -1 hostile.err)" "expected 1 to 16 letters, digits or _"
+[ ! -e pwned ] && [ ! -e hostile ] || fail "a name in the header of a log was executed"
 for cycle in 1 2; do
   mkdir "=$markup$cycle"
   for axis in x y; do
@@ -79,6 +78,6 @@ for cycle in 1 2; do
   done
 done
 prismcal report "=${markup}1" "=${markup}2" --models ladder --out hostile >hostile.out 2>hostile.err || fail "$(tail -3 hostile.err)"
-[ ! -e pwned ] || fail "a name in the header of a log ran a command"
+[ ! -e pwned ] || fail "a name in the header of a log was executed"
 parses hostile
-same "files of tables" "$(ls hostile/tables | grep -v '^[a-z0-9_]*\.csv$' || true)" ""
+same "table files with unexpected names" "$(ls hostile/tables | grep -v '^[a-z0-9_]*\.csv$' || true)" ""

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Folders that vanish, a file where a folder should be, nobody who reads stderr, a socket that nobody accepts on: each is told
-# once, and prismd goes on, or does not begin.
+# Deleted directories, a file instead of a directory, stderr without a reader: prismd reports disk faults once and continues.
+# It does not start if another process listens on its socket, even one that accepts no connection.
 . "$(dirname "$0")/lib.sh"
 frames 20
 config "\"capture\": {\"directory\": \"$dir/capture\"}"
@@ -20,8 +20,8 @@ holder=$!
 children+=("$holder")
 wait_for 5 test -e "$PRISM_SOCKET.full"
 code=0; timeout 10 prismd "$dir/gyro.json" 2>"$dir/held" || code=$?
-same "a socket that nobody accepts on" "$code" 1
-contains "its message" "$(cat "$dir/held")" "another process listens there"
+same "exit code for a socket of a process that accepts no connection" "$code" 1
+contains "its error" "$(cat "$dir/held")" "another process listens there"
 kill "$holder"; rm "$PRISM_SOCKET"
 
 start_sim --profile steady --speed 5
@@ -29,12 +29,12 @@ mkfifo "$dir/stderr"
 prismd "$dir/gyro.json" 2>"$dir/stderr" &
 prismd=$!
 children+=("$prismd")
-head -n 1 "$dir/stderr" >/dev/null   # and then nobody reads it
+head -n 1 "$dir/stderr" >/dev/null   # from now on stderr has no reader
 wait_for 5 prismctl version
 for _ in 1 2 3; do kill -HUP "$prismd"; done
 wait_for 5 field_is .state status receiving
-kill -0 "$prismd" || fail "a reader of stderr that was gone ended prismd"
-kill "$prismd"; wait "$prismd" || fail "prismd ended with $?"
+kill -0 "$prismd" || fail "prismd ended because stderr has no reader"
+kill "$prismd"; wait "$prismd" || fail "exit code $?"
 
 rm -rf "$dir/log" "$dir/capture"
 start_prismd
@@ -47,7 +47,7 @@ rm -r "$dir/log" "$dir/capture"
 wait_for 10 grep -q 'log: .*was deleted or moved away' "$dir/prismd.err"
 wait_for 10 grep -q 'capture: .*was deleted or moved away' "$dir/prismd.err"
 wait_for 10 field_above .log.dropped status 3
-same "told" "$(grep -c 'log: .*cannot be created: Not a directory; rows are dropped' "$dir/prismd.err")" 1
+same "reports of a file instead of the directory" "$(grep -c 'log: .*cannot be created: Not a directory; rows are dropped' "$dir/prismd.err")" 1
 rm "$dir/log"
 wait_for 10 grep -q 'log: writing again after' "$dir/prismd.err"
 wait_for 10 written
