@@ -1,26 +1,27 @@
 # SPDX-License-Identifier: MIT
-# The relay as docs/fleet.md has it installed: a user of its own that PostgreSQL knows by name, hardened, and one that starts no gyro that
-# somebody stopped.
+# The relay, installed as in docs/fleet.md: it runs hardened, as a separate user whom PostgreSQL knows by name, and never starts a
+# stopped gyro.
 relay=prismrelay.service
 fleet_page=$here/../../docs/fleet.md
 ledger() { inside runuser -u postgres -- psql -X -q -A -t prism -c "$1" 2>&1; }
-# documented COMMAND: as the page has it, word for word; it succeeds.
+# documented COMMAND: checks that the page contains the command literally, and that it succeeds.
 documented() {
-  contains "the page has: $1" "$(cat "$fleet_page")" "    $1"
-  check "and it works" inside sh -c "$1"
+  contains "docs/fleet.md has: $1" "$(cat "$fleet_page")" "    $1"
+  check "this command succeeds" inside sh -c "$1"
 }
 relay_says() { inside prismrelay --status --json 2>/dev/null | jq -r "$1"; }
 ledger_has_more_than() { [ "$(ledger 'SELECT count(*) FROM prism.rows')" -gt "$1" ] && echo yes; }
 if ! inside sh -c 'ls -d /usr/lib/postgresql/*/bin && command -v mosquitto mosquitto_sub prometheus-node-exporter' >/dev/null 2>&1; then
-  echo "left out: not all of PostgreSQL, mosquitto and node_exporter are installed here (tools/setup)"
+  echo "left out: PostgreSQL, mosquitto or node_exporter is not installed (tools/setup all)"
 else
-check "the package installs" inside dpkg --install /prism-relay.deb
-check "its user is made" inside getent passwd prismrelay
-contains "and is in the group that may ask" "$(inside id -nG prismrelay)" prism
-same "nothing is started by the installation" "$(property ActiveState "$relay")" inactive
-same "systemd-analyze verify says nothing of the relay" "$(inside systemd-analyze verify --man=no "$relay" 2>&1)" ""
-check "its exposure is 1.5 at most" inside systemd-analyze security --offline=true --threshold=15 --no-pager /usr/lib/systemd/system/prismrelay.service
-same "the passwords' folder is root's alone" "$(inside stat -c '%A %U' /etc/prism/credentials)" "drwx------ root"
+check "the relay's package installs" inside dpkg --install /prism-relay.deb
+check "its user is created" inside getent passwd prismrelay
+contains "its user is in the group that may connect to prismd" "$(inside id -nG prismrelay)" prism
+same "the installation does not start the relay" "$(property ActiveState "$relay")" inactive
+same "systemd-analyze verify prints no warnings about the relay" "$(inside systemd-analyze verify --man=no "$relay" 2>&1)" ""
+check "exposure of the relay is at most 1.5" \
+  inside systemd-analyze security --offline=true --threshold=15 --no-pager /usr/lib/systemd/system/prismrelay.service
+same "only root can read the directory of the passwords" "$(inside stat -c '%A %U' /etc/prism/credentials)" "drwx------ root"
 
 version=$(inside sh -c 'ls /usr/lib/postgresql | sort -n | tail -1')
 inside sh -c "pg_lsclusters -h | grep -q main || pg_createcluster $version main" >/dev/null
@@ -32,42 +33,42 @@ inside sh -c 'cat >/etc/prism/relay.json' <"$box/relay.json"
 documented "prismrelay --check"
 documented "runuser -u prismrelay -- prismrelay --init"
 
-# Somebody stops the gyro: systemd listens on, and the relay lets it rest.
+# The gyro is stopped while systemd still listens: the relay must not connect to its socket.
 inside systemctl stop "$unit" 2>/dev/null
 documented "systemctl enable --now prismrelay"
-becomes 10 "it sees the gyro that was stopped" stopped relay_says '.instances["lab1/gyro1"].state'
-becomes 20 "the metrics are there" 0 exit_code inside test -e /run/prismrelay/prism.prom
-same "and does not start it" "$(property ActiveState)" inactive
-contains "metrics of a stopped gyro" "$(inside cat /run/prismrelay/prism.prom)" 'prism_up{gyro="lab1/gyro1"} 0'
+becomes 10 "the relay reports the gyro as stopped" stopped relay_says '.instances["lab1/gyro1"].state'
+becomes 20 "the relay writes the metrics file" 0 exit_code inside test -e /run/prismrelay/prism.prom
+same "the relay does not start the gyro" "$(property ActiveState)" inactive
+contains "the metrics show a stopped gyro" "$(inside cat /run/prismrelay/prism.prom)" 'prism_up{gyro="lab1/gyro1"} 0'
 inside systemctl start "$unit"
-becomes 15 "started, it is followed" running relay_says '.instances["lab1/gyro1"].state'
-becomes 20 "its rows are in the ledger" yes ledger_has_more_than 2
+becomes 15 "the relay reports a started gyro as running" running relay_says '.instances["lab1/gyro1"].state'
+becomes 20 "its rows are in the database" yes ledger_has_more_than 2
 documented "prismrelay --status"
 documented "su postgres -c \"psql prism -c 'SELECT gyro, axis, arrival, corrected_deg_per_h, quality FROM prism.latest'\""
 documented "mosquitto_sub -t 'prism/lab1/+/+/status' -C 1"
 documented "ln -s /run/prismrelay/prism.prom /var/lib/prometheus/node-exporter/prism.prom"
-becomes 20 "the metrics are made anew" 0 exit_code inside grep -q prism_line_receiving /run/prismrelay/prism.prom
+becomes 20 "the metrics file is updated" 0 exit_code inside grep -q prism_line_receiving /run/prismrelay/prism.prom
 documented "curl -s localhost:9100/metrics | grep prism_line_receiving"
-same "each once" "$(ledger 'SELECT count(*) - count(DISTINCT (log, segment, row_number)) FROM prism.rows')" 0
-contains "systemd is told" "$(property StatusText "$relay")" " gyros run; mqtt: up; postgresql: up"
+same "each row is in the database once" "$(ledger 'SELECT count(*) - count(DISTINCT (log, segment, row_number)) FROM prism.rows')" 0
+contains "the relay reports its status to systemd" "$(property StatusText "$relay")" " gyros run; mqtt: up; postgresql: up"
 inside systemctl stop "$unit" 2>/dev/null
-sleep 16   # the metrics' own pace
-same "stopped while it was followed, it rests, too" "$(property ActiveState)" inactive
-contains "what the metrics say then" "$(inside cat /run/prismrelay/prism.prom)" 'prism_up{gyro="lab1/gyro1"} 0'
+sleep 16   # longer than the interval of the metrics
+same "a gyro that is stopped later is not started either" "$(property ActiveState)" inactive
+contains "the metrics show this gyro as stopped" "$(inside cat /run/prismrelay/prism.prom)" 'prism_up{gyro="lab1/gyro1"} 0'
 rights=$(inside sh -c "grep -E '^(NoNewPrivs|Seccomp|CapBnd|CapEff):' /proc/$(property MainPID "$relay")/status" | awk '{print $2}' | xargs)
-same "no capabilities, no new privileges, system calls filtered, of the relay" "$rights" "0000000000000000 0000000000000000 1 2"
+same "the relay: no capabilities, no new privileges, system calls filtered" "$rights" "0000000000000000 0000000000000000 1 2"
 inside systemctl kill --signal=STOP "$relay"
 inside systemctl kill --signal=CONT "$relay"
 inside systemctl kill --signal=KILL "$relay"
-becomes 10 "killed, it comes again" active property ActiveState "$relay"
+becomes 10 "systemd restarts the killed relay" active property ActiveState "$relay"
 inside systemctl start "$unit"
 before=$(ledger 'SELECT count(*) FROM prism.rows')
-becomes 20 "and goes on" yes ledger_has_more_than "$before"
-check "it stops" inside systemctl stop "$relay"
-same "well" "$(property Result "$relay")" success
+becomes 20 "the restarted relay sends rows" yes ledger_has_more_than "$before"
+check "the relay stops" inside systemctl stop "$relay"
+same "the relay stopped without an error" "$(property Result "$relay")" success
 check "purge of the relay" inside dpkg --purge prism-relay
-check "and its configuration is gone" inside test ! -e /etc/prism/relay.json -a ! -e /etc/prism/credentials
-inside userdel prismrelay   # sysusers leaves users, as files may carry their number
+check "purge removes the relay's configuration" inside test ! -e /etc/prism/relay.json -a ! -e /etc/prism/credentials
+inside userdel prismrelay   # purge keeps the user, because files may have its ID
 inside rm -f /var/lib/prometheus/node-exporter/prism.prom
 inside systemctl stop mosquitto prometheus-node-exporter "postgresql@$version-main"
 fi

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-# An upgrade restarts what runs, starts nothing that does not, and leaves the configuration alone.
+# An upgrade restarts running instances, starts no others and keeps the configuration.
 inside sh -c 'cp /etc/prism/gyro1.json /etc/prism/gyro2.json'
 inside systemctl restart "$unit"
 pid=$(property MainPID)
 before=$(inside sha256sum /etc/prism/gyro1.json)
 check "a later version installs" inside dpkg --force-depends --install /next.deb
-becomes 5 "the running instance is up" active property ActiveState
-check "in a new process" test "$(property MainPID)" -ne "$pid"
-same "an instance that did not run still does not" "$(property ActiveState prismd@gyro2.service)" inactive
-same "the configuration is untouched" "$(inside sha256sum /etc/prism/gyro1.json)" "$before"
-becomes 5 "the gyro delivers" receiving line_state
+becomes 5 "the instance that ran is active" active property ActiveState
+check "the process is new" test "$(property MainPID)" -ne "$pid"
+same "the instance that did not run is inactive" "$(property ActiveState prismd@gyro2.service)" inactive
+same "the configuration is unchanged" "$(inside sha256sum /etc/prism/gyro1.json)" "$before"
+becomes 5 "the gyro sends data" receiving line_state

@@ -33,7 +33,7 @@ std::function<long()> make_file(const std::string& path) { return open_file(path
 std::function<long()> make_socket(int family, int type) {
   return [family, type] { return static_cast<long>(::socket(family, type | SOCK_CLOEXEC, 0)); };
 }
-// A system call whose arguments no kernel can serve: only a gate before it answers EPERM.
+// A system call with invalid arguments: if it fails with EPERM, a filter has rejected it.
 std::function<long()> knock(long number, long a = 0, long b = 0, long c = 0, long d = 0, long e = 0) {
   return [=] { return ::syscall(number, a, b, c, d, e); };
 }
@@ -50,7 +50,7 @@ long make_memory_executable() {
   void* page = ::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   return page == MAP_FAILED ? -1 : ::mprotect(page, 4096, PROT_READ | PROT_EXEC);
 }
-// In a mount namespace of its own where it may have one: nothing of it is left.
+// In a separate mount namespace if that is permitted, so that the mount disappears with the process.
 long mount_tmpfs() {
   if (::unshare(CLONE_NEWNS) == 0) ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr);
   return ::mount("tmpfs", "/mnt", "tmpfs", 0, nullptr);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The acts that the probe tries: those that a prismd taken over by an attacker would want, and those that prismd lives
-// on.
+// The attempts of the probe: operations that prismd needs, and forbidden ones that an attacker in prismd's process
+// would try.
 #pragma once
 
 #include <functional>
@@ -11,11 +11,11 @@ namespace prism::test {
 
 struct Act {
   std::string name;
-  bool needed;                ///< prismd lives on it; else it is forbidden
-  std::function<long()> run;  ///< negative with errno set: the kernel's answer
+  bool needed;                ///< prismd needs it; else it is forbidden
+  std::function<long()> run;  ///< returns a negative value and sets errno if the kernel rejects it
 };
 
-/// Nothing in the list harms a machine that lets it through: what would is called with arguments that cannot be served.
+/// No attempt harms a machine that permits it: dangerous system calls get invalid arguments.
 std::vector<Act> acts();
 
 }  // namespace prism::test

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Packs what a build tree holds, as it is, and runs the packages under systemd. usage: build_tree.sh BUILD PROBE
+# Makes packages of a build tree without building it, and tests them with run.sh. usage: build_tree.sh BUILD PROBE
 set -euo pipefail
 packages=$(mktemp -d "${TMPDIR:-/tmp}/prism-packages.XXXXXX")
 trap 'rm -rf "$packages"' EXIT
