@@ -1,29 +1,29 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# A campaign on a real Slurm of two nodes on this machine: 24 simulated gyros, three of them bad (noisy, moved, no thermometer). A node
-# is killed midway, and so is the program that submitted; the same command finishes, and the result is that of the local engine, byte
-# for byte but for times. Skipped, with the reason, where Slurm is not installed (tools/setup slurm) or nobody is root.
+# A campaign on a real Slurm with two nodes on this machine: 24 simulated gyros, three of them bad (noisy, turned, no thermometer). The
+# test kills a node and then the submitting program; the same command must finish the campaign with the same bytes as the local engine,
+# except times. Skipped with the reason if Slurm is not installed (tools/setup slurm) or the user is not root.
 . "$(dirname "$0")/../system/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 . "$(dirname "$0")/../system/lot.sh"
 cluster=${PRISM_SHARED:-$PRISM_SOURCE/../shared}/slurm
-[ -x "$cluster/start" ] || skip "$cluster/start is not there; it starts the cluster"
+[ -x "$cluster/start" ] || skip "$cluster/start does not exist; it starts the cluster"
 for program in slurmctld slurmd sbatch munged; do command -v $program >/dev/null || skip "found no $program; tools/setup slurm installs it"; done
-[ "$(id -u)" = 0 ] || skip "only root starts the nodes"
-! awk '$2 ~ /:41B1$/ && $4 == "0A" {found = 1} END {exit !found}' /proc/net/tcp || skip "another cluster of this kind runs here (port 16817)"
+[ "$(id -u)" = 0 ] || skip "only root can start the nodes"
+! awk '$2 ~ /:41B1$/ && $4 == "0A" {found = 1} END {exit !found}' /proc/net/tcp || skip "another test cluster is running (port 16817)"
 
 slurm=$dir/s
 stop_cluster() { "$cluster/stop" "$slurm"; sleep 1; }
 at_exit stop_cluster
 export SLURM_CONF=$slurm/slurm.conf
-"$cluster/start" "$slurm" >"$dir/start.err" 2>&1 || fail "the cluster does not start"
+"$cluster/start" "$slurm" >"$dir/start.err" 2>&1 || fail "the cluster did not start"
 cd "$dir"
 
 begin=$SECONDS
 for i in $(seq 10 30); do gyro lot "S$i" "$i"; done
 gyro lot S31 31 --flicker 0.5                      # noisy
 gyro lot S32 32 && awk -F, -v OFS=, '/^[#t]/ {print; next} {if (++n > 14000) $5 += 5; print}' lot/S32/cycle1/*.csv |
-  grep -v '^# end' >moved && rm lot/S32/cycle1/* && mv moved lot/S32/cycle1/g.csv  # turned midway
+  grep -v '^# end' >moved && rm lot/S32/cycle1/* && mv moved lot/S32/cycle1/g.csv  # turned during the cycle
 gyro lot S33 33 && without_thermometer lot/S33
 campaign_file slurm.json lot
 sed -i 's/"name": "lot"/"name": "slurm"/' slurm.json
@@ -35,7 +35,7 @@ at_least() { [ "$(standing slurm)" -ge "$1" ]; }
 start submit prismcal campaign slurm.json --engine slurm
 submitter=$pid
 wait_for 60 at_least 6
-# Node n2, with all it runs: its daemon, the jobs' own daemons, and their tasks.
+# Kills node n2: its daemon, the daemons of its jobs, and their tasks.
 kill_tree() {
   local child
   for child in $(ps -o pid= --ppid "$1"); do kill_tree "$child"; done
@@ -46,25 +46,25 @@ kill -9 "$(cat "$slurm/run/slurmd-n2.pid")"
 for job in $jobs_of_n2; do
   for step in $(ps -eo pid,args | awk -v job="[$job." 'index($0, "slurmstepd: " job) {print $1}'); do kill_tree "$step"; done
 done
-echo "node n2 killed with $(standing slurm) of 48 tasks done"
+echo "killed node n2 with $(standing slurm) of 48 tasks done"
 wait_for 60 at_least 12
 kill -9 "$submitter"
 wait "$submitter" 2>/dev/null || true
 stood=$(standing slurm)
-echo "the submitting program killed with $stood of 48 tasks done"
+echo "killed the submitting program with $stood of 48 tasks done"
 prismcal campaign slurm.json --status >status.out || true
-contains "status without the program" "$(cat status.out)" "of 48 tasks done"
+contains "status after the kill" "$(cat status.out)" "of 48 tasks done"
 
 begin=$SECONDS
-prismcal campaign slurm.json --engine slurm 2>again.err || fail "the second run: $(cat again.err)"
+prismcal campaign slurm.json --engine slurm 2>again.err || fail "second run: $(cat again.err)"
 same "tasks" "$(standing slurm)" 48
-contains "the end" "$(tail -1 again.err)" " 0 failed, 0 left"
+contains "last line of the second run" "$(tail -1 again.err)" " 0 failed, 0 left"
 echo "finished by the same command in $((SECONDS - begin)) s"
 
 begin=$SECONDS
-prismcal campaign local.json 2>local.err || fail "the local engine: $(cat local.err)"
+prismcal campaign local.json 2>local.err || fail "local engine: $(cat local.err)"
 echo "the local engine took $((SECONDS - begin)) s"
-# What differs from run to run: times.json, and when a model was made.
+# Removes what differs between runs: times.json and the date of a model.
 for name in slurm local; do
   rm "$name".campaign/tasks/*/times.json
   sed -i 's/"made": *"[^"]*"/"made": ""/' "$name".campaign/tasks/*/model.json
@@ -76,4 +76,4 @@ done
 diff <(jq -S '.tables' slurm.campaign/report/report.json) <(jq -S '.tables' local.campaign/report/report.json) >diff.err ||
   fail "the reports differ"
 bad=$(jq -r '[.tables.gyros.rows[] | select(.[2].text != "accepted") | .[0].text] | unique | join(" ")' slurm.campaign/report/report.json)
-for serial in S31 S32 S33; do contains "gyros that are not accepted" "$bad" "$serial z"; done
+for serial in S31 S32 S33; do contains "rejected gyros" "$bad" "$serial z"; done

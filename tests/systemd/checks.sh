@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# One line a check: PASS or FAIL, what was checked, and on failure what was found and expected. A failed check does not end
-# the run: one sabotage must show all that it breaks.
+# Prints one line per check: PASS or FAIL, the check, and on failure the found and the expected value. The run continues after a
+# failed check, so that it shows all effects of a fault.
 passed=0
 failed=0
 began=$(date +%s%N)
@@ -9,13 +9,13 @@ elapsed_ms() { echo $((($(date +%s%N) - began) / 1000000)); }
 pass() { passed=$((passed + 1)); echo "PASS  $1"; }
 failure() { failed=$((failed + 1)); echo "FAIL  $1"; }
 
-# check WHAT COMMAND...: succeeds.
+# check WHAT COMMAND...: passes if the command succeeds.
 check() {
   local what=$1 output; shift
   if output=$("$@" 2>&1); then pass "$what"; else failure "$what: '$*' failed: $(tail -1 <<<"$output")"; fi
 }
 
-# refuse WHAT COMMAND...: fails, as it should.
+# refuse WHAT COMMAND...: passes if the command fails.
 refuse() {
   local what=$1; shift
   if "$@" >/dev/null 2>&1; then failure "$what: '$*' succeeded"; else pass "$what"; fi
@@ -25,7 +25,7 @@ refuse() {
 same() { if [ "$2" = "$3" ]; then pass "$1"; else failure "$1: found '$2', expected '$3'"; fi; }
 contains() { case "$2" in *"$3"*) pass "$1" ;; *) failure "$1: found '$2', expected it to contain '$3'" ;; esac; }
 
-# becomes SECONDS WHAT EXPECTED COMMAND...: what the command prints, within the time.
+# becomes SECONDS WHAT EXPECTED COMMAND...: passes if the command prints EXPECTED within the time.
 becomes() {
   local deadline=$(($(date +%s%N) + $1 * 1000000000)) what=$2 expected=$3 found; shift 3
   while found=$("$@" 2>&1 || true); [ "$found" != "$expected" ]; do
@@ -37,7 +37,7 @@ becomes() {
 
 exit_code() { "$@" >/dev/null 2>&1; echo $?; }
 
-# The last line, and the verdict as the exit code.
+# Prints the totals; succeeds if at least one check passed and no check failed.
 verdict() {
   echo "$passed passed, $failed failed, $(elapsed_ms) ms"
   [ "$failed" -eq 0 ] && [ "$passed" -gt 0 ]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# A real systemd on this machine's own tree: systemd-nspawn boots it under a throw-away overlay, whatever the host's PID 1.
+# A real systemd on a copy of this machine: systemd-nspawn boots the root file system under a temporary overlay, whatever PID 1 the
+# host has.
 #   container_up [NSPAWN OPTION...]    inside COMMAND...    container_down
 # Needs root, systemd-container, overlayfs, and cgroup v2 mounted somewhere.
 container=prism-test-$$
@@ -8,20 +9,20 @@ cgroup=$(awk '$3 == "cgroup2" {print $2; exit}' /proc/mounts)/$container
 nspawn=
 leader=
 
-# What keeps a container from running here, in one line; nothing where it can.
+# Prints one line with the reason why no container can run here; prints nothing if one can.
 container_obstacle() {
   [ "$(id -u)" -eq 0 ] || { echo "not root"; return; }
   command -v systemd-nspawn >/dev/null || { echo "no systemd-nspawn: tools/setup installs it"; return; }
   grep -qw overlay /proc/filesystems || { echo "the kernel has no overlayfs"; return; }
   grep -q ' cgroup2 ' /proc/mounts || { echo "no cgroup v2 is mounted"; return; }
-  (container_exec true) >"$box/trial.log" 2>&1 || echo "systemd-nspawn says: $(tail -1 "$box/trial.log")"
+  (container_exec true) >"$box/trial.log" 2>&1 || echo "systemd-nspawn failed: $(tail -1 "$box/trial.log")"
 }
 
-# Becomes systemd-nspawn, in a mount namespace where / is bound to a folder (nspawn refuses "/" itself) and /run is a tmpfs
-# (nspawn cannot clean its folder there on a disk), and in a cgroup of its own: with --keep-unit nspawn makes payload/ below
-# its caller's, where two runs would meet.
+# Replaces the shell by systemd-nspawn. In its mount namespace, / is bound to a directory (nspawn rejects "/" itself) and /run is a
+# tmpfs (nspawn cannot clean its directory there on a disk). It has a separate cgroup: with --keep-unit, nspawn creates payload/ in
+# the cgroup of its caller, where two runs would collide.
 #   unified hierarchy: on a hybrid host the container would get read-only v1 controllers and no device filter
-#   CAP_BPF, CAP_PERFMON, bpf(): without them systemd drops DevicePolicy= in silence
+#   CAP_BPF, CAP_PERFMON, bpf(): without them systemd ignores DevicePolicy= without a message
 container_exec() {
   mkdir -p "$cgroup" "$box/root"
   echo 0 >"$cgroup/cgroup.procs"
@@ -37,7 +38,7 @@ inside() { nsenter --target "$leader" --all --root --wd -- "$@"; }
 
 container_up() {
   local state='' tries
-  # Not the host's own services: basic.target, and what the tests start.
+  # Boots to basic.target only, so that the host's services do not run.
   (container_exec --boot "$@" systemd.unit=basic.target) >"$box/console.log" 2>&1 &
   nspawn=$!
   for ((tries = 0; tries < 600; tries++)); do
@@ -51,16 +52,16 @@ container_up() {
     running | degraded) ;;
     *) cat "$box/console.log"; echo "the container did not boot: found state '$state', expected running" >&2; return 1 ;;
   esac
-  # The index of all manual pages would take ten seconds of every dpkg run.
+  # Without this, each dpkg run would spend ten seconds on the index of manual pages.
   inside rm -f /var/lib/man-db/auto-update
-  # A prismd that was started here by hand has left its log, which is not that of a dynamic user.
+  # Logs of a prismd that was started manually on this machine; a dynamic user cannot use their directories.
   inside rm -rf /var/log/prismd /var/log/private/prismd /var/lib/prismd /var/lib/private/prismd
-  # Images made for containers forbid dpkg to start services; deb-systemd-invoke would do nothing.
+  # Container images forbid dpkg to start services with this file; deb-systemd-invoke would have no effect.
   inside rm -f /usr/sbin/policy-rc.d
 }
 
-# By SIGKILL: there is nothing to keep, and an orderly poweroff takes tens of seconds. The cgroup v1 tree of systemd mirrors
-# ours on a hybrid host.
+# Uses SIGKILL, because an orderly poweroff takes tens of seconds and the overlay is discarded. On a hybrid host, systemd's cgroup v1
+# tree has the same directory as ours.
 container_down() {
   [ -z "$leader" ] || kill -KILL "$leader" 2>/dev/null || true
   [ -z "$nspawn" ] || { kill "$nspawn" 2>/dev/null || true; wait "$nspawn" 2>/dev/null || true; }

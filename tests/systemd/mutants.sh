@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Does run.sh notice? Each mutant is the package with one sabotage; by hand, half a minute each.
+# Checks that run.sh finds faults: each mutant is the package with one injected fault. Run it manually; half a minute per mutant.
 # usage: mutants.sh PRISM.deb PRISM-TOOLS.deb PRISM-RELAY.deb PRISM-WEB.deb PROBE [MUTANT...]
-# Exits with 0 where the unharmed package passes and every mutant is caught.
+# Exit code 0 if the original package passes and run.sh fails for every mutant.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 work=$(mktemp -d "${TMPDIR:-/tmp}/prism-mutants.XXXXXX")
@@ -11,7 +11,7 @@ deb=$1 tools=$2 relay=$3 web=$4 probe=$5; shift 5
 chosen=" $* "
 missed=0
 
-# mutant NAME FILE SED-EXPRESSION: the file is one of the package, or of its maintainer scripts.
+# mutant NAME FILE SED-EXPRESSION: FILE is a file of the package or a maintainer script (DEBIAN/...).
 mutant() {
   [ "$chosen" = "  " ] || [[ $chosen == *" $1 "* ]] || return 0
   rm -rf "$work/tree"
@@ -19,7 +19,7 @@ mutant() {
   local file=$work/tree/$2 original
   original=$(sha256sum "$file")
   sed -i -E "$3" "$file"
-  [ "$1" = unharmed ] || [ "$(sha256sum "$file")" != "$original" ] || { echo "$1: nothing to sabotage in $2"; missed=$((missed + 1)); return 0; }
+  [ "$1" = unharmed ] || [ "$(sha256sum "$file")" != "$original" ] || { echo "$1: no change in $2"; missed=$((missed + 1)); return 0; }
   dpkg-deb -Znone --root-owner-group --build "$work/tree" "$work/mutant.deb" >/dev/null
   local code=0 verdict=MISSED
   timeout 250 bash "$here/run.sh" "$work/mutant.deb" "$tools" "$relay" "$web" "$probe" >"$work/log" 2>&1 || code=$?

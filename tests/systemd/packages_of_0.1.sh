@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Makes the packages of version 0.1 from this repository's own history, once. usage: packages_of_0.1.sh FOLDER
-# Prints the folder that holds them; exits with 77 where the history does not reach back that far.
+# Builds the packages of version 0.1 from the history of this repository, unless they exist. usage: packages_of_0.1.sh DIRECTORY
+# Prints the directory of the packages; exit code 77 if the history does not contain version 0.1.
 set -euo pipefail
-last=57a4ccf13983  # the last commit that calls itself 0.1.0
+last=57a4ccf13983  # the last commit with version 0.1.0
 cd "$(dirname "$0")/../.."
 mkdir -p "$1"
 tree=$(realpath "$1")/tree made=$(realpath "$1")/packages

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a sandbox lets a process do. Runs in prismd's place of its unit (a test's ExecStartPre=) and, as the control, in
-// a unit without any hardening; a line an act to $STATE_DIRECTORY/probe: "forbidden open_kmsg EPERM", "needed
+// Tests which operations a sandbox permits. Runs in prismd's unit (as ExecStartPre=) and, as the control, in a unit
+// without hardening. Writes one line per attempt to $STATE_DIRECTORY/probe: "forbidden read_kernel_log EPERM", "needed
 // unix_socket done".
 #include <fcntl.h>
 #include <signal.h>
@@ -17,14 +17,14 @@
 
 namespace {
 
-// A refusal is EPERM or EACCES; ENOENT or EROFS where the file system hides or seals a thing; EAFNOSUPPORT for a family
-// of addresses. Anything else was let through: where success would do harm, the kernel itself cannot serve the
+// Returns true if the sandbox rejected the attempt: EPERM or EACCES; ENOENT or EROFS for a hidden or read-only file;
+// EAFNOSUPPORT for an address family. Any other error means that it was permitted, because dangerous calls have invalid
 // arguments.
 bool refused(int error) {
   return error == EPERM || error == EACCES || error == ENOENT || error == EROFS || error == EAFNOSUPPORT;
 }
 
-// In a child: the act may be answered by a signal, and may change the process.
+// Runs the attempt in a child, because it may cause a signal or change the process.
 std::string outcome(const prism::test::Act& act) {
   int answer[2];
   if (::pipe(answer) != 0) return "no pipe";

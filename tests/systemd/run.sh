@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The packages under a real systemd, from the installation to the purge, on a throw-away copy of this machine.
+# Tests the packages under a real systemd, from installation to purge, on a temporary copy of this machine.
 # usage: run.sh PRISM.deb PRISM-TOOLS.deb PRISM-RELAY.deb PRISM-WEB.deb PROBE      (ctest: systemd.packages; tools/check --system: the release's packages)
-# Exits with 0 where every check passed, 1 where one failed, 77 where no container can run here.
+# Exit code 0 if every check passed, 1 if one failed, 77 if no container can run here.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 . "$here/container.sh"
@@ -14,7 +14,7 @@ trap container_down EXIT
 obstacle=$(container_obstacle)
 [ -z "$obstacle" ] || { echo "skipped: no container can run here: $obstacle"; exit 77; }
 
-# The upgrade: the same package under a later version.
+# For the upgrade: the same package with a later version.
 dpkg-deb --raw-extract "$1" "$box/next"
 sed -i 's/^Version: .*/&+next/' "$box/next/DEBIAN/control"
 dpkg-deb -Znone --root-owner-group --build "$box/next" "$box/next.deb" >/dev/null
@@ -23,7 +23,7 @@ container_up --bind-ro="$(realpath "$1")":/prism.deb --bind-ro="$(realpath "$2")
   --bind-ro="$box/next.deb":/next.deb --bind-ro="$(realpath "$3")":/prism-relay.deb \
   --bind-ro="$(realpath "$4")":/prism-web.deb --bind-ro="$(realpath "$5")":/usr/lib/prism-probe
 echo "booted $(inside systemctl --version | head -1) after $(elapsed_ms) ms"
-set +e   # from here on a failure is a line of the report
+set +e   # from here on, a failure is a line of the report
 for subject in "$here"/[0-9]*.sh; do
   echo "-- $(basename "$subject" .sh), $(elapsed_ms) ms"
   . "$subject"

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Version 0.1's packages, with a configuration, models and logs that it wrote, become these ones while the gyro runs.
-# usage: upgrade.sh OLD NEW      two folders with prism_*.deb and prism-tools_*.deb (tools/check --system)
-# Exits with 0 where every check passed, 1 where one failed, 77 where no container can run here.
+# Upgrades the packages of version 0.1, with its configuration, models and logs, to the new packages while the gyro runs.
+# usage: upgrade.sh OLD NEW      two directories with prism_*.deb and prism-tools_*.deb (tools/check --system)
+# Exit code 0 if every check passed, 1 if one failed, 77 if no container can run here.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 . "$here/container.sh"
@@ -21,7 +21,7 @@ for age in old new; do
   shift
 done
 container_up "${binds[@]}"
-set +e   # from here on a failure is a line of the report
+set +e   # from here on, a failure is a line of the report
 
 version() { inside dpkg-query --show --showformat='${Version}' prism; }
 log=/var/log/private/prismd/gyro1
@@ -34,7 +34,7 @@ eventually() { local what=$1; shift; becomes 20 "$what" 0 exit_code "$@"; }
 
 check "0.1 installs" inside dpkg --install /old-prism.deb /old-prism-tools.deb
 old=$(version)
-contains "it is 0.1" "$old" 0.1.
+contains "the installed version is 0.1" "$old" 0.1.
 inside sh -c 'sed "s/\"rate_hz\": 200/\"rate_hz\": 20/" /usr/share/prism/frames/trplg.json >/frames.json && chmod 644 /frames.json'
 check "0.1 simulates a recording" inside sh -c \
   'mkdir -p /old && cd /old && prismsim --frames /frames.json --profile second --hours 2 --out run.pcap && echo "{\"frames\": \"/frames.json\", \"clock\": \"device\"}" >run.json'
@@ -49,36 +49,41 @@ inside sh -c 'cat >/etc/prism/gyro1.json' <<'END'
 END
 plug
 check "0.1 runs" inside systemctl enable --now "$socket" "$unit"
-becomes 10 "the gyro delivers" receiving line_state
-eventually "0.1 corrects" corrects
-eventually "0.1 logs" more_rows_than 5
+becomes 10 "the gyro sends data" receiving line_state
+eventually "0.1 corrects the rate" corrects
+eventually "0.1 logs rows" more_rows_than 5
 model=$(inside prismctl --json model | jq -r .id)
 bias=$(bias)
 configuration=$(sums)
 pid=$(property MainPID)
 logged=$(rows)
-check "a copy of what 0.1 wrote until now" inside cp -a "$log" /old/log
+check "the log of 0.1 is copied" inside cp -a "$log" /old/log
 
-check "the new packages install over it" inside dpkg --install /new-prism.deb /new-prism-tools.deb
-refuse "and are newer" test "$(version)" = "$old"
-becomes 5 "the instance is up" active property ActiveState
-check "in a new process" test "$(property MainPID)" -ne "$pid"
-becomes 5 "the gyro delivers again" receiving line_state
-same "configuration and models are untouched" "$(sums)" "$configuration"
-same "no file of 0.1's configuration is left behind" "$(inside dpkg-query --show --showformat='${Conffiles}\n' prism prism-tools | grep obsolete)" ""
+check "the new packages upgrade it" inside dpkg --install /new-prism.deb /new-prism-tools.deb
+refuse "the installed version has changed" test "$(version)" = "$old"
+becomes 5 "the instance is active" active property ActiveState
+check "the process is new" test "$(property MainPID)" -ne "$pid"
+becomes 5 "the gyro sends data again" receiving line_state
+same "configuration and models are unchanged" "$(sums)" "$configuration"
+same "no configuration file of 0.1 is obsolete" \
+  "$(inside dpkg-query --show --showformat='${Conffiles}\n' prism prism-tools | grep obsolete)" ""
 same "systemd has no failed unit" "$(inside systemctl list-units --failed --no-legend)" ""
 same "the model keeps its id" "$(inside prismctl --json model | jq -r .id)" "$model"
-eventually "it logs on in the same folder" more_rows_than $((logged + 5))
-eventually "it corrects" corrects
-check "by the bias that 0.1 knew" jq -en --argjson a "$bias" --argjson b "$(bias)" '($a - $b) | fabs < 0.02'
-check "a reload takes 0.1's other model" inside sh -c 'sed -i s/own-lssvm/own-ls/ /etc/prism/gyro1.json && prismctl reload'
+eventually "the log continues in the same directory" more_rows_than $((logged + 5))
+eventually "the new version corrects the rate" corrects
+check "its bias is that of 0.1" jq -en --argjson a "$bias" --argjson b "$(bias)" '($a - $b) | fabs < 0.02'
+check "a reload loads the other model of 0.1" inside sh -c 'sed -i s/own-lssvm/own-ls/ /etc/prism/gyro1.json && prismctl reload'
 
 inside systemctl stop "$socket" "$unit"
-check "what 0.1 wrote stands as it was" inside sh -c "cd /old/log && for file in *.csv; do cmp --bytes=\$(stat -c %s \$file) \$file $log/\$file || exit 1; done"
-same "no whole second stands in it twice" "$(inside sh -c "cat $log/*.csv | grep '^[0-9].*[^1]$' | cut -d, -f2 | sort | uniq -d | wc -l")" 0
-check "the folder has both formats" inside sh -c "[ -n \"\$(grep -l 'format 2' $log/*.csv)\" ] && [ -n \"\$(grep -L 'format 2' $log/*.csv)\" ]"
+check "the rows of 0.1 are unchanged" \
+  inside sh -c "cd /old/log && for file in *.csv; do cmp --bytes=\$(stat -c %s \$file) \$file $log/\$file || exit 1; done"
+same "no complete second is in the log twice" \
+  "$(inside sh -c "cat $log/*.csv | grep '^[0-9].*[^1]$' | cut -d, -f2 | sort | uniq -d | wc -l")" 0
+check "the directory has both formats" \
+  inside sh -c "[ -n \"\$(grep -l 'format 2' $log/*.csv)\" ] && [ -n \"\$(grep -L 'format 2' $log/*.csv)\" ]"
 check "verify finds no fault" inside prismcal verify "$log" /etc/prism/gyro1.json
-check "evaluate reads it" inside prismcal evaluate /etc/prism/models/own-ls.json "$log" --no-earth-rate
-check "allan reads it" inside prismcal allan "$log"
-check "train reads it" inside prismcal train "$log" --method ls --inputs T --no-earth-rate --window 1 --max-gap 2 --force --out /old/new.json
+check "evaluate reads the log" inside prismcal evaluate /etc/prism/models/own-ls.json "$log" --no-earth-rate
+check "allan reads the log" inside prismcal allan "$log"
+check "train reads the log" \
+  inside prismcal train "$log" --method ls --inputs T --no-earth-rate --window 1 --max-gap 2 --force --out /old/new.json
 verdict

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# The speed of a serial device (termios2), and whether its driver was told to hand bytes over at once.
+# Prints the speed of a serial device (termios2) and whether its driver has the low-latency flag.
 import fcntl
 import os
 import struct

@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The packages on real serial drivers: a virtual machine with two 16550s and an FTDI converter that is plugged and unplugged,
-# under Debian's own kernel, on this machine's tree. Emulated throughout (TCG): minutes. By hand: tools/check --deep.
+# Tests the packages with real serial drivers: a virtual machine with two 16550s and an FTDI converter that is plugged and unplugged,
+# with Debian's kernel, on this machine's root file system. Takes minutes, because it is emulated (TCG). Run by tools/check --deep.
 # usage: run.sh PRISM.deb PRISM-TOOLS.deb PRISMSIM CACHE
-# Exits with 0 where every check passed, 1 where one failed. The kernel is kept in CACHE.
+# Exit code 0 if every check passed, 1 if one failed. CACHE keeps the kernel.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 source=$(cd "$here/../../.." && pwd)
 [ $# -eq 4 ] || { echo "run.sh: found $# arguments, expected PRISM.deb PRISM-TOOLS.deb PRISMSIM CACHE" >&2; exit 64; }
-[ "$(id -u)" -eq 0 ] || { echo "run.sh: found user $(id -un), expected root: the guest reads this machine's whole tree" >&2; exit 1; }
+[ "$(id -u)" -eq 0 ] || { echo "run.sh: found user $(id -un), expected root: the guest reads all files of this machine" >&2; exit 1; }
 deb=$1 tools=$2 prismsim=$3
-cache=$(realpath --canonicalize-missing "$4")   # modprobe answers with whole paths
+cache=$(realpath --canonicalize-missing "$4")   # absolute, as the paths that modprobe prints
 share=$cache/share
 work=$(mktemp -d "${TMPDIR:-/tmp}/prism-deep.XXXXXX")
 children=()
@@ -32,7 +32,7 @@ cp "$tools" "$share/prism-tools.deb"
 cp "$here"/{guest.sh,deep.service,line_facts.py} "$here"/../{checks.sh,gyro.sh} "$share/"
 sed 's/"rate_hz": 200/"rate_hz": 50/' "$source/config/frames/trplg.json" >"$share/frames.json"
 
-# The first file system: busybox, and the modules that reach the host's tree.
+# The initial file system: busybox and the kernel modules to mount the host's files.
 mkdir -p "$work"/first/{bin,proc,sys,dev,lower,rw,system,"lib/modules/$version"}
 cp "$(command -v busybox)" "$work/first/bin/"
 cp "$here/init" "$work/first/"
