@@ -155,7 +155,7 @@ Prediction CompositeModel::predict(std::span<const double> inputs) const {
   const Eigen::VectorXd x = normalised(inputs);
   const double fraction = std::max(0.0, variance(x) - trust.level);
   // Outside the training range, shrink towards the population prior, as far as its gyros agree.
-  const auto prior = parameters_.prior ? parameters_.prior->at(inputs) : PopulationPrior::Said{0, 0, true};
+  const auto prior = parameters_.prior ? parameters_.prior->at(inputs) : PopulationPrior::PriorPrediction{0, 0, true};
   Prediction prediction;
   prediction.bias_deg_per_h = own_bias_deg_per_h(x) + prior.mean_deg_per_h;
   prediction.extrapolating = (outside_domain(inputs) || fraction > trust.guard) && prior.extrapolating;

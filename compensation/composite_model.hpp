@@ -10,8 +10,8 @@
 #include "compensation/composite_kernel.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model.hpp"
+#include "compensation/population_prior.hpp"
 #include "compensation/posterior_variance.hpp"
-#include "compensation/sibling_prior.hpp"
 
 namespace prism::compensation {
 

@@ -6,8 +6,8 @@
 #include "compensation/composite_model.hpp"
 #include "compensation/kernel_text.hpp"
 #include "compensation/model_id.hpp"
-#include "compensation/model_kinds.hpp"
 #include "compensation/model_text.hpp"
+#include "compensation/model_types.hpp"
 
 namespace prism::compensation {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/averager.hpp"
+#include "compensation/second_averager.hpp"
 #include "compensation/sensors.hpp"
 
 namespace prism::compensation {

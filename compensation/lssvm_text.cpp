@@ -6,7 +6,7 @@
 #include "compensation/kernel_text.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model_id.hpp"
-#include "compensation/model_kinds.hpp"
+#include "compensation/model_types.hpp"
 
 namespace prism::compensation {
 

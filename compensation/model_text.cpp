@@ -8,7 +8,7 @@
 #include "base/escape.hpp"
 #include "base/json_section.hpp"
 #include "compensation/model_id.hpp"
-#include "compensation/model_kinds.hpp"
+#include "compensation/model_types.hpp"
 
 namespace prism::compensation {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "compensation/model_id.hpp"
-#include "compensation/model_kinds.hpp"
+#include "compensation/model_types.hpp"
 #include "compensation/polynomial_model.hpp"
 
 namespace prism::compensation {

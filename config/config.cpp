@@ -14,7 +14,7 @@
 #include "config/axis_reader.hpp"
 #include "config/line_reader.hpp"
 #include "config/search_path.hpp"
-#include "config/socket_place.hpp"
+#include "config/socket_path.hpp"
 
 namespace prism::config {
 namespace {

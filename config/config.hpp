@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/engine.hpp"
+#include "compensation/compensation_engine.hpp"
 #include "compensation/sensor_limits.hpp"
 #include "compensation/text_columns.hpp"
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "compensation/sample.hpp"
-#include "drivers/arrival_hull.hpp"
-#include "drivers/frame_steps.hpp"
-#include "drivers/wire/decode/reading.hpp"
+#include "drivers/counter_unwrapper.hpp"
+#include "drivers/lower_hull.hpp"
+#include "drivers/wire/decode/decoded_message.hpp"
 #include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::drivers {
@@ -40,7 +40,7 @@ struct ClockStatus {
 /// which its rate is the mean.
 ///
 /// Host: the counter gives the device's time x, the arrival (minus wire time and latency) the host's time y. The line
-/// below all points (arrival_hull.hpp) converts x to stamps and gives the true period. The nominal rate is used until
+/// below all points (lower_hull.hpp) converts x to stamps and gives the true period. The nominal rate is used until
 /// the window is long enough to estimate the rate better than the nominal rate's tolerance. Two windows alternate, so
 /// that the line always uses the last one to two times switch_s. A reading that is earlier than the line by more than
 /// the limit, or later than it for a second, shows that the counter or a clock was set: the fit restarts. If all

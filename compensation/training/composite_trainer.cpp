@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "compensation/extrapolation.hpp"
+#include "compensation/training/between_run_error.hpp"
 #include "compensation/training/composite_search.hpp"
 #include "compensation/training/composite_sparse.hpp"
 #include "compensation/training/methods.hpp"
-#include "compensation/training/spread.hpp"
 
 namespace prism::training {
 namespace {
@@ -80,7 +80,7 @@ compensation::BetweenRunError calibrated(const CompositeSamples& samples, const 
   spread.nuisance_deg_per_h = std::sqrt(variances.nuisance - level_of(samples, fit.theta) + variances.offset);
   spread.offset_deg_per_h = samples.recordings > 1 ? 0 : compensation::kAssumedOffset;
   spread.noise_deg_per_h = std::sqrt(variances.noise);
-  const Folds folds = spread_folds(samples.recording);
+  const Folds folds = held_out_folds(samples.recording);
   const auto held = hold_out(samples, fit, folds);
   if (!held || fold_count(folds) < 2) return spread;
   std::vector<double> ratio;
@@ -103,7 +103,7 @@ compensation::BetweenRunError calibrated(const CompositeSamples& samples, const 
 double guard_of(const compensation::CompositeModel& model, const CompositeSamples& samples, const TrainingData& raw) {
   const double scale = model.parameters().normalisation.target_scale;
   std::vector<double> values;
-  for (const Eigen::Index i : thinned(samples.y.size(), kSpreadSamples)) {
+  for (const Eigen::Index i : thinned(samples.y.size(), kErrorSamples)) {
     const Eigen::VectorXd x = raw.inputs.col(i);
     const auto known = model.predict({x.data(), static_cast<std::size_t>(x.size())}).knowledge;
     values.push_back(known->model_variance / (scale * scale));
@@ -186,7 +186,7 @@ Result<TrainedModel> train_composite(TrainingJob job) {
   const compensation::Normalisation& n = data->constants;
   trained.samples.fitted = trained.samples.fitted.array() * n.target_scale + n.target_shift;
   p->normalisation = n;
-  const std::vector<Eigen::Index> some = thinned(samples.y.size(), kSpreadSamples);
+  const std::vector<Eigen::Index> some = thinned(samples.y.size(), kErrorSamples);
   const CompositeSamples subset = samples.part(some);
   const CompositeFit subset_fit{fit->theta, fit->weight(some)};
   p->prior = settings.prior;

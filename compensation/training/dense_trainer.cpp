@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "compensation/kernel.hpp"
+#include "compensation/training/between_run_error.hpp"
 #include "compensation/training/lssvm_trainer.hpp"
-#include "compensation/training/spread.hpp"
 
 namespace prism::training {
 namespace {
@@ -58,8 +58,8 @@ Result<TrainedModel> train_dense(const NormalisedData& data, compensation::Model
   p.normalisation = data.constants;
   p.uncertainty = uncertainty;
   const double scale = data.constants.target_scale;
-  info.spread =
-      spread_of(hold_out_lssvm(data, fit->weight, runs, point.c, point.sigma2), fit->residual * scale, scale, runs);
+  info.spread = between_run_error_of(hold_out_lssvm(data, fit->weight, runs, point.c, point.sigma2),
+                                     fit->residual * scale, scale, runs);
   info.kind = settings.reweight.weight.kind == WeightKind::kNone ? "lssvm" : "ir_lssvm";
   auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "compensation/kernel.hpp"
+#include "compensation/training/between_run_error.hpp"
 #include "compensation/training/dense.hpp"
 #include "compensation/training/low_rank.hpp"
 #include "compensation/training/lssvm_trainer.hpp"
-#include "compensation/training/spread.hpp"
 
 namespace prism::training {
 namespace {
@@ -78,8 +78,8 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::Mode
     trained.notes.push_back(fmt::format(
         "{} centres do not represent {:.2g} of the kernel: use a wider kernel or more memory", r, system.left));
   }
-  info.spread = spread_of(hold_out_lssvm(data, weight, runs, point.c, point.sigma2), residual * c.target_scale,
-                          c.target_scale, runs);
+  info.spread = between_run_error_of(hold_out_lssvm(data, weight, runs, point.c, point.sigma2),
+                                     residual * c.target_scale, c.target_scale, runs);
   info.kind = "sparse_lssvm";
   auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());

@@ -7,9 +7,9 @@
 #include <memory>
 #include <mutex>
 
+#include "compensation/training/between_run_error.hpp"
 #include "compensation/training/methods.hpp"
 #include "compensation/training/parallel.hpp"
-#include "compensation/training/spread.hpp"
 
 namespace prism::training {
 namespace {
@@ -73,10 +73,10 @@ double fold_cost(const NormalisedData& data, const Folds& folds, const TuningPoi
 
 HeldOutErrors hold_out(const NormalisedData& data, const std::vector<int>& runs, const TuningPoint& point,
                        double epsilon) {
-  const std::vector<Eigen::Index> some = thinned(data.y.size(), kSpreadSamples);
+  const std::vector<Eigen::Index> some = thinned(data.y.size(), kErrorSamples);
   const Eigen::MatrixXd x = data.x(Eigen::all, some);
   const Eigen::VectorXd y = data.y(some);
-  HeldOutErrors held{y, Eigen::VectorXd::Zero(y.size()), spread_folds(taken(runs, some))};
+  HeldOutErrors held{y, Eigen::VectorXd::Zero(y.size()), held_out_folds(taken(runs, some))};
   for (const auto& held_out : fold_members(held.folds)) {
     const auto inside = others(held_out, y.size());
     Rows rows(x, inside), test(x, held_out);
@@ -163,7 +163,7 @@ Result<TrainedModel> train_svr(TrainingJob job) {
   trained.centres = svm->l;
   const double scale = data.constants.target_scale;
   const Eigen::VectorXd left = scale * data.y.array() + data.constants.target_shift - trained.samples.fitted.array();
-  job.info.spread = spread_of(hold_out(data, job.runs, point, settings.epsilon), left, scale, job.runs);
+  job.info.spread = between_run_error_of(hold_out(data, job.runs, point, settings.epsilon), left, scale, job.runs);
   job.info.kind = "svr";
   auto model = compensation::LssvmModel::make(std::move(job.info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "compensation/model.hpp"
-#include "compensation/sibling_prior.hpp"
+#include "compensation/population_prior.hpp"
 #include "compensation/training/normalise.hpp"
 #include "compensation/training/resource_plan.hpp"
 #include "compensation/training/stepwise.hpp"

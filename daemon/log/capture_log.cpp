@@ -11,7 +11,7 @@
 #include <optional>
 #include <utility>
 
-#include "compensation/averager.hpp"
+#include "compensation/second_averager.hpp"
 #include "daemon/log/segments.hpp"
 #include "drivers/capture_file.hpp"
 

@@ -10,7 +10,7 @@
 
 #include "base/disk_thread.hpp"
 #include "config/config.hpp"
-#include "daemon/log/disk_fault.hpp"
+#include "daemon/log/write_error_reporter.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 
 namespace prism::log {

@@ -12,10 +12,10 @@
 #include "base/disk_thread.hpp"
 #include "base/sha256.hpp"
 #include "compensation/compensated.hpp"
-#include "daemon/log/disk_fault.hpp"
-#include "daemon/log/followers.hpp"
-#include "daemon/log/log_rows.hpp"
+#include "daemon/log/consumer_registry.hpp"
+#include "daemon/log/log_pager.hpp"
 #include "daemon/log/segments.hpp"
+#include "daemon/log/write_error_reporter.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 
 namespace prism::log {

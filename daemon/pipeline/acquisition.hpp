@@ -14,7 +14,7 @@
 #include "daemon/pipeline/log_writers.hpp"
 #include "daemon/pipeline/notice.hpp"
 #include "daemon/pipeline/pipeline.hpp"
-#include "daemon/pipeline/rate_watch.hpp"
+#include "daemon/pipeline/rate_monitor.hpp"
 
 namespace prism::pipeline {
 

@@ -10,7 +10,7 @@
 #include "compensation/block_stability.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 #include "daemon/pipeline/notice.hpp"
-#include "daemon/pipeline/plausibility_watch.hpp"
+#include "daemon/pipeline/plausibility_alarm.hpp"
 
 namespace prism::pipeline {
 

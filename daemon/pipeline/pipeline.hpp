@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/engine.hpp"
+#include "compensation/compensation_engine.hpp"
 #include "daemon/pipeline/sensor_feed.hpp"
 #include "daemon/pipeline/setup.hpp"
 #include "drivers/clock.hpp"

@@ -34,7 +34,7 @@ void SensorFeed::forget(std::int64_t needed_since_ns, std::int64_t latest_ns) {
 
 void SensorFeed::values_at(std::int64_t at_ns, std::span<double> values) const {
   const auto found =
-      std::find_if(said_.rbegin(), said_.rend(), [&](const Said& said) { return said.arrival_ns <= at_ns; });
+      std::find_if(said_.rbegin(), said_.rend(), [&](const PriorPrediction& said) { return said.arrival_ns <= at_ns; });
   if (found == said_.rend() || at_ns - found->arrival_ns > stale_ns_) {
     std::fill(values.begin(), values.end(), kUnknown);
   } else {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/engine.hpp"
+#include "compensation/compensation_engine.hpp"
 #include "compensation/model.hpp"
 #include "config/config.hpp"
 #include "drivers/clock.hpp"

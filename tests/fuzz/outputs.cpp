@@ -12,12 +12,12 @@
 #include "base/outside_text.hpp"
 #include "compensation/compensated_text.hpp"
 #include "compensation/model_text.hpp"
-#include "daemon/log/log_rows.hpp"
+#include "daemon/log/log_pager.hpp"
 #include "tests/fuzz/require.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismcal/commands/judging_run.hpp"
+#include "tools/prismcal/commands/evaluation_run.hpp"
 #include "tools/prismcal/report/html.hpp"
-#include "tools/prismcal/report/text_forms.hpp"
+#include "tools/prismcal/report/text_output.hpp"
 #include "tools/prismrelay/batch.hpp"
 
 namespace prism::test {
@@ -122,8 +122,8 @@ bool through_report_and_batch(const std::string& header, const compensation::Mod
   commands::EvaluateChoice choice;
   choice.model = model_path;
   choice.recordings = {path};
-  choice.common.site.no_earth_rate = true;
-  const auto judged = commands::judge_recordings(choice);
+  choice.common.server.no_earth_rate = true;
+  const auto judged = commands::evaluate_recordings(choice);
   if (!judged) {
     require_printable_line(judged.error().text());
     return false;

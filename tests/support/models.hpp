@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "compensation/engine.hpp"
+#include "compensation/compensation_engine.hpp"
 #include "compensation/polynomial_model.hpp"
 
 namespace prism::test {

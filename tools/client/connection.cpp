@@ -17,7 +17,7 @@
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
 #include "base/plain_text.hpp"
-#include "config/socket_place.hpp"
+#include "config/socket_path.hpp"
 
 namespace prism::client {
 namespace {
@@ -97,20 +97,20 @@ Result<std::string> find_socket(const std::string& socket, const std::string& na
                     fmt::format("required if several instances run; choose one of: {}", fmt::join(names, ", ")));
 }
 
-Result<Connection> Connection::open(const std::string& path) {
+Result<DaemonConnection> DaemonConnection::open(const std::string& path) {
   const int fd = connect_to(path);
   if (fd < 0) return make_error(path, fmt::format("no prismd answers: {}", std::strerror(errno)));
-  return Connection(fd, path);
+  return DaemonConnection(fd, path);
 }
 
-Connection::Connection(Connection&& other) noexcept
+DaemonConnection::DaemonConnection(DaemonConnection&& other) noexcept
     : fd_(std::exchange(other.fd_, -1)), path_(std::move(other.path_)), pending_(std::move(other.pending_)) {}
 
-Connection::~Connection() {
+DaemonConnection::~DaemonConnection() {
   if (fd_ >= 0) ::close(fd_);
 }
 
-Result<int> Connection::send(const std::string& method, const nlohmann::json& params) {
+Result<int> DaemonConnection::send(const std::string& method, const nlohmann::json& params) {
   nlohmann::json request = {{"jsonrpc", "2.0"}, {"id", ++last_id_}, {"method", method}};
   if (!params.is_null()) request["params"] = params;
   const std::string line = json_text(request) + "\n";
@@ -123,7 +123,7 @@ Result<int> Connection::send(const std::string& method, const nlohmann::json& pa
   return last_id_;
 }
 
-Result<nlohmann::json> Connection::ask(const std::string& method, const nlohmann::json& params) {
+Result<nlohmann::json> DaemonConnection::ask(const std::string& method, const nlohmann::json& params) {
   const auto id = send(method, params);
   if (!id) return tl::unexpected<Error>(id.error());
   for (;;) {
@@ -138,7 +138,7 @@ Result<nlohmann::json> Connection::ask(const std::string& method, const nlohmann
   }
 }
 
-Result<std::optional<nlohmann::json>> Connection::next(int timeout_ms) {
+Result<std::optional<nlohmann::json>> DaemonConnection::next(int timeout_ms) {
   for (;;) {
     if (const std::size_t end = pending_.find('\n'); end != std::string::npos) {
       const std::string line = pending_.substr(0, end);

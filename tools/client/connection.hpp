@@ -23,12 +23,12 @@ std::vector<std::string> running_sockets(std::vector<std::string>* invalid = nul
 /// instance. Errors: none or several are running, or the name is unknown.
 Result<std::string> find_socket(const std::string& socket, const std::string& name);
 
-class Connection {
+class DaemonConnection {
  public:
-  static Result<Connection> open(const std::string& path);
-  Connection(Connection&& other) noexcept;
-  Connection& operator=(Connection&&) = delete;
-  ~Connection();
+  static Result<DaemonConnection> open(const std::string& path);
+  DaemonConnection(DaemonConnection&& other) noexcept;
+  DaemonConnection& operator=(DaemonConnection&&) = delete;
+  ~DaemonConnection();
 
   /// Sends a request. Returns its id; next() returns the response with this id.
   Result<int> send(const std::string& method, const nlohmann::json& params = nullptr);
@@ -44,7 +44,7 @@ class Connection {
   const std::string& path() const { return path_; }
 
  private:
-  Connection(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
+  DaemonConnection(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
   int fd_;
   std::string path_, pending_;
   int last_id_ = 0;

@@ -61,7 +61,7 @@ int ask(const Choice& choice, const std::string& method, nlohmann::json params,
   if (of_axes && !choice.axis.empty()) params["axis"] = choice.axis;
   const auto path = client::find_socket(choice.socket, choice.name);
   if (!path) return fail(path.error());
-  auto connection = client::Connection::open(*path);
+  auto connection = client::DaemonConnection::open(*path);
   if (!connection) return fail(connection.error());
   auto answer = connection->ask(method, params);
   if (!answer) return fail(answer.error());

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/outside_text.hpp"
-#include "config/socket_place.hpp"
+#include "config/socket_path.hpp"
 #include "tools/client/connection.hpp"
 #include "tools/metrics/exposition.hpp"
 #include "tools/metrics/gyro_metrics.hpp"
@@ -19,7 +19,7 @@ namespace {
 metrics::GyroAnswers answers_of(const std::string& socket) {
   metrics::GyroAnswers answers;
   if (config::would_start(socket)) return answers;
-  auto connection = client::Connection::open(socket);
+  auto connection = client::DaemonConnection::open(socket);
   if (!connection) return answers;
   const auto ask = [&](const char* method, nlohmann::json& into) {
     auto answer = connection->ask(method);

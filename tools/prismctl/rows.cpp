@@ -122,7 +122,7 @@ class Follower {
   // Prints one page. Returns false at the end.
   Result<bool> page() {
     if (!connection_) {
-      auto opened = client::Connection::open(socket_);
+      auto opened = client::DaemonConnection::open(socket_);
       if (!opened) return tl::unexpected<Error>(opened.error());
       connection_.emplace(std::move(*opened));
     }
@@ -175,7 +175,7 @@ class Follower {
   RowsSettings settings_;
   Printer printer_;
   std::string cursor_;
-  std::optional<client::Connection> connection_;
+  std::optional<client::DaemonConnection> connection_;
   bool refused_ = false, silent_ = false;
 };
 

@@ -43,7 +43,7 @@ void print_row(const std::string& method, const json& params, const WatchSetting
 }
 
 int watch_lines(const std::string& socket, WatchSettings settings) {
-  auto connection = client::Connection::open(socket);
+  auto connection = client::DaemonConnection::open(socket);
   const std::string stream = settings.samples ? "sample" : "window";
   json wanted = {{"streams", {stream, "event"}}, {"every", settings.every}};
   if (!settings.axis.empty()) wanted["axes"] = {settings.axis};

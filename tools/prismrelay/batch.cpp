@@ -61,15 +61,15 @@ std::string fields_of(const LogKey& log) {
 
 }  // namespace
 
-Result<PageFacts> Batch::add_page(const LogKey& log, const std::string& cursor, const json& page) {
+Result<PageSummary> Batch::add_page(const LogKey& log, const std::string& cursor, const json& page) {
   if (!is_page(page))
     return make_error(log.gyro, "answered rows with something else, expected log, segments, after, more and missing");
   const std::string gyro_axis = fields_of(log), id = text_member(page, "log");
-  PageFacts facts;
+  PageSummary facts;
   facts.cursor = text_member(page, "after");
   facts.more = flag_member(page, "more");
   facts.missing = count_member(page, "missing");
-  RowPlace last;
+  RowPosition last;
   const std::string prefix = fmt::format("{},{},", gyro_axis, id);
   for (const json& segment : member(page, "segments")) add_segment(prefix, segment, facts, last);
   if (facts.missing > 0) {
@@ -78,7 +78,7 @@ Result<PageFacts> Batch::add_page(const LogKey& log, const std::string& cursor, 
     append_quoted(gap, cursor);
     gap += fmt::format(",{}\n", facts.missing);
   }
-  places_[log] = facts.cursor;
+  cursors_[log] = facts.cursor;
   std::string& place = texts_[kPlaces];
   place += gyro_axis + ",";
   append_quoted(place, facts.cursor);
@@ -87,8 +87,8 @@ Result<PageFacts> Batch::add_page(const LogKey& log, const std::string& cursor, 
   return facts;
 }
 
-void Batch::add_segment(const std::string& prefix, const json& segment, PageFacts& facts, RowPlace& last) {
-  RowPlace place{prefix, count_member(segment, "segment"), count_member(segment, "first")};
+void Batch::add_segment(const std::string& prefix, const json& segment, PageSummary& facts, RowPosition& last) {
+  RowPosition place{prefix, count_member(segment, "segment"), count_member(segment, "first")};
   const json& metadata = member(segment, "metadata");
   std::string& head = texts_[kSegments];
   head += fmt::format("{}{},", prefix, place.segment);

@@ -24,7 +24,7 @@ struct LogKey {
 };
 
 /// What a page made of a log's place.
-struct PageFacts {
+struct PageSummary {
   std::string cursor;       ///< behind its last row
   std::size_t rows = 0;     ///< taken
   std::size_t refused = 0;  ///< lines that are no rows
@@ -41,7 +41,7 @@ class Batch {
 
   /// A page that prismd answered `rows` behind `cursor` with. At most one of a log in a batch. Refused, and nothing
   /// taken: it is no such answer.
-  Result<PageFacts> add_page(const LogKey& log, const std::string& cursor, const nlohmann::json& page);
+  Result<PageSummary> add_page(const LogKey& log, const std::string& cursor, const nlohmann::json& page);
   /// The log that `cursor` is of is not there any more: another one begins.
   void add_change_of_log(const LogKey& log, const std::string& cursor);
   /// An event of prismd, {time_s, severity, kind, text}.
@@ -51,15 +51,15 @@ class Batch {
   std::size_t bytes() const;
   /// Lines of CSV for COPY.
   const std::string& text(Table table) const { return texts_[table]; }
-  const std::set<std::int64_t>& days() const { return days_; }             ///< of arrival, since 1970 UTC
-  const std::map<LogKey, std::string>& places() const { return places_; }  ///< the cursors that the logs have come to
+  const std::set<std::int64_t>& days() const { return days_; }              ///< of arrival, since 1970 UTC
+  const std::map<LogKey, std::string>& places() const { return cursors_; }  ///< the cursors that the logs have come to
 
  private:
-  void add_segment(const std::string& prefix, const nlohmann::json& segment, PageFacts& facts, RowPlace& last);
+  void add_segment(const std::string& prefix, const nlohmann::json& segment, PageSummary& facts, RowPosition& last);
 
   std::array<std::string, kTables> texts_;
   std::set<std::int64_t> days_;
-  std::map<LogKey, std::string> places_;
+  std::map<LogKey, std::string> cursors_;
 };
 
 }  // namespace prism::prismrelay

@@ -3,7 +3,7 @@
 
 #include "base/escape.hpp"
 #include "base/outside_text.hpp"
-#include "config/socket_place.hpp"
+#include "config/socket_path.hpp"
 #include "tools/prismrelay/state.hpp"
 
 namespace prism::prismrelay {

@@ -69,11 +69,11 @@ void LineClient::read() {
     if (error) return self->lost(error == boost::asio::error::eof ? "prismd closed the connection" : error.message());
     const std::string line = self->received_.substr(0, size);
     self->received_.erase(0, size);
-    if (self->received_.capacity() > kKept && self->received_.size() < kKept) self->received_.shrink_to_fit();
+    if (self->received_.capacity() > kKeptBytes && self->received_.size() < kKeptBytes) self->received_.shrink_to_fit();
     self->take(line);
     if (self->open_) self->read();
   };
-  boost::asio::async_read_until(socket_, boost::asio::dynamic_buffer(received_, kMostLine), '\n', come);
+  boost::asio::async_read_until(socket_, boost::asio::dynamic_buffer(received_, kLineMax), '\n', come);
 }
 
 void LineClient::take(std::string_view line) {

@@ -43,8 +43,8 @@ class LineClient : public std::enable_shared_from_this<LineClient> {
   int last_id_ = 0;
   bool open_ = false, connected_ = false;
 
-  static constexpr std::size_t kMostLine = 8 << 20;  // a page of rows has 256 KiB
-  static constexpr std::size_t kKept = 32 << 10;     // of the buffer, between lines: there may be a thousand of us
+  static constexpr std::size_t kLineMax = 8 << 20;     // a page of rows has 256 KiB
+  static constexpr std::size_t kKeptBytes = 32 << 10;  // of the buffer, between lines: there may be a thousand of us
 };
 
 }  // namespace prism::prismrelay

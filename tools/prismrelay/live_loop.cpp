@@ -38,7 +38,7 @@ void LiveLoop::stop() {
   });
 }
 
-void LiveLoop::look_around() {
+void LiveLoop::discover() {
   const auto found = find_instances(settings_.instances, state_);
   for (const auto& [name, socket] : found) {
     const std::string gyro = settings_.site + "/" + name;
@@ -60,15 +60,15 @@ void LiveLoop::follow(const std::string& gyro, const std::string& name, const st
             "in topics",
             name));
   Source& source = sources_[gyro];
-  InstanceFollower::Calls calls;
+  InstanceClient::Calls calls;
   calls.begun = [this, &source, gyro, name](const json& status) {
     source.asked = false;
     take_status(gyro, name, status);
     source.instance->ask("subscribe", {{"streams", {"window", "event"}}}, [](const json&) {});
   };
   calls.told = [this, &source, name](const json& notification) { told(name, source.axes, notification); };
-  calls.gone = [this, &source, name] { tell_offline(name, source.axes, "gone"); };
-  source.instance = std::make_shared<InstanceFollower>(context_, state_, gyro, socket, std::move(calls));
+  calls.gone = [this, &source, name] { publish_offline(name, source.axes, "gone"); };
+  source.instance = std::make_shared<InstanceClient>(context_, state_, gyro, socket, std::move(calls));
   source.instance->begin();
 }
 
@@ -102,7 +102,7 @@ void LiveLoop::take_status(const std::string& gyro, const std::string& name, jso
 }
 
 // What was told last is not true any more, and a retained message stays until another one comes.
-void LiveLoop::tell_offline(const std::string& name, const std::set<std::string>& axes, const std::string& state) {
+void LiveLoop::publish_offline(const std::string& name, const std::set<std::string>& axes, const std::string& state) {
   if (!mqtt_ || refused_.count(name) != 0) return;
   for (const std::string& axis : axes) {
     const json own = {{"axis", axis}, {"state", state}, {"quality", "no_data"}, {"since_s", host_time_s()}};
@@ -113,7 +113,7 @@ void LiveLoop::tell_offline(const std::string& name, const std::set<std::string>
 
 void LiveLoop::once_a_second() {
   state_.progress(kLoop);
-  look_around();
+  discover();
   if (mqtt_ && second_ % kRetryEvery_s == 0) mqtt_->retry();
   for (auto& [gyro, source] : sources_) {
     if (second_ % kStatusEvery_s != 0 || !source.instance->running()) continue;

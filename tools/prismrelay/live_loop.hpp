@@ -10,7 +10,7 @@
 #include <set>
 #include <string>
 
-#include "tools/prismrelay/instance_follower.hpp"
+#include "tools/prismrelay/instance_client.hpp"
 #include "tools/prismrelay/mqtt.hpp"
 #include "tools/prismrelay/settings.hpp"
 
@@ -26,15 +26,15 @@ class LiveLoop {
 
  private:
   struct Source {
-    std::shared_ptr<InstanceFollower> instance;
+    std::shared_ptr<InstanceClient> instance;
     bool asked = false;  ///< a status is on its way
     std::set<std::string> axes;
   };
-  void look_around();
+  void discover();
   void follow(const std::string& gyro, const std::string& name, const std::string& socket);
   void told(const std::string& name, const std::set<std::string>& axes, const nlohmann::json& notification);
   void take_status(const std::string& gyro, const std::string& name, nlohmann::json status);
-  void tell_offline(const std::string& name, const std::set<std::string>& axes, const std::string& state);
+  void publish_offline(const std::string& name, const std::set<std::string>& axes, const std::string& state);
   void once_a_second();
 
   const Settings& settings_;

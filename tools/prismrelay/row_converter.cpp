@@ -127,7 +127,7 @@ std::string RowConverter::copy_columns() {
   return text;
 }
 
-std::string RowConverter::append(std::string& csv, const RowPlace& place, std::string_view line, std::int64_t& day,
+std::string RowConverter::append(std::string& csv, const RowPosition& place, std::string_view line, std::int64_t& day,
                                  double& arrival_s) const {
   const auto fields = split(line);
   if (fields.size() != fields_) return fmt::format("found {} fields, expected {}", fields.size(), fields_);

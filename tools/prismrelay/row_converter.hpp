@@ -10,7 +10,7 @@
 namespace prism::prismrelay {
 
 /// What a page says of one row's place.
-struct RowPlace {
+struct RowPosition {
   std::string_view prefix;  ///< gyro, axis and log as fields of CSV, with a comma behind each
   std::uint64_t segment = 0, row = 0;
 };
@@ -27,7 +27,7 @@ class RowConverter {
 
   /// Appends the row to `csv`; the day of its arrival (since 1970 UTC) to `day`, and the arrival itself (s). Where the
   /// line is no row nothing is appended, and why is returned: no text, no NUL, nothing beyond the table's types passes.
-  std::string append(std::string& csv, const RowPlace& place, std::string_view line, std::int64_t& day,
+  std::string append(std::string& csv, const RowPosition& place, std::string_view line, std::int64_t& day,
                      double& arrival_s) const;
 
  private:

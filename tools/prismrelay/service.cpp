@@ -14,12 +14,12 @@
 #include "base/json_member.hpp"
 #include "base/notify.hpp"
 #include "tools/metrics/exposition.hpp"
-#include "tools/prismrelay/ledger.hpp"
-#include "tools/prismrelay/ledger_loop.hpp"
+#include "tools/prismrelay/database_loop.hpp"
 #include "tools/prismrelay/live_loop.hpp"
 #include "tools/prismrelay/options.hpp"
 #include "tools/prismrelay/relay_metrics.hpp"
 #include "tools/prismrelay/report.hpp"
+#include "tools/prismrelay/row_database.hpp"
 #include "tools/prismrelay/schema.hpp"
 
 namespace prism::prismrelay {
@@ -28,7 +28,7 @@ namespace {
 using std::chrono_literals::operator""s;
 
 // Longer than any single wait of a loop: an attempt that failed and waits is progress.
-constexpr std::chrono::seconds kPatience = Ledger::kPatience * 2;
+constexpr std::chrono::seconds kTimeout = RowDatabase::kTimeout * 2;
 constexpr auto kRound = 1s;
 constexpr int kStatusEvery = 2;  // rounds
 
@@ -47,7 +47,7 @@ class Reporter {
     if (rounds_++ % kStatusEvery == 0) write_status(view);
     if (settings_.metrics && host_time_s() - measured_s_ >= settings_.metrics->every_s) write_metrics(view);
     if (std::string now = summary(view); now != shown_) notify_status(shown_ = std::move(now));
-    if (watchdog_ && state_.all_progress(2, kPatience)) notify_watchdog();
+    if (watchdog_ && state_.all_progress(2, kTimeout)) notify_watchdog();
   }
 
  private:
@@ -100,11 +100,11 @@ int run_service(const Settings& settings) {
   ::signal(SIGPIPE, SIG_IGN);
 
   RelayState state;
-  std::unique_ptr<LedgerLoop> ledger;
+  std::unique_ptr<DatabaseLoop> ledger;
   std::unique_ptr<LiveLoop> live;
   std::vector<std::thread> threads;
-  for (const std::size_t loop : {LedgerLoop::kLoop, LiveLoop::kLoop}) state.progress(loop);
-  if (settings.postgresql) ledger = std::make_unique<LedgerLoop>(settings, state);
+  for (const std::size_t loop : {DatabaseLoop::kLoop, LiveLoop::kLoop}) state.progress(loop);
+  if (settings.postgresql) ledger = std::make_unique<DatabaseLoop>(settings, state);
   if (settings.mqtt || settings.metrics) live = std::make_unique<LiveLoop>(settings, state);
   if (ledger) threads.emplace_back([&] { ledger->run(); });
   if (live) threads.emplace_back([&] { live->run(); });
@@ -113,7 +113,7 @@ int run_service(const Settings& settings) {
   say(Level::kInfo, fmt::format("carrying the gyros of {} as {}", fmt::join(settings.instances, ", "), settings.site));
   const timespec round{std::chrono::seconds(kRound).count(), 0};
   while (sigtimedwait(&ends, nullptr, &round) < 0) {
-    if (!ledger) state.progress(LedgerLoop::kLoop);
+    if (!ledger) state.progress(DatabaseLoop::kLoop);
     if (!live) state.progress(LiveLoop::kLoop);
     reporter.round();
   }

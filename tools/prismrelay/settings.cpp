@@ -13,7 +13,7 @@
 #include "base/file.hpp"
 #include "base/json_section.hpp"
 #include "base/outside_text.hpp"
-#include "config/socket_place.hpp"
+#include "config/socket_path.hpp"
 
 namespace prism::prismrelay {
 namespace {

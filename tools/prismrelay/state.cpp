@@ -96,10 +96,10 @@ RelayState::View RelayState::view() const {
   return view_;
 }
 
-bool RelayState::all_progress(std::size_t loops, std::chrono::seconds patience) const {
+bool RelayState::all_progress(std::size_t loops, std::chrono::seconds timeout) const {
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
   for (std::size_t i = 0; i < loops; ++i) {
-    if (now - std::chrono::steady_clock::duration(progress_[i].load()) > patience) return false;
+    if (now - std::chrono::steady_clock::duration(progress_[i].load()) > timeout) return false;
   }
   return true;
 }

@@ -79,7 +79,7 @@ class RelayState {
   /// A loop goes round: for the watchdog.
   void progress(std::size_t loop) { progress_[loop] = std::chrono::steady_clock::now().time_since_epoch().count(); }
   /// Whether each of the first `loops` went round within `patience`.
-  bool all_progress(std::size_t loops, std::chrono::seconds patience) const;
+  bool all_progress(std::size_t loops, std::chrono::seconds timeout) const;
 
  private:
   mutable std::mutex mutex_;

@@ -14,7 +14,7 @@
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/methods.hpp"
-#include "tools/prismweb/site.hpp"
+#include "tools/prismweb/web_server.hpp"
 
 namespace prism::prismweb {
 namespace {
@@ -99,23 +99,23 @@ Result<ApiCall> parse_api(std::string_view target) {
   return call;
 }
 
-asio::awaitable<Answer> api_answer(Site& site, std::string_view target) {
+asio::awaitable<Answer> api_answer(WebServer& server, std::string_view target) {
   const Result<ApiCall> call = parse_api(target);
   if (!call) co_return Answer{404, "application/json", error_body(call.error().text()), {}, {}};
   auto member = std::make_shared<std::string>();
-  auto answered = std::make_shared<asio::steady_timer>(site.io(), asio::steady_timer::time_point::max());
-  const Hub::Answer keep = [member, answered](std::string_view text) {
+  auto answered = std::make_shared<asio::steady_timer>(server.io(), asio::steady_timer::time_point::max());
+  const InstanceProxy::Answer keep = [member, answered](std::string_view text) {
     *member = text;
     answered->cancel();
   };
-  Archive* const archive = call->method == "rows" ? site.archive(call->instance) : nullptr;
+  Archive* const archive = call->method == "rows" ? server.archive(call->instance) : nullptr;
   if (archive != nullptr) {
     archive->rows(call->params, keep);
   } else {
-    call_method(site, call->instance, call->method, call->params, keep);
+    call_method(server, call->instance, call->method, call->params, keep);
   }
   if (member->empty()) co_await answered->async_wait(kUse);
-  if (call->method == "instances" || site.instances().find(call->instance) != nullptr) co_return answer_of(*member);
+  if (call->method == "instances" || server.instances().find(call->instance) != nullptr) co_return answer_of(*member);
   co_return Answer{404, "application/json", error_body("no instance \"" + call->instance + "\""), {}, {}};
 }
 

@@ -13,7 +13,7 @@
 
 namespace prism::prismweb {
 
-class Site;
+class WebServer;
 
 /// Whether a target is one that needs the token.
 bool is_api(std::string_view target);
@@ -26,6 +26,6 @@ struct ApiCall {
 };
 Result<ApiCall> parse_api(std::string_view target);
 
-boost::asio::awaitable<Answer> api_answer(Site& site, std::string_view target);
+boost::asio::awaitable<Answer> api_answer(WebServer& server, std::string_view target);
 
 }  // namespace prism::prismweb

@@ -16,7 +16,7 @@ using nlohmann::json;
 
 constexpr std::int64_t kMostRows_s = RecentSeconds::kLength_s;
 
-json row_json(const Extremes& second) {
+json row_json(const PeriodSummary& second) {
   static constexpr std::array<const char*, kQuantities> kNames = {
       "rate_deg_per_h",   "corrected_deg_per_h", "bias_deg_per_h", "sd_deg_per_h",
       "temperature_degc", "slope_degc_per_s",    "uhfo_v"};
@@ -24,7 +24,7 @@ json row_json(const Extremes& second) {
               {"samples", second.samples},
               {"missing", second.missing},
               {"good", second.good > 0}};
-  for (std::size_t i = 0; i < kQuantities; ++i) row[kNames[i]] = second.least[i];
+  for (std::size_t i = 0; i < kQuantities; ++i) row[kNames[i]] = second.min[i];
   return row;
 }
 
@@ -40,18 +40,18 @@ std::string path_part(const std::string& name) {
   return part;
 }
 
-Archive::Archive(boost::asio::io_context& io, Hub& hub, DiskThread& disk, std::string folder)
-    : io_(io), hub_(hub), disk_(disk), folder_(std::move(folder)) {}
+Archive::Archive(boost::asio::io_context& io, InstanceProxy& proxy, DiskThread& disk, std::string folder)
+    : io_(io), proxy_(proxy), disk_(disk), folder_(std::move(folder)) {}
 
-std::unique_ptr<StoreKeeper> Archive::store_of(const std::string& axis) const {
+std::unique_ptr<AsyncStore> Archive::store_of(const std::string& axis) const {
   if (folder_.empty()) return nullptr;
-  return std::make_unique<StoreKeeper>(io_, disk_, folder_ + "/" + path_part(hub_.name()) + "/" + path_part(axis));
+  return std::make_unique<AsyncStore>(io_, disk_, folder_ + "/" + path_part(proxy_.name()) + "/" + path_part(axis));
 }
 
 void Archive::connected() {
-  for (const std::string& axis : hub_.axes()) {
+  for (const std::string& axis : proxy_.axes()) {
     auto& archive = axes_[axis];
-    if (!archive) archive = std::make_shared<AxisArchive>(io_, hub_, axis, store_of(axis));
+    if (!archive) archive = std::make_shared<AxisArchive>(io_, proxy_, axis, store_of(axis));
     archive->follow();
   }
 }
@@ -75,22 +75,23 @@ AxisArchive* Archive::axis_of(const json& params) {
 }
 
 std::string Archive::wrong_axis() const {
-  if (axes_.empty()) return error_member(kNotRunning, hub_.name() + " was never connected");
-  return error_member(kWrongParams, fmt::format("expected \"axis\", one of {}", fmt::join(hub_.axes(), ", ")));
+  if (axes_.empty()) return error_member(kNotRunning, proxy_.name() + " was never connected");
+  return error_member(kWrongParams, fmt::format("expected \"axis\", one of {}", fmt::join(proxy_.axes(), ", ")));
 }
 
-void Archive::range(const json& params, const Hub::Answer& answer) {
+void Archive::range(const json& params, const InstanceProxy::Answer& answer) {
   AxisArchive* const axis = axis_of(params);
   if (axis == nullptr) return answer(wrong_axis());
   const Result<RangeQuery> query = parse_range(params);
   if (!query) return answer(error_member(kWrongParams, query.error().text()));
-  answer_range(hub_, *axis, *query, answer);
+  answer_range(proxy_, *axis, *query, answer);
 }
 
-void Archive::rows(const json& params, const Hub::Answer& answer) {
+void Archive::rows(const json& params, const InstanceProxy::Answer& answer) {
   AxisArchive* const axis = axis_of(params);
   if (axis == nullptr) return answer(wrong_axis());
-  if (hub_.state() != HubState::kRunning) return answer(error_member(kNotRunning, hub_.name() + " does not run"));
+  if (proxy_.state() != InstanceState::kRunning)
+    return answer(error_member(kNotRunning, proxy_.name() + " does not run"));
   const json seconds = params.is_object() ? params.value("seconds", json(60)) : json(60);
   if (!seconds.is_number_integer() || seconds < 1 || seconds > kMostRows_s)
     return answer(error_member(kWrongParams, fmt::format("expected seconds, 1 to {}", kMostRows_s)));

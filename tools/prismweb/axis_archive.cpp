@@ -19,12 +19,13 @@ constexpr std::chrono::milliseconds kBuilding{5};  // the others have their turn
 
 }  // namespace
 
-AxisArchive::AxisArchive(boost::asio::io_context& io, Hub& hub, std::string axis, std::unique_ptr<StoreKeeper> store)
-    : hub_(hub), axis_(std::move(axis)), store_(std::move(store)), pause_(io) {}
+AxisArchive::AxisArchive(boost::asio::io_context& io, InstanceProxy& proxy, std::string axis,
+                         std::unique_ptr<AsyncStore> store)
+    : proxy_(proxy), axis_(std::move(axis)), store_(std::move(store)), pause_(io) {}
 
 void AxisArchive::say(const std::string& what) {
   if (std::exchange(said_, what) == what) return;
-  fmt::print(stderr, "prismweb: {} {}: {}\n", hub_.name(), axis_,
+  fmt::print(stderr, "prismweb: {} {}: {}\n", proxy_.name(), axis_,
              what.empty() ? "minutes and hours are kept again" : what);
 }
 
@@ -34,19 +35,19 @@ void AxisArchive::follow() {
   const auto history = [weak = weak_from_this()](std::string_view member) {
     if (const auto self = weak.lock()) self->take_history(member);
   };
-  hub_.ask("history", {{"seconds", 3600}, {"axis", axis_}}, history);
+  proxy_.ask("history", {{"seconds", 3600}, {"axis", axis_}}, history);
   if (!store_ || std::exchange(asking_, true)) return;
   go_on();
 }
 
 void AxisArchive::go_on() {
   if (known_.open) return ask();
-  store_->open([weak = weak_from_this()](const StoreKeeper::Known& known) {
-    if (const auto self = weak.lock()) self->told(known);
+  store_->open([weak = weak_from_this()](const AsyncStore::Known& known) {
+    if (const auto self = weak.lock()) self->on_change(known);
   });
 }
 
-void AxisArchive::told(const StoreKeeper::Known& known) {
+void AxisArchive::on_change(const AsyncStore::Known& known) {
   known_ = known;
   say(known.trouble);
   if (known.cursor.empty()) behind_ = true;
@@ -70,7 +71,7 @@ void AxisArchive::ask() {
     if (const auto self = weak.lock()) self->take(member, from);
   };
   const std::string after = known_.cursor.empty() ? "earliest" : known_.cursor;
-  hub_.ask("rows", {{"after", after}, {"limit", 10000}, {"axis", axis_}}, answer);
+  proxy_.ask("rows", {{"after", after}, {"limit", 10000}, {"axis", axis_}}, answer);
 }
 
 void AxisArchive::rest(std::chrono::milliseconds pause) {
@@ -78,7 +79,7 @@ void AxisArchive::rest(std::chrono::milliseconds pause) {
   pause_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
     const auto self = weak.lock();
     if (!self || error) return;
-    self->asking_ = self->has_log_ && self->hub_.state() == HubState::kRunning;
+    self->asking_ = self->has_log_ && self->proxy_.state() == InstanceState::kRunning;
     if (self->asking_) self->go_on();  // else follow() begins again
   });
 }
@@ -86,7 +87,7 @@ void AxisArchive::rest(std::chrono::milliseconds pause) {
 void AxisArchive::take(std::string_view member, const std::string& from) {
   Result<LogPage> page = parse_log_page(member);
   if (!page) return take(page.error());
-  for (const Extremes& second : page->seconds) recent_.put(second);
+  for (const PeriodSummary& second : page->seconds) recent_.put(second);
   behind_ = page->more;
   store_->take(std::move(page->seconds), from, page->after, behind_);
 }

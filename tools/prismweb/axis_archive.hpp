@@ -10,16 +10,16 @@
 #include <optional>
 #include <string>
 
-#include "tools/prismweb/hub.hpp"
+#include "tools/prismweb/async_store.hpp"
+#include "tools/prismweb/instance_proxy.hpp"
 #include "tools/prismweb/recent.hpp"
-#include "tools/prismweb/store_keeper.hpp"
 
 namespace prism::prismweb {
 
 class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
  public:
   /// `store` may be null: none is kept.
-  AxisArchive(boost::asio::io_context& io, Hub& hub, std::string axis, std::unique_ptr<StoreKeeper> store);
+  AxisArchive(boost::asio::io_context& io, InstanceProxy& proxy, std::string axis, std::unique_ptr<AsyncStore> store);
 
   /// prismd is connected: fetches what was missed, and goes on.
   void follow();
@@ -30,8 +30,8 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
   const std::string& name() const { return axis_; }
   const RecentSeconds& recent() const { return recent_; }
   /// Of the store as it was last told; null where there is none.
-  const StoreKeeper::Known* known() const { return has_log_ && known_.open ? &known_ : nullptr; }
-  StoreKeeper& store() { return *store_; }
+  const AsyncStore::Known* known() const { return has_log_ && known_.open ? &known_ : nullptr; }
+  AsyncStore& store() { return *store_; }
   /// 0 to 1, 1 where the store is up to date; nothing where none is kept.
   std::optional<double> building() const;
 
@@ -40,16 +40,16 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
   void ask();
   void take(std::string_view member, const std::string& from);
   void take(const Error& refused);
-  void told(const StoreKeeper::Known& known);
+  void on_change(const AsyncStore::Known& known);
   void rest(std::chrono::milliseconds pause);
   void take_history(std::string_view member);
   void say(const std::string& what);
 
-  Hub& hub_;
+  InstanceProxy& proxy_;
   std::string axis_;
   RecentSeconds recent_;
-  std::unique_ptr<StoreKeeper> store_;
-  StoreKeeper::Known known_;
+  std::unique_ptr<AsyncStore> store_;
+  AsyncStore::Known known_;
   boost::asio::steady_timer pause_;
   /// A page is asked for until the store has it: what a disk that hangs is given does not grow.
   bool has_log_ = true, asking_ = false, behind_ = true;

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismweb/client.hpp"
 
-#include "tools/prismweb/site.hpp"
+#include "tools/prismweb/web_server.hpp"
 
 namespace prism::prismweb {
 
-Client::Client(Site& site, Channel& channel) : site_(site), there_(site.weak_from_this()), channel_(channel) {}
+Client::Client(WebServer& server, Channel& channel)
+    : server_(server), there_(server.weak_from_this()), channel_(channel) {}
 
 Client::~Client() {
-  const auto site = there_.lock();
-  if (!site) return;
-  site->remove(this);
-  for (const auto& hub : site->instances().all()) hub->wish(this, {});
+  const auto server = there_.lock();
+  if (!server) return;
+  server->remove(this);
+  for (const auto& proxy : server->instances().all()) proxy->subscribe(this, {});
 }
 
-void Client::enter() { site_.add(this); }
+void Client::enter() { server_.add(this); }
 
 }  // namespace prism::prismweb

@@ -8,11 +8,11 @@
 #include <string>
 #include <string_view>
 
-#include "tools/prismweb/topics.hpp"
+#include "tools/prismweb/subscription_table.hpp"
 
 namespace prism::prismweb {
 
-class Site;
+class WebServer;
 
 /// The way out to a client. A text that begins with '{' is sent as text, another one as binary data.
 class Channel {
@@ -49,14 +49,14 @@ class Client : public Subscriber, public std::enable_shared_from_this<Client> {
   virtual std::string lost_text(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) const = 0;
 
  protected:
-  Client(Site& site, Channel& channel);
+  Client(WebServer& server, Channel& channel);
   void enter();
-  Site& site() { return site_; }
+  WebServer& server() { return server_; }
   Channel& channel() { return channel_; }
 
  private:
-  Site& site_;
-  std::weak_ptr<Site> there_;  ///< at the end of the program it may be gone first
+  WebServer& server_;
+  std::weak_ptr<WebServer> there_;  ///< at the end of the program it may be gone first
   Channel& channel_;
 };
 

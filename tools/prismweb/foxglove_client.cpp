@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "tools/prismweb/json_text.hpp"
-#include "tools/prismweb/site.hpp"
+#include "tools/prismweb/web_server.hpp"
 
 namespace prism::prismweb {
 namespace {
@@ -28,11 +28,11 @@ std::uint64_t number32_of(const json& object, const char* key) {
 
 }  // namespace
 
-FoxgloveClient::FoxgloveClient(Site& site, Channel& channel) : Client(site, channel) {}
+FoxgloveClient::FoxgloveClient(WebServer& server, Channel& channel) : Client(server, channel) {}
 
 void FoxgloveClient::begin() {
   enter();
-  send(foxglove_server_info("prism, " + site().host()));
+  send(foxglove_server_info("prism, " + server().host()));
   advertise();
 }
 
@@ -47,7 +47,7 @@ void FoxgloveClient::instances_changed(const Text&) { advertise(); }
 // What is new, and what is gone; a number means the same topic as long as prismweb runs.
 void FoxgloveClient::advertise() {
   json channels = json::array(), gone = json::array();
-  const auto& all = site().foxglove_topics().all();
+  const auto& all = server().foxglove_topics().all();
   for (const auto& [number, topic] : all) {
     if (advertised_.insert(number).second) channels.push_back(foxglove_channel(number, topic));
   }
@@ -77,7 +77,7 @@ std::optional<CloseReason> FoxgloveClient::message(std::string_view text, bool i
 }
 
 void FoxgloveClient::subscribe(const json& request) {
-  const auto& all = site().foxglove_topics().all();
+  const auto& all = server().foxglove_topics().all();
   const json list = request.value("subscriptions", json());
   for (const json& one : list.is_array() ? list : json::array({nullptr})) {
     const std::uint64_t id = number32_of(one, "id"), channel = number32_of(one, "channelId");
@@ -88,10 +88,10 @@ void FoxgloveClient::subscribe(const json& request) {
       complain(fmt::format("found {}, expected a new \"id\" and the \"channelId\" of a channel without a subscription",
                            json_text(one).substr(0, 80)));
     } else {
-      subscriptions_.emplace(topic->second, Subscription{static_cast<std::uint32_t>(id), topic->first});
+      subscriptions_.emplace(topic->second, ChannelSubscription{static_cast<std::uint32_t>(id), topic->first});
     }
   }
-  wish();
+  subscribe();
 }
 
 void FoxgloveClient::unsubscribe(const json& request) {
@@ -101,22 +101,22 @@ void FoxgloveClient::unsubscribe(const json& request) {
     if (std::erase_if(subscriptions_, [&](const auto& known) { return known.second.id == id; }) == 0)
       complain(fmt::format("found {}, expected the id of a subscription", json_text(one).substr(0, 80)));
   }
-  wish();
+  subscribe();
 }
 
-void FoxgloveClient::wish() {
-  for (const auto& hub : site().instances().all()) {
-    Wish wish;
+void FoxgloveClient::subscribe() {
+  for (const auto& proxy : server().instances().all()) {
+    Subscription wanted;
     std::set<std::string> axes;
     for (const auto& [topic, subscription] : subscriptions_) {
-      if (topic.instance != hub->name()) continue;
-      if (topic.stream == "sample") wish.sample_every = 1;
-      wish.windows |= topic.stream == "window";
-      wish.events |= topic.stream == "event";
+      if (topic.instance != proxy->name()) continue;
+      if (topic.stream == "sample") wanted.sample_every = 1;
+      wanted.windows |= topic.stream == "window";
+      wanted.events |= topic.stream == "event";
       if (!topic.axis.empty()) axes.insert(topic.axis);
     }
-    wish.axes.assign(axes.begin(), axes.end());
-    hub->wish(this, wish);
+    wanted.axes.assign(axes.begin(), axes.end());
+    proxy->subscribe(this, wanted);
   }
 }
 

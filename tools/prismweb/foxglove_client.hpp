@@ -15,7 +15,7 @@ namespace prism::prismweb {
 /// It was let in before it became a WebSocket.
 class FoxgloveClient final : public Client {
  public:
-  FoxgloveClient(Site& site, Channel& channel);
+  FoxgloveClient(WebServer& server, Channel& channel);
 
   void begin() override;
   std::optional<CloseReason> message(std::string_view text, bool is_text) override;
@@ -25,18 +25,18 @@ class FoxgloveClient final : public Client {
   void deliver(const std::string& instance, const Text& batch, std::uint64_t rows) override;
 
  private:
-  struct Subscription {
+  struct ChannelSubscription {
     std::uint32_t id, channel;  ///< the client's number, and ours
   };
   void subscribe(const nlohmann::json& request);
   void unsubscribe(const nlohmann::json& request);
   void advertise();
-  void wish();
+  void subscribe();
   void send(const nlohmann::json& operation);
   void complain(const std::string& text);
 
   std::set<std::uint32_t> advertised_;
-  std::map<FoxgloveTopic, Subscription> subscriptions_;
+  std::map<FoxgloveTopic, ChannelSubscription> subscriptions_;
 };
 
 }  // namespace prism::prismweb

@@ -103,7 +103,7 @@ std::string_view foxglove_token_of(std::string_view target) {
 
 std::string FoxgloveTopic::name() const { return "/" + instance + (axis.empty() ? "" : "/" + axis) + "/" + stream; }
 
-void FoxgloveTopics::learn(const json& listing) {
+void FoxgloveTopics::update_axes(const json& listing) {
   there_.clear();
   const auto add = [this](FoxgloveTopic topic) {
     const auto next = static_cast<std::uint32_t>(numbers_.size() + 1);

@@ -34,7 +34,7 @@ struct FoxgloveTopic {
 class FoxgloveTopics {
  public:
   /// `listing`: a list of {"name", "axes"}. What is not in it any more has no number until it comes again.
-  void learn(const nlohmann::json& listing);
+  void update_axes(const nlohmann::json& listing);
   const std::map<std::uint32_t, FoxgloveTopic>& all() const { return there_; }
 
  private:

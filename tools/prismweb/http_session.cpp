@@ -19,7 +19,7 @@
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/connection.hpp"
 #include "tools/prismweb/foxglove_protocol.hpp"
-#include "tools/prismweb/site.hpp"
+#include "tools/prismweb/web_server.hpp"
 #include "tools/prismweb/ws_session.hpp"
 
 namespace prism::prismweb {
@@ -76,21 +76,21 @@ http::response<http::string_body> response_of(const Fields& request, Answer answ
 }
 
 template <class Stream>
-asio::awaitable<void> serve_requests(Stream stream, Site& site, std::shared_ptr<Connection> connection) {
+asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shared_ptr<Connection> connection) {
   constexpr bool kIsTls = std::is_same_v<Stream, TlsStream>;
   beast::flat_buffer buffer(kMostHeaderBytes * 2);
-  auto patience = kRequest;
+  auto timeout = kRequest;
   for (;;) {
     http::request_parser<http::empty_body> parser;
     parser.header_limit(kMostHeaderBytes);
     parser.body_limit(0);
-    beast::get_lowest_layer(stream).expires_after(std::exchange(patience, kNextRequest));
+    beast::get_lowest_layer(stream).expires_after(std::exchange(timeout, kNextRequest));
     const auto [read_error, read_bytes] = co_await http::async_read(stream, buffer, parser, kUse);
     if (read_error) break;
     const Fields fields = parser.release();
     const Request request = request_of(fields);
     const bool upgrade = beast::websocket::is_upgrade(fields);
-    const Admission admission = co_await site.admit(request, connection);
+    const Admission admission = co_await server.admit(request, connection);
     connection->is_known = connection->is_known || admission.is_authenticated;
     Answer answer;
     if (admission.status != 0) {
@@ -99,21 +99,21 @@ asio::awaitable<void> serve_requests(Stream stream, Site& site, std::shared_ptr<
       answer.is_last = true;  // its place is free until its next request
     } else if (upgrade && request.target == "/ws") {
       const Upgrade own{"", admission.is_authenticated};
-      co_await run_websocket(std::move(stream), fields, site, own, connection);
+      co_await run_websocket(std::move(stream), fields, server, own, connection);
       co_return;
     } else if (upgrade && is_foxglove(request.target)) {
       const std::string protocol(foxglove_protocol_of(fields[http::field::sec_websocket_protocol]));
-      std::optional<Answer> why = site.foxglove_refusal(protocol);
+      std::optional<Answer> why = server.foxglove_refusal(protocol);
       if (!why) {
         const Upgrade foxglove{protocol, true};
-        co_await run_websocket(std::move(stream), fields, site, foxglove, connection);
+        co_await run_websocket(std::move(stream), fields, server, foxglove, connection);
         co_return;
       }
       answer = std::move(*why);
     } else if (upgrade) {
       answer = plain(404, "the WebSocket is /ws");
     } else {
-      answer = co_await site.answer(request, admission.is_authenticated);
+      answer = co_await server.answer(request, admission.is_authenticated);
     }
     const http::response<http::string_body> response = response_of(fields, std::move(answer), kIsTls);
     beast::get_lowest_layer(stream).expires_after(kNextRequest);
@@ -126,15 +126,15 @@ asio::awaitable<void> serve_requests(Stream stream, Site& site, std::shared_ptr<
 
 }  // namespace
 
-asio::awaitable<void> serve(PlainStream stream, Site& site, std::shared_ptr<Connection> connection) {
-  co_await serve_requests(std::move(stream), site, connection);
+asio::awaitable<void> serve(PlainStream stream, WebServer& server, std::shared_ptr<Connection> connection) {
+  co_await serve_requests(std::move(stream), server, connection);
 }
 
-asio::awaitable<void> serve(TlsStream stream, Site& site, std::shared_ptr<Connection> connection) {
+asio::awaitable<void> serve(TlsStream stream, WebServer& server, std::shared_ptr<Connection> connection) {
   beast::get_lowest_layer(stream).expires_after(kRequest);
   const auto [error] = co_await stream.async_handshake(asio::ssl::stream_base::server, kUse);
   if (error) co_return;
-  co_await serve_requests(std::move(stream), site, connection);
+  co_await serve_requests(std::move(stream), server, connection);
 }
 
 }  // namespace prism::prismweb

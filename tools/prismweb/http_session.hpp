@@ -9,12 +9,12 @@
 
 namespace prism::prismweb {
 
-class Site;
+class WebServer;
 struct Connection;
 
 /// Serves until the client leaves, is too slow (10 s for a request, 60 s for the next one) or sends what is no request.
-boost::asio::awaitable<void> serve(PlainStream stream, Site& site, std::shared_ptr<Connection> connection);
+boost::asio::awaitable<void> serve(PlainStream stream, WebServer& server, std::shared_ptr<Connection> connection);
 /// The same behind TLS, whose handshake may take 10 s.
-boost::asio::awaitable<void> serve(TlsStream stream, Site& site, std::shared_ptr<Connection> connection);
+boost::asio::awaitable<void> serve(TlsStream stream, WebServer& server, std::shared_ptr<Connection> connection);
 
 }  // namespace prism::prismweb

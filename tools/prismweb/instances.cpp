@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "base/outside_text.hpp"
-#include "config/socket_place.hpp"
+#include "config/socket_path.hpp"
 #include "tools/client/connection.hpp"
 #include "tools/prismweb/awaiting.hpp"
 
@@ -31,17 +31,18 @@ Instances::Instances(asio::io_context& io, std::vector<std::string> wanted) : io
 
 void Instances::start() {
   asio::co_spawn(io_, look(), asio::detached);
-  asio::co_spawn(io_, take_turns(), asio::detached);
+  asio::co_spawn(io_, flush_in_turn(), asio::detached);
 }
 
-Hub* Instances::find(const std::string& name) {
-  const auto found = std::find_if(hubs_.begin(), hubs_.end(), [&](const auto& hub) { return hub->name() == name; });
-  return found == hubs_.end() ? nullptr : found->get();
+InstanceProxy* Instances::find(const std::string& name) {
+  const auto found =
+      std::find_if(proxies_.begin(), proxies_.end(), [&](const auto& proxy) { return proxy->name() == name; });
+  return found == proxies_.end() ? nullptr : found->get();
 }
 
 nlohmann::json Instances::listing() const {
   nlohmann::json list = nlohmann::json::array();
-  for (const auto& hub : hubs_) list.push_back(hub->listing());
+  for (const auto& proxy : proxies_) list.push_back(proxy->listing());
   return list;
 }
 
@@ -56,14 +57,14 @@ void Instances::ignore(const std::string& socket) {
 void Instances::add(const std::string& socket) {
   const std::string name = config::instance_name(socket);
   if (!follows(TextRule::kName, name)) return ignore(socket);
-  if (find(name) != nullptr || hubs_.size() >= kMostInstances) return;
-  hubs_.push_back(std::make_unique<Hub>(io_, name, socket));
-  Hub& hub = *hubs_.back();
-  hub.on_change = [this] {
+  if (find(name) != nullptr || proxies_.size() >= kMostInstances) return;
+  proxies_.push_back(std::make_unique<InstanceProxy>(io_, name, socket));
+  InstanceProxy& proxy = *proxies_.back();
+  proxy.on_change = [this] {
     if (on_change) on_change();
   };
-  if (on_new) on_new(hub);
-  asio::co_spawn(io_, hub.run(), asio::detached);
+  if (on_new) on_new(proxy);
+  asio::co_spawn(io_, proxy.run(), asio::detached);
   if (on_change) on_change();
 }
 
@@ -88,7 +89,7 @@ asio::awaitable<void> Instances::look() {
   }
 }
 
-asio::awaitable<void> Instances::take_turns() {
+asio::awaitable<void> Instances::flush_in_turn() {
   asio::steady_timer tick(io_);
   for (;;) {
     tick.expires_after(kTurn);
@@ -99,9 +100,9 @@ asio::awaitable<void> Instances::take_turns() {
 
 // One instance a turn: a client that listens to several has no more messages for it.
 void Instances::flush_next() {
-  for (std::size_t i = 0; i < hubs_.size(); ++i) {
-    Hub& hub = *hubs_[turn_++ % hubs_.size()];
-    if (hub.topics().pending()) return hub.topics().flush();
+  for (std::size_t i = 0; i < proxies_.size(); ++i) {
+    InstanceProxy& proxy = *proxies_[turn_++ % proxies_.size()];
+    if (proxy.subscriptions().pending()) return proxy.subscriptions().flush();
   }
 }
 

@@ -21,7 +21,7 @@
 #include "tools/prismweb/access.hpp"
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/http_session.hpp"
-#include "tools/prismweb/site.hpp"
+#include "tools/prismweb/web_server.hpp"
 
 namespace prism::prismweb {
 namespace {
@@ -39,10 +39,10 @@ Result<int> listening(int fd, const sockaddr* address, socklen_t size, const std
 }
 
 template <class Stream>
-asio::awaitable<void> serve_one(Stream stream, Site& site, std::shared_ptr<ConnectionList> list,
+asio::awaitable<void> serve_one(Stream stream, WebServer& server, std::shared_ptr<ConnectionList> list,
                                 std::shared_ptr<Connection> connection) {
   const ConnectionList::Entry entry(std::move(list), connection);
-  co_await serve(std::move(stream), site, connection);
+  co_await serve(std::move(stream), server, connection);
 }
 
 // The address of the other end, as limits count it; a unix socket has none.
@@ -91,9 +91,9 @@ Result<std::unique_ptr<Listener>> Listener::open_unix(asio::io_context& io, cons
   return std::unique_ptr<Listener>(new Listener(io, socket->release(), AF_UNIX, OwnSocketFile(path)));
 }
 
-asio::awaitable<void> Listener::serve_all(Site& site) {
+asio::awaitable<void> Listener::serve_all(WebServer& server) {
   asio::steady_timer pause(io_);
-  const auto has_failures = [&site](const std::string& address) { return site.has_failures(address); };
+  const auto has_failures = [&server](const std::string& address) { return server.has_failures(address); };
   for (;;) {
     Protocol::socket socket(io_);
     const auto [error] = co_await acceptor_.async_accept(socket, kUse);
@@ -103,11 +103,11 @@ asio::awaitable<void> Listener::serve_all(Site& site) {
       co_await pause.async_wait(kUse);
       continue;
     }
-    if (connections_->make_room(has_failures)) serve_socket(std::move(socket), site);
+    if (connections_->make_room(has_failures)) serve_socket(std::move(socket), server);
   }
 }
 
-void Listener::serve_socket(Protocol::socket socket, Site& site) {
+void Listener::serve_socket(Protocol::socket socket, WebServer& server) {
   const int on = 1, buffer = kSendBufferBytes;
   ::setsockopt(socket.native_handle(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
   if (!is_unix_) ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
@@ -116,9 +116,9 @@ void Listener::serve_socket(Protocol::socket socket, Site& site) {
   connection->address = address_of(socket);
   PlainStream stream(std::move(socket));
   if (tls_) {
-    asio::co_spawn(io_, serve_one(TlsStream(std::move(stream), *tls_), site, connections_, connection), forget);
+    asio::co_spawn(io_, serve_one(TlsStream(std::move(stream), *tls_), server, connections_, connection), forget);
   } else {
-    asio::co_spawn(io_, serve_one(std::move(stream), site, connections_, connection), forget);
+    asio::co_spawn(io_, serve_one(std::move(stream), server, connections_, connection), forget);
   }
 }
 

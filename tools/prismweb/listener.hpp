@@ -19,7 +19,7 @@
 
 namespace prism::prismweb {
 
-class Site;
+class WebServer;
 
 class Listener {
  public:
@@ -30,7 +30,7 @@ class Listener {
   static Result<std::unique_ptr<Listener>> open_unix(boost::asio::io_context& io, const std::string& path);
 
   /// Serves clients, at most 128 at the same time; with TLS if use_tls() was called.
-  boost::asio::awaitable<void> serve_all(Site& site);
+  boost::asio::awaitable<void> serve_all(WebServer& server);
 
   /// The context of the connections that come from now on.
   void use_tls(std::shared_ptr<boost::asio::ssl::context> tls) { tls_ = std::move(tls); }
@@ -40,7 +40,7 @@ class Listener {
  private:
   using Protocol = boost::asio::generic::stream_protocol;
   Listener(boost::asio::io_context& io, int fd, int family, OwnSocketFile own);
-  void serve_socket(Protocol::socket socket, Site& site);
+  void serve_socket(Protocol::socket socket, WebServer& server);
 
   boost::asio::io_context& io_;
   boost::asio::basic_socket_acceptor<Protocol> acceptor_;

@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "tools/prismweb/extremes.hpp"
+#include "tools/prismweb/period_summary.hpp"
 
 namespace prism::prismweb {
 
 struct LogPage {
-  std::vector<Extremes> seconds;  ///< in the order of the log
-  std::string after;              ///< the cursor behind them
+  std::vector<PeriodSummary> seconds;  ///< in the order of the log
+  std::string after;                   ///< the cursor behind them
   bool more = false;
   std::uint64_t missing = 0;  ///< rows between the cursor and the first one that are deleted
 };

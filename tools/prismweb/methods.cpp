@@ -11,7 +11,7 @@
 #include "base/plain_text.hpp"
 #include "tools/prismweb/archive.hpp"
 #include "tools/prismweb/json_text.hpp"
-#include "tools/prismweb/site.hpp"
+#include "tools/prismweb/web_server.hpp"
 
 namespace prism::prismweb {
 namespace {
@@ -37,26 +37,26 @@ std::string unknown_instance(const std::string& instance) {
 
 }  // namespace
 
-void call_method(Site& site, const std::string& instance, const std::string& method, const json& params,
-                 const Hub::Answer& answer) {
-  if (method == "instances") return answer("\"result\":" + json_text(site.instances().listing()));
+void call_method(WebServer& server, const std::string& instance, const std::string& method, const json& params,
+                 const InstanceProxy::Answer& answer) {
+  if (method == "instances") return answer("\"result\":" + json_text(server.instances().listing()));
   if (method == "range") {
-    Archive* const archive = site.archive(instance);
+    Archive* const archive = server.archive(instance);
     return archive != nullptr ? archive->range(params, answer) : answer(unknown_instance(instance));
   }
   const bool passed = std::find(kPassed.begin(), kPassed.end(), method) != kPassed.end();
   if (!passed) return answer(error_member(kNoMethod, unknown_method(method)));
-  Hub* const hub = site.instances().find(instance);
-  if (hub == nullptr) return answer(unknown_instance(instance));
+  InstanceProxy* const proxy = server.instances().find(instance);
+  if (proxy == nullptr) return answer(unknown_instance(instance));
   if (!params.is_null() && !params.is_object())
     return answer(error_member(kWrongParams, "found params that are no object, expected one"));
   if (method == "rows" && params.is_object() && (params.contains("name") || params.contains("wait_s")))
     return answer(error_member(kWrongParams, "rows: found \"name\" or \"wait_s\", expected neither here"));
-  hub->ask(method, params, answer);
+  proxy->ask(method, params, answer);
 }
 
-std::optional<Wish> wish_of_params(const json& params, bool on, const Wish& before) {
-  Wish wish = before;
+std::optional<Subscription> wish_of_params(const json& params, bool on, const Subscription& before) {
+  Subscription subscription = before;
   const json empty = json::object();
   const json& given = params.is_null() ? empty : params;
   if (!given.is_object()) return std::nullopt;
@@ -66,40 +66,40 @@ std::optional<Wish> wish_of_params(const json& params, bool on, const Wish& befo
     if (!value.is_number_integer() || value < 1 || value > 1'000'000) return std::nullopt;
     every = value;
   }
-  wish.axes.clear();
+  subscription.axes.clear();
   if (given.contains("axes")) {
     if (!given["axes"].is_array() || given["axes"].empty() || given["axes"].size() > kMostAxes) return std::nullopt;
     for (const json& axis : given["axes"]) {
       if (!axis.is_string()) return std::nullopt;
-      wish.axes.push_back(axis);
+      subscription.axes.push_back(axis);
     }
-    std::sort(wish.axes.begin(), wish.axes.end());
+    std::sort(subscription.axes.begin(), subscription.axes.end());
   }
   if (!given.contains("streams")) {
-    wish.sample_every = on ? every : 0;
-    wish.windows = wish.events = on;
-    return wish;
+    subscription.sample_every = on ? every : 0;
+    subscription.windows = subscription.events = on;
+    return subscription;
   }
   if (!given["streams"].is_array() || given["streams"].empty()) return std::nullopt;
   for (const json& stream : given["streams"]) {
     if (stream == "sample") {
-      wish.sample_every = on ? every : 0;
+      subscription.sample_every = on ? every : 0;
     } else if (stream == "window") {
-      wish.windows = on;
+      subscription.windows = on;
     } else if (stream == "event") {
-      wish.events = on;
+      subscription.events = on;
     } else {
       return std::nullopt;
     }
   }
-  return wish;
+  return subscription;
 }
 
-json wish_json(const Wish& wish, const std::vector<std::string>& axes) {
-  return {{"sample_every", wish.sample_every},
-          {"window", wish.windows},
-          {"event", wish.events},
-          {"axes", wish.axes.empty() ? axes : wish.axes}};
+json wish_json(const Subscription& subscription, const std::vector<std::string>& axes) {
+  return {{"sample_every", subscription.sample_every},
+          {"window", subscription.windows},
+          {"event", subscription.events},
+          {"axes", subscription.axes.empty() ? axes : subscription.axes}};
 }
 
 }  // namespace prism::prismweb

@@ -11,7 +11,7 @@
 
 #include "tools/metrics/gyro_metrics.hpp"
 #include "tools/prismweb/awaiting.hpp"
-#include "tools/prismweb/site.hpp"
+#include "tools/prismweb/web_server.hpp"
 
 namespace prism::prismweb {
 namespace {
@@ -29,16 +29,16 @@ struct Gathered {
   asio::steady_timer all_there;
 };
 
-void gather(const std::shared_ptr<Gathered>& gathered, Hub& hub) {
+void gather(const std::shared_ptr<Gathered>& gathered, InstanceProxy& proxy) {
   using Member = json metrics::GyroAnswers::*;
   static constexpr std::array<std::pair<const char*, Member>, 3> kAsked = {
       {{"status", &metrics::GyroAnswers::status},
        {"line", &metrics::GyroAnswers::line},
        {"stability", &metrics::GyroAnswers::stability}}};
-  gathered->gyros[hub.name()];
+  gathered->gyros[proxy.name()];
   for (const auto& [method, member] : kAsked) {
     ++gathered->missing;
-    hub.ask(method, json::object(), [gathered, name = hub.name(), member = member](std::string_view text) {
+    proxy.ask(method, json::object(), [gathered, name = proxy.name(), member = member](std::string_view text) {
       const json answer = json::parse("{" + std::string(text) + "}", nullptr, false);
       if (answer.is_object()) gathered->gyros[name].*member = answer.value("result", json());
       if (--gathered->missing == 0) gathered->all_there.cancel();
@@ -48,9 +48,9 @@ void gather(const std::shared_ptr<Gathered>& gathered, Hub& hub) {
 
 }  // namespace
 
-asio::awaitable<Answer> metrics_answer(Site& site) {
-  const auto gathered = std::make_shared<Gathered>(site.io());
-  for (const auto& hub : site.instances().all()) gather(gathered, *hub);
+asio::awaitable<Answer> metrics_answer(WebServer& server) {
+  const auto gathered = std::make_shared<Gathered>(server.io());
+  for (const auto& proxy : server.instances().all()) gather(gathered, *proxy);
   if (gathered->missing > 0) co_await gathered->all_there.async_wait(kUse);
   metrics::Exposition exposition;
   for (const auto& [name, answers] : gathered->gyros) metrics::add_gyro(exposition, name, answers);

@@ -8,9 +8,9 @@
 
 namespace prism::prismweb {
 
-class Site;
+class WebServer;
 
 /// Asks each instance that runs for status, line and stability. One that does not run has prism_up 0 alone.
-boost::asio::awaitable<Answer> metrics_answer(Site& site);
+boost::asio::awaitable<Answer> metrics_answer(WebServer& server);
 
 }  // namespace prism::prismweb

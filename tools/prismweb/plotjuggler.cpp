@@ -47,11 +47,11 @@ PlotJuggler::PlotJuggler(boost::asio::io_context& io, const PlotJugglerSettings&
   socket_.non_blocking(true);
 }
 
-Wish PlotJuggler::wish() const {
-  Wish wish;
-  wish.sample_every = settings_.samples ? 1 : 0;
-  wish.windows = wish.events = true;
-  return wish;
+Subscription PlotJuggler::subscribe() const {
+  Subscription subscription;
+  subscription.sample_every = settings_.samples ? 1 : 0;
+  subscription.windows = subscription.events = true;
+  return subscription;
 }
 
 void PlotJuggler::deliver(const std::string&, const Text& text, std::uint64_t) {

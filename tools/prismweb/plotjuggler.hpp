@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tools/prismweb/settings.hpp"
-#include "tools/prismweb/topics.hpp"
+#include "tools/prismweb/subscription_table.hpp"
 
 namespace prism::prismweb {
 
@@ -23,7 +23,7 @@ class PlotJuggler : public Subscriber {
  public:
   PlotJuggler(boost::asio::io_context& io, const PlotJugglerSettings& settings);
   void deliver(const std::string& instance, const Text& text, std::uint64_t rows) override;
-  Wish wish() const;
+  Subscription subscribe() const;
 
  private:
   const PlotJugglerSettings settings_;

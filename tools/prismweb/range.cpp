@@ -33,7 +33,7 @@ json columns() {
   return names;
 }
 
-json row_of(const Extremes& step, std::int64_t step_s) {
+json row_of(const PeriodSummary& step, std::int64_t step_s) {
   json row = {step.begin_s + step_s};
   const PeriodValues values = values_of(step);
   for (std::size_t i = 0; i < kRangeColumns; ++i)
@@ -52,9 +52,9 @@ std::optional<std::int64_t> last_of(const AxisArchive& axis) {
   return axis.known() != nullptr ? axis.known()->last_s : std::nullopt;
 }
 
-std::string result_of(const AxisArchive& axis, const View& view, const std::vector<Extremes>& periods) {
+std::string result_of(const AxisArchive& axis, const View& view, const std::vector<PeriodSummary>& periods) {
   json rows = json::array();
-  for (const Extremes& step : thinned(periods, view.from_s, view.to_s, view.step_s))
+  for (const PeriodSummary& step : downsample(periods, view.from_s, view.to_s, view.step_s))
     rows.push_back(row_of(step, view.step_s));
   const auto first = first_of(axis), last = last_of(axis);
   const auto building = axis.building();
@@ -72,9 +72,9 @@ std::string result_of(const AxisArchive& axis, const View& view, const std::vect
 }
 
 // The seconds that the store does not have yet.
-std::vector<Extremes> with_newer(const StoreKeeper::Periods& stored, const AxisArchive& axis) {
-  std::vector<Extremes> periods = stored.steps;
-  for (const Extremes& second : axis.recent().all()) {
+std::vector<PeriodSummary> with_newer(const AsyncStore::Periods& stored, const AxisArchive& axis) {
+  std::vector<PeriodSummary> periods = stored.steps;
+  for (const PeriodSummary& second : axis.recent().all()) {
     if (second.begin_s > stored.last_s.value_or(INT64_MIN)) periods.push_back(second);
   }
   return periods;
@@ -83,11 +83,11 @@ std::vector<Extremes> with_newer(const StoreKeeper::Periods& stored, const AxisA
 std::string disk_error(const Error& error) { return error_member(kNotDone, error.text()); }
 
 // By minutes or hours of the store, and what memory has behind them.
-void answer_periods(AxisArchive& axis, View view, int points, const Hub::Answer& answer) {
+void answer_periods(AxisArchive& axis, View view, int points, const InstanceProxy::Answer& answer) {
   view.step_s = step_for(static_cast<double>(view.to_s - view.from_s), points, 60);
   view.source = view.step_s >= 3600 ? "hours" : "minutes";
   view.from_s = floor_to(view.from_s, view.step_s);
-  const auto take = [self = axis.shared_from_this(), view, answer](const Result<StoreKeeper::Periods>& stored) {
+  const auto take = [self = axis.shared_from_this(), view, answer](const Result<AsyncStore::Periods>& stored) {
     answer(stored ? result_of(*self, view, with_newer(*stored, *self)) : disk_error(stored.error()));
   };
   axis.store().periods({view.from_s, view.to_s, view.step_s}, take);
@@ -95,8 +95,9 @@ void answer_periods(AxisArchive& axis, View view, int points, const Hub::Answer&
 
 // Seconds that memory does not have: page after page of prismd's log, from a cursor before them up to memory's first.
 struct Fetch : std::enable_shared_from_this<Fetch> {
-  Fetch(Hub& hub_, std::shared_ptr<AxisArchive> axis_, View view_, int points_, Hub::Answer answer_)
-      : hub(hub_), axis(std::move(axis_)), view(view_), points(points_), answer(std::move(answer_)) {
+  Fetch(InstanceProxy& proxy_, std::shared_ptr<AxisArchive> axis_, View view_, int points_,
+        InstanceProxy::Answer answer_)
+      : proxy(proxy_), axis(std::move(axis_)), view(view_), points(points_), answer(std::move(answer_)) {
     const RecentSeconds& recent = axis->recent();
     if (!recent.empty() && view.from_s < recent.first_s()) memory_s = recent.first_s();
   }
@@ -124,7 +125,7 @@ struct Fetch : std::enable_shared_from_this<Fetch> {
 
   void ask(const std::string& cursor) {
     const auto take = [self = shared_from_this()](std::string_view member) { self->take(member); };
-    hub.ask("rows", {{"after", cursor}, {"limit", 10000}, {"axis", axis->name()}}, take);
+    proxy.ask("rows", {{"after", cursor}, {"limit", 10000}, {"axis", axis->name()}}, take);
   }
 
   void take(std::string_view member) {
@@ -137,7 +138,7 @@ struct Fetch : std::enable_shared_from_this<Fetch> {
         page->missing > 0 && found.empty() && (page->seconds.empty() || page->seconds.front().begin_s > view.from_s);
     if (cut) return answer_periods(*axis, view, points, answer);
     const std::int64_t end_s = std::min(view.to_s, memory_s);
-    for (const Extremes& second : page->seconds) {
+    for (const PeriodSummary& second : page->seconds) {
       if (second.begin_s >= view.from_s && second.begin_s < end_s) found.push_back(second);
     }
     const bool past = !page->seconds.empty() && page->seconds.back().begin_s >= end_s;
@@ -146,20 +147,20 @@ struct Fetch : std::enable_shared_from_this<Fetch> {
   }
 
   void done() {
-    for (const Extremes& second : axis->recent().all()) {
+    for (const PeriodSummary& second : axis->recent().all()) {
       if (second.begin_s >= memory_s) found.push_back(second);
     }
     answer(result_of(*axis, view, found));
   }
 
-  Hub& hub;
+  InstanceProxy& proxy;
   std::shared_ptr<AxisArchive> axis;
   View view;
   int points;
-  Hub::Answer answer;
+  InstanceProxy::Answer answer;
   std::int64_t memory_s = INT64_MAX;  ///< from there on memory has them
   std::vector<std::string> cursors;   ///< of runs of the clock that are still to be looked at, the next one last
-  std::vector<Extremes> found;
+  std::vector<PeriodSummary> found;
   int pages = 0;
 };
 
@@ -191,7 +192,8 @@ Result<RangeQuery> parse_range(const json& params) {
   return query;
 }
 
-void answer_range(Hub& hub, AxisArchive& axis, const RangeQuery& query, const Hub::Answer& answer) {
+void answer_range(InstanceProxy& proxy, AxisArchive& axis, const RangeQuery& query,
+                  const InstanceProxy::Answer& answer) {
   const std::int64_t last_s = last_of(axis).value_or(0) + 1;
   const double to_s = query.to_s.value_or(std::max(static_cast<double>(last_s), query.from_s.value_or(0)));
   const double from_s = query.from_s.value_or(to_s - query.seconds);
@@ -202,7 +204,7 @@ void answer_range(Hub& hub, AxisArchive& axis, const RangeQuery& query, const Hu
   // Behind memory's last second a run of the clock may lie that was before it began anew.
   const RecentSeconds& recent = axis.recent();
   const auto* const known = axis.known();
-  const bool has_all = hub.state() != HubState::kRunning && !recent.empty() && known != nullptr &&
+  const bool has_all = proxy.state() != InstanceState::kRunning && !recent.empty() && known != nullptr &&
                        known->first_s == recent.first_s();  // nobody can be asked for seconds of the log
   const bool in_memory =
       !recent.empty() && (view.from_s >= recent.first_s() || has_all) && view.from_s <= recent.last_s() + kFresh_s;
@@ -210,8 +212,8 @@ void answer_range(Hub& hub, AxisArchive& axis, const RangeQuery& query, const Hu
   // While the store is built, what lies between it and the view is not looked for: it may be days.
   const bool is_far = axis.building().value_or(1) < 1 && *known->last_s + kFar_s < view.from_s;
   if (is_far) return answer(result_of(axis, view, axis.recent().all()));
-  if (length_s <= kLongestOfRows_s && hub.state() == HubState::kRunning) {
-    const auto fetch = std::make_shared<Fetch>(hub, axis.shared_from_this(), view, query.points, answer);
+  if (length_s <= kLongestOfRows_s && proxy.state() == InstanceState::kRunning) {
+    const auto fetch = std::make_shared<Fetch>(proxy, axis.shared_from_this(), view, query.points, answer);
     return fetch->begin();
   }
   answer_periods(axis, view, query.points, answer);

@@ -7,7 +7,7 @@
 
 #include "base/result.hpp"
 #include "tools/prismweb/axis_archive.hpp"
-#include "tools/prismweb/hub.hpp"
+#include "tools/prismweb/instance_proxy.hpp"
 
 namespace prism::prismweb {
 
@@ -20,6 +20,7 @@ struct RangeQuery {
 /// Refused where a param is of another type or beyond its range.
 Result<RangeQuery> parse_range(const nlohmann::json& params);
 
-void answer_range(Hub& hub, AxisArchive& axis, const RangeQuery& query, const Hub::Answer& answer);
+void answer_range(InstanceProxy& proxy, AxisArchive& axis, const RangeQuery& query,
+                  const InstanceProxy::Answer& answer);
 
 }  // namespace prism::prismweb

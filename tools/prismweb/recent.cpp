@@ -11,9 +11,9 @@ constexpr std::size_t kSlack = 600;  // kept beyond the length, so that not each
 
 }  // namespace
 
-void RecentSeconds::put(const Extremes& second) {
+void RecentSeconds::put(const PeriodSummary& second) {
   if (!seconds_.empty() && second.begin_s <= last_s() - kLength_s) return;
-  const auto before = [](const Extremes& one, std::int64_t begin_s) { return one.begin_s < begin_s; };
+  const auto before = [](const PeriodSummary& one, std::int64_t begin_s) { return one.begin_s < begin_s; };
   const auto at = std::lower_bound(seconds_.begin(), seconds_.end(), second.begin_s, before);
   if (at != seconds_.end() && at->begin_s == second.begin_s) {
     *at = second;
@@ -25,7 +25,7 @@ void RecentSeconds::put(const Extremes& second) {
   seconds_.erase(seconds_.begin(), kept);
 }
 
-void RecentSeconds::put_now(const Extremes& second) {
+void RecentSeconds::put_now(const PeriodSummary& second) {
   if (!seconds_.empty() && second.begin_s < last_s() - kAnew_s) seconds_.clear();
   put(second);
 }

@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "tools/prismweb/topics.hpp"
+#include "tools/prismweb/subscription_table.hpp"
 
 namespace prism::prismweb {
 

@@ -16,7 +16,7 @@
 #include "base/notify.hpp"
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/listener.hpp"
-#include "tools/prismweb/site.hpp"
+#include "tools/prismweb/web_server.hpp"
 
 namespace prism::prismweb {
 namespace {
@@ -72,7 +72,7 @@ Result<void> Service::open(SecretFiles files) {
     if (!opened) return tl::unexpected<Error>(opened.error());
     tokens = std::move(*opened);
   }
-  site_ = std::make_shared<Site>(io_, settings_, std::move(tokens), std::move(files.passwords));
+  server_ = std::make_shared<WebServer>(io_, settings_, std::move(tokens), std::move(files.passwords));
   return {};
 }
 
@@ -84,15 +84,15 @@ int Service::run(SecretFiles files) {
   asio::signal_set signals(io_, SIGINT, SIGTERM);
   signals.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
   asio::co_spawn(io_, reload_on_hangup(), asio::detached);
-  site_->start();
-  asio::co_spawn(io_, listener_->serve_all(*site_), asio::detached);
+  server_->start();
+  asio::co_spawn(io_, listener_->serve_all(*server_), asio::detached);
   asio::co_spawn(io_, feed_watchdog(io_), asio::detached);
   print_address();
   io_.poll();  // SIGHUP is a reload before systemd may send it
   notify_ready("serving");
   io_.run();
   notify_stopping();
-  if (site_->finish()) return kExitDone;
+  if (server_->finish()) return kExitDone;
   // A thread that waits for such a disk cannot be joined: the process leaves it behind.
   fmt::print(stderr, "prismweb: the disk does not answer: the last minutes will be made again from the log\n");
   std::fflush(stderr);
@@ -116,12 +116,12 @@ void Service::reload() {
   auto files = load_secret_files(settings_);
   if (files) {
     listener_->use_tls(std::move(files->tls.context));
-    listener_->connections().close_users(site_->replace_passwords(std::move(files->passwords)));
+    listener_->connections().close_users(server_->replace_passwords(std::move(files->passwords)));
     fmt::print(stderr, "prismweb: reloaded\n");
   } else {
     fmt::print(stderr, "prismweb: not reloaded, the old files stay in force: {}\n", files.error().text());
   }
-  if (site_->tokens() != nullptr && site_->tokens()->renew_address_token()) print_address();
+  if (server_->tokens() != nullptr && server_->tokens()->renew_address_token()) print_address();
   notify_ready("serving");
 }
 
@@ -130,7 +130,7 @@ void Service::print_address() {
     fmt::print("prismweb: serving at {}\n", settings_.unix_socket);
   } else {
     const bool v6 = settings_.address.find(':') != std::string::npos;
-    const std::string token = site_->tokens() != nullptr ? "#token=" + site_->tokens()->address_token() : "";
+    const std::string token = server_->tokens() != nullptr ? "#token=" + server_->tokens()->address_token() : "";
     fmt::print("{}://{}{}{}:{}/{}\n", settings_.tls ? "https" : "http", v6 ? "[" : "", settings_.address, v6 ? "]" : "",
                listener_->port(), token);
   }

@@ -15,7 +15,7 @@
 namespace prism::prismweb {
 
 class Listener;
-class Site;
+class WebServer;
 
 /// The files that the settings name.
 struct SecretFiles {
@@ -43,7 +43,7 @@ class Service {
   const Settings settings_;
   boost::asio::io_context io_{1};
   std::unique_ptr<Listener> listener_;
-  std::shared_ptr<Site> site_;
+  std::shared_ptr<WebServer> server_;
 };
 
 }  // namespace prism::prismweb

@@ -10,7 +10,7 @@
 #include "base/plain_text.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/methods.hpp"
-#include "tools/prismweb/site.hpp"
+#include "tools/prismweb/web_server.hpp"
 
 namespace prism::prismweb {
 namespace {
@@ -34,11 +34,11 @@ std::optional<CloseReason> WsClient::let_in(std::string_view text) {
   const json first = parse_message(text);
   if (!first.is_object()) return CloseReason{kPolicyError, R"(expected {"token": "…"} first)"};
   const std::string token = text_member(first, "token");
-  const bool is_right = token.empty() ? is_authenticated_ : site().is_program_token(token);
+  const bool is_right = token.empty() ? is_authenticated_ : server().is_program_token(token);
   if (!is_right) return CloseReason{kPolicyError, token.empty() ? "it has no token" : "its token is wrong"};
-  if (!site().has_room_for_client()) return CloseReason{kTryAgainLater, Site::kNoRoom};
+  if (!server().has_room_for_client()) return CloseReason{kTryAgainLater, WebServer::kNoRoom};
   let_in_ = true;
-  channel().answer(std::make_shared<const std::string>(site().greeting()));
+  channel().answer(std::make_shared<const std::string>(server().greeting()));
   enter();
   return std::nullopt;
 }
@@ -59,42 +59,42 @@ void WsClient::request(std::string_view text) {
   const std::string instance = text_member(request, "instance"), method = text_member(request, "method");
   const json params = request.value("params", json());
   if (method == "subscribe" || method == "unsubscribe") {
-    Hub* const hub = site().instances().find(instance);
-    if (hub == nullptr) return answer(id_text, instance, error_member(kWrongParams, "no such instance"));
-    return subscribe(*hub, id_text, params, method == "subscribe");
+    InstanceProxy* const proxy = server().instances().find(instance);
+    if (proxy == nullptr) return answer(id_text, instance, error_member(kWrongParams, "no such instance"));
+    return subscribe(*proxy, id_text, params, method == "subscribe");
   }
-  if (under_way_ >= kMostUnderWay)
+  if (current_id_ >= kMostUnderWay)
     return answer(id_text, instance, error_member(kTooMuch, "32 requests are under way, expected fewer"));
-  ++under_way_;
-  const Hub::Answer reply = [weak = weak_from_this(), id_text, instance](std::string_view member) {
+  ++current_id_;
+  const InstanceProxy::Answer reply = [weak = weak_from_this(), id_text, instance](std::string_view member) {
     const auto client = std::static_pointer_cast<WsClient>(weak.lock());
     if (!client) return;
-    --client->under_way_;
+    --client->current_id_;
     client->answer(id_text, instance, member);
   };
-  call_method(site(), instance, method, params, reply);
+  call_method(server(), instance, method, params, reply);
 }
 
-void WsClient::subscribe(Hub& hub, const std::string& id, const json& params, bool on) {
-  const auto wish = wish_of_params(params, on, hub.topics().wish_of(this));
-  if (!wish) {
+void WsClient::subscribe(InstanceProxy& proxy, const std::string& id, const json& params, bool on) {
+  const auto subscription = wish_of_params(params, on, proxy.subscriptions().subscription_of(this));
+  if (!subscription) {
     return answer(
-        id, hub.name(),
+        id, proxy.name(),
         error_member(kWrongParams, "found " + json_text(params).substr(0, 80) +
                                        R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to )"
                                        R"(1000000, "axes": [NAME, …]})"));
   }
   const auto is_strange = [&](const std::string& axis) {  // where it never ran its axes are not known
-    return !hub.axes().empty() && std::find(hub.axes().begin(), hub.axes().end(), axis) == hub.axes().end();
+    return !proxy.axes().empty() && std::find(proxy.axes().begin(), proxy.axes().end(), axis) == proxy.axes().end();
   };
-  const auto strange = std::find_if(wish->axes.begin(), wish->axes.end(), is_strange);
-  if (strange != wish->axes.end()) {
+  const auto strange = std::find_if(subscription->axes.begin(), subscription->axes.end(), is_strange);
+  if (strange != subscription->axes.end()) {
     const std::string words = fmt::format("found the axis \"{}\", expected one of {}",
-                                          plain_text(strange->substr(0, 40)), fmt::join(hub.axes(), ", "));
-    return answer(id, hub.name(), error_member(kWrongParams, words));
+                                          plain_text(strange->substr(0, 40)), fmt::join(proxy.axes(), ", "));
+    return answer(id, proxy.name(), error_member(kWrongParams, words));
   }
-  hub.wish(this, *wish);
-  answer(id, hub.name(), "\"result\":" + json_text(wish_json(*wish, hub.axes())));
+  proxy.subscribe(this, *subscription);
+  answer(id, proxy.name(), "\"result\":" + json_text(wish_json(*subscription, proxy.axes())));
 }
 
 void WsClient::answer(const std::string& id, const std::string& instance, std::string_view member) {

@@ -12,13 +12,13 @@
 
 namespace prism::prismweb {
 
-class Hub;
+class InstanceProxy;
 
 class WsClient final : public Client {
  public:
   /// `is_authenticated`: the request showed who it is, so that its first message needs no token.
-  WsClient(Site& site, Channel& channel, bool is_authenticated)
-      : Client(site, channel), is_authenticated_(is_authenticated) {}
+  WsClient(WebServer& server, Channel& channel, bool is_authenticated)
+      : Client(server, channel), is_authenticated_(is_authenticated) {}
 
   std::optional<CloseReason> message(std::string_view text, bool is_text) override;
   bool is_let_in() const override { return let_in_; }
@@ -31,11 +31,11 @@ class WsClient final : public Client {
  private:
   std::optional<CloseReason> let_in(std::string_view text);
   void request(std::string_view text);
-  void subscribe(Hub& hub, const std::string& id, const nlohmann::json& params, bool on);
+  void subscribe(InstanceProxy& proxy, const std::string& id, const nlohmann::json& params, bool on);
   void answer(const std::string& id, const std::string& instance, std::string_view member);
 
   bool is_authenticated_, let_in_ = false;
-  int under_way_ = 0;
+  int current_id_ = 0;
 };
 
 }  // namespace prism::prismweb

@@ -15,7 +15,7 @@
 #include "tools/prismweb/connection.hpp"
 #include "tools/prismweb/foxglove_client.hpp"
 #include "tools/prismweb/send_queue.hpp"
-#include "tools/prismweb/site.hpp"
+#include "tools/prismweb/web_server.hpp"
 #include "tools/prismweb/ws_client.hpp"
 
 namespace prism::prismweb {
@@ -28,23 +28,24 @@ namespace websocket = beast::websocket;
 constexpr std::size_t kMostMessageBytes = 64 << 10;
 constexpr std::chrono::seconds kFirstMessage{10}, kSilence{30}, kDeaf{30};
 
-std::shared_ptr<Client> make_client(const Upgrade& upgrade, Site& site, Channel& channel) {
-  if (!upgrade.protocol.empty()) return std::make_shared<FoxgloveClient>(site, channel);
-  return std::make_shared<WsClient>(site, channel, upgrade.is_authenticated);
+std::shared_ptr<Client> make_client(const Upgrade& upgrade, WebServer& server, Channel& channel) {
+  if (!upgrade.protocol.empty()) return std::make_shared<FoxgloveClient>(server, channel);
+  return std::make_shared<WsClient>(server, channel, upgrade.is_authenticated);
 }
 
 template <class Stream>
 class WsSession final : public Channel, public std::enable_shared_from_this<WsSession<Stream>> {
  public:
-  WsSession(Stream stream, Site& site, const Upgrade& upgrade, std::shared_ptr<Connection> connection)
+  WsSession(Stream stream, WebServer& server, const Upgrade& upgrade, std::shared_ptr<Connection> connection)
       : connection_(std::move(connection)),
         ws_(std::move(stream)),
-        watch_(site.io()),
+        watch_(server.io()),
         protocol_(upgrade.protocol),
-        client_(make_client(upgrade, site, *this)),
-        queue_(site.answer_memory(), [this](const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) {
-          return client_->lost_text(instance, rows, rows_total);
-        }) {}
+        client_(make_client(upgrade, server, *this)),
+        queue_(server.answer_memory(),
+               [this](const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) {
+                 return client_->lost_text(instance, rows, rows_total);
+               }) {}
 
   asio::awaitable<void> run(const UpgradeRequest& request) {
     beast::get_lowest_layer(ws_).expires_never();
@@ -112,8 +113,8 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
   }
 
   // A client that was not let in in time, or that takes nothing.
-  void watch(std::chrono::seconds patience) {
-    watch_.expires_after(patience);
+  void watch(std::chrono::seconds timeout) {
+    watch_.expires_after(timeout);
     watch_.async_wait([self = this->shared_from_this()](const boost::system::error_code& error) {
       if (error) return;
       const bool deaf = self->writing_ && std::chrono::steady_clock::now() - self->writing_since_ >= kDeaf;
@@ -147,22 +148,22 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
 };
 
 template <class Stream>
-asio::awaitable<void> run_session(Stream stream, const UpgradeRequest& request, Site& site, const Upgrade& upgrade,
-                                  std::shared_ptr<Connection> connection) {
-  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), site, upgrade, connection);
+asio::awaitable<void> run_session(Stream stream, const UpgradeRequest& request, WebServer& server,
+                                  const Upgrade& upgrade, std::shared_ptr<Connection> connection) {
+  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), server, upgrade, connection);
   co_await session->run(request);
 }
 
 }  // namespace
 
-asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, Site& site,
+asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, WebServer& server,
                                     const Upgrade& upgrade, std::shared_ptr<Connection> connection) {
-  co_await run_session(std::move(stream), request, site, upgrade, connection);
+  co_await run_session(std::move(stream), request, server, upgrade, connection);
 }
 
-asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site, const Upgrade& upgrade,
-                                    std::shared_ptr<Connection> connection) {
-  co_await run_session(std::move(stream), request, site, upgrade, connection);
+asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, WebServer& server,
+                                    const Upgrade& upgrade, std::shared_ptr<Connection> connection) {
+  co_await run_session(std::move(stream), request, server, upgrade, connection);
 }
 
 }  // namespace prism::prismweb

@@ -12,7 +12,7 @@
 
 namespace prism::prismweb {
 
-class Site;
+class WebServer;
 struct Connection;
 using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 
@@ -24,9 +24,9 @@ struct Upgrade {
 
 /// Serves the client until it leaves, is refused (closed with 1008, or 1013 if there is no room), or reads nothing for
 /// 30 s.
-boost::asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, Site& site,
+boost::asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, WebServer& server,
                                            const Upgrade& upgrade, std::shared_ptr<Connection> connection);
-boost::asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, Site& site,
+boost::asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, WebServer& server,
                                            const Upgrade& upgrade, std::shared_ptr<Connection> connection);
 
 }  // namespace prism::prismweb

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "drivers/wire/decode/frame_match.hpp"
-#include "drivers/wire/decode/reading_maker.hpp"
+#include "drivers/wire/decode/message_decoder.hpp"
 #include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::wire {

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-#include "drivers/wire/description/frame_kind.hpp"
 #include "drivers/wire/description/frame_view.hpp"
+#include "drivers/wire/description/message_type.hpp"
 
 namespace prism::wire {
 

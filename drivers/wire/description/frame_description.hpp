@@ -13,7 +13,7 @@
 #include "compensation/sensor_limits.hpp"
 #include "compensation/sensors.hpp"
 #include "compensation/text_columns.hpp"
-#include "drivers/wire/description/frame_kind.hpp"
+#include "drivers/wire/description/message_type.hpp"
 #include "drivers/wire/description/wire_format.hpp"
 
 namespace prism::wire {

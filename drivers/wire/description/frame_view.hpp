@@ -7,7 +7,7 @@
 #include <span>
 
 #include "compensation/sample.hpp"
-#include "drivers/wire/description/frame_kind.hpp"
+#include "drivers/wire/description/message_type.hpp"
 
 namespace prism::wire {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/wire/description/frame_kind.hpp"
+#include "drivers/wire/description/message_type.hpp"
 
 namespace prism::wire {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "drivers/wire/description/frame_kind.hpp"
+#include "drivers/wire/description/message_type.hpp"
 
 namespace prism::wire {
 

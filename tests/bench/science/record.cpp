@@ -7,8 +7,8 @@
 #include <optional>
 #include <sstream>
 
-#include "compensation/averager.hpp"
-#include "compensation/conditioner.hpp"
+#include "compensation/feature_extractor.hpp"
+#include "compensation/second_averager.hpp"
 
 namespace prism::science {
 namespace {

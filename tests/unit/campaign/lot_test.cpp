@@ -9,10 +9,10 @@
 #include "base/sha256.hpp"
 #include "compensation/model_text.hpp"
 #include "tests/support/shared_files.hpp"
-#include "tools/prismcal/campaign/accepted.hpp"
 #include "tools/prismcal/campaign/lot_analysis.hpp"
 #include "tools/prismcal/campaign/lot_report.hpp"
-#include "tools/prismcal/report/text_forms.hpp"
+#include "tools/prismcal/campaign/model_installation.hpp"
+#include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::campaign {
 namespace {
@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-Outcome outcome(const std::string& serial, const std::string& model, double improvement, double slope = 1) {
-  Outcome made;
+TaskResult outcome(const std::string& serial, const std::string& model, double improvement, double slope = 1) {
+  TaskResult made;
   made.task = serial + model;
   made.serial = made.gyro = serial;
   made.model = model;
@@ -34,9 +34,9 @@ Outcome outcome(const std::string& serial, const std::string& model, double impr
   return made;
 }
 
-CampaignLimits limits(double least) {
+CampaignLimits limits(double min) {
   CampaignLimits made;
-  made.repeat = {{"improvement_percent", least, {}}};
+  made.repeat = {{"improvement_percent", min, {}}};
   return made;
 }
 
@@ -44,14 +44,14 @@ TEST(BrokenLimits, NameTheLimitAndTheValue) {
   EXPECT_TRUE(broken_limits(outcome("S1", "a", 50), limits(30)).empty());
   EXPECT_THAT(broken_limits(outcome("S1", "a", 20), limits(30)),
               ElementsAre("repeat cycle2: improvement_percent 20, expected at least 30"));
-  Outcome unmeasured = outcome("S1", "a", 20);
+  TaskResult unmeasured = outcome("S1", "a", 20);
   unmeasured.judged[0].measured.clear();
   EXPECT_THAT(broken_limits(unmeasured, limits(30)), ElementsAre(HasSubstr("not measured")));
-  Outcome refused = outcome("S1", "a", 50);
+  TaskResult refused = outcome("S1", "a", 50);
   refused.refused = true;
   refused.why = "no thermometer";
   EXPECT_THAT(broken_limits(refused, limits(30)), ElementsAre("refused: no thermometer"));
-  Outcome same = outcome("S1", "a", 50);
+  TaskResult same = outcome("S1", "a", 50);
   same.judged[0].trained_on = "/lot/cycle1.csv";
   EXPECT_THAT(broken_limits(same, limits(30)), ElementsAre(HasSubstr("no test: the model was trained on /lot")));
 }
@@ -79,7 +79,7 @@ TEST(Lot, ChoosesTheFirstAcceptedModelInTheOrderOfTheFile) {
 }
 
 TEST(LotAnalysis, FindsTheOneThatStandsOut) {
-  std::vector<Outcome> lot;
+  std::vector<TaskResult> lot;
   for (int i = 0; i < 20; ++i) lot.push_back(outcome(fmt::format("S{}", i), "a", 50 + i % 5));
   lot[7].judged[0].measured[0].value = 5;
   const auto outliers = find_outliers(lot);
@@ -90,14 +90,15 @@ TEST(LotAnalysis, FindsTheOneThatStandsOut) {
 }
 
 TEST(LotAnalysis, PutsSiblingsTogetherAndTellsDrift) {
-  const std::vector<Outcome> lot = {outcome("S1", "a", 50, 1), outcome("S2", "a", 50, -1), outcome("S3", "a", 50, 1.1)};
-  const auto siblings = find_siblings(lot);
+  const std::vector<TaskResult> lot = {outcome("S1", "a", 50, 1), outcome("S2", "a", 50, -1),
+                                       outcome("S3", "a", 50, 1.1)};
+  const auto siblings = find_nearest_gyros(lot);
   ASSERT_EQ(siblings.size(), 3u);
   EXPECT_EQ(siblings[0].outcome->serial, "S1");
   EXPECT_EQ(siblings[0].nearest->serial, "S3");
   EXPECT_NEAR(siblings[0].likeness.correlation, 1, 1e-12);
   EXPECT_EQ(siblings[2].outcome->serial, "S2");  // alone
-  std::vector<Outcome> later = lot;
+  std::vector<TaskResult> later = lot;
   later[0].mean_deg_per_h = 1.25;
   const auto drift = find_drift(later, lot);
   ASSERT_EQ(drift.size(), 3u);
@@ -129,7 +130,7 @@ class InstalledLot : public testing::Test {
 
   /// A model of the gyro stands as a task's result.
   void stand(const std::string& serial) {
-    Outcome made = outcome(serial, "a", 50);
+    TaskResult made = outcome(serial, "a", 50);
     std::string text = test::read_file(fs::path(PRISM_SOURCE_DIR) / "config/models/tao2019-model2.json");
     const auto at = text.find("\"gyro\"");
     if (at != std::string::npos) {
@@ -148,7 +149,7 @@ class InstalledLot : public testing::Test {
   Result<InstalledModels> install() { return install_models(files_.file(), store_, lot_, files_.path("dest"), true); }
 
   test::Lot files_;
-  Store store_{files_.path("out")};
+  ResultStore store_{files_.path("out")};
   Lot lot_;
 };
 

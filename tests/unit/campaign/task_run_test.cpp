@@ -34,14 +34,14 @@ class TaskOfALot : public testing::Test {
 
   test::Lot lot_;
   Work work_ = test::quick_work();
-  Store store_{lot_.path("out")};
+  ResultStore store_{lot_.path("out")};
   Plan plan_;
   Task task_;
 };
 
 TEST_F(TaskOfALot, StandsInAFolderOfItsName) {
   ASSERT_TRUE(run_task(store_, task_, work_));
-  EXPECT_TRUE(store_.stands(task_.id));
+  EXPECT_TRUE(store_.has_result(task_.id));
   for (const char* name : {"model.json", "result.json", "task.json", "times.json"})
     EXPECT_TRUE(fs::exists(store_.task_folder(task_.id) + "/" + name)) << name;
   EXPECT_EQ(unfinished(), 0u);
@@ -78,7 +78,7 @@ TEST_F(TaskOfALot, AFailureIsKeptAndTriedAgain) {
   work_.run = [](const Task&, const std::string&) -> Result<Json> { return make_error("disk", "is full"); };
   EXPECT_FALSE(run_task(store_, task_, work_));
   EXPECT_FALSE(run_task(store_, task_, work_));
-  EXPECT_FALSE(store_.stands(task_.id));
+  EXPECT_FALSE(store_.has_result(task_.id));
   EXPECT_EQ(unfinished(), 0u);
   auto status = read_status(store_).value();
   ASSERT_EQ(status.failed.size(), 1u);
@@ -101,7 +101,7 @@ TEST_F(TaskOfALot, ARefusalOfTheGyroIsAResult) {
 TEST_F(TaskOfALot, DoesNotTakeInputsThatChangedSinceThePlan) {
   lot_.log("S1/cycle1.csv", "S1", "9\n");
   EXPECT_THAT(run_task(store_, task_, work_).error().text(), HasSubstr("plan again"));
-  EXPECT_FALSE(store_.stands(task_.id));
+  EXPECT_FALSE(store_.has_result(task_.id));
 }
 
 TEST_F(TaskOfALot, OutOfMemoryIsAFailureOfTheMachine) {

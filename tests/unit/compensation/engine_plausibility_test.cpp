@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "compensation/compensated_text.hpp"
-#include "compensation/engine.hpp"
+#include "compensation/compensation_engine.hpp"
 #include "tests/support/models.hpp"
 
 namespace prism::compensation {

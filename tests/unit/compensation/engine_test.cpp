@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Engine: one row per sample, the bias of the last complete second, and no silently uncorrected rate.
-#include "compensation/engine.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 #include <vector>
 
+#include "compensation/compensation_engine.hpp"
 #include "tests/support/models.hpp"
 
 namespace prism::compensation {

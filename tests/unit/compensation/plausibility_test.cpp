@@ -7,8 +7,8 @@
 
 #include <cmath>
 
-#include "compensation/averager.hpp"
-#include "compensation/conditioner.hpp"
+#include "compensation/feature_extractor.hpp"
+#include "compensation/second_averager.hpp"
 
 namespace prism::compensation {
 namespace {
@@ -155,7 +155,7 @@ TEST(FeatureExtractor, IgnoresImplausibleMeans) {
   features.end_mean_s = 2;
   features.max_gap_s = 3;
   features.lag_time_constants_s = {30};
-  FeatureExtractor conditioner(features);
+  FeatureExtractor extractor(features);
   Window window;
   const auto seconds = [&](std::int64_t from, std::int64_t to, double degc) {
     for (std::int64_t s = from; s < to; ++s) {
@@ -164,7 +164,7 @@ TEST(FeatureExtractor, IgnoresImplausibleMeans) {
       second_mean.rate_deg_per_h = 8;
       second_mean.temperature_degc = degc;
       second_mean.all_implausible.temperature = degc < -90;
-      window = conditioner.push(second_mean);
+      window = extractor.push(second_mean);
     }
   };
   seconds(0, 20, 25);

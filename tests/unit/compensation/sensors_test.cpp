@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "compensation/compensated_text.hpp"
-#include "compensation/conditioner.hpp"
-#include "compensation/engine.hpp"
+#include "compensation/compensation_engine.hpp"
+#include "compensation/feature_extractor.hpp"
 #include "compensation/model_text.hpp"
 #include "tests/support/models.hpp"
 
@@ -72,11 +72,11 @@ SecondMean second_mean_at(std::int64_t second, const SensorList& list, std::vect
 // The case warms by 0.1 degC/s while T is constant; it is the second sensor of the stream.
 TEST(Sensors, AWindowHasTheirMeanSlopeLagAndDifference) {
   const FeatureDefinition features = with_case();
-  FeatureExtractor conditioner(features);
+  FeatureExtractor extractor(features);
   const SensorList list = list_of({{"anode", "V"}, {"case", "degC"}});
   Window window;
   for (int second = 0; second < 100; ++second)
-    window = conditioner.push(second_mean_at(second, list, {5, 30 + 0.1 * second}));
+    window = extractor.push(second_mean_at(second, list, {5, 30 + 0.1 * second}));
   const auto value = [&](const char* name) { return input_value(window, features, name); };
   EXPECT_NEAR(value("case"), 30 + 0.1 * (99 - 4.5), 1e-9);
   EXPECT_NEAR(value("dcase/dt"), 0.1, 1e-12);
@@ -88,11 +88,11 @@ TEST(Sensors, AWindowHasTheirMeanSlopeLagAndDifference) {
 
 TEST(Sensors, ASensorUnknownForLongerThanTheGapLimitHasNoValue) {
   const FeatureDefinition features = with_case();
-  FeatureExtractor conditioner(features);
+  FeatureExtractor extractor(features);
   const SensorList list = list_of({{"case", "degC"}});
   Window window;
   for (int second = 0; second < 40; ++second)
-    window = conditioner.push(second_mean_at(second, list, {second < 32 ? 30 : kUnknown}));
+    window = extractor.push(second_mean_at(second, list, {second < 32 ? 30 : kUnknown}));
   EXPECT_EQ(window.state, WindowState::kReady) << "T is always known";
   for (const char* name : {"case", "dcase/dt", "lag1:case", "case-T", "anode"})
     EXPECT_TRUE(std::isnan(input_value(window, features, name))) << name;
@@ -101,14 +101,14 @@ TEST(Sensors, ASensorUnknownForLongerThanTheGapLimitHasNoValue) {
 
 TEST(Sensors, AStreamInAnotherOrderContinues) {
   const FeatureDefinition features = with_case();
-  FeatureExtractor conditioner(features);
+  FeatureExtractor extractor(features);
   Window window;
   for (int second = 0; second < 30; ++second) {
     const bool first = second < 15;
     const SensorList list =
         first ? list_of({{"case", "degC"}, {"anode", "V"}}) : list_of({{"anode", "V"}, {"case", "degC"}});
     window =
-        conditioner.push(second_mean_at(second, list, first ? std::vector<double>{30, 5} : std::vector<double>{5, 30}));
+        extractor.push(second_mean_at(second, list, first ? std::vector<double>{30, 5} : std::vector<double>{5, 30}));
   }
   EXPECT_EQ(input_value(window, features, "case"), 30);
   EXPECT_EQ(input_value(window, features, "anode"), 5);

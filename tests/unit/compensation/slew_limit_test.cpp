@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "compensation/engine.hpp"
+#include "compensation/compensation_engine.hpp"
 #include "tests/support/models.hpp"
 
 namespace prism::compensation {

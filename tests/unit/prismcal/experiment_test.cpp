@@ -15,7 +15,7 @@
 #include "tools/prismcal/analysis/experiment_report.hpp"
 #include "tools/prismcal/analysis/paper_numbers.hpp"
 #include "tools/prismcal/report/html.hpp"
-#include "tools/prismcal/report/text_forms.hpp"
+#include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::prismcal {
 namespace {

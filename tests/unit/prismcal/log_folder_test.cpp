@@ -61,10 +61,10 @@ struct LogFolderTest : testing::Test {
   void write_whole(const std::string& file, const std::string& text, std::size_t rows) const {
     write(file, text + end(text, rows));
   }
-  LogRows joined() const {
+  LogTable joined() const {
     const auto read = LogFolder::read(log);
     EXPECT_TRUE(read) << read.error().text();
-    return read ? join_rows(*read) : LogRows();
+    return read ? join_rows(*read) : LogTable();
   }
   std::string refusal() const {
     const auto read = LogFolder::read(log);
@@ -72,7 +72,7 @@ struct LogFolderTest : testing::Test {
   }
 };
 
-std::vector<std::int64_t> ends_of(const LogRows& rows) {
+std::vector<std::int64_t> ends_of(const LogTable& rows) {
   std::vector<std::int64_t> seconds;
   for (const LogRow& row : rows.rows) seconds.push_back(row.second_mean.second + 1 - kNoon);
   return seconds;
@@ -81,7 +81,7 @@ std::vector<std::int64_t> ends_of(const LogRows& rows) {
 TEST_F(LogFolderTest, ARestartWithinASecondLeavesTwoPartsOfIt) {
   write_whole("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3, 2), 3);
   write_whole("gyro1-20261121T120002Z.csv", head("2026-11-21T12:00:01.8Z") + rows_of(kNoon + 2, 3, 1), 3);
-  const LogRows rows = joined();
+  const LogTable rows = joined();
   EXPECT_THAT(ends_of(rows), ElementsAre(0, 1, 2, 2, 3, 4));
   EXPECT_THAT(rows.sessions, ElementsAre(0u, 3u));
   EXPECT_EQ(rows.left_out.cut, 2u);
@@ -139,7 +139,7 @@ TEST_F(LogFolderTest, WhatStandsThereTwiceCountsOnce) {
   write_whole("gyro1-20261121T120000Z.csv", text, 4);
   write_whole("copy of gyro1-20261121T120000Z.csv", text, 4);
   write("half of gyro1.csv", head("2026-11-21T11:59:59.5Z", "# note: mine\n") + rows_of(kNoon + 2, 1));
-  const LogRows rows = joined();
+  const LogTable rows = joined();
   EXPECT_THAT(ends_of(rows), ElementsAre(0, 1, 2, 3));
   EXPECT_EQ(rows.left_out.copies, 1u);
   EXPECT_EQ(rows.left_out.doubled, 1u);
@@ -150,7 +150,7 @@ TEST_F(LogFolderTest, ASupersededRowStandsInTheLaterSegmentOnly) {
   write("gyro1-20261121T120000Z.csv", head(session) + rows_of(kNoon, 5));
   write_whole("gyro1-20261121T120003Z.csv",
               head(session, "# supersedes: gyro1-20261121T120000Z.csv from row 4\n") + rows_of(kNoon + 3, 4), 4);
-  const LogRows rows = joined();
+  const LogTable rows = joined();
   EXPECT_THAT(ends_of(rows), ElementsAre(0, 1, 2, 3, 4, 5, 6));
   EXPECT_EQ(rows.left_out.superseded, 2u);
   EXPECT_EQ(rows.left_out.doubled, 0u);
@@ -164,13 +164,13 @@ TEST_F(LogFolderTest, ATornSegmentCostsItsLastRowOnly) {
     write("gyro1-20261121T120000Z.csv", text.substr(0, length));
     const auto segment = read_log_segment(log + "/gyro1-20261121T120000Z.csv");
     ASSERT_TRUE(segment) << length << ": " << segment.error().text();
-    EXPECT_EQ(segment->end, length == text.size() ? SegmentEnd::kWhole : SegmentEnd::kTorn) << length;
+    EXPECT_EQ(segment->end, length == text.size() ? SegmentEnd::kIntact : SegmentEnd::kTruncated) << length;
     const std::string left = text.substr(0, length);
     const std::string lines = left.substr(0, left.rfind('\n') + 1);
     const auto rows = std::count(lines.begin(), lines.end(), '\n') - std::count(lines.begin(), lines.end(), '#');
     EXPECT_EQ(segment->rows.size(), std::max<std::ptrdiff_t>(rows - 1, 0)) << length;
     const bool headless = length < head("2026-11-21T11:59:59.5Z").size();  // then nothing in it is a row
-    EXPECT_EQ(segment->torn_bytes, headless ? length : left.size() - (left.rfind('\n') + 1)) << length;
+    EXPECT_EQ(segment->truncated_bytes, headless ? length : left.size() - (left.rfind('\n') + 1)) << length;
   }
 }
 
@@ -179,7 +179,7 @@ TEST_F(LogFolderTest, ZeroesAtTheEndAreATear) {
   write("gyro1-20261121T120000Z.csv",
         head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3) + std::string(50, '\0') + "\n" + std::string(50, '\0'));
   EXPECT_EQ(joined().rows.size(), 3u);
-  EXPECT_EQ(joined().left_out.torn_bytes, 101u);
+  EXPECT_EQ(joined().left_out.truncated_bytes, 101u);
 }
 
 TEST_F(LogFolderTest, DamageWithinIsRefusedByItsLine) {
@@ -217,10 +217,10 @@ TEST_F(LogFolderTest, ASegmentThatIsLockedIsOpenAndNotTorn) {
   write("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3));
   const int writer = ::open((log + "/gyro1-20261121T120000Z.csv").c_str(), O_WRONLY | O_CLOEXEC);
   ASSERT_EQ(::flock(writer, LOCK_EX), 0);
-  EXPECT_EQ(joined().left_out.torn_segments, 0u);
+  EXPECT_EQ(joined().left_out.truncated_segments, 0u);
   EXPECT_EQ(joined().rows.size(), 3u);
   ::close(writer);
-  EXPECT_EQ(joined().left_out.torn_segments, 1u);
+  EXPECT_EQ(joined().left_out.truncated_segments, 1u);
 }
 
 // The row says that something was implausible, not what: nothing of it is taken, and that is said.
@@ -233,7 +233,7 @@ TEST_F(LogFolderTest, ImplausibleSecondsAreTold) {
     compensation::append_csv(rows, row);
   }
   write("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows);
-  const LogRows read = joined();
+  const LogTable read = joined();
   ASSERT_EQ(read.rows.size(), 4u);
   EXPECT_EQ(read.left_out.implausible, 2u);
   EXPECT_THAT(read.left_out.lines(),

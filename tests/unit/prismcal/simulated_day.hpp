@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "compensation/averager.hpp"
 #include "compensation/polynomial_model.hpp"
+#include "compensation/second_averager.hpp"
 #include "tests/unit/evaluation/random_series.hpp"
 
 namespace prism::test {

@@ -14,7 +14,7 @@
 
 #include "base/file.hpp"
 #include "compensation/compensated_text.hpp"
-#include "compensation/engine.hpp"
+#include "compensation/compensation_engine.hpp"
 #include "compensation/model_text.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"

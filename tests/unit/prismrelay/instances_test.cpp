@@ -8,7 +8,7 @@
 
 #include "base/outside_text.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismrelay/instance_follower.hpp"
+#include "tools/prismrelay/instance_client.hpp"
 #include "tools/prismrelay/mqtt.hpp"
 #include "tools/prismrelay/schema.hpp"
 #include "tools/prismrelay/state.hpp"

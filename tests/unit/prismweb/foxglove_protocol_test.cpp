@@ -27,23 +27,23 @@ TEST(FoxgloveProtocol, TheTokenStandsInTheTarget) {
 }
 
 TEST(FoxgloveTopics, KeepTheirNumbers) {
-  FoxgloveTopics topics;
+  FoxgloveTopics subscriptions;
   const auto names = [&] {
     std::map<std::uint32_t, std::string> all;
-    for (const auto& [number, topic] : topics.all()) all[number] = topic.name();
+    for (const auto& [number, topic] : subscriptions.all()) all[number] = topic.name();
     return all;
   };
-  topics.learn(json::parse(R"([{"name":"g","axes":[]}])"));
+  subscriptions.update_axes(json::parse(R"([{"name":"g","axes":[]}])"));
   EXPECT_EQ(names(), (std::map<std::uint32_t, std::string>{{1, "/g/event"}}));
-  topics.learn(json::parse(R"([{"name":"g","axes":["z"]},{"name":"h","axes":["x"]}])"));
+  subscriptions.update_axes(json::parse(R"([{"name":"g","axes":["z"]},{"name":"h","axes":["x"]}])"));
   const auto both = names();
   EXPECT_EQ(both.size(), 6U);
   EXPECT_EQ(both.at(1), "/g/event");
   EXPECT_EQ(both.at(2), "/g/z/window");
   EXPECT_EQ(both.at(3), "/g/z/sample");
-  topics.learn(json::parse(R"([{"name":"h","axes":["x"]}])"));
+  subscriptions.update_axes(json::parse(R"([{"name":"h","axes":["x"]}])"));
   EXPECT_EQ(names().size(), 3U);
-  topics.learn(json::parse(R"([{"name":"g","axes":["z"]},{"name":"h","axes":["x"]}])"));
+  subscriptions.update_axes(json::parse(R"([{"name":"g","axes":["z"]},{"name":"h","axes":["x"]}])"));
   EXPECT_EQ(names(), both);
 }
 

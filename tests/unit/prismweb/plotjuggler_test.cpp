@@ -28,7 +28,7 @@ TEST(PlotJuggler, IsSentAndWaitsForNobody) {
   boost::asio::io_context io;
   boost::asio::ip::udp::socket there(io, {boost::asio::ip::make_address("127.0.0.1"), 0});
   PlotJuggler sender(io, {"127.0.0.1", there.local_endpoint().port(), true});
-  EXPECT_EQ(sender.wish().sample_every, 1U);
+  EXPECT_EQ(sender.subscribe().sample_every, 1U);
   sender.deliver("gyro1", std::make_shared<const std::string>(kBatch), 3);
   std::array<char, 1000> buffer{};
   const std::size_t size = there.receive(boost::asio::buffer(buffer));

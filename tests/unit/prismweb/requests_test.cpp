@@ -29,14 +29,14 @@ TEST(ApiTargets, OfAnotherFormAreRefused) {
 }
 
 TEST(Wishes, AreReadAsPrismdReadsThem) {
-  const Wish none;
-  EXPECT_EQ(*wish_of_params(nullptr, true, none), (Wish{1, true, true, {}}));
-  EXPECT_EQ(*wish_of_params({{"every", 5}}, true, none), (Wish{5, true, true, {}}));
+  const Subscription none;
+  EXPECT_EQ(*wish_of_params(nullptr, true, none), (Subscription{1, true, true, {}}));
+  EXPECT_EQ(*wish_of_params({{"every", 5}}, true, none), (Subscription{5, true, true, {}}));
   EXPECT_EQ(*wish_of_params({{"streams", {"window"}}, {"axes", {"z", "x"}}}, true, none),
-            (Wish{0, true, false, {"x", "z"}}));
-  const Wish before{2, true, false, {}};
-  EXPECT_EQ(*wish_of_params({{"streams", {"event"}}}, true, before), (Wish{2, true, true, {}}));
-  EXPECT_EQ(*wish_of_params({{"streams", {"sample"}}}, false, before), (Wish{0, true, false, {}}));
+            (Subscription{0, true, false, {"x", "z"}}));
+  const Subscription before{2, true, false, {}};
+  EXPECT_EQ(*wish_of_params({{"streams", {"event"}}}, true, before), (Subscription{2, true, true, {}}));
+  EXPECT_EQ(*wish_of_params({{"streams", {"sample"}}}, false, before), (Subscription{0, true, false, {}}));
   EXPECT_EQ(*wish_of_params(nullptr, false, before), none);
 }
 

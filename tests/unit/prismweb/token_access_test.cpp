@@ -65,9 +65,9 @@ TEST_F(TokenAccessTest, ACookieCountsInRequestsOfItsOwnPageAlone) {
   EXPECT_FALSE(access->is_authenticated(request));
   request.origin.clear();
   EXPECT_FALSE(access->is_authenticated(request)) << "nothing shows where it comes from";
-  for (const char* site : {"same-site", "cross-site"}) {
-    request.sec_fetch_site = site;
-    EXPECT_FALSE(access->is_authenticated(request)) << site;
+  for (const char* server : {"same-site", "cross-site"}) {
+    request.sec_fetch_site = server;
+    EXPECT_FALSE(access->is_authenticated(request)) << server;
   }
   request.sec_fetch_site = "same-origin";
   EXPECT_TRUE(access->is_authenticated(request));

@@ -14,25 +14,26 @@ Plot of(Series series, Axis x = {"x"}, Axis y = {"y"}) { return {1, 200, {{"", x
 
 TEST(ChartJson, IsForWhatAChartShowsTruly) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const Form form : {Form::kLine, Form::kPoints, Form::kOpenPoints, Form::kLinePoints, Form::kBars})
+  for (const SeriesStyle form : {SeriesStyle::kLine, SeriesStyle::kPoints, SeriesStyle::kOpenPoints,
+                                 SeriesStyle::kLinePoints, SeriesStyle::kBars})
     EXPECT_TRUE(can_be_charted(of({"", Ink::kRaw, form, {1, 2}, {3, 4}})));
-  EXPECT_TRUE(can_be_charted(of({"", Ink::kRaw, Form::kBand, {1, 2}, {3, 4}, {4, 5}})));
-  EXPECT_TRUE(can_be_charted(of({"", Ink::kRaw, Form::kPoints, {2, 1}, {3, 4}}))) << "points have no order";
-  EXPECT_TRUE(can_be_charted(of({"", Ink::kRaw, Form::kLine, {1, 9, 2}, {3, nan, 4}})))
+  EXPECT_TRUE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kBand, {1, 2}, {3, 4}, {4, 5}})));
+  EXPECT_TRUE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kPoints, {2, 1}, {3, 4}}))) << "points have no order";
+  EXPECT_TRUE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kLine, {1, 9, 2}, {3, nan, 4}})))
       << "what is not drawn goes nowhere";
 
-  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, Form::kLine, {2, 1}, {3, 4}}))) << "a loop";
-  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, Form::kHeat, {1, 2}, {3, 4}, {5, 6}})));
-  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, Form::kMark, {1}, {3}})));
-  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, Form::kLine, {0, 1}, {3, 4}}, {"x", true})));
-  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, Form::kLine, {1, 2}, {-3, 4}}, {"x"}, {"y", true})));
-  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, Form::kBars, {1, 2}, {3, 4}}, {"x", true})));
-  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, Form::kLine, {1, 2}, {nan, nan}}))) << "nothing to show";
+  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kLine, {2, 1}, {3, 4}}))) << "a loop";
+  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kHeat, {1, 2}, {3, 4}, {5, 6}})));
+  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kMark, {1}, {3}})));
+  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kLine, {0, 1}, {3, 4}}, {"x", true})));
+  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kLine, {1, 2}, {-3, 4}}, {"x"}, {"y", true})));
+  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kBars, {1, 2}, {3, 4}}, {"x", true})));
+  EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kLine, {1, 2}, {nan, nan}}))) << "nothing to show";
   EXPECT_FALSE(can_be_charted(Plot{}));
 }
 
 TEST(ChartJson, HasWhatIsDrawnAndNoNumberThatIsNone) {
-  Series line{"after", Ink::kAccent1, Form::kLine, {1, 2, 3}, {0.123456789, std::nan(""), HUGE_VAL}};
+  Series line{"after", Ink::kAccent1, SeriesStyle::kLine, {1, 2, 3}, {0.123456789, std::nan(""), HUGE_VAL}};
   line.right_axis = true;
   Plot plot = of(line, {"t, s", true, 0.5}, {"deg/h"});
   plot.panels[0].right = {"K", false, {}, 9};
@@ -49,7 +50,7 @@ TEST(ChartJson, HasWhatIsDrawnAndNoNumberThatIsNone) {
 
 TEST(ChartJson, OfHostileNamesEndsNoScript) {
   const std::string name = "</script><script>alert(1)</script>\xff<!--";
-  const std::string json = chart_json(of({name, Ink::kRaw, Form::kLine, {1}, {2}}));
+  const std::string json = chart_json(of({name, Ink::kRaw, SeriesStyle::kLine, {1}, {2}}));
   EXPECT_EQ(json.find('<'), std::string::npos);
   const std::string read = nlohmann::json::parse(json)["panels"][0]["series"][0]["name"];
   EXPECT_EQ(read.substr(0, 34), name.substr(0, 34));

@@ -10,7 +10,7 @@
 
 #include "tests/unit/report/page_text.hpp"
 #include "tools/prismcal/report/html.hpp"
-#include "tools/prismcal/report/text_forms.hpp"
+#include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::report {
 namespace {
@@ -88,7 +88,7 @@ TEST(HtmlPage, HasTheScriptOnceAndOnlyForFiguresThatItCanShow) {
   };
   EXPECT_EQ(count("<script>"), 1U);
   EXPECT_EQ(count("<script type=\"application/json\">{"), 2U);
-  for (const std::size_t i : {2U, 3U}) std::get<Figure>(blocks[i]).plot.panels[0].series[0].form = Form::kHeat;
+  for (const std::size_t i : {2U, 3U}) std::get<Figure>(blocks[i]).plot.panels[0].series[0].form = SeriesStyle::kHeat;
   EXPECT_EQ(count("<script"), 0U);
   EXPECT_EQ(count("<svg"), 2U);
 }

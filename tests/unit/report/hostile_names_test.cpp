@@ -11,7 +11,7 @@
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/merged.hpp"
 #include "tools/prismcal/report/svg_chart.hpp"
-#include "tools/prismcal/report/text_forms.hpp"
+#include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::report {
 namespace {
@@ -50,10 +50,10 @@ Report with(const std::string& name) {
   Table table{name, name, name, {{name, name, false}, {name, "deg/h"}}, {{text_cell(name), fixed_cell(-0.5, 3)}}};
   table.rows[0][0].link = name;
   Plot plot{2, 200, {{name, {name}, {name}, {name}, {}}, {name, {name}, {name}, {name}, {}}}};
-  plot.panels[0].series = {{name, Ink::kRaw, Form::kLine, {1, 2}, {1, 2}},
-                           {name, Ink::kModel, Form::kBars, {1, 2}, {1, 2}, {}, true}};
-  plot.panels[1].series = {{name, Ink::kRaw, Form::kHeat, {1, 1, 2, 2}, {1, 2, 1, 2}, {1, 2, 3, 4}},
-                           {name, Ink::kModel, Form::kMark, {1}, {1}}};
+  plot.panels[0].series = {{name, Ink::kRaw, SeriesStyle::kLine, {1, 2}, {1, 2}},
+                           {name, Ink::kModel, SeriesStyle::kBars, {1, 2}, {1, 2}, {}, true}};
+  plot.panels[1].series = {{name, Ink::kRaw, SeriesStyle::kHeat, {1, 1, 2, 2}, {1, 2, 1, 2}, {1, 2, 3, 4}},
+                           {name, Ink::kModel, SeriesStyle::kMark, {1}, {1}}};
   Plot charted = plot;
   charted.panels.pop_back();
   report.sections = {

@@ -20,8 +20,9 @@ using testing::HasSubstr;
 using testing::Not;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr Form kForms[] = {Form::kLine, Form::kPoints, Form::kOpenPoints, Form::kLinePoints,
-                           Form::kBand, Form::kBars,   Form::kHeat,       Form::kMark};
+constexpr SeriesStyle kForms[] = {SeriesStyle::kLine,       SeriesStyle::kPoints, SeriesStyle::kOpenPoints,
+                                  SeriesStyle::kLinePoints, SeriesStyle::kBand,   SeriesStyle::kBars,
+                                  SeriesStyle::kHeat,       SeriesStyle::kMark};
 
 void expect_drawing(const std::string& name, const Plot& plot) {
   const std::string path = PRISM_SOURCE_DIR "/tests/unit/report/drawings/" + name + ".svg", svg = draw_svg(plot) + "\n";
@@ -33,7 +34,7 @@ void expect_drawing(const std::string& name, const Plot& plot) {
   EXPECT_EQ(svg, *expected);
 }
 
-Plot one_panel(Form form) {
+Plot one_panel(SeriesStyle form) {
   Series series{"it's a_b", Ink::kModel, form, {1, 1, 100, 100}, {1, 2, 1, 2}, {2, 3, 4, 5}};
   return {1, 200, {{"(a) one", {"x, s", true}, {"y, deg/h"}, {}, {series}}}};
 }
@@ -46,37 +47,38 @@ std::size_t count(const std::string& text, std::string_view part) {
 
 TEST(SvgChart, DrawsALineWithAGapAndASecondAxis) {
   Plot plot{1, 180, {{"(a) bias", {"time, h"}, {"bias, deg/h"}, {"T, °C"}, {}}}};
-  plot.panels[0].series = {{"before", Ink::kRaw, Form::kLine, {0, 1, 2, 3, 4}, {-0.5, 0.25, kNan, 0.5, 1}},
-                           {"temperature", Ink::kModel, Form::kLine, {0, 4}, {-40, 85}, {}, true}};
+  plot.panels[0].series = {{"before", Ink::kRaw, SeriesStyle::kLine, {0, 1, 2, 3, 4}, {-0.5, 0.25, kNan, 0.5, 1}},
+                           {"temperature", Ink::kModel, SeriesStyle::kLine, {0, 4}, {-40, 85}, {}, true}};
   expect_drawing("line", plot);
 }
 
 TEST(SvgChart, DrawsABandAndPointsOnLogarithmicAxes) {
   Plot plot{2, 240, {{"", {"averaging time, s", true}, {"Allan deviation, deg/h", true}, {}, {}}}};
-  plot.panels[0].series = {{"", Ink::kCorrected, Form::kBand, {1, 10, 1000}, {0.9, 0.3, 0.02}, {1.1, 0.4, 0.06}},
-                           {"after", Ink::kCorrected, Form::kLinePoints, {1, 10, 1000}, {1, 0.35, 0.04}}};
+  plot.panels[0].series = {{"", Ink::kCorrected, SeriesStyle::kBand, {1, 10, 1000}, {0.9, 0.3, 0.02}, {1.1, 0.4, 0.06}},
+                           {"after", Ink::kCorrected, SeriesStyle::kLinePoints, {1, 10, 1000}, {1, 0.35, 0.04}}};
   plot.panels.push_back({"(b) empty", {"x"}, {"y"}, {}, {}});
   expect_drawing("allan", plot);
 }
 
 TEST(SvgChart, DrawsBarsAndPoints) {
   Plot plot{2, 200, {{"(a)", {"residual"}, {"blocks"}, {}, {}}, {"(b)", {"T, °C"}, {"bias"}, {}, {}}}};
-  plot.panels[0].series = {{"residual", Ink::kCorrected, Form::kBars, {-1, 0, 1, 2}, {3, 7, -2, 1}},
-                           {"limit", Ink::kGuide, Form::kLine, {-1.5, 2.5}, {5, 5}}};
-  plot.panels[1].series = {{"soak", Ink::kRaw, Form::kPoints, {1, 2, 3}, {1, 1, 2}},
-                           {"heating", Ink::kModel, Form::kPoints, {1, 2, 3}, {2, 2, 1}},
-                           {"cooling", Ink::kCorrected, Form::kOpenPoints, {1, 2, 3}, {1.5, 1.5, 1.5}}};
+  plot.panels[0].series = {{"residual", Ink::kCorrected, SeriesStyle::kBars, {-1, 0, 1, 2}, {3, 7, -2, 1}},
+                           {"limit", Ink::kGuide, SeriesStyle::kLine, {-1.5, 2.5}, {5, 5}}};
+  plot.panels[1].series = {{"soak", Ink::kRaw, SeriesStyle::kPoints, {1, 2, 3}, {1, 1, 2}},
+                           {"heating", Ink::kModel, SeriesStyle::kPoints, {1, 2, 3}, {2, 2, 1}},
+                           {"cooling", Ink::kCorrected, SeriesStyle::kOpenPoints, {1, 2, 3}, {1.5, 1.5, 1.5}}};
   expect_drawing("bars", plot);
 }
 
 TEST(SvgChart, DrawsASurfaceAsCellsThatTouch) {
-  Series heat{"", Ink::kRaw, Form::kHeat, {1, 1, 100, 100}, {0, 1, 0, 1}, {1, 1.5, 2, 1}};
-  Plot plot{1, 220, {{"", {"c", true}, {"sigma2"}, {}, {heat, {"chosen", Ink::kModel, Form::kMark, {100}, {1}}}}}};
+  Series heat{"", Ink::kRaw, SeriesStyle::kHeat, {1, 1, 100, 100}, {0, 1, 0, 1}, {1, 1.5, 2, 1}};
+  Plot plot{
+      1, 220, {{"", {"c", true}, {"sigma2"}, {}, {heat, {"chosen", Ink::kModel, SeriesStyle::kMark, {100}, {1}}}}}};
   expect_drawing("surface", plot);
 }
 
 TEST(SvgChart, IsBalancedAndHasNoNumberThatIsNone) {
-  for (const Form form : kForms) {
+  for (const SeriesStyle form : kForms) {
     for (const double bad :
          {kNan, HUGE_VAL, -HUGE_VAL, 1e308, -1e308, 0.0, std::numeric_limits<double>::denorm_min()}) {
       for (std::size_t i = 0; i < 4; ++i) {
@@ -94,7 +96,7 @@ TEST(SvgChart, IsBalancedAndHasNoNumberThatIsNone) {
 }
 
 TEST(SvgChart, DrawsPanelsWithoutAPointOrWithOne) {
-  for (const Form form : kForms) {
+  for (const SeriesStyle form : kForms) {
     Plot plot = one_panel(form);
     Series& series = plot.panels[0].series[0];
     series.x = {5}, series.y = {7}, series.high = {8};
@@ -110,7 +112,7 @@ TEST(SvgChart, DrawsPanelsWithoutAPointOrWithOne) {
 TEST(SvgChart, HasTicksThatDifferOnNarrowRanges) {
   for (const double value : {1.0, -1.0, 1e9, 1e-140, 1e140}) {
     for (const double width : {1e-16, 1e-13, 1e-11, 1e-8}) {
-      Plot plot = one_panel(Form::kLine);
+      Plot plot = one_panel(SeriesStyle::kLine);
       plot.panels[0].y.logarithmic = value > 0;
       plot.panels[0].series[0].y = {value, value * (1 + width), value, value};
       plot.panels[0].series[0].x = plot.panels[0].series[0].y;
@@ -120,7 +122,7 @@ TEST(SvgChart, HasTicksThatDifferOnNarrowRanges) {
 }
 
 TEST(SvgChart, StaysSmallWithManyPointsAndKeepsTheirExtremes) {
-  for (const Form form : {Form::kLine, Form::kPoints, Form::kBand, Form::kBars}) {
+  for (const SeriesStyle form : {SeriesStyle::kLine, SeriesStyle::kPoints, SeriesStyle::kBand, SeriesStyle::kBars}) {
     Plot plot{1, 260, {{"", {"x"}, {"y"}, {}, {{"", Ink::kRaw, form}}}}};
     Series& series = plot.panels[0].series[0];
     for (int i = 0; i < 100000; ++i) {
@@ -130,7 +132,7 @@ TEST(SvgChart, StaysSmallWithManyPointsAndKeepsTheirExtremes) {
     }
     const std::string svg = draw_svg(plot);
     EXPECT_LT(svg.size(), 400'000u) << static_cast<int>(form);
-    if (form == Form::kLine) {
+    if (form == SeriesStyle::kLine) {
       EXPECT_LT(svg.size(), 40'000u);
       EXPECT_THAT(svg, ContainsRegex("51[23](\\.[0-9]+)? 35 "));  // y = 10 is the upper edge of the frame
     }
@@ -138,7 +140,7 @@ TEST(SvgChart, StaysSmallWithManyPointsAndKeepsTheirExtremes) {
 }
 
 TEST(SvgChart, TakesFixedRangesAndClipsToThem) {
-  Plot plot = one_panel(Form::kLine);
+  Plot plot = one_panel(SeriesStyle::kLine);
   plot.panels[0].y.min = 1.5;
   plot.panels[0].y.max = 1.75;
   const std::string svg = draw_svg(plot, 7);
@@ -149,7 +151,7 @@ TEST(SvgChart, TakesFixedRangesAndClipsToThem) {
 }
 
 TEST(SvgChart, WrapsItsKeyAndCutsNamesThatAreTooLong) {
-  Plot plot = one_panel(Form::kLine);
+  Plot plot = one_panel(SeriesStyle::kLine);
   const Series series = plot.panels[0].series[0];
   const auto place = [&] { return draw_svg(plot).find(" y=\"27\" text-anchor=\"start\" fill=\"#1b2733\">(a) one<"); };
   EXPECT_NE(place(), std::string::npos) << "beside one entry";

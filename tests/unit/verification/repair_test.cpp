@@ -8,7 +8,7 @@
 #include <map>
 
 #include "base/text_number.hpp"
-#include "tests/unit/verification/planted_faults.hpp"
+#include "tests/unit/verification/injected_faults.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::verification {

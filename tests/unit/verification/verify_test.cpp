@@ -6,7 +6,7 @@
 
 #include "base/text_number.hpp"
 #include "tests/support/shared_files.hpp"
-#include "tests/unit/verification/planted_faults.hpp"
+#include "tests/unit/verification/injected_faults.hpp"
 
 namespace prism::verification {
 namespace {
@@ -24,15 +24,15 @@ struct VerifyTest : PlantedFaults {
 TEST_F(VerifyTest, WhatTheWriterClosedIsWhole) {
   segment(0, 5);
   segment(10, 5);
-  const Verdict verdict = verify(log);
-  EXPECT_EQ(verdict.faults(), 0u);
-  ASSERT_EQ(verdict.findings.size(), 2u);
-  EXPECT_EQ(verdict.findings[0].state, State::kWhole);
-  EXPECT_EQ(verdict.findings[0].text, "5 rows, format 2");
-  ASSERT_EQ(verdict.sessions.size(), 2u);
-  EXPECT_EQ(verdict.sessions[1].first_s, kNoon + 10);
-  EXPECT_EQ(verdict.sessions[1].last_s, kNoon + 14);
-  EXPECT_EQ(verdict.sessions[1].rows, 5u);
+  const VerificationResult result = verify(log);
+  EXPECT_EQ(result.faults(), 0u);
+  ASSERT_EQ(result.findings.size(), 2u);
+  EXPECT_EQ(result.findings[0].state, FileState::kIntact);
+  EXPECT_EQ(result.findings[0].text, "5 rows, format 2");
+  ASSERT_EQ(result.sessions.size(), 2u);
+  EXPECT_EQ(result.sessions[1].first_s, kNoon + 10);
+  EXPECT_EQ(result.sessions[1].last_s, kNoon + 14);
+  EXPECT_EQ(result.sessions[1].rows, 5u);
 }
 
 TEST_F(VerifyTest, SecondsWithoutARowAreToldByTheirSessionAndAreNoFaultOfTheFile) {
@@ -44,10 +44,10 @@ TEST_F(VerifyTest, SecondsWithoutARowAreToldByTheirSessionAndAreNoFaultOfTheFile
     rows->append(row, 1);
   }
   rows->close();
-  const Verdict verdict = verify(log);
-  EXPECT_EQ(verdict.faults(), 0u);
-  ASSERT_EQ(verdict.sessions.size(), 1u);
-  const LogSession& session = verdict.sessions[0];
+  const VerificationResult result = verify(log);
+  EXPECT_EQ(result.faults(), 0u);
+  ASSERT_EQ(result.sessions.size(), 1u);
+  const LogSession& session = result.sessions[0];
   EXPECT_EQ(session.missing_s, 5u);
   EXPECT_EQ(session.missing_frames, 600u);
   EXPECT_EQ(session.partial, 1u);
@@ -60,7 +60,7 @@ TEST_F(VerifyTest, SecondsWithoutARowAreToldByTheirSessionAndAreNoFaultOfTheFile
 TEST_F(VerifyTest, ASegmentThatIsWrittenNowIsOpenAndOneOfADeadWriterIsTorn) {
   const auto living = writer();
   append(*living, kNoon, 3);
-  EXPECT_EQ(verify(log).findings[0].state, State::kOpen);
+  EXPECT_EQ(verify(log).findings[0].state, FileState::kOpen);
   EXPECT_THAT(faults_of_log(), IsEmpty());
   std::filesystem::copy_file(path(0), path(100));  // what a kill leaves: nobody holds it
   EXPECT_THAT(faults(path(100)), ElementsAre(name(100) + ": torn: 3 rows, format 2, no end"));

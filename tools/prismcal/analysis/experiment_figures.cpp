@@ -10,10 +10,10 @@ namespace prism::analysis {
 namespace {
 
 using report::Figure;
-using report::Form;
 using report::Ink;
 using report::Panel;
 using report::Series;
+using report::SeriesStyle;
 
 constexpr Ink kInks[] = {Ink::kModel, Ink::kAccent1, Ink::kAccent2, Ink::kAccent3};
 
@@ -26,7 +26,7 @@ Panel bias_panel(std::string title, const recordings::BlockTable& table, const c
           {"time, h"},
           {"bias, deg/h"},
           {},
-          {{name, Ink::kRaw, Form::kLine, table.hours(), table.bias_deg_per_h}}};
+          {{name, Ink::kRaw, SeriesStyle::kLine, table.hours(), table.bias_deg_per_h}}};
 }
 
 /// Two panels: the training recording with the models' fits, the repeat with what they leave.
@@ -37,10 +37,10 @@ void add_pair(report::Plot& plot, const Experiment& experiment, const std::vecto
   Panel left = bias_panel(lettered(plot.panels.size() + 1, what + ", compensation"), repeat, "before");
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Ink ink = kInks[i % std::size(kInks)];
-    fit.series.push_back(
-        {name(rows[i]->spec), ink, Form::kLine, experiment.data.training.hours(), rows[i]->fitted.predicted_deg_per_h});
+    fit.series.push_back({name(rows[i]->spec), ink, SeriesStyle::kLine, experiment.data.training.hours(),
+                          rows[i]->fitted.predicted_deg_per_h});
     left.series.push_back(
-        {name(rows[i]->spec), ink, Form::kLine, repeat.hours(), rows[i]->judged.front().corrected_deg_per_h});
+        {name(rows[i]->spec), ink, SeriesStyle::kLine, repeat.hours(), rows[i]->judged.front().corrected_deg_per_h});
   }
   plot.panels.push_back(std::move(fit));
   plot.panels.push_back(std::move(left));
@@ -53,7 +53,7 @@ Panel twin_panel(const recordings::BlockTable& table, std::size_t index, const c
                  const char* input) {
   Panel panel = bias_panel(lettered(index, title), table, "bias");
   panel.right.label = label;
-  panel.series.push_back({title, Ink::kModel, Form::kLine, table.hours(), table.column(input), {}, true});
+  panel.series.push_back({title, Ink::kModel, SeriesStyle::kLine, table.hours(), table.column(input), {}, true});
   return panel;
 }
 
@@ -90,7 +90,7 @@ Figure stepwise_figure(const Experiment& experiment) {
   for (const ExperimentRow* row : rows_of(experiment, "stepwise", "")) {
     Panel panel = bias_panel(lettered(figure.plot.panels.size(), method_text(row->spec)), repeat, "before");
     panel.series.push_back(
-        {"after", Ink::kCorrected, Form::kLine, repeat.hours(), row->judged.front().corrected_deg_per_h});
+        {"after", Ink::kCorrected, SeriesStyle::kLine, repeat.hours(), row->judged.front().corrected_deg_per_h});
     figure.plot.panels.push_back(std::move(panel));
   }
   return figure;
@@ -130,7 +130,8 @@ std::optional<Figure> lssvm_figure(const Experiment& experiment) {
 std::optional<Figure> surface_figure(const ExperimentRow& row) {
   const Trained& t = row.trained;
   if (t.surface.empty() || !t.c || !t.sigma2) return std::nullopt;
-  Series heat{"", Ink::kRaw, Form::kHeat}, chosen{"chosen", Ink::kModel, Form::kMark, {*t.c}, {*t.sigma2}};
+  Series heat{"", Ink::kRaw, SeriesStyle::kHeat},
+      chosen{"chosen", Ink::kModel, SeriesStyle::kMark, {*t.c}, {*t.sigma2}};
   double lowest = t.surface.front().cost_deg_per_h;
   for (const SurfacePoint& point : t.surface) lowest = std::min(lowest, point.cost_deg_per_h);
   for (const SurfacePoint& point : t.surface) {

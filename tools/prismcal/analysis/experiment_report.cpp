@@ -166,7 +166,7 @@ std::vector<Section> experiment_sections(const Experiment& experiment, const std
     Section section{recording.id, fmt::format("{} on {}", method_text(chosen.spec), recording.table->name), {}};
     if (!limits.empty()) {
       const auto verdicts = check_limits(limits, measure_all(recording));
-      kept = kept && std::all_of(verdicts.begin(), verdicts.end(), [](const LimitVerdict& v) { return v.pass; });
+      kept = kept && std::all_of(verdicts.begin(), verdicts.end(), [](const LimitCheck& v) { return v.pass; });
       section.blocks.push_back(limits_table(verdicts, recording.id, recording.table->name));
     }
     for (auto& block : recording_blocks(recording)) section.blocks.push_back(std::move(block));

@@ -110,12 +110,12 @@ Result<std::vector<Limit>> read_limits(const std::string& path) {
   return read_text_file(path).and_then([&](const std::string& text) { return parse_limits(text, path); });
 }
 
-std::vector<LimitVerdict> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured) {
-  std::vector<LimitVerdict> verdicts;
+std::vector<LimitCheck> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured) {
+  std::vector<LimitCheck> verdicts;
   for (const Limit& limit : limits) {
     const auto found =
         std::find_if(measured.begin(), measured.end(), [&](const Measured& m) { return m.quantity == limit.quantity; });
-    LimitVerdict verdict{limit, found == measured.end() ? Measured{limit.quantity, "", {}} : *found, false};
+    LimitCheck verdict{limit, found == measured.end() ? Measured{limit.quantity, "", {}} : *found, false};
     const auto& value = verdict.measured.value;
     verdict.pass =
         value && std::isfinite(*value) && (!limit.min || *value >= *limit.min) && (!limit.max || *value <= *limit.max);
@@ -124,7 +124,7 @@ std::vector<LimitVerdict> check_limits(const std::vector<Limit>& limits, const s
   return verdicts;
 }
 
-report::Table limits_table(const std::vector<LimitVerdict>& verdicts, const std::string& id,
+report::Table limits_table(const std::vector<LimitCheck>& verdicts, const std::string& id,
                            const std::string& recording) {
   report::Table table{id + "_limits",
                       "Specification limits on " + recording,
@@ -133,7 +133,7 @@ report::Table limits_table(const std::vector<LimitVerdict>& verdicts, const std:
                       {}};
   table.columns = {{"quantity", "", false}, {"unit", "", false}, {"at least"}, {"at most"}, {"measured"},
                    {"verdict", "", false}};
-  for (const LimitVerdict& v : verdicts) {
+  for (const LimitCheck& v : verdicts) {
     const report::Emphasis emphasis = v.pass ? report::Emphasis::kGood : report::Emphasis::kBad;
     table.rows.push_back({report::text_cell(v.limit.quantity), report::text_cell(v.measured.unit),
                           report::general_cell(v.limit.min, 6), report::general_cell(v.limit.max, 6),

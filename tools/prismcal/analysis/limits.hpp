@@ -33,14 +33,14 @@ Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string
 /// The same from a file; none without a path.
 Result<std::vector<Limit>> read_limits(const std::string& path);
 
-struct LimitVerdict {
+struct LimitCheck {
   Limit limit;
   Measured measured;
   bool pass = false;  ///< what could not be measured does not pass
 };
 
-std::vector<LimitVerdict> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured);
-report::Table limits_table(const std::vector<LimitVerdict>& verdicts, const std::string& id,
+std::vector<LimitCheck> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured);
+report::Table limits_table(const std::vector<LimitCheck>& verdicts, const std::string& id,
                            const std::string& recording);
 
 }  // namespace prism::analysis

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/engine.hpp"
+#include "compensation/compensation_engine.hpp"
 #include "compensation/evaluation/bias_stability.hpp"
 #include "compensation/evaluation/improvement_interval.hpp"
 #include "tools/prismcal/recordings/block_table.hpp"

@@ -13,11 +13,11 @@ namespace prism::analysis {
 namespace {
 
 using report::Figure;
-using report::Form;
 using report::Ink;
 using report::Panel;
 using report::Plot;
 using report::Series;
+using report::SeriesStyle;
 
 constexpr const char* kTime = "time, h";
 constexpr const char* kBias = "bias, deg/h";
@@ -27,7 +27,7 @@ Panel time_panel(const char* title, const char* unit, std::vector<Series> series
 }
 
 Series curve(const char* name, Ink ink, const std::vector<double>& x, const std::vector<double>& y,
-             Form form = Form::kLine) {
+             SeriesStyle form = SeriesStyle::kLine) {
   return {name, ink, form, x, y};
 }
 
@@ -40,7 +40,7 @@ bool has_uhfo(const recordings::BlockTable& table) {
 
 /// The points of (x, y) for which `keep` returns true.
 template <class Keep>
-Series picked(const char* name, Ink ink, Form form, const std::vector<double>& x, const std::vector<double>& y,
+Series picked(const char* name, Ink ink, SeriesStyle form, const std::vector<double>& x, const std::vector<double>& y,
               const Keep& keep) {
   Series series{name, ink, form};
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -60,14 +60,15 @@ Panel loop_panel(const char* title, const recordings::BlockTable& table, const s
   const auto of = [&](evaluation::ThermalKind kind) {
     return [&kinds, kind](std::size_t i) { return kinds[i] == kind; };
   };
-  return {title,
-          {"T, °C"},
-          {kBias},
-          {},
-          {picked("soak", Ink::kRaw, Form::kPoints, temperature, bias, of(evaluation::ThermalKind::kSoak)),
-           picked("heating", Ink::kModel, Form::kPoints, temperature, bias, of(evaluation::ThermalKind::kHeating)),
-           picked("cooling", Ink::kCorrected, Form::kOpenPoints, temperature, bias,
-                  of(evaluation::ThermalKind::kCooling))}};
+  return {
+      title,
+      {"T, °C"},
+      {kBias},
+      {},
+      {picked("soak", Ink::kRaw, SeriesStyle::kPoints, temperature, bias, of(evaluation::ThermalKind::kSoak)),
+       picked("heating", Ink::kModel, SeriesStyle::kPoints, temperature, bias, of(evaluation::ThermalKind::kHeating)),
+       picked("cooling", Ink::kCorrected, SeriesStyle::kOpenPoints, temperature, bias,
+              of(evaluation::ThermalKind::kCooling))}};
 }
 
 /// A curve with its band, dense points.
@@ -77,7 +78,7 @@ Result<std::vector<Series>> allan_series(const std::vector<double>& seconds, con
   const auto curve = evaluation::allan_deviation(seconds, 1, sizes, evaluation::AllanEstimator::kOverlapping, where);
   if (!curve) return tl::unexpected(curve.error());
   const auto intervals = evaluation::allan_confidence(*curve, seconds, 0.683);
-  Series band{"", ink, Form::kBand}, line{name, ink, Form::kLinePoints};
+  Series band{"", ink, SeriesStyle::kBand}, line{name, ink, SeriesStyle::kLinePoints};
   for (std::size_t i = 0; i < curve->points.size(); ++i) {
     if (!(curve->points[i].deviation > 0)) continue;
     band.x.push_back(curve->points[i].tau_s);
@@ -92,7 +93,7 @@ Result<std::vector<Series>> allan_series(const std::vector<double>& seconds, con
 Panel histogram_panel(const std::vector<double>& residual, const evaluation::SummaryStatistics& summary) {
   constexpr int kBins = 41;
   const double width = 8 * summary.sd / kBins, low = summary.mean - 4 * summary.sd;
-  Series bars{"residual", Ink::kCorrected, Form::kBars}, normal{"normal", Ink::kModel, Form::kLine};
+  Series bars{"residual", Ink::kCorrected, SeriesStyle::kBars}, normal{"normal", Ink::kModel, SeriesStyle::kLine};
   std::vector<double> count(kBins, 0);
   for (const double value : residual) {
     const double bin = std::floor((value - low) / width);
@@ -111,7 +112,7 @@ Panel histogram_panel(const std::vector<double>& residual, const evaluation::Sum
 }
 
 Panel autocorrelation_panel(const evaluation::Autocorrelation& r) {
-  Series bars{"", Ink::kCorrected, Form::kBars};
+  Series bars{"", Ink::kCorrected, SeriesStyle::kBars};
   for (std::size_t lag = 1; lag < r.coefficient.size(); ++lag) {
     bars.x.push_back(static_cast<double>(lag));
     bars.y.push_back(r.coefficient[lag]);
@@ -126,18 +127,18 @@ Panel autocorrelation_panel(const evaluation::Autocorrelation& r) {
 }
 
 Panel plane_panel(const char* title, const char* label, const std::string& input, const EvaluatedRecording& recording) {
-  return {
-      title,
-      {"T, °C"},
-      {label},
-      {},
-      {curve("training", Ink::kRaw, recording.training->column(compensation::kInputTemperature),
-             recording.training->column(input), Form::kPoints),
-       picked("evaluated", Ink::kCorrected, Form::kOpenPoints, recording.table->column(compensation::kInputTemperature),
-              recording.table->column(input), [&](std::size_t i) { return !recording.evaluation->extrapolating[i]; }),
-       picked("outside the training range", Ink::kModel, Form::kPoints,
-              recording.table->column(compensation::kInputTemperature), recording.table->column(input),
-              [&](std::size_t i) { return recording.evaluation->extrapolating[i]; })}};
+  return {title,
+          {"T, °C"},
+          {label},
+          {},
+          {curve("training", Ink::kRaw, recording.training->column(compensation::kInputTemperature),
+                 recording.training->column(input), SeriesStyle::kPoints),
+           picked("evaluated", Ink::kCorrected, SeriesStyle::kOpenPoints,
+                  recording.table->column(compensation::kInputTemperature), recording.table->column(input),
+                  [&](std::size_t i) { return !recording.evaluation->extrapolating[i]; }),
+           picked("outside the training range", Ink::kModel, SeriesStyle::kPoints,
+                  recording.table->column(compensation::kInputTemperature), recording.table->column(input),
+                  [&](std::size_t i) { return recording.evaluation->extrapolating[i]; })}};
 }
 
 }  // namespace
@@ -176,8 +177,8 @@ Figure bias_figure(const EvaluatedRecording& recording) {
                                    {curve("before", Ink::kRaw, hours, table.bias_deg_per_h),
                                     curve("after", Ink::kCorrected, hours, judged.corrected_deg_per_h)})};
   if (judged.extrapolated > 0) {
-    figure.plot.panels[1].series.push_back(picked("outside the training range", Ink::kModel, Form::kPoints, hours,
-                                                  judged.corrected_deg_per_h,
+    figure.plot.panels[1].series.push_back(picked("outside the training range", Ink::kModel, SeriesStyle::kPoints,
+                                                  hours, judged.corrected_deg_per_h,
                                                   [&](std::size_t i) { return judged.extrapolating[i]; }));
   }
   return figure;
@@ -236,10 +237,11 @@ Figure weights_figure(const EvaluatedRecording& recording) {
                 {}};
   figure.plot.panel_height = 210;
   figure.plot.panels = {
-      time_panel("(a) training bias", kBias,
-                 {curve("bias", Ink::kRaw, hours, training.bias_deg_per_h),
-                  picked("weight below 0.5", Ink::kModel, Form::kPoints, hours, training.bias_deg_per_h, outlier)}),
-      time_panel("(b) weights", "weight", {curve("", Ink::kCorrected, hours, weights, Form::kPoints)})};
+      time_panel(
+          "(a) training bias", kBias,
+          {curve("bias", Ink::kRaw, hours, training.bias_deg_per_h),
+           picked("weight below 0.5", Ink::kModel, SeriesStyle::kPoints, hours, training.bias_deg_per_h, outlier)}),
+      time_panel("(b) weights", "weight", {curve("", Ink::kCorrected, hours, weights, SeriesStyle::kPoints)})};
   return figure;
 }
 

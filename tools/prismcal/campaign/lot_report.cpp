@@ -19,20 +19,20 @@ using report::Table;
 
 constexpr std::size_t kBars = 24;
 
-Cell gyro_cell(const Outcome& outcome, bool pages) {
+Cell gyro_cell(const TaskResult& outcome, bool pages) {
   Cell cell = report::text_cell(outcome.gyro);
   if (pages && !outcome.refused) cell.link = fmt::format("../tasks/{}/report/report.html", outcome.task);
   return cell;
 }
 
-Cell quantity_cell(const Outcome& outcome, const char* quantity, int digits) {
+Cell quantity_cell(const TaskResult& outcome, const char* quantity, int digits) {
   return report::general_cell(lot_value(outcome, quantity), digits);
 }
 
-std::size_t count(const Lot& lot, const std::string& model, const std::function<bool(const Outcome&)>& which) {
-  return static_cast<std::size_t>(std::count_if(lot.outcomes.begin(), lot.outcomes.end(), [&](const Outcome& outcome) {
-    return outcome.model == model && which(outcome);
-  }));
+std::size_t count(const Lot& lot, const std::string& model, const std::function<bool(const TaskResult&)>& which) {
+  return static_cast<std::size_t>(
+      std::count_if(lot.outcomes.begin(), lot.outcomes.end(),
+                    [&](const TaskResult& outcome) { return outcome.model == model && which(outcome); }));
 }
 
 Table models_table(const CampaignFile& file, const Lot& lot) {
@@ -53,13 +53,13 @@ Table models_table(const CampaignFile& file, const Lot& lot) {
     const auto missing = std::count_if(lot.missing.begin(), lot.missing.end(),
                                        [&](const TaskLine& line) { return line.model == model.name; });
     const auto installed = std::count_if(chosen.begin(), chosen.end(),
-                                         [&](const Outcome* outcome) { return outcome->model == model.name; });
-    table.rows.push_back({report::text_cell(model.name),
-                          report::text_cell(fmt::format("{}", fmt::join(model.words, " "))),
-                          number(count(lot, model.name, [](const Outcome& o) { return o.accepted(); })),
-                          number(count(lot, model.name, [](const Outcome& o) { return !o.accepted() && !o.refused; })),
-                          number(count(lot, model.name, [](const Outcome& o) { return o.refused; })),
-                          number(static_cast<std::size_t>(missing)), number(static_cast<std::size_t>(installed))});
+                                         [&](const TaskResult* outcome) { return outcome->model == model.name; });
+    table.rows.push_back(
+        {report::text_cell(model.name), report::text_cell(fmt::format("{}", fmt::join(model.words, " "))),
+         number(count(lot, model.name, [](const TaskResult& o) { return o.accepted(); })),
+         number(count(lot, model.name, [](const TaskResult& o) { return !o.accepted() && !o.refused; })),
+         number(count(lot, model.name, [](const TaskResult& o) { return o.refused; })),
+         number(static_cast<std::size_t>(missing)), number(static_cast<std::size_t>(installed))});
   }
   return table;
 }
@@ -79,7 +79,7 @@ Table gyros_table(const CampaignFile& file, const Lot& lot) {
                {"by which limit", "", false},
                {"id", "", false}},
               {}};
-  for (const Outcome& outcome : lot.outcomes) {
+  for (const TaskResult& outcome : lot.outcomes) {
     const char* verdict = outcome.accepted() ? "accepted" : outcome.refused ? "refused" : "rejected";
     table.rows.push_back(
         {gyro_cell(outcome, file.reports), report::text_cell(outcome.model),
@@ -103,7 +103,7 @@ Table gyros_table(const CampaignFile& file, const Lot& lot) {
 
 std::vector<double> values_of(const Lot& lot, const std::string& model, const char* quantity) {
   std::vector<double> values;
-  for (const Outcome& outcome : lot.outcomes) {
+  for (const TaskResult& outcome : lot.outcomes) {
     const auto value = outcome.model == model ? lot_value(outcome, quantity) : std::nullopt;
     if (value) values.push_back(*value);
   }
@@ -129,10 +129,10 @@ Table spread_table(const CampaignFile& file, const Lot& lot) {
     for (const LotQuantity& quantity : kLotQuantities) {
       const auto values = values_of(lot, model.name, quantity.name);
       if (values.empty()) continue;
-      const Spread s = spread_of(values);
+      const LotStatistics s = statistics_of(values);
       std::vector<Cell> row = {report::text_cell(model.name), report::text_cell(quantity.name),
                                report::text_cell(quantity.unit), report::fixed_cell(static_cast<double>(s.count), 0)};
-      for (const double value : {s.least, s.low, s.median, s.high, s.greatest, s.robust_sd})
+      for (const double value : {s.min, s.low, s.median, s.high, s.max, s.robust_sd})
         row.push_back(report::general_cell(value, 4));
       table.rows.push_back(std::move(row));
     }
@@ -140,15 +140,15 @@ Table spread_table(const CampaignFile& file, const Lot& lot) {
   return table;
 }
 
-report::Series histogram(const std::vector<double>& values, double least, double greatest, std::size_t number) {
+report::Series histogram(const std::vector<double>& values, double min, double max, std::size_t number) {
   constexpr std::array kInks{report::Ink::kCorrected, report::Ink::kModel, report::Ink::kAccent1, report::Ink::kAccent2,
                              report::Ink::kAccent3};
-  report::Series series{"", kInks[number % kInks.size()], report::Form::kLinePoints};
-  const double width = (greatest - least) / static_cast<double>(kBars);
+  report::Series series{"", kInks[number % kInks.size()], report::SeriesStyle::kLinePoints};
+  const double width = (max - min) / static_cast<double>(kBars);
   series.y.assign(kBars, 0);
-  for (std::size_t i = 0; i < kBars; ++i) series.x.push_back(least + width * (static_cast<double>(i) + 0.5));
+  for (std::size_t i = 0; i < kBars; ++i) series.x.push_back(min + width * (static_cast<double>(i) + 0.5));
   for (const double value : values)
-    ++series.y[std::min(kBars - 1, static_cast<std::size_t>(std::max(0.0, (value - least) / width)))];
+    ++series.y[std::min(kBars - 1, static_cast<std::size_t>(std::max(0.0, (value - min) / width)))];
   return series;
 }
 
@@ -166,8 +166,8 @@ report::Figure spread_figure(const CampaignFile& file, const Lot& lot) {
     }
     if (all.size() < 2) continue;
     std::sort(all.begin(), all.end());
-    const double least = all[all.size() / 100], greatest = all[all.size() - 1 - all.size() / 100];
-    if (!(greatest > least)) continue;
+    const double min = all[all.size() / 100], max = all[all.size() - 1 - all.size() / 100];
+    if (!(max > min)) continue;
     report::Panel panel;
     panel.x.label = fmt::format("{}, {}", quantity.name, quantity.unit);
     std::replace(panel.x.label.begin(), panel.x.label.end(), '_', ' ');
@@ -175,7 +175,7 @@ report::Figure spread_figure(const CampaignFile& file, const Lot& lot) {
     for (std::size_t i = 0; i < file.models.size(); ++i) {
       const auto values = values_of(lot, file.models[i].name, quantity.name);
       if (values.empty()) continue;
-      panel.series.push_back(histogram(values, least, greatest, i));
+      panel.series.push_back(histogram(values, min, max, i));
       panel.series.back().name = file.models[i].name;
     }
     figure.plot.panels.push_back(std::move(panel));
@@ -210,7 +210,7 @@ Table siblings_table(const CampaignFile& file, const Lot& lot) {
               "the most similar first.",
               {{"gyro", "", false}, {"most like", "", false}, {"rms difference", "deg/h"}, {"correlation"}},
               {}};
-  for (const Sibling& sibling : find_siblings(lot.outcomes))
+  for (const NearestGyro& sibling : find_nearest_gyros(lot.outcomes))
     table.rows.push_back({gyro_cell(*sibling.outcome, file.reports), gyro_cell(*sibling.nearest, file.reports),
                           report::general_cell(sibling.likeness.difference_deg_per_h, 4),
                           report::fixed_cell(sibling.likeness.correlation, 3)});
@@ -252,7 +252,7 @@ std::string limits_text(const std::vector<analysis::Limit>& limits) {
 report::Report lot_report(const CampaignFile& file, const Lot& lot, const Lot* previous) {
   report::Report report;
   std::set<std::string> gyros, levels;
-  for (const Outcome& outcome : lot.outcomes) {
+  for (const TaskResult& outcome : lot.outcomes) {
     gyros.insert(outcome.gyro);
     levels.insert(outcome.level);
     report.simulated = report.simulated || outcome.simulated;

@@ -2,7 +2,7 @@
 // The report of a campaign: every gyro with every model, accepted or not and by which limit, and the lot as a whole.
 #pragma once
 
-#include "tools/prismcal/campaign/outcome.hpp"
+#include "tools/prismcal/campaign/task_result.hpp"
 #include "tools/prismcal/report/document.hpp"
 
 namespace prism::campaign {

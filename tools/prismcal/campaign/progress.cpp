@@ -10,10 +10,10 @@
 
 namespace prism::campaign {
 
-Result<Status> read_status(const Store& store, bool refusals) {
+Result<Status> read_status(const ResultStore& store, bool refusals) {
   const auto plan = store.read_plan();
   if (!plan) return tl::unexpected<Error>(plan.error());
-  const auto standing = store.standing();
+  const auto with_result = store.with_result();
   const auto failures = store.failures();
   const auto running = store.running();
   Status status;
@@ -21,7 +21,7 @@ Result<Status> read_status(const Store& store, bool refusals) {
   status.left_out = store.read_left_out();
   for (const PlannedTask& task : *plan) {
     status.cpu_s += task.cpu_s;
-    if (standing.contains(task.id)) {
+    if (with_result.contains(task.id)) {
       ++status.done;
       status.done_cpu_s += task.cpu_s;
       std::string why = refusals ? store.refusal(task.id) : std::string();

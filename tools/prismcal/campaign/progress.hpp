@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/prismcal/campaign/store.hpp"
+#include "tools/prismcal/campaign/result_store.hpp"
 
 namespace prism::campaign {
 
@@ -19,7 +19,7 @@ struct Status {
 };
 
 /// Reads the store; `refusals` false leaves `refused` empty. Errors: no plan.
-Result<Status> read_status(const Store& store, bool refusals = true);
+Result<Status> read_status(const ResultStore& store, bool refusals = true);
 
 /// "2 h 05 min", "12 s".
 std::string duration_text(double s);

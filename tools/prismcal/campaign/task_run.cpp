@@ -23,7 +23,7 @@ constexpr std::chrono::seconds kTouch_s{10};
 /// Touches running/ID while it lives, so that a task without one is known to be lost.
 class Heartbeat {
  public:
-  Heartbeat(const Store& store, std::string id) : store_(store), id_(std::move(id)) {
+  Heartbeat(const ResultStore& store, std::string id) : store_(store), id_(std::move(id)) {
     store_.touch_running(id_);
     thread_ = std::thread([this] {
       std::unique_lock lock(mutex_);
@@ -43,7 +43,7 @@ class Heartbeat {
   }
 
  private:
-  const Store& store_;
+  const ResultStore& store_;
   std::string id_;
   std::mutex mutex_;
   std::condition_variable end_;
@@ -51,7 +51,7 @@ class Heartbeat {
   std::thread thread_;
 };
 
-Result<void> check_inputs(const Store& store, const Task& task) {
+Result<void> check_inputs(const ResultStore& store, const Task& task) {
   InputCache cache(store.file("inputs.cache"));
   for (const TaskInput& input : task.inputs) {
     if (const auto names = files_of_recording(input.path); names.size() != input.files.size())
@@ -85,7 +85,7 @@ Json times_json(std::chrono::steady_clock::time_point begin) {
           {"host", machine.nodename}};
 }
 
-Result<void> work_in(const Store& store, const Task& task, const Work& work, const std::string& folder) {
+Result<void> work_in(const ResultStore& store, const Task& task, const Work& work, const std::string& folder) {
   const auto begin = std::chrono::steady_clock::now();
   if (work.version != task.version)
     return make_error(task.id,
@@ -105,8 +105,8 @@ Result<void> work_in(const Store& store, const Task& task, const Work& work, con
 
 }  // namespace
 
-Result<void> run_task(const Store& store, const Task& task, const Work& work) {
-  if (store.stands(task.id)) return {};
+Result<void> run_task(const ResultStore& store, const Task& task, const Work& work) {
+  if (store.has_result(task.id)) return {};
   const Heartbeat heartbeat(store, task.id);
   auto folder = store.begin_task(task.id);
   Result<void> done;

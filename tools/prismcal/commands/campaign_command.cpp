@@ -8,10 +8,10 @@
 
 #include "base/escape.hpp"
 #include "tools/command_line.hpp"
-#include "tools/prismcal/campaign/accepted.hpp"
-#include "tools/prismcal/campaign/engines.hpp"
-#include "tools/prismcal/campaign/level.hpp"
+#include "tools/prismcal/campaign/cpu_level.hpp"
+#include "tools/prismcal/campaign/executors.hpp"
 #include "tools/prismcal/campaign/lot_report.hpp"
+#include "tools/prismcal/campaign/model_installation.hpp"
 #include "tools/prismcal/campaign/progress.hpp"
 #include "tools/prismcal/campaign/task_command.hpp"
 #include "tools/prismcal/campaign/task_run.hpp"
@@ -23,7 +23,7 @@ namespace {
 
 struct CampaignChoice {
   std::string file, engine = "local", task;
-  campaign::EngineSettings settings;
+  campaign::ExecutorSettings settings;
   bool plan = false, status = false, collect = false;
   std::string install;
 };
@@ -39,7 +39,7 @@ void print_left_out(const std::vector<campaign::LeftOutInput>& left_out) {
     fmt::print("left out: {}: {}\n", printable(input.what), printable(input.why));
 }
 
-Result<campaign::Plan> plan_and_keep(const campaign::CampaignFile& file, const campaign::Store& store) {
+Result<campaign::Plan> plan_and_keep(const campaign::CampaignFile& file, const campaign::ResultStore& store) {
   if (auto made = store.create(); !made) return tl::unexpected<Error>(made.error());
   campaign::InputCache cache(store.file("inputs.cache"));
   auto plan = campaign::make_plan(file, campaign_work(store.file("calibration.json")), cache);
@@ -49,21 +49,21 @@ Result<campaign::Plan> plan_and_keep(const campaign::CampaignFile& file, const c
   return plan;
 }
 
-std::string state_of(const std::string& id, const std::unordered_set<std::string>& standing) {
-  return standing.contains(id) ? "stands" : "to do";
+std::string state_of(const std::string& id, const std::unordered_set<std::string>& with_result) {
+  return with_result.contains(id) ? "stands" : "to do";
 }
 
-int print_plan(const campaign::Plan& plan, const campaign::Store& store) {
-  const auto standing = store.standing();
+int print_plan(const campaign::Plan& plan, const campaign::ResultStore& store) {
+  const auto with_result = store.with_result();
   double to_do_s = 0, most_mb = 0;
   std::size_t to_do = 0;
   fmt::print("{:<32}  {:<20}  {:<14}  {:>8}  {:>6}\n", "task", "gyro", "model", "CPU s", "MB");
   for (const campaign::Task& task : plan.tasks) {
-    const bool stands = standing.contains(task.id);
+    const bool has_result = with_result.contains(task.id);
     fmt::print("{}  {:<20}  {:<14}  {:>8.1f}  {:>6.0f}  {}\n", task.id, printable(task.gyro()),
-               printable(task.model.name), task.cpu_s, task.memory_mb, state_of(task.id, standing));
-    if (!stands) to_do_s += task.cpu_s;
-    to_do += !stands;
+               printable(task.model.name), task.cpu_s, task.memory_mb, state_of(task.id, with_result));
+    if (!has_result) to_do_s += task.cpu_s;
+    to_do += !has_result;
     most_mb = std::max(most_mb, task.memory_mb);
   }
   print_left_out(plan.left_out);
@@ -72,7 +72,7 @@ int print_plan(const campaign::Plan& plan, const campaign::Store& store) {
   return 0;
 }
 
-Result<int> print_status(const campaign::Store& store) {
+Result<int> print_status(const campaign::ResultStore& store) {
   const auto status = campaign::read_status(store);
   if (!status) return tl::unexpected<Error>(status.error());
   fmt::print("{} of {} tasks done, {} running, {} failed, {} waiting; about {:.2f} of {:.2f} CPU hours done\n",
@@ -91,12 +91,12 @@ Result<int> print_status(const campaign::Store& store) {
 }
 
 /// Writes the report of the campaign, and the accepted models.
-Result<int> collect(const campaign::CampaignFile& file, const campaign::Store& store) {
+Result<int> collect(const campaign::CampaignFile& file, const campaign::ResultStore& store) {
   const auto lot = campaign::read_lot(store, file.limits);
   if (!lot) return tl::unexpected<Error>(lot.error());
   std::optional<campaign::Lot> previous;
   if (!file.previous.empty()) {
-    auto read = campaign::read_lot(campaign::Store(file.previous), file.limits);
+    auto read = campaign::read_lot(campaign::ResultStore(file.previous), file.limits);
     if (!read) return make_error(file.path + ":/previous", read.error().text());
     previous = std::move(*read);
   }
@@ -110,7 +110,7 @@ Result<int> collect(const campaign::CampaignFile& file, const campaign::Store& s
   return lot->missing.empty() ? 0 : 1;
 }
 
-Result<int> install(const campaign::CampaignFile& file, const campaign::Store& store, const std::string& folder) {
+Result<int> install(const campaign::CampaignFile& file, const campaign::ResultStore& store, const std::string& folder) {
   const auto lot = campaign::read_lot(store, file.limits);
   if (!lot) return tl::unexpected<Error>(lot.error());
   const auto installed = campaign::install_models(file, store, *lot, folder, true);
@@ -120,10 +120,10 @@ Result<int> install(const campaign::CampaignFile& file, const campaign::Store& s
   return 0;
 }
 
-Result<int> run_one(const campaign::Store& store, const std::string& id, char** argv) {
+Result<int> run_one(const campaign::ResultStore& store, const std::string& id, char** argv) {
   const auto task = store.read_task(id);
   if (!task) return tl::unexpected<Error>(task.error());
-  if (store.stands(id)) return 0;
+  if (store.has_result(id)) return 0;
   if (auto level = campaign::run_at_level(task->level, argv); !level) {
     if (auto kept = store.add_failure(id, level.error().text()); !kept) return tl::unexpected<Error>(kept.error());
     return tl::unexpected<Error>(level.error());
@@ -133,7 +133,8 @@ Result<int> run_one(const campaign::Store& store, const std::string& id, char** 
   return 0;
 }
 
-Result<int> run_engine(const CampaignChoice& choice, const campaign::CampaignFile& file, const campaign::Store& store) {
+Result<int> run_engine(const CampaignChoice& choice, const campaign::CampaignFile& file,
+                       const campaign::ResultStore& store) {
   const auto plan = plan_and_keep(file, store);
   if (!plan) return tl::unexpected<Error>(plan.error());
   const auto planned = store.read_plan();
@@ -161,7 +162,7 @@ Result<int> run_engine(const CampaignChoice& choice, const campaign::CampaignFil
 Result<int> run_campaign(const CampaignChoice& choice, char** argv) {
   const auto file = campaign::load_campaign(choice.file);
   if (!file) return tl::unexpected<Error>(file.error());
-  const campaign::Store store(file->folder);
+  const campaign::ResultStore store(file->folder);
   if (!choice.task.empty()) return run_one(store, choice.task, argv);
   if (choice.status) return print_status(store);
   if (choice.collect) return collect(*file, store);

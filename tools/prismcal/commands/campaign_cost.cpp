@@ -7,7 +7,7 @@
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
-#include "tools/prismcal/campaign/level.hpp"
+#include "tools/prismcal/campaign/cpu_level.hpp"
 #include "tools/prismcal/commands/campaign_work.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 

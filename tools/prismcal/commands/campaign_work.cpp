@@ -13,7 +13,7 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/limits.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
-#include "tools/prismcal/campaign/level.hpp"
+#include "tools/prismcal/campaign/cpu_level.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::commands {
@@ -90,7 +90,7 @@ Json curve_json(const std::vector<recordings::BlockTable>& tables) {
 
 /// A file of the recording that trained, too; empty: none. By the files themselves: seconds of a coarse rate are equal
 /// by chance.
-std::string shared_file(const JudgedRecording& judged, const campaign::Task& task) {
+std::string shared_file(const RecordingEvaluation& judged, const campaign::Task& task) {
   for (const campaign::TaskInput& input : task.inputs) {
     for (const campaign::InputFile& file : input.files) {
       const auto same = [&](const recordings::SourceFile& source) { return source.sha256 == file.sha256; };
@@ -101,7 +101,7 @@ std::string shared_file(const JudgedRecording& judged, const campaign::Task& tas
   return {};
 }
 
-Json judged_json(const JudgedRecording& judged, const campaign::Task& task, const std::string& role) {
+Json judged_json(const RecordingEvaluation& judged, const campaign::Task& task, const std::string& role) {
   const analysis::EvaluatedRecording recording{"r", &judged.loaded.table, &judged.evaluation, nullptr, nullptr};
   Json json = {{"role", role},
                {"recording", judged.loaded.table.name},
@@ -150,7 +150,7 @@ Result<Json> run_task(const campaign::Task& task, const std::string& folder) {
       roles.emplace_back(campaign::role_name(role));
     }
   }
-  const auto judgement = judge_recordings(*judging);
+  const auto judgement = evaluate_recordings(*judging);
   if (!judgement) return refused_result(task, judgement.error());
   judging->common.json = false;
   judging->common.quiet = true;

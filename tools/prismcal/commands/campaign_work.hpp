@@ -3,7 +3,7 @@
 #pragma once
 
 #include "tools/prismcal/campaign/plan.hpp"
-#include "tools/prismcal/commands/judging_run.hpp"
+#include "tools/prismcal/commands/evaluation_run.hpp"
 #include "tools/prismcal/commands/training_run.hpp"
 
 namespace prism::commands {

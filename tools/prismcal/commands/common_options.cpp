@@ -14,7 +14,7 @@
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/report/html.hpp"
-#include "tools/prismcal/report/text_forms.hpp"
+#include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::commands {
 namespace {

@@ -13,14 +13,14 @@
 #include "tools/prismcal/analysis/limits.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
 #include "tools/prismcal/commands/commands.hpp"
-#include "tools/prismcal/commands/judging_run.hpp"
+#include "tools/prismcal/commands/evaluation_run.hpp"
 #include "tools/prismcal/recordings/fingerprint.hpp"
-#include "tools/prismcal/report/text_forms.hpp"
+#include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::commands {
 namespace {
 
-using Case = JudgedRecording;
+using Case = RecordingEvaluation;
 
 report::Report begin_report(const compensation::Model& model, const std::vector<Case>& cases,
                             const CommonOptions& options) {
@@ -50,8 +50,7 @@ report::Section recording_section(const analysis::EvaluatedRecording& recording,
       recording.id, "On " + recording.table->name, {analysis::verdict_paragraph(recording, overlap)}};
   if (!limits.empty()) {
     const auto verdicts = analysis::check_limits(limits, analysis::measure_all(recording));
-    kept =
-        kept && std::all_of(verdicts.begin(), verdicts.end(), [](const analysis::LimitVerdict& v) { return v.pass; });
+    kept = kept && std::all_of(verdicts.begin(), verdicts.end(), [](const analysis::LimitCheck& v) { return v.pass; });
     section.blocks.push_back(analysis::limits_table(verdicts, recording.id, recording.table->name));
   }
   section.blocks.push_back(analysis::record_figure(*recording.table, recording.id));
@@ -90,7 +89,7 @@ void print_tables(const report::Report& report) {
 }
 
 Result<bool> evaluate(const EvaluateChoice& choice) {
-  const auto judgement = judge_recordings(choice);
+  const auto judgement = evaluate_recordings(choice);
   if (!judgement) return tl::unexpected(judgement.error());
   if (!choice.common.json) print_tables(judgement->report);
   if (const auto done = write_report(judgement->report, choice.common); !done) return tl::unexpected(done.error());
@@ -99,7 +98,7 @@ Result<bool> evaluate(const EvaluateChoice& choice) {
 
 }  // namespace
 
-Result<Judgement> judge_recordings(const EvaluateChoice& choice) {
+Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   const auto model = load_model(choice.model);
   if (!model) return tl::unexpected(model.error());
   const auto limits = analysis::read_limits(choice.limits);
@@ -129,7 +128,7 @@ Result<Judgement> judge_recordings(const EvaluateChoice& choice) {
   if (training) all.emplace_back("training", &*training);
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
   if (auto together = together_section(cases)) report.sections.push_back(std::move(*together));
-  Judgement judgement;
+  Evaluation judgement;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1), &cases[i].loaded.table,
                                                  &cases[i].evaluation, training ? &training->table : nullptr, nullptr};

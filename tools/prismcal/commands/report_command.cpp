@@ -17,7 +17,7 @@
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
 #include "tools/prismcal/report/merged.hpp"
-#include "tools/prismcal/report/text_forms.hpp"
+#include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::commands {
 namespace {

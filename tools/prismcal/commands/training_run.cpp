@@ -16,10 +16,10 @@
 #include "tools/prismcal/analysis/data_quality_table.hpp"
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/commands/input_choice.hpp"
+#include "tools/prismcal/commands/population_models.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
-#include "tools/prismcal/commands/siblings.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
-#include "tools/prismcal/report/text_forms.hpp"
+#include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::commands {
 namespace {
@@ -109,7 +109,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& asked, const std::ato
   info.gyro_serial = choice.serial.empty() ? set->serial : choice.serial;
   info.features = set->features;
   if (!choice.prior.empty()) {
-    auto siblings = read_siblings(choice.prior, info.gyro_serial);
+    auto siblings = read_population_models(choice.prior, info.gyro_serial);
     if (!siblings) return tl::unexpected<Error>(siblings.error());
     settings->siblings = std::move(*siblings);
   }

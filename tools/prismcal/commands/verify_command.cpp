@@ -17,10 +17,10 @@ namespace prism::commands {
 namespace {
 
 using nlohmann::ordered_json;
+using verification::FileState;
 using verification::Finding;
 using verification::LogSession;
-using verification::State;
-using verification::Verdict;
+using verification::VerificationResult;
 
 struct VerifyChoice {
   std::vector<std::string> paths;
@@ -32,7 +32,7 @@ std::string place(const std::string& path, std::size_t line) {
   return line > 0 ? fmt::format("{}:{}", path, line) : path;
 }
 
-const char* word(State state) { return verification::kStateNames[static_cast<std::size_t>(state)]; }
+const char* word(FileState state) { return verification::kStateNames[static_cast<std::size_t>(state)]; }
 
 void print_session(const LogSession& session) {
   constexpr std::size_t kMostHoles = 10;
@@ -45,7 +45,7 @@ void print_session(const LogSession& session) {
              session.axis.empty() ? "" : "axis " + session.axis + ", ", utc_text(session.first_s),
              utc_text(session.last_s), counted(session.rows, "row"), session.partial, missing);
   for (std::size_t i = 0; i < std::min(kMostHoles, session.holes.size()); ++i) {
-    const verification::Hole& hole = session.holes[i];
+    const verification::Gap& hole = session.holes[i];
     fmt::print("  no row: {} s, {} to {}\n", hole.last_s - hole.first_s + 1, utc_text(hole.first_s),
                utc_text(hole.last_s));
   }
@@ -53,29 +53,29 @@ void print_session(const LogSession& session) {
     fmt::print("  and {} holes more (--json has all)\n", session.holes.size() - kMostHoles);
 }
 
-void print(const Verdict& verdict) {
+void print(const VerificationResult& result) {
   std::size_t passed_over = 0;
-  for (const Finding& finding : verdict.findings) {
-    passed_over += finding.state == State::kPassedOver;
-    if (finding.state != State::kPassedOver)
+  for (const Finding& finding : result.findings) {
+    passed_over += finding.state == FileState::kSkipped;
+    if (finding.state != FileState::kSkipped)
       fmt::print("{}: {}: {}\n", place(finding.path, finding.line), word(finding.state), finding.text);
   }
-  for (const LogSession& session : verdict.sessions) print_session(session);
+  for (const LogSession& session : result.sessions) print_session(session);
   const auto good = static_cast<std::size_t>(std::count_if(
-      verdict.findings.begin(), verdict.findings.end(),
-      [](const Finding& finding) { return finding.state == State::kWhole || finding.state == State::kOpen; }));
-  fmt::print("faults: {}; files whole: {}; none of prism's: {}\n", verdict.faults(), good, passed_over);
+      result.findings.begin(), result.findings.end(),
+      [](const Finding& finding) { return finding.state == FileState::kIntact || finding.state == FileState::kOpen; }));
+  fmt::print("faults: {}; files whole: {}; none of prism's: {}\n", result.faults(), good, passed_over);
 }
 
-ordered_json json_of(const Verdict& verdict) {
+ordered_json json_of(const VerificationResult& result) {
   ordered_json findings = ordered_json::array(), sessions = ordered_json::array();
-  for (const Finding& finding : verdict.findings) {
+  for (const Finding& finding : result.findings) {
     ordered_json json = {{"path", finding.path}, {"state", word(finding.state)}, {"text", finding.text}};
     if (finding.line > 0) json["line"] = finding.line;
     json["fault"] = verification::is_fault(finding.state);
     findings.push_back(std::move(json));
   }
-  for (const LogSession& session : verdict.sessions) {
+  for (const LogSession& session : result.sessions) {
     ordered_json holes = ordered_json::array();
     for (const auto& hole : session.holes) holes.push_back({{"first_s", hole.first_s}, {"last_s", hole.last_s}});
     sessions.push_back({{"log", session.log},
@@ -88,7 +88,7 @@ ordered_json json_of(const Verdict& verdict) {
                         {"missing_frames", session.missing_frames},
                         {"holes", std::move(holes)}});
   }
-  return {{"faults", verdict.faults()}, {"findings", std::move(findings)}, {"sessions", std::move(sessions)}};
+  return {{"faults", result.faults()}, {"findings", std::move(findings)}, {"sessions", std::move(sessions)}};
 }
 
 void print(const verification::Repaired& repaired, const std::string& out) {
@@ -113,15 +113,15 @@ ordered_json json_of(const verification::Repaired& repaired, const std::string& 
 }
 
 int run(const VerifyChoice& choice) {
-  Verdict verdict;
+  VerificationResult result;
   for (const std::string& path : choice.paths) {
-    Verdict one = verification::verify(path);
-    std::move(one.findings.begin(), one.findings.end(), std::back_inserter(verdict.findings));
-    std::move(one.sessions.begin(), one.sessions.end(), std::back_inserter(verdict.sessions));
+    VerificationResult one = verification::verify(path);
+    std::move(one.findings.begin(), one.findings.end(), std::back_inserter(result.findings));
+    std::move(one.sessions.begin(), one.sessions.end(), std::back_inserter(result.sessions));
   }
-  if (!choice.json) print(verdict);
-  ordered_json json = choice.json ? json_of(verdict) : ordered_json();
-  int code = verdict.faults() == 0 ? 0 : 1;
+  if (!choice.json) print(result);
+  ordered_json json = choice.json ? json_of(result) : ordered_json();
+  int code = result.faults() == 0 ? 0 : 1;
   if (!choice.repair.empty()) {
     const auto repaired = verification::repair(choice.paths.front(), choice.repair);
     code = repaired ? 0 : failed(repaired.error());

@@ -111,20 +111,20 @@ Result<BlockTable> make_block_table(std::span<const compensation::SecondMean> se
   table.name = name;
   table.features = features;
   table.earth_rate_deg_per_h = earth_rate_deg_per_h;
-  compensation::FeatureExtractor conditioner(features);
+  compensation::FeatureExtractor extractor(features);
   Seconds seconds(table);
   std::int64_t next_end = 0;
   bool on_grid = false;  // the grid begins anew after every gap
   Timeline timeline(sessions);
   for (std::size_t i = 0; i < second_means.size(); ++i) {
-    if (timeline.begins(i)) conditioner.reset();
+    if (timeline.begins(i)) extractor.reset();
     if (second_means[i].partial) continue;
     const compensation::SecondMean second_mean = timeline.laid(second_means[i]);
     if (!seconds.comes_before(second_mean.second)) {
       return make_error(name, fmt::format("second {} does not come after the one before it", second_mean.second));
     }
     seconds.add(compensation::believed(second_mean));
-    const compensation::Window window = conditioner.push(second_mean);
+    const compensation::Window window = extractor.push(second_mean);
     if (window.state != compensation::WindowState::kReady) {
       table.warming.push_back(window);
       on_grid = false;

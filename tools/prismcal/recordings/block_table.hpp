@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/conditioner.hpp"
 #include "compensation/evaluation/allan.hpp"
+#include "compensation/feature_extractor.hpp"
 #include "compensation/model.hpp"
 
 namespace prism::recordings {

@@ -57,8 +57,8 @@ class Joiner {
       left_out.rows.push_back({segment.path, 0, "is the same as another file"});
       return;
     }
-    left_out.torn_segments += segment.end == SegmentEnd::kTorn;
-    left_out.torn_bytes += segment.end == SegmentEnd::kTorn ? segment.torn_bytes : 0;
+    left_out.truncated_segments += segment.end == SegmentEnd::kTruncated;
+    left_out.truncated_bytes += segment.end == SegmentEnd::kTruncated ? segment.truncated_bytes : 0;
     if (segment.end == SegmentEnd::kChanged) left_out.changed.push_back(segment.file);
     const auto superseded = superseded_from_.find(segment.file);
     for (const LogRow& row : segment.rows) {
@@ -67,11 +67,11 @@ class Joiner {
         continue;
       }
       ++left_out.superseded;
-      left_out.rows.push_back({segment.path, row.line, kStandsAgain});
+      left_out.rows.push_back({segment.path, row.line, kWrittenAgain});
     }
   }
 
-  LogRows result() && {
+  LogTable result() && {
     for (const LogRow& row : joined_.rows) {
       joined_.left_out.cut += row.second_mean.partial;
       joined_.left_out.implausible += !row.second_mean.partial && row.second_mean.implausible.any();
@@ -122,7 +122,7 @@ class Joiner {
     });
   }
 
-  LogRows joined_;
+  LogTable joined_;
   std::map<std::string, std::vector<std::size_t>> runs_;  // where each session's rows begin, in parts
   std::optional<std::string> session_;
   std::map<std::string, std::int64_t> last_second_;
@@ -250,7 +250,7 @@ LogFolder LogFolder::salvage(const std::string& path, const std::string& column)
   return folder;
 }
 
-LogRows join_rows(const LogFolder& folder) {
+LogTable join_rows(const LogFolder& folder) {
   Joiner joiner(folder);
   for (const LogSegment& segment : folder.segments) joiner.take(segment);
   return std::move(joiner).result();
@@ -265,10 +265,10 @@ std::vector<std::string> LeftOut::lines() const {
   if (superseded > 0)
     lines.push_back(counted(superseded, "row") +
                     " written again into a later segment, as the disk had failed: counted once");
-  if (torn_segments > 0)
+  if (truncated_segments > 0)
     lines.push_back(
         fmt::format("{} without an end, copied while prismd wrote or ended by force; {} of torn rows left out",
-                    counted(torn_segments, "segment"), counted(torn_bytes, "byte")));
+                    counted(truncated_segments, "segment"), counted(truncated_bytes, "byte")));
   for (const std::string& file : changed)
     lines.push_back(fmt::format("{} was changed after it was written: its sum does not hold", file));
   return lines;

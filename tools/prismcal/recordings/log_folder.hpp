@@ -19,11 +19,11 @@ std::vector<std::string> files_of(const std::string& folder, const std::string& 
 struct LogFolder {
   std::vector<LogSegment> segments;
   std::vector<std::string> indexes;  ///< files of the index that were read
-  struct RefusedFile {
+  struct RejectedFile {
     std::string path;
     Error error;
   };
-  std::vector<RefusedFile> refused;  ///< files that read_log_segment refuses
+  std::vector<RejectedFile> refused;  ///< files that read_log_segment refuses
 
   /// `axis`: the one that is wanted, where the folder holds the logs of several; empty: the only one. Refused: what
   /// read_log_segment refuses, damaged rows within, a folder without a .csv file, the logs of two instances or of two
@@ -43,7 +43,7 @@ struct LogFolder {
 };
 
 /// Why a superseded row is left out.
-inline constexpr const char* kStandsAgain = "stands again in a later segment";
+inline constexpr const char* kWrittenAgain = "stands again in a later segment";
 
 /// What the readers of a log leave out of it.
 struct LeftOut {
@@ -53,15 +53,15 @@ struct LeftOut {
   std::uint64_t cut = 0;          ///< seconds that a session's end or beginning cut: their rows stay, marked partial
   std::uint64_t implausible = 0;  ///< seconds that hold what was not believed: their rows stay, and nothing is taken
   std::size_t copies = 0;         ///< files that are the same as another one
-  std::size_t torn_segments = 0;
-  std::uint64_t torn_bytes = 0;
+  std::size_t truncated_segments = 0;
+  std::uint64_t truncated_bytes = 0;
   std::vector<std::string> changed;  ///< files whose sum does not hold; their rows are taken
 
   /// For people; nothing where nothing was left out.
   std::vector<std::string> lines() const;
 };
 
-struct LogRows {
+struct LogTable {
   std::vector<LogRow> rows;           ///< in order; within a session seconds only go forward
   std::vector<std::size_t> sessions;  ///< where each session begins in `rows`
   LeftOut left_out;
@@ -69,6 +69,6 @@ struct LogRows {
 
 /// Joins the rows. Format 1 names no session: one begins there where a second does not come after the one before it;
 /// where it is the same second, both rows are of a part of it.
-LogRows join_rows(const LogFolder& folder);
+LogTable join_rows(const LogFolder& folder);
 
 }  // namespace prism::recordings

@@ -193,9 +193,9 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
   const auto complete = read_metadata(lines, segment);
   if (!complete) return tl::unexpected<Error>(complete.error());
   if (!*complete && (text->starts_with(kFirstWords) || kFirstWords.starts_with(*text))) {
-    segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTorn;
-    segment.torn_bytes = text->size();
-    segment.torn_line = 1;
+    segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTruncated;
+    segment.truncated_bytes = text->size();
+    segment.truncated_line = 1;
     return segment;
   }
   auto rows = read_columns(lines, segment, column);
@@ -206,7 +206,7 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
   while (!end && lines.next()) {
     if (lines.line().starts_with(kEndMark)) {
       end = fmt::format("rows {}, sha256 {}", rows->rows(), sha256_hex(text->substr(0, lines.begin())));
-      segment.end = lines.line().substr(kEndMark.size()) == *end ? SegmentEnd::kWhole : SegmentEnd::kChanged;
+      segment.end = lines.line().substr(kEndMark.size()) == *end ? SegmentEnd::kIntact : SegmentEnd::kChanged;
     } else if (!lines.line().empty() && lines.line().front() != '#') {
       if (auto taken = rows->take(lines.line(), lines.number()); !taken) {
         torn.push_back({path, lines.number(), taken.error().what});
@@ -223,10 +223,10 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
   // The rows before a bad block of the disk are read; what follows them is damage.
   if (available->error) segment.damaged.push_back({path, good_lines + 1, available->error->what});
   if (end && (!segment.damaged.empty() || lines.behind() < text->size())) segment.end = SegmentEnd::kChanged;
-  segment.torn_bytes = text->size() - good;
-  segment.torn_line = segment.torn_bytes > 0 ? good_lines + 1 : 0;
-  if (!end && (segment.format > 1 || segment.torn_bytes > 0))
-    segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTorn;
+  segment.truncated_bytes = text->size() - good;
+  segment.truncated_line = segment.truncated_bytes > 0 ? good_lines + 1 : 0;
+  if (!end && (segment.format > 1 || segment.truncated_bytes > 0))
+    segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTruncated;
   return segment;
 }
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/averager.hpp"
+#include "compensation/second_averager.hpp"
 
 namespace prism::recordings {
 
@@ -28,10 +28,10 @@ struct LeftOutRow {
 
 /// How a segment ended.
 enum class SegmentEnd {
-  kWhole,    ///< with its sum, which holds (format 1: with a whole line)
-  kOpen,     ///< not yet: a living prismd writes it
-  kTorn,     ///< without: prismd or the machine was ended by force, or it is a copy. Its rows are good
-  kChanged,  ///< with a sum that does not hold: what stands in it was not written by prismd like that
+  kIntact,     ///< with its sum, which holds (format 1: with a whole line)
+  kOpen,       ///< not yet: a living prismd writes it
+  kTruncated,  ///< without: prismd or the machine was ended by force, or it is a copy. Its rows are good
+  kChanged,    ///< with a sum that does not hold: what stands in it was not written by prismd like that
 };
 
 struct LogSegment {
@@ -44,9 +44,9 @@ struct LogSegment {
   std::uint64_t supersedes_row = 0;
   std::vector<LogRow> rows;
   std::vector<LeftOutRow> damaged;  ///< rows that cannot be read and that no tear explains: others stand behind them
-  SegmentEnd end = SegmentEnd::kWhole;
-  std::size_t torn_bytes = 0;  ///< at its end, without a whole row in them
-  std::size_t torn_line = 0;   ///< where those begin
+  SegmentEnd end = SegmentEnd::kIntact;
+  std::size_t truncated_bytes = 0;  ///< at its end, without a whole row in them
+  std::size_t truncated_line = 0;   ///< where those begin
 
   std::string value(const std::string& key) const;  ///< of the metadata; empty: it does not say
 };

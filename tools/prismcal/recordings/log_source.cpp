@@ -37,7 +37,7 @@ Result<Recording> read_log(const std::string& path, const std::string& axis) {
     recording.add_metadata(segment.comments);
     recording.files.push_back({segment.path, segment.sha256, segment.rows.size()});
   }
-  LogRows joined = join_rows(*folder);
+  LogTable joined = join_rows(*folder);
   recording.second_means.reserve(joined.rows.size());
   for (const LogRow& row : joined.rows) recording.second_means.push_back(row.second_mean);
   recording.sessions = std::move(joined.sessions);

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <map>
 
-#include "compensation/averager.hpp"
+#include "compensation/second_averager.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 #include "tools/prismcal/recordings/units.hpp"

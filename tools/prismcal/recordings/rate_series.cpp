@@ -128,7 +128,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   if (!factor) return tl::unexpected(factor.error());
   const auto folder = LogFolder::read(path, choice.axis, series.column);
   if (!folder) return tl::unexpected(folder.error());
-  const LogRows joined = join_rows(*folder);
+  const LogTable joined = join_rows(*folder);
   if (joined.rows.empty()) return make_error(path, "no row of numbers; expected a rate in every line");
   std::size_t session = 0;
   for (std::size_t i = 0; i < joined.rows.size(); ++i) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/averager.hpp"
+#include "compensation/second_averager.hpp"
 
 namespace prism::recordings {
 

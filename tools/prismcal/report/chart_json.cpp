@@ -16,34 +16,36 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const char* form_name(Form form) {
+const char* form_name(SeriesStyle form) {
   switch (form) {
-    case Form::kLine:
+    case SeriesStyle::kLine:
       return "line";
-    case Form::kPoints:
+    case SeriesStyle::kPoints:
       return "points";
-    case Form::kOpenPoints:
+    case SeriesStyle::kOpenPoints:
       return "open";
-    case Form::kLinePoints:
+    case SeriesStyle::kLinePoints:
       return "linepoints";
-    case Form::kBand:
+    case SeriesStyle::kBand:
       return "band";
-    case Form::kBars:
+    case SeriesStyle::kBars:
       return "bars";
-    case Form::kHeat:
-    case Form::kMark:
+    case SeriesStyle::kHeat:
+    case SeriesStyle::kMark:
       break;
   }
   return "";
 }
 
-bool is_curve(Form form) { return form == Form::kLine || form == Form::kLinePoints || form == Form::kBand; }
+bool is_curve(SeriesStyle form) {
+  return form == SeriesStyle::kLine || form == SeriesStyle::kLinePoints || form == SeriesStyle::kBand;
+}
 
 bool is_known(const Series& series, std::size_t i) { return std::isfinite(series.x[i]) && std::isfinite(series.y[i]); }
 
 bool can_be_charted(const Series& series, const Panel& panel) {
   if (*form_name(series.form) == '\0') return false;
-  if (series.form == Form::kBars && panel.x.logarithmic) return false;
+  if (series.form == SeriesStyle::kBars && panel.x.logarithmic) return false;
   const bool log_y = series.right_axis ? panel.right.logarithmic : panel.y.logarithmic;
   double last = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
@@ -91,7 +93,7 @@ Json series_json(const Series& series) {
   if (series.right_axis) json["right"] = true;
   json["x"] = numbers(series.x);
   json["y"] = numbers(series.y);
-  if (series.form == Form::kBand) json["high"] = numbers(series.high);
+  if (series.form == SeriesStyle::kBand) json["high"] = numbers(series.high);
   return json;
 }
 

@@ -22,12 +22,12 @@ enum class Ink {
 };
 
 /// kMark: a large cross for one point that matters.
-enum class Form { kLine, kPoints, kOpenPoints, kLinePoints, kBand, kBars, kHeat, kMark };
+enum class SeriesStyle { kLine, kPoints, kOpenPoints, kLinePoints, kBand, kBars, kHeat, kMark };
 
 struct Series {
   std::string name;  ///< in the key; empty: not there
   Ink ink = Ink::kRaw;
-  Form form = Form::kLine;
+  SeriesStyle form = SeriesStyle::kLine;
   std::vector<double> x{}, y{};
   std::vector<double> high{};  ///< kBand: upper edge (y is the lower); kHeat: the value at (x, y)
   bool right_axis = false;

@@ -16,7 +16,8 @@ constexpr double kWidth = 960, kLeft = 80, kBottom = 50, kLine = 15, kSample = 2
 constexpr const char* kTitleInk = " fill=\"#1b2733\"";
 
 bool has_heat(const Panel& panel) {
-  return std::any_of(panel.series.begin(), panel.series.end(), [](const Series& s) { return s.form == Form::kHeat; });
+  return std::any_of(panel.series.begin(), panel.series.end(),
+                     [](const Series& s) { return s.form == SeriesStyle::kHeat; });
 }
 
 bool uses_right_axis(const Panel& panel) {
@@ -73,9 +74,9 @@ Ranges ranges_of(const Panel& panel) {
   for (const Series& series : panel.series) {
     const bool log_x = panel.x.logarithmic, log_y = series.right_axis ? panel.right.logarithmic : panel.y.logarithmic;
     Range& y = series.right_axis ? ranges.right : ranges.y;
-    if (series.form == Form::kHeat || series.form == Form::kBars) add_cells(ranges.x, series.x, log_x);
-    if (series.form == Form::kBars && !log_y) y.add(0);
-    if (series.form == Form::kHeat) {
+    if (series.form == SeriesStyle::kHeat || series.form == SeriesStyle::kBars) add_cells(ranges.x, series.x, log_x);
+    if (series.form == SeriesStyle::kBars && !log_y) y.add(0);
+    if (series.form == SeriesStyle::kHeat) {
       add_cells(y, series.y, log_y);
       continue;
     }
@@ -83,7 +84,7 @@ Ranges ranges_of(const Panel& panel) {
       if (!is_drawable(series.x[i], log_x) || !is_drawable(series.y[i], log_y)) continue;
       ranges.x.add(series.x[i]);
       y.add(series.y[i]);
-      if (series.form == Form::kBand && i < series.high.size() && is_drawable(series.high[i], log_y))
+      if (series.form == SeriesStyle::kBand && i < series.high.size() && is_drawable(series.high[i], log_y))
         y.add(series.high[i]);
     }
   }
@@ -199,7 +200,7 @@ class PanelDrawing {
   std::string colour_scale() const {
     constexpr int kSteps = 64;
     const auto heat = std::find_if(panel_.series.begin(), panel_.series.end(),
-                                   [](const Series& series) { return series.form == Form::kHeat; });
+                                   [](const Series& series) { return series.form == SeriesStyle::kHeat; });
     const Scale scale({}, heat_range(*heat), bottom_, top_, 40, false);
     const double left = right_ + 12, right = right_ + 28, height = (bottom_ - top_) / kSteps;
     std::string svg = "<g shape-rendering=\"crispEdges\">\n";

@@ -21,7 +21,7 @@ std::size_t size_of(const Series& series) { return std::min(series.x.size(), ser
 
 /// Pixels of `values` over the x of `series`, cut where one of its values is not drawable.
 std::vector<Run> runs_of(const Series& series, const std::vector<double>& values, const Scale& x, const Scale& y) {
-  const bool band = series.form == Form::kBand;
+  const bool band = series.form == SeriesStyle::kBand;
   std::vector<Run> runs(1);
   for (std::size_t i = 0; i < size_of(series); ++i) {
     const bool drawable =
@@ -176,24 +176,24 @@ std::string heat_svg(const Series& series, const Scale& x, const Scale& y) {
   return text + "</g>\n";
 }
 
-std::string form_svg(Form form, const CurveStyle& style, const std::vector<Run>& runs, const std::vector<Run>& high,
-                     double base_px) {
+std::string form_svg(SeriesStyle form, const CurveStyle& style, const std::vector<Run>& runs,
+                     const std::vector<Run>& high, double base_px) {
   switch (form) {
-    case Form::kLine:
+    case SeriesStyle::kLine:
       return line_svg(runs, style);
-    case Form::kPoints:
+    case SeriesStyle::kPoints:
       return points_svg(runs, style, 1.3, true);
-    case Form::kOpenPoints:
+    case SeriesStyle::kOpenPoints:
       return points_svg(runs, style, 1.9, false);
-    case Form::kLinePoints:
+    case SeriesStyle::kLinePoints:
       return line_svg(runs, style) + points_svg(runs, style, 1.8, true);
-    case Form::kBand:
+    case SeriesStyle::kBand:
       return band_svg(runs, high, style);
-    case Form::kBars:
+    case SeriesStyle::kBars:
       return bars_svg(runs, base_px, style);
-    case Form::kMark:
+    case SeriesStyle::kMark:
       return mark_svg(runs, style);
-    case Form::kHeat:
+    case SeriesStyle::kHeat:
       break;
   }
   return {};
@@ -202,8 +202,8 @@ std::string form_svg(Form form, const CurveStyle& style, const std::vector<Run>&
 }  // namespace
 
 std::string series_svg(const Series& series, const Scale& x, const Scale& y) {
-  if (series.form == Form::kHeat) return heat_svg(series, x, y);
-  const bool band = series.form == Form::kBand;
+  if (series.form == SeriesStyle::kHeat) return heat_svg(series, x, y);
+  const bool band = series.form == SeriesStyle::kBand;
   return form_svg(series.form, curve_style(series.ink), runs_of(series, series.y, x, y),
                   band ? runs_of(series, series.high, x, y) : std::vector<Run>(), y.base_px());
 }
@@ -211,14 +211,14 @@ std::string series_svg(const Series& series, const Scale& x, const Scale& y) {
 std::string key_sample_svg(const Series& series, double left, double width, double y) {
   const double middle = left + width / 2;
   switch (series.form) {
-    case Form::kLine:
+    case SeriesStyle::kLine:
       return form_svg(series.form, curve_style(series.ink), {{{left, y}, {left + width, y}}}, {}, y);
-    case Form::kLinePoints:
+    case SeriesStyle::kLinePoints:
       return form_svg(series.form, curve_style(series.ink), {{{left, y}, {middle, y}, {left + width, y}}}, {}, y);
-    case Form::kBand:
+    case SeriesStyle::kBand:
       return form_svg(series.form, curve_style(series.ink), {{{left, y + 4}, {left + width, y + 4}}},
                       {{{left, y - 4}, {left + width, y - 4}}}, y);
-    case Form::kBars:
+    case SeriesStyle::kBars:
       return form_svg(series.form, curve_style(series.ink), {{{middle - 6, y - 4}, {middle + 6, y - 4}}}, {}, y + 4);
     default:
       return form_svg(series.form, curve_style(series.ink), {{{middle, y}}}, {}, y);

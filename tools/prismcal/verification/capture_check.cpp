@@ -13,7 +13,7 @@ namespace prism::verification {
 CheckedCapture check_capture(const std::string& path) {
   const bool open = recordings::is_locked(path);  // before it is read: one that ends meanwhile is read to its end
   auto reader = drivers::CaptureReader::open(path);
-  if (!reader) return {{path, State::kRefused, without_path(reader.error(), path)}, {}};
+  if (!reader) return {{path, FileState::kUnreadable, without_path(reader.error(), path)}, {}};
   std::size_t packets = 0, opened = 0, bytes = 0, others = 0, back = 0;
   std::int64_t first_ns = 0, last_ns = 0;
   std::uint64_t good = 0;
@@ -33,19 +33,19 @@ CheckedCapture check_capture(const std::string& path) {
   if (packets > 0) text += fmt::format(", {} to {}", utc_nano_text(first_ns), utc_nano_text(last_ns));
   if (back > 0) text += "; the time goes back " + counted(back, "time");
   if (others > 0) text += "; " + counted(others, "packet") + " of other programs";
-  if (open) return {{path, State::kOpen, text + "; prismd writes it"}, {}};
+  if (open) return {{path, FileState::kOpen, text + "; prismd writes it"}, {}};
   std::string damage = reader->damaged_places().text();
-  const State state = damage.empty() ? State::kTorn : State::kDamaged;
+  const FileState state = damage.empty() ? FileState::kTruncated : FileState::kDamaged;
   if (!reader->tail_damage().empty())
     damage += fmt::format("{}{} bytes from byte {} on are not a complete packet ({})", damage.empty() ? "" : "; ",
                           reader->size_bytes() - good, good, without_path({"", reader->tail_damage()}, path));
-  if (damage.empty()) return {{path, State::kWhole, text}, {}};
+  if (damage.empty()) return {{path, FileState::kIntact, text}, {}};
   return {{path, state, fmt::format("{}; {}", text, damage)}, damage};
 }
 
-void check_captures(const FolderContents& contents, Verdict& verdict) {
-  for (const std::string& path : contents.captures) verdict.findings.push_back(check_capture(path).finding);
-  if (!contents.one_file) Indexes(contents.folder, ".pcap").check({}, verdict.findings);
+void check_captures(const FolderContents& contents, VerificationResult& result) {
+  for (const std::string& path : contents.captures) result.findings.push_back(check_capture(path).finding);
+  if (!contents.one_file) Indexes(contents.folder, ".pcap").check({}, result.findings);
 }
 
 }  // namespace prism::verification

@@ -33,7 +33,7 @@ Result<std::uint64_t> copy_packets(drivers::CaptureReader& reader, drivers::Capt
 // False: nothing in it can be copied.
 Result<bool> copy_capture(const std::string& path, const Copies& copies) {
   const auto [finding, damage] = check_capture(path);
-  if (finding.state == State::kWhole) return copy_bytes(path, copies).map([] { return true; });
+  if (finding.state == FileState::kIntact) return copy_bytes(path, copies).map([] { return true; });
   auto reader = drivers::CaptureReader::open(path);
   const auto packet = reader ? reader->next() : std::nullopt;
   if (!packet) {

@@ -15,9 +15,9 @@ namespace prism::verification {
 std::string without_path(const Error& error, const std::string& path);
 
 /// Segments, rows, sessions and index of contents.log.
-void check_log(const FolderContents& contents, Verdict& verdict);
+void check_log(const FolderContents& contents, VerificationResult& result);
 /// Captures of a folder, and their index.
-void check_captures(const FolderContents& contents, Verdict& verdict);
+void check_captures(const FolderContents& contents, VerificationResult& result);
 struct CheckedCapture {
   Finding finding;
   std::string damage;  ///< the parts that are not packets; empty if there are none

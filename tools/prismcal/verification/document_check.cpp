@@ -47,15 +47,15 @@ Result<std::string> of_configuration(const std::string& text, const std::string&
 
 std::optional<Finding> check_document(const std::string& path, bool named) {
   const auto text = read_text_file(path, kMaxModelBytes);
-  if (!text) return Finding{path, State::kRefused, text.error().what};
+  if (!text) return Finding{path, FileState::kUnreadable, text.error().what};
   const Json json = Json::parse(*text, nullptr, false, true);
   const Kind kind = kind_of(json);
   if (kind == Kind::kUnknown && !named && !json.is_discarded()) return std::nullopt;
   const auto outcome = kind == Kind::kModel    ? of_model(*text, path)
                        : kind == Kind::kFrames ? of_frames(*text, path)
                                                : of_configuration(*text, path);
-  if (outcome) return Finding{path, State::kWhole, *outcome};
-  return Finding{path, State::kRefused, without_path(outcome.error(), path)};
+  if (outcome) return Finding{path, FileState::kIntact, *outcome};
+  return Finding{path, FileState::kUnreadable, without_path(outcome.error(), path)};
 }
 
 }  // namespace prism::verification

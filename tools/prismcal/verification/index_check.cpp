@@ -38,7 +38,8 @@ std::uint64_t Indexes::number(const std::string& file) const {
 
 void Indexes::check(const std::map<std::string, std::uint64_t>& rows, std::vector<Finding>& findings) const {
   for (const std::string& file : damaged_)
-    findings.push_back({file, State::kDamaged, "cannot be read as an index; segments go by their sessions and names"});
+    findings.push_back(
+        {file, FileState::kDamaged, "cannot be read as an index; segments go by their sessions and names"});
   for (const auto& index : read_) {
     for (const std::string& file : index.files()) {
       const std::string path = (fs::path(folder_) / file).string();
@@ -46,9 +47,9 @@ void Indexes::check(const std::map<std::string, std::uint64_t>& rows, std::vecto
       const auto there = rows.find(file);
       std::error_code error;
       if (!fs::exists(path, error)) {
-        findings.push_back({path, State::kMissing, "the index names it" + rows_text(made)});
+        findings.push_back({path, FileState::kMissing, "the index names it" + rows_text(made)});
       } else if (there != rows.end() && there->second < made) {
-        findings.push_back({path, State::kMissing,
+        findings.push_back({path, FileState::kMissing,
                             fmt::format("{} of the {} of the index", made - there->second, counted(made, "row"))});
       }
     }

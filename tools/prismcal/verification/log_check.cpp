@@ -18,19 +18,20 @@ using recordings::SegmentEnd;
 Finding of_segment(const LogSegment& segment) {
   const std::string rows = fmt::format("{}, format {}", counted(segment.rows.size(), "row"), segment.format);
   switch (segment.end) {
-    case SegmentEnd::kWhole:
-      return {segment.path, segment.damaged.empty() ? State::kWhole : State::kDamaged, rows};
+    case SegmentEnd::kIntact:
+      return {segment.path, segment.damaged.empty() ? FileState::kIntact : FileState::kDamaged, rows};
     case SegmentEnd::kOpen:
-      return {segment.path, State::kOpen, rows + "; prismd writes it"};
-    case SegmentEnd::kTorn:
-      return {segment.path, State::kTorn,
-              segment.torn_bytes == 0 ? rows + ", no end"
-                                      : fmt::format("{}, no end; {} of a torn row from line {} on", rows,
-                                                    counted(segment.torn_bytes, "byte"), segment.torn_line)};
+      return {segment.path, FileState::kOpen, rows + "; prismd writes it"};
+    case SegmentEnd::kTruncated:
+      return {segment.path, FileState::kTruncated,
+              segment.truncated_bytes == 0
+                  ? rows + ", no end"
+                  : fmt::format("{}, no end; {} of a torn row from line {} on", rows,
+                                counted(segment.truncated_bytes, "byte"), segment.truncated_line)};
     case SegmentEnd::kChanged:
       break;
   }
-  return {segment.path, State::kChanged, rows + "; the sum at its end does not hold"};
+  return {segment.path, FileState::kChanged, rows + "; the sum at its end does not hold"};
 }
 
 // Rows that do not count, next to each other in one file and for one reason, are one finding.
@@ -38,15 +39,15 @@ void add_left_out(const std::vector<recordings::LeftOutRow>& rows, std::vector<F
   for (std::size_t i = 0; i < rows.size();) {
     std::size_t end = i + 1;
     while (end < rows.size() && rows[end].path == rows[i].path && rows[end].why == rows[i].why) ++end;
-    const bool superseded = rows[i].why == recordings::kStandsAgain;
+    const bool superseded = rows[i].why == recordings::kWrittenAgain;
     const std::string many = fmt::format("{} rows, to line {}: ", end - i, rows[end - 1].line);
-    findings.push_back({rows[i].path, superseded ? State::kSuperseded : State::kDoubled,
+    findings.push_back({rows[i].path, superseded ? FileState::kSuperseded : FileState::kDuplicate,
                         (end - i > 1 ? many : "") + rows[i].why, rows[i].line});
     i = end;
   }
 }
 
-LogSession session_of(const std::string& log, const recordings::LogRows& joined, std::size_t begin, std::size_t end) {
+LogSession session_of(const std::string& log, const recordings::LogTable& joined, std::size_t begin, std::size_t end) {
   LogSession session;
   session.log = log;
   session.first_s = joined.rows[begin].second_mean.second + 1;
@@ -66,31 +67,32 @@ LogSession session_of(const std::string& log, const recordings::LogRows& joined,
 
 }  // namespace
 
-void check_log(const FolderContents& contents, Verdict& verdict) {
+void check_log(const FolderContents& contents, VerificationResult& result) {
   if (contents.log.empty()) return;
   const auto folder = recordings::LogFolder::salvage(contents.log);
   std::map<std::string, std::uint64_t> rows;
   for (const LogSegment& segment : folder.segments) {
     rows[segment.file] = segment.rows.size() + segment.damaged.size();
-    verdict.findings.push_back(of_segment(segment));
-    for (const auto& row : segment.damaged) verdict.findings.push_back({row.path, State::kDamaged, row.why, row.line});
+    result.findings.push_back(of_segment(segment));
+    for (const auto& row : segment.damaged)
+      result.findings.push_back({row.path, FileState::kDamaged, row.why, row.line});
   }
   for (const auto& refused : folder.refused) {
     std::error_code error;
     if (!std::filesystem::exists(refused.path, error) && !contents.one_file) continue;  // deleted meanwhile, as too old
-    verdict.findings.push_back({refused.path, State::kRefused, without_path(refused.error, refused.path)});
+    result.findings.push_back({refused.path, FileState::kUnreadable, without_path(refused.error, refused.path)});
   }
-  if (!contents.one_file) Indexes(contents.folder, ".csv").check(rows, verdict.findings);
+  if (!contents.one_file) Indexes(contents.folder, ".csv").check(rows, result.findings);
   if (auto one = folder.of_one_gyro(contents.log); !one)
-    verdict.findings.push_back({contents.log, State::kRefused, one.error().what});
+    result.findings.push_back({contents.log, FileState::kUnreadable, one.error().what});
   const std::vector<recordings::LogFolder> axes = folder.by_axis();
   for (const recordings::LogFolder& axis : axes) {
-    const recordings::LogRows joined = recordings::join_rows(axis);
-    add_left_out(joined.left_out.rows, verdict.findings);
+    const recordings::LogTable joined = recordings::join_rows(axis);
+    add_left_out(joined.left_out.rows, result.findings);
     for (std::size_t i = 0; i < joined.sessions.size(); ++i) {
       const std::size_t end = i + 1 < joined.sessions.size() ? joined.sessions[i + 1] : joined.rows.size();
-      verdict.sessions.push_back(session_of(contents.log, joined, joined.sessions[i], end));
-      if (axes.size() > 1) verdict.sessions.back().axis = axis.segments.front().value("axis");
+      result.sessions.push_back(session_of(contents.log, joined, joined.sessions[i], end));
+      if (axes.size() > 1) result.sessions.back().axis = axis.segments.front().value("axis");
     }
   }
 }

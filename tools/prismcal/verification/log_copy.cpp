@@ -32,9 +32,9 @@ std::string index_name(const std::string& file) {
 
 // What was wrong with a segment, for those who read its copy.
 std::string remark_of(const LogSegment& segment, std::size_t left_out) {
-  static const std::map<SegmentEnd, const char*> kWords{{SegmentEnd::kWhole, "whole"},
+  static const std::map<SegmentEnd, const char*> kWords{{SegmentEnd::kIntact, "whole"},
                                                         {SegmentEnd::kOpen, "being written"},
-                                                        {SegmentEnd::kTorn, "torn"},
+                                                        {SegmentEnd::kTruncated, "torn"},
                                                         {SegmentEnd::kChanged, "changed: its sum did not hold"}};
   return fmt::format("by prismcal {}; the segment was {}; {} left out", kVersion, kWords.at(segment.end),
                      counted(left_out, "row"));
@@ -45,8 +45,8 @@ Result<std::size_t> copy_segment(const LogSegment& segment, const std::set<std::
                                  const Copies& copies) {
   if (without.contains(0)) return 0;  // the same as another file
   for (const auto& row : segment.damaged) copies.leave_out(row.path, row.line, row.why);
-  if (segment.torn_bytes > 0)
-    copies.leave_out(segment.path, segment.torn_line, counted(segment.torn_bytes, "byte") + " of a torn row");
+  if (segment.truncated_bytes > 0)
+    copies.leave_out(segment.path, segment.truncated_line, counted(segment.truncated_bytes, "byte") + " of a torn row");
   std::vector<std::size_t> kept;
   for (const auto& row : segment.rows) {
     if (!without.contains(row.line)) kept.push_back(row.line);
@@ -54,7 +54,7 @@ Result<std::size_t> copy_segment(const LogSegment& segment, const std::set<std::
   if (segment.rows.empty()) copies.leave_out(segment.path, 0, "no whole row in it");
   if (kept.empty()) return 0;
   const std::size_t left_out = segment.rows.size() + segment.damaged.size() - kept.size();
-  if (segment.end == SegmentEnd::kWhole && left_out == 0) {
+  if (segment.end == SegmentEnd::kIntact && left_out == 0) {
     return copy_bytes(segment.path, copies).map([&] { return kept.size(); });
   }
   const auto text = recordings::rewritten(segment, kept, remark_of(segment, left_out));

@@ -8,7 +8,7 @@
 
 namespace prism::verification {
 
-std::size_t Verdict::faults() const {
+std::size_t VerificationResult::faults() const {
   const auto bad = [](const Finding& finding) { return is_fault(finding.state); };
   return static_cast<std::size_t>(std::count_if(findings.begin(), findings.end(), bad));
 }
@@ -19,23 +19,23 @@ std::string without_path(const Error& error, const std::string& path) {
   return text.substr(text.find_first_not_of(' ', path.size() + 1));
 }
 
-Verdict verify(const std::string& path) {
-  Verdict verdict;
+VerificationResult verify(const std::string& path) {
+  VerificationResult result;
   for (const FolderContents& contents : contents_of(path)) {
-    check_log(contents, verdict);
-    check_captures(contents, verdict);
+    check_log(contents, result);
+    check_captures(contents, result);
     for (const std::string& document : contents.documents) {
       auto finding = check_document(document, contents.one_file);
-      verdict.findings.push_back(finding ? std::move(*finding)
-                                         : Finding{document, State::kPassedOver, "JSON of another kind"});
+      result.findings.push_back(finding ? std::move(*finding)
+                                        : Finding{document, FileState::kSkipped, "JSON of another kind"});
     }
     for (const std::string& other : contents.others)
-      verdict.findings.push_back({other, State::kPassedOver, "none of prism's files"});
+      result.findings.push_back({other, FileState::kSkipped, "none of prism's files"});
   }
-  const auto& findings = verdict.findings;
-  if (std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.state == State::kPassedOver; }))
-    verdict.findings.push_back({path, State::kRefused, "holds no log, capture, model, frames or configuration"});
-  return verdict;
+  const auto& findings = result.findings;
+  if (std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.state == FileState::kSkipped; }))
+    result.findings.push_back({path, FileState::kUnreadable, "holds no log, capture, model, frames or configuration"});
+  return result;
 }
 
 }  // namespace prism::verification

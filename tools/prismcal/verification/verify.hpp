@@ -10,33 +10,33 @@
 namespace prism::verification {
 
 /// The first four are not faults.
-enum class State {
-  kWhole,       ///< as it was written
+enum class FileState {
+  kIntact,      ///< as it was written
   kOpen,        ///< a living prismd writes it (flock)
   kSuperseded,  ///< rows repeated in a later segment after a disk error
-  kPassedOver,  ///< not a file of prism
-  kTorn,        ///< no end, or a part of a row or packet at its end: prismd or the machine was ended by force
+  kSkipped,     ///< not a file of prism
+  kTruncated,   ///< no end, or a part of a row or packet at its end: prismd or the machine was ended by force
   kChanged,     ///< its checksum is wrong: it was changed after writing
   kDamaged,     ///< a row, an index or a part of a capture that cannot be read
-  kDoubled,     ///< rows that stood before, or go back, in their session; a copy of another file
+  kDuplicate,   ///< rows that stood before, or go back, in their session; a copy of another file
   kMissing,     ///< an index names it, or more of its rows than there are
-  kRefused,     ///< cannot be read, or is not what its name says
+  kUnreadable,  ///< cannot be read, or is not what its name says
 };
 inline constexpr std::array kStateNames{"whole",   "open",    "superseded", "passed over", "torn",
                                         "changed", "damaged", "doubled",    "missing",     "refused"};
 
-constexpr bool is_fault(State state) { return state >= State::kTorn; }
+constexpr bool is_fault(FileState state) { return state >= FileState::kTruncated; }
 
 /// One line about a file, or about a folder's log.
 struct Finding {
   std::string path;
-  State state = State::kWhole;
+  FileState state = FileState::kIntact;
   std::string text;
   std::size_t line = 0;  ///< of the file, from 1; 0: all of it
 };
 
 /// Seconds of a session that have no row: the ends of the first and of the last one, s.
-struct Hole {
+struct Gap {
   std::int64_t first_s = 0, last_s = 0;
 };
 
@@ -47,10 +47,10 @@ struct LogSession {
   std::int64_t first_s = 0, last_s = 0;  ///< ends of its first and last second, s since 1970 or the device's epoch
   std::size_t rows = 0, partial = 0;
   std::uint64_t missing_frames = 0, missing_s = 0;
-  std::vector<Hole> holes;
+  std::vector<Gap> holes;
 };
 
-struct Verdict {
+struct VerificationResult {
   std::vector<Finding> findings;
   std::vector<LogSession> sessions;
 
@@ -61,6 +61,6 @@ struct Verdict {
 /// every one of them in it and below it. Read with the code that reads them elsewhere. Throws nothing and refuses
 /// nothing: what cannot be read is a finding. A configuration is judged alone; `prismd --check` judges what it names,
 /// too.
-Verdict verify(const std::string& path);
+VerificationResult verify(const std::string& path);
 
 }  // namespace prism::verification

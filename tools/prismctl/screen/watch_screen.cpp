@@ -19,7 +19,7 @@
 namespace prism::screen {
 namespace {
 
-using client::Connection, prismctl::at;
+using client::DaemonConnection, prismctl::at;
 using nlohmann::json;
 
 constexpr double kStatusEveryS = 1, kRetryS = 1, kDrawEveryS = 1, kLeastBetweenDrawsS = 0.1;
@@ -88,7 +88,7 @@ class Watch {
   void keep_asking() {
     if (!connection_) {
       if (steady_s() < next_try_s_) return;
-      auto opened = Connection::open(socket_);
+      auto opened = DaemonConnection::open(socket_);
       if (!opened) return lose(opened.error());
       connection_.emplace(std::move(*opened));
       next_status_s_ = 0;
@@ -174,7 +174,7 @@ class Watch {
   std::string socket_;
   Terminal terminal_;
   View view_;
-  std::optional<Connection> connection_;
+  std::optional<DaemonConnection> connection_;
   int status_id_ = 0, history_id_ = 0, events_id_ = 0;  ///< 0: no request is pending
   bool quit_ = false, changed_ = true, asked_all_ = false;
   double next_try_s_ = 0, next_status_s_ = 0, drawn_s_ = 0;

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "tools/prismsim/simulation/bias_causes.hpp"
+#include "tools/prismsim/simulation/bias_components.hpp"
 #include "tools/prismsim/simulation/chamber_profile.hpp"
 #include "tools/prismsim/simulation/random_source.hpp"
 

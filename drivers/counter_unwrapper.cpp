@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// Counter unwrapping.
+#include "drivers/counter_unwrapper.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace prism::drivers {
+namespace {
+
+/// After a longer time without data the counter may have wrapped unseen; shorter gaps may be a stalled machine.
+constexpr double kWrapUnseenS = 1;
+/// This many bytes at once were waiting to be read.
+constexpr std::uint32_t kBacklogBytes = 1024;
+/// A restart can be distinguished from lost frames only if the counter covers this many frames.
+constexpr double kTellingFrames = 64;
+
+std::uint32_t whole(double frames) { return static_cast<std::uint32_t>(std::llround(std::clamp(frames, 0.0, 4e9))); }
+
+}  // namespace
+
+CounterUnwrapper::CounterUnwrapper(wire::FrameDescriptionPtr description, bool by_arrival)
+    : description_(std::move(description)), by_arrival_(by_arrival) {}
+
+void CounterUnwrapper::reset() {
+  running_ = false;
+  last_counter_.reset();
+}
+
+CounterStep CounterUnwrapper::push(const wire::DecodedMessage& reading, double slope) {
+  const CounterStep step = running_ ? step_to(reading, slope) : CounterStep{};
+  running_ = true;
+  last_ = reading;
+  if (reading.has_counter) last_counter_ = reading.counter;
+  return step;
+}
+
+double CounterUnwrapper::frame_ticks() const {
+  if (!description_->counter) return 1;
+  const wire::CounterRule& rule = *description_->counter;
+  return last_counter_ ? rule.ticks_per_frame : rule.ticks_per_s * description_->period_s();
+}
+
+double CounterUnwrapper::unseen_ticks() const {
+  if (!last_counter_) return frame_ticks();
+  const wire::CounterRule& rule = *description_->counter;
+  return rule.step_varies ? 0 : static_cast<double>(rule.modulus);
+}
+
+std::uint32_t CounterUnwrapper::frames_of(double ticks) const { return whole(ticks / frame_ticks()); }
+
+double CounterUnwrapper::counted_ticks(const wire::DecodedMessage& reading) const {
+  const wire::CounterRule& rule = *description_->counter;
+  std::uint64_t ticks = reading.counter - *last_counter_;
+  if (rule.modulus != 0 && reading.counter < *last_counter_) ticks += rule.modulus;
+  return static_cast<double>(ticks);
+}
+
+/// Counter periods during a time without data.
+double CounterUnwrapper::unseen_turns(const wire::DecodedMessage& reading, double ticks, double slope) const {
+  const wire::CounterRule& rule = *description_->counter;
+  const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_.arrival_ns);
+  if (rule.modulus == 0 || !by_arrival_ || elapsed_s <= kWrapUnseenS) return 0;
+  const double waited_s = static_cast<double>(reading.behind) / reading.length * description_->period_s();
+  if (reading.behind >= kBacklogBytes || waited_s > elapsed_s / 2) return 0;
+  return std::max(0.0, std::round((elapsed_s * rule.ticks_per_s / slope - ticks) / static_cast<double>(rule.modulus)));
+}
+
+double CounterUnwrapper::frames_by_offset(const wire::DecodedMessage& reading) const {
+  const std::uint64_t end = last_.offset + last_.length;
+  if (description_->kinds.size() != 1 || reading.offset <= end) return 1;
+  return 1 + std::round(static_cast<double>(reading.offset - end) / reading.length);
+}
+
+CounterStep CounterUnwrapper::uncounted(const wire::DecodedMessage& reading) const {
+  CounterStep step;
+  if (!reading.has_gyro || last_counter_) return step;
+  const double frames = frames_by_offset(reading);
+  step.ticks = frames * frame_ticks();
+  step.missing = whole(frames - 1);
+  return step;
+}
+
+CounterStep CounterUnwrapper::step_to(const wire::DecodedMessage& reading, double slope) const {
+  if (!reading.has_counter || !last_counter_) return uncounted(reading);
+  const wire::CounterRule& rule = *description_->counter;
+  CounterStep step;
+  step.ticks = counted_ticks(reading);
+  const double unseen = unseen_turns(reading, step.ticks, slope) * static_cast<double>(rule.modulus);
+  step.ticks += unseen;
+  step.duplicate = step.ticks == 0;
+  const double modulus = rule.modulus == 0 ? 0x1p64 : static_cast<double>(rule.modulus);
+  if (!by_arrival_ && modulus / rule.ticks_per_frame >= kTellingFrames && step.ticks > modulus / 2) {
+    step.restarted = true;
+    step.ticks = rule.ticks_per_frame;
+  }
+  if (rule.step_varies) return step;
+  step.missing = whole(step.ticks / rule.ticks_per_frame - 1);
+  step.by_arrival = std::min(step.missing, frames_of(unseen));
+  return step;
+}
+
+}  // namespace prism::drivers

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// Converts a good frame to a DecodedMessage: the roles of its fields, and slow channels that are not in every frame.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "drivers/wire/decode/decoded_message.hpp"
+#include "drivers/wire/description/frame_description.hpp"
+#include "drivers/wire/description/frame_view.hpp"
+
+namespace prism::wire {
+
+/// The last value of a slow channel and its age in frames.
+class SlowValue {
+ public:
+  /// `rate_hz`: frames per second of the message type that `steps` counts.
+  SlowValue(const SlowChannel& channel, double rate_hz);
+
+  /// Processes one frame; `steps` is the number of frames since the last one, `adjacent` is true if none is missing
+  /// between them. Complete values come from `fields`; halves are joined only if their frames are adjacent.
+  void push(const FrameView& view, const ChannelFields& fields, std::uint64_t steps, bool adjacent);
+  double value() const { return age_frames_ <= limit_frames_ ? value_ : kUnknown; }
+  bool out_of_range() const { return out_of_range_; }
+  /// The last value was a number, but out of range.
+  bool out_of_bounds() const { return out_of_bounds_ && age_frames_ <= limit_frames_; }
+  void reset();
+
+ private:
+  void take_whole(const FrameView& view, int field, double raw);
+  void take_halves(const FrameView& view, int high, int low, bool adjacent);
+  void set(double value, bool out_of_bounds);
+
+  const SlowChannel* channel_;
+  std::uint64_t limit_frames_ = 0;
+  std::uint64_t age_frames_ = 0;
+  double value_ = kUnknown;
+  bool out_of_range_ = false;   ///< in this frame
+  bool out_of_bounds_ = false;  ///< kept as long as the value
+  int memo_field_ = -1;  ///< cache of the last raw number and its value: temperatures repeat, and logarithms are slow
+  double memo_raw_ = kUnknown;
+  double memo_value_ = kUnknown;
+  std::optional<std::uint64_t> high_;  ///< of the previous frame
+};
+
+/// Sensors are read once in this many frames: about 100 reads per second are enough for one-second means.
+std::uint32_t sensor_stride(double frames_hz);
+
+class MessageDecoder {
+ public:
+  explicit MessageDecoder(FrameDescriptionPtr description);
+
+  /// Fills the data of the frame (not arrival, offset, length). `contiguous`: it directly follows the previous frame.
+  /// Returns false if the message type contains neither gyro data, nor the counter, nor a slow channel.
+  bool make(std::int32_t kind, const FrameView& view, bool contiguous, DecodedMessage& reading);
+  /// Number of field values out of range so far.
+  std::uint64_t out_of_range() const { return out_of_range_; }
+  void reset();
+
+ private:
+  void read_sensors(const MessageFields& roles, const FrameView& view, DecodedMessage& reading);
+  bool sensors_turn(std::int32_t kind);
+  void read_counter(const MessageFields& roles, const FrameView& view, bool contiguous, DecodedMessage& reading);
+  void read_axis(const AxisRoles& roles, const FrameView& view, AxisReading& reading);
+
+  FrameDescriptionPtr description_;
+  std::vector<char> tells_;  ///< by message type: whether it contains data
+  SlowValue temperature_;
+  std::vector<SlowValue> sensors_;
+  std::array<double, kMaxSensors> held_;  ///< last values of the sensors
+  std::uint32_t stride_ = 1;              ///< sensors are read once in this many frames of a message type
+  std::vector<std::uint32_t> waiting_;    ///< by message type: frames left until the next read
+  std::uint64_t untold_steps_ = 0;        ///< frames since the last read of the sensors
+  SlowValue uhfo_;
+  std::optional<std::uint64_t> last_counter_;
+  std::uint64_t steps_ = 1;
+  bool adjacent_ = false;
+  std::uint64_t out_of_range_ = 0;
+};
+
+}  // namespace prism::wire

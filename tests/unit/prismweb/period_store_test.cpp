@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/period_store.hpp"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/temporary_folder.hpp"
+#include "tools/prismweb/archive.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr std::int64_t kBegin = 1795425000 / 3600 * 3600;
+
+PeriodSummary at(std::int64_t i) {
+  PeriodSummary one;
+  one.begin_s = kBegin + i;
+  one.min[kRate] = one.max[kRate] = std::sin(static_cast<double>(i) * 0.37) * static_cast<double>(i % 97);
+  if (i % 5 != 0) one.mean[kRate].take(one.min[kRate]);
+  one.samples = 1000;
+  one.seconds = one.good = 1;
+  return one;
+}
+
+PeriodStore opened(const test::TemporaryFolder& folder) {
+  auto store = PeriodStore::open(folder.file("z"));
+  EXPECT_TRUE(store) << store.error().text();
+  return std::move(*store);
+}
+
+void push(PeriodStore& store, std::int64_t from, std::int64_t to, const std::string& cursor) {
+  std::vector<PeriodSummary> seconds;
+  for (std::int64_t i = from; i < to; ++i) seconds.push_back(at(i));
+  store.push(seconds, cursor);
+}
+
+std::string shown(const std::vector<PeriodSummary>& periods) {
+  std::string text;
+  for (const PeriodSummary& one : periods)
+    text += std::to_string(one.begin_s - kBegin) + ":" + std::to_string(one.min[kRate]) + "/" +
+            std::to_string(one.max[kRate]) + "*" + std::to_string(one.seconds) + "," + std::to_string(one.samples) +
+            "m" + std::to_string(one.mean[kRate].known) + "~" +
+            std::to_string(std::lround(1000 * one.mean[kRate].value())) + " ";
+  return text;
+}
+std::vector<PeriodSummary> joined(const Result<std::vector<PeriodSummary>>& periods, std::int64_t length_s) {
+  EXPECT_TRUE(periods) << periods.error().text();
+  return downsample(*periods, INT64_MIN, INT64_MAX, length_s);
+}
+std::string minutes(PeriodStore& store) { return shown(joined(store.periods(60, INT64_MIN, INT64_MAX), 60)); }
+std::string minutes(PeriodStore&& store) { return minutes(store); }
+
+// The answer that a store must give which was never closed.
+std::string whole(std::int64_t to) {
+  std::vector<PeriodSummary> seconds;
+  for (std::int64_t i = 0; i < to; ++i) seconds.push_back(at(i));
+  return shown(downsample(seconds, INT64_MIN, INT64_MAX, 60));
+}
+
+TEST(PeriodStore, GoesOnWhereItWasClosed) {
+  const test::TemporaryFolder folder;
+  std::string cursor;
+  for (std::int64_t i = 0; i < 1000; i += 37) {
+    PeriodStore store = opened(folder);
+    EXPECT_EQ(store.cursor(), cursor);
+    cursor = "after-" + std::to_string(i + 37);
+    push(store, i, i + 37, cursor);
+    ASSERT_TRUE(store.commit());
+  }
+  PeriodStore store = opened(folder);
+  EXPECT_EQ(minutes(store), whole(1036));
+  EXPECT_EQ(shown(joined(store.periods(3600, INT64_MIN, INT64_MAX), 3600)).substr(0, 2), "0:");
+  EXPECT_EQ(store.first_second(), kBegin);
+  EXPECT_EQ(store.last_second(), kBegin + 1035);
+}
+
+// What was pushed and not kept is gone with the process, and so is the cursor: the same rows come again.
+TEST(PeriodStore, WhatWasNotKeptIsMadeAgainFromTheLog) {
+  const test::TemporaryFolder folder;
+  {
+    PeriodStore store = opened(folder);
+    push(store, 0, 500, "after-500");
+    ASSERT_TRUE(store.commit());
+    push(store, 500, 900, "after-900");
+    EXPECT_EQ(minutes(store), whole(900)) << "it is served";
+  }
+  PeriodStore store = opened(folder);
+  EXPECT_EQ(store.cursor(), "after-500");
+  EXPECT_EQ(store.rebuild_reason(), "");
+  push(store, 500, 1000, "after-1000");
+  ASSERT_TRUE(store.commit());
+  EXPECT_EQ(minutes(store), whole(1000));
+  store = opened(test::TemporaryFolder());  // the other one is closed
+  EXPECT_EQ(minutes(opened(folder)), whole(1000));
+}
+
+// Files as a kill leaves them at any moment: the database without its last transactions, and a part of the log of
+// these.
+TEST(PeriodStore, AKillLosesNothing) {
+  const test::TemporaryFolder folder, killed;
+  PeriodStore store = opened(folder);
+  for (std::int64_t i = 0; i < 6000; i += 100) {
+    push(store, i, i + 100, std::to_string(i + 100));
+    ASSERT_TRUE(store.commit());
+  }
+  const std::string log = folder.file("z/periods.sqlite-wal"), copied = killed.file("z/periods.sqlite-wal");
+  const auto bytes = fs::file_size(log);
+  for (std::uintmax_t size = 0; size <= bytes; size += std::min<std::uintmax_t>(4567, bytes - size + (size == bytes))) {
+    fs::remove_all(killed.file("z"));
+    fs::copy(folder.file("z"), killed.file("z"));
+    fs::resize_file(copied, size);
+    PeriodStore again = opened(killed);
+    EXPECT_EQ(again.rebuild_reason(), "") << size;
+    const std::int64_t done = again.cursor().empty() ? 0 : std::stoll(again.cursor());
+    EXPECT_TRUE(size < bytes || done == 6000) << done;
+    push(again, done, 6000, "6000");
+    ASSERT_TRUE(again.commit());
+    EXPECT_EQ(minutes(again), whole(6000)) << size << " from " << done;
+  }
+}
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// A bit that changed in any byte of the file, while it is closed: the answers are those of before, or the store is
+// begun anew; and it goes on.
+TEST(PeriodStore, AChangedBitIsNoticed) {
+  const test::TemporaryFolder folder, damaged;
+  {
+    PeriodStore store = opened(folder);
+    push(store, 0, 8000, "after");
+    ASSERT_TRUE(store.commit());
+  }
+  const std::string bytes = bytes_of(folder.file("z/periods.sqlite"));
+  fs::create_directory(damaged.file("z"));
+  std::size_t noticed = 0;
+  for (std::size_t i = 0; i < bytes.size(); i += 211) {
+    std::string changed = bytes;
+    changed[i] = static_cast<char>(changed[i] ^ (1 << (i % 8)));
+    std::ofstream(damaged.file("z/periods.sqlite"), std::ios::binary) << changed;
+    PeriodStore store = opened(damaged);
+    const auto found = store.periods(60, INT64_MIN, INT64_MAX), hours = store.periods(3600, INT64_MIN, INT64_MAX);
+    if (!found || !hours) {
+      EXPECT_TRUE(store.is_damaged()) << i;
+      ++noticed;
+      store = opened(test::TemporaryFolder());
+      ASSERT_TRUE(PeriodStore::remove(damaged.file("z")));
+      store = opened(damaged);
+    } else if (!store.rebuild_reason().empty()) {
+      EXPECT_NE(store.rebuild_reason().find("periods.sqlite: "), std::string::npos) << store.rebuild_reason();
+      EXPECT_EQ(store.cursor(), "") << i;
+      ++noticed;
+    } else {
+      EXPECT_EQ(shown(joined(found, 60)), whole(8000)) << i;
+      EXPECT_EQ(hours->size(), 3U) << i;
+      EXPECT_EQ(store.cursor(), "after") << i;
+      EXPECT_EQ(store.first_second(), kBegin) << i;
+      EXPECT_EQ(store.last_second(), kBegin + 7999) << i;
+      continue;
+    }
+    push(store, 0, 100, "after-100");
+    ASSERT_TRUE(store.commit()) << i;
+    ASSERT_EQ(minutes(store), whole(100)) << i;
+  }
+  EXPECT_GT(noticed, bytes.size() / 211 / 5) << "of the bytes a third are records";
+}
+
+TEST(PeriodStore, AFileThatIsNoDatabaseIsReplaced) {
+  for (const char* const text : {"{\"version\":1}", "SQLite format 3"}) {
+    const test::TemporaryFolder folder;
+    fs::create_directory(folder.file("z"));
+    std::ofstream(folder.file("z/periods.sqlite")) << text << std::string(9000, 'x');
+    EXPECT_NE(opened(folder).rebuild_reason(), "");
+    EXPECT_EQ(opened(folder).rebuild_reason(), "");
+  }
+}
+
+// Minutes, hours and place.json of prismweb 0.2: all of it is in the log.
+TEST(PeriodStore, TheFormerFilesAreRemovedAndBuiltAgain) {
+  const test::TemporaryFolder folder;
+  fs::create_directory(folder.file("z"));
+  for (const char* const name : {"z/minutes", "z/hours", "z/place.json"}) std::ofstream(folder.file(name)) << "old";
+  const PeriodStore store = opened(folder);
+  EXPECT_EQ(store.cursor(), "");
+  EXPECT_EQ(store.rebuild_reason(), "");
+  for (const auto& entry : fs::directory_iterator(folder.file("z")))
+    EXPECT_EQ(entry.path().filename().string().rfind("periods.sqlite", 0), 0U) << entry.path();
+}
+
+TEST(PeriodStore, IsOfOneProcessAlone) {
+  const test::TemporaryFolder folder;
+  const PeriodStore store = opened(folder);
+  const auto second = PeriodStore::open(folder.file("z"));
+  ASSERT_FALSE(second);
+  EXPECT_NE(second.error().text().find("periods.sqlite: is in use by another process"), std::string::npos)
+      << second.error().text();
+}
+
+TEST(PeriodStore, ADayOfMinutesIsSmallAndReadInParts) {
+  const test::TemporaryFolder folder;
+  PeriodStore store = opened(folder);
+  for (std::int64_t i = 0; i < 86400; i += 1700) {
+    push(store, i, std::min<std::int64_t>(i + 1700, 86400),
+         "6f0c6f0c6f0c6f0c6f0c6f0c6f0c6f0c-12-" + std::to_string(i) + "-" + std::to_string(i));
+    ASSERT_TRUE(store.commit());
+  }
+  EXPECT_LE(fs::file_size(folder.file("z/periods.sqlite")), 300U << 10);
+  EXPECT_LE(fs::file_size(folder.file("z/periods.sqlite-wal")), 1U << 20) << "it does not grow with the days";
+  const auto part = *store.periods(60, kBegin + 40000 / 60 * 60, kBegin + 50000 / 60 * 60);
+  ASSERT_FALSE(part.empty());
+  EXPECT_EQ(part.front().begin_s, kBegin + 40000 / 60 * 60);
+  EXPECT_EQ(part.size(), 50000U / 60 - 40000 / 60);
+  EXPECT_EQ(store.periods(3600, INT64_MIN, INT64_MAX)->size(), 24U);
+  EXPECT_EQ(store.periods(1800, INT64_MIN, INT64_MAX)->size(), 144U) << "by ten minutes";
+  EXPECT_EQ(store.periods(900, INT64_MIN, INT64_MAX)->size(), 1440U);
+  using Cursors = std::vector<std::string>;
+  EXPECT_EQ(store.cursors_before(kBegin + 1), Cursors());
+  EXPECT_EQ(store.cursors_before(kBegin + 1700), Cursors{"6f0c6f0c6f0c6f0c6f0c6f0c6f0c6f0c-12-0-0"});
+  EXPECT_NE(store.cursors_before(kBegin + 80000), store.cursors_before(kBegin + 1700));
+}
+
+// A counter that began anew: a time that only the earlier run had was sought in the later one, and not found.
+TEST(PeriodStore, KnowsAPlaceInEachRunOfAClock) {
+  const test::TemporaryFolder folder;
+  PeriodStore store = opened(folder);
+  const auto keep = [&](std::int64_t from, std::int64_t to, const char* cursor) {
+    push(store, from, to, cursor);
+    ASSERT_TRUE(store.commit());
+  };
+  keep(0, 1000, "first-1000");
+  keep(1000, 12000, "first-12000");
+  keep(5000, 6000, "second-6000");
+  using Cursors = std::vector<std::string>;
+  EXPECT_EQ(store.cursors_before(kBegin + 7000), (Cursors{"second-6000", "first-1000"}));
+  EXPECT_EQ(store.cursors_before(kBegin + 12500), (Cursors{"second-6000", "first-12000"}));
+  EXPECT_EQ(store.cursors_before(kBegin + 2000), Cursors{"first-1000"});
+}
+
+// Each write of SQLite to a file fails with this reason, while it exists.
+class FailingWrites {
+ public:
+  explicit FailingWrites(int reason) {
+    reason_ = reason;
+    set(&fail);
+  }
+  ~FailingWrites() { set(nullptr); }
+
+ private:
+  static ssize_t fail(int, const void*, std::size_t, off_t) {
+    errno = reason_;
+    return -1;
+  }
+  static void set(ssize_t (*call)(int, const void*, std::size_t, off_t)) {
+    sqlite3_vfs* const vfs = sqlite3_vfs_find(nullptr);
+    for (const char* const name : {"pwrite", "pwrite64"})
+      vfs->xSetSystemCall(vfs, name, reinterpret_cast<sqlite3_syscall_ptr>(call));
+  }
+  static inline int reason_ = 0;
+};
+
+// Eight seconds of a failing disk: each try appended the same minutes, and a minute had 300 seconds from then on.
+TEST(PeriodStore, ACommitThatFailsIsNoneAndTheNextOneIsWhole) {
+  const test::TemporaryFolder folder;
+  {
+    PeriodStore store = opened(folder);
+    push(store, 0, 3700, "refused");
+    for (const auto& [reason, text] : {std::pair{ENOSPC, "No space left on device"}, {EIO, "Input/output error"}}) {
+      const FailingWrites disk(reason);
+      const auto done = store.commit();
+      ASSERT_FALSE(done);
+      EXPECT_NE(done.error().text().find(std::string("periods.sqlite: ") + text), std::string::npos)
+          << done.error().text();
+      EXPECT_FALSE(store.is_damaged());
+      EXPECT_EQ(minutes(store), whole(3700));
+    }
+    push(store, 3700, 4000, "after");
+    ASSERT_TRUE(store.commit());
+    EXPECT_EQ(minutes(store), whole(4000));
+  }
+  EXPECT_EQ(minutes(opened(folder)), whole(4000));
+}
+
+// SQLite stores −0 as 0, which had another checksum: such a minute was damaged from the start.
+TEST(PeriodStore, MinusZeroIsZero) {
+  const test::TemporaryFolder folder;
+  PeriodStore store = opened(folder);
+  PeriodSummary second = at(0);
+  second.min[kSlope] = second.max[kSlope] = -0.0;
+  store.push({&second, 1}, "after");
+  ASSERT_TRUE(store.commit());
+  EXPECT_EQ(joined(store.periods(60, INT64_MIN, INT64_MAX), 60).at(0).min[kSlope], 0);
+}
+
+TEST(PeriodStore, AClockThatWasSetBackLosesNothing) {
+  const test::TemporaryFolder folder;
+  {
+    PeriodStore store = opened(folder);
+    push(store, 1000, 2000, "first");
+    ASSERT_TRUE(store.commit());
+    push(store, 500, 1500, "after");
+    ASSERT_TRUE(store.commit());
+  }
+  PeriodStore store = opened(folder);
+  std::uint32_t seconds = 0;
+  for (const PeriodSummary& one : joined(store.periods(60, INT64_MIN, INT64_MAX), 60)) seconds += one.seconds;
+  EXPECT_EQ(seconds, 2000U);
+  EXPECT_FALSE(store.periods(60, kBegin + 540, kBegin + 600)->empty());
+}
+
+TEST(Paths, OfNamesLeaveTheirFolderByNoName) {
+  EXPECT_EQ(path_part("gyro-1.z"), "gyro-1.z");
+  EXPECT_EQ(path_part(".."), "%2E.");
+  EXPECT_EQ(path_part("a/b"), "a%2Fb");
+}
+
+}  // namespace
+}  // namespace prism::prismweb

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/period_summary.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tools/prismweb/recent.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+PeriodSummary second(std::int64_t begin_s, double rate) {
+  PeriodSummary one;
+  one.begin_s = begin_s;
+  one.min[kRate] = one.max[kRate] = rate;
+  one.mean[kRate].take(rate);
+  one.seconds = 1;
+  one.samples = 200;
+  return one;
+}
+
+std::vector<PeriodSummary> noise(std::size_t count, std::int64_t begin_s) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> rate;
+  std::vector<PeriodSummary> seconds;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool known = random() % 7 != 0;
+    seconds.push_back(second(begin_s + static_cast<std::int64_t>(i), known ? rate(random) : std::nan("")));
+  }
+  return seconds;
+}
+
+// However long the step and wherever it begins, also where times go back: against the obvious way.
+TEST(Thinning, LosesNoExtremeAndNoRow) {
+  for (const std::int64_t begin_s : {-5003L, 0L, 1795425007L}) {
+    std::vector<PeriodSummary> seconds = noise(5000, begin_s);
+    const std::vector<PeriodSummary> again = noise(50, begin_s + 100);  // a clock that was set back
+    seconds.insert(seconds.end(), again.begin(), again.end());
+    for (const std::int64_t step_s : {1, 2, 7, 60, 3600}) {
+      const std::vector<PeriodSummary> steps = downsample(seconds, begin_s + 10, begin_s + 4900, step_s);
+      std::uint32_t rows = 0;
+      for (std::size_t i = 0; i < steps.size(); ++i) {
+        ASSERT_TRUE(i == 0 || steps[i].begin_s >= steps[i - 1].begin_s + step_s);
+        ASSERT_EQ(floor_to(steps[i].begin_s, step_s), steps[i].begin_s);
+        double min = std::nan(""), max = std::nan("");
+        KnownMean mean;
+        for (const PeriodSummary& one : seconds) {
+          const bool within = one.begin_s >= steps[i].begin_s && one.begin_s < steps[i].begin_s + step_s &&
+                              one.begin_s >= begin_s + 10 && one.begin_s < begin_s + 4900;
+          if (within) min = std::fmin(min, one.min[kRate]);
+          if (within) max = std::fmax(max, one.max[kRate]);
+          if (within) mean.take(one.min[kRate]);
+        }
+        ASSERT_TRUE(min == steps[i].min[kRate] || (std::isnan(min) && std::isnan(steps[i].min[kRate])));
+        ASSERT_TRUE(max == steps[i].max[kRate] || (std::isnan(max) && std::isnan(steps[i].max[kRate])));
+        ASSERT_EQ(mean.known, steps[i].mean[kRate].known);
+        ASSERT_TRUE(mean.known == 0 || std::abs(mean.value() - steps[i].mean[kRate].value()) < 1e-12);
+        ASSERT_TRUE(std::isnan(steps[i].mean[kCorrected].value()));
+        ASSERT_TRUE(std::isnan(steps[i].min[kUhfo]));
+        rows += steps[i].seconds;
+      }
+      EXPECT_EQ(rows, 4890U + 50U);
+    }
+  }
+}
+
+TEST(Thinning, StepsGiveNoMoreThanThePoints) {
+  EXPECT_EQ(step_for(3600, 5000, 1), 1);
+  EXPECT_EQ(step_for(3600, 1000, 1), 5);
+  EXPECT_EQ(step_for(3600, 5000, 60), 60);
+  EXPECT_EQ(step_for(30 * 86400.0, 1000, 60), 3600);
+  EXPECT_EQ(step_for(86400.0, 1, 1), 86400);
+  for (const double length_s : {1.0, 59.0, 3601.0, 86400.0, 3e7, 9e9}) {
+    for (const int points : {2, 10, 999, 5000}) {
+      const std::int64_t step_s = step_for(length_s, points, 1);
+      EXPECT_LE(length_s / static_cast<double>(step_s) + 1, points) << length_s << " " << points;
+    }
+  }
+}
+
+TEST(RecentSeconds, KeepOneOfEachInOrder) {
+  RecentSeconds recent;
+  for (const std::int64_t begin_s : {5, 6, 8, 7, 6}) recent.put(second(begin_s, static_cast<double>(begin_s)));
+  recent.put(second(7, 70));
+  ASSERT_EQ(recent.all().size(), 4U);
+  EXPECT_EQ(recent.all()[2].min[kRate], 70);
+  for (std::int64_t begin_s = 0; begin_s < 20000; ++begin_s) recent.put_now(second(begin_s, 0));
+  EXPECT_GE(recent.all().size(), std::size_t{RecentSeconds::kLength_s});
+  EXPECT_LT(recent.all().size(), std::size_t{RecentSeconds::kLength_s} + 700);
+  recent.put(second(1, 0));
+  EXPECT_GT(recent.first_s(), 1) << "too old";
+  recent.put_now(second(100, 0));
+  EXPECT_EQ(recent.all().size(), 1U) << "the device's clock began anew";
+}
+
+TEST(Windows, AreReadAsSeconds) {
+  const auto read = second_of(nlohmann::json::parse(
+      R"({"axis":"z","time_s":100,"samples":200,"missing":1,"rate_deg_per_h":1.5,"corrected_deg_per_h":null,"quality":"good"})"));
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->begin_s, 99);
+  EXPECT_EQ(read->min[kRate], 1.5);
+  EXPECT_TRUE(std::isnan(read->max[kCorrected]));
+  EXPECT_EQ(read->good, 1U);
+  EXPECT_FALSE(second_of(nlohmann::json("x")));
+  EXPECT_FALSE(second_of(nlohmann::json::parse(R"({"time_s":"x"})")));
+}
+
+// Where the temperature rises by 0.01 degC/s the mean of 100 s is half a degree behind: told as one curve with the
+// log's seconds, it had a step where memory begins.
+TEST(Windows, HaveTheSecondsOwnTemperatureAndVoltage) {
+  const auto read = [](const char* text) { return second_of(nlohmann::json::parse(text)).value(); };
+  const auto now =
+      read(R"({"time_s":100,"temperature_degc":25.5,"mean_temperature_degc":25,"uhfo_v":5.4,"mean_uhfo_v":5.3})");
+  EXPECT_EQ(now.min[kTemperature], 25.5);
+  EXPECT_EQ(now.min[kUhfo], 5.4);
+  const auto failed = read(R"({"time_s":100,"temperature_degc":null,"mean_temperature_degc":25})");
+  EXPECT_TRUE(std::isnan(failed.min[kTemperature]));
+  EXPECT_EQ(read(R"({"time_s":100,"mean_temperature_degc":25})").min[kTemperature], 25) << "a prismd before 0.2";
+}
+
+}  // namespace
+}  // namespace prism::prismweb

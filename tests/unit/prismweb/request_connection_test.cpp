@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/request_connection.hpp"
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/write.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace asio = boost::asio;
+using Protocol = asio::local::stream_protocol;
+
+/// A lane, and what stands in prismd's place at its other end.
+class Lanes : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto connect = [](RequestConnection* connection) -> asio::awaitable<void> {
+      const bool there = co_await connection->connect();
+      EXPECT_TRUE(there);
+    };
+    asio::co_spawn(io_, connect(&lane_), asio::detached);
+    settle();
+    acceptor_.accept(there_);
+    there_.non_blocking(true);
+    asio::co_spawn(io_, lane_.read([this](std::string_view line) { others_.emplace_back(line); }), asio::detached);
+    settle();
+  }
+  void settle() {
+    io_.restart();
+    io_.run_for(std::chrono::milliseconds(20));
+  }
+  void ask(const std::string& method) {
+    EXPECT_TRUE(lane_.ask(method, "{}", [this](std::string_view member) { answers_.emplace_back(member); }));
+  }
+  std::string heard() {
+    settle();
+    std::string text(1 << 16, '\0');
+    boost::system::error_code error;
+    text.resize(there_.read_some(asio::buffer(text), error));
+    return text;
+  }
+  void say(const std::string& line) {
+    asio::write(there_, asio::buffer(line + "\n"));
+    settle();
+  }
+
+  test::TemporaryFolder folder_;
+  asio::io_context io_;
+  Protocol::acceptor acceptor_{io_, Protocol::endpoint(folder_.file("s"))};
+  Protocol::socket there_{io_};
+  RequestConnection lane_{io_, folder_.file("s")};
+  std::vector<std::string> answers_, others_;
+};
+
+// Three questions at once, each with an hour's answer, and prismd closed the connection: that was everybody's.
+TEST_F(Lanes, TheNextQuestionGoesWhenTheLastWasAnswered) {
+  for (const char* method : {"a", "b", "c"}) ask(method);
+  EXPECT_EQ(heard(), R"({"jsonrpc":"2.0","id":1,"method":"a","params":{}})"
+                     "\n");
+  EXPECT_EQ(heard(), "");
+  say(R"({"jsonrpc":"2.0","id":1,"result":1})");
+  EXPECT_EQ(answers_, std::vector<std::string>{R"("result":1)"});
+  EXPECT_NE(heard().find("\"b\""), std::string::npos);
+  say(R"({"jsonrpc":"2.0","id":1,"result":1})");
+  EXPECT_EQ(answers_.size(), 1U) << "an answer that comes twice is none";
+  EXPECT_EQ(heard(), "");
+}
+
+TEST_F(Lanes, WhatAnswersNothingIsHandedOn) {
+  ask("a");
+  say(R"({"jsonrpc":"2.0","method":"window","params":{}})");
+  EXPECT_EQ(others_, std::vector<std::string>{R"({"jsonrpc":"2.0","method":"window","params":{}})"});
+  EXPECT_TRUE(answers_.empty());
+}
+
+TEST_F(Lanes, AHungPrismdHasOneQuestionAndTheRestAreBounded) {
+  std::size_t taken = 0;
+  while (lane_.ask("a", "{}", [](std::string_view) {})) ++taken;
+  EXPECT_EQ(taken, 256U);
+  EXPECT_EQ(heard().find("\"id\":2"), std::string::npos);
+}
+
+TEST_F(Lanes, TheEndAnswersEverything) {
+  for (const char* method : {"a", "b"}) ask(method);
+  lane_.end(R"("error":{})");
+  EXPECT_EQ(answers_, (std::vector<std::string>{R"("error":{})", R"("error":{})"}));
+  EXPECT_EQ(heard().find("\"b\""), std::string::npos);
+}
+
+}  // namespace
+}  // namespace prism::prismweb

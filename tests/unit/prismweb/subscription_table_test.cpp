@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/subscription_table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace prism::prismweb {
+namespace {
+
+using nlohmann::json;
+
+std::string line(const std::string& method, const std::string& axis, int number) {
+  return R"({"jsonrpc":"2.0","method":")" + method + R"(","params":{"axis":")" + axis + R"(","time_s":)" +
+         std::to_string(number) + "}}";
+}
+
+struct Recorder : Subscriber {
+  std::vector<Text> texts;
+  std::vector<std::string> got;  // method axis number
+
+  void deliver(const std::string& instance, const Text& text, std::uint64_t rows) override {
+    texts.push_back(text);
+    const json batch = json::parse(*text);
+    EXPECT_EQ(batch["instance"], instance);
+    EXPECT_EQ(batch["batch"].size(), rows);
+    for (const json& one : batch["batch"])
+      got.push_back(one["method"].get<std::string>() + " " + one["params"].value("axis", "") + " " +
+                    std::to_string(one["params"].value("time_s", 0)));
+  }
+};
+
+void put(SubscriptionTable& subscriptions, const std::string& text) { subscriptions.put(notification_of(text)); }
+
+TEST(Notifications, AreToldByTheirHead) {
+  const std::string text = line("sample", "z", 1);
+  EXPECT_EQ(notification_of(text).method, "sample");
+  EXPECT_EQ(notification_of(text).axis, "z");
+  EXPECT_EQ(notification_of(R"({"jsonrpc":"2.0","method":"event","params":{"time_s":1}})").axis, "");
+  EXPECT_EQ(notification_of(R"({"jsonrpc":"2.0","id":1,"result":{}})").method, "");
+  EXPECT_EQ(notification_of("").method, "");
+}
+
+TEST(SubscriptionTable, OneTextServesAllWhoWantTheSame) {
+  SubscriptionTable subscriptions("g");
+  Recorder one, other, windows;
+  subscriptions.set(&one, {1, true, true, {}});
+  subscriptions.set(&other, {1, true, true, {}});
+  subscriptions.set(&windows, {0, true, false, {}});
+  for (int i = 0; i < 3; ++i) put(subscriptions, line("sample", "z", i));
+  put(subscriptions, line("window", "z", 3));
+  subscriptions.flush();
+  EXPECT_EQ(one.got, (std::vector<std::string>{"sample z 0", "sample z 1", "sample z 2", "window z 3"}));
+  EXPECT_EQ(one.texts, other.texts) << "the very same text";
+  EXPECT_EQ(windows.got, std::vector<std::string>{"window z 3"});
+  EXPECT_FALSE(subscriptions.pending());
+  subscriptions.flush();
+  EXPECT_EQ(one.texts.size(), 1U) << "nothing is no batch";
+}
+
+// A client that adds a curve in the middle of a batch.
+TEST(SubscriptionTable, AWishThatChangesLosesNothingAndBringsNothingTwice) {
+  SubscriptionTable subscriptions("g");
+  Recorder grows, other;
+  subscriptions.set(&grows, {0, true, false, {}});
+  subscriptions.set(&other, {1, true, false, {}});
+  put(subscriptions, line("window", "z", 1));
+  subscriptions.set(&grows, {1, true, false, {}});
+  put(subscriptions, line("sample", "z", 2));
+  subscriptions.set(&grows, {1, true, false, {}});
+  subscriptions.flush();
+  EXPECT_EQ(grows.got, (std::vector<std::string>{"window z 1", "sample z 2"}));
+  EXPECT_EQ(other.got, (std::vector<std::string>{"window z 1", "sample z 2"}));
+  EXPECT_EQ(grows.texts.size(), 2U);
+  put(subscriptions, line("sample", "z", 3));
+  subscriptions.flush();
+  EXPECT_EQ(grows.texts[2], other.texts[1]) << "the very same text again";
+}
+
+// prismd is asked for the greatest common divisor; each gets its own share of that, axis by axis.
+TEST(SubscriptionTable, EachGetsEveryNthSampleOfEachAxis) {
+  SubscriptionTable subscriptions("g");
+  Recorder fourth, sixth;
+  subscriptions.set(&fourth, {4, false, false, {}});
+  subscriptions.set(&sixth, {6, false, false, {"x"}});
+  EXPECT_EQ(subscriptions.sample_every(), 2U);
+  for (int i = 0; i < 6; ++i) {
+    put(subscriptions, line("sample", "x", i));
+    put(subscriptions, line("sample", "y", i));
+  }
+  subscriptions.flush();
+  EXPECT_EQ(fourth.got, (std::vector<std::string>{"sample x 1", "sample y 1", "sample x 3", "sample y 3", "sample x 5",
+                                                  "sample y 5"}));
+  EXPECT_EQ(sixth.got, (std::vector<std::string>{"sample x 2", "sample x 5"}));
+}
+
+TEST(SubscriptionTable, WhatPrismdLostReachesEveryListener) {
+  SubscriptionTable subscriptions("g");
+  Recorder client;
+  subscriptions.set(&client, {0, false, true, {"z"}});
+  put(subscriptions, R"({"jsonrpc":"2.0","method":"lost","params":{"rows":5,"rows_total":5}})");
+  put(subscriptions, line("window", "z", 1));
+  subscriptions.flush();
+  EXPECT_EQ(client.got, std::vector<std::string>{"lost  0"});
+}
+
+TEST(SubscriptionTable, WhoLeavesWhileBatchesAreHandedOutGetsNone) {
+  struct Leaver : Recorder {
+    SubscriptionTable* subscriptions = nullptr;
+    Subscriber* other = nullptr;
+    void deliver(const std::string& instance, const Text& text, std::uint64_t rows) override {
+      Recorder::deliver(instance, text, rows);
+      subscriptions->set(other, {});
+    }
+  };
+  SubscriptionTable subscriptions("g");
+  Leaver first;
+  Recorder second;
+  first.subscriptions = &subscriptions;
+  first.other = &second;
+  subscriptions.set(&first, {0, true, false, {}});
+  subscriptions.set(&second, {0, true, false, {}});
+  put(subscriptions, line("window", "z", 1));
+  subscriptions.flush();
+  EXPECT_EQ(first.got.size(), 1U);
+  EXPECT_TRUE(second.got.empty());
+  EXPECT_FALSE(subscriptions.subscription_of(&second).any());
+}
+
+}  // namespace
+}  // namespace prism::prismweb

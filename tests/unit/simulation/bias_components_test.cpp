@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+// Each bias component has the configured size.
+#include "tools/prismsim/simulation/bias_components.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "tools/prismsim/simulation/simulated_gyro.hpp"
+
+namespace prism::simulation {
+namespace {
+
+TEST(HiddenBias, IsZeroByDefault) {
+  SimulatedGyro gyro(paper_profile(), 3);
+  for (int s = 0; s < 30000; ++s) gyro.step(1);
+  EXPECT_EQ(gyro.truth().bias_deg_per_h, gyro.truth().causes.thermal);
+  EXPECT_EQ(gyro.truth().sensor_degc, gyro.truth().body_degc);
+}
+
+// Heated and cooled by 60 degC, the same temperature has two biases, 2 sizes apart; directly after a reversal they
+// meet.
+TEST(HiddenBias, HysteresisSeparatesHeatingAndCooling) {
+  BiasModelSettings settings;
+  settings.hysteresis_deg_per_h = 0.01;
+  HiddenBias hidden(settings, 0, 1);
+  double heating = 0, halfway = 1, cooling = 0, time_s = 0;
+  for (double t = 0; t <= 60; t += 0.1) {
+    const double now = hidden.step(++time_s, t).hysteresis;
+    if (std::abs(t - 30) < 0.05) heating = now;
+  }
+  for (double t = 60; t >= 0; t -= 0.1) {
+    const double now = hidden.step(++time_s, t).hysteresis;
+    if (std::abs(t - 30) < 0.05) cooling = now;
+    if (std::abs(t - 45) < 0.05) halfway = now;  // 15 degC after the reversal
+  }
+  EXPECT_NEAR(halfway, 0, 1e-4);
+  EXPECT_NEAR(heating, 0.01, 1e-9);
+  EXPECT_NEAR(cooling, -0.01, 1e-9);
+}
+
+TEST(HiddenBias, WarmUpAgeingAndTiltDependOnTime) {
+  BiasModelSettings settings;
+  settings.warm_up_deg_per_h = 0.02;
+  settings.ageing_deg_per_h_per_day = 0.005;
+  settings.tilt_deg_per_h = 0.003;
+  HiddenBias hidden(settings, 25, 1);
+  EXPECT_NEAR(hidden.at_start().warm_up, 0.02, 1e-12);
+  EXPECT_NEAR(hidden.step(3600, 25).warm_up, 0.02 / std::numbers::e, 1e-12);
+  const BiasComponents noon = hidden.step(43200, 25), midnight = hidden.step(86400, 25);
+  EXPECT_NEAR(midnight.ageing, 0.005, 1e-12);
+  EXPECT_NEAR(noon.tilt, -midnight.tilt, 1e-12);
+}
+
+TEST(HiddenBias, TurnOnOffsetsHaveTheirSizeAndAreConstantInARun) {
+  BiasModelSettings settings;
+  settings.turn_on_deg_per_h = 0.004;
+  double squares = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    HiddenBias hidden(settings, 25, seed);
+    const double offset = hidden.at_start().turn_on;
+    EXPECT_EQ(hidden.step(1000, 60).turn_on, offset);
+    squares += offset * offset;
+  }
+  EXPECT_NEAR(std::sqrt(squares / 400), 0.004, 0.0006);  // 4 sigma of 400 draws
+}
+
+// Flicker of coefficient B: the Allan deviation is 0.664 B over the range of the processes' time constants.
+TEST(HiddenBias, FlickerHasAFlatAllanDeviation) {
+  BiasModelSettings settings;
+  settings.flicker_deg_per_h = 0.01;
+  for (const int m : {100, 1000}) {
+    double squares = 0;
+    int pairs = 0;
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+      HiddenBias hidden(settings, 25, seed);
+      double before = 0;
+      for (int k = 0; k < 40; ++k) {
+        double mean = 0;
+        for (int s = 0; s < m; ++s) mean += hidden.step(k * m + s, 25).flicker / m;
+        if (k > 0) {
+          squares += (mean - before) * (mean - before);
+          ++pairs;
+        }
+        before = mean;
+      }
+    }
+    EXPECT_NEAR(std::sqrt(squares / (2 * pairs)), 0.00664, 0.0007) << m;
+  }
+}
+
+TEST(HiddenBias, ModeHopsFollowTheBodyTemperatureNotTime) {
+  BiasModelSettings settings;
+  settings.mode_hops_deg_per_h = 0.01;
+  HiddenBias hidden(settings, 25, 5);
+  double last = hidden.at_start().mode_hops;
+  for (int s = 1; s < 100000; ++s) ASSERT_EQ(hidden.step(s, 25).mode_hops, last);
+  int hops = 0;
+  for (int s = 1; s <= 25000; ++s) {  // path of 2500 degC: mean 100 hops, sigma 10
+    const double now = hidden.step(100000 + s, 25 + 0.1 * s).mode_hops;
+    hops += now != last;
+    last = now;
+  }
+  EXPECT_NEAR(hops, 100, 40);
+}
+
+// The thermometer reports a delayed body temperature; the bias follows the body.
+TEST(HiddenBias, ThermometerLagsButBiasDoesNot) {
+  BiasModelSettings settings;
+  settings.sensor_lag_s = 300;
+  SimulatedGyro gyro(paper_profile(), 3, settings), plain(paper_profile(), 3);
+  for (int s = 0; s < 36000; ++s) gyro.step(1), plain.step(1);  // one hour into the ramp to 70 degC
+  EXPECT_EQ(gyro.truth().bias_deg_per_h, plain.truth().bias_deg_per_h);
+  EXPECT_NEAR(gyro.truth().body_degc - gyro.truth().sensor_degc, 300 * gyro.truth().slope_degc_per_s, 0.5);
+  EXPECT_GT(gyro.truth().body_degc - gyro.truth().sensor_degc, 1);
+}
+
+}  // namespace
+}  // namespace prism::simulation

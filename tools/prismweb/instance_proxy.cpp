@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/instance_proxy.hpp"
+
+#include <fmt/format.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <utility>
+
+#include "config/socket_path.hpp"
+#include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/json_text.hpp"
+#include "tools/prismweb/service_run_id.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace asio = boost::asio;
+using nlohmann::json;
+
+constexpr std::chrono::milliseconds kRetry{500};
+// A service that is told to end closes its clients before it ends: a connection in between would start it again.
+// systemd gives it 15 s (TimeoutStopSec).
+constexpr std::chrono::seconds kEnding{20};
+// prismd answers a request of more than 2000 values without its id, and closes the connection, which is everybody's,
+// where a line is longer than 65 536 bytes. So many bytes hold neither.
+constexpr std::size_t kMostParamsBytes = 2000;
+
+bool is_long(std::string_view method) { return method == "rows" || method == "history" || method == "events"; }
+
+}  // namespace
+
+std::string error_member(int code, const std::string& message) {
+  return R"("error":)" + json_text({{"code", code}, {"message", message}});
+}
+
+InstanceProxy::InstanceProxy(asio::io_context& io, std::string name, std::string socket)
+    : io_(io),
+      name_(std::move(name)),
+      path_(std::move(socket)),
+      short_(io, path_),
+      long_(io, path_),
+      notifications_(io, path_),
+      subscriptions_(name_) {}
+
+json InstanceProxy::listing() const {
+  const char* const state = state_ == InstanceState::kRunning   ? "running"
+                            : state_ == InstanceState::kStopped ? "stopped"
+                                                                : "gone";
+  return {{"name", name_}, {"state", state}, {"axes", axes_}};
+}
+
+asio::awaitable<void> InstanceProxy::run() {
+  asio::co_spawn(io_, expire(), asio::detached);
+  asio::steady_timer pause(io_);
+  ServiceRunId ended;  // the run of a service that closed this connection
+  auto ended_at = std::chrono::steady_clock::now();
+  for (;;) {
+    const ServiceRunId now = service_run_id(path_);
+    const bool ending = ended && now == ended && std::chrono::steady_clock::now() < ended_at + kEnding;
+    if (config::would_start(path_)) {
+      become(InstanceState::kStopped);
+    } else if (!ending) {
+      const bool connected = co_await connect();
+      if (connected) {
+        co_await session();
+        disconnected();
+        ended = now;
+        ended_at = std::chrono::steady_clock::now();
+      }
+      become(InstanceState::kGone);
+    }
+    pause.expires_after(kRetry);
+    co_await pause.async_wait(kUse);
+  }
+}
+
+asio::awaitable<bool> InstanceProxy::connect() {
+  for (RequestConnection* const connection : connections_) {
+    const bool stopped = config::would_start(path_);  // since the last one
+    bool there = false;
+    if (!stopped) there = co_await connection->connect();
+    if (there) continue;
+    for (RequestConnection* const one : connections_) one->close();
+    co_return false;
+  }
+  co_return true;
+}
+
+// Where one of them ends, all do.
+asio::awaitable<void> InstanceProxy::session() {
+  using namespace asio::experimental::awaitable_operators;
+  short_.ask("status", "{}", [this](std::string_view member) { update_axes(member); });
+  const RequestConnection::Other receive_line = [this](std::string_view line) { on_line(line); };
+  auto reading = notifications_.read(receive_line) || short_.read(receive_line) || long_.read(receive_line);
+  co_await std::move(reading);
+}
+
+void InstanceProxy::on_line(std::string_view line) {
+  const Notification notification = notification_of(line);
+  if (notification.method.empty()) return;
+  if (on_notification) on_notification(notification);
+  subscriptions_.put(notification);
+}
+
+// What prismd serves is known when it has said so; until then nobody is told that it runs.
+void InstanceProxy::update_axes(std::string_view member) {
+  const json answer = json::parse("{" + std::string(member) + "}", nullptr, false);
+  if (!answer.is_object() || !answer.contains("result") || !answer["result"].is_object()) return short_.close();
+  const json& status = answer["result"];
+  axes_.clear();
+  if (status.contains("axes") && status["axes"].is_object()) {
+    for (const auto& [axis, of_axis] : status["axes"].items()) axes_.push_back(axis);
+  } else if (status.contains("axis") && status["axis"].is_string()) {
+    axes_.push_back(status["axis"]);
+  }
+  listen();
+}
+
+// Before anything is asked of the past, so that no second falls in between.
+void InstanceProxy::listen() {
+  notifications_.ask("subscribe", R"({"streams":["window","event"]})", [this](std::string_view member) {
+    if (!member.starts_with(R"("result")")) return notifications_.close();
+    state_ = InstanceState::kRunning;
+    subscribed_every_ = 0;
+    subscribing_ = false;
+    send_subscription();
+    if (on_change) on_change();
+    if (on_connect) on_connect();
+  });
+}
+
+// One change after the other, whatever clients wish in between.
+void InstanceProxy::send_subscription() {
+  const std::uint32_t every = subscriptions_.sample_every();
+  if (state_ != InstanceState::kRunning || subscribing_ || every == subscribed_every_) return;
+  subscribing_ = true;
+  subscribed_every_ = every;
+  notifications_.ask(
+      every > 0 ? "subscribe" : "unsubscribe",
+      every > 0 ? fmt::format(R"({{"streams":["sample"],"every":{}}})", every) : R"({"streams":["sample"]})",
+      [this](std::string_view) {
+        subscribing_ = false;
+        send_subscription();
+      });
+}
+
+void InstanceProxy::subscribe(Subscriber* subscriber, const Subscription& subscription) {
+  subscriptions_.set(subscriber, subscription);
+  send_subscription();
+}
+
+void InstanceProxy::ask(std::string_view method, const nlohmann::json& params, Answer answer) {
+  if (state_ != InstanceState::kRunning) return answer(error_member(kNotRunning, name_ + " does not run"));
+  const std::string text = params.is_null() ? "{}" : json_text(params);
+  if (text.size() > kMostParamsBytes)
+    return answer(error_member(
+        kWrongParams, fmt::format("found params of {} bytes, expected at most {}", text.size(), kMostParamsBytes)));
+  if (!(is_long(method) ? long_ : short_).ask(method, text, answer))
+    answer(error_member(kTooMuch, "so many questions wait for " + name_ + " that this one is not taken"));
+}
+
+asio::awaitable<void> InstanceProxy::expire() {
+  asio::steady_timer tick(io_);
+  const std::string member =
+      error_member(kNotRunning, fmt::format("{} did not answer within {} s", name_, kResponseTimeout.count()));
+  for (;;) {
+    tick.expires_after(std::chrono::seconds(1));
+    co_await tick.async_wait(kUse);
+    for (RequestConnection* const connection : connections_) connection->expire(member);
+  }
+}
+
+void InstanceProxy::disconnected() {
+  become(InstanceState::kGone);
+  const std::string member = error_member(kNotRunning, name_ + " went away");
+  for (RequestConnection* const connection : connections_) connection->end(member);
+}
+
+void InstanceProxy::become(InstanceState state) {
+  if (std::exchange(state_, state) != state && on_change) on_change();
+}
+
+}  // namespace prism::prismweb

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/request_connection.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/write.hpp>
+#include <charconv>
+#include <utility>
+#include <vector>
+
+#include "tools/prismweb/awaiting.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace asio = boost::asio;
+
+constexpr std::size_t kMostLineBytes = 32 << 20, kMostQuestions = 256;
+
+// {"jsonrpc":"2.0","id":17,"result":…} → 17 and `"result":…`.
+bool split_answer(std::string_view line, std::uint64_t& id, std::string_view& member) {
+  constexpr std::string_view kHead = R"({"jsonrpc":"2.0","id":)";
+  if (!line.starts_with(kHead) || !line.ends_with('}')) return false;
+  const char* const first = line.data() + kHead.size();
+  const auto [end, error] = std::from_chars(first, line.data() + line.size(), id);
+  if (error != std::errc() || end == line.data() + line.size() || *end != ',') return false;
+  member = line.substr(static_cast<std::size_t>(end + 1 - line.data()));
+  member.remove_suffix(1);
+  return true;
+}
+
+}  // namespace
+
+RequestConnection::RequestConnection(asio::io_context& io, std::string path)
+    : io_(io), path_(std::move(path)), socket_(io) {}
+
+asio::awaitable<bool> RequestConnection::connect() {
+  socket_ = Protocol::socket(io_);
+  const Protocol::endpoint there(path_);
+  const auto [error] = co_await socket_.async_connect(there, kUse);
+  if (!error) next();
+  co_return !error;
+}
+
+asio::awaitable<void> RequestConnection::read(Other other) {
+  std::string pending;
+  std::vector<char> buffer(256 << 10);
+  const auto room = asio::buffer(buffer);
+  for (std::size_t searched = 0;;) {
+    const auto [error, size] = co_await socket_.async_read_some(room, kUse);
+    if (error) break;
+    pending.append(buffer.data(), size);
+    std::size_t begin = 0;
+    for (std::size_t end; (end = pending.find('\n', std::max(begin, searched))) != std::string::npos; begin = end + 1)
+      read_line(std::string_view(pending).substr(begin, end - begin), other);
+    pending.erase(0, begin);
+    searched = pending.size();
+    if (pending.size() > kMostLineBytes) break;
+  }
+}
+
+void RequestConnection::close() {
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+}
+
+bool RequestConnection::ask(std::string_view method, const std::string& params, Answer answer) {
+  if (pending_.size() >= kMostQuestions) return false;
+  pending_.push_back({std::string(method), params, std::move(answer), Clock::now() + kResponseTimeout});
+  next();
+  return true;
+}
+
+void RequestConnection::next() {
+  if (current_id_ != 0 || writing_ || pending_.empty() || !socket_.is_open()) return;
+  current_id_ = ++last_id_;
+  line_ = fmt::format(R"({{"jsonrpc":"2.0","id":{},"method":"{}","params":{}}})"
+                      "\n",
+                      current_id_, pending_.front().method, pending_.front().params);
+  writing_ = true;
+  asio::async_write(socket_, asio::buffer(line_), [this](const boost::system::error_code& error, std::size_t) {
+    writing_ = false;
+    if (!error) next();  // else the reader sees the end, too
+  });
+}
+
+void RequestConnection::read_line(std::string_view line, const Other& other) {
+  std::uint64_t id = 0;
+  std::string_view member;
+  if (!split_answer(line, id, member)) return other(line);
+  if (id != current_id_ || pending_.empty()) return;
+  const PendingRequest own = std::move(pending_.front());
+  pending_.pop_front();
+  current_id_ = 0;
+  if (own.answer) own.answer(member);
+  next();
+}
+
+void RequestConnection::expire(std::string_view member) {
+  const auto now = Clock::now();
+  std::vector<Answer> late;
+  for (PendingRequest& question : pending_) {
+    if (question.answer && question.until < now) late.push_back(std::exchange(question.answer, nullptr));
+  }
+  // The first one stays where it is under way: prismd has it.
+  const auto first = pending_.begin() + (current_id_ != 0 && !pending_.empty() ? 1 : 0);
+  const auto kept =
+      std::remove_if(first, pending_.end(), [](const PendingRequest& question) { return !question.answer; });
+  pending_.erase(kept, pending_.end());
+  for (const Answer& answer : late) answer(member);
+}
+
+void RequestConnection::end(std::string_view member) {
+  close();
+  const auto questions = std::exchange(pending_, {});
+  current_id_ = 0;
+  for (const PendingRequest& question : questions) {
+    if (question.answer) question.answer(member);
+  }
+}
+
+}  // namespace prism::prismweb

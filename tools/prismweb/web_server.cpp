@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismweb/web_server.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <utility>
+
+#include "config/version.hpp"
+#include "tools/prismweb/api.hpp"
+#include "tools/prismweb/archive.hpp"
+#include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/client.hpp"
+#include "tools/prismweb/json_text.hpp"
+#include "tools/prismweb/metrics_page.hpp"
+#include "tools/prismweb/plotjuggler.hpp"
+#include "tools/prismweb/static_files.hpp"
+
+namespace prism::prismweb {
+namespace {
+
+namespace asio = boost::asio;
+using nlohmann::json;
+
+constexpr std::size_t kMostClients = 64;
+constexpr std::string_view kLibrary = "/dygraphs";
+
+constexpr std::chrono::seconds kLastPatience{3};
+
+void say_disk(const std::string& what) { fmt::print(stderr, "prismweb: the disk {}\n", what); }
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+Answer file_answer(const Settings& settings, const Request& request) {
+  if (request.method != "GET" && request.method != "HEAD") return plain(405, "expected GET or HEAD");
+  const std::string_view target = request.target;
+  const bool library = target.starts_with(std::string(kLibrary) + "/");
+  StaticFile file =
+      library ? read_static(settings.dygraphs, target.substr(kLibrary.size()), 3) : read_static(settings.page, target);
+  if (file.status != 200) return plain(404, "there is no such file");
+  if (request.if_none_match == file.etag) return {304, {}, {}, std::move(file.etag), {}};
+  return {200, std::move(file.media_type), std::move(file.body), std::move(file.etag), {}};
+}
+
+}  // namespace
+
+WebServer::WebServer(asio::io_context& io, const Settings& settings, std::unique_ptr<TokenAccess> tokens,
+                     PasswordHashes hashes)
+    : io_(io),
+      settings_(settings),
+      disk_(0, say_disk),
+      tokens_(std::move(tokens)),
+      host_(host_name()),
+      hosts_(settings.address, settings.hosts),
+      passwords_(io, std::move(hashes)),
+      plotjuggler_(settings.plotjuggler ? std::make_unique<PlotJuggler>(io, *settings.plotjuggler) : nullptr),
+      instances_(io, settings.instances) {
+  instances_.on_change = [this] { send_instances(); };
+  instances_.on_new = [this](InstanceProxy& proxy) {
+    if (plotjuggler_) proxy.subscribe(plotjuggler_.get(), plotjuggler_->subscribe());
+    Archive& archive = *(archives_[proxy.name()] = std::make_unique<Archive>(io_, proxy, disk_, settings_.state));
+    proxy.on_connect = [&archive] { archive.connected(); };
+    proxy.on_notification = [&archive](const Notification& notification) { archive.notified(notification); };
+  };
+}
+
+WebServer::~WebServer() = default;
+
+Archive* WebServer::archive(const std::string& instance) {
+  const auto found = archives_.find(instance);
+  return found == archives_.end() ? nullptr : found->second.get();
+}
+
+void WebServer::start() {
+  instances_.start();
+  asio::co_spawn(io_, watch_disk(), asio::detached);
+}
+
+bool WebServer::finish() {
+  for (const auto& [name, archive] : archives_) archive->finish();
+  return disk_.drain(kLastPatience);
+}
+
+// A disk that hangs says nothing itself.
+asio::awaitable<void> WebServer::watch_disk() {
+  asio::steady_timer tick(io_);
+  for (bool hangs = false;;) {
+    tick.expires_after(std::chrono::seconds(1));
+    co_await tick.async_wait(kUse);
+    const bool hung = std::exchange(hangs, disk_.busy_for() >= kDiskTimeout);
+    if (hangs && !hung)
+      say_disk(fmt::format("has not answered for {} s; minutes and hours wait for it", kDiskTimeout.count()));
+    if (hung && !hangs) say_disk("answers again");
+  }
+}
+
+asio::awaitable<Admission> WebServer::admit(const Request& request, std::shared_ptr<Connection> connection) {
+  Admission admission;
+  if (!hosts_.allows_host(request.host)) {
+    admission.status = 421;
+  } else if (!allows_origin(request)) {
+    admission.status = 403;
+  } else if (passwords_.is_required()) {
+    const AuthResult result = co_await passwords_.authenticate(request.authorization, connection);
+    admission.is_authenticated = result == AuthResult::kRight;
+    if (result == AuthResult::kWrong) admission = {401, "Basic realm=\"prism\", charset=\"UTF-8\""};
+    if (result == AuthResult::kBusy) admission.status = 503;
+  } else {
+    admission.is_authenticated = has_token(request);
+    const bool needs_token = is_api(request.target) || is_foxglove(request.target);
+    if (needs_token && !admission.is_authenticated) admission = {401, "Bearer"};
+  }
+  co_return admission;
+}
+
+// Foxglove's own page is of another site: it may come from those that are named, and to its WebSocket alone.
+bool WebServer::allows_origin(const Request& request) const {
+  if (hosts_.allows_origin(request.origin)) return true;
+  if (!settings_.foxglove || !is_foxglove(request.target)) return false;
+  const auto& origins = settings_.foxglove->origins;
+  return std::find(origins.begin(), origins.end(), request.origin) != origins.end();
+}
+
+bool WebServer::has_token(const Request& request) const {
+  if (!tokens_ || tokens_->is_authenticated(request)) return true;
+  return is_foxglove(request.target) && tokens_->is_program_token(foxglove_token_of(request.target));
+}
+
+// The address that was printed is opened once; a browser that has a session may open it again without effect.
+Answer WebServer::begin_session(const Request& request, bool is_authenticated) {
+  if (!tokens_) return plain(404, "no token is needed here");
+  if (request.method != "POST") return plain(405, "expected POST");
+  Answer answer = plain(204, "");
+  answer.body.clear();
+  const auto cookie = tokens_->begin_session(bearer_of(request.authorization));
+  if (cookie) answer.cookie = *cookie;
+  if (cookie || is_authenticated) return answer;
+  answer = plain(401, "the address of this token was opened before; \"systemctl reload prismweb\" prints a new one");
+  answer.challenge = "Bearer";
+  answer.is_last = true;
+  return answer;
+}
+
+std::optional<Answer> WebServer::foxglove_refusal(std::string_view protocol) const {
+  if (!settings_.foxglove) return plain(404, "\"foxglove\" is not in the configuration");
+  if (protocol.empty()) return plain(400, "expected the protocol foxglove.websocket.v1 or foxglove.sdk.v1");
+  if (!has_room_for_client()) return plain(503, std::string(kNoRoom));
+  return std::nullopt;
+}
+
+asio::awaitable<Answer> WebServer::answer(const Request& request, bool is_authenticated) {
+  if (request.target == "/session") co_return begin_session(request, is_authenticated);
+  if (is_api(request.target)) {
+    if (request.method != "GET") co_return plain(405, "expected GET");
+    Answer answer;
+    if (request.target == "/metrics" || request.target.starts_with("/metrics?")) {
+      answer = co_await metrics_answer(*this);
+    } else {
+      answer = co_await api_answer(*this, request.target);
+    }
+    co_return answer;
+  }
+  co_return file_answer(settings_, request);
+}
+
+std::string WebServer::greeting() const {
+  return json_text({{"ready", true}, {"host", host_}, {"version", kVersion}, {"instances", instances_.listing()}});
+}
+
+bool WebServer::has_room_for_client() const { return clients_.size() < kMostClients; }
+
+void WebServer::send_instances() {
+  const json listing = instances_.listing(), list = {{"jsonrpc", "2.0"}, {"method", "instances"}, {"params", listing}};
+  foxglove_topics_.update_axes(listing);
+  const auto text = std::make_shared<const std::string>(json_text(list));
+  for (Client* client : std::set(clients_)) {
+    if (clients_.contains(client)) client->instances_changed(text);
+  }
+}
+
+}  // namespace prism::prismweb
