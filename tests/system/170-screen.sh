@@ -1,24 +1,24 @@
 # SPDX-License-Identifier: MIT
-# The live screen on a real terminal, at 80x24 and 200x50: what stands where, with numbers and curves masked, is compared with
-# screens/; PRISM_REGENERATE=1 writes them anew. Then what becomes of it: keys, colours, a gyro unplugged, a daemon killed.
+# The live screen on a real terminal, at 80x24 and 200x50. The layout, with numbers and curves masked, is compared with screens/;
+# PRISM_REGENERATE=1 rewrites these files. Also tests keys, colours, an unplugged gyro, a killed prismd and hostile texts.
 . "$(dirname "$0")/lib.sh"
-command -v tmux >/dev/null || skip "no tmux; tools/setup brings it"
+command -v tmux >/dev/null || skip "tmux is not installed (run tools/setup)"
 export LC_ALL=C.UTF-8 PRISM_SOCKET=$dir/gyro.sock
 terminal() { tmux -S "$dir/tmux" -f /dev/null "$@"; }
 close_terminals() { terminal kill-server 2>/dev/null; }
 at_exit close_terminals
 screens=$PRISM_SOURCE/tests/system/screens
 
-# open NAME COLUMNS ROWS COMMAND: a terminal of its own.
+# open NAME COLUMNS ROWS COMMAND: runs the command in a new terminal.
 open() { terminal new-session -d -s "$1" -x "$2" -y "$3" "$4"; }
 shows() { terminal capture-pane -p -t "$1" | grep -qF -- "$2"; }
-# A number is #, a curve ~; how wide they are is held by the unit tests. Behind a path stands its next word alone: how much more
-# fits the line depends on the folder that the test runs in.
+# masked NAME: prints the screen with # for numbers and ~ for curves; the unit tests check their widths. After a path it prints
+# only the next word, because the length of the test's directory determines how much fits into the line.
 masked() {
   terminal capture-pane -p -t "$1" | sed "s|$dir|DIR|g" |
     perl -CSD -pe 's/[\x{2800}-\x{28FF}]+/~/g; s/-?[0-9][0-9.:]*/#/g; s/ +/ /g; s/ $//; s{(DIR/\S+ \S+).*}{$1}'
 }
-# compare NAME SCREEN: the whole screen.
+# compare NAME SCREEN: compares the terminal with the file screens/SCREEN.
 compare() {
   masked "$1" >"$dir/found"
   [ -z "${PRISM_REGENERATE:-}" ] || cp "$dir/found" "$screens/$2"
@@ -52,28 +52,28 @@ grown() { [ "$(terminal capture-pane -p -t w80x24 | tail -1 | cut -c1-7)" = "q q
 wait_for 5 grown
 terminal resize-window -t w80x24 -x 80 -y 24
 
-# The head is of now: the frames go on being counted without any event.
+# The screen is updated without an event: the number of frames increases.
 frames_shown() { terminal capture-pane -p -t w80x24 | grep -oE '^[0-9]+ frames' | grep -oE '^[0-9]+'; }
 before=$(frames_shown)
 moved() { [ "$(frames_shown)" -gt "$before" ]; }
 wait_for 3 moved
 
-# Colours by their meaning, and none where NO_COLOR asks for none.
+# Colours on a terminal, but not if NO_COLOR is set. With LC_ALL=C the screen is ASCII.
 colours() { terminal capture-pane -p -e -t "$1" | grep -qP '\e\[3[0-7]m'; }
-colours w80x24 || fail "no colour on a terminal"
+colours w80x24 || fail "no colours on a terminal"
 open plain 80 24 "NO_COLOR=1 prismctl watch"
 wait_for 5 shows plain "s ago  good"
-colours plain && fail "a colour in spite of NO_COLOR"
+colours plain && fail "colours although NO_COLOR is set"
 open stars 80 24 "LC_ALL=C prismctl watch"
 wait_for 5 shows stars "s ago  good"
-same "bytes beyond ASCII" "$(terminal capture-pane -p -t stars | LC_ALL=C grep -c '[^ -~]' || true)" 0
+same "lines with bytes other than ASCII" "$(terminal capture-pane -p -t stars | LC_ALL=C grep -c '[^ -~]' || true)" 0
 
-# q gives the terminal back; so does Ctrl-C.
+# q ends prismctl with exit code 0 and restores the screen.
 open shell 80 24 "sh -c 'prismctl watch; echo left \$?; read _'"
 wait_for 5 shows shell "s ago  good"
 terminal send-keys -t shell q
 wait_for 2 shows shell "left 0"
-shows shell "pause charts" && fail "the screen was not given back"
+shows shell "pause charts" && fail "the screen was not restored"
 
 kill "$sim"
 wait_for 10 shows w80x24 "connecting  last data"
@@ -94,19 +94,19 @@ done
 start_prismd
 wait_for 5 shows w80x24 "connecting"
 
-# Hostile texts in every place: none acts on the terminal, in any command.
+# Hostile texts in every field: no command prints them so that the terminal interprets them.
 start_hostile hostile
 open hostile 80 24 "prismctl --socket '$dir/hostile.sock' watch"
 wait_for 10 shows hostile 'DROP TABLE'
 wait_for 10 shows hostile '\x1b[2J'
-same "the title of the terminal" "$(terminal display-message -p -t hostile '#{pane_title}' | grep -c '^title$')" 0
+same "terminal titles set by a text" "$(terminal display-message -p -t hostile '#{pane_title}' | grep -c '^title$')" 0
 for command in status bias stability line model config events history version rows metrics "status --json" "config --json" "events --json" "rows --json" "watch --count 1" "watch --json --count 1"; do
   terminal_of="prismctl --socket $dir/hostile.sock $command"
-  { script -qc "$terminal_of" /dev/null </dev/null 2>&1 || true; } | tr -d '\r' >"$dir/shown"  # some answers are errors
+  { script -qc "$terminal_of" /dev/null </dev/null 2>&1 || true; } | tr -d '\r' >"$dir/shown"  # some responses are errors
   is_printable "$dir/shown" || fail "$command: $(head -c 300 "$dir/shown" | cat -v)"
   case $command in *--json*|metrics|version) ;; *) grep -q 'DROP TABLE' "$dir/shown" || [ "$command" = history ] || fail "$command: the text is not shown: $(head -c 300 "$dir/shown")" ;; esac
 done
-prismctl --socket "$dir/hostile.sock" rows --json 2>/dev/null | jq -e . >"$dir/parsed" || fail "rows --json is no JSON"
+prismctl --socket "$dir/hostile.sock" rows --json 2>/dev/null | jq -e . >"$dir/parsed" || fail "rows --json prints invalid JSON"
 code=0; prismctl --socket "$dir/hostile.sock" --axis $'\xff' bias 2>"$dir/refused.err" || code=$?
-same "exit code of an axis that is no name" "$code" 64
+same "exit code for an invalid axis name" "$code" 64
 contains "its error" "$(cat "$dir/refused.err")" '--axis: found "\xff", expected 1 to 16 letters, digits or _'

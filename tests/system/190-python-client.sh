@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# The Python client against the real daemon: questions, rows over a restart and over a lost connection, refusals.
+# The Python client with a real prismd: requests, errors, and rows across a restart and a lost connection.
 . "$(dirname "$0")/lib.sh"
 command -v python3 >/dev/null || skip "no python3"
 export PYTHONPATH=$PRISM_SOURCE/clients/python PYTHONDONTWRITEBYTECODE=1
@@ -8,7 +8,7 @@ start_sim --profile steady --speed 10
 start_prismd
 wait_for 10 field_above '.log.rows' status 20
 
-python3 - <<'END' || fail "questions"
+python3 - <<'END' || fail "requests"
 import prism
 with prism.Gyro() as gyro:
     assert gyro.status()["state"] == "receiving"
@@ -20,19 +20,19 @@ with prism.Gyro() as gyro:
     for method, params, code in (("nope", {}, -32601), ("history", {"seconds": 0}, -32602)):
         try:
             gyro.ask(method, **params)
-            raise SystemExit(f"{method} was not refused")
+            raise SystemExit(f"{method}: no error")
         except prism.Refused as why:
             assert why.code == code, why
     sample = next(gyro.samples(every=10))
     assert sample.rate_deg_per_h is not None and sample.quality, sample
 try:
     prism.Gyro(path="/nowhere/x.sock").status()
-    raise SystemExit("nobody answered")
+    raise SystemExit("no error for a socket that does not exist")
 except prism.Gone as why:
     assert str(why) == "/nowhere/x.sock: no prismd answers: No such file or directory", why
 END
 
-# The log from its beginning, page by page, goes on where it ended; a place that prismd keeps by name does, too.
+# Reading the log page by page continues after the last page, from a cursor of the client or one that prismd stores by name.
 python3 - <<'END' || fail "the log"
 import time
 import prism
@@ -51,13 +51,13 @@ follower = gyro.log(after=pages[-1].cursor, follow=True)
 assert next(follower).rows[0]["time_s"] == seconds[-1] + 1
 try:
     next(gyro.log(after="0" * 32 + "-1-1-1"))
-    raise SystemExit("another log's cursor was not refused")
+    raise SystemExit("no error for a cursor of another log")
 except prism.Refused as why:
     assert why.code == -32002 and "log 00000000" in str(why), why
 END
 
-# No second is missing and none comes twice, although the connection is lost in between, without prismd.
-python3 - <<'END' || fail "rows over a lost connection"
+# No second is missing or duplicate if the connection is lost while prismd keeps running.
+python3 - <<'END' || fail "rows across a lost connection"
 import socket, time
 import prism
 from prism import gyro as module
@@ -78,7 +78,7 @@ assert len(opened) == 2, opened
 assert times == [times[0] + i for i in range(40)], times
 END
 
-# A prismd that is killed and started again is waited for; the question after it opens a new connection by itself.
+# The client waits until a killed prismd is started again; the next request opens a new connection.
 cat >"$dir/restart.py" <<'END'
 import sys
 import prism
@@ -100,9 +100,9 @@ start_prismd
 echo >&3
 three_lines() { [ "$(wc -l <"$dir/client.out")" -eq 3 ]; }
 wait_for 10 three_lines
-[ "$(head -1 "$dir/client.out")" != "$(tail -1 "$dir/client.out")" ] || fail "the answer is of the prismd that was killed"
+[ "$(head -1 "$dir/client.out")" != "$(tail -1 "$dir/client.out")" ] || fail "the response is from the killed prismd"
 
-# Without reconnection the end of prismd is told.
+# With reconnect=False the end of prismd raises an error.
 start strict python3 -c '
 import prism
 for row in prism.Gyro().rows(reconnect=False):

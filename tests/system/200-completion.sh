@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-# What bash offers behind an option whose values are known: words of --help, descriptions that are installed, instances that run.
+# Bash completion of commands, options and their values: words of --help, installed descriptions, running instances.
 . "$(dirname "$0")/lib.sh"
 for program in prismcal prismctl prismsim; do . "$PRISM_SOURCE/completions/$program.bash"; done
-# offered WORD...: the last word is being typed.
+# offered WORD...: prints the completions of the last word.
 offered() {
   COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)) COMPREPLY=()
   "_$1"
@@ -21,4 +21,4 @@ same "a frame description" "$(PRISM_DATA=$dir/data offered prismsim --frames ben
 same "no schema" "$(PRISM_DATA=$dir/data offered prismsim --frames frame)" ""
 touch "$dir/run/prismd/table-gyro.sock"
 same "an instance" "$(XDG_RUNTIME_DIR=$dir/run offered prismctl --name table)" "table-gyro"
-same "the command behind it" "$(offered prismctl --name table-gyro stat)" "status"
+same "a command after --name NAME" "$(offered prismctl --name table-gyro stat)" "status"

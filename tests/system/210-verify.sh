@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# prismd is killed with -9: verify knows the segment that is written now, finds the torn one by name, and the repaired copy is whole,
-# has every whole row once, and is read by train, evaluate and allan.
+# prismd is killed with SIGKILL: verify names the open and the truncated segment. The repaired copy is intact and has every complete
+# row once; train, evaluate and allan can read it.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 frames 20
@@ -12,36 +12,36 @@ start_prismd
 wait_for 20 field_above .log.rows status 40
 verify "$dir/log" "$dir/gyro.json"
 same "exit code while prismd writes ($(cat "$dir/verify"))" "$code" 0
-contains "the segment" "$(cat "$dir/verify")" ": open: "
+contains "the open segment" "$(cat "$dir/verify")" ": open: "
 contains "the configuration" "$(cat "$dir/verify")" ": whole: configuration of gyro"
 kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
-torn=$(ls "$dir"/log/*.csv | tail -1)  # not the first where a day ended meanwhile
+torn=$(ls "$dir"/log/*.csv | tail -1)  # the last one, if a day ended meanwhile
 start_prismd
 wait_for 20 field_above .log.rows status 40
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 
-printf '2026-11-22T00:' >>"$torn"   # what a power cut leaves of a row
+printf '2026-11-22T00:' >>"$torn"   # an incomplete row, as after a power failure
 verify "$dir/log"
 same "exit code after kill -9" "$code" 1
-contains "the torn segment" "$(cat "$dir/verify")" "$torn: torn: "
+contains "the truncated segment" "$(cat "$dir/verify")" "$torn: torn: "
 rows=$(cat "$dir"/log/*.csv | grep -c '^[0-9].*,[01]$')
 sums=$(cat "$dir"/log/*.csv "$dir"/log/capture/*.pcap | sha256sum)
 
 verify "$dir/log" --repair "$dir/clean"
 same "exit code of the repair ($(cat "$dir/verify.err"))" "$code" 0
-contains "what was left out" "$(cat "$dir/verify")" "left out: 14 bytes of a torn row"
-same "the original" "$(cat "$dir"/log/*.csv "$dir"/log/capture/*.pcap | sha256sum)" "$sums"
+contains "the omitted bytes" "$(cat "$dir/verify")" "left out: 14 bytes of a torn row"
+same "checksum of the original" "$(cat "$dir"/log/*.csv "$dir"/log/capture/*.pcap | sha256sum)" "$sums"
 same "rows of the copy" "$(cat "$dir"/clean/*.csv | grep -c '^[0-9].*,[01]$')" "$rows"
 [ "$(ls "$dir"/clean/capture/*.pcap | wc -l)" -ge 2 ] || fail "captures: $(ls -R "$dir/clean")"
 verify "$dir/clean"
 same "exit code of the copy ($(cat "$dir/verify"))" "$code" 0
 verify "$dir/log" --repair "$dir/clean"
-same "exit code over what is there" "$code" 1
+same "exit code for an existing target" "$code" 1
 verify "$dir/log" --repair "$dir/log/clean"
-same "exit code in place" "$code" 1
+same "exit code for a target inside the log directory" "$code" 1
 
 prismcal train "$dir/clean" --force --method ls --inputs T --window 5 --end-mean 2 --max-gap 2 --out "$dir/model.json" >"$dir/train" 2>&1 ||
   fail "train: $(cat "$dir/train")"
 prismcal evaluate "$dir/model.json" "$dir/clean" --json >"$dir/evaluate" 2>"$dir/evaluate.err" || fail "evaluate: $(cat "$dir/evaluate.err")"
 prismcal allan "$dir/clean" --json >"$dir/allan" 2>"$dir/allan.err" || fail "allan: $(cat "$dir/allan.err")"
-[ "$(grep -c 'without an end' "$dir/train" "$dir/allan.err" | grep -vc ':0$')" = 0 ] || fail "the copy has a tear: $(cat "$dir/train")"
+[ "$(grep -c 'without an end' "$dir/train" "$dir/allan.err" | grep -vc ':0$')" = 0 ] || fail "the copy has a truncated segment: $(cat "$dir/train")"

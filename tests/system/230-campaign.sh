@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# A campaign on this machine's cores: each gyro with each model, a gyro without a thermometer refused in one line, a task
-# killed and done again, what stands left alone, a changed recording made anew and nothing else.
+# A campaign on the cores of this machine: each gyro with each model. A gyro without a thermometer is rejected in one line, a
+# killed task runs again, existing results are kept, and a changed recording repeats only its own tasks.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 . "$(dirname "$0")/lot.sh"
@@ -17,29 +17,29 @@ sums() { (cd lot.campaign/tasks && find . -type f ! -name times.json | sort | xa
 prismcal campaign lot.json --plan >plan.out 2>plan.err || fail "plan"
 contains "the plan" "$(tail -1 plan.out)" "6 tasks of 3 gyros, 6 to do: about 0.0"
 code=0; prismcal campaign missing.json --plan >out 2>missing.err || code=$?
-same "exit code of a file that is not there" "$code" 1
+same "exit code for a missing file" "$code" 1
 sed 's/"method"/"methd"/' lot.json >wrong.json
 code=0; prismcal campaign wrong.json --plan >out 2>wrong.out || code=$?
-same "exit code of an option that there is not" "$code" 1
-contains "what it says" "$(cat wrong.out)" "wrong.json:/models/"
+same "exit code for an unknown option" "$code" 1
+contains "its error" "$(cat wrong.out)" "wrong.json:/models/"
 sed 's/"method": "stepwise"/"method": "stepwise", "prior": "models"/' lot.json >wrong.json
 code=0; prismcal campaign wrong.json --plan >out 2>wrong.out || code=$?
-same "exit code of an option whose files are no inputs" "$code" 1
+same "exit code for an option whose files are not inputs" "$code" 1
 
-# Killed: what stands then stays, the rest is done by the same command.
+# After a kill, finished tasks are kept, and the same command runs the others.
 start run prismcal campaign lot.json --jobs 1
 wait_for 30 sh -c 'ls lot.campaign/tasks | grep -q .'
 kill -9 "$pid"; wait "$pid" 2>/dev/null || true
 sums >before
 prismcal campaign lot.json 2>run.err || fail "the second run"
-same "tasks that stand" "$(tasks | wc -l)" 6
+same "finished tasks" "$(tasks | wc -l)" 6
 sums >after
-diff <(grep -Ff before after) before >/dev/null || fail "a task that stood was done again"
-[ -z "$(ls -A lot.campaign/tasks | grep '^\.')" ] || fail "left unfinished: $(ls -A lot.campaign/tasks)"
+diff <(grep -Ff before after) before >/dev/null || fail "a finished task was run again"
+[ -z "$(ls -A lot.campaign/tasks | grep '^\.')" ] || fail "unfinished results: $(ls -A lot.campaign/tasks)"
 
 prismcal campaign lot.json --status >status.out || fail "status: $(cat status.out)"
 contains "status" "$(head -1 status.out)" "6 of 6 tasks done, 0 running, 0 failed, 0 waiting"
-same "refused" "$(grep -c '^refused: S3 z, ' status.out)" 2
+same "rejected tasks" "$(grep -c '^refused: S3 z, ' status.out)" 2
 for id in $(tasks); do
   if [ "$(jq -r .serial "lot.campaign/tasks/$id/result.json")" = S3 ]; then continue; fi
   same "the model's gyro" "$(jq -r .gyro.serial "lot.campaign/tasks/$id/model.json")" \
@@ -47,12 +47,12 @@ for id in $(tasks); do
   [ -s "lot.campaign/tasks/$id/report/report.html" ] || fail "no report of $id"
 done
 
-# The same model as by hand, but for the name that the campaign gives it.
+# The model is the same as that of prismcal train, except for its provenance.
 id=$(jq -r 'select(.serial == "S1" and .model == "stepwise").task' lot.campaign/tasks/*/result.json)
 prismcal train lot/S1/cycle1 --method stepwise --name stepwise --threads 1 --quiet --out hand.json >/dev/null
 same "the model" "$(jq -Sc 'del(.provenance)' "lot.campaign/tasks/$id/model.json")" "$(jq -Sc 'del(.provenance)' hand.json)"
 
-# A changed input: exactly its own tasks.
+# A changed input repeats only its own tasks.
 sleep 2.1
 prismcal campaign lot.json --plan >plan.out
 contains "nothing to do" "$(tail -1 plan.out)" ", 0 to do"
@@ -62,34 +62,34 @@ same "tasks of the changed gyro" "$(wc -l <print.out)" 2
 sh -e print.out || fail "the printed commands"
 same "tasks" "$(tasks | wc -l)" 8
 prismcal campaign lot.json --engine print >print.out
-same "nothing is left" "$(wc -l <print.out)" 0
+same "tasks left to run" "$(wc -l <print.out)" 0
 
-# An input that goes between plan and task is a failure with its line, tried again.
+# If an input disappears between plan and task, the task fails with a message, and the next run repeats it.
 sed 's/"name": "lot"/"name": "other"/' lot.json >other.json
 prismcal campaign other.json --engine print >print.out
 mv lot/S1/cycle2 kept
 code=0; sh -c "$(grep "$(awk -F'\t' '$2 == "S1 z" {print $1; exit}' other.campaign/plan.tsv)" print.out)" 2>gone.out || code=$?
 same "exit code without the input" "$code" 1
 code=0; prismcal campaign other.json --status >status.out || code=$?
-same "exit code of a status with a failure" "$code" 1
+same "exit code of --status after a failure" "$code" 1
 contains "the failure" "$(cat status.out)" "failed: S1 z, kernel: "
 mv kept lot/S1/cycle2
 prismcal campaign other.json 2>other.err || fail "the run after a failure"
 
-# A level that is forced is the one that computes; Ctrl-C leaves what stands.
+# A level in the campaign file is used; Ctrl-C leaves no unfinished result.
 sed 's/"name": "lot"/"level": "baseline", "name": "third"/' lot.json >third.json
 start third prismcal campaign third.json --jobs 1
 wait_for 30 sh -c 'ls third.campaign/tasks | grep -q .'
 kill -INT "$pid"
 code=0; wait "$pid" || code=$?
 same "exit code after Ctrl-C ($(cat third.err))" "$code" 130
-[ -z "$(ls -A third.campaign/tasks | grep '^\.')" ] || fail "left unfinished by Ctrl-C"
+[ -z "$(ls -A third.campaign/tasks | grep '^\.')" ] || fail "unfinished results after Ctrl-C"
 prismcal campaign third.json 2>third.err
 same "levels" "$(jq -r .level third.campaign/tasks/*/result.json | sort -u)" baseline
 
-# The lot as one report, limits judged afterwards, and the accepted models in a folder, all in one step.
+# --collect writes the report of the lot and the accepted models; --install copies these. Limits may be changed afterwards.
 code=0; prismcal campaign lot.json --collect >collect.out 2>collect.err || code=$?
-same "exit code of the collection" "$code" 0
+same "exit code of --collect" "$code" 0
 for name in report.html report.csv report.json tables/gyros.csv; do [ -s "lot.campaign/report/$name" ] || fail "no $name"; done
 same "rows of the report" "$(jq '.tables.gyros.rows | length' lot.campaign/report/report.json)" 6
 contains "links" "$(cat lot.campaign/report/report.html)" 'href="../tasks/'
@@ -97,7 +97,7 @@ accepted=$(jq '.models | length' lot.campaign/accepted/manifest.json)
 [ "$accepted" -ge 1 ] || fail "no gyro was accepted: $(grep -A9 '# table,gyros' lot.campaign/report/report.csv)"
 prismcal campaign lot.json --install models/bench >install.out 2>install.err || code=1
 same "installed ($(cat install.err))" "$(ls models/bench | grep -vc manifest)" "$accepted"
-(cd models/bench && jq -r '.models[] | "\(.sha256)  \(.file)"' manifest.json | sha256sum -c --quiet) || fail "sums of the manifest"
+(cd models/bench && jq -r '.models[] | "\(.sha256)  \(.file)"' manifest.json | sha256sum -c --quiet) || fail "checksums of the manifest"
 sed -i 's/"min": 15/"min": 99/' lot.json
-prismcal campaign lot.json --collect >collect.out 2>collect.err || fail "a second collection"
-same "accepted by a limit that none keeps" "$(jq '.models | length' lot.campaign/accepted/manifest.json)" 0
+prismcal campaign lot.json --collect >collect.out 2>collect.err || fail "a second --collect"
+same "models accepted by a limit that no model meets" "$(jq '.models | length' lot.campaign/accepted/manifest.json)" 0

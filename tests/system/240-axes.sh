@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: MIT
-# A device of three axes, as its user meets it: recorded, trained, replayed and corrected on all axes; each axis's log is what a replay
-# of that axis alone writes, byte for byte; a live run in which one axis fails and the others go on, and its replay.
+# A device with three axes: recorded, trained, replayed and corrected on all axes. The log of each axis equals that of a replay of
+# this axis alone, byte for byte. In a live run one axis fails and the others continue; its replay writes the same logs.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 cd "$dir"
-# A device's description at 10 frames/s, so that hours are short.
+# device NAME: writes its description at 10 frames/s, to make hours of data small.
 device() {
   sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/$1.json" >frames.json
-  grep -q '^ *"rate_hz": 10,' frames.json || fail "no rate in $1"
+  grep -q '^ *"rate_hz": 10,' frames.json || fail "no rate_hz in $1"
 }
 simulate() { prismsim --frames frames.json --axis x,y,z --elevation 0,0,90 --azimuth 0,90,0 "$@" 2>sim.err || fail "$(cat sim.err)"; }
-three() { # FILE MODEL-OF-AXIS: with $1 in the place of AXIS, none where empty
+three() { # FILE MODEL: writes a configuration of three axes. AXIS in MODEL is replaced by the axis; no models if empty
   local axis members="" mount
   for axis in x y z; do
     mount='"elevation_deg": 0'; [ $axis = y ] && mount='"elevation_deg": 0, "azimuth_deg": 90'; [ $axis = z ] && mount='"elevation_deg": 90'
@@ -27,41 +27,41 @@ for name in vectornav kvh1750 stim300; do
   simulate --smooth --profile fast --hours 8 --seed 2 --out two.pcap
   three record.json ""
   prismd record.json --replay one.pcap --out logs >record.out || fail "the replay"
-  same "series of $name" "$(ls logs | sed 's/-2026.*//' | grep -v index | sort | tr '\n' ' ')" "imu-x imu-y imu-z "
+  same "logs of $name" "$(ls logs | sed 's/-2026.*//' | grep -v index | sort | tr '\n' ' ')" "imu-x imu-y imu-z "
   prismcal train logs --inputs T,dTdt --method stepwise --out model.json >train.out 2>train.err || fail "training: $(tail -3 train.err)"
   same "models" "$(echo model-*.json)" "model-x.json model-y.json model-z.json"
   three all.json model-AXIS.json
   prismd all.json --replay two.pcap --out corrected >summary || fail "the corrected replay of $name"
   for axis in x y z; do
     gain=$(sed -n "s/^$axis: bias stability.*improvement \(.*\) %/\1/p" summary)
-    awk -v gain="$gain" 'BEGIN {exit !(gain > 20)}' || fail "axis $axis of $name is improved by '$gain' %: $(cat summary)"
+    awk -v gain="$gain" 'BEGIN {exit !(gain > 20)}' || fail "axis $axis of $name: found an improvement of '$gain' %, expected more than 20: $(cat summary)"
   done
 done
 
-# A report of all axes: the table over them first, then each one's sections.
+# A report of all axes begins with a table of the axes; the sections of each axis follow.
 prismd record.json --replay two.pcap --out logs2 >/dev/null
 prismcal report logs logs2 --models ladder --out all >report.out 2>report.err || fail "the report: $(tail -3 report.err)"
-contains "the table over all axes" "$(head -1 report.out)" "The chosen model of each axis"
+contains "the table of all axes" "$(head -1 report.out)" "The chosen model of each axis"
 same "its rows" "$(awk '$1 ~ /^[xyz]$/ {print $1}' report.out | tr '\n' ' ')" "x y z "
-same "axes of the page's sections" "$(grep -o 'Axis [xyz]: Summary' all/report.html | sort -u | tr '\n' ' ')" "Axis x: Summary Axis y: Summary Axis z: Summary "
+same "axes with sections in the page" "$(grep -o 'Axis [xyz]: Summary' all/report.html | sort -u | tr '\n' ' ')" "Axis x: Summary Axis y: Summary Axis z: Summary "
 contains "a link of the table" "$(cat all/report.html)" 'href="#axis2_summary"'
-contains "where it leads" "$(cat all/report.html)" 'id="axis2_summary"'
+contains "its target" "$(cat all/report.html)" 'id="axis2_summary"'
 
 prismcal train one.pcap --config record.json --axis y --inputs T,dTdt --method stepwise --quiet --out y.json >/dev/null || fail "training on the capture"
-same "terms of y by its log and by the capture" "$(jq -c "[.terms[].powers]" y.json)" "$(jq -c "[.terms[].powers]" model-y.json)"
+same "terms of y from the log and from the capture" "$(jq -c "[.terms[].powers]" y.json)" "$(jq -c "[.terms[].powers]" model-y.json)"
 code=0; prismcal evaluate model-x.json logs >out 2>axis.err || code=$?
-same "exit code of a folder of three axes without a choice" "$code" 1
-contains "what it says" "$(cat axis.err)" "found logs of the axes x, y, z, expected one; choose it with --axis"
+same "exit code for logs of three axes without --axis" "$code" 1
+contains "its error" "$(cat axis.err)" "found logs of the axes x, y, z, expected one; choose it with --axis"
 
-# Alone: the same rows.
+# Each axis alone gives the same rows.
 for axis in x y z; do
   jq --arg axis $axis '.axes |= {($axis): .[$axis]}' all.json >alone.json
   prismd alone.json --replay two.pcap --out alone-$axis >/dev/null || fail "the replay of $axis alone"
   cat corrected/imu-$axis-*.csv >a; cat alone-$axis/imu-$axis-*.csv >b
-  cmp a b || fail "the log of $axis is not what it is alone"
+  cmp a b || fail "the log of $axis differs from that of axis $axis alone"
 done
 
-# Live; y fails for two seconds.
+# Live; y is invalid from second 3 on.
 wait_for 1 test ! -e tty
 start sim prismsim --frames frames.json --axis x,y,z --elevation 0,0,90 --azimuth 0,90,0 --profile steady --link "$dir/tty" --wait --invalid y:3:1e9
 wait_for 5 test -e tty
@@ -78,7 +78,7 @@ contains "status" "$(sed -n 4p status.out)" "                 x                 
 awk 'length($0) > 80 && !/^(line|log|device)/ {exit 1}' status.out || fail "wider than 80 columns: $(cat status.out)"
 contains "bias of one axis" "$(prismctl --axis z bias)" "quality"
 code=0; prismctl --axis w bias 2>wrong.err || code=$?
-contains "an axis that is not there" "$(cat wrong.err)" "expected one of x, y, z"
+contains "an unknown axis" "$(cat wrong.err)" "expected one of x, y, z"
 timeout 10 prismctl --json --axis z watch --count 2 >watch.out
 same "axes of the rows" "$(jq -r '.params.axis // empty' watch.out | sort -u)" z
 timeout 10 prismctl watch --count 6 >rows.out </dev/null

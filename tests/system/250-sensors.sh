@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: MIT
-# Sensors by name: a gradient that an axis's own thermometer cannot see is learned from the difference to the case's, over five
-# pairs of seeds on another profile; the log carries every sensor; a model that asks for one that is not there is refused.
+# Named sensors: the effect of a gradient, which the thermometer of the axis cannot measure, is learned from the difference to a
+# second thermometer (five pairs of seeds, evaluated on another profile). The log has every sensor; a model with a missing sensor is
+# rejected.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 cd "$dir"
 sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/stim300.json" >frames.json
 echo '{"name": "imu", "frames": "frames.json", "clock": "device", "site": {"latitude_deg": 34.25}, "axes": {"x": {"elevation_deg": 90}}}' >imu.json
-record() { # FOLDER PROFILE SEED
+record() { # DIRECTORY PROFILE SEED
   prismsim --frames frames.json --axis x --gradient 0.004 --smooth --hours 12 --profile "$2" --seed "$3" --out "$1.pcap" 2>/dev/null
   rm -rf "$1"; prismd imu.json --replay "$1.pcap" --out "$1" >/dev/null || fail "the replay of $1"
 }
-left() { # INPUTS: of the drift of the other profile, in deg/h
+left() { # INPUTS: prints the remaining drift on the other profile, deg/h
   prismcal train one --inputs "$1" --method stepwise --quiet --out model.json >/dev/null || fail "training on $1"
   prismcal evaluate model.json other | awk '$1 == "after" {print $3; exit}'
 }
@@ -19,24 +20,24 @@ for pair in 1 2 3 4 5; do
   record other second $((100 + pair))
   without=$(left T,dTdt) with=$(left T,dTdt,acc_temp_x-T)
   awk -v a="$without" -v b="$with" 'BEGIN {exit !(b > 0 && b <= 0.8 * a)}' ||
-    fail "pair $pair: $without deg/h are left without the difference, $with with it"
-  echo "pair $pair: left without the difference $without deg/h, with it $with"
+    fail "pair $pair: the remaining drift is $without deg/h without the difference and $with deg/h with it, expected at most 80 % of it"
+  echo "pair $pair: remaining drift $without deg/h without the difference, $with deg/h with it"
 done
-prismcal train one --inputs auto --method stepwise --out auto.json 2>auto.err >/dev/null || fail "inputs by themselves: $(cat auto.err)"
+prismcal train one --inputs auto --method stepwise --out auto.json 2>auto.err >/dev/null || fail "training with --inputs auto: $(cat auto.err)"
 contains "the chosen inputs" "$(jq -r '[.inputs[].name] | join(" ")' auto.json)" "_temp_"
-same "lines that say which set was chosen" "$(grep -c 'chosen: the smallest set' auto.err)" 1
+same "reports of the chosen set" "$(grep -c 'chosen: the smallest set' auto.err)" 1
 contains "the log's columns" "$(grep -h '^time_utc' one/*.csv)" "sd_mean_deg_per_h,arrival_s,gyro_temp_x_degc,"
 contains "the model" "$(jq -c .features.sensors model.json)" '{"acc_temp_x":"degC"}'
 
 jq '.axes.x.model = "./model.json"' imu.json >served.json
 prismd served.json --replay other.pcap --out served >summary || fail "the corrected replay"
-contains "what it says" "$(cat summary)" "improvement"
+contains "its summary" "$(cat summary)" "improvement"
 code=0; jq 'del(.axes) + {gyro: {axis: "x"}, model: "./model.json"}' imu.json >one.json; prismd one.json --check 2>one.err || code=$?
 same "exit code without axes" "$code" 78
-contains "what it says" "$(cat one.err)" 'found acc_temp_x, expected a sensor of stim300 (sensors need "axes" in the configuration): none'
+contains "its error" "$(cat one.err)" 'found acc_temp_x, expected a sensor of stim300 (sensors need "axes" in the configuration): none'
 sed 's/"acc_temp_x": {"field": "acc_temp_x"/"board": {"field": "acc_temp_x"/' frames.json >other.json; mv other.json frames.json
 code=0; prismd served.json --check 2>served.err || code=$?
 same "exit code without the sensor" "$code" 78
-contains "what it says" "$(cat served.err)" "found acc_temp_x, expected a sensor of stim300: gyro_temp_x"
+contains "its error" "$(cat served.err)" "found acc_temp_x, expected a sensor of stim300: gyro_temp_x"
 code=0; prismcal train one --inputs T,shell-T --out no.json 2>no.err >out || code=$?
-contains "what it says" "$(cat no.err)" 'has no sensor "shell" as --inputs asks for; its sensors: gyro_temp_x, '
+contains "its error" "$(cat no.err)" 'has no sensor "shell" as --inputs asks for; its sensors: gyro_temp_x, '
