@@ -72,15 +72,10 @@ CLOCKS = {"base/host_time.hpp"}
 CLOCKLESS = {CORE, TRAINING, EVALUATION, PIPELINE} | WIRES
 THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON} | WIRES
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
-<<<<<<< HEAD
 # only a campaign may start programs, so that a name from a file never reaches a shell or another program
-STARTS_PROGRAMS = {f"tools/prismcal/campaign/{name}.cpp" for name in ("child_process", "level", "slurm_engine")}
-=======
-# a name from a file must never reach a shell or another program: only a campaign starts programs
 STARTS_PROGRAMS = {f"tools/prismcal/campaign/{name}.cpp" for name in ("child_process", "cpu_level", "slurm_executor")}
->>>>>>> 7d68e4c (all modules: names from the glossary for the remaining types and files)
 PROGRAM_CALL = re.compile(r"(?<![\w.])(?:popen|exec[lv]\w*|posix_spawnp?)\s*\(|(?:(?<![\w>&*] )|return )(?<![\w.])system\s*\(|<spawn\.h>")
-JSON_READERS = re.compile(r"^compensation/(model_kinds|[a-z]+_text)\.[ch]pp$")
+JSON_READERS = re.compile(r"^compensation/(model_types|[a-z]+_text)\.[ch]pp$")
 
 
 def room_of(path):
