@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
-# A thermometer on a line of its own: the T of a gyro that sends none, trained and corrected from the captures of both lines. Live:
-# it is pulled and put back, only what needs it is unknown meanwhile, and the captures together give the live log byte for byte.
+# A thermometer on its own line measures T for a gyro without one; the captures of both lines are used for training and correction.
+# Live, it is unplugged and plugged in again: only dependent values are unknown meanwhile, and the replay of both captures writes the
+# live log, byte for byte.
 . "$(dirname "$0")/lib.sh"
 command -v python3 >/dev/null || skip "no python3"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 here=$PRISM_SOURCE/tests/system
 cd "$dir"
 sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/dsp3000.json" >frames.json
-config() { # MEMBERS OF THE AXIS, OF THE LINE
+config() { # AXIS-MEMBERS [COLUMNS]: prints a configuration; COLUMNS are more columns of the sensor line
   cat <<END
 {"name": "fog", "frames": "frames.json", "clock": "device", "line": {"device": "tty", "silence_s": 1, "retry_min_s": 0.05},
  "socket": {"path": "$PRISM_SOCKET"}, "log": {"directory": "live"}, "capture": {"directory": "bytes"}, "site": {"latitude_deg": 34.25},
@@ -16,7 +17,7 @@ config() { # MEMBERS OF THE AXIS, OF THE LINE
    "columns": {"temperature": {"column": 2, "unit": "degC"}${2:-}}}}}
 END
 }
-record() { # FOLDER SEED: captures of both lines
+record() { # DIRECTORY SEED: writes captures of both lines
   mkdir -p "$1/chamber"
   prismsim --frames frames.json --smooth --profile fast --hours 8 --seed "$2" --truth truth.csv --out "$1/fog.pcap" 2>/dev/null
   python3 "$here/thermometer.py" truth.csv "$1/chamber/fog-chamber.pcap"
@@ -27,21 +28,21 @@ prismcal train one/fog.pcap --config train.json --inputs T,dTdt --method stepwis
 config '"temperature": "chamber.temperature", "model": "./fog.json"' >fog-z.json
 prismd fog-z.json --replay two/fog.pcap --out corrected >summary 2>replay.err || fail "the corrected replay: $(cat replay.err)"
 gain=$(sed -n 's/^bias stability.*improvement \(.*\) %/\1/p' summary)
-awk -v gain="$gain" 'BEGIN {exit !(gain > 20)}' || fail "improved by '$gain' %: $(cat summary)"
+awk -v gain="$gain" 'BEGIN {exit !(gain > 20)}' || fail "found an improvement of '$gain' %, expected more than 20: $(cat summary)"
 prismd fog-z.json --replay two/fog.pcap --replay-sensors chamber=two/chamber/fog-chamber.pcap --out named >/dev/null
-cat corrected/fog-z-*.csv >a; cat named/fog-z-*.csv >b; cmp a b || fail "a capture by its name gives another log"
+cat corrected/fog-z-*.csv >a; cat named/fog-z-*.csv >b; cmp a b || fail "a capture given by --replay-sensors gives another log"
 contains "metadata" "$(head -30 a)" "# sensor_line: chamber ascii-columns "
 contains "metadata" "$(head -30 a)" "# temperature: chamber.temperature"
 contains "columns" "$(grep -m1 ^time_utc a)" ",chamber.temperature_degc,"
 prismcal train named --inputs chamber.temperature,dchamber.temperature/dt --method stepwise --quiet --out own.json >/dev/null || fail "training on the log"
 mv two/chamber two/elsewhere
 prismd fog-z.json --replay two/fog.pcap --out without >/dev/null 2>without.err || true
-contains "a capture that is missing" "$(cat without.err)" "chamber: found no capture of this sensor line; its values are unknown"
+contains "a missing capture" "$(cat without.err)" "chamber: found no capture of this sensor line; its values are unknown"
 code=0; prismd fog-z.json --replay two/fog.pcap --replay-sensors oven=one/fog.pcap 2>wrong.err >/dev/null || code=$?
-contains "a line that there is not" "$(cat wrong.err)" 'found no sensor line "oven"'
+contains "an unknown sensor line" "$(cat wrong.err)" 'found no sensor line "oven"'
 
-# Refusals, a line each.
-refused() { # WHAT EXPECTED: of wrong.json
+# Configuration errors.
+refused() { # WHAT EXPECTED: wrong.json must be rejected with this text
   code=0; prismd wrong.json --check 2>wrong.err >/dev/null || code=$?
   same "exit code: $1" "$code" 78
   contains "$1" "$(cat wrong.err)" "$2"
@@ -54,7 +55,7 @@ jq '.frames = "lutron-btm4208sd"' fog-z.json >wrong.json; refused "no gyro" 'fou
 jq 'del(.sensor_lines.chamber.columns.temperature.unit)' fog-z.json >wrong.json; refused "no unit" '/sensor_lines/chamber/columns/temperature: "unit" is missing'
 jq '.sensor_lines.chamber.device = "tty"' fog-z.json >wrong.json; refused "the same line twice" "is the gyro's line"
 jq '.axes.z.model = "./own.json" | del(.sensor_lines, .axes.z.temperature)' fog-z.json >wrong.json
-refused "a model that asks for what is not there" 'found chamber.temperature, expected a sensor of dsp3000: none'
+refused "a model with a missing sensor" 'found chamber.temperature, expected a sensor of dsp3000: none'
 
 # Live.
 config '"model": "./own.json"' ', "pressure": {"column": 3, "unit": "Pa"}' >live.json
@@ -76,8 +77,8 @@ wait_for 10 sh -c "timeout 5 prismctl --json watch --count 12 | jq -e '.params.s
 kill -9 "$therm"
 wait_for 10 unknown
 wait_for 10 sh -c "timeout 5 prismctl --json watch --count 12 | jq -e '.params.sensors[\"chamber.temperature\"] == null and .params.samples'"
-same "the gyro goes on" "$(field .state status)" receiving
-same "the line that is gone" "$(field .sensor_lines.chamber.state status)" connecting
+same "state of the gyro" "$(field .state status)" receiving
+same "state of the unplugged line" "$(field .sensor_lines.chamber.state status)" connecting
 contains "the event" "$(prismctl events)" "chamber: "
 start therm python3 "$here/thermometer.py" --link "$dir/chamber"
 wait_for 10 known
@@ -93,9 +94,10 @@ cat live/fog-z-*.csv >a; cat again/fog-z-*.csv >b
 cmp a b || fail "the replay's log differs from the live one: $(diff a b | head -6)"
 same "seconds with and without the thermometer" "$(awk -F, '/^time_utc/ {for (i = 1; i <= NF; ++i) if ($i == "chamber.temperature_degc") c = i; next} !/^#/ && c {n[$c != ""]++} END {print (n[0] > 0) (n[1] > 0)}' a)" 11
 
-# The host's clock is set back and forth while both lines speak: sessions begin on both, and the captures find their places.
+# The host clock is set back and forth while both lines send data: each step starts a session, and the replay of the captures writes
+# the same log.
 fake=$(find /usr/lib -name libfaketimeMT.so.1 | head -1)
-[ -n "$fake" ] || { echo "left out: the steps of the clock (no libfaketime; tools/setup installs it)"; exit 0; }
+[ -n "$fake" ] || { echo "not tested: clock steps (libfaketime is not installed; run tools/setup)"; exit 0; }
 jq '.clock = "host" | .log.directory = "stepped" | .capture.directory = "stepped-bytes"' live.json >stepped.json
 echo '+0' >offset
 start stepped env LD_PRELOAD="$fake" FAKETIME_TIMESTAMP_FILE="$dir/offset" FAKETIME_NO_CACHE=1 FAKETIME_DONT_FAKE_MONOTONIC=1 \
@@ -114,5 +116,5 @@ kill -TERM "$daemon"; wait "$daemon" || fail "exit code $?"
 prismd stepped.json --replay stepped-bytes/fog-*.pcap --out unstepped >/dev/null 2>again.err || fail "$(cat again.err)"
 in_order() { jq -r 'select(.made) | .file' "$1/fog-z.csv.index" | while read -r file; do cat "$1/$file"; done; }
 in_order stepped >a; in_order unstepped >b
-cmp a b || fail "the replay over steps of the clock differs: $(diff a b | head -6)"
-[ "$(grep -c '^# session' a)" -ge 4 ] || fail "no session for each step: $(grep '^# session' a)"
+cmp a b || fail "the log of the replay across clock steps differs: $(diff a b | head -6)"
+[ "$(grep -c '^# session' a)" -ge 4 ] || fail "found less than 4 sessions, expected one more per step: $(grep '^# session' a)"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# The log is the queue: rows are followed by cursor over kills, restarts and retention. What a follower has got is the log's rows,
-# each once and in order; what was deleted before it asked is counted.
+# The log is the queue: clients read it by cursor across kills, restarts and retention. A client gets each row of the log once and in
+# order; rows that were deleted before its request are counted.
 . "$(dirname "$0")/lib.sh"
 cd "$dir"
 config
@@ -23,41 +23,41 @@ kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 start_prismd
 prismctl rows --cursor mine.cursor >mine 2>mine.err || fail "rows: $(cat mine.err)"
 prismctl rows --json --limit 3 2>/dev/null >three
-same "rows of a limit" "$(wc -l <three)" 3
+same "rows with --limit 3" "$(wc -l <three)" 3
 same "a row's number and value" "$(jq -rs '.[2] | "\(.segment) \(.row) \(.samples | type)"' three)" "1 3 number"
 sleep 2.5
 kill -TERM "$follower"; wait "$follower" 2>/dev/null || true
 cat first.out follower.out | grep -v ^time_utc >got
 of_log >all
-same "rows that came twice" "$(sort got | uniq -d | wc -l)" 0
-head -n "$(wc -l <got)" all | cmp - got || fail "what was followed is not the log: $(diff all got | head -4)"
-[ "$(wc -l <got)" -ge 12 ] || fail "only $(wc -l <got) rows"
+same "duplicate rows" "$(sort got | uniq -d | wc -l)" 0
+head -n "$(wc -l <got)" all | cmp - got || fail "the rows of --follow differ from the log: $(diff all got | head -4)"
+[ "$(wc -l <got)" -ge 12 ] || fail "found $(wc -l <got) rows, expected at least 12"
 
-# A second call goes on; a cursor of another log, beyond the end, or of no log is refused in a line.
+# A second call continues after the first. An invalid cursor, one of another log or one after the end of the log is rejected.
 sleep 1.2
 prismctl rows --cursor mine.cursor >>mine 2>/dev/null
 grep -v ^time_utc mine >mine.rows
-head -n "$(wc -l <mine.rows)" <(of_log) | cmp - mine.rows || fail "the second call does not go on where the first one ended"
+head -n "$(wc -l <mine.rows)" <(of_log) | cmp - mine.rows || fail "the second call does not continue after the first"
 refused() { code=0; prismctl rows --after "$2" 2>refused.err >/dev/null || code=$?; same "exit code: $1" "$code" 1; contains "$1" "$(cat refused.err)" "$3"; }
-refused "no cursor" now 'found cursor "now", expected one that rows returned, "earliest" or "latest"'
+refused "invalid cursor" now 'found cursor "now", expected one that rows returned, "earliest" or "latest"'
 refused "another log" "$(sed 's/^......../00000000/' mine.cursor)" "found a cursor of log 00000000"
 other='{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"00000000000000000000000000000000-1-1-1"}}'
-same "the code of another log's cursor" "$( (echo "$other"; sleep 1) | socat -t 1 - "UNIX-CONNECT:$PRISM_SOCKET" | jq .error.code)" -32002
-refused "beyond" "$(sed 's/-[0-9]*-[0-9]*-[0-9]*$/-99-1-1/' kept)" "which the log does not have"
+same "error code for a cursor of another log" "$( (echo "$other"; sleep 1) | socat -t 1 - "UNIX-CONNECT:$PRISM_SOCKET" | jq .error.code)" -32002
+refused "after the end" "$(sed 's/-[0-9]*-[0-9]*-[0-9]*$/-99-1-1/' kept)" "which the log does not have"
 contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'expected {\"after\": CURSOR, \"limit\": 1 to 10000, \"wait_s\": 0 to 30, \"name\": NAME}'
-contains "two at once" "$(printf '{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"latest","wait_s":3}}\n{"jsonrpc":"2.0","id":2,"method":"rows"}\n' | timeout 6 socat -t 4 - "UNIX-CONNECT:$PRISM_SOCKET")" "found a pending request of this client"
+contains "two requests at once" "$(printf '{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"latest","wait_s":3}}\n{"jsonrpc":"2.0","id":2,"method":"rows"}\n' | timeout 6 socat -t 4 - "UNIX-CONNECT:$PRISM_SOCKET")" "found a pending request of this client"
 
-# Under a name: the place is remembered over a restart, for this user alone.
+# Under a name: prismd stores the cursor across a restart.
 prismctl rows --as audit --limit 5 >named 2>/dev/null
 sleep 1.5
 kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
 start_prismd
 prismctl rows --as audit --limit 3 2>/dev/null >>named
 grep -v ^time_utc named >named.rows
-head -n 8 <(of_log) | cmp - named.rows || fail "a named follower does not go on where it was"
-same "the follower's place in the status" "$(field '.log.followers.audit | (.after | length > 32) and .lost_rows == 0' status)" true
+head -n 8 <(of_log) | cmp - named.rows || fail "a named consumer does not continue at its cursor"
+same "the consumer's cursor in the status" "$(field '.log.followers.audit | (.after | length > 32) and .lost_rows == 0' status)" true
 
-# What retention deletes is told, never passed over.
+# Deleted rows are reported, never silently skipped.
 old=$(head -1 kept)
 kill -TERM "$prismd"; wait "$prismd"
 jq '.log.keep_mib = 1 | .log.segment_mib = 0.01 | .log.keep_days = 1' gyro.json >keep.json && mv keep.json gyro.json

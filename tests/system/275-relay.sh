@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: MIT
-# prismrelay into a real PostgreSQL: every row of the log once, over a server that goes and comes, a log that is emptied, lines that
-# are no rows, and a schema that is not ours.
+# prismrelay with a real PostgreSQL: the database gets every row of the log once, across restarts of the server, a deleted log and
+# invalid lines. A missing or newer schema is reported.
 . "$(dirname "$0")/lib.sh"
 . "$(dirname "$0")/servers.sh"
 cd "$dir"
-refused() { code=0; "${@:3}" 2>refused.err >/dev/null || code=$?; same "exit code: $2" "$code" "$1"; contains "the refusal" "$(cat refused.err)" "$2"; same "lines of the refusal: $2" "$(wc -l <refused.err)" 1; }
-say_config() { echo "$1" >bad.json; refused 78 "$2" prismrelay --check bad.json; }
+refused() { code=0; "${@:3}" 2>refused.err >/dev/null || code=$?; same "exit code: $2" "$code" "$1"; contains "the error" "$(cat refused.err)" "$2"; same "lines of the error: $2" "$(wc -l <refused.err)" 1; }
+bad_config() { echo "$1" >bad.json; refused 78 "$2" prismrelay --check bad.json; }
 
-# What is wrong is said in a line, before anything runs.
-say_config '{"postgresql": {"connection": "dbname=x"}}' '"site" is missing'
-say_config '{"site": "a/b", "postgresql": {"connection": "dbname=x"}}' 'found "a/b", expected 1 to 64 printable characters without blanks, /, + and #'
-say_config '{"site": "lab"}' 'names nowhere to carry rows to, expected postgresql, mqtt or metrics'
-say_config '{"site": "lab", "postgresql": {"connection": "dbname=x password=y"}}' 'holds a password, expected it in a file'
-say_config '{"site": "lab", "mqtt": {"host": "h", "portt": 1}}' 'portt'
-say_config '{"site": "lab", "instances": ["g", "/x/g.sock"], "metrics": {"file": "/x/p.prom"}}' '"g" stands there twice'
+# A configuration error is reported in one line at the start.
+bad_config '{"postgresql": {"connection": "dbname=x"}}' '"site" is missing'
+bad_config '{"site": "a/b", "postgresql": {"connection": "dbname=x"}}' 'found "a/b", expected 1 to 64 printable characters without blanks, /, + and #'
+bad_config '{"site": "lab"}' 'names nowhere to carry rows to, expected postgresql, mqtt or metrics'
+bad_config '{"site": "lab", "postgresql": {"connection": "dbname=x password=y"}}' 'holds a password, expected it in a file'
+bad_config '{"site": "lab", "mqtt": {"host": "h", "portt": 1}}' 'portt'
+bad_config '{"site": "lab", "instances": ["g", "/x/g.sock"], "metrics": {"file": "/x/p.prom"}}' '"g" stands there twice'  # plain-ok: message of prismrelay
 echo '{"site": "lab", "status_file": "/nowhere/x", "metrics": {"file": "/x/p.prom"}}' >nowhere.json
 refused 1 'no relay wrote its status here' prismrelay --status nowhere.json
 refused 64 '--what' prismrelay --what
@@ -28,25 +28,25 @@ start_prismd
 rows_of_log() { jq -r 'select(.made) | .file' log/gyro.csv.index | while read -r file; do [ ! -e "log/$file" ] || grep -hv '^[#t]' "log/$file"; done; }
 all_there() { sql_is "SELECT count(*) FROM prism.rows" "$(rows_of_log | wc -l)"; }
 
-# Without tables, and of a later version: said, and tried again until it is right.
+# A missing schema and one of a later version are reported; the relay retries until the schema is right.
 start_relay
 wait_for 10 relay_is .targets.postgresql.error 'postgresql: has no schema prism, expected one that prismrelay --init made'
-kill -STOP "$relay"  # its next attempt is after both
+kill -STOP "$relay"  # so that it retries only after both changes
 prismrelay --schema | psql -X -q -v ON_ERROR_STOP=1 -h "$dir/pg" -U relay prism >schema.out 2>&1 || fail "the SQL of --schema: $(cat schema.out)"
 sql 'UPDATE prism.version SET version = 2'
 kill -CONT "$relay"
 wait_for 20 relay_is .targets.postgresql.error 'postgresql: found version 2 of the schema prism, expected 1: made by a later prismrelay'
 refused 1 'found version 2 of the schema prism' prismrelay --init relay.json
 sql 'DROP SCHEMA prism CASCADE' 2>/dev/null
-contains "the schema is made" "$(prismrelay --init relay.json)" "made the schema prism, version 1"
-contains "and found again" "$(prismrelay --init relay.json)" "the schema prism is there"
+contains "a new schema" "$(prismrelay --init relay.json)" "made the schema prism, version 1"
+contains "an existing schema" "$(prismrelay --init relay.json)" "the schema prism is there"
 wait_for 30 sql_above "SELECT count(*) FROM prism.rows" 20
 wait_for 10 relay_is '.logs[0] | "\(.gyro) \(.axis) \(.refused_rows) \(.missing_rows) \(.error)"' "lab/gyro z 0 0 "
-contains "for a person" "$(prismrelay --status relay.json)" "lab/gyro                running"
+contains "human-readable status" "$(prismrelay --status relay.json)" "lab/gyro                running"
 same "events" "$(sql "SELECT count(*) > 1, bool_or(kind = 'line_receiving') FROM prism.events WHERE gyro = 'lab/gyro'")" "t|t"
 same "the model of a segment" "$(sql "SELECT DISTINCT left(model, 8) || ' ' || (metadata ->> 'instance') FROM prism.segments")" "a0e547ce gyro"
 
-# The server goes for some seconds, and the relay is killed: nothing is lost, nothing twice.
+# The server stops for some seconds and the relay is killed: no row is lost or duplicated (compared below).
 stop_postgres immediate
 wait_for 15 relay_is .targets.postgresql.up false
 sleep 2
@@ -57,20 +57,20 @@ wait_for 30 relay_is .targets.postgresql.up true
 before=$(sql "SELECT count(*) FROM prism.rows")
 wait_for 20 sql_above "SELECT count(*) FROM prism.rows" $((before + 20))
 
-# The server may not write any more: nothing of a batch is there, and all of it when it may again.
+# The server becomes read-only: the relay reports it, and continues when the server can write again.
 sql "ALTER ROLE relay SET default_transaction_read_only = on"
 sql "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE application_name = 'prismrelay'" >/dev/null
 wait_for 20 relay_is '.targets.postgresql.error | test("read-only")' true
 psql -X -q -h "$dir/pg" -U relay prism -c "SET default_transaction_read_only = off" -c "ALTER ROLE relay RESET default_transaction_read_only"
 wait_for 40 relay_is .targets.postgresql.up true
 
-# The gyro is gone: the relay says so, its last row stays, and it comes again.
+# prismd is killed and started again: the relay reports the states gone and running.
 kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
 wait_for 10 relay_is '.instances["lab/gyro"].state' gone
 start_prismd
 wait_for 15 relay_is '.instances["lab/gyro"].state' running
 
-# A line that somebody wrote into a segment by hand is kept as it stands, and holds up nobody.
+# An invalid line in a segment is stored unchanged in refused_rows and does not block the rows after it.
 kill -TERM "$prismd"; wait "$prismd"
 last=$(jq -r 'select(.made) | .file' log/gyro.csv.index | tail -1)
 kill -STOP "$relay"
@@ -84,9 +84,9 @@ kill -CONT "$relay"
 start_prismd
 wait_for 20 sql_is "SELECT count(*) || ' ' || min(why) FROM prism.refused_rows" '1 quality: found "Robert"); DROP TABLE"'
 sql "SELECT line FROM prism.refused_rows" >line
-grep -qxF "$(cat line)" "log/$last" || fail "the refused line is not the log's"
+grep -qxF "$(cat line)" "log/$last" || fail "the line in refused_rows differs from that of the log"
 
-# Checksum over both sides: every row of the log, each value, once.
+# Compare the log with the table: every row once, with all values.
 kill -TERM "$sim"; wait "$sim" 2>/dev/null || true
 sleep 2
 kill -TERM "$prismd"; wait "$prismd"
@@ -106,9 +106,9 @@ END
 first=$(jq -r 'select(.made) | .file' log/gyro.csv.index | head -1)
 { grep -m1 ^time_utc "log/$first"; rows_of_log; } >log.csv
 psql -X -q --csv -h "$dir/pg" -U relay prism -c "SELECT *, extract(epoch FROM time) AS time_s, extract(epoch FROM arrival) AS arrival_s FROM prism.rows ORDER BY segment, row_number" >table.csv
-python3 compare.py || fail "the table is not the log"
+python3 compare.py || fail "the table differs from the log"
 
-# The folder is emptied: another log begins, the old one's rows stay, and the change is kept.
+# The log directory is deleted: a new log begins, the old rows stay in the table, and the change is recorded.
 kill -TERM "$prismd"; wait "$prismd"
 old=$(sql "SELECT count(*) FROM prism.rows")
 rm -rf log
@@ -117,19 +117,19 @@ start_prismd
 wait_for 20 sql_is "SELECT kind FROM prism.gaps" log_changed
 wait_for 20 sql_above "SELECT count(*) FROM prism.rows" $((old + 10))
 same "logs in the table" "$(sql "SELECT count(DISTINCT log) FROM prism.rows")" 2
-same "the last of every gyro" "$(sql "SELECT gyro || ' ' || axis || ' ' || (arrival > now() - interval '10 s') FROM prism.latest")" "lab/gyro z true"
+same "the latest row of each gyro" "$(sql "SELECT gyro || ' ' || axis || ' ' || (arrival > now() - interval '10 s') FROM prism.latest")" "lab/gyro z true"
 same "hours" "$(sql "SELECT sum(seconds) >= $old FROM prism.hourly")" t
 
-# Partitions: made ahead, and dropped beyond keep_days, which is said.
+# Partitions are created in advance, and dropped after keep_days with a message.
 same "partitions" "$(sql "SELECT count(*) > 2 FROM prism.days")" t
-kill -TERM "$relay"; wait "$relay" || fail "exit code $? of a relay that was asked to end"
+kill -TERM "$relay"; wait "$relay" || fail "exit code $? of the relay after SIGTERM"
 sql "CREATE TABLE prism.rows_20200101 PARTITION OF prism.rows FOR VALUES FROM ('2020-01-01 00:00:00+00') TO ('2020-01-02 00:00:00+00')"
 jq '.postgresql.keep_days = 30' relay.json >kept.json && mv kept.json relay.json
 start_relay
 wait_for 15 sql_is "SELECT count(*) FROM prism.days WHERE day < '2021-01-01'" 0
-contains "what was dropped is said" "$(cat relay.err)" "dropped rows_20200101"
+contains "message of a dropped partition" "$(cat relay.err)" "dropped rows_20200101"
 
-# Texts from outside that mean something to SQL, CSV and JSON: the rows of each gyro arrive, and what is unreadable or invalid is named, alone.
+# Texts that SQL, CSV or JSON may interpret: the rows of each gyro arrive; only invalid rows and an invalid name are reported.
 hostile='a\u0000b'"'"'; DROP TABLE prism.rows;--"'
 jq --arg text "$hostile" '.name = $text' "$PRISM_SOURCE/config/models/tao2019-model2.json" >model.json
 jq --arg text "$hostile" ".gyro.serial = \$text | .model = \"$dir/model.json\" | .line.device = \"$dir/tty2\" | .log.directory = \"$dir/log2\" | .socket.path = \"$dir/second.sock\"" gyro.json >second.json
@@ -142,14 +142,14 @@ wait_for 20 sql_above "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/second'
 same "the serial number" "$(sql "SELECT DISTINCT metadata ->> 'gyro_serial' FROM prism.segments WHERE gyro = 'lab/second'")" "$hostile"
 same "the model's name" "$(sql "SELECT DISTINCT right(model, ${#hostile}) FROM prism.segments WHERE gyro = 'lab/second'")" "$hostile"
 wait_for 20 sql_is "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/hostile'" 4
-same "NUL and the end of COPY's data" "$(sql "SELECT count(*) FROM prism.segments WHERE gyro = 'lab/hostile' AND metadata ->> 'model' LIKE E'a\\\\\\\\u0000b\uFFFDc%\\n\\\\\\\\.\\n%'")" 1
+same "NUL and the end marker of COPY" "$(sql "SELECT count(*) FROM prism.segments WHERE gyro = 'lab/hostile' AND metadata ->> 'model' LIKE E'a\\\\\\\\u0000b\uFFFDc%\\n\\\\\\\\.\\n%'")" 1
 same "an event" "$(sql "SELECT count(*) FROM prism.events WHERE gyro = 'lab/hostile' AND kind = text AND text LIKE '%DROP TABLE%'")" 1
-log_says() { relay_is ".logs[] | select(.gyro == \"lab/$1\") | \"\(.rows > 0) \(.caught_up) \(.refused_rows) \(.error | test(\"no line of the log is a row\"))\"" "$2"; }
-wait_for 20 log_says unreadable "false false 4 true"
-wait_for 20 log_says hostile "true true 1 false"
-contains "for a person" "$(prismrelay --status relay.json)" "axis z: 0 rows, no row is carried now, 4 lines are no rows: no line of the log is a row"
+log_is() { relay_is ".logs[] | select(.gyro == \"lab/$1\") | \"\(.rows > 0) \(.caught_up) \(.refused_rows) \(.error | test(\"no line of the log is a row\"))\"" "$2"; }
+wait_for 20 log_is unreadable "false false 4 true"
+wait_for 20 log_is hostile "true true 1 false"
+contains "human-readable status" "$(prismrelay --status relay.json)" "axis z: 0 rows, no row is carried now, 4 lines are no rows: no line of the log is a row"  # plain-ok: message of prismrelay
 before=$(sql "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/gyro'")
 wait_for 20 sql_above "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/gyro'" "$before"
-same "how often the invalid name is named" "$(grep -c 'xff.sock: skipped' relay.err)" 1
+same "messages about the invalid name" "$(grep -c 'xff.sock: skipped' relay.err)" 1
 prismrelay --status relay.json >status.txt; prismrelay --status --json relay.json >status.out
 for file in relay.err status.txt status.out; do is_printable "$file" || fail "$file is not printable"; done

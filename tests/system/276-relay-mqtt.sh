@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-# prismrelay to a real MQTT broker, by TLS and password: each gyro's state is retained and true when the gyro, the relay or the broker
-# goes and comes.
+# prismrelay with a real MQTT broker, TLS and a password: the retained state of each gyro is correct when the gyro, the relay or the
+# broker stops and restarts.
 . "$(dirname "$0")/lib.sh"
 . "$(dirname "$0")/servers.sh"
 command -v mosquitto mosquitto_sub >"$dir/programs" || PATH=$PATH:/usr/sbin
-command -v mosquitto mosquitto_sub >"$dir/programs" || skip "no mosquitto is installed here (tools/setup all)"
+command -v mosquitto mosquitto_sub >"$dir/programs" || skip "mosquitto is not installed (run tools/setup all)"
 cd "$dir"
 server_user=mosquitto
 port=$(free_port)
@@ -39,15 +39,15 @@ kill -TERM "$relay"; wait "$relay" || fail "exit code $?"
 chmod 644 password; echo "open sesame" >password
 start_relay
 wait_for 10 relay_is '.targets.mqtt.error | test("everybody may read it")' true
-chmod 600 password  # tried again by itself
+chmod 600 password  # the relay retries
 wait_for 15 relay_is .targets.mqtt.up true
-! grep -q "open sesame" relay.err status.json || fail "the password stands in a log or a status"
+! grep -q "open sesame" relay.err status.json || fail "the password is in the log or the status"
 wait_for 10 is_retained prism/lab/gyro/z/status '.state + " " + .quality' "running warming"
 same "the relay" "$(retained prism/lab/relay)" online
 same "a window each second" "$(listen -W 5 -C 3 -t prism/lab/gyro/z/window | jq -s 'map(.time_s) | .[2] - .[0]')" 2
-contains "a name with a wildcard is named" "$(cat relay.err)" 'mqtt: the gyro "a+b" is not published: its name contains +, # or a leading $, which MQTT reserves in topics'
+contains "message about a name with a wildcard" "$(cat relay.err)" 'mqtt: the gyro "a+b" is not published: its name contains +, # or a leading $, which MQTT reserves in topics'
 
-# Hostile texts in every answer, and an invalid name: no topic but those of valid names, JSON in all of them.
+# Hostile texts in every response, and invalid names: all topics are of valid names, and all messages are JSON.
 start_hostile hostile
 start_hostile '$share'
 touch "$dir/"$'\xff.sock'
@@ -56,14 +56,14 @@ wait_for 10 grep -q '"$share" is not published' relay.err
 wait_for 10 grep -q 'lab/hostile axis .* skipped: expected 1 to 16 letters' relay.err
 listen -W 3 -v -t 'prism/#' >topics.txt || true
 ! grep -v '^prism/lab/\(relay\|gyro/\|hostile/event \|hostile/z/\)' topics.txt || fail "topics of invalid names"
-sed -n 's|^prism/lab/[a-z]*/[a-z/]* ||p' topics.txt | jq -e .  >parsed || fail "a message is no JSON"
+sed -n 's|^prism/lab/[a-z]*/[a-z/]* ||p' topics.txt | jq -e .  >parsed || fail "a message is invalid JSON"
 is_printable relay.err || fail "the log of the relay is not printable"
-same "how often the invalid names are named" "$(grep -c 'share" is not published\|xff.sock: skipped' relay.err)" 2
+same "messages about invalid names" "$(grep -c 'share" is not published\|xff.sock: skipped' relay.err)" 2
 kill -0 "$relay" || fail "the relay ended"
 start events stdbuf -oL mosquitto_sub -h localhost -p "$port" --cafile ca.pem -u relay -P "open sesame" -q 1 -t prism/lab/relay -t prism/lab/gyro/event
 wait_for 10 grep -q online events.out
 
-# The gyro's line is pulled, then its prismd goes: what was true is not retained.
+# The gyro is unplugged, then prismd is killed: the broker does not retain the old values.
 kill -TERM "$sim"; wait "$sim" 2>/dev/null || true
 wait_for 10 grep -q line_lost events.out
 wait_for 15 is_retained prism/lab/gyro/z/status '"\(.quality) \(.window.rate_deg_per_h)"' "no_data null"
@@ -73,16 +73,16 @@ start_sim --profile steady
 start_prismd
 wait_for 20 is_retained prism/lab/gyro/z/status .state running
 
-# The broker goes and comes, without persistence: each topic's last value is told again.
+# The broker restarts without persistence: the relay publishes the last value of each topic again.
 kill -9 "$broker"; wait "$broker" 2>/dev/null || true
 wait_for 20 relay_is .targets.mqtt.up false
 start_broker
 wait_for 40 relay_is .targets.mqtt.up true
 wait_for 5 is_retained prism/lab/gyro/z/status .state running
-same "the relay again" "$(retained prism/lab/relay)" online
-same "how often the broker failed, at least" "$(relay_says '.targets.mqtt.failures > 0')" true
+same "the relay after the restart of the broker" "$(retained prism/lab/relay)" online
+same "failures of the broker are counted" "$(relay_says '.targets.mqtt.failures > 0')" true
 
-# The relay is killed: the broker says so. Ended in order, it says so itself.
+# If the relay is killed, the broker publishes "offline"; after SIGTERM the relay does.
 kill -9 "$relay"; wait "$relay" 2>/dev/null || true
 wait_for 40 relay_word offline
 start_relay

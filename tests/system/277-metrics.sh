@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# The metrics of a real gyro and of the relay: Prometheus' own tools find nothing to blame, its alerts mean what they say, and a real
-# Prometheus scrapes them from a real node_exporter.
+# Metrics of a simulated gyro and of the relay: promtool accepts them and the alert rules, and a real Prometheus scrapes them from a
+# real node_exporter.
 . "$(dirname "$0")/lib.sh"
 . "$(dirname "$0")/servers.sh"
 cd "$dir"
@@ -16,9 +16,9 @@ prismctl metrics --file prism.prom
 same "in a file" "$(grep -c '' prism.prom)" "$(grep -c '' all)"
 same "mode of the file" "$(stat -c %a prism.prom)" 644
 code=0; prismctl metrics --file /nowhere/x.prom 2>refused.err || code=$?
-same "exit code without a folder" "$code" 1
-same "lines of the refusal" "$(wc -l <refused.err)" 1
-# A link and a device are no files of metrics: what is there is as it was.
+same "exit code for a missing directory" "$code" 1
+same "lines of the error" "$(wc -l <refused.err)" 1
+# A symbolic link and a device are rejected and stay unchanged.
 echo old >target; chmod 600 target; ln -s target link.prom
 for path in "$dir/link.prom" /dev/null; do
   before=$(stat -L -c %a "$path")
@@ -29,23 +29,23 @@ for path in "$dir/link.prom" /dev/null; do
 done
 same "the target of the link" "$(cat target)" old
 
-# Hostile texts and an invalid name beside the gyro: its samples are there.
+# With hostile texts and an invalid name in the directory, the metrics of the gyro are still complete.
 start_hostile hostile
 mkdir -p run/prismd; ln -s "$dir/gyro.sock" "$dir/hostile.sock" run/prismd/
 touch "run/prismd/"$'\xff.sock'
 env -u PRISM_SOCKET XDG_RUNTIME_DIR="$dir/run" prismctl metrics >both 2>both.log
 contains "the gyro" "$(cat both)" 'prism_line_receiving{gyro="gyro"} 1'
-contains "the hostile one" "$(cat both)" 'prism_up{gyro="hostile"} 1'
-same "the invalid name" "$(grep -c 'xff.sock: the name is skipped' both.log)" "$(grep -c '' both.log)"
+contains "the hostile instance" "$(cat both)" 'prism_up{gyro="hostile"} 1'
+same "messages about the invalid name" "$(grep -c 'xff.sock: the name is skipped' both.log)" "$(grep -c '' both.log)"
 is_printable both both.log || fail "the metrics are not printable"
 
-command -v promtool >/dev/null || skip "no prometheus is installed here (tools/setup all); the rest was tried"
-same "what promtool says of the text" "$(promtool check metrics <all 2>&1)" ""
-same "what promtool says of hostile texts" "$(promtool check metrics <both 2>&1)" ""
+command -v promtool >/dev/null || skip "prometheus is not installed (run tools/setup all); the checks before passed"
+same "promtool on the metrics" "$(promtool check metrics <all 2>&1)" ""
+same "promtool on hostile texts" "$(promtool check metrics <both 2>&1)" ""
 promtool check rules "$PRISM_SOURCE/config/prometheus/prism.rules.yml" >rules.out || fail "$(cat rules.out)"
 promtool test rules "$PRISM_SOURCE/tests/metrics/prism.rules.test.yml" >rules.out 2>&1 || fail "$(cat rules.out)"
 
-# The relay writes the same for node_exporter's folder; a gyro that goes is down, and has no number left.
+# The relay writes the same metrics to the directory of node_exporter; a stopped gyro is down and has no values.
 mkdir textfiles
 port=$(free_port)
 relay_config ", \"metrics\": {\"file\": \"textfiles/prism.prom\", \"every_s\": 1}, \"postgresql\": {\"connection\": \"host=127.0.0.1 port=1 dbname=x\"}"
@@ -54,7 +54,7 @@ has() { grep -qF "$1" textfiles/prism.prom; }
 wait_for 15 has 'prism_up{gyro="lab/gyro"} 1'
 wait_for 15 has 'prism_up{gyro="lab/hostile"} 1'
 wait_for 15 has 'prism_relay_target_up{target="postgresql"} 0'
-same "what promtool says of the relay's" "$(promtool check metrics <textfiles/prism.prom 2>&1)" ""
+same "promtool on the metrics of the relay" "$(promtool check metrics <textfiles/prism.prom 2>&1)" ""
 start exporter prometheus-node-exporter --web.listen-address="127.0.0.1:$port" --collector.disable-defaults --collector.textfile --collector.textfile.directory="$dir/textfiles"
 other=$(free_port)
 cat >prometheus.yml <<END

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# prismweb beside a real prismd: who gets in, what passes, every sample to two clients at 1000 frames/s, one that reads nothing, and
-# prismd restarted while they look.
+# prismweb with a real prismd: authentication, forwarded requests, every sample to two clients at 1000 frames/s, a client that does
+# not read, a restart of prismd, the stored minutes, TLS and passwords, Unix sockets, and a stopped instance.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH
 needs_websockets
@@ -13,12 +13,12 @@ jq --arg model "$dir/script.json" '.model = $model' gyro.json >other.json && mv 
 start_sim --profile steady --hours 1
 start_prismd
 
-# An address that others reach is refused without TLS and passwords; so is one that is none.
+# A non-loopback address without TLS and passwords is rejected, and so is a host name.
 code=0; prismweb --listen 0.0.0.0:0 2>refused || code=$?
-same "exit code of an open address" "$code" 78
-contains "an open address" "$(cat refused)" '0.0.0.0: is not of this host alone, expected "tls" and "passwords"'
+same "exit code for a non-loopback address" "$code" 78
+contains "a non-loopback address" "$(cat refused)" '0.0.0.0: is not of this host alone, expected "tls" and "passwords"'
 code=0; prismweb --listen lab:80 2>refused || code=$?
-same "exit code of a name" "$code" 64
+same "exit code for a host name" "$code" 64
 
 mkdir -p page/.git
 echo "<!DOCTYPE html><title>prism</title>" >page/index.html
@@ -37,7 +37,7 @@ api() { curl -s -H "Authorization: Bearer $token" "${url}api/$1"; }
 running() { [ "$(api instances | jq -r '.[0].state')" = running ]; }
 wait_for 5 running
 
-# Who gets in.
+# Authentication.
 same "the page without a token" "$(status "$url")" 200
 same "without a token" "$(status "${url}api/instances")" 401
 same "a wrong token" "$(status -H "Authorization: Bearer x$token" "${url}api/instances")" 401
@@ -46,9 +46,9 @@ same "another name of this host" "$(status -H 'Host: rebound.example' "$url")" 4
 same "an origin of another site" "$(status -H 'Origin: http://evil.example' "$url")" 403
 same "its own origin" "$(status -H "Origin: http://localhost:$port" "$url")" 200
 same "a WebSocket with a wrong token" "$(client wrong hello)" "closed 1008"
-same "a WebSocket without one" "$(client '' hello)" "closed 1008"
+same "a WebSocket without a token" "$(client '' hello)" "closed 1008"
 same "greeting" "$(client "$token" hello | jq -c '[.ready, .instances]')" '[true,[{"axes":["z"],"name":"gyro","state":"running"}]]'
-same "an axis that is not there" "$(client "$token" ask subscribe '{"axes": ["q"]}' | jq -c '[.error.code, .error.message]')" '[-32602,"found the axis \"q\", expected one of z"]'
+same "an unknown axis" "$(client "$token" ask subscribe '{"axes": ["q"]}' | jq -c '[.error.code, .error.message]')" '[-32602,"found the axis \"q\", expected one of z"]'
 same "/metrics with a query" "$(status -H "Authorization: Bearer $token" "${url}metrics?x=1")" 200
 headers=$(curl -sI "$url")
 contains "headers" "$headers" "Content-Security-Policy: default-src 'self'; frame-ancestors 'none'"
@@ -62,63 +62,63 @@ done
 same "a header that is too long" "$(status -H "X-Long: $(head -c 9000 /dev/zero | tr '\0' x)" "$url")" 000
 same "a body" "$(status -X POST -d x=1 "$url")" 000
 
-# What passes: questions, and the text of a model as data.
+# Read-only requests are forwarded; the text of a model is sent as data.
 for method in reload config shutdown; do
   contains "$method" "$(client "$token" ask $method)" "no method \\\"$method\\\""
   same "/api/gyro/$method" "$(status -H "Authorization: Bearer $token" "${url}api/gyro/$method")" 404
 done
 same "a model's name" "$(client "$token" ask model | jq -r .result.name)" "<script>alert(1)</script>"
 same "its media type" "$(curl -s -o /dev/null -w '%{content_type}' -H "Authorization: Bearer $token" "${url}api/gyro/model")" application/json
-same "an answer of prismd" "$(client "$token" ask version | jq -c '[.jsonrpc, .id, .result.name, .instance]')" '["2.0","q","prismd","gyro"]'
-contains "wrong params are prismd's to refuse" "$(client "$token" ask history '{"seconds":0}')" '"code": -32602'
-# Beyond what prismd reads it would close the connection, which is everybody's.
+same "a response of prismd" "$(client "$token" ask version | jq -c '[.jsonrpc, .id, .result.name, .instance]')" '["2.0","q","prismd","gyro"]'
+contains "wrong params, rejected by prismd" "$(client "$token" ask history '{"seconds":0}')" '"code": -32602'
+# prismd closes a connection on a request that is too long, and all clients share this connection.
 contains "params that are too long" "$(client "$token" ask history "{\"seconds\":[$(seq -s, 3000)]}")" "expected at most 2000"
-same "nobody else is cut off by them" "$(api instances | jq -r '.[0].state')" running
-contains "a follower's name" "$(client "$token" ask rows '{"name":"x"}')" '"code": -32602'
-contains "no such instance" "$(client "$token" ask status '{}' '<b>')" 'no instance \"<b>\"'
-first_row() { [ "$(client "$token" ask rows '{"limit":1}' | jq '.result.segments[0].rows | length')" = 1 ]; }  # once a second is whole
+same "state after params that are too long" "$(api instances | jq -r '.[0].state')" running
+contains "the name of a consumer" "$(client "$token" ask rows '{"name":"x"}')" '"code": -32602'
+contains "an unknown instance" "$(client "$token" ask status '{}' '<b>')" 'no instance \"<b>\"'
+first_row() { [ "$(client "$token" ask rows '{"limit":1}' | jq '.result.segments[0].rows | length')" = 1 ]; }  # needs one complete second
 wait_for 10 first_row
 metrics=$(curl -s -D metrics.head -H "Authorization: Bearer $token" "${url}metrics")
 contains "/metrics" "$metrics" 'prism_up{gyro="gyro"} 1'
 contains "its media type" "$(cat metrics.head)" "Content-Type: text/plain; version=0.0.4"
-same "/api of no instance" "$(status -H "Authorization: Bearer $token" "${url}api/none/bias")" 404
+same "/api of an unknown instance" "$(status -H "Authorization: Bearer $token" "${url}api/none/bias")" 404
 
-# Two clients at 1000 frames/s, one of every tenth, and one that reads nothing.
+# Two clients with all 1000 frames/s, one with every tenth frame, and one that does not read.
 start deaf client "$token" deaf 20
 deaf=$pid
 for name in first second; do start $name client "$token" listen 6 1; eval "$name=$pid"; done
 start tenth client "$token" listen 6 10
 wait "$first"; wait "$second"; wait "$pid"
 for name in first second; do
-  same "$name: holes" "$(jq '[.holes, .lost, .prismd_lost]' -c $name.out)" '[0,0,0]'
+  same "$name: gaps and losses" "$(jq '[.holes, .lost, .prismd_lost]' -c $name.out)" '[0,0,0]'
   same "$name: samples of 6 s" "$(jq '.samples > 5500 and .samples < 6500' $name.out)" true
   same "$name: at most 25 messages a second" "$(jq '.messages_per_s > 5 and .messages_per_s <= 25' $name.out)" true
 done
 same "every tenth" "$(jq '.samples > 550 and .samples < 650 and .lost == 0' tenth.out)" true
 
-# prismd restarted: they are told, and hear again without asking.
+# prismd restarts: a client is notified and gets data again without a new subscription.
 start follow client "$token" follow 9 follow.txt
 follow=$pid
 wait_for 5 grep -q ^window follow.txt
 kill -TERM "$prismd"; wait "$prismd"
 gone() { [ "$(api instances | jq -r '.[0].state')" = gone ]; }
 wait_for 5 gone
-contains "/metrics of one that is away" "$(curl -s -H "Authorization: Bearer $token" "${url}metrics")" 'prism_up{gyro="gyro"} 0'
-same "while it is away" "$(status -H "Authorization: Bearer $token" "${url}api/gyro/bias")" 503
+contains "/metrics of a stopped prismd" "$(curl -s -H "Authorization: Bearer $token" "${url}metrics")" 'prism_up{gyro="gyro"} 0'
+same "/api of a stopped prismd" "$(status -H "Authorization: Bearer $token" "${url}api/gyro/bias")" 503
 start_prismd
 wait_for 5 running
 wait "$follow"
-contains "told that it went" "$(grep ^instances follow.txt)" '"state": "gone"'
+contains "the notification" "$(grep ^instances follow.txt)" '"state": "gone"'
 contains "windows before and after" "$(sed 's/ .*//' follow.txt | uniq | tr '\n' ' ')" "window instances window "
 
 wait "$deaf"
-same "the one that read nothing lost some, and was told" "$(jq '.lost > 0' deaf.out)" true
-[ "$(awk '/^VmHWM/{print $2}' "/proc/$web/status")" -lt 65536 ] || fail "prismweb held $(grep VmHWM "/proc/$web/status")"
+same "losses reported to the client that did not read" "$(jq '.lost > 0' deaf.out)" true
+[ "$(awk '/^VmHWM/{print $2}' "/proc/$web/status")" -lt 65536 ] || fail "prismweb used $(grep VmHWM "/proc/$web/status"), expected less than 64 MiB"
 kill -TERM "$web"; wait "$web" || fail "exit code $?"
-same "the token for programs stays" "$(cat "prismweb-$port.token")" "$token"
+same "the token for programs after the end" "$(cat "prismweb-$port.token")" "$token"
 first_token=$token
 
-# Minutes of what the log has, over the end and a kill of prismweb: nothing is lost and nothing counted twice.
+# The stored minutes equal the log after the end or a kill of prismweb: no row is missing or counted twice.
 sleep 62
 web_again() {
   : >web.out
@@ -144,44 +144,44 @@ for end in -KILL -TERM -KILL; do
 done
 chmod 644 "prismweb-$port.token"   # others may have read it
 web_again
-[ "$token" != "$first_token" ] || fail "a token that others could read was taken again"
+[ "$token" != "$first_token" ] || fail "a token that others could read was used again"
 same "mode of the new token's file" "$(stat -c %a "prismweb-$port.token")" 600
 kill -TERM "$web"; wait "$web" || fail "exit code $?"
-[ "$(stat -c %s state/gyro/z/periods.sqlite)" -gt 4096 ] || fail "no minute was kept"
+[ "$(stat -c %s state/gyro/z/periods.sqlite)" -gt 4096 ] || fail "no minute was stored"
 
-# TLS and passwords: for every path, and the WebSocket.
+# TLS and passwords protect every path and the WebSocket.
 openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout web.key -out web.crt -days 90 -subj /CN=localhost 2>/dev/null
 echo "look:$(echo 'a secret' | prismweb --hash-password)" >web.passwords
 echo '{"listen": "127.0.0.1:0", "tls": {"certificate": "web.crt", "key": "web.key"}, "passwords": "web.passwords", "page": "page", "state": "tls"}' >web.json
 code=0; prismweb --config web.json --check 2>refused || code=$?
 same "passwords that others may read" "$code $(cat refused)" "78 prismweb: $dir/web.passwords: others may read it, expected mode 0640 or stricter"
 chmod 600 web.passwords
-prismweb --config web.json --check >/dev/null || fail "a good configuration is refused"
+prismweb --config web.json --check >/dev/null || fail "a valid configuration was rejected"
 start tls prismweb --config web.json --instance "$PRISM_SOCKET"
 wait_for 5 grep -q https: tls.out
 secure=$(cat tls.out)
-case "$secure" in *token*) fail "a token beside passwords" ;; esac
+case "$secure" in *token*) fail "printed a token although passwords are configured" ;; esac
 same "no password" "$(status -k "$secure")" 401
-same "a wrong one" "$(status -k -u look:wrong "$secure")" 401
+same "a wrong password" "$(status -k -u look:wrong "$secure")" 401
 same "a wrong name" "$(status -k -u lock:'a secret' "$secure")" 401
-same "the right one" "$(status -k -u look:'a secret' "$secure")" 200
+same "the right password" "$(status -k -u look:'a secret' "$secure")" 200
 same "/api by password" "$(curl -sk -u look:'a secret' "${secure}api/instances" | jq -r '.[0].name')" gyro
 wss() { PRISM_BASIC=$1 "$python" "$PRISM_SOURCE/tests/system/web_client.py" "wss${secure#https}ws" '' hello; }
 same "a WebSocket by password" "$(wss 'look:a secret' | jq .ready)" true
-same "a WebSocket with a wrong one" "$(wss 'look:wrong')" "refused 401"
-same "no TLS there" "$(status "http${secure#https}")" 000
+same "a WebSocket with a wrong password" "$(wss 'look:wrong')" "refused 401"
+same "HTTP without TLS" "$(status "http${secure#https}")" 000
 kill -TERM "$pid"; wait "$pid" || fail "exit code $?"
 
-# A unix socket asks for no token, but for the right host.
+# A Unix socket needs no token, but an allowed host.
 start unix prismweb --page page --socket "$dir/web.sock" --instance "$PRISM_SOCKET"
 wait_for 5 test -S web.sock
-same "a unix socket" "$(curl -s --unix-socket web.sock http://localhost/api/instances | jq -r '.[0].name')" gyro
-same "another host there" "$(status --unix-socket web.sock http://evil.example/)" 421
+same "a Unix socket" "$(curl -s --unix-socket web.sock http://localhost/api/instances | jq -r '.[0].name')" gyro
+same "another host on the Unix socket" "$(status --unix-socket web.sock http://evil.example/)" 421
 kill -TERM "$pid"; wait "$pid" || fail "exit code $?"
-[ ! -e web.sock ] || fail "the socket is left"
+[ ! -e web.sock ] || fail "prismweb did not remove its socket"
 
-# One that somebody stopped: systemd listens at its socket (prismd@.socket keeps the folders), and nobody connects until it runs. Nor
-# while a service ends that closed the connection: the same run is not knocked at again.
+# A stopped instance: systemd listens on its socket (prismd@.socket keeps the directories), and prismweb connects only when it runs.
+# After a service closed the connection, prismweb does not connect to the same run of it again: it may be stopping.
 mkdir -p held/activated
 ln -s ../held.sock held/activated/held.sock
 start held socat "UNIX-LISTEN:held/held.sock,fork" SYSTEM:"echo knock >>$dir/knocks"
@@ -192,12 +192,12 @@ url=$(sed 's/#.*//' resting.out)
 token=$(program_token resting.out)
 sleep 2
 same "a stopped instance" "$(api instances | jq -r '.[0].state')" stopped
-[ ! -e knocks ] || fail "prismweb connected to an instance that was stopped"
+[ ! -e knocks ] || fail "prismweb connected to a stopped instance"
 mkdir -p held/running/held
 knocked() { [ "$(wc -l <knocks)" = "$1" ]; }
-wait_for 5 knocked 3  # once, for what is short, what is long and what comes by itself
+wait_for 5 knocked 3  # one connection each for short requests, long requests and notifications
 sleep 3
-same "connections while it ends" "$(wc -l <knocks)" 3
+same "connections while the service ends" "$(wc -l <knocks)" 3
 rmdir held/running/held
 wait_for 5 test "$(api instances | jq -r '.[0].state')" != running
 mkdir held/running/held
