@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-# prismweb behind a real nginx, by the example of its man page: the page, plain answers and the WebSocket come through; a host that is not
-# allowed does not.
+# prismweb behind a real nginx, configured as in the man page: the page, responses and the WebSocket pass; a host that is not allowed
+# is rejected.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH:/usr/sbin
-command -v nginx >/dev/null || skip "no nginx is installed here (tools/setup all)"
+command -v nginx >/dev/null || skip "nginx is not installed (run tools/setup all)"
 needs_websockets
 cd "$dir"
 frames 50
@@ -16,7 +16,7 @@ start web prismweb --config web.json
 wait_for 5 test -S web.sock
 port=$("$python" -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
 awk '/^Behind nginx/ {on = 1} on && /^```/ {n++; next} n == 1' "$PRISM_SOURCE/docs/man/prismweb.8.scd" | sed "s|/run/prismweb/web.sock|$dir/web.sock|" >location
-grep -q proxy_pass location || fail "the man page's example is not there: $(cat location)"
+grep -q proxy_pass location || fail "the man page has no nginx example: $(cat location)"
 cat >nginx.conf <<END
 $([ "$(id -u)" -ne 0 ] || echo "user root;")
 pid $dir/nginx.pid; error_log $dir/nginx.err; daemon off;
@@ -30,8 +30,8 @@ status() { curl -s -o /dev/null -w '%{http_code}' "$@"; }
 served() { [ "$(status -H 'Host: lab3.example' "$url")" = 200 ]; }
 wait_for 10 served
 contains "the page" "$(curl -s -H 'Host: lab3.example' "$url")" "<title>prism"
-same "an answer" "$(curl -s -H 'Host: lab3.example' "${url}api/instances" | jq -r '.[0].name')" gyro
-same "a host that is not named" "$(status -H 'Host: evil.example' "$url")" 421
+same "a response" "$(curl -s -H 'Host: lab3.example' "${url}api/instances" | jq -r '.[0].name')" gyro
+same "a host that is not allowed" "$(status -H 'Host: evil.example' "$url")" 421
 same "the WebSocket" "$("$python" "$PRISM_SOURCE/tests/system/web_client.py" "ws://127.0.0.1:$port/ws" '' hello | jq .ready)" true
-same "prismd through it" "$("$python" "$PRISM_SOURCE/tests/system/web_client.py" "ws://127.0.0.1:$port/ws" '' ask version | jq -r .result.name)" prismd
+same "prismd through the WebSocket" "$("$python" "$PRISM_SOURCE/tests/system/web_client.py" "ws://127.0.0.1:$port/ws" '' ask version | jq -r .result.name)" prismd
 kill -TERM "$pid"; wait "$pid" 2>/dev/null || true

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# What a real gyro says, as datagrams for PlotJuggler: a time on top, and a number for each curve, also after prismd was restarted; a wrong
-# address is refused.
+# Data of a simulated gyro as datagrams for PlotJuggler: a timestamp and a number per curve, also after a restart of prismd. An invalid
+# address is rejected.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH
 cd "$dir"
@@ -8,8 +8,8 @@ frames 50
 config
 echo '{"listen": "127.0.0.1:0", "plotjuggler": {"send_to": "nowhere"}}' >bad.json
 code=0; prismweb --config bad.json --check 2>refused || code=$?
-same "exit code of a wrong address" "$code" 78
-contains "the refusal" "$(cat refused)" 'send_to: found "nowhere", expected ADDRESS:PORT'
+same "exit code for an invalid address" "$code" 78
+contains "the error" "$(cat refused)" 'send_to: found "nowhere", expected ADDRESS:PORT'
 start_sim --profile steady
 start_prismd
 cat >listen.py <<'END'
@@ -35,9 +35,9 @@ rows() { awk -v name="$1" '$2 == name' curves.out; }
 more_than() { [ "$(rows "$1" | wc -l)" -gt "$2" ]; }
 wait_for 10 more_than /gyro/z/window/rate_deg_per_h 3
 wait_for 10 more_than /gyro/z/sample/rate_deg_per_h 100
-same "times go up" "$(rows /gyro/z/sample/rate_deg_per_h | awk '$1 <= last {n++} {last = $1} END {print n + 0}')" 0
-same "the rate is the gyro's" "$(rows /gyro/z/window/rate_deg_per_h | awk '$3 < 8 || $3 > 9 {n++} END {print n + 0}')" 0
-same "what is not known has no curve" "$(rows /gyro/z/window/slope_degc_per_s | wc -l)" 0
+same "times that do not increase" "$(rows /gyro/z/sample/rate_deg_per_h | awk '$1 <= last {n++} {last = $1} END {print n + 0}')" 0
+same "rates outside 8 to 9 deg/h" "$(rows /gyro/z/window/rate_deg_per_h | awk '$3 < 8 || $3 > 9 {n++} END {print n + 0}')" 0
+same "data of an unknown slope" "$(rows /gyro/z/window/slope_degc_per_s | wc -l)" 0
 kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
 before=$(rows /gyro/z/sample/rate_deg_per_h | wc -l)
 start_prismd

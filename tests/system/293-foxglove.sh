@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# /foxglove of prismweb byte for byte: who gets in, what it takes, every sample at 1000 frames/s, one that reads nothing, and an
-# instance that comes later.
+# /foxglove of prismweb, byte for byte: authentication, valid and invalid requests, every sample at 1000 frames/s, a client that does
+# not read, and an instance that starts later.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH
 needs_websockets
@@ -13,7 +13,7 @@ client() { local url=$1; shift; "$python" "$PRISM_SOURCE/tests/system/foxglove_c
 # Off unless configured; the instance does not run yet.
 start_web
 url=$(foxglove_url)
-same "without its key" "$(client "$url" refused)" 404
+same "without the key foxglove" "$(client "$url" refused)" 404
 kill "$pid"; wait "$pid"
 
 start_web '"foxglove": {"origins": ["https://app.foxglove.dev", "file://"]}'
@@ -25,14 +25,14 @@ same "no protocol" "$(client "$url" refused protocol=)" 400
 same "a wrong token" "$(client "${url}0" refused)" 401
 same "no token" "$(client "${url%\?*}" refused)" 401
 same "the token as a header" "$(client "${url%\?*}" refused "Authorization=Bearer ${url#*=}")" foxglove.websocket.v1
-same "a page of theirs" "$(client "$url" refused Origin=https://app.foxglove.dev)" foxglove.websocket.v1
-same "their program" "$(client "$url" refused Origin=file://)" foxglove.websocket.v1
-same "a page of others" "$(client "$url" refused Origin=https://app.foxglove.dev.evil.example)" 403
-same "a page of theirs at /ws" "$(client "${url/foxglove/ws}" refused Origin=https://app.foxglove.dev)" 403
-same "the page's WebSocket speaks no protocol of theirs" "$(client "${url%/foxglove*}/ws" refused)" None
+same "a page of Foxglove" "$(client "$url" refused Origin=https://app.foxglove.dev)" foxglove.websocket.v1
+same "the program of Foxglove" "$(client "$url" refused Origin=file://)" foxglove.websocket.v1
+same "a page of another site" "$(client "$url" refused Origin=https://app.foxglove.dev.evil.example)" 403
+same "a page of Foxglove at /ws" "$(client "${url/foxglove/ws}" refused Origin=https://app.foxglove.dev)" 403
+same "the protocol of the page's WebSocket" "$(client "${url%/foxglove*}/ws" refused)" None
 same "another path" "$(client "${url/foxglove/foxgloves}" refused)" 404
 
-# What comes is advertised to who looks already, what goes is taken back, and what is back may be subscribed to again.
+# Connected clients are notified of new and removed topics, and can subscribe again to a topic that returns.
 start looking client "$url" axes
 looking=$pid
 wait_for 10 grep -q ready looking.out
@@ -48,16 +48,16 @@ axis z 1
 axis x 1
 axis z 2
 kill "$looking"
-same "what came and went" "$(tr '\n' '|' <looking.out)" "ready /gyro/event|advertise /gyro/z/sample /gyro/z/window|data z|unadvertise /gyro/z/sample /gyro/z/window|\
+same "new and removed topics" "$(tr '\n' '|' <looking.out)" "ready /gyro/event|advertise /gyro/z/sample /gyro/z/window|data z|unadvertise /gyro/z/sample /gyro/z/window|\
 advertise /gyro/x/sample /gyro/x/window|data x|unadvertise /gyro/x/sample /gyro/x/window|advertise /gyro/z/sample /gyro/z/window|data z|"
 
 start deaf client "$url" deaf 20
 deaf=$pid
-same "a talk" "$(client "$url" talk)" good
+same "valid and invalid requests" "$(client "$url" talk)" good
 start windows client "$url" count 6 window
 windows=$pid
 same "every sample of 6 s" "$(client "$url" count 6 sample | jq -c '[.messages > 5000 and .messages < 6500, .holes, .backward]')" '[true,0,0]'
 wait "$windows"
 same "windows of 6 s" "$(jq -c '[.messages >= 4 and .messages <= 7, .holes, .backward]' windows.out)" '[true,0,0]'
 wait "$deaf"
-contains "the one that read nothing" "$(cat deaf.out)" "gyro: "
+contains "the client that did not read" "$(cat deaf.out)" "gyro: "

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-# What one client, one gyro or a stranger must not do to the others of prismweb: long answers to many questions at once, a prismd that
-# hangs, wrong passwords, connections that show nothing. The story: prismd closed the one connection of prismweb when three axes' hours
-# were asked for at once, again and again; such a gyro was never served.
+# One client, one gyro or an unauthenticated connection must not disturb other clients of prismweb: large responses to many requests at
+# once, a prismd that does not respond, wrong passwords, connections without a token. Background: prismd closed the only connection
+# of prismweb each time an hour of three axes was requested at once, so that this gyro was never served.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH
 needs_websockets
@@ -13,7 +13,7 @@ echo "{\"frames\": \"$dir/three.json\", \"clock\": \"device\", \"line\": {\"devi
 start sim prismsim --link tty --frames three.json --axis x,y,z --profile steady --speed 100
 wait_for 5 test -e tty
 start_prismd
-enough() { [ "$(field .log.rows status)" -gt 1200 ]; }  # some 200 kB an answer: more than prismd lets wait, 4 of 16 KiB
+enough() { [ "$(field .log.rows status)" -gt 1200 ]; }  # about 200 kB per response: more than prismd queues, 4 × 16 KiB
 wait_for 20 enough
 start_web
 web=$pid
@@ -27,7 +27,8 @@ cat >watch.py <<'END'
 import asyncio, json, sys, websockets
 
 async def main(url, token):
-    """One asks for eight long answers without waiting; another one watches. Prints how many came, and what the other was told."""
+    """One client sends eight requests with large responses at once, another one only listens. Prints the number of responses, and the
+    methods of the notifications to the other client."""
     ready = json.dumps({"token": token})
     async with websockets.connect(url, max_size=None) as greedy, websockets.connect(url) as other:
         for socket in greedy, other:
@@ -40,23 +41,23 @@ async def main(url, token):
             message = json.loads(await asyncio.wait_for(greedy.recv(), 20))
             answers += "result" in message
             assert "error" not in message, message
-        told = []
+        received = []
         try:
             while True:
-                told.append(json.loads(await asyncio.wait_for(other.recv(), 1)).get("method"))
+                received.append(json.loads(await asyncio.wait_for(other.recv(), 1)).get("method"))
         except asyncio.TimeoutError:
             pass
-        print(answers, told)
+        print(answers, received)
 
 asyncio.run(main(*sys.argv[1:]))
 END
-same "eight long answers, and the other" "$("$python" watch.py "ws${url#http}ws" "$token")" "8 []"
-same "state behind them" "$(state)" running
+same "eight large responses, and notifications to the other client" "$("$python" watch.py "ws${url#http}ws" "$token")" "8 []"
+same "state after them" "$(state)" running
 for axis in x y z; do
   same "seconds of $axis in memory" "$(api "api/gyro/rows?axis=$axis&seconds=300" | jq 'length >= 250')" true
 done
 
-# A prismd that hangs does not take the metrics of the others away: a scraper gives up after ten seconds.
+# A prismd that does not respond must not delay the metrics of the others: a scraper times out after 10 s.
 kill -STOP "$prismd"
 begin=$(date +%s%N)
 contains "/metrics" "$(api metrics)" 'prism_up{gyro="gyro"} 0'
@@ -64,7 +65,7 @@ took=$((($(date +%s%N) - begin) / 1000000))
 [ "$took" -lt 8000 ] || fail "/metrics took $took ms, expected less than 8000"
 kill -CONT "$prismd"
 
-# Strangers that hold every place make room for who has the token.
+# Unauthenticated connections in all slots are closed to admit a client with the token.
 cat >strangers.py <<'END'
 import socket, sys, time
 
@@ -82,7 +83,7 @@ wait_for 10 grep -q held strangers.out
 for _ in 1 2 3; do wait_for 1 running; done
 kill -9 "$pid"; wait "$pid" 2>/dev/null || true
 
-# Who may not stay is told why, and only who is wrong is told so: a page tries no more then.
+# A rejected client gets a code and the reason. After 1008 (no valid token) the page does not retry, so 1013 (too many clients) must differ.
 cat >told.py <<'END'
 import asyncio, json, sys, websockets
 
@@ -119,7 +120,7 @@ async def main(url, token):
 
 asyncio.run(main(*sys.argv[1:]))
 END
-same "what who may not stay is told" "$("$python" told.py "ws${url#http}ws" "$token" 2>&1)" 'wrong: 1008 its token is wrong
+same "codes and reasons of rejected clients" "$("$python" told.py "ws${url#http}ws" "$token" 2>&1)" 'wrong: 1008 its token is wrong
 none: 1008 it has no token
 no object: 1008 expected {"token": "…"} first
 bytes: 1003 found bytes, expected text
@@ -129,7 +130,7 @@ an id of 65 error
 one more: 1013 64 clients are connected, expected fewer
 when one went: ready True'
 
-# Eight wrong passwords at once of one address are no reason to call a right one wrong; once they end, it is admitted after their delay.
+# During eight wrong passwords from one address, the right one is not rejected as wrong; afterwards it is admitted after their delay.
 kill -TERM "$web"; wait "$web" || fail "exit code $?"
 openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout web.key -out web.crt -days 2 -subj /CN=localhost 2>/dev/null
 (umask 077; echo "look:$(echo 'a secret' | prismweb --hash-password)" >web.passwords)
@@ -143,11 +144,11 @@ sleep 0.1
 let_in() { [ "$(login 'a secret')" = 200 ]; }
 right=$(login 'a secret')
 wait "${guesses[@]}"
-case "$right" in 200|503) ;; *) fail "the right one was answered $right, expected 200, or 503 and another try" ;; esac
-same "answers to the wrong ones" "$(grep -vE '^(401|503)$' wrong.codes || true)" ""
+case "$right" in 200|503) ;; *) fail "the right password: found status $right, expected 200, or 503 (retry)" ;; esac
+same "other statuses of wrong passwords" "$(grep -vE '^(401|503)$' wrong.codes || true)" ""
 wait_for 15 let_in
 
-# A socket's file whose name is no instance's is ignored with one line, and /metrics stays valid for the others.
+# A socket file with an invalid instance name is ignored with one line, and /metrics stays valid for the others.
 mkdir -p prismd
 touch prismd/$'bad\xff.sock' prismd/$'bad\nline.sock' prismd/fine.sock
 echo '{"listen": "127.0.0.1:0", "state": ""}' >all.json
@@ -156,5 +157,5 @@ wait_for 5 grep -q token= names.out
 sleep 4.5
 url=$(sed 's/#.*//' names.out) token=$(program_token names.out)
 same "instances" "$(api api/instances | jq -c '[.[].name] | map(select(test("bad|fine")))')" '["fine"]'
-api metrics | iconv -f utf-8 -t utf-8 >/dev/null || fail "/metrics is no UTF-8"
-same "lines on them" "$(grep -c 'ignored: .*bad' names.err)" 2
+api metrics | iconv -f utf-8 -t utf-8 >/dev/null || fail "/metrics is invalid UTF-8"
+same "messages about invalid names" "$(grep -c 'ignored: .*bad' names.err)" 2

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-# TLS of prismweb: which ciphers it offers, which keys it refuses, what it prints of a certificate's validity.
+# TLS of prismweb: offered ciphers, rejected keys, and warnings about the validity of a certificate.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH
 cd "$dir"
 export XDG_RUNTIME_DIR=$dir
 umask 077
-# certificate NAME ALGORITHM [OPTIONS OF x509]: NAME.key, and NAME.crt that it signs itself.
+# certificate NAME ALGORITHM [OPTIONS OF x509]: writes NAME.key and the self-signed NAME.crt.
 certificate() {
   local name=$1 algorithm=$2
   openssl genpkey -algorithm $algorithm -out "$name.key" 2>/dev/null
@@ -16,7 +16,7 @@ certificate rsa "RSA -pkeyopt rsa_keygen_bits:2048" -days 400
 certificate ec "EC -pkeyopt ec_paramgen_curve:P-256" -days 400
 certificate soon "EC -pkeyopt ec_paramgen_curve:P-256" -days 12
 tls_config() { echo "{\"listen\": \"127.0.0.1:0\", \"instances\": \"$dir/none.sock\", \"state\": \"\", \"tls\": {\"certificate\": \"$1.crt\", \"key\": \"${2:-$1}.key\"}}" >web.json; }
-# check: exit code and output of --check. Without a terminal's answer an encrypted key must not make it wait.
+# check: prints exit code and output of --check. It has no terminal: it must not wait for the passphrase of an encrypted key.
 check() { code=0; out=$(timeout 10 setsid prismweb --config web.json --check 2>&1 </dev/null) || code=$?; echo "$code $out"; }
 
 for name in rsa ec; do
@@ -24,7 +24,7 @@ for name in rsa ec; do
   start web prismweb --config web.json
   wait_for 10 grep -q https: web.out
   port=$(sed 's|.*:\([0-9]*\)/.*|\1|' web.out)
-  # handshake OPTIONS...: the cipher that was agreed on, or "refused".
+  # handshake OPTIONS...: prints the agreed cipher, or "refused".
   handshake() { openssl s_client -connect "127.0.0.1:$port" "$@" </dev/null 2>/dev/null | sed -n 's/^ *Cipher *: \([^0].*\)/\1/p; s/^New, .*Cipher is \(.*\)/\1/p' | grep -v NONE | head -1 | grep . || echo refused; }
   authentication=$([ $name = rsa ] && echo RSA || echo ECDSA)
   contains "$name: TLS 1.3" "$(handshake -tls1_3)" TLS_
@@ -36,7 +36,7 @@ for name in rsa ec; do
   done
   same "$name: TLS 1.1" "$(handshake -tls1_1 -cipher ALL:@SECLEVEL=0)" refused
   contains "HSTS" "$(curl -skI "https://127.0.0.1:$port/")" "Strict-Transport-Security: max-age=31536000"
-  [ ! -s web.err ] || fail "a good certificate: found '$(cat web.err)', expected no word"
+  [ ! -s web.err ] || fail "a valid certificate: found '$(cat web.err)', expected no message"
   kill -TERM "$pid"; wait "$pid" || fail "exit code $?"
 done
 
@@ -52,14 +52,14 @@ same "an encrypted key" "$(check)" "78 prismweb: $dir/locked.key: is encrypted, 
 tls_config ec soon
 contains "the key of another certificate" "$(check)" "78 prismweb: $dir/soon.key: "
 tls_config rsa ec
-same "a key of another kind" "$(check)" "78 prismweb: $dir/ec.key: is not the key of $dir/rsa.crt"
+same "a key of another type" "$(check)" "78 prismweb: $dir/ec.key: is not the key of $dir/rsa.crt"
 
 # Validity.
 tls_config soon
-contains "a certificate that ends soon" "$(check)" "prismweb: warning: $dir/soon.crt: expires on "
+contains "a certificate that expires soon" "$(check)" "prismweb: warning: $dir/soon.crt: expires on "
 mkdir ca && touch ca/index && echo 01 >ca/serial
 printf '[ca]\ndefault_ca=own\n[own]\ndatabase=ca/index\nserial=ca/serial\nnew_certs_dir=ca\ndefault_md=sha256\nunique_subject=no\npolicy=any\n[any]\ncommonName=supplied\n' >ca.cnf
-# valid NAME FROM TO: a certificate of ec.key with these ends of its validity.
+# valid NAME FROM TO: writes a certificate for ec.key with this validity period.
 valid() { openssl ca -config ca.cnf -batch -selfsign -keyfile ec.key -in ec.csr -startdate "$(date -u -d "$2" +%Y%m%d%H%M%SZ)" -enddate "$(date -u -d "$3" +%Y%m%d%H%M%SZ)" -out "$1.crt" -notext 2>/dev/null; }
 valid expired '-90 days' '-3 days'
 tls_config expired ec

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# 100 addresses of this host guess passwords of prismweb; clients at new addresses, with right ones, are let in within 3 s.
+# While 100 addresses of this host guess passwords of prismweb, clients at new addresses with the right password log in within 3 s.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH
 cd "$dir"
@@ -20,7 +20,7 @@ plain = ssl._create_unverified_context()
 answers, guesses, right_s = collections.Counter(), 0, []
 
 async def login(address, name, password):
-    """The status that a client at this address of the loopback interface is answered."""
+    """Returns the response status for a client at this address of the loopback interface."""
     code = base64.b64encode(f"{name}:{password}".encode()).decode()
     reader, writer = await asyncio.open_connection("127.0.0.1", port, ssl=plain, local_addr=(address, 0))
     try:
@@ -30,7 +30,7 @@ async def login(address, name, password):
         writer.close()
 
 async def guess(i, until):
-    """Up to LIMIT guesses of all guessers together; two at once from each address."""
+    """Guesses wrong passwords until `until`, or until all guessers together made LIMIT guesses. Two run at once per address."""
     global guesses
     while time.monotonic() < until and guesses < LIMIT:
         guesses += 1
@@ -52,12 +52,12 @@ async def main():
         await asyncio.sleep(4)
     for task in guessers:
         task.cancel()
-    print("guessers were answered", dict(answers))
+    print("responses to the guessers:", dict(answers))
     assert all(status == 200 and seconds < 3 for status, seconds in right_s), right_s
     assert answers[200] == 0 and 2 * GUESSERS <= guesses < LIMIT, (answers, guesses)
 
 asyncio.run(main())
 END
-python3 guess.py "$port" || fail "a client with the right password was kept out"
-[ "$(awk '/^VmHWM/{print $2}' "/proc/$web/status")" -lt 65536 ] || fail "prismweb held $(grep VmHWM "/proc/$web/status")"
+python3 guess.py "$port" || fail "a client with the right password was not admitted within 3 s"
+[ "$(awk '/^VmHWM/{print $2}' "/proc/$web/status")" -lt 65536 ] || fail "prismweb used $(grep VmHWM "/proc/$web/status"), expected less than 64 MiB"
 kill -TERM "$web"; wait "$web" || fail "exit code $?"
