@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""What a person does with the page: mouse, keys, saving; and what the charts then show."""
+"""User actions on the page (mouse, touch, keys, saving), and the data that the charts show."""
 import csv
 import glob
 import os
 
 
 def place(browser, part):
-    """A point of the first chart's plot, in pixels of the page: 0 its left edge, 1 its right."""
+    """Returns a point in the first chart's plot, in pixels of the page. `part`: 0 is the left edge, 1 the right edge."""
     left, width, top = browser.run("const p=document.querySelector('.plot').getBoundingClientRect(); return [p.left+78, p.width-92, p.top+60]")
     return left + part * width, top
 
@@ -29,7 +29,7 @@ def touch(browser, kind, *points):
 
 
 def slide(browser, begins, ends):
-    """Fingers from where to where, in pixels of the page."""
+    """Moves one or more fingers from the points `begins` to the points `ends`, in pixels of the page."""
     between = lambda part: [tuple(a + (b - a) * part for a, b in zip(begin, end)) for begin, end in zip(begins, ends)]
     touch(browser, "touchStart", *begins)
     for step in range(1, 11):
@@ -47,7 +47,7 @@ def pinch(browser, left, right, left_end, right_end):
 
 
 def shown(browser):
-    """Span of what the charts show, in seconds, as their description says it to a screen reader."""
+    """Returns begin and end of the charts' time range, in seconds, as text."""
     return [browser.one(".strips").get_attribute(name) or "nan" for name in ("data-from", "data-to")]
 
 
@@ -71,13 +71,13 @@ def key(browser, text, modifiers=0):
 
 
 def holes(table):
-    """The times behind which seconds are missing."""
+    """Returns the times of the rows after which seconds are missing."""
     times = [float(row["time_s"]) for row in table]
     return [before for before, after in zip(times, times[1:]) if after - before > 1]
 
 
 def saved_file(browser, label, ending):
-    """The bytes that a button saves. Chromium makes the file empty and fills it later."""
+    """Clicks the button `label`; returns the bytes that it saves. Waits for content, because Chromium first creates an empty file."""
     pattern = os.path.join(browser.files, "*" + ending)
     for old in glob.glob(pattern):
         os.remove(old)
@@ -88,7 +88,7 @@ def saved_file(browser, label, ending):
 
 
 def saved_table(browser):
-    """Rows of the charts' current data, saved by the button CSV."""
-    browser.wait("rows to be saved", lambda: browser.one("[aria-label='save the charts\\' rows as a table']").is_enabled())
+    """Returns the rows that the button CSV saves."""
+    browser.wait("the button CSV", lambda: browser.one("[aria-label='save the charts\\' rows as a table']").is_enabled())
     table = saved_file(browser, "save the charts\\' rows as a table", ".csv").decode()
     return list(csv.DictReader(line for line in table.splitlines() if not line.startswith("#")))

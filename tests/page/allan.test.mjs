@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The page's Allan deviation: against `prismcal allan`, whose answer stands in allan.json, and against what theory says of noise.
-// allan.csv is simulated: white noise of 0.06 deg/h, a random walk of 0.0008 deg/h a second, five seconds missing. The answer again:
+// Compares the page's Allan deviation with `prismcal allan` (its result is in allan.json) and with the theory of noise.
+// allan.csv is simulated: white noise of 0.06 deg/h, a random walk of 0.0008 deg/h per second, five missing seconds. To update allan.json:
 // prismcal allan tests/page/allan.csv --grid dense --json | jq -c '{values,holes,runs,tau0_s,points:[.points[]|{m,deviation:.deviation_deg_per_h,clusters}]}'
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -10,27 +10,27 @@ const { allanDeviation, clusterSizes } = await import(new URL("../../tools/prism
 const { evenly } = await import(new URL("../../tools/prismweb/page/allan_view.js", import.meta.url));
 const near = (found, expected, relative, what) => assert.ok(Math.abs(found / expected - 1) < relative, `${what}: ${found}, expected ${expected}`);
 
-test("the same numbers as prismcal allan, with a hole in the record", () => {
+test("the results are those of prismcal allan, for a record with a gap", () => {
   const golden = JSON.parse(readFileSync(new URL("allan.json", import.meta.url)));
   const lines = readFileSync(new URL("allan.csv", import.meta.url), "utf8").trimEnd().split("\n").slice(1);
   const rates = lines.map((line) => (line.endsWith(",") ? NaN : Number(line.split(",")[1])));
-  assert.ok(rates.includes(NaN) && golden.runs === 2, "the record has its hole");
+  assert.ok(rates.includes(NaN) && golden.runs === 2, "the record has a gap");
   const points = allanDeviation(rates, golden.tau0_s);
   assert.deepEqual(points.map(({ m, clusters }) => [m, clusters]), golden.points.map(({ m, clusters }) => [m, clusters]));
   points.forEach((point, i) => near(point.deviation, golden.points[i].deviation, 1e-9, `m = ${point.m}`));
 });
 
-/** Park and Miller's generator, and twelve of it for one of nearly a normal distribution. */
+/** Nearly normal noise: the sum of twelve values of Park and Miller's generator, minus 6. */
 function noise(seed) {
   let state = seed;
   const even = () => (state = (state * 48271) % 2147483647) / 2147483647;
   return () => Array.from({ length: 12 }, even).reduce((a, b) => a + b) - 6;
 }
 
-test("white noise falls by 1/sqrt(tau), from its own standard deviation", () => {
+test("white noise falls with 1/sqrt(tau), beginning at its standard deviation", () => {
   const random = noise(1), rates = Array.from({ length: 40000 }, () => 8 + 0.06 * random());
   const points = allanDeviation(rates, 1, [1, 4, 16, 64, 256]);
-  // the estimate's own spread, 1/sqrt(2 · clusters), three times
+  // limit: three standard deviations of the estimate, 1/sqrt(2 · clusters) each
   for (const { m, deviation, clusters } of points) near(deviation, 0.06 / Math.sqrt(m), 3 / Math.sqrt(2 * clusters), `m = ${m}`);
 });
 
@@ -39,15 +39,15 @@ test("a ramp rises with tau: slope · tau / sqrt(2)", () => {
   for (const { tau_s, deviation } of points) near(deviation, (0.01 * tau_s) / Math.SQRT2, 1e-9, `tau ${tau_s}`);
 });
 
-test("too little gives no point, and a record of unknowns neither", () => {
+test("a record that is too short or has no known value gives no point", () => {
   for (const rates of [[], [1], [1, 2], [NaN, NaN, NaN, NaN]]) assert.deepEqual(allanDeviation(rates, 1), []);
   assert.deepEqual(clusterSizes(9), [1, 2, 3]);
 });
 
-test("rows become evenly spaced values, with a hole where a row is missing", () => {
+test("rows become evenly spaced values, NaN for a missing row", () => {
   const rows = [0, 10, 40, 50].map((end_s) => ({ time_s: end_s + 0.5, seconds: 10, raw_1s: end_s === 50 ? undefined : [0, end_s, 0] }));
   assert.deepEqual(evenly(rows, 10, "raw_1s"), [0, 10, NaN, NaN, 40, NaN]);
   rows[1].seconds = 8;
   rows[2].seconds = 9;
-  assert.deepEqual(evenly(rows, 10, "raw_1s"), [0, NaN, NaN, NaN, 40, NaN], "a step that is not whole is a hole");
+  assert.deepEqual(evenly(rows, 10, "raw_1s"), [0, NaN, NaN, NaN, 40, NaN], "an incomplete step is a gap");
 });

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Debian's chromium without a screen, for the tests of the page: what they wait for, what they must never see, pictures of it."""
+"""Headless Chromium (Debian's) for the tests of the page: waiting for conditions, console messages, screenshots."""
 import os
 import tempfile
 import time
@@ -13,7 +13,7 @@ QUIET = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "-
 
 
 class Browser:
-    """A chromium of its own, with an empty profile that goes with it."""
+    """A separate Chromium with an empty profile, which close() deletes."""
 
     def __init__(self, width=1600, height=1000, dark=False, pictures=None):
         self.profile = tempfile.TemporaryDirectory(prefix="prism-chromium.", ignore_cleanup_errors=True)
@@ -49,15 +49,15 @@ class Browser:
 
     def one(self, selector):
         found = self.all(selector)
-        assert found, f"nothing is {selector}"
+        assert found, f"found no element {selector}"
         return found[0]
 
     def text(self, selector):
-        """As it stands in the document, also where a style would show it otherwise."""
+        """Returns the text in the document, without the effects of styles; None if there is no such element."""
         return self.run("return document.querySelector(arguments[0])?.textContent ?? null", selector)
 
     def wait(self, what, condition, seconds=10):
-        """Until condition() is true; says what did not come about."""
+        """Waits until condition() is true and returns its value. The error message names `what`."""
         deadline = time.monotonic() + seconds
         while True:
             found = condition()
@@ -79,7 +79,7 @@ class Browser:
             self.size(size[0], size[2])
 
     def complaints(self):
-        """What the console said, but for the cuts that a test made itself (self.allowed)."""
+        """Returns the console messages, except those that the tests expect (self.allowed)."""
         self.said += [entry["message"] for entry in self.driver.get_log("browser")]
         return [text for text in self.said if not any(part in text for part in self.allowed)]
 

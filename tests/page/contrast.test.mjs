@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the style sheet's colours are to the eye: contrasts of WCAG 2, AA: 4.5 for text, 3 for lines.
+// Contrasts of the style sheet's colours, with the limits of WCAG 2, AA: 4.5 for text, 3 for lines.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
@@ -11,7 +11,7 @@ const light = coloursOf(rule(":root")), themes = { light, dark: { ...light, ...c
 
 const channels = (hex) => (hex.length === 3 ? [...hex].map((digit) => digit + digit) : hex.match(/../g)).map((two) => parseInt(two, 16) / 255);
 const luminance = (rgb) => rgb.map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4)).reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
-/** Of a colour on a ground, seen through so much of it. */
+/** Contrast of a colour with this opacity on a background. */
 function contrast(fore, ground, opacity = 1) {
   const back = channels(ground), seen = channels(fore).map((c, i) => c * opacity + back[i] * (1 - opacity));
   const [a, b] = [luminance(seen), luminance(back)].sort((x, y) => y - x);
@@ -19,16 +19,16 @@ function contrast(fore, ground, opacity = 1) {
 }
 const opacityOf = (selector) => Number(rule(selector).match(/opacity: *([.0-9]+)/)?.[1] ?? 1);
 
-test("every text can be read, in light and in dark", () => {
+test("all texts have enough contrast, in the light and the dark theme", () => {
   const texts = [["ink", "paper"], ["ink", "card"], ["ink", "press"], ["ink", "bad-paper"], ["faint", "paper"], ["faint", "card"], ["faint", "bad-paper"], ["good", "card"],
     ["care", "card"], ["care", "paper"], ["bad", "card"], ["bad", "bad-paper"], ["bad", "paper"], ["good", "paper"]];
   const poor = Object.entries(themes).flatMap(([theme, of]) => texts.filter(([fore, ground]) => contrast(of[fore], of[ground]) < 4.5)
     .map(([fore, ground]) => `${theme}: ${fore} on ${ground} ${contrast(of[fore], of[ground]).toFixed(2)}`));
   assert.deepEqual(poor, []);
-  assert.ok(contrast("fff", light.bad) >= 4.5 && contrast(themes.dark.ink ? "14191e" : "", themes.dark.bad) >= 4.5, "the alarm's");
+  assert.ok(contrast("fff", light.bad) >= 4.5 && contrast(themes.dark.ink ? "14191e" : "", themes.dark.bad) >= 4.5, "the alarm");
 });
 
-test("every line can be seen, also where it is dimmed as it is old or waits; the scales' numbers are never dimmed", () => {
+test("all lines have enough contrast, also when dimmed as stale or loading; the numbers of the scales are never dimmed", () => {
   const opacity = Math.min(opacityOf(".old .plot canvas"), opacityOf('.strips[aria-busy="true"] .plot canvas'));
   const lines = ["raw", "corrected", "bias", "temperature", "slope", "uhfo", "samples", "mark", "bad"];
   const poor = Object.entries(themes).flatMap(([theme, of]) => lines.filter((name) => contrast(of[name], of.card, opacity) < 3)

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What the page costs the browser, traced in Debian's chromium; judges nothing.
+"""Measures time and memory of the page in Debian's Chromium. A benchmark, not a test: it has no limits.
 
-usage: figures.py [paint | work | memory | days] [--programs FOLDER]; prismsim, prismd and prismweb of that build tree; without: the stand-in
-paint: from asking for the page until an hour, then 30 days, of one gyro are drawn, five times each
-work: the renderer's main thread while an hour is looked at, a minute long: processor time of its tasks, and of all within a second
-memory: heap and elements after each five minutes: two real hours of the programs, the first of
-which fills the charts; one of the stand-in, whose charts are full, at 20 times the pace
-days: 30 days of prismd's log: how long prismweb builds its minutes, how large they are, how long `range` takes, and from pressing "30 d" until
-they are drawn
+usage: figures.py [paint | work | memory | days] [--programs BUILD]
+--programs: prismsim, prismd and prismweb of this build directory; default: the fake server (not for days)
+paint: time from the request of the page until an hour of one gyro is drawn, and from the key "30 d" until 30 days are; five times each
+work: CPU time of the renderer's main thread during one minute of a view of an hour, per task and per second
+memory: heap and elements every five minutes: two hours with the programs, of which the first fills the charts; or one hour of data
+from the fake server, at 20 times the speed, with full charts
+days: with 30 days in prismd's log: time to build prismweb's minutes, their size, time of `range`, time from the key "30 d" until drawn
 """
 import argparse
 import asyncio
@@ -34,7 +34,7 @@ def quantile(values, share):
 
 
 def told(name, values):
-    print(f"{name}: median {quantile(values, 0.5):.1f} ms, p95 {quantile(values, 0.95):.1f} ms, most {max(values):.1f} ms, {len(values)} of them")
+    print(f"{name}: median {quantile(values, 0.5):.1f} ms, p95 {quantile(values, 0.95):.1f} ms, maximum {max(values):.1f} ms, n = {len(values)}")
 
 
 def watch(browser):
@@ -48,7 +48,7 @@ def paint(browser, url, name, axis):
     for what, digit in (("an hour", "4"), ("30 days", "8")):
         times = []
         for _ in range(5):
-            browser.driver.refresh()  # on the gyro's own address: what a person waits for
+            browser.driver.refresh()  # at the address of the gyro, as a user would
             browser.wait("charts", lambda: browser.run(DRAWN), 20)
             if digit == "4":
                 times.append(browser.run(DRAWN))
@@ -58,7 +58,7 @@ def paint(browser, url, name, axis):
 
 
 async def traced(address, seconds):
-    """Chromium's trace events of so many seconds."""
+    """Returns Chromium's trace events of this number of seconds."""
     with urllib.request.urlopen(f"http://{address}/json/version") as answer:
         url = json.load(answer)["webSocketDebuggerUrl"]
     events = []
@@ -85,11 +85,11 @@ def work(browser, url, name, axis, seconds=60):
     tasks = [e for e in events if e["name"] == "RunTask" and e["ph"] == "X" and (e["pid"], e["tid"]) in mains]
     busiest = max({e["pid"] for e in tasks}, key=lambda pid: sum(e["dur"] for e in tasks if e["pid"] == pid))
     tasks = [(e["ts"] / 1e6, e["tdur"] / 1e3) for e in tasks if e["pid"] == busiest]
-    told("main thread, tasks of 0.1 ms and more", [ms for _, ms in tasks if ms >= 0.1])
+    told("main thread, tasks of at least 0.1 ms", [ms for _, ms in tasks if ms >= 0.1])
     sums = {}
     for at_s, ms in tasks:
         sums[int(at_s)] = sums.get(int(at_s), 0) + ms
-    told("main thread, all tasks within a second", list(sums.values()))
+    told("main thread, all tasks of a second", list(sums.values()))
     for entry in ("prism-chart", "prism-update"):
         told(f"{entry}, script", [ms for what, _, ms in browser.run("return window.spent") if what == entry])
 
@@ -107,7 +107,7 @@ def memory(browser, url, name, axis, speed, minutes):
 
 
 def thirty_days_drawn(browser):
-    """From pressing "30 d" until the rows are drawn, in ms."""
+    """Returns the time from the key "30 d" until the rows are drawn, in ms."""
     browser.run("window.spent = []; window.begin = performance.now()")
     key(browser, "8")
     drawn = lambda: "30 d until" in browser.one(".chart").get_attribute("aria-label") and browser.run("return window.spent.filter((e) => e[0] === 'prism-drawn').at(-1)?.[2] ?? null")
@@ -116,7 +116,7 @@ def thirty_days_drawn(browser):
 
 
 def ranges(world):
-    """The time of `range` over 30 days, from hours and from minutes."""
+    """Prints the time of `range` over 30 days, from hours and from minutes."""
     port = urllib.parse.urlsplit(world.url).port
     with open(f"{world.path}/prismweb-{port}.token") as file:
         header = {"Authorization": f"Bearer {file.read().strip()}"}
@@ -138,22 +138,23 @@ def days(browser, world):
     browser.open(world.url)
     open_gyro(browser, "gyro1", "z")
     key(browser, "8")
-    said = {browser.wait("how far it is", lambda: browser.text(".busy"))}
+    said = {browser.wait("the progress", lambda: browser.text(".busy"))}
     while "being built" in (browser.text(".busy") or ""):
         said.add(browser.text(".busy"))
         time.sleep(0.2)
-    print(f"minutes of {world.rows()} rows: built after {time.monotonic() - begin:.1f} s, {world.stored_bytes() / 1024:.0f} KiB; the page said {len(said)} times how far")
+    print(f"minutes of {world.rows()} rows: built after {time.monotonic() - begin:.1f} s, {world.stored_bytes() / 1024:.0f} KiB; "
+          f"the page showed {len(said)} progress texts")
     ranges(world)
     times = []
     for _ in range(5):
         browser.driver.refresh()
         browser.wait("charts", lambda: browser.run(DRAWN), 20)
         times.append(thirty_days_drawn(browser))
-    told("30 days of the programs", times)
+    told("30 days with the programs", times)
 
 
 def hour_of_rows(programs):
-    """The real programs, when an hour of rows is in prismd's log; the gyro then goes on."""
+    """Starts the real programs; returns when prismd's log has an hour of rows. The gyro keeps running."""
     world = Real(programs, hurry=True)
     while world.rows() < 3700:
         time.sleep(0.5)

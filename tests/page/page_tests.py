@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The page in Debian's chromium. usage: page_tests.py PICTURES-FOLDER PROGRAMS-FOLDER"""
+"""Tests the page in Debian's Chromium. usage: page_tests.py PICTURES_DIRECTORY BUILD_DIRECTORY"""
 import sys
 import time
 import traceback
@@ -19,7 +19,7 @@ def run(tests, world, browser):
         try:
             test(browser, world)
             complaints = browser.complaints()
-            assert not complaints, f"the console said: {complaints}"
+            assert not complaints, f"unexpected console messages: {complaints}"
             print(f"ok      {test.__name__} ({time.monotonic() - begin:.1f} s)", flush=True)
         except Exception:
             failed += 1

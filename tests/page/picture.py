@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""A picture of one gyro's page as it stands. usage: picture.py URL NAME AXIS KEY-OF-THE-SPAN FILE.png"""
+"""Saves a screenshot of one axis. usage: picture.py URL GYRO AXIS SPAN_KEY FILE.png; SPAN_KEY: 4 (1 h), 5 (6 h) or 6 (24 h)"""
 import os
 import sys
 
@@ -20,7 +20,7 @@ def main():
         browser.wait("charts", lambda: browser.all(".chart"), 20)
         key(browser, span)
         browser.wait("the span", lambda: span_of(browser) >= 0.9 * SPAN_S[span], 20)
-        browser.wait("that nothing is under way", lambda: not browser.text(".busy"), 30)
+        browser.wait("the end of loading", lambda: not browser.text(".busy"), 30)
         browser.wait("a state", lambda: "connected" in browser.text("header"), 20)
         browser.picture(os.path.splitext(picture)[0])
     finally:

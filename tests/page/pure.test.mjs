@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the page computes, without a browser.
+// Computations of the page, without a browser.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
@@ -9,7 +9,7 @@ const format = await from("charts/format.js"), quality = await from("quality.js"
 const { Steps, indexAt, stepFor, tableOf } = await from("steps.js");
 const { stepsOf } = await from("range.js"), { TimeView, kGreatest_s } = await from("time_view.js");
 
-test("an unknown number is a dash, and no number is minus zero", () => {
+test("an unknown number is a dash, and zero has no minus sign", () => {
   for (const unknown of [null, undefined, NaN, Infinity, "8"]) assert.equal(format.fixed(unknown, 3), "–");
   assert.equal(format.fixed(-0.0001, 2), "0.00");
   assert.equal(format.fixed(-1.5, 1), "\u22121.5");
@@ -18,7 +18,7 @@ test("an unknown number is a dash, and no number is minus zero", () => {
   assert.equal(format.plusMinus(0.01, 0.004, 3), "0.010 ± 0.004");
 });
 
-test("spans, moments and file names", () => {
+test("formats of spans, times, file names and decimals", () => {
   assert.deepEqual([0.04, 59.9, 200, 3600, 7260, 90000].map(format.span), ["0.0 s", "59 s", "3 min 20 s", "1 h", "2 h 1 min", "1 d 1 h"]);
   assert.equal(format.moment(1795455900), "2026-11-23 17:45:00");
   assert.equal(format.fileName("../a<script>/ö b"), "a-script-b");
@@ -26,7 +26,7 @@ test("spans, moments and file names", () => {
   assert.deepEqual([0.01, 3, 250].map(format.decimalsFor), [4, 2, 0]);
 });
 
-test("the worst reason of a quality decides, and one that nobody knows is not good", () => {
+test("the worst reason of a quality decides; an unknown reason is caution", () => {
   assert.equal(quality.meaningOfQuality("good"), "good");
   assert.equal(quality.meaningOfQuality("warming+no_model"), "care");
   assert.equal(quality.meaningOfQuality("extrapolating+rate_invalid"), "bad");
@@ -36,35 +36,35 @@ test("the worst reason of a quality decides, and one that nobody knows is not go
 
 const second = (time_s, rate, more) => ({ axis: "z", time_s, samples: 200, missing: 0, rate_deg_per_h: rate, corrected_deg_per_h: rate, quality: "good", ...more });
 
-test("live seconds fold into the step that they end in, with least, mean and greatest", () => {
+test("live seconds are added to the step in which they end, with minimum, mean and maximum", () => {
   const steps = new Steps(5);
   for (const [time_s, rate] of [[101, 1], [102, 2], [105, 6], [106, 7]]) assert.equal(steps.push(second(time_s, rate)), true);
   assert.deepEqual(steps.rows.map((row) => [row.end_s, row.time_s, row.seconds, row.raw_1s]), [[105, 103, 3, [1, 3, 6]], [110, 108, 1, [7, 7, 7]]]);
-  assert.equal(steps.push(second(99, 1)), false, "a clock that was set back is told");
+  assert.equal(steps.push(second(99, 1)), false, "a clock that was set back returns false");
 });
 
-test("temperature and UHFO are the second's own, of an older prismd the window's", () => {
+test("temperature and UHFO are those of the second, or the window's means from an older prismd", () => {
   const steps = new Steps(1), own = { temperature_degc: 25, uhfo_v: 5.4 }, mean = { mean_temperature_degc: 24, mean_uhfo_v: 5.3 };
   for (const [i, more] of [{ ...own, ...mean }, mean, { ...mean, temperature_degc: null, uhfo_v: null }].entries()) steps.push(second(i + 1, 1, more));
   assert.deepEqual(steps.rows.map((row) => [row.temperature?.[1], row.uhfo?.[1]]), [[25, 5.4], [24, 5.3], [undefined, undefined]]);
 });
 
-test("steps longer than a second say what they do not have, and coarser ones of them, too", () => {
+test("steps longer than a second mark their unknown parts, and so do coarser steps made of them", () => {
   const columns = ["time_s", "rate_min", "rate_max", "bias_min", "bias_max", "rate_mean", "corrected_mean"], rows = [[10, 1, 3, 1, 3, 2, 2]];
   const { parts } = stepsOf({ columns, rows, step_s: 10 });
   assert.deepEqual([parts.raw_1s, parts.bias, parts.sd, parts.samples], [[true, true, true], [true, false, true], [false, false, true], [false, true, false]]);
   assert.deepEqual(stepsOf({ columns, rows, step_s: 10 }).coarser(30).parts, parts);
-  assert.deepEqual(stepsOf({ columns, rows, step_s: 1 }).coarser(30).parts, {}, "of seconds all is known");
+  assert.deepEqual(stepsOf({ columns, rows, step_s: 1 }).coarser(30).parts, {}, "all parts of seconds are known");
 });
 
-test("an unknown rate leaves the mean of the others alone", () => {
+test("an unknown rate is not included in the mean", () => {
   const steps = new Steps(1);
   steps.push(second(1, null, { quality: "rate_invalid" }));
   assert.equal(steps.rows[0].raw_1s, undefined);
   assert.equal(steps.rows[0].good, 0);
 });
 
-test("a running mean is that of its seconds, is unknown where half of them are, and ends at a hole", () => {
+test("a running mean is the mean of its seconds, is unknown if more than half of them are, and does not span a gap", () => {
   const steps = new Steps(1);
   for (let t = 1; t <= 10; t++) steps.push(second(t, t));
   for (let t = 30; t <= 33; t++) steps.push(second(t, 100));
@@ -72,7 +72,7 @@ test("a running mean is that of its seconds, is unknown where half of them are, 
   assert.deepEqual(steps.rows.map((row) => row.raw?.[1]), [undefined, 1.5, 2, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, undefined, 100, 100, 100]);
 });
 
-test("a window's corrected rate is its mean less the bias in force; of steps whose bias has no mean, the mean of what was corrected", () => {
+test("a window's corrected rate is its mean minus the current bias, or the mean of the corrected rates if the bias has no mean", () => {
   const steps = new Steps(1);
   for (const [time_s, bias] of [[1, null], [2, 0.1], [3, 0.1], [4, 0.3]]) {
     steps.push(second(time_s, 10 + time_s, { bias_deg_per_h: bias, corrected_deg_per_h: bias === null ? null : 10 + time_s - bias }));
@@ -85,7 +85,7 @@ test("a window's corrected rate is its mean less the bias in force; of steps who
   assert.deepEqual(steps.rows.map((row) => close(row.corrected)), [undefined, undefined, 12.4, 12.833333333]);
 });
 
-test("seconds become coarser steps with their true means, also of seconds that were not known", () => {
+test("coarser steps have the true means of their seconds, without unknown ones", () => {
   const steps = new Steps(1);
   for (let t = 1; t <= 9; t++) steps.push(second(t, t === 7 ? null : t, { quality: t > 5 ? "warming" : "good" }));
   const rows = steps.coarser(5).rows;
@@ -94,7 +94,7 @@ test("seconds become coarser steps with their true means, also of seconds that w
   assert.deepEqual([100, 3700, 5000, 1e6].map((seconds) => stepFor(seconds, 500)), [1, 10, 10, 120]);
 });
 
-test("no line is drawn over a hole, and a band is so many sd wide", () => {
+test("no line is drawn across a gap, and a band has the given number of sd on both sides", () => {
   const rows = [1, 2, 9].map((time_s) => ({ time_s, bias: [1, 1, 1], sd: [0.5, 0.5, 0.5] }));
   const table = tableOf(rows, 1, [{ key: "bias", band: "sd", times: 2 }]);
   assert.deepEqual(table.map((row) => row[0]), [1000, 2000, 3000, 9000]);
@@ -104,18 +104,18 @@ test("no line is drawn over a hole, and a band is so many sd wide", () => {
   assert.equal(indexAt([], 1), -1);
 });
 
-test("rows of `range` are read by the names of their columns, whatever their order", () => {
+test("rows of `range` are read by column name, in any order", () => {
   const answer = { step_s: 10, columns: ["good", "new_one", "rate_max", "rate_min", "time_s", "seconds", "samples", "missing", "sd_max"], rows: [[9, 7, 3, 1, 110, 10, 2000, 20, null]] };
   const steps = stepsOf(answer), [row] = steps.rows;
   assert.deepEqual([row.raw_1s, row.corrected_1s, row.samples[1], row.missing[1], row.good, row.end_s, row.time_s, row.sd], [[1, 2, 3], undefined, 200, 2, 9, 110, 105.5, undefined]);
-  assert.equal(steps.hasMeans, false, "the middle of least and greatest is no mean");
+  assert.equal(steps.hasMeans, false, "the middle of minimum and maximum is not a mean");
   const means = stepsOf({ ...answer, columns: [...answer.columns, "rate_mean", "corrected_mean"], rows: [[...answer.rows[0], 1.2, null]] });
   assert.deepEqual([means.hasMeans, means.rows[0].raw_1s], [true, [1, 1.2, 3]]);
   means.push(second(110.5, 5));
   assert.equal(means.rows.length, 2);
 });
 
-test("the window of time follows the present until it is moved, and again when it reaches it", () => {
+test("the time range follows the current time until it is moved, and again when it reaches the current time", () => {
   let changes = 0;
   const view = new TimeView(100, () => 1000, () => changes++);
   assert.deepEqual(view.range(), [900, 1000]);
@@ -140,7 +140,7 @@ function gyroOf(status) {
   return gyro;
 }
 
-test("what is not of now is said to be old, for each reason that there is", () => {
+test("stale values are marked as old, for each reason", () => {
   const gyro = gyroOf({ axis: "z", state: "receiving", quality: "good" }), axis = gyro.axes.get("z");
   state.takeWindow(gyro, second(10, 1), 5000);
   const now = (linked, now_ms) => state.judge(gyro, axis, linked, now_ms);
@@ -155,21 +155,21 @@ test("what is not of now is said to be old, for each reason that there is", () =
   assert.deepEqual([now(true, 6000).word, now(true, 6000).meaning], ["stopped", "care"]);
 });
 
-test("a row without a time is no row: of a gyro that is silent the status has one of nulls", () => {
+test("a row without a time is ignored: the status of a gyro without data has a row of nulls", () => {
   const gyro = gyroOf({ axis: "z", state: "connecting", quality: "no_data", window: { axis: "z", time_s: null, rate_deg_per_h: null } });
   assert.equal(gyro.axes.get("z").window, null);
   state.takeStatus(gyro, { axis: "z", state: "receiving", quality: "good", age_s: 0.5, window: second(10, 1) }, 1000);
   assert.equal(gyro.axes.get("z").window.time_s, 10);
 });
 
-test("the age of a line that was silent before the page was opened is the status's", () => {
+test("the age of a line without data since before the page was opened is that of the status", () => {
   const gyro = state.makeGyro("g");
   state.takeInstance(gyro, { name: "g", state: "running", axes: ["z"] });
   state.takeStatus(gyro, { axis: "z", state: "silent", age_s: 7200 }, 1000);
   assert.equal(state.ageOf(gyro.axes.get("z"), 1000), "2 h old");
 });
 
-test("how far the warming is stands beside its word; well are all only where each is good", () => {
+test("the progress of warming is separate from its word; all is good only if every axis is", () => {
   const gyro = gyroOf({ axis: "z", state: "receiving", quality: "warming", warm_s: 35, full_s: 110, age_s: 0 }), axis = gyro.axes.get("z");
   const { word, count } = state.judge(gyro, axis, true, 0);
   assert.deepEqual([word, count], ["warming", "35 of 110 s"]);
@@ -178,7 +178,7 @@ test("how far the warming is stands beside its word; well are all only where eac
   assert.deepEqual([state.allGood([gyro], true, 0), state.allGood([gyro, state.makeGyro("h")], true, 0)], [true, false]);
 });
 
-test("answers for one axis and for several are read alike, and an axis that went is forgotten", () => {
+test("responses for one axis and for several are read the same way, and a removed axis is deleted", () => {
   const gyro = gyroOf({ state: "receiving", axes: { x: { axis: "x", quality: "good" }, y: { axis: "y", quality: "no_model" } } });
   assert.deepEqual([...gyro.axes.values()].map((axis) => [axis.name, axis.quality]), [["x", "good"], ["y", "no_model"]]);
   state.takeStability(gyro, { x: { axis: "x", improvement: 0.5 } });
@@ -187,7 +187,7 @@ test("answers for one axis and for several are read alike, and an axis that went
   assert.deepEqual([...gyro.axes.keys()], ["y"]);
 });
 
-test("the number that is read first is corrected, raw without a model, and none where the last second had none", () => {
+test("the main number is the corrected rate, the raw rate without a model, and unknown if the last second has no rate", () => {
   const of = (model, row) => Object.values(state.rateOf({ model, window: row && { rate_deg_per_h: 8, mean_rate_deg_per_h: 8.5, ...row } }));
   assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: 8.4 }), ["corrected", 8.4]);
   assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: null }), ["corrected", null]);
@@ -197,7 +197,7 @@ test("the number that is read first is corrected, raw without a model, and none 
   assert.deepEqual(of(null, null), ["corrected", null]);
 });
 
-test("a second that was cut does not take away what was read before it", () => {
+test("a second that was cut short does not remove the values before it", () => {
   const gyro = gyroOf({ axis: "z", state: "receiving", model: { name: "m" } }), axis = gyro.axes.get("z");
   const means = { mean_rate_deg_per_h: 8.5, mean_temperature_degc: 25, corrected_mean_deg_per_h: 8.4 }, none = { mean_rate_deg_per_h: null, mean_temperature_degc: null };
   state.takeWindow(gyro, second(10, 8, means), 1);
@@ -205,22 +205,22 @@ test("a second that was cut does not take away what was read before it", () => {
   const of = (old) => [state.readable(axis, old).window.time_s, state.rateOf(state.readable(axis, old)).deg_per_h ?? null];
   assert.deepEqual([of(true), of(false)], [[10, 8.4], [11, null]]);
   state.takeWindow(gyro, second(14, 8, none), 3);
-  assert.deepEqual(of(true), [14, null], "what is older than it is said to be is not shown");
+  assert.deepEqual(of(true), [14, null], "values older than the displayed age are not shown");
 });
 
-test("a trace is of what corrects or raw, never of both", () => {
+test("a trace has either corrected or raw rates, never both", () => {
   const gyro = gyroOf({ axis: "z", state: "receiving", model: { name: "m" } }), axis = gyro.axes.get("z");
   state.takeWindow(gyro, second(10, 8.5, { mean_rate_deg_per_h: 8.5, corrected_mean_deg_per_h: null }), 1);
   state.takeWindow(gyro, second(11, 8.5, { mean_rate_deg_per_h: 8.5, corrected_mean_deg_per_h: 8.4 }), 2);
   const told = () => axis.trace.map((row) => row[state.partOfTrace(axis)]);
   assert.deepEqual(told(), [null, 8.4]);
   axis.model = null;
-  assert.deepEqual(told(), [null, 8.4], "it was corrected by then");
+  assert.deepEqual(told(), [null, 8.4], "the last row is still corrected");
   state.takeWindow(gyro, second(12, 8.5, { mean_rate_deg_per_h: 8.5 }), 3);
   assert.deepEqual(told(), [8.5, 8.5, 8.5]);
 });
 
-test("a trace keeps ten minutes, and begins anew with the device's clock", () => {
+test("a trace keeps ten minutes, and restarts when the device's clock does", () => {
   const gyro = gyroOf({ axis: "z", state: "receiving" });
   for (let t = 1; t <= 1000; t++) state.takeWindow(gyro, { ...second(t, t), corrected_mean_deg_per_h: t }, t);
   const { trace } = gyro.axes.get("z");

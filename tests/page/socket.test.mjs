@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The page's connection before a server that is played here: what is sent when, and what is said of silence and of sleep.
+// The page's connection with a fake WebSocket and fake clocks: order of requests, timeouts, sleep of the computer.
 import assert from "node:assert/strict";
 import { beforeEach, mock, test } from "node:test";
 
@@ -38,7 +38,7 @@ beforeEach(() => {
   tell({ ready: true });
 });
 
-test("an instance is asked two things at once, and one that does not answer holds up itself alone", async () => {
+test("an instance gets two requests at a time, and one that does not respond delays no other", async () => {
   const answers = ["a", "b", "c"].map((method) => socket.call("g", method));
   socket.call("h", "a");
   assert.deepEqual(sent(), ["g a", "g b", "h a"]);
@@ -49,19 +49,19 @@ test("an instance is asked two things at once, and one that does not answer hold
   await assert.rejects(answers[1], /it is gone/);
 });
 
-test("24 requests are under way; rows go before the rest, and what prismweb itself is asked does not wait", () => {
+test("24 requests are pending; requests for rows go first, and requests to prismweb itself do not wait", () => {
   for (let i = 0; i < 30; i++) socket.call(`g${i}`, "status");
   socket.call("g29", "range");
   assert.equal(sent().length, 24);
   socket.call(null, "instances");
   assert.equal(sent().at(-1), "- instances");
   answer(0);
-  assert.equal(sent().length, 25, "25 were under way");
+  assert.equal(sent().length, 25, "25 requests were pending");
   answer(1);
   assert.equal(sent().at(-1), "g29 range");
 });
 
-test("the patience of 16 s begins when a request is sent", async () => {
+test("the timeout of 16 s begins when a request is sent", async () => {
   const answers = ["a", "b", "c"].map((method) => socket.call("g", method).catch((error) => error.message));
   for (let s = 0; s < 17; s++) { pass(1); tell({ batch: [] }); }
   assert.deepEqual(await Promise.all(answers.slice(0, 2)), ["no answer", "no answer"]);
@@ -71,7 +71,7 @@ test("the patience of 16 s begins when a request is sent", async () => {
   assert.equal(await answers[2], 1);
 });
 
-test("a server that has nothing to tell is asked, once at a time; one that does not answer is cut off", async () => {
+test("the page probes a server without messages, with one request at a time, and disconnects if it does not respond", async () => {
   for (let s = 0; s < 12; s++) {
     pass(1);
     if (s === 2) assert.deepEqual(sent(), ["- instances"]);
@@ -86,7 +86,7 @@ test("a server that has nothing to tell is asked, once at a time; one that does 
   assert.deepEqual(await Promise.all(queued), Array(3).fill("not connected"));
 });
 
-test("a tab that nobody sees looks once a minute, and does not call a server dead that it did not ask", async () => {
+test("a hidden tab checks once a minute, and does not disconnect before it has sent a request", async () => {
   for (let minute = 0; minute < 3; minute++) {
     wall_ms += 60000;
     steady_ms += 60000;
@@ -97,7 +97,7 @@ test("a tab that nobody sees looks once a minute, and does not call a server dea
   assert.deepEqual([said, sent().length], [[], 3]);
 });
 
-test("a computer that slept says so, and since when it heard nothing", () => {
+test("after the computer slept, the page reports it and the time of the last message", () => {
   pass(1);
   tell({ batch: [] });
   const heard_ms = wall_ms;
