@@ -34,7 +34,7 @@ def quantile(values, share):
 
 
 def told(name, values):
-    print(f"{name}: median {quantile(values, 0.5):.1f} ms, p95 {quantile(values, 0.95):.1f} ms, maximum {max(values):.1f} ms, n = {len(values)}")
+    print(f"{name}: median {quantile(values, 0.5):.1f} ms, p95 {quantile(values, 0.95):.1f} ms, max {max(values):.1f} ms, n = {len(values)}")
 
 
 def watch(browser):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The page before the real programs: a simulated gyro that is unplugged while somebody looks, a prismd and a prismweb that are killed."""
+"""Tests the page with the real programs: a simulated gyro is unplugged, prismd is killed, prismweb is stalled and restarted."""
 import csv
 import glob
 import os
@@ -13,16 +13,16 @@ from worlds import SCRIPT
 STRUCK = "return getComputedStyle(document.querySelector('.hero .big')).textDecorationLine === 'line-through'"
 
 
-def live(browser, world):
+def live_overview(browser, world):
     browser.open(world.url)
-    browser.wait("a tile that is good", lambda: browser.all(".tile.good:not(.old)"), 30)
+    browser.wait("a good tile", lambda: browser.all(".tile.good:not(.old)"), 30)
     assert browser.text(".tile .word") == "good" and browser.text(".tile h2") == "gyro1 z"
     first = browser.text(".tile .big")
-    browser.wait("a rate that moves", lambda: browser.text(".tile .big") != first, 4)
+    browser.wait("a new rate", lambda: browser.text(".tile .big") != first, 4)
     browser.picture("real-overview")
 
 
-def look(browser, world):
+def gyro_view(browser, world):
     browser.one(".tile").click()
     browser.wait("the gyro", lambda: browser.text(".hero h1") == "gyro1 z")
     browser.wait("the model's name, as text", lambda: SCRIPT in browser.text(".cell.model"))
@@ -30,14 +30,14 @@ def look(browser, world):
     assert abs(float(browser.text(".hero .big")) - 8.465) < 1, browser.text(".hero .big")
     browser.wait("the domain of the model", lambda: "trained" in browser.text(".gauges"))
     browser.wait("events of prismd", lambda: "receiving" in browser.text(".events"))
-    browser.wait("the line's health", lambda: "921\u2009600 baud" in browser.text(".line"))
+    browser.wait("line health", lambda: "921\u2009600 baud" in browser.text(".line"))
     browser.picture("real-gyro", whole=True)
 
 
 def rows_of_log(browser, world):
-    """What the charts show is what prismd wrote."""
+    """The charts show the rows that prismd wrote."""
     browser.one(".spans button").click()
-    browser.wait("a minute in rows of a second", lambda: "rows of 1.0 s" in browser.one(".chart").get_attribute("aria-label"))
+    browser.wait("a minute with rows of 1 s", lambda: "rows of 1.0 s" in browser.one(".chart").get_attribute("aria-label"))
     time.sleep(2)
     log = {}
     for path in glob.glob(world.path + "/log/*.csv"):
@@ -56,7 +56,7 @@ def rows_of_log(browser, world):
 def unplugged(browser, world):
     world.unplug()
     begin = time.monotonic()
-    browser.wait("the values struck", lambda: browser.run(STRUCK), 4)
+    browser.wait("crossed-out values", lambda: browser.run(STRUCK), 4)
     told_s = time.monotonic() - begin
     assert browser.one(".hero .word").text in ("connecting", "silent", "lost", "absent", "no_data"), browser.one(".hero .word").text
     browser.wait("the event", lambda: browser.all(".events .care, .events .bad"), 4)
@@ -64,42 +64,42 @@ def unplugged(browser, world):
     assert "gyro1" in browser.driver.title
     browser.picture("real-unplugged")
     time.sleep(3)
-    assert browser.run(STRUCK), "an unplugged gyro shows its numbers as if they were live"
+    assert browser.run(STRUCK), "found values of an unplugged gyro that are not crossed out"
     world.plug()
     browser.wait("good again", lambda: browser.all(".numbers.good:not(.old)"), 30)
-    print(f"        told {told_s:.1f} s after the plug was pulled")
+    print(f"        shown {told_s:.1f} s after unplugging")
 
 
 def prismd_restarted(browser, world):
     world.end("prismd")
     begin = time.monotonic()
-    browser.wait("the values struck", lambda: browser.run(STRUCK), 4)
+    browser.wait("crossed-out values", lambda: browser.run(STRUCK), 4)
     assert browser.one(".hero .word").text == "prismd stopped", browser.one(".hero .word").text
-    print(f"        told {time.monotonic() - begin:.1f} s after prismd was killed")
+    print(f"        shown {time.monotonic() - begin:.1f} s after prismd was killed")
     browser.picture("real-prismd-gone")
     world.start_prismd()
     browser.wait("good again", lambda: browser.all(".numbers.good:not(.old)"), 30)
     world.end("prismd", signal.SIGTERM)
-    browser.wait("the values struck", lambda: browser.run(STRUCK), 4)
+    browser.wait("crossed-out values", lambda: browser.run(STRUCK), 4)
     time.sleep(1.5)
     last = [browser.text(f".{name}") for name in ("hero .big", "cell.raw .value", "cell.temperature .value")]
-    assert all("." in text for text in last), f"the second that its end cut took the last values away: {last}"
+    assert all("." in text for text in last), f"found {last}, expected the values before prismd's last, incomplete second"
     world.start_prismd()
     browser.wait("good again", lambda: browser.all(".numbers.good:not(.old)"), 30)
 
 
-def prismweb_stands_still(browser, world):
-    """The page says so, and then fills the hole from `range`: what came while it was cut is in its charts."""
-    browser.allowed.append("WebSocket")  # the browser's own words on a connection that is given up
+def prismweb_stalls(browser, world):
+    """The page shows an alarm, and afterwards fills the gap in its charts from `range`."""
+    browser.allowed.append("WebSocket")  # the browser's message about the closed connection
     world.children["prismweb"].send_signal(signal.SIGSTOP)
     browser.wait("the alarm", lambda: browser.one(".alarm").is_displayed(), 9)
     assert "does not answer" in browser.text(".alarm"), browser.text(".alarm")
-    browser.wait("the values struck", lambda: browser.run(STRUCK), 2)
+    browser.wait("crossed-out values", lambda: browser.run(STRUCK), 2)
     time.sleep(3)
     world.children["prismweb"].send_signal(signal.SIGCONT)
     browser.wait("the end of the alarm", lambda: not browser.one(".alarm").is_displayed(), 20)
     browser.wait("good again", lambda: browser.all(".numbers.good:not(.old)"), 15)
-    browser.wait("every second of the last ones", lambda: holes(saved_table(browser)[-15:]) == [], 20)
+    browser.wait("the last 15 rows without a gap", lambda: holes(saved_table(browser)[-15:]) == [], 20)
 
 
 def prismweb_restarted(browser, world):
@@ -107,47 +107,47 @@ def prismweb_restarted(browser, world):
     world.end("prismweb", signal.SIGTERM)
     browser.wait("the alarm", lambda: browser.one(".alarm").is_displayed(), 3)
     assert "prismweb" in browser.text(".alarm"), browser.text(".alarm")
-    browser.wait("the values struck", lambda: browser.run(STRUCK), 2)
+    browser.wait("crossed-out values", lambda: browser.run(STRUCK), 2)
     browser.picture("real-cut")
     world.url = world.start_prismweb(port)
-    browser.wait("good again by itself: its session was kept", lambda: browser.all(".numbers.good:not(.old)"), 15)
+    browser.wait("good again with the stored session", lambda: browser.all(".numbers.good:not(.old)"), 15)
     world.end("prismweb", signal.SIGTERM)
     os.unlink(f"{world.path}/prismweb-{port}.sessions")
     world.url = world.start_prismweb(port)
-    browser.wait("a word on the session, which is gone", lambda: "rejected this page" in browser.text(".alarm"), 15)
+    browser.wait("the alarm about the deleted session", lambda: "rejected this page" in browser.text(".alarm"), 15)
     browser.open(world.url)
     browser.wait("good again", lambda: browser.all(".tile.good:not(.old)"), 15)
     assert browser.run("return location.href + document.cookie + JSON.stringify({...sessionStorage})").find(world.url.split("=")[1]) < 0, "the token is still in the page"
 
 
-def address_used(browser, world):
-    """A second browser that finds the address in a history is refused."""
+def used_address_is_rejected(browser, world):
+    """Another browser cannot use an address that was already opened, e.g. from a history."""
     other = Browser()
     try:
         other.open(world.url)
-        other.wait("a refusal", lambda: "rejected this page" in (other.text(".alarm") or ""), 15)
+        other.wait("the rejection", lambda: "rejected this page" in (other.text(".alarm") or ""), 15)
         assert not other.all(".tile")
     finally:
         other.close()
 
 
 def three_axes(browser, world):
-    """Each axis has its tile and its charts; the one that its device calls invalid is red and has no number, and the others are as they were."""
+    """Each axis has a tile and charts. An axis that its device marks as invalid is red and has no number; the others are unchanged."""
     browser.open(world.url)
     tiles = lambda: {tile.find_element("css selector", "h2").text: tile for tile in browser.all(".tile")}
     browser.wait("three tiles with a rate", lambda: sorted(tiles()) == ["gyro1 x", "gyro1 y", "gyro1 z"] and all("." in tile.text for tile in tiles().values()))
-    browser.wait("y in red", lambda: "bad" in tiles()["gyro1 y"].get_attribute("class"), 30)
-    browser.wait("no number of y", lambda: "." not in tiles()["gyro1 y"].find_element("css selector", ".big").text)
+    browser.wait("a red tile of y", lambda: "bad" in tiles()["gyro1 y"].get_attribute("class"), 30)
+    browser.wait("a tile of y without a number", lambda: "." not in tiles()["gyro1 y"].find_element("css selector", ".big").text)
     for name in ("gyro1 x", "gyro1 z"):
         assert "bad" not in tiles()[name].get_attribute("class") and "." in tiles()[name].find_element("css selector", ".big").text, tiles()[name].text
     browser.picture("real-axes")
     tiles()["gyro1 y"].click()
     browser.wait("the axis", lambda: browser.text(".hero h1") == "gyro1 y")
-    browser.wait("rows of before", lambda: "rows of" in browser.one(".chart").get_attribute("aria-label"))
+    browser.wait("earlier rows", lambda: "rows of" in browser.one(".chart").get_attribute("aria-label"))
     browser.picture("real-axis-invalid", whole=True)
     open_gyro(browser, "gyro1", "z")
-    browser.wait("another one's number", lambda: "." in browser.text(".hero .big"))
+    browser.wait("a rate of z", lambda: "." in browser.text(".hero .big"))
 
 
-TESTS = [live, look, rows_of_log, unplugged, prismd_restarted, prismweb_stands_still, prismweb_restarted, address_used]
+TESTS = [live_overview, gyro_view, rows_of_log, unplugged, prismd_restarted, prismweb_stalls, prismweb_restarted, used_address_is_rejected]
 AXES_TESTS = [three_axes]

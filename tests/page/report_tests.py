@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""A report of prismcal in a browser, from its file: charts on the screen, drawings on paper and without scripts. usage: report_tests.py PICTURES-FOLDER PROGRAMS-FOLDER"""
+"""Tests a report of prismcal in a browser, opened as a file: charts on the screen, drawings in print and without scripts.
+
+usage: report_tests.py PICTURES_DIRECTORY BUILD_DIRECTORY
+"""
 import os
 import subprocess
 import sys
@@ -15,7 +18,7 @@ CHARTED = "return document.querySelectorAll('figure.charted').length"
 
 
 def make_report(folder, programs):
-    """Of a simulated gyro whose instance has a name of markup."""
+    """Makes a report of two simulated recordings whose directory names contain markup; returns its URL."""
     with open(os.path.join(ROOT, "config/frames/trplg.json")) as file:
         frames = file.read().replace('"rate_hz": 200', '"rate_hz": 2')
     with open(f"{folder}/frames.json", "w") as file:
@@ -44,17 +47,17 @@ def charts(browser, url):
     figures = len(browser.all("figure"))
     browser.one("figure").location_once_scrolled_into_view
     browser.wait("the first charts", lambda: browser.run(CHARTED) > 0)
-    assert browser.run(CHARTED) < figures / 2, "charts far from the screen were drawn"
+    assert browser.run(CHARTED) < figures / 2, "found charts that were drawn far outside the screen"
     scroll_through(browser)
     browser.wait("all charts", lambda: browser.run(CHARTED) == figures)
     assert browser.run(SHOWN, "figure > svg") == 0 and browser.run(SHOWN, ".charts canvas") > figures
     assert "<i>cycle2" in browser.text("#r1_bias figcaption") and not browser.all("figcaption i"), browser.text("#r1_bias figcaption")
-    assert browser.run("return performance.getEntriesByType('resource').length") == 0, "something was fetched"
+    assert browser.run("return performance.getEntriesByType('resource').length") == 0, "the report loaded another file"
     browser.picture("report", whole=True)
 
 
 def labels(browser, figure):
-    """The numbers along x of each panel of a figure."""
+    """Returns the x labels of each panel of a figure."""
     return browser.run("""return [...document.querySelectorAll(`#${arguments[0]} .panel`)].map(
       (panel) => [...panel.querySelectorAll(".dygraph-axis-label-x")].map((label) => label.textContent).join(" "))""", figure)
 
@@ -83,17 +86,17 @@ def values_and_zoom(browser, url):
     for clicks in (1, 2):
         mouse(browser, "mousePressed", 0.5, figure, 1, clicks)
         mouse(browser, "mouseReleased", 0.5, figure, 0, clicks)
-    browser.wait("all of it again", lambda: labels(browser, figure) == before)
+    browser.wait("the complete range again", lambda: labels(browser, figure) == before)
 
 
-def paper(browser, url):
+def print_layout(browser, url):
     figures = len(browser.all("figure"))
     browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     assert browser.run(SHOWN, "figure > svg") == figures and browser.run(SHOWN, ".charts canvas") == 0
     browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
-def night_and_phone(browser, url):
+def dark_theme_and_phone(browser, url):
     browser.theme("dark")
     browser.picture("report-night")
     browser.size(380, 800)
@@ -119,7 +122,7 @@ def main(pictures, programs):
         url = make_report(folder, os.path.abspath(programs))
         browser = Browser(1280, 1000, pictures=pictures)
         try:
-            for test in (charts, values_and_zoom, paper, night_and_phone, without_scripts):
+            for test in (charts, values_and_zoom, print_layout, dark_theme_and_phone, without_scripts):
                 test(browser, url)
                 assert not browser.complaints(), browser.complaints()
                 print(f"ok      {test.__name__}", flush=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The page in a browser, before a server that can play what a real gyro cannot within a test."""
+"""Tests the page in a browser with the fake server."""
 import os
 import time
 
@@ -36,17 +36,17 @@ def zoom_and_pan(browser, world):
     assert len(set(domains)) == 1 and domains[0], f"the charts' times differ: {domains}"
     browser.wait("finer rows", lambda: "rows of 2.0 s" in browser.one(".chart").get_attribute("aria-label"))
     drag(browser, 0.2, 0.7, modifiers=8)
-    browser.wait("half of it earlier", lambda: abs(float(shown(browser)[0]) - begin + 450) < 40)
+    browser.wait("a range that is half its length earlier", lambda: abs(float(shown(browser)[0]) - begin + 450) < 40)
     key(browser, "-")
-    browser.wait("twice as long", lambda: abs(span_of(browser) - 1800) < 60)
+    browser.wait("twice the range", lambda: abs(span_of(browser) - 1800) < 60)
     key(browser, "ArrowRight", modifiers=8)
     assert browser.one(".now").get_attribute("aria-pressed") == "false"
     key(browser, "l")
-    browser.wait("now again", lambda: browser.one(".now").get_attribute("aria-pressed") == "true")
+    browser.wait("the current time again", lambda: browser.one(".now").get_attribute("aria-pressed") == "true")
 
 
 def cursor(browser, world):
-    browser.wait("the rows of now", lambda: "30 min until now" in browser.one(".chart").get_attribute("aria-label"))
+    browser.wait("the current rows", lambda: "30 min until now" in browser.one(".chart").get_attribute("aria-label"))
     mouse(browser, "mouseMoved", 0.5)
     browser.wait("the time under the cursor", lambda: "UTC" in (browser.text(".cursor-time") or ""))
     value = browser.text(".chart .legend .value")
@@ -55,7 +55,7 @@ def cursor(browser, world):
     before = browser.text(".cursor-time")
     key(browser, "ArrowLeft")
     assert browser.text(".cursor-time") < before
-    assert "Applied bias" in browser.text("#spoken"), "the cursor's values are not said"
+    assert "Applied bias" in browser.text("#spoken"), "found no values of the cursor for a screen reader"
     key(browser, "Escape")
     assert browser.run("return document.querySelector('.cursor').hidden")
 
@@ -73,34 +73,35 @@ def thirty_days(browser, world):
 def long_view_is_built(browser, world):
     world.say("building 0.42")
     key(browser, "8")
-    browser.wait("how far it is", lambda: browser.text(".busy") == "Building the long view: 42 % of the log read.")
+    browser.wait("the progress", lambda: browser.text(".busy") == "Building the long view: 42 % of the log read.")
     browser.picture("building")
     world.say("building 0.77")
-    browser.wait("that it goes on, unasked", lambda: "77 %" in browser.text(".busy"), 15)
+    browser.wait("an update of the progress", lambda: "77 %" in browser.text(".busy"), 15)
     world.say("building 1")
-    browser.wait("that it is done", lambda: "being built" not in browser.text(".busy"), 15)
+    browser.wait("the end of the progress", lambda: "being built" not in browser.text(".busy"), 15)
 
 
 def disk_hangs(browser, world):
     world.say("disk hangs")
     key(browser, "7")
-    browser.wait("why no rows come", lambda: browser.text(".busy") == "rows: the disk has not answered for 5 s")
+    browser.wait("the reason for missing rows", lambda: browser.text(".busy") == "rows: the disk has not answered for 5 s")
     files = browser.all("[aria-label^='save the charts']")
-    assert len(files) == 2 and not any(button.is_enabled() for button in files), "rows of another view can be saved as these"
-    assert browser.run("return [...document.querySelectorAll('.plot')].every((plot) => !plot.dataset.empty)"), "what is not answered is called none"
+    assert len(files) == 2 and not any(button.is_enabled() for button in files), "the buttons could save the rows of another view"
+    assert browser.run("return [...document.querySelectorAll('.plot')].every((plot) => !plot.dataset.empty)"), "pending rows shown as none"
     world.say("disk answers")
-    browser.wait("the rows, unasked", lambda: span_of(browser) > 600000 and "rows of 30 min" in browser.one(".chart").get_attribute("aria-label") and "disk" not in browser.text(".busy"), 15)
+    week = lambda: span_of(browser) > 600000 and "rows of 30 min" in browser.one(".chart").get_attribute("aria-label")
+    browser.wait("the rows after the disk recovers", lambda: week() and "disk" not in browser.text(".busy"), 15)
     key(browser, "4")
     browser.wait("an hour", lambda: "rows of 10 s" in browser.one(".chart").get_attribute("aria-label"))
 
 
-def refused(browser, world):
-    """What is asked once in a run, and is refused, is asked again as long as the run lasts."""
+def rejected_requests_are_repeated(browser, world):
+    """The page repeats a request that it needs once per run of prismd until it succeeds."""
     world.say("refuse history events model")
     browser.driver.refresh()
     browser.wait("the live numbers", lambda: "." in (browser.text(".hero .big") or ""))
     time.sleep(1)
-    assert not browser.all(".events li") and not browser.all(".gauge"), "the stand-in refused nothing"
+    assert not browser.all(".events li") and not browser.all(".gauge"), "the fake server rejected no request"
     browser.run("location.hash = '#/'")
     drawn = lambda: len(browser.one(".spark-line").get_attribute("d"))
     browser.wait("a tile", lambda: browser.all(".tile"))
@@ -111,7 +112,7 @@ def refused(browser, world):
     browser.wait("the events and the domain", lambda: browser.all(".events li") and browser.all(".gauge"))
 
 
-def files(browser, world):
+def saved_files(browser, world):
     table = saved_table(browser)
     assert 350 < len(table) <= 361 and abs(float(table[-1]["mean_rate_deg_per_h"]) - 8.465) < 0.5, table[-1]
     picture = saved_file(browser, "save the charts as a picture", ".png")
@@ -121,108 +122,109 @@ def files(browser, world):
             file.write(picture)
 
 
-def night(browser, world):
+def dark_theme(browser, world):
     ground = "return getComputedStyle(document.body).backgroundColor"
     light = browser.run(ground)
     browser.theme("dark")
-    browser.wait("a dark page where the system is", lambda: browser.run(ground) != light)
+    browser.wait("the dark theme of the system", lambda: browser.run(ground) != light)
     browser.picture("night", whole=True)
     key(browser, "t")
-    browser.wait("light by choice", lambda: browser.run(ground) == light)
+    browser.wait("the light theme chosen by the key", lambda: browser.run(ground) == light)
     browser.driver.refresh()
-    browser.wait("light still, after a reload without the token", lambda: browser.run(ground) == light and browser.all(".numbers"))
+    browser.wait("the light theme after a reload without the token", lambda: browser.run(ground) == light and browser.all(".numbers"))
     browser.run("localStorage.clear()")
     browser.theme("light")
 
 
-def gone(browser, world):
+def prismd_stopped(browser, world):
     browser.run("location.hash = '#/'")
     world.say("gone gyro1")
-    tile = browser.wait("the tile of gyro1, red", lambda: next((tile for tile in browser.all(".tile.bad.old") if "gyro1" in tile.text), None))
+    tile = browser.wait("a red tile of gyro1", lambda: next((tile for tile in browser.all(".tile.bad.old") if "gyro1" in tile.text), None))
     assert "prismd stopped" in tile.text and "1 to check" in browser.text(".sum"), tile.text
     struck = browser.run("return [...arguments[0].querySelectorAll('.value:not(.model)')].map(v => getComputedStyle(v).textDecorationLine)", tile)
     assert set(struck) == {"line-through"}, struck
     browser.picture("gone")
     world.say("back gyro1")
-    browser.wait("gyro1 as before", lambda: not browser.all(".tile.old"))
+    browser.wait("current values of gyro1", lambda: not browser.all(".tile.old"))
 
 
-def frozen(browser, world):
+def server_stalls(browser, world):
     open_gyro(browser)
     world.say("freeze")
     browser.wait("the alarm", lambda: browser.one(".alarm").is_displayed(), 9)
     assert "does not answer" in browser.text(".alarm"), browser.text(".alarm")
-    browser.wait("the values struck", lambda: browser.run("return getComputedStyle(document.querySelector('.hero .big')).textDecorationLine") == "line-through", 2)
+    line = "return getComputedStyle(document.querySelector('.hero .big')).textDecorationLine"
+    browser.wait("crossed-out values", lambda: browser.run(line) == "line-through", 2)
     browser.picture("frozen")
     world.say("go")
     browser.wait("the end of the alarm", lambda: not browser.one(".alarm").is_displayed() and not browser.all(".numbers.old"), 15)
 
 
-def nothing_to_tell(browser, world):
-    """No instance runs, and nothing is told: the page asks, and a server that answers is there."""
+def no_instance_runs(browser, world):
+    """Without running instances there are no notifications: the page probes the server and shows no alarm if it responds."""
     browser.run("location.hash = '#/'")
     for name in "gyro1", "gyro2", "gyro3":
         world.say(f"stopped {name}")
     browser.wait("all stopped", lambda: [tile.text for tile in browser.all(".tile .word")] == ["stopped"] * 5)
     browser.run("window.alarms = 0; new MutationObserver(() => window.alarms++).observe(document.querySelector('#alarm'), {attributes: true})")
     time.sleep(12)
-    assert browser.run("return window.alarms") == 0, "the page called a server dead that has nothing to tell"
+    assert browser.run("return window.alarms") == 0, "found an alarm although the server responds"
     for name in "gyro1", "gyro2", "gyro3":
         world.say(f"back {name}")
-    browser.wait("all back", lambda: not browser.all(".tile.old"))
+    browser.wait("current values of all gyros", lambda: not browser.all(".tile.old"))
 
 
-def slept(browser, world):
-    """A computer that slept: only its wall clock tells. Played by another Date while the server stands still."""
+def computer_slept(browser, world):
+    """A computer that slept is detected by its wall clock. Simulated by a changed Date.now while the server is stalled."""
     open_gyro(browser)
     clock = "return new Date().toISOString().slice(11, 16)"
     first = browser.run(clock)
     world.say("freeze")
     time.sleep(1)
-    # last heard before one of the two: a minute may end between them
+    # the last message came in one of these two minutes
     heard = [f"since {minute}" for minute in (first, browser.run(clock))]
     browser.run("window.awake = Date.now; Date.now = () => window.awake() + 8 * 3600 * 1000")
-    browser.wait("the alarm of sleep", lambda: "asleep" in browser.text(".alarm"))
+    browser.wait("the alarm about the sleep", lambda: "asleep" in browser.text(".alarm"))
     assert browser.one(".alarm").is_displayed() and any(since in browser.text(".alarm") for since in heard), (heard, browser.text(".alarm"))
-    browser.wait("eight hours", lambda: browser.text(".hero .age").startswith("8 h"))
+    browser.wait("an age of eight hours", lambda: browser.text(".hero .age").startswith("8 h"))
     browser.run("Date.now = window.awake")
     world.say("go")
     browser.wait("the end of the alarm", lambda: not browser.one(".alarm").is_displayed() and not browser.all(".numbers.old"), 15)
 
 
-def hidden(browser, world):
-    """A tab that nobody sees has no frames; its title is seen."""
+def hidden_tab(browser, world):
+    """A hidden tab gets no animation frames; its title is still updated."""
     browser.run("window.frame = window.requestAnimationFrame; window.requestAnimationFrame = () => 1")
     world.say("gone gyro1")
-    browser.wait("the title", lambda: browser.driver.title == "\u25a0 gyro1 \u2013 prism", 3)
+    browser.wait("a title with gyro1", lambda: browser.driver.title == "\u25a0 gyro1 \u2013 prism", 3)
     assert browser.text("#spoken") == "to check: gyro1"
     world.say("back gyro1")
-    browser.wait("the title", lambda: browser.driver.title == "prism", 5)
-    assert browser.text("#spoken") != "all gyros are good", "an axis extrapolates"
+    browser.wait("the normal title", lambda: browser.driver.title == "prism", 5)
+    assert browser.text("#spoken") != "all gyros are good", "all gyros are reported as good although an axis is extrapolating"
     browser.driver.refresh()
     browser.wait("the gyro", lambda: browser.all(".numbers:not(.old)"))
 
 
 def time_goes_back(browser, world):
-    """A device's clock that begins anew, or a host's that is set back: what comes then is drawn."""
+    """If the data's time goes back (device clock restarted, host clock set back), the charts show the new rows."""
     open_gyro(browser)
     key(browser, "1")
     browser.wait("a minute", lambda: "1 min until now" in browser.one(".chart").get_attribute("aria-label"))
     world.say("shift -3600")
     begin = time.time()
-    browser.wait("rows of then", lambda: abs(float(saved_table(browser)[-1]["time_s"]) - time.time() + 3600) < 4, 5)
-    browser.wait("charts of then", lambda: abs(float(shown(browser)[1]) - time.time() + 3600) < 4, 5 - (time.time() - begin))
-    browser.wait("a minute of them", lambda: len(saved_table(browser)) > 50, 5)
+    browser.wait("rows an hour ago", lambda: abs(float(saved_table(browser)[-1]["time_s"]) - time.time() + 3600) < 4, 5)
+    browser.wait("charts that end an hour ago", lambda: abs(float(shown(browser)[1]) - time.time() + 3600) < 4, 5 - (time.time() - begin))
+    browser.wait("a minute of these rows", lambda: len(saved_table(browser)) > 50, 5)
     world.say("shift 3600")
-    browser.wait("rows of now", lambda: abs(float(saved_table(browser)[-1]["time_s"]) - time.time()) < 4, 8)
+    browser.wait("current rows", lambda: abs(float(saved_table(browser)[-1]["time_s"]) - time.time()) < 4, 8)
 
 
-def no_holes(browser, world):
-    """The answer of `range` comes late, and the viewer's clock is slow: the seconds between it and the live ones are there."""
+def no_gaps(browser, world):
+    """If the response to `range` is late and the viewer's clock is slow, there is no gap between its rows and the live ones."""
     world.say("range delay 3")
     slow = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": "const now = Date.now; Date.now = () => now() - 3000"})
     browser.driver.refresh()
-    browser.wait("a minute's button", lambda: browser.all(".spans button"))
+    browser.wait("the buttons for the time range", lambda: browser.all(".spans button"))
     key(browser, "1")
     browser.wait("a minute", lambda: "1 min until now" in (browser.one(".chart").get_attribute("aria-label") or ""), 15)
     world.say("range delay 0")
@@ -236,12 +238,13 @@ def no_holes(browser, world):
 
 
 def cursor_leaves(browser, world):
-    """The values beside the charts are those of the cursor's time, or of none."""
+    """The values next to the charts are those at the cursor; they disappear with it."""
     key(browser, "1")
     browser.wait("a minute", lambda: "1 min until now" in browser.one(".chart").get_attribute("aria-label"))
     mouse(browser, "mouseMoved", 0.1)
     browser.wait("a cursor", lambda: browser.text(".cursor-time"))
-    browser.wait("the cursor left behind", lambda: browser.text(".cursor-time") == "" and browser.run("return document.querySelector('.cursor').hidden"), 12)
+    no_cursor = lambda: browser.text(".cursor-time") == "" and browser.run("return document.querySelector('.cursor').hidden")
+    browser.wait("the end of the cursor when its time leaves the charts", no_cursor, 12)
     key(browser, "ArrowLeft")
     assert browser.text(".cursor-time")
     key(browser, "l")
@@ -251,9 +254,9 @@ def cursor_leaves(browser, world):
 
 
 def addresses(browser, world):
-    """An address that names nothing shows all gyros, until it does; what somebody looks at stays, and is another when it is."""
+    """An address with an unknown name shows all gyros until the name exists. The view stays if its gyro stops or is restarted."""
     title = lambda: browser.text(".hero h1")
-    for wrong in "#/gyro2/nothing", "#/nobody/z", "#/%E0%A4%A", "#/gyro2/%":
+    for wrong in "#/gyro2/unknown", "#/unknown/z", "#/%E0%A4%A", "#/gyro2/%":
         browser.run("location.hash = arguments[0]", wrong)
         browser.wait("tiles", lambda: len(browser.all(".tile")) == 5)
         assert not browser.all(".numbers"), wrong
@@ -261,13 +264,13 @@ def addresses(browser, world):
     browser.wait("four tiles", lambda: len(browser.all(".tile")) == 4)
     browser.run("location.hash = '#/gyro3/z'")
     world.say("back gyro3")
-    browser.wait("what the address names", lambda: title() == "gyro3 z" and not browser.all(".numbers.old"))
+    browser.wait("the gyro of the address", lambda: title() == "gyro3 z" and not browser.all(".numbers.old"))
     world.say("leave gyro3")
-    browser.wait("that it is gone", lambda: browser.text(".hero .word") == "prismd stopped")
+    browser.wait("a stopped gyro3", lambda: browser.text(".hero .word") == "prismd stopped")
     world.say("back gyro3")
-    browser.wait("that it is back", lambda: not browser.all(".numbers.old"))
+    browser.wait("current values of gyro3", lambda: not browser.all(".numbers.old"))
     first = browser.text(".hero .big")
-    browser.wait("a rate that moves", lambda: browser.text(".hero .big") != first, 4)
+    browser.wait("a new rate", lambda: browser.text(".hero .big") != first, 4)
     browser.run("document.querySelector('.skip').click()")
     assert browser.run("return [location.hash, document.activeElement.id]") == ["#/gyro3/z", "main"]
     browser.run("location.hash = '#elsewhere'")
@@ -278,19 +281,19 @@ def addresses(browser, world):
     assert browser.run("return [scrollY, document.activeElement.id]") == [0, "main"]
 
 
-def silent_for_hours(browser, world):
+def no_data_for_hours(browser, world):
     world.say("silent gyro1")
     browser.open("about:blank")
     browser.open(world.url)
-    tile = browser.wait("the tile of gyro1, old", lambda: next((tile for tile in browser.all(".tile.bad.old") if "gyro1" in tile.text), None))
+    tile = browser.wait("an old tile of gyro1", lambda: next((tile for tile in browser.all(".tile.bad.old") if "gyro1" in tile.text), None))
     browser.wait("its age", lambda: tile.find_element("css selector", ".age").text == "2 h old")
     assert tile.find_element("css selector", ".note").text == "last 10 min received" and "2 h old" in tile.get_attribute("aria-label")
     assert "8.4" in browser.one(".tile:not(.old)").get_attribute("aria-label")
     world.say("back gyro1")
-    browser.wait("gyro1 as before", lambda: not browser.all(".tile.old"))
+    browser.wait("current values of gyro1", lambda: not browser.all(".tile.old"))
 
 
-def by_keyboard(browser, world):
+def keyboard(browser, world):
     browser.run("location.hash = '#/'; document.activeElement.blur()")
     browser.wait("tiles", lambda: browser.all(".tile"))
     for _ in range(12):
@@ -298,7 +301,7 @@ def by_keyboard(browser, world):
         if browser.run("return document.activeElement.className").startswith("tile"):
             break
     assert "axis" in browser.run("return document.activeElement.getAttribute('aria-label')")
-    assert browser.run("return getComputedStyle(document.activeElement).outlineStyle") == "solid", "the focus is not to be seen"
+    assert browser.run("return getComputedStyle(document.activeElement).outlineStyle") == "solid", "the focus is not visible"
     key(browser, "Enter")
     browser.wait("the gyro", lambda: browser.all(".numbers"))
     nameless = browser.run("""return [...document.querySelectorAll("button, a, [role=img], [role=group]")].filter(
@@ -308,8 +311,8 @@ def by_keyboard(browser, world):
     browser.wait("the overview", lambda: browser.all(".tile"))
 
 
-def narrow(browser, world):
-    """Bias and sd stand on one line, whatever the width."""
+def narrow_windows(browser, world):
+    """Bias and sd are on one line at every width."""
     open_gyro(browser)
     for width in 1280, 1024, 380:
         browser.size(width, 800)
@@ -329,12 +332,12 @@ def phone(browser, world):
     open_gyro(browser)
     assert browser.run("return document.documentElement.scrollWidth") == 380
     small = browser.run("return [...document.querySelectorAll('.tools button')].filter((b) => b.offsetHeight < 36 || b.offsetWidth < 30).map((b) => b.textContent)")
-    assert not small, f"too small for a finger: {small}"
+    assert not small, f"buttons too small for touch: {small}"
     browser.picture("phone-gyro", whole=True)
     browser.size(1600, 1000)
 
 
-def fingers(browser, world):
+def touch_gestures(browser, world):
     browser.size(380, 800)
     browser.fingers(True)
     open_gyro(browser)
@@ -342,20 +345,20 @@ def fingers(browser, world):
     browser.run("document.querySelector('.plot').scrollIntoView({block: 'center'})")
     end = float(shown(browser)[1])
     swipe(browser, 0.2, 0.7)
-    browser.wait("half of it earlier", lambda: abs(float(shown(browser)[1]) - end + 1800) < 300 and abs(span_of(browser) - 3600) < 1)
+    browser.wait("half an hour earlier", lambda: abs(float(shown(browser)[1]) - end + 1800) < 300 and abs(span_of(browser) - 3600) < 1)
     pinch(browser, 0.45, 0.55, 0.2, 0.8)
-    browser.wait("six times as near", lambda: abs(span_of(browser) - 600) < 150)
+    browser.wait("a sixth of the range", lambda: abs(span_of(browser) - 600) < 150)
     before = browser.run("return scrollY")
     swipe(browser, 0.5, 0.5, down=-200)
-    browser.wait("the page scrolled", lambda: browser.run("return scrollY") > before + 100)
-    assert abs(span_of(browser) - 600) < 150, "a finger that scrolls the page moved the charts"
+    browser.wait("a scrolled page", lambda: browser.run("return scrollY") > before + 100)
+    assert abs(span_of(browser) - 600) < 150, "scrolling the page by touch changed the charts"
     key(browser, "l")
     key(browser, "4")
     browser.fingers(False)
     browser.size(1600, 1000)
 
 
-def wall(browser, world):
+def large_screen(browser, world):
     browser.size(2560, 1440)
     browser.run("location.hash = '#/'")
     browser.wait("tiles", lambda: len(browser.all(".tile")) == 5)
@@ -367,23 +370,25 @@ def wall(browser, world):
 def wrong_token(browser, world):
     kept = browser.run("return document.cookie + JSON.stringify({...sessionStorage}) + JSON.stringify({...localStorage})")
     assert "secret" not in kept and "session" not in kept, f"a script can read the token or the cookie: {kept}"
-    browser.allowed.append("/session")  # the browser's own words on a token that is wrong
+    browser.allowed.append("/session")  # the browser's message about the wrong token
     browser.driver.delete_all_cookies()
     browser.open("about:blank")
     browser.open(world.url.replace("secret", "wrong"))
-    browser.wait("a refusal", lambda: "rejected" in (browser.text(".alarm") or ""))
+    browser.wait("the rejection", lambda: "rejected" in (browser.text(".alarm") or ""))
     browser.open("about:blank")
     browser.open(world.url)
     browser.wait("tiles", lambda: len(browser.all(".tile")) == 5)
 
 
-def the_checks_bite(browser, world):
-    """What the policy forbids is seen by complaints(): otherwise their silence would prove nothing."""
+def console_messages_are_found(browser, world):
+    """complaints() returns a violation of the content security policy; the other tests rely on it."""
     before = len(browser.complaints())
     browser.run("document.body.setAttribute('style', 'color: red')")
-    browser.wait("a complaint", lambda: len(browser.complaints()) == before + 1)
+    browser.wait("a console message", lambda: len(browser.complaints()) == before + 1)
     browser.said.pop()
 
 
-TESTS = [overview, names_are_data, zoom_and_pan, cursor, thirty_days, long_view_is_built, disk_hangs, refused, files, night, gone, frozen, nothing_to_tell, slept, hidden, time_goes_back,
-         no_holes, cursor_leaves, addresses, silent_for_hours, by_keyboard, narrow, phone, fingers, wall, wrong_token, the_checks_bite]
+TESTS = [overview, names_are_data, zoom_and_pan, cursor, thirty_days, long_view_is_built, disk_hangs, rejected_requests_are_repeated,
+         saved_files, dark_theme, prismd_stopped, server_stalls, no_instance_runs, computer_slept, hidden_tab, time_goes_back, no_gaps,
+         cursor_leaves, addresses, no_data_for_hours, keyboard, narrow_windows, phone, touch_gestures, large_screen, wrong_token,
+         console_messages_are_found]

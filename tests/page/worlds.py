@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a browser test looks at: a stand-in server of simulated gyros, or prismsim, prismd and prismweb as they are."""
+"""Servers for the browser tests: the fake server with simulated gyros, or the real prismsim, prismd and prismweb."""
 import glob
 import json
 import os
@@ -26,7 +26,7 @@ def first_second(path):
 
 
 def shift_capture(path, shift_s):
-    """Every packet so many seconds later."""
+    """Moves every packet by `shift_s` seconds."""
     with open(path, "rb") as file:
         data = bytearray(file.read())
     at = CAPTURE_HEAD
@@ -39,7 +39,7 @@ def shift_capture(path, shift_s):
 
 
 class StandIn:
-    """tests/page/stand_in.py; say("gone gyro1") and the like."""
+    """The fake server, tests/page/stand_in.py; say() sends it a command."""
 
     def __init__(self, *arguments):
         self.process = subprocess.Popen([sys.executable, os.path.join(HERE, "stand_in.py"), "0", *arguments],
@@ -58,13 +58,13 @@ class StandIn:
 
 
 class Real:
-    """A simulated gyro on a pseudo-terminal, prismd beside it, prismweb on a free port."""
+    """The real programs: a simulated gyro on a pseudo-terminal, its prismd, and prismweb on a free port."""
 
     about = {"gyro": {"serial": "SIMULATED"}, "site": {"latitude_deg": 34.25, "elevation_deg": 90}}
 
     def __init__(self, programs, hurry=False, days=0):
-        """`hurry`: at 400 times the pace, 10 frames a second, by the device's clock, so that an hour is there in ten seconds.
-        `days`: prismd's log already has so many, up to now; prismweb is not started."""
+        """`hurry`: 400 times the speed, 10 frames per second of the device's clock, so that an hour of data takes nine seconds.
+        `days`: prismd's log begins with this number of days, up to the current time; does not start prismweb."""
         self.programs, self.hurry, self.children = os.path.abspath(programs), hurry, {}
         self.folder = tempfile.TemporaryDirectory(prefix="prism-page.")
         self.path = self.folder.name
@@ -79,7 +79,7 @@ class Real:
         self.url = None if days else self.start_prismweb()
 
     def train(self):
-        """A model with a short window, so that a correction is there soon, and a name that is markup."""
+        """Trains a model with a short window, so that correction begins soon, and with a name that is markup."""
         with open(os.path.join(ROOT, "config/frames/trplg.json")) as file:
             frames = file.read().replace('"rate_hz": 200', '"rate_hz": 10')
         with open(os.path.join(self.path, "slow.json"), "w") as file:
@@ -96,7 +96,7 @@ class Real:
         assert done.returncode == 0, f"{program}: {done.stderr}"
 
     def lay_log(self, days):
-        """A log as prismd wrote it if the gyro had run so long: a frame a second, replayed."""
+        """Makes a log of this number of days by a replay at one frame per second."""
         self.do("tools/prismsim/prismsim", "--frames", "slow.json", "--rate", "1", "--hours", str(24 * days), "--out", "days.pcap")
         shift_s = int(time.time()) - 60 - days * 86400 - first_second(f"{self.path}/days.pcap")
         shift_capture(f"{self.path}/days.pcap", shift_s)
@@ -150,7 +150,7 @@ class Real:
         raise AssertionError("prismweb printed no address: " + self.said("prismweb"))
 
     def rows(self):
-        """How many rows are in prismd's log."""
+        """Returns the number of rows in prismd's log."""
         count = 0
         for path in glob.glob(f"{self.path}/log/*.csv"):
             with open(path) as file:
@@ -158,7 +158,7 @@ class Real:
         return count
 
     def stored_bytes(self):
-        """How large prismweb's own store is."""
+        """Returns the size of prismweb's store."""
         return sum(os.path.getsize(path) for path in glob.glob(f"{self.path}/state/**", recursive=True) if os.path.isfile(path))
 
     def said(self, name):
@@ -169,7 +169,7 @@ class Real:
     def wait_for(path, seconds=10):
         deadline = time.monotonic() + seconds
         while not os.path.exists(path):
-            assert time.monotonic() < deadline, f"{path} did not come"
+            assert time.monotonic() < deadline, f"{path} did not appear within {seconds} s"
             time.sleep(0.02)
 
     def close(self):
@@ -179,7 +179,7 @@ class Real:
 
 
 class RealAxes(Real):
-    """A device of three axes without models, whose y says after `valid_s` that it is not valid."""
+    """A device with three axes and no models, which marks its y axis as invalid after `valid_s` seconds."""
 
     def __init__(self, programs, valid_s):
         self.programs, self.hurry, self.children, self.valid_s = os.path.abspath(programs), False, {}, valid_s
