@@ -141,7 +141,7 @@ class Server:
         if request.cookies.get("prism-stand-in") != "session":
             await ws.close(code=1008, message=b"it has no token")
             return ws
-        await ws.send_json({"ready": True, "host": "stand-in (SIMULATED)", "version": "0", "instances": self.instances()})
+        await ws.send_json({"ready": True, "host": "fake server (SIMULATED)", "version": "0", "instances": self.instances()})
         self.clients.add(ws)
         async for message in ws:
             if message.type == WSMsgType.TEXT and not self.frozen:
