@@ -8,6 +8,7 @@ import sys
 import tempfile
 
 sys.dont_write_bytecode = True
+import citations
 import house_names
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -322,11 +323,12 @@ def files_of(root):
 
 
 def breaches(root):
-    rules = RULES + [UniqueTypes()]
+    files = []
     for path, full in files_of(root):
         with open(full, "rb") as file:
-            data = file.read()
-        text = data.decode("utf-8", errors="replace")
+            files.append((path, full, file.read().decode("utf-8", errors="replace")))
+    rules = RULES + [UniqueTypes(), citations.Citations((path, text) for path, _, text in files)]
+    for path, full, text in files:
         found = [breach for rule in rules for breach in rule(path, text)]
         found += check_executable(path, text, os.stat(full).st_mode)
         for line, what in sorted(found):

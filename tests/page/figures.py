@@ -139,7 +139,7 @@ def days(browser, world):
     open_gyro(browser, "gyro1", "z")
     key(browser, "8")
     said = {browser.wait("the progress", lambda: browser.text(".busy"))}
-    while "being built" in (browser.text(".busy") or ""):
+    while "log read" in (browser.text(".busy") or ""):
         said.add(browser.text(".busy"))
         time.sleep(0.2)
     print(f"minutes of {world.rows()} rows: built after {time.monotonic() - begin:.1f} s, {world.stored_bytes() / 1024:.0f} KiB; "

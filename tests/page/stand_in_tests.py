@@ -78,7 +78,7 @@ def long_view_is_built(browser, world):
     world.say("building 0.77")
     browser.wait("an update of the progress", lambda: "77 %" in browser.text(".busy"), 15)
     world.say("building 1")
-    browser.wait("the end of the progress", lambda: "being built" not in browser.text(".busy"), 15)
+    browser.wait("the end of the progress", lambda: "log read" not in browser.text(".busy"), 15)
 
 
 def disk_hangs(browser, world):

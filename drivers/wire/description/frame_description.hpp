@@ -63,7 +63,7 @@ struct SensorRule {
   SlowChannel channel;
 };
 
-/// One frame with its expected values: hex or text in the description; run by run_test_vectors (decode/inspect.hpp).
+/// One frame with its expected values: hex or text in the description; run by run_test_vectors().
 struct TestVector {
   struct Expectation {
     std::string field;
