@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A campaign's file: read strictly, and its schema says the same.
+// The campaign file: parsing, errors, and agreement with its schema.
 #include "tools/prismcal/campaign/campaign_file.hpp"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ using TestJson = test::SchemaValidator::Json;
 const std::filesystem::path kSource = PRISM_SOURCE_DIR;
 
 // Every key once.
-constexpr const char* kWhole = R"({
+constexpr const char* kAllKeys = R"({
   "$schema": "campaign.schema.json", "name": "lot", "asked_by": "J. Smith",
   "recordings": [{"role": "train", "paths": "lot/*/a"}, {"role": "repeat", "paths": ["lot/*/b", "/x/c"]}],
   "models": {"kernel": {"method": "ir-lssvm", "folds": 10, "no-earth-rate": true, "force": false, "lag": [600, 1800]}},
@@ -30,15 +30,15 @@ constexpr const char* kWhole = R"({
 
 TestJson load(const std::filesystem::path& path) { return TestJson::parse(test::read_file(path), nullptr, true, true); }
 bool accepts(const TestJson& json) { return parse_campaign(json.dump(), "/lab/lot.json").has_value(); }
-std::string said(const std::string& pointer, const TestJson& value) {
-  TestJson json = TestJson::parse(kWhole);
+std::string error_of(const std::string& pointer, const TestJson& value) {
+  TestJson json = TestJson::parse(kAllKeys);
   json[TestJson::json_pointer(pointer)] = value;
   const auto file = parse_campaign(json.dump(), "/lab/lot.json");
   return file ? "accepted" : file.error().text();
 }
 
-TEST(CampaignFile, IsReadWithPathsBesideItself) {
-  const CampaignFile file = parse_campaign(kWhole, "/lab/lot.json").value();
+TEST(CampaignFile, ResolvesPathsRelativeToItself) {
+  const CampaignFile file = parse_campaign(kAllKeys, "/lab/lot.json").value();
   EXPECT_EQ(file.name, "lot");
   EXPECT_THAT(file.recordings.at(1).patterns, ElementsAre("/lab/lot/*/b", "/x/c"));
   EXPECT_EQ(file.recordings.at(1).role, Role::kRepeat);
@@ -56,7 +56,7 @@ TEST(CampaignFile, IsReadWithPathsBesideItself) {
   EXPECT_THAT(file.slurm_options, ElementsAre("--time=1:00:00"));
 }
 
-TEST(CampaignFile, HasPresetsForWhatItDoesNotSay) {
+TEST(CampaignFile, HasDefaults) {
   const CampaignFile file = parse_campaign(R"({"models": {"m": {}}, "recordings": [{"role": "train", "paths": "a"},
                                                {"role": "repeat", "paths": "b"}]})",
                                            "/lab/winter.json")
@@ -69,22 +69,25 @@ TEST(CampaignFile, HasPresetsForWhatItDoesNotSay) {
   EXPECT_TRUE(file.models.at(0).words.empty());
 }
 
-TEST(CampaignFile, IsRefusedWithThePlace) {
-  EXPECT_THAT(said("/modles", 1), HasSubstr("modles"));
-  EXPECT_THAT(said("/recordings", TestJson::array({{{"role", "train"}, {"paths", "a"}}})), HasSubstr("role repeat"));
-  EXPECT_THAT(said("/recordings/0/role", "teach"), HasSubstr("/recordings/0/role"));
-  EXPECT_THAT(said("/models", TestJson::object()), HasSubstr("/models: found none"));
-  EXPECT_THAT(said("/models/kernel/lag", TestJson::array()), HasSubstr("/models/kernel/lag: found []"));
-  EXPECT_THAT(said("/limits/repeat/improvement", TestJson{{"min", 1}}), HasSubstr("no such quantity"));
-  EXPECT_THAT(said("/limits/data_quality/findings/noice", TestJson{{"min", 1}}), HasSubstr("no such finding"));
-  EXPECT_THAT(said("/limits/data_quality/findings/noise", TestJson::object()), HasSubstr("neither min nor max"));
-  EXPECT_THAT(said("/level", "avx"), HasSubstr("/level"));
+TEST(CampaignFile, IsRejectedWithAJsonPointer) {
+  EXPECT_THAT(error_of("/modles", 1), HasSubstr("modles"));
+  EXPECT_THAT(error_of("/recordings", TestJson::array({{{"role", "train"}, {"paths", "a"}}})),
+              HasSubstr("role repeat"));
+  EXPECT_THAT(error_of("/recordings/0/role", "teach"), HasSubstr("/recordings/0/role"));
+  EXPECT_THAT(error_of("/models", TestJson::object()), HasSubstr("/models: found none"));
+  EXPECT_THAT(error_of("/models/kernel/lag", TestJson::array()), HasSubstr("/models/kernel/lag: found []"));
+  EXPECT_THAT(error_of("/limits/repeat/improvement", TestJson{{"min", 1}}),
+              HasSubstr("/limits/repeat/improvement: no such quantity"));
+  EXPECT_THAT(error_of("/limits/repeat", 1), HasSubstr("/limits/repeat: not a JSON object"));
+  EXPECT_THAT(error_of("/limits/data_quality/findings/noice", TestJson{{"min", 1}}), HasSubstr("no such finding"));
+  EXPECT_THAT(error_of("/limits/data_quality/findings/noise", TestJson::object()), HasSubstr("neither min nor max"));
+  EXPECT_THAT(error_of("/level", "avx"), HasSubstr("/level"));
   EXPECT_THAT(parse_campaign("{", "/lab/lot.json").error().text(), HasSubstr("/lab/lot.json:1"));
 }
 
-TEST(CampaignSchema, TakesWhatTheReaderTakes) {
+TEST(CampaignSchema, AcceptsTheExamples) {
   const test::SchemaValidator validator(load(kSource / "config/campaign.schema.json"));
-  for (const TestJson& json : {TestJson::parse(kWhole), load(kSource / "config/examples/campaign.json")}) {
+  for (const TestJson& json : {TestJson::parse(kAllKeys), load(kSource / "config/examples/campaign.json")}) {
     EXPECT_TRUE(validator.accepts(json));
     EXPECT_TRUE(accepts(json)) << parse_campaign(json.dump(), "x").error().text();
   }
@@ -97,29 +100,29 @@ void walk(const TestJson& json, const TestJson::json_pointer& at,
   for (const auto& [key, value] : json.items()) walk(value, at / key, visit);
 }
 
-// Every value in turn becomes one of every type, and every object gets a key too many.
-TEST(CampaignSchema, TakesAndRefusesTheFormsThatTheReaderDoes) {
+// Replaces each value by one of each type, and adds an unknown key to each object.
+TEST(CampaignSchema, AcceptsWhatTheReaderAccepts) {
   const test::SchemaValidator validator(load(kSource / "config/campaign.schema.json"));
-  const TestJson whole = TestJson::parse(kWhole);
-  const TestJson wrongs =
+  const TestJson valid = TestJson::parse(kAllKeys);
+  const TestJson values =
       TestJson::array({nullptr, -1, 3, 0.25, "7", true, TestJson::array({nullptr}), TestJson{{"what", nullptr}}});
-  int refused = 0;
-  walk(whole, TestJson::json_pointer(), [&](const TestJson::json_pointer& at) {
+  int rejected = 0;
+  walk(valid, TestJson::json_pointer(), [&](const TestJson::json_pointer& at) {
     if (at.to_string() == "/$schema") return;
-    for (const TestJson& wrong : wrongs) {
-      TestJson changed = whole;
-      changed[at] = wrong;
+    for (const TestJson& value : values) {
+      TestJson changed = valid;
+      changed[at] = value;
       const bool read = accepts(changed);
-      refused += !read;
-      EXPECT_FALSE(read && !validator.accepts(changed)) << at.to_string() << " = " << wrong.dump();
+      rejected += !read;
+      EXPECT_FALSE(read && !validator.accepts(changed)) << at.to_string() << " = " << value.dump();
     }
-    if (!whole.at(at).is_object() || at.to_string().starts_with("/models") || at.to_string() == "/judging") return;
-    TestJson more = whole;
-    more[at]["a key too many"] = 1;
+    if (!valid.at(at).is_object() || at.to_string().starts_with("/models") || at.to_string() == "/judging") return;
+    TestJson more = valid;
+    more[at]["an unknown key"] = 1;
     EXPECT_FALSE(accepts(more)) << at.to_string();
     EXPECT_FALSE(validator.accepts(more)) << at.to_string();
   });
-  EXPECT_GT(refused, 100);
+  EXPECT_GT(rejected, 100);
 }
 
 }  // namespace

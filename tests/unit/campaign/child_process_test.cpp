@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Programs get their arguments as they are, and their failures are results.
+// Child processes: arguments, output files and failures.
 #include "tools/prismcal/campaign/child_process.hpp"
 
 #include <gmock/gmock.h>

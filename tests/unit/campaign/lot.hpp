@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A lot of gyros as files, and work that takes no time, for the tests of campaigns.
+// Fixtures of the campaign tests: log files of a lot of gyros, and tasks without work.
 #pragma once
 
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 
 namespace prism::test {
 
-/// Logs that nobody reads but for their metadata.
+/// Creates logs; only their metadata is valid.
 class Lot {
  public:
   void log(const std::string& name, const std::string& serial, const std::string& rows = "1\n") const {
@@ -21,7 +21,7 @@ class Lot {
     std::ofstream(path) << "# prism 0.2.0 data log, format 2\n# instance: g\n# gyro_serial: " << serial
                         << "\n# axis: z\n"
                         << rows;
-    // As if it had been there for an hour: a cache does not trust what has just changed.
+    // One hour old: the cache does not keep files that have just changed.
     std::filesystem::last_write_time(path, std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
   }
   void gyro(const std::string& serial) const {

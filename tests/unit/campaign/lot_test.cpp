@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What came of a lot: limits, who stands out, who is alike, what drifted, and what is installed.
+// Results of a lot: violated limits, outliers, similar gyros, drift, report and installation.
 #include "tests/unit/campaign/lot.hpp"
 
 #include <gmock/gmock.h>
@@ -21,13 +21,13 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-TaskResult outcome(const std::string& serial, const std::string& model, double improvement, double slope = 1) {
+TaskResult result(const std::string& serial, const std::string& model, double improvement, double slope = 1) {
   TaskResult made;
   made.task = serial + model;
   made.serial = made.gyro = serial;
   made.model = model;
   made.mean_deg_per_h = 1;
-  made.judged.push_back({"repeat", "cycle2", "", {{"improvement_percent", "", improvement}}, 0.01});
+  made.evaluations.push_back({"repeat", "cycle2", "", {{"improvement_percent", "", improvement}}, 0.01});
   made.data_quality.push_back(
       {{"verdict", "warn"}, {"findings", Json::array({{{"name", "noise"}, {"verdict", "warn"}, {"value", 4}}})}});
   for (int i = 0; i < 8; ++i) made.curve.emplace_back(5 * i, slope * i * i);
@@ -40,64 +40,64 @@ CampaignLimits limits(double min) {
   return made;
 }
 
-TEST(BrokenLimits, NameTheLimitAndTheValue) {
-  EXPECT_TRUE(broken_limits(outcome("S1", "a", 50), limits(30)).empty());
-  EXPECT_THAT(broken_limits(outcome("S1", "a", 20), limits(30)),
+TEST(Violations, NameTheLimitAndTheValue) {
+  EXPECT_TRUE(find_violations(result("S1", "a", 50), limits(30)).empty());
+  EXPECT_THAT(find_violations(result("S1", "a", 20), limits(30)),
               ElementsAre("repeat cycle2: improvement_percent 20, expected at least 30"));
-  TaskResult unmeasured = outcome("S1", "a", 20);
-  unmeasured.judged[0].measured.clear();
-  EXPECT_THAT(broken_limits(unmeasured, limits(30)), ElementsAre(HasSubstr("not measured")));
-  TaskResult refused = outcome("S1", "a", 50);
+  TaskResult unmeasured = result("S1", "a", 20);
+  unmeasured.evaluations[0].measured.clear();
+  EXPECT_THAT(find_violations(unmeasured, limits(30)), ElementsAre(HasSubstr("not measured")));
+  TaskResult refused = result("S1", "a", 50);
   refused.refused = true;
   refused.why = "no thermometer";
-  EXPECT_THAT(broken_limits(refused, limits(30)), ElementsAre("refused: no thermometer"));
-  TaskResult same = outcome("S1", "a", 50);
-  same.judged[0].trained_on = "/lot/cycle1.csv";
-  EXPECT_THAT(broken_limits(same, limits(30)), ElementsAre(HasSubstr("no test: the model was trained on /lot")));
+  EXPECT_THAT(find_violations(refused, limits(30)), ElementsAre("refused: no thermometer"));
+  TaskResult same = result("S1", "a", 50);
+  same.evaluations[0].trained_on = "/lot/cycle1.csv";
+  EXPECT_THAT(find_violations(same, limits(30)), ElementsAre(HasSubstr("not a test: the model was trained on /lot")));
 }
 
-TEST(BrokenLimits, CountTheDataQuality) {
+TEST(Violations, IncludeDataQuality) {
   CampaignLimits strict;
   strict.warnings_pass = false;
-  EXPECT_THAT(broken_limits(outcome("S1", "a", 50), strict), ElementsAre("data quality: warn (noise), expected pass"));
+  EXPECT_THAT(find_violations(result("S1", "a", 50), strict), ElementsAre("data quality: warn (noise), expected pass"));
   CampaignLimits noise;
   noise.findings = {{"noise", {}, 3.5}, {"quantised", {}, 1}};
-  EXPECT_THAT(broken_limits(outcome("S1", "a", 50), noise), ElementsAre("data quality: noise 4, expected at most 3.5"));
+  EXPECT_THAT(find_violations(result("S1", "a", 50), noise),
+              ElementsAre("data quality: noise 4, expected at most 3.5"));
 }
 
 TEST(Lot, ChoosesTheFirstAcceptedModelInTheOrderOfTheFile) {
   Lot lot;
   for (const char* model : {"a", "b"}) {
-    lot.outcomes.push_back(outcome("S1", model, 50));
-    lot.outcomes.push_back(outcome("S2", model, 50));
+    lot.results.push_back(result("S1", model, 50));
+    lot.results.push_back(result("S2", model, 50));
   }
-  lot.outcomes[1].broken = {"limit"};  // S2, a
+  lot.results[1].violations = {"limit"};  // S2, a
   const auto chosen = lot.chosen({{"a", {}}, {"b", {}}});
   ASSERT_EQ(chosen.size(), 2u);
   EXPECT_EQ(chosen[0]->model, "a");
   EXPECT_EQ(chosen[1]->model, "b");
 }
 
-TEST(LotAnalysis, FindsTheOneThatStandsOut) {
+TEST(LotAnalysis, FindsAnOutlier) {
   std::vector<TaskResult> lot;
-  for (int i = 0; i < 20; ++i) lot.push_back(outcome(fmt::format("S{}", i), "a", 50 + i % 5));
-  lot[7].judged[0].measured[0].value = 5;
+  for (int i = 0; i < 20; ++i) lot.push_back(result(fmt::format("S{}", i), "a", 50 + i % 5));
+  lot[7].evaluations[0].measured[0].value = 5;
   const auto outliers = find_outliers(lot);
   ASSERT_EQ(outliers.size(), 1u);
-  EXPECT_EQ(outliers[0].outcome->serial, "S7");
+  EXPECT_EQ(outliers[0].result->serial, "S7");
   EXPECT_EQ(outliers[0].quantity, "improvement_percent");
   EXPECT_LT(outliers[0].score, -kOutlierScore);
 }
 
-TEST(LotAnalysis, PutsSiblingsTogetherAndTellsDrift) {
-  const std::vector<TaskResult> lot = {outcome("S1", "a", 50, 1), outcome("S2", "a", 50, -1),
-                                       outcome("S3", "a", 50, 1.1)};
-  const auto siblings = find_nearest_gyros(lot);
-  ASSERT_EQ(siblings.size(), 3u);
-  EXPECT_EQ(siblings[0].outcome->serial, "S1");
-  EXPECT_EQ(siblings[0].nearest->serial, "S3");
-  EXPECT_NEAR(siblings[0].likeness.correlation, 1, 1e-12);
-  EXPECT_EQ(siblings[2].outcome->serial, "S2");  // alone
+TEST(LotAnalysis, FindsSimilarGyrosAndDrift) {
+  const std::vector<TaskResult> lot = {result("S1", "a", 50, 1), result("S2", "a", 50, -1), result("S3", "a", 50, 1.1)};
+  const auto pairs = find_nearest_gyros(lot);
+  ASSERT_EQ(pairs.size(), 3u);
+  EXPECT_EQ(pairs[0].result->serial, "S1");
+  EXPECT_EQ(pairs[0].nearest->serial, "S3");
+  EXPECT_NEAR(pairs[0].similarity.correlation, 1, 1e-12);
+  EXPECT_EQ(pairs[2].result->serial, "S2");  // the least similar
   std::vector<TaskResult> later = lot;
   later[0].mean_deg_per_h = 1.25;
   const auto drift = find_drift(later, lot);
@@ -109,8 +109,8 @@ TEST(LotAnalysis, PutsSiblingsTogetherAndTellsDrift) {
 TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
   test::Lot files;
   Lot lot;
-  lot.outcomes = {outcome("S1", "a", 50), outcome("S2", "a", 20)};
-  lot.outcomes[1].broken = {"repeat cycle2: improvement_percent 20, expected at least 30"};
+  lot.results = {result("S1", "a", 50), result("S2", "a", 20)};
+  lot.results[1].violations = {"repeat cycle2: improvement_percent 20, expected at least 30"};
   lot.missing = {{"S3", "a", "out of memory"}};
   const report::Report report = lot_report(files.file(), lot, &lot);
   const auto json = Json::parse(report::json_text(report));
@@ -118,7 +118,7 @@ TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[0][0]["link"], "../tasks/S1a/report/report.html");
   EXPECT_EQ(rows[0][2]["text"], "accepted");
-  EXPECT_EQ(rows[1][8]["text"], lot.outcomes[1].broken[0]);
+  EXPECT_EQ(rows[1][8]["text"], lot.results[1].violations[0]);
   EXPECT_EQ(rows[2][8]["text"], "out of memory");
   EXPECT_EQ(json["tables"]["drift"]["rows"].size(), 2u);
   EXPECT_THAT(report.warning, HasSubstr("incomplete"));
@@ -128,9 +128,9 @@ class InstalledLot : public testing::Test {
  protected:
   InstalledLot() { EXPECT_TRUE(store_.create()); }
 
-  /// A model of the gyro stands as a task's result.
-  void stand(const std::string& serial) {
-    TaskResult made = outcome(serial, "a", 50);
+  /// Stores a model of the gyro as the result of a task.
+  void store(const std::string& serial) {
+    TaskResult made = result(serial, "a", 50);
     std::string text = test::read_file(fs::path(PRISM_SOURCE_DIR) / "config/models/tao2019-model2.json");
     const auto at = text.find("\"gyro\"");
     if (at != std::string::npos) {
@@ -144,7 +144,7 @@ class InstalledLot : public testing::Test {
     const auto model = compensation::parse_model(text, "model");
     ASSERT_TRUE(model) << model.error().text();
     made.id = (*model)->info().id;
-    lot_.outcomes.push_back(std::move(made));
+    lot_.results.push_back(std::move(made));
   }
   Result<InstalledModels> install() { return install_models(files_.file(), store_, lot_, files_.path("dest"), true); }
 
@@ -153,11 +153,11 @@ class InstalledLot : public testing::Test {
   Lot lot_;
 };
 
-TEST_F(InstalledLot, HasAManifestOfSumsAndKeepsOtherGyros) {
-  stand("S1");
+TEST_F(InstalledLot, HasAManifestOfChecksumsAndKeepsOtherGyros) {
+  store("S1");
   ASSERT_EQ(install()->models, 1u);
-  lot_.outcomes.clear();
-  stand("S 2/x");
+  lot_.results.clear();
+  store("S 2/x");
   const auto second = install();
   ASSERT_TRUE(second) << second.error().text();
   EXPECT_EQ(second->kept, 1u);
@@ -170,25 +170,25 @@ TEST_F(InstalledLot, HasAManifestOfSumsAndKeepsOtherGyros) {
     EXPECT_FALSE(entry.path().string().ends_with(".new")) << entry.path();
 }
 
-TEST_F(InstalledLot, IsRefusedWholeWhereAModelIsNotTheOneThatWasJudged) {
-  stand("S1");
+TEST_F(InstalledLot, IsUnchangedIfAModelIsNotTheEvaluatedOne) {
+  store("S1");
   ASSERT_TRUE(install());
   const std::string before = test::read_file(files_.path("dest/manifest.json"));
-  stand("S2");
-  lot_.outcomes[1].id = "0123";
-  EXPECT_THAT(install().error().text(), HasSubstr("not the model that was evaluated"));
-  lot_.outcomes[1].id = lot_.outcomes[0].id;
-  lot_.outcomes[1].serial = "S9";
+  store("S2");
+  lot_.results[1].id = "0123";
+  EXPECT_THAT(install().error().text(), HasSubstr("not the evaluated model"));
+  lot_.results[1].id = lot_.results[0].id;
+  lot_.results[1].serial = "S9";
   EXPECT_THAT(install().error().text(), HasSubstr("expected that of \"S9\""));
   EXPECT_EQ(test::read_file(files_.path("dest/manifest.json")), before);
   EXPECT_FALSE(fs::exists(files_.path("dest/S2.json")));
 }
 
-TEST_F(InstalledLot, DoesNotTakeAFolderOfSomethingElse) {
-  stand("S1");
+TEST_F(InstalledLot, RejectsAFolderWithOtherFiles) {
+  store("S1");
   fs::create_directories(files_.path("dest"));
   std::ofstream(files_.path("dest/letters.txt")) << "dear";
-  EXPECT_THAT(install().error().text(), HasSubstr("holds no manifest.json"));
+  EXPECT_THAT(install().error().text(), HasSubstr("files but no manifest.json"));
   EXPECT_TRUE(fs::exists(files_.path("dest/letters.txt")));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tasks: one for each gyro and model, named by what their result depends on and by nothing else.
+// Planning: one task per gyro and model, and ids that depend on exactly what the result depends on.
 #include "tools/prismcal/campaign/plan.hpp"
 
 #include <gmock/gmock.h>
@@ -13,7 +13,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-class PlanOfALot : public testing::Test {
+class CampaignPlan : public testing::Test {
  protected:
   Plan plan() {
     InputCache cache(lot_.path("inputs.cache"));
@@ -34,7 +34,7 @@ class PlanOfALot : public testing::Test {
   std::size_t files_read_ = 0;
 };
 
-TEST_F(PlanOfALot, HasEachGyroWithEachModel) {
+TEST_F(CampaignPlan, HasATaskForEachGyroAndModel) {
   lot_.gyro("S2");
   lot_.gyro("S1");
   const Plan made = plan();
@@ -45,17 +45,17 @@ TEST_F(PlanOfALot, HasEachGyroWithEachModel) {
   EXPECT_EQ(made.tasks[1].model.name, "b");
   EXPECT_EQ(made.tasks[2].serial, "S2");
   EXPECT_THAT(made.tasks[0].paths(Role::kTrain), ElementsAre(lot_.path("S1/cycle1.csv")));
-  EXPECT_EQ(made.cpu_s(), 4 * 5);  // five lines a log
+  EXPECT_EQ(made.cpu_s(), 4 * 5);  // five lines per log
 }
 
-TEST_F(PlanOfALot, ReadsEachFileOnceUntilItChanges) {
+TEST_F(CampaignPlan, ReadsEachFileOnceUntilItChanges) {
   lot_.gyro("S1");
   lot_.gyro("S2");
   const auto before = ids(plan());
   EXPECT_EQ(files_read_, 4u);
   EXPECT_EQ(ids(plan()), before);
   EXPECT_EQ(files_read_, 0u);
-  lot_.log("S2/cycle2.csv", "S2", "3\n");  // same size, another content: another inode's time
+  lot_.log("S2/cycle2.csv", "S2", "3\n");  // same size, other contents, other mtime
   const auto after = ids(plan());
   EXPECT_EQ(files_read_, 1u);
   EXPECT_EQ(after[0], before[0]);
@@ -64,8 +64,8 @@ TEST_F(PlanOfALot, ReadsEachFileOnceUntilItChanges) {
   EXPECT_NE(after[3], before[3]);
 }
 
-// A file that has just been written may be written again within the same tick of its time.
-TEST_F(PlanOfALot, DoesNotTrustAFileThatHasJustChanged) {
+// A new file may change again within the resolution of its mtime.
+TEST_F(CampaignPlan, DoesNotCacheAFileThatHasJustChanged) {
   lot_.gyro("S1");
   std::ofstream(lot_.path("S1/cycle1.csv"), std::ios::app) << "4\n";
   plan();
@@ -73,7 +73,7 @@ TEST_F(PlanOfALot, DoesNotTrustAFileThatHasJustChanged) {
   EXPECT_EQ(files_read_, 1u);
 }
 
-TEST_F(PlanOfALot, NamesATaskByAllThatItsResultDependsOn) {
+TEST_F(CampaignPlan, HasIdsThatDependOnAllInputsOfTheResult) {
   lot_.gyro("S1");
   const auto first = ids(plan());
   const auto changed = [&](const std::function<void()>& change) {
@@ -90,28 +90,28 @@ TEST_F(PlanOfALot, NamesATaskByAllThatItsResultDependsOn) {
   EXPECT_TRUE(changed([&] { file_->models[0].words = {"--folds=6"}; }));
   EXPECT_TRUE(changed([&] { file_->judging = {"--max-bias=1"}; }));
   EXPECT_TRUE(changed([&] { file_->reports = false; }));
-  EXPECT_FALSE(changed([&] { file_->limits.repeat = {{"rms_deg_per_h", {}, 1}}; }));  // judged afterwards
+  EXPECT_FALSE(changed([&] { file_->limits.repeat = {{"rms_deg_per_h", {}, 1}}; }));  // applied later
   EXPECT_FALSE(changed([&] { file_->models[0].name = "c"; }));
 }
 
-TEST_F(PlanOfALot, LeavesOutWhatLacksSomethingAndSaysSo) {
+TEST_F(CampaignPlan, ListsGyrosWithoutRoleOrSerialNumber) {
   lot_.gyro("S1");
   lot_.log("S2/cycle1.csv", "S2");
   lot_.log("S3/cycle1.csv", "unknown");
   const Plan made = plan();
   EXPECT_EQ(made.gyros, 1u);
   ASSERT_EQ(made.left_out.size(), 2u);
-  EXPECT_THAT(made.left_out[0].why, HasSubstr("names no gyro_serial"));
+  EXPECT_THAT(made.left_out[0].why, HasSubstr("found no gyro_serial"));
   EXPECT_EQ(made.left_out[1].what, "S2 z");
   EXPECT_THAT(made.left_out[1].why, HasSubstr("role repeat"));
 }
 
-TEST_F(PlanOfALot, IsRefusedWhereNothingFits) {
+TEST_F(CampaignPlan, FailsIfAPatternMatchesNoFile) {
   InputCache cache(lot_.path("inputs.cache"));
-  EXPECT_THAT(make_plan(lot_.file(), work_, cache).error().text(), HasSubstr("fits no file"));
+  EXPECT_THAT(make_plan(lot_.file(), work_, cache).error().text(), HasSubstr("matches no file"));
 }
 
-TEST_F(PlanOfALot, ATaskReadsBackFromItsLine) {
+TEST_F(CampaignPlan, ReadsATaskBackFromItsLine) {
   lot_.gyro("S 1, \"x\"");
   const Task task = plan().tasks.at(0);
   const Task read = parse_task(task_json(task).dump(), "t").value();

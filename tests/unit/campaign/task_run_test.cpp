@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A task stands whole or not at all, is done once, and a failure is kept with its one line.
+// Running a task: its result is complete or absent, is computed once, and a failure is recorded.
 #include "tools/prismcal/campaign/task_run.hpp"
 
 #include <gmock/gmock.h>
@@ -15,9 +15,9 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-class TaskOfALot : public testing::Test {
+class CampaignTask : public testing::Test {
  protected:
-  TaskOfALot() {
+  CampaignTask() {
     lot_.gyro("S1");
     EXPECT_TRUE(store_.create());
     InputCache cache(store_.file("inputs.cache"));
@@ -39,7 +39,7 @@ class TaskOfALot : public testing::Test {
   Task task_;
 };
 
-TEST_F(TaskOfALot, StandsInAFolderOfItsName) {
+TEST_F(CampaignTask, StoresItsResultUnderItsId) {
   ASSERT_TRUE(run_task(store_, task_, work_));
   EXPECT_TRUE(store_.has_result(task_.id));
   for (const char* name : {"model.json", "result.json", "task.json", "times.json"})
@@ -49,7 +49,7 @@ TEST_F(TaskOfALot, StandsInAFolderOfItsName) {
   EXPECT_EQ(read_status(store_)->waiting, 1u);
 }
 
-TEST_F(TaskOfALot, IsNotDoneAgainWhereItStands) {
+TEST_F(CampaignTask, IsSkippedIfItsResultExists) {
   int runs = 0;
   const auto run = work_.run;
   work_.run = [&](const Task& task, const std::string& folder) { return ++runs, run(task, folder); };
@@ -59,8 +59,8 @@ TEST_F(TaskOfALot, IsNotDoneAgainWhereItStands) {
   EXPECT_EQ(store_.tasks_to_do(store_.read_plan().value()).size(), 1u);
 }
 
-// Two engines that begin one task at a time: the first stands, the second goes without a word.
-TEST_F(TaskOfALot, TwoOfOneTaskAreOne) {
+// Two executors run one task at the same time: the first result is kept, the second is discarded without an error.
+TEST_F(CampaignTask, KeepsTheFirstOfTwoResults) {
   const auto run = work_.run;
   work_.run = [&](const Task& task, const std::string& folder) {
     if (auto other = store_.begin_task(task.id + ".x"); other) {
@@ -74,7 +74,7 @@ TEST_F(TaskOfALot, TwoOfOneTaskAreOne) {
   EXPECT_EQ(unfinished(), 0u);
 }
 
-TEST_F(TaskOfALot, AFailureIsKeptAndTriedAgain) {
+TEST_F(CampaignTask, RecordsAFailureAndCanBeRetried) {
   work_.run = [](const Task&, const std::string&) -> Result<Json> { return make_error("disk", "is full"); };
   EXPECT_FALSE(run_task(store_, task_, work_));
   EXPECT_FALSE(run_task(store_, task_, work_));
@@ -87,7 +87,7 @@ TEST_F(TaskOfALot, AFailureIsKeptAndTriedAgain) {
   EXPECT_TRUE(read_status(store_)->failed.empty());
 }
 
-TEST_F(TaskOfALot, ARefusalOfTheGyroIsAResult) {
+TEST_F(CampaignTask, StoresARejectionOfTheDataAsAResult) {
   work_.run = [](const Task&, const std::string&) -> Result<Json> {
     return Json{{"outcome", "refused"}, {"why", "no thermometer"}};
   };
@@ -98,25 +98,25 @@ TEST_F(TaskOfALot, ARefusalOfTheGyroIsAResult) {
   EXPECT_EQ(status.refused[0].why, "no thermometer");
 }
 
-TEST_F(TaskOfALot, DoesNotTakeInputsThatChangedSinceThePlan) {
+TEST_F(CampaignTask, FailsIfAnInputChangedSinceThePlan) {
   lot_.log("S1/cycle1.csv", "S1", "9\n");
   EXPECT_THAT(run_task(store_, task_, work_).error().text(), HasSubstr("plan again"));
   EXPECT_FALSE(store_.has_result(task_.id));
 }
 
-TEST_F(TaskOfALot, OutOfMemoryIsAFailureOfTheMachine) {
+TEST_F(CampaignTask, FailsIfOutOfMemory) {
   work_.run = [](const Task&, const std::string&) -> Result<Json> { throw std::bad_alloc(); };
   EXPECT_THAT(run_task(store_, task_, work_).error().text(), HasSubstr("out of memory"));
   EXPECT_EQ(read_status(store_)->failed.size(), 1u);
 }
 
-TEST_F(TaskOfALot, WhatAKilledProcessLeftIsSweptAway) {
+TEST_F(CampaignTask, LeavesNoUnfinishedResultOfAKilledProcess) {
   const auto mine = store_.begin_task(task_.id).value();
   char host[256] = {};
   gethostname(host, sizeof host - 1);
   fs::create_directories(store_.file(fmt::format("tasks/.{}.{}.999999999", task_.id, host)));
   store_.sweep();
-  EXPECT_EQ(unfinished(), 1u);  // this process lives
+  EXPECT_EQ(unfinished(), 1u);  // of this process, which still runs
   EXPECT_TRUE(fs::exists(mine));
 }
 
@@ -127,7 +127,7 @@ TEST(TaskCommand, IsQuotedForAShell) {
             "/usr/bin/prismcal campaign '/lab/it'\\''s lot.json' --task ab12");
 }
 
-TEST(DurationText, IsForPeople) {
+TEST(DurationText, RoundsToReadableUnits) {
   EXPECT_EQ(duration_text(12.2), "12 s");
   EXPECT_EQ(duration_text(125), "2 min 05 s");
   EXPECT_EQ(duration_text(36000 + 300), "10 h 05 min");

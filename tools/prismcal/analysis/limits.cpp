@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/file.hpp"
+#include "base/json_document.hpp"
 
 namespace prism::analysis {
 namespace {
@@ -20,10 +21,11 @@ std::optional<double> gap_after(const EvaluatedRecording& recording) {
   return loop->max_gap_deg_per_h;
 }
 
-/// "min" or "max" of one limit.
-Result<std::optional<double>> bound(const Json& object, const char* key, const std::string& where) {
+/// Reads "min" or "max" of one limit.
+Result<std::optional<double>> read_edge(const Json& object, const char* key, const std::string& where) {
   if (!object.contains(key)) return std::optional<double>();
-  if (!object[key].is_number()) return make_error(where + "/" + key, "expected a number");
+  if (!object[key].is_number())
+    return make_error(where + "/" + key, fmt::format("found {}, expected a number", shown(object[key])));
   return std::optional(object[key].get<double>());
 }
 
@@ -50,7 +52,7 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
   const auto percent = [](std::optional<double> share) { return share ? std::optional(100 * *share) : std::nullopt; };
   std::optional<double> walk, instability;
   if (allan && allan->angle_random_walk_deg_per_sqrt_h) walk = allan->angle_random_walk_deg_per_sqrt_h->value;
-  // Without a plateau the minimum bounds the instability from above: what must stay below a limit is then the bound.
+  // Without a plateau the minimum of the curve is an upper limit of the bias instability, and is compared instead.
   if (allan) {
     instability = allan->bias_instability_deg_per_h ? allan->bias_instability_deg_per_h->value
                                                     : allan->floor.minimum_deg_per_h / evaluation::kAllanFlicker;
@@ -90,15 +92,16 @@ Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string
     if (std::find(names.begin(), names.end(), quantity) == names.end()) {
       return make_error(at, fmt::format("no such quantity; expected one of {}", fmt::join(names, ", ")));
     }
-    if (!object.is_object()) return make_error(at, "expected {\"min\": …, \"max\": …}, one or both");
+    if (!object.is_object())
+      return make_error(at, fmt::format("found {}, expected {{\"min\": …, \"max\": …}}, one or both", shown(object)));
     for (const auto& [key, value] : object.items()) {
       if (key != "min" && key != "max")
         return make_error(fmt::format("{}/{}", at, key), "unknown key; expected min or max");
     }
-    const auto min = bound(object, "min", at), max = bound(object, "max", at);
+    const auto min = read_edge(object, "min", at), max = read_edge(object, "max", at);
     if (!min) return tl::unexpected(min.error());
     if (!max) return tl::unexpected(max.error());
-    if (!*min && !*max) return make_error(at, "neither min nor max");
+    if (!*min && !*max) return make_error(at, "found neither min nor max, expected one or both");
     limits.push_back({quantity, *min, *max});
   }
   if (limits.empty()) return make_error(where, "found no limit, expected at least one");
@@ -111,34 +114,33 @@ Result<std::vector<Limit>> read_limits(const std::string& path) {
 }
 
 std::vector<LimitCheck> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured) {
-  std::vector<LimitCheck> verdicts;
+  std::vector<LimitCheck> checks;
   for (const Limit& limit : limits) {
     const auto found =
         std::find_if(measured.begin(), measured.end(), [&](const Measured& m) { return m.quantity == limit.quantity; });
-    LimitCheck verdict{limit, found == measured.end() ? Measured{limit.quantity, "", {}} : *found, false};
-    const auto& value = verdict.measured.value;
-    verdict.pass =
+    LimitCheck check{limit, found == measured.end() ? Measured{limit.quantity, "", {}} : *found, false};
+    const auto& value = check.measured.value;
+    check.pass =
         value && std::isfinite(*value) && (!limit.min || *value >= *limit.min) && (!limit.max || *value <= *limit.max);
-    verdicts.push_back(std::move(verdict));
+    checks.push_back(std::move(check));
   }
-  return verdicts;
+  return checks;
 }
 
-report::Table limits_table(const std::vector<LimitCheck>& verdicts, const std::string& id,
-                           const std::string& recording) {
+report::Table limits_table(const std::vector<LimitCheck>& checks, const std::string& id, const std::string& recording) {
   report::Table table{id + "_limits",
                       "Specification limits on " + recording,
-                      "A quantity that could not be measured does not pass.",
+                      "A value that could not be measured fails its limit.",
                       {},
                       {}};
   table.columns = {{"quantity", "", false}, {"unit", "", false}, {"at least"}, {"at most"}, {"measured"},
                    {"verdict", "", false}};
-  for (const LimitCheck& v : verdicts) {
-    const report::Emphasis emphasis = v.pass ? report::Emphasis::kGood : report::Emphasis::kBad;
-    table.rows.push_back({report::text_cell(v.limit.quantity), report::text_cell(v.measured.unit),
-                          report::general_cell(v.limit.min, 6), report::general_cell(v.limit.max, 6),
-                          report::general_cell(v.measured.value, 5),
-                          report::text_cell(v.pass ? "PASS" : "FAIL", emphasis)});
+  for (const LimitCheck& check : checks) {
+    const report::Emphasis emphasis = check.pass ? report::Emphasis::kGood : report::Emphasis::kBad;
+    table.rows.push_back({report::text_cell(check.limit.quantity), report::text_cell(check.measured.unit),
+                          report::general_cell(check.limit.min, 6), report::general_cell(check.limit.max, 6),
+                          report::general_cell(check.measured.value, 5),
+                          report::text_cell(check.pass ? "PASS" : "FAIL", emphasis)});
   }
   return table;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Specification limits: a file of them, and PASS or FAIL for what was measured.
+// Specification limits: reads them and checks measured values against them.
 #pragma once
 
 #include <optional>
@@ -22,25 +22,25 @@ struct Measured {
   std::optional<double> value;
 };
 
-/// The quantities that limits can be put on.
+/// Names of all quantities that can have limits.
 std::vector<std::string> measured_names();
+/// Returns all quantities, in the order of measured_names().
 std::vector<Measured> measure_all(const EvaluatedRecording& recording);
 
-/// A JSON object { "QUANTITY": {"min": a, "max": b}, … }, comments allowed. Refused with its pointer: an unknown
-/// quantity or key, a limit without min and max, no JSON.
+/// Parses a JSON object { "QUANTITY": {"min": a, "max": b}, … }; comments are allowed. Errors, with the JSON pointer:
+/// an unknown quantity or key, a limit without min and max, no limit, invalid JSON.
 Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where);
 
-/// The same from a file; none without a path.
+/// Reads limits from a file. Returns an empty list if `path` is empty.
 Result<std::vector<Limit>> read_limits(const std::string& path);
 
 struct LimitCheck {
   Limit limit;
   Measured measured;
-  bool pass = false;  ///< what could not be measured does not pass
+  bool pass = false;  ///< false if the value could not be measured
 };
 
 std::vector<LimitCheck> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured);
-report::Table limits_table(const std::vector<LimitCheck>& verdicts, const std::string& id,
-                           const std::string& recording);
+report::Table limits_table(const std::vector<LimitCheck>& checks, const std::string& id, const std::string& recording);
 
 }  // namespace prism::analysis

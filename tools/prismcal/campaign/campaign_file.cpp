@@ -19,7 +19,7 @@ std::string absolute_in(const fs::path& base, const std::string& path) {
   return path.empty() ? path : (base / path).lexically_normal().string();
 }
 
-/// One value of an option as a word; empty: the flag that it turns off is not there.
+/// One option with its value, as on a command line; empty for a flag that is false.
 std::string word_of(const std::string& key, const Json& value, const Section& section) {
   if (value.is_boolean()) return value.get<bool>() ? "--" + key : "";
   if (value.is_string()) return fmt::format("--{}={}", key, value.get<std::string>());
@@ -46,17 +46,17 @@ std::vector<std::string> words_of(const Section& section) {
 
 std::vector<RecordingPattern> read_patterns(const Section& root, const fs::path& base) {
   std::vector<RecordingPattern> recordings;
-  std::array<bool, kRoleNames.size()> there{};
+  std::array<bool, kRoleNames.size()> found{};
   for (const Section& section : root.objects("recordings")) {
     RecordingPattern recording;
     recording.role = static_cast<Role>(section.choice("role", kRoleNames));
     for (const std::string& pattern : section.texts("paths")) recording.patterns.push_back(absolute_in(base, pattern));
-    there[static_cast<std::size_t>(recording.role)] = true;
+    found[static_cast<std::size_t>(recording.role)] = true;
     recordings.push_back(std::move(recording));
   }
   for (const Role role : {Role::kTrain, Role::kRepeat}) {
-    if (root.good() && !there[static_cast<std::size_t>(role)])
-      root.fail("recordings", fmt::format("found none of the role {}, expected one or more", role_name(role)));
+    if (root.good() && !found[static_cast<std::size_t>(role)])
+      root.fail("recordings", fmt::format("found no recording with role {}, expected one or more", role_name(role)));
   }
   return recordings;
 }
@@ -75,8 +75,9 @@ std::vector<analysis::Limit> read_limits_of(const Section& limits, const std::st
   const std::string where = fmt::format("{}/{}", limits.where(), role);
   auto read = analysis::parse_limits(json_text(limits.any(role)), where);
   if (read) return *read;
-  const std::string text = read.error().text();  // its place begins with ours
-  limits.fail(role, text.starts_with(where) ? text.substr(where.size() + 1) : text);
+  const Error& error = read.error();  // error.where: `where`, or `where` + ":/QUANTITY…"
+  const bool below = error.where.size() > where.size() && error.where.starts_with(where);
+  limits.fail(below ? role + error.where.substr(where.size() + 1) : role, error.what);
   return {};
 }
 
@@ -86,11 +87,11 @@ std::vector<FindingLimit> read_findings(const Section& findings) {
     if (std::find(kFindingNames.begin(), kFindingNames.end(), name) == kFindingNames.end())
       findings.fail(name, fmt::format("no such finding; expected one of {}", fmt::join(kFindingNames, ", ")));
     const Section limit = findings.object(name);
-    FindingLimit bound{name, {}, {}};
-    if (limit.has("min")) bound.min = limit.number("min", kAnyNumber);
-    if (limit.has("max")) bound.max = limit.number("max", kAnyNumber);
-    if (!bound.min && !bound.max) findings.fail(name, "found neither min nor max, expected one or both");
-    limits.push_back(std::move(bound));
+    FindingLimit range{name, {}, {}};
+    if (limit.has("min")) range.min = limit.number("min", kAnyNumber);
+    if (limit.has("max")) range.max = limit.number("max", kAnyNumber);
+    if (!range.min && !range.max) findings.fail(name, "found neither min nor max, expected one or both");
+    limits.push_back(std::move(range));
   }
   return limits;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The work for a lot of gyros, declared in one JSON file: recordings, models, limits, output.
+// Parses a campaign file (JSON): recordings, models, limits and output for a lot of gyros.
 #pragma once
 
 #include <array>
@@ -17,23 +17,23 @@ inline const char* role_name(Role role) { return kRoleNames[static_cast<std::siz
 
 struct RecordingPattern {
   Role role = Role::kTrain;
-  std::vector<std::string> patterns;  ///< as a shell's, absolute; of prismd's logs, files or folders
+  std::vector<std::string> patterns;  ///< absolute shell patterns of prismd's log files or folders
 };
 
-/// Options of `prismcal train` or `evaluate` as words: "--method=ir-lssvm", "--no-earth-rate".
+/// `words`: options of `prismcal train`: "--method=ir-lssvm", "--no-earth-rate".
 struct ModelChoice {
   std::string name;
   std::vector<std::string> words;
 };
 
-/// Of one finding of the data-quality check (length, disturbed, noise, …), in its own unit.
+/// Limit of one finding of the data-quality check (length, disturbed, noise, …), in the unit of that finding.
 using FindingLimit = analysis::Limit;
 
 struct CampaignLimits {
-  bool warnings_pass = true;            ///< a recording of which the data-quality check warns may train
-  std::vector<FindingLimit> findings;   ///< of every recording that trains
-  std::vector<analysis::Limit> repeat;  ///< of every recording of the role
-  std::vector<analysis::Limit> other;
+  bool warnings_pass = true;            ///< accepts training recordings with data-quality warnings
+  std::vector<FindingLimit> findings;   ///< for every training recording
+  std::vector<analysis::Limit> repeat;  ///< for every recording with role repeat
+  std::vector<analysis::Limit> other;   ///< for every recording with role other
 };
 
 struct CampaignFile {
@@ -41,23 +41,23 @@ struct CampaignFile {
   std::string name, asked_by;
   std::vector<RecordingPattern> recordings;
   std::vector<ModelChoice> models;   ///< in the order of preference
-  std::vector<std::string> judging;  ///< words of `prismcal evaluate`
+  std::vector<std::string> judging;  ///< options of `prismcal evaluate`
   CampaignLimits limits;
   std::string level;     ///< "native", "x86-64-v4", "x86-64-v3", "baseline"
-  std::string folder;    ///< of everything that is written, absolute
-  bool reports = true;   ///< a page for every task
-  std::string previous;  ///< folder of an earlier campaign, absolute; empty: none
+  std::string folder;    ///< output directory, absolute
+  bool reports = true;   ///< writes a page for each task
+  std::string previous;  ///< output directory of an earlier campaign, absolute; empty: none
   std::vector<std::string> slurm_options;
 };
 
-/// Names that a finding can have, and the instruction levels that can be asked for.
+/// Allowed names of findings, and allowed instruction levels.
 inline constexpr std::array kFindingNames{"temperature_span", "length", "explainable", "moved",
                                           "disturbed",        "noise",  "quantised"};
 inline constexpr std::array kLevelNames{"native", "x86-64-v4", "x86-64-v3", "baseline"};
 
-/// Strict: an unknown or missing key, a value out of its range, a campaign without a recording to train on or without a
-/// model is refused with its place. Paths are relative to the file's folder. Options of models and judging are taken as
-/// they are: Work::check checks them.
+/// Paths in the file are relative to its directory. Options of models and judging are checked by Work::check, not here.
+/// Errors, with the JSON pointer: an unknown or missing key, a value outside its range, no recording of role train or
+/// repeat, no model.
 Result<CampaignFile> parse_campaign(std::string_view text, const std::string& path);
 Result<CampaignFile> load_campaign(const std::string& path);
 

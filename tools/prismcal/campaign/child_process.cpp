@@ -22,7 +22,7 @@ Result<Descriptor> open_to_append(const std::string& path) {
   return file;
 }
 
-/// With stdin from /dev/null and no signal blocked.
+/// The child reads stdin from /dev/null, and no signals are blocked in it.
 Result<pid_t> spawn(const std::vector<std::string>& words, int output, int errors) {
   posix_spawn_file_actions_t files;
   ::posix_spawn_file_actions_init(&files);
@@ -63,9 +63,9 @@ Result<std::string> output_of(const std::vector<std::string>& words, const std::
   Descriptor to(ends[1]);
   const auto child = spawn(words, to.get(), file->get());
   if (!child) return tl::unexpected<Error>(child.error());
-  to.reset();  // the child has the only other one: its end is the end of the text
+  to.reset();  // only the child has it now: the text ends when the child exits
   auto text = read_text(from, words[0]);
-  from.reset();  // a child with more to say than is read ends, too
+  from.reset();  // a child that still writes gets SIGPIPE and ends
   int status = 0;
   ::waitpid(*child, &status, 0);
   if (status != 0) return make_error(words[0], fmt::format("failed; its message is at the end of {}", errors));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Programs that a campaign starts: by a list of arguments, never by a shell.
+// Starts programs from a list of arguments, without a shell.
 #pragma once
 
 #include <sys/types.h>
@@ -11,12 +11,12 @@
 
 namespace prism::campaign {
 
-/// Starts words[0], searched in PATH, in a process group of its own, so that Ctrl-C does not reach it. Both of its
-/// outputs are appended to the file `output`. Errors: the file or the program cannot be opened.
+/// Starts words[0], found in PATH, in a new process group, so that Ctrl-C does not reach it. Appends stdout and stderr
+/// to the file `output`. Errors: the file cannot be opened or the program cannot be started.
 Result<pid_t> start_program(const std::vector<std::string>& words, const std::string& output);
 
-/// Runs a program to its end and returns what it printed on stdout; stderr is appended to the file `errors`.
-/// Errors: as start_program(), and an exit status other than 0.
+/// Runs a program and returns its stdout; appends its stderr to the file `errors`.
+/// Errors: those of start_program(), and an exit status other than 0.
 Result<std::string> output_of(const std::vector<std::string>& words, const std::string& errors);
 
 }  // namespace prism::campaign

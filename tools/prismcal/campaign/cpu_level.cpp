@@ -15,10 +15,11 @@ namespace prism::campaign {
 namespace {
 
 constexpr const char* kTunables = "GLIBC_TUNABLES";
-constexpr const char* kAsked = "PRISM_LEVEL";  // what a program was begun again for: it does not try twice
+constexpr const char* kRestartedFor = "PRISM_LEVEL";  // level of the restart, so that it is tried only once
 
-/// What is kept from the loader, docs/compensation.md. Without AVX2, libm takes no fused multiply-add either.
-const char* mask_of(const std::string& level) {
+/// GLIBC_TUNABLES that hide the higher levels (docs/compensation.md). Without AVX2, libm uses no fused multiply-add
+/// either.
+const char* tunables_for(const std::string& level) {
   if (level == "x86-64-v3") return "glibc.cpu.hwcaps=-AVX512F";
   if (level == "baseline") return "glibc.cpu.hwcaps=-AVX512F,-AVX2";
   return "";
@@ -39,14 +40,14 @@ std::string loaded_level() {
 Result<void> run_at_level(const std::string& level, char** argv) {
   const std::string loaded = loaded_level();
   if (loaded == level) return {};
-  const char* asked = std::getenv(kAsked);
-  if ((asked && asked == level) || *mask_of(level) == 0)
+  const char* restarted_for = std::getenv(kRestartedFor);
+  if ((restarted_for && restarted_for == level) || *tunables_for(level) == 0)
     return make_error("level",
-                      fmt::format("found {} on this machine, expected {}; \"level\" of the campaign sets one that "
+                      fmt::format("found {} on this machine, expected {}; set \"level\" of the campaign to one that "
                                   "all machines have",
                                   loaded, level));
-  ::setenv(kTunables, mask_of(level), 1);
-  ::setenv(kAsked, level.c_str(), 1);
+  ::setenv(kTunables, tunables_for(level), 1);
+  ::setenv(kRestartedFor, level.c_str(), 1);
   ::execv("/proc/self/exe", argv);
   return make_error("/proc/self/exe", std::strerror(errno));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The instruction level that a program computes at: which one was loaded, and how to begin again at a lower one.
+// The x86-64 microarchitecture level of libprism-kernels: the loaded one, and a restart at a lower one.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace prism::campaign {
 
-/// "x86-64-v4", "x86-64-v3" or "baseline": where the loader found libprism-kernels.
+/// Returns "x86-64-v4", "x86-64-v3" or "baseline", by the path from which libprism-kernels was loaded.
 std::string loaded_level();
 
-/// Returns where this process computes at `level`. Else begins the program again with the levels above kept from the
-/// loader and from libm. Errors: a processor without the level, or without levels.
+/// Returns if this process computes at `level`. Otherwise restarts the program with the higher levels hidden from the
+/// loader and libm. Errors: the level cannot be reached on this machine.
 Result<void> run_at_level(const std::string& level, char** argv);
 
 }  // namespace prism::campaign

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The engines that run the tasks of a campaign: the cores of this machine, or Slurm.
+// Executors for the tasks of a campaign: local processes or a Slurm job array.
 #pragma once
 
 #include <string>
@@ -11,23 +11,23 @@ namespace prism::campaign {
 
 struct ExecutorSettings {
   std::string program;   ///< path of prismcal
-  int jobs = 0;          ///< tasks at a time; 0: one per core (local)
-  double memory_mb = 0;  ///< of all tasks at a time; 0: four fifths of the free memory (local)
-  bool detach = false;   ///< submit and return (Slurm)
+  int jobs = 0;          ///< local: concurrent tasks; 0: one per core
+  double memory_mb = 0;  ///< local: limit for all running tasks; 0: 80 % of the free memory
+  bool detach = false;   ///< Slurm: submit and return
 };
 
 struct ExecutorResult {
   bool interrupted = false;
-  std::size_t done = 0, failed = 0;  ///< of the tasks without a result at the start
+  std::size_t done = 0, failed = 0;  ///< among the tasks that had no result at the start
 };
 
-/// One process per task, the longest tasks first; at most `jobs` at a time and at most their expected memory, but
-/// always one. Ctrl-C and SIGTERM end them. The death of a process is recorded as a failure of its task.
+/// Runs one process per task, longest first. Starts a task if fewer than `jobs` run and its expected memory fits, or
+/// if no other task runs. Ctrl-C and SIGTERM kill the processes. If a process crashes, its task has failed.
 Result<ExecutorResult> run_local(const CampaignFile& file, const ResultStore& store,
                                  const std::vector<PlannedTask>& plan, const ExecutorSettings& settings);
 
-/// One Slurm job array. If an array of this campaign is in the queue already, waits for its end first. Slurm runs the
-/// tasks of a dead node again. Ctrl-C and SIGTERM cancel the array.
+/// Submits one Slurm job array and waits for it. If an array of this campaign is already queued, waits for that first.
+/// Slurm requeues the tasks of a dead node. Ctrl-C and SIGTERM cancel the array.
 Result<ExecutorResult> run_slurm(const CampaignFile& file, const ResultStore& store,
                                  const std::vector<PlannedTask>& plan, const ExecutorSettings& settings);
 

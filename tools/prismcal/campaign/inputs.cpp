@@ -19,7 +19,7 @@
 namespace prism::campaign {
 namespace {
 
-constexpr std::int64_t kSettled_ns = 2'000'000'000;
+constexpr std::int64_t kMinAge_ns = 2'000'000'000;  // a younger file may change within the same mtime
 constexpr const char* kFirstLine = "# prism inputs 1";
 
 std::string metadata_of(const std::string& head, const std::string& key) {
@@ -36,9 +36,9 @@ Result<InputFile> read_input(const std::string& path) {
   if (!in) return tl::unexpected<Error>(in.error());
   InputFile file{path, {}, {}, {}, 0, 0};
   Sha256 sha256;
-  std::vector<char> piece(1 << 20);
-  while (const std::size_t got = in->read(piece)) {
-    const std::string_view bytes(piece.data(), got);
+  std::vector<char> buffer(1 << 20);
+  while (const std::size_t got = in->read(buffer)) {
+    const std::string_view bytes(buffer.data(), got);
     if (file.bytes == 0) {
       const std::string head(bytes.substr(0, 8192));
       file.serial = metadata_of(head, "gyro_serial");
@@ -82,11 +82,11 @@ Result<InputFile> InputCache::describe(const std::string& path) {
                     found.st_mtim.tv_sec * std::int64_t{1'000'000'000} + found.st_mtim.tv_nsec};
   const auto known = entries_.find(path);
   if (known != entries_.end() && known->second.stamp == stamp) return known->second.file;
-  const bool settled = now_ns() - stamp.changed_ns > kSettled_ns;
+  const bool cacheable = now_ns() - stamp.changed_ns > kMinAge_ns;
   auto file = read_input(path);
   if (!file) return file;
   ++files_read_;
-  if (settled && path.find('\n') == std::string::npos) entries_[path] = {stamp, *file};
+  if (cacheable && path.find('\n') == std::string::npos) entries_[path] = {stamp, *file};
   return file;
 }
 

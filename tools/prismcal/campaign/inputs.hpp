@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The files that a task reads: their SHA-256, and whose gyro they are, asked of the disk once and kept.
+// Input files of a task: SHA-256, serial number and axis, cached on disk.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,22 @@ namespace prism::campaign {
 
 struct InputFile {
   std::string path, sha256;
-  std::string serial, axis;  ///< "gyro_serial" and "axis" of a log's metadata; empty: it does not say
+  std::string serial, axis;  ///< "gyro_serial" and "axis" of a log's metadata; empty: unknown
   std::uint64_t bytes = 0, lines = 0;
 };
 
-/// What was read of files, by path, size, time of change and inode. A file that changed within two seconds before it
-/// was read is read again: a change in the same tick of the clock would not show.
+/// Caches InputFile by path, size, mtime, inode and device. Files modified less than two seconds before the read are
+/// not cached, since another change within the resolution of mtime would be invisible.
 class InputCache {
  public:
-  /// Reads what an earlier run kept in `file`; one that is not there, or is damaged, is empty.
+  /// Loads the cache file of an earlier run; a missing or damaged one gives an empty cache.
   explicit InputCache(std::string file);
 
-  /// Errors: a file that cannot be read.
+  /// Returns the cached entry, or reads the file. Errors: the file cannot be read.
   Result<InputFile> describe(const std::string& path);
-  /// Writes what is new, if anything is.
+  /// Writes the cache file if describe() read a file.
   Result<void> save();
-  std::size_t files_read() const { return files_read_; }  ///< how many had to be read
+  std::size_t files_read() const { return files_read_; }  ///< files that were not in the cache
 
  private:
   struct Stamp {
@@ -45,10 +45,10 @@ class InputCache {
   std::size_t files_read_ = 0;
 };
 
-/// The files that make one recording: the file itself, or of a folder its logs and their indexes, by name.
+/// Returns the files of one recording: the file itself, or the logs and their indexes of a folder, sorted by name.
 std::vector<std::string> files_of_recording(const std::string& path);
 
-/// Every path that matches a shell pattern, by name; empty if no path matches.
+/// Returns the paths that match a shell pattern (glob with braces), sorted by name.
 std::vector<std::string> paths_of_pattern(const std::string& pattern);
 
 }  // namespace prism::campaign

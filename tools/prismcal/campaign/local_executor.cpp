@@ -78,7 +78,7 @@ class ProcessPool {
 
   Result<void> start(Waiting::iterator next) {
     const auto child = start_program(
-        // setpriv: the task ends with this program, even if that is killed
+        // setpriv kills the task when this program ends, even if this program is killed
         {"setpriv", "--pdeathsig", "KILL", settings_.program, "campaign", file_.path, "--task", next->id},
         store_.file("output.txt"));
     if (!child) return tl::unexpected<Error>(child.error());
@@ -116,10 +116,11 @@ class ProcessPool {
     } else if (known != failures.end()) {
       why = known->second.why;
     } else {
-      why = fmt::format("ended with status {} and no message; its output is in {}", WEXITSTATUS(status),
+      why = fmt::format("ended with status {} and no message; see its output in {}", WEXITSTATUS(status),
                         store_.file("output.txt"));
     }
-    if (WIFSIGNALED(status) || known == failures.end()) (void)store_.add_failure(task.id, why);  // printed anyway
+    if (WIFSIGNALED(status) || known == failures.end())
+      (void)store_.add_failure(task.id, why);  // the line below is printed anyway
     progress_.print(fmt::format("{}, {}: {}", task.gyro, task.model, why));
   }
 

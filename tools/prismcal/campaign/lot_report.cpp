@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "base/plain_text.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/campaign/lot_analysis.hpp"
 
@@ -19,20 +20,20 @@ using report::Table;
 
 constexpr std::size_t kBars = 24;
 
-Cell gyro_cell(const TaskResult& outcome, bool pages) {
-  Cell cell = report::text_cell(outcome.gyro);
-  if (pages && !outcome.refused) cell.link = fmt::format("../tasks/{}/report/report.html", outcome.task);
+Cell gyro_cell(const TaskResult& result, bool pages) {
+  Cell cell = report::text_cell(result.gyro);
+  if (pages && !result.refused) cell.link = fmt::format("../tasks/{}/report/report.html", result.task);
   return cell;
 }
 
-Cell quantity_cell(const TaskResult& outcome, const char* quantity, int digits) {
-  return report::general_cell(lot_value(outcome, quantity), digits);
+Cell quantity_cell(const TaskResult& result, const char* quantity, int digits) {
+  return report::general_cell(lot_value(result, quantity), digits);
 }
 
 std::size_t count(const Lot& lot, const std::string& model, const std::function<bool(const TaskResult&)>& which) {
-  return static_cast<std::size_t>(
-      std::count_if(lot.outcomes.begin(), lot.outcomes.end(),
-                    [&](const TaskResult& outcome) { return outcome.model == model && which(outcome); }));
+  return static_cast<std::size_t>(std::count_if(lot.results.begin(), lot.results.end(), [&](const TaskResult& result) {
+    return result.model == model && which(result);
+  }));
 }
 
 Table models_table(const CampaignFile& file, const Lot& lot) {
@@ -53,7 +54,7 @@ Table models_table(const CampaignFile& file, const Lot& lot) {
     const auto missing = std::count_if(lot.missing.begin(), lot.missing.end(),
                                        [&](const TaskLine& line) { return line.model == model.name; });
     const auto installed = std::count_if(chosen.begin(), chosen.end(),
-                                         [&](const TaskResult* outcome) { return outcome->model == model.name; });
+                                         [&](const TaskResult* result) { return result->model == model.name; });
     table.rows.push_back(
         {report::text_cell(model.name), report::text_cell(fmt::format("{}", fmt::join(model.words, " "))),
          number(count(lot, model.name, [](const TaskResult& o) { return o.accepted(); })),
@@ -67,7 +68,7 @@ Table models_table(const CampaignFile& file, const Lot& lot) {
 Table gyros_table(const CampaignFile& file, const Lot& lot) {
   Table table{"gyros",
               "Every gyro with every model",
-              "On the first repeat; 1 sigma of block means. A quantity that could not be measured does not pass.",
+              "First repeat run; 1 sigma of block means. A value that could not be measured fails its limit.",
               {{"gyro", "", false},
                {"model", "", false},
                {"verdict", "", false},
@@ -79,16 +80,16 @@ Table gyros_table(const CampaignFile& file, const Lot& lot) {
                {"by which limit", "", false},
                {"id", "", false}},
               {}};
-  for (const TaskResult& outcome : lot.outcomes) {
-    const char* verdict = outcome.accepted() ? "accepted" : outcome.refused ? "refused" : "rejected";
+  for (const TaskResult& result : lot.results) {
+    const char* verdict = result.accepted() ? "accepted" : result.refused ? "refused" : "rejected";
     table.rows.push_back(
-        {gyro_cell(outcome, file.reports), report::text_cell(outcome.model),
-         report::text_cell(verdict, outcome.accepted() ? Emphasis::kGood : Emphasis::kBad),
-         quantity_cell(outcome, "before_deg_per_h", 4), quantity_cell(outcome, "bias_stability_deg_per_h", 4),
-         quantity_cell(outcome, "improvement_percent", 4), quantity_cell(outcome, "hysteresis_gap_deg_per_h", 4),
-         quantity_cell(outcome, "within_two_sd_percent", 4),
-         report::text_cell(fmt::format("{}", fmt::join(outcome.broken, "; "))),
-         report::text_cell(outcome.id.substr(0, 12), Emphasis::kMuted)});
+        {gyro_cell(result, file.reports), report::text_cell(result.model),
+         report::text_cell(verdict, result.accepted() ? Emphasis::kGood : Emphasis::kBad),
+         quantity_cell(result, "before_deg_per_h", 4), quantity_cell(result, "bias_stability_deg_per_h", 4),
+         quantity_cell(result, "improvement_percent", 4), quantity_cell(result, "hysteresis_gap_deg_per_h", 4),
+         quantity_cell(result, "within_two_sd_percent", 4),
+         report::text_cell(fmt::format("{}", fmt::join(result.violations, "; "))),
+         report::text_cell(result.id.substr(0, 12), Emphasis::kMuted)});
   }
   for (const TaskLine& line : lot.missing) {
     std::vector<Cell> row(table.columns.size(), report::text_cell(report::kNothing));
@@ -103,17 +104,17 @@ Table gyros_table(const CampaignFile& file, const Lot& lot) {
 
 std::vector<double> values_of(const Lot& lot, const std::string& model, const char* quantity) {
   std::vector<double> values;
-  for (const TaskResult& outcome : lot.outcomes) {
-    const auto value = outcome.model == model ? lot_value(outcome, quantity) : std::nullopt;
+  for (const TaskResult& result : lot.results) {
+    const auto value = result.model == model ? lot_value(result, quantity) : std::nullopt;
     if (value) values.push_back(*value);
   }
   return values;
 }
 
-Table spread_table(const CampaignFile& file, const Lot& lot) {
+Table statistics_table(const CampaignFile& file, const Lot& lot) {
   Table table{"spread",
               "Distributions over the lot",
-              "Robust sd: 1.4826 times the median absolute deviation.",
+              "Robust sd: 1.4826 × median absolute deviation.",
               {{"model", "", false},
                {"quantity", "", false},
                {"unit", "", false},
@@ -152,11 +153,11 @@ report::Series histogram(const std::vector<double>& values, double min, double m
   return series;
 }
 
-/// How many gyros lie where, from the 1st to the 99th percentile of all models, which a single outlier does not move.
-report::Figure spread_figure(const CampaignFile& file, const Lot& lot) {
+/// Histograms from the 1st to the 99th percentile of all models, so that one outlier does not change the bins.
+report::Figure statistics_figure(const CampaignFile& file, const Lot& lot) {
   report::Figure figure{"spread_figure",
                         "Distributions over the lot",
-                        "Gyros in each of 24 bins; what lies beyond is in the outermost.",
+                        "Gyros in each of 24 bins; values outside are counted in the first and last bin.",
                         {}};
   figure.plot.columns = 2;
   for (const LotQuantity& quantity : kLotQuantities) {
@@ -186,7 +187,7 @@ report::Figure spread_figure(const CampaignFile& file, const Lot& lot) {
 Table outliers_table(const CampaignFile& file, const Lot& lot) {
   Table table{"outliers",
               "Outliers",
-              fmt::format("Further than {} robust sds from the lot's median; of eight gyros or more.", kOutlierScore),
+              fmt::format("More than {} robust sd from the median of the lot; for eight or more gyros.", kOutlierScore),
               {{"gyro", "", false},
                {"model", "", false},
                {"quantity", "", false},
@@ -194,33 +195,32 @@ Table outliers_table(const CampaignFile& file, const Lot& lot) {
                {"robust sds"},
                {"verdict", "", false}},
               {}};
-  for (const Outlier& outlier : find_outliers(lot.outcomes))
-    table.rows.push_back({gyro_cell(*outlier.outcome, file.reports), report::text_cell(outlier.outcome->model),
+  for (const Outlier& outlier : find_outliers(lot.results))
+    table.rows.push_back({gyro_cell(*outlier.result, file.reports), report::text_cell(outlier.result->model),
                           report::text_cell(outlier.quantity), report::general_cell(outlier.value, 4),
                           report::fixed_cell(outlier.score, 1),
-                          report::text_cell(outlier.outcome->accepted() ? "accepted" : "rejected")});
+                          report::text_cell(outlier.result->accepted() ? "accepted" : "rejected")});
   return table;
 }
 
-Table siblings_table(const CampaignFile& file, const Lot& lot) {
+Table nearest_gyros_table(const CampaignFile& file, const Lot& lot) {
   Table table{"siblings",
               "Gyros with similar bias curves",
-              "Each gyro and the one that its bias against temperature is most like, of the training recordings in "
-              "bins of 5 degC about their mean; "
-              "the most similar first.",
+              "Each gyro and the gyro with the most similar bias against temperature (training recordings, bins of "
+              "5 degC, mean subtracted); most similar pairs first, least similar last.",
               {{"gyro", "", false}, {"most like", "", false}, {"rms difference", "deg/h"}, {"correlation"}},
               {}};
-  for (const NearestGyro& sibling : find_nearest_gyros(lot.outcomes))
-    table.rows.push_back({gyro_cell(*sibling.outcome, file.reports), gyro_cell(*sibling.nearest, file.reports),
-                          report::general_cell(sibling.likeness.difference_deg_per_h, 4),
-                          report::fixed_cell(sibling.likeness.correlation, 3)});
+  for (const NearestGyro& pair : find_nearest_gyros(lot.results))
+    table.rows.push_back({gyro_cell(*pair.result, file.reports), gyro_cell(*pair.nearest, file.reports),
+                          report::general_cell(pair.similarity.difference_deg_per_h, 4),
+                          report::fixed_cell(pair.similarity.correlation, 3)});
   return table;
 }
 
 Table drift_table(const CampaignFile& file, const Lot& lot, const Lot& previous) {
   Table table{"drift",
               "Drift since the earlier campaign",
-              "Of the same gyro with the same model; now minus before.",
+              "Same gyro and model: this campaign minus the earlier one.",
               {{"gyro", "", false},
                {"model", "", false},
                {"mean", "deg/h"},
@@ -228,7 +228,7 @@ Table drift_table(const CampaignFile& file, const Lot& lot, const Lot& previous)
                {"after, then", "deg/h"},
                {"after, now", "deg/h"}},
               {}};
-  for (const Drift& drift : find_drift(lot.outcomes, previous.outcomes))
+  for (const Drift& drift : find_drift(lot.results, previous.results))
     table.rows.push_back({gyro_cell(*drift.now, file.reports), report::text_cell(drift.now->model),
                           report::general_cell(drift.mean_deg_per_h, 4), report::general_cell(drift.curve_deg_per_h, 4),
                           quantity_cell(*drift.before, "bias_stability_deg_per_h", 4),
@@ -252,32 +252,32 @@ std::string limits_text(const std::vector<analysis::Limit>& limits) {
 report::Report lot_report(const CampaignFile& file, const Lot& lot, const Lot* previous) {
   report::Report report;
   std::set<std::string> gyros, levels;
-  for (const TaskResult& outcome : lot.outcomes) {
-    gyros.insert(outcome.gyro);
-    levels.insert(outcome.level);
-    report.simulated = report.simulated || outcome.simulated;
+  for (const TaskResult& result : lot.results) {
+    gyros.insert(result.gyro);
+    levels.insert(result.level);
+    report.simulated = report.simulated || result.simulated;
   }
   const std::size_t chosen = lot.chosen(file.models).size();
   report.title = "Campaign " + file.name;
-  report.subtitle = fmt::format("{} gyros with a result, {} of them with an accepted model; {} tasks without a result",
-                                gyros.size(), chosen, lot.missing.size());
+  report.subtitle = fmt::format("{} with a result, {} of them with an accepted model; {} without a result",
+                                counted(gyros.size(), "gyro"), chosen, counted(lot.missing.size(), "task"));
   report.tool = std::string("prismcal ") + kVersion;
   report.facts = {
       {"asked by", file.asked_by.empty() ? "not stated" : file.asked_by},
-      {"limits, data quality", fmt::format("worst verdict {}; {}", file.limits.warnings_pass ? "warn" : "pass",
+      {"limits, data quality", fmt::format("worst grade {}; {}", file.limits.warnings_pass ? "warn" : "pass",
                                            limits_text(file.limits.findings))},
       {"limits, repeat", limits_text(file.limits.repeat)},
       {"limits, other profiles", limits_text(file.limits.other)},
       {"instruction level", fmt::format("{}", fmt::join(levels, ", "))}};
   for (const LeftOutInput& input : lot.left_out) report.facts.emplace_back("left out", input.what + ": " + input.why);
   if (!lot.missing.empty())
-    report.warning = fmt::format("{} tasks have no result yet: the lot is incomplete.", lot.missing.size());
-  report.sections.push_back({"summary", "The lot", {models_table(file, lot), spread_table(file, lot)}});
-  if (auto figure = spread_figure(file, lot); !figure.plot.panels.empty())
+    report.warning = fmt::format("Lot incomplete: {} without a result.", counted(lot.missing.size(), "task"));
+  report.sections.push_back({"summary", "The lot", {models_table(file, lot), statistics_table(file, lot)}});
+  if (auto figure = statistics_figure(file, lot); !figure.plot.panels.empty())
     report.sections[0].blocks.emplace_back(std::move(figure));
   report.sections.push_back({"verdicts", "Every gyro", {gyros_table(file, lot)}});
   report.sections.push_back(
-      {"company", "Outliers and siblings", {outliers_table(file, lot), siblings_table(file, lot)}});
+      {"company", "Outliers and similar gyros", {outliers_table(file, lot), nearest_gyros_table(file, lot)}});
   if (previous) report.sections.push_back({"drift_section", "Drift", {drift_table(file, lot, *previous)}});
   return report;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The report of a campaign: every gyro with every model, accepted or not and by which limit, and the lot as a whole.
+// Creates the report of a campaign: each gyro with each model and its violated limits, and statistics of the lot.
 #pragma once
 
 #include "tools/prismcal/campaign/task_result.hpp"
@@ -7,7 +7,7 @@
 
 namespace prism::campaign {
 
-/// `previous`: the lot of an earlier campaign, or null. Links lead from FOLDER/report/report.html to the tasks' pages.
+/// `previous`: the lot of an earlier campaign, or null. Links to tasks' pages are relative to FOLDER/report.
 report::Report lot_report(const CampaignFile& file, const Lot& lot, const Lot* previous);
 
 }  // namespace prism::campaign

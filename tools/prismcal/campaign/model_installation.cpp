@@ -27,15 +27,15 @@ namespace fs = std::filesystem;
 constexpr const char* kManifest = "manifest.json";
 constexpr const char* kFormat = "prism-manifest";
 
-std::string file_name_of(const TaskResult& outcome) {
-  std::string name = outcome.serial + (outcome.axis.empty() ? "" : "-" + outcome.axis);
+std::string file_name_of(const TaskResult& result) {
+  std::string name = result.serial + (result.axis.empty() ? "" : "-" + result.axis);
   for (char& c : name) {
     if (!std::isalnum(static_cast<unsigned char>(c)) && !std::strchr("-_.", c)) c = '_';
   }
   return (name.starts_with(".") ? "_" : "") + name + ".json";
 }
 
-std::string asker(const CampaignFile& file) {
+std::string requested_by(const CampaignFile& file) {
   if (!file.asked_by.empty()) return file.asked_by;
   const passwd* user = ::getpwuid(::getuid());
   return user ? user->pw_name : fmt::format("user {}", ::getuid());
@@ -51,62 +51,64 @@ Json limits_json(const std::vector<analysis::Limit>& limits) {
   return json;
 }
 
-Json entry_of(const CampaignFile& file, const TaskResult& outcome, const std::string& name, const std::string& text) {
+Json entry_of(const CampaignFile& file, const TaskResult& result, const std::string& name, const std::string& text) {
   Json entry = {{"file", name},
                 {"sha256", sha256_hex(text)},
-                {"id", outcome.id},
-                {"serial", outcome.serial},
-                {"axis", outcome.axis},
-                {"model", outcome.model},
+                {"id", result.id},
+                {"serial", result.serial},
+                {"axis", result.axis},
+                {"model", result.model},
                 {"campaign", file.name},
-                {"asked_by", asker(file)},
-                {"task", outcome.task},
-                {"version", outcome.version},
-                {"level", outcome.level},
+                {"asked_by", requested_by(file)},
+                {"task", result.task},
+                {"version", result.version},
+                {"level", result.level},
                 {"limits",
                  {{"data_quality", limits_json(file.limits.findings)},
                   {"repeat", limits_json(file.limits.repeat)},
                   {"other", limits_json(file.limits.other)}}},
                 {"judged", Json::array()}};
-  for (const RecordingResult& judged : outcome.judged) {
+  for (const RecordingResult& recording : result.evaluations) {
     Json measured = Json::object();
-    for (const analysis::Measured& m : judged.measured) measured[m.quantity] = m.value ? Json(*m.value) : Json();
-    entry["judged"].push_back({{"role", judged.role}, {"recording", judged.recording}, {"measured", measured}});
+    for (const analysis::Measured& m : recording.measured) measured[m.quantity] = m.value ? Json(*m.value) : Json();
+    entry["judged"].push_back({{"role", recording.role}, {"recording", recording.recording}, {"measured", measured}});
   }
   return entry;
 }
 
-/// The text of a model that is what was judged, of the gyro that it was judged on.
-Result<std::string> model_text_of(const ResultStore& store, const TaskResult& outcome) {
-  const std::string path = store.task_folder(outcome.task) + "/model.json";
+/// Reads the model of a result. Errors: it is not the model that was evaluated, or belongs to another gyro.
+Result<std::string> model_text_of(const ResultStore& store, const TaskResult& result) {
+  const std::string path = store.task_folder(result.task) + "/model.json";
   auto text = read_text_file(path, kMaxModelBytes);
   if (!text) return text;
   const auto model = compensation::parse_model(*text, path);
   if (!model) return tl::unexpected<Error>(model.error());
-  if ((*model)->info().id != outcome.id)
-    return make_error(path, fmt::format("found id {:.12}, expected {:.12}: it is not the model that was evaluated",
-                                        (*model)->info().id, outcome.id));
-  if ((*model)->info().gyro_serial != outcome.serial)
+  if ((*model)->info().id != result.id)
+    return make_error(
+        path, fmt::format("found id {:.12}, expected {:.12}: not the evaluated model", (*model)->info().id, result.id));
+  if ((*model)->info().gyro_serial != result.serial)
     return make_error(path, fmt::format("found the model of gyro \"{}\", expected that of \"{}\"",
-                                        (*model)->info().gyro_serial, outcome.serial));
+                                        (*model)->info().gyro_serial, result.serial));
   return text;
 }
 
-/// The manifest in `folder`; an empty one if the folder does not exist or is empty.
+/// Reads the manifest in `folder`; returns an empty one if the folder does not exist or is empty.
 Result<Json> old_manifest(const std::string& folder) {
   std::error_code error;
   if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return Json{{"models", Json::array()}};
   const std::string path = folder + "/" + kManifest;
   const auto text = read_text_file(path, kMaxModelBytes);
-  if (!text) return make_error(folder, fmt::format("holds no {}, expected none but folders of campaigns", kManifest));
+  if (!text)
+    return make_error(folder,
+                      fmt::format("found files but no {}, expected an empty folder or installed models", kManifest));
   Json json = Json::parse(*text, nullptr, false);
   if (!json.is_object() || json.value("format", "") != kFormat || !json.contains("models") ||
       !json["models"].is_array())
-    return make_error(path, fmt::format("found no {}, expected one", kFormat));
+    return make_error(path, fmt::format("found other contents, expected a {} with \"models\"", kFormat));
   return json;
 }
 
-Result<void> put_in_place(const std::string& made, const std::string& folder) {
+Result<void> exchange_folders(const std::string& made, const std::string& folder) {
   std::error_code error;
   if (!fs::exists(folder, error)) {
     if (::rename(made.c_str(), folder.c_str()) == 0) return {};
@@ -116,12 +118,11 @@ Result<void> put_in_place(const std::string& made, const std::string& folder) {
   }
   const int failed = errno;
   fs::remove_all(made, error);
-  return make_error(folder,
-                    fmt::format("cannot be exchanged in one step: {}; nothing was changed", std::strerror(failed)));
+  return make_error(folder, fmt::format("cannot be exchanged atomically: {}; unchanged", std::strerror(failed)));
 }
 
-/// Files of the old folder that stay: of gyros that are not in the new one.
-Result<std::size_t> keep_old(const Json& old, const std::string& folder, const std::string& made, Json& manifest) {
+/// Copies the models of gyros that are not in the new folder. Returns their number.
+Result<std::size_t> copy_others(const Json& old, const std::string& folder, const std::string& made, Json& manifest) {
   std::size_t kept = 0;
   for (const Json& entry : old["models"]) {
     const std::string name = entry.is_object() ? entry.value("file", "") : "";
@@ -142,23 +143,23 @@ Result<InstalledModels> fill(const CampaignFile& file, const ResultStore& store,
   InstalledModels installed;
   Json manifest = {
       {"format", kFormat}, {"version", 1}, {"made", utc_text(std::time(nullptr))}, {"models", Json::array()}};
-  for (const TaskResult* outcome : lot.chosen(file.models)) {
-    const std::string name = file_name_of(*outcome);
+  for (const TaskResult* result : lot.chosen(file.models)) {
+    const std::string name = file_name_of(*result);
     std::error_code error;
     if (fs::exists(fs::path(made) / name, error) || name == kManifest)
       return make_error(
-          name, fmt::format("found a second gyro of this file name ({}), expected names that differ", outcome->gyro));
-    const auto text = model_text_of(store, *outcome);
+          name, fmt::format("found a second gyro with this file name ({}), expected unique names", result->gyro));
+    const auto text = model_text_of(store, *result);
     if (!text) return tl::unexpected<Error>(text.error());
     if (auto done = write_text_file((fs::path(made) / name).string(), *text); !done)
       return tl::unexpected<Error>(done.error());
-    manifest["models"].push_back(entry_of(file, *outcome, name, *text));
+    manifest["models"].push_back(entry_of(file, *result, name, *text));
     ++installed.models;
   }
   const auto old = old_manifest(folder);
   if (!old) return tl::unexpected<Error>(old.error());
   if (keep_others) {
-    const auto kept = keep_old(*old, folder, made, manifest);
+    const auto kept = copy_others(*old, folder, made, manifest);
     if (!kept) return tl::unexpected<Error>(kept.error());
     installed.kept = *kept;
   }
@@ -177,13 +178,13 @@ Result<InstalledModels> install_models(const CampaignFile& file, const ResultSto
   if (fs::is_symlink(target, error)) target = fs::canonical(target, error).string();
   const std::string made = fmt::format("{}.{}.new", target, ::getpid());
   fs::remove_all(made, error);
-  if (!fs::create_directories(made, error)) return make_error(made, error ? error.message() : "cannot be made");
+  if (!fs::create_directories(made, error)) return make_error(made, error ? error.message() : "cannot be created");
   auto installed = fill(file, store, lot, made, target, keep_others);
   if (!installed) {
     fs::remove_all(made, error);
     return installed;
   }
-  if (auto done = put_in_place(made, target); !done) return tl::unexpected<Error>(done.error());
+  if (auto done = exchange_folders(made, target); !done) return tl::unexpected<Error>(done.error());
   return installed;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Accepted models, bound to their serial numbers, as a folder to be installed with a manifest.
+// Installs the accepted models of a campaign into a folder with a manifest.
 #pragma once
 
 #include "tools/prismcal/campaign/task_result.hpp"
@@ -7,14 +7,15 @@
 namespace prism::campaign {
 
 struct InstalledModels {
-  std::size_t models = 0, kept = 0;  ///< of this campaign, and of others that stood there before
+  std::size_t models = 0;  ///< from this campaign
+  std::size_t kept = 0;    ///< models of other gyros that were in the folder before
 };
 
-/// Makes `folder` hold the chosen model of every gyro as SERIAL.json or SERIAL-AXIS.json, and manifest.json: of each
-/// its SHA-256, the measured values, the limits, the name in "asked_by", versions. Written to a new folder and
-/// exchanged with the old one in one step: a reader sees all of the old or all of the new. `keep_others`: models of
-/// gyros that are not chosen stay. Errors: a model that is not the one that was evaluated or not of its gyro, two gyros
-/// of one file name, a folder of something else, a file system that cannot exchange folders.
+/// Writes the chosen model of each gyro to `folder` as SERIAL.json or SERIAL-AXIS.json, and manifest.json with the
+/// SHA-256, measured values, limits, "asked_by" and versions. Prepares a new folder and exchanges it atomically, so
+/// that readers see either all old or all new files. `keep_others`: keeps the models of gyros that are not chosen.
+/// Errors: a model is not the evaluated one or belongs to another gyro, two gyros have the same file name, `folder` has
+/// files but no manifest, or the file system cannot exchange folders.
 Result<InstalledModels> install_models(const CampaignFile& file, const ResultStore& store, const Lot& lot,
                                        const std::string& folder, bool keep_others);
 

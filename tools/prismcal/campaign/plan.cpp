@@ -46,16 +46,16 @@ std::uint64_t seconds_of(const Task& task, Role role) {
   return lines;
 }
 
-/// What the files of one recording say together; refused where they are of two gyros or say no serial number.
+/// Serial number and axis of a recording. Errors: its logs are of several gyros or axes, or have no serial number.
 Result<std::pair<std::string, std::string>> owner_of(const TaskInput& input) {
   std::set<std::pair<std::string, std::string>> owners;
   for (const InputFile& file : input.files) {
     if (!file.path.ends_with(".index")) owners.emplace(file.serial, file.axis);
   }
-  if (owners.empty()) return make_error(input.path, "holds no log of prismd");
+  if (owners.empty()) return make_error(input.path, "found no log of prismd, expected one or more");
   if (owners.size() > 1) return make_error(input.path, "found logs of several gyros or axes, expected those of one");
   if (owners.begin()->first.empty())
-    return make_error(input.path, "its log names no gyro_serial, expected one: the model is bound to it");
+    return make_error(input.path, "found no gyro_serial in its log, expected one: a model is bound to it");
   return *owners.begin();
 }
 
@@ -80,7 +80,7 @@ Result<Gyros> find_gyros(const CampaignFile& file, InputCache& cache, Plan& plan
   for (const RecordingPattern& recording : file.recordings) {
     for (const std::string& pattern : recording.patterns) {
       const auto paths = paths_of_pattern(pattern);
-      if (paths.empty()) return make_error(pattern, "fits no file, expected one or more recordings");
+      if (paths.empty()) return make_error(pattern, "matches no file, expected one or more recordings");
       for (const std::string& path : paths) {
         if (auto done = add_recording(recording.role, path, cache, gyros, plan); !done)
           return tl::unexpected<Error>(done.error());
@@ -90,10 +90,11 @@ Result<Gyros> find_gyros(const CampaignFile& file, InputCache& cache, Plan& plan
   return gyros;
 }
 
-std::string lacking(const std::vector<TaskInput>& inputs) {
+/// The first missing role of a gyro, as a message; empty if it has both.
+std::string missing_role(const std::vector<TaskInput>& inputs) {
   for (const Role role : {Role::kTrain, Role::kRepeat}) {
     if (std::none_of(inputs.begin(), inputs.end(), [role](const TaskInput& input) { return input.role == role; }))
-      return fmt::format("found no recording of the role {}, expected one or more", role_name(role));
+      return fmt::format("found no recording with role {}, expected one or more", role_name(role));
   }
   return {};
 }
@@ -138,11 +139,11 @@ Result<Plan> make_plan(const CampaignFile& file, const Work& work, InputCache& c
     Task task;
     task.serial = owner.first;
     task.axis = owner.second;
-    if (const std::string lack = lacking(inputs); !lack.empty()) {
-      plan.left_out.push_back({task.gyro(), lack});
+    if (const std::string why = missing_role(inputs); !why.empty()) {
+      plan.left_out.push_back({task.gyro(), why});
       continue;
     }
-    // By role, then in the order of the file: the same campaign makes the same tasks.
+    // Sort by role, then as in the campaign file, so that the same campaign gives the same ids.
     std::stable_sort(inputs.begin(), inputs.end(),
                      [](const TaskInput& a, const TaskInput& b) { return a.role < b.role; });
     task.inputs = std::move(inputs);
@@ -154,11 +155,11 @@ Result<Plan> make_plan(const CampaignFile& file, const Work& work, InputCache& c
     if (auto done = add_tasks(file, work, task, plan); !done) return tl::unexpected<Error>(done.error());
   }
   if (plan.tasks.empty())
-    return make_error(
-        file.path, plan.left_out.empty()
-                       ? std::string("found no gyro, expected one or more")
-                       : fmt::format("found no gyro with all it takes, expected one or more; the first of {}: {}: {}",
-                                     plan.left_out.size(), plan.left_out[0].what, plan.left_out[0].why));
+    return make_error(file.path,
+                      plan.left_out.empty()
+                          ? std::string("found no gyro, expected one or more")
+                          : fmt::format("found no gyro with train and repeat recordings; first of {} left out: {}: {}",
+                                        plan.left_out.size(), plan.left_out[0].what, plan.left_out[0].why));
   return plan;
 }
 

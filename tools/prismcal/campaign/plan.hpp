@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A campaign as tasks: each gyro with each model, named by the hash of all that its result depends on.
+// Plans a campaign as tasks: each gyro with each model. The id of a task is the hash of everything its result depends
+// on.
 #pragma once
 
 #include <functional>
@@ -14,18 +15,18 @@ namespace prism::campaign {
 
 struct TaskInput {
   Role role = Role::kTrain;
-  std::string path;  ///< of the recording: a file or a folder
+  std::string path;  ///< the recording: a file or a folder
   std::vector<InputFile> files;
 };
 
-/// Its result depends only on these members. The paths of the files are not part of its id.
+/// The result depends only on these members. The id does not include the model's name and the directories of the files.
 struct Task {
-  std::string id;  ///< 32 hex digits of the SHA-256 of the rest
+  std::string id;  ///< first 32 hex digits of the SHA-256 of the other members
   std::string serial, axis;
   ModelChoice model;
   std::vector<std::string> judging;
   std::vector<TaskInput> inputs;
-  std::string version, level;  ///< of prismcal, and the instruction level that it computes at
+  std::string version, level;  ///< version of prismcal, instruction level
   bool report = true;
   // Expected cost; not part of the id.
   double cpu_s = 0, memory_mb = 0;
@@ -34,13 +35,13 @@ struct Task {
   std::vector<std::string> paths(Role role) const;
 };
 
-/// A recording or gyro that no task takes, and why.
+/// A recording or gyro without a task, and the reason.
 struct LeftOutInput {
   std::string what, why;
 };
 
 struct Plan {
-  std::vector<Task> tasks;  ///< by gyro, then by model
+  std::vector<Task> tasks;  ///< sorted by gyro; models in the order of the campaign file
   std::vector<LeftOutInput> left_out;
   std::size_t gyros = 0;
 
@@ -51,25 +52,26 @@ struct Cost {
   double cpu_s = 0, memory_mb = 0;
 };
 
-/// The functions of the commands (train, evaluate) that campaigns need.
+/// Functions of the commands train and evaluate that campaigns call.
 struct Work {
-  std::string version, level;  ///< of this program, as it was loaded
-  /// Refuses options that train and evaluate do not have, or refuse.
+  std::string version, level;  ///< version of this program, loaded instruction level
+  /// Checks the options of models and judging. Errors: options that train or evaluate reject.
   std::function<Result<void>(const CampaignFile&)> check;
-  /// Of one task, by the seconds of the recordings that train and of those that judge. Refused: more memory than it may
-  /// have.
-  std::function<Result<Cost>(const Task&, std::uint64_t training_s, std::uint64_t judged_s)> cost;
-  /// Trains and judges; writes the model and the report into `folder`, and returns the result (result.hpp). A refusal
-  /// is a fault of the machine, not of the gyro: the task may be tried again.
+  /// Estimates the cost of one task from the length of its training and its test recordings, s. Errors: the training
+  /// needs more memory than allowed.
+  std::function<Result<Cost>(const Task&, std::uint64_t training_s, std::uint64_t test_s)> cost;
+  /// Trains and evaluates; writes the model and the report into `folder` and returns the contents of result.json. Data
+  /// that training rejects are a result (refused), not an error. Errors: problems of the machine; the task can be
+  /// retried.
   std::function<Result<Json>(const Task&, const std::string& folder)> run;
 };
 
-/// Reads what the files say of themselves, and groups them by serial number and axis. A gyro without a recording to
-/// train on or without a repeat is left out and told. Refused: a file that cannot be read, a pattern that nothing fits,
-/// options that Work refuses.
+/// Groups the recordings by the serial number and axis in their metadata. Gyros without a train or repeat recording are
+/// listed in Plan::left_out. Errors: a file cannot be read, a pattern matches no file, Work::check or Work::cost fails,
+/// no gyro is left.
 Result<Plan> make_plan(const CampaignFile& file, const Work& work, InputCache& cache);
 
-/// One line, as a program takes it.
+/// One line of tasks.jsonl.
 Json task_json(const Task& task);
 Result<Task> parse_task(std::string_view text, const std::string& where);
 

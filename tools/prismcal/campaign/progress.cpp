@@ -41,10 +41,10 @@ Result<Status> read_status(const ResultStore& store, bool refusals) {
 }
 
 std::string duration_text(double s) {
-  const auto whole = static_cast<long>(s + 0.5);
-  if (whole < 100) return fmt::format("{} s", whole);
-  if (whole < 5400) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
-  return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+  const auto rounded = static_cast<long>(s + 0.5);
+  if (rounded < 100) return fmt::format("{} s", rounded);
+  if (rounded < 5400) return fmt::format("{} min {:02} s", rounded / 60, rounded % 60);
+  return fmt::format("{} h {:02} min", rounded / 3600, rounded / 60 % 60);
 }
 
 double total_cpu_s(const std::vector<PlannedTask>& tasks) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Progress of a campaign: counts, time left, a bar on a terminal.
+// Progress of a campaign: counts, time left, and a progress bar.
 #pragma once
 
 #include <chrono>
@@ -12,13 +12,13 @@ namespace prism::campaign {
 
 struct Status {
   std::size_t tasks = 0, done = 0, running = 0, waiting = 0;
-  double cpu_s = 0, done_cpu_s = 0;  ///< as planned
-  std::vector<TaskLine> refused;     ///< done: the training refused them, and says why
-  std::vector<TaskLine> failed;      ///< to be tried again
+  double cpu_s = 0, done_cpu_s = 0;  ///< estimates from the plan
+  std::vector<TaskLine> refused;     ///< among the done ones: tasks whose data training rejected, with the reason
+  std::vector<TaskLine> failed;      ///< the next run retries them
   std::vector<LeftOutInput> left_out;
 };
 
-/// Reads the store; `refusals` false leaves `refused` empty. Errors: no plan.
+/// Reads the store. Leaves `refused` empty if `refusals` is false, which is faster. Errors: no plan.
 Result<Status> read_status(const ResultStore& store, bool refusals = true);
 
 /// "2 h 05 min", "12 s".
@@ -26,18 +26,18 @@ std::string duration_text(double s);
 
 double total_cpu_s(const std::vector<PlannedTask>& tasks);
 
-/// Progress bar of a run, on terminals only.
+/// Draws a progress bar on stderr, if it is a terminal.
 class Progress {
  public:
-  /// `planned`: tasks in the plan; `to_do`: those of them without a result.
+  /// `planned`: number of tasks in the plan; `to_do`: the tasks without a result.
   Progress(std::size_t planned, const std::vector<PlannedTask>& to_do);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Counts of the tasks to do.
+  /// Redraws the bar. All arguments count only tasks of `to_do`.
   void show(std::size_t done, std::size_t running, std::size_t failed, double done_cpu_s);
-  /// Prints a line above the bar, on stderr.
+  /// Prints a line on stderr, above the bar.
   void print(const std::string& line);
 
  private:

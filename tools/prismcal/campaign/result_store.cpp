@@ -36,7 +36,7 @@ void each_name(const std::string& folder, const std::function<void(const std::st
     visit(at->path().filename().string());
 }
 
-/// The disk has what stands in the folder, and its names.
+/// Syncs a directory: the names of its entries, not their data.
 Result<void> sync(const std::string& path) {
   const int opened = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (opened < 0) return make_error(path, std::strerror(errno));
@@ -51,17 +51,17 @@ long age_s(const std::string& path) {
   return ::stat(path.c_str(), &found) == 0 ? ::time(nullptr) - found.st_mtim.tv_sec : -1;
 }
 
-/// False of a zombie, too, which has no command line any more.
-bool lives(const std::string& pid) {
+/// Returns false also for a zombie: its command line is empty.
+bool is_alive(const std::string& pid) {
   return !pid.empty() && pid.find_first_not_of("0123456789") == pid.npos &&
          !read_text_file("/proc/" + pid + "/cmdline").value_or("").empty();
 }
 
-/// Task ids are parts of paths and words of the cluster's scripts.
+/// Ids become parts of paths and of shell scripts.
 bool is_task_id(const std::string& id) { return !id.empty() && id.find_first_not_of("0123456789abcdef") == id.npos; }
 
-/// A field of a table by tabs.
-std::string plain(std::string text) {
+/// `text` as a field of a tab-separated table.
+std::string tsv_field(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\t' || c == '\n' || c == '"'; }, ' ');
   return text;
@@ -93,11 +93,12 @@ Result<void> ResultStore::create() const {
 Result<void> ResultStore::write_plan(const Plan& plan) const {
   std::string table = "task\tgyro\tmodel\tcpu_s\tmemory_mb\n", tasks, left_out;
   for (const Task& task : plan.tasks) {
-    table += fmt::format("{}\t{}\t{}\t{:.4g}\t{:.4g}\n", task.id, plain(task.gyro()), plain(task.model.name),
+    table += fmt::format("{}\t{}\t{}\t{:.4g}\t{:.4g}\n", task.id, tsv_field(task.gyro()), tsv_field(task.model.name),
                          task.cpu_s, task.memory_mb);
     tasks += json_text(task_json(task)) + "\n";
   }
-  for (const LeftOutInput& input : plan.left_out) left_out += plain(input.what) + "\t" + plain(input.why) + "\n";
+  for (const LeftOutInput& input : plan.left_out)
+    left_out += tsv_field(input.what) + "\t" + tsv_field(input.why) + "\n";
   for (const auto& [name, text] : {std::pair{"tasks.jsonl", tasks}, {"left_out.tsv", left_out}, {"plan.tsv", table}}) {
     if (auto done = write_text_file(file(name), text); !done) return done;
   }
@@ -106,14 +107,14 @@ Result<void> ResultStore::write_plan(const Plan& plan) const {
 
 Result<std::vector<PlannedTask>> ResultStore::read_plan() const {
   auto in = FileReader::open(file("plan.tsv"));
-  if (!in) return make_error(file("plan.tsv"), "no plan yet, expected one: `prismcal campaign FILE --plan` makes it");
+  if (!in) return make_error(file("plan.tsv"), "no plan yet; run `prismcal campaign FILE --plan`");
   std::vector<PlannedTask> tasks;
   std::string line;
   in->read_line(line);
   while (in->read_line(line)) {
     const auto fields = recordings::csv_fields(line, '\t');
     if (fields.size() != 5 || !is_task_id(fields[0]))
-      return make_error(file("plan.tsv"), fmt::format("found \"{}\", expected five fields", line));
+      return make_error(file("plan.tsv"), fmt::format("found \"{}\", expected a task id and four more fields", line));
     tasks.push_back({fields[0], fields[1], fields[2], std::strtod(fields[3].c_str(), nullptr),
                      std::strtod(fields[4].c_str(), nullptr)});
   }
@@ -233,7 +234,7 @@ void ResultStore::sweep() const {
     const std::string path = file("tasks/" + name);
     const std::size_t dot = name.rfind('.');
     const bool ours = dot != std::string::npos && name.find("." + host + ".") != std::string::npos;
-    const bool gone = ours && !lives(name.substr(dot + 1));
+    const bool gone = ours && !is_alive(name.substr(dot + 1));
     std::error_code error;
     if (gone || age_s(path) > kOldUnfinished_s) fs::remove_all(path, error);
   });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The folder of a campaign on the disk: its plan, and for each task its result, its running mark or its error.
+// Output directory of a campaign: the plan, and for each task its result, its running mark or its failure.
 #pragma once
 
 #include <string>
@@ -11,13 +11,13 @@
 
 namespace prism::campaign {
 
-/// One line of plan.tsv: the part of a task that a status needs.
+/// One line of plan.tsv: the members of a task that executors and --status need.
 struct PlannedTask {
   std::string id, gyro, model;
   double cpu_s = 0, memory_mb = 0;
 };
 
-/// A task and the text to print about it.
+/// A task and why it has no result or was refused.
 struct TaskLine {
   std::string gyro, model, why;
 };
@@ -27,9 +27,9 @@ struct Failure {
   std::string why;
 };
 
-/// tasks/ID: what stands, whole, renamed into place. failed/ID: "ATTEMPTS\tWHY". running/ID: touched by the task while
-/// it works. Names that begin with a dot are unfinished. Any number of programs may work on one store, on several
-/// machines.
+/// Files: tasks/ID/: a complete result, renamed into place. tasks/.ID.HOST.PID/: an unfinished one. failed/ID:
+/// "ATTEMPTS\tWHY". running/ID: touched periodically while the task runs. Several processes, also on several machines,
+/// can use one store at the same time.
 class ResultStore {
  public:
   explicit ResultStore(std::string folder) : folder_(std::move(folder)) {}
@@ -38,10 +38,10 @@ class ResultStore {
   std::string file(const std::string& name) const { return folder_ + "/" + name; }
   std::string task_folder(const std::string& id) const { return folder_ + "/tasks/" + id; }
 
-  /// Makes the folders. Errors: those of the file system.
+  /// Creates the directories.
   Result<void> create() const;
 
-  /// plan.tsv and tasks.jsonl: the old ones or the new ones.
+  /// Writes tasks.jsonl, left_out.tsv and plan.tsv. Each file is replaced atomically.
   Result<void> write_plan(const Plan& plan) const;
   Result<std::vector<PlannedTask>> read_plan() const;
   std::vector<LeftOutInput> read_left_out() const;
@@ -51,24 +51,25 @@ class ResultStore {
   bool has_result(const std::string& id) const;
   std::unordered_set<std::string> with_result() const;
   std::unordered_map<std::string, Failure> failures() const;
-  /// The tasks without a result, the longest first.
+  /// Returns the tasks without a result, longest first.
   std::vector<PlannedTask> tasks_to_do(const std::vector<PlannedTask>& plan) const;
-  /// Touched within the last half minute.
+  /// Returns the tasks whose running mark was touched within the last 30 s.
   std::unordered_set<std::string> running() const;
 
-  /// Of a task that stands and that the training refused; empty where it did not.
+  /// Returns why training rejected the data of a finished task; empty if it did not.
   std::string refusal(const std::string& id) const;
 
+  /// Records a failure and counts the attempts.
   Result<void> add_failure(const std::string& id, const std::string& why) const;
   void clear_failure(const std::string& id) const;
   void touch_running(const std::string& id) const;
   void clear_running(const std::string& id) const;
 
-  /// A new unfinished folder for `id`, of this process.
+  /// Creates this process's directory for the unfinished result of `id` and returns its path.
   Result<std::string> begin_task(const std::string& id) const;
-  /// Waits for the disk and renames it into place. Where another was first, that one stands and this one goes.
+  /// Syncs `unfinished` and renames it into place. If `id` already has a result, keeps that and removes `unfinished`.
   Result<void> publish_task(const std::string& unfinished, const std::string& id) const;
-  /// Removes unfinished folders of processes that are gone: of this machine, or a day old.
+  /// Removes unfinished results of processes of this machine that have ended, and those older than a day.
   void sweep() const;
 
  private:

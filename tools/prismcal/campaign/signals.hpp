@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Waits for Ctrl-C, SIGTERM and the end of a child in one place, so that they interrupt no other call.
+// Blocks SIGINT, SIGTERM and SIGCHLD except during a wait, so that they interrupt no other call.
 #pragma once
 
 #include <signal.h>
@@ -18,7 +18,7 @@ class WatchedSignals {
   WatchedSignals(const WatchedSignals&) = delete;
   WatchedSignals& operator=(const WatchedSignals&) = delete;
 
-  /// Returns at the next signal, or after `timeout_s`. True: a request to stop.
+  /// Waits for a signal or `timeout_s`. Returns true for SIGINT and SIGTERM.
   bool wait_for_stop(int timeout_s) {
     const timespec timeout{timeout_s, 0};
     const int signal = ::sigtimedwait(&watched_, nullptr, &timeout);

@@ -17,8 +17,9 @@ namespace prism::campaign {
 namespace {
 
 constexpr double kMaxElements = 1000;  // Slurm's default of MaxArraySize is 1001
-constexpr double kFewElements = 32;    // enough that all nodes have work to the end
-constexpr double kElement_cpu_s = 20;  // above kFewElements, so that starting an element costs little
+constexpr double kMinElements = 32;    // enough to keep all nodes busy to the end
+constexpr double kElement_cpu_s =
+    20;  // above kMinElements: CPU seconds of an element, so that starting it costs little
 constexpr int kPoll_s = 2;
 
 class SlurmRun {
@@ -36,9 +37,10 @@ class SlurmRun {
     std::filesystem::create_directories(store_.file("slurm"), error);
     const auto before = queued();
     if (!before)
-      return make_error("squeue", before.error().what + "; expected a Slurm that this machine can submit to");
+      return make_error("squeue",
+                        before.error().what + "; expected a Slurm cluster that accepts jobs from this machine");
     if (*before > 0) {
-      progress_.print(fmt::format("{} elements of this campaign are in the queue already", *before));
+      progress_.print(fmt::format("{} elements of this campaign are already in the queue", *before));
       if (settings_.detach) return end_of(state());
       if (!wait_for_queue()) return interrupt();
     }
@@ -89,16 +91,16 @@ class SlurmRun {
     return output_of(words, store_.file("slurm/errors.txt"));
   }
 
-  /// Elements of this campaign's array that wait or run.
+  /// Number of pending and running elements of this campaign's array.
   Result<std::size_t> queued() const {
     const auto lines = slurm({"squeue", "-h", "-r", "-o", "%i", "-n", job_name_});
     if (!lines) return tl::unexpected<Error>(lines.error());
     return static_cast<std::size_t>(std::count(lines->begin(), lines->end(), '\n'));
   }
 
-  /// Element k of n runs every n-th task from the k-th on, so that each has long and short ones.
+  /// Element k of n runs every n-th task starting at the k-th, so that each element gets long and short tasks.
   Result<void> submit(const std::vector<PlannedTask>& tasks) const {
-    const double enough = std::clamp(total_cpu_s(tasks) / kElement_cpu_s, kFewElements, kMaxElements);
+    const double enough = std::clamp(total_cpu_s(tasks) / kElement_cpu_s, kMinElements, kMaxElements);
     const std::size_t elements = std::min(tasks.size(), static_cast<std::size_t>(enough));
     std::string ids;
     for (const PlannedTask& task : tasks) ids += task.id + "\n";
@@ -123,11 +125,12 @@ class SlurmRun {
     return submitted ? Result<void>() : tl::unexpected<Error>(submitted.error());
   }
 
-  /// Until all tasks are done or failed, or the queue has no element of them. Returns false at Ctrl-C.
+  /// Waits until all tasks are done or failed, or the queue has no more elements. Returns false after Ctrl-C.
   bool wait_for_queue() {
     for (;;) {
       if (signals_.wait_for_stop(kPoll_s)) return false;
-      const std::size_t elements = queued().value_or(1);  // before the tasks are counted: an element may end now
+      const std::size_t elements =
+          queued().value_or(1);  // query before state(): an element that ends in between is then counted
       const State now = state();
       progress_.show(now.done, now.running, now.failed, now.done_cpu_s);
       if (now.left.empty() || elements == 0) return true;

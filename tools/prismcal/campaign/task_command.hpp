@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One task as a line for a shell: what `--engine print` prints and what a Slurm job runs.
+// Shell command of one task, for `--engine print` and Slurm jobs.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace prism::campaign {
 
-/// One word for a shell, whatever it contains.
+/// Quotes `text` as one word of a POSIX shell.
 std::string shell_quoted(const std::string& text);
 
-/// The command that runs task `id`, on any machine that has the files under the same paths. `program`: path of
+/// Returns the command that runs task `id` on any machine with the files under the same paths. `program`: path of
 /// prismcal.
 std::string task_command(const CampaignFile& file, const std::string& program, const std::string& id);
 

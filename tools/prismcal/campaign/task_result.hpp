@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The result of a task, read from its folder, and whether the campaign's limits accept it.
+// Reads the results of tasks and checks them against the limits of the campaign.
 #pragma once
 
 #include <map>
@@ -14,45 +14,46 @@ namespace prism::campaign {
 
 struct RecordingResult {
   std::string role, recording;
-  std::string trained_on;                    ///< a file of it that trained the model, too; empty: none
+  std::string trained_on;                    ///< a file of it that was also used for training; empty: none
   std::vector<analysis::Measured> measured;  ///< without units
-  std::optional<double> before_deg_per_h;    ///< 1 sigma of the block means as they were
+  std::optional<double> before_deg_per_h;    ///< 1 sigma of the block means before compensation
 
   std::optional<double> value(const std::string& quantity) const;
 };
 
 struct TaskResult {
   std::string task, serial, axis, gyro, model, id, level, version;
-  bool refused = false;
+  bool refused = false;  ///< training or evaluation rejected the data
   bool simulated = false;
-  std::string why;  ///< of a refusal
-  std::vector<RecordingResult> judged;
-  Json data_quality = Json::array();             ///< of each recording that trained
-  std::optional<double> mean_deg_per_h;          ///< of the training blocks
-  std::vector<std::pair<double, double>> curve;  ///< degC, mean bias there about the whole mean, deg/h
-  std::vector<std::string> broken;               ///< limits that are not kept, a line each
+  std::string why;  ///< reason, if refused
+  std::vector<RecordingResult> evaluations;
+  Json data_quality = Json::array();             ///< of each training recording
+  std::optional<double> mean_deg_per_h;          ///< mean bias of the training blocks
+  std::vector<std::pair<double, double>> curve;  ///< degC; mean bias there minus mean_deg_per_h
+  std::vector<std::string> violations;           ///< violated limits, one line each
 
-  bool accepted() const { return broken.empty(); }
-  const RecordingResult* repeat() const;  ///< the first one; null: it was refused
+  bool accepted() const { return violations.empty(); }
+  const RecordingResult* repeat() const;  ///< the first evaluation with role repeat; null if refused
 };
 
-/// Errors: a result that cannot be read.
-Result<TaskResult> read_outcome(const ResultStore& store, const PlannedTask& task);
+/// Errors: result.json cannot be read or parsed.
+Result<TaskResult> read_task_result(const ResultStore& store, const PlannedTask& task);
 
-/// Every limit that `outcome` does not keep. What could not be measured does not pass, nor does a judgement on what the
-/// model was trained on.
-std::vector<std::string> broken_limits(const TaskResult& outcome, const CampaignLimits& limits);
+/// Returns the violated limits of `result`, one line each. A value that could not be measured violates its limit. An
+/// evaluation on training data is also listed.
+std::vector<std::string> find_violations(const TaskResult& result, const CampaignLimits& limits);
 
 struct Lot {
-  std::vector<TaskResult> outcomes;  ///< in the order of the plan
-  std::vector<TaskLine> missing;     ///< tasks without a result, and why
+  std::vector<TaskResult> results;  ///< in the order of the plan
+  std::vector<TaskLine> missing;    ///< tasks without a result, and why
   std::vector<LeftOutInput> left_out;
 
-  /// Of each gyro the first accepted one in the order of `models`; in the order of the plan.
+  /// Returns for each gyro the result of the first accepted model in the order of `models`. Gyros without one are
+  /// omitted.
   std::vector<const TaskResult*> chosen(const std::vector<ModelChoice>& models) const;
 };
 
-/// All results of a plan. Errors: no plan, a result that cannot be read.
+/// Reads all results of the plan. Errors: no plan, a result that cannot be read.
 Result<Lot> read_lot(const ResultStore& store, const CampaignLimits& limits);
 
 }  // namespace prism::campaign

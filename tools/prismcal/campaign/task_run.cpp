@@ -18,16 +18,16 @@
 namespace prism::campaign {
 namespace {
 
-constexpr std::chrono::seconds kTouch_s{10};
+constexpr std::chrono::seconds kTouchInterval{10};
 
-/// Touches running/ID while it lives, so that a task without one is known to be lost.
+/// Touches running/ID during its lifetime. --status shows a task as running only while its mark is recent.
 class Heartbeat {
  public:
   Heartbeat(const ResultStore& store, std::string id) : store_(store), id_(std::move(id)) {
     store_.touch_running(id_);
     thread_ = std::thread([this] {
       std::unique_lock lock(mutex_);
-      while (!end_.wait_for(lock, kTouch_s, [this] { return ended_; })) store_.touch_running(id_);
+      while (!end_.wait_for(lock, kTouchInterval, [this] { return ended_; })) store_.touch_running(id_);
     });
   }
   Heartbeat(const Heartbeat&) = delete;
@@ -55,13 +55,13 @@ Result<void> check_inputs(const ResultStore& store, const Task& task) {
   InputCache cache(store.file("inputs.cache"));
   for (const TaskInput& input : task.inputs) {
     if (const auto names = files_of_recording(input.path); names.size() != input.files.size())
-      return make_error(input.path, fmt::format("found {} files, expected the {} of the plan: plan again", names.size(),
+      return make_error(input.path, fmt::format("found {} files, expected {} as planned; plan again", names.size(),
                                                 input.files.size()));
     for (const InputFile& file : input.files) {
       const auto found = cache.describe(file.path);
       if (!found) return tl::unexpected<Error>(found.error());
       if (found->sha256 != file.sha256)
-        return make_error(file.path, fmt::format("found SHA-256 {:.12}…, expected {:.12}… as planned: plan again",
+        return make_error(file.path, fmt::format("found SHA-256 {:.12}…, expected {:.12}… as planned; plan again",
                                                  found->sha256, file.sha256));
     }
   }
@@ -85,11 +85,11 @@ Json times_json(std::chrono::steady_clock::time_point begin) {
           {"host", machine.nodename}};
 }
 
-Result<void> work_in(const ResultStore& store, const Task& task, const Work& work, const std::string& folder) {
+Result<void> run_in(const ResultStore& store, const Task& task, const Work& work, const std::string& folder) {
   const auto begin = std::chrono::steady_clock::now();
   if (work.version != task.version)
-    return make_error(task.id,
-                      fmt::format("planned by version {}, this is {}: plan again", task.version, work.version));
+    return make_error(
+        task.id, fmt::format("planned with version {}, this is version {}; plan again", task.version, work.version));
   if (auto good = check_inputs(store, task); !good) return good;
   auto result = work.run(task, folder);
   if (!result) return tl::unexpected<Error>(result.error());
@@ -111,7 +111,7 @@ Result<void> run_task(const ResultStore& store, const Task& task, const Work& wo
   auto folder = store.begin_task(task.id);
   Result<void> done;
   try {
-    done = folder ? work_in(store, task, work, *folder) : tl::unexpected<Error>(folder.error());
+    done = folder ? run_in(store, task, work, *folder) : tl::unexpected<Error>(folder.error());
   } catch (const std::bad_alloc&) {
     done = make_error(task.id, "out of memory");
   }
@@ -121,7 +121,7 @@ Result<void> run_task(const ResultStore& store, const Task& task, const Work& wo
   }
   std::error_code error;
   if (folder) std::filesystem::remove_all(*folder, error);
-  if (auto kept = store.add_failure(task.id, done.error().text()); !kept) return kept;
+  if (auto recorded = store.add_failure(task.id, done.error().text()); !recorded) return recorded;
   return done;
 }
 

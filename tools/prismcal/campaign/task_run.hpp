@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// One task from its inputs to its folder: what every engine calls, as often and wherever it likes.
+// Runs one task of a campaign. Every executor uses this; running a task twice is harmless.
 #pragma once
 
 #include "tools/prismcal/campaign/result_store.hpp"
 
 namespace prism::campaign {
 
-/// Checks that the inputs are those of the plan, does the work beside, and renames it into place: model.json, report/,
-/// result.json, and times.json for what differs from run to run. Returns at once where the task stands. Refused, and
-/// kept as a failure: inputs that changed since the plan, what the disk refuses, what Work::run refuses.
+/// Checks that the inputs are unchanged since the plan, runs Work::run in a temporary directory and renames it into
+/// place: task.json, result.json, times.json and the files of Work::run. Returns at once if the task has a result.
+/// Errors, also recorded with add_failure(): changed inputs, another version of prismcal, I/O errors, errors of
+/// Work::run.
 Result<void> run_task(const ResultStore& store, const Task& task, const Work& work);
 
 }  // namespace prism::campaign

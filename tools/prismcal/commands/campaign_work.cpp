@@ -55,7 +55,7 @@ Result<void> check_models(const campaign::CampaignFile& file) {
     if (!choice->serial.empty())
       return make_error(where, "found serial, expected none: each model is bound to what its recordings name");
   }
-  const auto judging = judging_choice(file.judging);
+  const auto judging = evaluate_choice(file.judging);
   if (!judging) return make_error(file.path + ":/judging", judging.error().what);
   if (!judging->common.fallback.empty() || !judging->common.source.config.empty())
     return make_error(
@@ -138,7 +138,7 @@ Result<Json> run_task(const campaign::Task& task, const std::string& folder) {
   if (trained->set.serial != task.serial)
     return make_error(task.id,
                       fmt::format("trained on gyro \"{}\", expected \"{}\"", trained->set.serial, task.serial));
-  auto judging = judging_choice(task.judging);
+  auto judging = evaluate_choice(task.judging);
   if (!judging) return tl::unexpected<Error>(judging.error());
   judging->model = folder + "/model.json";
   if (auto done = write_text_file(judging->model, trained->model_text()); !done)
@@ -175,7 +175,7 @@ Result<TrainChoice> train_choice(const std::vector<std::string>& words) {
   return choice;
 }
 
-Result<EvaluateChoice> judging_choice(const std::vector<std::string>& words) {
+Result<EvaluateChoice> evaluate_choice(const std::vector<std::string>& words) {
   EvaluateChoice choice;
   const auto done = parse_words(words, [&](CLI::App& app) { add_common_options(app, choice.common); });
   if (!done) return tl::unexpected<Error>(done.error());

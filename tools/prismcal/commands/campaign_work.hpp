@@ -14,7 +14,7 @@ campaign::Work campaign_work(const std::string& calibration);
 
 /// Words → options, as the command line would take them. Errors: "--method=lq: …".
 Result<TrainChoice> train_choice(const std::vector<std::string>& words);
-Result<EvaluateChoice> judging_choice(const std::vector<std::string>& words);
+Result<EvaluateChoice> evaluate_choice(const std::vector<std::string>& words);
 
 /// Seconds and memory of tasks on this machine: a training on made-up blocks is timed once for each model, the rest is
 /// in proportion to the recordings.
