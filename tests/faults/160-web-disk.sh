@@ -29,7 +29,7 @@ web_again
 wait_for 10 source_is '"minutes",1'
 [ "$(wc -l <"$dir/web.err")" = 0 ] || fail "messages about a new store: found $(cat "$dir/web.err"), expected none"
 echo hang >"$dir/disk"
-wait_for 15 grep -q 'the disk has not answered for 5 s; minutes and hours wait for it' "$dir/web.err"
+wait_for 15 grep -q 'the disk has not answered for 5 s; minutes and hours are delayed' "$dir/web.err"
 wait_for 5 moves_on "$(newest)"
 contains "/metrics" "$(api metrics)" 'prism_up{gyro="gyro"} 1'
 same "state" "$(api api/gyro/status | jq -r .state)" receiving
@@ -51,7 +51,7 @@ code=0; wait "$web" || code=$?
 took=$((($(date +%s%N) - begin) / 1000000))
 [ "$took" -lt 5000 ] || fail "SIGTERM took $took ms, expected less than 5000"
 same "exit code" "$code" 1
-contains "the last line on stderr" "$(tail -1 "$dir/web.err")" "the last minutes will be made again from the log"
+contains "the last line on stderr" "$(tail -1 "$dir/web.err")" "the last minutes will be rebuilt from the log"
 echo good >"$dir/disk"
 web_again
 wait_for 10 source_is '"minutes",1'

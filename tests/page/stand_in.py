@@ -139,7 +139,7 @@ class Server:
         await ws.prepare(request)
         await ws.receive()
         if request.cookies.get("prism-stand-in") != "session":
-            await ws.close(code=1008, message=b"it has no token")
+            await ws.close(code=1008, message=b"found no token")
             return ws
         await ws.send_json({"ready": True, "host": "fake server (SIMULATED)", "version": "0", "instances": self.instances()})
         self.clients.add(ws)
@@ -167,7 +167,7 @@ class Server:
         gyro = next((gyro for gyro in self.gyros if gyro.name == asked.get("instance")), None)
         head = {"jsonrpc": "2.0", "id": asked["id"], "instance": asked.get("instance")}
         if gyro is None or gyro.state != "running":
-            return {**head, "error": {"code": -32003, "message": "the instance does not run"}}
+            return {**head, "error": {"code": -32003, "message": f"{asked.get('instance')} is not running"}}
         if asked["method"] in self.refused:
             return {**head, "error": {"code": -32003, "message": f"too many requests pending for {gyro.name}; retry later"}}
         if asked["method"] == "range" and self.disk == "hangs":

@@ -16,7 +16,7 @@ start_prismd
 # A non-loopback address without TLS and passwords is rejected, and so is a host name.
 code=0; prismweb --listen 0.0.0.0:0 2>refused || code=$?
 same "exit code for a non-loopback address" "$code" 78
-contains "a non-loopback address" "$(cat refused)" '0.0.0.0: is not of this host alone, expected "tls" and "passwords"'
+contains "a non-loopback address" "$(cat refused)" '0.0.0.0: is not a loopback address; other addresses require "tls" and "passwords"'
 code=0; prismweb --listen lab:80 2>refused || code=$?
 same "exit code for a host name" "$code" 64
 
@@ -154,7 +154,7 @@ openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout web
 echo "look:$(echo 'a secret' | prismweb --hash-password)" >web.passwords
 echo '{"listen": "127.0.0.1:0", "tls": {"certificate": "web.crt", "key": "web.key"}, "passwords": "web.passwords", "page": "page", "state": "tls"}' >web.json
 code=0; prismweb --config web.json --check 2>refused || code=$?
-same "passwords that others may read" "$code $(cat refused)" "78 prismweb: $dir/web.passwords: others may read it, expected mode 0640 or stricter"
+same "passwords that others may read" "$code $(cat refused)" "78 prismweb: $dir/web.passwords: accessible to other users, expected mode 0640 or stricter"
 chmod 600 web.passwords
 prismweb --config web.json --check >/dev/null || fail "a valid configuration was rejected"
 start tls prismweb --config web.json --instance "$PRISM_SOCKET"

@@ -120,14 +120,14 @@ async def main(url, token):
 
 asyncio.run(main(*sys.argv[1:]))
 END
-same "codes and reasons of rejected clients" "$("$python" told.py "ws${url#http}ws" "$token" 2>&1)" 'wrong: 1008 its token is wrong
-none: 1008 it has no token
+same "codes and reasons of rejected clients" "$("$python" told.py "ws${url#http}ws" "$token" 2>&1)" 'wrong: 1008 wrong token
+none: 1008 found no token
 no object: 1008 expected {"token": "…"} first
-bytes: 1003 found bytes, expected text
-silent: 1008 no token came in 10 s
+bytes: 1003 found binary data, expected text
+silent: 1008 no token received in 10 s
 an id of 64 id
 an id of 65 error
-one more: 1013 64 clients are connected, expected fewer
+one more: 1013 64 clients are connected; retry later
 when one went: ready True'
 
 # During eight wrong passwords from one address, the right one is not rejected as wrong; afterwards it is admitted after their delay.

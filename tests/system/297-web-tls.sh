@@ -43,7 +43,7 @@ done
 # Keys.
 tls_config ec
 chmod 644 ec.key
-same "a key that others may read" "$(check)" "78 prismweb: $dir/ec.key: others may read it, expected mode 0640 or stricter"
+same "a key that others may read" "$(check)" "78 prismweb: $dir/ec.key: accessible to other users, expected mode 0640 or stricter"
 chmod 640 ec.key
 contains "a key of the group" "$(check)" "0 prismweb: good"
 openssl pkey -in ec.key -aes256 -passout pass:secret -out locked.key

@@ -53,7 +53,7 @@ reloads() { [ "$(grep -c reloaded web.err)" = "$1" ]; }
 printf 'stays:nonsense\n' >web.passwords
 kill -HUP "$web"
 wait_for 5 reloads 1
-same "an invalid file" "$(cat web.err)" "prismweb: not reloaded, the old files stay in force: $dir/web.passwords:1: expected NAME:HASH with a bcrypt hash (\$2b\$ or \$2y\$) of cost 4 to 15; \"prismweb --hash-password\" writes one"
+same "an invalid file" "$(cat web.err)" "prismweb: not reloaded, the old files remain in use: $dir/web.passwords:1: expected NAME:HASH with a bcrypt hash (\$2b\$ or \$2y\$) of cost 4 to 15; \"prismweb --hash-password\" writes one"
 same "the old password" "$(login 'removed:b secret')" 200
 
 # A valid file.
@@ -74,5 +74,5 @@ same "the old password" "$(login 'changed:c secret')" 401
 wait_for 5 login_is "removed:b secret" 401
 kill -0 "$stays" || fail "the WebSocket of the unchanged user was closed"
 code=0; printf 'a secret\0x\n' | prismweb --hash-password 2>refused || code=$?
-same "a password with a NUL byte" "$code $(cat refused)" "64 prismweb: --hash-password: found a NUL byte in the password, expected none: bcrypt ends at it"
+same "a password with a NUL byte" "$code $(cat refused)" "64 prismweb: --hash-password: found a NUL byte in the password; bcrypt ignores the bytes after it"
 kill -TERM "$web"; wait "$web" || fail "exit code $?"

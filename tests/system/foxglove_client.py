@@ -146,7 +146,7 @@ async def deaf(url, seconds):
     socket.transport.pause_reading()
     await asyncio.sleep(float(seconds))
     socket.transport.resume_reading()
-    loss = await until(socket, is_status("rows were left out"), 20)
+    loss = await until(socket, is_status("rows were dropped"), 20)
     await until(socket, is_data(1))
     print(loss["message"])
 

@@ -13,7 +13,7 @@
 namespace prism::prismweb {
 namespace {
 
-constexpr std::size_t kMostOriginBytes = 300;
+constexpr std::size_t kMaxOriginBytes = 300;
 
 std::string lower(std::string_view text) {
   std::string small(text);
@@ -40,12 +40,12 @@ std::string host_of(std::string_view authority) {
   return host;
 }
 
-HostList::HostList(const std::string& address, const std::vector<std::string>& further)
+HostList::HostList(const std::string& address, const std::vector<std::string>& more_names)
     : names_{"localhost", "127.0.0.1", "[::1]"} {
   boost::system::error_code error;
-  const auto ip = boost::asio::ip::make_address(address, error);  // as a browser writes it
+  const auto ip = boost::asio::ip::make_address(address, error);  // in the form of browsers
   if (!error) names_.push_back(ip.is_v4() ? ip.to_string() : "[" + ip.to_string() + "]");
-  for (const std::string& name : further) names_.push_back(lower(name));
+  for (const std::string& name : more_names) names_.push_back(lower(name));
 }
 
 bool HostList::allows_host(std::string_view host) const {
@@ -63,7 +63,7 @@ bool HostList::allows_origin(std::string_view origin) const {
 
 bool is_origin(std::string_view text) {
   static const std::regex kForm(R"([a-z0-9+.-]+://(\[[0-9a-f:.]+\]|[a-z0-9.-]*)(:[0-9]+)?)");
-  return text.size() <= kMostOriginBytes && std::regex_match(text.begin(), text.end(), kForm);
+  return text.size() <= kMaxOriginBytes && std::regex_match(text.begin(), text.end(), kForm);
 }
 
 Result<bool> is_loopback(const std::string& address) {

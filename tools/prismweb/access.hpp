@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Who may be answered: by Host, by Origin, by token.
+// Access checks: Host, Origin, token, cookie.
 #pragma once
 
 #include <boost/asio/ip/address.hpp>
@@ -11,48 +11,50 @@
 
 namespace prism::prismweb {
 
-/// The host of a Host field or of an origin's authority, in lower case and without its port: "[::1]:8467" → "[::1]".
-/// Empty where it is none.
+/// Returns the host of a Host field or of an origin's authority, in lower case and without port: "[::1]:8467" →
+/// "[::1]". Returns an empty string if the port or the bracket is invalid.
 std::string host_of(std::string_view authority);
 
-/// The names that a browser may know this server by.
+/// Names under which browsers may access this server.
 class HostList {
  public:
-  /// localhost, 127.0.0.1 and [::1] are always among them; `address` is the one that is listened on.
-  HostList(const std::string& address, const std::vector<std::string>& further);
+  /// Always contains localhost, 127.0.0.1 and [::1]. `address`: where the server listens.
+  HostList(const std::string& address, const std::vector<std::string>& more_names);
 
-  /// Whether a Host field names this server. A page of another name that resolves to this address (rebinding) does not.
+  /// True if the Host field has a name of this server. A page under another name that resolves to this address (DNS
+  /// rebinding) sends its own name.
   bool allows_host(std::string_view host) const;
-  /// Whether an Origin field ("http://localhost:8467") is of this server; an empty one is: no browser sent it.
+  /// True if the Origin field ("http://localhost:8467") has a name of this server or is empty.
   bool allows_origin(std::string_view origin) const;
 
  private:
   std::vector<std::string> names_;
 };
 
-/// Whether a text can be an Origin field: SCHEME://, and a host with its port or nothing ("file://").
+/// True if the text has the form of an Origin field: SCHEME://[HOST][:PORT].
 bool is_origin(std::string_view text);
 
-/// Whether an IP address is of this host alone. Refused where the text is no address.
+/// True if only this host can reach the address. Errors: not an IP address.
 Result<bool> is_loopback(const std::string& address);
 
-/// The address that limits count: of IPv4 the address, of IPv6 its network of 64 bits, which one client may have whole.
+/// Key by which limits count clients: the IPv4 address, or the /64 network of an IPv6 address, because one client may
+/// have all of it.
 std::string address_key(const boost::asio::ip::address& address);
 
-/// True if a page of this server itself sent the request, which is when its cookie counts. A browser sends the cookie
-/// also with requests of pages on other ports of this host. `host` is the Host field; empty fields were not sent.
+/// True if a page of this server sent the request; only then its cookie is accepted. Browsers also send the cookie with
+/// requests from pages on other ports of this host. `host`: the Host field. An empty field was not sent.
 bool is_own_page(std::string_view origin, std::string_view sec_fetch_site, std::string_view host, bool is_tls);
 
-/// The values that a Cookie field has for a name; several if cookies of several paths have it.
+/// Returns the values of a cookie; several if it was set for several paths.
 std::vector<std::string_view> cookie_values(std::string_view field, std::string_view name);
 
-/// The token of "Bearer TOKEN"; empty where the field is another.
+/// Returns the token of "Bearer TOKEN", or an empty string for another scheme.
 std::string_view bearer_of(std::string_view authorization);
 
-/// Whether two secrets are the same, in a time that does not tell how much of them is. An empty secret is never right.
+/// Compares in constant time. An empty `secret` never matches.
 bool is_secret(std::string_view given, std::string_view secret);
 
-/// 32 random bytes in hex.
+/// Returns 32 random bytes in hex, or an empty string without random numbers.
 std::string make_token();
 
 }  // namespace prism::prismweb

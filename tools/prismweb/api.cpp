@@ -22,7 +22,7 @@ namespace {
 namespace asio = boost::asio;
 using nlohmann::json;
 
-std::optional<std::string> unescaped(std::string_view text) {
+std::optional<std::string> unescape(std::string_view text) {
   std::string plain;
   for (std::size_t i = 0; i < text.size(); ++i) {
     unsigned value = 0;
@@ -42,8 +42,8 @@ std::optional<std::string> unescaped(std::string_view text) {
 json value_of(const std::string& word) {
   double number = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-  const bool whole = error == std::errc() && end == word.data() + word.size();
-  const json value = whole ? json::parse(word, nullptr, false) : json(json::value_t::discarded);
+  const bool is_number = error == std::errc() && end == word.data() + word.size();
+  const json value = is_number ? json::parse(word, nullptr, false) : json(json::value_t::discarded);
   return value.is_number() ? value : json(word);
 }
 
@@ -55,7 +55,6 @@ int status_of(int code) {
   return 503;
 }
 
-// `"result":…` → the result alone.
 Answer answer_of(const std::string& member) {
   constexpr std::string_view kResult = R"("result":)";
   if (member.starts_with(kResult)) return {200, "application/json", member.substr(kResult.size()) + "\n", {}, {}};
@@ -82,7 +81,7 @@ Result<ApiCall> parse_api(std::string_view target) {
   }
   const std::size_t slash = path.find('/');
   if (slash == std::string_view::npos) return wrong();
-  const auto instance = unescaped(path.substr(0, slash));
+  const auto instance = unescape(path.substr(0, slash));
   if (!instance || instance->empty()) return wrong();
   call.instance = *instance;
   call.method = path.substr(slash + 1);
@@ -91,8 +90,8 @@ Result<ApiCall> parse_api(std::string_view target) {
     const std::string_view pair = rest.substr(0, rest.find('&'));
     rest.remove_prefix(std::min(pair.size() + 1, rest.size()));
     const std::size_t equals = pair.find('=');
-    const auto name = unescaped(pair.substr(0, equals));
-    const auto value = unescaped(equals == std::string_view::npos ? std::string_view() : pair.substr(equals + 1));
+    const auto name = unescape(pair.substr(0, equals));
+    const auto value = unescape(equals == std::string_view::npos ? std::string_view() : pair.substr(equals + 1));
     if (!name || name->empty() || !value) return wrong();
     call.params[*name] = *name == "axis" || *name == "after" ? json(*value) : value_of(*value);
   }
@@ -103,18 +102,18 @@ asio::awaitable<Answer> api_answer(WebServer& server, std::string_view target) {
   const Result<ApiCall> call = parse_api(target);
   if (!call) co_return Answer{404, "application/json", error_body(call.error().text()), {}, {}};
   auto member = std::make_shared<std::string>();
-  auto answered = std::make_shared<asio::steady_timer>(server.io(), asio::steady_timer::time_point::max());
-  const InstanceProxy::Answer keep = [member, answered](std::string_view text) {
+  auto done = std::make_shared<asio::steady_timer>(server.io(), asio::steady_timer::time_point::max());
+  const InstanceProxy::Answer take_answer = [member, done](std::string_view text) {
     *member = text;
-    answered->cancel();
+    done->cancel();
   };
   Archive* const archive = call->method == "rows" ? server.archive(call->instance) : nullptr;
   if (archive != nullptr) {
-    archive->rows(call->params, keep);
+    archive->rows(call->params, take_answer);
   } else {
-    call_method(server, call->instance, call->method, call->params, keep);
+    call_method(server, call->instance, call->method, call->params, take_answer);
   }
-  if (member->empty()) co_await answered->async_wait(kUse);
+  if (member->empty()) co_await done->async_wait(kUse);
   if (call->method == "instances" || server.instances().find(call->instance) != nullptr) co_return answer_of(*member);
   co_return Answer{404, "application/json", error_body("no instance \"" + call->instance + "\""), {}, {}};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Plain JSON for other programs: /api/….
+// The JSON API for programs: /api/….
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -15,15 +15,14 @@ namespace prism::prismweb {
 
 class WebServer;
 
-/// Whether a target is one that needs the token.
+/// True for targets that require the token.
 bool is_api(std::string_view target);
 
-/// "/api/gyro1/history?seconds=60" → instance, method, params. Refused where it is no such target, or an escape ("%zz")
-/// is wrong.
 struct ApiCall {
   std::string instance, method;
   nlohmann::json params = nlohmann::json::object();
 };
+/// Parses "/api/gyro1/history?seconds=60". Errors: another form, an invalid escape ("%zz").
 Result<ApiCall> parse_api(std::string_view target);
 
 boost::asio::awaitable<Answer> api_answer(WebServer& server, std::string_view target);

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::int64_t kMostRows_s = RecentSeconds::kLength_s;
+constexpr std::int64_t kMaxRows_s = RecentSeconds::kLength_s;
 
 json row_json(const PeriodSummary& second) {
   static constexpr std::array<const char*, kQuantities> kNames = {
@@ -75,7 +75,7 @@ AxisArchive* Archive::axis_of(const json& params) {
 }
 
 std::string Archive::wrong_axis() const {
-  if (axes_.empty()) return error_member(kNotRunning, proxy_.name() + " was never connected");
+  if (axes_.empty()) return error_member(kNotRunning, proxy_.name() + " has not been connected yet");
   return error_member(kWrongParams, fmt::format("expected \"axis\", one of {}", fmt::join(proxy_.axes(), ", ")));
 }
 
@@ -91,10 +91,10 @@ void Archive::rows(const json& params, const InstanceProxy::Answer& answer) {
   AxisArchive* const axis = axis_of(params);
   if (axis == nullptr) return answer(wrong_axis());
   if (proxy_.state() != InstanceState::kRunning)
-    return answer(error_member(kNotRunning, proxy_.name() + " does not run"));
+    return answer(error_member(kNotRunning, proxy_.name() + " is not running"));
   const json seconds = params.is_object() ? params.value("seconds", json(60)) : json(60);
-  if (!seconds.is_number_integer() || seconds < 1 || seconds > kMostRows_s)
-    return answer(error_member(kWrongParams, fmt::format("expected seconds, 1 to {}", kMostRows_s)));
+  if (!seconds.is_number_integer() || seconds < 1 || seconds > kMaxRows_s)
+    return answer(error_member(kWrongParams, fmt::format("expected seconds, 1 to {}", kMaxRows_s)));
   json rows = json::array();
   const auto& all = axis->recent().all();
   const std::size_t count = std::min<std::size_t>(all.size(), seconds.get<std::size_t>());

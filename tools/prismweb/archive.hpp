@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The series of one instance: an archive for each axis, and the method `range` over them.
+// Time series of one instance: one archive per axis, and the method `range`.
 #pragma once
 
 #include <map>
@@ -13,16 +13,16 @@ namespace prism::prismweb {
 
 class Archive {
  public:
-  /// `folder` of all stores; empty: none is kept. `disk` is where they are read and written.
+  /// `folder`: directory of all stores; empty: no stores. `disk`: thread that reads and writes them.
   Archive(boost::asio::io_context& io, InstanceProxy& proxy, DiskThread& disk, std::string folder);
 
   void connected();
   void notified(const Notification& notification);
   void finish();
 
-  /// docs/page.md, "range". The answer may come later.
+  /// See docs/page.md, "range". Calls `answer` now or later.
   void range(const nlohmann::json& params, const InstanceProxy::Answer& answer);
-  /// The last seconds as objects, with the names and units of the log.
+  /// Returns the last seconds as objects, with the names and units of the log.
   void rows(const nlohmann::json& params, const InstanceProxy::Answer& answer);
 
  private:
@@ -37,8 +37,8 @@ class Archive {
   std::map<std::string, std::shared_ptr<AxisArchive>> axes_;
 };
 
-/// A name as one part of a path: other characters than letters, digits, '_', '-' and '.' as %XX; so is a '.' at the
-/// beginning.
+/// Makes a path component from a name: all characters except letters, digits, '_', '-' and '.' become %XX, as does a
+/// leading '.'.
 std::string path_part(const std::string& name);
 
 }  // namespace prism::prismweb

@@ -13,45 +13,45 @@ namespace {
 
 namespace asio = boost::asio;
 
-constexpr int kBuildingPages = 20, kLivePages = 2;  // from one commit to the next
+constexpr int kBuildingPages = 20, kLivePages = 2;  // pages per commit
 
-Error hanging(std::chrono::steady_clock::duration busy) {
+Error timeout_error(std::chrono::steady_clock::duration busy) {
   const auto busy_s = std::chrono::duration_cast<std::chrono::seconds>(busy).count();
   return {"", fmt::format("the disk has not answered for {} s", busy_s)};
 }
 
-// One answer: the disk's, or that there is none in time.
+// Calls `answer` once: with the disk's result or a timeout error.
 template <class T>
-struct Waiting {
-  Waiting(asio::io_context& io, std::chrono::milliseconds timeout, AsyncStore::Answer<T> answer_)
-      : late(io, timeout), answer(std::move(answer_)) {}
+struct PendingQuery {
+  PendingQuery(asio::io_context& io, std::chrono::milliseconds timeout, AsyncStore::Answer<T> answer_)
+      : timer(io, timeout), answer(std::move(answer_)) {}
 
-  void tell(const Result<T>& result) {
+  void finish(const Result<T>& result) {
     if (!answer) return;
-    late.cancel();
+    timer.cancel();
     std::exchange(answer, nullptr)(result);
   }
 
-  asio::steady_timer late;
+  asio::steady_timer timer;
   AsyncStore::Answer<T> answer;
 };
 
 }  // namespace
 
-// Of the disk's thread.
-struct AsyncStore::Kept {
+// Used only by the disk thread.
+struct AsyncStore::State {
   std::string folder;
   std::optional<PeriodStore> store;
-  std::string trouble;
+  std::string problem;
   int uncommitted_pages = 0;
 
   void open() {
     auto opened = PeriodStore::open(folder);
-    trouble = opened ? opened->rebuild_reason() : opened.error().text();
+    problem = opened ? opened->rebuild_reason() : opened.error().text();
     if (opened) store.emplace(std::move(*opened));
   }
 
-  void take(const std::vector<PeriodSummary>& seconds, const std::string& from, const std::string& to, bool building) {
+  void push(const std::vector<PeriodSummary>& seconds, const std::string& from, const std::string& to, bool building) {
     if (!store || from != store->cursor()) return;
     store->push(seconds, to);
     if (++uncommitted_pages >= (building ? kBuildingPages : kLivePages)) commit();
@@ -60,115 +60,116 @@ struct AsyncStore::Kept {
   void commit() {
     uncommitted_pages = 0;
     const auto done = store->commit();
-    trouble = done ? "" : done.error().text();
-    begin_anew_if_damaged(done);
+    problem = done ? "" : done.error().text();
+    rebuild_if_damaged(done);
   }
 
-  // What could not be removed is not served: it is opened, and found to be of another log or damaged, again.
+  // If the store cannot be removed, it stays closed; the next open() detects the problem again.
   void clear() {
     uncommitted_pages = 0;
     store.reset();
     const auto removed = PeriodStore::remove(folder);
-    trouble = removed ? "" : removed.error().text();
+    problem = removed ? "" : removed.error().text();
     if (removed) open();
   }
 
   template <class T>
-  bool begin_anew_if_damaged(const Result<T>& result) {
+  bool rebuild_if_damaged(const Result<T>& result) {
     if (result || !store->is_damaged()) return false;
     clear();
-    if (trouble.empty()) trouble = result.error().text() + kRebuilt;
+    if (problem.empty()) problem = result.error().text() + kRebuilt;
     return true;
   }
 
-  Known known() const {
-    if (!store) return {{}, {}, {}, trouble, false};
-    return {store->cursor(), store->first_second(), store->last_second(), trouble, true};
+  Status status() const {
+    if (!store) return {{}, {}, {}, problem, false};
+    return {store->cursor(), store->first_second(), store->last_second(), problem, true};
   }
 };
 
 AsyncStore::AsyncStore(asio::io_context& io, DiskThread& disk, std::string folder, std::chrono::milliseconds timeout)
-    : io_(io), disk_(disk), timeout_(timeout), kept_(std::make_shared<Kept>()) {
-  kept_->folder = std::move(folder);
+    : io_(io), disk_(disk), timeout_(timeout), state_(std::make_shared<State>()) {
+  state_->folder = std::move(folder);
 }
 
-// What fails by an exception (no memory) is the store's trouble as what fails by a refusal.
+// Reports an exception (out of memory) as a problem of the store, like an error.
 template <class Work>
 void AsyncStore::run(Work work) {
-  auto task = [kept = kept_, &io = io_, work = std::move(work), on_change = on_change_] {
+  auto task = [state = state_, &io = io_, work = std::move(work), on_change = on_change_] {
     try {
-      work(*kept);
+      work(*state);
     } catch (const std::exception& error) {
-      kept->trouble = error.what();
+      state->problem = error.what();
     }
-    asio::post(io, [on_change, known = kept->known()] { on_change(known); });
+    asio::post(io, [on_change, status = state->status()] { on_change(status); });
   };
   disk_.post(0, std::move(task));
 }
 
 void AsyncStore::open(OnChange on_change) {
   on_change_ = std::move(on_change);
-  run([](Kept& kept) { kept.open(); });
+  run([](State& state) { state.open(); });
 }
 
-void AsyncStore::take(std::vector<PeriodSummary> seconds, const std::string& from, const std::string& to,
+void AsyncStore::push(std::vector<PeriodSummary> seconds, const std::string& from, const std::string& to,
                       bool building) {
-  auto work = [seconds = std::move(seconds), from, to, building](Kept& kept) {
-    kept.take(seconds, from, to, building);
+  auto work = [seconds = std::move(seconds), from, to, building](State& state) {
+    state.push(seconds, from, to, building);
   };
   run(std::move(work));
 }
 
 void AsyncStore::clear() {
-  run([](Kept& kept) { kept.clear(); });
+  run([](State& state) { state.clear(); });
 }
 
-void AsyncStore::keep() {
-  disk_.post(0, [kept = kept_] {
-    if (kept->store && !kept->store->is_committed()) kept->commit();
+void AsyncStore::commit() {
+  disk_.post(0, [state = state_] {
+    if (state->store && !state->store->is_committed()) state->commit();
   });
 }
 
 template <class T, class Work>
-void AsyncStore::ask(Work work, Answer<T> answer) {
-  const auto waiting = std::make_shared<Waiting<T>>(io_, timeout_, std::move(answer));
+void AsyncStore::run_query(Work work, Answer<T> answer) {
+  const auto pending = std::make_shared<PendingQuery<T>>(io_, timeout_, std::move(answer));
   const auto busy = disk_.busy_for();
   if (busy >= timeout_) {
-    asio::post(io_, [waiting, busy] { waiting->tell(tl::unexpected<Error>(hanging(busy))); });
+    asio::post(io_, [pending, busy] { pending->finish(tl::unexpected<Error>(timeout_error(busy))); });
     return;
   }
-  waiting->late.async_wait([waiting, timeout = timeout_](const boost::system::error_code& error) {
-    if (!error) waiting->tell(tl::unexpected<Error>(hanging(timeout)));
+  pending->timer.async_wait([pending, timeout = timeout_](const boost::system::error_code& error) {
+    if (!error) pending->finish(tl::unexpected<Error>(timeout_error(timeout)));
   });
-  auto task = [kept = kept_, &io = io_, work = std::move(work), waiting, on_change = on_change_] {
-    Result<T> result = make_error("", kept->store ? "no memory is left to read minutes and hours" : kept->trouble);
+  auto task = [state = state_, &io = io_, work = std::move(work), pending, on_change = on_change_] {
+    Result<T> result =
+        make_error("", state->store ? "out of memory; minutes and hours cannot be read" : state->problem);
     try {
-      if (kept->store) {
-        result = work(*kept);
-        if (kept->begin_anew_if_damaged(result))
-          asio::post(io, [on_change, known = kept->known()] { on_change(known); });
+      if (state->store) {
+        result = work(*state);
+        if (state->rebuild_if_damaged(result))
+          asio::post(io, [on_change, status = state->status()] { on_change(status); });
       }
     } catch (const std::exception&) {
     }
-    asio::post(io, [waiting, result = std::move(result)] { waiting->tell(result); });
+    asio::post(io, [pending, result = std::move(result)] { pending->finish(result); });
   };
   disk_.post(0, std::move(task));
 }
 
 void AsyncStore::cursors_before(std::int64_t second, Answer<std::vector<std::string>> answer) {
-  const auto work = [second](Kept& kept) -> Result<std::vector<std::string>> {
-    return kept.store->cursors_before(second);
+  const auto work = [second](State& state) -> Result<std::vector<std::string>> {
+    return state.store->cursors_before(second);
   };
-  ask<std::vector<std::string>>(work, std::move(answer));
+  run_query<std::vector<std::string>>(work, std::move(answer));
 }
 
 void AsyncStore::periods(const Query& query, Answer<Periods> answer) {
-  const auto work = [query](Kept& kept) -> Result<Periods> {
-    const auto all = kept.store->periods(query.step_s, query.from_s, query.to_s);
+  const auto work = [query](State& state) -> Result<Periods> {
+    const auto all = state.store->periods(query.step_s, query.from_s, query.to_s);
     if (!all) return tl::unexpected<Error>(all.error());
-    return Periods{downsample(*all, query.from_s, query.to_s, query.step_s), kept.store->last_second()};
+    return Periods{downsample(*all, query.from_s, query.to_s, query.step_s), state.store->last_second()};
   };
-  ask<Periods>(work, std::move(answer));
+  run_query<Periods>(work, std::move(answer));
 }
 
 }  // namespace prism::prismweb

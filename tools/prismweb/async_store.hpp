@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A store behind the disk's thread: a disk that hangs holds up neither a client nor the watchdog.
+// Runs a period store on the disk thread, so that a blocked disk delays neither clients nor the watchdog.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -16,61 +16,61 @@
 
 namespace prism::prismweb {
 
-/// How long a disk may take before it is said to hang.
+/// The disk is reported as blocked after this time.
 inline constexpr std::chrono::seconds kDiskTimeout{5};
 
-/// What serves asks, and is told on the context's thread; the store itself is touched by the disk's thread alone.
+/// Call from the thread of `io`, which also runs the callbacks. Only the disk thread accesses the store.
 class AsyncStore {
  public:
-  /// Of the store, when it was asked.
-  struct Known {
-    std::string cursor;  ///< behind what it was given; empty: the log is to be read from its beginning
+  /// State of the store after an operation.
+  struct Status {
+    std::string cursor;  ///< after the last row included; empty: read the log from the start
     std::optional<std::int64_t> first_s, last_s;
-    std::string trouble;  ///< why it cannot be opened or kept, or began anew; empty where nothing is to be said
+    std::string problem;  ///< why the store cannot be opened or written, or was rebuilt; empty: none
     bool open = false;
   };
-  /// Begins within [from_s, to_s), joined by steps of `step_s`, a multiple of 60.
+  /// Periods that begin within [from_s, to_s), in steps of `step_s`, a multiple of 60.
   struct Query {
     std::int64_t from_s, to_s, step_s;
   };
   struct Periods {
     std::vector<PeriodSummary> steps;
-    std::optional<std::int64_t> last_s;  ///< of the store's seconds: what follows is not in them
+    std::optional<std::int64_t> last_s;  ///< last second in the store
   };
-  using OnChange = std::function<void(const Known&)>;
+  using OnChange = std::function<void(const Status&)>;
   template <class T>
   using Answer = std::function<void(const Result<T>&)>;
 
-  /// `io` and `disk` outlive it.
+  /// `io` and `disk` must outlive the store.
   AsyncStore(boost::asio::io_context& io, DiskThread& disk, std::string folder,
              std::chrono::milliseconds timeout = kDiskTimeout);
 
-  /// `told` is called when the disk has done this, or take() or clear(), and when a damaged store was begun anew.
+  /// Calls `on_change` after open(), push() and clear(), and after a damaged store was rebuilt.
   void open(OnChange on_change);
-  /// Takes seconds that follow the cursor `from` and end at `to`; without effect if the store is not at `from`. They
-  /// are kept every second time, and while the log is read from its beginning (`building`) every so many times.
-  void take(std::vector<PeriodSummary> seconds, const std::string& from, const std::string& to, bool building);
+  /// Adds seconds between the cursors `from` and `to`. No effect if the store is not at `from`. Commits every second
+  /// call, or every 20th while the store is built from the start of the log (`building`).
+  void push(std::vector<PeriodSummary> seconds, const std::string& from, const std::string& to, bool building);
   void clear();
-  /// Keeps what was taken; `told` is not called.
-  void keep();
+  /// Writes the pushed seconds to disk. Does not call `on_change`.
+  void commit();
 
-  /// Each is answered once; refused where the disk has not answered within the patience, and where the store is
-  /// damaged. Store::cursors_before.
+  /// These call `answer` exactly once. Errors: the disk did not respond within the timeout, the store is damaged or
+  /// could not be opened. See PeriodStore for the results.
   void cursors_before(std::int64_t second, Answer<std::vector<std::string>> answer);
   void periods(const Query& query, Answer<Periods> answer);
 
  private:
-  struct Kept;
+  struct State;
   template <class Work>
   void run(Work work);
   template <class T, class Work>
-  void ask(Work work, Answer<T> answer);
+  void run_query(Work work, Answer<T> answer);
 
   boost::asio::io_context& io_;
   DiskThread& disk_;
   std::chrono::milliseconds timeout_;
   OnChange on_change_;
-  std::shared_ptr<Kept> kept_;
+  std::shared_ptr<State> state_;
 };
 
 }  // namespace prism::prismweb

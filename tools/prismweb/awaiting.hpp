@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How prismweb's coroutines wait: an error is a value, not an exception.
+// Completion token of prismweb's coroutines: errors are values, not exceptions.
 #pragma once
 
 #include <boost/asio/as_tuple.hpp>

@@ -15,7 +15,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::chrono::milliseconds kUpToDate{2000}, kReopen{30000};
-constexpr std::chrono::milliseconds kBuilding{5};  // the others have their turn between two pages
+constexpr std::chrono::milliseconds kBuilding{5};  // between pages, for other work of the loop
 
 }  // namespace
 
@@ -23,10 +23,10 @@ AxisArchive::AxisArchive(boost::asio::io_context& io, InstanceProxy& proxy, std:
                          std::unique_ptr<AsyncStore> store)
     : proxy_(proxy), axis_(std::move(axis)), store_(std::move(store)), pause_(io) {}
 
-void AxisArchive::say(const std::string& what) {
-  if (std::exchange(said_, what) == what) return;
+void AxisArchive::report(const std::string& what) {
+  if (std::exchange(reported_, what) == what) return;
   fmt::print(stderr, "prismweb: {} {}: {}\n", proxy_.name(), axis_,
-             what.empty() ? "minutes and hours are kept again" : what);
+             what.empty() ? "minutes and hours are stored again" : what);
 }
 
 void AxisArchive::follow() {
@@ -35,23 +35,23 @@ void AxisArchive::follow() {
   const auto history = [weak = weak_from_this()](std::string_view member) {
     if (const auto self = weak.lock()) self->take_history(member);
   };
-  proxy_.ask("history", {{"seconds", 3600}, {"axis", axis_}}, history);
-  if (!store_ || std::exchange(asking_, true)) return;
-  go_on();
+  proxy_.call("history", {{"seconds", 3600}, {"axis", axis_}}, history);
+  if (!store_ || std::exchange(reading_, true)) return;
+  continue_reading();
 }
 
-void AxisArchive::go_on() {
-  if (known_.open) return ask();
-  store_->open([weak = weak_from_this()](const AsyncStore::Known& known) {
-    if (const auto self = weak.lock()) self->on_change(known);
+void AxisArchive::continue_reading() {
+  if (status_.open) return request_page();
+  store_->open([weak = weak_from_this()](const AsyncStore::Status& status) {
+    if (const auto self = weak.lock()) self->on_change(status);
   });
 }
 
-void AxisArchive::on_change(const AsyncStore::Known& known) {
-  known_ = known;
-  say(known.trouble);
-  if (known.cursor.empty()) behind_ = true;
-  rest(!known.open ? kReopen : behind_ ? kBuilding : kUpToDate);
+void AxisArchive::on_change(const AsyncStore::Status& status) {
+  status_ = status;
+  report(status.problem);
+  if (status.cursor.empty()) behind_ = true;
+  continue_after(!status.open ? kReopen : behind_ ? kBuilding : kUpToDate);
 }
 
 void AxisArchive::take_history(std::string_view member) {
@@ -66,53 +66,53 @@ void AxisArchive::window(const json& params) {
   if (const auto second = second_of(params)) recent_.put_now(*second);
 }
 
-void AxisArchive::ask() {
-  const auto answer = [weak = weak_from_this(), from = known_.cursor](std::string_view member) {
-    if (const auto self = weak.lock()) self->take(member, from);
+void AxisArchive::request_page() {
+  const auto answer = [weak = weak_from_this(), from = status_.cursor](std::string_view member) {
+    if (const auto self = weak.lock()) self->store_page(member, from);
   };
-  const std::string after = known_.cursor.empty() ? "earliest" : known_.cursor;
-  proxy_.ask("rows", {{"after", after}, {"limit", 10000}, {"axis", axis_}}, answer);
+  const std::string after = status_.cursor.empty() ? "earliest" : status_.cursor;
+  proxy_.call("rows", {{"after", after}, {"limit", 10000}, {"axis", axis_}}, answer);
 }
 
-void AxisArchive::rest(std::chrono::milliseconds pause) {
+void AxisArchive::continue_after(std::chrono::milliseconds pause) {
   pause_.expires_after(pause);
   pause_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
     const auto self = weak.lock();
     if (!self || error) return;
-    self->asking_ = self->has_log_ && self->proxy_.state() == InstanceState::kRunning;
-    if (self->asking_) self->go_on();  // else follow() begins again
+    self->reading_ = self->has_log_ && self->proxy_.state() == InstanceState::kRunning;
+    if (self->reading_) self->continue_reading();  // else follow() restarts it
   });
 }
 
-void AxisArchive::take(std::string_view member, const std::string& from) {
+void AxisArchive::store_page(std::string_view member, const std::string& from) {
   Result<LogPage> page = parse_log_page(member);
-  if (!page) return take(page.error());
+  if (!page) return handle_error(page.error());
   for (const PeriodSummary& second : page->seconds) recent_.put(second);
   behind_ = page->more;
-  store_->take(std::move(page->seconds), from, page->after, behind_);
+  store_->push(std::move(page->seconds), from, page->after, behind_);
 }
 
-void AxisArchive::take(const Error& refused) {
-  if (refused.where == std::to_string(kForeignCursor)) {
-    say("the log is another one: minutes and hours begin anew");
+void AxisArchive::handle_error(const Error& error) {
+  if (error.where == std::to_string(kForeignCursor)) {
+    report("log replaced: rebuilding minutes and hours");
     return store_->clear();
   }
-  if (refused.where == "-32000") has_log_ = refused.what.find("no log is written") == std::string::npos;
-  rest(kUpToDate);
+  if (error.where == "-32000") has_log_ = error.what.find("no log is written") == std::string::npos;
+  continue_after(kUpToDate);
 }
 
 void AxisArchive::finish() {
-  if (store_) store_->keep();
+  if (store_) store_->commit();
 }
 
-// By the time that the data reach.
+// Share of the data's time range.
 std::optional<double> AxisArchive::building() const {
-  if (!store_ || !has_log_ || (!known_.open && !known_.trouble.empty())) return std::nullopt;
+  if (!store_ || !has_log_ || (!status_.open && !status_.problem.empty())) return std::nullopt;
   if (!behind_) return 1;
-  if (!known_.first_s || recent_.empty()) return 0;
-  const auto first = static_cast<double>(*known_.first_s);
+  if (!status_.first_s || recent_.empty()) return 0;
+  const auto first = static_cast<double>(*status_.first_s);
   const double length_s = static_cast<double>(recent_.last_s()) - first;
-  const double done_s = static_cast<double>(*known_.last_s) - first;
+  const double done_s = static_cast<double>(*status_.last_s) - first;
   return length_s > 0 ? std::clamp(done_s / length_s, 0.0, 0.999) : 0;
 }
 

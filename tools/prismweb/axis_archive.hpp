@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is known of one axis over time: the last hours in memory, minutes and hours on the disk, both kept up with
-// prismd's log.
+// History of one axis: the last two hours in memory, minutes and hours on disk, both updated from prismd's log.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -18,42 +17,42 @@ namespace prism::prismweb {
 
 class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
  public:
-  /// `store` may be null: none is kept.
+  /// `store`: null to store nothing on disk.
   AxisArchive(boost::asio::io_context& io, InstanceProxy& proxy, std::string axis, std::unique_ptr<AsyncStore> store);
 
-  /// prismd is connected: fetches what was missed, and goes on.
+  /// Call when prismd is connected. Loads missed rows and follows the log.
   void follow();
-  /// Keeps what was not kept yet.
+  /// Writes uncommitted seconds to disk.
   void finish();
   void window(const nlohmann::json& params);
 
   const std::string& name() const { return axis_; }
   const RecentSeconds& recent() const { return recent_; }
-  /// Of the store as it was last told; null where there is none.
-  const AsyncStore::Known* known() const { return has_log_ && known_.open ? &known_ : nullptr; }
+  /// Last reported state of the store; null if there is no open store or no log.
+  const AsyncStore::Status* store_status() const { return has_log_ && status_.open ? &status_ : nullptr; }
   AsyncStore& store() { return *store_; }
-  /// 0 to 1, 1 where the store is up to date; nothing where none is kept.
+  /// Progress of the store, 0 to 1 (up to date). Returns nullopt if the axis has no log or no usable store.
   std::optional<double> building() const;
 
  private:
-  void go_on();
-  void ask();
-  void take(std::string_view member, const std::string& from);
-  void take(const Error& refused);
-  void on_change(const AsyncStore::Known& known);
-  void rest(std::chrono::milliseconds pause);
+  void continue_reading();
+  void request_page();
+  void store_page(std::string_view member, const std::string& from);
+  void handle_error(const Error& error);
+  void on_change(const AsyncStore::Status& status);
+  void continue_after(std::chrono::milliseconds pause);
   void take_history(std::string_view member);
-  void say(const std::string& what);
+  void report(const std::string& what);
 
   InstanceProxy& proxy_;
   std::string axis_;
   RecentSeconds recent_;
   std::unique_ptr<AsyncStore> store_;
-  AsyncStore::Known known_;
+  AsyncStore::Status status_;
   boost::asio::steady_timer pause_;
-  /// A page is asked for until the store has it: what a disk that hangs is given does not grow.
-  bool has_log_ = true, asking_ = false, behind_ = true;
-  std::string said_;
+  /// reading_: one page is requested at a time, until the store has it, so that a blocked disk does not fill memory.
+  bool has_log_ = true, reading_ = false, behind_ = true;
+  std::string reported_;
 };
 
 }  // namespace prism::prismweb

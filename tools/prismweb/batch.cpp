@@ -10,10 +10,10 @@ namespace prism::prismweb {
 
 Batch read_batch(const std::string& text) {
   using nlohmann::json;
-  const json whole = json::parse(text, nullptr, false);
-  if (!whole.is_object() || !whole.contains("batch") || !whole["batch"].is_array()) return {};
-  Batch batch{text_member(whole, "instance"), {}};
-  for (const json& notification : whole["batch"]) {
+  const json parsed = json::parse(text, nullptr, false);
+  if (!parsed.is_object() || !parsed.contains("batch") || !parsed["batch"].is_array()) return {};
+  Batch batch{text_member(parsed, "instance"), {}};
+  for (const json& notification : parsed["batch"]) {
     json params = notification.is_object() ? notification.value("params", json()) : json();
     if (!params.is_object()) continue;
     for (auto member = params.begin(); member != params.end();)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A batch of what prismd sends by itself, read again for programs that take it in another form.
+// Parses batches of notifications, to convert them for Foxglove and PlotJuggler.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,7 +8,7 @@
 
 namespace prism::prismweb {
 
-/// A notification, its params without what is not known (null).
+/// A notification. Members that are null (unknown) are removed from `params`.
 struct BatchRow {
   std::string method;
   nlohmann::json params;
@@ -19,7 +19,7 @@ struct Batch {
   std::vector<BatchRow> rows;
 };
 
-/// Of a text {"instance":…,"batch":[…]}; no rows where it is something else.
+/// Parses {"instance":…,"batch":[…]}. Returns no rows for any other text.
 Batch read_batch(const std::string& text);
 
 }  // namespace prism::prismweb

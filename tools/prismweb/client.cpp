@@ -6,15 +6,15 @@
 namespace prism::prismweb {
 
 Client::Client(WebServer& server, Channel& channel)
-    : server_(server), there_(server.weak_from_this()), channel_(channel) {}
+    : server_(server), weak_server_(server.weak_from_this()), channel_(channel) {}
 
 Client::~Client() {
-  const auto server = there_.lock();
+  const auto server = weak_server_.lock();
   if (!server) return;
   server->remove(this);
   for (const auto& proxy : server->instances().all()) proxy->subscribe(this, {});
 }
 
-void Client::enter() { server_.add(this); }
+void Client::add_to_server() { server_.add(this); }
 
 }  // namespace prism::prismweb

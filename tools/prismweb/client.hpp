@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Somebody at the other end of a WebSocket, whatever protocol it speaks.
+// Client of a WebSocket, independent of its protocol.
 #pragma once
 
 #include <cstdint>
@@ -14,49 +14,48 @@ namespace prism::prismweb {
 
 class WebServer;
 
-/// The way out to a client. A text that begins with '{' is sent as text, another one as binary data.
+/// Output to a client. A text that begins with '{' is sent as a text message, any other as binary.
 class Channel {
  public:
   virtual ~Channel() = default;
-  /// An answer: it is never left out; a client that lets too many of them lie is closed.
+  /// Sends a response. Responses are never dropped; the client is disconnected if too many are unread.
   virtual void answer(const Text& text) = 0;
-  /// What comes by itself: left out, counted and told where the client is too slow.
+  /// Sends notifications. Drops, counts and reports them if the client is too slow.
   virtual void batch(const std::string& instance, const Text& text, std::uint64_t rows) = 0;
 };
 
-/// Why a client may not stay: a close code of RFC 6455 (section 7.4.1 and IANA's registry), and words of at most 123
-/// bytes.
+/// Close code of RFC 6455 (section 7.4.1 and IANA's registry) and a reason of at most 123 bytes.
 struct CloseReason {
   std::uint16_t code;
   std::string_view reason;
 };
 
-/// Leaves the site and all that it listened to when it goes.
+/// The destructor removes the client from the server and ends its subscriptions.
 class Client : public Subscriber, public std::enable_shared_from_this<Client> {
  public:
   ~Client() override;
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// The connection stands.
+  /// The WebSocket is open.
   virtual void begin() {}
-  /// A message of the client. An answer: it may not stay.
+  /// Handles a message. Returns a reason if the client must be disconnected.
   virtual std::optional<CloseReason> message(std::string_view text, bool is_text) = 0;
-  virtual bool is_let_in() const = 0;
-  /// The list of instances is another: prismweb's notification of it.
+  virtual bool is_admitted() const = 0;
+  /// The list of instances changed; `notification` is prismweb's message.
   virtual void instances_changed(const Text& notification) = 0;
-  /// What tells the client that so many rows were left out, now and in all.
+  /// Message to the client: `rows` were dropped now, `rows_total` in total.
   virtual std::string lost_text(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) const = 0;
 
  protected:
   Client(WebServer& server, Channel& channel);
-  void enter();
+  void add_to_server();
   WebServer& server() { return server_; }
   Channel& channel() { return channel_; }
 
  private:
   WebServer& server_;
-  std::weak_ptr<WebServer> there_;  ///< at the end of the program it may be gone first
+  std::weak_ptr<WebServer> weak_server_;  ///< may be destroyed first at program exit
   Channel& channel_;
 };
 

@@ -45,7 +45,7 @@ SteadyTime ClientAddresses::not_before(const Address& address) {
 
 namespace {
 
-// Whether `a` is compared before `b`, which came earlier; both may be compared now.
+// True if `a` is compared before `b`, which was queued earlier. Both may be compared now.
 bool is_before(const ClientAddresses::Address& a, const ClientAddresses::Address& b) {
   if ((a.failures == 0) != (b.failures == 0)) return a.failures == 0;
   if (a.failures == 0) return a.first_seen >= b.first_seen;
@@ -63,7 +63,7 @@ bool ComparisonQueue::add(const Key& key, SteadyTime now) {
   return true;
 }
 
-// A forgotten address is as good as a new one.
+// A removed address counts as new.
 ClientAddresses::Address ComparisonQueue::address_of(const std::string& address, SteadyTime now) const {
   return addresses_.find(address, now).value_or(ClientAddresses::Address{now, now, 0, now});
 }

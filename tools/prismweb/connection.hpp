@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The connections that are served: who sent them, and which one ends if there are too many.
+// Open HTTP connections: their clients, and which one is closed if there are too many.
 #pragma once
 
 #include <functional>
@@ -10,14 +10,13 @@
 
 namespace prism::prismweb {
 
-/// A connection, as long as it is served.
 struct Connection {
-  int fd;                                 ///< -1 after it was closed
+  int fd;                                 ///< -1 after closing
   std::string address;                    ///< of the client, as address_key() returns it
-  std::string user;                       ///< whose password the client sent; empty if none
-  bool is_known = false;                  ///< the client has sent a token, a cookie or a password that is right
-  bool is_ending = false;                 ///< it was closed to make room, or because a password changed
-  std::function<void()> on_end;           ///< ends what the connection waits for, if it waits
+  std::string user;                       ///< authenticated by password; empty: none
+  bool is_known = false;                  ///< the client sent a valid token, cookie or password
+  bool is_ending = false;                 ///< closed to make room, or because a password changed
+  std::function<void()> on_end;           ///< cancels a pending password check; may be empty
   std::function<void()> close_websocket;  ///< closes a WebSocket with its reason; empty before the upgrade
 };
 
@@ -25,7 +24,7 @@ class ConnectionList : public std::enable_shared_from_this<ConnectionList> {
  public:
   static constexpr std::size_t kMaxConnections = 128;
 
-  /// Removes the connection from the list when it goes out of scope.
+  /// Keeps the connection in the list while in scope.
   class Entry {
    public:
     Entry(std::shared_ptr<ConnectionList> list, std::shared_ptr<Connection> connection);
@@ -38,16 +37,16 @@ class ConnectionList : public std::enable_shared_from_this<ConnectionList> {
     std::list<std::shared_ptr<Connection>>::iterator at_;
   };
 
-  /// Makes room for one more connection. If 128 are served, one of an unknown client ends: of an address with wrong
-  /// passwords before others, of an address with many before one with few, the oldest first. Returns false if there is
-  /// none to end.
+  /// Makes room for a new connection. If 128 are open, closes one of an unknown client. It prefers addresses with
+  /// wrong passwords, then addresses with many such connections, then the oldest. Returns false if the new connection
+  /// must be rejected.
   bool make_room(const std::function<bool(const std::string& address)>& has_failures);
 
-  /// Ends all connections of these users.
+  /// Closes all connections of these users.
   void close_users(const std::set<std::string>& users);
 
  private:
-  std::list<std::shared_ptr<Connection>> connections_;  ///< the oldest first
+  std::list<std::shared_ptr<Connection>> connections_;  ///< oldest first
 };
 
 }  // namespace prism::prismweb

@@ -14,7 +14,7 @@ namespace {
 
 using Arguments = std::span<sqlite3_value*>;
 
-// SQLite stores a double without a fraction as an integer: −0 and 0 have the same CRC.
+// −0 and 0 get the same CRC, because SQLite stores a double without a fraction as an integer.
 std::uint32_t crc_of(Arguments values) {
   boost::crc_32_type crc;
   for (sqlite3_value* const value : values) {
@@ -44,11 +44,11 @@ void checked(sqlite3_context* context, int count, sqlite3_value** values) {
 
 struct Bind {
   sqlite3_stmt* statement;
-  int place;
-  void operator()(std::int64_t value) const { sqlite3_bind_int64(statement, place, value); }
-  void operator()(double value) const { sqlite3_bind_double(statement, place, value); }
+  int index;
+  void operator()(std::int64_t value) const { sqlite3_bind_int64(statement, index, value); }
+  void operator()(double value) const { sqlite3_bind_double(statement, index, value); }
   void operator()(const std::string& value) const {
-    sqlite3_bind_text(statement, place, value.data(), static_cast<int>(value.size()), SQLITE_TRANSIENT);
+    sqlite3_bind_text(statement, index, value.data(), static_cast<int>(value.size()), SQLITE_TRANSIENT);
   }
 };
 
@@ -69,8 +69,8 @@ std::string Database::Row::text(int column) const {
   return text == nullptr ? "" : text;
 }
 
-// The reason of the disk is in errno alone: sqlite3_system_errno() has none of a commit. A file whose schema or rights
-// are not those of open() was changed by another program.
+// The disk's reason is in errno: sqlite3_system_errno() has none for a commit. SQLITE_ERROR and SQLITE_READONLY mean
+// that another program changed the schema or the mode of the file.
 tl::unexpected<Error> Database::make_error() {
   const int cause = errno, code = sqlite3_errcode(database_.get());
   is_damaged_ = code == SQLITE_CORRUPT || code == SQLITE_NOTADB || code == SQLITE_ERROR || code == SQLITE_READONLY;
@@ -80,7 +80,7 @@ tl::unexpected<Error> Database::make_error() {
   return prism::make_error(path_, by_disk ? std::strerror(cause) : sqlite3_errmsg(database_.get()));
 }
 
-// An exclusive lock needs no shared memory, and two processes cannot count the same rows twice.
+// With an exclusive lock, WAL needs no shared memory, and two processes cannot count the same rows twice.
 Result<void> Database::open(const std::string& path) {
   path_ = path;
   sqlite3* opened = nullptr;

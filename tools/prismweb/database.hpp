@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One SQLite file that this process alone uses.
+// An SQLite file, locked by this process.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,13 @@ struct sqlite3_stmt;
 
 namespace prism::prismweb {
 
-/// SQL has two more functions here: `crc(a, …)` is the CRC-32 of its arguments. `checked(crc, a, …)` returns `a`; if
-/// the CRC is another one it fails, and the file is damaged.
+/// Adds two SQL functions. `crc(a, …)` returns the CRC-32 of its arguments. `checked(crc, a, …)` returns `a`, or fails
+/// if the CRC does not match: the file is then damaged.
 class Database {
  public:
   using Value = std::variant<std::int64_t, double, std::string>;  ///< NaN is stored as NULL
 
-  /// One row of a result; valid during the call that it is given to.
+  /// One row of a result, valid during the call of TakeRow.
   class Row {
    public:
     explicit Row(sqlite3_stmt* statement) : statement_(statement) {}
@@ -36,16 +36,16 @@ class Database {
   };
   using TakeRow = std::function<void(const Row& row)>;
 
-  /// Opens or creates the file and checks its structure. It is in use by this process until the object is destroyed.
+  /// Opens or creates the file, checks its structure, and locks it until destruction.
   Result<void> open(const std::string& path);
 
-  /// Runs one statement with a value for each `?`. Errors: the path, and the disk's reason or SQLite's.
+  /// Runs one statement with a value for each `?`. Errors: the path and the reason of the disk or of SQLite.
   Result<void> run(const std::string& sql, const std::vector<Value>& values = {}, const TakeRow& take = nullptr);
 
-  /// Ends a transaction without effect, unless its error has done so.
+  /// Rolls back the transaction, unless its error already did.
   void roll_back();
 
-  /// True after an error that means that the file does not contain what was written.
+  /// True after an error that shows that the file was changed or corrupted since it was written.
   bool is_damaged() const { return is_damaged_; }
 
  private:
@@ -59,7 +59,7 @@ class Database {
   std::string path_;
   bool is_damaged_ = false;
   std::unique_ptr<sqlite3, Close> database_;
-  std::map<std::string, std::unique_ptr<sqlite3_stmt, Close>> statements_;  ///< by their text
+  std::map<std::string, std::unique_ptr<sqlite3_stmt, Close>> statements_;  ///< by SQL text
 };
 
 }  // namespace prism::prismweb

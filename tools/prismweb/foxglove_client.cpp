@@ -16,7 +16,7 @@ using nlohmann::json;
 
 constexpr std::uint64_t kNoNumber = std::numeric_limits<std::uint64_t>::max();
 
-/// A number of 32 bits, or kNoNumber.
+/// Returns a 32-bit number, or kNoNumber.
 std::uint64_t number32_of(const json& value) {
   const std::uint64_t number = value.is_number_unsigned() ? value.get<std::uint64_t>() : kNoNumber;
   return number <= std::numeric_limits<std::uint32_t>::max() ? number : kNoNumber;
@@ -31,7 +31,7 @@ std::uint64_t number32_of(const json& object, const char* key) {
 FoxgloveClient::FoxgloveClient(WebServer& server, Channel& channel) : Client(server, channel) {}
 
 void FoxgloveClient::begin() {
-  enter();
+  add_to_server();
   send(foxglove_server_info("prism, " + server().host()));
   advertise();
 }
@@ -40,11 +40,11 @@ void FoxgloveClient::send(const json& operation) {
   channel().answer(std::make_shared<const std::string>(json_text(operation)));
 }
 
-void FoxgloveClient::complain(const std::string& text) { send(foxglove_warning(text)); }
+void FoxgloveClient::send_warning(const std::string& text) { send(foxglove_warning(text)); }
 
 void FoxgloveClient::instances_changed(const Text&) { advertise(); }
 
-// What is new, and what is gone; a number means the same topic as long as prismweb runs.
+// Sends new and removed channels. A number means the same topic while prismweb runs.
 void FoxgloveClient::advertise() {
   json channels = json::array(), gone = json::array();
   const auto& all = server().foxglove_topics().all();
@@ -56,7 +56,7 @@ void FoxgloveClient::advertise() {
     if (!there) gone.push_back(*number);
     number = there ? std::next(number) : advertised_.erase(number);
   }
-  // A subscription ends with its channel: Foxglove makes a new one when the channel is back.
+  // A subscription ends with its channel; Foxglove subscribes again when the channel returns.
   std::erase_if(subscriptions_, [&](const auto& known) { return !advertised_.contains(known.second.channel); });
   if (!gone.empty()) send({{"op", "unadvertise"}, {"channelIds", gone}});
   if (!channels.empty()) send({{"op", "advertise"}, {"channels", channels}});
@@ -70,8 +70,8 @@ std::optional<CloseReason> FoxgloveClient::message(std::string_view text, bool i
   } else if (op == "unsubscribe") {
     unsubscribe(request);
   } else {
-    complain(fmt::format("found {}, expected subscribe or unsubscribe: prismweb only tells",
-                         op.is_string() ? json_text(op).substr(0, 80) : "no operation"));
+    send_warning(fmt::format("found {}, expected subscribe or unsubscribe: prismweb is read-only",
+                             op.is_string() ? json_text(op).substr(0, 80) : "no operation"));
   }
   return std::nullopt;
 }
@@ -85,8 +85,9 @@ void FoxgloveClient::subscribe(const json& request) {
     const bool taken = std::any_of(subscriptions_.begin(), subscriptions_.end(),
                                    [&](const auto& known) { return id == known.second.id; });
     if (id == kNoNumber || topic == all.end() || taken || subscriptions_.contains(topic->second)) {
-      complain(fmt::format("found {}, expected a new \"id\" and the \"channelId\" of a channel without a subscription",
-                           json_text(one).substr(0, 80)));
+      send_warning(
+          fmt::format("found {}, expected a new \"id\" and the \"channelId\" of a channel without a subscription",
+                      json_text(one).substr(0, 80)));
     } else {
       subscriptions_.emplace(topic->second, ChannelSubscription{static_cast<std::uint32_t>(id), topic->first});
     }
@@ -99,7 +100,7 @@ void FoxgloveClient::unsubscribe(const json& request) {
   for (const json& one : list.is_array() ? list : json::array({nullptr})) {
     const std::uint64_t id = number32_of(one);
     if (std::erase_if(subscriptions_, [&](const auto& known) { return known.second.id == id; }) == 0)
-      complain(fmt::format("found {}, expected the id of a subscription", json_text(one).substr(0, 80)));
+      send_warning(fmt::format("found {}, expected the id of a subscription", json_text(one).substr(0, 80)));
   }
   subscribe();
 }
@@ -129,12 +130,12 @@ void FoxgloveClient::deliver(const std::string& instance, const Text& batch, std
                     std::make_shared<const std::string>(foxglove_data(subscription->second.id, row.time_ns, row.json)),
                     1);
   }
-  if (lost > 0) complain(fmt::format("{}: prismd left out {} rows for prismweb, which was too slow", instance, lost));
+  if (lost > 0) send_warning(fmt::format("{}: prismd dropped {} rows: prismweb was too slow", instance, lost));
 }
 
 std::string FoxgloveClient::lost_text(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) const {
-  return json_text(foxglove_warning(fmt::format(
-      "{}: {} rows were left out, {} since the beginning: this client reads too slowly", instance, rows, rows_total)));
+  return json_text(foxglove_warning(
+      fmt::format("{}: {} rows were dropped, {} in total: this client reads too slowly", instance, rows, rows_total)));
 }
 
 }  // namespace prism::prismweb

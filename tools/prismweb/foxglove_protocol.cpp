@@ -14,18 +14,18 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kTarget = "/foxglove", kTokenPart = "?token=";
-constexpr double kMostSeconds = 9e9;  // an int64 of nanoseconds
+constexpr double kMaxSeconds = 9e9;  // fits an int64 of nanoseconds
 
 struct Field {
   const char *name, *type, *what;
 };
 
 constexpr std::array kCorrection = {
-    Field{"bias_deg_per_h", "number", "the model's bias, deg/h"},
-    Field{"sd_deg_per_h", "number", "its standard deviation, deg/h"},
-    Field{"sd_mean_deg_per_h", "number", "with the noise of the window's mean rate in it, deg/h"},
+    Field{"bias_deg_per_h", "number", "bias of the model, deg/h"},
+    Field{"sd_deg_per_h", "number", "standard deviation of the bias, deg/h"},
+    Field{"sd_mean_deg_per_h", "number", "standard deviation including the noise of the window's mean rate, deg/h"},
     Field{"corrected_deg_per_h", "number", "rate - bias, deg/h"},
-    Field{"quality", "string", "good, or reasons joined by +"},
+    Field{"quality", "string", "good, or reasons separated by +"},
 };
 constexpr std::array kSample = {
     Field{"rate_deg_per_h", "number", "deg/h"},
@@ -33,22 +33,22 @@ constexpr std::array kSample = {
     Field{"uhfo_v", "number", "V"},
 };
 constexpr std::array kWindow = {
-    Field{"samples", "integer", "frames of the second"},
-    Field{"missing", "integer", "frames missing in it"},
-    Field{"rate_deg_per_h", "number", "of the second, deg/h"},
-    Field{"temperature_degc", "number", "of the second, degC"},
-    Field{"uhfo_v", "number", "of the second, V"},
-    Field{"mean_rate_deg_per_h", "number", "of the window, deg/h"},
-    Field{"mean_temperature_degc", "number", "of the window, degC"},
-    Field{"slope_degc_per_s", "number", "of temperature over the window, degC/s"},
-    Field{"mean_uhfo_v", "number", "of the window, V"},
-    Field{"corrected_mean_deg_per_h", "number", "the window's mean rate - bias, deg/h"},
+    Field{"samples", "integer", "frames in the second"},
+    Field{"missing", "integer", "frames missing in the second"},
+    Field{"rate_deg_per_h", "number", "mean of the second, deg/h"},
+    Field{"temperature_degc", "number", "mean of the second, degC"},
+    Field{"uhfo_v", "number", "mean of the second, V"},
+    Field{"mean_rate_deg_per_h", "number", "mean of the window, deg/h"},
+    Field{"mean_temperature_degc", "number", "mean of the window, degC"},
+    Field{"slope_degc_per_s", "number", "temperature slope in the window, degC/s"},
+    Field{"mean_uhfo_v", "number", "mean of the window, V"},
+    Field{"corrected_mean_deg_per_h", "number", "mean rate of the window - bias, deg/h"},
 };
 constexpr std::array kEvent = {
     Field{"severity", "string", "debug, info, warning or error"},
-    Field{"kind", "string", "such as line_lost"},
-    Field{"text", "string", "what happened"},
-    Field{"repeats", "integer", "how often the same was held back"},
+    Field{"kind", "string", "event type, e.g. line_lost"},
+    Field{"text", "string", "description of the event"},
+    Field{"repeats", "integer", "suppressed repetitions of the event"},
 };
 
 template <class Fields>
@@ -57,11 +57,11 @@ void put(json& properties, const Fields& fields) {
 }
 
 json schema_of(const std::string& stream) {
-  json properties = {{"time_s", {{"type", "number"}, {"description", "the data's time, s"}}}};
+  json properties = {{"time_s", {{"type", "number"}, {"description", "time of the data, s"}}}};
   if (stream == "event") {
     put(properties, kEvent);
   } else {
-    properties["axis"] = {{"type", "string"}, {"description", "as the frame description names it"}};
+    properties["axis"] = {{"type", "string"}, {"description", "name in the frame description"}};
     stream == "sample" ? put(properties, kSample) : put(properties, kWindow);
     put(properties, kCorrection);
   }
@@ -104,11 +104,11 @@ std::string_view foxglove_token_of(std::string_view target) {
 std::string FoxgloveTopic::name() const { return "/" + instance + (axis.empty() ? "" : "/" + axis) + "/" + stream; }
 
 void FoxgloveTopics::update_axes(const json& listing) {
-  there_.clear();
+  current_.clear();
   const auto add = [this](FoxgloveTopic topic) {
     const auto next = static_cast<std::uint32_t>(numbers_.size() + 1);
     const auto known = numbers_.emplace(std::move(topic), next).first;
-    there_.emplace(known->second, known->first);
+    current_.emplace(known->second, known->first);
   };
   for (const json& one : listing) {
     const std::string instance = one.at("name");
@@ -143,10 +143,10 @@ std::vector<FoxgloveRow> foxglove_rows(const std::string& text, std::uint64_t& l
   for (const auto& [method, params] : batch.rows) {
     if (method == "lost" && params.value("rows", json()).is_number_unsigned())
       lost += params["rows"].get<std::uint64_t>();
-    const double time_s = params.value("time_s", json()).is_number() ? params["time_s"].get<double>() : kMostSeconds;
-    if (!(std::abs(time_s) < kMostSeconds)) continue;
+    const double time_s = params.value("time_s", json()).is_number() ? params["time_s"].get<double>() : kMaxSeconds;
+    if (!(std::abs(time_s) < kMaxSeconds)) continue;
     const std::string axis = method == "event" ? "" : text_member(params, "axis");
-    // Of a double's seconds the microseconds are right.
+    // A double of seconds is exact to microseconds.
     rows.push_back({{batch.instance, axis, method}, std::llround(time_s * 1e6) * 1000, json_text(params)});
   }
   return rows;

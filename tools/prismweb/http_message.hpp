@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What of HTTP matters here: a request and its answer, of whatever stream.
+// HTTP requests and responses, independent of the stream.
 #pragma once
 
 #include <string>
@@ -15,21 +15,20 @@ struct Answer {
   std::string media_type = "text/plain; charset=utf-8";
   std::string body;
   std::string etag;
-  std::string challenge;    ///< of a 401: how to come in
-  bool is_last = false;     ///< the connection ends with it
-  std::string cookie = {};  ///< a Set-Cookie field; empty if none
+  std::string challenge;    ///< WWW-Authenticate field of a 401
+  bool is_last = false;     ///< closes the connection
+  std::string cookie = {};  ///< Set-Cookie field; empty: none
 };
 
 inline Answer plain(int status, const std::string& text) {
   return {status, "text/plain; charset=utf-8", text + "\n", {}, {}};
 }
 
-/// Whether a request is answered.
+/// Result of the access checks.
 struct Admission {
-  int status = 0;  ///< of the refusal; 0: it is answered
+  int status = 0;  ///< HTTP status of the error; 0: admitted
   std::string challenge;
-  /// The client sent a token, a cookie or a password that is right, or none is needed. A file of the page is sent
-  /// without.
+  /// The client sent a valid token, cookie or password, or none is required. The page's files are also sent without.
   bool is_authenticated = false;
 };
 

@@ -30,7 +30,7 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 using Fields = http::request<http::empty_body>;
 
-constexpr std::uint32_t kMostHeaderBytes = 8 << 10;
+constexpr std::uint32_t kMaxHeaderBytes = 8 << 10;
 constexpr std::chrono::seconds kRequest{10}, kNextRequest{60};
 
 Request request_of(const Fields& fields) {
@@ -49,11 +49,11 @@ Request request_of(const Fields& fields) {
 
 const char* reason_of(int status) {
   if (status == 401)
-    return "expected the token of the token file (Authorization: Bearer TOKEN), or a name and its password";
-  if (status == 403) return "the Origin is of another site (for Foxglove \"origins\" of the configuration names it)";
-  if (status == 421) return "the Host is not one of this server's; \"hosts\" of the configuration names more";
-  if (status == 503) return "too many passwords wait for their comparison; try again in a second";
-  return "refused";
+    return "expected the token of the token file (Authorization: Bearer TOKEN), or a user name and password";
+  if (status == 403) return "the Origin is another site; for Foxglove, add it to \"origins\" in the configuration";
+  if (status == 421) return "the Host is not a name of this server; add it to \"hosts\" in the configuration";
+  if (status == 503) return "too many passwords are waiting to be checked; retry in 1 s";
+  return "rejected";
 }
 
 http::response<http::string_body> response_of(const Fields& request, Answer answer, bool is_tls) {
@@ -78,11 +78,11 @@ http::response<http::string_body> response_of(const Fields& request, Answer answ
 template <class Stream>
 asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shared_ptr<Connection> connection) {
   constexpr bool kIsTls = std::is_same_v<Stream, TlsStream>;
-  beast::flat_buffer buffer(kMostHeaderBytes * 2);
+  beast::flat_buffer buffer(kMaxHeaderBytes * 2);
   auto timeout = kRequest;
   for (;;) {
     http::request_parser<http::empty_body> parser;
-    parser.header_limit(kMostHeaderBytes);
+    parser.header_limit(kMaxHeaderBytes);
     parser.body_limit(0);
     beast::get_lowest_layer(stream).expires_after(std::exchange(timeout, kNextRequest));
     const auto [read_error, read_bytes] = co_await http::async_read(stream, buffer, parser, kUse);
@@ -96,14 +96,14 @@ asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shar
     if (admission.status != 0) {
       answer = plain(admission.status, reason_of(admission.status));
       answer.challenge = admission.challenge;
-      answer.is_last = true;  // its place is free until its next request
+      answer.is_last = true;  // frees its slot until the client's next request
     } else if (upgrade && request.target == "/ws") {
       const Upgrade own{"", admission.is_authenticated};
       co_await run_websocket(std::move(stream), fields, server, own, connection);
       co_return;
     } else if (upgrade && is_foxglove(request.target)) {
       const std::string protocol(foxglove_protocol_of(fields[http::field::sec_websocket_protocol]));
-      std::optional<Answer> why = server.foxglove_refusal(protocol);
+      std::optional<Answer> why = server.foxglove_error(protocol);
       if (!why) {
         const Upgrade foxglove{protocol, true};
         co_await run_websocket(std::move(stream), fields, server, foxglove, connection);
@@ -111,7 +111,7 @@ asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shar
       }
       answer = std::move(*why);
     } else if (upgrade) {
-      answer = plain(404, "the WebSocket is /ws");
+      answer = plain(404, "the WebSocket is at /ws");
     } else {
       answer = co_await server.answer(request, admission.is_authenticated);
     }

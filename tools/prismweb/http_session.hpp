@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One connection: requests and their answers, until it becomes a WebSocket or ends.
+// Serves one HTTP connection until it closes or becomes a WebSocket.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -12,9 +12,10 @@ namespace prism::prismweb {
 class WebServer;
 struct Connection;
 
-/// Serves until the client leaves, is too slow (10 s for a request, 60 s for the next one) or sends what is no request.
+/// Returns when the client disconnects, is too slow (10 s for the first request, 60 s for later ones) or sends an
+/// invalid request.
 boost::asio::awaitable<void> serve(PlainStream stream, WebServer& server, std::shared_ptr<Connection> connection);
-/// The same behind TLS, whose handshake may take 10 s.
+/// The same with TLS; the handshake may take 10 s.
 boost::asio::awaitable<void> serve(TlsStream stream, WebServer& server, std::shared_ptr<Connection> connection);
 
 }  // namespace prism::prismweb

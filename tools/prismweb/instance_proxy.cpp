@@ -22,12 +22,12 @@ namespace asio = boost::asio;
 using nlohmann::json;
 
 constexpr std::chrono::milliseconds kRetry{500};
-// A service that is told to end closes its clients before it ends: a connection in between would start it again.
-// systemd gives it 15 s (TimeoutStopSec).
-constexpr std::chrono::seconds kEnding{20};
-// prismd answers a request of more than 2000 values without its id, and closes the connection, which is everybody's,
-// where a line is longer than 65 536 bytes. So many bytes hold neither.
-constexpr std::size_t kMostParamsBytes = 2000;
+// A stopping service closes its clients before it exits; a connection in between would start it again. systemd kills it
+// after 15 s (TimeoutStopSec).
+constexpr std::chrono::seconds kStopTime{20};
+// prismd responds without the id to a request of more than 2000 values, and closes the connection, which all clients
+// share, if a line is longer than 65 536 bytes. Params of at most 2000 bytes exceed neither.
+constexpr std::size_t kMaxParamsBytes = 2000;
 
 bool is_long(std::string_view method) { return method == "rows" || method == "history" || method == "events"; }
 
@@ -56,13 +56,13 @@ json InstanceProxy::listing() const {
 asio::awaitable<void> InstanceProxy::run() {
   asio::co_spawn(io_, expire(), asio::detached);
   asio::steady_timer pause(io_);
-  ServiceRunId ended;  // the run of a service that closed this connection
+  ServiceRunId ended;  // the service run that closed the last connection
   auto ended_at = std::chrono::steady_clock::now();
   for (;;) {
     const ServiceRunId now = service_run_id(path_);
-    const bool ending = ended && now == ended && std::chrono::steady_clock::now() < ended_at + kEnding;
+    const bool ending = ended && now == ended && std::chrono::steady_clock::now() < ended_at + kStopTime;
     if (config::would_start(path_)) {
-      become(InstanceState::kStopped);
+      set_state(InstanceState::kStopped);
     } else if (!ending) {
       const bool connected = co_await connect();
       if (connected) {
@@ -71,7 +71,7 @@ asio::awaitable<void> InstanceProxy::run() {
         ended = now;
         ended_at = std::chrono::steady_clock::now();
       }
-      become(InstanceState::kGone);
+      set_state(InstanceState::kGone);
     }
     pause.expires_after(kRetry);
     co_await pause.async_wait(kUse);
@@ -80,21 +80,21 @@ asio::awaitable<void> InstanceProxy::run() {
 
 asio::awaitable<bool> InstanceProxy::connect() {
   for (RequestConnection* const connection : connections_) {
-    const bool stopped = config::would_start(path_);  // since the last one
-    bool there = false;
-    if (!stopped) there = co_await connection->connect();
-    if (there) continue;
+    const bool stopped = config::would_start(path_);  // meanwhile
+    bool is_connected = false;
+    if (!stopped) is_connected = co_await connection->connect();
+    if (is_connected) continue;
     for (RequestConnection* const one : connections_) one->close();
     co_return false;
   }
   co_return true;
 }
 
-// Where one of them ends, all do.
+// Ends when one of the connections ends.
 asio::awaitable<void> InstanceProxy::session() {
   using namespace asio::experimental::awaitable_operators;
-  short_.ask("status", "{}", [this](std::string_view member) { update_axes(member); });
-  const RequestConnection::Other receive_line = [this](std::string_view line) { on_line(line); };
+  short_.call("status", "{}", [this](std::string_view member) { update_axes(member); });
+  const RequestConnection::OnLine receive_line = [this](std::string_view line) { on_line(line); };
   auto reading = notifications_.read(receive_line) || short_.read(receive_line) || long_.read(receive_line);
   co_await std::move(reading);
 }
@@ -106,7 +106,7 @@ void InstanceProxy::on_line(std::string_view line) {
   subscriptions_.put(notification);
 }
 
-// What prismd serves is known when it has said so; until then nobody is told that it runs.
+// The state becomes kRunning only when the axes are known.
 void InstanceProxy::update_axes(std::string_view member) {
   const json answer = json::parse("{" + std::string(member) + "}", nullptr, false);
   if (!answer.is_object() || !answer.contains("result") || !answer["result"].is_object()) return short_.close();
@@ -117,12 +117,12 @@ void InstanceProxy::update_axes(std::string_view member) {
   } else if (status.contains("axis") && status["axis"].is_string()) {
     axes_.push_back(status["axis"]);
   }
-  listen();
+  subscribe_to_notifications();
 }
 
-// Before anything is asked of the past, so that no second falls in between.
-void InstanceProxy::listen() {
-  notifications_.ask("subscribe", R"({"streams":["window","event"]})", [this](std::string_view member) {
+// Subscribes before on_connect() requests past rows, so that no second is missed.
+void InstanceProxy::subscribe_to_notifications() {
+  notifications_.call("subscribe", R"({"streams":["window","event"]})", [this](std::string_view member) {
     if (!member.starts_with(R"("result")")) return notifications_.close();
     state_ = InstanceState::kRunning;
     subscribed_every_ = 0;
@@ -133,13 +133,13 @@ void InstanceProxy::listen() {
   });
 }
 
-// One change after the other, whatever clients wish in between.
+// One request at a time; its callback sends later changes.
 void InstanceProxy::send_subscription() {
   const std::uint32_t every = subscriptions_.sample_every();
   if (state_ != InstanceState::kRunning || subscribing_ || every == subscribed_every_) return;
   subscribing_ = true;
   subscribed_every_ = every;
-  notifications_.ask(
+  notifications_.call(
       every > 0 ? "subscribe" : "unsubscribe",
       every > 0 ? fmt::format(R"({{"streams":["sample"],"every":{}}})", every) : R"({"streams":["sample"]})",
       [this](std::string_view) {
@@ -153,20 +153,20 @@ void InstanceProxy::subscribe(Subscriber* subscriber, const Subscription& subscr
   send_subscription();
 }
 
-void InstanceProxy::ask(std::string_view method, const nlohmann::json& params, Answer answer) {
-  if (state_ != InstanceState::kRunning) return answer(error_member(kNotRunning, name_ + " does not run"));
+void InstanceProxy::call(std::string_view method, const nlohmann::json& params, Answer answer) {
+  if (state_ != InstanceState::kRunning) return answer(error_member(kNotRunning, name_ + " is not running"));
   const std::string text = params.is_null() ? "{}" : json_text(params);
-  if (text.size() > kMostParamsBytes)
+  if (text.size() > kMaxParamsBytes)
     return answer(error_member(
-        kWrongParams, fmt::format("found params of {} bytes, expected at most {}", text.size(), kMostParamsBytes)));
-  if (!(is_long(method) ? long_ : short_).ask(method, text, answer))
-    answer(error_member(kTooMuch, "so many questions wait for " + name_ + " that this one is not taken"));
+        kWrongParams, fmt::format("found params of {} bytes, expected at most {}", text.size(), kMaxParamsBytes)));
+  if (!(is_long(method) ? long_ : short_).call(method, text, answer))
+    answer(error_member(kTooMuch, "too many requests pending for " + name_ + "; retry later"));
 }
 
 asio::awaitable<void> InstanceProxy::expire() {
   asio::steady_timer tick(io_);
   const std::string member =
-      error_member(kNotRunning, fmt::format("{} did not answer within {} s", name_, kResponseTimeout.count()));
+      error_member(kNotRunning, fmt::format("{} did not respond within {} s", name_, kResponseTimeout.count()));
   for (;;) {
     tick.expires_after(std::chrono::seconds(1));
     co_await tick.async_wait(kUse);
@@ -175,12 +175,12 @@ asio::awaitable<void> InstanceProxy::expire() {
 }
 
 void InstanceProxy::disconnected() {
-  become(InstanceState::kGone);
-  const std::string member = error_member(kNotRunning, name_ + " went away");
+  set_state(InstanceState::kGone);
+  const std::string member = error_member(kNotRunning, name_ + " disconnected");
   for (RequestConnection* const connection : connections_) connection->end(member);
 }
 
-void InstanceProxy::become(InstanceState state) {
+void InstanceProxy::set_state(InstanceState state) {
   if (std::exchange(state_, state) != state && on_change) on_change();
 }
 

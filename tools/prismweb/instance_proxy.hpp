@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What prismweb has to do with a prismd, for all its clients together.
+// All connections of prismweb to one prismd, shared by its clients.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ namespace prism::prismweb {
 inline constexpr int kNoMethod = -32601, kWrongParams = -32602, kNotDone = -32000, kNotRunning = -32003,
                      kTooMuch = -32004;
 
-/// `"error":{"code":…,"message":…}`, a member of an answer.
+/// Returns `"error":{"code":…,"message":…}`, a member of a response.
 std::string error_member(int code, const std::string& message);
 
 enum class InstanceState { kGone, kStopped, kRunning };
@@ -33,14 +33,14 @@ class InstanceProxy {
   InstanceProxy(const InstanceProxy&) = delete;
   InstanceProxy& operator=(const InstanceProxy&) = delete;
 
-  /// Connects, and connects again, until the context ends. Never where that would start an instance that somebody
-  /// stopped.
+  /// Connects, and reconnects after each disconnection, until the context ends. Does not connect to the socket of a
+  /// stopped service, because that would start it.
   boost::asio::awaitable<void> run();
 
-  /// Asks prismd. The answer comes later, or at once where it does not run, too many wait or the params are longer than
-  /// any that prismd takes; an error after 15 s of silence. One question follows the other; those with long answers
-  /// (`rows`, `history`, `events`) hold up no short one.
-  void ask(std::string_view method, const nlohmann::json& params, Answer answer);
+  /// Calls a method of prismd. Errors at once: prismd is not running, too many requests are pending, the params are too
+  /// long. Error after 15 s: no response. Requests are sent one at a time; those with long responses (`rows`,
+  /// `history`, `events`) have a connection of their own, so that they do not delay short ones.
+  void call(std::string_view method, const nlohmann::json& params, Answer answer);
 
   void subscribe(Subscriber* subscriber, const Subscription& subscription);
   SubscriptionTable& subscriptions() { return subscriptions_; }
@@ -50,9 +50,9 @@ class InstanceProxy {
   const std::vector<std::string>& axes() const { return axes_; }
   nlohmann::json listing() const;  ///< {"name","state","axes"}
 
-  std::function<void()> on_change;                           ///< state or axes are others
-  std::function<void()> on_connect;                          ///< prismd has told its axes
-  std::function<void(const Notification&)> on_notification;  ///< each, before it is batched
+  std::function<void()> on_change;                           ///< the state or the axes changed
+  std::function<void()> on_connect;                          ///< connected, and the axes are known
+  std::function<void(const Notification&)> on_notification;  ///< each notification, before batching
 
  private:
   boost::asio::awaitable<bool> connect();
@@ -60,10 +60,10 @@ class InstanceProxy {
   boost::asio::awaitable<void> expire();
   void on_line(std::string_view line);
   void update_axes(std::string_view status);
-  void listen();
+  void subscribe_to_notifications();
   void send_subscription();
   void disconnected();
-  void become(InstanceState state);
+  void set_state(InstanceState state);
 
   boost::asio::io_context& io_;
   std::string name_, path_;

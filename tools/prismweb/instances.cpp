@@ -21,16 +21,16 @@ namespace {
 
 namespace asio = boost::asio;
 
-constexpr std::size_t kMostInstances = 256;
-constexpr std::chrono::seconds kLook{2};
-constexpr std::chrono::milliseconds kTurn{50};  // 20 messages a second: a client is promised no more than 25
+constexpr std::size_t kMaxInstances = 256;
+constexpr std::chrono::seconds kFindInterval{2};
+constexpr std::chrono::milliseconds kFlushInterval{50};  // 20 messages per second; docs/page.md guarantees at most 25
 
 }  // namespace
 
 Instances::Instances(asio::io_context& io, std::vector<std::string> wanted) : io_(io), wanted_(std::move(wanted)) {}
 
 void Instances::start() {
-  asio::co_spawn(io_, look(), asio::detached);
+  asio::co_spawn(io_, find_instances(), asio::detached);
   asio::co_spawn(io_, flush_in_turn(), asio::detached);
 }
 
@@ -46,10 +46,9 @@ nlohmann::json Instances::listing() const {
   return list;
 }
 
-// In a directory of sockets anything may have been made. A name that is no name would also spoil what is said of the
-// others: /metrics is one text.
+// Other programs may create files in a directory of sockets. An invalid name could corrupt /metrics of all instances.
 void Instances::ignore(const std::string& socket) {
-  if (ignored_.size() >= kMostInstances || !ignored_.insert(socket).second) return;
+  if (ignored_.size() >= kMaxInstances || !ignored_.insert(socket).second) return;
   const Error error{socket, std::string("invalid name, expected ") + rule_text(TextRule::kName)};
   fmt::print(stderr, "prismweb: ignored: {}\n", error.text());
 }
@@ -57,7 +56,7 @@ void Instances::ignore(const std::string& socket) {
 void Instances::add(const std::string& socket) {
   const std::string name = config::instance_name(socket);
   if (!follows(TextRule::kName, name)) return ignore(socket);
-  if (find(name) != nullptr || proxies_.size() >= kMostInstances) return;
+  if (find(name) != nullptr || proxies_.size() >= kMaxInstances) return;
   proxies_.push_back(std::make_unique<InstanceProxy>(io_, name, socket));
   InstanceProxy& proxy = *proxies_.back();
   proxy.on_change = [this] {
@@ -68,23 +67,23 @@ void Instances::add(const std::string& socket) {
   if (on_change) on_change();
 }
 
-asio::awaitable<void> Instances::look() {
+asio::awaitable<void> Instances::find_instances() {
   for (const std::string& one : wanted_) {
     if (one.find('/') != std::string::npos) {
       add(one);
       continue;
     }
-    const std::vector<std::string> there = client::listed_sockets();
+    const std::vector<std::string> sockets = client::listed_sockets();
     const auto is_named = [&](const std::string& path) { return std::filesystem::path(path).stem() == one; };
-    const auto found = std::find_if(there.begin(), there.end(), is_named);
-    add(found != there.end() ? *found : config::default_socket(one));
+    const auto found = std::find_if(sockets.begin(), sockets.end(), is_named);
+    add(found != sockets.end() ? *found : config::default_socket(one));
   }
   asio::steady_timer pause(io_);
   while (wanted_.empty()) {
     std::vector<std::string> invalid;
     for (const std::string& socket : client::listed_sockets(&invalid)) add(socket);
     for (const std::string& socket : invalid) ignore(socket);
-    pause.expires_after(kLook);
+    pause.expires_after(kFindInterval);
     co_await pause.async_wait(kUse);
   }
 }
@@ -92,16 +91,16 @@ asio::awaitable<void> Instances::look() {
 asio::awaitable<void> Instances::flush_in_turn() {
   asio::steady_timer tick(io_);
   for (;;) {
-    tick.expires_after(kTurn);
+    tick.expires_after(kFlushInterval);
     co_await tick.async_wait(kUse);
     flush_next();
   }
 }
 
-// One instance a turn: a client that listens to several has no more messages for it.
+// One instance per interval, so that a client of several instances does not get more messages per second.
 void Instances::flush_next() {
   for (std::size_t i = 0; i < proxies_.size(); ++i) {
-    InstanceProxy& proxy = *proxies_[turn_++ % proxies_.size()];
+    InstanceProxy& proxy = *proxies_[next_++ % proxies_.size()];
     if (proxy.subscriptions().pending()) return proxy.subscriptions().flush();
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// All instances that are served: found, listed, and given their turns to speak.
+// All served instances: discovery, list, and batching in turn.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -17,21 +17,21 @@ namespace prism::prismweb {
 
 class Instances {
  public:
-  /// `wanted`: names, or paths of sockets; empty: all of the host, also those that come later.
+  /// `wanted`: names or socket paths; empty: all of the host, including later ones.
   Instances(boost::asio::io_context& io, std::vector<std::string> wanted);
 
-  /// Finds instances (each 2 s where none are named) and hands out batches, until the context ends.
+  /// Finds instances (every 2 s if `wanted` is empty) and delivers batches, until the context ends.
   void start();
 
   InstanceProxy* find(const std::string& name);
-  nlohmann::json listing() const;  ///< a list of Hub::listing()
+  nlohmann::json listing() const;  ///< list of InstanceProxy::listing()
   const std::vector<std::unique_ptr<InstanceProxy>>& all() const { return proxies_; }
 
-  std::function<void()> on_change;             ///< the list is another
-  std::function<void(InstanceProxy&)> on_new;  ///< before it connects for the first time
+  std::function<void()> on_change;             ///< the list changed
+  std::function<void(InstanceProxy&)> on_new;  ///< before its first connection
 
  private:
-  boost::asio::awaitable<void> look();
+  boost::asio::awaitable<void> find_instances();
   boost::asio::awaitable<void> flush_in_turn();
   void ignore(const std::string& socket);
   void add(const std::string& socket);
@@ -40,8 +40,8 @@ class Instances {
   boost::asio::io_context& io_;
   std::vector<std::string> wanted_;
   std::vector<std::unique_ptr<InstanceProxy>> proxies_;
-  std::set<std::string> ignored_;  ///< sockets whose name is no instance's, which is logged once
-  std::size_t turn_ = 0;
+  std::set<std::string> ignored_;  ///< sockets with an invalid name, logged once
+  std::size_t next_ = 0;
 };
 
 }  // namespace prism::prismweb

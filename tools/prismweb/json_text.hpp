@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// JSON values as the text that prismweb sends, and the messages that it receives.
+// JSON text that prismweb sends and receives.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,10 +11,10 @@
 
 namespace prism::prismweb {
 
-/// json_text() of base/escape.hpp, also for a value that is written in braces.
+/// json_text() of base/escape.hpp, also for a braced initialiser.
 inline std::string json_text(const nlohmann::json& value) { return prism::json_text(value); }
 
-/// A client's message of at most 32 levels; null (JSON) if the text is not such JSON.
+/// Parses a client's message. Returns JSON null if it is invalid or has more than 32 levels.
 inline nlohmann::json parse_message(std::string_view text) {
   return parse_json_line(text, 32).value_or(nlohmann::json());
 }

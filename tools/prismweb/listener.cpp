@@ -28,14 +28,14 @@ namespace {
 
 namespace asio = boost::asio;
 constexpr int kBacklog = 64;
-constexpr int kSendBufferBytes = 256 << 10;  // of a client that does not read, no more than that lies in the kernel
+constexpr int kSendBufferBytes = 256 << 10;  // limits unread data of a client in the kernel
 constexpr mode_t kSocketMode = 0660;
 
 Result<int> listening(int fd, const sockaddr* address, socklen_t size, const std::string& where) {
   if (fd >= 0 && ::bind(fd, address, size) == 0 && ::listen(fd, kBacklog) == 0) return fd;
   const int error = errno;
   if (fd >= 0) ::close(fd);
-  return make_error(where, fmt::format("cannot listen here: {}", std::strerror(error)));
+  return make_error(where, fmt::format("cannot listen: {}", std::strerror(error)));
 }
 
 template <class Stream>
@@ -45,7 +45,7 @@ asio::awaitable<void> serve_one(Stream stream, WebServer& server, std::shared_pt
   co_await serve(std::move(stream), server, connection);
 }
 
-// The address of the other end, as limits count it; a unix socket has none.
+// Returns address_key() of the client; empty for a Unix socket.
 std::string address_of(const asio::generic::stream_protocol::socket& socket) {
   boost::system::error_code error;
   const auto peer = socket.remote_endpoint(error);
@@ -58,7 +58,7 @@ std::string address_of(const asio::generic::stream_protocol::socket& socket) {
   return address_key(endpoint.address());
 }
 
-void forget(std::exception_ptr) {}  // of one connection; the others go on
+void ignore_exception(std::exception_ptr) {}  // of one connection; the others continue
 
 }  // namespace
 
@@ -98,7 +98,7 @@ asio::awaitable<void> Listener::serve_all(WebServer& server) {
     Protocol::socket socket(io_);
     const auto [error] = co_await acceptor_.async_accept(socket, kUse);
     if (error == asio::error::operation_aborted) co_return;
-    if (error) {  // no descriptor is free: later there may be one
+    if (error) {  // no free descriptor: retry
       pause.expires_after(std::chrono::milliseconds(100));
       co_await pause.async_wait(kUse);
       continue;
@@ -116,9 +116,10 @@ void Listener::serve_socket(Protocol::socket socket, WebServer& server) {
   connection->address = address_of(socket);
   PlainStream stream(std::move(socket));
   if (tls_) {
-    asio::co_spawn(io_, serve_one(TlsStream(std::move(stream), *tls_), server, connections_, connection), forget);
+    asio::co_spawn(io_, serve_one(TlsStream(std::move(stream), *tls_), server, connections_, connection),
+                   ignore_exception);
   } else {
-    asio::co_spawn(io_, serve_one(std::move(stream), server, connections_, connection), forget);
+    asio::co_spawn(io_, serve_one(std::move(stream), server, connections_, connection), ignore_exception);
   }
 }
 

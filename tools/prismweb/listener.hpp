@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where prismweb listens.
+// The listening socket: TCP or Unix.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -23,16 +23,16 @@ class WebServer;
 
 class Listener {
  public:
-  /// `address` as an IP address. Port 0: one that is free.
+  /// `address`: an IP address. Port 0: any free port.
   static Result<std::unique_ptr<Listener>> open_tcp(boost::asio::io_context& io, const std::string& address,
                                                     std::uint16_t port);
-  /// A unix socket of mode 0660, in the place of one that nobody listens at any more.
+  /// Listens on a Unix socket of mode 0660. Replaces a stale socket that has no listener.
   static Result<std::unique_ptr<Listener>> open_unix(boost::asio::io_context& io, const std::string& path);
 
-  /// Serves clients, at most 128 at the same time; with TLS if use_tls() was called.
+  /// Serves clients, at most 128 at a time; with TLS if use_tls() set a context.
   boost::asio::awaitable<void> serve_all(WebServer& server);
 
-  /// The context of the connections that come from now on.
+  /// Sets the TLS context for new connections; null: no TLS.
   void use_tls(std::shared_ptr<boost::asio::ssl::context> tls) { tls_ = std::move(tls); }
   ConnectionList& connections() { return *connections_; }
   std::uint16_t port() const { return port_; }
@@ -48,7 +48,7 @@ class Listener {
   const OwnSocketFile own_;
   std::uint16_t port_ = 0;
   std::shared_ptr<boost::asio::ssl::context> tls_;
-  /// Shared, because what the io_context still holds at the end of the program outlives the listener.
+  /// Shared, because coroutines left in the io_context at program exit outlive the listener.
   std::shared_ptr<ConnectionList> connections_ = std::make_shared<ConnectionList>();
 };
 

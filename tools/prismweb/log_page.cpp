@@ -28,7 +28,7 @@ Result<LogPage> parse_log_page(std::string_view member) {
     page.more = result.at("more");
     page.missing = result.value("missing", std::uint64_t{0});
   } catch (const json::exception&) {
-    return make_error("", "prismd's answer is no page of rows");
+    return make_error("", "found an invalid response of prismd to \"rows\"");
   }
   return page;
 }

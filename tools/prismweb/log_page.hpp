@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A page of prismd's `rows`, as seconds.
+// Parses a page of prismd's `rows` to seconds.
 #pragma once
 
 #include <cstdint>
@@ -13,17 +13,17 @@
 namespace prism::prismweb {
 
 struct LogPage {
-  std::vector<PeriodSummary> seconds;  ///< in the order of the log
-  std::string after;                   ///< the cursor behind them
+  std::vector<PeriodSummary> seconds;  ///< in log order
+  std::string after;                   ///< cursor after the last row
   bool more = false;
-  std::uint64_t missing = 0;  ///< rows between the cursor and the first one that are deleted
+  std::uint64_t missing = 0;  ///< deleted rows between the cursor and the first row
 };
 
-/// prismd refuses a cursor of another log with this code.
+/// prismd's error code for a cursor of another log.
 inline constexpr int kForeignCursor = -32002;
 
-/// Reads the member of an answer, `"result":{…}`. A line that is no row is passed over. Refused where it is an error
-/// (`where` is then its code as text) or no page.
+/// Parses `"result":{…}` of a response; skips lines that are not rows. Errors: the response is an error (`where` is its
+/// code) or not a page.
 Result<LogPage> parse_log_page(std::string_view member);
 
 }  // namespace prism::prismweb

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// prismweb: a page over the gyros of a host.
+// prismweb: serves a web page and an API for the gyros of a host.
 #include <csignal>
 #include <cstdio>
 #include <exception>

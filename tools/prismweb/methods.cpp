@@ -18,17 +18,17 @@ namespace {
 
 using nlohmann::json;
 
-// Those that only tell. Never reload; never config, which has paths of the host.
-constexpr std::array<std::string_view, 9> kPassed = {"version", "status",  "bias", "stability", "line",
-                                                     "model",   "history", "rows", "events"};
+// Read-only methods. Excludes reload, and config, which contains paths of the host.
+constexpr std::array<std::string_view, 9> kForwarded = {"version", "status",  "bias", "stability", "line",
+                                                        "model",   "history", "rows", "events"};
 
-// More than any device has; each row is held against a client's list.
-constexpr std::size_t kMostAxes = 64;
+// More than any device has. Each row is compared with a client's list, so its length is limited.
+constexpr std::size_t kMaxAxes = 64;
 
 std::string unknown_method(const std::string& method) {
   return fmt::format(
-      "no method \"{}\"; expected one of instances, range, {}; subscribe and unsubscribe by the WebSocket",
-      plain_text(method.substr(0, 40)), fmt::join(kPassed, ", "));
+      "no method \"{}\"; expected one of instances, range, {}; subscribe and unsubscribe require the WebSocket",
+      plain_text(method.substr(0, 40)), fmt::join(kForwarded, ", "));
 }
 
 std::string unknown_instance(const std::string& instance) {
@@ -44,18 +44,17 @@ void call_method(WebServer& server, const std::string& instance, const std::stri
     Archive* const archive = server.archive(instance);
     return archive != nullptr ? archive->range(params, answer) : answer(unknown_instance(instance));
   }
-  const bool passed = std::find(kPassed.begin(), kPassed.end(), method) != kPassed.end();
-  if (!passed) return answer(error_member(kNoMethod, unknown_method(method)));
+  const bool is_forwarded = std::find(kForwarded.begin(), kForwarded.end(), method) != kForwarded.end();
+  if (!is_forwarded) return answer(error_member(kNoMethod, unknown_method(method)));
   InstanceProxy* const proxy = server.instances().find(instance);
   if (proxy == nullptr) return answer(unknown_instance(instance));
-  if (!params.is_null() && !params.is_object())
-    return answer(error_member(kWrongParams, "found params that are no object, expected one"));
+  if (!params.is_null() && !params.is_object()) return answer(error_member(kWrongParams, "params: expected an object"));
   if (method == "rows" && params.is_object() && (params.contains("name") || params.contains("wait_s")))
-    return answer(error_member(kWrongParams, "rows: found \"name\" or \"wait_s\", expected neither here"));
-  proxy->ask(method, params, answer);
+    return answer(error_member(kWrongParams, "rows: \"name\" and \"wait_s\" are not supported by prismweb"));
+  proxy->call(method, params, answer);
 }
 
-std::optional<Subscription> wish_of_params(const json& params, bool on, const Subscription& before) {
+std::optional<Subscription> subscription_from_params(const json& params, bool on, const Subscription& before) {
   Subscription subscription = before;
   const json empty = json::object();
   const json& given = params.is_null() ? empty : params;
@@ -68,7 +67,7 @@ std::optional<Subscription> wish_of_params(const json& params, bool on, const Su
   }
   subscription.axes.clear();
   if (given.contains("axes")) {
-    if (!given["axes"].is_array() || given["axes"].empty() || given["axes"].size() > kMostAxes) return std::nullopt;
+    if (!given["axes"].is_array() || given["axes"].empty() || given["axes"].size() > kMaxAxes) return std::nullopt;
     for (const json& axis : given["axes"]) {
       if (!axis.is_string()) return std::nullopt;
       subscription.axes.push_back(axis);
@@ -95,7 +94,7 @@ std::optional<Subscription> wish_of_params(const json& params, bool on, const Su
   return subscription;
 }
 
-json wish_json(const Subscription& subscription, const std::vector<std::string>& axes) {
+json subscription_json(const Subscription& subscription, const std::vector<std::string>& axes) {
   return {{"sample_every", subscription.sample_every},
           {"window", subscription.windows},
           {"event", subscription.events},

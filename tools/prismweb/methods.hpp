@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The methods that a client of prismweb may call, of the WebSocket or by plain JSON.
+// Methods for clients of the WebSocket and of the JSON API.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,16 +11,16 @@ namespace prism::prismweb {
 
 class WebServer;
 
-/// Calls `method` of `instance`. `answer` gets the member `"result":…` or `"error":{…}`, now or later. subscribe and
-/// unsubscribe, which belong to a connection, are not among these.
+/// Calls `method` of `instance`, and `answer` with the member `"result":…` or `"error":{…}`, now or later. Does not
+/// handle subscribe and unsubscribe, which need a connection.
 void call_method(WebServer& server, const std::string& instance, const std::string& method,
                  const nlohmann::json& params, const InstanceProxy::Answer& answer);
 
-/// Reads the params of subscribe (`on`) or unsubscribe as prismd does, over what is wished already; nothing where they
-/// are wrong.
-std::optional<Subscription> wish_of_params(const nlohmann::json& params, bool on, const Subscription& before);
+/// Applies the params of subscribe (`on`) or unsubscribe to the subscription `before`, as prismd does. Returns nullopt
+/// if they are invalid.
+std::optional<Subscription> subscription_from_params(const nlohmann::json& params, bool on, const Subscription& before);
 
-/// What prismd answers to them.
-nlohmann::json wish_json(const Subscription& subscription, const std::vector<std::string>& axes);
+/// The result of subscribe and unsubscribe, as prismd returns it.
+nlohmann::json subscription_json(const Subscription& subscription, const std::vector<std::string>& axes);
 
 }  // namespace prism::prismweb

@@ -19,29 +19,29 @@ namespace {
 namespace asio = boost::asio;
 using nlohmann::json;
 
-// A scraper gives up after some 10 s, and would then know nothing of the others, too.
-constexpr std::chrono::seconds kPatience{4};
+// Scrapers time out after about 10 s, and would then miss the other instances, too.
+constexpr std::chrono::seconds kScrapeTimeout{4};
 
-struct Gathered {
-  explicit Gathered(asio::io_context& io) : all_there(io, kPatience) {}
+struct MetricsResponses {
+  explicit MetricsResponses(asio::io_context& io) : complete(io, kScrapeTimeout) {}
   std::map<std::string, metrics::GyroAnswers> gyros;
   int missing = 0;
-  asio::steady_timer all_there;
+  asio::steady_timer complete;
 };
 
-void gather(const std::shared_ptr<Gathered>& gathered, InstanceProxy& proxy) {
+void request_metrics(const std::shared_ptr<MetricsResponses>& responses, InstanceProxy& proxy) {
   using Member = json metrics::GyroAnswers::*;
-  static constexpr std::array<std::pair<const char*, Member>, 3> kAsked = {
+  static constexpr std::array<std::pair<const char*, Member>, 3> kRequests = {
       {{"status", &metrics::GyroAnswers::status},
        {"line", &metrics::GyroAnswers::line},
        {"stability", &metrics::GyroAnswers::stability}}};
-  gathered->gyros[proxy.name()];
-  for (const auto& [method, member] : kAsked) {
-    ++gathered->missing;
-    proxy.ask(method, json::object(), [gathered, name = proxy.name(), member = member](std::string_view text) {
+  responses->gyros[proxy.name()];
+  for (const auto& [method, member] : kRequests) {
+    ++responses->missing;
+    proxy.call(method, json::object(), [responses, name = proxy.name(), member = member](std::string_view text) {
       const json answer = json::parse("{" + std::string(text) + "}", nullptr, false);
-      if (answer.is_object()) gathered->gyros[name].*member = answer.value("result", json());
-      if (--gathered->missing == 0) gathered->all_there.cancel();
+      if (answer.is_object()) responses->gyros[name].*member = answer.value("result", json());
+      if (--responses->missing == 0) responses->complete.cancel();
     });
   }
 }
@@ -49,11 +49,11 @@ void gather(const std::shared_ptr<Gathered>& gathered, InstanceProxy& proxy) {
 }  // namespace
 
 asio::awaitable<Answer> metrics_answer(WebServer& server) {
-  const auto gathered = std::make_shared<Gathered>(server.io());
-  for (const auto& proxy : server.instances().all()) gather(gathered, *proxy);
-  if (gathered->missing > 0) co_await gathered->all_there.async_wait(kUse);
+  const auto responses = std::make_shared<MetricsResponses>(server.io());
+  for (const auto& proxy : server.instances().all()) request_metrics(responses, *proxy);
+  if (responses->missing > 0) co_await responses->complete.async_wait(kUse);
   metrics::Exposition exposition;
-  for (const auto& [name, answers] : gathered->gyros) metrics::add_gyro(exposition, name, answers);
+  for (const auto& [name, answers] : responses->gyros) metrics::add_gyro(exposition, name, answers);
   metrics::add_time(exposition,
                     std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count());
   Answer answer;

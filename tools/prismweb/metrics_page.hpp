@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// /metrics: what all gyros say of themselves, for Prometheus.
+// /metrics: metrics of all gyros for Prometheus.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -10,7 +10,7 @@ namespace prism::prismweb {
 
 class WebServer;
 
-/// Asks each instance that runs for status, line and stability. One that does not run has prism_up 0 alone.
+/// Requests status, line and stability from all instances. One that is not running has only prism_up 0.
 boost::asio::awaitable<Answer> metrics_answer(WebServer& server);
 
 }  // namespace prism::prismweb

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// prismweb's command line.
+// Command line of prismweb.
 #pragma once
 
 #include <optional>
@@ -8,15 +8,14 @@
 
 namespace prism::prismweb {
 
-/// What the command line asks for beside serving.
 struct Options {
   Settings settings;
-  bool check = false;          ///< say whether the configuration is good, and end
-  bool hash_password = false;  ///< read a password, write its line for the file of passwords, and end
+  bool check = false;          ///< check the configuration and exit
+  bool hash_password = false;  ///< read a password, print its hash and exit
 };
 
-/// Parses argv; prints help, version, usage errors and refused configurations itself. A value: the exit code to end
-/// with at once.
+/// Parses argv; prints help, version, and errors of usage and configuration. Returns an exit code if the program must
+/// exit now.
 std::optional<int> parse_options(int argc, char** argv, Options& options);
 
 }  // namespace prism::prismweb

@@ -22,7 +22,7 @@ SteadyTime now() { return std::chrono::steady_clock::now(); }
 
 }  // namespace
 
-/// One request that waits.
+/// A waiting request.
 struct PasswordAuthenticator::Ticket {
   explicit Ticket(asio::io_context& io) : done(io, asio::steady_timer::time_point::max()) {}
   AuthResult result = AuthResult::kBusy;
@@ -30,7 +30,7 @@ struct PasswordAuthenticator::Ticket {
   asio::steady_timer done;    ///< cancelled when the result is known
 };
 
-/// One password. A browser sends several requests at once: they share it.
+/// A password to compare, shared by the parallel requests of a browser.
 struct PasswordAuthenticator::Pending {
   std::string name, password;
   std::vector<std::shared_ptr<Ticket>> tickets;
@@ -65,10 +65,10 @@ asio::awaitable<AuthResult> PasswordAuthenticator::authenticate(std::string auth
     ticket->is_abandoned = true;
     ticket->done.cancel();
   };
-  co_await ticket->done.async_wait(kUse);  // it never expires: a result, or the end of the connection, cancels it
+  co_await ticket->done.async_wait(kUse);  // never expires: cancelled by the result or when the connection closes
   connection->on_end = nullptr;
   if (ticket->result != AuthResult::kRight) co_return ticket->result;
-  if (!known_.contains(digest)) co_return AuthResult::kBusy;  // replaced in this moment
+  if (!known_.contains(digest)) co_return AuthResult::kBusy;  // the passwords were replaced meanwhile
   connection->user = given->first;
   co_return AuthResult::kRight;
 }
@@ -112,7 +112,7 @@ void PasswordAuthenticator::compare(const Key& key) {
   const Pending& pending = *pending_.at(key);
   const auto own = hashes_.find(pending.name);
   const bool is_known = own != hashes_.end();
-  const std::string hash = (is_known ? own : hashes_.begin())->second;  // an unknown name takes as long
+  const std::string hash = (is_known ? own : hashes_.begin())->second;  // the same time for an unknown name
   asio::post(thread_, [this, key, hash, is_known, password = pending.password] {
     const bool is_right = is_password(password, hash) && is_known;
     asio::post(io_, [this, key, hash, is_right] { compared(key, hash, is_right); });
@@ -123,7 +123,8 @@ void PasswordAuthenticator::compared(const Key& key, const std::string& hash, bo
   is_comparing_ = false;
   const std::string& name = pending_.at(key)->name;
   const auto own = hashes_.find(name);
-  const bool is_outdated = is_right && (own == hashes_.end() || own->second != hash);  // replaced meanwhile
+  const bool is_outdated =
+      is_right && (own == hashes_.end() || own->second != hash);  // the password was replaced meanwhile
   if (is_right && !is_outdated) {
     if (known_.size() >= kMaxKnown) known_.clear();
     known_.emplace(key.second, name);

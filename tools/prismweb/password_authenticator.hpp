@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Checks names and passwords (HTTP Basic). bcrypt is slow: one thread compares, in a fair order between client
-// addresses, and what was right is remembered by its digest.
+// Checks names and passwords (HTTP Basic). bcrypt is slow, so one thread compares them, in a fair order between client
+// addresses, and the digests of correct ones are cached.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -27,18 +27,18 @@ class PasswordAuthenticator {
   PasswordAuthenticator(boost::asio::io_context& io, PasswordHashes hashes);
   ~PasswordAuthenticator();
 
-  /// False if there are no passwords: then nothing is checked here.
+  /// False without passwords: authenticate() must not be called.
   bool is_required() const { return !hashes_.empty(); }
 
-  /// Checks an Authorization field and, if it is right, sets the connection's user. kBusy if the client's address has
-  /// eight passwords waiting, or this one waited 10 s: it may be right. The connection's on_end() ends the wait.
+  /// Checks an Authorization field and sets the connection's user if it is correct. Returns kBusy (unchecked, it may be
+  /// correct) if eight passwords of the client's address are waiting or this one waited 10 s. The connection's on_end()
+  /// cancels the wait.
   boost::asio::awaitable<AuthResult> authenticate(std::string authorization, std::shared_ptr<Connection> connection);
 
   /// True if the address sent a wrong password within the last ten minutes, and no right one since.
   bool has_failures(const std::string& address);
 
-  /// Uses these hashes from now on. Returns the names that were removed or have another hash; what they sent before is
-  /// forgotten.
+  /// Replaces the hashes. Returns the names that were removed or have another hash, and removes them from the cache.
   std::set<std::string> replace(PasswordHashes hashes);
 
  private:
@@ -56,7 +56,7 @@ class PasswordAuthenticator {
   boost::asio::io_context& io_;
   PasswordHashes hashes_;
   std::string salt_;
-  std::map<std::string, std::string> known_;         ///< digest of a right Authorization field → its name
+  std::map<std::string, std::string> known_;         ///< digest of a correct Authorization field → name
   std::map<Key, std::unique_ptr<Pending>> pending_;  ///< waiting or being compared
   ComparisonQueue queue_;
   boost::asio::steady_timer wake_;

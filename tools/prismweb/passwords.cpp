@@ -17,14 +17,14 @@
 namespace prism::prismweb {
 namespace {
 
-constexpr std::size_t kMostPasswordBytes = 72, kHashBytes = 60;
+constexpr std::size_t kMaxPasswordBytes = 72, kHashBytes = 60;
 constexpr unsigned long kCost = 11;
-constexpr int kMinCost = 4, kMaxCost = 15;  // bcrypt's least; 15 takes seconds for each comparison
+constexpr int kMinCost = 4, kMaxCost = 15;  // minimum of bcrypt; 15 takes seconds per comparison
 
 constexpr std::string_view kAlphabet = "./ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789";
 
-// $2b$CC$, 22 characters of salt (128 of 132 bits), 31 of hash (184 of 186 bits). The bits that are too many are 0:
-// libcrypt writes them so, and a hash with others equals no password's.
+// $2b$CC$, 22 characters of salt (128 of 132 bits), 31 of hash (184 of 186 bits). libcrypt writes the unused bits as 0;
+// a hash with other bits matches no password.
 bool is_bcrypt(std::string_view hash) {
   if (hash.size() != kHashBytes || !(hash.starts_with("$2b$") || hash.starts_with("$2y$")) || hash[6] != '$')
     return false;
@@ -66,7 +66,7 @@ Result<PasswordHashes> parse_passwords(std::string_view text, const std::string&
     if (!hashes.emplace(name, line.substr(colon + 1)).second)
       return make_error(where, fmt::format("found \"{}\" twice", shortened(name)));
   }
-  if (hashes.empty()) return make_error(path, "found no name, expected lines NAME:HASH");
+  if (hashes.empty()) return make_error(path, "found no users, expected lines NAME:HASH");
   return hashes;
 }
 
@@ -77,21 +77,21 @@ Result<PasswordHashes> load_passwords(const std::string& path) {
 }
 
 bool is_password(const std::string& password, const std::string& hash) {
-  const bool is_complete = password.size() <= kMostPasswordBytes && password.find('\0') == std::string::npos;
-  return is_complete && is_secret(hashed(password, hash), hash);  // of a longer one bcrypt compares the beginning
+  const bool is_complete = password.size() <= kMaxPasswordBytes && password.find('\0') == std::string::npos;
+  return is_complete && is_secret(hashed(password, hash), hash);  // bcrypt ignores the rest of a longer one
 }
 
 Result<std::string> hash_password(const std::string& password) {
-  if (password.empty() || password.size() > kMostPasswordBytes)
+  if (password.empty() || password.size() > kMaxPasswordBytes)
     return make_error("--hash-password", fmt::format("found a password of {} bytes, expected 1 to {}", password.size(),
-                                                     kMostPasswordBytes));
+                                                     kMaxPasswordBytes));
   if (password.find('\0') != std::string::npos)
-    return make_error("--hash-password", "found a NUL byte in the password, expected none: bcrypt ends at it");
+    return make_error("--hash-password", "found a NUL byte in the password; bcrypt ignores the bytes after it");
   char setting[CRYPT_GENSALT_OUTPUT_SIZE];
   if (::crypt_gensalt_rn("$2b$", kCost, nullptr, 0, setting, sizeof setting) == nullptr)
-    return make_error("--hash-password", "libcrypt makes no salt of bcrypt");
+    return make_error("--hash-password", "libcrypt cannot create a bcrypt salt");
   std::string hash = hashed(password, setting);
-  if (!is_bcrypt(hash)) return make_error("--hash-password", "libcrypt makes no hash of bcrypt");
+  if (!is_bcrypt(hash)) return make_error("--hash-password", "libcrypt cannot create a bcrypt hash");
   return hash;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Names and passwords of those who may look, for addresses that others reach.
+// The password file: names and bcrypt hashes of the users of prismweb.
 #pragma once
 
 #include <map>
@@ -16,18 +16,18 @@ namespace prism::prismweb {
 using PasswordHashes = std::map<std::string, std::string>;
 
 /// Parses lines NAME:HASH; skips empty lines and lines that begin with '#'. Errors: another form, a hash that is not
-/// bcrypt of cost 4 to 15 or that no password can have, a name twice, no name at all.
+/// bcrypt of cost 4 to 15 or that matches no password, a duplicate name, no names.
 Result<PasswordHashes> parse_passwords(std::string_view text, const std::string& path);
 /// Reads the file. Errors: as read_secret_file() and parse_passwords().
 Result<PasswordHashes> load_passwords(const std::string& path);
 
-/// True if the hash is of `password`. Takes tenths of a second, on purpose. For an unknown name compare with any hash,
-/// so that the time does not show it. False for a password of more than 72 bytes or with a NUL byte.
+/// True if `hash` is a hash of `password`. Takes tenths of a second, by design of bcrypt. For an unknown name compare
+/// with any hash, so that the time does not reveal it. False if the password has over 72 bytes or a NUL byte.
 bool is_password(const std::string& password, const std::string& hash);
-/// Errors: the password is empty, longer than the 72 bytes that bcrypt reads, or contains a NUL byte.
+/// Errors: the password is empty, contains a NUL byte, or is longer than 72 bytes, of which bcrypt ignores the rest.
 Result<std::string> hash_password(const std::string& password);
 
-/// Name and password of an Authorization field "Basic …"; nothing where it is another.
+/// Returns name and password of an Authorization field "Basic …"; nullopt for any other.
 std::optional<std::pair<std::string, std::string>> basic_of(std::string_view authorization);
 
 }  // namespace prism::prismweb

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kBetweenPlaces_s = 3 * 3600;
+constexpr std::int64_t kCursorInterval_s = 3 * 3600;
 
 std::string table_of(const char* name) {
   std::string columns;
@@ -38,7 +38,7 @@ Result<void> PeriodStore::remove(const std::string& folder) {
   return remove_all(folder, {"periods.sqlite-wal", "periods.sqlite"});
 }
 
-// What prismweb 0.2 kept beside it is built again, too.
+// Removes the files of prismweb 0.2; the database is built from the log.
 Result<PeriodStore> PeriodStore::open(const std::string& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
@@ -60,7 +60,7 @@ Result<PeriodStore> PeriodStore::open(const std::string& folder) {
 
 Result<void> PeriodStore::load(const std::string& folder) {
   std::error_code error;
-  const fs::path real = fs::canonical(folder, error);  // SQLite would follow no link on the way to the file
+  const fs::path real = fs::canonical(folder, error);  // SQLITE_OPEN_NOFOLLOW rejects links in all of the path
   if (error) return make_error(folder, error.message());
   Result<void> done = database_.open((real / "periods.sqlite").string());
   std::vector<std::string> tables = {
@@ -75,11 +75,11 @@ Result<void> PeriodStore::load(const std::string& folder) {
     first_second_ = row.integer(1);
     last_second_ = row.integer(2);
   };
-  const auto take_place = [&](const Database::Row& row) { places_.emplace_back(row.integer(0), row.text(1)); };
+  const auto take_cursor = [&](const Database::Row& row) { cursors_.emplace_back(row.integer(0), row.text(1)); };
   if (done)
     done = database_.run("SELECT checked(crc, cursor, first_s, last_s), first_s, last_s FROM state", {}, take_state);
   if (done)
-    done = database_.run("SELECT checked(crc, begin_s, cursor), cursor FROM places ORDER BY id", {}, take_place);
+    done = database_.run("SELECT checked(crc, begin_s, cursor), cursor FROM places ORDER BY id", {}, take_cursor);
   return done;
 }
 
@@ -98,27 +98,26 @@ void PeriodStore::push(std::span<const PeriodSummary> seconds, const std::string
   is_committed_ = false;
 }
 
-// Whole or not at all: after an error what was pushed is still there, for the next commit().
+// Atomic: after an error the pushed periods remain for the next commit().
 Result<void> PeriodStore::commit() {
-  // What comes next begins behind the last second; a cursor is kept now and then, so that seconds of long ago are
-  // found.
+  // The next row follows the last second. A cursor every 3 h finds old seconds in the log.
   const std::int64_t next_s = last_second_.value_or(INT64_MIN) + 1;
-  const bool with_place = last_second_ && (places_.empty() || next_s < places_.back().first ||
-                                           next_s - places_.back().first >= kBetweenPlaces_s);
+  const bool with_cursor = last_second_ && (cursors_.empty() || next_s < cursors_.back().first ||
+                                            next_s - cursors_.back().first >= kCursorInterval_s);
   Result<void> done = database_.run("BEGIN");
-  if (done) done = write_all(with_place);
+  if (done) done = write_all(with_cursor);
   if (done) done = database_.run("COMMIT");
   if (!done) {
     database_.roll_back();
     return done;
   }
   for (Table& table : tables_) table.pushed.clear();
-  if (with_place) places_.emplace_back(next_s, cursor_);
+  if (with_cursor) cursors_.emplace_back(next_s, cursor_);
   is_committed_ = true;
   return done;
 }
 
-Result<void> PeriodStore::write_all(bool with_place) {
+Result<void> PeriodStore::write_all(bool with_cursor) {
   Result<void> done;
   for (const Table& table : tables_) {
     if (done) done = write(table);
@@ -127,15 +126,16 @@ Result<void> PeriodStore::write_all(bool with_place) {
   if (done)
     done = database_.run("REPLACE INTO state VALUES (1, ?1, ?2, ?3, crc(?1, ?2, ?3))",
                          {cursor_, *first_second_, *last_second_});
-  if (done && with_place)
+  if (done && with_cursor)
     done = database_.run("INSERT INTO places VALUES (NULL, ?1, ?2, crc(?1, ?2))", {*last_second_ + 1, cursor_});
   return done;
 }
 
 Result<void> PeriodStore::write(const Table& table) {
-  std::vector<std::string> marks;
-  for (std::size_t i = 0; i <= kPeriodColumns.size(); ++i) marks.push_back(fmt::format("?{}", i + 1));
-  const std::string sql = fmt::format("REPLACE INTO {0} VALUES ({1}, crc({1}))", table.name, fmt::join(marks, ", "));
+  std::vector<std::string> placeholders;
+  for (std::size_t i = 0; i <= kPeriodColumns.size(); ++i) placeholders.push_back(fmt::format("?{}", i + 1));
+  const std::string sql =
+      fmt::format("REPLACE INTO {0} VALUES ({1}, crc({1}))", table.name, fmt::join(placeholders, ", "));
   for (const auto& [begin_s, pushed] : table.pushed) {
     const auto stored = read(table, begin_s, begin_s + 1);
     if (!stored) return tl::unexpected<Error>(stored.error());
@@ -165,14 +165,14 @@ Result<std::vector<PeriodSummary>> PeriodStore::read(const Table& table, std::in
 
 std::vector<std::string> PeriodStore::cursors_before(std::int64_t second) const {
   std::vector<std::string> found;
-  std::int64_t run_s = INT64_MAX;  // of the places behind
-  bool in_run = false;             // this run of the clock has one already
-  for (auto place = places_.rbegin(); place != places_.rend(); ++place) {
-    if (place->first >= run_s) in_run = false;
-    run_s = place->first;
-    if (!in_run && place->first <= second) {
-      found.push_back(place->second);
-      in_run = true;
+  std::int64_t later_s = INT64_MAX;  // of the next stored cursor
+  bool has_cursor = false;           // of this clock epoch
+  for (auto stored = cursors_.rbegin(); stored != cursors_.rend(); ++stored) {
+    if (stored->first >= later_s) has_cursor = false;
+    later_s = stored->first;
+    if (!has_cursor && stored->first <= second) {
+      found.push_back(stored->second);
+      has_cursor = true;
     }
   }
   return found;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Minutes and hours of one axis, built from prismd's log, and the cursor up to which they were.
+// Minutes and hours of one axis, built from prismd's log, and the cursor after the last row included.
 #pragma once
 
 #include <array>
@@ -17,37 +17,37 @@
 
 namespace prism::prismweb {
 
-/// What follows the reason for a store that was damaged.
-inline constexpr const char* kRebuilt = "; it is built again from the log";
+/// Suffix of the message about a damaged store.
+inline constexpr const char* kRebuilt = "; rebuilding it from the log";
 
-/// `periods.sqlite` in a directory (docs/page.md, "The store"). commit() writes periods and cursor in one transaction:
-/// what a kill takes away is built again from the log.
+/// `periods.sqlite` in a directory (docs/page.md, "The store"). commit() writes periods and cursor in one transaction,
+/// so that data lost by a kill is read from the log again.
 class PeriodStore {
  public:
-  /// Opens it, or creates a new one if there is none or it is damaged (`begun_anew` is then the reason). Errors: the
-  /// directory or the file cannot be written, another process uses the file.
+  /// Opens the store. Creates a new one if it is missing or damaged (see rebuild_reason()). Errors: the directory or
+  /// the file cannot be written, another process uses the file.
   static Result<PeriodStore> open(const std::string& folder);
-  /// Removes it, for a log that is another one and after damage.
+  /// Removes the store; for a replaced log and after damage.
   static Result<void> remove(const std::string& folder);
 
-  /// Seconds in the order of the log, that end at `cursor`. They are served from now on, and kept by commit().
+  /// Adds seconds in log order; `cursor` is after the last one. periods() includes them; commit() writes them to disk.
   void push(std::span<const PeriodSummary> seconds, const std::string& cursor);
   Result<void> commit();
 
-  const std::string& cursor() const { return cursor_; }  ///< of the last push(); empty: from the beginning
-  bool is_committed() const { return is_committed_; }    ///< nothing was pushed since the last commit()
+  const std::string& cursor() const { return cursor_; }  ///< of the last push(); empty: start of the log
+  bool is_committed() const { return is_committed_; }    ///< no push() since the last commit()
+  /// Why open() replaced the store; empty if it did not.
   const std::string& rebuild_reason() const { return rebuild_reason_; }
   std::optional<std::int64_t> last_second() const { return last_second_; }
   std::optional<std::int64_t> first_second() const { return first_second_; }
-  /// Cursors before the rows of `second`, as far as they are known; where a clock began anew one of each run of it, the
-  /// last run first.
+  /// Known cursors before the rows of `second`. If the clock restarted, one per clock epoch, the last epoch first.
   std::vector<std::string> cursors_before(std::int64_t second) const;
 
-  /// Periods whose begin is within [from_s, to_s), of the longest stored length that divides `step_s` (a multiple of
-  /// 60); the open one too. One that a push() has a part of is there twice. Errors: the disk cannot be read, or
-  /// is_damaged().
+  /// Returns periods that begin within [from_s, to_s), also incomplete ones, of the longest stored length that divides
+  /// `step_s` (a multiple of 60). A period may occur twice: its committed part and its uncommitted part. Errors: the
+  /// disk cannot be read, or is_damaged().
   Result<std::vector<PeriodSummary>> periods(std::int64_t step_s, std::int64_t from_s, std::int64_t to_s);
-  /// True after an error that means that the file does not contain what was written.
+  /// See Database::is_damaged().
   bool is_damaged() const { return database_.is_damaged(); }
 
  private:
@@ -55,20 +55,20 @@ class PeriodStore {
   struct Table {
     const char* name;
     std::int64_t length_s;
-    Periods pushed = {};  ///< by their begin, since the last commit()
+    Periods pushed = {};  ///< by begin, since the last commit()
   };
 
   Result<void> load(const std::string& folder);
   Result<std::vector<PeriodSummary>> read(const Table& table, std::int64_t from_s, std::int64_t to_s);
   Result<void> write(const Table& table);
-  Result<void> write_all(bool with_place);
+  Result<void> write_all(bool with_cursor);
 
   Database database_;
   std::string cursor_, rebuild_reason_;
   bool is_committed_ = true;
   std::array<Table, 3> tables_ = {{{"minutes", 60}, {"ten_minutes", 600}, {"hours", 3600}}};
   std::optional<std::int64_t> first_second_, last_second_;
-  std::vector<std::pair<std::int64_t, std::string>> places_;  ///< begin, and a cursor before it
+  std::vector<std::pair<std::int64_t, std::string>> cursors_;  ///< second, and a cursor before its rows
 };
 
 }  // namespace prism::prismweb

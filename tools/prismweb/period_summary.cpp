@@ -15,7 +15,7 @@ double number_of(const nlohmann::json& object, const char* key) {
   return found != object.end() && found->is_number() ? found->get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
-// Of the second; a prismd before 0.2 tells the window's mean alone.
+// Value of the second. prismd before 0.2 sends only the window's mean.
 double second_or_mean(const nlohmann::json& window, const char* of_second, const char* of_window) {
   return number_of(window, window.contains(of_second) ? of_second : of_window);
 }
@@ -36,7 +36,7 @@ PeriodSummary of_values(std::int64_t begin_s, const std::array<double, kQuantiti
 
 }  // namespace
 
-// fmin and fmax take the other one where one is unknown.
+// fmin and fmax ignore NaN.
 void PeriodSummary::add(const PeriodSummary& other) {
   for (std::size_t i = 0; i < kQuantities; ++i) {
     min[i] = std::fmin(min[i], other.min[i]);
@@ -119,10 +119,10 @@ std::int64_t floor_to(std::int64_t time_s, std::int64_t length_s) {
   return time_s - (rest < 0 ? rest + length_s : rest);
 }
 
-// One more than the quotient may be cut by the borders.
-std::int64_t step_for(double length_s, int points, std::int64_t least_s) {
+// Plus 1, because the limits of the range may cut two steps.
+std::int64_t step_for(double length_s, int points, std::int64_t min_s) {
   const auto fits = [&](std::int64_t step) {
-    return step >= least_s && length_s / static_cast<double>(step) + 1 <= std::max(points, 2);
+    return step >= min_s && length_s / static_cast<double>(step) + 1 <= std::max(points, 2);
   };
   const auto found = std::find_if(kSteps.begin(), kSteps.end(), fits);
   if (found != kSteps.end()) return *found;
@@ -146,7 +146,7 @@ std::vector<PeriodSummary> downsample(std::span<const PeriodSummary> periods, st
     }
   }
   if (in_order) return steps;
-  std::map<std::int64_t, PeriodSummary> sorted;  // a clock was set back
+  std::map<std::int64_t, PeriodSummary> sorted;  // the clock was set back
   for (const PeriodSummary& step : steps) {
     const auto [at, is_new] = sorted.emplace(step.begin_s, step);
     if (!is_new) at->second.add(step);

@@ -14,18 +14,18 @@ namespace {
 using nlohmann::json;
 
 std::string datagram_of(const std::string& instance, BatchRow row) {
-  json own;
+  json datagram;
   const json time_s = row.params["time_s"];
   if (row.method == "event") {
-    own[instance]["event"] = text_member(row.params, "text");
+    datagram[instance]["event"] = text_member(row.params, "text");
   } else {
     const std::string axis = text_member(row.params, "axis");
     row.params.erase("axis");
     row.params.erase("time_s");
-    own[instance][axis][row.method] = std::move(row.params);
+    datagram[instance][axis][row.method] = std::move(row.params);
   }
-  own["timestamp"] = time_s;  // also where an instance has that name
-  return json_text(own);
+  datagram["timestamp"] = time_s;  // last, in case an instance has this name
+  return json_text(datagram);
 }
 
 }  // namespace
@@ -56,7 +56,7 @@ Subscription PlotJuggler::subscribe() const {
 
 void PlotJuggler::deliver(const std::string&, const Text& text, std::uint64_t) {
   for (const std::string& datagram : plotjuggler_datagrams(*text)) {
-    boost::system::error_code ignored;  // nobody listens there, or the buffer is full: the next one may come through
+    boost::system::error_code ignored;  // no receiver, or a full buffer: later ones may arrive
     socket_.send_to(boost::asio::buffer(datagram), to_, 0, ignored);
   }
 }

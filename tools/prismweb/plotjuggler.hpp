@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the gyros say, as PlotJuggler's "UDP Server" takes it with the protocol JSON and the field timestamp.
+// Sends notifications to PlotJuggler's "UDP Server" (protocol JSON, field "timestamp").
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -13,12 +13,12 @@
 
 namespace prism::prismweb {
 
-/// A datagram for each notification of a batch {"instance":…,"batch":[…]} that has a time:
+/// Returns one datagram per notification of a batch {"instance":…,"batch":[…]} that has a time:
 /// {"timestamp": s, INSTANCE: {AXIS: {"window" or "sample": {…}}}}, or {"timestamp": s, INSTANCE: {"event": TEXT}}.
-/// PlotJuggler makes a curve of each number, named by its place. What is not known is left out.
+/// PlotJuggler makes one curve per number, named by its path in the object. Unknown values are omitted.
 std::vector<std::string> plotjuggler_datagrams(const std::string& text);
 
-/// Sends without waiting and without an answer: whether PlotJuggler runs is its own affair.
+/// Sends datagrams without blocking; send errors are ignored, because PlotJuggler need not be running.
 class PlotJuggler : public Subscriber {
  public:
   PlotJuggler(boost::asio::io_context& io, const PlotJugglerSettings& settings);

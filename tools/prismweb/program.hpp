@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// prismweb as its command line asks for it.
+// The program prismweb.
 #pragma once
 
 namespace prism::prismweb {
 
-/// Does what the command line says. Returns the exit code.
+/// Runs the command line. Returns the exit code.
 int run(int argc, char** argv);
 
 }  // namespace prism::prismweb

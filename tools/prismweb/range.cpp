@@ -16,14 +16,14 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kFarthest_s = 9e9;
-constexpr std::int64_t kLongestOfRows_s = 7200, kFar_s = 6 * 3600, kFresh_s = 60;
-constexpr std::size_t kMostRuns = 4;
-constexpr int kMostPages = 40;  // of up to 256 KiB: what lies between two known cursors, and the range
+constexpr double kMaxTime_s = 9e9;
+constexpr std::int64_t kMaxLogLength_s = 7200, kFar_s = 6 * 3600, kFresh_s = 60;
+constexpr std::size_t kMaxEpochs = 4;
+constexpr int kMaxPages = 40;  // of up to 256 KiB: covers the range and the interval of stored cursors
 
-// What is answered, once its periods are there.
+// The requested series.
 struct View {
-  std::int64_t from_s, to_s, step_s;  // of begins
+  std::int64_t from_s, to_s, step_s;  // limits of the periods' begins
   const char* source;
 };
 
@@ -42,14 +42,14 @@ json row_of(const PeriodSummary& step, std::int64_t step_s) {
 }
 
 std::optional<std::int64_t> first_of(const AxisArchive& axis) {
-  const auto stored = axis.known() != nullptr ? axis.known()->first_s : std::nullopt;
+  const auto stored = axis.store_status() != nullptr ? axis.store_status()->first_s : std::nullopt;
   if (axis.recent().empty()) return stored;
   return std::min(axis.recent().first_s(), stored.value_or(INT64_MAX));
 }
 
 std::optional<std::int64_t> last_of(const AxisArchive& axis) {
   if (!axis.recent().empty()) return axis.recent().last_s();
-  return axis.known() != nullptr ? axis.known()->last_s : std::nullopt;
+  return axis.store_status() != nullptr ? axis.store_status()->last_s : std::nullopt;
 }
 
 std::string result_of(const AxisArchive& axis, const View& view, const std::vector<PeriodSummary>& periods) {
@@ -71,7 +71,7 @@ std::string result_of(const AxisArchive& axis, const View& view, const std::vect
   return "\"result\":" + json_text(result);
 }
 
-// The seconds that the store does not have yet.
+// Appends the seconds that the store does not have yet.
 std::vector<PeriodSummary> with_newer(const AsyncStore::Periods& stored, const AxisArchive& axis) {
   std::vector<PeriodSummary> periods = stored.steps;
   for (const PeriodSummary& second : axis.recent().all()) {
@@ -82,7 +82,7 @@ std::vector<PeriodSummary> with_newer(const AsyncStore::Periods& stored, const A
 
 std::string disk_error(const Error& error) { return error_member(kNotDone, error.text()); }
 
-// By minutes or hours of the store, and what memory has behind them.
+// Responds with minutes or hours of the store and newer seconds from memory.
 void answer_periods(AxisArchive& axis, View view, int points, const InstanceProxy::Answer& answer) {
   view.step_s = step_for(static_cast<double>(view.to_s - view.from_s), points, 60);
   view.source = view.step_s >= 3600 ? "hours" : "minutes";
@@ -93,7 +93,8 @@ void answer_periods(AxisArchive& axis, View view, int points, const InstanceProx
   axis.store().periods({view.from_s, view.to_s, view.step_s}, take);
 }
 
-// Seconds that memory does not have: page after page of prismd's log, from a cursor before them up to memory's first.
+// Reads seconds that are not in memory from prismd's log, page by page, from a cursor before them to the first second
+// in memory.
 struct Fetch : std::enable_shared_from_this<Fetch> {
   Fetch(InstanceProxy& proxy_, std::shared_ptr<AxisArchive> axis_, View view_, int points_,
         InstanceProxy::Answer answer_)
@@ -107,25 +108,25 @@ struct Fetch : std::enable_shared_from_this<Fetch> {
       if (!known) return self->answer(disk_error(known.error()));
       self->cursors = *known;
       if (self->cursors.empty()) self->cursors.emplace_back("earliest");
-      if (self->cursors.size() > kMostRuns) self->cursors.resize(kMostRuns);
+      if (self->cursors.size() > kMaxEpochs) self->cursors.resize(kMaxEpochs);
       std::reverse(self->cursors.begin(), self->cursors.end());
-      self->next_run();
+      self->next_epoch();
     };
     axis->store().cursors_before(view.from_s, take_cursors);
   }
 
-  // Where a clock began anew, a time may be in several runs of it: the last one that has it is told.
-  void next_run() {
+  // If the clock restarted, a time may occur in several clock epochs: the last epoch with data is returned.
+  void next_epoch() {
     if (!found.empty() || cursors.empty()) return done();
     const std::string cursor = std::move(cursors.back());
     cursors.pop_back();
     pages = 0;
-    ask(cursor);
+    request_page(cursor);
   }
 
-  void ask(const std::string& cursor) {
+  void request_page(const std::string& cursor) {
     const auto take = [self = shared_from_this()](std::string_view member) { self->take(member); };
-    proxy.ask("rows", {{"after", cursor}, {"limit", 10000}, {"axis", axis->name()}}, take);
+    proxy.call("rows", {{"after", cursor}, {"limit", 10000}, {"axis", axis->name()}}, take);
   }
 
   void take(std::string_view member) {
@@ -133,17 +134,17 @@ struct Fetch : std::enable_shared_from_this<Fetch> {
     if (!page)
       return answer(std::string(member).starts_with("\"error\"") ? std::string(member)
                                                                  : error_member(kNotRunning, page.error().text()));
-    // Retention took what the store still has the minutes of.
-    const bool cut =
+    // Retention deleted the rows; the store still has their minutes.
+    const bool is_deleted =
         page->missing > 0 && found.empty() && (page->seconds.empty() || page->seconds.front().begin_s > view.from_s);
-    if (cut) return answer_periods(*axis, view, points, answer);
+    if (is_deleted) return answer_periods(*axis, view, points, answer);
     const std::int64_t end_s = std::min(view.to_s, memory_s);
     for (const PeriodSummary& second : page->seconds) {
       if (second.begin_s >= view.from_s && second.begin_s < end_s) found.push_back(second);
     }
     const bool past = !page->seconds.empty() && page->seconds.back().begin_s >= end_s;
-    if (past || !page->more || ++pages >= kMostPages) return next_run();
-    ask(page->after);
+    if (past || !page->more || ++pages >= kMaxPages) return next_epoch();
+    request_page(page->after);
   }
 
   void done() {
@@ -158,8 +159,8 @@ struct Fetch : std::enable_shared_from_this<Fetch> {
   View view;
   int points;
   InstanceProxy::Answer answer;
-  std::int64_t memory_s = INT64_MAX;  ///< from there on memory has them
-  std::vector<std::string> cursors;   ///< of runs of the clock that are still to be looked at, the next one last
+  std::int64_t memory_s = INT64_MAX;  ///< first second in memory
+  std::vector<std::string> cursors;   ///< of the clock epochs not yet read, the next one last
   std::vector<PeriodSummary> found;
   int pages = 0;
 };
@@ -176,7 +177,7 @@ Result<RangeQuery> parse_range(const json& params) {
   if (!params.is_object()) return wrong();
   const auto time = [&](const char* key, std::optional<double>& value) {
     if (!params.contains(key)) return true;
-    if (!params[key].is_number() || !(std::fabs(params[key].get<double>()) <= kFarthest_s)) return false;
+    if (!params[key].is_number() || !(std::fabs(params[key].get<double>()) <= kMaxTime_s)) return false;
     value = params[key].get<double>();
     return true;
   };
@@ -200,19 +201,19 @@ void answer_range(InstanceProxy& proxy, AxisArchive& axis, const RangeQuery& que
   View view{static_cast<std::int64_t>(std::floor(from_s)), static_cast<std::int64_t>(std::ceil(to_s)), 1, "seconds"};
   const double length_s = std::max(to_s - from_s, 1.0);
   view.step_s = step_for(length_s, query.points, 1);
-  view.from_s = floor_to(view.from_s, view.step_s);  // a step that the border cuts is whole
-  // Behind memory's last second a run of the clock may lie that was before it began anew.
+  view.from_s = floor_to(view.from_s, view.step_s);  // the first step is complete
+  // Times after the last second in memory may be of an earlier clock epoch.
   const RecentSeconds& recent = axis.recent();
-  const auto* const known = axis.known();
-  const bool has_all = proxy.state() != InstanceState::kRunning && !recent.empty() && known != nullptr &&
-                       known->first_s == recent.first_s();  // nobody can be asked for seconds of the log
+  const auto* const status = axis.store_status();
+  const bool has_all = proxy.state() != InstanceState::kRunning && !recent.empty() && status != nullptr &&
+                       status->first_s == recent.first_s();  // prismd cannot return seconds of the log
   const bool in_memory =
       !recent.empty() && (view.from_s >= recent.first_s() || has_all) && view.from_s <= recent.last_s() + kFresh_s;
-  if (known == nullptr || in_memory || !known->first_s) return answer(result_of(axis, view, axis.recent().all()));
-  // While the store is built, what lies between it and the view is not looked for: it may be days.
-  const bool is_far = axis.building().value_or(1) < 1 && *known->last_s + kFar_s < view.from_s;
+  if (status == nullptr || in_memory || !status->first_s) return answer(result_of(axis, view, axis.recent().all()));
+  // While the store is built, a view far ahead of it is not read from the log: that may be days of rows.
+  const bool is_far = axis.building().value_or(1) < 1 && *status->last_s + kFar_s < view.from_s;
   if (is_far) return answer(result_of(axis, view, axis.recent().all()));
-  if (length_s <= kLongestOfRows_s && proxy.state() == InstanceState::kRunning) {
+  if (length_s <= kMaxLogLength_s && proxy.state() == InstanceState::kRunning) {
     const auto fetch = std::make_shared<Fetch>(proxy, axis.shared_from_this(), view, query.points, answer);
     return fetch->begin();
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Series for charts: of seconds, minutes or hours, whichever the view needs.
+// The method `range`: series for charts, in seconds, minutes or hours by length of the view.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -13,11 +13,11 @@ namespace prism::prismweb {
 
 struct RangeQuery {
   std::optional<double> from_s, to_s;
-  double seconds = 3600;  ///< where from_s is not given
+  double seconds = 3600;  ///< used without from_s
   int points = 1000;
 };
 
-/// Refused where a param is of another type or beyond its range.
+/// Errors: a param of another type or outside its range.
 Result<RangeQuery> parse_range(const nlohmann::json& params);
 
 void answer_range(InstanceProxy& proxy, AxisArchive& axis, const RangeQuery& query,

@@ -6,8 +6,8 @@
 namespace prism::prismweb {
 namespace {
 
-constexpr std::int64_t kAnew_s = 60;
-constexpr std::size_t kSlack = 600;  // kept beyond the length, so that not each second moves all of them
+constexpr std::int64_t kClockReset_s = 60;
+constexpr std::size_t kSlack = 600;  // extra seconds, so that not every insertion moves all
 
 }  // namespace
 
@@ -26,7 +26,7 @@ void RecentSeconds::put(const PeriodSummary& second) {
 }
 
 void RecentSeconds::put_now(const PeriodSummary& second) {
-  if (!seconds_.empty() && second.begin_s < last_s() - kAnew_s) seconds_.clear();
+  if (!seconds_.empty() && second.begin_s < last_s() - kClockReset_s) seconds_.clear();
   put(second);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The last two hours of an axis, second by second, in memory.
+// The last two hours of an axis in memory, in seconds.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,9 @@ class RecentSeconds {
  public:
   static constexpr std::int64_t kLength_s = 7200;
 
-  /// Puts a second at its place in time; one that is there already is replaced, one that is too old is left out.
+  /// Inserts a second by time. Replaces one of the same time; ignores one that is too old.
   void put(const PeriodSummary& second);
-  /// One that has just happened. Where its time is a minute and more before the last one, a clock began anew: what was
-  /// before it is forgotten.
+  /// Adds the current second. If it is over a minute older than the last one, the clock was reset: removes all others.
   void put_now(const PeriodSummary& second);
 
   bool empty() const { return seconds_.empty(); }
@@ -26,7 +25,7 @@ class RecentSeconds {
   const std::vector<PeriodSummary>& all() const { return seconds_; }
 
  private:
-  std::vector<PeriodSummary> seconds_;  ///< in the order of time
+  std::vector<PeriodSummary> seconds_;  ///< in order of time
 };
 
 }  // namespace prism::prismweb

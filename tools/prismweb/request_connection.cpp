@@ -17,7 +17,7 @@ namespace {
 
 namespace asio = boost::asio;
 
-constexpr std::size_t kMostLineBytes = 32 << 20, kMostQuestions = 256;
+constexpr std::size_t kMaxLineBytes = 32 << 20, kMaxPending = 256;
 
 // {"jsonrpc":"2.0","id":17,"result":…} → 17 and `"result":…`.
 bool split_answer(std::string_view line, std::uint64_t& id, std::string_view& member) {
@@ -44,20 +44,20 @@ asio::awaitable<bool> RequestConnection::connect() {
   co_return !error;
 }
 
-asio::awaitable<void> RequestConnection::read(Other other) {
+asio::awaitable<void> RequestConnection::read(OnLine on_other_line) {
   std::string pending;
   std::vector<char> buffer(256 << 10);
-  const auto room = asio::buffer(buffer);
+  const auto space = asio::buffer(buffer);
   for (std::size_t searched = 0;;) {
-    const auto [error, size] = co_await socket_.async_read_some(room, kUse);
+    const auto [error, size] = co_await socket_.async_read_some(space, kUse);
     if (error) break;
     pending.append(buffer.data(), size);
     std::size_t begin = 0;
     for (std::size_t end; (end = pending.find('\n', std::max(begin, searched))) != std::string::npos; begin = end + 1)
-      read_line(std::string_view(pending).substr(begin, end - begin), other);
+      read_line(std::string_view(pending).substr(begin, end - begin), on_other_line);
     pending.erase(0, begin);
     searched = pending.size();
-    if (pending.size() > kMostLineBytes) break;
+    if (pending.size() > kMaxLineBytes) break;
   }
 }
 
@@ -66,8 +66,8 @@ void RequestConnection::close() {
   socket_.close(ignored);
 }
 
-bool RequestConnection::ask(std::string_view method, const std::string& params, Answer answer) {
-  if (pending_.size() >= kMostQuestions) return false;
+bool RequestConnection::call(std::string_view method, const std::string& params, Answer answer) {
+  if (pending_.size() >= kMaxPending) return false;
   pending_.push_back({std::string(method), params, std::move(answer), Clock::now() + kResponseTimeout});
   next();
   return true;
@@ -82,42 +82,42 @@ void RequestConnection::next() {
   writing_ = true;
   asio::async_write(socket_, asio::buffer(line_), [this](const boost::system::error_code& error, std::size_t) {
     writing_ = false;
-    if (!error) next();  // else the reader sees the end, too
+    if (!error) next();  // read() also notices an error
   });
 }
 
-void RequestConnection::read_line(std::string_view line, const Other& other) {
+void RequestConnection::read_line(std::string_view line, const OnLine& on_other_line) {
   std::uint64_t id = 0;
   std::string_view member;
-  if (!split_answer(line, id, member)) return other(line);
+  if (!split_answer(line, id, member)) return on_other_line(line);
   if (id != current_id_ || pending_.empty()) return;
-  const PendingRequest own = std::move(pending_.front());
+  const PendingRequest request = std::move(pending_.front());
   pending_.pop_front();
   current_id_ = 0;
-  if (own.answer) own.answer(member);
+  if (request.answer) request.answer(member);
   next();
 }
 
 void RequestConnection::expire(std::string_view member) {
   const auto now = Clock::now();
   std::vector<Answer> late;
-  for (PendingRequest& question : pending_) {
-    if (question.answer && question.until < now) late.push_back(std::exchange(question.answer, nullptr));
+  for (PendingRequest& request : pending_) {
+    if (request.answer && request.until < now) late.push_back(std::exchange(request.answer, nullptr));
   }
-  // The first one stays where it is under way: prismd has it.
+  // The first request stays if it was sent: its response is still to come.
   const auto first = pending_.begin() + (current_id_ != 0 && !pending_.empty() ? 1 : 0);
   const auto kept =
-      std::remove_if(first, pending_.end(), [](const PendingRequest& question) { return !question.answer; });
+      std::remove_if(first, pending_.end(), [](const PendingRequest& request) { return !request.answer; });
   pending_.erase(kept, pending_.end());
   for (const Answer& answer : late) answer(member);
 }
 
 void RequestConnection::end(std::string_view member) {
   close();
-  const auto questions = std::exchange(pending_, {});
+  const auto requests = std::exchange(pending_, {});
   current_id_ = 0;
-  for (const PendingRequest& question : questions) {
-    if (question.answer) question.answer(member);
+  for (const PendingRequest& request : requests) {
+    if (request.answer) request.answer(member);
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A connection to prismd on which one question follows the other.
+// A connection to prismd that sends one request at a time.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -14,30 +14,31 @@
 
 namespace prism::prismweb {
 
-/// prismd closes a client for which more than a few answers wait, and leaves out rows for one whose answers wait to be
-/// read. So a question goes when the last one was answered, and what is long, what is short and what comes by itself
-/// have a connection each.
+/// prismd disconnects a client with more than a few pending responses, and drops rows for a client with unread
+/// responses. So a request is sent after the response to the previous one, and long requests, short requests and
+/// notifications have a connection each.
 class RequestConnection {
  public:
-  /// Takes what prismd answered, the member `"result":…` or `"error":{…}`, valid during the call.
+  /// Is called with the member `"result":…` or `"error":{…}` of the response, valid during the call.
   using Answer = std::function<void(std::string_view member)>;
-  using Other = std::function<void(std::string_view line)>;
+  using OnLine = std::function<void(std::string_view line)>;
 
   RequestConnection(boost::asio::io_context& io, std::string path);
   RequestConnection(const RequestConnection&) = delete;
   RequestConnection& operator=(const RequestConnection&) = delete;
 
-  /// False where nobody listens.
+  /// Returns false if the connection failed.
   boost::asio::awaitable<bool> connect();
-  /// Until the connection ends; `other` takes each line that answers nothing.
-  boost::asio::awaitable<void> read(Other other);
+  /// Reads until the connection ends. Calls `on_other_line` with each line that is not a response.
+  boost::asio::awaitable<void> read(OnLine on_other_line);
   void close();
 
-  /// `params`: JSON. False where so many wait already that this one is not taken.
-  bool ask(std::string_view method, const std::string& params, Answer answer);
-  /// Answers with `member` what has waited for 15 s. What is under way stays so: nothing is laid behind it.
+  /// `params`: JSON. Returns false if 256 requests are pending.
+  bool call(std::string_view method, const std::string& params, Answer answer);
+  /// Calls the callbacks of requests older than 15 s with `member` and removes these requests, except the one that was
+  /// sent: the next one is sent after its response.
   void expire(std::string_view member);
-  /// Answers everything with `member`.
+  /// Closes the connection and calls all callbacks with `member`.
   void end(std::string_view member);
 
  private:
@@ -45,23 +46,23 @@ class RequestConnection {
   using Clock = std::chrono::steady_clock;
   struct PendingRequest {
     std::string method, params;
-    Answer answer;  ///< none: it has expired
+    Answer answer;  ///< null: expired
     Clock::time_point until;
   };
 
   void next();
-  void read_line(std::string_view line, const Other& other);
+  void read_line(std::string_view line, const OnLine& on_other_line);
 
   boost::asio::io_context& io_;
   std::string path_;
   Protocol::socket socket_;
   std::deque<PendingRequest> pending_;
-  std::uint64_t last_id_ = 0, current_id_ = 0;  ///< the first question's id; 0: none is under way
+  std::uint64_t last_id_ = 0, current_id_ = 0;  ///< current_id_: of the sent request; 0: none
   std::string line_;
   bool writing_ = false;
 };
 
-/// How long an answer is waited for.
+/// Pending requests expire after this time.
 inline constexpr std::chrono::seconds kResponseTimeout{15};
 
 }  // namespace prism::prismweb

@@ -30,8 +30,8 @@ Result<std::string> read_secret_file(const std::string& path) {
   if (!file) return tl::unexpected<Error>(file.error());
   struct stat found {};
   if (::fstat(file->get(), &found) != 0 || (found.st_mode & 007) != 0)
-    return make_error(path, "others may read it, expected mode 0640 or stricter");
-  return read_text(*file, path);  // of the file whose mode was checked
+    return make_error(path, "accessible to other users, expected mode 0640 or stricter");
+  return read_text(*file, path);  // the same file whose mode was checked
 }
 
 std::optional<std::string> read_private_file(const std::string& path) {
@@ -46,7 +46,7 @@ std::optional<std::string> read_private_file(const std::string& path) {
 
 Result<void> write_private_file(const std::string& path, std::string_view text) {
   const std::string temporary = fmt::format("{}.{}.new", path, ::getpid());
-  ::unlink(temporary.c_str());  // of a process that died
+  ::unlink(temporary.c_str());  // left by a process that crashed
   const auto failed = [&] {
     const int error = errno;
     ::unlink(temporary.c_str());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files with secrets: read only if other users cannot read them, written for this user alone.
+// Files with secrets: rejected if other users can access them, written with access for this user only.
 #pragma once
 
 #include <optional>
@@ -10,15 +10,15 @@
 
 namespace prism::prismweb {
 
-/// Text of a file of secrets that a person made (passwords, TLS key). Errors: as read_text_file(), or users other than
-/// owner and group may access it: "PATH: others may read it, expected mode 0640 or stricter".
+/// Reads a file of secrets from the administrator (passwords, TLS key). Errors: as read_text_file(); users other than
+/// owner and group may access it.
 Result<std::string> read_secret_file(const std::string& path);
 
-/// Text of a file that write_private_file() made, at most 64 KiB. Returns nullopt if there is none, or if it is not a
-/// regular file of mode 0600 that belongs to this user under this one name.
+/// Reads at most 64 KiB of a file that write_private_file() wrote. Returns nullopt unless it is a regular file of this
+/// user with mode 0600 and without further hard links.
 std::optional<std::string> read_private_file(const std::string& path);
 
-/// Replaces `path` by a new file of mode 0600. A file or link of another user at this place is never written to.
+/// Replaces `path` by a new file of mode 0600. Never writes to an existing file or through a link.
 Result<void> write_private_file(const std::string& path, std::string_view text);
 
 }  // namespace prism::prismweb

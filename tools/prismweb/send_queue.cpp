@@ -11,14 +11,14 @@ void SendQueue::put(const Text& text, bool is_answer) {
 }
 
 bool SendQueue::answer(const Text& text) {
-  // What waits counts, not the answer: an hour of history is long.
-  if (bytes_ > kMostBytes || (memory_->bytes > kMostOfAll && bytes_ > kPart)) return false;
+  // Checks the queue without the response: an hour of history is long.
+  if (bytes_ > kMaxBytes || (memory_->bytes > kMaxAllBytes && bytes_ > kGuaranteedBytes)) return false;
   put(text, true);
   return true;
 }
 
 void SendQueue::batch(const std::string& instance, const Text& text, std::uint64_t rows) {
-  losing_ = losing_ || (bytes_ > 0 && bytes_ + text->size() > kMostBatchBytes);
+  losing_ = losing_ || (bytes_ > 0 && bytes_ + text->size() > kMaxBatchBytes);
   if (!losing_) return put(text, false);
   lost_[instance].rows += rows;
   lost_[instance].rows_total += rows;
@@ -30,11 +30,11 @@ Text SendQueue::take() {
   bytes_ -= text->size();
   answer_bytes_ -= answer_bytes;
   memory_->bytes -= answer_bytes;
-  if (waiting_.empty() && losing_) tell_lost();
+  if (waiting_.empty() && losing_) queue_lost();
   return text;
 }
 
-void SendQueue::tell_lost() {
+void SendQueue::queue_lost() {
   losing_ = false;
   for (auto& [instance, lost] : lost_) {
     if (lost.rows == 0) continue;

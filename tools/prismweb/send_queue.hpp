@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What waits to be sent to one client: bounded, and what did not fit is counted.
+// Bounded output queue of one client; counts dropped rows.
 #pragma once
 
 #include <cstddef>
@@ -15,18 +15,18 @@
 
 namespace prism::prismweb {
 
-/// What the answers to all clients hold together; of one thread.
+/// Memory of the queued responses of all clients. Not thread-safe.
 struct AnswerMemory {
   std::size_t bytes = 0;
 };
 
 class SendQueue {
  public:
-  static constexpr std::size_t kMostBatchBytes = 2 << 20, kMostBytes = 16 << 20;
-  /// Of the answers of all clients together; where there are more, each may have its part of it.
-  static constexpr std::size_t kMostOfAll = 128 << 20, kPart = 2 << 20;
+  static constexpr std::size_t kMaxBatchBytes = 2 << 20, kMaxBytes = 16 << 20;
+  /// Limit of the responses of all clients; above it, each client may still queue kGuaranteedBytes.
+  static constexpr std::size_t kMaxAllBytes = 128 << 20, kGuaranteedBytes = 2 << 20;
 
-  /// What tells a client that so many rows of an instance were left out, now and in all.
+  /// Returns the message that `rows` rows of an instance were dropped now, `rows_total` in total.
   using LostText =
       std::function<std::string(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total)>;
   SendQueue(std::shared_ptr<AnswerMemory> memory, LostText lost_text)
@@ -35,14 +35,15 @@ class SendQueue {
   SendQueue(const SendQueue&) = delete;
   SendQueue& operator=(const SendQueue&) = delete;
 
-  /// False: so much lies here that the client should be given up.
+  /// Queues a response. Returns false if the queue is too long: disconnect the client.
   bool answer(const Text& text);
-  /// Left out and counted where it does not fit, and so are all until the queue is empty: one hole, not a sieve.
+  /// Queues a batch. If it does not fit, drops and counts it and all others until the queue is empty: one gap instead
+  /// of many.
   void batch(const std::string& instance, const Text& text, std::uint64_t rows);
 
   bool empty() const { return waiting_.empty(); }
   std::size_t bytes() const { return bytes_; }
-  /// The next text. Behind the last one come the "lost" of each instance.
+  /// Removes and returns the next text. After the last one, queues a "lost" for each instance with dropped rows.
   Text take();
 
  private:
@@ -51,10 +52,10 @@ class SendQueue {
   };
   struct Waiting {
     Text text;
-    std::size_t answer_bytes;  ///< 0: a batch, which its listeners share
+    std::size_t answer_bytes;  ///< 0: a batch, shared with other clients
   };
   void put(const Text& text, bool is_answer);
-  void tell_lost();
+  void queue_lost();
 
   const std::shared_ptr<AnswerMemory> memory_;
   LostText lost_text_;

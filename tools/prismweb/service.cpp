@@ -28,7 +28,7 @@ Result<std::unique_ptr<Listener>> listen(asio::io_context& io, const Settings& s
   return Listener::open_tcp(io, settings.address, settings.port);
 }
 
-// Called by the loop that serves: if that is blocked, systemd restarts prismweb.
+// Runs in the main loop: if it is blocked, systemd restarts prismweb.
 asio::awaitable<void> feed_watchdog(asio::io_context& io) {
   asio::steady_timer tick(io);
   const std::chrono::microseconds half(watchdog_half_us());
@@ -88,18 +88,18 @@ int Service::run(SecretFiles files) {
   asio::co_spawn(io_, listener_->serve_all(*server_), asio::detached);
   asio::co_spawn(io_, feed_watchdog(io_), asio::detached);
   print_address();
-  io_.poll();  // SIGHUP is a reload before systemd may send it
+  io_.poll();  // installs the SIGHUP handler before systemd may send one
   notify_ready("serving");
   io_.run();
   notify_stopping();
   if (server_->finish()) return kExitDone;
-  // A thread that waits for such a disk cannot be joined: the process leaves it behind.
-  fmt::print(stderr, "prismweb: the disk does not answer: the last minutes will be made again from the log\n");
+  // A thread blocked by the disk cannot be joined.
+  fmt::print(stderr, "prismweb: the disk does not respond: the last minutes will be rebuilt from the log\n");
   std::fflush(stderr);
   ::_exit(kExitFailed);
 }
 
-// The kernel sends SIGHUP, too, when the terminal of a prismweb in the foreground is closed: then it ends.
+// The kernel also sends SIGHUP when the terminal of a foreground prismweb is closed; then prismweb stops.
 asio::awaitable<void> Service::reload_on_hangup() {
   asio::signal_set hangups(io_, SIGHUP);
   const bool had_terminal = ::isatty(STDIN_FILENO) == 1;
@@ -119,7 +119,7 @@ void Service::reload() {
     listener_->connections().close_users(server_->replace_passwords(std::move(files->passwords)));
     fmt::print(stderr, "prismweb: reloaded\n");
   } else {
-    fmt::print(stderr, "prismweb: not reloaded, the old files stay in force: {}\n", files.error().text());
+    fmt::print(stderr, "prismweb: not reloaded, the old files remain in use: {}\n", files.error().text());
   }
   if (server_->tokens() != nullptr && server_->tokens()->renew_address_token()) print_address();
   notify_ready("serving");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The running prismweb: it serves until SIGINT or SIGTERM, and reads its files of secrets again at SIGHUP.
+// Runs prismweb until SIGINT or SIGTERM; SIGHUP reloads certificate, key and passwords.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -17,13 +17,13 @@ namespace prism::prismweb {
 class Listener;
 class WebServer;
 
-/// The files that the settings name.
+/// Contents of the certificate, key and password files.
 struct SecretFiles {
   Tls tls;  ///< its context is null without TLS
   PasswordHashes passwords;
 };
 
-/// Reads them all; prints a warning about the certificate, if there is one. Errors: of the first file that is refused.
+/// Reads the files; prints a warning if the certificate is not valid or expires soon. Errors: of the first bad file.
 Result<SecretFiles> load_secret_files(const Settings& settings);
 
 class Service {
@@ -31,7 +31,7 @@ class Service {
   explicit Service(const Settings& settings);
   ~Service();
 
-  /// Serves. Returns the exit code.
+  /// Returns the exit code.
   int run(SecretFiles files);
 
  private:

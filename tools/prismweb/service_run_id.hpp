@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which run of a service stands behind a socket.
+// Identifies one start of the service behind a socket.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace prism::prismweb {
 
-/// Changes with each start of the service that systemd runs behind `socket`; nothing where systemd does not listen
-/// there (config::would_start has the folders).
+/// Changes with each start of the systemd service of `socket`. nullopt if systemd does not listen there or the service
+/// is not running. See config::would_start() for the files.
 using ServiceRunId = std::optional<std::pair<std::uint64_t, std::int64_t>>;
 ServiceRunId service_run_id(const std::string& socket);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Browsers that came in by an address with a token. Each has a cookie; here and on the disk is only its SHA-256.
+// Sessions of browsers that opened an address with a token. Memory and disk have only the SHA-256 of each cookie.
 #pragma once
 
 #include <chrono>
@@ -15,13 +15,13 @@ class SessionList {
   static constexpr std::size_t kMaxSessions = 32;
   static constexpr std::chrono::hours kLifetime{30 * 24};
 
-  /// Lines "SHA256 SECONDS" of text(), oldest first; other lines are skipped.
+  /// Parses text(): lines "SHA256 SECONDS", oldest first. Skips invalid lines.
   static SessionList parse(std::string_view text);
   std::string text() const;
 
-  /// Adds the session with this cookie, begun at `now_s` (seconds since 1970). Of 32 the oldest one ends.
+  /// Adds a session that begins at `now_s` (seconds since 1970). If there are 32, removes the oldest.
   void add(std::string_view cookie, std::int64_t now_s);
-  /// True if a session has this cookie and began within 30 days.
+  /// True if a session with this cookie began within the last 30 days.
   bool contains(std::string_view cookie, std::int64_t now_s) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a person may set of prismweb.
+// Settings of prismweb.
 #pragma once
 
 #include <cstdint>
@@ -18,25 +18,25 @@ struct TlsSettings {
 struct PlotJugglerSettings {
   std::string address;  ///< an IP address
   std::uint16_t port = 9870;
-  bool samples = false;  ///< every frame, beside one row a second
+  bool samples = false;  ///< each frame, in addition to one row per second
 };
 
 struct FoxgloveSettings {
-  std::vector<std::string> origins;  ///< of Foxglove's page, as its browser names it
+  std::vector<std::string> origins;  ///< Origin of Foxglove's page
 };
 
 struct Settings {
   std::string address = "127.0.0.1";   ///< an IP address; empty: no TCP
-  std::uint16_t port = 8467;           ///< 0: one that is free
-  std::string unix_socket;             ///< path of a unix socket to listen on; empty: none
-  std::vector<std::string> hosts;      ///< names of this server beside those that are always allowed
-  std::vector<std::string> instances;  ///< names or paths of sockets; empty: all of the host
-  std::string page, dygraphs;          ///< folders of files
-  std::string state;                   ///< folder of the minutes and hours; empty: none are kept
+  std::uint16_t port = 8467;           ///< 0: any free port
+  std::string unix_socket;             ///< path of the Unix socket to listen on; empty: none
+  std::vector<std::string> hosts;      ///< more names of this server
+  std::vector<std::string> instances;  ///< names or socket paths; empty: all of the host
+  std::string page, dygraphs;          ///< directories of files
+  std::string state;                   ///< directory of the stores; empty: none
   std::optional<TlsSettings> tls;
   std::optional<PlotJugglerSettings> plotjuggler;
   std::optional<FoxgloveSettings> foxglove;
-  std::string passwords;  ///< path of a file NAME:BCRYPT; empty: none
+  std::string passwords;  ///< path of the password file; empty: none
 };
 
 }  // namespace prism::prismweb

@@ -14,7 +14,7 @@
 namespace prism::prismweb {
 namespace {
 
-constexpr off_t kMostBytes = 16 << 20;
+constexpr off_t kMaxFileBytes = 16 << 20;
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kTypes = {{
     {".html", "text/html; charset=utf-8"},
@@ -66,7 +66,7 @@ StaticFile read_static(const std::string& folder, std::string_view target, int f
   const int fd = ::open((folder + "/" + name).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) return file;
   struct stat found {};
-  if (::fstat(fd, &found) == 0 && S_ISREG(found.st_mode) && found.st_size <= kMostBytes) {
+  if (::fstat(fd, &found) == 0 && S_ISREG(found.st_mode) && found.st_size <= kMaxFileBytes) {
     file.body.resize(static_cast<std::size_t>(found.st_size));
     const ssize_t size = ::pread(fd, file.body.data(), file.body.size(), 0);
     if (size == found.st_size) file.status = 200;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The files of the page and of its chart library.
+// Serves the files of the page and of its chart library.
 #pragma once
 
 #include <string>
@@ -8,19 +8,20 @@
 namespace prism::prismweb {
 
 struct StaticFile {
-  int status = 404;  ///< 200, or 404 where there is none to serve
+  int status = 404;  ///< 200 or 404
   std::string media_type, etag, body;
 };
 
-/// Of a target like "/lib/charts.js" the path below the folder, "lib/charts.js"; "/" is "index.html". Empty where the
-/// target is none that is served: a name that begins with a dot or has characters other than letters, digits, '_', '-',
-/// '.'; deeper than `folders`; an ending without a media type.
+/// Returns the relative path of a target: "/lib/charts.js" → "lib/charts.js", "/" → "index.html". Returns an empty
+/// string for targets that are not served: a name that begins with a dot or has characters other than letters, digits,
+/// '_',
+/// '-', '.'; more than `folders` directories; an extension without a media type.
 std::string file_of_target(std::string_view target, int folders = 1);
 
-/// By the ending; empty where files of it are not served.
+/// Media type of the extension; empty if such files are not served.
 std::string_view media_type(std::string_view path);
 
-/// Reads `target` below `folder`. A file above 16 MiB is none.
+/// Reads `target` below `folder`. Files above 16 MiB are not served.
 StaticFile read_static(const std::string& folder, std::string_view target, int folders = 1);
 
 }  // namespace prism::prismweb

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The streams that prismweb speaks on: TCP and unix sockets alike, with TLS or without.
+// Stream types: TCP and Unix sockets, without and with TLS.
 #pragma once
 
 #include <boost/asio/generic/stream_protocol.hpp>

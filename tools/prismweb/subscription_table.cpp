@@ -11,8 +11,8 @@
 namespace prism::prismweb {
 namespace {
 
-// The text up to the next quotation mark, where `text` goes on with `head`.
-std::string_view quoted_behind(std::string_view text, std::string_view head) {
+// Returns the text between `head` and the next quotation mark; empty if `text` does not begin with `head`.
+std::string_view quoted_after(std::string_view text, std::string_view head) {
   if (!text.starts_with(head)) return {};
   const std::size_t end = text.find('"', head.size());
   return end == std::string_view::npos ? std::string_view() : text.substr(head.size(), end - head.size());
@@ -23,9 +23,9 @@ constexpr std::string_view kHead = R"({"jsonrpc":"2.0","method":")";
 }  // namespace
 
 Notification notification_of(std::string_view line) {
-  const std::string_view method = quoted_behind(line, kHead);
+  const std::string_view method = quoted_after(line, kHead);
   if (method.empty()) return {};
-  return {method, quoted_behind(line.substr(kHead.size() + method.size()), R"(","params":{"axis":")"), line};
+  return {method, quoted_after(line.substr(kHead.size() + method.size()), R"(","params":{"axis":")"), line};
 }
 
 void SubscriptionTable::set(Subscriber* subscriber, const Subscription& subscription) {
@@ -43,9 +43,9 @@ void SubscriptionTable::set(Subscriber* subscriber, const Subscription& subscrip
 }
 
 const SubscriptionTable::Group* SubscriptionTable::group_of(const Subscriber* subscriber) const {
-  const auto hears = [&](const Listener& one) { return one.subscriber == subscriber; };
+  const auto is_listener = [&](const Listener& one) { return one.subscriber == subscriber; };
   const auto found = std::find_if(subscriptions_.begin(), subscriptions_.end(), [&](const Group& group) {
-    return std::any_of(group.listeners.begin(), group.listeners.end(), hears);
+    return std::any_of(group.listeners.begin(), group.listeners.end(), is_listener);
   });
   return found == subscriptions_.end() ? nullptr : &*found;
 }
@@ -86,13 +86,13 @@ bool SubscriptionTable::wants(Group& group, const Notification& notification, st
   };
   if (notification.method == "event") return subscription.events;
   if (notification.method == "window") return subscription.windows && named();
-  if (notification.method != "sample") return true;  // "lost": whoever listens should know
+  if (notification.method != "sample") return true;  // "lost" concerns all subscribers
   if (subscription.sample_every == 0 || !named()) return false;
   if (subscription.sample_every == every) return true;
-  auto seen = group.seen.find(notification.axis);
-  if (seen == group.seen.end()) seen = group.seen.emplace(notification.axis, 0).first;
-  if (seen->second == 0) seen->second = subscription.sample_every / every;
-  return --seen->second == 0;
+  auto remaining = group.remaining.find(notification.axis);
+  if (remaining == group.remaining.end()) remaining = group.remaining.emplace(notification.axis, 0).first;
+  if (remaining->second == 0) remaining->second = subscription.sample_every / every;
+  return --remaining->second == 0;
 }
 
 void SubscriptionTable::put(const Notification& notification) {
@@ -115,13 +115,13 @@ void SubscriptionTable::flush() {
     Text text;
     std::uint64_t rows;
   };
-  std::vector<Due> due;  // a subscriber may leave, or go, while it is handed something
+  std::vector<Due> due;  // deliver() may end subscriptions and destroy subscribers
   for (Group& group : subscriptions_) {
     if (group.rows == 0) continue;
-    const Text whole = batch_of(group, 0);
+    const Text full = batch_of(group, 0);
     for (Listener& one : group.listeners) {
       const std::uint64_t rows = group.rows - one.from_rows;
-      if (rows > 0) due.push_back({one.subscriber, one.from == 0 ? whole : batch_of(group, one.from), rows});
+      if (rows > 0) due.push_back({one.subscriber, one.from == 0 ? full : batch_of(group, one.from), rows});
       one.from = one.from_rows = 0;
     }
     group.lines.clear();

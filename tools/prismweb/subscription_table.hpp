@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What prismd sends by itself, gathered: a text for each different wish, however many clients have it.
+// Batches prismd's notifications: one text per distinct subscription, shared by its clients.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,10 @@
 
 namespace prism::prismweb {
 
-/// A text that queues of several clients share.
+/// A text shared by the queues of several clients.
 using Text = std::shared_ptr<const std::string>;
 
-/// What a client wants of an instance.
+/// Streams that a client receives from an instance.
 struct Subscription {
   std::uint32_t sample_every = 0;  ///< 0: no samples
   bool windows = false, events = false;
@@ -24,52 +24,52 @@ struct Subscription {
   bool operator==(const Subscription&) const = default;
 };
 
-/// A line of prismd that answers nobody: {"jsonrpc":"2.0","method":"sample","params":{"axis":"z",…}}.
+/// An unsolicited line of prismd: {"jsonrpc":"2.0","method":"sample","params":{"axis":"z",…}}.
 struct Notification {
   std::string_view method;
-  std::string_view axis;  ///< empty: of no axis
-  std::string_view line;  ///< whole, without its line end
+  std::string_view axis;  ///< empty: not of an axis
+  std::string_view line;  ///< complete, without the newline
 };
 
-/// Reads a line that begins as prismd writes it; method stays empty where it is something else.
+/// Parses the start of a line, in the form that prismd writes. `method` is empty for any other line.
 Notification notification_of(std::string_view line);
 
 class Subscriber {
  public:
   virtual ~Subscriber() = default;
-  /// A batch of `instance` with so many notifications in it.
+  /// Delivers a batch of `rows` notifications.
   virtual void deliver(const std::string& instance, const Text& text, std::uint64_t rows) = 0;
 };
 
-/// The wishes at one instance.
+/// The subscriptions to one instance.
 class SubscriptionTable {
  public:
   explicit SubscriptionTable(std::string instance) : instance_(std::move(instance)) {}
 
-  /// Replaces what `who` wanted; nothing any more where the wish is empty. What was gathered for it is handed over
-  /// first, so that a wish that grows loses nothing and brings nothing twice.
+  /// Replaces the subscription of `subscriber`; an empty one removes it. Otherwise first delivers the pending batch, so
+  /// that notifications are neither lost nor repeated.
   void set(Subscriber* subscriber, const Subscription& subscription);
   Subscription subscription_of(const Subscriber* subscriber) const;
 
-  /// The wishes joined: the greatest common divisor of their sample_every; 0 where nobody wants samples.
+  /// Greatest common divisor of the subscribers' sample_every; 0 without sample subscribers.
   std::uint32_t sample_every() const;
 
-  /// One of those that arrive when each sample_every()-th sample is subscribed to.
+  /// Adds a notification to the batches. Samples must be every sample_every()-th one.
   void put(const Notification& notification);
   bool pending() const;
-  /// Hands what was gathered to those who want it: {"instance":…,"batch":[…]}, serialised once for each wish.
+  /// Delivers the batches {"instance":…,"batch":[…]}, serialised once per distinct subscription.
   void flush();
 
  private:
   struct Listener {
     Subscriber* subscriber;
-    std::size_t from = 0;  ///< what lies in `lines` already is not for it
+    std::size_t from = 0;  ///< skip `lines` before this offset: added before it subscribed
     std::uint64_t from_rows = 0;
   };
   struct Group {
     Subscription subscription;
     std::vector<Listener> listeners;
-    std::map<std::string, std::uint32_t, std::less<>> seen;  ///< samples of each axis since the last that was taken
+    std::map<std::string, std::uint32_t, std::less<>> remaining;  ///< by axis: samples until the next to send
     std::string lines;
     std::uint64_t rows = 0;
   };

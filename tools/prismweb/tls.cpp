@@ -31,11 +31,11 @@ Result<std::shared_ptr<Context>> make_context() {
   SSL_CTX* const tls = context->native_handle();
   ::SSL_CTX_set_options(tls, SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION);
   if (::SSL_CTX_set_min_proto_version(tls, TLS1_2_VERSION) != 1 || ::SSL_CTX_set_cipher_list(tls, kCiphersOf12) != 1)
-    return make_error("tls", "OpenSSL has no TLS 1.2 with ECDHE and AES-GCM");
+    return make_error("tls", "OpenSSL does not support TLS 1.2 with ECDHE and AES-GCM");
   return context;
 }
 
-// OpenSSL's own callback would ask for a passphrase on the terminal.
+// OpenSSL's default callback would prompt for a passphrase on the terminal.
 Result<void> use_key(Context& context, const TlsSettings& settings) {
   const auto key = read_secret_file(settings.key);
   if (!key) return tl::unexpected<Error>(key.error());
@@ -73,14 +73,14 @@ Result<Tls> load_tls(const TlsSettings& settings) {
 std::string validity_warning(const X509& certificate, std::time_t now) {
   const ASN1_TIME* const begin = ::X509_get0_notBefore(&certificate);
   const ASN1_TIME* const end = ::X509_get0_notAfter(&certificate);
-  const std::unique_ptr<ASN1_TIME, decltype(&::ASN1_TIME_free)> present(::ASN1_TIME_set(nullptr, now),
+  const std::unique_ptr<ASN1_TIME, decltype(&::ASN1_TIME_free)> current(::ASN1_TIME_set(nullptr, now),
                                                                         &::ASN1_TIME_free);
   int days = 0, seconds = 0;
-  if (!present || ::ASN1_TIME_diff(&days, &seconds, present.get(), begin) != 1) return "its validity cannot be read";
-  if (days > 0 || seconds > 0) return fmt::format("is not valid before {}; browsers refuse it until then", day(begin));
-  if (::ASN1_TIME_diff(&days, &seconds, present.get(), end) != 1) return "its validity cannot be read";
+  if (!current || ::ASN1_TIME_diff(&days, &seconds, current.get(), begin) != 1) return "validity dates cannot be read";
+  if (days > 0 || seconds > 0) return fmt::format("is not valid before {}; browsers reject it until then", day(begin));
+  if (::ASN1_TIME_diff(&days, &seconds, current.get(), end) != 1) return "validity dates cannot be read";
   const std::string distance = counted(static_cast<std::size_t>(std::abs(days)), "day");
-  if (days < 0 || seconds < 0) return fmt::format("expired on {}, {} ago; browsers refuse it", day(end), distance);
+  if (days < 0 || seconds < 0) return fmt::format("expired on {}, {} ago; browsers reject it", day(end), distance);
   if (days < kWarnDays) return fmt::format("expires on {}, in {}", day(end), distance);
   return "";
 }

@@ -14,7 +14,7 @@
 namespace prism::prismweb {
 namespace {
 
-constexpr std::size_t kMinTokenLetters = 32;  // those of make_token() are longer
+constexpr std::size_t kMinTokenLetters = 32;  // make_token() returns more
 
 std::string runtime_path(int port, std::string_view ending) {
   std::string directory = "/tmp";
@@ -82,7 +82,7 @@ std::optional<std::string> TokenAccess::begin_session(std::string_view token) {
   address_token_.clear();
   sessions_.add(cookie, now_s());
   if (const auto written = write_private_file(sessions_path_, sessions_.text()); !written)
-    fmt::print(stderr, "prismweb: {}; this session ends with prismweb\n", written.error().text());
+    fmt::print(stderr, "prismweb: {}; this session will not survive a restart\n", written.error().text());
   return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict; Max-Age={}{}", cookie_name_, cookie,
                      std::chrono::seconds(SessionList::kLifetime).count(), is_tls_ ? "; Secure" : "");
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Access without passwords, on a loopback address. Programs send the token of a file that only this user can read;
-// browsers open an address whose token is good once, and get a cookie for it.
+// Access without passwords, on a loopback address. Programs send a token from a file that only this user can read;
+// browsers open an address with a single-use token and get a cookie.
 #pragma once
 
 #include <memory>
@@ -17,24 +17,25 @@ namespace prism::prismweb {
 
 class TokenAccess {
  public:
-  /// Reads `prismweb-PORT.token` and `prismweb-PORT.sessions` of an earlier prismweb from the runtime directory
+  /// Reads `prismweb-PORT.token` and `prismweb-PORT.sessions` of a previous run from the runtime directory
   /// ($RUNTIME_DIRECTORY of systemd, else $XDG_RUNTIME_DIR, else /tmp), so that programs and open pages continue.
-  /// Writes a new token if there is none that only this user could read. Errors: the file cannot be written.
+  /// Writes a new token unless a valid one exists that only this user can read. Errors: the file cannot be written.
   static Result<std::unique_ptr<TokenAccess>> open(int port, bool is_tls);
 
-  /// The token of the file, for programs. It is never part of an address that is printed.
+  /// True for the token in the file, for programs. Printed addresses never contain it.
   bool is_program_token(std::string_view given) const { return is_secret(given, program_token_); }
 
-  /// The token of the printed address; empty after it was used.
+  /// Token of the printed address; empty after its use.
   const std::string& address_token() const { return address_token_; }
-  /// Makes a new one if it was used. Returns false if it was not.
+  /// Makes a new address token if the last one was used; else returns false.
   bool renew_address_token();
 
-  /// True if the request has the program token (Authorization: Bearer), or if a page of this server sent it with the
-  /// cookie of a session.
+  /// True if the request has the program token (Authorization: Bearer), or a page of this server sent it with a session
+  /// cookie.
   bool is_authenticated(const Request& request) const;
 
-  /// The Set-Cookie field of a new session for the token of the printed address; nullopt if it is wrong or was used.
+  /// Begins a session with the token of the printed address. Returns its Set-Cookie field; nullopt if the token is
+  /// wrong or was used.
   std::optional<std::string> begin_session(std::string_view token);
 
  private:

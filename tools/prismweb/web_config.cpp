@@ -80,7 +80,7 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
   const Section section(*document);
   section.any("$schema");  // for editors
   if (section.has("listen") && section.has("socket"))
-    section.fail("socket", "given beside \"listen\", expected one of them");
+    section.fail("socket", "conflicts with \"listen\"; use one of them");
   if (section.has("listen")) read_listen(section, settings);
   if (section.has("socket")) {
     settings.unix_socket = path_of(section, "socket", base, "");
@@ -112,8 +112,7 @@ Result<void> check_settings(const Settings& settings) {
   if (!*loopback && (!settings.tls || settings.passwords.empty()))
     return make_error(
         settings.address,
-        "is not of this host alone, expected \"tls\" and \"passwords\" in the configuration, or a loopback "
-        "address");
+        "is not a loopback address; other addresses require \"tls\" and \"passwords\" in the configuration");
   return {};
 }
 

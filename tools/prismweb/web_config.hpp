@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The configuration of prismweb, read strictly from one JSON file (comments allowed).
+// Reads the configuration of prismweb from a JSON file (comments allowed). Unknown keys are errors.
 #pragma once
 
 #include <string>
@@ -10,15 +10,15 @@
 
 namespace prism::prismweb {
 
-/// "127.0.0.1:8467" or "[::1]:8467"; false, and nothing changed, where it is something else.
+/// Parses "127.0.0.1:8467" or "[::1]:8467". Returns false for any other text; `settings` is then unchanged.
 bool parse_listen(std::string_view text, Settings& settings);
 
-/// Reads `text` over what `settings` has. Relative paths are relative to the folder of `path`. Refused with the place
-/// in the file.
+/// Sets the settings that `text` contains. Relative paths start at the directory of `path`. Errors name the file and
+/// the key.
 Result<void> parse_web_config(std::string_view text, const std::string& path, Settings& settings);
 Result<void> load_web_config(const std::string& path, Settings& settings);
 
-/// Refuses what would be open to others: an address that is not of this host alone, without TLS and passwords.
+/// Rejects a non-loopback address without TLS and passwords.
 Result<void> check_settings(const Settings& settings);
 
 }  // namespace prism::prismweb

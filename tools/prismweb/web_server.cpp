@@ -28,12 +28,12 @@ namespace {
 namespace asio = boost::asio;
 using nlohmann::json;
 
-constexpr std::size_t kMostClients = 64;
+constexpr std::size_t kMaxClients = 64;
 constexpr std::string_view kLibrary = "/dygraphs";
 
-constexpr std::chrono::seconds kLastPatience{3};
+constexpr std::chrono::seconds kDrainTimeout{3};
 
-void say_disk(const std::string& what) { fmt::print(stderr, "prismweb: the disk {}\n", what); }
+void log_disk(const std::string& what) { fmt::print(stderr, "prismweb: the disk {}\n", what); }
 
 std::string host_name() {
   std::array<char, 256> name{};
@@ -46,7 +46,7 @@ Answer file_answer(const Settings& settings, const Request& request) {
   const bool library = target.starts_with(std::string(kLibrary) + "/");
   StaticFile file =
       library ? read_static(settings.dygraphs, target.substr(kLibrary.size()), 3) : read_static(settings.page, target);
-  if (file.status != 200) return plain(404, "there is no such file");
+  if (file.status != 200) return plain(404, "no such file");
   if (request.if_none_match == file.etag) return {304, {}, {}, std::move(file.etag), {}};
   return {200, std::move(file.media_type), std::move(file.body), std::move(file.etag), {}};
 }
@@ -57,7 +57,7 @@ WebServer::WebServer(asio::io_context& io, const Settings& settings, std::unique
                      PasswordHashes hashes)
     : io_(io),
       settings_(settings),
-      disk_(0, say_disk),
+      disk_(0, [](const std::string& why) { fmt::print(stderr, "prismweb: disk: {}\n", why); }),
       tokens_(std::move(tokens)),
       host_(host_name()),
       hosts_(settings.address, settings.hosts),
@@ -87,19 +87,19 @@ void WebServer::start() {
 
 bool WebServer::finish() {
   for (const auto& [name, archive] : archives_) archive->finish();
-  return disk_.drain(kLastPatience);
+  return disk_.drain(kDrainTimeout);
 }
 
-// A disk that hangs says nothing itself.
+// A blocked disk returns no error, so it is polled.
 asio::awaitable<void> WebServer::watch_disk() {
   asio::steady_timer tick(io_);
-  for (bool hangs = false;;) {
+  for (bool is_blocked = false;;) {
     tick.expires_after(std::chrono::seconds(1));
     co_await tick.async_wait(kUse);
-    const bool hung = std::exchange(hangs, disk_.busy_for() >= kDiskTimeout);
-    if (hangs && !hung)
-      say_disk(fmt::format("has not answered for {} s; minutes and hours wait for it", kDiskTimeout.count()));
-    if (hung && !hangs) say_disk("answers again");
+    const bool was_blocked = std::exchange(is_blocked, disk_.busy_for() >= kDiskTimeout);
+    if (is_blocked && !was_blocked)
+      log_disk(fmt::format("has not answered for {} s; minutes and hours are delayed", kDiskTimeout.count()));
+    if (was_blocked && !is_blocked) log_disk("answers again");
   }
 }
 
@@ -122,7 +122,7 @@ asio::awaitable<Admission> WebServer::admit(const Request& request, std::shared_
   co_return admission;
 }
 
-// Foxglove's own page is of another site: it may come from those that are named, and to its WebSocket alone.
+// Foxglove's web application is another site: its configured origins are allowed, but only for /foxglove.
 bool WebServer::allows_origin(const Request& request) const {
   if (hosts_.allows_origin(request.origin)) return true;
   if (!settings_.foxglove || !is_foxglove(request.target)) return false;
@@ -135,22 +135,22 @@ bool WebServer::has_token(const Request& request) const {
   return is_foxglove(request.target) && tokens_->is_program_token(foxglove_token_of(request.target));
 }
 
-// The address that was printed is opened once; a browser that has a session may open it again without effect.
+// The printed address works once. Opening it again in a browser with a session has no effect.
 Answer WebServer::begin_session(const Request& request, bool is_authenticated) {
-  if (!tokens_) return plain(404, "no token is needed here");
+  if (!tokens_) return plain(404, "this server does not use tokens");
   if (request.method != "POST") return plain(405, "expected POST");
   Answer answer = plain(204, "");
   answer.body.clear();
   const auto cookie = tokens_->begin_session(bearer_of(request.authorization));
   if (cookie) answer.cookie = *cookie;
   if (cookie || is_authenticated) return answer;
-  answer = plain(401, "the address of this token was opened before; \"systemctl reload prismweb\" prints a new one");
+  answer = plain(401, "this address was already used; \"systemctl reload prismweb\" prints a new one");
   answer.challenge = "Bearer";
   answer.is_last = true;
   return answer;
 }
 
-std::optional<Answer> WebServer::foxglove_refusal(std::string_view protocol) const {
+std::optional<Answer> WebServer::foxglove_error(std::string_view protocol) const {
   if (!settings_.foxglove) return plain(404, "\"foxglove\" is not in the configuration");
   if (protocol.empty()) return plain(400, "expected the protocol foxglove.websocket.v1 or foxglove.sdk.v1");
   if (!has_room_for_client()) return plain(503, std::string(kNoRoom));
@@ -176,7 +176,7 @@ std::string WebServer::greeting() const {
   return json_text({{"ready", true}, {"host", host_}, {"version", kVersion}, {"instances", instances_.listing()}});
 }
 
-bool WebServer::has_room_for_client() const { return clients_.size() < kMostClients; }
+bool WebServer::has_room_for_client() const { return clients_.size() < kMaxClients; }
 
 void WebServer::send_instances() {
   const json listing = instances_.listing(), list = {{"jsonrpc", "2.0"}, {"method", "instances"}, {"params", listing}};

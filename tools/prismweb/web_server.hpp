@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is served, whatever stream it is served on: files, plain JSON, and the clients of the WebSocket.
+// The web server, independent of the stream: files, JSON API, WebSocket clients.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -29,43 +29,44 @@ class PlotJuggler;
 
 class WebServer : public std::enable_shared_from_this<WebServer> {
  public:
-  /// `tokens`: null if passwords or the mode of a unix socket decide who may connect.
+  /// `tokens`: null if passwords or the mode of a Unix socket control access.
   WebServer(boost::asio::io_context& io, const Settings& settings, std::unique_ptr<TokenAccess> tokens,
             PasswordHashes hashes);
   ~WebServer();
 
   void start();
 
-  /// Checks Host, Origin, and password, token or cookie. The page's files need no token, and the WebSocket's first
-  /// message may have it.
+  /// Checks Host, Origin, and password, token or cookie. The page's files need no token; for the WebSocket, the first
+  /// message may contain it.
   boost::asio::awaitable<Admission> admit(const Request& request, std::shared_ptr<Connection> connection);
-  /// The answer to a request that was admitted.
+  /// Returns the response to an admitted request.
   boost::asio::awaitable<Answer> answer(const Request& request, bool is_authenticated);
 
-  /// True if there are no tokens.
+  /// Always true without tokens.
   bool is_program_token(std::string_view given) const { return !tokens_ || tokens_->is_program_token(given); }
   TokenAccess* tokens() { return tokens_.get(); }
-  /// Uses these passwords from now on; returns the names whose sessions must end (PasswordAuthenticator::replace()).
+  /// Replaces the passwords; returns the users whose connections must be closed (PasswordAuthenticator::replace()).
   std::set<std::string> replace_passwords(PasswordHashes hashes) { return passwords_.replace(std::move(hashes)); }
   bool has_failures(const std::string& address) { return passwords_.has_failures(address); }
 
-  /// The first line of a client that was let in.
+  /// The first message to an admitted WebSocket client.
   std::string greeting() const;
 
   bool has_room_for_client() const;
-  static constexpr std::string_view kNoRoom = "64 clients are connected, expected fewer";
+  static constexpr std::string_view kNoRoom = "64 clients are connected; retry later";
   void add(Client* client) { clients_.insert(client); }
   void remove(Client* client) { clients_.erase(client); }
 
-  /// Why a request for /foxglove that passed is not served all the same. `protocol`: that was chosen; empty: none.
-  std::optional<Answer> foxglove_refusal(std::string_view protocol) const;
+  /// Returns an error response to an admitted upgrade of /foxglove, or nullopt. `protocol`: the negotiated one; empty:
+  /// none.
+  std::optional<Answer> foxglove_error(std::string_view protocol) const;
   const FoxgloveTopics& foxglove_topics() const { return foxglove_topics_; }
   const std::string& host() const { return host_; }
 
   Instances& instances() { return instances_; }
-  /// The series of an instance; none where there is no such instance.
+  /// Returns the archive of an instance, or null.
   Archive* archive(const std::string& instance);
-  /// Keeps what is to outlast the program. False: the disk did not take it in time, and its thread still waits.
+  /// Writes the stores to disk. Returns false after 3 s: the disk thread is still blocked.
   bool finish();
   boost::asio::io_context& io() { return io_; }
   const std::shared_ptr<AnswerMemory>& answer_memory() const { return answer_memory_; }
@@ -79,12 +80,12 @@ class WebServer : public std::enable_shared_from_this<WebServer> {
 
   boost::asio::io_context& io_;
   Settings settings_;
-  DiskThread disk_;  ///< outlives the archives
+  DiskThread disk_;  ///< must outlive the archives
   std::unique_ptr<TokenAccess> tokens_;
   std::string host_;
   HostList hosts_;
   PasswordAuthenticator passwords_;
-  std::unique_ptr<PlotJuggler> plotjuggler_;  ///< outlives the instances that it listens to
+  std::unique_ptr<PlotJuggler> plotjuggler_;  ///< must outlive the instances it subscribes to
   Instances instances_;
   std::map<std::string, std::unique_ptr<Archive>> archives_;
   FoxgloveTopics foxglove_topics_;

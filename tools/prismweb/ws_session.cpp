@@ -25,8 +25,8 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 
-constexpr std::size_t kMostMessageBytes = 64 << 10;
-constexpr std::chrono::seconds kFirstMessage{10}, kSilence{30}, kDeaf{30};
+constexpr std::size_t kMaxMessageBytes = 64 << 10;
+constexpr std::chrono::seconds kFirstMessage{10}, kSilence{30}, kWriteTimeout{30};
 
 std::shared_ptr<Client> make_client(const Upgrade& upgrade, WebServer& server, Channel& channel) {
   if (!upgrade.protocol.empty()) return std::make_shared<FoxgloveClient>(server, channel);
@@ -50,7 +50,7 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
   asio::awaitable<void> run(const UpgradeRequest& request) {
     beast::get_lowest_layer(ws_).expires_never();
     ws_.set_option(websocket::stream_base::timeout{kFirstMessage, kSilence, true});
-    ws_.read_message_max(kMostMessageBytes);
+    ws_.read_message_max(kMaxMessageBytes);
     ws_.auto_fragment(false);
     ws_.set_option(websocket::stream_base::decorator([protocol = protocol_](websocket::response_type& response) {
       if (!protocol.empty()) response.set(beast::http::field::sec_websocket_protocol, protocol);
@@ -81,20 +81,20 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
 
  private:
   asio::awaitable<void> read() {
-    beast::flat_buffer buffer(kMostMessageBytes);
+    beast::flat_buffer buffer(kMaxMessageBytes);
     for (;;) {
       const auto [error, size] = co_await ws_.async_read(buffer, kUse);
       if (error) co_return;
       const auto data = buffer.cdata();
-      const auto refusal = client_->message({static_cast<const char*>(data.data()), data.size()}, ws_.got_text());
+      const auto reason = client_->message({static_cast<const char*>(data.data()), data.size()}, ws_.got_text());
       buffer.consume(size);
-      if (refusal) co_return co_await make_error(*refusal);
-      connection_->is_known = client_->is_let_in();
+      if (reason) co_return co_await close_and_wait(*reason);
+      connection_->is_known = client_->is_admitted();
     }
   }
 
-  asio::awaitable<void> make_error(const CloseReason& refusal) {
-    const websocket::close_reason reason(static_cast<websocket::close_code>(refusal.code), refusal.reason);
+  asio::awaitable<void> close_and_wait(const CloseReason& why) {
+    const websocket::close_reason reason(static_cast<websocket::close_code>(why.code), why.reason);
     co_await ws_.async_close(reason, kUse);
   }
 
@@ -112,25 +112,26 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
                     });
   }
 
-  // A client that was not let in in time, or that takes nothing.
+  // Disconnects a client that is not admitted in time or does not read.
   void watch(std::chrono::seconds timeout) {
     watch_.expires_after(timeout);
     watch_.async_wait([self = this->shared_from_this()](const boost::system::error_code& error) {
       if (error) return;
-      const bool deaf = self->writing_ && std::chrono::steady_clock::now() - self->writing_since_ >= kDeaf;
-      if (deaf) return self->drop();
-      if (self->client_ && !self->client_->is_let_in()) return self->close("no token came in 10 s");
+      const bool is_stalled =
+          self->writing_ && std::chrono::steady_clock::now() - self->writing_since_ >= kWriteTimeout;
+      if (is_stalled) return self->drop();
+      if (self->client_ && !self->client_->is_admitted()) return self->close("no token received in 10 s");
       self->watch(std::chrono::seconds(5));
     });
   }
 
-  // The reader ends with it.
+  // Also ends read().
   void close(std::string_view why) {
     const websocket::close_reason reason(websocket::close_code::policy_error, why);
     ws_.async_close(reason, [self = this->shared_from_this()](const boost::system::error_code&) {});
   }
 
-  // The reader sees it and ends the session.
+  // read() then fails and ends the session.
   void drop() {
     connection_->fd = -1;
     beast::get_lowest_layer(ws_).close();

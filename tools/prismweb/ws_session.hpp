@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A connection that became a WebSocket.
+// A WebSocket connection.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -16,14 +16,14 @@ class WebServer;
 struct Connection;
 using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 
-/// What is known of a WebSocket before it begins.
+/// Result of the HTTP request of a WebSocket.
 struct Upgrade {
-  std::string protocol;   ///< Foxglove's, as agreed on; empty: prismweb's own
-  bool is_authenticated;  ///< by a field of the request; if not, the first message must have the token
+  std::string protocol;   ///< negotiated Foxglove protocol; empty: prismweb's own
+  bool is_authenticated;  ///< by the request; if false, the first message must contain the token
 };
 
-/// Serves the client until it leaves, is refused (closed with 1008, or 1013 if there is no room), or reads nothing for
-/// 30 s.
+/// Serves the client until it disconnects, is rejected (close code 1003 for binary data, 1008 for authentication, 1013
+/// for too many clients), or does not read for 30 s.
 boost::asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, WebServer& server,
                                            const Upgrade& upgrade, std::shared_ptr<Connection> connection);
 boost::asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, WebServer& server,

@@ -30,16 +30,16 @@ std::vector<PeriodSummary> seconds_of(std::int64_t from, std::int64_t to) {
   return seconds;
 }
 
-class Keeping : public ::testing::Test {
+class AsyncStoreTest : public ::testing::Test {
  protected:
   std::unique_ptr<AsyncStore> make_store(std::chrono::milliseconds timeout = std::chrono::seconds(10)) {
     return std::make_unique<AsyncStore>(io_, disk_, folder_.file("gyro/z"), timeout);
   }
   AsyncStore::OnChange on_change() {
-    return [this](const AsyncStore::Known& known) { changes_.push_back(known); };
+    return [this](const AsyncStore::Status& status) { changes_.push_back(status); };
   }
   void take(AsyncStore& store, std::int64_t from, std::int64_t to, const std::string& after, bool building = false) {
-    store.take(seconds_of(from, to), std::exchange(cursor_, after), after, building);
+    store.push(seconds_of(from, to), std::exchange(cursor_, after), after, building);
   }
   // What the disk has done so far is told.
   void settle() {
@@ -52,11 +52,11 @@ class Keeping : public ::testing::Test {
   boost::asio::io_context io_;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{io_.get_executor()};
   DiskThread disk_{0, [](const std::string& why) { ADD_FAILURE() << why; }};
-  std::vector<AsyncStore::Known> changes_;
+  std::vector<AsyncStore::Status> changes_;
   std::string cursor_;  ///< behind what was taken
 };
 
-TEST_F(Keeping, TellsWhatTheStoreHas) {
+TEST_F(AsyncStoreTest, TellsWhatTheStoreHas) {
   const auto store = make_store();
   store->open(on_change());
   take(*store, 0, 100, "after-100");
@@ -64,7 +64,7 @@ TEST_F(Keeping, TellsWhatTheStoreHas) {
   settle();
   ASSERT_EQ(changes_.size(), 3U);
   EXPECT_TRUE(changes_[0].open);
-  EXPECT_EQ(changes_[0].trouble, "") << "a folder that was not there is no trouble";
+  EXPECT_EQ(changes_[0].problem, "") << "a folder that was not there is no problem";
   EXPECT_EQ(changes_[2].cursor, "after-200");
   EXPECT_EQ(changes_[2].first_s, kMidnight);
   EXPECT_EQ(changes_[2].last_s, kMidnight + 199);
@@ -82,7 +82,7 @@ TEST_F(Keeping, TellsWhatTheStoreHas) {
   EXPECT_EQ(cursor, "after-200");
 }
 
-TEST_F(Keeping, PagesOfALogThatIsReadFromItsBeginningAreKeptTogether) {
+TEST_F(AsyncStoreTest, PagesOfALogThatIsReadFromItsBeginningAreKeptTogether) {
   const auto kept = [&] {  // as the next process finds it
     std::filesystem::remove_all(folder_.file("copy"));
     std::filesystem::copy(folder_.file("gyro/z"), folder_.file("copy"));
@@ -98,14 +98,14 @@ TEST_F(Keeping, PagesOfALogThatIsReadFromItsBeginningAreKeptTogether) {
   settle();
   EXPECT_EQ(kept(), "page-19");
   take(*store, 1200, 1210, "live");
-  store->keep();
+  store->commit();
   settle();
   EXPECT_EQ(kept(), "live");
   EXPECT_EQ(changes_.back().cursor, "live");
 }
 
 // A page that was asked for before the store was begun anew would leave a gap in it.
-TEST_F(Keeping, APageThatDoesNotFollowHasNoEffect) {
+TEST_F(AsyncStoreTest, APageThatDoesNotFollowHasNoEffect) {
   const auto store = make_store();
   store->open(on_change());
   take(*store, 0, 60, "after-60");
@@ -116,29 +116,29 @@ TEST_F(Keeping, APageThatDoesNotFollowHasNoEffect) {
   EXPECT_EQ(changes_.back().first_s, std::nullopt);
 }
 
-TEST_F(Keeping, SaysWhatItCannotOpenAndWhyItBeganAnew) {
+TEST_F(AsyncStoreTest, SaysWhatItCannotOpenAndWhyItBeganAnew) {
   std::ofstream(folder_.file("gyro")) << "a file where the folder is to be";
   make_store()->open(on_change());
   settle();
   EXPECT_FALSE(changes_.back().open);
-  EXPECT_NE(changes_.back().trouble.find("gyro/z"), std::string::npos) << changes_.back().trouble;
+  EXPECT_NE(changes_.back().problem.find("gyro/z"), std::string::npos) << changes_.back().problem;
   std::filesystem::remove(folder_.file("gyro"));
   std::filesystem::create_directories(folder_.file("gyro/z"));
   std::ofstream(folder_.file("gyro/z/periods.sqlite")) << std::string(1000, '{');
   make_store()->open(on_change());
   settle();
   EXPECT_TRUE(changes_.back().open);
-  EXPECT_NE(changes_.back().trouble.find("periods.sqlite: file is not a database; it is built again from the log"),
+  EXPECT_NE(changes_.back().problem.find("periods.sqlite: file is not a database; rebuilding it from the log"),
             std::string::npos)
-      << changes_.back().trouble;
+      << changes_.back().problem;
 }
 
 // A record that was whole when the store was opened.
-TEST_F(Keeping, DamageIsToldWhenItIsReadAndTheStoreBeginsAnew) {
+TEST_F(AsyncStoreTest, DamageIsToldWhenItIsReadAndTheStoreBeginsAnew) {
   auto store = make_store();
   store->open(on_change());
   take(*store, 0, 36000, "after-36000");
-  store->keep();
+  store->commit();
   settle();
   store.reset();
   std::fstream file(folder_.file("gyro/z/periods.sqlite"), std::ios::in | std::ios::out | std::ios::binary);
@@ -158,7 +158,7 @@ TEST_F(Keeping, DamageIsToldWhenItIsReadAndTheStoreBeginsAnew) {
   store->periods({kMidnight, kMidnight + 36000, 60}, take_steps);
   settle();
   EXPECT_NE(answer.find("periods.sqlite: a record is damaged"), std::string::npos) << answer;
-  EXPECT_NE(changes_.back().trouble.find("a record is damaged; it is built again from the log"), std::string::npos);
+  EXPECT_NE(changes_.back().problem.find("a record is damaged; rebuilding it from the log"), std::string::npos);
   EXPECT_EQ(changes_.back().cursor, "");
   cursor_ = "";
   take(*store, 0, 36000, "again");
@@ -166,10 +166,10 @@ TEST_F(Keeping, DamageIsToldWhenItIsReadAndTheStoreBeginsAnew) {
   store->periods({kMidnight, kMidnight + 36000, 60}, take_steps);
   settle();
   EXPECT_EQ(answer, "");
-  EXPECT_EQ(changes_.back().trouble, "");
+  EXPECT_EQ(changes_.back().problem, "");
 }
 
-TEST_F(Keeping, ADiskThatHangsIsToldInTimeAndOnce) {
+TEST_F(AsyncStoreTest, ADiskThatHangsIsToldInTimeAndOnce) {
   const auto store = make_store(std::chrono::milliseconds(50));
   store->open(on_change());
   settle();
@@ -183,7 +183,7 @@ TEST_F(Keeping, ADiskThatHangsIsToldInTimeAndOnce) {
   io_.run_for(std::chrono::milliseconds(500));
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0], "the disk has not answered for 0 s");
-  store->cursors_before(0, take);  // it hangs: that is known without waiting
+  store->cursors_before(0, take);  // it hangs: that is status without waiting
   io_.restart();
   io_.poll();
   EXPECT_EQ(found.size(), 2U);

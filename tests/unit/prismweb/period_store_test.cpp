@@ -56,7 +56,7 @@ std::string minutes(PeriodStore& store) { return shown(joined(store.periods(60, 
 std::string minutes(PeriodStore&& store) { return minutes(store); }
 
 // The answer that a store must give which was never closed.
-std::string whole(std::int64_t to) {
+std::string expected_minutes(std::int64_t to) {
   std::vector<PeriodSummary> seconds;
   for (std::int64_t i = 0; i < to; ++i) seconds.push_back(at(i));
   return shown(downsample(seconds, INT64_MIN, INT64_MAX, 60));
@@ -73,7 +73,7 @@ TEST(PeriodStore, GoesOnWhereItWasClosed) {
     ASSERT_TRUE(store.commit());
   }
   PeriodStore store = opened(folder);
-  EXPECT_EQ(minutes(store), whole(1036));
+  EXPECT_EQ(minutes(store), expected_minutes(1036));
   EXPECT_EQ(shown(joined(store.periods(3600, INT64_MIN, INT64_MAX), 3600)).substr(0, 2), "0:");
   EXPECT_EQ(store.first_second(), kBegin);
   EXPECT_EQ(store.last_second(), kBegin + 1035);
@@ -87,16 +87,16 @@ TEST(PeriodStore, WhatWasNotKeptIsMadeAgainFromTheLog) {
     push(store, 0, 500, "after-500");
     ASSERT_TRUE(store.commit());
     push(store, 500, 900, "after-900");
-    EXPECT_EQ(minutes(store), whole(900)) << "it is served";
+    EXPECT_EQ(minutes(store), expected_minutes(900)) << "it is served";
   }
   PeriodStore store = opened(folder);
   EXPECT_EQ(store.cursor(), "after-500");
   EXPECT_EQ(store.rebuild_reason(), "");
   push(store, 500, 1000, "after-1000");
   ASSERT_TRUE(store.commit());
-  EXPECT_EQ(minutes(store), whole(1000));
+  EXPECT_EQ(minutes(store), expected_minutes(1000));
   store = opened(test::TemporaryFolder());  // the other one is closed
-  EXPECT_EQ(minutes(opened(folder)), whole(1000));
+  EXPECT_EQ(minutes(opened(folder)), expected_minutes(1000));
 }
 
 // Files as a kill leaves them at any moment: the database without its last transactions, and a part of the log of
@@ -120,7 +120,7 @@ TEST(PeriodStore, AKillLosesNothing) {
     EXPECT_TRUE(size < bytes || done == 6000) << done;
     push(again, done, 6000, "6000");
     ASSERT_TRUE(again.commit());
-    EXPECT_EQ(minutes(again), whole(6000)) << size << " from " << done;
+    EXPECT_EQ(minutes(again), expected_minutes(6000)) << size << " from " << done;
   }
 }
 
@@ -158,7 +158,7 @@ TEST(PeriodStore, AChangedBitIsNoticed) {
       EXPECT_EQ(store.cursor(), "") << i;
       ++noticed;
     } else {
-      EXPECT_EQ(shown(joined(found, 60)), whole(8000)) << i;
+      EXPECT_EQ(shown(joined(found, 60)), expected_minutes(8000)) << i;
       EXPECT_EQ(hours->size(), 3U) << i;
       EXPECT_EQ(store.cursor(), "after") << i;
       EXPECT_EQ(store.first_second(), kBegin) << i;
@@ -167,7 +167,7 @@ TEST(PeriodStore, AChangedBitIsNoticed) {
     }
     push(store, 0, 100, "after-100");
     ASSERT_TRUE(store.commit()) << i;
-    ASSERT_EQ(minutes(store), whole(100)) << i;
+    ASSERT_EQ(minutes(store), expected_minutes(100)) << i;
   }
   EXPECT_GT(noticed, bytes.size() / 211 / 5) << "of the bytes a third are records";
 }
@@ -278,13 +278,13 @@ TEST(PeriodStore, ACommitThatFailsIsNoneAndTheNextOneIsWhole) {
       EXPECT_NE(done.error().text().find(std::string("periods.sqlite: ") + text), std::string::npos)
           << done.error().text();
       EXPECT_FALSE(store.is_damaged());
-      EXPECT_EQ(minutes(store), whole(3700));
+      EXPECT_EQ(minutes(store), expected_minutes(3700));
     }
     push(store, 3700, 4000, "after");
     ASSERT_TRUE(store.commit());
-    EXPECT_EQ(minutes(store), whole(4000));
+    EXPECT_EQ(minutes(store), expected_minutes(4000));
   }
-  EXPECT_EQ(minutes(opened(folder)), whole(4000));
+  EXPECT_EQ(minutes(opened(folder)), expected_minutes(4000));
 }
 
 // SQLite stores −0 as 0, which had another checksum: such a minute was damaged from the start.

@@ -32,7 +32,7 @@ std::vector<PeriodSummary> noise(std::size_t count, std::int64_t begin_s) {
 }
 
 // However long the step and wherever it begins, also where times go back: against the obvious way.
-TEST(Thinning, LosesNoExtremeAndNoRow) {
+TEST(Downsample, LosesNoExtremeAndNoRow) {
   for (const std::int64_t begin_s : {-5003L, 0L, 1795425007L}) {
     std::vector<PeriodSummary> seconds = noise(5000, begin_s);
     const std::vector<PeriodSummary> again = noise(50, begin_s + 100);  // a clock that was set back
@@ -65,7 +65,7 @@ TEST(Thinning, LosesNoExtremeAndNoRow) {
   }
 }
 
-TEST(Thinning, StepsGiveNoMoreThanThePoints) {
+TEST(Downsample, StepsGiveNoMoreThanThePoints) {
   EXPECT_EQ(step_for(3600, 5000, 1), 1);
   EXPECT_EQ(step_for(3600, 1000, 1), 5);
   EXPECT_EQ(step_for(3600, 5000, 60), 60);

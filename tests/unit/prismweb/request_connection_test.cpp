@@ -18,80 +18,81 @@ namespace asio = boost::asio;
 using Protocol = asio::local::stream_protocol;
 
 /// A lane, and what stands in prismd's place at its other end.
-class Lanes : public ::testing::Test {
+class RequestConnectionTest : public ::testing::Test {
  protected:
   void SetUp() override {
     const auto connect = [](RequestConnection* connection) -> asio::awaitable<void> {
       const bool there = co_await connection->connect();
       EXPECT_TRUE(there);
     };
-    asio::co_spawn(io_, connect(&lane_), asio::detached);
+    asio::co_spawn(io_, connect(&connection_), asio::detached);
     settle();
-    acceptor_.accept(there_);
-    there_.non_blocking(true);
-    asio::co_spawn(io_, lane_.read([this](std::string_view line) { others_.emplace_back(line); }), asio::detached);
+    acceptor_.accept(server_);
+    server_.non_blocking(true);
+    asio::co_spawn(io_, connection_.read([this](std::string_view line) { others_.emplace_back(line); }),
+                   asio::detached);
     settle();
   }
   void settle() {
     io_.restart();
     io_.run_for(std::chrono::milliseconds(20));
   }
-  void ask(const std::string& method) {
-    EXPECT_TRUE(lane_.ask(method, "{}", [this](std::string_view member) { answers_.emplace_back(member); }));
+  void call(const std::string& method) {
+    EXPECT_TRUE(connection_.call(method, "{}", [this](std::string_view member) { answers_.emplace_back(member); }));
   }
-  std::string heard() {
+  std::string received() {
     settle();
     std::string text(1 << 16, '\0');
     boost::system::error_code error;
-    text.resize(there_.read_some(asio::buffer(text), error));
+    text.resize(server_.read_some(asio::buffer(text), error));
     return text;
   }
-  void say(const std::string& line) {
-    asio::write(there_, asio::buffer(line + "\n"));
+  void send(const std::string& line) {
+    asio::write(server_, asio::buffer(line + "\n"));
     settle();
   }
 
   test::TemporaryFolder folder_;
   asio::io_context io_;
   Protocol::acceptor acceptor_{io_, Protocol::endpoint(folder_.file("s"))};
-  Protocol::socket there_{io_};
-  RequestConnection lane_{io_, folder_.file("s")};
+  Protocol::socket server_{io_};
+  RequestConnection connection_{io_, folder_.file("s")};
   std::vector<std::string> answers_, others_;
 };
 
 // Three questions at once, each with an hour's answer, and prismd closed the connection: that was everybody's.
-TEST_F(Lanes, TheNextQuestionGoesWhenTheLastWasAnswered) {
-  for (const char* method : {"a", "b", "c"}) ask(method);
-  EXPECT_EQ(heard(), R"({"jsonrpc":"2.0","id":1,"method":"a","params":{}})"
-                     "\n");
-  EXPECT_EQ(heard(), "");
-  say(R"({"jsonrpc":"2.0","id":1,"result":1})");
+TEST_F(RequestConnectionTest, TheNextQuestionGoesWhenTheLastWasAnswered) {
+  for (const char* method : {"a", "b", "c"}) call(method);
+  EXPECT_EQ(received(), R"({"jsonrpc":"2.0","id":1,"method":"a","params":{}})"
+                        "\n");
+  EXPECT_EQ(received(), "");
+  send(R"({"jsonrpc":"2.0","id":1,"result":1})");
   EXPECT_EQ(answers_, std::vector<std::string>{R"("result":1)"});
-  EXPECT_NE(heard().find("\"b\""), std::string::npos);
-  say(R"({"jsonrpc":"2.0","id":1,"result":1})");
+  EXPECT_NE(received().find("\"b\""), std::string::npos);
+  send(R"({"jsonrpc":"2.0","id":1,"result":1})");
   EXPECT_EQ(answers_.size(), 1U) << "an answer that comes twice is none";
-  EXPECT_EQ(heard(), "");
+  EXPECT_EQ(received(), "");
 }
 
-TEST_F(Lanes, WhatAnswersNothingIsHandedOn) {
-  ask("a");
-  say(R"({"jsonrpc":"2.0","method":"window","params":{}})");
+TEST_F(RequestConnectionTest, WhatAnswersNothingIsHandedOn) {
+  call("a");
+  send(R"({"jsonrpc":"2.0","method":"window","params":{}})");
   EXPECT_EQ(others_, std::vector<std::string>{R"({"jsonrpc":"2.0","method":"window","params":{}})"});
   EXPECT_TRUE(answers_.empty());
 }
 
-TEST_F(Lanes, AHungPrismdHasOneQuestionAndTheRestAreBounded) {
+TEST_F(RequestConnectionTest, AHungPrismdHasOneQuestionAndTheRestAreBounded) {
   std::size_t taken = 0;
-  while (lane_.ask("a", "{}", [](std::string_view) {})) ++taken;
+  while (connection_.call("a", "{}", [](std::string_view) {})) ++taken;
   EXPECT_EQ(taken, 256U);
-  EXPECT_EQ(heard().find("\"id\":2"), std::string::npos);
+  EXPECT_EQ(received().find("\"id\":2"), std::string::npos);
 }
 
-TEST_F(Lanes, TheEndAnswersEverything) {
-  for (const char* method : {"a", "b"}) ask(method);
-  lane_.end(R"("error":{})");
+TEST_F(RequestConnectionTest, TheEndAnswersEverything) {
+  for (const char* method : {"a", "b"}) call(method);
+  connection_.end(R"("error":{})");
   EXPECT_EQ(answers_, (std::vector<std::string>{R"("error":{})", R"("error":{})"}));
-  EXPECT_EQ(heard().find("\"b\""), std::string::npos);
+  EXPECT_EQ(received().find("\"b\""), std::string::npos);
 }
 
 }  // namespace

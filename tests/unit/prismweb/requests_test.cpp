@@ -30,23 +30,24 @@ TEST(ApiTargets, OfAnotherFormAreRefused) {
 
 TEST(Wishes, AreReadAsPrismdReadsThem) {
   const Subscription none;
-  EXPECT_EQ(*wish_of_params(nullptr, true, none), (Subscription{1, true, true, {}}));
-  EXPECT_EQ(*wish_of_params({{"every", 5}}, true, none), (Subscription{5, true, true, {}}));
-  EXPECT_EQ(*wish_of_params({{"streams", {"window"}}, {"axes", {"z", "x"}}}, true, none),
+  EXPECT_EQ(*subscription_from_params(nullptr, true, none), (Subscription{1, true, true, {}}));
+  EXPECT_EQ(*subscription_from_params({{"every", 5}}, true, none), (Subscription{5, true, true, {}}));
+  EXPECT_EQ(*subscription_from_params({{"streams", {"window"}}, {"axes", {"z", "x"}}}, true, none),
             (Subscription{0, true, false, {"x", "z"}}));
   const Subscription before{2, true, false, {}};
-  EXPECT_EQ(*wish_of_params({{"streams", {"event"}}}, true, before), (Subscription{2, true, true, {}}));
-  EXPECT_EQ(*wish_of_params({{"streams", {"sample"}}}, false, before), (Subscription{0, true, false, {}}));
-  EXPECT_EQ(*wish_of_params(nullptr, false, before), none);
+  EXPECT_EQ(*subscription_from_params({{"streams", {"event"}}}, true, before), (Subscription{2, true, true, {}}));
+  EXPECT_EQ(*subscription_from_params({{"streams", {"sample"}}}, false, before), (Subscription{0, true, false, {}}));
+  EXPECT_EQ(*subscription_from_params(nullptr, false, before), none);
 }
 
 TEST(Wishes, OfAnotherFormAreNone) {
   for (const char* params : {"[]", "1", R"({"streams":[]})", R"({"streams":"sample"})", R"({"streams":["rows"]})",
                              R"({"every":0})", R"({"every":1.5})", R"({"every":1000001})", R"({"axes":[]})",
                              R"({"axes":[1]})", R"({"axes":"z"})", R"({"every":-1})"})
-    EXPECT_FALSE(wish_of_params(json::parse(params), true, {})) << params;
-  EXPECT_TRUE(wish_of_params({{"axes", std::vector<std::string>(64, "z")}}, true, {}));
-  EXPECT_FALSE(wish_of_params({{"axes", std::vector<std::string>(65, "z")}}, true, {})) << "a list that costs each row";
+    EXPECT_FALSE(subscription_from_params(json::parse(params), true, {})) << params;
+  EXPECT_TRUE(subscription_from_params({{"axes", std::vector<std::string>(64, "z")}}, true, {}));
+  EXPECT_FALSE(subscription_from_params({{"axes", std::vector<std::string>(65, "z")}}, true, {}))
+      << "a list that costs each row";
 }
 
 TEST(Errors, AreMembersOfAnAnswer) {

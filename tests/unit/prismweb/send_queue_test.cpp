@@ -16,9 +16,9 @@ Text text_of(std::size_t bytes) { return std::make_shared<const std::string>(byt
 
 TEST(SendQueue, WhatDoesNotFitIsCountedUntilAllWasTaken) {
   SendQueue queue(std::make_shared<AnswerMemory>(), lost_text);
-  const Text large = text_of(SendQueue::kMostBatchBytes / 2);
+  const Text large = text_of(SendQueue::kMaxBatchBytes / 2);
   for (int i = 0; i < 5; ++i) queue.batch("g", large, 10);
-  EXPECT_EQ(queue.bytes(), SendQueue::kMostBatchBytes);
+  EXPECT_EQ(queue.bytes(), SendQueue::kMaxBatchBytes);
   queue.take();
   queue.batch("g", text_of(1), 1);  // there is room, but one hole is told, not two
   queue.batch("h", text_of(1), 2);
@@ -35,13 +35,13 @@ TEST(SendQueue, WhatDoesNotFitIsCountedUntilAllWasTaken) {
 
 TEST(SendQueue, ABatchLargerThanTheBoundGoesWhereNothingWaits) {
   SendQueue queue(std::make_shared<AnswerMemory>(), lost_text);
-  queue.batch("g", text_of(SendQueue::kMostBatchBytes + 1), 10);
+  queue.batch("g", text_of(SendQueue::kMaxBatchBytes + 1), 10);
   EXPECT_FALSE(queue.empty());
 }
 
 TEST(SendQueue, AnswersAreNeverLeftOutAndAPileOfThemEndsTheClient) {
   SendQueue queue(std::make_shared<AnswerMemory>(), lost_text);
-  const Text large = text_of(SendQueue::kMostBatchBytes);
+  const Text large = text_of(SendQueue::kMaxBatchBytes);
   int taken = 0;
   while (queue.answer(large)) ++taken;
   EXPECT_EQ(taken, 9);
@@ -57,7 +57,7 @@ TEST(SendQueue, AllClientsTogetherHaveABound) {
     greedy.push_back(std::make_unique<SendQueue>(memory, lost_text));
     while (greedy.back()->answer(large)) ++taken;
   }
-  EXPECT_LT(taken << 20, SendQueue::kMostOfAll + 60 * (SendQueue::kPart + 2 * large->size()));
+  EXPECT_LT(taken << 20, SendQueue::kMaxAllBytes + 60 * (SendQueue::kGuaranteedBytes + 2 * large->size()));
   SendQueue modest(memory, lost_text);
   EXPECT_TRUE(modest.answer(large)) << "who reads is served";
   greedy.clear();

@@ -15,11 +15,11 @@ TEST(Certificates, WarnBeforeTheyEndAndWhenTheyAreNotValid) {
   const auto warning = [&](std::time_t day) {
     return validity_warning(*certificate, kValidFrom_s + day * kValidDay_s);
   };
-  EXPECT_EQ(warning(-1), "is not valid before 2026-01-01; browsers refuse it until then");
+  EXPECT_EQ(warning(-1), "is not valid before 2026-01-01; browsers reject it until then");
   EXPECT_EQ(warning(0), "");
   EXPECT_EQ(warning(70), "");
   EXPECT_EQ(warning(71), "expires on 2026-04-11, in 29 days");
-  EXPECT_EQ(warning(101), "expired on 2026-04-11, 1 day ago; browsers refuse it");
+  EXPECT_EQ(warning(101), "expired on 2026-04-11, 1 day ago; browsers reject it");
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace prism::prismweb {
 namespace {
 
-std::string refusal_of(const std::string& text) {
+std::string error_of(const std::string& text) {
   Settings settings;
   const auto read = parse_web_config(text, "/etc/prism/web.json", settings);
   return read ? "" : read.error().text();
@@ -45,21 +45,21 @@ TEST(WebConfig, AUnixSocketStandsInThePlaceOfAnAddress) {
 }
 
 TEST(WebConfig, WhatIsWrongIsToldWithItsPlace) {
-  EXPECT_EQ(refusal_of(R"({"listen": "localhost:80"})"),
+  EXPECT_EQ(error_of(R"({"listen": "localhost:80"})"),
             "/etc/prism/web.json:/listen: found \"localhost:80\", expected ADDRESS:PORT, such as \"127.0.0.1:8467\" or "
             "\"[::1]:8467\"");
-  EXPECT_NE(refusal_of(R"({"lisen": "127.0.0.1:80"})"), "");
-  EXPECT_NE(refusal_of(R"({"listen": "127.0.0.1:80", "socket": "/x"})"), "");
-  EXPECT_NE(refusal_of(R"({"tls": {"certificate": "a"}})"), "");
-  EXPECT_NE(refusal_of(R"({"hosts": "a", "hosts": "b"})"), "");
-  EXPECT_NE(refusal_of("[]"), "");
-  EXPECT_EQ(refusal_of(R"({"foxglove": {"origins": ["file://", "app.foxglove.dev"]}})"),
+  EXPECT_NE(error_of(R"({"lisen": "127.0.0.1:80"})"), "");
+  EXPECT_NE(error_of(R"({"listen": "127.0.0.1:80", "socket": "/x"})"), "");
+  EXPECT_NE(error_of(R"({"tls": {"certificate": "a"}})"), "");
+  EXPECT_NE(error_of(R"({"hosts": "a", "hosts": "b"})"), "");
+  EXPECT_NE(error_of("[]"), "");
+  EXPECT_EQ(error_of(R"({"foxglove": {"origins": ["file://", "app.foxglove.dev"]}})"),
             "/etc/prism/web.json:/foxglove/origins: found \"app.foxglove.dev\", expected SCHEME://HOST, such as "
             "\"https://app.foxglove.dev\"");
 }
 
 // Every key once; the other of "listen" and "socket" is added where it is due.
-constexpr const char* kWhole =
+constexpr const char* kComplete =
     R"({"$schema": "web.schema.json", "listen": "127.0.0.1:80", "hosts": ["a"], "instances": "gyro1",
   "page": "p", "dygraphs": "d", "state": "s", "tls": {"certificate": "c", "key": "k"}, "passwords": "w",
   "plotjuggler": {"send_to": "127.0.0.1:9870", "samples": true}, "foxglove": {"origins": "https://app.foxglove.dev"}})";
@@ -68,24 +68,24 @@ TEST(WebConfig, TheSchemaHasTheKeysOfTheReaderAndSaysTheSame) {
   using Json = test::SchemaValidator::Json;
   const std::filesystem::path source = PRISM_SOURCE_DIR;
   const Json schema = Json::parse(test::read_file(source / "config/web.schema.json"));
-  std::set<std::string> written, asked;
+  std::set<std::string> written, read_keys;
   test::add_schema_keys(schema, written);
-  test::add_reader_keys("tools/prismweb/web_config.cpp", asked);
-  EXPECT_EQ(written, asked);
+  test::add_reader_keys("tools/prismweb/web_config.cpp", read_keys);
+  EXPECT_EQ(written, read_keys);
   const test::SchemaValidator validator(schema);
-  const Json whole = Json::parse(kWhole);
-  EXPECT_TRUE(validator.accepts(whole));
-  EXPECT_EQ(refusal_of(kWhole), "");
+  const Json complete = Json::parse(kComplete);
+  EXPECT_TRUE(validator.accepts(complete));
+  EXPECT_EQ(error_of(kComplete), "");
   const std::string shipped = test::read_file(source / "config/examples/web.json");
   EXPECT_TRUE(validator.accepts(Json::parse(shipped, nullptr, true, true)));
-  EXPECT_EQ(refusal_of(shipped), "");
-  for (const auto& [key, value] : whole.items()) {
+  EXPECT_EQ(error_of(shipped), "");
+  for (const auto& [key, value] : complete.items()) {
     for (const Json& wrong : Json::parse(R"([null, -1, 0.5, true, [], [1], {"what": 1}])")) {
-      Json changed = whole;
+      Json changed = complete;
       changed[key] = wrong;
       if (key == "$schema") continue;
       EXPECT_FALSE(validator.accepts(changed)) << changed.dump();
-      EXPECT_NE(refusal_of(changed.dump()), "") << changed.dump();
+      EXPECT_NE(error_of(changed.dump()), "") << changed.dump();
     }
   }
 }
