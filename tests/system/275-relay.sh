@@ -10,12 +10,12 @@ bad_config() { echo "$1" >bad.json; refused 78 "$2" prismrelay --check bad.json;
 # A configuration error is reported in one line at the start.
 bad_config '{"postgresql": {"connection": "dbname=x"}}' '"site" is missing'
 bad_config '{"site": "a/b", "postgresql": {"connection": "dbname=x"}}' 'found "a/b", expected 1 to 64 printable characters without blanks, /, + and #'
-bad_config '{"site": "lab"}' 'names nowhere to carry rows to, expected postgresql, mqtt or metrics'
-bad_config '{"site": "lab", "postgresql": {"connection": "dbname=x password=y"}}' 'holds a password, expected it in a file'
+bad_config '{"site": "lab"}' 'has no target, expected postgresql, mqtt or metrics'
+bad_config '{"site": "lab", "postgresql": {"connection": "dbname=x password=y"}}' 'contains a password; put it in the file named by password_file'
 bad_config '{"site": "lab", "mqtt": {"host": "h", "portt": 1}}' 'portt'
-bad_config '{"site": "lab", "instances": ["g", "/x/g.sock"], "metrics": {"file": "/x/p.prom"}}' '"g" stands there twice'  # plain-ok: message of prismrelay
+bad_config '{"site": "lab", "instances": ["g", "/x/g.sock"], "metrics": {"file": "/x/p.prom"}}' 'found "g" twice'
 echo '{"site": "lab", "status_file": "/nowhere/x", "metrics": {"file": "/x/p.prom"}}' >nowhere.json
-refused 1 'no relay wrote its status here' prismrelay --status nowhere.json
+refused 1 'no status of a running relay' prismrelay --status nowhere.json
 refused 64 '--what' prismrelay --what
 
 start_postgres
@@ -30,16 +30,16 @@ all_there() { sql_is "SELECT count(*) FROM prism.rows" "$(rows_of_log | wc -l)";
 
 # A missing schema and one of a later version are reported; the relay retries until the schema is right.
 start_relay
-wait_for 10 relay_is .targets.postgresql.error 'postgresql: has no schema prism, expected one that prismrelay --init made'
+wait_for 10 relay_is .targets.postgresql.error 'postgresql: has no schema prism; create it with prismrelay --init'
 kill -STOP "$relay"  # so that it retries only after both changes
 prismrelay --schema | psql -X -q -v ON_ERROR_STOP=1 -h "$dir/pg" -U relay prism >schema.out 2>&1 || fail "the SQL of --schema: $(cat schema.out)"
 sql 'UPDATE prism.version SET version = 2'
 kill -CONT "$relay"
-wait_for 20 relay_is .targets.postgresql.error 'postgresql: found version 2 of the schema prism, expected 1: made by a later prismrelay'
+wait_for 20 relay_is .targets.postgresql.error 'postgresql: found version 2 of the schema prism, expected 1: created by a later prismrelay'
 refused 1 'found version 2 of the schema prism' prismrelay --init relay.json
 sql 'DROP SCHEMA prism CASCADE' 2>/dev/null
-contains "a new schema" "$(prismrelay --init relay.json)" "made the schema prism, version 1"
-contains "an existing schema" "$(prismrelay --init relay.json)" "the schema prism is there"
+contains "a new schema" "$(prismrelay --init relay.json)" "created schema prism, version 1"
+contains "an existing schema" "$(prismrelay --init relay.json)" "schema prism exists"
 wait_for 30 sql_above "SELECT count(*) FROM prism.rows" 20
 wait_for 10 relay_is '.logs[0] | "\(.gyro) \(.axis) \(.refused_rows) \(.missing_rows) \(.error)"' "lab/gyro z 0 0 "
 contains "human-readable status" "$(prismrelay --status relay.json)" "lab/gyro                running"
@@ -144,10 +144,10 @@ same "the model's name" "$(sql "SELECT DISTINCT right(model, ${#hostile}) FROM p
 wait_for 20 sql_is "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/hostile'" 4
 same "NUL and the end marker of COPY" "$(sql "SELECT count(*) FROM prism.segments WHERE gyro = 'lab/hostile' AND metadata ->> 'model' LIKE E'a\\\\\\\\u0000b\uFFFDc%\\n\\\\\\\\.\\n%'")" 1
 same "an event" "$(sql "SELECT count(*) FROM prism.events WHERE gyro = 'lab/hostile' AND kind = text AND text LIKE '%DROP TABLE%'")" 1
-log_is() { relay_is ".logs[] | select(.gyro == \"lab/$1\") | \"\(.rows > 0) \(.caught_up) \(.refused_rows) \(.error | test(\"no line of the log is a row\"))\"" "$2"; }
+log_is() { relay_is ".logs[] | select(.gyro == \"lab/$1\") | \"\(.rows > 0) \(.caught_up) \(.refused_rows) \(.error | test(\"no valid row\"))\"" "$2"; }
 wait_for 20 log_is unreadable "false false 4 true"
 wait_for 20 log_is hostile "true true 1 false"
-contains "human-readable status" "$(prismrelay --status relay.json)" "axis z: 0 rows, no row is carried now, 4 lines are no rows: no line of the log is a row"  # plain-ok: message of prismrelay
+contains "human-readable status" "$(prismrelay --status relay.json)" "axis z: 0 rows, not sending, 4 invalid lines: no valid row; last error: "
 before=$(sql "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/gyro'")
 wait_for 20 sql_above "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/gyro'" "$before"
 same "messages about the invalid name" "$(grep -c 'xff.sock: skipped' relay.err)" 1

@@ -34,11 +34,11 @@ start_sim --profile steady
 start_prismd
 start wild prismd wild.json
 start_relay
-wait_for 15 relay_is '.targets.mqtt.error | test("refuse")' true
+wait_for 15 relay_is '.targets.mqtt.error | test("refused")' true
 kill -TERM "$relay"; wait "$relay" || fail "exit code $?"
 chmod 644 password; echo "open sesame" >password
 start_relay
-wait_for 10 relay_is '.targets.mqtt.error | test("everybody may read it")' true
+wait_for 10 relay_is '.targets.mqtt.error | test("readable by all users")' true
 chmod 600 password  # the relay retries
 wait_for 15 relay_is .targets.mqtt.up true
 ! grep -q "open sesame" relay.err status.json || fail "the password is in the log or the status"

@@ -18,8 +18,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMaxWordBytes = 128;
-constexpr std::size_t kMaxFieldBytes = 1000;  // of an event or a line that is kept as it is
+constexpr std::size_t kMaxNameBytes = 128;
+constexpr std::size_t kMaxFieldBytes = 1000;  // of an event or an invalid line
 
 bool is_log_id(const json& id) {
   if (!id.is_string()) return false;
@@ -27,7 +27,7 @@ bool is_log_id(const json& id) {
   return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
-// A cursor is part of a key: it is short.
+// Limits the length of a cursor, because it is part of a key.
 bool is_cursor(const json& cursor) {
   const auto* text = cursor.get_ptr<const std::string*>();
   return text != nullptr && !text->empty() && follows(TextRule::kText, *text);
@@ -51,7 +51,7 @@ bool is_page(const json& page) {
          std::all_of(segments.begin(), segments.end(), is_segment);
 }
 
-std::string fields_of(const LogKey& log) {
+std::string gyro_and_axis(const LogKey& log) {
   std::string fields;
   append_quoted(fields, log.gyro);
   fields += ',';
@@ -63,70 +63,71 @@ std::string fields_of(const LogKey& log) {
 
 Result<PageSummary> Batch::add_page(const LogKey& log, const std::string& cursor, const json& page) {
   if (!is_page(page))
-    return make_error(log.gyro, "answered rows with something else, expected log, segments, after, more and missing");
-  const std::string gyro_axis = fields_of(log), id = text_member(page, "log");
-  PageSummary facts;
-  facts.cursor = text_member(page, "after");
-  facts.more = flag_member(page, "more");
-  facts.missing = count_member(page, "missing");
+    return make_error(log.gyro, "invalid response to rows; expected log, segments, after, more and missing");
+  const std::string key = gyro_and_axis(log), id = text_member(page, "log");
+  PageSummary summary;
+  summary.cursor = text_member(page, "after");
+  summary.more = flag_member(page, "more");
+  summary.missing = count_member(page, "missing");
   RowPosition last;
-  const std::string prefix = fmt::format("{},{},", gyro_axis, id);
-  for (const json& segment : member(page, "segments")) add_segment(prefix, segment, facts, last);
-  if (facts.missing > 0) {
+  const std::string prefix = fmt::format("{},{},", key, id);
+  for (const json& segment : member(page, "segments")) add_segment(prefix, segment, summary, last);
+  if (summary.missing > 0) {
     std::string& gap = texts_[kGaps];
-    gap += gyro_axis + ",deleted,";
+    gap += key + ",deleted,";
     append_quoted(gap, cursor);
-    gap += fmt::format(",{}\n", facts.missing);
+    gap += fmt::format(",{}\n", summary.missing);
   }
-  cursors_[log] = facts.cursor;
-  std::string& place = texts_[kPlaces];
-  place += gyro_axis + ",";
-  append_quoted(place, facts.cursor);
-  place += last.row > 0 ? fmt::format(",{},{},{},{:.6f},{}\n", id, last.segment, last.row, facts.arrival_s, facts.rows)
-                        : fmt::format(",,,,,{}\n", facts.rows);
-  return facts;
+  cursors_[log] = summary.cursor;
+  std::string& places = texts_[kPlaces];
+  places += key + ",";
+  append_quoted(places, summary.cursor);
+  places += last.row > 0
+                ? fmt::format(",{},{},{},{:.6f},{}\n", id, last.segment, last.row, summary.arrival_s, summary.rows)
+                : fmt::format(",,,,,{}\n", summary.rows);
+  return summary;
 }
 
-void Batch::add_segment(const std::string& prefix, const json& segment, PageSummary& facts, RowPosition& last) {
-  RowPosition place{prefix, count_member(segment, "segment"), count_member(segment, "first")};
+void Batch::add_segment(const std::string& prefix, const json& segment, PageSummary& summary, RowPosition& last) {
+  RowPosition position{prefix, count_member(segment, "segment"), count_member(segment, "first")};
   const json& metadata = member(segment, "metadata");
-  std::string& head = texts_[kSegments];
-  head += fmt::format("{}{},", prefix, place.segment);
-  append_quoted(head, printable(text_member(segment, "file")), kMaxFieldBytes);
-  head += ',';
-  if (member(metadata, "model").is_string()) append_quoted(head, text_member(metadata, "model"), kMaxFieldBytes);
-  head += ',';
-  append_quoted(head, metadata.is_object() ? jsonb_text(metadata) : "{}");
-  head += '\n';
+  std::string& segments = texts_[kSegments];
+  segments += fmt::format("{}{},", prefix, position.segment);
+  append_quoted(segments, printable(text_member(segment, "file")), kMaxFieldBytes);
+  segments += ',';
+  if (member(metadata, "model").is_string()) append_quoted(segments, text_member(metadata, "model"), kMaxFieldBytes);
+  segments += ',';
+  append_quoted(segments, metadata.is_object() ? jsonb_text(metadata) : "{}");
+  segments += '\n';
   const std::string columns = text_member(segment, "columns");
   const RowConverter converter(columns);
   for (const json& row : member(segment, "rows")) {
     const std::string& line = row.get_ref<const std::string&>();
     std::int64_t day = 0;
     double arrival_s = 0;
-    const std::string why = converter.append(texts_[kRows], place, line, day, arrival_s);
-    if (why.empty()) {
-      ++facts.rows;
+    const std::string error = converter.append(texts_[kRows], position, line, day, arrival_s);
+    if (error.empty()) {
+      ++summary.rows;
       days_.insert(day);
-      facts.arrival_s = arrival_s;
-      last.segment = place.segment, last.row = place.row;
+      summary.arrival_s = arrival_s;
+      last.segment = position.segment, last.row = position.row;
     } else {
-      ++facts.refused;
-      facts.why = fmt::format("row {} of segment {}: {}", place.row, place.segment, shortened(why, 200));
-      std::string& refused = texts_[kRefused];
-      refused += fmt::format("{}{},{},", prefix, place.segment, place.row);
-      append_quoted(refused, why, kMaxFieldBytes);
-      refused += ',';
-      append_quoted(refused, line, kMaxFieldBytes);
-      refused += '\n';
+      ++summary.invalid;
+      summary.error = fmt::format("row {} of segment {}: {}", position.row, position.segment, shortened(error, 200));
+      std::string& invalid = texts_[kRefused];
+      invalid += fmt::format("{}{},{},", prefix, position.segment, position.row);
+      append_quoted(invalid, error, kMaxFieldBytes);
+      invalid += ',';
+      append_quoted(invalid, line, kMaxFieldBytes);
+      invalid += '\n';
     }
-    ++place.row;
+    ++position.row;
   }
 }
 
 void Batch::add_change_of_log(const LogKey& log, const std::string& cursor) {
   std::string& gap = texts_[kGaps];
-  gap += fields_of(log) + ",log_changed,";
+  gap += gyro_and_axis(log) + ",log_changed,";
   append_quoted(gap, cursor);
   gap += ",0\n";
 }
@@ -141,8 +142,8 @@ void Batch::add_event(const std::string& gyro, const json& event) {
     csv += ',';
     append_quoted(csv, text_member(event, name, "-"), max);
   };
-  add("severity", kMaxWordBytes);  // severity, kind and text are in the key of the table: an index takes 2700 bytes
-  add("kind", kMaxWordBytes);
+  add("severity", kMaxNameBytes);  // kind and text are in a key: PostgreSQL limits an index entry to 2700 bytes
+  add("kind", kMaxNameBytes);
   add("text", kMaxFieldBytes);
   csv += '\n';
 }

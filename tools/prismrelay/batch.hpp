@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is committed at once: pages of rows of any gyros, their places, and what happened.
+// The data of one transaction: rows of any gyros, cursors, gaps, invalid lines and events.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace prism::prismrelay {
 
-/// One axis' log: whose rows they are.
+/// Identifies the log of one axis.
 struct LogKey {
   std::string gyro;  ///< SITE/NAME
   std::string axis;
@@ -23,15 +23,15 @@ struct LogKey {
   auto operator<=>(const LogKey&) const = default;
 };
 
-/// What a page made of a log's place.
+/// Result of add_page().
 struct PageSummary {
-  std::string cursor;       ///< behind its last row
-  std::size_t rows = 0;     ///< taken
-  std::size_t refused = 0;  ///< lines that are no rows
-  std::string why = {};     ///< the last of them is no row
-  std::uint64_t missing = 0;
-  double arrival_s = 0;  ///< of its last row; 0: it has none
-  bool more = false;
+  std::string cursor;         ///< after its last row
+  std::size_t rows = 0;       ///< valid rows
+  std::size_t invalid = 0;    ///< lines that are not valid rows
+  std::string error = {};     ///< of the last invalid line
+  std::uint64_t missing = 0;  ///< rows deleted before the request
+  double arrival_s = 0;       ///< of the last valid row; 0 without one
+  bool more = false;          ///< the log has further rows
 };
 
 class Batch {
@@ -39,23 +39,23 @@ class Batch {
   enum Table { kRows, kSegments, kPlaces, kGaps, kRefused, kEvents };
   static constexpr std::size_t kTables = 6;
 
-  /// A page that prismd answered `rows` behind `cursor` with. At most one of a log in a batch. Refused, and nothing
-  /// taken: it is no such answer.
+  /// Adds the result of prismd's method `rows` after `cursor`. At most one page of each log per batch. Errors: the
+  /// result has an unexpected form; the batch is then unchanged.
   Result<PageSummary> add_page(const LogKey& log, const std::string& cursor, const nlohmann::json& page);
-  /// The log that `cursor` is of is not there any more: another one begins.
+  /// Records that the log of `cursor` no longer exists and a new one starts.
   void add_change_of_log(const LogKey& log, const std::string& cursor);
-  /// An event of prismd, {time_s, severity, kind, text}.
+  /// Adds an event of prismd, {time_s, severity, kind, text}. Ignores one without a valid time.
   void add_event(const std::string& gyro, const nlohmann::json& event);
 
   bool empty() const;
   std::size_t bytes() const;
-  /// Lines of CSV for COPY.
+  /// CSV lines for COPY.
   const std::string& text(Table table) const { return texts_[table]; }
-  const std::set<std::int64_t>& days() const { return days_; }              ///< of arrival, since 1970 UTC
-  const std::map<LogKey, std::string>& places() const { return cursors_; }  ///< the cursors that the logs have come to
+  const std::set<std::int64_t>& days() const { return days_; }               ///< of arrival, since 1970 UTC
+  const std::map<LogKey, std::string>& cursors() const { return cursors_; }  ///< after the last row of each log
 
  private:
-  void add_segment(const std::string& prefix, const nlohmann::json& segment, PageSummary& facts, RowPosition& last);
+  void add_segment(const std::string& prefix, const nlohmann::json& segment, PageSummary& summary, RowPosition& last);
 
   std::array<std::string, kTables> texts_;
   std::set<std::int64_t> days_;

@@ -18,11 +18,11 @@ using std::chrono_literals::operator""s;
 using std::chrono_literals::operator""h;
 
 constexpr const char* kServer = "postgresql";
-constexpr std::size_t kLargeBatch = 4 << 20;  // bytes: committed at once
+constexpr std::size_t kLargeBatch = 4 << 20;  // bytes; committed immediately
 constexpr auto kFirstRetry = 500ms, kLongestRetry = 30'000ms;
-constexpr auto kIdle = 5s;       // after that the server is asked whether it is there
-constexpr auto kDaysEvery = 1h;  // partitions ahead, and retention
-constexpr int kEvents = 256;     // that a prismd keeps
+constexpr auto kIdle = 5s;             // then the connection is checked
+constexpr auto kPartitionsEvery = 1h;  // creates partitions in advance and drops old ones
+constexpr int kEvents = 256;           // a prismd stores at most these
 
 }  // namespace
 
@@ -34,16 +34,16 @@ DatabaseLoop::DatabaseLoop(const Settings& settings, RelayState& state)
       retry_timer_(context_),
       second_timer_(context_),
       database_(*settings.postgresql, settings.site, [&state] { state.progress(kLoop); }),
-      pause_(kFirstRetry) {
+      retry_delay_(kFirstRetry) {
   traffic_.batch = &batch_;
   traffic_.state = &state_;
-  traffic_.follower = settings.postgresql->follower;
-  traffic_.gathered = [this] { gathered(); };
-  traffic_.freed = [this] {
-    if (std::exchange(asking_, true)) return;
+  traffic_.consumer = settings.postgresql->consumer;
+  traffic_.batch_extended = [this] { schedule_commit(); };
+  traffic_.slot_released = [this] {
+    if (std::exchange(requests_scheduled_, true)) return;
     boost::asio::post(context_, [this] {
-      asking_ = false;
-      each_log([](LogTailer& log) { log.ask(); });
+      requests_scheduled_ = false;
+      for_each_log([](LogTailer& log) { log.request_page(); });
     });
   };
 }
@@ -56,61 +56,61 @@ void DatabaseLoop::run() {
 
 void DatabaseLoop::stop() {
   boost::asio::post(context_, [this] {
-    if (traffic_.open && !batch_.empty()) commit();
+    if (traffic_.database_up && !batch_.empty()) commit();
     for (auto& [gyro, source] : sources_) source.instance->close();
     context_.stop();
   });
 }
 
-template <class Do>
-void DatabaseLoop::each_log(Do&& act) {
+template <class Action>
+void DatabaseLoop::for_each_log(Action&& action) {
   for (auto& [gyro, source] : sources_) {
-    for (const auto& log : source.logs) act(*log);
+    for (const auto& log : source.logs) action(*log);
   }
 }
 
 void DatabaseLoop::connect() {
-  if (const auto done = database_.connect(); !done) return failed(done.error());
+  if (const auto done = database_.connect(); !done) return on_error(done.error());
   state_.up(kServer);
-  pause_ = kFirstRetry;
-  last_talk_ = steady_clock::now();
-  traffic_.open = true;
+  retry_delay_ = kFirstRetry;
+  last_contact_ = steady_clock::now();
+  traffic_.database_up = true;
   keep_days();
-  if (!traffic_.open) return;
-  each_log([this](LogTailer& log) { log.resume(database_.place(log.log())); });
+  if (!traffic_.database_up) return;
+  for_each_log([this](LogTailer& log) { log.resume(database_.stored_cursor(log.log())); });
   for (auto& [gyro, source] : sources_) {
     if (!source.instance->running()) continue;
-    source.instance->ask("events", {{"count", kEvents}},
-                         [this, name = gyro](const json& message) { take_events(name, message); });
+    source.instance->call("events", {{"count", kEvents}},
+                          [this, name = gyro](const json& message) { add_events(name, message); });
   }
 }
 
-// Nothing that was gathered counts: where to go on, the ledger says when it is there again.
-void DatabaseLoop::failed(const Error& error) {
+// Discards the batch: connect() reads the position of each log from the database.
+void DatabaseLoop::on_error(const Error& error) {
   state_.down(kServer, error.text());
-  traffic_.open = false;
+  traffic_.database_up = false;
   batch_ = {};
   commit_timer_.cancel();
-  waiting_ = false;
-  each_log([](LogTailer& log) { log.dropped(); });
-  retry_timer_.expires_after(pause_);
-  pause_ = std::min(pause_ * 2, std::chrono::milliseconds(kLongestRetry));
+  commit_scheduled_ = false;
+  for_each_log([](LogTailer& log) { log.discarded(); });
+  retry_timer_.expires_after(retry_delay_);
+  retry_delay_ = std::min(retry_delay_ * 2, std::chrono::milliseconds(kLongestRetry));
   retry_timer_.async_wait([this](boost::system::error_code stopped) {
     if (!stopped) connect();
   });
 }
 
-// The ones that prismd still has: those of before, too.
-void DatabaseLoop::take_events(const std::string& gyro, const json& message) {
+// Adds the stored events of prismd, including those before the connection. The table ignores duplicates.
+void DatabaseLoop::add_events(const std::string& gyro, const json& message) {
   const auto events = message.find("result");
-  if (!traffic_.open || events == message.end() || !events->is_array()) return;
+  if (!traffic_.database_up || events == message.end() || !events->is_array()) return;
   for (const json& event : *events) batch_.add_event(gyro, event);
-  gathered();
+  schedule_commit();
 }
 
-void DatabaseLoop::gathered() {
+void DatabaseLoop::schedule_commit() {
   if (batch_.bytes() >= kLargeBatch) return commit();
-  if (batch_.empty() || std::exchange(waiting_, true)) return;
+  if (batch_.empty() || std::exchange(commit_scheduled_, true)) return;
   commit_timer_.expires_after(std::chrono::milliseconds(static_cast<int>(settings_.postgresql->gather_s * 1000)));
   commit_timer_.async_wait([this](boost::system::error_code stopped) {
     if (!stopped) commit();
@@ -118,21 +118,21 @@ void DatabaseLoop::gathered() {
 }
 
 void DatabaseLoop::commit() {
-  waiting_ = false;
+  commit_scheduled_ = false;
   commit_timer_.cancel();
-  if (batch_.empty() || !traffic_.open) return;
-  if (const auto done = database_.commit(batch_); !done) return failed(done.error());
+  if (batch_.empty() || !traffic_.database_up) return;
+  if (const auto done = database_.commit(batch_); !done) return on_error(done.error());
   batch_ = {};
   state_.committed(kServer);
-  last_talk_ = steady_clock::now();
-  each_log([](LogTailer& log) { log.committed(); });
+  last_contact_ = steady_clock::now();
+  for_each_log([](LogTailer& log) { log.committed(); });
 }
 
 void DatabaseLoop::keep_days() {
-  days_kept_ = steady_clock::now();
+  partitions_checked_ = steady_clock::now();
   const auto dropped = database_.keep_days();
-  if (!dropped) return failed(dropped.error());
-  for (const std::string& line : *dropped) say(Level::kWarning, line);
+  if (!dropped) return on_error(dropped.error());
+  for (const std::string& line : *dropped) log_line(Level::kWarning, line);
 }
 
 void DatabaseLoop::discover() {
@@ -156,41 +156,41 @@ void DatabaseLoop::discover() {
 
 void DatabaseLoop::follow(const std::string& gyro, const std::string& socket) {
   Source& source = sources_[gyro];
-  InstanceClient::Calls calls;
-  calls.begun = [this, &source](const json& status) { begun(source, status); };
-  calls.told = [this, gyro](const json& told) {
-    if (member(told, "method") != "event" || !traffic_.open) return;
-    batch_.add_event(gyro, member(told, "params"));
-    gathered();
+  InstanceClient::Callbacks callbacks;
+  callbacks.connected = [this, &source](const json& status) { on_connected(source, status); };
+  callbacks.notification = [this, gyro](const json& message) {
+    if (member(message, "method") != "event" || !traffic_.database_up) return;
+    batch_.add_event(gyro, member(message, "params"));
+    schedule_commit();
   };
-  calls.gone = [&source] {
+  callbacks.disconnected = [&source] {
     for (const auto& log : source.logs) log->close();
   };
-  source.instance = std::make_shared<InstanceClient>(context_, state_, gyro, socket, std::move(calls));
-  source.instance->begin();
+  source.instance = std::make_shared<InstanceClient>(context_, state_, gyro, socket, std::move(callbacks));
+  source.instance->start();
 }
 
-// A row that is still on its way to the ledger belongs to a follower of before: it is let go when the commit came.
-void DatabaseLoop::begun(Source& source, const json& status) {
-  if (traffic_.open && !batch_.empty()) commit();
+// Commits first, because the batch may contain rows of the previous tailers, which are deleted here.
+void DatabaseLoop::on_connected(Source& source, const json& status) {
+  if (traffic_.database_up && !batch_.empty()) commit();
   for (const auto& log : source.logs) log->close();
   source.logs.clear();
   const std::string& gyro = source.instance->gyro();
   const StatusAxes axes = axes_of(status);
-  for (const std::string& name : axes.invalid) state_.skipped_axis(gyro, name);
+  for (const std::string& name : axes.invalid) state_.log_skipped_axis(gyro, name);
   for (const std::string& axis : axes.names) {
     auto log = std::make_shared<LogTailer>(context_, traffic_, LogKey{gyro, axis}, axes.several ? axis : "");
     const std::weak_ptr<InstanceClient> instance = source.instance;
-    log->open(source.instance->socket(), [instance](const std::string& why) {
-      if (const auto whole = instance.lock(); whole && whole->running()) whole->restart(why);
+    log->open(source.instance->socket(), [instance](const std::string& reason) {
+      if (const auto client = instance.lock(); client && client->running()) client->restart(reason);
     });
     source.logs.push_back(log);
   }
-  const auto keep = [this, gyro](const json& message) { take_events(gyro, message); };
-  source.instance->ask("subscribe", {{"streams", {"event"}}}, [](const json&) {});
-  source.instance->ask("events", {{"count", kEvents}}, keep);
-  if (!traffic_.open) return;
-  for (const auto& log : source.logs) log->resume(database_.place(log->log()));
+  const auto on_events = [this, gyro](const json& message) { add_events(gyro, message); };
+  source.instance->call("subscribe", {{"streams", {"event"}}}, [](const json&) {});
+  source.instance->call("events", {{"count", kEvents}}, on_events);
+  if (!traffic_.database_up) return;
+  for (const auto& log : source.logs) log->resume(database_.stored_cursor(log->log()));
 }
 
 void DatabaseLoop::once_a_second() {
@@ -200,14 +200,14 @@ void DatabaseLoop::once_a_second() {
   for (auto& [gyro, source] : sources_) {
     const auto is_unresponsive = [&](const auto& log) { return log->is_unresponsive(now); };
     if (std::any_of(source.logs.begin(), source.logs.end(), is_unresponsive))
-      source.instance->restart("does not answer");
+      source.instance->restart("does not respond");
   }
-  each_log([](LogTailer& log) { log.ask(); });
-  if (traffic_.open && now - last_talk_ > kIdle) {
-    last_talk_ = now;
-    if (const auto there = database_.ping(); !there) failed(there.error());
+  for_each_log([](LogTailer& log) { log.request_page(); });
+  if (traffic_.database_up && now - last_contact_ > kIdle) {
+    last_contact_ = now;
+    if (const auto done = database_.ping(); !done) on_error(done.error());
   }
-  if (traffic_.open && now - days_kept_ > kDaysEvery) keep_days();
+  if (traffic_.database_up && now - partitions_checked_ > kPartitionsEvery) keep_days();
   second_timer_.expires_after(1s);
   second_timer_.async_wait([this](boost::system::error_code stopped) {
     if (!stopped) once_a_second();

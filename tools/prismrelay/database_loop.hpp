@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From every log into the ledger, on a thread of its own.
+// Sends the rows of all logs to the database, on its own thread.
 #pragma once
 
 #include <atomic>
@@ -20,12 +20,12 @@ namespace prism::prismrelay {
 
 class DatabaseLoop {
  public:
-  static constexpr std::size_t kLoop = 0;  ///< its place in RelayState's progress
+  static constexpr std::size_t kLoop = 0;  ///< index in RelayState::progress()
 
   DatabaseLoop(const Settings& settings, RelayState& state);
-  /// Until stop().
+  /// Runs until stop().
   void run();
-  /// From any thread. What is gathered is committed first, within the patience of a commit.
+  /// Thread-safe. Commits the batch first, if the database is connected.
   void stop();
 
  private:
@@ -34,17 +34,17 @@ class DatabaseLoop {
     std::vector<std::shared_ptr<LogTailer>> logs;
   };
   void connect();
-  void failed(const Error& error);
+  void on_error(const Error& error);
   void discover();
   void follow(const std::string& gyro, const std::string& socket);
-  void begun(Source& source, const nlohmann::json& status);
-  void take_events(const std::string& gyro, const nlohmann::json& message);
-  void gathered();
+  void on_connected(Source& source, const nlohmann::json& status);
+  void add_events(const std::string& gyro, const nlohmann::json& message);
+  void schedule_commit();
   void commit();
   void once_a_second();
   void keep_days();
-  template <class Do>
-  void each_log(Do&& act);
+  template <class Action>
+  void for_each_log(Action&& action);
 
   const Settings& settings_;
   RelayState& state_;
@@ -54,9 +54,9 @@ class DatabaseLoop {
   Batch batch_;
   RowTraffic traffic_;
   std::map<std::string, Source> sources_;
-  std::chrono::milliseconds pause_;
-  std::chrono::steady_clock::time_point last_talk_, days_kept_;
-  bool waiting_ = false, asking_ = false;
+  std::chrono::milliseconds retry_delay_;
+  std::chrono::steady_clock::time_point last_contact_, partitions_checked_;
+  bool commit_scheduled_ = false, requests_scheduled_ = false;
 };
 
 }  // namespace prism::prismrelay

@@ -15,82 +15,82 @@ namespace {
 using nlohmann::json;
 using std::chrono_literals::operator""ms;
 
-// The first pause gives systemd the time to say that somebody stopped it.
-constexpr auto kFirstPause = 1000ms, kLongestPause = 10'000ms, kWhileStopped = 2'000ms, kAnswer = 10'000ms;
+// The first delay is long enough for systemd to report a stopped instance.
+constexpr auto kFirstDelay = 1000ms, kLongestDelay = 10'000ms, kStoppedDelay = 2'000ms, kStatusTimeout = 10'000ms;
 
 }  // namespace
 
 InstanceClient::InstanceClient(boost::asio::io_context& context, RelayState& state, std::string gyro,
-                               std::string socket, Calls calls)
+                               std::string socket, Callbacks callbacks)
     : context_(context),
       state_(state),
       gyro_(std::move(gyro)),
       socket_(std::move(socket)),
-      calls_(std::move(calls)),
+      callbacks_(std::move(callbacks)),
       timer_(context),
-      pause_(kFirstPause) {}
+      retry_delay_(kFirstDelay) {}
 
-void InstanceClient::begin() { try_connect(); }
+void InstanceClient::start() { try_connect(); }
 
 void InstanceClient::close() {
   closed_ = true;
   timer_.cancel();
   if (client_) client_->close();
-  if (std::exchange(running_, false)) calls_.gone();
+  if (std::exchange(running_, false)) callbacks_.disconnected();
 }
 
-void InstanceClient::ask(const char* method, const json& params, LineClient::Message answer) {
-  if (client_ && client_->is_open()) client_->ask(method, params, std::move(answer));
+void InstanceClient::call(const char* method, const json& params, LineClient::OnMessage on_response) {
+  if (client_ && client_->is_open()) client_->call(method, params, std::move(on_response));
 }
 
 void InstanceClient::try_connect() {
   if (closed_) return;
   if (config::would_start(socket_)) {
     state_.instance(gyro_, socket_, "stopped", "");
-    return pause(kWhileStopped);
+    return retry_after(kStoppedDelay);
   }
   client_ = std::make_shared<LineClient>(context_);
   const std::weak_ptr<InstanceClient> weak = weak_from_this();
   client_->open(
       socket_,
-      [weak](const json& told) {
-        if (const auto self = weak.lock(); self && self->running_) self->calls_.told(told);
+      [weak](const json& message) {
+        if (const auto self = weak.lock(); self && self->running_) self->callbacks_.notification(message);
       },
-      [weak](const std::string& why) {
-        if (const auto self = weak.lock()) self->lost(why);
+      [weak](const std::string& reason) {
+        if (const auto self = weak.lock()) self->on_disconnected(reason);
       });
-  client_->ask("status", nullptr, [weak](const json& message) {
+  client_->call("status", nullptr, [weak](const json& message) {
     const auto self = weak.lock();
     if (!self || self->closed_) return;
     const auto status = message.find("result");
-    if (status == message.end() || !status->is_object()) return self->restart("does not answer status");
+    if (status == message.end() || !status->is_object()) return self->restart("no valid response to status");
     self->timer_.cancel();
-    self->pause_ = kFirstPause;
+    self->retry_delay_ = kFirstDelay;
     self->running_ = true;
     self->state_.instance(self->gyro_, self->socket_, "running", "");
-    self->calls_.begun(*status);
+    self->callbacks_.connected(*status);
   });
-  timer_.expires_after(kAnswer);
+  timer_.expires_after(kStatusTimeout);
   timer_.async_wait([weak](boost::system::error_code error) {
-    if (const auto self = weak.lock(); self && !error && !self->running_) self->restart("does not answer");
+    if (const auto self = weak.lock(); self && !error && !self->running_) self->restart("does not respond");
   });
 }
 
-void InstanceClient::restart(const std::string& why) {
+void InstanceClient::restart(const std::string& reason) {
   if (client_) client_->close();
-  lost(why);
+  on_disconnected(reason);
 }
 
-void InstanceClient::lost(const std::string& why) {
+void InstanceClient::on_disconnected(const std::string& reason) {
   if (closed_) return;
-  if (std::exchange(running_, false)) calls_.gone();
-  state_.instance(gyro_, socket_, config::would_start(socket_) ? "stopped" : "gone", why);
-  pause(pause_);
-  pause_ = std::min(pause_ * 2, std::chrono::milliseconds(kLongestPause));
+  if (std::exchange(running_, false)) callbacks_.disconnected();
+  state_.instance(gyro_, socket_, config::would_start(socket_) ? "stopped" : "gone", reason);
+  retry_after(retry_delay_);
+  retry_delay_ = std::min(retry_delay_ * 2, std::chrono::milliseconds(kLongestDelay));
 }
 
-void InstanceClient::pause(std::chrono::milliseconds time) {
-  timer_.expires_after(time);
+void InstanceClient::retry_after(std::chrono::milliseconds delay) {
+  timer_.expires_after(delay);
   timer_.async_wait([weak = weak_from_this()](boost::system::error_code error) {
     if (const auto self = weak.lock(); self && !error) self->try_connect();
   });
@@ -105,7 +105,7 @@ StatusAxes axes_of(const json& status) {
   const json& several = member(status, "axes");
   axes.several = several.is_object() && !several.empty();
   if (!axes.several) return add(text_member(status, "axis", "z")), axes;
-  for (const auto& [name, own] : several.items()) add(name);
+  for (const auto& [name, axis] : several.items()) add(name);
   return axes;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One prismd, over its restarts: its axes' logs and its events. It is never started by us.
+// Client of one prismd. Never starts a stopped instance.
 #pragma once
 
 #include <boost/asio/steady_timer.hpp>
@@ -14,25 +14,24 @@
 
 namespace prism::prismrelay {
 
-/// The part that every follower of an instance has alike: knock where it runs, ask for its status, begin anew when it
-/// went.
+/// Connects if the instance is running, requests its status, and reconnects after a disconnect.
 class InstanceClient : public std::enable_shared_from_this<InstanceClient> {
  public:
-  struct Calls {
-    /// It answers; `status` is its answer.
-    std::function<void(const nlohmann::json& status)> begun;
-    std::function<void(const nlohmann::json& notification)> told;
-    std::function<void()> gone;
+  struct Callbacks {
+    std::function<void(const nlohmann::json& status)> connected;  ///< with the response to `status`
+    std::function<void(const nlohmann::json& notification)> notification;
+    std::function<void()> disconnected;  ///< only after `connected`
   };
 
   InstanceClient(boost::asio::io_context& context, RelayState& state, std::string gyro, std::string socket,
-                 Calls calls);
+                 Callbacks callbacks);
 
-  void begin();
+  void start();
   void close();
-  /// Gives the connection up, and knocks again.
-  void restart(const std::string& why);
-  void ask(const char* method, const nlohmann::json& params, LineClient::Message answer);
+  /// Closes the connection and connects again after a pause.
+  void restart(const std::string& reason);
+  /// Has no effect without a connection.
+  void call(const char* method, const nlohmann::json& params, LineClient::OnMessage on_response);
 
   const std::string& gyro() const { return gyro_; }
   const std::string& socket() const { return socket_; }
@@ -40,21 +39,21 @@ class InstanceClient : public std::enable_shared_from_this<InstanceClient> {
 
  private:
   void try_connect();
-  void pause(std::chrono::milliseconds time);
-  void lost(const std::string& why);
+  void retry_after(std::chrono::milliseconds delay);
+  void on_disconnected(const std::string& reason);
 
   boost::asio::io_context& context_;
   RelayState& state_;
   const std::string gyro_, socket_;
-  Calls calls_;
+  Callbacks callbacks_;
   boost::asio::steady_timer timer_;
   std::shared_ptr<LineClient> client_;
-  std::chrono::milliseconds pause_;
+  std::chrono::milliseconds retry_delay_;
   bool running_ = false, closed_ = false;
 };
 
-/// The axes in a status: their names, and whether requests have to name them. Names that do not follow
-/// TextRule::kAxisName are in `invalid`, as printable text.
+/// The axes in a status: their names, and whether requests must name them. `invalid` has the names that do not follow
+/// TextRule::kAxisName, as printable text.
 struct StatusAxes {
   std::vector<std::string> names, invalid;
   bool several = false;

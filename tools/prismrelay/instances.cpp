@@ -17,8 +17,8 @@ std::map<std::string, std::string> find_instances(const std::vector<std::string>
         found.try_emplace(config::instance_name(path), path);
       continue;
     }
-    const bool name = entry.find('/') == std::string::npos;
-    const std::string path = name ? config::socket_folders().front() + "/" + entry + ".sock" : entry;
+    const bool is_path = entry.find('/') != std::string::npos;
+    const std::string path = is_path ? entry : config::socket_folders().front() + "/" + entry + ".sock";
     if (follows(TextRule::kName, config::instance_name(path))) {
       found.try_emplace(config::instance_name(path), path);
     } else if (invalid != nullptr) {
@@ -32,7 +32,7 @@ std::map<std::string, std::string> find_instances(const std::vector<std::string>
   std::vector<std::string> invalid;
   auto found = find_instances(entries, &invalid);
   for (const std::string& path : invalid)
-    state.skipped(path, std::string("expected a name of ") + rule_text(TextRule::kName));
+    state.log_skipped(path, std::string("expected a name of ") + rule_text(TextRule::kName));
   return found;
 }
 

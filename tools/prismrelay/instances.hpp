@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The instances of this host that the relay was told to follow.
+// The configured instances of this host.
 #pragma once
 
 #include <map>
@@ -8,15 +8,15 @@
 
 namespace prism::prismrelay {
 
-/// Name → path of the socket, of what is there now: `entries` are names, sockets, or folders ending in '/'. Names and
-/// sockets are listed whether they are there or not. Of two with one name the first counts. Paths whose names do not
-/// follow TextRule::kName are not listed: they are added to `invalid`, if given, as printable text.
+/// Returns name → socket path. `entries` are names, sockets, or directories ending in '/'. A name or socket is listed
+/// even if it does not exist; a directory is searched for sockets. The first of equal names is listed. Paths whose
+/// names do not follow TextRule::kName are not listed, but added to `invalid`, if given, as printable text.
 std::map<std::string, std::string> find_instances(const std::vector<std::string>& entries,
                                                   std::vector<std::string>* invalid = nullptr);
 
 class RelayState;
 
-/// The same; invalid names are logged once.
+/// The same; logs each invalid name once.
 std::map<std::string, std::string> find_instances(const std::vector<std::string>& entries, RelayState& state);
 
 }  // namespace prism::prismrelay

@@ -45,35 +45,35 @@ void LiveLoop::discover() {
     if (sources_.count(gyro) == 0) follow(gyro, name, socket);
   }
   for (auto at = sources_.begin(); at != sources_.end();) {
-    const bool there = found.count(at->first.substr(settings_.site.size() + 1)) != 0 || at->second.instance->running();
-    if (!there) at->second.instance->close();
-    if (!there) state_.forget(at->first);
-    at = there ? std::next(at) : sources_.erase(at);
+    const bool keep = found.count(at->first.substr(settings_.site.size() + 1)) != 0 || at->second.instance->running();
+    if (!keep) at->second.instance->close();
+    if (!keep) state_.forget(at->first);
+    at = keep ? std::next(at) : sources_.erase(at);
   }
 }
 
 void LiveLoop::follow(const std::string& gyro, const std::string& name, const std::string& socket) {
-  if (mqtt_ && !is_topic_part(name) && refused_.insert(name).second)
-    say(Level::kWarning,
-        fmt::format(
-            "mqtt: the gyro \"{}\" is not published: its name contains +, # or a leading $, which MQTT reserves "
-            "in topics",
-            name));
+  if (mqtt_ && !is_topic_part(name) && unpublished_.insert(name).second)
+    log_line(Level::kWarning,
+             fmt::format(
+                 "mqtt: the gyro \"{}\" is not published: its name contains +, # or a leading $, which MQTT reserves "
+                 "in topics",
+                 name));
   Source& source = sources_[gyro];
-  InstanceClient::Calls calls;
-  calls.begun = [this, &source, gyro, name](const json& status) {
-    source.asked = false;
-    take_status(gyro, name, status);
-    source.instance->ask("subscribe", {{"streams", {"window", "event"}}}, [](const json&) {});
+  InstanceClient::Callbacks callbacks;
+  callbacks.connected = [this, &source, gyro, name](const json& status) {
+    source.status_pending = false;
+    on_status(gyro, name, status);
+    source.instance->call("subscribe", {{"streams", {"window", "event"}}}, [](const json&) {});
   };
-  calls.told = [this, &source, name](const json& notification) { told(name, source.axes, notification); };
-  calls.gone = [this, &source, name] { publish_offline(name, source.axes, "gone"); };
-  source.instance = std::make_shared<InstanceClient>(context_, state_, gyro, socket, std::move(calls));
-  source.instance->begin();
+  callbacks.notification = [this, &source, name](const json& message) { on_notification(name, source.axes, message); };
+  callbacks.disconnected = [this, &source, name] { publish_offline(name, source.axes, "gone"); };
+  source.instance = std::make_shared<InstanceClient>(context_, state_, gyro, socket, std::move(callbacks));
+  source.instance->start();
 }
 
-void LiveLoop::told(const std::string& name, const std::set<std::string>& axes, const json& notification) {
-  if (!mqtt_ || refused_.count(name) != 0) return;
+void LiveLoop::on_notification(const std::string& name, const std::set<std::string>& axes, const json& notification) {
+  if (!mqtt_ || unpublished_.count(name) != 0) return;
   const std::string method = text_member(notification, "method");
   const json& params = member(notification, "params");
   const std::string axis = text_member(params, "axis");
@@ -83,31 +83,31 @@ void LiveLoop::told(const std::string& name, const std::set<std::string>& axes, 
   if (method == "lost") state_.dropped("mqtt", count_member(params, "rows"));
 }
 
-void LiveLoop::take_status(const std::string& gyro, const std::string& name, json status) {
+void LiveLoop::on_status(const std::string& gyro, const std::string& name, json status) {
   Source& source = sources_[gyro];
   const StatusAxes axes = axes_of(status);
   source.axes = {axes.names.begin(), axes.names.end()};
-  for (const std::string& axis : axes.invalid) state_.skipped_axis(gyro, axis);
-  if (mqtt_ && refused_.count(name) == 0) {
+  for (const std::string& axis : axes.invalid) state_.log_skipped_axis(gyro, axis);
+  if (mqtt_ && unpublished_.count(name) == 0) {
     for (const std::string& axis : source.axes) {
-      json own = status;
-      own.erase("axes");
-      if (const json& of_axis = member(member(status, "axes"), axis); of_axis.is_object()) own.update(of_axis);
-      own["axis"] = axis;
-      own["state"] = "running";
-      mqtt_->publish_last(fmt::format("{}/{}/status", name, axis), json_text(own), true);
+      json axis_status = status;
+      axis_status.erase("axes");
+      if (const json& of_axis = member(member(status, "axes"), axis); of_axis.is_object()) axis_status.update(of_axis);
+      axis_status["axis"] = axis;
+      axis_status["state"] = "running";
+      mqtt_->publish_last(fmt::format("{}/{}/status", name, axis), json_text(axis_status), true);
     }
   }
   state_.status(gyro, std::move(status));
 }
 
-// What was told last is not true any more, and a retained message stays until another one comes.
+// Replaces the retained status, which is no longer true. A broker keeps it until the next message.
 void LiveLoop::publish_offline(const std::string& name, const std::set<std::string>& axes, const std::string& state) {
-  if (!mqtt_ || refused_.count(name) != 0) return;
+  if (!mqtt_ || unpublished_.count(name) != 0) return;
   for (const std::string& axis : axes) {
-    const json own = {{"axis", axis}, {"state", state}, {"quality", "no_data"}, {"since_s", host_time_s()}};
-    mqtt_->publish_last(fmt::format("{}/{}/status", name, axis), json_text(own), true);
-    mqtt_->publish_last(fmt::format("{}/{}/window", name, axis), json_text(own), false);
+    const json offline = {{"axis", axis}, {"state", state}, {"quality", "no_data"}, {"since_s", host_time_s()}};
+    mqtt_->publish_last(fmt::format("{}/{}/status", name, axis), json_text(offline), true);
+    mqtt_->publish_last(fmt::format("{}/{}/window", name, axis), json_text(offline), false);
   }
 }
 
@@ -117,18 +117,18 @@ void LiveLoop::once_a_second() {
   if (mqtt_ && second_ % kRetryEvery_s == 0) mqtt_->retry();
   for (auto& [gyro, source] : sources_) {
     if (second_ % kStatusEvery_s != 0 || !source.instance->running()) continue;
-    if (std::exchange(source.asked, true)) {
-      source.instance->restart("does not answer");
-      source.asked = false;
+    if (std::exchange(source.status_pending, true)) {
+      source.instance->restart("does not respond");
+      source.status_pending = false;
       continue;
     }
     const std::string name = gyro.substr(settings_.site.size() + 1);
-    source.instance->ask("status", nullptr, [this, gyro = gyro, name](const json& message) {
-      const auto own = sources_.find(gyro);
-      if (own == sources_.end()) return;
-      own->second.asked = false;
+    source.instance->call("status", nullptr, [this, gyro = gyro, name](const json& message) {
+      const auto found = sources_.find(gyro);
+      if (found == sources_.end()) return;
+      found->second.status_pending = false;
       if (const auto status = message.find("result"); status != message.end() && status->is_object())
-        take_status(gyro, name, *status);
+        on_status(gyro, name, *status);
     });
   }
   ++second_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What prismd says now: for the broker and the metrics. A thread of its own: a database that stands still holds up
-// nothing here.
+// Sends current windows, events and status to the MQTT broker and the metrics. Has its own thread, so that a blocked
+// database does not delay it.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -18,7 +18,7 @@ namespace prism::prismrelay {
 
 class LiveLoop {
  public:
-  static constexpr std::size_t kLoop = 1;  ///< its place in RelayState's progress
+  static constexpr std::size_t kLoop = 1;  ///< index in RelayState::progress()
 
   LiveLoop(const Settings& settings, RelayState& state);
   void run();
@@ -27,13 +27,13 @@ class LiveLoop {
  private:
   struct Source {
     std::shared_ptr<InstanceClient> instance;
-    bool asked = false;  ///< a status is on its way
+    bool status_pending = false;
     std::set<std::string> axes;
   };
   void discover();
   void follow(const std::string& gyro, const std::string& name, const std::string& socket);
-  void told(const std::string& name, const std::set<std::string>& axes, const nlohmann::json& notification);
-  void take_status(const std::string& gyro, const std::string& name, nlohmann::json status);
+  void on_notification(const std::string& name, const std::set<std::string>& axes, const nlohmann::json& notification);
+  void on_status(const std::string& gyro, const std::string& name, nlohmann::json status);
   void publish_offline(const std::string& name, const std::set<std::string>& axes, const std::string& state);
   void once_a_second();
 
@@ -43,7 +43,7 @@ class LiveLoop {
   boost::asio::steady_timer second_timer_;
   std::unique_ptr<Mqtt> mqtt_;
   std::map<std::string, Source> sources_;
-  std::set<std::string> refused_;  ///< names that are no part of a topic
+  std::set<std::string> unpublished_;  ///< names that are invalid in a topic
   unsigned second_ = 0;
 };
 

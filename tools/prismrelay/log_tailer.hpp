@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One axis' log, followed by cursor: at most one page is on its way, from the question to the commit.
+// Reads the log of one axis by cursor. At most one page is in progress, from its request to its commit.
 #pragma once
 
 #include <chrono>
@@ -15,58 +15,52 @@ namespace prism::prismrelay {
 
 class LogTailer;
 
-/// What followers share: the batch that is gathered, and how much may be on its way at once.
+/// State that all log tailers share: the current batch, and the limit of large pages.
 struct RowTraffic {
   Batch* batch = nullptr;
   RelayState* state = nullptr;
-  std::string follower;                 ///< the name that prismd remembers us by
-  std::function<void()> gathered;       ///< something is in the batch
-  std::function<void()> freed;          ///< another large page may be asked for
-  bool open = false;                    ///< the ledger takes rows
-  int large = 0;                        ///< large pages on their way
-  static constexpr int kLargeMax = 24;  // of 256 KiB: what a thousand that lag behind may hold of our memory
+  std::string consumer;                  ///< the name under which prismd stores the relay's cursor
+  std::function<void()> batch_extended;  ///< called after an addition to the batch
+  std::function<void()> slot_released;   ///< called when another large page may be requested
+  bool database_up = false;
+  int large = 0;                        ///< large pages in progress
+  static constexpr int kMaxLarge = 24;  // of 256 KiB: limits the memory if a thousand logs are behind
 };
 
 class LogTailer : public std::enable_shared_from_this<LogTailer> {
  public:
-  using Gone = std::function<void(const std::string& why)>;
+  /// `axis`: the parameter of requests, required if the device has several axes, else empty.
+  LogTailer(boost::asio::io_context& context, RowTraffic& traffic, LogKey log, std::string axis);
 
-  /// `axis_asked`: of a device of several axes, else empty.
-  LogTailer(boost::asio::io_context& context, RowTraffic& traffic, LogKey log, std::string axis_asked);
-
-  void open(const std::string& socket, Gone gone);
+  void open(const std::string& socket, LineClient::OnDisconnect on_disconnect);
   void close();
-  /// Where the ledger has come to; from there on.
+  /// Continues after `cursor`, the one in the database; from the start of the log if it is empty.
   void resume(const std::string& cursor);
-  /// What was gathered is in the ledger, or is not.
+  /// Call after the batch was committed, or discarded because of an error.
   void committed();
-  void dropped();
-  /// Asks, where it may and does not already.
-  void ask();
+  void discarded();
+  /// Requests the next page, unless a page is in progress or no request is allowed now.
+  void request_page();
 
   const LogKey& log() const { return log_; }
-  bool lags() const { return lags_; }
-  /// A prismd that owes an answer for so long stands still.
+  /// Returns true if prismd has not responded to a request for 40 s.
   bool is_unresponsive(std::chrono::steady_clock::time_point now) const;
 
  private:
-  void answer(const nlohmann::json& message);
-  void refused(const nlohmann::json& error);
-  /// Shows why no rows come, and asks again later.
-  void fail(const std::string& why);
+  void on_response(const nlohmann::json& message);
+  void on_error(const nlohmann::json& error);
+  /// Reports why no rows are sent, and requests again later.
+  void fail(const std::string& reason);
   void release_slot();
 
   RowTraffic& traffic_;
   const LogKey log_;
-  const std::string axis_asked_;
+  const std::string axis_;
   std::shared_ptr<LineClient> client_;
-  std::string cursor_, next_cursor_;
-  double next_arrival_s_ = 0;
-  std::size_t next_rows_ = 0, next_refused_ = 0;
-  std::uint64_t next_missing_ = 0;
-  std::string next_why_;
+  std::string cursor_;  ///< after the last committed row
+  PageSummary page_;    ///< the page in the batch
   std::chrono::steady_clock::time_point requested_at_, retry_at_;
-  bool asking_ = false, gathered_ = false, lags_ = true, large_ = false, next_more_ = false;
+  bool requested_ = false, in_batch_ = false, behind_ = true, has_slot_ = false;
 };
 
 }  // namespace prism::prismrelay

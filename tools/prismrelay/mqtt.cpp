@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kBroker = "mqtt";
 constexpr int kKeepAlive_s = 15, kAtLeastOnce = 1, kRound_ms = 1000;
-constexpr int kLongestPause_s = 5;  // between two attempts; an end waits as long
+constexpr int kLongestDelay_s = 5;  // between attempts
 
 }  // namespace
 
@@ -31,11 +31,11 @@ Mqtt::Mqtt(const MqttSettings& settings, const std::string& site, RelayState& st
   retry();
 }
 
-// Everything that can be refused before the broker is asked is told as the broker's refusals are.
+// Reports local errors, e.g. of the password file, in the same way as errors of the broker.
 void Mqtt::retry() {
-  if (began_ || !client_) return;
+  if (started_ || !client_) return;
   mosquitto* const client = client_.get();
-  const auto fails = [&](int code, const std::string& what) {
+  const auto failed = [&](int code, const std::string& what) {
     if (code == MOSQ_ERR_SUCCESS) return false;
     state_.down(kBroker, fmt::format("mqtt: {}: {}", what, mosquitto_strerror(code)));
     return true;
@@ -51,42 +51,42 @@ void Mqtt::retry() {
   }
   if (settings_.tls) {
     const auto text = [](const std::string& path) { return path.empty() ? nullptr : path.c_str(); };
-    if (fails(mosquitto_tls_set(client, text(settings_.ca_file), nullptr, text(settings_.cert_file),
-                                text(settings_.key_file), nullptr),
-              settings_.ca_file))
+    if (failed(mosquitto_tls_set(client, text(settings_.ca_file), nullptr, text(settings_.cert_file),
+                                 text(settings_.key_file), nullptr),
+               settings_.ca_file))
       return;
   }
   const std::string will = "offline";
   mosquitto_will_set(client, (base_ + "relay").c_str(), static_cast<int>(will.size()), will.data(), kAtLeastOnce, true);
   mosquitto_threaded_set(client, true);
-  mosquitto_reconnect_delay_set(client, 1, kLongestPause_s, true);
+  mosquitto_reconnect_delay_set(client, 1, kLongestDelay_s, true);
   mosquitto_max_inflight_messages_set(client, 100);
   mosquitto_connect_callback_set(client,
                                  [](mosquitto*, void* self, int code) { static_cast<Mqtt*>(self)->connected(code); });
   mosquitto_disconnect_callback_set(
       client, [](mosquitto*, void* self, int code) { static_cast<Mqtt*>(self)->disconnected(code); });
   mosquitto_publish_callback_set(client, [](mosquitto*, void* self, int) {
-    auto& own = *static_cast<Mqtt*>(self);
+    auto& mqtt = *static_cast<Mqtt*>(self);
     {
-      const std::lock_guard lock(own.mutex_);
-      if (own.in_flight_ > 0) --own.in_flight_;  // what was sent before a reconnection is acknowledged, too
+      const std::lock_guard lock(mqtt.mutex_);
+      if (mqtt.in_flight_ > 0) --mqtt.in_flight_;  // 0: sent before a reconnection, which reset the counter
     }
-    own.state_.committed(kBroker);
+    mqtt.state_.committed(kBroker);
   });
-  began_ = true;
+  started_ = true;
   thread_ = std::thread([this] { loop(); });
 }
 
-// The library's own thread ends for good at a name that is not found, or at a fault of TLS: neither has to last.
+// Runs on our thread: the thread of libmosquitto ends if a name is not found or TLS fails, which may be temporary.
 void Mqtt::loop() {
   mosquitto* const client = client_.get();
   int code = mosquitto_connect_async(client, settings_.host.c_str(), settings_.port, kKeepAlive_s);
-  while (!ending_) {
+  while (!stopping_) {
     if (code == MOSQ_ERR_SUCCESS) code = mosquitto_loop_forever(client, kRound_ms, 1);
-    if (ending_ || code == MOSQ_ERR_SUCCESS) break;
-    const char* const why = code == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(code);
-    state_.down(kBroker, fmt::format("mqtt: {}:{}: {}", settings_.host, settings_.port, why));
-    for (int i = 0; i < kLongestPause_s && !ending_; ++i) std::this_thread::sleep_for(std::chrono::seconds(1));
+    if (stopping_ || code == MOSQ_ERR_SUCCESS) break;
+    const char* const reason = code == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(code);
+    state_.down(kBroker, fmt::format("mqtt: {}:{}: {}", settings_.host, settings_.port, reason));
+    for (int i = 0; i < kLongestDelay_s && !stopping_; ++i) std::this_thread::sleep_for(std::chrono::seconds(1));
     code = mosquitto_reconnect(client);
   }
 }
@@ -98,19 +98,19 @@ Mqtt::~Mqtt() {
 }
 
 void Mqtt::finish() {
-  if (!std::exchange(began_, false)) return;
+  if (!std::exchange(started_, false)) return;
   {
     const std::lock_guard lock(mutex_);
     if (up_) send("relay", "offline", true);
   }
-  ending_ = true;
+  stopping_ = true;
   mosquitto_disconnect(client_.get());
   thread_.join();
 }
 
 void Mqtt::connected(int code) {
   if (code != 0)
-    return state_.down(kBroker, fmt::format("mqtt: the broker refuses: {}", mosquitto_connack_string(code)));
+    return state_.down(kBroker, fmt::format("mqtt: broker refused the connection: {}", mosquitto_connack_string(code)));
   state_.up(kBroker);
   const std::lock_guard lock(mutex_);
   up_ = true;
@@ -137,9 +137,9 @@ void Mqtt::publish_once(const std::string& topic, const std::string& text) {
   if (!up_ || !send(topic, text, false)) state_.dropped(kBroker, 1);
 }
 
-// With the lock held.
+// Requires mutex_.
 bool Mqtt::send(const std::string& topic, const std::string& text, bool retained) {
-  if (in_flight_ >= kMostInFlight) return false;
+  if (in_flight_ >= kMaxInFlight) return false;
   const int code = mosquitto_publish(client_.get(), nullptr, (base_ + topic).c_str(), static_cast<int>(text.size()),
                                      text.data(), kAtLeastOnce, retained);
   if (code == MOSQ_ERR_SUCCESS) ++in_flight_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Live state for dashboards, at an MQTT broker. Never the ledger: what a broker loses is gone.
+// Publishes live state for dashboards to an MQTT broker. Lost messages are not sent again, except the last value of
+// each topic.
 #pragma once
 
 #include <mosquitto.h>
@@ -17,8 +18,8 @@
 
 namespace prism::prismrelay {
 
-/// One connection, on a thread of its own; reconnects for ever. QoS 1. Under PREFIX/SITE/relay stands "online",
-/// or, by the broker's own hand when we are gone, "offline" (retained).
+/// One connection with its own thread; reconnects without limit. QoS 1. PREFIX/SITE/relay (retained) is "online"; the
+/// broker sets it to "offline" if the connection is lost.
 class Mqtt {
  public:
   Mqtt(const MqttSettings& settings, const std::string& site, RelayState& state);
@@ -26,14 +27,13 @@ class Mqtt {
   Mqtt(const Mqtt&) = delete;
   Mqtt& operator=(const Mqtt&) = delete;
 
-  /// Where the connection could not even be begun (no password to be read, no certificate): tries again.
+  /// Starts the connection if that failed before, e.g. because the password or certificate was unreadable.
   void retry();
-  /// The last value of a topic is kept, and told again when the broker is there again. `topic` goes behind
-  /// PREFIX/SITE/.
+  /// Publishes on PREFIX/SITE/`topic`. Stores the last value of each topic and publishes it again after a reconnection.
   void publish_last(const std::string& topic, const std::string& text, bool retained);
-  /// Told once, to a broker that is there; else counted as dropped.
+  /// Publishes if connected; else counts the message as dropped.
   void publish_once(const std::string& topic, const std::string& text);
-  /// Says "offline" itself and disconnects, as at the end of the program.
+  /// Publishes "offline" and disconnects. Call at the end of the program.
   void finish();
 
  private:
@@ -44,7 +44,7 @@ class Mqtt {
   struct Free {
     void operator()(mosquitto* client) const { mosquitto_destroy(client); }
   };
-  static constexpr int kMostInFlight = 1000;  ///< messages that the broker has not acknowledged
+  static constexpr int kMaxInFlight = 1000;  ///< messages not acknowledged by the broker
 
   void loop();
   void connected(int code);
@@ -58,12 +58,12 @@ class Mqtt {
   std::mutex mutex_;
   std::map<std::string, Last> last_;
   int in_flight_ = 0;
-  bool up_ = false, began_ = false;
-  std::atomic<bool> ending_ = false;
+  bool up_ = false, started_ = false;
+  std::atomic<bool> stopping_ = false;
   std::thread thread_;
 };
 
-/// True if a name may be one level of a topic: it follows TextRule::kName, without + and #, which are wildcards, and
+/// Returns true if `name` is valid as a level of a topic: it follows TextRule::kName, without the wildcards + and # and
 /// without a leading $, which brokers reserve.
 bool is_topic_part(const std::string& name);
 

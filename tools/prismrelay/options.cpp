@@ -10,15 +10,15 @@
 namespace prism::prismrelay {
 
 std::optional<int> parse_options(int argc, char** argv, Options& options) {
-  CLI::App app("prismrelay: carries the rows of every prismd of this host to PostgreSQL, MQTT and Prometheus");
+  CLI::App app("prismrelay: sends the rows of all gyros of this host to PostgreSQL, MQTT and Prometheus");
   tools::use_readable_help(app);
   app.set_version_flag("--version", std::string("prismrelay ") + kVersion);
-  app.add_option("config", options.config, "the configuration")->capture_default_str();
-  auto* check = app.add_flag("--check", options.check, "read the configuration, say whether it is good, and end");
-  auto* schema = app.add_flag("--schema", options.schema, "print the ledger's tables as SQL, and end");
-  auto* init = app.add_flag("--init", options.init, "make the tables in the configuration's database, and end");
-  auto* status = app.add_flag("--status", options.status, "what the relay that runs says of itself; 1 where none runs");
-  auto* as_json = app.add_flag("--json", options.json, "with --status: as JSON, for programs");
+  app.add_option("config", options.config, "configuration file")->capture_default_str();
+  auto* check = app.add_flag("--check", options.check, "validate the configuration and exit");
+  auto* schema = app.add_flag("--schema", options.schema, "print the SQL of --init and exit");
+  auto* init = app.add_flag("--init", options.init, "create the tables in the configured database and exit");
+  auto* status = app.add_flag("--status", options.status, "print the running relay's status; exit 1 if none");
+  auto* as_json = app.add_flag("--json", options.json, "with --status: print JSON");
   as_json->needs(status);
   for (auto* one : {check, schema, init, status}) {
     for (auto* other : {check, schema, init, status}) {

@@ -14,7 +14,7 @@ struct Options {
   bool check = false, schema = false, init = false, status = false, json = false;
 };
 
-/// An exit code where there is nothing to run: help, version, or a wrong command line.
+/// Returns an exit code after help, version or a usage error, else nullopt.
 std::optional<int> parse_options(int argc, char** argv, Options& options);
 
 }  // namespace prism::prismrelay

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A connection to a PostgreSQL server on which nothing waits for longer than a limit.
+// Connection to a PostgreSQL server; each operation has a deadline.
 #pragma once
 
 #include <libpq-fe.h>
@@ -20,16 +20,16 @@ class Postgres {
   struct Clear {
     void operator()(PGresult* result) const { PQclear(result); }
   };
-  using Answer = std::unique_ptr<PGresult, Clear>;
+  using QueryResult = std::unique_ptr<PGresult, Clear>;
 
-  /// `connection`: libpq's words; `password`: empty where none is needed, and in no message.
+  /// `connection`: libpq connection string. `password`: empty if not required; no error message contains it.
   static Result<Postgres> open(const std::string& connection, const std::string& password, Deadline until);
 
-  /// One or more statements; the last one's answer. Refused: the server's own words in one line.
-  Result<Answer> run(const std::string& sql, Deadline until);
-  /// One statement with its parameters, as texts.
-  Result<Answer> run(const std::string& sql, const std::vector<std::string>& parameters, Deadline until);
-  /// COPY … FROM STDIN with these lines.
+  /// Runs one or more statements and returns the result of the last one. Errors: the server's message in one line.
+  Result<QueryResult> run(const std::string& sql, Deadline until);
+  /// Runs one statement with its parameters, as text.
+  Result<QueryResult> run(const std::string& sql, const std::vector<std::string>& parameters, Deadline until);
+  /// Runs COPY … FROM STDIN with `lines`.
   Result<void> copy(const std::string& sql, std::string_view lines, Deadline until);
 
   int socket() const { return PQsocket(connection_.get()); }
@@ -40,14 +40,15 @@ class Postgres {
   };
   explicit Postgres(PGconn* connection) : connection_(connection) {}
   Result<void> flush(Deadline until);
-  Result<Answer> next(Deadline until);
-  Result<Answer> last(Deadline until);
-  tl::unexpected<Error> lost(std::string_view what) const;
+  Result<QueryResult> next_result(Deadline until);
+  Result<QueryResult> last_result(Deadline until);
+  /// libpq's message, or `fallback` if it has none.
+  tl::unexpected<Error> connection_error(std::string_view fallback = "connection lost") const;
 
   std::unique_ptr<PGconn, Finish> connection_;
 };
 
-/// A field as text; empty where it is null.
-std::string field(const Postgres::Answer& answer, int row, int column);
+/// Returns a field as text; empty if it is null.
+std::string field(const Postgres::QueryResult& result, int row, int column);
 
 }  // namespace prism::prismrelay

@@ -10,21 +10,20 @@ namespace {
 using metrics::Family;
 using metrics::Type;
 
-constexpr Family kUp{"prism_relay_up", Type::kGauge, "The relay runs."};
-constexpr Family kTargetUp{"prism_relay_target_up", Type::kGauge, "Whether the server is there."};
-constexpr Family kFailures{"prism_relay_failures_total", Type::kCounter, "Attempts at the server that failed."};
-constexpr Family kDropped{"prism_relay_dropped_messages_total", Type::kCounter,
-                          "Messages that the server could not be told."};
+constexpr Family kUp{"prism_relay_up", Type::kGauge, "1: the relay is running."};
+constexpr Family kTargetUp{"prism_relay_target_up", Type::kGauge, "1 if the server is connected, else 0."};
+constexpr Family kFailures{"prism_relay_failures_total", Type::kCounter,
+                           "Failed connections and operations of the server."};
+constexpr Family kDropped{"prism_relay_dropped_messages_total", Type::kCounter, "Messages dropped instead of sent."};
 constexpr Family kLast{"prism_relay_last_success_timestamp_seconds", Type::kGauge,
-                       "When the server last took something, since 1970."};
-constexpr Family kRows{"prism_relay_rows_total", Type::kCounter, "Rows that are in the ledger, since the relay runs."};
-constexpr Family kRefused{"prism_relay_refused_rows_total", Type::kCounter, "Lines of the log that are no rows."};
-constexpr Family kMissing{"prism_relay_missing_rows_total", Type::kCounter,
-                          "Rows that were deleted before they were carried."};
+                       "Unix time of the last commit or acknowledged message."};
+constexpr Family kRows{"prism_relay_rows_total", Type::kCounter, "Rows committed since the relay started."};
+constexpr Family kRefused{"prism_relay_refused_rows_total", Type::kCounter, "Invalid lines of the log."};
+constexpr Family kMissing{"prism_relay_missing_rows_total", Type::kCounter, "Rows deleted before they were sent."};
 constexpr Family kBehind{"prism_relay_behind_seconds", Type::kGauge,
-                         "Since the last row that is in the ledger, where further ones wait; else 0."};
+                         "Age of the last committed row if further rows may wait, else 0."};
 constexpr Family kLag{"prism_relay_lag_seconds", Type::kGauge,
-                      "From the last row's arrival at the host to its commit."};
+                      "Time from the arrival of the last row at the host to its commit."};
 
 }  // namespace
 
@@ -42,12 +41,12 @@ std::string metrics_text(const RelayState::View& view) {
   for (const auto& [key, log] : view.logs) {
     const metrics::Labels labels = {{"gyro", key.gyro}, {"axis", key.axis}};
     out.add(kRows, labels, static_cast<double>(log.rows));
-    out.add(kRefused, labels, static_cast<double>(log.refused));
+    out.add(kRefused, labels, static_cast<double>(log.invalid));
     out.add(kMissing, labels, static_cast<double>(log.missing));
     out.add(kBehind, labels, behind_s(view, key));
     if (log.arrival_s > 0) out.add(kLag, labels, log.lag_s);
   }
-  for (const auto& [gyro, own] : view.instances) metrics::add_gyro(out, gyro, {own.status, {}, {}});
+  for (const auto& [gyro, instance] : view.instances) metrics::add_gyro(out, gyro, {instance.status, {}, {}});
   return out.text();
 }
 

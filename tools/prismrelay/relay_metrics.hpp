@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The relay and the gyros that it follows as Prometheus' text.
+// Metrics of the relay and its gyros in Prometheus text format.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The relay's state for people and programs.
+// Status of the relay, as JSON and human-readable.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,17 +10,18 @@
 
 namespace prism::prismrelay {
 
-/// {"format":"prismrelay-status","version":1,"time_s",…,"targets":{…},"instances":{…},"logs":[…]}: no password in it.
+/// {"format":"prismrelay-status","version":1,"time_s",…,"targets":{…},"instances":{…},"logs":[…]}; without passwords.
 nlohmann::ordered_json status_json(const Settings& settings, const RelayState::View& view);
 
-/// The same for a person; `now_s`: a status that is older than 10 s is of a relay that is gone or stands still, and
-/// says so.
+/// Human-readable status, with a warning if it is older than 10 s at the time `now_s`: the relay has stopped or
+/// stalled.
 std::string status_view(const nlohmann::json& status, double now_s);
 
-/// systemd's status line: "30 of 31 gyros; postgresql: up, 0 behind; mqtt: down: …".
+/// systemd's status line: "30 of 31 gyros run; mqtt: down: …; postgresql: up, 3 s behind".
 std::string summary(const RelayState::View& view);
 
-/// How long the oldest row waits that is not in the ledger: since the last one that is, s; 0 where all are.
+/// Age of the last committed row, s, if the log may have further rows: the database is down, the log has an error or is
+/// not read to its end. Else 0, also before the first commit.
 double behind_s(const RelayState::View& view, const LogKey& key);
 
 }  // namespace prism::prismrelay

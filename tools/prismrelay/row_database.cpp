@@ -14,16 +14,16 @@ namespace {
 
 constexpr const char* kWhere = "postgresql";
 
-/// A temporary table that COPY fills, and where its lines go on to.
-struct Way {
+/// A temporary table that COPY fills, and the statement that inserts its rows into the final table.
+struct StagingTable {
   const char* table;
-  const char* made_of;
+  const char* definition;
   const char* columns;
   const char* insert;
 };
 
 // In the order of Batch::Table.
-constexpr std::array<Way, Batch::kTables> kWays = {{
+constexpr std::array<StagingTable, Batch::kTables> kStagingTables = {{
     {"in_rows", nullptr, nullptr, nullptr},
     {"in_segments", "gyro text, axis text, log uuid, segment integer, file text, model text, metadata jsonb",
      "gyro, axis, log, segment, file, model, metadata",
@@ -51,7 +51,7 @@ constexpr std::array<Way, Batch::kTables> kWays = {{
      "SELECT gyro, to_timestamp(time_s), severity, kind, text FROM in_events ON CONFLICT DO NOTHING"},
 }};
 
-Postgres::Deadline from_now() { return std::chrono::steady_clock::now() + RowDatabase::kTimeout; }
+Postgres::Deadline deadline() { return std::chrono::steady_clock::now() + RowDatabase::kTimeout; }
 
 std::int64_t today() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -59,61 +59,61 @@ std::int64_t today() {
 }
 
 template <class T>
-tl::unexpected<Error> passed_on(const Result<T>& wrong) {
-  return tl::unexpected<Error>(wrong.error());
+tl::unexpected<Error> error_of(const Result<T>& result) {
+  return tl::unexpected<Error>(result.error());
 }
 
-// As the log's own names stand in both tables, the columns of rows are made of prism.rows' own.
-std::string begin_session() {
-  // A session whose other end is gone must let go what it holds: the next one asks for the same places.
+// in_rows has the columns of prism.rows, and the times as numbers.
+std::string session_sql() {
+  // The timeouts end a session whose client is gone: it would keep locks on the rows of prism.places.
   std::string sql =
       "SET idle_in_transaction_session_timeout = '30s'; SET tcp_keepalives_idle = 10; SET tcp_keepalives_interval = 5; "
       "SET tcp_keepalives_count = 3; SET synchronous_commit = on;"
       "CREATE TEMPORARY TABLE in_rows ON COMMIT DELETE ROWS AS SELECT *, 0::double precision AS arrival_s, "
       "0::double precision AS time_s FROM prism.rows LIMIT 0;";
-  for (const Way& way : kWays) {
-    if (way.made_of != nullptr)
-      sql += fmt::format("CREATE TEMPORARY TABLE {} ({}) ON COMMIT DELETE ROWS;", way.table, way.made_of);
+  for (const StagingTable& staging : kStagingTables) {
+    if (staging.definition != nullptr)
+      sql += fmt::format("CREATE TEMPORARY TABLE {} ({}) ON COMMIT DELETE ROWS;", staging.table, staging.definition);
   }
   return sql;
 }
 
 std::string insert_rows() {
   const std::string columns = RowConverter::copy_columns();
-  std::string plain = columns;
+  std::string names = columns;
   for (const auto& [from, to] : {std::pair<std::string, std::string>{"arrival_s", "arrival"}, {"time_s", "time"}})
-    plain.replace(plain.find(from), from.size(), to);
-  std::string made = columns;
+    names.replace(names.find(from), from.size(), to);
+  std::string values = columns;
   for (const std::string name : {"arrival_s", "time_s"})
-    made.replace(made.find(name), name.size(), "to_timestamp(" + name + ")");
-  return fmt::format("INSERT INTO prism.rows ({}) SELECT {} FROM in_rows ON CONFLICT DO NOTHING", plain, made);
+    values.replace(values.find(name), name.size(), "to_timestamp(" + name + ")");
+  return fmt::format("INSERT INTO prism.rows ({}) SELECT {} FROM in_rows ON CONFLICT DO NOTHING", names, values);
 }
 
 Result<Postgres> open(const PostgresSettings& settings) {
   std::string password;
   if (!settings.password_file.empty()) {
     auto read = read_password(settings.password_file);
-    if (!read) return passed_on(read);
+    if (!read) return error_of(read);
     password = std::move(*read);
   }
-  return Postgres::open(settings.connection, password, from_now());
+  return Postgres::open(settings.connection, password, deadline());
 }
 
-// −1: there is no schema.
+// Returns the version of the schema; −1 if it does not exist.
 Result<int> version_of(Postgres& connection) {
-  const auto there = connection.run("SELECT to_regclass('prism.version')", from_now());
-  if (!there) return passed_on(there);
-  if (field(*there, 0, 0).empty()) return -1;
-  const auto version = connection.run("SELECT max(version) FROM prism.version", from_now());
-  if (!version) return passed_on(version);
+  const auto table = connection.run("SELECT to_regclass('prism.version')", deadline());
+  if (!table) return error_of(table);
+  if (field(*table, 0, 0).empty()) return -1;
+  const auto version = connection.run("SELECT max(version) FROM prism.version", deadline());
+  if (!version) return error_of(version);
   const std::string text = field(*version, 0, 0);
   return text.empty() ? 0 : std::atoi(text.c_str());
 }
 
-tl::unexpected<Error> other_version(int found) {
-  return make_error(kWhere,
-                    fmt::format("found version {} of the schema prism, expected {}: {}", found, kSchemaVersion,
-                                found > kSchemaVersion ? "made by a later prismrelay" : "made by an earlier one"));
+tl::unexpected<Error> version_error(int found) {
+  return make_error(
+      kWhere, fmt::format("found version {} of the schema prism, expected {}: {}", found, kSchemaVersion,
+                          found > kSchemaVersion ? "created by a later prismrelay" : "created by an earlier one"));
 }
 
 }  // namespace
@@ -121,28 +121,28 @@ tl::unexpected<Error> other_version(int found) {
 RowDatabase::RowDatabase(const PostgresSettings& settings, std::string site, std::function<void()> progress)
     : settings_(settings), site_(std::move(site)), progress_(std::move(progress)) {}
 
-Postgres::Deadline RowDatabase::soon() const {
+Postgres::Deadline RowDatabase::next_deadline() const {
   progress_();
-  return from_now();
+  return deadline();
 }
 
 Result<void> RowDatabase::connect() {
   connection_.reset();
   auto opened = open(settings_);
-  if (!opened) return passed_on(opened);
+  if (!opened) return error_of(opened);
   const auto version = version_of(*opened);
-  if (!version) return passed_on(version);
-  if (*version == -1) return make_error(kWhere, "has no schema prism, expected one that prismrelay --init made");
-  if (*version != kSchemaVersion) return other_version(*version);
-  if (const auto made = opened->run(begin_session(), soon()); !made) return passed_on(made);
-  const auto days = opened->run("SELECT day - '1970-01-01'::date FROM prism.days", soon());
-  if (!days) return passed_on(days);
+  if (!version) return error_of(version);
+  if (*version == -1) return make_error(kWhere, "has no schema prism; create it with prismrelay --init");
+  if (*version != kSchemaVersion) return version_error(*version);
+  if (const auto done = opened->run(session_sql(), next_deadline()); !done) return error_of(done);
+  const auto days = opened->run("SELECT day - '1970-01-01'::date FROM prism.days", next_deadline());
+  if (!days) return error_of(days);
   days_.clear();
   for (int i = 0; i < PQntuples(days->get()); ++i) days_.insert(std::stoll(field(*days, i, 0)));
   const auto places =
       opened->run("SELECT gyro, axis, cursor FROM prism.places WHERE starts_with(gyro, $1) FOR UPDATE", {site_ + "/"},
-                  soon());  // behind a commit that is still on its way
-  if (!places) return passed_on(places);
+                  next_deadline());  // FOR UPDATE waits for a commit of a previous connection
+  if (!places) return error_of(places);
   cursors_.clear();
   for (int i = 0; i < PQntuples(places->get()); ++i)
     cursors_[{field(*places, i, 0), field(*places, i, 1)}] = field(*places, i, 2);
@@ -150,77 +150,79 @@ Result<void> RowDatabase::connect() {
   return {};
 }
 
-std::string RowDatabase::place(const LogKey& log) const {
-  const auto known = cursors_.find(log);
-  return known == cursors_.end() ? "" : known->second;
+std::string RowDatabase::stored_cursor(const LogKey& log) const {
+  const auto found = cursors_.find(log);
+  return found == cursors_.end() ? "" : found->second;
 }
 
 Result<void> RowDatabase::commit(const Batch& batch) {
   auto done = make_partitions(batch.days());
   if (done) done = transact(batch);
   if (!done) {
-    connection_.reset();  // with what was begun: the next connection is told how far it has come
+    connection_.reset();  // ends the transaction; connect() reads what was committed
     return done;
   }
-  for (const auto& [log, cursor] : batch.places()) cursors_[log] = cursor;
+  for (const auto& [log, cursor] : batch.cursors()) cursors_[log] = cursor;
   return done;
 }
 
 Result<void> RowDatabase::ping() {
-  if (const auto there = connection_->run("SELECT 1", soon()); !there) {
+  if (const auto done = connection_->run("SELECT 1", next_deadline()); !done) {
     connection_.reset();
-    return passed_on(there);
+    return error_of(done);
   }
   return {};
 }
 
-// In transactions of their own: a new partition locks the table for a moment. One at a time, whoever makes it.
+// Separate transactions, because a new partition locks the table. The advisory lock serialises them over all relays.
 Result<void> RowDatabase::make_partitions(const std::set<std::int64_t>& days) {
   for (const std::int64_t day : days) {
     if (days_.count(day) != 0) continue;
-    const auto made = connection_->run(
-        "BEGIN; SELECT pg_advisory_xact_lock(hashtext('prism.rows')); " + partition_sql(day) + "; COMMIT", soon());
-    if (!made) return passed_on(made);
+    const auto done = connection_->run(
+        "BEGIN; SELECT pg_advisory_xact_lock(hashtext('prism.rows')); " + partition_sql(day) + "; COMMIT",
+        next_deadline());
+    if (!done) return error_of(done);
     days_.insert(day);
   }
   return {};
 }
 
 Result<void> RowDatabase::transact(const Batch& batch) {
-  const auto until = soon();
+  const auto until = next_deadline();
   static const std::string kInsertRows = insert_rows();
-  if (const auto begun = connection_->run("BEGIN", until); !begun) return passed_on(begun);
+  if (const auto done = connection_->run("BEGIN", until); !done) return error_of(done);
   for (std::size_t i = 0; i < Batch::kTables; ++i) {
     const std::string& lines = batch.text(static_cast<Batch::Table>(i));
     if (lines.empty()) continue;
-    const bool rows = i == Batch::kRows;
-    const std::string columns = rows ? RowConverter::copy_columns() : kWays[i].columns;
-    auto copied =
-        connection_->copy(fmt::format("COPY {} ({}) FROM STDIN (FORMAT csv)", kWays[i].table, columns), lines, until);
+    const bool is_rows = i == Batch::kRows;
+    const std::string columns = is_rows ? RowConverter::copy_columns() : kStagingTables[i].columns;
+    auto copied = connection_->copy(
+        fmt::format("COPY {} ({}) FROM STDIN (FORMAT csv)", kStagingTables[i].table, columns), lines, until);
     if (!copied) return copied;
-    if (const auto put = connection_->run(rows ? kInsertRows : kWays[i].insert, until); !put) return passed_on(put);
+    if (const auto done = connection_->run(is_rows ? kInsertRows : kStagingTables[i].insert, until); !done)
+      return error_of(done);
   }
-  if (const auto done = connection_->run("COMMIT", until); !done) return passed_on(done);
+  if (const auto done = connection_->run("COMMIT", until); !done) return error_of(done);
   return {};
 }
 
 Result<std::vector<std::string>> RowDatabase::keep_days() {
   std::vector<std::string> dropped;
-  const auto made = make_partitions({today(), today() + 1, today() + 2});
-  if (!made) {
+  const auto done = make_partitions({today(), today() + 1, today() + 2});
+  if (!done) {
     connection_.reset();
-    return passed_on(made);
+    return error_of(done);
   }
   if (!settings_.keep_days) return dropped;
   const auto old = connection_->run(
       "SELECT day - '1970-01-01'::date, rows_about, pg_size_pretty(bytes) FROM prism.days "
       "WHERE day < (now() AT TIME ZONE 'UTC')::date - $1::integer ORDER BY day",
-      {std::to_string(*settings_.keep_days)}, soon());
-  if (!old) return passed_on(old);
+      {std::to_string(*settings_.keep_days)}, next_deadline());
+  if (!old) return error_of(old);
   for (int i = 0; i < PQntuples(old->get()); ++i) {
     const std::int64_t day = std::stoll(field(*old, i, 0));
-    if (const auto gone = connection_->run("DROP TABLE prism." + partition_name(day), soon()); !gone)
-      return passed_on(gone);
+    if (const auto done = connection_->run("DROP TABLE prism." + partition_name(day), next_deadline()); !done)
+      return error_of(done);
     days_.erase(day);
     dropped.push_back(fmt::format("dropped {} (about {} rows, {}): older than keep_days {}", partition_name(day),
                                   field(*old, i, 1), field(*old, i, 2), *settings_.keep_days));
@@ -230,13 +232,13 @@ Result<std::vector<std::string>> RowDatabase::keep_days() {
 
 Result<std::string> init_schema(const PostgresSettings& settings) {
   auto connection = open(settings);
-  if (!connection) return passed_on(connection);
+  if (!connection) return error_of(connection);
   const auto version = version_of(*connection);
-  if (!version) return passed_on(version);
-  if (*version == kSchemaVersion) return fmt::format("the schema prism is there, version {}", *version);
-  if (*version != -1) return other_version(*version);
-  if (const auto done = connection->run(schema_sql(), from_now()); !done) return passed_on(done);
-  return fmt::format("made the schema prism, version {}", kSchemaVersion);
+  if (!version) return error_of(version);
+  if (*version == kSchemaVersion) return fmt::format("schema prism exists, version {}", *version);
+  if (*version != -1) return version_error(*version);
+  if (const auto done = connection->run(schema_sql(), deadline()); !done) return error_of(done);
+  return fmt::format("created schema prism, version {}", kSchemaVersion);
 }
 
 }  // namespace prism::prismrelay

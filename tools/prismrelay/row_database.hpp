@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows in PostgreSQL: each once, with how far its log has come in the same transaction.
+// Stores rows in PostgreSQL, each once: the cursor of the log is committed in the same transaction.
 #pragma once
 
 #include <chrono>
@@ -20,32 +20,33 @@ namespace prism::prismrelay {
 
 class RowDatabase {
  public:
-  /// Longest that an attempt may last: then the connection is given up, and what was committed is asked for.
+  /// Longest duration of an operation. After it the connection is closed, and connect() reads what was committed.
   static constexpr std::chrono::seconds kTimeout{20};
 
-  /// `progress` is called before each thing that may last as long.
+  /// `progress` is called before each operation that may last kTimeout.
   RowDatabase(const PostgresSettings& settings, std::string site, std::function<void()> progress);
 
   bool connected() const { return connection_.has_value(); }
-  /// Connects, looks at the schema's version, and reads how far each log of the site has come. Refused: the server, or
-  /// the schema, in one line.
+  /// Connects, checks the version of the schema, and reads the cursor of each log of the site. Errors: no connection,
+  /// no schema or another version, in one line.
   Result<void> connect();
-  /// The cursor to go on behind, as the ledger has it; empty: nothing of this log is there yet.
-  std::string place(const LogKey& log) const;
+  /// The cursor after the last committed row; empty if the database has no row of this log.
+  std::string stored_cursor(const LogKey& log) const;
 
-  /// One transaction. Refused: nothing of it is there, or, where the connection was cut, all of it may be: connect()
-  /// tells.
+  /// Commits the batch in one transaction. After an error the batch is not stored; if the connection was lost it may
+  /// be, and connect() reads the cursors that are stored.
   Result<void> commit(const Batch& batch);
 
-  /// Whether the server is there.
+  /// Checks the connection.
   Result<void> ping();
 
-  /// Makes the partitions of today, tomorrow and the day after; drops those beyond keep_days. What was dropped, a line
-  /// each.
+  /// Creates the partitions of today and the next two days; drops those older than keep_days. Returns a line for each
+  /// dropped partition.
   Result<std::vector<std::string>> keep_days();
 
  private:
-  Postgres::Deadline soon() const;
+  /// Calls progress and returns now + kTimeout.
+  Postgres::Deadline next_deadline() const;
   Result<void> make_partitions(const std::set<std::int64_t>& days);
   Result<void> transact(const Batch& batch);
 
@@ -54,10 +55,10 @@ class RowDatabase {
   const std::function<void()> progress_;
   std::optional<Postgres> connection_;
   std::map<LogKey, std::string> cursors_;  ///< of the site
-  std::set<std::int64_t> days_;            ///< that have a partition
+  std::set<std::int64_t> days_;            ///< with a partition
 };
 
-/// `prismrelay --init`: the schema, where there is none. What was done, in a line.
+/// `prismrelay --init`: creates the schema if it does not exist. Returns a line for the user.
 Result<std::string> init_schema(const PostgresSettings& settings);
 
 }  // namespace prism::prismrelay

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The ledger's tables, as SQL.
+// The tables of the database, as SQL.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,11 @@ namespace prism::prismrelay {
 
 inline constexpr int kSchemaVersion = 1;
 
-/// Everything that `prismrelay --init` applies, in one transaction.
+/// The SQL of `prismrelay --init`, one transaction.
 std::string schema_sql();
 
-/// The partition of a day (days since 1970 UTC): "rows_20261123", and the statement that makes it where it is not
-/// there.
+/// Name of a day's partition (days since 1970 UTC), e.g. "rows_20261123", and the statement that creates it if it does
+/// not exist.
 std::string partition_name(std::int64_t day);
 std::string partition_sql(std::int64_t day);
 

@@ -1,21 +1,21 @@
 -- SPDX-License-Identifier: MIT
--- The ledger of prismrelay: each row of each gyro's log once. docs/fleet.md explains.
+-- The database of prismrelay: each row of each gyro's log once. See docs/fleet.md.
 BEGIN;
 CREATE SCHEMA prism;
 
 CREATE TABLE prism.version (version integer PRIMARY KEY);
 INSERT INTO prism.version VALUES (1);
 
--- A row of a log. The key names its place in the log; the arrival, by the host's clock, is in it as the table is divided by it.
--- Every key and every join begins with the gyro: with Citus, distribute all tables by that column.
+-- A row of a log. The key is its position in the log, and the arrival, because the table is partitioned by it.
+-- Each key and join starts with the gyro: with Citus, distribute all tables by that column.
 CREATE TABLE prism.rows (
   gyro text NOT NULL,             -- SITE/NAME
   axis text NOT NULL,
-  log uuid NOT NULL,              -- the id of the log's index: an emptied folder is another log
+  log uuid NOT NULL,              -- the id in the log's index; an emptied directory gets a new one
   segment integer NOT NULL,
   row_number integer NOT NULL,    -- in the segment, from 1
-  arrival timestamptz NOT NULL,   -- of the second's last frame, by the host's clock
-  time timestamptz NOT NULL,      -- end of the second, by the clock of the data
+  arrival timestamptz NOT NULL,   -- host time of the last frame of the second
+  time timestamptz NOT NULL,      -- end of the second, in data time
   samples integer,
   missing bigint,
   rate_deg_per_h double precision,
@@ -33,12 +33,12 @@ CREATE TABLE prism.rows (
   quality text,
   sd_mean_deg_per_h double precision,
   partial smallint,
-  sensors jsonb,                  -- by the name of their column
+  sensors jsonb,                  -- values by column name
   PRIMARY KEY (gyro, axis, log, segment, row_number, arrival)
 ) PARTITION BY RANGE (arrival);
 CREATE INDEX rows_arrival ON prism.rows USING brin (arrival);
 
--- What stands above a segment's rows: its model's id, the description of the frames, the axis' place and mounting.
+-- Metadata of each segment: model id, frame description, site and mounting of the axis.
 CREATE TABLE prism.segments (
   gyro text NOT NULL,
   axis text NOT NULL,
@@ -51,7 +51,7 @@ CREATE TABLE prism.segments (
   PRIMARY KEY (gyro, axis, log, segment)
 );
 
--- How far each log has come: written with the rows, in one transaction.
+-- Cursor after the last row of each log, written in the same transaction as the rows.
 CREATE TABLE prism.places (
   gyro text NOT NULL,
   axis text NOT NULL,
@@ -60,23 +60,23 @@ CREATE TABLE prism.places (
   segment integer,
   row_number integer,
   arrival timestamptz,
-  rows bigint NOT NULL,           -- carried, since the gyro is known
+  rows bigint NOT NULL,           -- stored since the first row of the gyro
   updated timestamptz NOT NULL DEFAULT now(),
   PRIMARY KEY (gyro, axis)
 );
 
--- What a log had and nobody can have any more: rows deleted before they were fetched, a log that was emptied.
+-- Lost data: rows deleted before they were read, and ends of logs whose directory was emptied.
 CREATE TABLE prism.gaps (
   gyro text NOT NULL,
   axis text NOT NULL,
   noticed timestamptz NOT NULL DEFAULT now(),
   kind text NOT NULL,             -- deleted, or log_changed
-  behind text NOT NULL,           -- the cursor
+  behind text NOT NULL,           -- the cursor before the gap
   missing bigint NOT NULL,
   PRIMARY KEY (gyro, axis, behind, kind)
 );
 
--- Lines of a log that are no rows, as they stand there.
+-- Invalid lines of a log: their first 1000 bytes.
 CREATE TABLE prism.refused_rows (
   gyro text NOT NULL,
   axis text NOT NULL,
@@ -88,7 +88,7 @@ CREATE TABLE prism.refused_rows (
   PRIMARY KEY (gyro, axis, log, segment, row_number)
 );
 
--- What happened, as prismd told it.
+-- Events of prismd.
 CREATE TABLE prism.events (
   gyro text NOT NULL,
   time timestamptz NOT NULL,
@@ -98,7 +98,7 @@ CREATE TABLE prism.events (
   PRIMARY KEY (gyro, time, kind, text)
 );
 
--- The last row of every gyro and axis.
+-- The last row of each gyro and axis.
 CREATE VIEW prism.latest AS
 SELECT p.gyro, p.axis, p.rows AS rows_carried, p.updated, r.arrival, r.time, r.rate_deg_per_h, r.bias_deg_per_h, r.sd_deg_per_h,
        r.corrected_deg_per_h, r.corrected_mean_deg_per_h, r.temperature_degc, r.uhfo_v, r.quality, s.model
@@ -107,7 +107,7 @@ LEFT JOIN prism.rows r ON r.gyro = p.gyro AND r.axis = p.axis AND r.log = p.log 
                       AND r.row_number = p.row_number AND r.arrival = p.arrival
 LEFT JOIN prism.segments s ON s.gyro = p.gyro AND s.axis = p.axis AND s.log = p.log AND s.segment = p.segment;
 
--- Means of whole seconds, by hour of arrival.
+-- Means by hour of arrival, without partial seconds.
 CREATE VIEW prism.hourly AS
 SELECT gyro, axis, date_trunc('hour', arrival) AS hour, count(*) AS seconds, sum(missing) AS missing_frames,
        avg(rate_deg_per_h) AS rate_deg_per_h, avg(corrected_deg_per_h) AS corrected_deg_per_h, avg(bias_deg_per_h) AS bias_deg_per_h,
@@ -117,8 +117,8 @@ FROM prism.rows
 WHERE partial IS DISTINCT FROM 1
 GROUP BY gyro, axis, date_trunc('hour', arrival);
 
--- Bias stability of a day: the standard deviation of 100 s means (Tao et al. 2019), raw and corrected. The log's means are those
--- of the 100 s window at the end of each second: one in each 100 s is taken.
+-- Bias stability of a day: standard deviation of 100 s means (Tao et al. 2019), raw and corrected. Each row has the mean of the
+-- 100 s before it, so only one row in 100 s is used.
 CREATE VIEW prism.stability AS
 SELECT gyro, axis, date_trunc('day', arrival) AS day, count(*) AS blocks,
        stddev_samp(mean_rate_deg_per_h) FILTER (WHERE corrected_mean_deg_per_h IS NOT NULL) AS raw_deg_per_h,
@@ -127,7 +127,7 @@ FROM prism.rows
 WHERE partial IS DISTINCT FROM 1 AND slope_degc_per_s IS NOT NULL AND extract(epoch FROM time)::bigint % 100 = 0
 GROUP BY gyro, axis, date_trunc('day', arrival);
 
--- The days that are kept, and what each takes.
+-- The stored days and the size of each.
 CREATE VIEW prism.days AS
 SELECT to_date(right(c.relname, 8), 'YYYYMMDD') AS day, c.reltuples::bigint AS rows_about, pg_total_relation_size(c.oid) AS bytes
 FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid

@@ -27,7 +27,7 @@ namespace {
 
 using std::chrono_literals::operator""s;
 
-// Longer than any single wait of a loop: an attempt that failed and waits is progress.
+// Twice the longest operation of a loop. Waiting for a retry is progress.
 constexpr std::chrono::seconds kTimeout = RowDatabase::kTimeout * 2;
 constexpr auto kRound = 1s;
 constexpr int kStatusEvery = 2;  // rounds
@@ -37,7 +37,7 @@ int fail(const Error& error, int code = kExitFailed) {
   return code;
 }
 
-/// What a thread of its own would do for the loops, once a second: status, metrics, systemd.
+/// Writes the status and metrics and notifies systemd. round() is called once a second by the main thread.
 class Reporter {
  public:
   Reporter(const Settings& settings, const RelayState& state) : settings_(settings), state_(state) {}
@@ -46,24 +46,24 @@ class Reporter {
     const RelayState::View view = state_.view();
     if (rounds_++ % kStatusEvery == 0) write_status(view);
     if (settings_.metrics && host_time_s() - measured_s_ >= settings_.metrics->every_s) write_metrics(view);
-    if (std::string now = summary(view); now != shown_) notify_status(shown_ = std::move(now));
+    if (std::string status = summary(view); status != reported_) notify_status(reported_ = std::move(status));
     if (watchdog_ && state_.all_progress(2, kTimeout)) notify_watchdog();
   }
 
  private:
   void write_status(const RelayState::View& view) {
     const auto written = write_text_file(settings_.status_file, json_text(status_json(settings_, view), 2) + "\n");
-    const std::string why = written ? "" : written.error().text();
-    if (why != fault_ && !why.empty()) say(Level::kWarning, "the status cannot be written: " + why);
-    fault_ = why;
+    const std::string error = written ? "" : written.error().text();
+    if (error != status_error_ && !error.empty()) log_line(Level::kWarning, "cannot write the status: " + error);
+    status_error_ = error;
   }
 
   void write_metrics(const RelayState::View& view) {
     measured_s_ = host_time_s();
     const auto written = metrics::write_exposition(settings_.metrics->file, metrics_text(view));
-    const std::string why = written ? "" : written.error().text();
-    if (why != metrics_fault_ && !why.empty()) say(Level::kWarning, "the metrics cannot be written: " + why);
-    metrics_fault_ = why;
+    const std::string error = written ? "" : written.error().text();
+    if (error != metrics_error_ && !error.empty()) log_line(Level::kWarning, "cannot write the metrics: " + error);
+    metrics_error_ = error;
   }
 
   const Settings& settings_;
@@ -71,14 +71,14 @@ class Reporter {
   const bool watchdog_ = watchdog_half_us() > 0;
   unsigned rounds_ = 0;
   double measured_s_ = 0;
-  std::string shown_, fault_, metrics_fault_;
+  std::string reported_, status_error_, metrics_error_;
 };
 
 int show_status(const Settings& settings, bool as_json) {
   const auto text = read_text_file(settings.status_file);
-  if (!text) return fail({settings.status_file, "no relay wrote its status here; start prismrelay"});
+  if (!text) return fail({settings.status_file, "no status of a running relay; start prismrelay"});
   const auto status = nlohmann::ordered_json::parse(*text, nullptr, false);
-  if (!status.is_object()) return fail({settings.status_file, "is no status of prismrelay"});
+  if (!status.is_object()) return fail({settings.status_file, "not a status file of prismrelay"});
   if (as_json) {
     fmt::print("{}\n", printable_json(json_text(status, 2)));
   } else {
@@ -90,38 +90,39 @@ int show_status(const Settings& settings, bool as_json) {
 }  // namespace
 
 int run_service(const Settings& settings) {
-  // A thousand followers hold a page each now and then: what they gave back goes back to the system.
+  // Returns freed page buffers to the system: with a thousand logs the heap would stay large.
   mallopt(M_MMAP_THRESHOLD, 64 << 10);
   mallopt(M_TRIM_THRESHOLD, 1 << 20);
-  sigset_t ends;
-  sigemptyset(&ends);
-  for (const int signal : {SIGTERM, SIGINT}) sigaddset(&ends, signal);
-  pthread_sigmask(SIG_BLOCK, &ends, nullptr);  // before the threads, which inherit it
+  sigset_t stop_signals;
+  sigemptyset(&stop_signals);
+  for (const int signal : {SIGTERM, SIGINT}) sigaddset(&stop_signals, signal);
+  pthread_sigmask(SIG_BLOCK, &stop_signals, nullptr);  // before the threads, which inherit it
   ::signal(SIGPIPE, SIG_IGN);
 
   RelayState state;
-  std::unique_ptr<DatabaseLoop> ledger;
+  std::unique_ptr<DatabaseLoop> database;
   std::unique_ptr<LiveLoop> live;
   std::vector<std::thread> threads;
   for (const std::size_t loop : {DatabaseLoop::kLoop, LiveLoop::kLoop}) state.progress(loop);
-  if (settings.postgresql) ledger = std::make_unique<DatabaseLoop>(settings, state);
+  if (settings.postgresql) database = std::make_unique<DatabaseLoop>(settings, state);
   if (settings.mqtt || settings.metrics) live = std::make_unique<LiveLoop>(settings, state);
-  if (ledger) threads.emplace_back([&] { ledger->run(); });
+  if (database) threads.emplace_back([&] { database->run(); });
   if (live) threads.emplace_back([&] { live->run(); });
   Reporter reporter(settings, state);
   notify_ready("looking for gyros");
-  say(Level::kInfo, fmt::format("carrying the gyros of {} as {}", fmt::join(settings.instances, ", "), settings.site));
+  log_line(Level::kInfo,
+           fmt::format("sending the rows of {} as site {}", fmt::join(settings.instances, ", "), settings.site));
   const timespec round{std::chrono::seconds(kRound).count(), 0};
-  while (sigtimedwait(&ends, nullptr, &round) < 0) {
-    if (!ledger) state.progress(DatabaseLoop::kLoop);
+  while (sigtimedwait(&stop_signals, nullptr, &round) < 0) {
+    if (!database) state.progress(DatabaseLoop::kLoop);
     if (!live) state.progress(LiveLoop::kLoop);
     reporter.round();
   }
   notify_stopping();
-  if (ledger) ledger->stop();
+  if (database) database->stop();
   if (live) live->stop();
   for (std::thread& thread : threads) thread.join();
-  say(Level::kInfo, "ended");
+  log_line(Level::kInfo, "stopped");
   return kExitDone;
 }
 
@@ -143,7 +144,7 @@ int run(int argc, char** argv) {
   if (options.status) return show_status(*settings, options.json);
   if (options.init) {
     if (!settings->postgresql)
-      return fail({settings->path, "has no postgresql, expected a database to make tables in"}, kExitConfig);
+      return fail({settings->path, "postgresql is missing; --init needs a database"}, kExitConfig);
     const auto done = init_schema(*settings->postgresql);
     if (!done) return fail(done.error());
     fmt::print("{}\n", *done);

@@ -20,15 +20,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A bare name is a credential that systemd hands over (LoadCredential=relay:FOLDER gives relay_NAME), else a file
-// beside the configuration.
+// A name without '/' is a systemd credential (LoadCredential=relay:DIRECTORY gives relay_NAME) if that exists, else a
+// file next to the configuration.
 std::string secret_path(const std::string& name, const fs::path& base) {
   if (name.empty()) return "";
   const char* const credentials = std::getenv("CREDENTIALS_DIRECTORY");
   if (name.find('/') == std::string::npos && credentials != nullptr) {
-    const fs::path handed = fs::path(credentials) / ("relay_" + name);
+    const fs::path path = fs::path(credentials) / ("relay_" + name);
     std::error_code error;
-    if (fs::exists(handed, error)) return handed.string();
+    if (fs::exists(path, error)) return path.string();
   }
   return (base / name).lexically_normal().string();
 }
@@ -37,7 +37,7 @@ std::string path_of(const std::string& text, const fs::path& base) {
   return text.empty() ? text : (base / text).lexically_normal().string();
 }
 
-// It stands in topics and before the '/' of a gyro's key.
+// The text is a level of topics, and in keys it precedes a '/'.
 void check_topic_part(const Section& section, const char* key, const std::string& text) {
   if (text.size() > 64 || !follows(TextRule::kName, text) || text.find_first_of(" +#") != std::string::npos ||
       text.starts_with('$'))
@@ -50,13 +50,13 @@ PostgresSettings read_postgresql(const Section& section, const fs::path& base) {
   PostgresSettings settings;
   settings.connection = section.text("connection");
   if (settings.connection.find("password=") != std::string::npos)
-    section.fail("connection", "holds a password, expected it in a file that password_file names");
+    section.fail("connection", "contains a password; put it in the file named by password_file");
   settings.password_file = secret_path(section.text("password_file", ""), base);
   if (section.has("keep_days")) settings.keep_days = static_cast<int>(section.integer("keep_days", {1, 36500}));
-  settings.follower = section.text("follower", settings.follower);
-  if (!follows(TextRule::kName, settings.follower))
+  settings.consumer = section.text("follower", settings.consumer);
+  if (!follows(TextRule::kName, settings.consumer))
     section.fail("follower",
-                 fmt::format("found \"{}\", expected {}", shortened(settings.follower), rule_text(TextRule::kName)));
+                 fmt::format("found \"{}\", expected {}", shortened(settings.consumer), rule_text(TextRule::kName)));
   settings.gather_s = section.number("gather_s", {0.01, 10}, settings.gather_s);
   return settings;
 }
@@ -68,20 +68,20 @@ void read_tls(const Section& section, const fs::path& base, MqttSettings& settin
   settings.cert_file = path_of(section.text("cert_file", ""), base);
   settings.key_file = path_of(section.text("key_file", ""), base);
   if (settings.ca_file.empty())
-    section.fail("ca_file", "is missing, expected the certificate that the broker is proved by");
+    section.fail("ca_file", "is missing, expected the CA certificate that verifies the broker");
   if (settings.cert_file.empty() != settings.key_file.empty())
-    section.fail("key_file", "cert_file and key_file go together, found one of them");
+    section.fail("key_file", "found one of cert_file and key_file, expected both or neither");
 }
 
 MqttSettings read_mqtt(const Section& section, const fs::path& base, const std::string& site) {
   MqttSettings settings;
   settings.host = section.text("host");
-  if (settings.host.empty()) section.fail("host", "is empty, expected the broker's name");
+  if (settings.host.empty()) section.fail("host", "is empty, expected the broker's host name");
   if (section.has("tls")) read_tls(section.object("tls"), base, settings);
   settings.port = static_cast<int>(section.integer("port", {1, 65535}, settings.port));
   settings.user = section.text("user", "");
   settings.password_file = secret_path(section.text("password_file", ""), base);
-  if (!settings.password_file.empty() && settings.user.empty()) section.fail("password_file", "stands without a user");
+  if (!settings.password_file.empty() && settings.user.empty()) section.fail("password_file", "requires user");
   settings.client_id = section.text("client_id", "prismrelay-" + site);
   settings.prefix = section.text("prefix", settings.prefix);
   check_topic_part(section, "prefix", settings.prefix);
@@ -100,25 +100,27 @@ MetricsSettings read_metrics(const Section& section, const fs::path& base) {
 void check_instances(const Section& top, const std::vector<std::string>& instances) {
   std::set<std::string> names;
   for (const std::string& entry : instances) {
-    if (entry.empty()) return top.fail("instances", "holds an empty text, expected names, sockets or folders/");
+    if (entry.empty())
+      return top.fail("instances", "contains an empty string, expected names, sockets or directories/");
     if (entry.back() == '/') continue;
     if (const std::string name = config::instance_name(entry); !follows(TextRule::kName, name))
       return top.fail("instances",
                       fmt::format("found \"{}\", expected a name of {}", shortened(name), rule_text(TextRule::kName)));
     if (!names.insert(fs::path(entry).stem().string()).second)
-      return top.fail("instances", fmt::format("\"{}\" stands there twice", fs::path(entry).stem().string()));
+      return top.fail("instances", fmt::format("found \"{}\" twice", fs::path(entry).stem().string()));
   }
 }
 
 }  // namespace
 
 std::string default_status_file() {
-  const auto of = [](const char* name) {
+  const auto variable = [](const char* name) {
     const char* const value = std::getenv(name);
     return std::string(value != nullptr ? value : "");
   };
-  if (const std::string own = of("RUNTIME_DIRECTORY"); !own.empty()) return own + "/status.json";
-  const std::string user = of("XDG_RUNTIME_DIR");
+  if (const std::string directory = variable("RUNTIME_DIRECTORY"); !directory.empty())
+    return directory + "/status.json";
+  const std::string user = variable("XDG_RUNTIME_DIR");
   if (::geteuid() == 0 || user.empty()) return "/run/prismrelay/status.json";
   return user + "/prismrelay.json";
 }
@@ -142,7 +144,7 @@ Result<Settings> parse_settings(std::string_view text, const std::string& path) 
   if (top.has("mqtt")) settings.mqtt = read_mqtt(top.object("mqtt"), base, settings.site);
   if (top.has("metrics")) settings.metrics = read_metrics(top.object("metrics"), base);
   if (top.good() && !settings.postgresql && !settings.mqtt && !settings.metrics)
-    top.fail("", "names nowhere to carry rows to, expected postgresql, mqtt or metrics");
+    top.fail("", "has no target, expected postgresql, mqtt or metrics");
   if (const auto done = top.finish(); !done) return tl::unexpected<Error>(done.error());
   return settings;
 }
@@ -154,10 +156,10 @@ Result<Settings> load_settings(const std::string& path) {
 }
 
 Result<std::string> read_password(const std::string& path) {
-  struct stat facts {};
-  if (::stat(path.c_str(), &facts) == 0 && (facts.st_mode & S_IROTH) != 0)
+  struct stat file {};
+  if (::stat(path.c_str(), &file) == 0 && (file.st_mode & S_IROTH) != 0)
     return make_error(path,
-                      fmt::format("everybody may read it (mode {:04o}), expected 0600 or 0640", facts.st_mode & 07777));
+                      fmt::format("readable by all users (mode {:04o}), expected 0600 or 0640", file.st_mode & 07777));
   const auto text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   std::string password = text->substr(0, text->find_first_of("\r\n"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a person may set of prismrelay: read strictly from one JSON file (comments allowed).
+// Configuration of prismrelay: one JSON file (comments allowed); unknown keys are errors.
 #pragma once
 
 #include <optional>
@@ -12,11 +12,11 @@
 namespace prism::prismrelay {
 
 struct PostgresSettings {
-  std::string connection;        ///< libpq's words: "host=/run/postgresql dbname=prism", or a postgresql:// address
-  std::string password_file;     ///< path; empty: no password
-  std::optional<int> keep_days;  ///< partitions of older days are dropped; absent: kept for ever
-  std::string follower = "prismrelay";  ///< the name that prismd remembers the relay by
-  double gather_s = 0.25;               ///< rows that came within this time are committed at once
+  std::string connection;               ///< for libpq: "host=/run/postgresql dbname=prism", or a postgresql:// URI
+  std::string password_file;            ///< path; empty: no password
+  std::optional<int> keep_days;         ///< older partitions are dropped; absent: no limit
+  std::string consumer = "prismrelay";  ///< the name under which prismd stores the relay's cursor
+  double gather_s = 0.25;               ///< rows within this time are committed together
 
   bool operator==(const PostgresSettings&) const = default;
 };
@@ -27,25 +27,25 @@ struct MqttSettings {
   std::string user, password_file;
   std::string client_id;  ///< default: prismrelay-SITE
   std::string prefix = "prism";
-  bool tls = false;  ///< preset port 8883
+  bool tls = false;  ///< then the default port is 8883
   std::string ca_file, cert_file, key_file;
 
   bool operator==(const MqttSettings&) const = default;
 };
 
 struct MetricsSettings {
-  std::string file;  ///< of node_exporter's textfile folder, or one that a link there names
+  std::string file;  ///< in node_exporter's textfile directory, or the target of a link there
   double every_s = 15;
 
   bool operator==(const MetricsSettings&) const = default;
 };
 
 struct Settings {
-  std::string path;  ///< the file it came from
-  std::string site;  ///< gyros are SITE/NAME: the key in the table, and the topic
-  /// Names (gyro1: /run/prismd/gyro1.sock), sockets, or folders (ending in '/') all of whose sockets are followed.
+  std::string path;  ///< of the configuration
+  std::string site;  ///< gyros are SITE/NAME in tables and topics
+  /// Names (gyro1: /run/prismd/gyro1.sock), sockets, or directories (ending in '/') for all their sockets.
   std::vector<std::string> instances;
-  std::string status_file;  ///< what `prismrelay --status` reads; its folder must be there
+  std::string status_file;  ///< `prismrelay --status` reads it; its directory must exist
   std::optional<PostgresSettings> postgresql;
   std::optional<MqttSettings> mqtt;
   std::optional<MetricsSettings> metrics;
@@ -53,15 +53,15 @@ struct Settings {
   bool operator==(const Settings&) const = default;
 };
 
-/// The status file of this user: $RUNTIME_DIRECTORY/status.json under systemd, /run/prismrelay/status.json for root,
-/// else in the user's own runtime folder.
+/// $RUNTIME_DIRECTORY/status.json under systemd; /run/prismrelay/status.json for root or without $XDG_RUNTIME_DIR; else
+/// $XDG_RUNTIME_DIR/prismrelay.json.
 std::string default_status_file();
 
-/// Every refusal: file:/pointer: found, expected.
+/// Errors have the form file:/pointer: found, expected.
 Result<Settings> parse_settings(std::string_view text, const std::string& path);
 Result<Settings> load_settings(const std::string& path);
 
-/// The first line of a password file; refused where it is not there, empty, or readable by everybody.
+/// Returns the first line of a password file. Errors: unreadable, empty, or readable by other users.
 Result<std::string> read_password(const std::string& path);
 
 }  // namespace prism::prismrelay

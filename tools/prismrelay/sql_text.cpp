@@ -15,9 +15,9 @@ json storable(const json& value) {
   if (!value.is_structured()) return value;
   json result = value.is_object() ? json::object() : json::array();
   if (value.is_object()) {
-    for (const auto& [name, own] : value.items()) result[database_text(name)] = storable(own);
+    for (const auto& [name, element] : value.items()) result[database_text(name)] = storable(element);
   } else {
-    for (const json& own : value) result.push_back(storable(own));
+    for (const json& element : value) result.push_back(storable(element));
   }
   return result;
 }

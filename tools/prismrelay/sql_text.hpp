@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Text and JSON as PostgreSQL accepts them, and as fields of its CSV.
+// Converts text and JSON to what PostgreSQL accepts, and to CSV fields.
 #pragma once
 
 #include <cstddef>
@@ -9,13 +9,14 @@
 
 namespace prism::prismrelay {
 
-/// Valid UTF-8 without NUL: PostgreSQL stores neither. Both become U+FFFD.
+/// Replaces invalid UTF-8 and NUL, which PostgreSQL cannot store, by U+FFFD.
 std::string database_text(std::string_view text);
 
-/// JSON text for a column of type jsonb: database_text() in every text and name, null for what is not finite.
+/// JSON text for a column of type jsonb: database_text() of every string and name; numbers that are not finite become
+/// null.
 std::string jsonb_text(const nlohmann::json& value);
 
-/// Appends a field of CSV for COPY, quoted: database_text() of at most `max` bytes, complete characters.
+/// Appends a quoted CSV field for COPY: database_text() of at most `max` bytes, without a partial character.
 void append_quoted(std::string& csv, std::string_view text, std::size_t max = std::string_view::npos);
 
 }  // namespace prism::prismrelay

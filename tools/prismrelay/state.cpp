@@ -17,7 +17,7 @@ double host_time_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-void say(Level level, const std::string& text) {
+void log_line(Level level, const std::string& text) {
   static const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
   static constexpr const char* kNames[] = {"", "", "", "error", "warning", "", "info"};
   const int number = static_cast<int>(level);
@@ -28,21 +28,21 @@ void say(Level level, const std::string& text) {
 
 void RelayState::up(const std::string& target) {
   const std::lock_guard lock(mutex_);
-  TargetState& own = view_.targets[target];
-  own.error.clear();
-  if (std::exchange(own.up, true)) return;
-  own.since_s = host_time_s();
-  say(Level::kInfo, target + ": connected");
+  TargetState& current = view_.targets[target];
+  current.error.clear();
+  if (std::exchange(current.up, true)) return;
+  current.since_s = host_time_s();
+  log_line(Level::kInfo, target + ": connected");
 }
 
-void RelayState::down(const std::string& target, const std::string& why) {
+void RelayState::down(const std::string& target, const std::string& reason) {
   const std::lock_guard lock(mutex_);
-  TargetState& own = view_.targets[target];
-  ++own.failures;
-  if (own.up || own.since_s == 0) own.since_s = host_time_s();
-  const bool changed = std::exchange(own.up, false) || own.error != printable(why);
-  own.error = printable(why);
-  if (changed) say(Level::kWarning, why + "; trying again until it is there");
+  TargetState& current = view_.targets[target];
+  ++current.failures;
+  if (current.up || current.since_s == 0) current.since_s = host_time_s();
+  const bool changed = std::exchange(current.up, false) || current.error != printable(reason);
+  current.error = printable(reason);
+  if (changed) log_line(Level::kWarning, reason + "; retrying");
 }
 
 void RelayState::committed(const std::string& target) {
@@ -58,37 +58,38 @@ void RelayState::dropped(const std::string& target, std::uint64_t count) {
 void RelayState::instance(const std::string& gyro, const std::string& socket, const std::string& state,
                           const std::string& error) {
   const std::lock_guard lock(mutex_);
-  const auto [place, is_new] = view_.instances.try_emplace(gyro);
-  InstanceState& own = place->second;
-  own.socket = socket;
-  const bool changed = is_new || own.state != state || (own.error != printable(error) && !error.empty());
-  own.state = state;
-  own.error = printable(error);
-  if (state != "running") own.status = nullptr;
+  const auto [found, is_new] = view_.instances.try_emplace(gyro);
+  InstanceState& current = found->second;
+  current.socket = socket;
+  const bool changed = is_new || current.state != state || (current.error != printable(error) && !error.empty());
+  current.state = state;
+  current.error = printable(error);
+  if (state != "running") current.status = nullptr;
   if (changed)
-    say(state == "gone" && !is_new ? Level::kWarning : Level::kInfo,
-        fmt::format("{}: {}{}{}", gyro, state, error.empty() ? "" : ": ", error));
+    log_line(state == "gone" && !is_new ? Level::kWarning : Level::kInfo,
+             fmt::format("{}: {}{}{}", gyro, state, error.empty() ? "" : ": ", error));
 }
 
-void RelayState::status(const std::string& gyro, nlohmann::json answer) {
+void RelayState::status(const std::string& gyro, nlohmann::json response) {
   const std::lock_guard lock(mutex_);
-  if (const auto own = view_.instances.find(gyro); own != view_.instances.end()) own->second.status = std::move(answer);
+  if (const auto found = view_.instances.find(gyro); found != view_.instances.end())
+    found->second.status = std::move(response);
 }
 
 void RelayState::forget(const std::string& gyro) {
   const std::lock_guard lock(mutex_);
-  if (view_.instances.erase(gyro) != 0) say(Level::kInfo, gyro + ": its socket is gone, it is followed no more");
+  if (view_.instances.erase(gyro) != 0) log_line(Level::kInfo, gyro + ": socket removed, gyro no longer followed");
 }
 
-void RelayState::skipped(const std::string& what, const std::string& why) {
+void RelayState::log_skipped(const std::string& name, const std::string& reason) {
   constexpr std::size_t kMaxNames = 1000;
   const std::lock_guard lock(mutex_);
-  if (skipped_.size() < kMaxNames && skipped_.insert(what).second)
-    say(Level::kWarning, fmt::format("{}: skipped: {}", what, why));
+  if (skipped_.size() < kMaxNames && skipped_.insert(name).second)
+    log_line(Level::kWarning, fmt::format("{}: skipped: {}", name, reason));
 }
 
-void RelayState::skipped_axis(const std::string& gyro, const std::string& axis) {
-  skipped(fmt::format("{} axis {}", gyro, axis), fmt::format("expected {}", rule_text(TextRule::kAxisName)));
+void RelayState::log_skipped_axis(const std::string& gyro, const std::string& axis) {
+  log_skipped(fmt::format("{} axis {}", gyro, axis), fmt::format("expected {}", rule_text(TextRule::kAxisName)));
 }
 
 RelayState::View RelayState::view() const {

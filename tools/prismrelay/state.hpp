@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the relay says of itself: written by the loops, read for the status, the metrics and systemd.
+// State of the relay: written by the loops, read for the status, the metrics and systemd.
 #pragma once
 
 #include <atomic>
@@ -17,57 +17,58 @@ namespace prism::prismrelay {
 
 double host_time_s();
 
-/// PostgreSQL or the broker.
+/// State of PostgreSQL or the broker.
 struct TargetState {
   bool up = false;
   double since_s = 0;  ///< host time of the last change of `up`
-  std::string error;   ///< of the last attempt that failed; empty while it is up
+  std::string error;   ///< of the last failed attempt; empty while up
   std::uint64_t failures = 0, dropped = 0;
-  double committed_s = 0;  ///< host time of the last row or message that was acknowledged
+  double committed_s = 0;  ///< host time of the last commit or acknowledged message
 };
 
-/// One axis' log on its way into the ledger.
+/// Progress of one axis' log.
 struct LogState {
-  std::uint64_t rows = 0, refused = 0, missing = 0;  ///< since the relay runs
-  std::string error;                                 ///< what prismd answered instead of rows
-  std::string rows_error;                            ///< why no line of the last page was a row; until one is
-  double arrival_s = 0;                              ///< of the last row that was committed
+  std::uint64_t rows = 0, invalid = 0, missing = 0;  ///< since the start of the relay
+  std::string error;                                 ///< error or invalid response of prismd
+  std::string rows_error;                            ///< set by a page without a valid row, cleared by a valid row
+  double arrival_s = 0;                              ///< of the last committed row
   double lag_s = 0;                                  ///< from its arrival to its commit
   bool caught_up = false;
 
-  /// The reason why no rows are carried; empty if they are.
+  /// The reason why no rows are sent; empty if rows are sent.
   const std::string& fault() const { return error.empty() ? rows_error : error; }
 };
 
 struct InstanceState {
   std::string socket;
-  std::string state = "gone";  ///< "running", "stopped" (systemd would start it for us) or "gone"
+  std::string state = "gone";  ///< "running", "stopped" (a connection would start it) or "gone"
   std::string error;
-  nlohmann::json status;  ///< the last answer; null while it is not running
+  nlohmann::json status;  ///< the last response to `status`; null if not running
 };
 
-/// Any thread may call any of these.
+/// Thread-safe.
 class RelayState {
  public:
-  /// Says a change on standard error, once.
+  /// up() and down() log a change once.
   void up(const std::string& target);
-  void down(const std::string& target, const std::string& why);
+  void down(const std::string& target, const std::string& reason);
   void committed(const std::string& target);
   void dropped(const std::string& target, std::uint64_t count);
 
+  /// Calls `change` with the LogState of `key`, under the lock.
   template <class Change>
-  void log(const LogKey& key, Change&& change) {
+  void change_log(const LogKey& key, Change&& change) {
     const std::lock_guard lock(mutex_);
     change(logs_[key]);
   }
-  /// Of an instance; a change of its state or error is said, once.
+  /// Sets the state of an instance; logs a change of its state or error once.
   void instance(const std::string& gyro, const std::string& socket, const std::string& state, const std::string& error);
-  void status(const std::string& gyro, nlohmann::json answer);
+  void status(const std::string& gyro, nlohmann::json response);
   void forget(const std::string& gyro);
-  /// Logs a name from outside that is not used, once.
-  void skipped(const std::string& what, const std::string& why);
-  /// The same for an axis whose name breaks the rule.
-  void skipped_axis(const std::string& gyro, const std::string& axis);
+  /// Logs once that an external name is not used.
+  void log_skipped(const std::string& name, const std::string& reason);
+  /// The same for an axis with an invalid name.
+  void log_skipped_axis(const std::string& gyro, const std::string& axis);
 
   struct View {
     std::map<std::string, TargetState> targets;
@@ -76,9 +77,9 @@ class RelayState {
   };
   View view() const;
 
-  /// A loop goes round: for the watchdog.
+  /// Each loop calls it regularly, for the watchdog.
   void progress(std::size_t loop) { progress_[loop] = std::chrono::steady_clock::now().time_since_epoch().count(); }
-  /// Whether each of the first `loops` went round within `patience`.
+  /// Returns true if each of the first `loops` loops called progress() within `timeout`.
   bool all_progress(std::size_t loops, std::chrono::seconds timeout) const;
 
  private:
@@ -89,8 +90,8 @@ class RelayState {
   std::atomic<std::int64_t> progress_[2] = {};
 };
 
-/// A line on standard error, printable, with the journal's priority where it reads there.
+/// Writes a printable line to standard error, with the journal's priority if it is connected to the journal.
 enum class Level { kError = 3, kWarning = 4, kInfo = 6 };
-void say(Level level, const std::string& text);
+void log_line(Level level, const std::string& text);
 
 }  // namespace prism::prismrelay

@@ -25,35 +25,36 @@ json page_of(std::uint64_t missing = 0) {
                         {"metadata", {{"model", "m1"}, {"note", std::string("a\0\"b", 4)}}},
                         {"columns", "time_s,samples"},
                         {"first", 5},
-                        {"rows", {"10,7", "torn", "86411,8"}}}}},
+                        {"rows", {"10,7", "truncated", "86411,8"}}}}},
                      {"after", kLog + "-2-7-9"},
                      {"more", true},
                      {"missing", missing}};
-  return json::parse(page.dump());  // numbers as they come: without a sign
+  return json::parse(page.dump());  // unsigned numbers, as in a received page
 }
 
-TEST(Batch, APageBecomesRowsTheirSegmentAndTheirPlace) {
+TEST(Batch, ConvertsAPageToRowsSegmentAndCursor) {
   Batch batch;
-  const auto facts = batch.add_page({"lab/g", "z"}, "earliest", page_of());
-  ASSERT_TRUE(facts) << facts.error().text();
-  EXPECT_EQ(facts->cursor, kLog + "-2-7-9");
-  EXPECT_EQ(facts->rows, 2u);
-  EXPECT_EQ(facts->refused, 1u);
-  EXPECT_TRUE(facts->more);
-  EXPECT_EQ(facts->arrival_s, 86411);
+  const auto summary = batch.add_page({"lab/g", "z"}, "earliest", page_of());
+  ASSERT_TRUE(summary) << summary.error().text();
+  EXPECT_EQ(summary->cursor, kLog + "-2-7-9");
+  EXPECT_EQ(summary->rows, 2u);
+  EXPECT_EQ(summary->invalid, 1u);
+  EXPECT_TRUE(summary->more);
+  EXPECT_EQ(summary->arrival_s, 86411);
   EXPECT_EQ(batch.days(), (std::set<std::int64_t>{0, 1}));
   EXPECT_THAT(batch.text(Batch::kRows), HasSubstr("\"lab/g\",\"z\"," + kLog + ",2,5,10,10,"));
   EXPECT_THAT(batch.text(Batch::kRows), HasSubstr("," + kLog + ",2,7,86411,86411,"));
-  EXPECT_EQ(batch.text(Batch::kRefused), "\"lab/g\",\"z\"," + kLog + ",2,6,\"found 1 fields, expected 2\",\"torn\"\n");
+  EXPECT_EQ(batch.text(Batch::kRefused),
+            "\"lab/g\",\"z\"," + kLog + ",2,6,\"found 1 fields, expected 2\",\"truncated\"\n");
   EXPECT_EQ(batch.text(Batch::kSegments),
             "\"lab/g\",\"z\"," + kLog +
                 ",2,\"gyro1-1.csv\",\"m1\",\"{\"\"model\"\":\"\"m1\"\",\"\"note\"\":\"\"a\xef\xbf\xbd\\\"\"b\"\"}\"\n");
   EXPECT_EQ(batch.text(Batch::kPlaces), "\"lab/g\",\"z\",\"" + kLog + "-2-7-9\"," + kLog + ",2,7,86411.000000,2\n");
   EXPECT_EQ(batch.text(Batch::kGaps), "");
-  EXPECT_EQ(batch.places().at({"lab/g", "z"}), kLog + "-2-7-9");
+  EXPECT_EQ(batch.cursors().at({"lab/g", "z"}), kLog + "-2-7-9");
 }
 
-TEST(Batch, RowsThatAreMissingAreKeptAsAGap) {
+TEST(Batch, RecordsMissingRowsAsAGap) {
   Batch batch;
   ASSERT_TRUE(batch.add_page({"lab/g", "z"}, "c", page_of(41)));
   EXPECT_EQ(batch.text(Batch::kGaps), "\"lab/g\",\"z\",deleted,\"c\",41\n");
@@ -61,35 +62,35 @@ TEST(Batch, RowsThatAreMissingAreKeptAsAGap) {
   EXPECT_THAT(batch.text(Batch::kGaps), HasSubstr("\"lab/h\",\"x\",log_changed,\"d\",0\n"));
 }
 
-TEST(Batch, WhatIsNoAnswerOfRowsLeavesNothing) {
+TEST(Batch, IsUnchangedByAnInvalidResponse) {
   const auto without = [](const char* key) {
     json page = page_of();
     page.erase(key);
     return page;
   };
-  std::vector<json> wrong = {
+  std::vector<json> invalid = {
       json(), json::array(), "text", without("log"), without("after"), without("segments"), without("missing")};
-  wrong.push_back(page_of());
-  wrong.back()["log"] = "'; DROP TABLE prism.rows";
-  wrong.push_back(page_of());
-  wrong.back()["segments"][0]["segment"] = -1;
-  wrong.push_back(page_of());
-  wrong.back()["segments"][0]["rows"][1] = 7;
-  wrong.push_back(page_of());
-  wrong.back()["segments"][0]["first"] = 1ULL << 40;
+  invalid.push_back(page_of());
+  invalid.back()["log"] = "'; DROP TABLE prism.rows";
+  invalid.push_back(page_of());
+  invalid.back()["segments"][0]["segment"] = -1;
+  invalid.push_back(page_of());
+  invalid.back()["segments"][0]["rows"][1] = 7;
+  invalid.push_back(page_of());
+  invalid.back()["segments"][0]["first"] = 1ULL << 40;
   for (const std::string& cursor : {std::string(), std::string(129, 'a'), std::string("a\nb")}) {
-    wrong.push_back(page_of());
-    wrong.back()["after"] = cursor;
+    invalid.push_back(page_of());
+    invalid.back()["after"] = cursor;
   }
-  for (const json& page : wrong) {
+  for (const json& page : invalid) {
     Batch batch;
-    const auto facts = batch.add_page({"lab/g", "z"}, "c", page);
-    EXPECT_FALSE(facts) << page;
+    const auto summary = batch.add_page({"lab/g", "z"}, "c", page);
+    EXPECT_FALSE(summary) << page;
     EXPECT_TRUE(batch.empty()) << page;
   }
 }
 
-TEST(Batch, EventsAreCutAtTheBeginningOfACharacter) {
+TEST(Batch, DoesNotCutACharacterOfAnEvent) {
   Batch batch;
   batch.add_event("lab/g",
                   {{"time_s", 1.5}, {"severity", "info"}, {"kind", "note"}, {"text", std::string(999, 'a') + "µ"}});
@@ -99,14 +100,14 @@ TEST(Batch, EventsAreCutAtTheBeginningOfACharacter) {
   EXPECT_EQ(std::count(batch.text(Batch::kEvents).begin(), batch.text(Batch::kEvents).end(), '\n'), 1);
 }
 
-/// CSV as PostgreSQL reads it: fields of each record.
+/// Parses CSV like PostgreSQL and returns the fields of each record.
 std::vector<std::vector<std::string>> records_of(const std::string& csv) {
   std::vector<std::vector<std::string>> records(1, std::vector<std::string>(1));
   bool quoted = false;
   for (std::size_t i = 0; i < csv.size(); ++i) {
     std::string& field = records.back().back();
-    const bool doubled = quoted && csv.substr(i, 2) == "\"\"";
-    if (doubled) {
+    const bool escaped_quote = quoted && csv.substr(i, 2) == "\"\"";
+    if (escaped_quote) {
       field += csv[i++];
     } else if (csv[i] == '"') {
       quoted = !quoted;
@@ -121,7 +122,7 @@ std::vector<std::vector<std::string>> records_of(const std::string& csv) {
     }
   }
   EXPECT_FALSE(quoted);
-  records.pop_back();  // behind the last line end
+  records.pop_back();  // after the last line end
   return records;
 }
 
@@ -131,8 +132,8 @@ bool has_nul(const json& value) {
   return std::any_of(value.begin(), value.end(), has_nul);
 }
 
-// One text that the server refuses would stop the rows of all gyros.
-TEST(Batch, TheServerAcceptsEveryText) {
+// One text that the server rejects would block the rows of all gyros.
+TEST(Batch, IsAcceptedByTheServerForAnyText) {
   for (const std::string& text : test::hostile_texts()) {
     SCOPED_TRACE(text.substr(0, 40));
     json page = page_of();
@@ -141,9 +142,9 @@ TEST(Batch, TheServerAcceptsEveryText) {
     segment["file"] = text;
     segment["rows"] = {text, "10,7"};
     Batch batch;
-    const auto facts = batch.add_page({"lab/g", "z"}, "c", page);
-    ASSERT_TRUE(facts) << facts.error().text();
-    EXPECT_EQ(facts->rows, 1u);
+    const auto summary = batch.add_page({"lab/g", "z"}, "c", page);
+    ASSERT_TRUE(summary) << summary.error().text();
+    EXPECT_EQ(summary->rows, 1u);
     batch.add_event("lab/g", {{"time_s", 1}, {"severity", text}, {"kind", text}, {"text", text}});
     constexpr std::pair<Batch::Table, std::size_t> kFields[] = {
         {Batch::kRows, 25}, {Batch::kSegments, 7}, {Batch::kPlaces, 8}, {Batch::kRefused, 7}, {Batch::kEvents, 5}};

@@ -16,7 +16,7 @@
 namespace prism::prismrelay {
 namespace {
 
-TEST(Instances, NamesSocketsAndFolders) {
+TEST(Instances, FindsNamesSocketsAndDirectories) {
   const test::TemporaryFolder folder;
   for (const char* name : {"a.sock", "b.sock", "c.txt"}) std::ofstream(folder.file(name)) << "";
   const auto found = find_instances({"gyro1", "/x/a.sock", folder.file("")});
@@ -25,27 +25,27 @@ TEST(Instances, NamesSocketsAndFolders) {
   EXPECT_TRUE(find_instances({"/nowhere/at/all/"}).empty());
 }
 
-// A file whose name is not UTF-8 ended the relay of the host: its name could not be written as JSON.
-TEST(Instances, InvalidNamesAreSkippedAndNamed) {
+// Regression: a file name that is not UTF-8 ended the relay, because it could not be written as JSON.
+TEST(Instances, SkipsAndListsInvalidNames) {
   const test::TemporaryFolder folder;
-  const std::vector<std::string> wrong = {"\xff.sock", "a\nb.sock", "\033[2J.sock", std::string(91, 'n') + ".sock",
-                                          "\xe2\x80\xae.sock"};
-  for (const std::string& name : wrong) std::ofstream(folder.file(name)) << "";
+  const std::vector<std::string> invalid_names = {"\xff.sock", "a\nb.sock", "\033[2J.sock",
+                                                  std::string(91, 'n') + ".sock", "\xe2\x80\xae.sock"};
+  for (const std::string& name : invalid_names) std::ofstream(folder.file(name)) << "";
   std::ofstream(folder.file("good.sock")) << "";
   std::vector<std::string> invalid;
   const auto found = find_instances({folder.file(""), "/x/\xfe.sock"}, &invalid);
   EXPECT_EQ(found, (std::map<std::string, std::string>{{"good", folder.file("good.sock")}}));
-  EXPECT_EQ(invalid.size(), wrong.size() + 1);
+  EXPECT_EQ(invalid.size(), invalid_names.size() + 1);
   for (const std::string& name : invalid) EXPECT_TRUE(is_printable(name)) << name;
   RelayState state;
   testing::internal::CaptureStderr();
   for (int i = 0; i < 3; ++i) (void)find_instances({folder.file("")}, state);
   const std::string log = testing::internal::GetCapturedStderr();
-  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), static_cast<std::ptrdiff_t>(wrong.size()));
+  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), static_cast<std::ptrdiff_t>(invalid_names.size()));
   EXPECT_NE(log.find("\\xff.sock: skipped: expected a name of 1 to 90 bytes"), std::string::npos) << log;
 }
 
-TEST(Instances, AxesOfInvalidNamesAreNamed) {
+TEST(Instances, ListsInvalidAxisNames) {
   const StatusAxes axes = axes_of({{"axes", {{"x", {}}, {"\033[2J", {}}, {"a/b", {}}, {std::string(17, 'y'), {}}}}});
   EXPECT_EQ(axes.names, std::vector<std::string>{"x"});
   EXPECT_EQ(axes.invalid.size(), 3u);
@@ -54,7 +54,7 @@ TEST(Instances, AxesOfInvalidNamesAreNamed) {
     EXPECT_EQ(axes_of(other).names, std::vector<std::string>{"z"});
 }
 
-TEST(Instances, AxesOfAStatus) {
+TEST(Instances, ReadsTheAxesOfAStatus) {
   EXPECT_EQ(axes_of({{"axis", "z"}}).names, std::vector<std::string>{"z"});
   EXPECT_FALSE(axes_of({{"axis", "z"}}).several);
   const StatusAxes several = axes_of({{"axes", {{"x", {}}, {"y", {}}}}});
@@ -62,13 +62,13 @@ TEST(Instances, AxesOfAStatus) {
   EXPECT_TRUE(several.several);
 }
 
-TEST(Mqtt, WildcardsAreNoPartOfATopic) {
+TEST(Mqtt, RejectsInvalidTopicLevels) {
   EXPECT_TRUE(is_topic_part("gyro1"));
-  for (const std::string wrong : {"", "a+b", "#", "a/b", "a\nb", "$SYS", "\x7f", "\xff", "\xc2\x85"})
-    EXPECT_FALSE(is_topic_part(wrong)) << wrong;
+  for (const std::string level : {"", "a+b", "#", "a/b", "a\nb", "$SYS", "\x7f", "\xff", "\xc2\x85"})
+    EXPECT_FALSE(is_topic_part(level)) << level;
 }
 
-TEST(Schema, PartitionsGoFromMidnightToMidnight) {
+TEST(Schema, CreatesPartitionsFromMidnightToMidnight) {
   EXPECT_EQ(partition_name(20780), "rows_20261123");
   EXPECT_EQ(partition_sql(20780),
             "CREATE TABLE IF NOT EXISTS prism.rows_20261123 PARTITION OF prism.rows FOR VALUES FROM "

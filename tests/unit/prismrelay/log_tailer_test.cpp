@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A follower between a prismd and a ledger that comes and goes: what it asks behind is what the ledger has, never more.
+// A LogTailer with a fake prismd and a database that is lost at times: it only requests rows after the committed
+// cursor.
 #include "tools/prismrelay/log_tailer.hpp"
 
 #include <gmock/gmock.h>
@@ -17,30 +18,30 @@ namespace {
 using boost::asio::local::stream_protocol;
 using nlohmann::json;
 
-/// The relay's side on one io_context, prismd's side played by hand.
+/// The relay runs on `context`; the tests send the responses of prismd.
 struct LogTailerTest : testing::Test {
   LogTailerTest()
       : path(folder.file("gyro.sock")), acceptor(context, stream_protocol::endpoint(path)), prismd(context) {
     traffic.batch = &batch;
     traffic.state = &state;
-    traffic.follower = "relay";
-    traffic.gathered = [this] { ++gathered; };
-    traffic.freed = [] {};
-    traffic.open = true;
-    follower = std::make_shared<LogTailer>(context, traffic, LogKey{"lab/g", "z"}, "");
-    follower->open(path, [](const std::string&) {});
+    traffic.consumer = "relay";
+    traffic.batch_extended = [this] { ++batch_extensions; };
+    traffic.slot_released = [] {};
+    traffic.database_up = true;
+    tailer = std::make_shared<LogTailer>(context, traffic, LogKey{"lab/g", "z"}, "");
+    tailer->open(path, [](const std::string&) {});
     acceptor.accept(prismd);
     context.poll();
   }
-  /// The next question; the relay's side goes round until it is there.
-  json question() {
+  /// Returns the next request of the relay.
+  json next_request() {
     context.poll();
     const std::size_t size = boost::asio::read_until(prismd, boost::asio::dynamic_buffer(text), '\n');
     json request = json::parse(text.substr(0, size));
     text.erase(0, size);
     return request;
   }
-  void answer(const json& request, const json& result) {
+  void respond(const json& request, const json& result) {
     const std::string line = json{{"jsonrpc", "2.0"}, {"id", request["id"]}, {"result", result}}.dump() + "\n";
     boost::asio::write(prismd, boost::asio::buffer(line));
     for (int i = 0; i < 100; ++i) context.poll();
@@ -68,57 +69,57 @@ struct LogTailerTest : testing::Test {
   Batch batch;
   RelayState state;
   RowTraffic traffic;
-  std::shared_ptr<LogTailer> follower;
-  int gathered = 0;
+  std::shared_ptr<LogTailer> tailer;
+  int batch_extensions = 0;
 };
 
-TEST_F(LogTailerTest, AsksBehindWhatWasCommitted) {
-  follower->resume("");
-  const json first = question();
+TEST_F(LogTailerTest, RequestsRowsAfterTheCommittedCursor) {
+  tailer->resume("");
+  const json first = next_request();
   EXPECT_EQ(first["params"]["after"], "earliest");
   EXPECT_EQ(first["params"]["name"], "relay");
-  answer(first, page("c1", 1));
-  EXPECT_EQ(gathered, 1);
+  respond(first, page("c1", 1));
+  EXPECT_EQ(batch_extensions, 1);
   EXPECT_FALSE(batch.empty());
   batch = {};
-  follower->committed();
-  EXPECT_EQ(question()["params"]["after"], "c1");
+  tailer->committed();
+  EXPECT_EQ(next_request()["params"]["after"], "c1");
 }
 
-// The ledger went while prismd was asked: the page is nobody's, and the commit of another gyro's rows later is not its
-// own.
-TEST_F(LogTailerTest, APageThatComesWhileTheLedgerIsAwayIsAskedForAgain) {
-  follower->resume("c1");
-  const json request = question();
-  traffic.open = false;
-  follower->dropped();
-  answer(request, page("c2", 2));
+// The database was lost during the request: the page is discarded, and a later commit of another gyro has no effect on
+// it.
+TEST_F(LogTailerTest, RequestsAPageAgainIfTheDatabaseIsDown) {
+  tailer->resume("c1");
+  const json request = next_request();
+  traffic.database_up = false;
+  tailer->discarded();
+  respond(request, page("c2", 2));
   EXPECT_TRUE(batch.empty());
-  EXPECT_EQ(gathered, 0);
-  traffic.open = true;
-  follower->resume("c1");
-  EXPECT_EQ(question()["params"]["after"], "c1");
-  follower->committed();
-  follower->ask();
+  EXPECT_EQ(batch_extensions, 0);
+  traffic.database_up = true;
+  tailer->resume("c1");
+  EXPECT_EQ(next_request()["params"]["after"], "c1");
+  tailer->committed();
+  tailer->request_page();
   context.poll();
-  EXPECT_EQ(prismd.available(), 0u) << "one question at a time";
+  EXPECT_EQ(prismd.available(), 0u) << "one request at a time";
 }
 
-TEST_F(LogTailerTest, WhatFailedToBeCommittedIsAskedForAgain) {
-  follower->resume("c1");
-  answer(question(), page("c2", 2));
-  EXPECT_EQ(gathered, 1);
-  traffic.open = false;
+TEST_F(LogTailerTest, RequestsAPageAgainAfterAFailedCommit) {
+  tailer->resume("c1");
+  respond(next_request(), page("c2", 2));
+  EXPECT_EQ(batch_extensions, 1);
+  traffic.database_up = false;
   batch = {};
-  follower->dropped();
-  traffic.open = true;
-  follower->resume("c1");
-  EXPECT_EQ(question()["params"]["after"], "c1");
+  tailer->discarded();
+  traffic.database_up = true;
+  tailer->resume("c1");
+  EXPECT_EQ(next_request()["params"]["after"], "c1");
 }
 
-TEST_F(LogTailerTest, AnotherLogBeginsAtItsBeginning) {
-  follower->resume("c1");
-  const json request = question();
+TEST_F(LogTailerTest, ReadsANewLogFromItsStart) {
+  tailer->resume("c1");
+  const json request = next_request();
   const std::string line = json{{"jsonrpc", "2.0"},
                                 {"id", request["id"]},
                                 {"error", {{"code", -32002}, {"message", "the cursor is of log x"}}}}
@@ -127,47 +128,46 @@ TEST_F(LogTailerTest, AnotherLogBeginsAtItsBeginning) {
   boost::asio::write(prismd, boost::asio::buffer(line));
   for (int i = 0; i < 100; ++i) context.poll();
   EXPECT_NE(batch.text(Batch::kGaps).find("log_changed"), std::string::npos);
-  EXPECT_EQ(question()["params"]["after"], "earliest");
+  EXPECT_EQ(next_request()["params"]["after"], "earliest");
 }
 
-// The columns of a log that were cut in two by a line end in a name: no line fits them. The log was reported as
-// carried.
-TEST_F(LogTailerTest, ALogWithoutAReadableRowIsAnErrorUntilARowIsCarried) {
+// Regression: a line end in a column name split the header line, so no row was valid, but the log was reported as up to
+// date.
+TEST_F(LogTailerTest, ReportsALogWithoutAValidRowUntilARowIsSent) {
   const auto log = [this] { return state.view().logs.at({"lab/g", "z"}); };
-  follower->resume("c1");
+  tailer->resume("c1");
   json unreadable = page("c2", 1);
   unreadable["segments"][0]["columns"] = "\033[2J";
-  answer(question(), unreadable);
-  EXPECT_EQ(gathered, 1);
-  follower->committed();
-  EXPECT_EQ(log().refused, 1u);
-  EXPECT_EQ(log().fault(), "no line of the log is a row: row 1 of segment 1: time_s: found \"\"");
+  respond(next_request(), unreadable);
+  EXPECT_EQ(batch_extensions, 1);
+  tailer->committed();
+  EXPECT_EQ(log().invalid, 1u);
+  EXPECT_EQ(log().fault(), "no valid row; last error: row 1 of segment 1: time_s: found \"\"");
   json end = page("c2", 2);
   end["segments"] = json::array();
-  answer(question(), end);
-  EXPECT_NE(log().fault(), "") << "the end of the log is no row";
+  respond(next_request(), end);
+  EXPECT_NE(log().fault(), "") << "an empty page does not clear the error";
   const json status = status_json({}, state.view());
   EXPECT_EQ(status["logs"][0]["caught_up"], false);
   EXPECT_THAT(status_view(status, host_time_s()),
-              testing::HasSubstr("no row is carried now, 1 lines are no rows: no line"));
-  answer(question(), page("c3", 2));
-  follower->committed();
+              testing::HasSubstr("not sending, 1 invalid line: no valid row; last error: "));
+  respond(next_request(), page("c3", 2));
+  tailer->committed();
   EXPECT_EQ(log().fault(), "");
-  EXPECT_THAT(status_view(status_json({}, state.view()), host_time_s()), testing::HasSubstr("1 rows, all there"));
+  EXPECT_THAT(status_view(status_json({}, state.view()), host_time_s()), testing::HasSubstr("1 rows, up to date"));
 }
 
-// Members of another type than expected ended the relay.
-TEST_F(LogTailerTest, AnswersOfAnyTypeAreAnErrorOfThisLog) {
-  follower->resume("c1");
+// Regression: members of an unexpected type ended the relay.
+TEST_F(LogTailerTest, ReportsAResponseOfAnyTypeAsAnErrorOfTheLog) {
+  tailer->resume("c1");
   const std::vector<json> results = {nullptr,
                                      5,
                                      "text",
                                      json::array({1}),
                                      {{"segments", json::array()}, {"missing", "0"}},
                                      {{"segments", json::array()}, {"missing", 0}, {"more", 3}}};
-  const auto begun = state.view().logs.size();
-  EXPECT_EQ(begun, 0u);
-  answer(question(), results[0]);
+  EXPECT_EQ(state.view().logs.size(), 0u);
+  respond(next_request(), results[0]);
   EXPECT_NE(state.view().logs.at({"lab/g", "z"}).fault(), "");
   for (const json& result : results) {
     Batch other;
@@ -175,9 +175,9 @@ TEST_F(LogTailerTest, AnswersOfAnyTypeAreAnErrorOfThisLog) {
   }
 }
 
-TEST_F(LogTailerTest, AnErrorOfAnyTypeIsShownAsPrintable) {
-  follower->resume("c1");
-  const json request = question();
+TEST_F(LogTailerTest, MakesErrorsPrintable) {
+  tailer->resume("c1");
+  const json request = next_request();
   const json error = {{"code", {1}}, {"message", "\033[2Jgone\n"}};
   const std::string line = json{{"jsonrpc", "2.0"}, {"id", request["id"]}, {"error", error}}.dump() + "\n";
   boost::asio::write(prismd, boost::asio::buffer(line));
@@ -185,9 +185,9 @@ TEST_F(LogTailerTest, AnErrorOfAnyTypeIsShownAsPrintable) {
   EXPECT_EQ(state.view().logs.at({"lab/g", "z"}).fault(), "\\x1b[2Jgone\\x0a");
 }
 
-TEST_F(LogTailerTest, ALineNestedAMillionDeepEndsTheConnectionAlone) {
-  follower->resume("c1");
-  (void)question();
+TEST_F(LogTailerTest, ClosesTheConnectionAfterADeeplyNestedLine) {
+  tailer->resume("c1");
+  (void)next_request();
   const std::string line = std::string(1 << 20, '[') + "\n";
   boost::system::error_code error;
   prismd.non_blocking(true);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// relay.json: what is read, what is refused, and that the schema says the same.
+// relay.json: values, errors, and that the schema agrees with the reader.
 #include "tools/prismrelay/settings.hpp"
 
 #include <gmock/gmock.h>
@@ -18,8 +18,8 @@ namespace {
 using Json = test::SchemaValidator::Json;
 using testing::HasSubstr;
 
-// Every key once.
-constexpr const char* kWhole = R"({
+// Contains every key.
+constexpr const char* kComplete = R"({
   "$schema": "relay.schema.json", "site": "lab1", "instances": ["gyro1", "/run/user/1/prismd/"], "status_file": "s.json",
   "postgresql": {"connection": "host=/run/postgresql dbname=prism", "password_file": "pg", "keep_days": 30, "follower": "r",
                  "gather_s": 0.5},
@@ -28,13 +28,13 @@ constexpr const char* kWhole = R"({
   "metrics": {"file": "/run/prismrelay/prism.prom", "every_s": 30}
 })";
 
-std::string refusal(const std::string& text) {
+std::string error_of(const std::string& text) {
   const auto settings = parse_settings(text, "/etc/prism/relay.json");
   return settings ? "" : settings.error().text();
 }
 
-TEST(RelaySettings, EveryKeyIsRead) {
-  const auto settings = parse_settings(kWhole, "/etc/prism/relay.json");
+TEST(RelaySettings, ReadsEveryKey) {
+  const auto settings = parse_settings(kComplete, "/etc/prism/relay.json");
   ASSERT_TRUE(settings) << settings.error().text();
   EXPECT_EQ(settings->instances, (std::vector<std::string>{"gyro1", "/run/user/1/prismd/"}));
   EXPECT_EQ(settings->status_file, "/etc/prism/s.json");
@@ -45,7 +45,7 @@ TEST(RelaySettings, EveryKeyIsRead) {
   EXPECT_EQ(settings->metrics->file, "/run/prismrelay/prism.prom");
 }
 
-TEST(RelaySettings, WhatIsNotSaidHasAPreset) {
+TEST(RelaySettings, HasDefaults) {
   const auto settings =
       parse_settings(R"({"site": "a", "mqtt": {"host": "h", "tls": {"ca_file": "c"}}})", "/x/relay.json");
   ASSERT_TRUE(settings) << settings.error().text();
@@ -55,18 +55,18 @@ TEST(RelaySettings, WhatIsNotSaidHasAPreset) {
   EXPECT_FALSE(settings->postgresql);
 }
 
-TEST(RelaySettings, RefusalsSayWhereAndWhat) {
-  EXPECT_THAT(refusal(R"({"site": "a#", "metrics": {"file": "/p.prom"}})"), HasSubstr("site: found \"a#\""));
-  EXPECT_THAT(refusal(R"({"site": "a", "metrics": {"file": "/p.txt"}})"), HasSubstr("metrics/file: found \"/p.txt\""));
-  EXPECT_THAT(refusal(R"({"site": "a", "mqtt": {"host": "h", "password_file": "p"}})"),
-              HasSubstr("stands without a user"));
-  EXPECT_THAT(refusal(R"({"site": "a", "mqtt": {"host": "h", "tls": {"ca_file": "c", "key_file": "k"}}})"),
-              HasSubstr("go together"));
-  EXPECT_THAT(refusal(R"({"site": "a", "mqtt": {"host": "h", "tls": {}}})"), HasSubstr("ca_file: is missing"));
-  EXPECT_THAT(refusal(R"({"site": "a", "postgresql": {"connection": "x", "keep_days": 0}})"), HasSubstr("keep_days"));
+TEST(RelaySettings, ReportsWhereAndWhatIsInvalid) {
+  EXPECT_THAT(error_of(R"({"site": "a#", "metrics": {"file": "/p.prom"}})"), HasSubstr("site: found \"a#\""));
+  EXPECT_THAT(error_of(R"({"site": "a", "metrics": {"file": "/p.txt"}})"), HasSubstr("metrics/file: found \"/p.txt\""));
+  EXPECT_THAT(error_of(R"({"site": "a", "mqtt": {"host": "h", "password_file": "p"}})"),
+              HasSubstr("mqtt/password_file: requires user"));
+  EXPECT_THAT(error_of(R"({"site": "a", "mqtt": {"host": "h", "tls": {"ca_file": "c", "key_file": "k"}}})"),
+              HasSubstr("found one of cert_file and key_file"));
+  EXPECT_THAT(error_of(R"({"site": "a", "mqtt": {"host": "h", "tls": {}}})"), HasSubstr("ca_file: is missing"));
+  EXPECT_THAT(error_of(R"({"site": "a", "postgresql": {"connection": "x", "keep_days": 0}})"), HasSubstr("keep_days"));
 }
 
-TEST(RelaySettings, APasswordStandsInAFileOfItsOwn) {
+TEST(RelaySettings, ReadsThePasswordFromAPrivateFile) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("password");
   EXPECT_THAT(read_password(path).error().text(), HasSubstr(path));
@@ -74,13 +74,13 @@ TEST(RelaySettings, APasswordStandsInAFileOfItsOwn) {
   ::chmod(path.c_str(), 0640);
   EXPECT_EQ(read_password(path), "se cret");
   ::chmod(path.c_str(), 0644);
-  EXPECT_THAT(read_password(path).error().text(), HasSubstr("everybody may read it (mode 0644)"));
+  EXPECT_THAT(read_password(path).error().text(), HasSubstr("readable by all users (mode 0644)"));
   ::chmod(path.c_str(), 0600);
   std::ofstream(path) << "\n";
   EXPECT_THAT(read_password(path).error().text(), HasSubstr("is empty"));
 }
 
-TEST(RelaySettings, ABareNameIsACredentialWhereSystemdHandsItOver) {
+TEST(RelaySettings, ReadsACredentialOfSystemd) {
   const test::TemporaryFolder folder;
   std::ofstream(folder.file("relay_pg")) << "x";
   ::setenv("CREDENTIALS_DIRECTORY", folder.file("").c_str(), 1);
@@ -90,31 +90,31 @@ TEST(RelaySettings, ABareNameIsACredentialWhereSystemdHandsItOver) {
   EXPECT_EQ(settings->postgresql->password_file, folder.file("relay_pg"));
 }
 
-TEST(RelaySettings, TheSchemaHasTheKeysOfTheReaderAndNoOthers) {
+TEST(RelaySettings, SchemaAndReaderHaveTheSameKeys) {
   const std::filesystem::path source = PRISM_SOURCE_DIR;
   const Json schema = Json::parse(test::read_file(source / "config/relay.schema.json"));
-  std::set<std::string> written, asked;
-  test::add_schema_keys(schema, written);
-  test::add_reader_keys("tools/prismrelay/settings.cpp", asked);
-  EXPECT_EQ(written, asked);
+  std::set<std::string> schema_keys, reader_keys;
+  test::add_schema_keys(schema, schema_keys);
+  test::add_reader_keys("tools/prismrelay/settings.cpp", reader_keys);
+  EXPECT_EQ(schema_keys, reader_keys);
   const test::SchemaValidator validator(schema);
-  EXPECT_TRUE(validator.accepts(Json::parse(kWhole)));
+  EXPECT_TRUE(validator.accepts(Json::parse(kComplete)));
   const std::string shipped = test::read_file(source / "config/examples/relay.json");
   EXPECT_TRUE(validator.accepts(Json::parse(shipped, nullptr, true, true)));
   EXPECT_TRUE(parse_settings(shipped, "/etc/prism/relay.json"));
 }
 
-// Every value in turn becomes one of every other type: both refuse it.
-TEST(RelaySettings, AWrongTypeIsRefusedByTheSchemaAndByTheReader) {
-  const Json whole = Json::parse(kWhole);
+// Replaces each value by one of every other type: schema and reader must reject it.
+TEST(RelaySettings, SchemaAndReaderRejectAWrongType) {
+  const Json complete = Json::parse(kComplete);
   const test::SchemaValidator validator(
       Json::parse(test::read_file(std::filesystem::path(PRISM_SOURCE_DIR) / "config/relay.schema.json")));
-  const Json flat = whole.flatten();
+  const Json flat = complete.flatten();
   for (const auto& [pointer, value] : flat.items()) {
     if (pointer == "/$schema") continue;
     for (const Json& wrong : Json::array({nullptr, true, 0.25, "word", Json::object()})) {
       if (wrong.type_name() == std::string(value.type_name())) continue;
-      Json changed = whole;
+      Json changed = complete;
       changed[Json::json_pointer(pointer)] = wrong;
       EXPECT_FALSE(parse_settings(changed.dump(), "/x/r.json")) << pointer << " = " << wrong;
       EXPECT_FALSE(validator.accepts(changed)) << pointer << " = " << wrong;
