@@ -38,10 +38,10 @@ class AsyncStoreTest : public ::testing::Test {
   AsyncStore::OnChange on_change() {
     return [this](const AsyncStore::Status& status) { changes_.push_back(status); };
   }
-  void take(AsyncStore& store, std::int64_t from, std::int64_t to, const std::string& after, bool building = false) {
+  void push(AsyncStore& store, std::int64_t from, std::int64_t to, const std::string& after, bool building = false) {
     store.push(seconds_of(from, to), std::exchange(cursor_, after), after, building);
   }
-  // What the disk has done so far is told.
+  // Waits for the disk and runs the callbacks.
   void settle() {
     disk_.drain();
     io_.restart();
@@ -53,18 +53,18 @@ class AsyncStoreTest : public ::testing::Test {
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{io_.get_executor()};
   DiskThread disk_{0, [](const std::string& why) { ADD_FAILURE() << why; }};
   std::vector<AsyncStore::Status> changes_;
-  std::string cursor_;  ///< behind what was taken
+  std::string cursor_;  ///< after the pushed seconds
 };
 
-TEST_F(AsyncStoreTest, TellsWhatTheStoreHas) {
+TEST_F(AsyncStoreTest, ReportsTheContentsOfTheStore) {
   const auto store = make_store();
   store->open(on_change());
-  take(*store, 0, 100, "after-100");
-  take(*store, 100, 200, "after-200");
+  push(*store, 0, 100, "after-100");
+  push(*store, 100, 200, "after-200");
   settle();
   ASSERT_EQ(changes_.size(), 3U);
   EXPECT_TRUE(changes_[0].open);
-  EXPECT_EQ(changes_[0].problem, "") << "a folder that was not there is no problem";
+  EXPECT_EQ(changes_[0].problem, "") << "a missing directory is not a problem";
   EXPECT_EQ(changes_[2].cursor, "after-200");
   EXPECT_EQ(changes_[2].first_s, kMidnight);
   EXPECT_EQ(changes_[2].last_s, kMidnight + 199);
@@ -82,8 +82,8 @@ TEST_F(AsyncStoreTest, TellsWhatTheStoreHas) {
   EXPECT_EQ(cursor, "after-200");
 }
 
-TEST_F(AsyncStoreTest, PagesOfALogThatIsReadFromItsBeginningAreKeptTogether) {
-  const auto kept = [&] {  // as the next process finds it
+TEST_F(AsyncStoreTest, CommitsTwentyPagesAtOnceWhileBuilding) {
+  const auto committed_cursor = [&] {  // as the next process reads it
     std::filesystem::remove_all(folder_.file("copy"));
     std::filesystem::copy(folder_.file("gyro/z"), folder_.file("copy"));
     return PeriodStore::open(folder_.file("copy"))->cursor();
@@ -92,32 +92,32 @@ TEST_F(AsyncStoreTest, PagesOfALogThatIsReadFromItsBeginningAreKeptTogether) {
   store->open(on_change());
   for (std::int64_t page = 0; page < 20; ++page) {
     settle();
-    EXPECT_EQ(kept(), "") << page;
-    take(*store, page * 60, page * 60 + 60, "page-" + std::to_string(page), true);
+    EXPECT_EQ(committed_cursor(), "") << page;
+    push(*store, page * 60, page * 60 + 60, "page-" + std::to_string(page), true);
   }
   settle();
-  EXPECT_EQ(kept(), "page-19");
-  take(*store, 1200, 1210, "live");
+  EXPECT_EQ(committed_cursor(), "page-19");
+  push(*store, 1200, 1210, "live");
   store->commit();
   settle();
-  EXPECT_EQ(kept(), "live");
+  EXPECT_EQ(committed_cursor(), "live");
   EXPECT_EQ(changes_.back().cursor, "live");
 }
 
-// A page that was asked for before the store was begun anew would leave a gap in it.
-TEST_F(AsyncStoreTest, APageThatDoesNotFollowHasNoEffect) {
+// A page requested before the store was cleared would leave a gap.
+TEST_F(AsyncStoreTest, IgnoresAPageAfterAnotherCursor) {
   const auto store = make_store();
   store->open(on_change());
-  take(*store, 0, 60, "after-60");
+  push(*store, 0, 60, "after-60");
   store->clear();
-  take(*store, 60, 120, "after-120");
+  push(*store, 60, 120, "after-120");
   settle();
   EXPECT_EQ(changes_.back().cursor, "");
   EXPECT_EQ(changes_.back().first_s, std::nullopt);
 }
 
-TEST_F(AsyncStoreTest, SaysWhatItCannotOpenAndWhyItBeganAnew) {
-  std::ofstream(folder_.file("gyro")) << "a file where the folder is to be";
+TEST_F(AsyncStoreTest, ReportsWhyItCannotOpenOrWasRebuilt) {
+  std::ofstream(folder_.file("gyro")) << "a file instead of the directory";
   make_store()->open(on_change());
   settle();
   EXPECT_FALSE(changes_.back().open);
@@ -133,18 +133,18 @@ TEST_F(AsyncStoreTest, SaysWhatItCannotOpenAndWhyItBeganAnew) {
       << changes_.back().problem;
 }
 
-// A record that was whole when the store was opened.
-TEST_F(AsyncStoreTest, DamageIsToldWhenItIsReadAndTheStoreBeginsAnew) {
+// The record becomes damaged after the store's check at its opening.
+TEST_F(AsyncStoreTest, ReportsDamageWhenReadAndRebuilds) {
   auto store = make_store();
   store->open(on_change());
-  take(*store, 0, 36000, "after-36000");
+  push(*store, 0, 36000, "after-36000");
   store->commit();
   settle();
   store.reset();
   std::fstream file(folder_.file("gyro/z/periods.sqlite"), std::ios::in | std::ios::out | std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(file), {}};
   const std::size_t at =
-      bytes.find(std::string("\x40\xd1\xa2\xe0\0\0\0\0", 8));  // 18059.5, the greatest rate of a minute
+      bytes.find(std::string("\x40\xd1\xa2\xe0\0\0\0\0", 8));  // 18059.5, the maximum rate of a minute
   ASSERT_NE(at, std::string::npos);
   file.seekp(static_cast<std::streamoff>(at + 7));
   file.put('\1');
@@ -152,7 +152,7 @@ TEST_F(AsyncStoreTest, DamageIsToldWhenItIsReadAndTheStoreBeginsAnew) {
   store = make_store();
   store->open(on_change());
   settle();
-  EXPECT_EQ(changes_.back().cursor, "after-36000") << "as long as nobody reads it";
+  EXPECT_EQ(changes_.back().cursor, "after-36000") << "not read yet";
   std::string answer;
   const auto take_steps = [&](const Result<AsyncStore::Periods>& found) { answer = found ? "" : found.error().text(); };
   store->periods({kMidnight, kMidnight + 36000, 60}, take_steps);
@@ -161,15 +161,15 @@ TEST_F(AsyncStoreTest, DamageIsToldWhenItIsReadAndTheStoreBeginsAnew) {
   EXPECT_NE(changes_.back().problem.find("a record is damaged; rebuilding it from the log"), std::string::npos);
   EXPECT_EQ(changes_.back().cursor, "");
   cursor_ = "";
-  take(*store, 0, 36000, "again");
-  take(*store, 36000, 36001, "and on");
+  push(*store, 0, 36000, "again");
+  push(*store, 36000, 36001, "next");
   store->periods({kMidnight, kMidnight + 36000, 60}, take_steps);
   settle();
   EXPECT_EQ(answer, "");
   EXPECT_EQ(changes_.back().problem, "");
 }
 
-TEST_F(AsyncStoreTest, ADiskThatHangsIsToldInTimeAndOnce) {
+TEST_F(AsyncStoreTest, ReportsABlockedDiskInTimeAndOnce) {
   const auto store = make_store(std::chrono::milliseconds(50));
   store->open(on_change());
   settle();
@@ -183,13 +183,13 @@ TEST_F(AsyncStoreTest, ADiskThatHangsIsToldInTimeAndOnce) {
   io_.run_for(std::chrono::milliseconds(500));
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0], "the disk has not answered for 0 s");
-  store->cursors_before(0, take);  // it hangs: that is status without waiting
+  store->cursors_before(0, take);  // known to be blocked: fails at once
   io_.restart();
   io_.poll();
   EXPECT_EQ(found.size(), 2U);
   answers.set_value();
   settle();
-  EXPECT_EQ(found.size(), 2U) << "an answer that comes too late is none";
+  EXPECT_EQ(found.size(), 2U) << "a late result is ignored";
   store->cursors_before(0, take);
   settle();
   ASSERT_EQ(found.size(), 3U);

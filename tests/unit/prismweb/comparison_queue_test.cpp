@@ -14,7 +14,7 @@ std::string address_taken(ComparisonQueue& queue, SteadyTime now) {
   return key ? key->first : "none";
 }
 
-TEST(ComparisonQueue, AddressesWithoutFailuresComeFirst) {
+TEST(ComparisonQueue, ComparesAddressesWithoutFailuresFirst) {
   ComparisonQueue queue;
   queue.addresses().failed("guesser", kBeginning);
   queue.addresses().failed("older guesser", kBeginning - std::chrono::seconds(5));
@@ -25,7 +25,7 @@ TEST(ComparisonQueue, AddressesWithoutFailuresComeFirst) {
     EXPECT_EQ(address_taken(queue, now), address);
 }
 
-TEST(ComparisonQueue, EachFailureDelaysTheAddressTwiceAsLong) {
+TEST(ComparisonQueue, DoublesTheDelayWithEachFailure) {
   ComparisonQueue queue;
   SteadyTime now = kBeginning;
   for (const int delay_s : {1, 2, 4, 8, 8}) {
@@ -38,12 +38,12 @@ TEST(ComparisonQueue, EachFailureDelaysTheAddressTwiceAsLong) {
   }
   queue.addresses().succeeded("guesser");
   queue.add({"guesser", "x"}, now);
-  EXPECT_TRUE(queue.take(now)) << "a right password ends the delay";
+  EXPECT_TRUE(queue.take(now)) << "a correct password ends the delay";
 }
 
-// 100 guessers that never stop, each comparison 100 ms: a new client waits for the comparison that runs, and no more.
-// At first the guessers have no failures either.
-TEST(ComparisonQueue, HundredGuessersDelayANewClientByOneComparison) {
+// 100 guessers without pause, 100 ms per comparison: a new client waits only for the current comparison. At first the
+// guessers have no failures either.
+TEST(ComparisonQueue, DelaysANewClientByOneComparisonDespite100Guessers) {
   ComparisonQueue queue;
   SteadyTime now = kBeginning;
   for (int turn = 0; turn < 500; ++turn) {
@@ -60,7 +60,7 @@ TEST(ComparisonQueue, HundredGuessersDelayANewClientByOneComparison) {
   }
 }
 
-TEST(ComparisonQueue, EightOfAnAddressWaitForTenSeconds) {
+TEST(ComparisonQueue, QueuesEightPerAddressForTenSeconds) {
   ComparisonQueue queue;
   for (int i = 0; i < 8; ++i) EXPECT_TRUE(queue.add({"a", std::to_string(i)}, kBeginning));
   EXPECT_FALSE(queue.add({"a", "8"}, kBeginning));
@@ -71,7 +71,7 @@ TEST(ComparisonQueue, EightOfAnAddressWaitForTenSeconds) {
   EXPECT_FALSE(queue.next_time(kBeginning));
 }
 
-TEST(ClientAddresses, ForgetFailuresAfterTenMinutesAndTheOldestOfMany) {
+TEST(ClientAddresses, RemoveFailuresAfterTenMinutesAndTheOldestOfMany) {
   ClientAddresses addresses;
   addresses.failed("first", kBeginning);
   EXPECT_EQ(addresses.find("first", kBeginning + ClientAddresses::kRemembered - std::chrono::seconds(1))->failures, 1);

@@ -20,7 +20,7 @@ struct Connections {
     entries.push_back(std::make_unique<ConnectionList::Entry>(list, all.back()));
     return *all.back();
   }
-  /// Index of the one that ended to make room; -1 if none did.
+  /// Index of the closed connection; -1 if none.
   int ended() const {
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (all[i]->is_ending) return static_cast<int>(i);
@@ -31,14 +31,14 @@ struct Connections {
 
 bool no_failures(const std::string&) { return false; }
 
-TEST(ConnectionList, EndsNoneWhileThereIsRoom) {
+TEST(ConnectionList, ClosesNoneBelowTheLimit) {
   Connections connections;
   for (int i = 0; i < 127; ++i) connections.add("a");
   EXPECT_TRUE(connections.list->make_room(no_failures));
   EXPECT_EQ(connections.ended(), -1);
 }
 
-TEST(ConnectionList, EndsTheOldestOfTheAddressWithMost) {
+TEST(ConnectionList, ClosesTheOldestOfTheAddressWithMost) {
   Connections connections;
   connections.add("single");
   for (int i = 0; i < 127; ++i) connections.add(i % 3 == 0 ? "few" : "many");
@@ -47,7 +47,7 @@ TEST(ConnectionList, EndsTheOldestOfTheAddressWithMost) {
   EXPECT_EQ(connections.ended(), 3);
 }
 
-TEST(ConnectionList, EndsThoseWithWrongPasswordsFirst) {
+TEST(ConnectionList, ClosesThoseWithWrongPasswordsFirst) {
   Connections connections;
   connections.add("client");
   for (int i = 0; i < 127; ++i) connections.add(i == 60 ? "guesser" : "many");
@@ -55,16 +55,16 @@ TEST(ConnectionList, EndsThoseWithWrongPasswordsFirst) {
   connections.all[61]->on_end = [&] { has_ended = true; };
   EXPECT_TRUE(connections.list->make_room([](const std::string& address) { return address == "guesser"; }));
   EXPECT_EQ(connections.ended(), 61);
-  EXPECT_TRUE(has_ended) << "what it waits for ends, too";
+  EXPECT_TRUE(has_ended) << "its pending password check is cancelled";
 }
 
-TEST(ConnectionList, EndsNoKnownOne) {
+TEST(ConnectionList, ClosesNoKnownClient) {
   Connections connections;
   for (int i = 0; i < 128; ++i) connections.add("a").is_known = true;
   EXPECT_FALSE(connections.list->make_room(no_failures));
 }
 
-TEST(ConnectionList, EndsTheConnectionsOfUsers) {
+TEST(ConnectionList, ClosesTheConnectionsOfUsers) {
   Connections connections;
   int closed = 0;
   connections.add("a").user = "removed";

@@ -8,7 +8,7 @@ namespace {
 
 using nlohmann::json;
 
-TEST(FoxgloveProtocol, IsChosenFromThoseOffered) {
+TEST(FoxgloveProtocol, IsTheFirstSupportedOne) {
   EXPECT_EQ(foxglove_protocol_of("foxglove.websocket.v1"), "foxglove.websocket.v1");
   EXPECT_EQ(foxglove_protocol_of("foxglove.sdk.v1, foxglove.websocket.v1"), "foxglove.sdk.v1");
   EXPECT_EQ(foxglove_protocol_of("x,\t foxglove.websocket.v1 "), "foxglove.websocket.v1");
@@ -16,7 +16,7 @@ TEST(FoxgloveProtocol, IsChosenFromThoseOffered) {
     EXPECT_EQ(foxglove_protocol_of(offered), "") << offered;
 }
 
-TEST(FoxgloveProtocol, TheTokenStandsInTheTarget) {
+TEST(FoxgloveProtocol, ReadsTheTokenFromTheTarget) {
   EXPECT_TRUE(is_foxglove("/foxglove"));
   EXPECT_TRUE(is_foxglove("/foxglove?token=a"));
   for (const char* target : {"/", "/foxglove/", "/foxgloves", "/ws?/foxglove"})
@@ -27,27 +27,27 @@ TEST(FoxgloveProtocol, TheTokenStandsInTheTarget) {
 }
 
 TEST(FoxgloveTopics, KeepTheirNumbers) {
-  FoxgloveTopics subscriptions;
+  FoxgloveTopics topics;
   const auto names = [&] {
     std::map<std::uint32_t, std::string> all;
-    for (const auto& [number, topic] : subscriptions.all()) all[number] = topic.name();
+    for (const auto& [number, topic] : topics.all()) all[number] = topic.name();
     return all;
   };
-  subscriptions.update_axes(json::parse(R"([{"name":"g","axes":[]}])"));
+  topics.update_axes(json::parse(R"([{"name":"g","axes":[]}])"));
   EXPECT_EQ(names(), (std::map<std::uint32_t, std::string>{{1, "/g/event"}}));
-  subscriptions.update_axes(json::parse(R"([{"name":"g","axes":["z"]},{"name":"h","axes":["x"]}])"));
+  topics.update_axes(json::parse(R"([{"name":"g","axes":["z"]},{"name":"h","axes":["x"]}])"));
   const auto both = names();
   EXPECT_EQ(both.size(), 6U);
   EXPECT_EQ(both.at(1), "/g/event");
   EXPECT_EQ(both.at(2), "/g/z/window");
   EXPECT_EQ(both.at(3), "/g/z/sample");
-  subscriptions.update_axes(json::parse(R"([{"name":"h","axes":["x"]}])"));
+  topics.update_axes(json::parse(R"([{"name":"h","axes":["x"]}])"));
   EXPECT_EQ(names().size(), 3U);
-  subscriptions.update_axes(json::parse(R"([{"name":"g","axes":["z"]},{"name":"h","axes":["x"]}])"));
+  topics.update_axes(json::parse(R"([{"name":"g","axes":["z"]},{"name":"h","axes":["x"]}])"));
   EXPECT_EQ(names(), both);
 }
 
-// Its parser of schemas takes an object of plain types, and throws at everything else.
+// Foxglove's schema parser accepts only an object of simple types; it throws for anything else.
 TEST(FoxgloveChannels, HaveSchemasOfPlainTypes) {
   for (const char* stream : {"window", "sample", "event"}) {
     const json channel = foxglove_channel(7, {"g", stream == std::string("event") ? "" : "z", stream});
@@ -61,7 +61,7 @@ TEST(FoxgloveChannels, HaveSchemasOfPlainTypes) {
   }
 }
 
-TEST(FoxgloveRows, HaveATimeAndNothingUnknown) {
+TEST(FoxgloveRows, HaveATimeAndOnlyKnownValues) {
   std::uint64_t lost = 0;
   const auto rows = foxglove_rows(
       R"({"instance":"g","batch":[{"jsonrpc":"2.0","method":"window","params":{"axis":"z","time_s":1795425060,"rate_deg_per_h":8.5,"bias_deg_per_h":null}},)"
@@ -85,7 +85,7 @@ TEST(FoxgloveRows, HaveATimeAndNothingUnknown) {
 }
 
 // docs/spec.md of foxglove/ws-protocol, "Message Data".
-TEST(FoxgloveData, IsLittleEndianBehindItsOpcode) {
+TEST(FoxgloveData, IsLittleEndianAfterItsOpcode) {
   const std::string data = foxglove_data(0x01020304, 0x1112131415161718, "{}");
   EXPECT_EQ(data, std::string("\x01\x04\x03\x02\x01\x18\x17\x16\x15\x14\x13\x12\x11{}"));
 }

@@ -6,8 +6,8 @@
 namespace prism::prismweb {
 namespace {
 
-// What copies or writes a value needs stack for each level.
-TEST(Messages, MayBeNested32LevelsDeep) {
+// Copying and writing a value are recursive: each level needs stack.
+TEST(Messages, AreLimitedTo32Levels) {
   const auto nested = [](std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); };
   EXPECT_TRUE(parse_message(nested(32)).is_array());
   EXPECT_TRUE(parse_message(nested(33)).is_null());
@@ -16,7 +16,7 @@ TEST(Messages, MayBeNested32LevelsDeep) {
   EXPECT_EQ(parse_message(R"({"token":"a"})").dump(), R"({"token":"a"})");
 }
 
-TEST(JsonTexts, AreUtf8WhateverTheyHold) { EXPECT_EQ(json_text({{"a", "\xff"}}), "{\"a\":\"\xef\xbf\xbd\"}"); }
+TEST(JsonTexts, AreValidUtf8) { EXPECT_EQ(json_text({{"a", "\xff"}}), "{\"a\":\"\xef\xbf\xbd\"}"); }
 
 }  // namespace
 }  // namespace prism::prismweb

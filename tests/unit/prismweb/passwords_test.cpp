@@ -6,19 +6,19 @@
 namespace prism::prismweb {
 namespace {
 
-// Of the empty password: a test vector of Openwall's crypt_blowfish.
+// Hash of the empty password: a test vector of Openwall's crypt_blowfish.
 constexpr const char* kOpenwall = "$2y$05$CCCCCCCCCCCCCCCCCCCCC.7uG0VCzI2bS7j6ymqJi9CdcdxiRTWNy";
 
-TEST(Passwords, AreComparedByBcrypt) {
+TEST(Passwords, AreComparedWithBcrypt) {
   EXPECT_TRUE(is_password("", kOpenwall));
   EXPECT_FALSE(is_password("x", kOpenwall));
-  EXPECT_FALSE(is_password("", "")) << "no hash lets nobody in";
+  EXPECT_FALSE(is_password("", "")) << "an empty hash never matches";
   const auto hash = hash_password("a secret");
   ASSERT_TRUE(hash);
   EXPECT_TRUE(is_password("a secret", *hash));
   EXPECT_FALSE(is_password("a secret ", *hash));
   EXPECT_FALSE(is_password(std::string("a secret\0x", 10), *hash));
-  EXPECT_NE(*hash_password("a secret"), *hash) << "each has a salt of its own";
+  EXPECT_NE(*hash_password("a secret"), *hash) << "each hash has its own salt";
   EXPECT_FALSE(hash_password(""));
   EXPECT_FALSE(hash_password(std::string(73, 'x')));
   EXPECT_FALSE(hash_password(std::string("a secret\0x", 10))) << "bcrypt would end at the NUL byte";
@@ -28,21 +28,20 @@ TEST(Passwords, AreComparedByBcrypt) {
   EXPECT_FALSE(is_password(std::string(73, 'x'), *longest)) << "bcrypt reads 72 bytes";
 }
 
-TEST(Passwords, StandInAFileByName) {
-  const auto hashes =
-      parse_passwords(std::string("# who may look\n\nlook:") + kOpenwall + "\r\nother:" + kOpenwall, "p");
+TEST(Passwords, AreReadFromAFile) {
+  const auto hashes = parse_passwords(std::string("# users\n\nlook:") + kOpenwall + "\r\nother:" + kOpenwall, "p");
   ASSERT_TRUE(hashes) << hashes.error().text();
   EXPECT_EQ(hashes->size(), 2U);
   EXPECT_EQ(hashes->at("look"), kOpenwall);
   for (const std::string& wrong : std::vector<std::string>{
-           "", "# none\n", "look", "look:", "look:secret", std::string(":") + kOpenwall, "look:{SHA}xyz",
+           "", "# empty\n", "look", "look:", "look:secret", std::string(":") + kOpenwall, "look:{SHA}xyz",
            std::string("a:") + kOpenwall + "\na:" + kOpenwall, std::string("a:") + kOpenwall + "x"})
     EXPECT_FALSE(parse_passwords(wrong, "p")) << wrong;
   EXPECT_EQ(parse_passwords("\nlook:secret\n", "p").error().where, "p:2");
 }
 
-// With these a name could never come in, or one comparison would take hours.
-TEST(Passwords, HashesThatNoPasswordHasAreRefused) {
+// These hashes match no password, or a comparison would take hours.
+TEST(Passwords, InvalidHashesAreRejected) {
   const std::string good = kOpenwall;
   const auto with = [&](std::size_t at, const char* text) {
     return std::string(good).replace(at, std::string_view(text).size(), text);
@@ -58,7 +57,7 @@ TEST(Passwords, HashesThatNoPasswordHasAreRefused) {
       "expected NAME:HASH with a bcrypt hash ($2b$ or $2y$) of cost 4 to 15; \"prismweb --hash-password\" writes one");
 }
 
-TEST(BasicFields, HaveNameAndPassword) {
+TEST(BasicFields, ContainNameAndPassword) {
   using Pair = std::pair<std::string, std::string>;
   EXPECT_EQ(basic_of("Basic bG9vazphIHNlY3JldA=="), Pair("look", "a secret"));
   EXPECT_EQ(basic_of("basic bG9vazo="), Pair("look", ""));

@@ -55,14 +55,14 @@ std::vector<PeriodSummary> joined(const Result<std::vector<PeriodSummary>>& peri
 std::string minutes(PeriodStore& store) { return shown(joined(store.periods(60, INT64_MIN, INT64_MAX), 60)); }
 std::string minutes(PeriodStore&& store) { return minutes(store); }
 
-// The answer that a store must give which was never closed.
+// The minutes of a store that was never closed.
 std::string expected_minutes(std::int64_t to) {
   std::vector<PeriodSummary> seconds;
   for (std::int64_t i = 0; i < to; ++i) seconds.push_back(at(i));
   return shown(downsample(seconds, INT64_MIN, INT64_MAX, 60));
 }
 
-TEST(PeriodStore, GoesOnWhereItWasClosed) {
+TEST(PeriodStore, ContinuesAfterReopening) {
   const test::TemporaryFolder folder;
   std::string cursor;
   for (std::int64_t i = 0; i < 1000; i += 37) {
@@ -79,15 +79,15 @@ TEST(PeriodStore, GoesOnWhereItWasClosed) {
   EXPECT_EQ(store.last_second(), kBegin + 1035);
 }
 
-// What was pushed and not kept is gone with the process, and so is the cursor: the same rows come again.
-TEST(PeriodStore, WhatWasNotKeptIsMadeAgainFromTheLog) {
+// Uncommitted seconds and their cursor are lost together, so the same rows are read again.
+TEST(PeriodStore, UncommittedDataIsReadFromTheLogAgain) {
   const test::TemporaryFolder folder;
   {
     PeriodStore store = opened(folder);
     push(store, 0, 500, "after-500");
     ASSERT_TRUE(store.commit());
     push(store, 500, 900, "after-900");
-    EXPECT_EQ(minutes(store), expected_minutes(900)) << "it is served";
+    EXPECT_EQ(minutes(store), expected_minutes(900)) << "periods() includes pushed seconds";
   }
   PeriodStore store = opened(folder);
   EXPECT_EQ(store.cursor(), "after-500");
@@ -95,13 +95,12 @@ TEST(PeriodStore, WhatWasNotKeptIsMadeAgainFromTheLog) {
   push(store, 500, 1000, "after-1000");
   ASSERT_TRUE(store.commit());
   EXPECT_EQ(minutes(store), expected_minutes(1000));
-  store = opened(test::TemporaryFolder());  // the other one is closed
+  store = opened(test::TemporaryFolder());  // closes the first one
   EXPECT_EQ(minutes(opened(folder)), expected_minutes(1000));
 }
 
-// Files as a kill leaves them at any moment: the database without its last transactions, and a part of the log of
-// these.
-TEST(PeriodStore, AKillLosesNothing) {
+// Files after a kill at any time: the database without its last transactions, and a truncated write-ahead log.
+TEST(PeriodStore, AKillLosesNoRows) {
   const test::TemporaryFolder folder, killed;
   PeriodStore store = opened(folder);
   for (std::int64_t i = 0; i < 6000; i += 100) {
@@ -129,9 +128,9 @@ std::string bytes_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// A bit that changed in any byte of the file, while it is closed: the answers are those of before, or the store is
-// begun anew; and it goes on.
-TEST(PeriodStore, AChangedBitIsNoticed) {
+// Flips one bit in every 211th byte of the closed file. The store returns the same periods or is rebuilt, and then
+// accepts new seconds.
+TEST(PeriodStore, DetectsAChangedBit) {
   const test::TemporaryFolder folder, damaged;
   {
     PeriodStore store = opened(folder);
@@ -169,10 +168,10 @@ TEST(PeriodStore, AChangedBitIsNoticed) {
     ASSERT_TRUE(store.commit()) << i;
     ASSERT_EQ(minutes(store), expected_minutes(100)) << i;
   }
-  EXPECT_GT(noticed, bytes.size() / 211 / 5) << "of the bytes a third are records";
+  EXPECT_GT(noticed, bytes.size() / 211 / 5) << "a third of the bytes are records";
 }
 
-TEST(PeriodStore, AFileThatIsNoDatabaseIsReplaced) {
+TEST(PeriodStore, ReplacesAFileThatIsNotADatabase) {
   for (const char* const text : {"{\"version\":1}", "SQLite format 3"}) {
     const test::TemporaryFolder folder;
     fs::create_directory(folder.file("z"));
@@ -182,8 +181,8 @@ TEST(PeriodStore, AFileThatIsNoDatabaseIsReplaced) {
   }
 }
 
-// Minutes, hours and place.json of prismweb 0.2: all of it is in the log.
-TEST(PeriodStore, TheFormerFilesAreRemovedAndBuiltAgain) {
+// Minutes, hours and place.json of prismweb 0.2. The log contains all of their data.
+TEST(PeriodStore, RemovesTheFilesOfAnOlderVersion) {
   const test::TemporaryFolder folder;
   fs::create_directory(folder.file("z"));
   for (const char* const name : {"z/minutes", "z/hours", "z/place.json"}) std::ofstream(folder.file(name)) << "old";
@@ -194,7 +193,7 @@ TEST(PeriodStore, TheFormerFilesAreRemovedAndBuiltAgain) {
     EXPECT_EQ(entry.path().filename().string().rfind("periods.sqlite", 0), 0U) << entry.path();
 }
 
-TEST(PeriodStore, IsOfOneProcessAlone) {
+TEST(PeriodStore, IsLockedByOneProcess) {
   const test::TemporaryFolder folder;
   const PeriodStore store = opened(folder);
   const auto second = PeriodStore::open(folder.file("z"));
@@ -203,7 +202,7 @@ TEST(PeriodStore, IsOfOneProcessAlone) {
       << second.error().text();
 }
 
-TEST(PeriodStore, ADayOfMinutesIsSmallAndReadInParts) {
+TEST(PeriodStore, ADayIsSmallAndReadInParts) {
   const test::TemporaryFolder folder;
   PeriodStore store = opened(folder);
   for (std::int64_t i = 0; i < 86400; i += 1700) {
@@ -212,13 +211,13 @@ TEST(PeriodStore, ADayOfMinutesIsSmallAndReadInParts) {
     ASSERT_TRUE(store.commit());
   }
   EXPECT_LE(fs::file_size(folder.file("z/periods.sqlite")), 300U << 10);
-  EXPECT_LE(fs::file_size(folder.file("z/periods.sqlite-wal")), 1U << 20) << "it does not grow with the days";
+  EXPECT_LE(fs::file_size(folder.file("z/periods.sqlite-wal")), 1U << 20) << "it does not grow over time";
   const auto part = *store.periods(60, kBegin + 40000 / 60 * 60, kBegin + 50000 / 60 * 60);
   ASSERT_FALSE(part.empty());
   EXPECT_EQ(part.front().begin_s, kBegin + 40000 / 60 * 60);
   EXPECT_EQ(part.size(), 50000U / 60 - 40000 / 60);
   EXPECT_EQ(store.periods(3600, INT64_MIN, INT64_MAX)->size(), 24U);
-  EXPECT_EQ(store.periods(1800, INT64_MIN, INT64_MAX)->size(), 144U) << "by ten minutes";
+  EXPECT_EQ(store.periods(1800, INT64_MIN, INT64_MAX)->size(), 144U) << "from ten_minutes";
   EXPECT_EQ(store.periods(900, INT64_MIN, INT64_MAX)->size(), 1440U);
   using Cursors = std::vector<std::string>;
   EXPECT_EQ(store.cursors_before(kBegin + 1), Cursors());
@@ -226,8 +225,8 @@ TEST(PeriodStore, ADayOfMinutesIsSmallAndReadInParts) {
   EXPECT_NE(store.cursors_before(kBegin + 80000), store.cursors_before(kBegin + 1700));
 }
 
-// A counter that began anew: a time that only the earlier run had was sought in the later one, and not found.
-TEST(PeriodStore, KnowsAPlaceInEachRunOfAClock) {
+// A counter restarted: a time that occurs only in the earlier epoch was searched in the later one and not found.
+TEST(PeriodStore, ReturnsACursorPerClockEpoch) {
   const test::TemporaryFolder folder;
   PeriodStore store = opened(folder);
   const auto keep = [&](std::int64_t from, std::int64_t to, const char* cursor) {
@@ -243,7 +242,7 @@ TEST(PeriodStore, KnowsAPlaceInEachRunOfAClock) {
   EXPECT_EQ(store.cursors_before(kBegin + 2000), Cursors{"first-1000"});
 }
 
-// Each write of SQLite to a file fails with this reason, while it exists.
+// While it exists, each write of SQLite to a file fails with `reason`.
 class FailingWrites {
  public:
   explicit FailingWrites(int reason) {
@@ -265,12 +264,12 @@ class FailingWrites {
   static inline int reason_ = 0;
 };
 
-// Eight seconds of a failing disk: each try appended the same minutes, and a minute had 300 seconds from then on.
-TEST(PeriodStore, ACommitThatFailsIsNoneAndTheNextOneIsWhole) {
+// A disk failed for 8 s: each retry appended the same minutes, and a minute then had 300 seconds.
+TEST(PeriodStore, AFailedCommitIsRolledBackAndTheNextOneIsComplete) {
   const test::TemporaryFolder folder;
   {
     PeriodStore store = opened(folder);
-    push(store, 0, 3700, "refused");
+    push(store, 0, 3700, "not written");
     for (const auto& [reason, text] : {std::pair{ENOSPC, "No space left on device"}, {EIO, "Input/output error"}}) {
       const FailingWrites disk(reason);
       const auto done = store.commit();
@@ -287,8 +286,8 @@ TEST(PeriodStore, ACommitThatFailsIsNoneAndTheNextOneIsWhole) {
   EXPECT_EQ(minutes(opened(folder)), expected_minutes(4000));
 }
 
-// SQLite stores −0 as 0, which had another checksum: such a minute was damaged from the start.
-TEST(PeriodStore, MinusZeroIsZero) {
+// SQLite stores −0 as 0, which had another checksum: such a minute was always reported as damaged.
+TEST(PeriodStore, StoresMinusZeroAsZero) {
   const test::TemporaryFolder folder;
   PeriodStore store = opened(folder);
   PeriodSummary second = at(0);
@@ -298,7 +297,7 @@ TEST(PeriodStore, MinusZeroIsZero) {
   EXPECT_EQ(joined(store.periods(60, INT64_MIN, INT64_MAX), 60).at(0).min[kSlope], 0);
 }
 
-TEST(PeriodStore, AClockThatWasSetBackLosesNothing) {
+TEST(PeriodStore, AClockSetBackLosesNoRows) {
   const test::TemporaryFolder folder;
   {
     PeriodStore store = opened(folder);
@@ -314,7 +313,7 @@ TEST(PeriodStore, AClockThatWasSetBackLosesNothing) {
   EXPECT_FALSE(store.periods(60, kBegin + 540, kBegin + 600)->empty());
 }
 
-TEST(Paths, OfNamesLeaveTheirFolderByNoName) {
+TEST(Paths, StayInTheirDirectoryForAnyName) {
   EXPECT_EQ(path_part("gyro-1.z"), "gyro-1.z");
   EXPECT_EQ(path_part(".."), "%2E.");
   EXPECT_EQ(path_part("a/b"), "a%2Fb");

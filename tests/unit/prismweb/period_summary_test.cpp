@@ -31,11 +31,11 @@ std::vector<PeriodSummary> noise(std::size_t count, std::int64_t begin_s) {
   return seconds;
 }
 
-// However long the step and wherever it begins, also where times go back: against the obvious way.
-TEST(Downsample, LosesNoExtremeAndNoRow) {
+// Compares with a direct computation for various steps, starts, and a clock that was set back.
+TEST(Downsample, KeepsExtremesAndCounts) {
   for (const std::int64_t begin_s : {-5003L, 0L, 1795425007L}) {
     std::vector<PeriodSummary> seconds = noise(5000, begin_s);
-    const std::vector<PeriodSummary> again = noise(50, begin_s + 100);  // a clock that was set back
+    const std::vector<PeriodSummary> again = noise(50, begin_s + 100);  // the clock was set back
     seconds.insert(seconds.end(), again.begin(), again.end());
     for (const std::int64_t step_s : {1, 2, 7, 60, 3600}) {
       const std::vector<PeriodSummary> steps = downsample(seconds, begin_s + 10, begin_s + 4900, step_s);
@@ -65,7 +65,7 @@ TEST(Downsample, LosesNoExtremeAndNoRow) {
   }
 }
 
-TEST(Downsample, StepsGiveNoMoreThanThePoints) {
+TEST(Downsample, StepsRespectTheNumberOfPoints) {
   EXPECT_EQ(step_for(3600, 5000, 1), 1);
   EXPECT_EQ(step_for(3600, 1000, 1), 5);
   EXPECT_EQ(step_for(3600, 5000, 60), 60);
@@ -79,7 +79,7 @@ TEST(Downsample, StepsGiveNoMoreThanThePoints) {
   }
 }
 
-TEST(RecentSeconds, KeepOneOfEachInOrder) {
+TEST(RecentSeconds, AreSortedWithoutDuplicates) {
   RecentSeconds recent;
   for (const std::int64_t begin_s : {5, 6, 8, 7, 6}) recent.put(second(begin_s, static_cast<double>(begin_s)));
   recent.put(second(7, 70));
@@ -91,10 +91,10 @@ TEST(RecentSeconds, KeepOneOfEachInOrder) {
   recent.put(second(1, 0));
   EXPECT_GT(recent.first_s(), 1) << "too old";
   recent.put_now(second(100, 0));
-  EXPECT_EQ(recent.all().size(), 1U) << "the device's clock began anew";
+  EXPECT_EQ(recent.all().size(), 1U) << "the device clock was reset";
 }
 
-TEST(Windows, AreReadAsSeconds) {
+TEST(Windows, AreConvertedToSeconds) {
   const auto read = second_of(nlohmann::json::parse(
       R"({"axis":"z","time_s":100,"samples":200,"missing":1,"rate_deg_per_h":1.5,"corrected_deg_per_h":null,"quality":"good"})"));
   ASSERT_TRUE(read);
@@ -106,9 +106,9 @@ TEST(Windows, AreReadAsSeconds) {
   EXPECT_FALSE(second_of(nlohmann::json::parse(R"({"time_s":"x"})")));
 }
 
-// Where the temperature rises by 0.01 degC/s the mean of 100 s is half a degree behind: told as one curve with the
-// log's seconds, it had a step where memory begins.
-TEST(Windows, HaveTheSecondsOwnTemperatureAndVoltage) {
+// If the temperature rises by 0.01 degC/s, the mean of 100 s lags by half a degree. Joined to the seconds of the log,
+// it showed a step at the first second in memory.
+TEST(Windows, UseTheTemperatureAndVoltageOfTheSecond) {
   const auto read = [](const char* text) { return second_of(nlohmann::json::parse(text)).value(); };
   const auto now =
       read(R"({"time_s":100,"temperature_degc":25.5,"mean_temperature_degc":25,"uhfo_v":5.4,"mean_uhfo_v":5.3})");

@@ -17,13 +17,13 @@ namespace {
 namespace asio = boost::asio;
 using Protocol = asio::local::stream_protocol;
 
-/// A lane, and what stands in prismd's place at its other end.
+/// A connection to a fake prismd.
 class RequestConnectionTest : public ::testing::Test {
  protected:
   void SetUp() override {
     const auto connect = [](RequestConnection* connection) -> asio::awaitable<void> {
-      const bool there = co_await connection->connect();
-      EXPECT_TRUE(there);
+      const bool is_connected = co_await connection->connect();
+      EXPECT_TRUE(is_connected);
     };
     asio::co_spawn(io_, connect(&connection_), asio::detached);
     settle();
@@ -60,8 +60,8 @@ class RequestConnectionTest : public ::testing::Test {
   std::vector<std::string> answers_, others_;
 };
 
-// Three questions at once, each with an hour's answer, and prismd closed the connection: that was everybody's.
-TEST_F(RequestConnectionTest, TheNextQuestionGoesWhenTheLastWasAnswered) {
+// prismd closed the connection, which all clients share, after three requests at once with long responses.
+TEST_F(RequestConnectionTest, SendsTheNextRequestAfterTheResponse) {
   for (const char* method : {"a", "b", "c"}) call(method);
   EXPECT_EQ(received(), R"({"jsonrpc":"2.0","id":1,"method":"a","params":{}})"
                         "\n");
@@ -70,25 +70,25 @@ TEST_F(RequestConnectionTest, TheNextQuestionGoesWhenTheLastWasAnswered) {
   EXPECT_EQ(answers_, std::vector<std::string>{R"("result":1)"});
   EXPECT_NE(received().find("\"b\""), std::string::npos);
   send(R"({"jsonrpc":"2.0","id":1,"result":1})");
-  EXPECT_EQ(answers_.size(), 1U) << "an answer that comes twice is none";
+  EXPECT_EQ(answers_.size(), 1U) << "a repeated response is ignored";
   EXPECT_EQ(received(), "");
 }
 
-TEST_F(RequestConnectionTest, WhatAnswersNothingIsHandedOn) {
+TEST_F(RequestConnectionTest, PassesOnUnsolicitedLines) {
   call("a");
   send(R"({"jsonrpc":"2.0","method":"window","params":{}})");
   EXPECT_EQ(others_, std::vector<std::string>{R"({"jsonrpc":"2.0","method":"window","params":{}})"});
   EXPECT_TRUE(answers_.empty());
 }
 
-TEST_F(RequestConnectionTest, AHungPrismdHasOneQuestionAndTheRestAreBounded) {
-  std::size_t taken = 0;
-  while (connection_.call("a", "{}", [](std::string_view) {})) ++taken;
-  EXPECT_EQ(taken, 256U);
+TEST_F(RequestConnectionTest, SendsOneRequestAndBoundsItsQueue) {
+  std::size_t queued = 0;
+  while (connection_.call("a", "{}", [](std::string_view) {})) ++queued;
+  EXPECT_EQ(queued, 256U);
   EXPECT_EQ(received().find("\"id\":2"), std::string::npos);
 }
 
-TEST_F(RequestConnectionTest, TheEndAnswersEverything) {
+TEST_F(RequestConnectionTest, FailsAllRequestsAtTheEnd) {
   for (const char* method : {"a", "b"}) call(method);
   connection_.end(R"("error":{})");
   EXPECT_EQ(answers_, (std::vector<std::string>{R"("error":{})", R"("error":{})"}));

@@ -14,13 +14,13 @@ std::string lost_text(const std::string& instance, std::uint64_t rows, std::uint
 
 Text text_of(std::size_t bytes) { return std::make_shared<const std::string>(bytes, 'x'); }
 
-TEST(SendQueue, WhatDoesNotFitIsCountedUntilAllWasTaken) {
+TEST(SendQueue, DropsAndCountsUntilTheQueueIsEmpty) {
   SendQueue queue(std::make_shared<AnswerMemory>(), lost_text);
   const Text large = text_of(SendQueue::kMaxBatchBytes / 2);
   for (int i = 0; i < 5; ++i) queue.batch("g", large, 10);
   EXPECT_EQ(queue.bytes(), SendQueue::kMaxBatchBytes);
   queue.take();
-  queue.batch("g", text_of(1), 1);  // there is room, but one hole is told, not two
+  queue.batch("g", text_of(1), 1);  // it would fit, but one gap is reported, not two
   queue.batch("h", text_of(1), 2);
   EXPECT_EQ(queue.take(), large);
   std::vector<nlohmann::json> lost;
@@ -29,37 +29,37 @@ TEST(SendQueue, WhatDoesNotFitIsCountedUntilAllWasTaken) {
   EXPECT_EQ(lost[0], nlohmann::json({{"instance", "g"}, {"rows", 31}, {"rows_total", 31}}));
   EXPECT_EQ(lost[1], nlohmann::json({{"instance", "h"}, {"rows", 2}, {"rows_total", 2}}));
   queue.batch("g", text_of(1), 1);
-  EXPECT_EQ(queue.take()->size(), 1U) << "it goes on";
+  EXPECT_EQ(queue.take()->size(), 1U) << "accepts batches again";
   EXPECT_TRUE(queue.empty());
 }
 
-TEST(SendQueue, ABatchLargerThanTheBoundGoesWhereNothingWaits) {
+TEST(SendQueue, AnEmptyQueueAcceptsAnOversizedBatch) {
   SendQueue queue(std::make_shared<AnswerMemory>(), lost_text);
   queue.batch("g", text_of(SendQueue::kMaxBatchBytes + 1), 10);
   EXPECT_FALSE(queue.empty());
 }
 
-TEST(SendQueue, AnswersAreNeverLeftOutAndAPileOfThemEndsTheClient) {
+TEST(SendQueue, TooManyResponsesDisconnectTheClient) {
   SendQueue queue(std::make_shared<AnswerMemory>(), lost_text);
   const Text large = text_of(SendQueue::kMaxBatchBytes);
-  int taken = 0;
-  while (queue.answer(large)) ++taken;
-  EXPECT_EQ(taken, 9);
+  int queued = 0;
+  while (queue.answer(large)) ++queued;
+  EXPECT_EQ(queued, 9);
 }
 
-// Sixty clients that ask and do not read had 16 MiB each: more than the service may have.
-TEST(SendQueue, AllClientsTogetherHaveABound) {
+// 60 clients that do not read their responses used 16 MiB each, more than the service's memory limit.
+TEST(SendQueue, LimitsTheMemoryOfAllClients) {
   const auto memory = std::make_shared<AnswerMemory>();
   std::vector<std::unique_ptr<SendQueue>> greedy;
   const Text large = text_of(1 << 20);
-  std::size_t taken = 0;
+  std::size_t queued = 0;
   for (int i = 0; i < 60; ++i) {
     greedy.push_back(std::make_unique<SendQueue>(memory, lost_text));
-    while (greedy.back()->answer(large)) ++taken;
+    while (greedy.back()->answer(large)) ++queued;
   }
-  EXPECT_LT(taken << 20, SendQueue::kMaxAllBytes + 60 * (SendQueue::kGuaranteedBytes + 2 * large->size()));
+  EXPECT_LT(queued << 20, SendQueue::kMaxAllBytes + 60 * (SendQueue::kGuaranteedBytes + 2 * large->size()));
   SendQueue modest(memory, lost_text);
-  EXPECT_TRUE(modest.answer(large)) << "who reads is served";
+  EXPECT_TRUE(modest.answer(large)) << "a client that reads is served";
   greedy.clear();
   int alone = 0;
   while (modest.answer(large)) ++alone;

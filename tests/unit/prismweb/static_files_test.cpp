@@ -11,21 +11,21 @@
 namespace prism::prismweb {
 namespace {
 
-TEST(StaticFiles, ATargetNamesAFileOfThePage) {
+TEST(StaticFiles, ATargetIsAFileOfThePage) {
   EXPECT_EQ(file_of_target("/"), "index.html");
   EXPECT_EQ(file_of_target("/page.js"), "page.js");
   EXPECT_EQ(file_of_target("/page.js?x=1"), "page.js");
   EXPECT_EQ(file_of_target("/charts/strip.js"), "charts/strip.js");
 }
 
-TEST(StaticFiles, NothingElseIsServed) {
+TEST(StaticFiles, OtherTargetsAreNotServed) {
   for (const char* target :
        {"", "page.js", "//page.js", "/../page.js", "/charts/../../etc/passwd.txt", "/%2e%2e/page.js", "/.hidden.js",
         "/charts/.hidden.js", "/a/b/page.js", "/page.cpp", "/page", "/charts/", "/a\\b.js", "/a b.js", "/./page.js"})
     EXPECT_EQ(file_of_target(target), "") << target;
 }
 
-TEST(StaticFiles, AreReadWithTheirTypeAndATagThatFollowsThem) {
+TEST(StaticFiles, HaveATypeAndAnETagThatChangesWithTheFile) {
   const test::TemporaryFolder folder;
   const auto path = folder.file("page.js");
   std::ofstream(path) << "let a;\n";
@@ -38,7 +38,7 @@ TEST(StaticFiles, AreReadWithTheirTypeAndATagThatFollowsThem) {
   EXPECT_NE(read_static(folder.file(""), "/page.js").etag, first.etag);
 }
 
-TEST(StaticFiles, AFolderOrAFileThatIsNotThereIsNone) {
+TEST(StaticFiles, DirectoriesAndMissingFilesAreNotFound) {
   const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder.file("folder.js"));
   EXPECT_EQ(read_static(folder.file(""), "/folder.js").status, 404);

@@ -32,7 +32,7 @@ struct Recorder : Subscriber {
 
 void put(SubscriptionTable& subscriptions, const std::string& text) { subscriptions.put(notification_of(text)); }
 
-TEST(Notifications, AreToldByTheirHead) {
+TEST(Notifications, AreRecognisedByTheirStart) {
   const std::string text = line("sample", "z", 1);
   EXPECT_EQ(notification_of(text).method, "sample");
   EXPECT_EQ(notification_of(text).axis, "z");
@@ -41,7 +41,7 @@ TEST(Notifications, AreToldByTheirHead) {
   EXPECT_EQ(notification_of("").method, "");
 }
 
-TEST(SubscriptionTable, OneTextServesAllWhoWantTheSame) {
+TEST(SubscriptionTable, SharesOneTextBetweenEqualSubscriptions) {
   SubscriptionTable subscriptions("g");
   Recorder one, other, windows;
   subscriptions.set(&one, {1, true, true, {}});
@@ -51,15 +51,15 @@ TEST(SubscriptionTable, OneTextServesAllWhoWantTheSame) {
   put(subscriptions, line("window", "z", 3));
   subscriptions.flush();
   EXPECT_EQ(one.got, (std::vector<std::string>{"sample z 0", "sample z 1", "sample z 2", "window z 3"}));
-  EXPECT_EQ(one.texts, other.texts) << "the very same text";
+  EXPECT_EQ(one.texts, other.texts) << "the same object";
   EXPECT_EQ(windows.got, std::vector<std::string>{"window z 3"});
   EXPECT_FALSE(subscriptions.pending());
   subscriptions.flush();
-  EXPECT_EQ(one.texts.size(), 1U) << "nothing is no batch";
+  EXPECT_EQ(one.texts.size(), 1U) << "no empty batch";
 }
 
-// A client that adds a curve in the middle of a batch.
-TEST(SubscriptionTable, AWishThatChangesLosesNothingAndBringsNothingTwice) {
+// A client adds a curve during a batch.
+TEST(SubscriptionTable, AChangedSubscriptionLosesAndRepeatsNoRows) {
   SubscriptionTable subscriptions("g");
   Recorder grows, other;
   subscriptions.set(&grows, {0, true, false, {}});
@@ -74,11 +74,11 @@ TEST(SubscriptionTable, AWishThatChangesLosesNothingAndBringsNothingTwice) {
   EXPECT_EQ(grows.texts.size(), 2U);
   put(subscriptions, line("sample", "z", 3));
   subscriptions.flush();
-  EXPECT_EQ(grows.texts[2], other.texts[1]) << "the very same text again";
+  EXPECT_EQ(grows.texts[2], other.texts[1]) << "the same object again";
 }
 
-// prismd is asked for the greatest common divisor; each gets its own share of that, axis by axis.
-TEST(SubscriptionTable, EachGetsEveryNthSampleOfEachAxis) {
+// prismd sends every n-th sample, n the greatest common divisor; each client gets its own share, counted per axis.
+TEST(SubscriptionTable, SendsEveryNthSampleOfEachAxis) {
   SubscriptionTable subscriptions("g");
   Recorder fourth, sixth;
   subscriptions.set(&fourth, {4, false, false, {}});
@@ -94,7 +94,7 @@ TEST(SubscriptionTable, EachGetsEveryNthSampleOfEachAxis) {
   EXPECT_EQ(sixth.got, (std::vector<std::string>{"sample x 2", "sample x 5"}));
 }
 
-TEST(SubscriptionTable, WhatPrismdLostReachesEveryListener) {
+TEST(SubscriptionTable, SendsLostToAllSubscribers) {
   SubscriptionTable subscriptions("g");
   Recorder client;
   subscriptions.set(&client, {0, false, true, {"z"}});
@@ -104,7 +104,7 @@ TEST(SubscriptionTable, WhatPrismdLostReachesEveryListener) {
   EXPECT_EQ(client.got, std::vector<std::string>{"lost  0"});
 }
 
-TEST(SubscriptionTable, WhoLeavesWhileBatchesAreHandedOutGetsNone) {
+TEST(SubscriptionTable, UnsubscribingDuringAFlushStopsTheDelivery) {
   struct Leaver : Recorder {
     SubscriptionTable* subscriptions = nullptr;
     Subscriber* other = nullptr;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::time_t kValidDay_s = 86400, kValidFrom_s = 1767225600;  // 2026-01-01
 
-TEST(Certificates, WarnBeforeTheyEndAndWhenTheyAreNotValid) {
+TEST(Certificates, WarnBeforeExpiryAndIfNotValid) {
   const std::unique_ptr<X509, decltype(&::X509_free)> certificate(::X509_new(), &::X509_free);
   ::ASN1_TIME_set(::X509_getm_notBefore(certificate.get()), kValidFrom_s);
   ::ASN1_TIME_set(::X509_getm_notAfter(certificate.get()), kValidFrom_s + 100 * kValidDay_s);

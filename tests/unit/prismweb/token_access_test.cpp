@@ -41,11 +41,11 @@ struct TokenAccessTest : testing::Test {
   std::string directory;
 };
 
-TEST_F(TokenAccessTest, TheAddressIsGoodOnceAndTheTokenOfTheFileIsAnother) {
+TEST_F(TokenAccessTest, TheAddressWorksOnceAndDiffersFromTheFile) {
   const auto access = open();
   const std::string token = access->address_token();
   EXPECT_NE(*read_text_file(directory + "/prismweb-8467.token"), token + "\n");
-  EXPECT_FALSE(access->is_program_token(token)) << "a program's token would stay in the browser's history";
+  EXPECT_FALSE(access->is_program_token(token)) << "the browser history must not contain the program token";
   EXPECT_FALSE(access->begin_session("x"));
   const auto field = access->begin_session(token);
   ASSERT_TRUE(field);
@@ -53,21 +53,21 @@ TEST_F(TokenAccessTest, TheAddressIsGoodOnceAndTheTokenOfTheFileIsAnother) {
   EXPECT_EQ(field->substr(field->find(';')), "; Path=/; HttpOnly; SameSite=Strict; Max-Age=2592000");
   EXPECT_FALSE(access->begin_session(token)) << "a second browser";
   EXPECT_TRUE(access->renew_address_token());
-  EXPECT_FALSE(access->renew_address_token()) << "this one was not used";
+  EXPECT_FALSE(access->renew_address_token()) << "not used yet";
   EXPECT_NE(access->address_token(), token);
 }
 
-TEST_F(TokenAccessTest, ACookieCountsInRequestsOfItsOwnPageAlone) {
+TEST_F(TokenAccessTest, AcceptsACookieOnlyFromItsOwnPage) {
   const auto access = open();
   Request request = with_cookie(begin(*access));
   EXPECT_TRUE(access->is_authenticated(request));
-  request.origin = "http://127.0.0.1:9999";  // another server of this host: the browser sends it the same cookie
+  request.origin = "http://127.0.0.1:9999";  // a page of another server of this host: browsers send the cookie, too
   EXPECT_FALSE(access->is_authenticated(request));
   request.origin.clear();
-  EXPECT_FALSE(access->is_authenticated(request)) << "nothing shows where it comes from";
-  for (const char* server : {"same-site", "cross-site"}) {
-    request.sec_fetch_site = server;
-    EXPECT_FALSE(access->is_authenticated(request)) << server;
+  EXPECT_FALSE(access->is_authenticated(request)) << "unknown origin";
+  for (const char* site : {"same-site", "cross-site"}) {
+    request.sec_fetch_site = site;
+    EXPECT_FALSE(access->is_authenticated(request)) << site;
   }
   request.sec_fetch_site = "same-origin";
   EXPECT_TRUE(access->is_authenticated(request));
@@ -75,22 +75,22 @@ TEST_F(TokenAccessTest, ACookieCountsInRequestsOfItsOwnPageAlone) {
   EXPECT_FALSE(access->is_authenticated(request));
 }
 
-TEST_F(TokenAccessTest, SessionsAndTheProgramTokenOutlastARestartAndTheAddressDoesNot) {
+TEST_F(TokenAccessTest, SessionsAndProgramTokenSurviveARestart) {
   auto access = open();
   const std::string cookie = begin(*access), file = directory + "/prismweb-8467.sessions";
   access->renew_address_token();
   const std::string address = access->address_token(), token = *read_text_file(directory + "/prismweb-8467.token");
-  EXPECT_EQ(read_text_file(file)->find(cookie.substr(cookie.find('=') + 1)), std::string::npos) << "its hash alone";
+  EXPECT_EQ(read_text_file(file)->find(cookie.substr(cookie.find('=') + 1)), std::string::npos) << "only its hash";
   access = open();
   EXPECT_TRUE(access->is_authenticated(with_cookie(cookie)));
   EXPECT_TRUE(access->is_program_token(token.substr(0, token.size() - 1)));
   EXPECT_FALSE(access->begin_session(address));
-  ::chmod(file.c_str(), 0644);  // others may have written it before
+  ::chmod(file.c_str(), 0644);  // other users could read it
   access = open();
   EXPECT_FALSE(access->is_authenticated(with_cookie(cookie)));
 }
 
-TEST(SessionList, EndsAfterThirtyDaysAndKeepsThirtyTwo) {
+TEST(SessionList, HasAtMost32SessionsOf30Days) {
   SessionList list;
   list.add("first", 0);
   EXPECT_TRUE(list.contains("first", 30 * kSessionDay_s - 1));

@@ -17,7 +17,7 @@ std::string error_of(const std::string& text) {
   return read ? "" : read.error().text();
 }
 
-TEST(WebConfig, EverySettingIsRead) {
+TEST(WebConfig, ReadsAllSettings) {
   Settings settings;
   const auto read =
       parse_web_config(R"({"listen": "[::1]:80", "hosts": ["lab.example"], "instances": ["gyro1", "/run/x.sock"],
@@ -37,14 +37,14 @@ TEST(WebConfig, EverySettingIsRead) {
   EXPECT_EQ(settings.tls->key, "/k");
 }
 
-TEST(WebConfig, AUnixSocketStandsInThePlaceOfAnAddress) {
+TEST(WebConfig, AUnixSocketReplacesTheAddress) {
   Settings settings;
   ASSERT_TRUE(parse_web_config(R"({"socket": "/run/prismweb/web.sock"})", "web.json", settings));
   EXPECT_EQ(settings.unix_socket, "/run/prismweb/web.sock");
   EXPECT_EQ(settings.address, "");
 }
 
-TEST(WebConfig, WhatIsWrongIsToldWithItsPlace) {
+TEST(WebConfig, ErrorsNameTheKey) {
   EXPECT_EQ(error_of(R"({"listen": "localhost:80"})"),
             "/etc/prism/web.json:/listen: found \"localhost:80\", expected ADDRESS:PORT, such as \"127.0.0.1:8467\" or "
             "\"[::1]:8467\"");
@@ -58,13 +58,13 @@ TEST(WebConfig, WhatIsWrongIsToldWithItsPlace) {
             "\"https://app.foxglove.dev\"");
 }
 
-// Every key once; the other of "listen" and "socket" is added where it is due.
+// All keys except "socket", which excludes "listen".
 constexpr const char* kComplete =
     R"({"$schema": "web.schema.json", "listen": "127.0.0.1:80", "hosts": ["a"], "instances": "gyro1",
   "page": "p", "dygraphs": "d", "state": "s", "tls": {"certificate": "c", "key": "k"}, "passwords": "w",
   "plotjuggler": {"send_to": "127.0.0.1:9870", "samples": true}, "foxglove": {"origins": "https://app.foxglove.dev"}})";
 
-TEST(WebConfig, TheSchemaHasTheKeysOfTheReaderAndSaysTheSame) {
+TEST(WebConfig, TheSchemaAgreesWithTheReader) {
   using Json = test::SchemaValidator::Json;
   const std::filesystem::path source = PRISM_SOURCE_DIR;
   const Json schema = Json::parse(test::read_file(source / "config/web.schema.json"));
@@ -90,7 +90,7 @@ TEST(WebConfig, TheSchemaHasTheKeysOfTheReaderAndSaysTheSame) {
   }
 }
 
-TEST(WebConfig, FoxgloveIsThereWhereItIsNamed) {
+TEST(WebConfig, FoxgloveIsEnabledByItsKey) {
   Settings settings;
   ASSERT_TRUE(parse_web_config("{}", "web.json", settings));
   EXPECT_FALSE(settings.foxglove);
@@ -99,7 +99,7 @@ TEST(WebConfig, FoxgloveIsThereWhereItIsNamed) {
   EXPECT_TRUE(settings.foxglove->origins.empty());
 }
 
-TEST(WebConfig, AddressesAreWrittenInOneWay) {
+TEST(WebConfig, RejectsInvalidAddresses) {
   for (const char* text : {"127.0.0.1", "127.0.0.1:", ":80", "127.0.0.1:70000", "127.0.0.1:-1", "127.0.0.1:8 ",
                            "::1:80", "[::1:80", "[127.0.0.1]:80", "host:80", "[]:80"}) {
     Settings settings;
@@ -108,7 +108,7 @@ TEST(WebConfig, AddressesAreWrittenInOneWay) {
   }
 }
 
-TEST(WebConfig, AnAddressThatOthersReachNeedsTlsAndPasswords) {
+TEST(WebConfig, NonLoopbackAddressesNeedTlsAndPasswords) {
   Settings settings;
   EXPECT_TRUE(check_settings(settings));
   settings.address = "0.0.0.0";
