@@ -156,8 +156,7 @@ double Section::number(const std::string& key, Range range, std::optional<double
   return read<double>(key, otherwise, std::clamp(0.0, range.min, range.max), [&](const Json& value) {
     const double number = value.is_number() ? value.get<double>() : std::nan("");
     if (number >= range.min && number <= range.max) return std::optional(number);
-    fail(key, value.is_number() ? fmt::format("{} is not {}", shown(value), span_text(range))
-                                : fmt::format("found {}, expected a number {}", shown(value), span_text(range)));
+    fail(key, fmt::format("found {}, expected a number {}", shown(value), span_text(range)));
     return std::optional<double>();
   });
 }
@@ -165,13 +164,9 @@ double Section::number(const std::string& key, Range range, std::optional<double
 std::int64_t Section::integer(const std::string& key, Range range, std::optional<std::int64_t> otherwise) const {
   const auto harmless = static_cast<std::int64_t>(std::clamp(0.0, range.min, range.max));
   return read<std::int64_t>(key, otherwise, harmless, [&](const Json& value) -> std::optional<std::int64_t> {
-    if (!value.is_number_integer()) {
-      fail(key, fmt::format("found {}, expected an integer {}", shown(value), span_text(range)));
-      return std::nullopt;
-    }
-    const double number = value.get<double>();
+    const double number = value.is_number_integer() ? value.get<double>() : std::nan("");
     if (number >= range.min && number <= range.max) return value.get<std::int64_t>();
-    fail(key, fmt::format("{} is not {}", shown(value), span_text(range)));
+    fail(key, fmt::format("found {}, expected an integer {}", shown(value), span_text(range)));
     return std::nullopt;
   });
 }

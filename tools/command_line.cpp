@@ -12,15 +12,9 @@
 namespace prism::tools {
 namespace {
 
-// Returns the range in a type name with its check: CLI::Range's "INT:INT in [1 - 256]", or the text of within() below.
+// Returns the range in a type name with the text of within() below, like "INT:within 1 to 256".
 std::string bounds_of(const std::string& type) {
-  std::string check = type.substr(type.rfind(':') + 1);
-  const std::size_t range = check.find(" in [");
-  if (range != std::string::npos) {
-    check = check.substr(range + 5, check.size() - range - 6);
-    const std::size_t dash = check.find(" - ");
-    return check.substr(0, dash) + " to " + check.substr(dash + 3);
-  }
+  const std::string check = type.substr(type.rfind(':') + 1);
   if (check.starts_with("within ")) return check.substr(7);
   if (check.starts_with("above ")) return check;
   return check == "of 0 or more" ? "0 or more" : "";

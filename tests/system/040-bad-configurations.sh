@@ -11,7 +11,7 @@ refused() {  # refused WHAT PART-OF-THE-LINE
 rm -f "$dir/gyro.json"; refused "missing file" "gyro.json: cannot be read: No such file or directory"
 echo '{"lime": 1}' >"$dir/gyro.json"; refused "unknown key" "gyro.json:/lime: unknown key"
 echo '{"line": {"baud": "x"}}' >"$dir/gyro.json"; refused "wrong type" 'gyro.json:/line/baud: found "x", expected an integer'
-echo '{"line": {"silence_s": -1}}' >"$dir/gyro.json"; refused "out of range" "gyro.json:/line/silence_s: -1 is not within 0.1 to 3600"
+echo '{"line": {"silence_s": -1}}' >"$dir/gyro.json"; refused "out of range" "gyro.json:/line/silence_s: found -1, expected a number within 0.1 to 3600"
 printf '{\n "line": {,}\n}' >"$dir/gyro.json"; refused "invalid JSON" "gyro.json:2:"
 long=$(printf 'n%.0s' $(seq 250))
 echo "{\"name\": \"$long\", \"socket\": {\"path\": \"\"}}" >"$dir/gyro.json"; refused "name too long" "expected 1 to 90 bytes of printable text"

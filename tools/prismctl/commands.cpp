@@ -119,13 +119,13 @@ int run(int argc, char** argv) {
 
   int count = 20, seconds = 60;
   auto* events = app.add_subcommand("events", "latest events, newest last");
-  events->add_option("--count", count, "number of events")->check(CLI::Range(1, 256))->capture_default_str();
+  events->add_option("--count", count, "number of events")->check(tools::within(1, 256))->capture_default_str();
   tools::add_examples(*events, {"prismctl events --count 50"});
   events->callback([&] {
     code = ask(choice, "events", {{"count", count}}, [](const nlohmann::json& e) { return lines_of(e, event_line); });
   });
   auto* history = app.add_subcommand("history", "latest rows, one per second");
-  history->add_option("--seconds", seconds, "number of seconds")->check(CLI::Range(1, 3600))->capture_default_str();
+  history->add_option("--seconds", seconds, "number of seconds")->check(tools::within(1, 3600))->capture_default_str();
   tools::add_examples(*history, {"prismctl history --seconds 600"});
   history->callback([&] {
     code = ask(choice, "history", {{"seconds", seconds}}, [](const nlohmann::json& answer) {
@@ -144,7 +144,7 @@ int run(int argc, char** argv) {
       ->check(tools::following(TextRule::kName));
   log->add_option("--cursor", wanted.cursor_file,
                   "file that stores the cursor: the next call continues where this one ended");
-  log->add_option("--limit", wanted.limit, "stop after N rows")->check(CLI::PositiveNumber);
+  log->add_option("--limit", wanted.limit, "stop after N rows")->check(tools::positive());
   log->add_flag("--follow", wanted.follow, "wait for new rows, also while prismd restarts");
   tools::add_examples(*log,
                       {"prismctl rows --after latest --follow", "prismctl rows --cursor fetched --json >>gyro1.jsonl"});
@@ -179,7 +179,7 @@ int run(int argc, char** argv) {
   WatchSettings settings;
   auto* live = app.add_subcommand("watch", "live screen on a terminal; otherwise lines or, with --json, JSON");
   live->add_flag("--samples", settings.samples, "print every sample instead of one row a second");
-  live->add_option("--every", settings.every, "with --samples: every n-th sample only")->check(CLI::Range(1, 1000000));
+  live->add_option("--every", settings.every, "with --samples: every n-th sample only")->check(tools::within(1, 1000000));
   live->add_option("--count", settings.count, "stop after N rows");
   tools::add_examples(*live, {"prismctl watch", "prismctl --json watch --samples --every 10 --count 100"});
   live->callback([&] {

@@ -198,7 +198,7 @@ void add_campaign_command(CLI::App& app, int& code, char** argv) {
                    "local (default), slurm (a job array) or print (a command a line, for others to run)")
       ->check(CLI::IsMember({"local", "slurm", "print"}));
   command->add_option("--jobs", choice->settings.jobs, "local: tasks at a time (default: one a core)")
-      ->check(CLI::Range(1, 1024));
+      ->check(tools::within(1, 1024));
   command
       ->add_option("--memory", choice->settings.memory_mb,
                    "local: MB of all tasks at a time (default: 80 % of what is free)")

@@ -46,7 +46,7 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
           "--tune", o.tune,
           training::method_names(training::kTuning) + ": blocked (folds; default), shuffled (folds), loo or reml")
       ->check(CLI::IsMember({"blocked", "shuffled", "loo", "reml"}));
-  command.add_option("--folds", o.folds, "how many")->check(CLI::Range(2, 1000000))->capture_default_str();
+  command.add_option("--folds", o.folds, "how many")->check(tools::within(2, 1000000))->capture_default_str();
   command.add_option("--reweight", o.reweight, "1 (the paper) or converge")
       ->check(CLI::IsMember({"1", "converge"}))
       ->capture_default_str();
@@ -60,7 +60,7 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
       ->check(CLI::IsMember({"zscore", "auto", "none"}))
       ->capture_default_str();
   command.add_option("--seed", o.seed, "of everything drawn")->capture_default_str();
-  command.add_option("--threads", o.threads, "at most")->check(CLI::Range(1, 64))->capture_default_str();
+  command.add_option("--threads", o.threads, "at most")->check(tools::within(1, 64))->capture_default_str();
   command.add_option("--start", o.start, terms + "terms to begin with, or none");
   command.add_option("--p-enter", o.p_enter, terms + "a term with a smaller p may enter")
       ->check(tools::within(0, 1))

@@ -31,16 +31,16 @@ void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions&
   add_source_options(command, o.source);
   add_site_options(command, o.site);
   command.add_option("--window", o.features.length_s, "seconds of the means and of the slope")
-      ->check(CLI::Range(1, 3600))
+      ->check(tools::within(1, 3600))
       ->capture_default_str();
   command.add_option("--slope", o.slope, "difference (the paper) or least_squares")
       ->check(CLI::IsMember({"difference", "least_squares"}))
       ->capture_default_str();
   command.add_option("--end-mean", o.features.end_mean_s, "seconds averaged at each end of a difference")
-      ->check(CLI::Range(1, 3600))
+      ->check(tools::within(1, 3600))
       ->capture_default_str();
   command.add_option("--max-gap", o.features.max_gap_s, "seconds of a hole that empties the window")
-      ->check(CLI::Range(0, 3600))
+      ->check(tools::within(0, 3600))
       ->capture_default_str();
   command.add_option("--lag", o.features.lag_time_constants_s, "time constants of lag1, lag2, …, s")
       ->delimiter(',')

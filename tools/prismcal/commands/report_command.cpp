@@ -218,12 +218,12 @@ void add_report_command(CLI::App& app, int& code) {
   command->add_option("--limits", choice->limits,
                       "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL");
   command->add_option("--seed", choice->experiment.seed, "of the shuffled folds");
-  command->add_option("--folds", choice->experiment.folds, "of the cross-validation")->check(CLI::Range(2, 100));
+  command->add_option("--folds", choice->experiment.folds, "of the cross-validation")->check(tools::within(2, 100));
   command
       ->add_option("--reweight", choice->experiment.reweight_limit,
                    "weighted solves at most: 1 is the paper's, 500 (default) converges")
-      ->check(CLI::Range(1, 10000));
-  command->add_option("--threads", choice->threads, "models trained at a time")->check(CLI::Range(1, 64));
+      ->check(tools::within(1, 10000));
+  command->add_option("--threads", choice->threads, "models trained at a time")->check(tools::within(1, 64));
   command->add_flag("--force", choice->force, "train although the data-quality check refuses the recording");
   add_common_options(*command, choice->common);
   tools::add_examples(*command, {"prismcal report cycle1.pcap cycle2.pcap other.pcap --config gyro.json --out report"});
