@@ -22,9 +22,9 @@ std::string pointer_step(std::string_view key) {
   return step;
 }
 
-std::string span_text(Range range) {
+std::string expected_text(std::string_view type, Range range) {
   if (range.min == range.max) return fmt::format("{:.10g}", range.min);
-  return fmt::format("within {:.10g} to {:.10g}", range.min, range.max);
+  return fmt::format("{} within {:.10g} to {:.10g}", type, range.min, range.max);
 }
 
 std::optional<std::uint64_t> unsigned_value(const Json& json) {
@@ -156,7 +156,7 @@ double Section::number(const std::string& key, Range range, std::optional<double
   return read<double>(key, otherwise, std::clamp(0.0, range.min, range.max), [&](const Json& value) {
     const double number = value.is_number() ? value.get<double>() : std::nan("");
     if (number >= range.min && number <= range.max) return std::optional(number);
-    fail(key, fmt::format("found {}, expected a number {}", shown(value), span_text(range)));
+    fail(key, fmt::format("found {}, expected {}", shown(value), expected_text("a number", range)));
     return std::optional<double>();
   });
 }
@@ -166,7 +166,7 @@ std::int64_t Section::integer(const std::string& key, Range range, std::optional
   return read<std::int64_t>(key, otherwise, harmless, [&](const Json& value) -> std::optional<std::int64_t> {
     const double number = value.is_number_integer() ? value.get<double>() : std::nan("");
     if (number >= range.min && number <= range.max) return value.get<std::int64_t>();
-    fail(key, fmt::format("found {}, expected an integer {}", shown(value), span_text(range)));
+    fail(key, fmt::format("found {}, expected {}", shown(value), expected_text("an integer", range)));
     return std::nullopt;
   });
 }
@@ -222,7 +222,8 @@ std::vector<double> Section::numbers(const std::string& key, Range range, bool r
     const Json& value = (*array)[i];
     const double number = value.is_number() ? value.get<double>() : std::nan("");
     if (!(number >= range.min && number <= range.max)) {
-      fail(fmt::format("{}/{}", key, i), fmt::format("found {}, expected a number {}", shown(value), span_text(range)));
+      fail(fmt::format("{}/{}", key, i),
+           fmt::format("found {}, expected {}", shown(value), expected_text("a number", range)));
       return {};
     }
     result.push_back(number);

@@ -18,8 +18,8 @@ Result<void> CompensationEngine::use(ModelPtr model, ModelPtr fallback) {
                         "needs the input " + input + ", expected T and U only: it is used while the slope is unknown");
     }
   }
-  if (model && !(model->info().features == conditioner_.definition())) {
-    conditioner_ = FeatureExtractor(model->info().features);
+  if (model && !(model->info().features == extractor_.definition())) {
+    extractor_ = FeatureExtractor(model->info().features);
     window_.reset();
   }
   model_ = std::move(model);
@@ -36,7 +36,7 @@ std::optional<CompensatedWindow> CompensationEngine::push(const Sample& sample, 
   if (const auto second_mean = averager_.push(sample, implausible, values)) {
     closed = complete(*second_mean);
     const std::int64_t step = second_number(sample.time_ns) - second_mean->second;
-    if (step <= 0 || step - 1 > conditioner_.definition().max_gap_s) forget_window();
+    if (step <= 0 || step - 1 > extractor_.definition().max_gap_s) forget_window();
   }
   out.sample = sample;
   out.correction = correction_;
@@ -60,7 +60,7 @@ void CompensationEngine::reset() {
   averager_ = SecondAverager(sensors_);
   plausibility_ = Plausibility(settings_.plausibility);
   rejections_ = {};
-  conditioner_.reset();
+  extractor_.reset();
   forget_window();
 }
 
@@ -75,7 +75,7 @@ CompensatedWindow CompensationEngine::complete(const SecondMean& second_mean) {
   CompensatedWindow row;
   row.window.second_mean = second_mean;
   if (!second_mean.partial) {
-    row.window = conditioner_.push(second_mean);
+    row.window = extractor_.push(second_mean);
     correction_ = follow(row.window);
     window_ = row.window;
   }

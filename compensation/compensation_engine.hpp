@@ -41,7 +41,7 @@ class CompensationEngine {
         plausibility_(settings.plausibility),
         sensors_(std::move(sensors)),
         averager_(sensors_),
-        conditioner_(FeatureDefinition{}) {}
+        extractor_(FeatureDefinition{}) {}
 
   /// Takes over `model` and `fallback` (null: none); the fallback is used while the window is not full. If the features
   /// of the new model are the same, the window is kept and the new bias is in force at once; else the window restarts.
@@ -80,7 +80,7 @@ class CompensationEngine {
   SlewLimit slew_;
   SensorList sensors_;
   SecondAverager averager_;
-  FeatureExtractor conditioner_;
+  FeatureExtractor extractor_;
   std::optional<Window> window_;  ///< the source of correction_; none: no bias in force
   Correction correction_;
 };

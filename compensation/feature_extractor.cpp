@@ -13,7 +13,7 @@ struct MeanValue {
   double mean = kUnknown;
   double mean_time_s = 0;  // of the seconds that contain it, relative to the window's last second
   int count = 0;
-  std::int64_t longest_hole_s = 0;
+  std::int64_t longest_gap_s = 0;
 };
 
 // The one-second means in [first, last]; relative times keep the sums small.
@@ -29,10 +29,10 @@ MeanValue mean_value(const std::deque<SecondMean>& history, Quantity value_of, s
     sum += value;
     time_sum_s += second_mean.second - last;
     ++result.count;
-    result.longest_hole_s = std::max(result.longest_hole_s, second_mean.second - next);
+    result.longest_gap_s = std::max(result.longest_gap_s, second_mean.second - next);
     next = second_mean.second + 1;
   }
-  result.longest_hole_s = std::max(result.longest_hole_s, last + 1 - next);
+  result.longest_gap_s = std::max(result.longest_gap_s, last + 1 - next);
   if (result.count == 0) return result;
   result.mean = sum / result.count;
   result.mean_time_s = static_cast<double>(time_sum_s) / result.count;
@@ -62,12 +62,12 @@ double slope_of(const std::deque<SecondMean>& history, Quantity value_of, const 
   const auto values = [&](std::int64_t from, std::int64_t to) { return mean_value(history, value_of, from, to); };
   if (definition.slope == SlopeMethod::kLeastSquares) {
     const MeanValue all = values(first, last);
-    return all.longest_hole_s > definition.max_gap_s ? kUnknown
+    return all.longest_gap_s > definition.max_gap_s ? kUnknown
                                                      : least_squares_slope(history, value_of, first, last, all);
   }
   const MeanValue now = values(last - definition.end_mean_s + 1, last);
   const MeanValue before = values(first - definition.end_mean_s, first - 1);
-  if (std::max(now.longest_hole_s, before.longest_hole_s) > definition.max_gap_s) return kUnknown;
+  if (std::max(now.longest_gap_s, before.longest_gap_s) > definition.max_gap_s) return kUnknown;
   return (now.mean - before.mean) / (definition.length_s + now.mean_time_s - before.mean_time_s);
 }
 
@@ -134,7 +134,7 @@ void FeatureExtractor::measure(Window& window) const {
   const std::int64_t first = std::max(last - definition_.length_s + 1, warm_since_);
   const auto fresh_mean = [&](auto value_of) {
     const MeanValue values = mean_value(history_, value_of, first, last);
-    return values.longest_hole_s > definition_.max_gap_s ? kUnknown : values.mean;
+    return values.longest_gap_s > definition_.max_gap_s ? kUnknown : values.mean;
   };
   window.rate_deg_per_h =
       mean_value(

@@ -64,7 +64,7 @@ bool LiveLine::open() {
   if (!opened) {
     const std::string& why = opened.error().text();
     set(LineState::kConnecting, why);
-    complain("line_absent", why + "; trying again until it is there");
+    complain("line_absent", why + "; retrying");
     return false;
   }
   open_.emplace(io_, std::move(*opened));

@@ -19,7 +19,7 @@ same "values of an unplugged gyro" "$(field .sample.rate_deg_per_h status) $(fie
 [ "$(field '.age_s > 0' status)" = true ] || fail "the status has no age of the last data"
 rm -f "$dir/tty"
 sleep 3.2  # if the pause doubled, the next attempt would be 3 s away
-wait_for 5 grep -q 'trying again until it is there' "$dir/prismd.err"
+wait_for 5 grep -q 'retrying' "$dir/prismd.err"
 start_sim --profile steady --speed 200
 wait_for 2 field_is .state status receiving
 same "sessions" "$(field .sessions status)" 2

@@ -82,12 +82,12 @@ sleep 1.2
 compare w80x24 unplugged-80x24.txt
 
 kill -STOP "$prismd"
-wait_for 10 shows w80x24 "prismd does not answer"
+wait_for 10 shows w80x24 "prismd does not respond"
 kill -CONT "$prismd"
 wait_for 10 shows w80x24 "connecting  last data"
 kill -9 "$prismd"
 for size in 80x24 200x50; do
-  wait_for 5 shows "w$size" "gyro  prismd is gone"
+  wait_for 5 shows "w$size" "gyro  prismd stopped"
   wait_for 5 shows "w$size" "no prismd answers"
   compare "w$size" "gone-$size.txt"
 done

@@ -167,7 +167,7 @@ class Follower {
 
   void pause(const Error& error) {
     if (!std::exchange(silent_, true))
-      fmt::print(stderr, "prismctl: {}; trying again until it is there\n", error.text());
+      fmt::print(stderr, "prismctl: {}; retrying\n", error.text());
     std::this_thread::sleep_for(std::chrono::seconds(1));
   }
 

@@ -75,7 +75,7 @@ std::string quality_with_progress(const json& answer) {
 
 std::string quality_words(const json& answer) {
   const bool nothing = at(answer, "quality") == "no_data";
-  return quality_with_progress(answer) + (nothing ? " (nothing is measured now)" : "");
+  return quality_with_progress(answer) + (nothing ? " (no current measurement)" : "");
 }
 
 int window_length_s(const json& answer) { return seconds_of(at(answer, "window_s"), kUsualWindowS); }

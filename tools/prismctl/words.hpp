@@ -36,7 +36,7 @@ std::string span_text(double seconds);
 /// "last data 0.4 s ago", or "no data yet" if `age_s` is null.
 std::string age_text(const nlohmann::json& age_s);
 
-/// The quality with its progress or explanation: "warming (15 of 100 s)", "no_data (nothing is measured now)". `answer`
+/// The quality with its progress or explanation: "warming (15 of 100 s)", "no_data (no current measurement)". `answer`
 /// is one of status or bias.
 std::string quality_words(const nlohmann::json& answer);
 

@@ -17,18 +17,18 @@ namespace {
 class Blocks {
  public:
   Blocks(compensation::FeatureDefinition features, std::vector<std::string> inputs)
-      : conditioner_(std::move(features)) {
+      : extractor_(std::move(features)) {
     data_.names = std::move(inputs);
   }
   /// Returns true if this second ended a block.
   bool push(const compensation::SecondMean& second_mean) {
-    const compensation::Window window = conditioner_.push(second_mean);
-    const int length = conditioner_.definition().length_s;
+    const compensation::Window window = extractor_.push(second_mean);
+    const int length = extractor_.definition().length_s;
     if (window.state != compensation::WindowState::kReady || second_mean.second < next_) return false;
     next_ = second_mean.second + length;
     std::vector<double> row;
     for (const std::string& name : data_.names)
-      row.push_back(compensation::input_value(window, conditioner_.definition(), name));
+      row.push_back(compensation::input_value(window, extractor_.definition(), name));
     inputs_.push_back(std::move(row));
     target_.push_back(window.rate_deg_per_h);
     time_s_.push_back(static_cast<double>(second_mean.second));
@@ -48,7 +48,7 @@ class Blocks {
   }
 
  private:
-  compensation::FeatureExtractor conditioner_;
+  compensation::FeatureExtractor extractor_;
   training::TrainingData data_;
   std::vector<std::vector<double>> inputs_;
   std::vector<double> target_, time_s_;

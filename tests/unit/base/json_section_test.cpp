@@ -185,7 +185,7 @@ const Row kRows[] = {
      "gyro.json:/h: found \"A5 5\", expected bytes in hex like \"A5 5A\""},
     {R"({"h": 5})", [](Section& s) { s.bytes("h"); }, "gyro.json:/h: found 5, expected bytes in hex like \"A5 5A\""},
     {R"({"os": 1})", [](Section& s) { s.one_or_more_objects("os"); }, "gyro.json:/os: found 1, expected an object {...}"},
-    {R"({"i": 2})", [](Section& s) { s.integer("i", {1, 1}); }, "gyro.json:/i: 2 is not 1"},
+    {R"({"i": 2})", [](Section& s) { s.integer("i", {1, 1}); }, "gyro.json:/i: found 2, expected 1"},
     {R"({"t": "0123456789012345678901234567890123456789"})", [](Section& s) { s.boolean("t"); },
      "gyro.json:/t: found \"012345678901234567890123456789012345..., expected true or false"},
 };

@@ -56,7 +56,7 @@ TEST(StatusView, AMeanIsOfWhatIsGathered) {
 TEST(StatusView, AGyroThatIsGoneHasNoNumber) {
   const std::string text = status_view(gone_status());
   EXPECT_THAT(text, HasSubstr("state        connecting: unplugged (end of file)"));
-  EXPECT_THAT(text, HasSubstr("quality      no_data (nothing is measured now), last data 15 s ago\n"));
+  EXPECT_THAT(text, HasSubstr("quality      no_data (no current measurement), last data 15 s ago\n"));
   EXPECT_THAT(text, HasSubstr("rate         -\n"));
   EXPECT_THAT(text, HasSubstr("corrected    -\n"));
   EXPECT_THAT(text, Not(HasSubstr("quality      good")));

@@ -87,8 +87,8 @@ TEST_F(LiveScreen, ADeadDaemonIsTheTopLine) {
   view_.window(row_at(100, 8.4, 0.5), 0);
   view_.gone("/run/prismd/gyro1.sock: no prismd answers: Connection refused");
   const auto lines = shown(12);
-  EXPECT_THAT(lines[0], HasSubstr("gyro1  prismd is gone  last data 12 s ago  no_data"));
-  EXPECT_THAT(lines[1], HasSubstr("Connection refused; trying again"));
+  EXPECT_THAT(lines[0], HasSubstr("gyro1  prismd stopped  last data 12 s ago  no_data"));
+  EXPECT_THAT(lines[1], HasSubstr("Connection refused; retrying"));
   EXPECT_THAT(all(12), Not(HasSubstr("receiving")));
   EXPECT_THAT(all(12), Not(HasSubstr("good")));
   for (int line = 3; line < 6; ++line) EXPECT_THAT(lines[static_cast<std::size_t>(line)], Not(HasSubstr("8.4")));
@@ -100,7 +100,7 @@ TEST_F(LiveScreen, ADaemonThatHangsIsNotBelieved) {
   view_.status(status_of("receiving", "good", 0), 0);
   view_.window(row_at(100, 8.4, 0.5), 0);
   EXPECT_THAT(shown(2.9)[0], HasSubstr("good"));
-  EXPECT_THAT(shown(3.1)[0], HasSubstr("prismd does not answer  last data 3.1 s ago  no_data"));
+  EXPECT_THAT(shown(3.1)[0], HasSubstr("prismd does not respond  last data 3.1 s ago  no_data"));
   EXPECT_THAT(shown(3.1)[3], Not(HasSubstr("8.4")));
 }
 

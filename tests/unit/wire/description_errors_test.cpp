@@ -55,7 +55,7 @@ TEST_P(Refusals, ReportPositionFoundAndExpected) {
 INSTANTIATE_TEST_SUITE_P(
     Slips, Refusals,
     testing::Values(
-        Slip{"\"version\": 1", "\"version\": 2", "f.json:/version: 2 is not 1"},
+        Slip{"\"version\": 1", "\"version\": 2", "f.json:/version: found 2, expected 1"},
         Slip{"\"length\": 12,",
              "\"length\": 12, \"items\": {\"from\": 2, \"to\": -2}, \"blocks\": {\"from\": 2, \"mask\": \"flags\", "
              "\"sizes\": [1]},",

@@ -153,7 +153,7 @@ Line View::head(double steady_s) const {
   const double since_s = steady_s - status_steady_s_;
   if (age.is_number() && since_s > kStatusFreshS) age = age.get<double>() + since_s;
   if (!alive(steady_s)) {
-    line.push_back({gone_.empty() ? "prismd does not answer" : "prismd is gone", Meaning::kBad});
+    line.push_back({gone_.empty() ? "prismd does not respond" : "prismd stopped", Meaning::kBad});
     line.push_back({"  " + prismctl::age_text(age) + "  "});
     line.push_back({"no_data", Meaning::kBad});
     return line;
@@ -168,7 +168,7 @@ Line View::head(double steady_s) const {
 }
 
 Line View::why(double steady_s) const {
-  if (!gone_.empty()) return {{gone_ + "; trying again", Meaning::kBad}};
+  if (!gone_.empty()) return {{gone_ + "; retrying", Meaning::kBad}};
   if (!alive(steady_s)) return {{"no response to status requests", Meaning::kBad}};
   if (const std::string detail = text_of(at(status_, "detail"), ""); !detail.empty()) return {{detail, Meaning::kBad}};
   const json& model = at(axis_status(charted()), "model");
