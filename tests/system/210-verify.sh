@@ -29,7 +29,7 @@ sums=$(cat "$dir"/log/*.csv "$dir"/log/capture/*.pcap | sha256sum)
 
 verify "$dir/log" --repair "$dir/clean"
 same "exit code of the repair ($(cat "$dir/verify.err"))" "$code" 0
-contains "the omitted bytes" "$(cat "$dir/verify")" "left out: 14 bytes of a torn row"
+contains "the omitted bytes" "$(cat "$dir/verify")" "left out: 14 bytes of an incomplete row"
 same "checksum of the original" "$(cat "$dir"/log/*.csv "$dir"/log/capture/*.pcap | sha256sum)" "$sums"
 same "rows of the copy" "$(cat "$dir"/clean/*.csv | grep -c '^[0-9].*,[01]$')" "$rows"
 [ "$(ls "$dir"/clean/capture/*.pcap | wc -l)" -ge 2 ] || fail "captures: $(ls -R "$dir/clean")"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A capture as a recording is what prismd makes of it: with the line as it is configured, and only by frames that are
-// proved. It once had a decoder of its own, which knew neither.
+// A capture gives the same seconds as prismd: it uses the configured line, and only frame descriptions whose test
+// vectors pass. Regression: an earlier reader with its own decoder did neither.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ class CaptureSource : public testing::Test {
     return folder_.file(name);
   }
 
-  /// Ten frames of one second's means, each at its end 0.1 s behind a whole second.
+  /// Ten frames with one-second means, at second + 0.1 s.
   std::string capture() {
     wire::FrameEncoder encoder(*wire::parse_frame_description(second_means_, "second-means"));
     auto writer = drivers::CaptureWriter::open(folder_.file("line.pcap"));
@@ -68,7 +68,7 @@ TEST_F(CaptureSource, StampsFramesByTheConfiguredBaud) {
   EXPECT_EQ(slow->value("instance"), "bench");
 }
 
-TEST_F(CaptureSource, RefusesFramesWhoseVectorsDoNotHold) {
+TEST_F(CaptureSource, RejectsFramesWhoseTestVectorsFail) {
   std::string wrong = second_means_;
   const std::string last = "03 07 55";
   wrong.replace(wrong.find(last), last.size(), "03 07 56");

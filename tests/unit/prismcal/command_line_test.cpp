@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Options with bounds refuse what is out of them, and what is no number: "nan" compares as within everything.
+// Number options reject values outside their range and "nan", for which a range check alone does not fail.
 #include "tools/command_line.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace prism::prismcal {
 namespace {
 
-TEST(NumberCheck, KeepsItsBoundsAndRefusesWhatIsNoNumber) {
+TEST(NumberCheck, RejectsValuesOutsideItsRangeAndNonNumbers) {
   const CLI::Validator angle = tools::within(-90, 90);
   for (const char* good : {"-90", "0", "45.5", "9e1"}) EXPECT_EQ(angle(good), "") << good;
   for (const char* bad : {"nan", "-nan", "inf", "91", "", "1x"}) EXPECT_NE(angle(bad), "") << bad;
@@ -26,8 +26,8 @@ TEST(NumberCheck, KeepsItsBoundsAndRefusesWhatIsNoNumber) {
   EXPECT_NE(tools::not_negative()("-1e-9"), "");
 }
 
-// Every option that takes a number, found by its type, refuses "nan".
-TEST(NumberCheck, EveryNumberOfPrismcalRefusesNan) {
+// Options are found by their type.
+TEST(NumberCheck, AllNumberOptionsOfPrismcalRejectNan) {
   CLI::App app("prismcal");
   commands::MethodOptions method;
   recordings::TrainingSetOptions recordings;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A model judged on what it was trained on is known: by the file, or by the data in another file.
+// Detection of training data in test data: the same file, or the same data in another file.
 #include "tools/prismcal/recordings/fingerprint.hpp"
 
 #include <gmock/gmock.h>
@@ -18,7 +18,7 @@ BlockTable day(int seconds, std::uint64_t seed, double earth_rate_deg_per_h = te
 
 Recording files(const std::vector<std::string>& sha256) {
   Recording recording;
-  for (const std::string& sum : sha256) recording.files.push_back({"log.csv", sum, 1});
+  for (const std::string& checksum : sha256) recording.files.push_back({"log.csv", checksum, 1});
   return recording;
 }
 
@@ -30,24 +30,24 @@ struct Fingerprint : testing::Test {
           .dump();
 };
 
-TEST_F(Fingerprint, KnowsTheFile) {
-  EXPECT_THAT(overlap_text(provenance, files({"aa"}), day(8000, 9)), HasSubstr("this very file"));
+TEST_F(Fingerprint, DetectsTheSameFile) {
+  EXPECT_THAT(overlap_text(provenance, files({"aa"}), day(8000, 9)), HasSubstr("this file"));
   EXPECT_THAT(overlap_text(provenance, files({"bb", "aa"}), day(8000, 9)), HasSubstr("1 of these 2 files"));
 }
 
-TEST_F(Fingerprint, KnowsTheDataInAnotherFile) {
+TEST_F(Fingerprint, DetectsTheSameDataInAnotherFile) {
   EXPECT_THAT(overlap_text(provenance, files({"bb"}), day(8000, 1)), HasSubstr("(32 of 32 compared seconds"));
   EXPECT_THAT(overlap_text(provenance, files({"bb"}), day(4000, 1)), HasSubstr("(16 of 16 compared seconds"));
   EXPECT_THAT(overlap_text(provenance, files({"bb"}), day(8000, 1, 0)),
               HasSubstr("(32 of 32"));  // as with --no-earth-rate
 }
 
-// Simulated captures all begin in the same second.
-TEST_F(Fingerprint, DoesNotTakeTheSameTimeForTheSameData) {
+// All simulated captures start in the same second.
+TEST_F(Fingerprint, IgnoresEqualTimesWithOtherData) {
   EXPECT_EQ(overlap_text(provenance, files({"bb"}), day(8000, 2)), "");
 }
 
-TEST_F(Fingerprint, SaysNothingOfWhatIsNotThere) {
+TEST_F(Fingerprint, ReturnsNothingForInvalidProvenance) {
   for (const char* text : {"", "{}", "[]", "not JSON", R"({"recordings": 3})",
                            R"({"recordings": [{"files": [1], "fingerprint": [[1], "x"]}]})"})
     EXPECT_EQ(overlap_text(text, files({"aa"}), day(8000, 1)), "") << text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One recording split into training and test: apart, whole, and refused where it cannot be.
+// Splitting a recording into training and held-out blocks: their distance, their contents, and errors.
 #include "tools/prismcal/recordings/hold_out.hpp"
 
 #include <gtest/gtest.h>
@@ -22,19 +22,19 @@ std::set<std::int64_t> ends(const BlockTable& table) {
   return seconds;
 }
 
-/// Seconds between the nearest training and held blocks: from the end of one to the begin of the other.
+/// Shortest distance of a training and a held-out block, from the end of one to the start of the other, s.
 std::int64_t nearest(const Split& split) {
-  std::int64_t least = 1'000'000;
+  std::int64_t min_s = 1'000'000;
   for (const std::int64_t a : ends(split.training)) {
-    for (const std::int64_t b : ends(split.held)) least = std::min(least, std::abs(a - b) - 100);
+    for (const std::int64_t b : ends(split.held_out)) min_s = std::min(min_s, std::abs(a - b) - 100);
   }
-  return least;
+  return min_s;
 }
 
-TEST(HoldOut, ReadsAShareAndStretchesAndRefusesTheRest) {
+TEST(HoldOut, ParsesAShareOrSegments) {
   EXPECT_EQ(parse_hold_out("0.5")->share, 0.5);
   EXPECT_EQ(parse_hold_out("0.5")->text(), "the last 50 %");
-  EXPECT_EQ(parse_hold_out("blocks:600")->stretch_s, 600);
+  EXPECT_EQ(parse_hold_out("blocks:600")->segment_s, 600);
   for (const char* text :
        {"", "0", "1", "0.96", "50%", "blocks:", "blocks:0", "blocks:1.5", "blocks:nan", "nan", "0.5 "}) {
     const auto found = parse_hold_out(text);
@@ -43,37 +43,38 @@ TEST(HoldOut, ReadsAShareAndStretchesAndRefusesTheRest) {
   }
 }
 
-TEST(HoldOut, TheLastHalfIsBehindTheFirstByAWindowOrMore) {
+TEST(HoldOut, HoldsOutTheLastHalfAtLeastAWindowAfterTheFirst) {
   const BlockTable table = day();
   const auto split = split_blocks(table, {0.5, 0});
   ASSERT_TRUE(split);
-  EXPECT_LT(*ends(split->training).rbegin(), *ends(split->held).begin());
+  EXPECT_LT(*ends(split->training).rbegin(), *ends(split->held_out).begin());
   EXPECT_GE(nearest(*split), 100);
   EXPECT_LE(split->between, 2u);
-  EXPECT_EQ(split->training.size() + split->held.size() + split->between, table.size());
-  EXPECT_NEAR(static_cast<double>(split->held.size()), static_cast<double>(table.size()) / 2, 2);
+  EXPECT_EQ(split->training.size() + split->held_out.size() + split->between, table.size());
+  EXPECT_NEAR(static_cast<double>(split->held_out.size()), static_cast<double>(table.size()) / 2, 2);
 }
 
-TEST(HoldOut, StretchesTakeTurnsAWindowApart) {
+TEST(HoldOut, AlternatesSegmentsAWindowApart) {
   const auto split = split_blocks(day(), {0, 600});
   ASSERT_TRUE(split);
   EXPECT_GE(nearest(*split), 100);
-  EXPECT_NEAR(static_cast<double>(split->held.size()) / static_cast<double>(split->training.size()), 4. / 6, 0.05);
-  EXPECT_LT(*ends(split->held).begin(), *ends(split->training).rbegin());
-  EXPECT_FALSE(split->held.follows.front());
-  EXPECT_EQ(std::count(split->held.follows.begin(), split->held.follows.end(), true),
-            static_cast<std::ptrdiff_t>(split->held.size() * 3 / 4));  // four in a row, the first follows nobody
+  EXPECT_NEAR(static_cast<double>(split->held_out.size()) / static_cast<double>(split->training.size()), 4. / 6, 0.05);
+  EXPECT_LT(*ends(split->held_out).begin(), *ends(split->training).rbegin());
+  EXPECT_FALSE(split->held_out.follows.front());
+  EXPECT_EQ(std::count(split->held_out.follows.begin(), split->held_out.follows.end(), true),
+            static_cast<std::ptrdiff_t>(split->held_out.size() * 3 /
+                                        4));  // four per segment; the first does not follow a block
 }
 
-TEST(HoldOut, APartHasTheSecondsOfItsBlocksAndNoOther) {
+TEST(HoldOut, CopiesOnlyTheSecondsOfItsBlocks) {
   const auto split = split_blocks(day(), {0.3, 0});
   ASSERT_TRUE(split);
-  EXPECT_EQ(split->held.second.size(), split->held.size() * 100);
-  EXPECT_EQ(split->held.second.size(), split->held.second_bias_deg_per_h.size());
-  EXPECT_GT(split->held.second.front(), split->training.second.back() + 99);
+  EXPECT_EQ(split->held_out.second.size(), split->held_out.size() * 100);
+  EXPECT_EQ(split->held_out.second.size(), split->held_out.second_bias_deg_per_h.size());
+  EXPECT_GT(split->held_out.second.front(), split->training.second.back() + 99);
 }
 
-TEST(HoldOut, ALagKeepsThePartsFartherApart) {
+TEST(HoldOut, ALagIncreasesTheDistance) {
   compensation::FeatureDefinition features;
   features.lag_time_constants_s = {1500};
   const auto split = split_blocks(day(features), {0.5, 0});
@@ -81,7 +82,7 @@ TEST(HoldOut, ALagKeepsThePartsFartherApart) {
   EXPECT_GE(nearest(*split), 1500);
 }
 
-TEST(HoldOut, RefusesStretchesThatHoldNoBlockApartAndPartsWithoutBlocks) {
+TEST(HoldOut, RejectsShortSegmentsAndPartsWithoutBlocks) {
   const auto narrow = split_blocks(day(), {0, 299});
   ASSERT_FALSE(narrow);
   EXPECT_NE(narrow.error().what.find("expected 300 s or more"), std::string::npos);

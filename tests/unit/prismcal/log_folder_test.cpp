@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Logs as life leaves them: restarts, kills, clocks that were set back, disks that failed; each second counts once, by
-// session.
+// Logs with restarts, kills, clock steps and disk errors: each second of a session is used once.
 #include "tools/prismcal/recordings/log_folder.hpp"
 
 #include <fcntl.h>
@@ -30,7 +29,7 @@ using testing::IsEmpty;
 
 constexpr std::int64_t kNoon = 1'795'262'400;
 
-/// Rows of the seconds that end at first, first + 1, …; those of `partial` (1 first, 2 last, 3 both) are marked.
+/// Rows whose seconds end at first, first + 1, …. `partial`: 1 marks the first, 2 the last, 3 both.
 std::string rows_of(std::int64_t first, int count, int partial = 0) {
   std::string text;
   for (int i = 0; i < count; ++i) {
@@ -58,7 +57,7 @@ struct LogFolderTest : testing::Test {
   void write(const std::string& file, const std::string& text) const {
     std::ofstream(log + "/" + file, std::ios::binary) << text;
   }
-  void write_whole(const std::string& file, const std::string& text, std::size_t rows) const {
+  void write_closed(const std::string& file, const std::string& text, std::size_t rows) const {
     write(file, text + end(text, rows));
   }
   LogTable joined() const {
@@ -66,9 +65,9 @@ struct LogFolderTest : testing::Test {
     EXPECT_TRUE(read) << read.error().text();
     return read ? join_rows(*read) : LogTable();
   }
-  std::string refusal() const {
+  std::string error_text() const {
     const auto read = LogFolder::read(log);
-    return read ? "taken" : read.error().text();
+    return read ? "no error" : read.error().text();
   }
 };
 
@@ -78,29 +77,29 @@ std::vector<std::int64_t> ends_of(const LogTable& rows) {
   return seconds;
 }
 
-TEST_F(LogFolderTest, ARestartWithinASecondLeavesTwoPartsOfIt) {
-  write_whole("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3, 2), 3);
-  write_whole("gyro1-20261121T120002Z.csv", head("2026-11-21T12:00:01.8Z") + rows_of(kNoon + 2, 3, 1), 3);
+TEST_F(LogFolderTest, KeepsBothPartsOfASecondAfterARestart) {
+  write_closed("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3, 2), 3);
+  write_closed("gyro1-20261121T120002Z.csv", head("2026-11-21T12:00:01.8Z") + rows_of(kNoon + 2, 3, 1), 3);
   const LogTable rows = joined();
   EXPECT_THAT(ends_of(rows), ElementsAre(0, 1, 2, 2, 3, 4));
   EXPECT_THAT(rows.sessions, ElementsAre(0u, 3u));
-  EXPECT_EQ(rows.left_out.cut, 2u);
+  EXPECT_EQ(rows.left_out.partial, 2u);
   EXPECT_THAT(rows.left_out.lines(),
-              ElementsAre(HasSubstr("2 seconds in no block: cut by the end or the beginning of a session")));
+              ElementsAre(HasSubstr("2 seconds not used: partial, at the start or end of a session")));
 }
 
-// A session goes on over midnight and over a reload: no window begins anew there.
-TEST_F(LogFolderTest, ASegmentOfTheSameSessionGoesOnWithIt) {
-  write_whole("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3), 3);
-  write_whole("gyro1-20261121T120003Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon + 3, 3), 3);
+// A session continues over midnight and over a reload: the window does not restart.
+TEST_F(LogFolderTest, JoinsSegmentsOfTheSameSession) {
+  write_closed("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3), 3);
+  write_closed("gyro1-20261121T120003Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon + 3, 3), 3);
   EXPECT_THAT(joined().sessions, ElementsAre(0u));
   EXPECT_THAT(joined().left_out.lines(), IsEmpty());
 }
 
-// The story: a host clock set back by an hour sorted its segments before those of the hour before.
-TEST_F(LogFolderTest, TheIndexSaysTheOrderWhereNamesAndTimesDoNot) {
-  write_whole("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2), 2);
-  write_whole("gyro1-20261121T110000Z.csv", head("2026-11-21T10:59:59.5Z") + rows_of(kNoon - 3600, 2), 2);
+// A regression: after the host clock was set back by an hour, new segments were sorted before the older ones.
+TEST_F(LogFolderTest, OrdersSegmentsByTheIndexNotByTime) {
+  write_closed("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2), 2);
+  write_closed("gyro1-20261121T110000Z.csv", head("2026-11-21T10:59:59.5Z") + rows_of(kNoon - 3600, 2), 2);
   EXPECT_THAT(ends_of(joined()), ElementsAre(-3600, -3599, 0, 1));
   write("gyro1.csv.index",
         "{\"format\":\"prism-segments\",\"version\":1,\"id\":\"00\"}\n"
@@ -109,22 +108,22 @@ TEST_F(LogFolderTest, TheIndexSaysTheOrderWhereNamesAndTimesDoNot) {
   EXPECT_THAT(joined().sessions, ElementsAre(0u, 2u));
 }
 
-TEST_F(LogFolderTest, SecondsOfOneNameInTwoSessionsAreBothData) {
-  write_whole("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 50), 50);
-  write_whole("gyro1-20261121T120000Z-2.csv", head("2026-11-21T12:00:49.5Z") + rows_of(kNoon, 50), 50);
+TEST_F(LogFolderTest, UsesEqualSecondsOfTwoSessions) {
+  write_closed("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 50), 50);
+  write_closed("gyro1-20261121T120000Z-2.csv", head("2026-11-21T12:00:49.5Z") + rows_of(kNoon, 50), 50);
   const auto recording = read_log(log);
   ASSERT_TRUE(recording) << recording.error().text();
   compensation::FeatureDefinition features;
   features.length_s = features.end_mean_s = 5;
   const auto table = make_block_table(recording->second_means, features, 0, "log", recording->sessions);
   ASSERT_TRUE(table) << table.error().text();
-  EXPECT_EQ(table->size(), 2u * 9) << "a window of 10 s, then a block each 5 s, of each session";
+  EXPECT_EQ(table->size(), 2u * 9) << "per session a window of 10 s, then a block every 5 s";
   EXPECT_TRUE(std::is_sorted(table->second.begin(), table->second.end()));
   EXPECT_EQ(table->gaps, 1u);
 }
 
-TEST_F(LogFolderTest, PartialSecondsAreInNoBlock) {
-  write_whole("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 12, 3), 12);
+TEST_F(LogFolderTest, SkipsPartialSecondsInBlocks) {
+  write_closed("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 12, 3), 12);
   const auto recording = read_log(log);
   compensation::FeatureDefinition features;
   features.length_s = features.end_mean_s = 5;
@@ -134,32 +133,33 @@ TEST_F(LogFolderTest, PartialSecondsAreInNoBlock) {
   EXPECT_EQ(table->second.size(), 10u);
 }
 
-TEST_F(LogFolderTest, WhatStandsThereTwiceCountsOnce) {
+TEST_F(LogFolderTest, UsesDuplicateDataOnce) {
   const std::string text = head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 4);
-  write_whole("gyro1-20261121T120000Z.csv", text, 4);
-  write_whole("copy of gyro1-20261121T120000Z.csv", text, 4);
+  write_closed("gyro1-20261121T120000Z.csv", text, 4);
+  write_closed("copy of gyro1-20261121T120000Z.csv", text, 4);
   write("half of gyro1.csv", head("2026-11-21T11:59:59.5Z", "# note: mine\n") + rows_of(kNoon + 2, 1));
   const LogTable rows = joined();
   EXPECT_THAT(ends_of(rows), ElementsAre(0, 1, 2, 3));
   EXPECT_EQ(rows.left_out.copies, 1u);
-  EXPECT_EQ(rows.left_out.doubled, 1u);
+  EXPECT_EQ(rows.left_out.duplicates, 1u);
 }
 
-TEST_F(LogFolderTest, ASupersededRowStandsInTheLaterSegmentOnly) {
+TEST_F(LogFolderTest, UsesASupersededRowOnlyFromTheLaterSegment) {
   const std::string session = "2026-11-21T11:59:59.5Z";
   write("gyro1-20261121T120000Z.csv", head(session) + rows_of(kNoon, 5));
-  write_whole("gyro1-20261121T120003Z.csv",
-              head(session, "# supersedes: gyro1-20261121T120000Z.csv from row 4\n") + rows_of(kNoon + 3, 4), 4);
+  write_closed("gyro1-20261121T120003Z.csv",
+               head(session, "# supersedes: gyro1-20261121T120000Z.csv from row 4\n") + rows_of(kNoon + 3, 4), 4);
   const LogTable rows = joined();
   EXPECT_THAT(ends_of(rows), ElementsAre(0, 1, 2, 3, 4, 5, 6));
   EXPECT_EQ(rows.left_out.superseded, 2u);
-  EXPECT_EQ(rows.left_out.doubled, 0u);
+  EXPECT_EQ(rows.left_out.duplicates, 0u);
 }
 
-// Cut at every byte: what a kill or a power cut leaves costs the torn row, never the folder.
-TEST_F(LogFolderTest, ATornSegmentCostsItsLastRowOnly) {
-  const std::string whole = head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3);
-  const std::string text = whole + end(whole, 3);
+// Truncated at every byte, as after a kill or power failure: at most the last row is lost, and the folder stays
+// readable.
+TEST_F(LogFolderTest, ATruncatedSegmentLosesOnlyItsLastRow) {
+  const std::string body = head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3);
+  const std::string text = body + end(body, 3);
   for (std::size_t length = 0; length <= text.size(); ++length) {
     write("gyro1-20261121T120000Z.csv", text.substr(0, length));
     const auto segment = read_log_segment(log + "/gyro1-20261121T120000Z.csv");
@@ -169,26 +169,26 @@ TEST_F(LogFolderTest, ATornSegmentCostsItsLastRowOnly) {
     const std::string lines = left.substr(0, left.rfind('\n') + 1);
     const auto rows = std::count(lines.begin(), lines.end(), '\n') - std::count(lines.begin(), lines.end(), '#');
     EXPECT_EQ(segment->rows.size(), std::max<std::ptrdiff_t>(rows - 1, 0)) << length;
-    const bool headless = length < head("2026-11-21T11:59:59.5Z").size();  // then nothing in it is a row
+    const bool headless = length < head("2026-11-21T11:59:59.5Z").size();  // then it has no rows
     EXPECT_EQ(segment->truncated_bytes, headless ? length : left.size() - (left.rfind('\n') + 1)) << length;
   }
 }
 
-// What ext4 may leave of a row behind the last sync.
-TEST_F(LogFolderTest, ZeroesAtTheEndAreATear) {
+// ext4 can leave zeroes after the last sync.
+TEST_F(LogFolderTest, TreatsZeroesAtTheEndAsTruncation) {
   write("gyro1-20261121T120000Z.csv",
         head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3) + std::string(50, '\0') + "\n" + std::string(50, '\0'));
   EXPECT_EQ(joined().rows.size(), 3u);
   EXPECT_EQ(joined().left_out.truncated_bytes, 101u);
 }
 
-TEST_F(LogFolderTest, DamageWithinIsRefusedByItsLine) {
+TEST_F(LogFolderTest, RejectsADamagedRowWithItsLine) {
   write("gyro1-20261121T120000Z.csv",
         head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2) + "x\n" + rows_of(kNoon + 2, 2));
-  EXPECT_THAT(refusal(), HasSubstr(".csv:8: found 1 columns, expected 20"));
+  EXPECT_THAT(error_text(), HasSubstr(".csv:8: found 1 columns, expected 20"));
 }
 
-TEST_F(LogFolderTest, WhoLooksForFaultsGetsWhatCanBeRead) {
+TEST_F(LogFolderTest, SalvageReadsAllGoodRows) {
   write("gyro1-20261121T120000Z.csv",
         head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2) + "x\n" + rows_of(kNoon + 2, 2));
   write("table.csv", "a,b\n1,2\n");
@@ -199,21 +199,21 @@ TEST_F(LogFolderTest, WhoLooksForFaultsGetsWhatCanBeRead) {
   EXPECT_EQ(salvaged.segments[0].damaged[0].line, 8u);
   EXPECT_EQ(salvaged.segments[0].damaged[0].why, "found 1 columns, expected 20");
   EXPECT_EQ(salvaged.segments[0].rows[2].number, 4u)
-      << "the damaged row counts: an end or a superseding segment names it";
-  ASSERT_EQ(salvaged.refused.size(), 1u);
-  EXPECT_EQ(salvaged.refused[0].path, log + "/table.csv");
+      << "counts the damaged row, as end lines and superseding segments do";
+  ASSERT_EQ(salvaged.rejected.size(), 1u);
+  EXPECT_EQ(salvaged.rejected[0].path, log + "/table.csv");
 }
 
-TEST_F(LogFolderTest, AChangedSegmentIsToldAndTaken) {
+TEST_F(LogFolderTest, UsesAChangedSegmentAndReportsIt) {
   const std::string text = head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3);
   std::string changed = text + end(text, 3);
   changed.replace(changed.find("8.010000"), 8, "8.910000");
   write("gyro1-20261121T120000Z.csv", changed);
   EXPECT_EQ(joined().rows.size(), 3u);
-  EXPECT_THAT(joined().left_out.lines(), ElementsAre(HasSubstr("its sum does not hold")));
+  EXPECT_THAT(joined().left_out.lines(), ElementsAre(HasSubstr("does not match its end line")));
 }
 
-TEST_F(LogFolderTest, ASegmentThatIsLockedIsOpenAndNotTorn) {
+TEST_F(LogFolderTest, ALockedSegmentIsOpenNotTruncated) {
   write("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3));
   const int writer = ::open((log + "/gyro1-20261121T120000Z.csv").c_str(), O_WRONLY | O_CLOEXEC);
   ASSERT_EQ(::flock(writer, LOCK_EX), 0);
@@ -223,8 +223,8 @@ TEST_F(LogFolderTest, ASegmentThatIsLockedIsOpenAndNotTorn) {
   EXPECT_EQ(joined().left_out.truncated_segments, 1u);
 }
 
-// The row says that something was implausible, not what: nothing of it is taken, and that is said.
-TEST_F(LogFolderTest, ImplausibleSecondsAreTold) {
+// A row does not contain which value was implausible, so no value of it is used.
+TEST_F(LogFolderTest, SkipsAndReportsImplausibleSeconds) {
   std::string rows;
   for (int i = 0; i < 4; ++i) {
     compensation::CompensatedWindow row;
@@ -236,49 +236,50 @@ TEST_F(LogFolderTest, ImplausibleSecondsAreTold) {
   const LogTable read = joined();
   ASSERT_EQ(read.rows.size(), 4u);
   EXPECT_EQ(read.left_out.implausible, 2u);
-  EXPECT_THAT(read.left_out.lines(),
-              testing::Contains(HasSubstr("2 seconds in no mean: something in it was implausible")));
+  EXPECT_THAT(read.left_out.lines(), testing::Contains(HasSubstr("2 seconds not used: implausible values")));
   const auto series = read_rate_series(log, {});
   ASSERT_TRUE(series) << series.error().text();
   EXPECT_TRUE(std::isnan(series->rate_deg_per_h.front()));
   EXPECT_TRUE(std::isfinite(series->rate_deg_per_h.back()));
 }
 
-TEST_F(LogFolderTest, TwoGyrosAndANewerFormatAreRefused) {
+TEST_F(LogFolderTest, RejectsTwoGyrosAndANewerFormat) {
   write("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2));
   std::string other = head("2026-11-21T12:00:59.5Z") + rows_of(kNoon + 60, 2);
   other.replace(other.find("serial: 70"), 10, "serial: 71");
   write("gyro1-20261121T120100Z.csv", other);
-  EXPECT_THAT(refusal(), HasSubstr("found logs of gyro_serial \"70\""));
+  EXPECT_THAT(error_text(), HasSubstr("found logs of gyro_serial \"70\""));
   other.replace(other.find("serial: 71"), 10, std::string("serial: \x1b\0", 10));
   write("gyro1-20261121T120100Z.csv", other);
-  EXPECT_THAT(refusal(), HasSubstr("120100Z.csv:3: found \"# gyro_serial: \\x1b\\x00\", expected"))
-      << "what a bad disk left is no word for a terminal";
+  EXPECT_THAT(error_text(), HasSubstr("120100Z.csv:3: found \"# gyro_serial: \\x1b\\x00\", expected"))
+      << "bytes of a damaged disk must not reach the terminal";
   write("gyro1-20261121T120100Z.csv", "# prism 9 data log, format 3\ntime_utc\n");
-  EXPECT_THAT(refusal(), HasSubstr("found format 3, expected 1 or 2: made by a newer prism"));
+  EXPECT_THAT(error_text(), HasSubstr("found format 3 of a newer prism, expected 1 or 2"));
 }
 
-// Written by prismd 0.1: five runs, three restarts within a second, two kills, and a last row torn by a power cut.
-TEST_F(LogFolderTest, AFolderWithoutALogNamesWhatItHolds) {
+TEST_F(LogFolderTest, DescribesAFolderWithoutALog) {
   EXPECT_EQ(LogFolder::read(log).error().text(),
             log + ": found an empty folder, expected one with prismd's log, *.csv");
   write("notes.txt", "x");
   EXPECT_EQ(LogFolder::read(log).error().text(),
-            log + ": found a folder of 1 file without a .csv (notes.txt), expected prismd's log");
+            log + ": found a folder with 1 file but no .csv (notes.txt), expected prismd's log");
   write("z.pcap", "\xd4\xc3\xb2\xa1");
   EXPECT_EQ(LogFolder::read(log).error().text(),
             log +
-                ": found a folder of 2 files without a .csv (z.pcap), expected prismd's "
-                "log; a capture is given by its own name, with --config");
+                ": found a folder with 2 files but no .csv (z.pcap), expected prismd's "
+                "log; give the capture itself, with --config");
 }
 
-TEST(Format1, AFolderOfVersion01IsReadForEver) {
+// Written by prismd 0.1: five runs, three restarts within a second, two kills, and a last row truncated by a power
+// failure.
+TEST(Format1, AFolderOfVersion01IsReadable) {
   const std::string path = std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1";
   const auto recording = read_log(path);
   ASSERT_TRUE(recording) << recording.error().text();
   EXPECT_EQ(recording->second_means.size(), 61u);
   EXPECT_THAT(recording->sessions, ElementsAre(0u, 25u, 32u, 58u));
-  EXPECT_THAT(recording->notes, ElementsAre(HasSubstr("6 seconds in no block"), HasSubstr("1 segment without an end")));
+  EXPECT_THAT(recording->notes,
+              ElementsAre(HasSubstr("6 seconds not used: partial"), HasSubstr("1 segment without an end")));
   EXPECT_EQ(recording->value("gyro_serial"), "70-0042");
   compensation::FeatureDefinition features;
   features.length_s = 5;
@@ -288,18 +289,18 @@ TEST(Format1, AFolderOfVersion01IsReadForEver) {
   EXPECT_EQ(table->second.front() + 1, 1'795'320'783);
 }
 
-TEST(Format1, AnAllanDeviationTakesTheFolderToo) {
+TEST(Format1, IsReadableAsARateSeries) {
   RateSeriesChoice choice;
   choice.column = "mean_rate_deg_per_h";
   const auto series = read_rate_series(std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1", choice);
   ASSERT_TRUE(series) << series.error().text();
   EXPECT_EQ(series->rows, 61u);
   EXPECT_EQ(series->interval_s, 1);
-  EXPECT_EQ(series->rate_deg_per_h.size(), 64u) << "a hole between two sessions";
+  EXPECT_EQ(series->rate_deg_per_h.size(), 64u) << "a gap between two sessions";
   EXPECT_FALSE(series->notes.empty());
   choice.column = "no_such";
   EXPECT_THAT(read_rate_series(std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1", choice).error().text(),
-              HasSubstr("no column \"no_such\"; found time_utc"));
+              HasSubstr("found no column \"no_such\", expected one of time_utc"));
 }
 
 }  // namespace

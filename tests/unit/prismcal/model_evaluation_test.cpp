@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Blocks of a recording, and what prismd would make of them with a model, where the true bias is known.
+// Blocks of a recording, and the corrections that prismd would apply to them, with a known true bias.
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 
 #include <gmock/gmock.h>
@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(BlockTable, IsThePapersGridOfReadyWindows) {
+TEST(BlockTable, HasOneReadyWindowPerBlock) {
   const auto second_means = test::simulated_day(8000, 0, 1);
   const recordings::BlockTable table =
       recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
@@ -31,7 +31,7 @@ TEST(BlockTable, IsThePapersGridOfReadyWindows) {
   EXPECT_EQ(table.second_bias_deg_per_h.size(), 8000u);
 }
 
-TEST(BlockTable, BeginsItsGridAnewAfterAGapAndCountsIt) {
+TEST(BlockTable, RestartsItsGridAfterAGap) {
   auto second_means = test::simulated_day(4000, 0, 1);
   second_means.erase(second_means.begin() + 1050, second_means.begin() + 1250);
   const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
@@ -40,61 +40,62 @@ TEST(BlockTable, BeginsItsGridAnewAfterAGapAndCountsIt) {
   int starts = 0;
   for (std::size_t i = 0; i < table.size(); ++i) starts += !table.follows[i];
   EXPECT_EQ(starts, 2);
-  // The hole stands in the 1 Hz series, a long one cut to a minute.
+  // The 1 Hz series contains the gap, shortened to 60 s.
   EXPECT_EQ(table.second_bias_deg_per_h.size(), 3800u + 60u);
 }
 
-TEST(BlockTable, RefusesWhatHoldsNoFullBlock) {
+TEST(BlockTable, RejectsARecordingWithoutAFullBlock) {
   const auto second_means = test::simulated_day(90, 0, 1);
   EXPECT_THAT(recordings::make_block_table(second_means, {}, 0, "short").error().text(),
-              HasSubstr("short: 90 seconds in 1 piece hold no full block"));
+              HasSubstr("short: found 90 seconds in 1 segment, expected "));
   EXPECT_FALSE(recordings::make_block_table({}, {}, 0, "empty"));
   auto back = test::simulated_day(500, 0, 1);
   std::swap(back[100], back[101]);
-  EXPECT_THAT(recordings::make_block_table(back, {}, 0, "back").error().text(), HasSubstr("does not come after"));
+  EXPECT_THAT(recordings::make_block_table(back, {}, 0, "back").error().text(), HasSubstr("out of order"));
 }
 
-TEST(ModelEvaluation, OfTheTrueModelLeavesTheNoise) {
+TEST(ModelEvaluation, LeavesTheNoiseWithTheTrueModel) {
   const auto second_means = test::simulated_day(24000, 0.07, 2);
   const recordings::BlockTable table =
       recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
-  const analysis::ModelEvaluation judged =
+  const analysis::ModelEvaluation evaluated =
       analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kN).value();
-  EXPECT_NEAR(judged.stability.before.sd, 5e-4 * 40 / std::sqrt(2.0), 0.002);
-  EXPECT_NEAR(judged.stability.after.sd, 0.007, 0.001);
-  EXPECT_NEAR(judged.stability.after.mean, 0, 0.002);
-  EXPECT_EQ(judged.extrapolated, 0u);
-  ASSERT_TRUE(judged.next);
-  EXPECT_DOUBLE_EQ(judged.next->value, *judged.stability.improvement);
-  EXPECT_GT(judged.next->low, 0.2) << "of 0.5";
-  EXPECT_LT(judged.next->high, 0.8);
+  EXPECT_NEAR(evaluated.stability.before.sd, 5e-4 * 40 / std::sqrt(2.0), 0.002);
+  EXPECT_NEAR(evaluated.stability.after.sd, 0.007, 0.001);
+  EXPECT_NEAR(evaluated.stability.after.mean, 0, 0.002);
+  EXPECT_EQ(evaluated.extrapolated, 0u);
+  ASSERT_TRUE(evaluated.next);
+  EXPECT_DOUBLE_EQ(evaluated.next->value, *evaluated.stability.improvement);
+  EXPECT_GT(evaluated.next->low, 0.2) << "of 0.5";
+  EXPECT_LT(evaluated.next->high, 0.8);
 }
 
-TEST(ModelEvaluation, SaysOfTwoModelsWhetherTheyDiffer) {
+TEST(ModelEvaluation, ReportsWhetherTwoModelsDiffer) {
   const auto table =
       recordings::make_block_table(test::simulated_day(24000, 0.07, 2), {}, test::kDayEarthRate, "day").value();
-  const auto judged = [&](double sensitivity) {
+  const auto evaluate = [&](double sensitivity) {
     return analysis::evaluate_model(test::linear_model(sensitivity), table, {}, evaluation::Divisor::kN).value();
   };
-  const auto right = judged(test::kDaySensitivity), nearly = judged(1.01 * test::kDaySensitivity), nothing = judged(0);
+  const auto right = evaluate(test::kDaySensitivity), nearly = evaluate(1.01 * test::kDaySensitivity),
+             zero = evaluate(0);
   EXPECT_THAT(analysis::difference_cell(right, nearly, table).text, HasSubstr(": not distinguishable"));
-  EXPECT_THAT(analysis::difference_cell(nothing, right, table).text, HasSubstr(": better"));
-  EXPECT_THAT(analysis::difference_cell(right, nothing, table).text, HasSubstr(": worse"));
-  ASSERT_TRUE(nothing.next);
-  EXPECT_TRUE(nothing.next->holds_zero());
+  EXPECT_THAT(analysis::difference_cell(zero, right, table).text, HasSubstr(": better"));
+  EXPECT_THAT(analysis::difference_cell(right, zero, table).text, HasSubstr(": worse"));
+  ASSERT_TRUE(zero.next);
+  EXPECT_TRUE(zero.next->holds_zero());
 }
 
-TEST(ModelEvaluation, HoldsEachPredictionOverItsOwnBlock) {
+TEST(ModelEvaluation, UsesEachPredictionForItsOwnBlock) {
   const auto second_means = test::simulated_day(2000, 0, 3);
   const recordings::BlockTable table =
       recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
-  const analysis::ModelEvaluation judged =
+  const analysis::ModelEvaluation evaluated =
       analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kN).value();
-  const auto& seconds = judged.corrected_second_deg_per_h;
+  const auto& seconds = evaluated.corrected_second_deg_per_h;
   ASSERT_EQ(seconds.size(), 2000u);
   const std::int64_t first_end = table.blocks[0].second_mean.second;
   for (std::size_t i = 0; i < 2000; ++i) {
-    // From the first full window on: before it prismd has no bias to take off.
+    // Before the first full window prismd has no bias to subtract.
     const bool inside = table.second[i] >= first_end && table.second[i] <= table.blocks.back().second_mean.second;
     EXPECT_EQ(std::isfinite(seconds[i]), inside) << i;
     if (!inside) continue;
@@ -102,7 +103,7 @@ TEST(ModelEvaluation, HoldsEachPredictionOverItsOwnBlock) {
   }
 }
 
-TEST(ModelEvaluation, RefusesFeaturesAndInputsThatDoNotFit) {
+TEST(ModelEvaluation, RejectsOtherFeaturesAndMissingInputs) {
   auto second_means = test::simulated_day(2000, 0, 4);
   const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
   compensation::FeatureDefinition other;
@@ -121,7 +122,7 @@ TEST(ModelEvaluation, RefusesFeaturesAndInputsThatDoNotFit) {
               HasSubstr("does not carry an input of model \"needs U\" (U)"));
 }
 
-/// The rows that the engine of prismd makes of the same seconds, as samples of one second each.
+/// Runs prismd's engine on the same seconds, as samples of one second each.
 std::vector<compensation::CompensatedWindow> rows_of_prismd(const std::vector<compensation::SecondMean>& second_means,
                                                             const compensation::ModelPtr& model,
                                                             const analysis::CorrectionSettings& settings) {
@@ -150,8 +151,8 @@ compensation::ModelPtr narrow_model() {
                                                          std::vector<compensation::Term>{{{1}, test::kDaySensitivity}});
 }
 
-// Once evaluate took off its own prediction: it promised 60 % with a model that prismd clamps or does not believe.
-TEST(ModelEvaluation, PromisesWhatPrismdPublishes) {
+// Regression: evaluate subtracted its own prediction and reported 60 % for a model that prismd clamps or rejects.
+TEST(ModelEvaluation, EvaluatesWhatPrismdPublishes) {
   auto second_means = test::simulated_day(12000, 0.01, 5);
   second_means.erase(second_means.begin() + 6000, second_means.begin() + 6300);
   const recordings::BlockTable table =
@@ -162,50 +163,50 @@ TEST(ModelEvaluation, PromisesWhatPrismdPublishes) {
     for (const double limit : {100.0, 0.018}) {
       settings.engine = {limit, policy};
       const auto rows = rows_of_prismd(second_means, narrow_model(), settings);
-      const auto judged = analysis::evaluate_model(narrow_model(), table, settings, evaluation::Divisor::kN).value();
+      const auto evaluated = analysis::evaluate_model(narrow_model(), table, settings, evaluation::Divisor::kN).value();
       ASSERT_EQ(rows.size(), second_means.size());
       std::size_t unknown = 0, at = 0;
       for (std::size_t i = 0; i < table.size(); ++i) {
         while (rows[at].window.second_mean.second < table.blocks[i].second_mean.second) ++at;
         const double published = rows[at].corrected_mean_deg_per_h - test::kDayEarthRate;
         unknown += std::isnan(published);
-        ASSERT_EQ(std::isnan(judged.corrected_deg_per_h[i]), std::isnan(published)) << i;
+        ASSERT_EQ(std::isnan(evaluated.corrected_deg_per_h[i]), std::isnan(published)) << i;
         if (std::isnan(published)) continue;
-        EXPECT_NEAR(judged.corrected_deg_per_h[i], published, 1e-12) << i;
+        EXPECT_NEAR(evaluated.corrected_deg_per_h[i], published, 1e-12) << i;
       }
-      EXPECT_EQ(judged.uncorrected, unknown);
-      EXPECT_EQ(judged.stability.after.count, table.size() - unknown);
-      // Clamped to 40 degC the bias is 0.02 at most, on its own it reaches 0.0275.
+      EXPECT_EQ(evaluated.uncorrected, unknown);
+      EXPECT_EQ(evaluated.stability.after.count, table.size() - unknown);
+      // Clamped to 40 degC the bias is at most 0.02, else 0.0275.
       EXPECT_EQ(unknown > 0, limit < 1);
     }
   }
 }
 
-// From one block to the next the slew limit allows what it allows in the seconds between.
-TEST(ModelEvaluation, HoldsBackAStepAsPrismdDoes) {
+// The slew limit of a block step is that of the seconds between the blocks.
+TEST(ModelEvaluation, LimitsTheSlewLikePrismd) {
   auto second_means = test::simulated_day(3000, 0, 8);
   for (compensation::SecondMean& second_mean : second_means)
     second_mean.temperature_degc = second_mean.second - second_means[0].second < 1500 ? 0 : 50;
   const recordings::BlockTable table =
       recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
-  const auto judge = [&](const compensation::SlewSettings& slew) {
+  const auto evaluate = [&](const compensation::SlewSettings& slew) {
     analysis::CorrectionSettings settings;
     settings.engine.slew = slew;
     return analysis::evaluate_model(test::linear_model(0.01), table, settings, evaluation::Divisor::kN).value();
   };
-  const auto held = judge({true, 0.0001}), usual = judge({}), off = judge({false, {}});
+  const auto limited = evaluate({true, 0.0001}), usual = evaluate({}), off = evaluate({false, {}});
   EXPECT_EQ(usual.slew_limited, 0u);
   EXPECT_EQ(off.slew_limited, 0u);
   EXPECT_EQ(usual.predicted_deg_per_h, off.predicted_deg_per_h);
   EXPECT_NEAR(off.predicted_deg_per_h.back(), 0.5, 1e-9);
-  EXPECT_GT(held.slew_limited, 10u);
+  EXPECT_GT(limited.slew_limited, 10u);
   for (std::size_t i = 1; i < table.size(); ++i) {
-    EXPECT_LE(std::fabs(held.predicted_deg_per_h[i] - held.predicted_deg_per_h[i - 1]), 0.01 + 1e-12) << i;
+    EXPECT_LE(std::fabs(limited.predicted_deg_per_h[i] - limited.predicted_deg_per_h[i - 1]), 0.01 + 1e-12) << i;
   }
 }
 
-// An hour of a dead thermometer is in no block, and neither are its seconds in the 1 Hz series.
-TEST(BlockTable, TakesNothingThatIsDisbelieved) {
+// 400 s with a broken sensor are neither in a block nor in the 1 Hz series.
+TEST(BlockTable, SkipsImplausibleSeconds) {
   auto second_means = test::simulated_day(3000, 0, 9);
   for (std::size_t i = 1000; i < 1400; ++i) {
     second_means[i].rate_deg_per_h = 3.4e38;
@@ -220,7 +221,7 @@ TEST(BlockTable, TakesNothingThatIsDisbelieved) {
   EXPECT_EQ(table.gaps, 1u);
 }
 
-TEST(ModelEvaluation, GivesTheSecondsWithoutAFullWindowToTheFallbackAsPrismdDoes) {
+TEST(ModelEvaluation, UsesTheFallbackWithoutAFullWindowLikePrismd) {
   const auto second_means = test::simulated_day(1000, 0, 6);
   const recordings::BlockTable table =
       recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
@@ -228,17 +229,17 @@ TEST(ModelEvaluation, GivesTheSecondsWithoutAFullWindowToTheFallbackAsPrismdDoes
   settings.fallback = test::linear_model(2 * test::kDaySensitivity);
   const auto model = test::linear_model(test::kDaySensitivity);
   const auto rows = rows_of_prismd(second_means, model, settings);
-  const auto judged = analysis::evaluate_model(model, table, settings, evaluation::Divisor::kN).value();
+  const auto evaluated = analysis::evaluate_model(model, table, settings, evaluation::Divisor::kN).value();
   int by_fallback = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!(rows[i].correction.quality & compensation::kFallback)) continue;
     ++by_fallback;
-    EXPECT_NEAR(judged.corrected_second_deg_per_h[i], rows[i].corrected_deg_per_h - test::kDayEarthRate, 1e-12) << i;
+    EXPECT_NEAR(evaluated.corrected_second_deg_per_h[i], rows[i].corrected_deg_per_h - test::kDayEarthRate, 1e-12) << i;
   }
   EXPECT_EQ(by_fallback, compensation::history_s({}) - 1);
 }
 
-TEST(ModelEvaluation, RefusesAModelThatPrismdWouldNotBelieve) {
+TEST(ModelEvaluation, RejectsAModelAboveTheBiasLimit) {
   const auto second_means = test::simulated_day(2000, 0, 7);
   const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
   EXPECT_THAT(analysis::evaluate_model(test::linear_model(1000), table, {}, evaluation::Divisor::kN).error().text(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Columns of rates out of the CSV files that people have, and what prismcal allan says of them.
+// Reading rate columns from CSV files, and the output of prismcal allan.
 #include "tools/prismcal/recordings/rate_series.hpp"
 
 #include <gmock/gmock.h>
@@ -45,7 +45,7 @@ TEST_F(RateSeries, ReadsPrismdsLog) {
   EXPECT_EQ(series->rate_deg_per_h[2], 8.7);
 }
 
-TEST_F(RateSeries, ReadsABareColumn) {
+TEST_F(RateSeries, ReadsAColumnWithoutNames) {
   const auto series = recordings::read_rate_series(written("1\n2\n\n3\r\n"), {}).value();
   EXPECT_THAT(series.rate_deg_per_h, ElementsAre(1, 2, 3));
   EXPECT_EQ(series.interval_source, "assumed: the file has no time");
@@ -54,7 +54,7 @@ TEST_F(RateSeries, ReadsABareColumn) {
   EXPECT_EQ(recordings::read_rate_series(written("1\n2\n3\n"), tenth)->interval_s, 0.1);
 }
 
-TEST_F(RateSeries, ConvertsUnitsByNameOrByWord) {
+TEST_F(RateSeries, ConvertsUnitsByColumnNameOrOption) {
   EXPECT_THAT(recordings::read_rate_series(written("t_s;rate_x_dps\n0;1\n1;2\n"), {})->rate_deg_per_h,
               ElementsAre(3600, 7200));
   recordings::RateSeriesChoice radians;
@@ -62,33 +62,33 @@ TEST_F(RateSeries, ConvertsUnitsByNameOrByWord) {
   EXPECT_NEAR(recordings::read_rate_series(written("1\n2\n"), radians)->rate_deg_per_h[0], 206264.806, 0.001);
   radians.unit = "furlong";
   EXPECT_THAT(recordings::read_rate_series(written("1\n2\n"), radians).error().text(),
-              HasSubstr("unit \"furlong\"; expected deg/h"));
+              HasSubstr("found unit \"furlong\", expected deg/h"));
 }
 
-TEST_F(RateSeries, MakesAHoleOfAJumpInTime) {
+TEST_F(RateSeries, TreatsAJumpInTimeAsAGap) {
   const auto series =
       recordings::read_rate_series(written("time_s\trate\n1\t5\n2\t5\n3\t5\n9\t5\n10\t5\n"), {}).value();
   ASSERT_EQ(series.rate_deg_per_h.size(), 6u);
   EXPECT_TRUE(std::isnan(series.rate_deg_per_h[3]));
 }
 
-TEST_F(RateSeries, SaysWhereAndWhatIsWrong) {
+TEST_F(RateSeries, ReportsErrorsWithFileAndLine) {
   EXPECT_THAT(recordings::read_rate_series("/nowhere.csv", {}).error().text(),
               "/nowhere.csv: cannot be read: No such file or directory");
   EXPECT_THAT(recordings::read_rate_series(written(""), {}).error().text(), HasSubstr("no row of numbers"));
   EXPECT_THAT(recordings::read_rate_series(written("time_s,rate\n1,2\n2,x\n"), {}).error().text(),
-              HasSubstr(".csv:3: column rate is \"x\"; expected a number"));
+              HasSubstr(".csv:3: column rate: found \"x\", expected a number"));
   EXPECT_THAT(recordings::read_rate_series(written("time_s,rate\n2,1\n1,1\n"), {}).error().text(),
-              HasSubstr(":3: time 1 does not come after 2"));
+              HasSubstr(":3: found time 1 after 2, expected increasing times"));
   EXPECT_THAT(recordings::read_rate_series(written("a,b,c\n1,2,3\n"), {}).error().text(),
-              HasSubstr("which column is the rate? --column one of a, b, c"));
+              HasSubstr("found columns a, b, c, expected --column NAME"));
   recordings::RateSeriesChoice missing;
   missing.column = "z";
   EXPECT_THAT(recordings::read_rate_series(written("a,b\n1,2\n"), missing).error().text(),
-              HasSubstr("no column \"z\"; found a, b"));
+              HasSubstr("found no column \"z\", expected one of a, b"));
 }
 
-TEST_F(AllanText, PrintsTheStandardsNineFrequencies) {
+TEST_F(AllanText, PrintsTheNinePointExampleOfTheStandard) {
   const std::string path = written("892\n809\n823\n798\n671\n644\n883\n903\n677\n");
   const auto series = recordings::read_rate_series(path, {}).value();
   const auto analysis = analysis::analyse_allan(series, evaluation::AllanGrid::kOctave,
@@ -101,7 +101,7 @@ TEST_F(AllanText, PrintsTheStandardsNineFrequencies) {
   EXPECT_THAT(json["no_coefficients_because"].get<std::string>(), HasSubstr("expected 3 or more"));
 }
 
-TEST_F(AllanText, AnswersAConstantWithoutNan) {
+TEST_F(AllanText, PrintsAConstantRateWithoutNan) {
   std::string text;
   for (int i = 0; i < 100; ++i) text += "8.4652\n";
   const auto series = recordings::read_rate_series(written(text), {}).value();
@@ -113,7 +113,7 @@ TEST_F(AllanText, AnswersAConstantWithoutNan) {
   EXPECT_THAT(both, testing::Not(HasSubstr("nan")));
 }
 
-TEST_F(AllanText, RefusesARecordThatIsAllHoles) {
+TEST_F(AllanText, RejectsARecordFullOfGaps) {
   std::string text = "time_s,rate\n";
   for (int i = 0; i < 50; ++i) text += std::to_string(10 * i) + ",1\n" + std::to_string(10 * i + 1) + ",2\n";
   recordings::RateSeriesChoice choice;

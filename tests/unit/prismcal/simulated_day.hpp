@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A short day of one-second means with a known bias, for the tests of prismcal.
+// One-second means with a known bias for the tests of prismcal.
 #pragma once
 
 #include <cmath>
@@ -13,8 +13,8 @@ namespace prism::test {
 
 inline constexpr double kDayEarthRate = 8.4652, kDaySensitivity = 5e-4;
 
-/// `seconds` of 1 Hz rows: T swings by ±40 degC about 15 in 8 000 s, U falls with it, the bias is kDaySensitivity · T,
-/// the noise of a second `noise_deg_per_h`.
+/// `seconds` of 1 Hz data: T is a sine of 15 ± 40 degC with a period of 8 000 s, U decreases with T, bias =
+/// kDaySensitivity · T, 1 sigma of a second = `noise_deg_per_h`.
 inline std::vector<compensation::SecondMean> simulated_day(int seconds, double noise_deg_per_h, std::uint64_t seed) {
   Normal normal(seed);
   std::vector<compensation::SecondMean> second_means;

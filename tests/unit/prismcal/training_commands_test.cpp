@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// train, fit, cv and predict as a user types them: the reference's numbers come out at the far end, refusals in one
-// line.
+// The commands train, fit, cv and predict: results equal the reference implementation, errors are one line.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -32,19 +31,19 @@ class Prismcal : public testing::Test {
   std::string path(const std::string& name) const { return folder_.file(name); }
   void write(const std::string& name, const std::string& text) { ASSERT_TRUE(write_text_file(path(name), text)); }
 
-  // Runs a command line; what it prints goes to out_ and err_.
-  int run(std::vector<std::string> words) {
+  // Runs a command line; its output is in out_ and err_.
+  int run(std::vector<std::string> arguments) {
     CLI::App app("prismcal");
     int code = 0;
     commands::add_train_command(app, code);
     commands::add_fit_command(app, code);
     commands::add_cv_command(app, code);
     commands::add_predict_command(app, code);
-    std::reverse(words.begin(), words.end());
+    std::reverse(arguments.begin(), arguments.end());
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
     try {
-      app.parse(words);
+      app.parse(arguments);
     } catch (const CLI::ParseError& error) {
       code = 64;
     }
@@ -57,7 +56,7 @@ class Prismcal : public testing::Test {
   std::string out_, err_;
 };
 
-TEST_F(Prismcal, FitAndPredictGiveTheReferencesPredictions) {
+TEST_F(Prismcal, FitAndPredictMatchTheReference) {
   const fs::path dir = test::golden_dir("sinc150");
   ASSERT_EQ(
       run({"fit",      dir / "train.csv", "--inputs",      "x1",          "--target", "y",   "--normalise", "none",
@@ -81,7 +80,7 @@ TEST_F(Prismcal, FitAndPredictGiveTheReferencesPredictions) {
     EXPECT_NEAR(alpha->at(static_cast<std::size_t>((*sample)[k]) - 1), (*wanted)[k], 1e-9);
 }
 
-TEST_F(Prismcal, CvPrintsEveryFoldsCost) {
+TEST_F(Prismcal, CvPrintsTheCostOfEachFold) {
   const fs::path dir = test::golden_dir("sinc150");
   const auto expected = nlohmann::json::parse(test::read_file(dir / "A.json"));
   ASSERT_EQ(run({"cv", dir / "train.csv", "--inputs", "x1", "--target", "y", "--normalise", "none", "--fold-column",
@@ -94,7 +93,7 @@ TEST_F(Prismcal, CvPrintsEveryFoldsCost) {
   EXPECT_EQ(found["weighted"]["fold_mae"].size(), 10u);
 }
 
-TEST_F(Prismcal, StepwisePrintsCoefficientsAndItsPath) {
+TEST_F(Prismcal, StepwisePrintsCoefficientsAndPath) {
   write("t.csv", "a,b,y\n1,5,2.1\n2,3,4.0\n3,8,6.1\n4,1,8.0\n5,9,9.9\n6,2,12.1\n7,7,14.0\n");
   ASSERT_EQ(run({"fit", path("t.csv"), "--inputs", "a,b", "--target", "y", "--method", "stepwise", "--start", "none",
                  "--json"}),
@@ -107,7 +106,7 @@ TEST_F(Prismcal, StepwisePrintsCoefficientsAndItsPath) {
   EXPECT_EQ(found["path"][1]["term"], "a");
 }
 
-TEST_F(Prismcal, RefusalsAreOneLineWithTheirPlace) {
+TEST_F(Prismcal, ErrorsAreOneLineWithFileAndLine) {
   write("t.csv", "a,y\n1,2\n# a remark\n2,three\n");
   EXPECT_EQ(run({"fit", path("t.csv"), "--inputs", "a", "--target", "y"}), 1);
   EXPECT_EQ(err_, "prismcal: " + path("t.csv") + ":4: column y: found \"three\", expected a finite number\n");
@@ -120,8 +119,8 @@ TEST_F(Prismcal, RefusalsAreOneLineWithTheirPlace) {
   EXPECT_EQ(err_, "prismcal: " + path("r.csv") + ":2: found 3 fields, expected 2\n");
 }
 
-// A drift with T and dT/dt as a foreign CSV in other units: three hours at 1 Hz.
-std::string foreign_csv() {
+// Three hours at 1 Hz with a bias that depends on T, in other units than prism's.
+std::string mapped_csv() {
   std::string text = "t_ms,x_dps,temp_K\n";
   for (int i = 1; i <= 10800; ++i) {
     const double t = 20 + 15 * std::sin(i / 2000.0), bias = 0.5 + 0.01 * t + 0.001 * std::sin(i * 12.9898);
@@ -130,11 +129,11 @@ std::string foreign_csv() {
   return text;
 }
 
-TEST_F(Prismcal, TrainOnAnyCsvMakesAModelThatTheEngineTakes) {
-  write("foreign.csv", foreign_csv());
-  ASSERT_EQ(run({"train", path("foreign.csv"), "--map", "rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms",
-                 "--inputs", "T,dTdt", "--weight", "huber", "--c", "100", "--sigma2", "1", "--no-earth-rate",
-                 "--serial", "X1", "--out", path("m.json"), "--quiet"}),
+TEST_F(Prismcal, TrainsAUsableModelOnAMappedCsv) {
+  write("mapped.csv", mapped_csv());
+  ASSERT_EQ(run({"train", path("mapped.csv"), "--map", "rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms", "--inputs",
+                 "T,dTdt", "--weight", "huber", "--c", "100", "--sigma2", "1", "--no-earth-rate", "--serial", "X1",
+                 "--out", path("m.json"), "--quiet"}),
             0)
       << err_;
   const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");
@@ -147,32 +146,30 @@ TEST_F(Prismcal, TrainOnAnyCsvMakesAModelThatTheEngineTakes) {
   EXPECT_EQ(provenance["recordings"][0]["files"][0]["sha256"].get<std::string>().size(), 64u);
 }
 
-TEST_F(Prismcal, APartHeldOutJudgesTheModelAndStandsInItsProvenance) {
-  write("foreign.csv", foreign_csv());
-  std::vector<std::string> words = {"train",           path("foreign.csv"),
-                                    "--map",           "rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms",
-                                    "--inputs",        "T,dTdt",
-                                    "--method",        "stepwise",
-                                    "--hold-out",      "blocks:600",
-                                    "--no-earth-rate", "--out",
-                                    path("m.json"),    "--quiet"};
-  ASSERT_EQ(run(words), 0) << err_;
+TEST_F(Prismcal, StoresTheHeldOutResultInTheProvenance) {
+  write("mapped.csv", mapped_csv());
+  std::vector<std::string> arguments = {
+      "train",        path("mapped.csv"), "--map",           "rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms",
+      "--inputs",     "T,dTdt",           "--method",        "stepwise",
+      "--hold-out",   "blocks:600",       "--no-earth-rate", "--out",
+      path("m.json"), "--quiet"};
+  ASSERT_EQ(run(arguments), 0) << err_;
   EXPECT_NE(out_.find("held out, every second 600 s of"), std::string::npos) << out_;
   EXPECT_NE(out_.find("train again without --hold-out"), std::string::npos);
   const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
   const auto provenance = nlohmann::json::parse((*model)->info().provenance_json);
-  const auto& held = provenance["training"]["held_out"].at(0);
-  EXPECT_GT(held["blocks"], 30);
-  EXPECT_GT(held["improvement_percent"], 90);
-  *std::find(words.begin(), words.end(), "blocks:600") = "blocks:200";
-  EXPECT_EQ(run(words), 1);
+  const auto& held_out = provenance["training"]["held_out"].at(0);
+  EXPECT_GT(held_out["blocks"], 30);
+  EXPECT_GT(held_out["improvement_percent"], 90);
+  *std::find(arguments.begin(), arguments.end(), "blocks:600") = "blocks:200";
+  EXPECT_EQ(run(arguments), 1);
   EXPECT_EQ(err_,
-            "prismcal: --hold-out: found stretches of 200 s, expected 300 s or more: a held block lies 100 s "
-            "apart from what is trained on\n");
+            "prismcal: --hold-out: found segments of 200 s, expected 300 s or more: held-out and training "
+            "blocks must be 100 s apart\n");
 }
 
-TEST_F(Prismcal, AModelOfATableIsNotForAStream) {
+TEST_F(Prismcal, RejectsAModelOfATableInTheEngine) {
   write("t.csv", "T,y\n1,1\n2,2.1\n3,2.9\n4,4.2\n5,5\n");
   ASSERT_EQ(run({"fit", path("t.csv"), "--inputs", "T", "--target", "y", "--method", "lssvm", "--c", "10", "--sigma2",
                  "1", "--out", path("m.json")}),
@@ -184,18 +181,18 @@ TEST_F(Prismcal, AModelOfATableIsNotForAStream) {
   EXPECT_FALSE(engine.use(*model, nullptr));
 }
 
-TEST_F(Prismcal, AMapThatSaysNothingIsRefused) {
-  write("foreign.csv", "a,b\n1,2\n");
+TEST_F(Prismcal, RejectsAMapWithAnUnknownUnit) {
+  write("mapped.csv", "a,b\n1,2\n");
   recordings::SourceOptions options;
   options.map = {"rate=a:furlong"};
-  const auto source = recordings::read_recording(path("foreign.csv"), options);
+  const auto source = recordings::read_recording(path("mapped.csv"), options);
   ASSERT_FALSE(source);
   EXPECT_EQ(source.error().text().find('\n'), std::string::npos);
   EXPECT_NE(source.error().text().find("rate in deg/h"), std::string::npos);
 }
 
-// Raw counts of a sensor, its scale factor from the data sheet, columns by their number.
-TEST_F(Prismcal, AMapScalesAndShifts) {
+// Raw counts with the scale factor of a data sheet; columns by number.
+TEST_F(Prismcal, ScalesAndShiftsMappedColumns) {
   write("raw.csv", "t,Gx,Traw\n1,100,340\n2,120,680\n3,140,0\n");
   recordings::SourceOptions options;
   options.map = {"rate=Gx:deg/s*0.061-1.2", "temperature=3:degC*2.5e-3+36.5", "time=1:s"};
@@ -207,9 +204,9 @@ TEST_F(Prismcal, AMapScalesAndShifts) {
   for (const char* wrong : {"rate=Gx:deg/s*", "rate=Gx:deg/s*0", "rate=Gx:deg/s*x", "rate=Gx:deg/s*2+",
                             "rate=Gx:deg/s+1*2", "rate=Gx:deg/s*1e999", "rate=9:deg/s", "rate=Gx"}) {
     options.map = {wrong, "time=1:s"};
-    const auto refused = recordings::read_recording(path("raw.csv"), options);
-    ASSERT_FALSE(refused) << wrong;
-    EXPECT_NE(refused.error().text().find("expected"), std::string::npos) << refused.error().text();
+    const auto rejected = recordings::read_recording(path("raw.csv"), options);
+    ASSERT_FALSE(rejected) << wrong;
+    EXPECT_NE(rejected.error().text().find("expected"), std::string::npos) << rejected.error().text();
   }
   options.map.clear();
   EXPECT_NE(recordings::read_recording(path("raw.csv"), options).error().text().find("--map"), std::string::npos);

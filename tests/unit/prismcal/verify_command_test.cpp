@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// verify as a script calls it: exit codes, words and JSON.
+// The command verify: exit codes, text output and JSON.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,15 +25,15 @@ struct VerifyCommand : testing::Test {
   const std::string model = std::string(PRISM_SOURCE_DIR) + "/config/models/tao2019-model2.json";
   std::string out, err;
 
-  int run(std::vector<std::string> words) {
+  int run(std::vector<std::string> arguments) {
     CLI::App app("prismcal");
     int code = 0;
     add_verify_command(app, code);
-    std::reverse(words.begin(), words.end());
+    std::reverse(arguments.begin(), arguments.end());
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
     try {
-      app.parse(words);
+      app.parse(arguments);
     } catch (const CLI::ParseError&) {
       code = 64;
     }
@@ -43,17 +43,17 @@ struct VerifyCommand : testing::Test {
   }
 };
 
-TEST_F(VerifyCommand, SaysByItsExitCodeWhetherAllIsWhole) {
+TEST_F(VerifyCommand, ReturnsOneIfAFileHasAFault) {
   EXPECT_EQ(run({"verify", model}), 0);
-  EXPECT_THAT(out, HasSubstr("faults: 0; files whole: 1"));
+  EXPECT_THAT(out, HasSubstr("faults: 0; intact files: 1"));
   EXPECT_EQ(run({"verify", model, format1}), 1);
   EXPECT_THAT(out, HasSubstr(": torn: "));
-  EXPECT_THAT(out, HasSubstr("faults: 1; files whole: 5"));
+  EXPECT_THAT(out, HasSubstr("faults: 1; intact files: 5"));
   EXPECT_EQ(run({"verify"}), 64);
   EXPECT_EQ(run({"verify", model, format1, "--repair", folder.file("clean")}), 64);
 }
 
-TEST_F(VerifyCommand, RepairsAndTellsEachRowThatItLeftOut) {
+TEST_F(VerifyCommand, RepairsAndListsRowsLeftOut) {
   EXPECT_EQ(run({"verify", format1, "--repair", folder.file("clean")}), 0);
   EXPECT_THAT(out, HasSubstr(": left out: "));
   EXPECT_EQ(run({"verify", folder.file("clean")}), 0);
@@ -61,7 +61,7 @@ TEST_F(VerifyCommand, RepairsAndTellsEachRowThatItLeftOut) {
   EXPECT_THAT(err, HasSubstr("exists and is not an empty folder"));
 }
 
-TEST_F(VerifyCommand, JsonHasTheSame) {
+TEST_F(VerifyCommand, PrintsTheSameAsJson) {
   EXPECT_EQ(run({"verify", format1, "--repair", folder.file("clean"), "--json"}), 0);
   const auto json = nlohmann::json::parse(out);
   EXPECT_EQ(json["faults"], 1);

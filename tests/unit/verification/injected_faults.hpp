@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Logs and captures that prismd's own writers wrote, and the faults that time, disks and people put into them.
+// Fixture of the verification tests: writes logs and captures with prismd's writers and injects faults.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,14 +19,14 @@ namespace prism::verification {
 
 inline constexpr std::int64_t kNoon = 1'795'262'400;  // 2026-11-21T12:00:00Z
 
-struct PlantedFaults : testing::Test {
-  /// The writer of a log, in the folder log/.
+struct InjectedFaults : testing::Test {
+  /// Opens a log writer in the folder log/.
   std::unique_ptr<log::RowLog> writer(const std::string& metadata = "", const std::string& name = "gyro1") {
     return std::make_unique<log::RowLog>(test::segments_in(log), name,
                                          "# prism 0.2.0 data log, format 2\n# instance: gyro1\n" + metadata, counters,
                                          [](const std::string& what) { ADD_FAILURE() << what; });
   }
-  /// Rows of the seconds that end at first, first + 1, …, in a session of their own.
+  /// Appends rows whose seconds end at first, first + 1, …, as a new session.
   static void append(log::RowLog& rows, std::int64_t first, int count) {
     for (int i = 0; i < count; ++i) {
       compensation::CompensatedWindow row = test::row_at(first + i);
@@ -35,7 +35,7 @@ struct PlantedFaults : testing::Test {
       rows.append(row, (first - 1) * 1'000'000'000 + 1);
     }
   }
-  /// A whole segment of `count` rows from kNoon + after_s on.
+  /// Writes and closes a segment of `count` rows from kNoon + after_s.
   void segment(int after_s, int count, const std::string& metadata = "") {
     append(*writer(metadata), kNoon + after_s, count);
   }
@@ -59,8 +59,8 @@ struct PlantedFaults : testing::Test {
     ASSERT_NE(text.find(from), std::string::npos) << from;
     test::write_file(path, text.replace(text.find(from), from.size(), to));
   }
-  static void cut(const std::string& path, std::size_t bytes_off) {
-    std::filesystem::resize_file(path, std::filesystem::file_size(path) - bytes_off);
+  static void cut(const std::string& path, std::size_t bytes) {
+    std::filesystem::resize_file(path, std::filesystem::file_size(path) - bytes);
   }
   static std::size_t line_of_row(const std::string& path, std::size_t row) {  // from 1
     const auto lines = lines_of(path);
@@ -69,7 +69,7 @@ struct PlantedFaults : testing::Test {
     return line;
   }
 
-  /// capture/NAME with `packets` packets of 10 bytes, one a second.
+  /// Writes capture/NAME: an opening packet, then one packet of 10 bytes per second; `packets` in all.
   std::string capture(const std::string& name, int packets) {
     std::filesystem::create_directories(folder.file("capture"));
     std::string path = folder.file("capture/" + name);
@@ -81,7 +81,7 @@ struct PlantedFaults : testing::Test {
     return path;
   }
 
-  /// "state" or "state LINE: text" of everything that is a fault, sorted by path.
+  /// Returns "FILE: STATE: TEXT" or "FILE:LINE: STATE: TEXT" for each fault, in the order of verify().
   static std::vector<std::string> faults(const std::string& path) {
     std::vector<std::string> found;
     for (const Finding& finding : verify(path).findings) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Each fault of a file is found, told by its name and place, and nothing whole is called a fault.
+// verify() finds each type of fault with file and line, and reports no fault for intact files.
 #include "tools/prismcal/verification/verify.hpp"
 
 #include <gmock/gmock.h>
@@ -17,11 +17,11 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-struct VerifyTest : PlantedFaults {
+struct VerifyTest : InjectedFaults {
   std::vector<std::string> faults_of_log() const { return faults(log); }
 };
 
-TEST_F(VerifyTest, WhatTheWriterClosedIsWhole) {
+TEST_F(VerifyTest, AClosedSegmentIsIntact) {
   segment(0, 5);
   segment(10, 5);
   const VerificationResult result = verify(log);
@@ -35,7 +35,7 @@ TEST_F(VerifyTest, WhatTheWriterClosedIsWhole) {
   EXPECT_EQ(result.sessions[1].rows, 5u);
 }
 
-TEST_F(VerifyTest, SecondsWithoutARowAreToldByTheirSessionAndAreNoFaultOfTheFile) {
+TEST_F(VerifyTest, ReportsMissingSecondsAsGapsNotFaults) {
   const auto rows = writer();
   for (const int second : {0, 1, 5, 6, 9}) {
     compensation::CompensatedWindow row = test::row_at(kNoon + second);
@@ -51,42 +51,42 @@ TEST_F(VerifyTest, SecondsWithoutARowAreToldByTheirSessionAndAreNoFaultOfTheFile
   EXPECT_EQ(session.missing_s, 5u);
   EXPECT_EQ(session.missing_frames, 600u);
   EXPECT_EQ(session.partial, 1u);
-  ASSERT_EQ(session.holes.size(), 2u);
-  EXPECT_EQ(session.holes[0].first_s, kNoon + 2);
-  EXPECT_EQ(session.holes[0].last_s, kNoon + 4);
-  EXPECT_EQ(session.holes[1].first_s, kNoon + 7);
+  ASSERT_EQ(session.gaps.size(), 2u);
+  EXPECT_EQ(session.gaps[0].first_s, kNoon + 2);
+  EXPECT_EQ(session.gaps[0].last_s, kNoon + 4);
+  EXPECT_EQ(session.gaps[1].first_s, kNoon + 7);
 }
 
-TEST_F(VerifyTest, ASegmentThatIsWrittenNowIsOpenAndOneOfADeadWriterIsTorn) {
-  const auto living = writer();
-  append(*living, kNoon, 3);
+TEST_F(VerifyTest, AnUnclosedSegmentIsOpenWhileLockedElseTruncated) {
+  const auto open = writer();
+  append(*open, kNoon, 3);
   EXPECT_EQ(verify(log).findings[0].state, FileState::kOpen);
   EXPECT_THAT(faults_of_log(), IsEmpty());
-  std::filesystem::copy_file(path(0), path(100));  // what a kill leaves: nobody holds it
+  std::filesystem::copy_file(path(0), path(100));  // not locked, as after a kill
   EXPECT_THAT(faults(path(100)), ElementsAre(name(100) + ": torn: 3 rows, format 2, no end"));
 }
 
-TEST_F(VerifyTest, ATornLastRowIsToldByItsLine) {
+TEST_F(VerifyTest, ReportsTheLineOfAnIncompleteRow) {
   segment(0, 5);
   cut(path(0), lines_of(path(0)).back().size() + 20);
   EXPECT_THAT(faults(path(0)),
-              ElementsAre(AllOf(HasSubstr(": torn: 4 rows"),
-                                HasSubstr("of a torn row from line " + std::to_string(line_of_row(path(0), 5))))));
-  EXPECT_THAT(faults_of_log(), testing::Contains(HasSubstr(": missing: 1 of the 5 rows of the index")));
+              ElementsAre(AllOf(HasSubstr(": torn: 4 rows"), HasSubstr("of an incomplete row from line " +
+                                                                       std::to_string(line_of_row(path(0), 5))))));
+  EXPECT_THAT(faults_of_log(), testing::Contains(HasSubstr(": missing: 1 of 5 rows listed in the index")));
 }
 
-TEST_F(VerifyTest, ADoubledSecondIsToldByItsLine) {
+TEST_F(VerifyTest, ReportsTheLineOfADuplicateSecond) {
   segment(0, 5);
   auto lines = lines_of(path(0));
   const std::size_t line = line_of_row(path(0), 3);
   lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(line), lines[line - 1]);
   write(path(0), lines);
   EXPECT_THAT(faults_of_log(),
-              ElementsAre(HasSubstr("changed: 6 rows"), name(0) + ":" + std::to_string(line + 1) +
-                                                            ": doubled: its second stood before in its session"));
+              ElementsAre(HasSubstr("changed: 6 rows"),
+                          name(0) + ":" + std::to_string(line + 1) + ": doubled: repeats a second of its session"));
 }
 
-TEST_F(VerifyTest, ARowThatGoesBackIsNoDoubledOne) {
+TEST_F(VerifyTest, ReportsARowThatGoesBack) {
   segment(0, 2);
   auto lines = lines_of(path(0));
   const auto rows = writer();
@@ -96,13 +96,14 @@ TEST_F(VerifyTest, ARowThatGoesBackIsNoDoubledOne) {
               ElementsAre(HasSubstr(":" + std::to_string(line_of_row(path(100), 4)) + ": doubled: goes back by 5 s")));
 }
 
-TEST_F(VerifyTest, OneChangedDigitInAClosedSegmentIsSeen) {
+TEST_F(VerifyTest, DetectsAChangedDigit) {
   segment(0, 5);
   replace(path(0), "8.010000", "8.910000");
-  EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr(": changed: 5 rows, format 2; the sum at its end does not hold")));
+  EXPECT_THAT(faults_of_log(),
+              ElementsAre(HasSubstr(": changed: 5 rows, format 2; differs from its end line, or has bytes after it")));
 }
 
-TEST_F(VerifyTest, EveryFlippedBitOfAClosedSegmentIsSeen) {
+TEST_F(VerifyTest, DetectsAFlippedBitInAnyByte) {
   segment(0, 2);
   const std::string text = test::content(path(0));
   for (std::size_t at = 0; at < text.size(); ++at) {
@@ -113,7 +114,7 @@ TEST_F(VerifyTest, EveryFlippedBitOfAClosedSegmentIsSeen) {
   }
 }
 
-TEST_F(VerifyTest, ARowThatCannotBeReadIsDamageWithItsReason) {
+TEST_F(VerifyTest, ReportsAnUnreadableRowWithItsReason) {
   segment(0, 5);
   replace(path(0), "8.010000", "8.01x000");
   EXPECT_THAT(faults_of_log(),
@@ -122,35 +123,35 @@ TEST_F(VerifyTest, ARowThatCannotBeReadIsDamageWithItsReason) {
                                     ": damaged: column rate_deg_per_h: found \"8.01x000\", expected a valid value")));
 }
 
-TEST_F(VerifyTest, ASegmentThatTheIndexKnowsAndTheFolderDoesNotIsMissing) {
+TEST_F(VerifyTest, ReportsASegmentInTheIndexThatDoesNotExist) {
   segment(0, 5);
   segment(10, 7);
   std::filesystem::remove(path(10));
-  EXPECT_THAT(faults_of_log(), ElementsAre(name(10) + ": missing: the index names it, with 7 rows"));
+  EXPECT_THAT(faults_of_log(), ElementsAre(name(10) + ": missing: listed in the index, with 7 rows"));
   test::write_file(log + "/gyro1.csv.index", "garbage\n");
   EXPECT_THAT(faults_of_log(), ElementsAre(StartsWith("gyro1.csv.index: damaged: ")));
 }
 
-TEST_F(VerifyTest, ACopyAndATableAmongTheSegmentsAreFaultsOfTheFolder) {
+TEST_F(VerifyTest, ReportsADuplicateFileAndAnotherTable) {
   segment(0, 5);
   std::filesystem::copy_file(path(0), log + "/zcopy.csv");
-  EXPECT_THAT(faults_of_log(), ElementsAre("zcopy.csv: doubled: is the same as another file"));
+  EXPECT_THAT(faults_of_log(), ElementsAre("zcopy.csv: doubled: identical to another file"));
   test::write_file(log + "/zcopy.csv", "a,b\n1,2\n");
   EXPECT_THAT(faults_of_log(), ElementsAre(StartsWith("zcopy.csv: refused: ")));
 }
 
-TEST_F(VerifyTest, LogsOfTwoGyrosInOneFolderAreRefused) {
+TEST_F(VerifyTest, ReportsLogsOfTwoGyrosInOneFolder) {
   segment(0, 2, "# gyro_serial: 70\n");
   segment(10, 2, "# gyro_serial: 71\n");
   EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr("found logs of gyro_serial \"70\"")));
 }
 
-TEST_F(VerifyTest, LogsOfVersion01AreReadAndTheirTearIsFound) {
+TEST_F(VerifyTest, ReadsLogsOfVersion01AndFindsTheirTruncation) {
   EXPECT_THAT(faults(std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1"),
-              ElementsAre(HasSubstr("torn: 3 rows, format 1, no end; 67 bytes of a torn row from line 16 on")));
+              ElementsAre(HasSubstr("torn: 3 rows, format 1, no end; 67 bytes of an incomplete row from line 16 on")));
 }
 
-TEST_F(VerifyTest, ACaptureIsWholeOrToldWithItsLastGoodByte) {
+TEST_F(VerifyTest, ReportsTheDamagedBytesOfACapture) {
   const std::string path = capture("gyro1-20261121T120000Z.pcap", 5);
   EXPECT_THAT(verify(path).findings[0].text,
               StartsWith("5 packets, 40 bytes of the line, opened 1 time, 2026-11-21T12:"));
@@ -171,7 +172,7 @@ TEST_F(VerifyTest, ACaptureIsWholeOrToldWithItsLastGoodByte) {
   EXPECT_THAT(faults(path), ElementsAre(HasSubstr(": refused: not a pcap file")));
 }
 
-TEST_F(VerifyTest, DocumentsAreJudgedByTheReadersThatServe) {
+TEST_F(VerifyTest, ChecksModelsFramesAndConfigurations) {
   std::filesystem::create_directory(folder.file("etc"));
   const std::string config = std::string(PRISM_SOURCE_DIR) + "/config/";
   std::filesystem::copy_file(config + "models/tao2019-model2.json", folder.file("etc/model.json"));
@@ -190,7 +191,7 @@ TEST_F(VerifyTest, DocumentsAreJudgedByTheReadersThatServe) {
                           StartsWith("trplg.json: refused: ")));
 }
 
-TEST_F(VerifyTest, AFolderIsReadWithThoseBelowIt) {
+TEST_F(VerifyTest, ReadsFoldersRecursively) {
   segment(0, 2);
   const std::string path = capture("gyro1-20261121T120000Z.pcap", 5);
   cut(path, 1);
@@ -199,12 +200,12 @@ TEST_F(VerifyTest, AFolderIsReadWithThoseBelowIt) {
   EXPECT_EQ(verify(folder.file("")).findings.size(), 3u);
 }
 
-TEST_F(VerifyTest, WhatIsNotThereOrHoldsNothingOfPrismsIsRefused) {
+TEST_F(VerifyTest, ReportsAMissingPathAndAFolderWithoutPrismFiles) {
   EXPECT_THAT(faults(folder.file("none.csv")), ElementsAre(HasSubstr("refused: cannot be read: No such file")));
   EXPECT_THAT(faults(folder.file("none")), ElementsAre(HasSubstr("refused: cannot be read: No such file")));
   std::filesystem::create_directory(log);
   test::write_file(log + "/notes.txt", "mine");
-  EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr("holds no log")));
+  EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr("found no log")));
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ Result<nlohmann::ordered_json> judge_held(const training::TrainedModel& trained,
   analysis::CorrectionSettings correction;
   correction.engine.max_bias_deg_per_h = std::numeric_limits<double>::max();
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const recordings::BlockTable& held : set.held) {
+  for (const recordings::BlockTable& held : set.held_out) {
     const auto judged = analysis::evaluate_model(trained.model, held, correction, evaluation::Divisor::kNMinus1);
     if (!judged) return tl::unexpected<Error>(judged.error());
     const evaluation::BiasStability& stability = judged->stability;

@@ -28,43 +28,42 @@ struct VerifyChoice {
   bool json = false;
 };
 
-std::string place(const std::string& path, std::size_t line) {
+std::string position(const std::string& path, std::size_t line) {
   return line > 0 ? fmt::format("{}:{}", path, line) : path;
 }
 
 const char* word(FileState state) { return verification::kStateNames[static_cast<std::size_t>(state)]; }
 
 void print_session(const LogSession& session) {
-  constexpr std::size_t kMostHoles = 10;
+  constexpr std::size_t kMaxGaps = 10;
   const std::string missing =
       session.missing_s == 0 && session.missing_frames == 0
-          ? "nothing missing"
-          : fmt::format("missing: {} s in {}, {}", session.missing_s, counted(session.holes.size(), "hole"),
+          ? "complete"
+          : fmt::format("missing: {} s in {}, {}", session.missing_s, counted(session.gaps.size(), "gap"),
                         counted(session.missing_frames, "frame"));
   fmt::print("{}: {}session {} to {}: {}, {} of them partial; {}\n", session.log,
              session.axis.empty() ? "" : "axis " + session.axis + ", ", utc_text(session.first_s),
              utc_text(session.last_s), counted(session.rows, "row"), session.partial, missing);
-  for (std::size_t i = 0; i < std::min(kMostHoles, session.holes.size()); ++i) {
-    const verification::Gap& hole = session.holes[i];
-    fmt::print("  no row: {} s, {} to {}\n", hole.last_s - hole.first_s + 1, utc_text(hole.first_s),
-               utc_text(hole.last_s));
+  for (std::size_t i = 0; i < std::min(kMaxGaps, session.gaps.size()); ++i) {
+    const verification::Gap& gap = session.gaps[i];
+    fmt::print("  no row: {} s, {} to {}\n", gap.last_s - gap.first_s + 1, utc_text(gap.first_s), utc_text(gap.last_s));
   }
-  if (session.holes.size() > kMostHoles)
-    fmt::print("  and {} holes more (--json has all)\n", session.holes.size() - kMostHoles);
+  if (session.gaps.size() > kMaxGaps)
+    fmt::print("  and {} more gaps (--json lists all)\n", session.gaps.size() - kMaxGaps);
 }
 
 void print(const VerificationResult& result) {
-  std::size_t passed_over = 0;
+  std::size_t skipped = 0;
   for (const Finding& finding : result.findings) {
-    passed_over += finding.state == FileState::kSkipped;
+    skipped += finding.state == FileState::kSkipped;
     if (finding.state != FileState::kSkipped)
-      fmt::print("{}: {}: {}\n", place(finding.path, finding.line), word(finding.state), finding.text);
+      fmt::print("{}: {}: {}\n", position(finding.path, finding.line), word(finding.state), finding.text);
   }
   for (const LogSession& session : result.sessions) print_session(session);
   const auto good = static_cast<std::size_t>(std::count_if(
       result.findings.begin(), result.findings.end(),
       [](const Finding& finding) { return finding.state == FileState::kIntact || finding.state == FileState::kOpen; }));
-  fmt::print("faults: {}; files whole: {}; none of prism's: {}\n", result.faults(), good, passed_over);
+  fmt::print("faults: {}; intact files: {}; other files: {}\n", result.faults(), good, skipped);
 }
 
 ordered_json json_of(const VerificationResult& result) {
@@ -76,8 +75,8 @@ ordered_json json_of(const VerificationResult& result) {
     findings.push_back(std::move(json));
   }
   for (const LogSession& session : result.sessions) {
-    ordered_json holes = ordered_json::array();
-    for (const auto& hole : session.holes) holes.push_back({{"first_s", hole.first_s}, {"last_s", hole.last_s}});
+    ordered_json gaps = ordered_json::array();
+    for (const auto& gap : session.gaps) gaps.push_back({{"first_s", gap.first_s}, {"last_s", gap.last_s}});
     sessions.push_back({{"log", session.log},
                         {"axis", session.axis.empty() ? ordered_json() : ordered_json(session.axis)},
                         {"first_s", session.first_s},
@@ -86,13 +85,13 @@ ordered_json json_of(const VerificationResult& result) {
                         {"partial", session.partial},
                         {"missing_s", session.missing_s},
                         {"missing_frames", session.missing_frames},
-                        {"holes", std::move(holes)}});
+                        {"holes", std::move(gaps)}});
   }
   return {{"faults", result.faults()}, {"findings", std::move(findings)}, {"sessions", std::move(sessions)}};
 }
 
 void print(const verification::Repaired& repaired, const std::string& out) {
-  for (const auto& row : repaired.left_out) fmt::print("{}: left out: {}\n", place(row.path, row.line), row.why);
+  for (const auto& row : repaired.left_out) fmt::print("{}: left out: {}\n", position(row.path, row.line), row.why);
   fmt::print("{}: {} in {}, {}, {} of models, frames and configurations; {} left out\n", out,
              counted(repaired.rows, "row"), counted(repaired.segments, "segment"),
              counted(repaired.captures, "capture"), counted(repaired.documents, "file"), repaired.left_out.size());
@@ -140,7 +139,7 @@ void add_verify_command(CLI::App& app, int& code) {
   command->add_option("path", choice->paths, "logs, captures, models, frame descriptions, configurations; or folders")
       ->required();
   command->add_option("--repair", choice->repair,
-                      "new folder for a clean copy of PATH (of one); prints each row that is left out");
+                      "new folder for a repaired copy of the one PATH; prints each row left out");
   command->add_flag("--json", choice->json, "print JSON");
   tools::add_examples(*command, {"prismcal verify /var/log/prismd/gyro1 /etc/prism/gyro1.json",
                                  "prismcal verify logs/ --repair clean/"});

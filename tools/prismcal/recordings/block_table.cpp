@@ -13,37 +13,37 @@
 namespace prism::recordings {
 namespace {
 
-/// Gathers the 1 Hz series and counts what is missing in it.
+/// Builds the 1 Hz series and counts missing seconds and gaps.
 class Seconds {
  public:
   explicit Seconds(BlockTable& table) : table_(table) {}
 
   void add(const compensation::SecondMean& second_mean) {
-    if (begun_) fill_hole(second_mean.second - last_ - 1);
+    if (begun_) fill_gap(second_mean.second - last_ - 1);
     const bool known = std::isfinite(second_mean.rate_deg_per_h);
     if (!known) miss(1);
     push(second_mean.second, known ? second_mean.rate_deg_per_h - table_.earth_rate_deg_per_h : kUnknown);
-    in_hole_ = !known;
+    in_gap_ = !known;
     table_.missing_frames += second_mean.missing_frames;
     last_ = second_mean.second;
     begun_ = true;
   }
 
-  bool comes_before(std::int64_t second) const { return !begun_ || last_ < second; }
+  bool precedes(std::int64_t second) const { return !begun_ || last_ < second; }
 
  private:
-  /// An Allan deviation must see a hole; one of days says no more than one of a minute.
-  void fill_hole(std::int64_t hole_s) {
-    if (hole_s <= 0) return;
-    miss(static_cast<std::size_t>(hole_s));
-    for (std::int64_t i = 1; i <= std::min<std::int64_t>(hole_s, 60); ++i) push(last_ + i, kUnknown);
-    in_hole_ = true;
+  /// Marks a gap in the series for the Allan deviation; 60 s are enough for any length.
+  void fill_gap(std::int64_t gap_s) {
+    if (gap_s <= 0) return;
+    miss(static_cast<std::size_t>(gap_s));
+    for (std::int64_t i = 1; i <= std::min<std::int64_t>(gap_s, 60); ++i) push(last_ + i, kUnknown);
+    in_gap_ = true;
   }
 
   void miss(std::size_t seconds) {
     table_.missing_s += seconds;
-    if (!in_hole_) ++table_.gaps;
-    in_hole_ = true;
+    if (!in_gap_) ++table_.gaps;
+    in_gap_ = true;
   }
 
   void push(std::int64_t second, double bias) {
@@ -53,25 +53,25 @@ class Seconds {
 
   BlockTable& table_;
   std::int64_t last_ = 0;
-  bool begun_ = false, in_hole_ = false;
+  bool begun_ = false, in_gap_ = false;
 };
 
-/// Lays sessions one behind the other.
+/// Shifts sessions that overlap in time, so that they follow each other.
 class Timeline {
  public:
   explicit Timeline(std::span<const std::size_t> sessions) : sessions_(sessions) {}
 
-  /// Call with each index in turn.
+  /// Returns true if a session begins at `index`. Call with each index in order.
   bool begins(std::size_t index) {
     const bool begins = next_ < sessions_.size() && sessions_[next_] == index;
     if (begins) ++next_;
-    fresh_ = fresh_ || begins;
+    session_begins_ = session_begins_ || begins;
     return begins;
   }
-  compensation::SecondMean laid(compensation::SecondMean second_mean) {
-    if (std::exchange(fresh_, false)) {
-      constexpr std::int64_t kHole = 1;  // what was there between two sessions is not known
-      shift_s_ = second_mean.second <= last_ ? last_ + 1 + kHole - second_mean.second : 0;
+  compensation::SecondMean shifted(compensation::SecondMean second_mean) {
+    if (std::exchange(session_begins_, false)) {
+      constexpr std::int64_t kGap = 1;  // the real time between two sessions is unknown
+      shift_s_ = second_mean.second <= last_ ? last_ + 1 + kGap - second_mean.second : 0;
     }
     second_mean.second += shift_s_;
     last_ = second_mean.second;
@@ -81,7 +81,7 @@ class Timeline {
  private:
   std::span<const std::size_t> sessions_;
   std::size_t next_ = 0;
-  bool fresh_ = false;
+  bool session_begins_ = false;
   std::int64_t last_ = INT64_MIN, shift_s_ = 0;
 };
 
@@ -114,14 +114,14 @@ Result<BlockTable> make_block_table(std::span<const compensation::SecondMean> se
   compensation::FeatureExtractor extractor(features);
   Seconds seconds(table);
   std::int64_t next_end = 0;
-  bool on_grid = false;  // the grid begins anew after every gap
+  bool on_grid = false;  // the grid restarts after each gap
   Timeline timeline(sessions);
   for (std::size_t i = 0; i < second_means.size(); ++i) {
     if (timeline.begins(i)) extractor.reset();
     if (second_means[i].partial) continue;
-    const compensation::SecondMean second_mean = timeline.laid(second_means[i]);
-    if (!seconds.comes_before(second_mean.second)) {
-      return make_error(name, fmt::format("second {} does not come after the one before it", second_mean.second));
+    const compensation::SecondMean second_mean = timeline.shifted(second_means[i]);
+    if (!seconds.precedes(second_mean.second)) {
+      return make_error(name, fmt::format("found second {} out of order", second_mean.second));
     }
     seconds.add(compensation::believed(second_mean));
     const compensation::Window window = extractor.push(second_mean);
@@ -139,9 +139,9 @@ Result<BlockTable> make_block_table(std::span<const compensation::SecondMean> se
     on_grid = true;
   }
   if (table.blocks.empty()) {
-    return make_error(name, fmt::format("{} in {} hold no full block; a block needs {} s without a gap",
+    return make_error(name, fmt::format("found {} in {}, expected {} s without a gap for a block",
                                         counted(second_means.size(), "second"),
-                                        counted(table.gaps + (second_means.empty() ? 0 : 1), "piece"),
+                                        counted(table.gaps + (second_means.empty() ? 0 : 1), "segment"),
                                         compensation::history_s(features)));
   }
   return table;

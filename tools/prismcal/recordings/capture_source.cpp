@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A capture as a recording: the seconds that prismd's own path makes of it.
+// Reads a capture as a recording, through the same pipeline as prismd.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ bool is_capture(const std::string& path) {
          value == 0x0a0d0d0a;
 }
 
-// Of the axes that the configuration serves.
+// Index of the wanted axis in the frame description.
 Result<std::size_t> axis_index(const pipeline::Setup& setup, const std::string& wanted) {
   std::vector<std::string> names;
   for (const wire::AxisRule& axis : setup.frames->axes) {
@@ -42,8 +42,8 @@ Result<std::size_t> axis_index(const pipeline::Setup& setup, const std::string& 
   if (wanted.empty())
     return make_error(setup.config.path,
                       fmt::format("found axes {}, expected one; choose it with --axis", fmt::join(names, ", ")));
-  return make_error("--axis", fmt::format("found \"{}\", expected one of {} as {} serves", wanted,
-                                          fmt::join(names, ", "), setup.config.path));
+  return make_error("--axis", fmt::format("found \"{}\", expected one of {} in {}", wanted, fmt::join(names, ", "),
+                                          setup.config.path));
 }
 
 Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options) {
@@ -57,14 +57,14 @@ Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options) {
 
 Result<Recording> read_capture(const std::string& path, const SourceOptions& options) {
   if (options.config.empty())
-    return make_error(path, "is a capture: say --config PRISMD.JSON, so that its frames can be read");
+    return make_error(path, "is a capture; expected --config PRISMD.JSON, which names its frame description");
   pipeline::Overrides overrides;
   overrides.without_models = true;
   const auto setup = pipeline::load_setup(options.config, overrides);
   if (!setup) return tl::unexpected<Error>(setup.error());
   const wire::FrameDescription& frames = *setup->frames;
-  const drivers::RawByteStream bare{std::max(1.0, frames.rate_hz * frames.max_frame_bytes), 0};
-  auto reader = drivers::CaptureReader::open(path, bare);
+  const drivers::RawByteStream raw{std::max(1.0, frames.rate_hz * frames.max_frame_bytes), 0};
+  auto reader = drivers::CaptureReader::open(path, raw);
   if (!reader) return tl::unexpected<Error>(reader.error());
   const auto axis = axis_index(*setup, options.axis);
   if (!axis) return tl::unexpected<Error>(axis.error());
@@ -73,7 +73,7 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   recording.add_metadata(pipeline::log_metadata(*setup, *axis));
   pipeline::Pipeline pipeline(*setup);
   std::optional<std::int64_t> session_ns;
-  const auto take = [&](const pipeline::Rows& rows) {
+  const auto add = [&](const pipeline::Rows& rows) {
     for (const auto& window : rows.windows) {
       if (window.axis != *axis) continue;
       if (session_ns != window.session_ns) recording.sessions.push_back(recording.second_means.size());
@@ -83,21 +83,21 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   };
   auto sensors = pipeline::SensorCaptures::open(*setup, pipeline::sensor_files_beside(*setup, path));
   if (!sensors) return tl::unexpected<Error>(sensors.error());
-  const auto give = [&](std::size_t line, const drivers::CapturePacket& packet) {
+  const auto feed_sensor = [&](std::size_t line, const drivers::CapturePacket& packet) {
     if (packet.event == drivers::CaptureEvent::kOpened) pipeline.begin_sensor_session(line, packet.time_ns);
     if (packet.event == drivers::CaptureEvent::kData) pipeline.feed_sensors(line, packet.bytes, packet.time_ns);
   };
   std::size_t packets = 0;
   for (; const auto packet = reader->next(); ++packets) {
-    sensors->until(*packet, give);
-    if (packet->event == drivers::CaptureEvent::kOpened) take(pipeline.begin_session(packet->time_ns));
-    if (packet->event == drivers::CaptureEvent::kData) take(pipeline.feed(packet->bytes, packet->time_ns));
+    sensors->until(*packet, feed_sensor);
+    if (packet->event == drivers::CaptureEvent::kOpened) add(pipeline.begin_session(packet->time_ns));
+    if (packet->event == drivers::CaptureEvent::kData) add(pipeline.feed(packet->bytes, packet->time_ns));
   }
-  take(pipeline.finish());
+  add(pipeline.finish());
   recording.notes.insert(recording.notes.end(), sensors->notes().begin(), sensors->notes().end());
   if (const std::string damage = reader->damaged_places().text(); !damage.empty()) recording.notes.push_back(damage);
   if (!reader->tail_damage().empty()) recording.notes.push_back(reader->tail_damage());
-  if (recording.second_means.empty()) return make_error(path, "holds no frame of " + setup->config.frames);
+  if (recording.second_means.empty()) return make_error(path, "found no frame of " + setup->config.frames);
   const auto sum = sha256_of_file(path);
   if (!sum) return tl::unexpected<Error>(sum.error());
   recording.files.push_back({path, *sum, packets});

@@ -44,7 +44,7 @@ bool CsvLines::next() {
   return false;
 }
 
-std::string CsvLines::place() const { return fmt::format("{}:{}", where_, number_); }
+std::string CsvLines::position() const { return fmt::format("{}:{}", where_, number_); }
 
 std::size_t CsvLines::field_count() const {
   return static_cast<std::size_t>(std::count(line_.begin(), line_.end(), separator_)) + 1;

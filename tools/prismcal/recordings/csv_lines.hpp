@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// CSV line by line: the separators, comments, quotes and numbers that every reader of a table takes.
+// Reads CSV line by line: separators, comments, quotes and numbers, the same for all readers of tables.
 #pragma once
 
 #include <optional>
@@ -12,36 +12,36 @@
 
 namespace prism::recordings {
 
-/// Field `index` of a line, without the blanks and quotes around it; nothing where the line is shorter.
+/// Returns field `index` of a line without surrounding blanks and quotes, or nullopt if the line has fewer fields.
 std::optional<std::string_view> csv_field(std::string_view line, char separator, std::size_t index);
-/// All of them; none of an empty line.
+/// Returns all fields of a line. An empty line has none.
 std::vector<std::string> csv_fields(std::string_view line, char separator);
 
-/// Which of the columns a person means: by its name, or else by its number from 1; nothing where there is none.
+/// Returns the index of the column with this name, else with this number (from 1), or nullopt.
 std::optional<std::size_t> csv_column(const std::vector<std::string>& names, const std::string& wanted);
 
-/// A finite number, a '+' before it allowed; nothing else stands in the field.
+/// Parses a field that is exactly one finite number; a leading '+' is allowed.
 std::optional<double> csv_number(std::string_view field);
 
-/// Comma-, semicolon- or tab-separated text, by what the first line holds, in this order. A quoted
-/// field cannot hold the separator. A byte-order mark and the carriage return of a line's end are skipped.
+/// Reads comma-, semicolon- or tab-separated text. The first line determines the separator, tried in this order. A
+/// quoted field cannot contain the separator. Skips a byte-order mark and the carriage return at the end of a line.
 class CsvLines {
  public:
-  /// Errors: as FileReader::open().
+  /// Errors: those of FileReader::open().
   static Result<CsvLines> open(const std::string& path);
 
-  /// Goes to the next line that is neither empty nor a comment ('#'). Returns false at the end or on a read error.
+  /// Reads the next line that is neither empty nor a comment ('#'). Returns false at the end or on a read error.
   bool next();
   /// The read error, if any.
   Result<void> finish() const { return in_.finish(); }
   const std::string& line() const { return line_; }
   std::size_t number() const { return number_; }  ///< of the line, from 1
-  std::string place() const;                      ///< "FILE:LINE"
+  std::string position() const;                   ///< "FILE:LINE"
   char separator() const { return separator_; }
   std::size_t field_count() const;
   std::vector<std::string> fields() const { return csv_fields(line_, separator_); }
   std::optional<std::string_view> field(std::size_t index) const { return csv_field(line_, separator_, index); }
-  const std::string& comments() const { return comments_; }  ///< the lines so far that begin with '#'
+  const std::string& comments() const { return comments_; }  ///< the comment lines read so far
 
  private:
   CsvLines(FileReader in, std::string where) : in_(std::move(in)), where_(std::move(where)) {}

@@ -24,16 +24,16 @@ Result<CsvTable> CsvTable::read(const std::string& path) {
     table.header_ = lines.line();
     table.separator_ = lines.separator();
     for (std::string& name : lines.fields()) {
-      if (auto good = check_text(TextRule::kText, name, lines.place()); !good)
+      if (auto good = check_text(TextRule::kText, name, lines.position()); !good)
         return tl::unexpected<Error>(good.error());
       if (std::find(table.names_.begin(), table.names_.end(), name) != table.names_.end())
-        return make_error(lines.place(), fmt::format("the column \"{}\" is named twice", name));
+        return make_error(lines.position(), fmt::format("found column \"{}\" twice", name));
       table.names_.push_back(std::move(name));
     }
   }
   while (lines.next()) {
     if (const std::size_t found = lines.field_count(); found != table.names_.size())
-      return make_error(lines.place(), fmt::format("found {} fields, expected {}", found, table.names_.size()));
+      return make_error(lines.position(), fmt::format("found {} fields, expected {}", found, table.names_.size()));
     table.lines_.push_back({lines.line(), lines.number()});
   }
   if (auto good = lines.finish(); !good) return tl::unexpected<Error>(good.error());

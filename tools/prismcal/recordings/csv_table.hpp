@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A plain table in CSV: names on top, one row a sample; columns become numbers when they are asked for.
+// A CSV table without timestamps: a line of names, then one sample per row. Columns are parsed on demand.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,17 +12,17 @@ namespace prism::recordings {
 
 class CsvTable {
  public:
-  /// Reads text as CsvLines takes it, with a line of names. Refused with file and line: no such file, no row, a row
-  /// with another number of fields, a name given twice.
+  /// Reads the syntax of CsvLines, with a line of names. Errors, with file and line: an unreadable file, no row, a row
+  /// with another number of fields, a duplicate name.
   static Result<CsvTable> read(const std::string& path);
 
   const std::string& path() const { return path_; }
   const std::string& sha256() const { return sha256_; }
   const std::vector<std::string>& names() const { return names_; }
   std::size_t rows() const { return lines_.size(); }
-  /// A column's finite numbers; refused with line and column: no such name, an empty field, no finite number.
+  /// Parses a column. Errors, with line and column: an unknown name, a field that is not a finite number.
   Result<std::vector<double>> column(const std::string& name) const;
-  /// The same of several, one column a row of the matrix (d × N).
+  /// Parses several columns. Each is a row of the matrix (d × N).
   Result<Eigen::MatrixXd> columns(const std::vector<std::string>& names) const;
   const std::string& header() const { return header_; }
   const std::string& row(std::size_t i) const { return lines_[i].text; }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Whether somebody still writes a segment of a log or a capture: prismd locks it (flock) as long as it does.
+// Detects whether prismd still writes a log segment or capture: it holds a lock (flock) on the file.
 #pragma once
 
 #include <string>
 
 namespace prism::recordings {
 
-/// False where it cannot be opened, too.
+/// Returns false also if the file cannot be opened.
 bool is_locked(const std::string& path);
 
 }  // namespace prism::recordings

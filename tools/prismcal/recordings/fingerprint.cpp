@@ -19,7 +19,7 @@ struct Shared {
   std::size_t files = 0, seconds = 0, compared = 0;
 };
 
-// A member of what somebody may have written by hand: null where it is not there.
+// Provenance may be edited by hand: returns null if `object` is not an object or has no such member.
 json member(const json& object, const char* key) { return object.is_object() ? object.value(key, json()) : json(); }
 
 std::size_t shared_files(const json& facts, const Recording& recording) {
@@ -67,11 +67,11 @@ std::string overlap_text(const std::string& provenance_json, const Recording& re
     shared.files += shared_files(facts, recording);
     compare_seconds(facts, table, shared);
   }
-  if (shared.files > 0 && recording.files.size() == 1) return "the model was trained on this very file (same SHA-256)";
+  if (shared.files > 0 && recording.files.size() == 1) return "the model was trained on this file (same SHA-256)";
   if (shared.files > 0)
     return fmt::format("the model was trained on {} of these {} files (same SHA-256)", shared.files,
                        recording.files.size());
-  // Two equal seconds may be chance where the rate is coarse; a shared stretch has most of them.
+  // Two equal seconds may be chance if the rate is coarse; shared data has most of them.
   if (shared.seconds < 2 || 2 * shared.seconds < shared.compared) return {};
   return fmt::format("the model was trained on data of this recording ({} of {} compared seconds have the same rate)",
                      shared.seconds, shared.compared);

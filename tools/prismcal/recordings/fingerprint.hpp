@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether a model was trained on what it is judged on: a judgement of that kind is no test.
+// Detects test data that was also used for training.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,13 +10,13 @@
 
 namespace prism::recordings {
 
-/// What a model remembers of a recording: the rates (deg/h, earth rate included) of up to 32 of its seconds, evenly
-/// spaced, as [[second, rate], …]. Another file with the same data, cut or converted, is known by it.
+/// Returns the rates (deg/h, with Earth rate) of up to 32 evenly spaced seconds of a recording as [[second, rate], …].
+/// Stored in the model, it identifies the same data in another file, also if cut or converted.
 nlohmann::ordered_json fingerprint_json(const BlockTable& table);
 
-/// One line that says what the recording shares with those that the model was trained on, by the provenance of its
-/// file: files with the same SHA-256, or seconds with the same rate to the 2e-6 deg/h that a log rounds to. Empty where
-/// nothing shared is known: models of version 0.1 have no fingerprint.
+/// Returns one line about the data that the recording shares with the training recordings in the model's provenance:
+/// files with the same SHA-256, or seconds with the same rate within 2e-6 deg/h, the resolution of a log. Returns an
+/// empty string if there are none, or if the model has no fingerprint (version 0.1).
 std::string overlap_text(const std::string& provenance_json, const Recording& recording, const BlockTable& table);
 
 }  // namespace prism::recordings

@@ -12,33 +12,33 @@
 namespace prism::recordings {
 namespace {
 
-constexpr std::string_view kStretches = "blocks:";
+constexpr std::string_view kSegments = "blocks:";
 
-/// Seconds between training and test.
+/// Minimum distance of training and held-out blocks, s.
 std::int64_t gap_of(const compensation::FeatureDefinition& features) {
   double gap_s = features.length_s;
   for (const double lag_s : features.lag_time_constants_s) gap_s = std::max(gap_s, lag_s);
   return static_cast<std::int64_t>(std::ceil(gap_s));
 }
 
-enum class Side { kTraining, kHeld, kNeither };
+enum class Side { kTraining, kHeldOut, kNeither };
 
-/// Of a block that covers begin to end, seconds since the recording began.
-class Sides {
+/// Assigns blocks to a side. Times are seconds since the start of the recording.
+class SideSelector {
  public:
-  Sides(const HoldOut& hold_out, std::int64_t gap_s, std::int64_t length_s)
+  SideSelector(const HoldOut& hold_out, std::int64_t gap_s, std::int64_t length_s)
       : hold_out_(hold_out), gap_s_(gap_s), length_s_(length_s) {}
 
   Side of(std::int64_t begin, std::int64_t end) const {
-    if (hold_out_.stretch_s == 0) {
+    if (hold_out_.segment_s == 0) {
       const double border = (1 - hold_out_.share) * static_cast<double>(length_s_);
       if (static_cast<double>(end) <= border) return Side::kTraining;
-      return static_cast<double>(begin - gap_s_) >= border ? Side::kHeld : Side::kNeither;
+      return static_cast<double>(begin - gap_s_) >= border ? Side::kHeldOut : Side::kNeither;
     }
-    const std::int64_t stretch = begin / hold_out_.stretch_s, from = stretch * hold_out_.stretch_s,
-                       to = from + hold_out_.stretch_s;
-    if (stretch % 2 == 0) return end <= to ? Side::kTraining : Side::kNeither;
-    return begin >= from + gap_s_ && end <= to - gap_s_ ? Side::kHeld : Side::kNeither;
+    const std::int64_t segment = begin / hold_out_.segment_s, from = segment * hold_out_.segment_s,
+                       to = from + hold_out_.segment_s;
+    if (segment % 2 == 0) return end <= to ? Side::kTraining : Side::kNeither;
+    return begin >= from + gap_s_ && end <= to - gap_s_ ? Side::kHeldOut : Side::kNeither;
   }
 
  private:
@@ -70,43 +70,41 @@ BlockTable part_of(const BlockTable& table, const std::vector<Side>& sides, Side
 }  // namespace
 
 std::string HoldOut::text() const {
-  return stretch_s > 0 ? fmt::format("every second {} s", stretch_s) : fmt::format("the last {:g} %", 100 * share);
+  return segment_s > 0 ? fmt::format("every second {} s", segment_s) : fmt::format("the last {:g} %", 100 * share);
 }
 
 Result<HoldOut> parse_hold_out(const std::string& text) {
-  const bool stretches = text.starts_with(kStretches);
-  const char *first = text.data() + (stretches ? kStretches.size() : 0), *last = text.data() + text.size();
+  const bool segments = text.starts_with(kSegments);
+  const char *first = text.data() + (segments ? kSegments.size() : 0), *last = text.data() + text.size();
   double number = 0;
   const auto [end, error] = std::from_chars(first, last, number);
   const bool good = error == std::errc() && end == last;
-  if (good && stretches && number >= 1 && number <= 1e7 && number == std::floor(number))
+  if (good && segments && number >= 1 && number <= 1e7 && number == std::floor(number))
     return HoldOut{0, static_cast<std::int64_t>(number)};
-  if (good && !stretches && number >= 0.05 && number <= 0.95) return HoldOut{number, 0};
+  if (good && !segments && number >= 0.05 && number <= 0.95) return HoldOut{number, 0};
   return make_error("--hold-out",
                     fmt::format("found \"{}\", expected a share from 0.05 to 0.95, or blocks:SECONDS", text));
 }
 
 Result<Split> split_blocks(const BlockTable& table, const HoldOut& hold_out) {
   const std::int64_t gap_s = gap_of(table.features), shortest_s = 2 * gap_s + table.features.length_s;
-  if (hold_out.stretch_s > 0 && hold_out.stretch_s < shortest_s) {
-    return make_error("--hold-out",
-                      fmt::format("found stretches of {} s, expected {} s or more: a held block lies {} s "
-                                  "apart from what is trained on",
-                                  hold_out.stretch_s, shortest_s, gap_s));
+  if (hold_out.segment_s > 0 && hold_out.segment_s < shortest_s) {
+    return make_error("--hold-out", fmt::format("found segments of {} s, expected {} s or more: held-out and training "
+                                                "blocks must be {} s apart",
+                                                hold_out.segment_s, shortest_s, gap_s));
   }
   std::vector<Side> sides;
   const std::int64_t begin = table.blocks.front().second_mean.second - table.features.length_s;
-  const Sides sorter(hold_out, gap_s, table.blocks.back().second_mean.second - begin);
+  const SideSelector selector(hold_out, gap_s, table.blocks.back().second_mean.second - begin);
   for (const compensation::Window& block : table.blocks) {
     const std::int64_t end = block.second_mean.second - begin;
-    sides.push_back(sorter.of(end - table.features.length_s, end));
+    sides.push_back(selector.of(end - table.features.length_s, end));
   }
-  Split split{part_of(table, sides, Side::kTraining), part_of(table, sides, Side::kHeld), 0};
-  split.between = table.size() - split.training.size() - split.held.size();
-  if (split.training.size() < 2 || split.held.size() < 2) {
-    return make_error(table.name,
-                      fmt::format("{} of its blocks train and {} are held out, expected two or more of each",
-                                  split.training.size(), split.held.size()));
+  Split split{part_of(table, sides, Side::kTraining), part_of(table, sides, Side::kHeldOut), 0};
+  split.between = table.size() - split.training.size() - split.held_out.size();
+  if (split.training.size() < 2 || split.held_out.size() < 2) {
+    return make_error(table.name, fmt::format("found {} training and {} held-out blocks, expected two or more of each",
+                                              split.training.size(), split.held_out.size()));
   }
   return split;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One recording for training and test: which of its blocks train a model and which judge it.
+// Splits the blocks of a recording into training and test blocks.
 #pragma once
 
 #include <cstdint>
@@ -9,26 +9,26 @@
 
 namespace prism::recordings {
 
-/// None, the end of each recording, or every second stretch of it.
+/// Which part is held out for the test: none, the end of each recording, or every second segment.
 struct HoldOut {
-  double share = 0;            ///< of the recording's time, at its end; 0: not so
-  std::int64_t stretch_s = 0;  ///< seconds of each stretch; 0: not so
+  double share = 0;            ///< share of the recording's time, at its end; 0: not used
+  std::int64_t segment_s = 0;  ///< length of each segment, s; 0: not used
 
-  bool wanted() const { return share > 0 || stretch_s > 0; }
+  bool wanted() const { return share > 0 || segment_s > 0; }
   std::string text() const;  ///< "the last 50 %", "every second 600 s"
 };
 
-/// "0.5" (0.05 to 0.95) or "blocks:600" (seconds). Refused: anything else.
+/// Parses "0.5" (0.05 to 0.95) or "blocks:600" (seconds).
 Result<HoldOut> parse_hold_out(const std::string& text);
 
 struct Split {
-  BlockTable training, held;
-  std::size_t between = 0;  ///< blocks of neither
+  BlockTable training, held_out;
+  std::size_t between = 0;  ///< number of unused blocks between them
 };
 
-/// What a held block is made of begins a window, or the longest lag, behind what a training block is made of, and the
-/// other way round: neighbours share the slow part of their noise, and a lag remembers what was before it. The parts
-/// count no holes. Refused: stretches too short for that, fewer than two blocks on either side.
+/// Training and held-out blocks are at least a window, or the longest lag, apart: neighbouring blocks share slow noise,
+/// and a lag depends on earlier data. BlockTable::gaps and missing_s of the parts are 0. Errors: segments too short for
+/// that, fewer than two training or held-out blocks.
 Result<Split> split_blocks(const BlockTable& table, const HoldOut& hold_out);
 
 }  // namespace prism::recordings

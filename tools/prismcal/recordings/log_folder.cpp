@@ -19,30 +19,30 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What stands in a folder that has no log: its first file by name, and how many there are.
-std::string contents_of(const fs::path& folder) {
+// Error text for a folder without a log: the number of files, and a capture or the first file.
+std::string no_log_text(const fs::path& folder) {
   const std::vector<std::string> names = files_of(folder.string(), "");
   if (names.empty()) return "found an empty folder, expected one with prismd's log, *.csv";
   const auto capture = std::find_if(names.begin(), names.end(), is_capture);
-  const fs::path shown = capture != names.end() ? *capture : names.front();
-  return fmt::format("found a folder of {} without a .csv ({}), expected prismd's log{}", counted(names.size(), "file"),
-                     shown.filename().string(),
-                     capture != names.end() ? "; a capture is given by its own name, with --config" : "");
+  const fs::path example = capture != names.end() ? *capture : names.front();
+  return fmt::format("found a folder with {} but no .csv ({}), expected prismd's log{}", counted(names.size(), "file"),
+                     example.filename().string(),
+                     capture != names.end() ? "; give the capture itself, with --config" : "");
 }
 
-// As its metadata says; version 0.1 wrote "-" where there was none.
+// Version 0.1 wrote "-" if there was no axis.
 std::string axis_of(const LogSegment& segment) {
   std::string axis = segment.value("axis");
   return axis == "-" ? "" : axis;
 }
 
-// "NAME-20261121T091100Z-10.csv" after "…Z-2.csv".
+// Sorts "NAME-20261121T091100Z-10.csv" after "…Z-2.csv".
 auto by_name(const LogSegment& segment) { return std::tuple(segment.file.size(), segment.file); }
 
-/// Takes the rows of one segment after the other.
-class Joiner {
+/// Joins the rows of segments, added in order.
+class RowJoiner {
  public:
-  explicit Joiner(const LogFolder& folder) {
+  explicit RowJoiner(const LogFolder& folder) {
     for (const LogSegment& segment : folder.segments) {
       if (segment.supersedes_row == 0) continue;
       std::uint64_t& from = superseded_from_[segment.supersedes_file];
@@ -50,11 +50,11 @@ class Joiner {
     }
   }
 
-  void take(const LogSegment& segment) {
+  void add(const LogSegment& segment) {
     LeftOut& left_out = joined_.left_out;
-    if (!segment.rows.empty() && !sums_.insert(segment.sha256).second) {
+    if (!segment.rows.empty() && !checksums_.insert(segment.sha256).second) {
       ++left_out.copies;
-      left_out.rows.push_back({segment.path, 0, "is the same as another file"});
+      left_out.rows.push_back({segment.path, 0, "identical to another file"});
       return;
     }
     left_out.truncated_segments += segment.end == SegmentEnd::kTruncated;
@@ -63,53 +63,54 @@ class Joiner {
     const auto superseded = superseded_from_.find(segment.file);
     for (const LogRow& row : segment.rows) {
       if (superseded == superseded_from_.end() || row.number < superseded->second) {
-        take(segment, row);
+        add(segment, row);
         continue;
       }
       ++left_out.superseded;
-      left_out.rows.push_back({segment.path, row.line, kWrittenAgain});
+      left_out.rows.push_back({segment.path, row.line, kRepeatedLater});
     }
   }
 
   LogTable result() && {
     for (const LogRow& row : joined_.rows) {
-      joined_.left_out.cut += row.second_mean.partial;
+      joined_.left_out.partial += row.second_mean.partial;
       joined_.left_out.implausible += !row.second_mean.partial && row.second_mean.implausible.any();
     }
     return std::move(joined_);
   }
 
  private:
-  void take(const LogSegment& segment, const LogRow& row) {
+  void add(const LogSegment& segment, const LogRow& row) {
     std::vector<LogRow>& rows = joined_.rows;
     const std::int64_t second = row.second_mean.second;
-    const bool another = !session_ || *session_ != segment.session;
-    const bool goes_on = !another && !rows.empty() && second > rows.back().second_mean.second;
+    const bool new_session = !session_ || *session_ != segment.session;
+    const bool continues = !new_session && !rows.empty() && second > rows.back().second_mean.second;
     if (!segment.session.empty()) {
-      const auto [last, fresh] = last_second_.try_emplace(segment.session, second);
-      if (!fresh && second <= last->second) {
-        ++joined_.left_out.doubled;
+      const auto [last, is_first] = last_second_.try_emplace(segment.session, second);
+      if (!is_first && second <= last->second) {
+        ++joined_.left_out.duplicates;
         joined_.left_out.rows.push_back({segment.path, row.line,
-                                         stood_before(segment.session, second)
-                                             ? "its second stood before in its session"
+                                         appeared_before(segment.session, second)
+                                             ? "repeats a second of its session"
                                              : fmt::format("goes back by {} s in its session", last->second - second)});
         return;
       }
       last->second = second;
     }
     session_ = segment.session;
-    if (!goes_on) {
+    if (!continues) {
       joined_.sessions.push_back(rows.size());
       runs_[segment.session].push_back(rows.size());
     }
-    const bool twice = segment.session.empty() && !another && !rows.empty() && second == rows.back().second_mean.second;
-    if (twice) rows.back().second_mean.partial = true;
+    const bool same_second =
+        segment.session.empty() && !new_session && !rows.empty() && second == rows.back().second_mean.second;
+    if (same_second) rows.back().second_mean.partial = true;
     rows.push_back(row);
-    if (twice) rows.back().second_mean.partial = true;
+    if (same_second) rows.back().second_mean.partial = true;
   }
 
-  // Seconds only go forward within what stands between two beginnings.
-  bool stood_before(const std::string& session, std::int64_t second) const {
+  // Seconds increase within each run of `runs_`.
+  bool appeared_before(const std::string& session, std::int64_t second) const {
     const auto& rows = joined_.rows;
     const auto& begins = joined_.sessions;
     const auto before = [](const LogRow& row, std::int64_t wanted) { return row.second_mean.second < wanted; };
@@ -123,11 +124,11 @@ class Joiner {
   }
 
   LogTable joined_;
-  std::map<std::string, std::vector<std::size_t>> runs_;  // where each session's rows begin, in parts
+  std::map<std::string, std::vector<std::size_t>> runs_;  // first row of each run of increasing seconds, by session
   std::optional<std::string> session_;
   std::map<std::string, std::int64_t> last_second_;
   std::map<std::string, std::uint64_t> superseded_from_;
-  std::set<std::string> sums_;
+  std::set<std::string> checksums_;
 };
 
 }  // namespace
@@ -144,8 +145,8 @@ std::vector<std::string> files_of(const std::string& folder, const std::string& 
 
 Result<LogFolder> LogFolder::read(const std::string& path, const std::string& axis, const std::string& column) {
   LogFolder folder = salvage(path, column);
-  if (!folder.refused.empty()) return tl::unexpected<Error>(folder.refused.front().error);
-  if (folder.segments.empty()) return make_error(path, contents_of(path));
+  if (!folder.rejected.empty()) return tl::unexpected<Error>(folder.rejected.front().error);
+  if (folder.segments.empty()) return make_error(path, no_log_text(path));
   if (auto one = folder.choose(axis, path); !one) return tl::unexpected<Error>(one.error());
   for (const LogSegment& segment : folder.segments) {
     if (segment.damaged.empty()) continue;
@@ -222,7 +223,7 @@ LogFolder LogFolder::salvage(const std::string& path, const std::string& column)
     if (segment) {
       folder.segments.push_back(std::move(*segment));
     } else {
-      folder.refused.push_back({file, std::move(segment.error())});
+      folder.rejected.push_back({file, std::move(segment.error())});
     }
   }
   std::map<std::string, std::uint64_t> numbers;
@@ -234,43 +235,43 @@ LogFolder LogFolder::salvage(const std::string& path, const std::string& column)
       if (const std::uint64_t number = index.number(segment.file); number > 0) numbers[segment.file] = number;
     }
   }
-  std::map<std::string, std::uint64_t> numbers_by_sum;  // a copy stands behind what it is one of
+  std::map<std::string, std::uint64_t> numbers_by_checksum;  // so that a copy sorts directly after its original
   for (const LogSegment& segment : folder.segments) {
     if (const auto number = numbers.find(segment.file); number != numbers.end())
-      numbers_by_sum[segment.sha256] = number->second;
+      numbers_by_checksum[segment.sha256] = number->second;
   }
-  const auto age = [&](const LogSegment& segment) {
-    const auto number = numbers_by_sum.find(segment.sha256);
-    return std::tuple(number == numbers_by_sum.end() ? 0 : number->second, !numbers.contains(segment.file),
+  const auto sort_key = [&](const LogSegment& segment) {
+    const auto number = numbers_by_checksum.find(segment.sha256);
+    return std::tuple(number == numbers_by_checksum.end() ? 0 : number->second, !numbers.contains(segment.file),
                       segment.format, segment.session,
                       segment.rows.empty() ? INT64_MIN : segment.rows.front().second_mean.second, by_name(segment));
   };
   std::sort(folder.segments.begin(), folder.segments.end(),
-            [&](const LogSegment& a, const LogSegment& b) { return age(a) < age(b); });
+            [&](const LogSegment& a, const LogSegment& b) { return sort_key(a) < sort_key(b); });
   return folder;
 }
 
 LogTable join_rows(const LogFolder& folder) {
-  Joiner joiner(folder);
-  for (const LogSegment& segment : folder.segments) joiner.take(segment);
+  RowJoiner joiner(folder);
+  for (const LogSegment& segment : folder.segments) joiner.add(segment);
   return std::move(joiner).result();
 }
 
 std::vector<std::string> LeftOut::lines() const {
   std::vector<std::string> lines;
-  if (cut > 0) lines.push_back(counted(cut, "second") + " in no block: cut by the end or the beginning of a session");
-  if (implausible > 0) lines.push_back(counted(implausible, "second") + " in no mean: something in it was implausible");
-  if (doubled > 0) lines.push_back(counted(doubled, "row") + " left out: stood there before");
-  if (copies > 0) lines.push_back(counted(copies, "file") + " left out: the same as another one");
+  if (partial > 0) lines.push_back(counted(partial, "second") + " not used: partial, at the start or end of a session");
+  if (implausible > 0) lines.push_back(counted(implausible, "second") + " not used: implausible values");
+  if (duplicates > 0)
+    lines.push_back(counted(duplicates, "row") + " left out: the second repeats or goes back in its session");
+  if (copies > 0) lines.push_back(counted(copies, "file") + " left out: identical to another one");
   if (superseded > 0)
-    lines.push_back(counted(superseded, "row") +
-                    " written again into a later segment, as the disk had failed: counted once");
+    lines.push_back(counted(superseded, "row") + " left out: repeated in a later segment after a disk error");
   if (truncated_segments > 0)
     lines.push_back(
-        fmt::format("{} without an end, copied while prismd wrote or ended by force; {} of torn rows left out",
+        fmt::format("{} without an end (copied while open, or prismd was killed); {} of incomplete rows left out",
                     counted(truncated_segments, "segment"), counted(truncated_bytes, "byte")));
   for (const std::string& file : changed)
-    lines.push_back(fmt::format("{} was changed after it was written: its sum does not hold", file));
+    lines.push_back(fmt::format("{} was changed after it was written: it does not match its end line", file));
   return lines;
 }
 

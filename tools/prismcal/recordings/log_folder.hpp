@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The segments of a log in the order in which they were written, and their rows, each once, by session.
+// Reads the segments of a log in the order of writing and joins their rows by session, without duplicates.
 #pragma once
 
 #include <cstdint>
@@ -11,64 +11,64 @@
 
 namespace prism::recordings {
 
-/// Paths of what in a folder ends in `extension`, by name; none where the folder cannot be read.
+/// Returns the paths in `folder` that end with `extension`, sorted by name; empty if the folder cannot be read.
 std::vector<std::string> files_of(const std::string& folder, const std::string& extension);
 
-/// Of a file, or of every *.csv in a folder. In order: by the index that prismd keeps beside them; those it does not
-/// know (of version 0.1, or without an index) before them, by session and first second.
+/// The log segments in one file or in all *.csv of a folder. Order: that of the index next to them; segments that are
+/// not in an index (version 0.1, or no index) come first, sorted by session and first second.
 struct LogFolder {
   std::vector<LogSegment> segments;
-  std::vector<std::string> indexes;  ///< files of the index that were read
+  std::vector<std::string> indexes;  ///< index files that were read
   struct RejectedFile {
     std::string path;
     Error error;
   };
-  std::vector<RejectedFile> refused;  ///< files that read_log_segment refuses
+  std::vector<RejectedFile> rejected;  ///< files that read_log_segment() cannot read
 
-  /// `axis`: the one that is wanted, where the folder holds the logs of several; empty: the only one. Refused: what
-  /// read_log_segment refuses, damaged rows within, a folder without a .csv file, the logs of two instances or of two
-  /// gyros, an axis that is not there, several axes without a choice.
+  /// `axis`: selects one of several axes; empty: the only one. `column`: see read_log_segment(). Errors: those of
+  /// read_log_segment(), damaged rows, no .csv file, logs of several instances or gyros, an unknown axis, several axes
+  /// without a selection.
   static Result<LogFolder> read(const std::string& path, const std::string& axis = {}, const std::string& column = {});
-  /// What can be read, for those who look for faults.
+  /// Reads all that can be read. For verify and repair.
   static LogFolder salvage(const std::string& path, const std::string& column = {});
-  /// Refused: its segments are of two instances or of two gyros.
+  /// Errors: the segments are of several instances or gyros.
   Result<void> of_one_gyro(const std::string& path) const;
-  /// Axes that its segments name, in order.
+  /// Returns the names of the axes, sorted.
   std::vector<std::string> axes() const;
-  /// One folder for each axis. Segments that name none stand with the only axis there is, or by themselves.
+  /// Returns one LogFolder per axis. Segments without an axis belong to the only axis, or form their own folder.
   std::vector<LogFolder> by_axis() const;
 
  private:
   Result<void> choose(const std::string& axis, const std::string& path);
 };
 
-/// Why a superseded row is left out.
-inline constexpr const char* kWrittenAgain = "stands again in a later segment";
+/// LeftOutRow::why of superseded rows.
+inline constexpr const char* kRepeatedLater = "repeated in a later segment";
 
-/// What the readers of a log leave out of it.
+/// Rows and files that join_rows() leaves out, and seconds that readers do not use.
 struct LeftOut {
-  std::vector<LeftOutRow> rows;   ///< doubled and superseded ones, and copies
-  std::uint64_t doubled = 0;      ///< rows of a second that stood before, in the same session, or that go back in it
-  std::uint64_t superseded = 0;   ///< rows that stand again in a later segment, after a disk could not be trusted
-  std::uint64_t cut = 0;          ///< seconds that a session's end or beginning cut: their rows stay, marked partial
-  std::uint64_t implausible = 0;  ///< seconds that hold what was not believed: their rows stay, and nothing is taken
-  std::size_t copies = 0;         ///< files that are the same as another one
+  std::vector<LeftOutRow> rows;   ///< duplicate and superseded rows, and duplicate files
+  std::uint64_t duplicates = 0;   ///< rows with an earlier second of their session, or the same again
+  std::uint64_t superseded = 0;   ///< rows repeated in a later segment after a disk error
+  std::uint64_t partial = 0;      ///< partial seconds at the start or end of a session: their rows are kept
+  std::uint64_t implausible = 0;  ///< seconds with implausible values: their rows are kept but not used
+  std::size_t copies = 0;         ///< files that are identical to another one
   std::size_t truncated_segments = 0;
   std::uint64_t truncated_bytes = 0;
-  std::vector<std::string> changed;  ///< files whose sum does not hold; their rows are taken
+  std::vector<std::string> changed;  ///< files that do not match their end line; their rows are used
 
-  /// For people; nothing where nothing was left out.
+  /// Returns readable lines, one per reason.
   std::vector<std::string> lines() const;
 };
 
 struct LogTable {
-  std::vector<LogRow> rows;           ///< in order; within a session seconds only go forward
-  std::vector<std::size_t> sessions;  ///< where each session begins in `rows`
+  std::vector<LogRow> rows;           ///< in order; seconds increase within a session
+  std::vector<std::size_t> sessions;  ///< index of the first row of each session
   LeftOut left_out;
 };
 
-/// Joins the rows. Format 1 names no session: one begins there where a second does not come after the one before it;
-/// where it is the same second, both rows are of a part of it.
+/// Joins the rows of all segments. Format 1 has no session names: a second that is not after the previous one starts a
+/// new session. If it is the same second, both rows are partial.
 LogTable join_rows(const LogFolder& folder);
 
 }  // namespace prism::recordings

@@ -24,7 +24,7 @@ constexpr std::string_view kFormatMark = " data log, format ";
 constexpr std::string_view kFirstWords = "# prism ";
 constexpr std::string_view kEndMark = "# end: ";
 
-/// Goes over the lines of a text; a last one without a line end is none.
+/// Iterates over the complete lines of a text; skips a last line without a line end.
 class Lines {
  public:
   explicit Lines(std::string_view text) : text_(text) {}
@@ -41,8 +41,8 @@ class Lines {
   }
   std::string_view line() const { return line_; }
   std::size_t number() const { return number_; }
-  std::size_t begin() const { return begin_; }  ///< of the line, in the text
-  std::size_t behind() const { return at_; }    ///< where the next line begins
+  std::size_t begin() const { return begin_; }    ///< position of the line in the text
+  std::size_t next_begin() const { return at_; }  ///< position of the next line
 
  private:
   std::string_view text_, line_;
@@ -65,26 +65,26 @@ TextRule rule_of(std::string_view key) {
   return TextRule::kLongText;
 }
 
-/// A line of the header: printable, and names in it follow their rules.
-Result<void> take_comment(std::string_view line, const std::string& place, LogSegment& segment) {
-  if (auto good = check_text(TextRule::kLongText, line, place); !good) return good;
+/// Adds a header line to the metadata. Errors: unprintable text, or a name that breaks its rule.
+Result<void> add_comment(std::string_view line, const std::string& where, LogSegment& segment) {
+  if (auto good = check_text(TextRule::kLongText, line, where); !good) return good;
   segment.comments += std::string(line) + '\n';
   const std::size_t colon = line.find(": ");
   if (!line.starts_with("# ") || colon == std::string_view::npos) return {};
   const std::string_view key = line.substr(2, colon - 2), value = line.substr(colon + 2);
   const bool is_absent = key == "axis" && value == "-";  // version 0.1
-  if (auto good = check_text(rule_of(key), value, fmt::format("{}: {}", place, key)); !good && !is_absent) return good;
+  if (auto good = check_text(rule_of(key), value, fmt::format("{}: {}", where, key)); !good && !is_absent) return good;
   segment.metadata.emplace(key, value);
   if (key != "sensors") return {};
   for (const SensorName& sensor : compensation::sensors_in(std::string(line) + '\n')) {
-    if (auto good = check_text(TextRule::kSensorName, sensor.name, fmt::format("{}: {}", place, key)); !good)
+    if (auto good = check_text(TextRule::kSensorName, sensor.name, fmt::format("{}: {}", where, key)); !good)
       return good;
   }
   return {};
 }
 
-// "FILE from row N"
-bool take_superseded(LogSegment& segment) {
+// Parses "supersedes: FILE from row N".
+bool parse_supersedes(LogSegment& segment) {
   const std::string text = segment.value("supersedes");
   if (text.empty()) return true;
   constexpr std::string_view kFrom = " from row ";
@@ -96,29 +96,29 @@ bool take_superseded(LogSegment& segment) {
   return error == std::errc() && end == last && segment.supersedes_row > 0;
 }
 
-/// Reads the rows of one segment below its columns.
+/// Parses the rows of a segment.
 class RowReader {
  public:
   RowReader(LogSegment& segment, compensation::CsvLayout layout, std::optional<std::size_t> column)
       : segment_(segment), layout_(std::move(layout)), column_(column) {}
 
-  Result<void> take(std::string_view line, std::size_t line_number) {
+  Result<void> add(std::string_view line, std::size_t line_number) {
     ++rows_;
-    const std::string place = fmt::format("{}:{}", segment_.path, line_number);
-    const auto row = compensation::parse_csv(line, place, layout_);
+    const std::string where = fmt::format("{}:{}", segment_.path, line_number);
+    const auto row = compensation::parse_csv(line, where, layout_);
     if (!row) return tl::unexpected<Error>(row.error());
-    LogRow taken{row->window.second_mean, kUnknown, line_number, rows_};
+    LogRow log_row{row->window.second_mean, kUnknown, line_number, rows_};
     if (column_) {
       const std::string_view field = csv_field(line, ',', *column_).value_or("");
       const auto value = field.empty() ? std::optional(kUnknown) : csv_number(field);
-      if (!value) return make_error(place, fmt::format("found \"{}\", expected a number", field));
-      taken.value = *value;
+      if (!value) return make_error(where, fmt::format("found \"{}\", expected a number", field));
+      log_row.value = *value;
     }
-    segment_.rows.push_back(std::move(taken));
+    segment_.rows.push_back(std::move(log_row));
     return {};
   }
 
-  std::size_t rows() const { return rows_; }  ///< damaged ones, too
+  std::size_t rows() const { return rows_; }  ///< counts damaged rows
 
  private:
   LogSegment& segment_;
@@ -127,14 +127,14 @@ class RowReader {
   std::size_t rows_ = 0;
 };
 
-// False: the text ends before the columns.
+// Returns false if the text ends before the column line.
 Result<bool> read_metadata(Lines& lines, LogSegment& segment) {
   while (lines.next()) {
     if (lines.number() == 1) segment.format = format_of(lines.line());
     if (lines.line().empty()) continue;
     if (lines.line().front() != '#') return true;
-    auto taken = take_comment(lines.line(), fmt::format("{}:{}", segment.path, lines.number()), segment);
-    if (!taken) return tl::unexpected(taken.error());
+    auto added = add_comment(lines.line(), fmt::format("{}:{}", segment.path, lines.number()), segment);
+    if (!added) return tl::unexpected(added.error());
   }
   return false;
 }
@@ -142,14 +142,14 @@ Result<bool> read_metadata(Lines& lines, LogSegment& segment) {
 Result<RowReader> read_columns(const Lines& lines, LogSegment& segment, const std::string& column) {
   const std::string& path = segment.path;
   if (segment.format > kNewestFormat || segment.format < 1)
-    return make_error(path, fmt::format("found format {}, expected 1 or 2: made by a newer prism", segment.format));
-  const std::string place = fmt::format("{}:{}", path, lines.number());
+    return make_error(path, fmt::format("found format {} of a newer prism, expected 1 or 2", segment.format));
+  const std::string where = fmt::format("{}:{}", path, lines.number());
   const std::vector<SensorName> sensors = compensation::sensors_in(segment.comments);
   auto layout =
-      compensation::CsvLayout::parse(lines.line(), place, std::make_shared<const std::vector<SensorName>>(sensors));
+      compensation::CsvLayout::parse(lines.line(), where, std::make_shared<const std::vector<SensorName>>(sensors));
   if (!layout) return tl::unexpected<Error>(layout.error());
   segment.session = segment.value("session");
-  if (!take_superseded(segment))
+  if (!parse_supersedes(segment))
     return make_error(path,
                       fmt::format("supersedes: found \"{}\", expected FILE from row N", segment.value("supersedes")));
   std::optional<std::size_t> index;
@@ -157,7 +157,8 @@ Result<RowReader> read_columns(const Lines& lines, LogSegment& segment, const st
     const auto names = csv_fields(lines.line(), ',');
     const auto found = std::find(names.begin(), names.end(), column);
     if (found == names.end())
-      return make_error(place, fmt::format("no column \"{}\"; found {}", column, fmt::join(names, ", ")));
+      return make_error(where,
+                        fmt::format("found no column \"{}\", expected one of {}", column, fmt::join(names, ", ")));
     index = static_cast<std::size_t>(found - names.begin());
   }
   return RowReader(segment, std::move(*layout), index);
@@ -184,7 +185,7 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
   LogSegment segment;
   segment.path = path;
   segment.file = std::filesystem::path(path).filename().string();
-  const bool open = is_locked(path);  // before it is read: one that ends meanwhile is read with its end
+  const bool open = is_locked(path);  // checked before reading: a segment that ends meanwhile is read with its end
   const auto available = read_available(path, kMaxTableBytes);
   if (!available) return tl::unexpected<Error>(available.error());
   const std::string* const text = &available->text;
@@ -200,29 +201,29 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
   }
   auto rows = read_columns(lines, segment, column);
   if (!rows) return tl::unexpected<Error>(rows.error());
-  std::size_t good = lines.behind(), good_lines = lines.number();
+  std::size_t good = lines.next_begin(), good_lines = lines.number();
   std::optional<std::string> end;
-  std::vector<LeftOutRow> torn;  // unless a row or the end stands behind them: no power cut does that
+  std::vector<LeftOutRow> unreadable;  // damage if a row or the end follows, else the truncated end
   while (!end && lines.next()) {
     if (lines.line().starts_with(kEndMark)) {
       end = fmt::format("rows {}, sha256 {}", rows->rows(), sha256_hex(text->substr(0, lines.begin())));
       segment.end = lines.line().substr(kEndMark.size()) == *end ? SegmentEnd::kIntact : SegmentEnd::kChanged;
     } else if (!lines.line().empty() && lines.line().front() != '#') {
-      if (auto taken = rows->take(lines.line(), lines.number()); !taken) {
-        torn.push_back({path, lines.number(), taken.error().what});
+      if (auto added = rows->add(lines.line(), lines.number()); !added) {
+        unreadable.push_back({path, lines.number(), added.error().what});
         continue;
       }
-    } else if (!torn.empty()) {
+    } else if (!unreadable.empty()) {
       continue;
     }
-    segment.damaged.insert(segment.damaged.end(), torn.begin(), torn.end());
-    torn.clear();
-    good = lines.behind();
+    segment.damaged.insert(segment.damaged.end(), unreadable.begin(), unreadable.end());
+    unreadable.clear();
+    good = lines.next_begin();
     good_lines = lines.number();
   }
-  // The rows before a bad block of the disk are read; what follows them is damage.
+  // After a read error of the disk, the rows before it are kept; the rest is damage.
   if (available->error) segment.damaged.push_back({path, good_lines + 1, available->error->what});
-  if (end && (!segment.damaged.empty() || lines.behind() < text->size())) segment.end = SegmentEnd::kChanged;
+  if (end && (!segment.damaged.empty() || lines.next_begin() < text->size())) segment.end = SegmentEnd::kChanged;
   segment.truncated_bytes = text->size() - good;
   segment.truncated_line = segment.truncated_bytes > 0 ? good_lines + 1 : 0;
   if (!end && (segment.format > 1 || segment.truncated_bytes > 0))

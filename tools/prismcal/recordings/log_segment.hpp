@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One segment of prismd's log, of format 1 or 2: its rows, and how much of what it says of itself holds.
+// Reads one segment of prismd's log (format 1 or 2) and checks it against its end line.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,12 @@ namespace prism::recordings {
 
 struct LogRow {
   compensation::SecondMean second_mean;
-  double value = kUnknown;  ///< of the column that was asked for
-  std::size_t line = 0;     ///< of the file, from 1
-  std::size_t number = 0;   ///< among the rows of the file, from 1; damaged ones count
+  double value = kUnknown;  ///< value of the requested column
+  std::size_t line = 0;     ///< line of the file, from 1
+  std::size_t number = 0;   ///< number of the row in the file, from 1; counts damaged rows
 };
 
-/// A row that does not count, or a whole file of them (line 0).
+/// A row that is left out, or an entire file (line 0).
 struct LeftOutRow {
   std::string path;
   std::size_t line = 0;
@@ -28,39 +28,40 @@ struct LeftOutRow {
 
 /// How a segment ended.
 enum class SegmentEnd {
-  kIntact,     ///< with its sum, which holds (format 1: with a whole line)
-  kOpen,       ///< not yet: a living prismd writes it
-  kTruncated,  ///< without: prismd or the machine was ended by force, or it is a copy. Its rows are good
-  kChanged,    ///< with a sum that does not hold: what stands in it was not written by prismd like that
+  kIntact,     ///< matches its end line (format 1: its last line is complete)
+  kOpen,       ///< no end yet: prismd still writes it
+  kTruncated,  ///< no end: prismd was killed, power was lost, or it is a copy; rows are valid
+  kChanged,    ///< differs from its end line, or has damaged rows or bytes after the end line
 };
 
 struct LogSegment {
   std::string path, file, sha256;
   int format = 1;
   std::map<std::string, std::string> metadata;  ///< "# key: value" above the columns
-  std::string comments;                         ///< the same as lines
-  std::string session;                          ///< format 2
-  std::string supersedes_file;  ///< format 2: whose rows from supersedes_row on (from 1) stand here again
+  std::string comments;                         ///< all lines that begin with '#'
+  std::string session;                          ///< format 2; empty: none
+  std::string supersedes_file;                  ///< format 2: its rows from supersedes_row (from 1) are repeated here
   std::uint64_t supersedes_row = 0;
   std::vector<LogRow> rows;
-  std::vector<LeftOutRow> damaged;  ///< rows that cannot be read and that no tear explains: others stand behind them
+  std::vector<LeftOutRow> damaged;  ///< unreadable rows before the last good row: not a truncation
   SegmentEnd end = SegmentEnd::kIntact;
-  std::size_t truncated_bytes = 0;  ///< at its end, without a whole row in them
-  std::size_t truncated_line = 0;   ///< where those begin
+  std::size_t truncated_bytes = 0;  ///< bytes after the last complete row
+  std::size_t truncated_line = 0;   ///< line of the first of them
 
-  std::string value(const std::string& key) const;  ///< of the metadata; empty: it does not say
+  std::string value(const std::string& key) const;  ///< metadata value; empty: none
 };
 
-/// True where a file's first line says so and its columns are a log's; what somebody cut out of a log is a plain table.
+/// Returns true if the first line and the columns are those of a log. Extracts of a log with other columns are CSV
+/// tables.
 bool is_log(const std::string& path);
 
-/// Reads one. `column`, where it is not empty, is read as numbers (an empty field is kUnknown). What a power cut leaves
-/// at the end of a segment is no refusal, and damaged rows within are listed. Refused with file and line: what is no
-/// log of prismd, a log of a newer format, a column that is not there.
+/// Reads a segment. Parses `column`, if not empty, as numbers into LogRow::value (an empty field is kUnknown). An
+/// incomplete end, as after a power failure, and damaged rows are not errors but are listed. Errors, with file and
+/// line: not a log of prismd, a newer format, an unknown column.
 Result<LogSegment> read_log_segment(const std::string& path, const std::string& column = {});
 
-/// The text of a segment with these of its rows (numbers of lines, in order) and all of its comments, closed with an
-/// end where its format has one. `remark` is added to the metadata. Refused: the file can no longer be read.
+/// Returns the text of a segment with only the rows `kept` (line numbers, in order), all comments, and a new end line
+/// (format 2). Adds "# repaired: `remark`" to the metadata. Errors: the file cannot be read.
 Result<std::string> rewritten(const LogSegment& segment, const std::vector<std::size_t>& kept,
                               const std::string& remark);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// prismd's log as a recording: one file, or a folder of segments, with what its metadata says.
+// Reads prismd's log, a file or a folder of segments, as a recording.
 #include <filesystem>
 #include <set>
 #include <string_view>
@@ -19,7 +19,7 @@ std::vector<std::string> axes_of_log(const std::string& path) {
   for (const std::string& file : folder ? files_of(path, ".csv") : std::vector{path}) {
     auto in = FileReader::open(file);
     for (std::string line; in && in->read_line(line) && line.starts_with('#');) {
-      // A name that breaks the rule is an error when the log itself is read.
+      // An invalid name becomes an error when the log itself is read.
       if (line.starts_with(kMark) && follows(TextRule::kAxisName, line.substr(kMark.size())))
         names.insert(line.substr(kMark.size()));
     }

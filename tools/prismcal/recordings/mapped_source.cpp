@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any CSV as a recording: columns mapped by name and unit, rows as samples through the averager that serves live.
+// Reads any CSV as a recording: columns are mapped by name and unit, rows become samples for SecondAverager.
 #include <fmt/format.h>
 
 #include <charconv>
@@ -15,18 +15,18 @@
 namespace prism::recordings {
 namespace {
 
-struct Mapped {
+struct MappedColumn {
   std::string column;
   const Unit* unit;
-  double scale = 1, offset = 0;  ///< what stands in the file · scale + offset is in `unit`
+  double scale = 1, offset = 0;  ///< file value · scale + offset is in `unit`
 };
-using Map = std::map<std::string, Mapped>;
+using Map = std::map<std::string, MappedColumn>;
 
 constexpr const char* kGrammar =
     "QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET], as rate=rate_x:deg/s or rate=Gx:deg/s*0.061-1.2";
 
-/// "*0.061-1.2" behind a unit; false where it is something else.
-bool read_scale_and_offset(std::string_view text, Mapped& mapped) {
+/// Parses "*0.061-1.2" after a unit. Returns false if the text is invalid.
+bool read_scale_and_offset(std::string_view text, MappedColumn& mapped) {
   const auto number = [&text](double& value) {
     text.remove_prefix(text.starts_with('*') || text.starts_with('+') ? 1 : 0);
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -45,19 +45,19 @@ Result<Map> parse_map(const std::vector<std::string>& entries) {
     if (equals == std::string::npos || colon == std::string::npos || colon < equals) {
       return make_error("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
     }
-    const std::size_t behind = entry.find_first_of("*+-", colon);  // no unit's name has one of these
-    const std::string quantity = entry.substr(0, equals), unit = entry.substr(colon + 1, behind - colon - 1);
+    const std::size_t scale_at = entry.find_first_of("*+-", colon);  // not in any unit name
+    const std::string quantity = entry.substr(0, equals), unit = entry.substr(colon + 1, scale_at - colon - 1);
     const Unit* found = find_unit(quantity, unit);
     if (!found) {
       std::string known;
       for (const Unit& u : kUnits) known += fmt::format("{}{} in {}", known.empty() ? "" : ", ", u.quantity, u.name);
       return make_error("--map", fmt::format("found {} in \"{}\", expected one of: {}", quantity, unit, known));
     }
-    Mapped mapped{entry.substr(equals + 1, colon - equals - 1), found};
-    if (behind != std::string::npos && !read_scale_and_offset(std::string_view(entry).substr(behind), mapped))
+    MappedColumn mapped{entry.substr(equals + 1, colon - equals - 1), found};
+    if (scale_at != std::string::npos && !read_scale_and_offset(std::string_view(entry).substr(scale_at), mapped))
       return make_error("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
     if (!map.emplace(quantity, std::move(mapped)).second) {
-      return make_error("--map", quantity + " is given twice");
+      return make_error("--map", "found " + quantity + " twice, expected it once");
     }
   }
   if (!map.contains("rate")) return make_error("--map", "found no rate, expected rate=COLUMN:UNIT");
@@ -69,7 +69,7 @@ Result<std::vector<double>> converted(const CsvTable& table, const Map& map, con
   if (at == map.end()) return std::vector<double>(table.rows(), kUnknown);
   auto values = table.column(at->second.column);
   if (!values) return values;
-  const Mapped& mapped = at->second;
+  const MappedColumn& mapped = at->second;
   for (double& value : *values)
     value = (value * mapped.scale + mapped.offset) * mapped.unit->factor + mapped.unit->offset;
   return values;
@@ -102,7 +102,7 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
                                 : now - options.interval_s;
     if (!(now > before))
       return make_error(fmt::format("{}, row {}", path, i + 1),
-                        fmt::format("time {} does not come after {}", now, before));
+                        fmt::format("found time {} after {}, expected increasing times", now, before));
     Sample sample;
     sample.time_ns = std::llround(now * 1e9);
     sample.interval_s = now - before;

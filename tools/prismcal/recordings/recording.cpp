@@ -15,7 +15,8 @@ Result<compensation::AxisPlacement> site_of(const Recording& recording) {
   const std::string site = recording.value("site");
   if (std::sscanf(site.c_str(), "latitude_deg %lf elevation_deg %lf azimuth_deg %lf", &placement.latitude_deg,
                   &placement.elevation_deg, &placement.azimuth_deg) != 3) {
-    return make_error(recording.name, "its log states no site; say --latitude and --elevation, or --no-earth-rate");
+    return make_error(recording.name,
+                      "found no site in its log, expected --latitude and --elevation, or --no-earth-rate");
   }
   return placement;
 }
@@ -42,7 +43,7 @@ void Recording::add_metadata(const std::string& lines) {
 }
 
 Result<Recording> read_recording(const std::string& path, const SourceOptions& options) {
-  // The name goes into models, reports and their files.
+  // Models and reports contain the name.
   if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
   if (!options.map.empty()) return read_mapped(path, options);
   return is_capture(path) ? read_capture(path, options) : read_log(path, options.axis);

@@ -10,16 +10,15 @@
 namespace prism::recordings {
 namespace {
 
-/// What a log says of whose data it holds, where it does: of two gyros, or of two axes of one, no model is made.
-/// Version 0.1 wrote "-" for the axis of a device with one.
-Result<void> take_source(const Recording& recording, const char* key, const char* called, const char* none,
-                         std::string& known) {
+/// Compares `key` of a recording with the previous ones. Errors: they differ; a model is for one axis of one gyro.
+/// `none`: value that version 0.1 wrote for unknown.
+Result<void> check_source(const Recording& recording, const char* key, const char* called, const char* none,
+                          std::string& known) {
   const std::string found = recording.value(key);
   if (found.empty() || found == none) return {};
   if (!known.empty() && known != found) {
-    return make_error(
-        recording.name,
-        fmt::format("recorded from {} \"{}\", expected \"{}\" as the recordings before it", called, found, known));
+    return make_error(recording.name, fmt::format("found {} \"{}\", expected \"{}\" as in the previous recordings",
+                                                  called, found, known));
   }
   known = found;
   return {};
@@ -27,25 +26,25 @@ Result<void> take_source(const Recording& recording, const char* key, const char
 
 tl::unexpected<Error> no_input(const std::string& name) {
   return make_error("--inputs",
-                    fmt::format("found \"{}\", expected T, dTdt, U, a lag that --lag defines, or of a sensor its "
-                                "name, dNAME/dt, lagN:NAME, and NAME-T of one unit",
+                    fmt::format("found \"{}\", expected T, dTdt, U, a lag defined by --lag, or for a sensor "
+                                "NAME, dNAME/dt, lagN:NAME or NAME-T (same unit)",
                                 name));
 }
 
-/// The sensors that the inputs are made of, with the units that the first recording gives them; every recording has
-/// them.
-Result<void> take_inputs(const Recording& recording, TrainingSet& set) {
-  const std::vector<SensorName> there = recording.sensors();
+/// Checks that a recording has all sensors of the inputs, with the units of the first recording.
+Result<void> check_inputs(const Recording& recording, TrainingSet& set) {
+  const std::vector<SensorName> available = recording.sensors();
   const bool first = set.tables.empty();
   for (const std::string& name : compensation::sensors_of(set.data.names)) {
-    const std::size_t index = sensor_index(there, name);
-    if (index == there.size())
-      return make_error(recording.name, fmt::format("has no sensor \"{}\" as --inputs asks for; its sensors: {}", name,
-                                                    sensors_text(there)));
-    if (first) set.features.sensors.push_back(there[index]);
-    if (set.features.sensors[sensor_index(set.features.sensors, name)].unit != there[index].unit)
-      return make_error(recording.name, fmt::format("has \"{}\" in {}, the recordings before it in another unit", name,
-                                                    there[index].unit));
+    const std::size_t index = sensor_index(available, name);
+    if (index == available.size())
+      return make_error(recording.name, fmt::format("found no sensor \"{}\" of --inputs; its sensors: {}", name,
+                                                    sensors_text(available)));
+    if (first) set.features.sensors.push_back(available[index]);
+    const std::string& unit = set.features.sensors[sensor_index(set.features.sensors, name)].unit;
+    if (unit != available[index].unit)
+      return make_error(recording.name, fmt::format("found \"{}\" in {}, expected {} as in the first recording", name,
+                                                    available[index].unit, unit));
   }
   for (const std::string& name : set.data.names) {
     if (!compensation::has_input(set.features, name)) return no_input(name);
@@ -66,14 +65,14 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
   return facts;
 }
 
-/// What trains goes into the data, what is held out beside it. Returns how many blocks had an unknown input.
+/// Adds the training blocks to set.data and the held-out ones to set.held_out. Returns the number of blocks left out.
 Result<std::size_t> append_recording(const BlockTable& table, TrainingSet& set) {
   if (!set.hold_out.wanted()) return append_blocks(table, set.data);
   auto split = split_blocks(table, set.hold_out);
   if (!split) return tl::unexpected<Error>(split.error());
-  set.notes.push_back(fmt::format("{}: {} blocks train, {} are held out ({}), {} between them do neither", table.name,
-                                  split->training.size(), split->held.size(), set.hold_out.text(), split->between));
-  set.held.push_back(std::move(split->held));
+  set.notes.push_back(fmt::format("{}: {} training blocks, {} held-out blocks ({}), {} unused between them", table.name,
+                                  split->training.size(), split->held_out.size(), set.hold_out.text(), split->between));
+  set.held_out.push_back(std::move(split->held_out));
   return append_blocks(split->training, set.data);
 }
 
@@ -125,11 +124,11 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   for (const std::string& path : paths) {
     const auto recording = read_recording(path, options.source);
     if (!recording) return tl::unexpected<Error>(recording.error());
-    if (auto taken = take_source(*recording, "gyro_serial", "gyro", "unknown", set.serial); !taken)
-      return tl::unexpected<Error>(taken.error());
-    if (auto taken = take_source(*recording, "axis", "axis", "-", set.axis); !taken)
-      return tl::unexpected<Error>(taken.error());
-    if (auto known = take_inputs(*recording, set); !known) return tl::unexpected<Error>(known.error());
+    if (auto same = check_source(*recording, "gyro_serial", "gyro", "unknown", set.serial); !same)
+      return tl::unexpected<Error>(same.error());
+    if (auto same = check_source(*recording, "axis", "axis", "-", set.axis); !same)
+      return tl::unexpected<Error>(same.error());
+    if (auto known = check_inputs(*recording, set); !known) return tl::unexpected<Error>(known.error());
     const auto earth_rate = earth_rate_of(*recording, options.site);
     if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
     auto table =
@@ -139,7 +138,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     if (!left_out) return tl::unexpected<Error>(left_out.error());
     set.facts.push_back(facts_of(*recording, *table, *left_out));
     set.notes.push_back(fmt::format(
-        "{}: {} blocks of {} s; {} gaps of {} s in all; {} blocks left out (an input unknown, or lags not settled)",
+        "{}: {} blocks of {} s; {} gaps of {} s in all; {} blocks left out (unknown input, or lags not settled)",
         recording->name, table->size() - *left_out, set.features.length_s, table->gaps, table->missing_s, *left_out));
     for (const std::string& note : recording->notes) set.notes.push_back(recording->name + ": " + note);
     set.tables.push_back(std::move(*table));

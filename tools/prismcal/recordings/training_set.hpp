@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Recordings → training samples: one per block, features by the conditioner that serves live, the earth's rate taken
-// off.
+// Recordings → training samples, one per block. Uses the same feature extraction as prismd and subtracts the Earth
+// rate.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -19,28 +19,28 @@ struct TrainingSetOptions {
   compensation::FeatureDefinition features;
   std::string slope = "difference";
   SiteOptions site;
-  std::string hold_out;  ///< see parse_hold_out; empty: every block trains
+  std::string hold_out;  ///< see parse_hold_out(); empty: all blocks are used for training
 };
 
 struct TrainingSet {
   training::TrainingData data;  ///< one run per recording
   compensation::FeatureDefinition features;
-  std::string axis;                ///< of the device, as the recordings name it; empty: they do not
-  std::string serial;              ///< of the gyro, where the recordings name one; empty: unknown
-  nlohmann::ordered_json facts;    ///< one object per recording: files with SHA-256, blocks, gaps, earth rate
-  std::vector<BlockTable> tables;  ///< one per recording, as the data-quality check takes them
+  std::string axis;                ///< axis name in the recordings; empty: none
+  std::string serial;              ///< gyro serial number in the recordings; empty: unknown
+  nlohmann::ordered_json facts;    ///< one object per recording: files with SHA-256, blocks, gaps, Earth rate
+  std::vector<BlockTable> tables;  ///< one per recording, for the data-quality check
   HoldOut hold_out;
-  std::vector<BlockTable> held;    ///< one per recording where blocks are held out, else none
-  std::vector<std::string> notes;  ///< gaps and blocks left out, for people
+  std::vector<BlockTable> held_out;  ///< one per recording; empty if no blocks are held out
+  std::vector<std::string> notes;    ///< readable lines on gaps and blocks left out
 };
 
-/// Refuses recordings of two gyros, inputs that the features do not carry, and what read_recording and split_blocks
-/// refuse.
+/// Errors: recordings of several gyros or axes, inputs that a recording does not have, no block with all inputs, and
+/// those of read_recording() and split_blocks().
 Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
                                       const TrainingSetOptions& options);
 
-/// The samples of one table, appended as a run of their own; blocks in which an input is unknown are left out and
-/// counted.
+/// Appends the samples of one table as a new run. Leaves out blocks with an unknown bias or input, or with settling
+/// lags, and returns their number.
 std::size_t append_blocks(const BlockTable& table, training::TrainingData& data);
 
 }  // namespace prism::recordings

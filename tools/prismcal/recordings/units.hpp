@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The units that recordings of another origin come in, and what turns them into those of prism.
+// Units of mapped CSV columns, and their conversion to those of prism.
 #pragma once
 
 #include <numbers>
@@ -7,7 +7,7 @@
 
 namespace prism::recordings {
 
-/// value · factor + offset is in deg/h, degC, V or s.
+/// value · factor + offset: deg/h, degC, V or s.
 struct Unit {
   std::string_view quantity, name;
   double factor, offset;
@@ -29,7 +29,7 @@ inline constexpr Unit kUnits[] = {
     {"time", "ns", 1e-9, 0},
 };
 
-/// Null where there is no such unit.
+/// Returns null if there is no such unit.
 constexpr const Unit* find_unit(std::string_view quantity, std::string_view name) {
   for (const Unit& unit : kUnits) {
     if (unit.quantity == quantity && unit.name == name) return &unit;

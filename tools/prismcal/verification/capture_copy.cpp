@@ -15,7 +15,7 @@ namespace {
 
 std::string name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
-// What is no packet of prism's is left out; returns how many packets that is.
+// Copies prism's packets. Returns the number of other packets, which are left out.
 Result<std::uint64_t> copy_packets(drivers::CaptureReader& reader, drivers::CapturePacket first,
                                    drivers::CaptureWriter& writer) {
   std::uint64_t others = 0;
@@ -30,7 +30,7 @@ Result<std::uint64_t> copy_packets(drivers::CaptureReader& reader, drivers::Capt
   return others + reader.foreign_packets();
 }
 
-// False: nothing in it can be copied.
+// Returns false if no packet can be copied.
 Result<bool> copy_capture(const std::string& path, const Copies& copies) {
   const auto [finding, damage] = check_capture(path);
   if (finding.state == FileState::kIntact) return copy_bytes(path, copies).map([] { return true; });

@@ -11,20 +11,20 @@
 
 namespace prism::verification {
 
-/// "what", or "LINE: what" where the refusal names a place in the file.
+/// Text of `error` without `path`: "what", or "LINE: what" if it has a line.
 std::string without_path(const Error& error, const std::string& path);
 
-/// Segments, rows, sessions and index of contents.log.
+/// Checks segments, rows, sessions and index of contents.log.
 void check_log(const FolderContents& contents, VerificationResult& result);
-/// Captures of a folder, and their index.
+/// Checks the captures of a folder and their index.
 void check_captures(const FolderContents& contents, VerificationResult& result);
 struct CheckedCapture {
   Finding finding;
-  std::string damage;  ///< the parts that are not packets; empty if there are none
+  std::string damage;  ///< readable text on bytes that are not packets; empty if undamaged
 };
 CheckedCapture check_capture(const std::string& path);
-/// A model, a frame description or a configuration. Nothing: JSON of another kind; `named` by a person: a
-/// configuration.
+/// Checks a model, a frame description or a configuration. Returns nullopt for JSON of another type, unless it is
+/// `named` on the command line: then it is checked as a configuration.
 std::optional<Finding> check_document(const std::string& path, bool named);
 
 }  // namespace prism::verification

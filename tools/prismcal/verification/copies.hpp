@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How repair() copies each kind of file, one source file each.
+// Copies each type of file for repair(), one source file each.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace prism::verification {
 
-/// What copies go into: a folder that is there, and the account of them.
+/// Destination of the copies: an existing folder, and the statistics.
 struct Copies {
   std::filesystem::path out;
   Repaired& repaired;
@@ -25,12 +25,12 @@ struct Copies {
 };
 
 Result<void> copy_bytes(const std::string& path, const Copies& copies);
-/// The segments of contents.log, and an index of them.
+/// Copies the segments of contents.log and writes their index.
 Result<void> copy_log(const FolderContents& contents, const Copies& copies);
-/// The captures, and an index where there was one.
+/// Copies the captures, and writes an index if there was one.
 Result<void> copy_captures(const FolderContents& contents, const Copies& copies);
 
-/// A new index with an id of its own, called `name`, of these files and their rows (0: not known), in this order.
+/// Writes a new index `name` with a new id, for these files and their numbers of rows (0: unknown), in this order.
 Result<void> write_index(const std::string& name, const std::vector<std::pair<std::string, std::uint64_t>>& made,
                          const Copies& copies);
 

@@ -13,15 +13,15 @@
 namespace prism::verification {
 namespace {
 
-enum class Kind { kUnknown, kModel, kFrames, kConfiguration };
+enum class DocumentType { kUnknown, kModel, kFrames, kConfiguration };
 
-// What a text says that it is; a configuration says so by what it must or would name.
-Kind kind_of(const Json& json) {
-  if (!json.is_object()) return Kind::kUnknown;
+// The "format" of a model or frame description; a configuration has "frames" or "line" instead.
+DocumentType type_of(const Json& json) {
+  if (!json.is_object()) return DocumentType::kUnknown;
   const auto format = json.find("format");
-  if (format != json.end() && *format == "prism-model") return Kind::kModel;
-  if (format != json.end() && *format == "prism-frames") return Kind::kFrames;
-  return json.contains("frames") || json.contains("line") ? Kind::kConfiguration : Kind::kUnknown;
+  if (format != json.end() && *format == "prism-model") return DocumentType::kModel;
+  if (format != json.end() && *format == "prism-frames") return DocumentType::kFrames;
+  return json.contains("frames") || json.contains("line") ? DocumentType::kConfiguration : DocumentType::kUnknown;
 }
 
 Result<std::string> of_model(const std::string& text, const std::string& path) {
@@ -33,7 +33,7 @@ Result<std::string> of_model(const std::string& text, const std::string& path) {
 Result<std::string> of_frames(const std::string& text, const std::string& path) {
   const auto frames = wire::parse_frame_description(text, path);
   if (!frames) return tl::unexpected<Error>(frames.error());
-  if (auto proved = wire::run_test_vectors(**frames); !proved) return tl::unexpected<Error>(proved.error());
+  if (auto passed = wire::run_test_vectors(**frames); !passed) return tl::unexpected<Error>(passed.error());
   return fmt::format("frames {}, {} test vectors hold", (*frames)->name, (*frames)->test_vectors.size());
 }
 
@@ -49,13 +49,13 @@ std::optional<Finding> check_document(const std::string& path, bool named) {
   const auto text = read_text_file(path, kMaxModelBytes);
   if (!text) return Finding{path, FileState::kUnreadable, text.error().what};
   const Json json = Json::parse(*text, nullptr, false, true);
-  const Kind kind = kind_of(json);
-  if (kind == Kind::kUnknown && !named && !json.is_discarded()) return std::nullopt;
-  const auto outcome = kind == Kind::kModel    ? of_model(*text, path)
-                       : kind == Kind::kFrames ? of_frames(*text, path)
-                                               : of_configuration(*text, path);
-  if (outcome) return Finding{path, FileState::kIntact, *outcome};
-  return Finding{path, FileState::kUnreadable, without_path(outcome.error(), path)};
+  const DocumentType type = type_of(json);
+  if (type == DocumentType::kUnknown && !named && !json.is_discarded()) return std::nullopt;
+  const auto summary = type == DocumentType::kModel    ? of_model(*text, path)
+                       : type == DocumentType::kFrames ? of_frames(*text, path)
+                                                       : of_configuration(*text, path);
+  if (summary) return Finding{path, FileState::kIntact, *summary};
+  return Finding{path, FileState::kUnreadable, without_path(summary.error(), path)};
 }
 
 }  // namespace prism::verification

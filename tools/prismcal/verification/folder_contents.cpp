@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The first words of a log, or as much of them as a power cut left.
+// Returns true for the first bytes of a log, also if a power failure truncated them.
 bool begins_a_log(const std::string& path) {
   constexpr std::string_view kFirstWords = "# prism ";
   auto in = FileReader::open(path);
@@ -23,7 +23,7 @@ bool begins_a_log(const std::string& path) {
   return in && kFirstWords.starts_with(first);
 }
 
-// By its name, too: one whose first bytes are damaged is a fault, not a file of another kind.
+// Also by the name, so that a capture with damaged first bytes is a fault, not a file of another type.
 bool should_be_capture(const std::string& path) {
   return path.ends_with(".pcap") || path.ends_with(".pcapng") || recordings::is_capture(path);
 }
@@ -42,7 +42,8 @@ void sort_in(const std::string& path, FolderContents& contents, std::vector<std:
   }
 }
 
-// One of prism's logs in it makes a folder a log, and tables beside it a fault: whoever reads the folder meets them.
+// If one .csv of a folder is a log, the folder is a log and its other .csv files are faults: the log readers read all
+// .csv.
 FolderContents sorted(const std::string& folder, std::vector<std::string> files) {
   std::sort(files.begin(), files.end());
   FolderContents contents;

@@ -9,13 +9,13 @@ namespace prism::verification {
 
 struct FolderContents {
   std::string folder;
-  std::string log;  ///< what LogFolder reads: the folder, or one file; empty: there is no log
-  std::vector<std::string> captures, documents, others;  ///< paths, by name; documents: *.json
-  bool one_file = false;                                 ///< it was named by a person: nothing is passed over
+  std::string log;                                       ///< path for LogFolder: the folder, or one file; empty: no log
+  std::vector<std::string> captures, documents, others;  ///< sorted paths; documents: *.json
+  bool one_file = false;  ///< `folder` has only this file, named on the command line: it must be one of prism's
 };
 
-/// Of `path` and of every folder below it; links to folders are not followed there. Of a file: that file alone. What
-/// cannot be listed is left out.
+/// Lists `path` and all folders below it without following links to folders, or the single file `path`. Omits folders
+/// that cannot be read.
 std::vector<FolderContents> contents_of(const std::string& path);
 
 }  // namespace prism::verification

@@ -38,19 +38,19 @@ std::uint64_t Indexes::number(const std::string& file) const {
 
 void Indexes::check(const std::map<std::string, std::uint64_t>& rows, std::vector<Finding>& findings) const {
   for (const std::string& file : damaged_)
-    findings.push_back(
-        {file, FileState::kDamaged, "cannot be read as an index; segments go by their sessions and names"});
+    findings.push_back({file, FileState::kDamaged, "not a valid index; segments are ordered by session and name"});
   for (const auto& index : read_) {
     for (const std::string& file : index.files()) {
       const std::string path = (fs::path(folder_) / file).string();
-      const std::uint64_t made = index.rows(file);
-      const auto there = rows.find(file);
+      const std::uint64_t expected = index.rows(file);
+      const auto found = rows.find(file);
       std::error_code error;
       if (!fs::exists(path, error)) {
-        findings.push_back({path, FileState::kMissing, "the index names it" + rows_text(made)});
-      } else if (there != rows.end() && there->second < made) {
-        findings.push_back({path, FileState::kMissing,
-                            fmt::format("{} of the {} of the index", made - there->second, counted(made, "row"))});
+        findings.push_back({path, FileState::kMissing, "listed in the index" + rows_text(expected)});
+      } else if (found != rows.end() && found->second < expected) {
+        findings.push_back(
+            {path, FileState::kMissing,
+             fmt::format("{} of {} listed in the index", expected - found->second, counted(expected, "row"))});
       }
     }
   }

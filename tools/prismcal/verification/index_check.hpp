@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Checks the indexes of the segments of a folder.
+// Checks the segment indexes of a folder.
 #pragma once
 
 #include <cstdint>
@@ -12,18 +12,18 @@
 
 namespace prism::verification {
 
-/// Every NAME.csv.index (or .pcap.index) of a folder.
+/// All NAME.csv.index (or .pcap.index) files of a folder.
 class Indexes {
  public:
-  /// `extension` of the segments, with its dot.
+  /// `extension`: of the segments, with the dot.
   Indexes(const std::string& folder, const std::string& extension);
 
-  /// In the order of making; 0: no index knows it.
+  /// Position of a segment in the order of creation, from 1; 0: not in any index.
   std::uint64_t number(const std::string& file) const;
-  /// Path of the first one; empty if there is none.
+  /// Name of the first valid index file; empty: none.
   const std::string& file() const { return file_; }
-  /// Damaged indexes, segments that are not there, and such that hold fewer rows than they had at their end. `rows`: of
-  /// those that are there and whose rows are known, by the name of the file.
+  /// Adds findings for damaged indexes, missing segments, and segments with fewer rows than in the index. `rows`:
+  /// number of rows by file name, if known.
   void check(const std::map<std::string, std::uint64_t>& rows, std::vector<Finding>& findings) const;
 
  private:

@@ -26,23 +26,23 @@ Finding of_segment(const LogSegment& segment) {
       return {segment.path, FileState::kTruncated,
               segment.truncated_bytes == 0
                   ? rows + ", no end"
-                  : fmt::format("{}, no end; {} of a torn row from line {} on", rows,
+                  : fmt::format("{}, no end; {} of an incomplete row from line {} on", rows,
                                 counted(segment.truncated_bytes, "byte"), segment.truncated_line)};
     case SegmentEnd::kChanged:
       break;
   }
-  return {segment.path, FileState::kChanged, rows + "; the sum at its end does not hold"};
+  return {segment.path, FileState::kChanged, rows + "; differs from its end line, or has bytes after it"};
 }
 
-// Rows that do not count, next to each other in one file and for one reason, are one finding.
+// Adds one finding for consecutive rows that are left out for the same reason.
 void add_left_out(const std::vector<recordings::LeftOutRow>& rows, std::vector<Finding>& findings) {
   for (std::size_t i = 0; i < rows.size();) {
     std::size_t end = i + 1;
     while (end < rows.size() && rows[end].path == rows[i].path && rows[end].why == rows[i].why) ++end;
-    const bool superseded = rows[i].why == recordings::kWrittenAgain;
-    const std::string many = fmt::format("{} rows, to line {}: ", end - i, rows[end - 1].line);
+    const bool superseded = rows[i].why == recordings::kRepeatedLater;
+    const std::string range = fmt::format("{} rows, to line {}: ", end - i, rows[end - 1].line);
     findings.push_back({rows[i].path, superseded ? FileState::kSuperseded : FileState::kDuplicate,
-                        (end - i > 1 ? many : "") + rows[i].why, rows[i].line});
+                        (end - i > 1 ? range : "") + rows[i].why, rows[i].line});
     i = end;
   }
 }
@@ -59,7 +59,7 @@ LogSession session_of(const std::string& log, const recordings::LogTable& joined
     session.missing_frames += second_mean.missing_frames;
     const std::int64_t before = row > begin ? joined.rows[row - 1].second_mean.second : second_mean.second - 1;
     if (second_mean.second == before + 1) continue;
-    session.holes.push_back({before + 2, second_mean.second});
+    session.gaps.push_back({before + 2, second_mean.second});
     session.missing_s += static_cast<std::uint64_t>(second_mean.second - before - 1);
   }
   return session;
@@ -77,10 +77,11 @@ void check_log(const FolderContents& contents, VerificationResult& result) {
     for (const auto& row : segment.damaged)
       result.findings.push_back({row.path, FileState::kDamaged, row.why, row.line});
   }
-  for (const auto& refused : folder.refused) {
+  for (const auto& rejected : folder.rejected) {
     std::error_code error;
-    if (!std::filesystem::exists(refused.path, error) && !contents.one_file) continue;  // deleted meanwhile, as too old
-    result.findings.push_back({refused.path, FileState::kUnreadable, without_path(refused.error, refused.path)});
+    if (!std::filesystem::exists(rejected.path, error) && !contents.one_file)
+      continue;  // deleted meanwhile by the retention limit
+    result.findings.push_back({rejected.path, FileState::kUnreadable, without_path(rejected.error, rejected.path)});
   }
   if (!contents.one_file) Indexes(contents.folder, ".csv").check(rows, result.findings);
   if (auto one = folder.of_one_gyro(contents.log); !one)

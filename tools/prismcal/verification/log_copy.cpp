@@ -21,7 +21,7 @@ using recordings::SegmentEnd;
 std::string index_name(const std::string& file) {
   constexpr std::string_view kStamp = "-00000000T000000Z";
   std::string stem = std::filesystem::path(file).stem().string();
-  const std::size_t at = stem.rfind('Z') + 1 - kStamp.size();  // past the end where there is none
+  const std::size_t at = stem.rfind('Z') + 1 - kStamp.size();  // past the end if there is no 'Z'
   const auto fits = [](char found, char wanted) {
     return wanted == '0' ? found >= '0' && found <= '9' : found == wanted;
   };
@@ -30,28 +30,30 @@ std::string index_name(const std::string& file) {
   return stem + ".csv.index";
 }
 
-// What was wrong with a segment, for those who read its copy.
+// Text for "# repaired:" in the copy of a segment.
 std::string remark_of(const LogSegment& segment, std::size_t left_out) {
-  static const std::map<SegmentEnd, const char*> kWords{{SegmentEnd::kIntact, "whole"},
-                                                        {SegmentEnd::kOpen, "being written"},
-                                                        {SegmentEnd::kTruncated, "torn"},
-                                                        {SegmentEnd::kChanged, "changed: its sum did not hold"}};
-  return fmt::format("by prismcal {}; the segment was {}; {} left out", kVersion, kWords.at(segment.end),
+  static const std::map<SegmentEnd, const char*> kEndTexts{
+      {SegmentEnd::kIntact, "intact"},
+      {SegmentEnd::kOpen, "open"},
+      {SegmentEnd::kTruncated, "truncated"},
+      {SegmentEnd::kChanged, "changed: it did not match its end line"}};
+  return fmt::format("by prismcal {}; the segment was {}; {} left out", kVersion, kEndTexts.at(segment.end),
                      counted(left_out, "row"));
 }
 
-// The number of rows in the copy; 0: there is none.
+// Returns the number of rows in the copy; 0: not copied.
 Result<std::size_t> copy_segment(const LogSegment& segment, const std::set<std::size_t>& without,
                                  const Copies& copies) {
-  if (without.contains(0)) return 0;  // the same as another file
+  if (without.contains(0)) return 0;  // identical to another file
   for (const auto& row : segment.damaged) copies.leave_out(row.path, row.line, row.why);
   if (segment.truncated_bytes > 0)
-    copies.leave_out(segment.path, segment.truncated_line, counted(segment.truncated_bytes, "byte") + " of a torn row");
+    copies.leave_out(segment.path, segment.truncated_line,
+                     counted(segment.truncated_bytes, "byte") + " of an incomplete row");
   std::vector<std::size_t> kept;
   for (const auto& row : segment.rows) {
     if (!without.contains(row.line)) kept.push_back(row.line);
   }
-  if (segment.rows.empty()) copies.leave_out(segment.path, 0, "no whole row in it");
+  if (segment.rows.empty()) copies.leave_out(segment.path, 0, "found no complete row");
   if (kept.empty()) return 0;
   const std::size_t left_out = segment.rows.size() + segment.damaged.size() - kept.size();
   if (segment.end == SegmentEnd::kIntact && left_out == 0) {
@@ -88,8 +90,8 @@ Result<void> copy_log(const FolderContents& contents, const Copies& copies) {
   if (contents.log.empty()) return {};
   const auto folder = recordings::LogFolder::salvage(contents.log);
   if (auto one = folder.of_one_gyro(contents.log); !one) return one;
-  for (const auto& refused : folder.refused)
-    copies.leave_out(refused.path, 0, without_path(refused.error, refused.path));
+  for (const auto& rejected : folder.rejected)
+    copies.leave_out(rejected.path, 0, without_path(rejected.error, rejected.path));
   for (const recordings::LogFolder& axis : folder.by_axis()) {
     if (auto done = copy_axis(axis, copies); !done) return done;
   }

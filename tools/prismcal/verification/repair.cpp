@@ -14,12 +14,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Leaves out documents that cannot be parsed.
+// Copies models, frame descriptions and configurations without faults. Leaves out the others, and JSON of another type.
 Result<void> copy_documents(const FolderContents& contents, const Copies& copies) {
   for (const std::string& path : contents.documents) {
     const auto finding = check_document(path, contents.one_file);
     if (!finding || is_fault(finding->state)) {
-      copies.leave_out(path, 0, finding ? finding->text : "JSON of another kind");
+      copies.leave_out(path, 0, finding ? finding->text : "JSON of another type");
       continue;
     }
     if (auto done = copy_bytes(path, copies); !done) return done;
@@ -31,14 +31,14 @@ Result<void> copy_documents(const FolderContents& contents, const Copies& copies
 Result<void> copy_folder(const FolderContents& contents, const Copies& copies) {
   std::error_code error;
   fs::create_directories(copies.out, error);
-  if (error) return make_error(copies.out.string(), "cannot be made: " + error.message());
-  for (const std::string& path : contents.others) copies.leave_out(path, 0, "none of prism's files");
+  if (error) return make_error(copies.out.string(), "cannot be created: " + error.message());
+  for (const std::string& path : contents.others) copies.leave_out(path, 0, "not a file of prism");
   if (auto done = copy_log(contents, copies); !done) return done;
   if (auto done = copy_captures(contents, copies); !done) return done;
   return copy_documents(contents, copies);
 }
 
-// Whether a path is a folder, or below it.
+// Returns true if `path` is `folder` or is below it.
 bool is_within(const fs::path& path, const fs::path& folder) {
   std::error_code error;
   const fs::path inner = fs::weakly_canonical(path, error), outer = fs::weakly_canonical(folder, error);
@@ -80,8 +80,7 @@ Result<Repaired> repair(const std::string& path, const std::string& out) {
     const Copies copies{fs::path(out) / below, repaired};
     if (auto done = copy_folder(contents, copies); !done) return tl::unexpected<Error>(done.error());
   }
-  if (repaired.segments + repaired.captures + repaired.documents == 0)
-    return make_error(path, "nothing in it can be copied");
+  if (repaired.segments + repaired.captures + repaired.documents == 0) return make_error(path, "found nothing to copy");
   for (const Finding& finding : verify(out).findings) {
     if (is_fault(finding.state)) return make_error(finding.path, "the copy is damaged: " + finding.text);
   }

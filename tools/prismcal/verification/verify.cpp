@@ -27,14 +27,15 @@ VerificationResult verify(const std::string& path) {
     for (const std::string& document : contents.documents) {
       auto finding = check_document(document, contents.one_file);
       result.findings.push_back(finding ? std::move(*finding)
-                                        : Finding{document, FileState::kSkipped, "JSON of another kind"});
+                                        : Finding{document, FileState::kSkipped, "JSON of another type"});
     }
     for (const std::string& other : contents.others)
-      result.findings.push_back({other, FileState::kSkipped, "none of prism's files"});
+      result.findings.push_back({other, FileState::kSkipped, "not a file of prism"});
   }
   const auto& findings = result.findings;
   if (std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.state == FileState::kSkipped; }))
-    result.findings.push_back({path, FileState::kUnreadable, "holds no log, capture, model, frames or configuration"});
+    result.findings.push_back(
+        {path, FileState::kUnreadable, "found no log, capture, model, frame description or configuration"});
   return result;
 }
 

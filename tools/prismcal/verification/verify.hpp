@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Checks which of prism's files are intact, torn, damaged, doubled or missing.
+// Checks prism's files: intact, truncated, changed, damaged, duplicate, missing or unreadable.
 #pragma once
 
 #include <array>
@@ -9,21 +9,23 @@
 
 namespace prism::verification {
 
-/// The first four are not faults.
+/// States before kTruncated are not faults.
 enum class FileState {
-  kIntact,      ///< as it was written
-  kOpen,        ///< a living prismd writes it (flock)
+  kIntact,      ///< unchanged since it was written
+  kOpen,        ///< prismd still writes it (flock)
   kSuperseded,  ///< rows repeated in a later segment after a disk error
   kSkipped,     ///< not a file of prism
-  kTruncated,   ///< no end, or a part of a row or packet at its end: prismd or the machine was ended by force
-  kChanged,     ///< its checksum is wrong: it was changed after writing
-  kDamaged,     ///< a row, an index or a part of a capture that cannot be read
-  kDuplicate,   ///< rows that stood before, or go back, in their session; a copy of another file
-  kMissing,     ///< an index names it, or more of its rows than there are
-  kUnreadable,  ///< cannot be read, or is not what its name says
+  kTruncated,   ///< no end, or an incomplete last row or packet: prismd was killed, power was lost, or it is a copy
+  kChanged,  ///< log segment that differs from its end line (row count, SHA-256), or has damaged rows or bytes after it
+  kDamaged,  ///< unreadable row, index, or part of a capture
+  kDuplicate,   ///< row that repeats a second or goes back in its session; a file identical to another one
+  kMissing,     ///< in an index, but the file or some of its rows do not exist
+  kUnreadable,  ///< cannot be read, or has other contents than its name implies
 };
-inline constexpr std::array kStateNames{"whole",   "open",    "superseded", "passed over", "torn",
-                                        "changed", "damaged", "doubled",    "missing",     "refused"};
+/// Printed names; they do not change.
+inline constexpr std::array kStateNames{
+    "whole",   "open",    "superseded", "passed over", "torn",  // plain-ok: kept names
+    "changed", "damaged", "doubled",    "missing",     "refused"};
 
 constexpr bool is_fault(FileState state) { return state >= FileState::kTruncated; }
 
@@ -32,22 +34,22 @@ struct Finding {
   std::string path;
   FileState state = FileState::kIntact;
   std::string text;
-  std::size_t line = 0;  ///< of the file, from 1; 0: all of it
+  std::size_t line = 0;  ///< line, from 1; 0: entire file
 };
 
-/// Seconds of a session that have no row: the ends of the first and of the last one, s.
+/// Consecutive seconds of a session without a row: ends of the first and the last of them, s.
 struct Gap {
   std::int64_t first_s = 0, last_s = 0;
 };
 
-/// One session of a log. A hole is a fault of the line or of the machine, not of the file.
+/// One session of a log. Gaps are not faults of the file: they come from the line or the machine.
 struct LogSession {
   std::string log;
   std::string axis;                      ///< empty if its folder has only one
   std::int64_t first_s = 0, last_s = 0;  ///< ends of its first and last second, s since 1970 or the device's epoch
   std::size_t rows = 0, partial = 0;
   std::uint64_t missing_frames = 0, missing_s = 0;
-  std::vector<Gap> holes;
+  std::vector<Gap> gaps;
 };
 
 struct VerificationResult {
@@ -57,10 +59,9 @@ struct VerificationResult {
   std::size_t faults() const;
 };
 
-/// Of a log segment (formats 1 and 2), a capture, a model, a frame description or a configuration; of a folder, of
-/// every one of them in it and below it. Read with the code that reads them elsewhere. Throws nothing and refuses
-/// nothing: what cannot be read is a finding. A configuration is judged alone; `prismd --check` judges what it names,
-/// too.
+/// Checks a log segment (formats 1 and 2), a capture, a model, a frame description or a configuration, or all of them
+/// in a folder and below. Uses the same readers as the other tools. Never fails: an unreadable file is a finding.
+/// Checks only the configuration itself; `prismd --check` also checks the files that it names.
 VerificationResult verify(const std::string& path);
 
 }  // namespace prism::verification
