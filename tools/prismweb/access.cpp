@@ -43,7 +43,7 @@ std::string host_of(std::string_view authority) {
 HostList::HostList(const std::string& address, const std::vector<std::string>& more_names)
     : names_{"localhost", "127.0.0.1", "[::1]"} {
   boost::system::error_code error;
-  const auto ip = boost::asio::ip::make_address(address, error);  // in the form of browsers
+  const auto ip = boost::asio::ip::make_address(address, error);  // normalised as by browsers
   if (!error) names_.push_back(ip.is_v4() ? ip.to_string() : "[" + ip.to_string() + "]");
   for (const std::string& name : more_names) names_.push_back(lower(name));
 }

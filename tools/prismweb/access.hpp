@@ -54,7 +54,7 @@ std::string_view bearer_of(std::string_view authorization);
 /// Compares in constant time. An empty `secret` never matches.
 bool is_secret(std::string_view given, std::string_view secret);
 
-/// Returns 32 random bytes in hex, or an empty string without random numbers.
+/// Returns 32 random bytes in hex, or an empty string if the system has no random numbers.
 std::string make_token();
 
 }  // namespace prism::prismweb

@@ -80,7 +80,7 @@ asio::awaitable<void> InstanceProxy::run() {
 
 asio::awaitable<bool> InstanceProxy::connect() {
   for (RequestConnection* const connection : connections_) {
-    const bool stopped = config::would_start(path_);  // meanwhile
+    const bool stopped = config::would_start(path_);  // after the previous connection
     bool is_connected = false;
     if (!stopped) is_connected = co_await connection->connect();
     if (is_connected) continue;

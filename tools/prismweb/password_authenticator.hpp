@@ -35,7 +35,7 @@ class PasswordAuthenticator {
   /// cancels the wait.
   boost::asio::awaitable<AuthResult> authenticate(std::string authorization, std::shared_ptr<Connection> connection);
 
-  /// True if the address sent a wrong password within the last ten minutes, and no right one since.
+  /// True if the address sent a wrong password within the last ten minutes, and no correct one since.
   bool has_failures(const std::string& address);
 
   /// Replaces the hashes. Returns the names that were removed or have another hash, and removes them from the cache.

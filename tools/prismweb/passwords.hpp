@@ -24,7 +24,8 @@ Result<PasswordHashes> load_passwords(const std::string& path);
 /// True if `hash` is a hash of `password`. Takes tenths of a second, by design of bcrypt. For an unknown name compare
 /// with any hash, so that the time does not reveal it. False if the password has over 72 bytes or a NUL byte.
 bool is_password(const std::string& password, const std::string& hash);
-/// Errors: the password is empty, contains a NUL byte, or is longer than 72 bytes, of which bcrypt ignores the rest.
+/// Returns a bcrypt hash. Errors: the password is empty, contains a NUL byte, or has over 72 bytes (bcrypt ignores the
+/// rest).
 Result<std::string> hash_password(const std::string& password);
 
 /// Returns name and password of an Authorization field "Basic …"; nullopt for any other.

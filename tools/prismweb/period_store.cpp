@@ -60,7 +60,7 @@ Result<PeriodStore> PeriodStore::open(const std::string& folder) {
 
 Result<void> PeriodStore::load(const std::string& folder) {
   std::error_code error;
-  const fs::path real = fs::canonical(folder, error);  // SQLITE_OPEN_NOFOLLOW rejects links in all of the path
+  const fs::path real = fs::canonical(folder, error);  // SQLITE_OPEN_NOFOLLOW rejects links in any part
   if (error) return make_error(folder, error.message());
   Result<void> done = database_.open((real / "periods.sqlite").string());
   std::vector<std::string> tables = {

@@ -13,9 +13,10 @@ struct StaticFile {
 };
 
 /// Returns the relative path of a target: "/lib/charts.js" → "lib/charts.js", "/" → "index.html". Returns an empty
-/// string for targets that are not served: a name that begins with a dot or has characters other than letters, digits,
-/// '_',
-/// '-', '.'; more than `folders` directories; an extension without a media type.
+/// string if the target is not served:
+/// - a name begins with a dot, or has characters other than letters, digits, '_', '-' and '.'
+/// - more than `folders` directories
+/// - an extension without a media type
 std::string file_of_target(std::string_view target, int folders = 1);
 
 /// Media type of the extension; empty if such files are not served.
