@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The experiment's list, the paper's numbers, its tables and its whole report, with the real training engine on a short
-// day.
+// The experiment: list of models, the paper's results, tables and report, with real training on a short recording.
 #include "tools/prismcal/analysis/experiment.hpp"
 
 #include <fmt/format.h>
@@ -23,7 +22,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-TEST(PaperModels, AreThoseOfItsTablesAndWhatItLacks) {
+TEST(PaperModels, AreThoseOfThePaperAndMore) {
   const auto specs = analysis::paper_models(true);
   int with_paper_row = 0;
   for (const analysis::ModelSpec& spec : specs) with_paper_row += analysis::paper_row(spec).has_value();
@@ -34,11 +33,11 @@ TEST(PaperModels, AreThoseOfItsTablesAndWhatItLacks) {
   EXPECT_EQ(analysis::ladder_models(true).size(), 12u);
 }
 
-TEST(PaperNumbers, AgreeWithTheirOwnImprovement) {
+TEST(PaperNumbers, AgreeWithThePrintedImprovement) {
   for (const analysis::ModelSpec& spec : analysis::paper_models(true)) {
     const auto row = analysis::paper_row(spec);
     if (!row) continue;
-    // The printed stability has two or three digits after the zeros: half a unit of them is 0.03 %.
+    // The printed stability has two or three significant digits: rounding changes the improvement by 0.03 %.
     EXPECT_NEAR(row->improvement, 1 - row->after_deg_per_h / analysis::kPaperBefore, 4e-4) << spec.key();
   }
 }
@@ -47,7 +46,7 @@ recordings::BlockTable day(std::uint64_t seed, const char* name) {
   return recordings::make_block_table(test::simulated_day(12000, 0.07, seed), {}, test::kDayEarthRate, name).value();
 }
 
-analysis::Experiment short_study() {
+analysis::Experiment short_experiment() {
   const std::vector<analysis::ModelSpec> specs = {
       {"ls", {"T"}, "", ""}, {"stepwise", {"T", "dTdt"}, "", ""}, {"stepwise", {"T", "dTdt", "U"}, "", ""}};
   return analysis::run_experiment({day(1, "first"), {day(2, "again"), day(3, "third")}}, specs,
@@ -55,24 +54,24 @@ analysis::Experiment short_study() {
       .value();
 }
 
-TEST(Experiment, TrainsJudgesAndFindsItsRows) {
-  std::vector<std::string> heard;
+TEST(Experiment, TrainsEvaluatesAndFindsRows) {
+  std::vector<std::string> received;
   const auto experiment =
       analysis::run_experiment({day(1, "first"), {day(2, "again")}}, {{"ls", {"T"}, "", ""}}, evaluation::Divisor::kN,
                                analysis::experiment_trainer({}),
-                               [&](std::size_t done, std::size_t all, const std::string& next) {
-                                 heard.push_back(std::to_string(done) + "/" + std::to_string(all) + " " + next);
+                               [&](std::size_t done, std::size_t total, const std::string& next) {
+                                 received.push_back(std::to_string(done) + "/" + std::to_string(total) + " " + next);
                                })
           .value();
-  EXPECT_THAT(heard, testing::ElementsAre("0/1 ls T", "1/1 done"));
+  EXPECT_THAT(received, testing::ElementsAre("0/1 ls T", "1/1 done"));
   ASSERT_TRUE(experiment.find("ls T"));
   EXPECT_FALSE(experiment.find("ls U"));
   const analysis::ExperimentRow& row = *experiment.find("ls T");
-  EXPECT_NEAR(row.judged[0].stability.after.sd, 0.007, 0.0015);  // 0.07 deg/h a second, 100 s means
+  EXPECT_NEAR(row.evaluations[0].stability.after.sd, 0.007, 0.0015);  // 0.07 deg/h per second, 100 s means
   EXPECT_EQ(row.trained.terms.size(), 4u);
 }
 
-TEST(Experiment, OrderAndNumbersDoNotDependOnTheThreads) {
+TEST(Experiment, DoesNotDependOnTheNumberOfThreads) {
   const analysis::ExperimentData data{day(1, "first"), {day(2, "again")}};
   const std::vector<analysis::ModelSpec> specs = {
       {"ls", {"T"}, "", ""}, {"lssvm", {"T"}, "", "reml"}, {"ls", {"U"}, "", ""}, {"ls", {"dTdt"}, "", ""}};
@@ -83,11 +82,11 @@ TEST(Experiment, OrderAndNumbersDoNotDependOnTheThreads) {
   for (std::size_t i = 0; i < specs.size(); ++i) {
     EXPECT_EQ(three.rows[i].spec.key(), specs[i].key());
     EXPECT_EQ(three.rows[i].trained.model->info().id, one.rows[i].trained.model->info().id);
-    EXPECT_EQ(three.rows[i].judged[0].stability.after.sd, one.rows[i].judged[0].stability.after.sd);
+    EXPECT_EQ(three.rows[i].evaluations[0].stability.after.sd, one.rows[i].evaluations[0].stability.after.sd);
   }
 }
 
-TEST(Experiment, AnInterruptedTrainingIsNoModel) {
+TEST(Experiment, FailsIfInterrupted) {
   const std::atomic<bool> stop{true};
   analysis::ExperimentSettings settings;
   settings.stop = &stop;
@@ -98,10 +97,10 @@ TEST(Experiment, AnInterruptedTrainingIsNoModel) {
   EXPECT_EQ(experiment.error().text(), "lssvm T reml: tuning: interrupted");
 }
 
-TEST(StudyReport, TheChosenModelAndTheLadderDoNotLookAtTheRepeat) {
-  analysis::Experiment experiment = short_study();
+TEST(ExperimentReport, ChoosesItsModelWithoutTheRepeatRun) {
+  analysis::Experiment experiment = short_experiment();
   analysis::ExperimentRow row = experiment.rows[0];
-  row.judged[0].stability.after.sd = 1;  // far worse than all others on the repeat
+  row.evaluations[0].stability.after.sd = 1;  // far worse than all others on the repeat run
   for (const char* weight : {"myriad", "huber"}) {
     row.spec = {"ir-lssvm", {"T"}, weight, "reml"};
     experiment.rows.push_back(row);
@@ -112,7 +111,7 @@ TEST(StudyReport, TheChosenModelAndTheLadderDoNotLookAtTheRepeat) {
   EXPECT_EQ(ladder.rows[3][0].text, "IR-LSSVM, huber");
 }
 
-TEST(Experiment, StopsAtTheFirstRefusalAndSaysWhichModel) {
+TEST(Experiment, StopsAtTheFirstErrorAndNamesTheModel) {
   auto flat = test::simulated_day(4000, 0.07, 1);
   for (compensation::SecondMean& second_mean : flat) second_mean.temperature_degc = 25;
   const auto table = recordings::make_block_table(flat, {}, 0, "flat").value();
@@ -122,8 +121,8 @@ TEST(Experiment, StopsAtTheFirstRefusalAndSaysWhichModel) {
   EXPECT_EQ(experiment.error().where, "ls T");
 }
 
-// A bias that shifts between training and recording is all in the rms, and nowhere in sigma.
-TEST(Experiment, JudgesAShiftByTheRms) {
+// A shift of the bias after the training changes the rms but not sigma.
+TEST(Experiment, IncludesAShiftInTheRmsImprovement) {
   auto shifted = test::simulated_day(4000, 0.07, 2);
   for (compensation::SecondMean& second_mean : shifted) second_mean.rate_deg_per_h += 0.1;
   const auto table = recordings::make_block_table(test::simulated_day(4000, 0.07, 1), {}, 0, "day").value();
@@ -131,18 +130,18 @@ TEST(Experiment, JudgesAShiftByTheRms) {
   const auto experiment = analysis::run_experiment({table, {table, other}}, {{"lssvm", {"T"}, "", "reml"}},
                                                    evaluation::Divisor::kN, analysis::experiment_trainer({}), {});
   ASSERT_TRUE(experiment) << experiment.error().text();
-  const auto& judged = experiment->rows[0].judged;
-  ASSERT_TRUE(judged[0].rms_improvement && judged[1].rms_improvement);
-  EXPECT_NEAR(*judged[0].rms_improvement, *judged[0].stability.improvement, 0.01);
-  EXPECT_GT(*judged[1].stability.improvement, 0.1);
-  EXPECT_LT(*judged[1].rms_improvement, 0.05);
+  const auto& evaluations = experiment->rows[0].evaluations;
+  ASSERT_TRUE(evaluations[0].rms_improvement && evaluations[1].rms_improvement);
+  EXPECT_NEAR(*evaluations[0].rms_improvement, *evaluations[0].stability.improvement, 0.01);
+  EXPECT_GT(*evaluations[1].stability.improvement, 0.1);
+  EXPECT_LT(*evaluations[1].rms_improvement, 0.05);
 }
 
-TEST(StudyTables, PutThePaperBesideOurs) {
-  const analysis::Experiment experiment = short_study();
+TEST(ExperimentTables, IncludeThePaperResults) {
+  const analysis::Experiment experiment = short_experiment();
   const report::Table table = analysis::least_squares_table(experiment);
   ASSERT_EQ(table.rows.size(), 1u);
-  EXPECT_EQ(table.rows[0][4].text, analysis::interval_text(experiment.rows[0].judged[0].next));
+  EXPECT_EQ(table.rows[0][4].text, analysis::interval_text(experiment.rows[0].evaluations[0].improvement_interval));
   EXPECT_EQ(table.rows[0][5].text, "0.01194");
   EXPECT_EQ(table.rows[0][6].text, "35.46");
   EXPECT_EQ(table.rows[0][2].text, fmt::format("{:.5f}", analysis::on_repeat(experiment.rows[0]).after.sd));
@@ -150,13 +149,13 @@ TEST(StudyTables, PutThePaperBesideOurs) {
   EXPECT_NEAR(*analysis::correlation_table(experiment).rows[0][1].value, 1, 0.2);
 }
 
-TEST(StudyReport, CarriesTheSameNumbersInAllThreeTexts) {
-  const analysis::Experiment experiment = short_study();
+TEST(ExperimentReport, HasTheSameNumbersInAllFormats) {
+  const analysis::Experiment experiment = short_experiment();
   bool kept = true;
   const std::vector<analysis::Limit> limits = {{"bias_stability_deg_per_h", {}, 0.02},
                                                {"improvement_percent", 99.9, {}}};
   report::Report report{"t", "s", true, "prismcal", {}, analysis::experiment_sections(experiment, limits, kept)};
-  EXPECT_FALSE(kept);  // nothing takes off 99.9 %
+  EXPECT_FALSE(kept);  // no model removes 99.9 %
   const auto page = test::without_script(report::html_page(report));
   const std::string csv = report::csv_text(report), json = report::json_text(report);
   for (const analysis::ExperimentRow& row : experiment.rows) {
@@ -170,15 +169,14 @@ TEST(StudyReport, CarriesTheSameNumbersInAllThreeTexts) {
   }
 }
 
-TEST(GateTable, SaysWhenThereIsNothingToCompensate) {
+TEST(DataQualityTable, ReportsNothingToCompensate) {
   auto second_means = test::simulated_day(12000, 0.07, 5);
   for (compensation::SecondMean& second_mean : second_means) second_mean.temperature_degc = 25.0;
   const auto table = recordings::make_block_table(second_means, {}, test::kDayEarthRate, "room").value();
   const auto quality = analysis::check_blocks(table).value();
   EXPECT_TRUE(quality.nothing_to_compensate);
-  EXPECT_THAT(analysis::data_quality_refusal(quality),
-              testing::StartsWith("nothing to compensate."));  // named by who refuses
-  EXPECT_THAT(analysis::data_quality_paragraph(quality, "room").text, HasSubstr("room: nothing to compensate."));
+  EXPECT_THAT(analysis::data_quality_error(quality), testing::StartsWith("nothing to compensate:"));
+  EXPECT_THAT(analysis::data_quality_paragraph(quality, "room").text, HasSubstr("room: nothing to compensate:"));
   EXPECT_EQ(analysis::data_quality_table(quality, "room").rows.size(), quality.findings.size());
 }
 

@@ -64,10 +64,10 @@ TEST(ModelEvaluation, LeavesTheNoiseWithTheTrueModel) {
   EXPECT_NEAR(evaluated.stability.after.sd, 0.007, 0.001);
   EXPECT_NEAR(evaluated.stability.after.mean, 0, 0.002);
   EXPECT_EQ(evaluated.extrapolated, 0u);
-  ASSERT_TRUE(evaluated.next);
-  EXPECT_DOUBLE_EQ(evaluated.next->value, *evaluated.stability.improvement);
-  EXPECT_GT(evaluated.next->low, 0.2) << "of 0.5";
-  EXPECT_LT(evaluated.next->high, 0.8);
+  ASSERT_TRUE(evaluated.improvement_interval);
+  EXPECT_DOUBLE_EQ(evaluated.improvement_interval->value, *evaluated.stability.improvement);
+  EXPECT_GT(evaluated.improvement_interval->low, 0.2) << "of 0.5";
+  EXPECT_LT(evaluated.improvement_interval->high, 0.8);
 }
 
 TEST(ModelEvaluation, ReportsWhetherTwoModelsDiffer) {
@@ -81,8 +81,8 @@ TEST(ModelEvaluation, ReportsWhetherTwoModelsDiffer) {
   EXPECT_THAT(analysis::difference_cell(right, nearly, table).text, HasSubstr(": not distinguishable"));
   EXPECT_THAT(analysis::difference_cell(zero, right, table).text, HasSubstr(": better"));
   EXPECT_THAT(analysis::difference_cell(right, zero, table).text, HasSubstr(": worse"));
-  ASSERT_TRUE(zero.next);
-  EXPECT_TRUE(zero.next->holds_zero());
+  ASSERT_TRUE(zero.improvement_interval);
+  EXPECT_TRUE(zero.improvement_interval->holds_zero());
 }
 
 TEST(ModelEvaluation, UsesEachPredictionForItsOwnBlock) {
@@ -109,7 +109,7 @@ TEST(ModelEvaluation, RejectsOtherFeaturesAndMissingInputs) {
   compensation::FeatureDefinition other;
   other.length_s = 50;
   EXPECT_THAT(analysis::evaluate_model(test::linear_model(1, other), table, {}, evaluation::Divisor::kN).error().text(),
-              HasSubstr("were not made by the features"));
+              HasSubstr("found blocks with other features than model"));
   for (compensation::SecondMean& second_mean : second_means) second_mean.uhfo_v = kUnknown;
   compensation::ModelInfo info;
   info.name = "needs U";
@@ -119,7 +119,7 @@ TEST(ModelEvaluation, RejectsOtherFeaturesAndMissingInputs) {
                                        evaluation::Divisor::kN)
                   .error()
                   .text(),
-              HasSubstr("does not carry an input of model \"needs U\" (U)"));
+              HasSubstr("lacks an input of model \"needs U\" (U)"));
 }
 
 /// Runs prismd's engine on the same seconds, as samples of one second each.

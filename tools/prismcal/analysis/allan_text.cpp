@@ -17,7 +17,7 @@ const char* estimator_text(evaluation::AllanEstimator estimator) {
   return estimator == evaluation::AllanEstimator::kOverlapping ? "overlapping" : "non-overlapping";
 }
 
-/// One coefficient: its letter and name, what it is called in JSON, its unit.
+/// One coefficient: its printed name and letter, its JSON key, its unit.
 struct Entry {
   const char* name;
   const char* key;
@@ -38,7 +38,7 @@ std::vector<Entry> entries(const evaluation::AllanCoefficients& c) {
 std::string floor_text(const evaluation::AllanFloor& floor) {
   return fmt::format("Allan minimum          {:.4g} deg/h at {:g} s, {} clusters{}: B is at most {:.4g} deg/h\n",
                      floor.minimum_deg_per_h, floor.tau_s, floor.clusters,
-                     floor.edge_limited ? " (the last point: a longer record would go lower)" : "",
+                     floor.edge_limited ? " (last point; a longer record may give a lower one)" : "",
                      floor.minimum_deg_per_h / evaluation::kAllanFlicker);
 }
 
@@ -65,7 +65,7 @@ std::string allan_text(const AllanAnalysis& analysis, const recordings::RateSeri
   const evaluation::AllanCurve& curve = analysis.curve;
   std::string text =
       fmt::format("{}: {} values of {}, every {:g} s ({}), {}, {}\n{} Allan deviation, {:g} % intervals\n\n", where,
-                  curve.values, series.column, curve.tau0_s, series.interval_source, counted(curve.holes, "hole"),
+                  curve.values, series.column, curve.tau0_s, series.interval_source, counted(curve.holes, "gap"),
                   counted(curve.runs, "run"), estimator_text(curve.estimator), 100 * analysis.probability);
   text +=
       fmt::format("{:>12} {:>14} {:>14} {:>14} {:>10}  {}\n", "tau s", "dev deg/h", "low", "high", "clusters", "noise");
@@ -83,7 +83,7 @@ std::string allan_text(const AllanAnalysis& analysis, const recordings::RateSeri
       text += fmt::format("{:.4g} {} (1 sigma {:.2g} %; rules from {:g} to {:g} s)\n", c->value, e.unit,
                           100 * c->relative_sd, c->from_tau_s, c->to_tau_s);
     } else {
-      text += "not resolved by this record\n";
+      text += "not resolved in this record\n";
     }
   }
   return text + floor_text(analysis.coefficients->floor);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An Allan analysis as readable text and as JSON.
+// Runs an Allan analysis and prints it as text and as JSON.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@
 namespace prism::analysis {
 
 struct AllanAnalysis {
-  evaluation::AllanCurve curve;                        ///< of the grid that was asked for
-  std::vector<evaluation::AllanInterval> intervals;    ///< of `curve`
-  Result<evaluation::AllanCoefficients> coefficients;  ///< always from the octave points, or the error
-  double probability = 0.683;
+  evaluation::AllanCurve curve;                        ///< at the averaging times of the requested grid
+  std::vector<evaluation::AllanInterval> intervals;    ///< confidence intervals of `curve`
+  Result<evaluation::AllanCoefficients> coefficients;  ///< always from octave points; or an error
+  double probability = 0.683;                          ///< of the intervals
 };
 
 Result<AllanAnalysis> analyse_allan(const recordings::RateSeries& series, evaluation::AllanGrid grid,

@@ -32,11 +32,7 @@ Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table
 }
 
 report::Table data_quality_table(const evaluation::DataQuality& quality, const std::string& recording) {
-  report::Table table{"data_quality",
-                      "Is " + recording + " worth training on",
-                      "Asked before a model is made; thresholds as shown.",
-                      {},
-                      {}};
+  report::Table table{"data_quality", "Data quality of " + recording, "Checked before training.", {}, {}};
   table.columns = {{"question", "", false}, {"verdict", "", false}, {"found, and thresholds", "", false}};
   for (const evaluation::Finding& finding : quality.findings) {
     table.rows.push_back({report::text_cell(finding.name),
@@ -61,24 +57,24 @@ nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality)
           {"findings", findings}};
 }
 
-std::string data_quality_refusal(const evaluation::DataQuality& quality) {
+std::string data_quality_error(const evaluation::DataQuality& quality) {
   if (quality.nothing_to_compensate)
-    return "nothing to compensate. No movement above the noise can be blamed on temperature.";
+    return "nothing to compensate: changes of the bias with temperature are within its noise.";
   if (quality.verdict != evaluation::Verdict::kRefuse) return {};
   std::string why;
   for (const evaluation::Finding& finding : quality.findings) {
     if (finding.verdict == evaluation::Verdict::kRefuse)
       why += fmt::format("{}{} {}", why.empty() ? "" : "; ", finding.name, finding.text);
   }
-  return fmt::format("not fit for training: {}.", why);
+  return fmt::format("not usable for training: {}.", why);
 }
 
 report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording) {
-  const std::string refusal = data_quality_refusal(quality);
-  if (!refusal.empty()) return {recording + ": " + refusal, Emphasis::kBad};
+  const std::string error = data_quality_error(quality);
+  if (!error.empty()) return {recording + ": " + error, Emphasis::kBad};
   if (quality.verdict == evaluation::Verdict::kWarn)
-    return {recording + " can be trained on, with reservations.", Emphasis::kWarn};
-  return {recording + " is fit for training.", Emphasis::kGood};
+    return {recording + " can be used for training, with warnings.", Emphasis::kWarn};
+  return {recording + " can be used for training.", Emphasis::kGood};
 }
 
 }  // namespace prism::analysis

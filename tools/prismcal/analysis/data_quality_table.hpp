@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The data-quality check of a recording as a table.
+// Checks the data quality of a recording and prints the result.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -12,15 +12,16 @@ namespace prism::analysis {
 
 Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table,
                                              const evaluation::DataQualitySettings& settings = {});
+/// A table with one row per finding.
 report::Table data_quality_table(const evaluation::DataQuality& quality, const std::string& recording);
 
 /// {"verdict":…,"nothing_to_compensate":…,"findings":[{"name":…,"verdict":…,"value":…,"unit":…,"warn":…,"refuse":…}…]}
 nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality);
 
-/// Why the recording must not be used for training; empty if it may be used.
-std::string data_quality_refusal(const evaluation::DataQuality& quality);
+/// Returns why the recording cannot be used for training; empty if it can.
+std::string data_quality_error(const evaluation::DataQuality& quality);
 
-/// One line: "fit for training", or why not.
+/// One line: whether the recording can be used for training, or why not.
 report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording);
 
 }  // namespace prism::analysis

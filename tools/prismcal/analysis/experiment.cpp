@@ -31,9 +31,9 @@ Result<ExperimentRow> make_row(const ExperimentData& data, const ModelSpec& spec
   if (!fitted) return tl::unexpected(fitted.error());
   ExperimentRow row{spec, std::move(*trained), std::move(*fitted), {}};
   for (const recordings::BlockTable& table : data.evaluated) {
-    auto judged = evaluate_model(row.trained.model, table, data.correction, divisor);
-    if (!judged) return tl::unexpected(judged.error());
-    row.judged.push_back(std::move(*judged));
+    auto evaluated = evaluate_model(row.trained.model, table, data.correction, divisor);
+    if (!evaluated) return tl::unexpected(evaluated.error());
+    row.evaluations.push_back(std::move(*evaluated));
   }
   return row;
 }
@@ -99,26 +99,26 @@ Result<Experiment> run_experiment(ExperimentData data, const std::vector<ModelSp
                                   int threads) {
   Experiment experiment{std::move(data), divisor, {}};
   std::vector<std::optional<ExperimentRow>> rows(specs.size());
-  std::optional<Error> refusal;
+  std::optional<Error> first_error;
   std::size_t done = 0;
   std::mutex mutex;
   training::parallel_for(static_cast<int>(specs.size()), threads, [&](int number) {
     const auto i = static_cast<std::size_t>(number);
     {
       const std::lock_guard lock(mutex);
-      if (refusal) return;
+      if (first_error) return;
       if (progress) progress(done, specs.size(), specs[i].key());
     }
     auto row = make_row(experiment.data, specs[i], divisor, train);
     const std::lock_guard lock(mutex);
     if (!row) {
-      if (!refusal) refusal = row.error();
+      if (!first_error) first_error = row.error();
       return;
     }
     rows[i] = std::move(*row);
     ++done;
   });
-  if (refusal) return tl::unexpected(*refusal);
+  if (first_error) return tl::unexpected(*first_error);
   for (auto& row : rows) experiment.rows.push_back(std::move(*row));
   if (progress) progress(specs.size(), specs.size(), "done");
   return experiment;

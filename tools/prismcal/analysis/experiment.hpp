@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The paper's experiment as a list of models to train, and what came of each on every recording.
+// Runs the paper's experiment: trains a list of models and evaluates each on all recordings.
 #pragma once
 
 #include <atomic>
@@ -14,7 +14,7 @@
 
 namespace prism::analysis {
 
-/// A model to train. Values as in the options of prismcal train.
+/// A model to train. Values are those of the options of prismcal train.
 struct ModelSpec {
   std::string method;               ///< "ls", "stepwise", "lssvm", "ir-lssvm"
   std::vector<std::string> inputs;  ///< "T", "dTdt", "U"
@@ -33,26 +33,26 @@ struct SurfacePoint {
 struct Trained {
   compensation::ModelPtr model;
   std::optional<double> c, sigma2, parameter;  ///< of kernel models; `parameter` is Huber's beta or myriad's delta
-  std::optional<double> cost_deg_per_h;        ///< F(x): the held-out mean absolute error it was tuned by
-  std::vector<double> weights;                 ///< v_k of the training blocks, where the method weighs
-  std::vector<SurfacePoint> surface;           ///< the grid search
-  std::vector<std::pair<std::string, double>> terms;  ///< of polynomials: term and coefficient
-  std::vector<std::string> trace;                     ///< stepwise: one line a step
+  std::optional<double> cost_deg_per_h;        ///< F(x): mean absolute error on held-out folds, minimised by tuning
+  std::vector<double> weights;                 ///< v_k of the training blocks; empty without weights
+  std::vector<SurfacePoint> surface;           ///< points of the grid search
+  std::vector<std::pair<std::string, double>> terms;  ///< polynomials: term and coefficient
+  std::vector<std::string> trace;                     ///< stepwise: one line per step
   std::vector<std::string> warnings;
   double seconds = 0;
 };
 
-/// Called from several threads at a time.
+/// Must be thread-safe.
 using Trainer = std::function<Result<Trained>(const recordings::BlockTable& training, const ModelSpec& spec)>;
 
 struct ExperimentRow {
   ModelSpec spec;
   Trained trained;
-  ModelEvaluation fitted;               ///< on the training recording itself
-  std::vector<ModelEvaluation> judged;  ///< one per evaluated recording, in their order
+  ModelEvaluation fitted;                    ///< on the training recording
+  std::vector<ModelEvaluation> evaluations;  ///< one per evaluated recording, in that order
 };
 
-/// Training data and test data: the repeat of the profile first, then others.
+/// Training and test data. `evaluated`: the repeat run first, then others.
 struct ExperimentData {
   recordings::BlockTable training;
   std::vector<recordings::BlockTable> evaluated;
@@ -67,16 +67,17 @@ struct Experiment {
   const ExperimentRow* find(const std::string& key) const;
 };
 
-/// The ladder's own choice. REML needs no folds, so that a single profile can be learned whole; Huber's weights have
-/// one fixed point only and at three sigma need no tuning. Results: docs/benchmarks.md.
+/// Weights and tuning of the model comparison. REML needs no folds, so training uses all of a single profile. Huber's
+/// weights have a unique fixed point and need no tuning at three sigma. Results: docs/benchmarks.md.
 inline constexpr const char* kUsualWeight = "huber";
 inline constexpr const char* kUsualTune = "reml";
 
-/// The models of the paper's tables 2 to 5 with the paper's tuning, then those that the paper lacks: LSSVM by all four
-/// tunings, and all weights by contiguous blocks and by REML. `with_uhfo` false leaves out all that need U.
+/// The models of the paper's tables 2 to 5 with the paper's tuning, then LSSVM with all four tunings, and all weights
+/// with contiguous blocks and REML. Without `with_uhfo`, omits models that need U.
 std::vector<ModelSpec> paper_models(bool with_uhfo);
 
-/// One of each kind with all inputs, in a quarter of the time: LS, stepwise, LSSVM and Huber's IR-LSSVM.
+/// The models of the comparison (`ladder`): LS, stepwise, LSSVM and IR-LSSVM with Huber's weights; kernels only with
+/// all inputs. Takes a quarter of the time.
 std::vector<ModelSpec> ladder_models(bool with_uhfo);
 
 /// Trains and evaluates all `specs` on `threads` threads. Returns the rows in the order of `specs`.
@@ -88,14 +89,14 @@ Result<Experiment> run_experiment(ExperimentData data, const std::vector<ModelSp
                                   int threads = 1);
 
 struct ExperimentSettings {
-  std::string gyro_serial;  ///< the models are bound to it; empty: any gyro
-  std::uint64_t seed = 1;   ///< of the shuffled folds
+  std::string gyro_serial;  ///< serial number that the models are bound to; empty: any gyro
+  std::uint64_t seed = 1;   ///< for shuffling the folds
   int folds = 10;
-  int reweight_limit = 500;                 ///< weighted solves at most; 1: the paper's single re-weighting
-  const std::atomic<bool>* stop = nullptr;  ///< set: the training under way ends soon, and is refused (not owned)
+  int reweight_limit = 500;                 ///< maximum number of weighted solves; 1: one re-weighting as in the paper
+  const std::atomic<bool>* stop = nullptr;  ///< if set, the current training stops soon with an error (not owned)
 };
 
-/// Ready to hand to run_experiment().
+/// Returns a trainer for run_experiment().
 Trainer experiment_trainer(ExperimentSettings settings);
 
 }  // namespace prism::analysis

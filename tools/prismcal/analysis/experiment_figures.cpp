@@ -29,7 +29,7 @@ Panel bias_panel(std::string title, const recordings::BlockTable& table, const c
           {{name, Ink::kRaw, SeriesStyle::kLine, table.hours(), table.bias_deg_per_h}}};
 }
 
-/// Two panels: the training recording with the models' fits, the repeat with what they leave.
+/// Adds two panels: the training recording with the fits, and the repeat run with the residuals.
 void add_pair(report::Plot& plot, const Experiment& experiment, const std::vector<const ExperimentRow*>& rows,
               const std::string& what, std::string (*name)(const ModelSpec&)) {
   const recordings::BlockTable& repeat = experiment.data.evaluated.front();
@@ -39,8 +39,8 @@ void add_pair(report::Plot& plot, const Experiment& experiment, const std::vecto
     const Ink ink = kInks[i % std::size(kInks)];
     fit.series.push_back({name(rows[i]->spec), ink, SeriesStyle::kLine, experiment.data.training.hours(),
                           rows[i]->fitted.predicted_deg_per_h});
-    left.series.push_back(
-        {name(rows[i]->spec), ink, SeriesStyle::kLine, repeat.hours(), rows[i]->judged.front().corrected_deg_per_h});
+    left.series.push_back({name(rows[i]->spec), ink, SeriesStyle::kLine, repeat.hours(),
+                           rows[i]->evaluations.front().corrected_deg_per_h});
   }
   plot.panels.push_back(std::move(fit));
   plot.panels.push_back(std::move(left));
@@ -60,11 +60,10 @@ Panel twin_panel(const recordings::BlockTable& table, std::size_t index, const c
 }  // namespace
 
 Figure inputs_figure(const recordings::BlockTable& table) {
-  Figure figure{
-      "fig_inputs",
-      "The gyro's output and the inputs that vary with it",
-      fmt::format("{} s means of the training recording. After figure 6 of the paper.", table.features.length_s),
-      {}};
+  Figure figure{"fig_inputs",
+                "Bias and the inputs correlated with it",
+                fmt::format("{} s means of the training recording. As figure 6 of the paper.", table.features.length_s),
+                {}};
   figure.plot.panel_height = 200;
   figure.plot.panels = {twin_panel(table, 0, "temperature", "T, °C", compensation::kInputTemperature),
                         twin_panel(table, 1, "slope of temperature", "dT/dt, °C/s", compensation::kInputSlope)};
@@ -77,7 +76,7 @@ Figure inputs_figure(const recordings::BlockTable& table) {
 Figure least_squares_figure(const Experiment& experiment) {
   Figure figure{"fig_least_squares",
                 "LS models",
-                basis_text(experiment) + " in the tables; here the means. After figure 7 of the paper.",
+                fmt::format("{} s means. As figure 7 of the paper.", experiment.data.training.features.length_s),
                 {2, 300, {}}};
   add_pair(figure.plot, experiment, rows_of(experiment, "ls", ""), "LS", inputs_name);
   return figure;
@@ -86,22 +85,22 @@ Figure least_squares_figure(const Experiment& experiment) {
 Figure stepwise_figure(const Experiment& experiment) {
   const recordings::BlockTable& repeat = experiment.data.evaluated.front();
   Figure figure{
-      "fig_stepwise", "Stepwise regression", "Means of the repeated cycle. After figure 8 of the paper.", {2, 300, {}}};
+      "fig_stepwise", "Stepwise regression", "Means of the repeated cycle. As figure 8 of the paper.", {2, 300, {}}};
   for (const ExperimentRow* row : rows_of(experiment, "stepwise", "")) {
     Panel panel = bias_panel(lettered(figure.plot.panels.size(), method_text(row->spec)), repeat, "before");
     panel.series.push_back(
-        {"after", Ink::kCorrected, SeriesStyle::kLine, repeat.hours(), row->judged.front().corrected_deg_per_h});
+        {"after", Ink::kCorrected, SeriesStyle::kLine, repeat.hours(), row->evaluations.front().corrected_deg_per_h});
     figure.plot.panels.push_back(std::move(panel));
   }
   return figure;
 }
 
 Figure weights_by_inputs_figure(const Experiment& experiment, std::size_t from, std::size_t to) {
-  Figure figure{fmt::format("fig_ir_lssvm_{}", from),
-                from == 1 ? "IR-LSSVM, one input" : "IR-LSSVM, composite inputs",
-                fmt::format("Left the training cycle and the fits, right its repeat. After figure {} of the paper.",
-                            from == 1 ? 9 : 10),
-                {2, 290, {}}};
+  Figure figure{
+      fmt::format("fig_ir_lssvm_{}", from),
+      from == 1 ? "IR-LSSVM, one input" : "IR-LSSVM, composite inputs",
+      fmt::format("Left: training cycle and fits; right: its repeat. As figure {} of the paper.", from == 1 ? 9 : 10),
+      {2, 290, {}}};
   std::vector<const ExperimentRow*> rows = rows_of(experiment, "ir-lssvm", "shuffled");
   while (!rows.empty()) {
     const auto inputs = rows.front()->spec.inputs;
@@ -121,7 +120,7 @@ std::optional<Figure> lssvm_figure(const Experiment& experiment) {
   if (!plain || !robust) return std::nullopt;
   Figure figure{"fig_lssvm",
                 "LSSVM and IR-LSSVM",
-                fmt::format("Inputs {}. After figure 11 of the paper.", robust->spec.inputs_text()),
+                fmt::format("Inputs {}. As figure 11 of the paper.", robust->spec.inputs_text()),
                 {2, 300, {}}};
   add_pair(figure.plot, experiment, {plain, robust}, "all inputs", method_text);
   return figure;
@@ -142,8 +141,8 @@ std::optional<Figure> surface_figure(const ExperimentRow& row) {
   return Figure{
       "fig_surface",
       "The cost of the tuning over c and sigma2: " + method_text(row.spec),
-      fmt::format("Grid search over {} points, {}; cost over the lowest, cut at 2. A flat valley means that c "
-                  "and sigma2 mean little alone.",
+      fmt::format("Grid search over {} points, {}; cost relative to the lowest, clipped at 2. In a flat valley, "
+                  "only a combination of c and sigma2 is determined.",
                   t.surface.size(), tune_text(row.spec.tune)),
       {1, 380, {{"", {"c", true}, {"sigma2", true}, {}, {heat, chosen}}}}};
 }

@@ -18,11 +18,11 @@ Table ladder_table(const Experiment& experiment) {
       "ladder", "From LS to IR-LSSVM", {}, {{"method", "", false}, {"inputs", "", false}, {"tuned by", "", false}}, {}};
   table.caption =
       basis_text(experiment) +
-      ". One model of each type, on every recording: LS on the input with the lowest bias stability on the "
-      "repeat, kernels tuned by "
-      "likelihood on the training recording. 95 % of further: the 95 % prediction interval of the improvement of "
-      "further "
-      "recordings of the profile; against the row above: the same interval of the difference, on the repeat.";
+      ". One model of each type on every recording. LS uses the input with the lowest 1 sigma on the repeat run. "
+      "Kernels "
+      "are tuned by likelihood on the training recording. 95 % of further: 95 % prediction interval of the improvement "
+      "in another recording of the same profile. Against the row above: the same interval for the difference, on the "
+      "repeat run.";
   for (const recordings::BlockTable& recording : experiment.data.evaluated) {
     table.columns.push_back({recording.name + ": before", "deg/h"});
     table.columns.push_back({"after", "deg/h"});
@@ -41,15 +41,15 @@ Table ladder_table(const Experiment& experiment) {
     if (!row) continue;
     std::vector<Cell> cells = {text_cell(method_text(row->spec)), text_cell(row->spec.inputs_text()),
                                text_cell(tune_text(row->spec.tune))};
-    for (const ModelEvaluation& judged : row->judged) {
-      const evaluation::BiasStability& s = judged.stability;
+    for (const ModelEvaluation& evaluated : row->evaluations) {
+      const evaluation::BiasStability& s = evaluated.stability;
       const bool worse = s.improvement && *s.improvement < 0;
       cells.push_back(fixed_cell(s.before.sd, 5));
       cells.push_back(fixed_cell(s.after.sd, 5));
       cells.push_back(percent_cell(s.improvement, worse ? report::Emphasis::kBad : report::Emphasis::kNone));
-      cells.push_back(text_cell(interval_text(judged.next)));
+      cells.push_back(text_cell(interval_text(evaluated.improvement_interval)));
     }
-    cells.push_back(above ? difference_cell(above->judged[0], row->judged[0], experiment.data.evaluated[0])
+    cells.push_back(above ? difference_cell(above->evaluations[0], row->evaluations[0], experiment.data.evaluated[0])
                           : text_cell(report::kNothing));
     above = row;
     table.rows.push_back(std::move(cells));
@@ -64,8 +64,7 @@ Table profiles_table(const Experiment& experiment) {
               {{"method", "", false}, {"inputs", "", false}, {"tuned by", "", false}},
               {}};
   table.caption =
-      basis_text(experiment) +
-      ". \"off\" is the share of blocks outside the model's training range. Red: worse than no compensation.";
+      basis_text(experiment) + ". Off: blocks outside the model's training range. Red: worse than no compensation.";
   for (const recordings::BlockTable& recording : experiment.data.evaluated) {
     table.columns.push_back({recording.name + ": after", "deg/h"});
     table.columns.push_back({"improvement", "%"});
@@ -74,12 +73,12 @@ Table profiles_table(const Experiment& experiment) {
   for (const ExperimentRow& row : experiment.rows) {
     std::vector<Cell> cells = {text_cell(method_text(row.spec)), text_cell(row.spec.inputs_text()),
                                text_cell(tune_text(row.spec.tune))};
-    for (const ModelEvaluation& judged : row.judged) {
-      const evaluation::BiasStability& s = judged.stability;
+    for (const ModelEvaluation& evaluated : row.evaluations) {
+      const evaluation::BiasStability& s = evaluated.stability;
       const bool worse = s.improvement && *s.improvement < 0;
       cells.push_back(fixed_cell(s.after.sd, 5));
       cells.push_back(percent_cell(s.improvement, worse ? report::Emphasis::kBad : report::Emphasis::kNone));
-      cells.push_back(fixed_cell(judged.extrapolated_percent(), 1));
+      cells.push_back(fixed_cell(evaluated.extrapolated_percent(), 1));
     }
     table.rows.push_back(std::move(cells));
   }
@@ -88,15 +87,15 @@ Table profiles_table(const Experiment& experiment) {
 
 Table tuning_table(const Experiment& experiment) {
   Table table{"tuning",
-              "How the tuning decides what a model learns",
+              "Effect of the tuning",
               {},
               {{"method", "", false}, {"tuned by", "", false}, {"c"}, {"sigma2"}, {"F(x)", "1e-3 deg/h"}},
               {}};
-  table.caption = basis_text(experiment) +
-                  ", all inputs. Shuffled folds and leave-one-out leave a sample's neighbours in the training data: on "
-                  "a time series they "
-                  "prefer narrow kernels that remember the profile. Contiguous blocks and the likelihood ask for what "
-                  "carries over.";
+  table.caption =
+      basis_text(experiment) +
+      ", all inputs. Shuffled folds and leave-one-out keep a sample's neighbours in the training data, so on a "
+      "time series they prefer narrow kernels that fit the noise of the profile. Contiguous blocks and the "
+      "likelihood prefer what repeats.";
   for (const recordings::BlockTable& recording : experiment.data.evaluated)
     table.columns.push_back({recording.name + ": improvement", "%"});
   std::size_t most = 0;
@@ -108,8 +107,8 @@ Table tuning_table(const Experiment& experiment) {
         std::vector<Cell> cells = {text_cell(method_text(row->spec)), text_cell(tune_text(tune)),
                                    general_cell(row->trained.c, 4), general_cell(row->trained.sigma2, 4),
                                    fixed_cell(milli(row->trained.cost_deg_per_h), 4)};
-        for (const ModelEvaluation& judged : row->judged) {
-          const auto& gain = judged.stability.improvement;
+        for (const ModelEvaluation& evaluated : row->evaluations) {
+          const auto& gain = evaluated.stability.improvement;
           cells.push_back(percent_cell(gain, gain && *gain < 0 ? report::Emphasis::kBad : report::Emphasis::kNone));
         }
         table.rows.push_back(std::move(cells));

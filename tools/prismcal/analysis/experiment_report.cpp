@@ -14,19 +14,20 @@ using report::Emphasis;
 using report::Paragraph;
 using report::Section;
 
-/// Sigma after over sigma before, summed over the evaluated recordings: low is good everywhere.
+/// Sum over the evaluated recordings of sigma after / sigma before; lower is better.
 double relative_sum(const ExperimentRow& row) {
   double sum = 0;
-  for (const ModelEvaluation& judged : row.judged) sum += judged.stability.after.sd / judged.stability.before.sd;
+  for (const ModelEvaluation& evaluated : row.evaluations)
+    sum += evaluated.stability.after.sd / evaluated.stability.before.sd;
   return sum;
 }
 
 bool is_usual(const ModelSpec& spec) { return spec.weight == kUsualWeight && spec.tune == kUsualTune; }
 
-std::vector<std::string> worse_than_nothing(const Experiment& experiment, std::size_t recording) {
+std::vector<std::string> worse_than_uncompensated(const Experiment& experiment, std::size_t recording) {
   std::vector<std::string> worse;
   for (const ExperimentRow& row : experiment.rows) {
-    if (row.judged[recording].stability.improvement.value_or(0) >= 0) continue;
+    if (row.evaluations[recording].stability.improvement.value_or(0) >= 0) continue;
     const std::string tuned = row.spec.tune.empty() ? "" : fmt::format(" ({})", tune_text(row.spec.tune));
     worse.push_back(fmt::format("{} on {}{}", method_text(row.spec), row.spec.inputs_text(), tuned));
   }
@@ -41,20 +42,19 @@ Section summary(const Experiment& experiment) {
       "{} on {}, tuned by {}, reduces the bias stability of the repeated profile by {:.1f} %: {:.5f} → {:.5f} deg/h.",
       method_text(chosen.spec), chosen.spec.inputs_text(), tune_text(chosen.spec.tune),
       100 * repeat.improvement.value_or(0), repeat.before.sd, repeat.after.sd);
-  for (std::size_t i = 1; i < chosen.judged.size(); ++i) {
-    const evaluation::BiasStability& other = chosen.judged[i].stability;
+  for (std::size_t i = 1; i < chosen.evaluations.size(); ++i) {
+    const evaluation::BiasStability& other = chosen.evaluations[i].stability;
     text += fmt::format(" On {} it is {:.1f} %: {:.5f} → {:.5f} deg/h.", experiment.data.evaluated[i].name,
                         100 * other.improvement.value_or(0), other.before.sd, other.after.sd);
   }
   if (is_usual(chosen.spec))
-    text +=
-        " It was chosen beforehand, for its method, and tuned on the training recording without a look at the others.";
+    text += " Its method was fixed in advance, and it was tuned only on the training recording.";
   section.blocks = {Paragraph{text, Emphasis::kGood}, ladder_table(experiment)};
   for (std::size_t i = 0; i < experiment.data.evaluated.size(); ++i) {
-    const std::vector<std::string> worse = worse_than_nothing(experiment, i);
+    const std::vector<std::string> worse = worse_than_uncompensated(experiment, i);
     if (worse.empty()) continue;
     section.blocks.push_back(
-        Paragraph{fmt::format("{} of {} models end worse than no compensation on {}: {}.", worse.size(),
+        Paragraph{fmt::format("{} of {} models are worse than no compensation on {}: {}.", worse.size(),
                               experiment.rows.size(), experiment.data.evaluated[i].name, fmt::join(worse, "; ")),
                   Emphasis::kWarn});
   }
@@ -73,7 +73,7 @@ Section stepwise_section(const Experiment& experiment) {
 }
 
 Section tuning_section(const Experiment& experiment) {
-  Section section{"tuning", "What the tuning decides", {tuning_table(experiment)}};
+  Section section{"tuning", "Effect of the tuning", {tuning_table(experiment)}};
   if (const auto figure = surface_figure(*chosen_row(experiment))) section.blocks.push_back(*figure);
   for (const ExperimentRow& row : experiment.rows) {
     for (const std::string& warning : row.trained.warnings) {
@@ -83,7 +83,7 @@ Section tuning_section(const Experiment& experiment) {
   return section;
 }
 
-/// A section of its own, unless the experiment trained nothing of the kind.
+/// Adds a section, unless its table is empty.
 void add_kernel_section(std::vector<Section>& sections, Section section, report::Table table, report::Figure figure) {
   if (table.rows.empty()) return;
   section.blocks.push_back(std::move(table));
@@ -124,7 +124,7 @@ std::vector<const ExperimentRow*> rows_of(const Experiment& experiment, const st
   return rows;
 }
 
-const evaluation::BiasStability& on_repeat(const ExperimentRow& row) { return row.judged.front().stability; }
+const evaluation::BiasStability& on_repeat(const ExperimentRow& row) { return row.evaluations.front().stability; }
 
 const ExperimentRow* best_of(const Experiment& experiment, const std::string& method, const std::string& tune) {
   const ExperimentRow* best = nullptr;
@@ -147,7 +147,7 @@ std::vector<Section> experiment_sections(const Experiment& experiment, const std
   std::vector<Section> sections = {
       summary(experiment),
       {"correlation",
-       "Inputs that the bias varies with",
+       "Inputs correlated with the bias",
        {correlation_table(experiment), inputs_figure(experiment.data.training)}},
       {"least_squares", "Least squares", {least_squares_table(experiment), least_squares_figure(experiment)}},
       stepwise_section(experiment)};
@@ -160,14 +160,14 @@ std::vector<Section> experiment_sections(const Experiment& experiment, const std
   sections.push_back(tuning_section(experiment));
   const ExperimentRow& chosen = *chosen_row(experiment);
   for (std::size_t i = 0; i < experiment.data.evaluated.size(); ++i) {
-    const EvaluatedRecording recording{fmt::format("r{}", i + 1), &experiment.data.evaluated[i], &chosen.judged[i],
+    const EvaluatedRecording recording{fmt::format("r{}", i + 1), &experiment.data.evaluated[i], &chosen.evaluations[i],
                                        &experiment.data.training,
                                        i == 0 && !chosen.trained.weights.empty() ? &chosen.trained.weights : nullptr};
     Section section{recording.id, fmt::format("{} on {}", method_text(chosen.spec), recording.table->name), {}};
     if (!limits.empty()) {
-      const auto verdicts = check_limits(limits, measure_all(recording));
-      kept = kept && std::all_of(verdicts.begin(), verdicts.end(), [](const LimitCheck& v) { return v.pass; });
-      section.blocks.push_back(limits_table(verdicts, recording.id, recording.table->name));
+      const auto checks = check_limits(limits, measure_all(recording));
+      kept = kept && std::all_of(checks.begin(), checks.end(), [](const LimitCheck& check) { return check.pass; });
+      section.blocks.push_back(limits_table(checks, recording.id, recording.table->name));
     }
     for (auto& block : recording_blocks(recording)) section.blocks.push_back(std::move(block));
     sections.push_back(std::move(section));

@@ -15,7 +15,7 @@ using report::percent_cell;
 using report::Table;
 using report::text_cell;
 
-/// before, after, improvement and that of further recordings, then the paper's after and improvement.
+/// Appends before, after, improvement and its interval, then the paper's after and improvement.
 void append_effect(std::vector<Cell>& cells, const ExperimentRow& row,
                    report::Emphasis emphasis = report::Emphasis::kNone) {
   const evaluation::BiasStability& s = on_repeat(row);
@@ -23,7 +23,7 @@ void append_effect(std::vector<Cell>& cells, const ExperimentRow& row,
   cells.push_back(fixed_cell(s.before.sd, 5));
   cells.push_back(fixed_cell(s.after.sd, 5, emphasis));
   cells.push_back(percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? report::Emphasis::kBad : emphasis));
-  cells.push_back(text_cell(interval_text(row.judged.front().next)));
+  cells.push_back(text_cell(interval_text(row.evaluations.front().improvement_interval)));
   cells.push_back(
       fixed_cell(paper ? std::optional(paper->after_deg_per_h) : std::nullopt, 5, report::Emphasis::kMuted));
   cells.push_back(percent_cell(paper ? std::optional(paper->improvement) : std::nullopt, report::Emphasis::kMuted));
@@ -40,10 +40,9 @@ std::vector<report::Column> effect_columns(std::vector<report::Column> first) {
 
 Table kernel_table(const Experiment& experiment, std::string id, std::string title, std::size_t from, std::size_t to) {
   Table table{std::move(id), std::move(title), {}, {}, {}};
-  table.caption =
-      basis_text(experiment) +
-      ", trained on one cycle and tested on its repeat. c and sigma2 belong to normalised data; F(x) is the "
-      "held-out mean absolute error of the tuning. The paper's columns are for another gyro.";
+  table.caption = basis_text(experiment) +
+                  ", trained on one cycle and tested on its repeat. c and sigma2 are for normalised data; F(x) is the "
+                  "mean absolute error on held-out folds. The paper's results are for another gyro.";
   table.columns =
       effect_columns({{"inputs", "", false}, {"weights", "", false}, {"c"}, {"sigma2"}, {"F(x)", "1e-3 deg/h"}});
   std::vector<const ExperimentRow*> rows = rows_of(experiment, "ir-lssvm", "shuffled");
@@ -68,10 +67,10 @@ Table kernel_table(const Experiment& experiment, std::string id, std::string tit
 }  // namespace
 
 Table correlation_table(const Experiment& experiment) {
-  Table table{"correlation", "Correlation with the gyro's output", {}, {{"", "", false}}, {}};
-  table.caption =
-      fmt::format("Pearson's coefficient over {} blocks of {} s, training recording. The paper's gyro is another.",
-                  experiment.data.training.size(), experiment.data.training.features.length_s);
+  Table table{"correlation", "Correlation with the bias", {}, {{"", "", false}}, {}};
+  table.caption = fmt::format(
+      "Pearson's coefficient over {} blocks of {} s, training recording. The paper's results are for another gyro.",
+      experiment.data.training.size(), experiment.data.training.features.length_s);
   std::vector<Cell> ours = {text_cell("this gyro")}, theirs = {text_cell("the paper's", report::Emphasis::kMuted)};
   const char* const inputs[] = {compensation::kInputTemperature, compensation::kInputSlope, compensation::kInputUhfo};
   const char* const names[] = {"temperature", "slope of temperature", "UHFO"};

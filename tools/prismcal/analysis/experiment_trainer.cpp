@@ -45,11 +45,11 @@ Result<training::TrainingSettings> settings_of(const ModelSpec& spec, const Expe
   settings.tuning = training::tuning_by_name(spec.tune);
   settings.folds = experiment.folds;
   settings.seed = experiment.seed;
-  settings.threads = 1;  // the experiment trains several models at a time
+  settings.threads = 1;  // the experiment trains several models in parallel
   return settings;
 }
 
-/// The stepwise regression, one line per step.
+/// The path of the stepwise regression, one line per step.
 std::vector<std::string> trace_of(const training::StepwiseResult& result, const training::TermPowers& terms,
                                   const std::vector<std::string>& names) {
   std::vector<std::string> lines;
@@ -63,7 +63,7 @@ std::vector<std::string> trace_of(const training::StepwiseResult& result, const 
   return lines;
 }
 
-Trained told(training::TrainedModel&& made, const ModelSpec& spec, const training::TrainingSettings& settings) {
+Trained convert(training::TrainedModel&& made, const ModelSpec& spec, const training::TrainingSettings& settings) {
   Trained trained;
   trained.model = made.model;
   trained.warnings = made.notes;
@@ -98,7 +98,7 @@ Trainer experiment_trainer(ExperimentSettings experiment) {
     auto made = training::train(data_of(training, spec.inputs), std::move(info), *settings, {}, experiment.stop);
     if (experiment.stop && experiment.stop->load()) return make_error("tuning", "interrupted");
     if (!made) return tl::unexpected(made.error());
-    return told(std::move(*made), spec, *settings);
+    return convert(std::move(*made), spec, *settings);
   };
 }
 

@@ -10,9 +10,10 @@ namespace {
 
 using compensation::Correction;
 
-/// Correction of each second of the table; the bias is unknown in seconds without one.
-std::vector<Correction> in_force(compensation::CompensationEngine& engine, const recordings::BlockTable& table,
-                                 const std::vector<Correction>& blocks) {
+/// Returns the correction of each second, with an unknown bias in seconds without one.
+std::vector<Correction> corrections_by_second(compensation::CompensationEngine& engine,
+                                              const recordings::BlockTable& table,
+                                              const std::vector<Correction>& blocks) {
   std::vector<Correction> corrections(table.second.size());
   std::size_t i = 0;
   for (std::size_t block = 0; block < table.size(); ++block) {
@@ -30,7 +31,7 @@ std::vector<Correction> in_force(compensation::CompensationEngine& engine, const
   return corrections;
 }
 
-/// Whether the model's own standard deviation of a block mean, noise and all, says what the block then was.
+/// Counts the blocks within two of the model's standard deviation of a block mean (with noise).
 void count_coverage(const compensation::Model& model, const recordings::BlockTable& table,
                     const CorrectionSettings& settings, ModelEvaluation& result) {
   for (std::size_t i = 0; i < table.size(); ++i) {
@@ -72,12 +73,12 @@ Result<evaluation::BiasStability> stability_of(const ModelEvaluation& result, co
 
 std::string CorrectionSettings::text() const {
   const compensation::SlewSettings& slew = engine.slew;
-  return fmt::format("bias accepted up to {:g} deg/h; extrapolation: {}; its change: {}; fallback model: {}",
+  return fmt::format("bias limit: {:g} deg/h; extrapolation: {}; slew limit: {}; fallback model: {}",
                      engine.max_bias_deg_per_h, compensation::extrapolation_name(engine.extrapolation),
-                     !slew.limited ? "not limited"
+                     !slew.limited ? "none"
                      : slew.max_slew_deg_per_h_per_s
-                         ? fmt::format("at most {:g} deg/h a second", *slew.max_slew_deg_per_h_per_s)
-                         : "at most what the model's own domain allows",
+                         ? fmt::format("{:g} deg/h per second", *slew.max_slew_deg_per_h_per_s)
+                         : "from the model's training range",
                      fallback ? fallback->info().name : "none");
 }
 
@@ -85,17 +86,17 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
                                        const CorrectionSettings& settings, evaluation::Divisor divisor) {
   const compensation::ModelInfo& info = model->info();
   if (!(info.features == table.features)) {
-    return make_error(table.name, fmt::format("its blocks were not made by the features of model \"{}\"", info.name));
+    return make_error(table.name, fmt::format("found blocks with other features than model \"{}\"", info.name));
   }
   compensation::CompensationEngine engine(settings.engine);
-  if (auto taken = engine.use(model, settings.fallback); !taken) return tl::unexpected(taken.error());
+  if (auto used = engine.use(model, settings.fallback); !used) return tl::unexpected(used.error());
   ModelEvaluation result;
   std::vector<Correction> corrections;
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (!table.follows[i]) engine.break_off();
     const Correction correction = engine.follow(table.blocks[i]);
     if (correction.quality & compensation::kInputMissing) {
-      return make_error(table.name, fmt::format("block {} does not carry an input of model \"{}\" ({})", i, info.name,
+      return make_error(table.name, fmt::format("block {} lacks an input of model \"{}\" ({})", i, info.name,
                                                 fmt::join(info.inputs, ", ")));
     }
     corrections.push_back(correction);
@@ -108,26 +109,27 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   }
   if (table.size() < result.uncorrected + 2) {
     return make_error(table.name,
-                      fmt::format("the bias of model \"{}\" is above {:g} deg/h in {} of {} blocks, where prismd "
-                                  "publishes no corrected rate; --max-bias or --config sets the limit",
+                      fmt::format("the bias of model \"{}\" is above {:g} deg/h in {} of {} blocks: prismd would "
+                                  "not publish corrected rates; set the limit with --max-bias or --config",
                                   info.name, settings.engine.max_bias_deg_per_h, result.uncorrected, table.size()));
   }
-  const auto force = in_force(engine, table, corrections);
-  for (std::size_t i = 0; i < force.size(); ++i)
-    result.corrected_second_deg_per_h.push_back(compensation::corrected_rate(table.second_bias_deg_per_h[i], force[i]));
+  const auto by_second = corrections_by_second(engine, table, corrections);
+  for (std::size_t i = 0; i < by_second.size(); ++i)
+    result.corrected_second_deg_per_h.push_back(
+        compensation::corrected_rate(table.second_bias_deg_per_h[i], by_second[i]));
   auto stability = stability_of(result, table, divisor);
   if (!stability) return tl::unexpected(stability.error());
   result.stability = *stability;
   result.rms_improvement = rms_improvement(*model, table, result);
   count_coverage(*model, table, settings, result);
-  const auto next = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
-                                                 result.where_corrected(result.corrected_deg_per_h), table.name);
-  if (next) result.next = *next;
+  const auto interval = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
+                                                     result.where_corrected(result.corrected_deg_per_h), table.name);
+  if (interval) result.improvement_interval = *interval;
   return result;
 }
 
-std::string interval_text(const std::optional<evaluation::PredictionInterval>& next) {
-  return next ? fmt::format("{:.1f} to {:.1f}", 100 * next->low, 100 * next->high) : report::kNothing;
+std::string interval_text(const std::optional<evaluation::PredictionInterval>& interval) {
+  return interval ? fmt::format("{:.1f} to {:.1f}", 100 * interval->low, 100 * interval->high) : report::kNothing;
 }
 
 report::Cell difference_cell(const ModelEvaluation& first, const ModelEvaluation& other,

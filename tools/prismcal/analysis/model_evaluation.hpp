@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The corrections that prismd's engine would apply to one recording with one model, and their quality.
+// Evaluates a model on a recording with the corrections that prismd would apply.
 #pragma once
 
 #include <cmath>
@@ -18,37 +18,36 @@ namespace prism::analysis {
 /// The correction settings of a configuration.
 struct CorrectionSettings {
   compensation::CompensationSettings engine;  ///< bias limit, and the rule outside the training range
-  compensation::ModelPtr fallback;            ///< serves while the window is not full; null: none
+  compensation::ModelPtr fallback;            ///< used while the window is not full; null: none
 
   std::string text() const;  ///< one readable line
 };
 
 struct ModelEvaluation {
-  evaluation::BiasStability stability;  ///< over the blocks that have a correction
-  /// The improvement of further recordings; nullopt if these blocks do not determine it.
-  std::optional<evaluation::PredictionInterval> next;
-  /// 1 − rms(after) / rms(before − mean of the training): what a shift of the bias since then enters, and sigma does
-  /// not. Nullopt if the model does not contain that mean.
+  evaluation::BiasStability stability;  ///< over blocks with a correction
+  /// 95 % prediction interval of the improvement in another recording; nullopt if these blocks do not determine it.
+  std::optional<evaluation::PredictionInterval> improvement_interval;
+  /// 1 − rms(after) / rms(before − mean of the training). Unlike 1 sigma it includes a shift of the bias since the
+  /// training. Nullopt if the model does not contain the training mean.
   std::optional<double> rms_improvement;
-  std::vector<double> predicted_deg_per_h;  ///< one per block of the table: its correction; kUnknown if prismd has none
-  std::vector<double> corrected_deg_per_h;  ///< one per block: the mean that prismd logs, minus the Earth rate
-  /// One per second of the table (table.second): what an Allan deviation after compensation is taken of. Where the
-  /// window is full, by the correction of the block that the second lies in; where it is not, by the fallback's of this
-  /// second.
+  std::vector<double> predicted_deg_per_h;  ///< correction of each block; kUnknown if prismd has none
+  std::vector<double> corrected_deg_per_h;  ///< corrected mean of each block as prismd logs it, minus the Earth rate
+  /// Corrected rate of each second (table.second) minus the Earth rate, for the Allan deviation. Uses the correction of
+  /// the block that contains the second or, if the window is not full, that of the fallback.
   std::vector<double> corrected_second_deg_per_h;
   std::vector<bool> extrapolating;
-  std::size_t extrapolated = 0;  ///< how many blocks of them
-  std::size_t uncorrected = 0;   ///< blocks whose bias is beyond the limit: prismd publishes no corrected rate there
+  std::size_t extrapolated = 0;  ///< number of extrapolating blocks
+  std::size_t uncorrected = 0;   ///< blocks with a bias above the limit: prismd publishes no corrected rate
 
-  std::size_t with_sd = 0;        ///< blocks with a correction whose standard deviation, with noise, the model states
-  std::size_t within_two_sd = 0;  ///< those of them that lie within two of it from the prediction
-  std::size_t slew_limited = 0;   ///< blocks whose correction the slew limit held back
+  std::size_t with_sd = 0;        ///< blocks with a correction for which the model gives sd_mean (sd with noise)
+  std::size_t within_two_sd = 0;  ///< those of them within 2 sd_mean of the prediction
+  std::size_t slew_limited = 0;   ///< blocks with a correction limited by the slew limit
 
-  /// Share of the blocks outside the training range, %.
+  /// Blocks outside the training range, %.
   double extrapolated_percent() const {
     return 100 * static_cast<double>(extrapolated) / static_cast<double>(extrapolating.size());
   }
-  /// Those of the blocks that have a correction.
+  /// Returns the elements of `blocks` (one per block) that have a correction.
   template <class T>
   std::vector<T> where_corrected(const std::vector<T>& blocks) const {
     std::vector<T> kept;
@@ -60,18 +59,17 @@ struct ModelEvaluation {
 };
 
 /// "44.1 to 61.3", in percent; "—" without an interval.
-std::string interval_text(const std::optional<evaluation::PredictionInterval>& next);
+std::string interval_text(const std::optional<evaluation::PredictionInterval>& interval);
 
-/// Where 95 % of further recordings put the improvement of `other` less that of `first`, in points, over the blocks of
-/// `table` that both correct, and whether that is a difference at all: "+1.2 to +4.0: better", "-0.3 to +0.5: not
-/// distinguishable". An em dash where these blocks cannot tell.
+/// 95 % prediction interval, in another recording, of the improvement of `other` minus that of `first`, in points, over
+/// the blocks of `table` that both correct. Text: "+1.2 to +4.0: better", "-0.3 to +0.5: not distinguishable"; "—" if
+/// these blocks do not determine it.
 report::Cell difference_cell(const ModelEvaluation& first, const ModelEvaluation& other,
                              const recordings::BlockTable& table);
 
-/// Runs the engine's correction over every block of `table`, whose features must be the model's own. The slew limit
-/// allows from block to block what it allows in the seconds between them, where one follows the other. Refused:
-/// features that differ, an input that the recording does not carry, fewer than two blocks with a correction, what
-/// Engine::use refuses.
+/// Applies the engine's correction to each block of `table`. Between consecutive blocks the slew limit allows the
+/// change of all seconds between them. Errors: the features of model and table differ, the recording lacks an input,
+/// fewer than two blocks with a correction, and those of CompensationEngine::use().
 Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,
                                        const CorrectionSettings& settings, evaluation::Divisor divisor);
 

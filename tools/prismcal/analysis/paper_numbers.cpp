@@ -6,22 +6,22 @@
 namespace prism::analysis {
 namespace {
 
-/// In the tables F(x) is in 1e-3 deg/h, improvement in percent.
+/// Values as in the tables: F(x) in 1e-3 deg/h, improvement in percent.
 PaperRow kernel_row(double c, double sigma2, double cost, double after, double improvement) {
   return {c, sigma2, cost * 1e-3, after, improvement / 100};
 }
 
-PaperRow plain_row(double after, double improvement) { return {{}, {}, {}, after, improvement / 100}; }
+PaperRow polynomial_row(double after, double improvement) { return {{}, {}, {}, after, improvement / 100}; }
 
 const std::map<std::string, PaperRow>& rows() {
   static const std::map<std::string, PaperRow> kRows = {
       // Table 2
-      {"ls T", plain_row(0.01194, 35.46)},
-      {"ls dTdt", plain_row(0.01702, 8.00)},
-      {"ls U", plain_row(0.01100, 40.54)},
+      {"ls T", polynomial_row(0.01194, 35.46)},
+      {"ls dTdt", polynomial_row(0.01702, 8.00)},
+      {"ls U", polynomial_row(0.01100, 40.54)},
       // Table 3
-      {"stepwise T,dTdt", plain_row(0.00942, 49.08)},
-      {"stepwise T,dTdt,U", plain_row(0.00842, 54.49)},
+      {"stepwise T,dTdt", polynomial_row(0.00942, 49.08)},
+      {"stepwise T,dTdt,U", polynomial_row(0.00842, 54.49)},
       // Table 4
       {"ir-lssvm T huber shuffled", kernel_row(1.5958e2, 0.0356, 8.5410, 0.01105, 40.27)},
       {"ir-lssvm T hampel shuffled", kernel_row(78.6103, 0.4086, 8.5280, 0.01123, 39.30)},

@@ -10,18 +10,18 @@
 
 namespace prism::analysis {
 
-/// One row of the paper's tables. c, sigma2 and F(x) belong to normalised data and to their gyro: only to compare.
+/// One row of the paper's tables. c, sigma2 and F(x) are for normalised data of the paper's gyro.
 struct PaperRow {
   std::optional<double> c, sigma2, cost_deg_per_h;
   double after_deg_per_h = 0;
-  double improvement = 0;  ///< a share
+  double improvement = 0;  ///< as a share
 };
 
 inline constexpr double kPaperBefore = 0.01850;  ///< deg/h, tables 2 and 3
 inline constexpr std::array<double, 3> kPaperCorrelation = {0.71, -0.43,
                                                             -0.82};  ///< T, dT/dt, U with the bias, table 1
 
-/// The paper's row for a model, where it has one with this very tuning.
+/// Returns the paper's row for a model with the same tuning, if there is one.
 std::optional<PaperRow> paper_row(const ModelSpec& spec);
 
 }  // namespace prism::analysis

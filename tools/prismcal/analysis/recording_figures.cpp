@@ -71,7 +71,7 @@ Panel loop_panel(const char* title, const recordings::BlockTable& table, const s
               of(evaluation::ThermalKind::kCooling))}};
 }
 
-/// A curve with its band, dense points.
+/// A curve of dense points with its confidence band.
 Result<std::vector<Series>> allan_series(const std::vector<double>& seconds, const char* name, Ink ink,
                                          const std::string& where) {
   const auto sizes = evaluation::allan_cluster_sizes(evaluation::AllanGrid::kDense, seconds.size());
@@ -156,14 +156,13 @@ Figure record_figure(const recordings::BlockTable& table, const std::string& id)
     panels.push_back(time_panel("high-frequency oscillator", "UHFO, V",
                                 {curve("", Ink::kModel, hours, table.column(compensation::kInputUhfo))}));
   }
-  panels.push_back(
-      time_panel("rate less earth rate", kBias, {curve("", Ink::kCorrected, hours, table.bias_deg_per_h)}));
+  panels.push_back(time_panel("rate − Earth rate", kBias, {curve("", Ink::kCorrected, hours, table.bias_deg_per_h)}));
   return figure;
 }
 
 Figure bias_figure(const EvaluatedRecording& recording) {
   const recordings::BlockTable& table = *recording.table;
-  const ModelEvaluation& judged = *recording.evaluation;
+  const ModelEvaluation& evaluated = *recording.evaluation;
   const auto hours = table.hours();
   Figure figure{recording.id + "_bias",
                 "Bias, model and residual on " + table.name,
@@ -172,14 +171,14 @@ Figure bias_figure(const EvaluatedRecording& recording) {
   figure.plot.panel_height = 230;
   figure.plot.panels = {time_panel("(a) bias and model", kBias,
                                    {curve("bias", Ink::kRaw, hours, table.bias_deg_per_h),
-                                    curve("model", Ink::kModel, hours, judged.predicted_deg_per_h)}),
+                                    curve("model", Ink::kModel, hours, evaluated.predicted_deg_per_h)}),
                         time_panel("(b) before and after", kBias,
                                    {curve("before", Ink::kRaw, hours, table.bias_deg_per_h),
-                                    curve("after", Ink::kCorrected, hours, judged.corrected_deg_per_h)})};
-  if (judged.extrapolated > 0) {
+                                    curve("after", Ink::kCorrected, hours, evaluated.corrected_deg_per_h)})};
+  if (evaluated.extrapolated > 0) {
     figure.plot.panels[1].series.push_back(picked("outside the training range", Ink::kModel, SeriesStyle::kPoints,
-                                                  hours, judged.corrected_deg_per_h,
-                                                  [&](std::size_t i) { return judged.extrapolating[i]; }));
+                                                  hours, evaluated.corrected_deg_per_h,
+                                                  [&](std::size_t i) { return evaluated.extrapolating[i]; }));
   }
   return figure;
 }
@@ -187,7 +186,7 @@ Figure bias_figure(const EvaluatedRecording& recording) {
 Figure thermal_figure(const EvaluatedRecording& recording) {
   Figure figure{recording.id + "_loop",
                 "Bias against temperature on " + recording.table->name,
-                "Means as above; soaks are light.",
+                "Means as above; soaks in a light colour.",
                 {}};
   figure.plot = {2,
                  320,
@@ -206,11 +205,12 @@ Result<Figure> allan_figure(const EvaluatedRecording& recording) {
     if (!series) return tl::unexpected(series.error());
     panel.series.insert(panel.series.end(), series->begin(), series->end());
   }
-  return Figure{recording.id + "_allan_curve",
-                "Allan deviation on " + table.name,
-                "Overlapping, 1 Hz means; bands are 68 % by chi-square with the degrees of freedom of the noise found "
-                "at each time.",
-                {1, 380, {panel}}};
+  return Figure{
+      recording.id + "_allan_curve",
+      "Allan deviation on " + table.name,
+      "Overlapping, 1 Hz means. Bands: 68 %, chi-square with the degrees of freedom of the noise type at each "
+      "averaging time.",
+      {1, 380, {panel}}};
 }
 
 Result<Figure> residual_figure(const EvaluatedRecording& recording) {
@@ -221,7 +221,7 @@ Result<Figure> residual_figure(const EvaluatedRecording& recording) {
       recording.id + "_residual",
       "Residual on " + recording.table->name,
       fmt::format(
-          "{} s means; bins over four sigma either way. A residual without memory stays inside the dashed lines.",
+          "{} s means; bins from −4 to +4 sigma. The autocorrelation of white noise is within the dashed lines.",
           recording.table->features.length_s),
       {2, 290, {histogram_panel(residual, recording.evaluation->stability.after), autocorrelation_panel(*r)}}};
 }
@@ -231,10 +231,8 @@ Figure weights_figure(const EvaluatedRecording& recording) {
   const auto& weights = *recording.weights;
   const auto hours = training.hours();
   const auto outlier = [&](std::size_t i) { return i < weights.size() && weights[i] < 0.5; };
-  Figure figure{recording.id + "_weights",
-                "Which training blocks were called outliers",
-                "A block counts by its weight; below one half it is marked.",
-                {}};
+  Figure figure{
+      recording.id + "_weights", "Outliers in the training data", "Blocks with a weight below 0.5 are marked.", {}};
   figure.plot.panel_height = 210;
   figure.plot.panels = {
       time_panel(
@@ -248,7 +246,7 @@ Figure weights_figure(const EvaluatedRecording& recording) {
 Figure domain_figure(const EvaluatedRecording& recording) {
   Figure figure{recording.id + "_domain",
                 "Training range of the model and this recording",
-                fmt::format("{} of {} blocks are outside the training range, by the model's own guard.",
+                fmt::format("{} of {} blocks are outside the training range, by the model's extrapolation guard.",
                             recording.evaluation->extrapolated, recording.table->size()),
                 {}};
   figure.plot = {2, 320, {plane_panel("(a) slope", "dT/dt, °C/s", compensation::kInputSlope, recording)}};

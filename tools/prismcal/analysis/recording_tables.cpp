@@ -61,41 +61,44 @@ Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<doubl
 namespace {
 
 /// The prediction interval for further recordings, in parentheses.
-std::string next_text(const ModelEvaluation& judged, int block_s) {
-  if (!judged.next) return "";
+std::string further_text(const ModelEvaluation& evaluated, int block_s) {
+  const auto& interval = evaluated.improvement_interval;
+  if (!interval) return "";
   return fmt::format(
-      " (95 % of further recordings of this profile: {} %{}; their spread is assumed, from pieces of {:.1f} h of "
+      " (95 % of further recordings of this profile: {} %{}; their variation is assumed, from segments of {:.1f} h of "
       "this one and from simulated days)",
-      interval_text(judged.next), judged.next->holds_zero() ? ", not distinguishable from zero" : "",
-      static_cast<double>(judged.next->block) * block_s / 3600);
+      interval_text(interval), interval->holds_zero() ? ", not distinguishable from zero" : "",
+      static_cast<double>(interval->block) * block_s / 3600);
 }
 
 }  // namespace
 
-report::Paragraph verdict_paragraph(const EvaluatedRecording& recording, const std::string& overlap) {
-  const ModelEvaluation& judged = *recording.evaluation;
-  const evaluation::BiasStability& s = judged.stability;
-  const std::string figures = fmt::format(
+report::Paragraph result_paragraph(const EvaluatedRecording& recording, const std::string& overlap) {
+  const ModelEvaluation& evaluated = *recording.evaluation;
+  const evaluation::BiasStability& s = evaluated.stability;
+  const std::string values = fmt::format(
       "1 sigma of the {} s means is {:.5f} deg/h before and {:.5f} after; {:.1f} % of the blocks are outside the "
       "training range.",
-      recording.table->features.length_s, s.before.sd, s.after.sd, judged.extrapolated_percent());
+      recording.table->features.length_s, s.before.sd, s.after.sd, evaluated.extrapolated_percent());
   if (!overlap.empty())
     return {fmt::format("{}: not a test: {}. The values show how well the model fits its training data. {}",
-                        recording.table->name, overlap, figures),
+                        recording.table->name, overlap, values),
             report::Emphasis::kWarn};
-  if (!s.improvement) return {recording.table->name + ": " + figures, report::Emphasis::kNone};
+  if (!s.improvement) return {recording.table->name + ": " + values, report::Emphasis::kNone};
   const bool helps = *s.improvement > 0;
-  const bool unsure = judged.next && judged.next->holds_zero();
-  return {fmt::format("{}: the model {} {:.1f} % of the drift{}. {}", recording.table->name, helps ? "removes" : "adds",
-                      100 * std::abs(*s.improvement), next_text(judged, recording.table->features.length_s), figures),
-          unsure  ? report::Emphasis::kWarn
-          : helps ? report::Emphasis::kGood
-                  : report::Emphasis::kBad};
+  const auto& interval = evaluated.improvement_interval;
+  const bool unsure = interval && interval->holds_zero();
+  return {
+      fmt::format("{}: the model {} {:.1f} % of the drift{}. {}", recording.table->name, helps ? "removes" : "adds",
+                  100 * std::abs(*s.improvement), further_text(evaluated, recording.table->features.length_s), values),
+      unsure  ? report::Emphasis::kWarn
+      : helps ? report::Emphasis::kGood
+              : report::Emphasis::kBad};
 }
 
 namespace {
 
-// Above 100 % the floor, an estimate, lies above what is left: more than all cannot be explained.
+// The floor is an estimate: if the residual is below it, the share exceeds 100 %.
 Cell explained_cell(const std::optional<double>& explained) {
   return explained && *explained > 1 ? Cell{"> 100", *explained * 100} : percent_cell(explained);
 }
@@ -106,23 +109,22 @@ Table stability_table(const EvaluatedRecording& recording) {
   const evaluation::BiasStability& s = recording.evaluation->stability;
   Table table{recording.id + "_stability", "Bias stability on " + recording.table->name, "", {}, {}};
   table.caption = fmt::format(
-      "{}, {} blocks. The floor is what white noise alone gives a mean, from first differences; explained = (before² − "
-      "after²) / (before² − floor²): near 100 % no model could do better; above, the residual is below the floor, "
-      "which is an estimate. 95 % of further: the 95 % prediction interval of the improvement of further recordings of "
-      "the profile. rms improvement: against the mean of the training alone, so that a shift of the bias since then "
-      "counts.",
+      "{}, {} blocks. Floor: 1 sigma of a mean from white noise alone, estimated from first differences. Explained = "
+      "(before² − after²) / (before² − floor²): near 100 % no model can be better; above 100 % the residual is below "
+      "the "
+      "estimated floor. 95 % of further: 95 % prediction interval of the improvement in another recording of the same "
+      "profile. rms improvement: relative to the training mean, so it includes a shift of the bias since the training.",
       means_text(recording), s.before.count);
   if (const std::size_t without = recording.evaluation->uncorrected; without > 0) {
     table.caption += fmt::format(
-        " {} further blocks are left out: the model's bias is above the limit there, and prismd publishes no "
-        "corrected rate.",
+        " {} more blocks are left out: the model's bias is above the limit, so prismd publishes no corrected rate.",
         without);
   }
-  if (const std::size_t held = recording.evaluation->slew_limited; held > 0) {
+  if (const std::size_t limited = recording.evaluation->slew_limited; limited > 0) {
     table.caption += fmt::format(
         " In {} blocks the correction changed faster than the slew limit allows: prismd publishes the limited "
         "correction.",
-        held);
+        limited);
   }
   table.columns = {{"", "", false},           {"mean", "deg/h"},       {"1 sigma", "deg/h"}, {"rms", "deg/h"},
                    {"peak to peak", "deg/h"}, {"improvement", "%"},    {"floor", "deg/h"},   {"explained", "%"},
@@ -131,7 +133,7 @@ Table stability_table(const EvaluatedRecording& recording) {
   before.insert(before.end(),
                 {text_cell(""), fixed_cell(s.floor_deg_per_h, 5), text_cell(""), text_cell(""), text_cell("")});
   after.insert(after.end(), {percent_cell(s.improvement), text_cell(""), explained_cell(s.explained),
-                             text_cell(interval_text(recording.evaluation->next)),
+                             text_cell(interval_text(recording.evaluation->improvement_interval)),
                              percent_cell(recording.evaluation->rms_improvement)});
   table.rows = {before, after};
   return table;
@@ -143,8 +145,8 @@ Result<Table> segment_table(const EvaluatedRecording& recording) {
       evaluation::cut_thermal_segments(times(data), data.column(compensation::kInputTemperature), {}, data.name);
   if (!segments) return tl::unexpected(segments.error());
   Table table{recording.id + "_segments", "Soaks and ramps of " + data.name, "", {}, {}};
-  table.caption = fmt::format("{}. A soak is a period in which the temperature changes by less than {:g} degC/min.",
-                              means_text(recording), 60 * kSoakSlope);
+  table.caption = fmt::format("{}. Soak: the temperature changes by less than {:g} degC/min.", means_text(recording),
+                              60 * kSoakSlope);
   table.columns = {{"segment", "", false},  {"from", "degC"},          {"to", "degC"},
                    {"length", "h"},         {"mean before", "deg/h"},  {"1 sigma before", "deg/h"},
                    {"mean after", "deg/h"}, {"1 sigma after", "deg/h"}};
@@ -174,8 +176,8 @@ Result<Table> segment_table(const EvaluatedRecording& recording) {
 Result<Table> hysteresis_table(const EvaluatedRecording& recording) {
   const recordings::BlockTable& data = *recording.table;
   Table table{recording.id + "_hysteresis", "Heating against cooling on " + data.name, "", {}, {}};
-  table.caption = fmt::format(
-      "Bias in bins of {:g} degC that the ramps passed both ways; the gap is heating less cooling.", kHysteresisBin);
+  table.caption = fmt::format("Bias in bins of {:g} degC with both heating and cooling; gap: heating minus cooling.",
+                              kHysteresisBin);
   table.columns = {{"", "", false},
                    {"largest gap", "deg/h"},
                    {"at", "degC"},
@@ -186,7 +188,7 @@ Result<Table> hysteresis_table(const EvaluatedRecording& recording) {
     const auto loop = measure_loop(recording, after ? recording.evaluation->corrected_deg_per_h : data.bias_deg_per_h);
     if (!loop) return tl::unexpected(loop.error());
     if (loop->bins.empty())
-      return make_error(data.name, "no temperature was passed both heating and cooling: no hysteresis to measure");
+      return make_error(data.name, "no temperature with both heating and cooling: hysteresis cannot be measured");
     const auto milli = [](std::optional<double> value) { return value ? std::optional(1e3 * *value) : std::nullopt; };
     table.rows.push_back({text_cell(after ? "after" : "before"), fixed_cell(loop->max_gap_deg_per_h, 5),
                           fixed_cell(loop->max_gap_at_degc, 1), fixed_cell(loop->loop_area_deg_per_h_degc, 4),
@@ -200,10 +202,10 @@ Result<Table> allan_table(const EvaluatedRecording& recording) {
   const recordings::BlockTable& data = *recording.table;
   Table table{recording.id + "_allan", "Allan coefficients on " + data.name, "", {}, {}};
   table.caption =
-      "Overlapping estimate of the 1 Hz means. A thermal cycle is not stationary: before compensation the long end is "
-      "the chamber's. "
-      "Bias instability is stated only where the curve has a plateau (÷ 0.664); the minimum / 0.664 bounds it from "
-      "above.";
+      "Overlapping estimate of the 1 Hz means. A thermal cycle is not stationary: before compensation, long averaging "
+      "times show the chamber. Bias instability is given only if the curve has a plateau (÷ 0.664); minimum / 0.664 is "
+      "an "
+      "upper limit.";
   table.columns = {{"", "", false},
                    {"quantisation", "arcsec"},
                    {"angle random walk", "deg/√h"},

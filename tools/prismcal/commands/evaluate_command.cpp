@@ -47,7 +47,7 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
 report::Section recording_section(const analysis::EvaluatedRecording& recording, const std::string& overlap,
                                   const std::vector<analysis::Limit>& limits, bool& kept) {
   report::Section section{
-      recording.id, "On " + recording.table->name, {analysis::verdict_paragraph(recording, overlap)}};
+      recording.id, "On " + recording.table->name, {analysis::result_paragraph(recording, overlap)}};
   if (!limits.empty()) {
     const auto verdicts = analysis::check_limits(limits, analysis::measure_all(recording));
     kept = kept && std::all_of(verdicts.begin(), verdicts.end(), [](const analysis::LimitCheck& v) { return v.pass; });
