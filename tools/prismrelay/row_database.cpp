@@ -221,8 +221,8 @@ Result<std::vector<std::string>> RowDatabase::keep_days() {
   if (!old) return error_of(old);
   for (int i = 0; i < PQntuples(old->get()); ++i) {
     const std::int64_t day = std::stoll(field(*old, i, 0));
-    if (const auto done = connection_->run("DROP TABLE prism." + partition_name(day), next_deadline()); !done)
-      return error_of(done);
+    if (const auto table = connection_->run("DROP TABLE prism." + partition_name(day), next_deadline()); !table)
+      return error_of(table);
     days_.erase(day);
     dropped.push_back(fmt::format("dropped {} (about {} rows, {}): older than keep_days {}", partition_name(day),
                                   field(*old, i, 1), field(*old, i, 2), *settings_.keep_days));
