@@ -25,7 +25,7 @@ test("a value outside the training domain is drawn outside its range, but within
 
 test("inputs of a model have the units and values of the window, even if the model has no domain", () => {
   const inputs = inputsOf({ inputs: ["T", "dTdt", "lag1"], domain: { min: [], max: [] } }, { mean_temperature_degc: 25, slope_degc_per_s: 0.001 });
-  assert.deepEqual(inputs.map((input) => [input.name, input.unit, input.value, input.least]), [["T", "°C", 25, undefined], ["dTdt", "°C/s", 0.001, undefined], ["lag1", "", undefined, undefined]]);
+  assert.deepEqual(inputs.map((input) => [input.name, input.unit, input.value, input.min]), [["T", "°C", 25, undefined], ["dTdt", "°C/s", 0.001, undefined], ["lag1", "", undefined, undefined]]);
 });
 
 test("a saved table has one line per row and units in the column names; a name cannot add a line", () => {

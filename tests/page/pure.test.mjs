@@ -7,7 +7,7 @@ const page = new URL("../../tools/prismweb/page/", import.meta.url);
 const from = (name) => import(new URL(name, page));
 const format = await from("charts/format.js"), quality = await from("quality.js"), state = await from("state.js");
 const { Steps, indexAt, stepFor, tableOf } = await from("steps.js");
-const { stepsOf } = await from("range.js"), { TimeView, kGreatest_s } = await from("time_view.js");
+const { stepsOf } = await from("range.js"), { TimeView, kMax_s } = await from("time_view.js");
 
 test("an unknown number is a dash, and zero has no minus sign", () => {
   for (const unknown of [null, undefined, NaN, Infinity, "8"]) assert.equal(format.fixed(unknown, 3), "–");
@@ -27,11 +27,11 @@ test("formats of spans, times, file names and decimals", () => {
 });
 
 test("the worst reason of a quality decides; an unknown reason is caution", () => {
-  assert.equal(quality.meaningOfQuality("good"), "good");
-  assert.equal(quality.meaningOfQuality("warming+no_model"), "care");
-  assert.equal(quality.meaningOfQuality("extrapolating+rate_invalid"), "bad");
-  assert.equal(quality.meaningOfQuality("a_reason_of_next_year"), "care");
-  assert.equal(quality.meaningOfQuality(undefined), "bad");
+  assert.equal(quality.levelOfQuality("good"), "good");
+  assert.equal(quality.levelOfQuality("warming+no_model"), "care");
+  assert.equal(quality.levelOfQuality("extrapolating+rate_invalid"), "bad");
+  assert.equal(quality.levelOfQuality("a_reason_of_next_year"), "care");
+  assert.equal(quality.levelOfQuality(undefined), "bad");
 });
 
 const second = (time_s, rate, more) => ({ axis: "z", time_s, samples: 200, missing: 0, rate_deg_per_h: rate, corrected_deg_per_h: rate, quality: "good", ...more });
@@ -129,7 +129,7 @@ test("the time range follows the current time until it is moved, and again when 
   assert.equal(view.span_s, 10);
   view.setSpan(1e12);
   view.scale(2);
-  assert.equal(view.span_s, kGreatest_s);
+  assert.equal(view.span_s, kMax_s);
   assert.equal(changes, 6);
 });
 
@@ -143,16 +143,16 @@ function gyroOf(status) {
 test("stale values are marked as old, for each reason", () => {
   const gyro = gyroOf({ axis: "z", state: "receiving", quality: "good" }), axis = gyro.axes.get("z");
   state.takeWindow(gyro, second(10, 1), 5000);
-  const now = (linked, now_ms) => state.judge(gyro, axis, linked, now_ms);
-  assert.deepEqual([now(true, 6000).meaning, now(true, 6000).old], ["good", false]);
-  assert.deepEqual([now(true, 9000).meaning, now(true, 9000).old], ["bad", true]);
+  const now = (linked, now_ms) => state.statusOf(gyro, axis, linked, now_ms);
+  assert.deepEqual([now(true, 6000).level, now(true, 6000).old], ["good", false]);
+  assert.deepEqual([now(true, 9000).level, now(true, 9000).old], ["bad", true]);
   assert.equal(now(false, 6000).old, true);
   gyro.status.state = "connecting";
   assert.deepEqual([now(true, 6000).word, now(true, 6000).old], ["connecting", true]);
   state.takeInstance(gyro, { name: "g", state: "gone", axes: ["z"] });
   assert.deepEqual([now(true, 6000).word, now(true, 6000).old], ["prismd stopped", true]);
   state.takeInstance(gyro, { name: "g", state: "stopped", axes: ["z"] });
-  assert.deepEqual([now(true, 6000).word, now(true, 6000).meaning], ["stopped", "care"]);
+  assert.deepEqual([now(true, 6000).word, now(true, 6000).level], ["stopped", "care"]);
 });
 
 test("a row without a time is ignored: the status of a gyro without data has a row of nulls", () => {
@@ -171,7 +171,7 @@ test("the age of a line without data since before the page was opened is that of
 
 test("the progress of warming is separate from its word; all is good only if every axis is", () => {
   const gyro = gyroOf({ axis: "z", state: "receiving", quality: "warming", warm_s: 35, full_s: 110, age_s: 0 }), axis = gyro.axes.get("z");
-  const { word, count } = state.judge(gyro, axis, true, 0);
+  const { word, count } = state.statusOf(gyro, axis, true, 0);
   assert.deepEqual([word, count], ["warming", "35 of 110 s"]);
   assert.deepEqual([state.allGood([gyro], true, 0), state.allGood([], true, 0)], [false, false]);
   axis.quality = "good";

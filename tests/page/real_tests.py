@@ -93,7 +93,7 @@ def prismweb_stalls(browser, world):
     browser.allowed.append("WebSocket")  # the browser's message about the closed connection
     world.children["prismweb"].send_signal(signal.SIGSTOP)
     browser.wait("the alarm", lambda: browser.one(".alarm").is_displayed(), 9)
-    assert "does not answer" in browser.text(".alarm"), browser.text(".alarm")
+    assert "does not respond" in browser.text(".alarm"), browser.text(".alarm")
     browser.wait("crossed-out values", lambda: browser.run(STRUCK), 2)
     time.sleep(3)
     world.children["prismweb"].send_signal(signal.SIGCONT)

@@ -64,7 +64,7 @@ test("24 requests are pending; requests for rows go first, and requests to prism
 test("the timeout of 16 s begins when a request is sent", async () => {
   const answers = ["a", "b", "c"].map((method) => socket.call("g", method).catch((error) => error.message));
   for (let s = 0; s < 17; s++) { pass(1); tell({ batch: [] }); }
-  assert.deepEqual(await Promise.all(answers.slice(0, 2)), ["no answer", "no answer"]);
+  assert.deepEqual(await Promise.all(answers.slice(0, 2)), ["no response", "no response"]);
   assert.deepEqual(sent(), ["g a", "g b", "g c"]);
   for (let s = 0; s < 15; s++) { pass(1); tell({ batch: [] }); }
   answer(2);
@@ -79,10 +79,10 @@ test("the page probes a server without messages, with one request at a time, and
     await settled();
   }
   assert.deepEqual([said, sent().length], [[], 4]);
-  const heard_ms = wall_ms;
+  const received_ms = wall_ms;
   const queued = ["a", "b", "c"].map((method) => socket.call("g", method).catch((error) => error.message));
   pass(6);
-  assert.deepEqual(said, [["cut", { why: "prismweb does not answer", heard_ms }]]);
+  assert.deepEqual(said, [["cut", { why: "prismweb does not respond", received_ms }]]);
   assert.deepEqual(await Promise.all(queued), Array(3).fill("not connected"));
 });
 
@@ -100,8 +100,8 @@ test("a hidden tab checks once a minute, and does not disconnect before it has s
 test("after the computer slept, the page reports it and the time of the last message", () => {
   pass(1);
   tell({ batch: [] });
-  const heard_ms = wall_ms;
+  const received_ms = wall_ms;
   wall_ms += 8 * 3600 * 1000;
   pass(1);
-  assert.deepEqual(said, [["slept", { ms: 8 * 3600 * 1000 }], ["cut", { why: "this computer was asleep", heard_ms }]]);
+  assert.deepEqual(said, [["slept", { ms: 8 * 3600 * 1000 }], ["cut", { why: "this computer was asleep", received_ms }]]);
 });

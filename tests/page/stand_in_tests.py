@@ -152,7 +152,7 @@ def server_stalls(browser, world):
     open_gyro(browser)
     world.say("freeze")
     browser.wait("the alarm", lambda: browser.one(".alarm").is_displayed(), 9)
-    assert "does not answer" in browser.text(".alarm"), browser.text(".alarm")
+    assert "does not respond" in browser.text(".alarm"), browser.text(".alarm")
     line = "return getComputedStyle(document.querySelector('.hero .big')).textDecorationLine"
     browser.wait("crossed-out values", lambda: browser.run(line) == "line-through", 2)
     browser.picture("frozen")

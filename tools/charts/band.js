@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The band between minimum and maximum as one area per contiguous block. dygraphs' own draws four corners for each pair of points, which
-// took half of a chart's time.
+// Draws the band between minimum and maximum as one area per contiguous block. The band of dygraphs has four corners for each pair of
+// points, which took half of a chart's time.
 
 /* global Dygraph */
 function drawBand({ drawingContext: context, points, color, dygraph, plotArea }) {
@@ -11,13 +11,13 @@ function drawBand({ drawingContext: context, points, color, dygraph, plotArea })
     if (!Number.isFinite(points[begin].yval)) { begin++; continue; }
     let end = begin, wide = false;
     for (; end < points.length && Number.isFinite(points[end].yval); end++) wide ||= points[end].y_top !== points[end].y_bottom;
-    if (wide) fillStretch(context, points, begin, end, plotArea);
+    if (wide) fillBlock(context, points, begin, end, plotArea);
     begin = end;
   }
   context.restore();
 }
 
-function fillStretch(context, points, begin, end, area) {
+function fillBlock(context, points, begin, end, area) {
   context.beginPath();
   for (let i = begin; i < end; i++) context.lineTo(points[i].canvasx, area.y + area.h * points[i].y_top);
   for (let i = end - 1; i >= begin; i--) context.lineTo(points[i].canvasx, area.y + area.h * points[i].y_bottom);

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Round numbers along a scale, with as few decimals as distinguish them.
+// Ticks of a scale: round numbers with as few decimals as distinguish them.
 import { fixed } from "./format.js";
 
-/** {v, label} of multiples of 1, 2 or 5 times a power of ten from `low` to `high`, about `wanted` of them, two at least; one of a range that has no width. */
+/**
+ * Returns {v, label} of the multiples of 1, 2 or 5 times a power of ten from `low` to `high`: about `wanted` ticks, at least two; one if
+ * the range has no width.
+ */
 export function ticksOf(low, high, wanted) {
-  // of two numbers that differ by their last digits alone no multiple can be told from the next: the loop would not end
+  // if `low` and `high` differ only in their last digits, adjacent multiples are equal and the loop would not end
   if (!(high - low > 1e-12 * Math.max(Math.abs(low), Math.abs(high)))) return Number.isFinite(low) ? [{ v: low, label: fixed(low, 3) }] : [];
   const rough = (high - low) / Math.max(wanted, 1), power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map((digit) => digit * power).find((one) => one >= rough * 0.85);
+  const step = [1, 2, 5, 10].map((digit) => digit * power).find((candidate) => candidate >= rough * 0.85);
   const decimals = Math.max(0, Math.min(9, -Math.floor(Math.log10(step) + 1e-9)));
   const ticks = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) ticks.push({ v: k * step, label: fixed(k * step, decimals) });

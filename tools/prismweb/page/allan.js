@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Overlapping Allan deviation of evenly spaced rates, as `prismcal allan` has it:
+// Overlapping Allan deviation of evenly spaced rates, the same as in `prismcal allan`:
 //   σ²(m) = Σ_j (x_{j+2m} − 2 x_{j+m} + x_j)² / (2 m² n),  x_j = Σ_{i<j} y_i, n terms   (NIST SP 1065, eq. 11)
-// A value that is not finite is a hole: the terms of the stretches between holes are pooled, nothing is interpolated.
+// A value that is not finite is a gap: the terms of the segments between gaps are summed, without interpolation.
 
-/** The stretches without a hole, each as the running sum of its values less the mean of all. */
+/** Returns the segments without a gap, each as the running sum of its values minus the mean of all values. */
 function phasesOf(rates) {
   let values = 0, offsets = 0, origin = 0;
   for (const rate of rates) {
@@ -23,7 +23,7 @@ function phasesOf(rates) {
   return { phases, values };
 }
 
-/** About 15 cluster sizes a decade, from 1 to the greatest that the record holds three times. */
+/** About 15 cluster sizes per decade, from 1 to a third of the number of values. */
 export function clusterSizes(values) {
   const sizes = [];
   for (let k = 0; ; k++) {
@@ -34,8 +34,8 @@ export function clusterSizes(values) {
 }
 
 /**
- * Points {m, tau_s, deviation, clusters} of `rates` (any unit, NaN or null: a hole), one each `tau0_s`, at the given cluster
- * sizes; those with no pair of clusters are left out. Empty for fewer than three values.
+ * Returns points {m, tau_s, deviation, clusters} of `rates` (any unit; NaN or null is a gap), spaced `tau0_s`, for the given cluster
+ * sizes. Sizes without a pair of clusters are omitted. Empty for fewer than three values.
  */
 export function allanDeviation(rates, tau0_s, sizes) {
   const { phases, values } = phasesOf(rates);

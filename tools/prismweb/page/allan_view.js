@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The Allan deviation of what the charts show, raw and corrected, in a log-log plot of our own: dygraphs draws no curve twice
-// logarithmic with marks at decades alone.
+// The Allan deviation of the data in the charts, raw and corrected, in a log-log plot. dygraphs cannot draw one with grid lines only at
+// decades.
 import { allanDeviation } from "./allan.js";
 import { el, setText, svg } from "./dom.js";
 import { span } from "./charts/format.js";
@@ -8,17 +8,17 @@ import { span } from "./charts/format.js";
 const kWidth = 360, kHeight = 230, kLeft = 58, kBottom = 30, kTop = 8, kRight = 10;
 const kCurves = [["raw_1s", "raw", "raw"], ["corrected_1s", "corrected", "corrected"]];
 
-/** A step that holds less of its seconds than this is a hole: its mean has more noise than the others', and another middle. */
-const kWhole = 0.9;
-const isWhole = (row, step_s) => !(row.seconds < kWhole * step_s);
+/** A step with a smaller fraction of its seconds is a gap: its mean has more noise and another centre. */
+const kMinFraction = 0.9;
+const isComplete = (row, step_s) => !(row.seconds < kMinFraction * step_s);
 
-/** The values of one quantity, one each step, with a hole where there is no whole row. Exported for its test. */
+/** Returns the values of one quantity, one per step; NaN for a missing or incomplete step. Exported for its test. */
 export function evenly(rows, step_s, key) {
   const values = [];
   for (const row of rows) {
-    const place = Math.round((row.time_s - rows[0].time_s) / step_s);
-    while (values.length < place) values.push(NaN);
-    values[place] = isWhole(row, step_s) ? row[key]?.[1] ?? NaN : NaN;
+    const index = Math.round((row.time_s - rows[0].time_s) / step_s);
+    while (values.length < index) values.push(NaN);
+    values[index] = isComplete(row, step_s) ? row[key]?.[1] ?? NaN : NaN;
   }
   return values;
 }
@@ -49,23 +49,23 @@ function draw(plot, curves) {
   }
 }
 
-/** The plot in `place`; update(steps) computes and draws. */
-export function makeAllan(place) {
+/** Makes the plot in `parent`; update(steps) computes and draws. */
+export function makeAllan(parent) {
   const plot = svg("svg", { viewBox: `0 0 ${kWidth} ${kHeight}`, class: "allan", role: "img", "aria-label": "Allan deviation" });
-  const words = el("p", { class: "note" });
+  const note = el("p", { class: "note" });
   const legend = el("ul", { class: "legend" }, ...kCurves.map(([, name, label]) => el("li", {}, el("span", { class: `swatch c--${name}`, "aria-hidden": "true" }), el("span", { class: "label" }, label))));
-  place.append(legend, plot, words);
+  parent.append(legend, plot, note);
   return {
     update({ rows: all, step_s, hasMeans }) {
-      const rows = hasMeans ? all : [], used = rows.filter((row) => isWhole(row, step_s)).length;
+      const rows = hasMeans ? all : [], used = rows.filter((row) => isComplete(row, step_s)).length;
       const curves = kCurves.map(([key, name, label]) => ({ name, label, points: rows.length > 2 ? allanDeviation(evenly(rows, step_s, key), step_s) : [] }));
       draw(plot, curves);
-      const least = curves.map(({ label, points }) => {
+      const minima = curves.map(({ label, points }) => {
         const lowest = points.reduce((a, b) => (a && a.deviation <= b.deviation ? a : b), null);
         return lowest && `${label}: minimum ${lowest.deviation.toPrecision(3)} deg/h at ${span(lowest.tau_s)}`;
       }).filter(Boolean);
-      setText(words, !hasMeans ? "A view this long has only minima and maxima: zoom in." : least.length > 0 ? `Overlapping, deg/h, of ${span(used * step_s)} from means of ${span(step_s)}; ${least.join("; ")}` : "Not enough rows.");
-      plot.setAttribute("aria-label", words.textContent);
+      setText(note, !hasMeans ? "A view this long has only minima and maxima: zoom in." : minima.length > 0 ? `Overlapping, deg/h, of ${span(used * step_s)} from means of ${span(step_s)}; ${minima.join("; ")}` : "Not enough rows.");
+      plot.setAttribute("aria-label", note.textContent);
       return curves;
     },
   };

@@ -38,12 +38,12 @@ export class Chart {
   }
 
   options() {
-    const grid = colour("--grid"), series = {};
-    for (const one of this.spec.series) {
-      series[one.label] = { color: colour(one.colour), strokeWidth: one.width ?? 1.2, ...(one.pattern && { strokePattern: one.pattern }) };
+    const grid = colour("--grid"), styles = {};
+    for (const series of this.spec.series) {
+      styles[series.label] = { color: colour(series.colour), strokeWidth: series.width ?? 1.2, ...(series.pattern && { strokePattern: series.pattern }) };
     }
     return {
-      labels: ["time", ...this.spec.series.map((one) => one.label)], customBars: true, labelsUTC: true, series, plotter: plotters(), fillAlpha: 0.18,
+      labels: ["time", ...this.spec.series.map((series) => series.label)], customBars: true, labelsUTC: true, series: styles, plotter: plotters(), fillAlpha: 0.18,
       gridLineColor: grid, axisLineColor: grid, gridLineWidth: 1, axisLabelFontSize: 11, rightGap: kRightGap_px, yRangePad: 4,
       highlightCircleSize: 3, interactionModel: {}, connectSeparatedPoints: false, ...(this.spec.fromZero && { includeZero: true }),
       axes: {
@@ -63,19 +63,19 @@ export class Chart {
     return decimalsFor((high - low) / 2);
   }
 
-  /** Draws rows of `from_ms` to `to_ms`. `whole`: the rows are complete; only then an empty chart says that it has no data. */
-  draw(rows, step_s, dateWindow, whole) {
+  /** Draws the rows in `dateWindow`, [from_ms, to_ms]. An empty chart shows that it has no data only if the rows are `complete`. */
+  draw(rows, step_s, dateWindow, complete) {
     Object.assign(this, { rows, step_s });
     const file = rows.length > 0 ? tableOf(rows, step_s, this.spec.series) : [[dateWindow[0], ...this.spec.series.map(() => [NaN, NaN, NaN])]];
-    const known = (end) => rows.some((row) => row.time_s * 1000 >= dateWindow[0] && this.spec.series.some((one) => row[one.key + end]));
-    this.plot.dataset.empty = known("") || !whole ? "" : known("_1s") ? "no complete window in this time" : "no data in this time";
+    const known = (suffix) => rows.some((row) => row.time_s * 1000 >= dateWindow[0] && this.spec.series.some((series) => row[series.key + suffix]));
+    this.plot.dataset.empty = known("") || !complete ? "" : known("_1s") ? "no complete window in this time" : "no data in this time";
     if (this.graph) this.graph.updateOptions({ file, dateWindow });
     else this.graph = new Dygraph(this.plot, file, { ...this.options(), dateWindow });
   }
 
   /** Plots other quantities for the series with these labels: {raw: "raw_1s", …}. */
   use(keys) {
-    this.spec = { ...this.spec, series: this.spec.series.map((one) => ({ ...one, key: keys[one.label] })) };
+    this.spec = { ...this.spec, series: this.spec.series.map((series) => ({ ...series, key: keys[series.label] })) };
   }
 
   /** Call after the colours changed. */
@@ -85,19 +85,19 @@ export class Chart {
 
   /** Shows the values of `row` in the legend, or none if it is null. */
   show(row) {
-    for (const one of this.spec.series) {
-      const value = row?.[one.key], decimals = one.decimals ?? Math.min(this.decimals() + 1, 7);
+    for (const series of this.spec.series) {
+      const value = row?.[series.key], decimals = series.decimals ?? Math.min(this.decimals() + 1, 7);
       let text = fixed(value?.[1], decimals);
-      const wide = one.band ? row?.[one.band]?.[2] : undefined;
-      if (value && Number.isFinite(wide)) text += ` ± ${fixed(one.times * wide, decimals)}`;
+      const sd = series.band ? row?.[series.band]?.[2] : undefined;
+      if (value && Number.isFinite(sd)) text += ` ± ${fixed(series.times * sd, decimals)}`;
       else if (value && value[2] > value[0] && this.step_s > 1) text += ` (${fixed(value[0], decimals)} … ${fixed(value[2], decimals)})`;
-      setText(this.values.get(one.label), text);
+      setText(this.values.get(series.label), text);
     }
   }
 
   /** Sets the description for screen readers. */
-  describe(words) {
-    this.element.setAttribute("aria-label", `${this.spec.title}, ${this.spec.unit}, ${words}`);
+  describe(text) {
+    this.element.setAttribute("aria-label", `${this.spec.title}, ${this.spec.unit}, ${text}`);
   }
 
   destroy() {

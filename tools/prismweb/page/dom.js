@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Elements made by hand: every text goes in as text, so that no name of a gyro or a model is ever markup.
+// Makes elements. Texts are never parsed as markup, because they may be names of gyros and models.
 import { kUnknown } from "./charts/format.js";
 
 const kSvg = "http://www.w3.org/2000/svg";
@@ -19,16 +19,16 @@ export const el = (tag, attributes = {}, ...children) => fill(document.createEle
 
 export const svg = (tag, attributes = {}, ...children) => fill(document.createElementNS(kSvg, tag), attributes, children);
 
-/** Writes only what changed: a live region then speaks only when there is something to say. */
+/** Writes the text only if it changed, because a screen reader announces each write to a live region. */
 export function setText(element, text) {
   if (element.textContent === text) return;
   element.textContent = text;
-  element.classList.toggle("unknown", text === kUnknown); // a dash that is struck is a bar
+  element.classList.toggle("unknown", text === kUnknown); // the style sheet does not cross out a dash
 }
 
 export function setAttribute(element, name, value) {
   if (element.getAttribute(name) !== value) element.setAttribute(name, value);
 }
 
-/** A colour that the style sheet names, such as "--raw", as the present theme has it. */
+/** Returns a colour of the current theme by its name in the style sheet, e.g. "--raw". */
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();

@@ -2,7 +2,7 @@
 // The last events of a gyro, newest first. A click on an event moves the charts to its time.
 import { el } from "./dom.js";
 import { moment } from "./charts/format.js";
-import { kMarks, meaningOfSeverity } from "./quality.js";
+import { kMarks, levelOfSeverity } from "./quality.js";
 
 const kShown = 60;
 
@@ -10,9 +10,9 @@ export function makeEvents(lookAt) {
   const list = el("ol", { class: "events" });
   let drawn = "";
   const entry = (event) => {
-    const meaning = meaningOfSeverity(event.severity), again = event.repeats ? ` (${event.repeats} more times)` : "";
-    return el("li", { class: meaning }, el("button", { type: "button", click: () => lookAt(event.time_s) },
-      el("span", { class: "mark", "aria-label": event.severity }, kMarks[meaning]), el("time", {}, moment(event.time_s)), el("span", { class: "text" }, event.text + again)));
+    const level = levelOfSeverity(event.severity), repeats = event.repeats ? ` (${event.repeats} more times)` : "";
+    return el("li", { class: level }, el("button", { type: "button", click: () => lookAt(event.time_s) },
+      el("span", { class: "mark", "aria-label": event.severity }, kMarks[level]), el("time", {}, moment(event.time_s)), el("span", { class: "text" }, event.text + repeats)));
   };
   return {
     element: list,

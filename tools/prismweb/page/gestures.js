@@ -1,36 +1,37 @@
 // SPDX-License-Identifier: MIT
-// Mouse, finger and wheel over the charts, as changes of the one window of time that all of them share.
-// Mouse: drag zooms in, Shift-drag moves, Ctrl-wheel zooms, double-click goes back to now. Finger: drag moves, two fingers zoom.
+// Gestures on the charts that change their common time range.
+// Mouse: drag zooms in, Shift-drag moves, Ctrl-wheel zooms, double-click returns to now. Touch: drag moves, two fingers zoom.
 import { el } from "./dom.js";
 
-const kLeast_px = 6;
+const kMinMove_px = 6;
 
 /**
- * `timeAt(clientX)`: seconds; `view`: {range(): [from, to], zoom(from, to), live(), touch(time)}.
+ * `timeAt(clientX)` returns seconds; `view`: {range(): [from, to], zoom(from, to), live(), touch(time)}. Returns a function that removes
+ * the listeners of the window.
  */
-export function listenToGestures(place, timeAt, view) {
+export function listenToGestures(parent, timeAt, view) {
   const selection = el("div", { class: "selection", hidden: true });
-  place.append(selection);
+  parent.append(selection);
   const pointers = new Map();
   let drag = null;
 
-  const x = (event) => event.clientX - place.getBoundingClientRect().left;
+  const x = (event) => event.clientX - parent.getBoundingClientRect().left;
   const begin = (event) => {
     if (event.button !== 0 || event.target.closest("button")) return;
     pointers.set(event.pointerId, event.clientX);
     const range = view.range();
     drag = { range, pans: event.pointerType !== "mouse" || event.shiftKey, from_px: x(event), clientX: event.clientX, moved: false,
       times: [...pointers.values()].map(timeAt) };
-    if (event.pointerType === "mouse") event.preventDefault(); // no text is selected
+    if (event.pointerType === "mouse") event.preventDefault(); // prevents selection of text
   };
   const pan = (event) => {
     const perPixel = timeAt(1) - timeAt(0), shift_s = (drag.clientX - event.clientX) * perPixel;
     view.zoom(drag.range[0] + shift_s, drag.range[1] + shift_s);
   };
-  /** Both fingers stay on the times that they took hold of. */
+  /** Each finger stays at the time at which it touched the chart. */
   const pinch = () => {
     const [a, b] = [...pointers.values()], [ta, tb] = drag.times;
-    if (Math.abs(a - b) < kLeast_px) return;
+    if (Math.abs(a - b) < kMinMove_px) return;
     const perPixel = (tb - ta) / (b - a), [from, to] = view.range(), now = (to - from) / ((timeAt(1) - timeAt(0)) || 1);
     if (!(perPixel > 0)) return;
     const left = a - (timeAt(a) - from) / (timeAt(1) - timeAt(0));
@@ -39,7 +40,7 @@ export function listenToGestures(place, timeAt, view) {
   const move = (event) => {
     if (!drag || !pointers.has(event.pointerId)) return;
     pointers.set(event.pointerId, event.clientX);
-    if (Math.abs(event.clientX - drag.clientX) > kLeast_px) drag.moved = true;
+    if (Math.abs(event.clientX - drag.clientX) > kMinMove_px) drag.moved = true;
     if (pointers.size === 2) return pinch();
     if (!drag.moved) return;
     if (drag.pans) return pan(event);
@@ -49,15 +50,15 @@ export function listenToGestures(place, timeAt, view) {
     selection.style.width = `${Math.abs(to_px - drag.from_px)}px`;
   };
   const end = (event) => {
-    const held = pointers.delete(event.pointerId);
+    const wasDown = pointers.delete(event.pointerId);
     selection.hidden = true;
-    if (!drag || !held) return;
-    const done = drag;
+    if (!drag || !wasDown) return;
+    const ended = drag;
     drag = null;
     if (event.type === "pointercancel") return;
-    if (!done.moved) { if (done.pans) view.touch(timeAt(event.clientX)); return; }
-    if (done.pans) return;
-    const times = [timeAt(done.clientX), timeAt(event.clientX)].sort((a, b) => a - b);
+    if (!ended.moved) { if (ended.pans) view.touch(timeAt(event.clientX)); return; }
+    if (ended.pans) return;
+    const times = [timeAt(ended.clientX), timeAt(event.clientX)].sort((a, b) => a - b);
     view.zoom(times[0], times[1]);
   };
   const wheel = (event) => {
@@ -71,12 +72,12 @@ export function listenToGestures(place, timeAt, view) {
     } else return;
     event.preventDefault();
   };
-  place.addEventListener("pointerdown", begin);
+  parent.addEventListener("pointerdown", begin);
   addEventListener("pointermove", move);
   addEventListener("pointerup", end);
   addEventListener("pointercancel", end);
-  place.addEventListener("wheel", wheel, { passive: false });
-  place.addEventListener("dblclick", () => view.live());
+  parent.addEventListener("wheel", wheel, { passive: false });
+  parent.addEventListener("dblclick", () => view.live());
   return () => {
     removeEventListener("pointermove", move);
     removeEventListener("pointerup", end);

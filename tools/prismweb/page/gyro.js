@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One axis of one gyro: its numbers, its strip charts, its model's domain, the Allan deviation, its events.
+// The view of one axis: numbers, strip charts, training domain, Allan deviation, line counters, events.
 import { makeAllan } from "./allan_view.js";
 import { kMeans, kSpans } from "./chart_list.js";
 import { makeDomain } from "./domain.js";
@@ -11,27 +11,27 @@ import { makeNumbers } from "./numbers.js";
 import { LiveRows } from "./live_rows.js";
 import { loadRange } from "./range.js";
 import { saveCsv, savePng } from "./save.js";
-import { judge, modelName } from "./state.js";
+import { statusOf, modelName } from "./state.js";
 import { stepFor } from "./steps.js";
 import { Strips } from "./strips.js";
 import { TimeView } from "./time_view.js";
 
-const kWait_ms = 150, kOff_s = 5, kTick_ms = 900, kSlowest_s = 15, kAnalysis_ms = 60000, kRetry_ms = 5000;
+const kMoveDelay_ms = 150, kMaxOffset_s = 5, kTick_ms = 900, kSlowest_s = 15, kAnalysis_ms = 60000, kRetry_ms = 5000;
 const kReload_ms = 1500;
-const kFinest = 5000; // rows that `range` gives at most
+const kMaxRows = 5000; // limit of `range`
 
 export class GyroView {
-  /** `say(text)`: to a screen reader. */
-  constructor(place, { socket, gyro, axis, say }) {
-    Object.assign(this, { socket, gyro, axis, say, asked: 0, drawn_ms: 0, analysed_ms: performance.now() });
-    this.rows = new LiveRows({ reloadSoon: () => this.reloadSoon(), discard: () => this.asked++ });
-    this.present = { time_s: Date.now() / 1000, at_ms: performance.now() };
-    this.view = new TimeView(3600, () => this.present.time_s + (this.present.stands ? 0 : (performance.now() - this.present.at_ms) / 1000), () => this.moved());
-    this.build(place);
+  /** `announce(text)` sends a text to screen readers. */
+  constructor(parent, { socket, gyro, axis, announce }) {
+    Object.assign(this, { socket, gyro, axis, announce, requests: 0, drawn_ms: 0, analysed_ms: performance.now() });
+    this.rows = new LiveRows({ reloadSoon: () => this.reloadSoon(), discard: () => this.requests++ });
+    this.current = { time_s: Date.now() / 1000, at_ms: performance.now() };
+    this.view = new TimeView(3600, () => this.current.time_s + (this.current.isFixed ? 0 : (performance.now() - this.current.at_ms) / 1000), () => this.rangeChanged());
+    this.build(parent);
     this.reload();
   }
 
-  build(place) {
+  build(parent) {
     this.numbers = makeNumbers();
     this.spans = kSpans.map(([span_s, name]) => el("button", { type: "button", click: () => this.setSpan(span_s) }, name));
     const tool = (name, label, act) => el("button", { type: "button", "aria-label": label, title: label, click: act }, name);
@@ -49,7 +49,7 @@ export class GyroView {
     this.events = makeEvents((time_s) => this.lookAt(time_s));
     const right = el("aside", { class: "right" }, panel("Training domain", domain), panel("Allan deviation of the data shown", allan), panel("Line", this.line.element));
     this.element = el("div", { class: "gyro" }, this.numbers.element, tools, el("div", { class: "columns" }, left, right));
-    place.append(this.element);
+    parent.append(this.element);
     const head = el("div", { class: "strip-head" });
     left.append(head);
     this.strips = new Strips(left, { range: () => this.view.range(), zoom: (from_s, to_s) => this.view.zoom(from_s, to_s), live: () => this.goLive() });
@@ -59,7 +59,7 @@ export class GyroView {
     this.allan = makeAllan(allan);
     this.strips.events = this.gyro.events;
     this.observer = new ResizeObserver(() => {
-      this.strips.place = undefined;
+      this.strips.plotArea = undefined;
       this.draw();
     });
     this.observer.observe(left);
@@ -68,7 +68,7 @@ export class GyroView {
 
   setSpan(span_s) {
     this.view.setSpan(span_s);
-    this.say(`span ${span(span_s)}`);
+    this.announce(`span ${span(span_s)}`);
   }
 
   showSpan() {
@@ -76,10 +76,10 @@ export class GyroView {
     this.now.setAttribute("aria-pressed", String(this.view.isLive));
   }
 
-  /** Whether the rows are those of the view that is shown: until then none are saved, and it is not said that there are none. */
-  setWhole(whole) {
-    this.strips.whole = whole;
-    for (const button of this.files) button.disabled = !whole;
+  /** Sets whether the rows of the shown range are loaded. Until then they cannot be saved, and empty charts do not show "no data". */
+  setComplete(complete) {
+    this.strips.complete = complete;
+    for (const button of this.files) button.disabled = !complete;
   }
 
   goLive() {
@@ -87,89 +87,89 @@ export class GyroView {
     this.view.live();
   }
 
-  /** The window of time moved: what is there is shown at once; what is missing is asked for at once, too, and while it goes on moving, when it rests. */
-  moved() {
+  /** Call after a change of the time range. Draws the loaded rows; requests the others, in a series after its first and last change. */
+  rangeChanged() {
     this.showSpan();
-    this.setWhole(false);
+    this.setComplete(false);
     this.draw();
-    clearTimeout(this.resting);
-    const still_ms = performance.now() - (this.moved_ms ?? 0);
+    clearTimeout(this.moveTimer);
+    const since_ms = performance.now() - (this.moved_ms ?? 0);
     this.moved_ms = performance.now();
-    this.resting = setTimeout(() => this.reload(), still_ms > 3 * kWait_ms ? 0 : kWait_ms);
+    this.moveTimer = setTimeout(() => this.reload(), since_ms > 3 * kMoveDelay_ms ? 0 : kMoveDelay_ms);
   }
 
-  /** Soon, once, however often it is said: rows that come each second do not put it off. */
+  /** Reloads once after a delay. Further calls do not postpone it, because they may come each second. */
   reloadSoon() {
-    this.soon ??= setTimeout(() => this.reload(), kReload_ms);
+    this.reloadTimer ??= setTimeout(() => this.reload(), kReload_ms);
   }
 
   async reload() {
-    clearTimeout(this.soon);
-    this.soon = undefined;
-    this.setWhole(false);
-    const asked = ++this.asked, [from_s, to_s] = this.view.range(), length_s = to_s - from_s + this.length_s();
+    clearTimeout(this.reloadTimer);
+    this.reloadTimer = undefined;
+    this.setComplete(false);
+    const request = ++this.requests, [from_s, to_s] = this.view.range(), length_s = to_s - from_s + this.length_s();
     const rows = Math.max(200, Math.min(600, Math.round(this.strips.area().width / 2)));
     this.strips.element.setAttribute("aria-busy", "true");
     try {
-      // from a window's length before, so that the first running mean is whole; by the second where that is possible: these have means
-      const answer = await loadRange(this.socket, this.gyro.name, this.axis.name, to_s - length_s, to_s, length_s < kFinest - 2 ? kFinest : rows);
-      if (asked === this.asked) this.take(answer, stepFor(length_s, rows));
+      // starts one window earlier, so that the first running mean is complete; rows of 1 s if possible, because they have means
+      const result = await loadRange(this.socket, this.gyro.name, this.axis.name, to_s - length_s, to_s, length_s < kMaxRows - 2 ? kMaxRows : rows);
+      if (request === this.requests) this.take(result, stepFor(length_s, rows));
     } catch (error) {
-      if (asked !== this.asked) return;
+      if (request !== this.requests) return;
       setText(this.busy, `rows: ${error.message}`);
-      clearTimeout(this.again);
-      this.again = setTimeout(() => this.reload(), kRetry_ms);
+      clearTimeout(this.retryTimer);
+      this.retryTimer = setTimeout(() => this.reload(), kRetry_ms);
     } finally {
-      if (asked === this.asked) this.strips.element.setAttribute("aria-busy", "false");
+      if (request === this.requests) this.strips.element.setAttribute("aria-busy", "false");
     }
   }
 
-  /** Length of the model's window, and of the running means. */
+  /** Length of the model's window and of the running means. */
   length_s() {
     return this.axis.window_s ?? 100;
   }
 
   take({ steps, last_s, known_s, building }, step_s) {
     this.last_s = last_s;
-    this.setWhole(true);
+    this.setComplete(true);
     this.rows.take(steps, known_s, step_s, this.view.isLive);
     const unbuilt = typeof building === "number" && building < 1, middle = "Band: minimum and maximum second of each step; line: their middle.";
     setText(this.busy, unbuilt ? `Building the long view: ${Math.floor(100 * building)} % of the log read.` : steps.hasMeans ? "" : middle);
-    clearTimeout(this.again);
-    if (unbuilt) this.again = setTimeout(() => this.reload(), 2000);
+    clearTimeout(this.retryTimer);
+    if (unbuilt) this.retryTimer = setTimeout(() => this.reload(), 2000);
     this.draw();
     const [from_s, to_s] = this.view.range(), shown = this.rows.steps.rows.filter((row) => row.time_s > from_s).length;
     this.strips.describe(`${span(this.view.span_s)} until ${this.view.isLive ? "now" : `${moment(to_s)} UTC`}, ${shown} ${shown === 1 ? "row" : "rows"} of ${span(this.rows.steps.step_s)}`);
-    clearTimeout(this.settled);
-    this.settled = setTimeout(() => this.analyse(), 200);
+    clearTimeout(this.analysisTimer);
+    this.analysisTimer = setTimeout(() => this.analyse(), 200);
   }
 
-  /** The Allan deviation of the finest rows that there are of what is shown. */
+  /** Updates the Allan deviation from the finest loaded rows of the shown range. */
   analyse() {
     const [from_s, to_s] = this.view.range(), { step_s, hasMeans } = this.rows.fine;
     this.analysed_ms = performance.now();
     this.allan.update({ step_s, hasMeans, rows: this.rows.fine.rows.filter((row) => row.time_s > from_s && row.time_s <= to_s) });
   }
 
-  /** A live second. */
+  /** Adds a live second. */
   window(row) {
     if (!this.rows.window(row, this.view.isLive)) return;
     if (!this.anchored) this.anchor(row.time_s);
-    this.present = { time_s: row.time_s + 1, at_ms: performance.now() };
+    this.current = { time_s: row.time_s + 1, at_ms: performance.now() };
     if (this.view.isLive) this.forget(row.time_s);
   }
 
-  /** Also where nothing is drawn, as in a tab that nobody sees. */
+  /** Removes old rows. Also required in a hidden tab, which does not draw. */
   forget(to_s) {
     this.rows.forget(to_s - this.view.span_s - this.length_s());
   }
 
-  /** The computer slept for so long: its steady clock did not. */
+  /** Call after a sleep of the computer, which the steady clock does not count. */
   slept(ms) {
-    this.present.at_ms -= ms;
+    this.current.at_ms -= ms;
   }
 
-  /** A live view follows the present: each chart as often as a pixel of it goes by, one after the other. */
+  /** Moves a live view to the current time: redraws each chart when it has moved by a pixel, one chart after the other. */
   tick() {
     const since_ms = performance.now() - this.drawn_ms;
     if (!this.view.isLive || since_ms < kTick_ms) return;
@@ -182,48 +182,47 @@ export class GyroView {
     if (performance.now() - this.analysed_ms > kAnalysis_ms) this.analyse();
   }
 
-  /** What the rate's lines are means of. */
-  wordsOfMeans() {
+  /** Averaging time of the rate chart's curves. */
+  meansLabel() {
     if (this.bySecond) return "1 s";
     return this.rows.steps.step_s > this.length_s() ? span(this.rows.steps.step_s) : "window";
   }
 
   draw() {
-    setText(this.means, `means: ${this.wordsOfMeans()}`);
+    setText(this.means, `means: ${this.meansLabel()}`);
     Object.assign(this, { drawn_ms: performance.now(), drawn_to_s: this.view.range()[1] });
     this.rows.steps.run(this.length_s());
     this.strips.draw(this.rows.steps.rows, this.rows.steps.step_s);
   }
 
-  /** What is not a chart: numbers, domain, events. */
+  /** Updates numbers, domain and events. */
   update(linked, now_ms) {
-    const verdict = judge(this.gyro, this.axis, linked, now_ms);
-    const known_s = this.axis.window?.time_s ?? this.last_s;  // of one that is silent: what its log ends with
+    const status = statusOf(this.gyro, this.axis, linked, now_ms);
+    const known_s = this.axis.window?.time_s ?? this.last_s;  // without a window: the last row of the log
     if (!this.anchored && this.gyro.status?.clock === "device" && Number.isFinite(known_s)) this.anchor(known_s, true);
-    this.numbers.draw(this.gyro, this.axis, verdict, now_ms);
-    const shown = this.model === undefined ? "not known" : this.model?.id ?? null;
-    if (this.shown !== shown) {
-      this.shown = shown;
+    this.numbers.draw(this.gyro, this.axis, status, now_ms);
+    const id = this.model === undefined ? "not known" : this.model?.id ?? null;
+    if (this.shownModel !== id) {
+      this.shownModel = id;
       this.domain.show(this.model);
     }
-    this.domain.draw(verdict.old ? null : this.axis.window, this.rows.steps.rows);
+    this.domain.draw(status.old ? null : this.axis.window, this.rows.steps.rows);
     this.events.draw(this.gyro.events);
-    this.element.classList.toggle("old", verdict.old);
+    this.element.classList.toggle("old", status.old);
     this.tick();
   }
 
-  /** A device's own clock need not be this machine's: the first row that is known says what its present is, and stays it until one comes. */
-  anchor(time_s, stands = false) {
+  /** Sets the current time from a row, because a device's clock may differ from this computer's. `isFixed`: constant until the next row. */
+  anchor(time_s, isFixed = false) {
     this.anchored = true;
-    const off_s = Math.abs(time_s + 1 - this.view.now());
-    this.present = { time_s: time_s + 1, at_ms: performance.now(), stands };
-    if (off_s > kOff_s) this.moved();
+    const offset_s = Math.abs(time_s + 1 - this.view.now());
+    this.current = { time_s: time_s + 1, at_ms: performance.now(), isFixed };
+    if (offset_s > kMaxOffset_s) this.rangeChanged();
   }
 
   switchMeans() {
-    const toSecond = !this.bySecond;
-    this.bySecond = toSecond;
-    this.strips.useMeans(kMeans[toSecond ? "second" : "window"]);
+    this.bySecond = !this.bySecond;
+    this.strips.useMeans(kMeans[this.bySecond ? "second" : "window"]);
     this.draw();
   }
 
@@ -245,16 +244,16 @@ export class GyroView {
   saveCsv() {
     const [from_s, to_s] = this.view.range(), rows = this.rows.steps.rows.filter((row) => row.time_s > from_s && row.time_s <= to_s);
     saveCsv(this.fileName(), rows, this.rows.steps.step_s, this.about(), this.rows.steps.parts);
-    this.say("table saved");
+    this.announce("table saved");
   }
 
   savePng() {
-    const [name, time] = this.about(), means = this.wordsOfMeans();
+    const [name, time] = this.about(), means = this.meansLabel();
     savePng(this.fileName(), this.strips, [name, `${time}, rates: means of ${means === "window" ? span(this.length_s()) : means}`]);
-    this.say("picture saved");
+    this.announce("picture saved");
   }
 
-  /** Answers whether the key was one of the charts'. */
+  /** Handles a key of the charts. Returns false for another key. */
   key(event) {
     const digit = Number(event.key);
     if (digit >= 1 && digit <= kSpans.length) this.setSpan(kSpans[digit - 1][0]);
@@ -265,7 +264,7 @@ export class GyroView {
     else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
       const by = event.key === "ArrowLeft" ? -1 : 1;
       if (event.shiftKey) this.view.pan(0.25 * by);
-      else this.say(this.strips.step(by));
+      else this.announce(this.strips.step(by));
     } else if (event.key === "Escape" && this.strips.cursor_s !== null) this.strips.pointAt(null);
     else return false;
     return true;
@@ -273,8 +272,8 @@ export class GyroView {
 
   destroy() {
     this.observer.disconnect();
-    this.asked++; // what is still under way is nobody's
-    for (const timer of [this.resting, this.soon, this.again, this.settled]) clearTimeout(timer);
+    this.requests++; // discards pending results
+    for (const timer of [this.moveTimer, this.reloadTimer, this.retryTimer, this.analysisTimer]) clearTimeout(timer);
     this.strips.destroy();
     this.element.remove();
   }

@@ -5,14 +5,14 @@ import { clock } from "./charts/format.js";
 import { GyroView } from "./gyro.js";
 import { makeOverview } from "./overview.js";
 import { Socket } from "./socket.js";
-import { allGood, axisOf, byAxis, judgeGyro, kTrace_s, makeGyro, takeEvent, takeInstance, takeStability, takeStatus, takeWindow } from "./state.js";
+import { allGood, axisOf, byAxis, worstLevelOf, kTrace_s, makeGyro, takeEvent, takeInstance, takeStability, takeStatus, takeWindow } from "./state.js";
 import { startTheme } from "./theme.js";
 import { measured } from "./timing.js";
 
-const kStatus_ms = 2000, kStability_ms = 10000, kGather_ms = 60, kAgain_ms = 5000;
+const kStatus_ms = 2000, kStability_ms = 10000, kDrawDelay_ms = 60, kRetry_ms = 5000;
 const find = (id) => document.getElementById(id);
 const gyros = new Map(), main = find("main");
-let view = null, overview = null, due, frame, worst = "", wasBad = false, cut_s = null;
+let view = null, overview = null, drawTimer, frame, badNames = "", wasBad = false, lastMessage_s = null;
 
 /**
  * Exchanges the one-time token in the address that prismweb printed for a cookie, which scripts cannot read. Neither this page
@@ -25,31 +25,32 @@ async function exchangeToken() {
   await fetch("session", { method: "POST", headers: { Authorization: `Bearer ${token}` } }).catch(() => {}); // a rejection is reported by the connection
 }
 
-const say = (text) => setText(find("spoken"), text);
+const announce = (text) => setText(find("spoken"), text);
 await exchangeToken();
 const socket = new Socket(new URL("ws", location.href.replace(/^http/, "ws").replace(/#.*/, "")));
 let place = location.hash;
 
 /** Collects changes for a short time, then draws them together. A hidden tab gets no frames, but its title is updated. */
 function draw() {
-  due ??= setTimeout(() => {
-    due = undefined;
-    judgeAll();
+  drawTimer ??= setTimeout(() => {
+    drawTimer = undefined;
+    updateTitle();
     frame ??= requestAnimationFrame(drawNow);
-  }, kGather_ms);
+  }, kDrawDelay_ms);
 }
 
-function judgeAll() {
+/** Puts the gyros to check into the title, and announces changes to screen readers. */
+function updateTitle() {
   const now_ms = performance.now(), bad = [];
-  for (const gyro of gyros.values()) if (judgeGyro(gyro, socket.ready, now_ms) === "bad") bad.push(gyro.name);
+  for (const gyro of gyros.values()) if (worstLevelOf(gyro, socket.ready, now_ms) === "bad") bad.push(gyro.name);
   const names = bad.join(", ");
-  if (names && names !== worst) say(`to check: ${names}`);
+  if (names && names !== badNames) announce(`to check: ${names}`);
   if (names) wasBad = true;
   else if (wasBad && allGood(gyros.values(), socket.ready, now_ms)) {
     wasBad = false;
-    say("all gyros are good");
+    announce("all gyros are good");
   }
-  worst = names;
+  badNames = names;
   if (document.title !== titleOf(names)) document.title = titleOf(names);
 }
 
@@ -65,14 +66,14 @@ function drawNow() {
 const titleOf = (names) => (names ? `■ ${names} – prism` : "prism");
 
 /** Sends a request; passes the result to `take`. Returns false if it failed. */
-async function ask(gyro, method, params, take) {
-  let answer;
+async function request(gyro, method, params, take) {
+  let result;
   try {
-    answer = await socket.call(gyro.name, method, params);
+    result = await socket.call(gyro.name, method, params);
   } catch {
     return false; // if the instance stopped, `instances` reports it
   }
-  take(answer);
+  take(result);
   draw();
   return true;
 }
@@ -82,41 +83,41 @@ async function poll(gyro, method, take) {
   if (gyro.polls.has(method)) return;
   gyro.polls.add(method);
   try {
-    await ask(gyro, method, null, take);
+    await request(gyro, method, null, take);
   } finally {
     gyro.polls.delete(method);
   }
 }
 
 /** Sends a request once per run of the instance; retries if it fails, while the run lasts and `wanted()` is true. */
-async function insist(gyro, method, params, take, wanted = () => true) {
+async function requestOnce(gyro, method, params, take, wanted = () => true) {
   const run = gyro.run;
-  if (await ask(gyro, method, params, take)) return;
-  const still = () => gyros.get(gyro.name) === gyro && gyro.run === run && gyro.state === "running" && socket.ready && wanted();
-  setTimeout(() => { if (still()) insist(gyro, method, params, take, wanted); }, kAgain_ms);
+  if (await request(gyro, method, params, take)) return;
+  const isWanted = () => gyros.get(gyro.name) === gyro && gyro.run === run && gyro.state === "running" && socket.ready && wanted();
+  setTimeout(() => { if (isWanted()) requestOnce(gyro, method, params, take, wanted); }, kRetry_ms);
 }
 
-const askStatus = (gyro) => poll(gyro, "status", (answer) => {
-  takeStatus(gyro, answer, performance.now());
+const requestStatus = (gyro) => poll(gyro, "status", (status) => {
+  takeStatus(gyro, status, performance.now());
   reroute();
 });
-const askStability = (gyro) => poll(gyro, "stability", (answer) => takeStability(gyro, answer));
-const askLine = (shown) => poll(shown.gyro, "line", (answer) => shown.line.draw(answer));
-const askModel = (shown) => insist(shown.gyro, "model", { axis: shown.axis.name }, (answer) => { shown.model = answer; }, () => view === shown);
+const requestStability = (gyro) => poll(gyro, "stability", (stability) => takeStability(gyro, stability));
+const requestLine = (target) => poll(target.gyro, "line", (line) => target.line.draw(line));
+const requestModel = (target) => requestOnce(target.gyro, "model", { axis: target.axis.name }, (model) => { target.model = model; }, () => view === target);
 
 /** Requests the state of an instance that has started, and subscribes to its notifications. */
-function begin(gyro) {
-  insist(gyro, "subscribe", { streams: ["window", "event"] }, () => {});
-  askStatus(gyro);
-  askStability(gyro);
-  insist(gyro, "history", { seconds: kTrace_s }, (answer) => {
-    const fresh_ms = performance.now();
-    for (const rows of Array.isArray(answer) ? [answer] : byAxis(answer).map(([, part]) => part)) {
+function start(gyro) {
+  requestOnce(gyro, "subscribe", { streams: ["window", "event"] }, () => {});
+  requestStatus(gyro);
+  requestStability(gyro);
+  requestOnce(gyro, "history", { seconds: kTrace_s }, (history) => {
+    const now_ms = performance.now();
+    for (const rows of Array.isArray(history) ? [history] : byAxis(history).map(([, part]) => part)) {
       if (rows.length > 0) axisOf(gyro, rows[0].axis).trace = [];
-      for (const row of rows) takeWindow(gyro, row, gyro.axes.get(row.axis)?.window_ms ?? fresh_ms);
+      for (const row of rows) takeWindow(gyro, row, gyro.axes.get(row.axis)?.window_ms ?? now_ms);
     }
   });
-  insist(gyro, "events", null, (answer) => { gyro.events.splice(0, gyro.events.length, ...answer); });
+  requestOnce(gyro, "events", null, (events) => { gyro.events.splice(0, gyro.events.length, ...events); });
 }
 
 function takeInstances(list) {
@@ -134,8 +135,8 @@ function takeInstances(list) {
   }
   for (const gyro of starting) gyro.run++;
   // first the rows that the user waits for
-  if (!reroute() && starting.includes(view?.gyro)) { view.reload(); askModel(view); askLine(view); }
-  starting.forEach(begin);
+  if (!reroute() && starting.includes(view?.gyro)) { view.reload(); requestModel(view); requestLine(view); }
+  starting.forEach(start);
   draw();
 }
 
@@ -149,9 +150,9 @@ function takeBatch({ instance, batch }) {
       if (view?.gyro === gyro && view.axis.name === params.axis) view.window(params);
     } else if (method === "event") {
       takeEvent(gyro, params);
-      askStatus(gyro);
-      if (params.kind === "reloaded" && view?.gyro === gyro) askModel(view);
-      if (params.severity !== "info") say(`${gyro.name}: ${params.text}`);
+      requestStatus(gyro);
+      if (params.kind === "reloaded" && view?.gyro === gyro) requestModel(view);
+      if (params.severity !== "info") announce(`${gyro.name}: ${params.text}`);
     }
   }
   draw();
@@ -167,7 +168,7 @@ function decoded(part) {
 }
 
 /** The target of the address, if it exists: #/GYRO/AXIS one axis, #/GYRO the first axis; null: the overview. */
-function named() {
+function addressTarget() {
   const [, name, axisName] = place.split("/").map(decoded), gyro = gyros.get(name);
   const axis = axisName ? gyro?.axes.get(axisName) : gyro?.axes.values().next().value;
   return axis ? { gyro, axis } : null;
@@ -175,7 +176,7 @@ function named() {
 
 /** Shows the view that the address names. */
 function route() {
-  const target = named();
+  const target = addressTarget();
   view?.destroy();
   view = overview = null;
   main.replaceChildren();
@@ -183,9 +184,9 @@ function route() {
     const { gyro, axis } = target, href = (one) => `#/${encodeURIComponent(gyro.name)}/${encodeURIComponent(one.name)}`;
     const tabs = [...gyro.axes.values()].map((one) => el("a", { href: href(one), "aria-current": one === axis && "page" }, `${gyro.name} ${one.name}`));
     main.append(el("nav", { class: "trail", "aria-label": "where" }, el("a", { href: "#/" }, "all gyros"), ...tabs));
-    view = new GyroView(main, { socket, gyro, axis, say });
-    askModel(view);
-    askLine(view);
+    view = new GyroView(main, { socket, gyro, axis, announce });
+    requestModel(view);
+    requestLine(view);
   } else {
     main.append(el("h1", { class: "unseen" }, "All gyros"));
     overview = makeOverview(main);
@@ -195,7 +196,7 @@ function route() {
 
 /** Changes the view if the target of the address now exists or has been replaced; returns true if it did. */
 function reroute() {
-  const target = named();
+  const target = addressTarget();
   if ((view || overview) && target?.axis === view?.axis && target?.gyro === view?.gyro) return false;
   route();
   return true;
@@ -217,7 +218,8 @@ function slept({ ms }) {
   view?.slept(ms);
 }
 
-function cut(text) {
+/** Shows the alarm that the page is not connected, or hides it if the text is empty. */
+function showAlarm(text) {
   const alarm = find("alarm");
   alarm.hidden = text === "";
   setText(alarm, text);
@@ -227,17 +229,17 @@ function cut(text) {
 }
 
 socket.addEventListener("ready", ({ detail }) => {
-  cut_s = null;
-  cut("");
+  lastMessage_s = null;
+  showAlarm("");
   setText(find("host"), `${detail.host} · prismweb ${detail.version}`);
   for (const gyro of gyros.values()) gyro.state = "";
   takeInstances(detail.instances);
 });
 socket.addEventListener("cut", ({ detail }) => {
-  cut_s ??= detail.heard_ms / 1000;
-  cut(`No connection to prismweb since ${clock(cut_s)} UTC: ${detail.why}. All values below are old. The page reconnects automatically.`);
+  lastMessage_s ??= detail.received_ms / 1000;
+  showAlarm(`No connection to prismweb since ${clock(lastMessage_s)} UTC: ${detail.why}. All values below are old. The page reconnects automatically.`);
 });
-socket.addEventListener("refused", ({ detail }) => cut(`prismweb rejected this page: ${detail.why}. Reload the page. If that does not help, run "systemctl reload prismweb" and open the new address that it prints.`));
+socket.addEventListener("refused", ({ detail }) => showAlarm(`prismweb rejected this page: ${detail.why}. Reload the page. If that does not help, run "systemctl reload prismweb" and open the new address that it prints.`));
 socket.addEventListener("instances", ({ detail }) => takeInstances(detail));
 socket.addEventListener("batch", ({ detail }) => takeBatch(detail));
 socket.addEventListener("lost", ({ detail }) => { if (view?.gyro.name === detail.instance) view.reload(); });
@@ -260,7 +262,7 @@ addEventListener("keydown", (event) => {
 setInterval(draw, 1000);
 
 /** Calls `act` periodically for each running instance. */
-const often = (period_ms, act) => setInterval(() => [...gyros.values()].filter((gyro) => gyro.state === "running" && socket.ready).forEach(act), period_ms);
-often(kStatus_ms, askStatus);
-often(kStability_ms, askStability);
-often(kStatus_ms, (gyro) => { if (view?.gyro === gyro) askLine(view); });
+const everyInstance = (period_ms, act) => setInterval(() => [...gyros.values()].filter((gyro) => gyro.state === "running" && socket.ready).forEach(act), period_ms);
+everyInstance(kStatus_ms, requestStatus);
+everyInstance(kStability_ms, requestStability);
+everyInstance(kStatus_ms, (gyro) => { if (view?.gyro === gyro) requestLine(view); });

@@ -17,43 +17,43 @@ const kCells = {
   model: ["model", "", (row, axis) => modelName(axis)],
 };
 
-function stability(answer) {
-  if (!Number.isFinite(answer?.corrected?.sd_deg_per_h)) return fixed(answer?.all?.sd_deg_per_h, 5);
-  const less = Number.isFinite(answer.improvement) ? ` (${fixed(100 * Math.abs(answer.improvement), 0)} % ${answer.improvement < 0 ? "more" : "less"})` : "";
-  return `${fixed(answer.raw.sd_deg_per_h, 5)} → ${fixed(answer.corrected.sd_deg_per_h, 5)}${less}`;
+function stability(result) {
+  if (!Number.isFinite(result?.corrected?.sd_deg_per_h)) return fixed(result?.all?.sd_deg_per_h, 5);
+  const change = Number.isFinite(result.improvement) ? ` (${fixed(100 * Math.abs(result.improvement), 0)} % ${result.improvement < 0 ? "more" : "less"})` : "";
+  return `${fixed(result.raw.sd_deg_per_h, 5)} → ${fixed(result.corrected.sd_deg_per_h, 5)}${change}`;
 }
 
 function frames(status) {
   if (!status?.line) return kUnknown;
-  const refused = ["bad_check", "bad_length", "bad_body"].reduce((sum, key) => sum + (status.line[key] ?? 0), 0);
-  return `${counted(status.line.frames)}, ${counted(refused)}, ${counted(status.timing?.missing_frames)}`;
+  const rejected = ["bad_check", "bad_length", "bad_body"].reduce((sum, key) => sum + (status.line[key] ?? 0), 0);
+  return `${counted(status.line.frames)}, ${counted(rejected)}, ${counted(status.timing?.missing_frames)}`;
 }
 
 export function makeNumbers() {
   const values = {}, mark = el("span", { class: "mark", "aria-hidden": "true" }), word = el("span", { class: "word", role: "status" }), count = el("span", { class: "count" });
-  const what = el("span", { class: "label" }), rate = el("span", { class: "value big" }), why = el("p", { class: "why" }), age = el("span", { class: "age" });
-  const name = el("h1"), cells = Object.entries(kCells).map(([key, [label, unit]]) => {
+  const label = el("span", { class: "label" }), rate = el("span", { class: "value big" }), why = el("p", { class: "why" }), age = el("span", { class: "age" });
+  const name = el("h1"), cells = Object.entries(kCells).map(([key, [title, unit]]) => {
     values[key] = el("span", { class: "value" });
-    return el("div", { class: `cell ${key}` }, el("dt", {}, label), el("dd", {}, values[key], unit ? el("span", { class: "unit" }, ` ${unit}`) : null));
+    return el("div", { class: `cell ${key}` }, el("dt", {}, title), el("dd", {}, values[key], unit ? el("span", { class: "unit" }, ` ${unit}`) : null));
   });
   const element = el("section", { class: "numbers", "aria-label": "current values" },
     el("div", { class: "hero" }, name, el("p", { class: "verdict" }, mark, word, count),
-      el("p", { class: "rate" }, what, rate, el("span", { class: "unit" }, "deg/h"), age), why),
+      el("p", { class: "rate" }, label, rate, el("span", { class: "unit" }, "deg/h"), age), why),
     el("dl", { class: "cells" }, ...cells));
   return {
     element,
-    draw(gyro, axis, verdict, now_ms) {
-      const read = readable(axis, verdict.old), row = read.window ?? {};
-      setAttribute(element, "class", `numbers ${verdict.meaning}${verdict.old ? " old" : ""}`);
+    draw(gyro, axis, status, now_ms) {
+      const shown = readable(axis, status.old), row = shown.window ?? {};
+      setAttribute(element, "class", `numbers ${status.level}${status.old ? " old" : ""}`);
       setText(name, `${gyro.name} ${axis.name}`);
-      setText(mark, kMarks[verdict.meaning]);
-      setText(word, verdict.word);
-      setText(count, verdict.count ?? "");
-      setText(why, `${verdict.why}; means of ${span(axis.window_s ?? 100)}`);
-      const first = rateOf(read);
-      setText(what, first.what);
-      setText(rate, fixed(first.deg_per_h, 5));
-      setText(age, verdict.old ? ageOf(axis, now_ms) : "");
+      setText(mark, kMarks[status.level]);
+      setText(word, status.word);
+      setText(count, status.count ?? "");
+      setText(why, `${status.why}; means of ${span(axis.window_s ?? 100)}`);
+      const main = rateOf(shown);
+      setText(label, main.what);
+      setText(rate, fixed(main.deg_per_h, 5));
+      setText(age, status.old ? ageOf(axis, now_ms) : "");
       for (const [key, [, , text]] of Object.entries(kCells)) setText(values[key], text(row, axis, gyro));
     },
   };

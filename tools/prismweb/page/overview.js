@@ -4,7 +4,7 @@ import { el, setAttribute, setText } from "./dom.js";
 import { fixed, kUnknown, plusMinus, withUnit } from "./charts/format.js";
 import { kMarks } from "./quality.js";
 import { makeSpark } from "./spark.js";
-import { ageOf, judge, kTrace_s, modelName, partOfTrace, rateOf, readable } from "./state.js";
+import { ageOf, statusOf, kTrace_s, modelName, partOfTrace, rateOf, readable } from "./state.js";
 
 function makeTile(gyro, axis) {
   const value = (name) => el("dd", { class: `value ${name}` });
@@ -38,23 +38,23 @@ function stabilityText(stability) {
 }
 
 function drawTile(tile, gyro, axis, linked, now_ms) {
-  const verdict = judge(gyro, axis, linked, now_ms), read = readable(axis, verdict.old), row = read.window ?? {};
-  setAttribute(tile.element, "class", `tile ${verdict.meaning}${verdict.old ? " old" : ""}`);
-  setText(tile.mark, kMarks[verdict.meaning]);
-  setText(tile.word, verdict.word);
-  setText(tile.count, verdict.count ?? "");
-  setText(tile.note, axis.trace.length === 0 ? "" : verdict.old ? "last 10 min received" : "last 10 min");
-  setAttribute(tile.element, "title", verdict.why);
-  const rate = rateOf(read);
+  const status = statusOf(gyro, axis, linked, now_ms), shown = readable(axis, status.old), row = shown.window ?? {};
+  setAttribute(tile.element, "class", `tile ${status.level}${status.old ? " old" : ""}`);
+  setText(tile.mark, kMarks[status.level]);
+  setText(tile.word, status.word);
+  setText(tile.count, status.count ?? "");
+  setText(tile.note, axis.trace.length === 0 ? "" : status.old ? "last 10 min received" : "last 10 min");
+  setAttribute(tile.element, "title", status.why);
+  const rate = rateOf(shown);
   setText(tile.what, rate.what);
   setText(tile.rate, fixed(rate.deg_per_h, 5));
-  setText(tile.age, verdict.old ? ageOf(axis, now_ms) : "");
+  setText(tile.age, status.old ? ageOf(axis, now_ms) : "");
   setText(tile.bias, plusMinus(row.bias_deg_per_h, row.sd_deg_per_h, 5));
   setText(tile.temperature, withUnit(row.mean_temperature_degc, 3, "°C"));
   setText(tile.stability, stabilityText(axis.stability));
   setText(tile.model, modelName(axis));
-  const said = [`${gyro.name} axis ${axis.name}: ${verdict.word}`, verdict.why, `${rate.what} ${tile.rate.textContent} deg/h`, tile.age.textContent];
-  setAttribute(tile.element, "aria-label", said.filter(Boolean).join(", "));
+  const texts = [`${gyro.name} axis ${axis.name}: ${status.word}`, status.why, `${rate.what} ${tile.rate.textContent} deg/h`, tile.age.textContent];
+  setAttribute(tile.element, "aria-label", texts.filter(Boolean).join(", "));
   tile.spark.draw(axis.trace, kTrace_s, partOfTrace(axis));
 }
 
@@ -64,19 +64,19 @@ function sumUp(gyros, linked, now_ms) {
   let axes = 0;
   for (const gyro of gyros.values()) {
     if (gyro.axes.size === 0) counts[gyro.gone ? "bad" : "care"]++;
-    for (const axis of gyro.axes.values()) { counts[judge(gyro, axis, linked, now_ms).meaning]++; axes++; }
+    for (const axis of gyro.axes.values()) { counts[statusOf(gyro, axis, linked, now_ms).level]++; axes++; }
   }
-  const words = [`${counts.good} good`, counts.care && `${counts.care} caution`, counts.bad && `${counts.bad} to check`];
+  const parts = [`${counts.good} good`, counts.care && `${counts.care} caution`, counts.bad && `${counts.bad} to check`];
   const plural = (n, one, many) => `${n} ${n === 1 ? one : many}`;
-  return `${plural(gyros.size, "gyro", "gyros")}, ${plural(axes, "axis", "axes")}: ${words.filter(Boolean).join(", ")}`;
+  return `${plural(gyros.size, "gyro", "gyros")}, ${plural(axes, "axis", "axes")}: ${parts.filter(Boolean).join(", ")}`;
 }
 
-/** The overview in `place`; call draw() after each change. */
-export function makeOverview(place) {
+/** Makes the overview in `parent`; call draw() after each change. */
+export function makeOverview(parent) {
   const tiles = new Map();
   const sum = el("p", { class: "sum", role: "status" }), grid = el("div", { class: "tiles" });
   const empty = el("p", { class: "empty", hidden: true }, "No prismd is running on this host.");
-  place.append(sum, grid, empty);
+  parent.append(sum, grid, empty);
   const remove = (key) => { tiles.get(key).element.remove(); tiles.delete(key); };
   const tileOf = (key, gyro, axis) => {
     if (!tiles.has(key)) { tiles.set(key, makeTile(gyro, axis)); grid.append(tiles.get(key).element); }

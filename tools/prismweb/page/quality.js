@@ -20,22 +20,22 @@ const kRank = { good: 0, care: 1, bad: 2 };
 export const kMarks = { good: "●", care: "▲", bad: "■" };
 
 /** "good", "care" or "bad" of a quality such as "warming+no_model". Unknown reasons are "care". */
-export function meaningOfQuality(quality) {
+export function levelOfQuality(quality) {
   if (!quality) return "bad";
   return quality
     .split("+")
     .map((reason) => kReasons[reason]?.[0] ?? "care")
-    .reduce((worst, meaning) => (kRank[meaning] > kRank[worst] ? meaning : worst), "good");
+    .reduce((worst, level) => (kRank[level] > kRank[worst] ? level : worst), "good");
 }
 
 /** Explanation of a quality, for the user. */
-export function wordsOfQuality(quality) {
+export function textOfQuality(quality) {
   if (!quality) return kReasons.no_data[1];
   return quality.split("+").map((reason) => kReasons[reason]?.[1] ?? reason).join("; ");
 }
 
-export const meaningOfState = (state) => (state === "receiving" || state === "replaying" ? "good" : "bad");
+export const levelOfState = (state) => (state === "receiving" || state === "replaying" ? "good" : "bad");
 
-export const meaningOfSeverity = (severity) => ({ error: "bad", warning: "care" })[severity] ?? "good";
+export const levelOfSeverity = (severity) => ({ error: "bad", warning: "care" })[severity] ?? "good";
 
 export const worse = (a, b) => (kRank[a] >= kRank[b] ? a : b);

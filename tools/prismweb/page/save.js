@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the charts show, as a picture and as a table.
+// Saves the charts as a picture and their rows as a table.
 import { colour, el } from "./dom.js";
 import { moment } from "./charts/format.js";
 import { kQuantities } from "./steps.js";
@@ -13,8 +13,8 @@ function download(name, blob) {
 }
 
 /**
- * The rows as CSV: time, and of each quantity least, mean and greatest of its step; empty where it is unknown, and where the step has no such
- * value (`parts`, of Steps). A comment has nothing that begins another cell: one with "=" would be a formula.
+ * Returns the rows as CSV: time, and minimum, mean and maximum of each quantity; empty if unknown or if the steps do not have this value
+ * (`parts` of Steps). Comments contain no separators, because a cell that starts with "=" would be a formula.
  */
 export function csvOf(rows, step_s, about, parts = {}) {
   const quantities = Object.entries(kQuantities).filter(([name]) => rows.some((row) => row[name]));
@@ -31,7 +31,7 @@ export function csvOf(rows, step_s, about, parts = {}) {
 
 export const saveCsv = (name, ...table) => download(`${name}.csv`, new Blob([csvOf(...table)], { type: "text/csv" }));
 
-/** Draws an element's text where it stands, relative to `origin`. */
+/** Draws an element's text at its position relative to `origin`. */
 function drawText(context, element, origin, font) {
   const box = element.getBoundingClientRect(), align = getComputedStyle(element).textAlign;
   context.font = font;
@@ -40,7 +40,7 @@ function drawText(context, element, origin, font) {
   context.fillText(element.textContent, x - origin.left, (box.top + box.bottom) / 2 - origin.top);
 }
 
-/** All charts below each other with their titles, scales and legends, twice as fine as on the screen. */
+/** Returns a canvas with all charts, their titles, scales and legends, with twice the resolution of the screen. */
 export function pictureOf(strips, head) {
   strips.drawAll();
   const canvas = document.createElement("canvas"), box = strips.element.getBoundingClientRect(), scale = 2;
@@ -59,8 +59,8 @@ export function pictureOf(strips, head) {
   const origin = { left: box.left - kMargin_px, top: box.top - kHead_px };
   for (const chart of strips.charts) {
     for (const layer of chart.plot.querySelectorAll("canvas")) {
-      const place = layer.getBoundingClientRect();
-      context.drawImage(layer, place.left - origin.left, place.top - origin.top, place.width, place.height);
+      const rect = layer.getBoundingClientRect();
+      context.drawImage(layer, rect.left - origin.left, rect.top - origin.top, rect.width, rect.height);
     }
     context.fillStyle = colour("--faint");
     for (const label of chart.plot.querySelectorAll(".dygraph-axis-label")) drawText(context, label, origin, "11px system-ui, sans-serif");
@@ -68,8 +68,8 @@ export function pictureOf(strips, head) {
     drawText(context, chart.title, origin, "600 13px system-ui, sans-serif");
     chart.element.querySelectorAll(".legend li").forEach((entry, i) => {
       context.fillStyle = colour(chart.spec.series[i].colour);
-      const place = entry.querySelector(".swatch").getBoundingClientRect();
-      context.fillRect(place.left - origin.left, (place.top + place.bottom) / 2 - origin.top - 1.5, place.width, 3);
+      const rect = entry.querySelector(".swatch").getBoundingClientRect();
+      context.fillRect(rect.left - origin.left, (rect.top + rect.bottom) / 2 - origin.top - 1.5, rect.width, 3);
       context.fillStyle = colour("--ink");
       drawText(context, entry.querySelector(".label"), origin, "12px system-ui, sans-serif");
     });

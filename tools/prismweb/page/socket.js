@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: MIT
-// The one WebSocket: an empty message first, as a cookie or password shows who it is, then JSON-RPC; told at once when it is cut or silent, and opened again by itself.
-const kRetryMin_ms = 500, kRetryMax_ms = 5000, kSilence_ms = 5000, kQuiet_ms = 2000, kOpen_ms = 5000, kSlept_ms = 3000;
-const kAnswer_ms = 16000; // prismweb says itself after 15 s that a prismd did not answer
-const kUnderWay = 24, kOfOne = 2; // prismweb takes 32 requests of a client at once, and asks an instance one after the other
-const kRefused = 1008;
+// The WebSocket of the page. The first message is empty, because a cookie or password authenticates the page; then JSON-RPC. Detects a lost
+// or unresponsive connection and reconnects automatically.
+const kRetryMin_ms = 500, kRetryMax_ms = 5000, kReceiveTimeout_ms = 5000, kProbeAfter_ms = 2000, kConnectTimeout_ms = 5000, kMinSleep_ms = 3000;
+const kResponseTimeout_ms = 16000; // prismweb reports an unresponsive prismd after 15 s
+const kMaxPending = 24, kMaxPerInstance = 2; // prismweb accepts 32 pending requests of a client, and sends one at a time to an instance
+const kPolicyViolation = 1008; // close code of a rejected client
 
 /**
- * Events: "ready" (detail: what the server says of itself), "cut" (detail: {why, heard_ms: when it was heard last, by the wall's clock}),
- * "slept" (detail: {ms}), "batch" (detail: {instance, batch}), "instances" and "lost" (detail: their params), "refused" (detail: {why}; it does
- * not try again). call() refuses with an Error where an answer is one.
+ * Events: "ready" (detail: the server's first message), "cut" (disconnected; detail: {why, received_ms: wall time of the last message}),
+ * "slept" (detail: {ms}), "batch" (detail: {instance, batch}), "instances" and "lost" (detail: their params), "refused" (detail: {why}; no
+ * reconnection follows). The promise of call() is rejected with an Error for an error response.
  */
 export class Socket extends EventTarget {
   constructor(url) {
     super();
-    Object.assign(this, { url, retry_ms: kRetryMin_ms, waiting: new Map(), queue: [], id: 0, ready: false, heard_at_ms: Date.now() });
+    Object.assign(this, { url, retry_ms: kRetryMin_ms, pending: new Map(), queue: [], id: 0, ready: false, received_wall_ms: Date.now() });
     Object.assign(this, { wall_ms: Date.now(), watched_ms: performance.now() });
     this.open();
     setInterval(() => this.watch(), 1000);
@@ -21,40 +22,40 @@ export class Socket extends EventTarget {
 
   open() {
     const socket = new WebSocket(this.url);
-    Object.assign(this, { socket, ready: false, heard_ms: performance.now(), opened_ms: performance.now() });
+    Object.assign(this, { socket, ready: false, received_ms: performance.now(), opened_ms: performance.now() });
     socket.onopen = () => socket.send("{}");
-    socket.onmessage = (message) => this.hear(JSON.parse(message.data));
-    socket.onclose = (close) => this.cut(socket, close.reason, close.code === kRefused);
+    socket.onmessage = (message) => this.onMessage(JSON.parse(message.data));
+    socket.onclose = (close) => this.cut(socket, close.reason, close.code === kPolicyViolation);
   }
 
-  /** A server that stands still cuts nothing: it is silent, and answers nothing. One that has nothing to tell is asked something. */
+  /** Called once a second. A blocked server does not close the connection, so this probes a server that sends no messages. */
   watch() {
-    this.wake();
-    const now_ms = performance.now(), quiet_ms = now_ms - this.heard_ms;
-    // a tab that nobody sees comes here once a minute: how long it heard nothing alone says nothing
-    const unanswered = now_ms - this.listens_ms >= kSilence_ms - kQuiet_ms;
-    const late = this.ready ? quiet_ms > kSilence_ms && unanswered : now_ms - this.opened_ms > kOpen_ms;
-    if (this.socket && late) this.drop("prismweb does not answer");
-    else if (this.ready && quiet_ms > kQuiet_ms) this.listen();
-    for (const [id, request] of this.waiting) {
-      if (now_ms - request.sent_ms > kAnswer_ms) this.settle(id, { error: { message: "no answer" } });
+    this.detectSleep();
+    const now_ms = performance.now(), quiet_ms = now_ms - this.received_ms;
+    // the time without a message is not sufficient: in a hidden tab this runs only once a minute
+    const unanswered = now_ms - this.probed_ms >= kReceiveTimeout_ms - kProbeAfter_ms;
+    const late = this.ready ? quiet_ms > kReceiveTimeout_ms && unanswered : now_ms - this.opened_ms > kConnectTimeout_ms;
+    if (this.socket && late) this.drop("prismweb does not respond");
+    else if (this.ready && quiet_ms > kProbeAfter_ms) this.probe();
+    for (const [id, request] of this.pending) {
+      if (now_ms - request.sent_ms > kResponseTimeout_ms) this.settle(id, { error: { message: "no response" } });
     }
   }
 
-  /** Any answer is life, also a refusal. One at a time. */
-  async listen() {
-    if (this.listens_ms !== undefined) return;
-    this.listens_ms = performance.now();
+  /** Sends a request; any response shows that the server runs, also an error. One at a time. */
+  async probe() {
+    if (this.probed_ms !== undefined) return;
+    this.probed_ms = performance.now();
     await this.call(null, "instances").catch(() => {});
-    this.listens_ms = undefined;
+    this.probed_ms = undefined;
   }
 
-  /** While a computer sleeps performance.now() stands still, and the connection is dead without a word. */
-  wake() {
+  /** Detects a sleep of the computer: performance.now() stops during it, and the connection is lost without a close event. */
+  detectSleep() {
     const wall_ms = Date.now(), now_ms = performance.now(), slept_ms = wall_ms - this.wall_ms - (now_ms - this.watched_ms);
     Object.assign(this, { wall_ms, watched_ms: now_ms });
-    if (!(slept_ms > kSlept_ms)) return;
-    this.tell("slept", { ms: slept_ms });
+    if (!(slept_ms > kMinSleep_ms)) return;
+    this.emit("slept", { ms: slept_ms });
     if (this.socket) this.drop("this computer was asleep");
   }
 
@@ -64,19 +65,19 @@ export class Socket extends EventTarget {
     socket.close();
   }
 
-  hear(message) {
-    this.heard_ms = performance.now();
-    this.heard_at_ms = Date.now();
+  onMessage(message) {
+    this.received_ms = performance.now();
+    this.received_wall_ms = Date.now();
     if (message.ready) {
       this.ready = true;
       this.retry_ms = kRetryMin_ms;
-      this.tell("ready", message);
+      this.emit("ready", message);
     } else if (message.batch) {
-      this.tell("batch", message);
+      this.emit("batch", message);
     } else if (message.id !== undefined && message.id !== null) {
       this.settle(message.id, message);
     } else if (message.method) {
-      this.tell(message.method, message.params);
+      this.emit(message.method, message.params);
     }
   }
 
@@ -84,25 +85,25 @@ export class Socket extends EventTarget {
     if (socket !== this.socket) return;
     this.socket = null;
     this.ready = false;
-    const requests = [...this.waiting.values(), ...this.queue.splice(0)];
-    this.waiting.clear();
+    const requests = [...this.pending.values(), ...this.queue.splice(0)];
+    this.pending.clear();
     for (const request of requests) request.reject(new Error("not connected"));
-    if (refused) return this.tell("refused", { why });
-    this.tell("cut", { why: why || "it is gone", heard_ms: this.heard_at_ms });
+    if (refused) return this.emit("refused", { why });
+    this.emit("cut", { why: why || "connection closed", received_ms: this.received_wall_ms });
     setTimeout(() => this.open(), this.retry_ms);
     this.retry_ms = Math.min(2 * this.retry_ms, kRetryMax_ms);
   }
 
-  settle(id, answer) {
-    const request = this.waiting.get(id);
+  settle(id, response) {
+    const request = this.pending.get(id);
     if (!request) return;
-    this.waiting.delete(id);
-    if (answer.error) request.reject(Object.assign(new Error(answer.error.message), { code: answer.error.code }));
-    else request.resolve(answer.result);
+    this.pending.delete(id);
+    if (response.error) request.reject(Object.assign(new Error(response.error.message), { code: response.error.code }));
+    else request.resolve(response.result);
     this.sendNext();
   }
 
-  /** Asks an instance (null: prismweb itself, which is not waited for in the queue). What somebody looks at goes before the rest. */
+  /** Sends a request to an instance, or with null to prismweb itself, without a queue. Requests for rows of charts go first. */
   call(instance, method, params) {
     if (!this.ready) return Promise.reject(new Error("not connected"));
     return new Promise((resolve, reject) => {
@@ -116,24 +117,24 @@ export class Socket extends EventTarget {
 
   send(request) {
     const { instance, method, params } = request, id = ++this.id;
-    this.waiting.set(id, Object.assign(request, { sent_ms: performance.now() }));
+    this.pending.set(id, Object.assign(request, { sent_ms: performance.now() }));
     this.socket.send(JSON.stringify({ jsonrpc: "2.0", id, method, ...(instance && { instance }), ...(params && { params }) }));
   }
 
-  /** Sends of the queue what there is room for; an instance that does not answer holds up itself alone. */
+  /** Sends queued requests up to the limits. An unresponsive instance delays only its own requests. */
   sendNext() {
     if (!this.ready) return;
-    const asked = new Map();
-    for (const { instance } of this.waiting.values()) asked.set(instance, (asked.get(instance) ?? 0) + 1);
-    for (let i = 0; i < this.queue.length && this.waiting.size < kUnderWay; ) {
-      const { instance } = this.queue[i], count = asked.get(instance) ?? 0;
-      if (count >= kOfOne) { i++; continue; }
-      asked.set(instance, count + 1);
+    const perInstance = new Map();
+    for (const { instance } of this.pending.values()) perInstance.set(instance, (perInstance.get(instance) ?? 0) + 1);
+    for (let i = 0; i < this.queue.length && this.pending.size < kMaxPending; ) {
+      const { instance } = this.queue[i], count = perInstance.get(instance) ?? 0;
+      if (count >= kMaxPerInstance) { i++; continue; }
+      perInstance.set(instance, count + 1);
       this.send(this.queue.splice(i, 1)[0]);
     }
   }
 
-  tell(name, detail) {
+  emit(name, detail) {
     this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 }

@@ -2,9 +2,9 @@
 // A spark line: the last ten minutes of one quantity, on its own scale.
 import { svg, setAttribute } from "./dom.js";
 
-const kWidth = 240, kHeight = 44, kPad = 3, kNext_s = 2.5;
+const kWidth = 240, kHeight = 44, kPad = 3, kMaxStep_s = 2.5;
 
-/** The path of a trace's member `part` in a box of kWidth × kHeight, with a gap where a second is missing or unknown; "" where there is nothing to draw. Exported for its test. */
+/** Path of member `part` of a trace, with a gap at a missing or unknown second; "" for fewer than two values. Exported for its test. */
 export function sparkPath(trace, span_s, part = 1) {
   const known = trace.filter((row) => Number.isFinite(row[part])).map((row) => [row[0], row[part]]);
   if (known.length < 2) return "";
@@ -15,8 +15,8 @@ export function sparkPath(trace, span_s, part = 1) {
   return known
     .map(([time_s, value], i) => {
       const x = kWidth * (1 - (end_s - time_s) / span_s), y = scale ? kHeight - kPad - (value - low) * scale : kHeight / 2;
-      const follows = i > 0 && time_s - known[i - 1][0] < kNext_s;
-      return `${follows ? "L" : "M"}${x.toFixed(1)},${y.toFixed(1)}`;
+      const isNext = i > 0 && time_s - known[i - 1][0] < kMaxStep_s;
+      return `${isNext ? "L" : "M"}${x.toFixed(1)},${y.toFixed(1)}`;
     })
     .join("");
 }
@@ -27,7 +27,7 @@ export function makeSpark() {
   let drawn = "";
   return {
     element,
-    /** Only where the trace is another: a page of many gyros has a path of 600 points for each. */
+    /** Draws only a changed trace, because a page with many gyros has a path of 600 points for each. */
     draw(trace, span_s, part) {
       const now = `${part} ${trace.length} ${trace[0]} ${trace.at(-1)}`;
       if (now !== drawn) setAttribute(line, "d", sparkPath(trace, span_s, part));

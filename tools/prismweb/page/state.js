@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // State of each gyro and whether it is current. Independent of the document.
-import { meaningOfQuality, meaningOfState, wordsOfQuality, worse } from "./quality.js";
+import { levelOfQuality, levelOfState, textOfQuality, worse } from "./quality.js";
 import { kUnknown, span } from "./charts/format.js";
 
 const kEventsKept = 256;
 const kFresh_ms = 3500; // rows come each second
-const kCut_s = 2.5;
+const kMaxGap_s = 2.5;
 export const kTrace_s = 600;
 
 /** `run`: number of starts since the page opened; `polls`: methods with a pending periodic request. */
@@ -35,7 +35,7 @@ export function takeStatus(gyro, status, now_ms) {
     axis.model = part.model ?? null;
     for (const key of ["window_s", "warm_s", "full_s"]) axis[key] = part[key] ?? status[key];
     if (Number.isFinite(part.window?.time_s) && !axis.window) axis.window = part.window;
-    // of a line that is silent no row comes: how old the last one is only the status says
+    // a line without data sends no rows; the status has the age of the last one
     if (axis.window_ms === -Infinity && Number.isFinite(status.age_s)) axis.window_ms = now_ms - 1000 * status.age_s;
   }
 }
@@ -54,7 +54,7 @@ export function takeWindow(gyro, row, now_ms) {
   }
   while (axis.trace.length > 0 && axis.trace[0][0] < row.time_s - kTrace_s) axis.trace.shift();
   axis.window = row;
-  if (Number.isFinite(row.mean_rate_deg_per_h) || Number.isFinite(row.mean_temperature_degc)) axis.whole = row;
+  if (Number.isFinite(row.mean_rate_deg_per_h) || Number.isFinite(row.mean_temperature_degc)) axis.complete = row;
   axis.window_ms = now_ms;
   axis.quality = row.quality ?? axis.quality;
 }
@@ -64,8 +64,8 @@ export function takeWindow(gyro, row, now_ms) {
  * that was cut short by the end of prismd has no means.
  */
 export function readable(axis, old) {
-  const { window, whole } = axis;
-  return old && whole && Math.abs(window.time_s - whole.time_s) < kCut_s ? { ...axis, window: whole } : axis;
+  const { window, complete } = axis;
+  return old && complete && Math.abs(window.time_s - complete.time_s) < kMaxGap_s ? { ...axis, window: complete } : axis;
 }
 
 /** Whether the last second had a rate. Without one the window's mean continues but is not current. */
@@ -97,39 +97,39 @@ export function takeInstance(gyro, { state, axes }) {
 }
 
 /**
- * The status of an axis: {meaning, word, count, why, old}. `old`: the values are not current. `count`: progress of the warm-up, or empty;
- * separate from `word`, so that a screen reader does not repeat it each second.
+ * Returns the status of an axis: {level, word, count, why, old}. `old`: the values are not current. `count`: progress of the warm-up, or
+ * empty; separate from `word`, so that a screen reader does not repeat it each second.
  * `linked`: the page has its connection.
  */
-export function judge(gyro, axis, linked, now_ms) {
-  if (!linked) return { meaning: "bad", word: "not connected", why: "the page has no connection to prismweb", old: true };
-  if (gyro.state === "stopped") return { meaning: "care", word: "stopped", why: "this instance was stopped", old: true };
-  if (gyro.gone) return { meaning: "bad", word: "prismd stopped", why: gyro.gone, old: true };
-  if (!gyro.status) return { meaning: "care", word: "asking", why: "waiting for the first status", old: true };
+export function statusOf(gyro, axis, linked, now_ms) {
+  if (!linked) return { level: "bad", word: "not connected", why: "the page has no connection to prismweb", old: true };
+  if (gyro.state === "stopped") return { level: "care", word: "stopped", why: "this instance was stopped", old: true };
+  if (gyro.gone) return { level: "bad", word: "prismd stopped", why: gyro.gone, old: true };
+  if (!gyro.status) return { level: "care", word: "loading", why: "waiting for the first status", old: true };
   const state = gyro.status.state ?? "unknown";
-  if (meaningOfState(state) === "bad") return { meaning: "bad", word: state, why: gyro.status.detail || "no data on the line", old: true };
+  if (levelOfState(state) === "bad") return { level: "bad", word: state, why: gyro.status.detail || "no data on the line", old: true };
   if (now_ms - axis.window_ms > kFresh_ms) {
-    return { meaning: "bad", word: "no data", why: "no row in the last seconds", old: true };
+    return { level: "bad", word: "no data", why: "no row in the last seconds", old: true };
   }
-  const meaning = meaningOfQuality(axis.quality);
+  const level = levelOfQuality(axis.quality);
   const count = axis.quality?.includes("warming") && axis.full_s ? `${axis.warm_s ?? 0} of ${axis.full_s} s` : "";
-  return { meaning, word: axis.quality, count, why: wordsOfQuality(axis.quality), old: false };
+  return { level, word: axis.quality, count, why: textOfQuality(axis.quality), old: false };
 }
 
-/** Whether each axis of each gyro is judged good, and there is one. */
+/** Returns true if each gyro has an axis and all axes are good; false without gyros. */
 export function allGood(gyros, linked, now_ms) {
-  const axes = [...gyros].map((gyro) => [...gyro.axes.values()].map((axis) => judge(gyro, axis, linked, now_ms).meaning));
-  return axes.length > 0 && axes.every((meanings) => meanings.length > 0 && meanings.every((meaning) => meaning === "good"));
+  const axes = [...gyros].map((gyro) => [...gyro.axes.values()].map((axis) => statusOf(gyro, axis, linked, now_ms).level));
+  return axes.length > 0 && axes.every((levels) => levels.length > 0 && levels.every((level) => level === "good"));
 }
 
-/** The worst of all axes of a gyro, for the line that sums up. */
-export const judgeGyro = (gyro, linked, now_ms) =>
-  [...gyro.axes.values()].map((axis) => judge(gyro, axis, linked, now_ms).meaning).reduce(worse, gyro.gone || !linked ? "bad" : "good");
+/** Returns the worst level of a gyro's axes, for the title and announcements. */
+export const worstLevelOf = (gyro, linked, now_ms) =>
+  [...gyro.axes.values()].map((axis) => statusOf(gyro, axis, linked, now_ms).level).reduce(worse, gyro.gone || !linked ? "bad" : "good");
 
-/** The model's name; a dash where it is not known yet. */
+/** The model's name; a dash if it is not known yet. */
 export const modelName = ({ model }) => (model === undefined ? kUnknown : model?.name || model?.kind || "none");
 
-/** How long ago the last row of an axis came, in words. */
+/** Age of the last row of an axis, as text. */
 export function ageOf(axis, now_ms) {
-  return Number.isFinite(axis.window_ms) ? `${span((now_ms - axis.window_ms) / 1000)} old` : "no row seen yet";
+  return Number.isFinite(axis.window_ms) ? `${span((now_ms - axis.window_ms) / 1000)} old` : "no row yet";
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What the charts draw: rows of equal steps of time, each quantity with the least, the mean and the greatest value of its step.
-// Rows of the past come from `range`; live seconds are folded in as they come.
+// The data of the charts: rows with equal time steps, with minimum, mean and maximum of each quantity. Past rows come from `range`; live
+// seconds are added.
 
-/** Quantity: the member of a `window` notification that it is (docs/protocol.md). */
+/** Quantity: its member in the notification `window` (docs/protocol.md). */
 export const kQuantities = {
   raw_1s: "rate_deg_per_h",
   corrected_1s: "corrected_deg_per_h",
@@ -14,36 +14,36 @@ export const kQuantities = {
   samples: "samples",
   missing: "missing",
 };
-/** What stands for a member that an older prismd does not tell: the mean of its window. */
-const kOlder = { temperature: "mean_temperature_degc", uhfo: "mean_uhfo_v" };
+/** Replacements of members that an older prismd does not send: means of the window. */
+const kFallback = { temperature: "mean_temperature_degc", uhfo: "mean_uhfo_v" };
 const kRunning = { raw: "raw_1s", corrected: "corrected_1s" };
 
-/** [least, mean, greatest] with `value`, of the same form, that stands for `share` of both. */
-const fold = (old, value, share) =>
+/** Joins two [min, mean, max]; `value` has the fraction `share` of the seconds of both. */
+const join = (old, value, share) =>
   old ? [Math.min(old[0], value[0]), old[1] + (value[1] - old[1]) * share, Math.max(old[2], value[2])] : [...value];
 
 export class Steps {
-  /** `parts`: of a quantity which of [least, mean, greatest] are truly known; all where it is not named. */
+  /** `parts`: quantity → which of [min, mean, max] are known; all are known of a quantity that is not listed. */
   constructor(step_s) {
     Object.assign(this, { step_s, rows: [], hasMeans: true, parts: {} });
   }
 
-  /** A row of the step that ends at `end_s`: its time is the middle of the seconds in it, which are named by their ends. */
+  /** Returns an empty row that ends at `end_s`. `time_s` is the mean of the times of its seconds, which are those of their ends. */
   row(end_s, seconds) {
     return { end_s, time_s: end_s - (this.step_s - 1) / 2, seconds, good: 0 };
   }
 
-  /** A live second. One that is older than the last row, as after a clock that was set back, answers false: ask `range` anew. */
+  /** Adds a live second. Returns false if it is older than the last row, e.g. after a clock was set back: request `range` again. */
   push(window) {
     const values = {};
     for (const [name, member] of Object.entries(kQuantities)) {
-      const value = window[member in window ? member : kOlder[name]];
+      const value = window[member in window ? member : kFallback[name]];
       if (Number.isFinite(value)) values[name] = Array(3).fill(value);
     }
     return this.add(window.time_s, { ...values, seconds: 1, good: window.quality === "good" ? 1 : 0 });
   }
 
-  /** Values of some seconds that end at `time_s`; false where they are older than the last row. */
+  /** Adds values of one or several seconds that end at `time_s`. Returns false if they are older than the last row. */
   add(time_s, values) {
     const end_s = Math.ceil(time_s / this.step_s) * this.step_s, last = this.rows.at(-1);
     if (last && end_s < last.end_s) return false;
@@ -52,44 +52,44 @@ export class Steps {
     row.seconds += values.seconds;
     row.good += values.good;
     for (const name of Object.keys(kQuantities)) {
-      if (values[name]) row[name] = fold(row[name], values[name], values.seconds / row.seconds);
+      if (values[name]) row[name] = join(row[name], values[name], values.seconds / row.seconds);
     }
     return true;
   }
 
-  /** The same in steps of a multiple of these. */
+  /** Returns the same data in longer steps; `step_s` is a multiple of this step. */
   coarser(step_s) {
     const result = Object.assign(new Steps(step_s), { hasMeans: this.hasMeans, parts: this.parts });
     for (const row of this.rows) result.add(row.end_s, row);
     return result;
   }
 
-  /** Takes away what ended before `time_s`. */
+  /** Removes rows that end before `time_s`. */
   forget(time_s) {
     const keep = this.rows.findIndex((row) => row.end_s >= time_s);
     if (keep > 0) this.rows.splice(0, keep);
   }
 
   /**
-   * Gives each row the running means of `length_s` until it, of raw and corrected rate; unknown while less than half is there. Where
-   * only least and greatest are known, these stand for themselves. A window's corrected rate is its mean less the bias now in force, as
-   * prismd has it; where the bias has no mean, as in long steps, it is the mean of what was corrected.
+   * Sets the running means of raw and corrected rate over the last `length_s` of each row; unknown if less than half of the seconds are
+   * known. Without means, minimum and maximum are copied. The corrected rate of a window is its mean minus the bias at its end, as in
+   * prismd; if the bias has no mean, as in long steps, it is the mean of the corrected rates.
    */
   run(length_s) {
     if (!this.hasMeans) {
       for (const row of this.rows) for (const [name, of] of Object.entries(kRunning)) row[name] = row[of];
       return;
     }
-    const wide_s = Math.max(1, Math.round(length_s / this.step_s)) * this.step_s, hasBias = this.parts.bias?.[1] !== false;
+    const width_s = Math.max(1, Math.round(length_s / this.step_s)) * this.step_s, hasBias = this.parts.bias?.[1] !== false;
     for (const [name, of] of Object.entries(kRunning)) {
       let begin = 0, sum = 0, known = 0;
       this.rows.forEach((row, i) => {
         if (row[of]) { sum += row.seconds * row[of][1]; known += row.seconds; }
-        for (; this.rows[begin].end_s <= row.end_s - wide_s; begin++) {
+        for (; this.rows[begin].end_s <= row.end_s - width_s; begin++) {
           if (this.rows[begin][of]) { sum -= this.rows[begin].seconds * this.rows[begin][of][1]; known -= this.rows[begin].seconds; }
         }
         const mean = sum / known;
-        row[name] = row[of] && 2 * known >= Math.min(wide_s, length_s) ? [mean, mean, mean] : undefined;
+        row[name] = row[of] && 2 * known >= Math.min(width_s, length_s) ? [mean, mean, mean] : undefined;
       });
     }
     if (hasBias) for (const row of this.rows) row.corrected = row.raw && row.bias && row.raw.map((rate) => rate - row.bias[1]);
@@ -97,29 +97,29 @@ export class Steps {
 }
 
 /**
- * Rows for dygraphs, [ms, [low, middle, high], …] of the given series; a hole of more than two steps is an empty row, so that no
- * line is drawn over it.
+ * Returns rows for dygraphs, [ms, [low, middle, high], …], of the given series. A gap of more than two steps gets an empty row, so that
+ * no line is drawn across it.
  */
 export function tableOf(rows, step_s, series) {
-  const table = [], nothing = series.map(() => [NaN, NaN, NaN]);
-  let before_s = NaN;
+  const table = [], empty = series.map(() => [NaN, NaN, NaN]);
+  let last_s = NaN;
   for (const row of rows) {
-    if (row.time_s - before_s > 2.5 * step_s) table.push([(before_s + step_s) * 1000, ...nothing]);
-    before_s = row.time_s;
+    if (row.time_s - last_s > 2.5 * step_s) table.push([(last_s + step_s) * 1000, ...empty]);
+    last_s = row.time_s;
     table.push([row.time_s * 1000, ...series.map((one) => bandOf(row, one))]);
   }
   return table;
 }
 
-/** Least, mean, greatest; or with `band` the mean and so many of that quantity to both sides. */
+/** Returns [min, mean, max], or with `band` the mean ± `times` that quantity. */
 function bandOf(row, { key, band, times }) {
   const value = row[key];
   if (!value) return [NaN, NaN, NaN];
-  const wide = band ? row[band] : undefined;
-  return wide ? [value[0] - times * wide[2], value[1], value[2] + times * wide[2]] : value;
+  const width = band ? row[band] : undefined;
+  return width ? [value[0] - times * width[2], value[1], value[2] + times * width[2]] : value;
 }
 
-/** The last row that begins before `time_s`, or the first; -1 where there are none. */
+/** Index of the last row with a time up to `time_s`, or of the first; -1 without rows. */
 export function indexAt(rows, time_s) {
   let low = 0, high = rows.length - 1;
   while (low < high) {
@@ -130,5 +130,5 @@ export function indexAt(rows, time_s) {
   return high < 0 ? -1 : low;
 }
 
-/** The step of which a view of so many seconds has at most so many rows. */
+/** The shortest step with which `seconds` are at most `rows` rows. */
 export const stepFor = (seconds, rows) => [1, 2, 5, 10, 15, 30, 60].find((step_s) => seconds / step_s <= rows) ?? 120;

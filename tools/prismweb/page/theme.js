@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Light or dark: as the system says, unless somebody chose.
+// Light or dark theme: that of the system, or the user's choice.
 const kChoices = ["system", "light", "dark"];
 const kKey = "prism-theme";
-const kWords = { system: "◐ system", light: "☀ light", dark: "☾ dark" };
+const kLabels = { system: "◐ system", light: "☀ light", dark: "☾ dark" };
 
-/** Wires the switch; `changed` is called whenever the colours are others than before. */
+/** Connects the button; `changed` is called after each change of the theme. */
 export function startTheme(button, changed) {
   const system = matchMedia("(prefers-color-scheme: dark)");
   let choice = localStorage.getItem(kKey);
@@ -12,7 +12,7 @@ export function startTheme(button, changed) {
   const apply = () => {
     const dark = choice === "dark" || (choice === "system" && system.matches);
     document.documentElement.dataset.theme = dark ? "dark" : "light";
-    button.textContent = kWords[choice];
+    button.textContent = kLabels[choice];
     button.setAttribute("aria-label", `theme: ${choice}; press for the next`);
     changed();
   };

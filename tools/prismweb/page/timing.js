@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// How long the page works, for whoever watches it with a PerformanceObserver. Nothing is kept: an hour of entries would be a leak.
+// Measures of the page for a PerformanceObserver. Entries are not kept, because they would fill the memory.
 
-/** From `begin_ms` (0: since the page was asked for) until now. */
+/** Reports the time from `begin_ms` (0: start of the navigation) until now. */
 export function measured(name, begin_ms = 0) {
   performance.measure(name, { start: begin_ms, end: performance.now() });
   performance.clearMeasures(name);

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Joins scripts into one that can stand in a page: bundle.py OUT.cpp LIBRARY MODULE…; of the modules, in the order of what they take from
-each other, without their imports and exports. Beside the text stands its hash, which the page's policy names."""
+"""Joins scripts into one for a page: bundle.py OUT.cpp LIBRARY MODULE…. Modules come after those that they import; their imports and exports
+are removed. OUT.cpp also has the hash of the script for the content security policy of the page."""
 import base64
 import hashlib
 import re
 import sys
 
 
-def plain(text):
-    """A module's text as part of a function: names that it imports are there already."""
+def without_imports(text):
+    """Returns a module's text as part of a function, in which the names that it imports are already defined."""
     text = re.sub(r"^import [^;]*;\n", "", text, flags=re.M)
     text = re.sub(r"^export (?=const|let|function|class|async)", "", text, flags=re.M)
     left = re.search(r"^(import|export)\b.*", text, flags=re.M)
@@ -23,7 +23,7 @@ def main(out, library, *modules):
     texts = []
     for path in modules:
         with open(path, encoding="utf-8") as file:
-            texts.append(plain(file.read()))
+            texts.append(without_imports(file.read()))
     script += '\n(function () {\n"use strict";\n' + "\n".join(texts) + "})();\n"
     for end in ("</script", "<!--", ')script"'):
         if end in script.lower():
