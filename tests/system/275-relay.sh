@@ -15,7 +15,7 @@ bad_config '{"site": "lab", "postgresql": {"connection": "dbname=x password=y"}}
 bad_config '{"site": "lab", "mqtt": {"host": "h", "portt": 1}}' 'portt'
 bad_config '{"site": "lab", "instances": ["g", "/x/g.sock"], "metrics": {"file": "/x/p.prom"}}' 'found "g" twice'
 echo '{"site": "lab", "status_file": "/nowhere/x", "metrics": {"file": "/x/p.prom"}}' >nowhere.json
-refused 1 'no status of a running relay' prismrelay --status nowhere.json
+refused 1 'cannot read the status; is prismrelay running?' prismrelay --status nowhere.json
 refused 64 '--what' prismrelay --what
 
 start_postgres

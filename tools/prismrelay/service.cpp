@@ -76,7 +76,7 @@ class Reporter {
 
 int show_status(const Settings& settings, bool as_json) {
   const auto text = read_text_file(settings.status_file);
-  if (!text) return fail({settings.status_file, "no status of a running relay; start prismrelay"});
+  if (!text) return fail({settings.status_file, "cannot read the status; is prismrelay running?"});
   const auto status = nlohmann::ordered_json::parse(*text, nullptr, false);
   if (!status.is_object()) return fail({settings.status_file, "not a status file of prismrelay"});
   if (as_json) {
