@@ -40,4 +40,4 @@ code=0; prismd served.json --check 2>served.err || code=$?
 same "exit code without the sensor" "$code" 78
 contains "its error" "$(cat served.err)" "found acc_temp_x, expected a sensor of stim300: gyro_temp_x"
 code=0; prismcal train one --inputs T,shell-T --out no.json 2>no.err >out || code=$?
-contains "its error" "$(cat no.err)" 'has no sensor "shell" as --inputs asks for; its sensors: gyro_temp_x, '
+contains "its error" "$(cat no.err)" 'found no sensor "shell" of --inputs; its sensors: gyro_temp_x, '

@@ -51,13 +51,13 @@ void add_allan_command(CLI::App& app, int& code) {
   command->add_option("file", choice->file, "prismd's log (file or folder), or any CSV of evenly spaced rates")
       ->required();
   command->add_option("--column", choice->series.column,
-                      "the rate: a column's name, or its number from 1 (default: rate_deg_per_h)");
-  command->add_option("--axis", choice->series.axis, "of a log of several axes: the one that is meant");
+                      "rate column: its name or number from 1 (default: rate_deg_per_h)");
+  command->add_option("--axis", choice->series.axis, "axis to use, if the log has several");
   command->add_option("--unit", choice->series.unit,
                       "deg/h, deg/s, rad/s or arcsec/s (default: by the column's name, else deg/h)");
   command->add_option("--time", choice->series.time_column,
-                      "the time in seconds: a column's name, or its number (default: time_s or t_s)");
-  command->add_option("--interval", choice->interval_s, "seconds between rows, where the file has no time")
+                      "time column, s: its name or number (default: time_s or t_s)");
+  command->add_option("--interval", choice->interval_s, "seconds between rows, if the file has no time")
       ->check(tools::positive());
   command->add_option("--grid", choice->grid, "averaging times: octave, decade (1, 2, 4, 10, …) or dense")
       ->transform(CLI::CheckedTransformer(grids));
@@ -68,7 +68,7 @@ void add_allan_command(CLI::App& app, int& code) {
   command->add_flag("--json", choice->json, "print JSON");
   tools::add_examples(*command,
                       {"prismcal allan logs/", "prismcal allan table.csv --column rate_x_dps --grid decade --json",
-                       "prismcal allan bare.txt --interval 0.01 --unit deg/s"});
+                       "prismcal allan rates.txt --interval 0.01 --unit deg/s"});
   command->callback([choice, &code] { code = run(*choice); });
 }
 

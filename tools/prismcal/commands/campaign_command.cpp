@@ -33,29 +33,29 @@ std::string program_path() {
   return std::filesystem::read_symlink("/proc/self/exe", error).string();
 }
 
-/// Prints the gyros without a task, for a plan or a status.
+/// Prints recordings and gyros without a task, for a plan or a status.
 void print_left_out(const std::vector<campaign::LeftOutInput>& left_out) {
   for (const campaign::LeftOutInput& input : left_out)
     fmt::print("left out: {}: {}\n", printable(input.what), printable(input.why));
 }
 
-Result<campaign::Plan> plan_and_keep(const campaign::CampaignFile& file, const campaign::ResultStore& store) {
+Result<campaign::Plan> make_and_store_plan(const campaign::CampaignFile& file, const campaign::ResultStore& store) {
   if (auto made = store.create(); !made) return tl::unexpected<Error>(made.error());
   campaign::InputCache cache(store.file("inputs.cache"));
   auto plan = campaign::make_plan(file, campaign_work(store.file("calibration.json")), cache);
   if (!plan) return plan;
-  if (auto kept = cache.save(); !kept) return tl::unexpected<Error>(kept.error());
-  if (auto kept = store.write_plan(*plan); !kept) return tl::unexpected<Error>(kept.error());
+  if (auto saved = cache.save(); !saved) return tl::unexpected<Error>(saved.error());
+  if (auto written = store.write_plan(*plan); !written) return tl::unexpected<Error>(written.error());
   return plan;
 }
 
 std::string state_of(const std::string& id, const std::unordered_set<std::string>& with_result) {
-  return with_result.contains(id) ? "stands" : "to do";
+  return with_result.contains(id) ? "done" : "to do";
 }
 
 int print_plan(const campaign::Plan& plan, const campaign::ResultStore& store) {
   const auto with_result = store.with_result();
-  double to_do_s = 0, most_mb = 0;
+  double to_do_s = 0, max_mb = 0;
   std::size_t to_do = 0;
   fmt::print("{:<32}  {:<20}  {:<14}  {:>8}  {:>6}\n", "task", "gyro", "model", "CPU s", "MB");
   for (const campaign::Task& task : plan.tasks) {
@@ -64,11 +64,11 @@ int print_plan(const campaign::Plan& plan, const campaign::ResultStore& store) {
                printable(task.model.name), task.cpu_s, task.memory_mb, state_of(task.id, with_result));
     if (!has_result) to_do_s += task.cpu_s;
     to_do += !has_result;
-    most_mb = std::max(most_mb, task.memory_mb);
+    max_mb = std::max(max_mb, task.memory_mb);
   }
   print_left_out(plan.left_out);
-  fmt::print("{} tasks of {} gyros, {} to do: about {:.2f} CPU hours ({:.2f} in all), at most {:.0f} MB a task\n",
-             plan.tasks.size(), plan.gyros, to_do, to_do_s / 3600, plan.cpu_s() / 3600, most_mb);
+  fmt::print("{} tasks of {} gyros, {} to do: about {:.2f} CPU hours (all tasks {:.2f}), at most {:.0f} MB per task\n",
+             plan.tasks.size(), plan.gyros, to_do, to_do_s / 3600, plan.cpu_s() / 3600, max_mb);
   return 0;
 }
 
@@ -90,7 +90,7 @@ Result<int> print_status(const campaign::ResultStore& store) {
   return status->failed.empty() ? 0 : 1;
 }
 
-/// Writes the report of the campaign, and the accepted models.
+/// Writes the report of the campaign and the accepted models.
 Result<int> collect(const campaign::CampaignFile& file, const campaign::ResultStore& store) {
   const auto lot = campaign::read_lot(store, file.limits);
   if (!lot) return tl::unexpected<Error>(lot.error());
@@ -115,8 +115,8 @@ Result<int> install(const campaign::CampaignFile& file, const campaign::ResultSt
   if (!lot) return tl::unexpected<Error>(lot.error());
   const auto installed = campaign::install_models(file, store, *lot, folder, true);
   if (!installed) return tl::unexpected<Error>(installed.error());
-  fmt::print("{} models installed in {}, {} of others kept; {} tasks without a result\n", installed->models, folder,
-             installed->kept, lot->missing.size());
+  fmt::print("{} models installed in {}, {} models of other gyros kept; {} tasks without a result\n", installed->models,
+             folder, installed->kept, lot->missing.size());
   return 0;
 }
 
@@ -125,7 +125,8 @@ Result<int> run_one(const campaign::ResultStore& store, const std::string& id, c
   if (!task) return tl::unexpected<Error>(task.error());
   if (store.has_result(id)) return 0;
   if (auto level = campaign::run_at_level(task->level, argv); !level) {
-    if (auto kept = store.add_failure(id, level.error().text()); !kept) return tl::unexpected<Error>(kept.error());
+    if (auto recorded = store.add_failure(id, level.error().text()); !recorded)
+      return tl::unexpected<Error>(recorded.error());
     return tl::unexpected<Error>(level.error());
   }
   const auto done = campaign::run_task(store, *task, campaign_work(store.file("calibration.json")));
@@ -135,7 +136,7 @@ Result<int> run_one(const campaign::ResultStore& store, const std::string& id, c
 
 Result<int> run_engine(const CampaignChoice& choice, const campaign::CampaignFile& file,
                        const campaign::ResultStore& store) {
-  const auto plan = plan_and_keep(file, store);
+  const auto plan = make_and_store_plan(file, store);
   if (!plan) return tl::unexpected<Error>(plan.error());
   const auto planned = store.read_plan();
   if (!planned) return tl::unexpected<Error>(planned.error());
@@ -145,14 +146,14 @@ Result<int> run_engine(const CampaignChoice& choice, const campaign::CampaignFil
       fmt::print("{}\n", campaign::task_command(file, choice.settings.program, task.id));
     return 0;
   }
-  fmt::print(stderr, "prismcal: {} tasks of {} gyros, {} to do, {} stand\n", planned->size(), plan->gyros, to_do.size(),
+  fmt::print(stderr, "prismcal: {} tasks of {} gyros, {} to do, {} done\n", planned->size(), plan->gyros, to_do.size(),
              planned->size() - to_do.size());
   const auto end = choice.engine == "slurm" ? campaign::run_slurm(file, store, *planned, choice.settings)
                                             : campaign::run_local(file, store, *planned, choice.settings);
   if (!end) return tl::unexpected<Error>(end.error());
   const std::string left = fmt::format("{} done, {} failed, {} left", end->done, end->failed, to_do.size() - end->done);
   if (end->interrupted) {
-    fmt::print(stderr, "prismcal: interrupted: {}; the same command goes on\n", left);
+    fmt::print(stderr, "prismcal: interrupted: {}; repeat the command to continue\n", left);
     return kInterrupted;
   }
   fmt::print(stderr, "prismcal: {}\n", left);
@@ -168,7 +169,7 @@ Result<int> run_campaign(const CampaignChoice& choice, char** argv) {
   if (choice.collect) return collect(*file, store);
   if (!choice.install.empty()) return install(*file, store, choice.install);
   if (!choice.plan) return run_engine(choice, *file, store);
-  const auto plan = plan_and_keep(*file, store);
+  const auto plan = make_and_store_plan(*file, store);
   if (!plan) return tl::unexpected<Error>(plan.error());
   return print_plan(*plan, store);
 }
@@ -177,31 +178,30 @@ Result<int> run_campaign(const CampaignChoice& choice, char** argv) {
 
 void add_campaign_command(CLI::App& app, int& code, char** argv) {
   CLI::App* command = app.add_subcommand(
-      "campaign", "train and judge models of hundreds of gyros: on this machine's cores, or on a cluster");
+      "campaign", "train and evaluate models of hundreds of gyros, on this machine's cores or on a cluster");
   const auto choice = std::make_shared<CampaignChoice>();
   command->add_option("file", choice->file, "campaign file (JSON): recordings, models, limits, output")->required();
-  CLI::Option* plan =
-      command->add_flag("--plan", choice->plan, "print the tasks, and the CPU hours that they are expected to take");
-  CLI::Option* status =
-      command->add_flag("--status", choice->status, "print what is done, runs and failed, and the time left");
-  CLI::Option* task = command->add_option("--task", choice->task, "run this one task: what every engine calls");
+  CLI::Option* plan = command->add_flag("--plan", choice->plan, "print the tasks and the expected CPU hours");
+  CLI::Option* status = command->add_flag("--status", choice->status,
+                                          "print the numbers of finished, running and failed tasks, and the time left");
+  CLI::Option* task = command->add_option("--task", choice->task, "run only this task, as the engines do");
   CLI::Option* collected = command->add_flag(
       "--collect", choice->collect, "write the campaign's report (HTML, CSV, JSON) and the folder of accepted models");
   CLI::Option* installed =
-      command->add_option("--install", choice->install, "put the accepted models into this folder, all in one step");
+      command->add_option("--install", choice->install, "install the accepted models in this folder, atomically");
   plan->excludes(status)->excludes(collected)->excludes(installed)->excludes(task);
   status->excludes(collected)->excludes(installed)->excludes(task);
   collected->excludes(installed)->excludes(task);
   installed->excludes(task);
   command
       ->add_option("--engine", choice->engine,
-                   "local (default), slurm (a job array) or print (a command a line, for others to run)")
+                   "local (default), slurm (a job array) or print (one shell command per task)")
       ->check(CLI::IsMember({"local", "slurm", "print"}));
-  command->add_option("--jobs", choice->settings.jobs, "local: tasks at a time (default: one a core)")
+  command->add_option("--jobs", choice->settings.jobs, "local: concurrent tasks (default: one per core)")
       ->check(tools::within(1, 1024));
   command
       ->add_option("--memory", choice->settings.memory_mb,
-                   "local: MB of all tasks at a time (default: 80 % of what is free)")
+                   "local: memory limit of all running tasks, MB (default: 80 % of the free memory)")
       ->check(tools::positive());
   command->add_flag("--detach", choice->settings.detach, "slurm: submit and return; see --status for the progress");
   tools::add_examples(

@@ -26,11 +26,11 @@ constexpr double kCurveBin_degc = 5;
 Json number_json(std::optional<double> value) { return value && std::isfinite(*value) ? Json(*value) : Json(); }
 
 template <class Add>
-Result<void> parse_words(std::vector<std::string> words, const Add& add) {
+Result<void> parse_options(std::vector<std::string> words, const Add& add) {
   CLI::App app("options");
   app.set_help_flag();
   add(app);
-  std::reverse(words.begin(), words.end());  // as CLI11 takes them
+  std::reverse(words.begin(), words.end());  // the order that CLI11 expects
   try {
     app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
@@ -50,23 +50,21 @@ Result<void> check_models(const campaign::CampaignFile& file) {
     const auto terms = set_terms(choice->method, names, training::second_order_terms(names.size()), {}, *settings);
     if (!terms) return make_error(where, terms.error().text());
     if (!choice->prior.empty() || !choice->recordings.source.config.empty())
-      return make_error(
-          where, "found prior or config, expected neither: the files that they name are not among a task's inputs");
+      return make_error(where, "found prior or config, expected neither: their files are not inputs of a task");
     if (!choice->serial.empty())
-      return make_error(where, "found serial, expected none: each model is bound to what its recordings name");
+      return make_error(where, "found serial, expected none: a model is bound to the serial number in its recordings");
   }
   const auto judging = evaluate_choice(file.judging);
   if (!judging) return make_error(file.path + ":/judging", judging.error().what);
   if (!judging->common.fallback.empty() || !judging->common.source.config.empty())
-    return make_error(
-        file.path + ":/judging",
-        "found fallback or config, expected neither: the files that they name are not among a task's inputs");
+    return make_error(file.path + ":/judging",
+                      "found fallback or config, expected neither: their files are not inputs of a task");
   const auto correction = correction_settings(judging->common);
   if (!correction) return make_error(file.path + ":/judging", correction.error().text());
   return {};
 }
 
-/// Mean bias by temperature, about its own mean: what gyros of one lot are compared by.
+/// Mean bias in bins of temperature, minus the overall mean, for the comparison of gyros in a lot.
 Json curve_json(const std::vector<recordings::BlockTable>& tables) {
   std::map<int, std::pair<double, int>> bins;
   double sum = 0;
@@ -88,33 +86,33 @@ Json curve_json(const std::vector<recordings::BlockTable>& tables) {
   return {{"mean_deg_per_h", blocks > 0 ? number_json(sum / blocks) : Json()}, {"curve_degc_deg_per_h", curve}};
 }
 
-/// A file of the recording that trained, too; empty: none. By the files themselves: seconds of a coarse rate are equal
-/// by chance.
-std::string shared_file(const RecordingEvaluation& judged, const campaign::Task& task) {
+/// Returns a file of the recording that was also used for training; empty: none. Compares SHA-256, since equal seconds
+/// of a coarse rate may be chance.
+std::string shared_file(const RecordingEvaluation& evaluated, const campaign::Task& task) {
   for (const campaign::TaskInput& input : task.inputs) {
     for (const campaign::InputFile& file : input.files) {
       const auto same = [&](const recordings::SourceFile& source) { return source.sha256 == file.sha256; };
-      const auto& files = judged.loaded.recording.files;
+      const auto& files = evaluated.loaded.recording.files;
       if (input.role == Role::kTrain && std::any_of(files.begin(), files.end(), same)) return file.path;
     }
   }
   return {};
 }
 
-Json judged_json(const RecordingEvaluation& judged, const campaign::Task& task, const std::string& role) {
-  const analysis::EvaluatedRecording recording{"r", &judged.loaded.table, &judged.evaluation, nullptr, nullptr};
+Json evaluation_json(const RecordingEvaluation& evaluated, const campaign::Task& task, const std::string& role) {
+  const analysis::EvaluatedRecording recording{"r", &evaluated.loaded.table, &evaluated.evaluation, nullptr, nullptr};
   Json json = {{"role", role},
-               {"recording", judged.loaded.table.name},
-               {"blocks", judged.loaded.table.size()},
-               {"before_deg_per_h", number_json(judged.evaluation.stability.before.sd)},
-               {"trained_on", shared_file(judged, task)},
+               {"recording", evaluated.loaded.table.name},
+               {"blocks", evaluated.loaded.table.size()},
+               {"before_deg_per_h", number_json(evaluated.evaluation.stability.before.sd)},
+               {"trained_on", shared_file(evaluated, task)},
                {"measured", Json::object()}};
   for (const analysis::Measured& m : analysis::measure_all(recording))
     json["measured"][m.quantity] = number_json(m.value);
   return json;
 }
 
-/// The head of every result: who, by what, and how it ended.
+/// The members that all results have. `outcome`: "trained" or "refused".
 Json begin_result(const campaign::Task& task, const std::string& outcome) {
   return {{"outcome", outcome},       {"task", task.id},         {"serial", task.serial}, {"axis", task.axis},
           {"model", task.model.name}, {"version", task.version}, {"level", task.level}};
@@ -131,38 +129,39 @@ Result<Json> run_task(const campaign::Task& task, const std::string& folder) {
   if (!choice) return tl::unexpected<Error>(choice.error());
   choice->files = task.paths(Role::kTrain);
   choice->method.quiet = true;
-  choice->method.threads = 1;  // an engine runs as many tasks as there are cores
+  choice->method.threads = 1;  // executors run one task per core
   if (choice->name.empty()) choice->name = task.model.name;
   const auto trained = train_on_recordings(*choice);
   if (!trained) return refused_result(task, trained.error());
   if (trained->set.serial != task.serial)
     return make_error(task.id,
                       fmt::format("trained on gyro \"{}\", expected \"{}\"", trained->set.serial, task.serial));
-  auto judging = evaluate_choice(task.judging);
-  if (!judging) return tl::unexpected<Error>(judging.error());
-  judging->model = folder + "/model.json";
-  if (auto done = write_text_file(judging->model, trained->model_text()); !done)
+  auto evaluation = evaluate_choice(task.judging);
+  if (!evaluation) return tl::unexpected<Error>(evaluation.error());
+  evaluation->model = folder + "/model.json";
+  if (auto done = write_text_file(evaluation->model, trained->model_text()); !done)
     return tl::unexpected<Error>(done.error());
   std::vector<std::string> roles;
   for (const Role role : {Role::kRepeat, Role::kOther}) {
     for (std::string& path : task.paths(role)) {
-      judging->recordings.push_back(std::move(path));
+      evaluation->recordings.push_back(std::move(path));
       roles.emplace_back(campaign::role_name(role));
     }
   }
-  const auto judgement = evaluate_recordings(*judging);
-  if (!judgement) return refused_result(task, judgement.error());
-  judging->common.json = false;
-  judging->common.quiet = true;
-  judging->common.out = task.report ? folder + "/report" : "";
-  if (auto done = write_report(judgement->report, judging->common); !done) return tl::unexpected<Error>(done.error());
+  const auto evaluated = evaluate_recordings(*evaluation);
+  if (!evaluated) return refused_result(task, evaluated.error());
+  evaluation->common.json = false;
+  evaluation->common.quiet = true;
+  evaluation->common.out = task.report ? folder + "/report" : "";
+  if (auto done = write_report(evaluated->report, evaluation->common); !done)
+    return tl::unexpected<Error>(done.error());
   Json json = begin_result(task, "trained");
   json["id"] = trained->trained.model->info().id;
   for (const Json& facts : trained->set.facts) json["data_quality"].push_back(facts["data_quality"]);
   json["training"] = curve_json(trained->set.tables);
   for (std::size_t i = 0; i < roles.size(); ++i)
-    json["judged"].push_back(judged_json(judgement->cases[i], task, roles[i]));
-  json["simulated"] = judgement->report.simulated;
+    json["judged"].push_back(evaluation_json(evaluated->cases[i], task, roles[i]));
+  json["simulated"] = evaluated->report.simulated;
   return json;
 }
 
@@ -170,14 +169,14 @@ Result<Json> run_task(const campaign::Task& task, const std::string& folder) {
 
 Result<TrainChoice> train_choice(const std::vector<std::string>& words) {
   TrainChoice choice;
-  const auto done = parse_words(words, [&](CLI::App& app) { add_train_options(app, choice); });
+  const auto done = parse_options(words, [&](CLI::App& app) { add_train_options(app, choice); });
   if (!done) return tl::unexpected<Error>(done.error());
   return choice;
 }
 
 Result<EvaluateChoice> evaluate_choice(const std::vector<std::string>& words) {
   EvaluateChoice choice;
-  const auto done = parse_words(words, [&](CLI::App& app) { add_common_options(app, choice.common); });
+  const auto done = parse_options(words, [&](CLI::App& app) { add_common_options(app, choice.common); });
   if (!done) return tl::unexpected<Error>(done.error());
   return choice;
 }
@@ -185,8 +184,8 @@ Result<EvaluateChoice> evaluate_choice(const std::vector<std::string>& words) {
 campaign::Work campaign_work(const std::string& calibration) {
   const auto costs = std::make_shared<CostModel>(calibration);
   return {kVersion, campaign::loaded_level(), check_models,
-          [costs](const campaign::Task& task, std::uint64_t training_s, std::uint64_t judged_s) {
-            return costs->cost(task, training_s, judged_s);
+          [costs](const campaign::Task& task, std::uint64_t training_s, std::uint64_t test_s) {
+            return costs->cost(task, training_s, test_s);
           },
           run_task};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs a campaign's tasks by the functions of train and evaluate, and estimates their cost.
+// Runs the tasks of a campaign with the functions of train and evaluate, and estimates their cost.
 #pragma once
 
 #include "tools/prismcal/campaign/plan.hpp"
@@ -8,25 +8,25 @@
 
 namespace prism::commands {
 
-/// `calibration`: the file that keeps how fast this machine is; it is measured, in a second or two for each model,
-/// where the file does not know.
+/// `calibration`: file with the measured speed of this machine. If a model is not in it, measures it in one or two
+/// seconds.
 campaign::Work campaign_work(const std::string& calibration);
 
-/// Words → options, as the command line would take them. Errors: "--method=lq: …".
+/// Parse options as the command line does. Errors: "--method=lq: …".
 Result<TrainChoice> train_choice(const std::vector<std::string>& words);
 Result<EvaluateChoice> evaluate_choice(const std::vector<std::string>& words);
 
-/// Seconds and memory of tasks on this machine: a training on made-up blocks is timed once for each model, the rest is
-/// in proportion to the recordings.
+/// Estimates CPU seconds and memory of tasks on this machine. Times one training on synthetic blocks per model and
+/// scales it by the length of the recordings.
 class CostModel {
  public:
   explicit CostModel(std::string calibration);
-  Result<campaign::Cost> cost(const campaign::Task& task, std::uint64_t training_s, std::uint64_t judged_s);
+  Result<campaign::Cost> cost(const campaign::Task& task, std::uint64_t training_s, std::uint64_t test_s);
 
  private:
   struct Speed {
     TrainChoice choice;
-    double factor = 1;  ///< measured CPU seconds over those of the resource plan; of polynomials, seconds a block
+    double factor = 1;  ///< measured CPU seconds / those of plan_resources(); polynomials: seconds per block
   };
   Result<Speed> speed_of(const campaign::ModelChoice& model);
   Result<double> measure(const TrainChoice& choice) const;

@@ -25,7 +25,7 @@ bool begins_with_sim(const std::string& text) {
          });
 }
 
-/// Median over the seconds, so that lost frames and a cut second do not show.
+/// Median over the seconds, which lost frames and partial seconds do not change.
 double samples_per_second(const recordings::Recording& recording) {
   std::vector<double> samples;
   for (const compensation::SecondMean& second_mean : recording.second_means)
@@ -40,23 +40,24 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
                                                                {"N-1", evaluation::Divisor::kNMinus1}};
   add_source_options(command, options.source);
   add_site_options(command, options.site);
-  command.add_option("--divisor", options.divisor, "of the variance: N or N-1 (default)")
+  command.add_option("--divisor", options.divisor, "divisor of the variance: N or N-1 (default)")
       ->transform(CLI::CheckedTransformer(divisors).description("N|N-1"));
   command
       .add_option("--max-bias", options.max_bias_deg_per_h,
-                  "largest accepted bias, deg/h; default: the value of --config, or 100")
+                  "largest accepted bias, deg/h (default: from --config, else 100)")
       ->check(tools::positive());
   command
-      .add_option("--extrapolation", options.extrapolation,
-                  "how predictions are served: preset, flag, clamp or shrink; else what --config says, or preset")
+      .add_option(
+          "--extrapolation", options.extrapolation,
+          "predictions outside the training range: preset, flag, clamp or shrink (default: from --config, else preset)")
       ->check(CLI::IsMember(std::vector<std::string>(compensation::kExtrapolationNames.begin(),
                                                      compensation::kExtrapolationNames.end())));
   command.add_option("--fallback", options.fallback,
-                     "model that serves while the window is not full; else what --config says, or none");
+                     "model used while the window is not full (default: from --config, else none)");
   command.add_option("--out", options.out, "folder for report.html, report.csv and report.json");
-  command.add_flag("--simulated", options.simulated, "say on every page that the data are simulated");
-  command.add_flag("--any-gyro", options.any_gyro, "judge a recording of another gyro than the model's");
-  command.add_flag("--json", options.json, "print the report's JSON");
+  command.add_flag("--simulated", options.simulated, "mark all pages as simulated data");
+  command.add_flag("--any-gyro", options.any_gyro, "accept a recording of another gyro than the model's");
+  command.add_flag("--json", options.json, "print the report as JSON");
 }
 
 Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& options) {
@@ -68,7 +69,7 @@ Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& op
     const config::AxisConfig* axis = config::find_axis(*config, options.source.axis);
     if (axis == nullptr)
       return make_error(options.source.config,
-                        fmt::format("serves {} axes, expected --axis to name one of them", config->axes.size()));
+                        fmt::format("found {} axes, expected --axis with one of them", config->axes.size()));
     settings.engine = axis->engine;
     if (fallback.empty()) fallback = axis->fallback_model;
   }
@@ -96,14 +97,14 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureD
   if (model && !options.any_gyro && !model->gyro_serial.empty() && !serial.empty() && serial != "unknown" &&
       serial != model->gyro_serial) {
     return make_error(
-        path, fmt::format("recorded from gyro \"{}\", the model is bound to \"{}\"; --any-gyro judges it all the same",
+        path, fmt::format("found a recording of gyro \"{}\", expected \"{}\" as in the model; --any-gyro accepts it",
                           serial, model->gyro_serial));
   }
-  const std::vector<SensorName> there = recording->sensors();
+  const std::vector<SensorName> available = recording->sensors();
   for (const SensorName& sensor : features.sensors) {
-    if (sensor_index(there, sensor.name) == there.size())
-      return make_error(path, fmt::format("has no sensor \"{}\" as the model asks for; its sensors: {}", sensor.name,
-                                          sensors_text(there)));
+    if (sensor_index(available, sensor.name) == available.size())
+      return make_error(path, fmt::format("found no sensor \"{}\" of the model; its sensors: {}", sensor.name,
+                                          sensors_text(available)));
   }
   const auto earth = recordings::earth_rate_of(*recording, options.site);
   if (!earth) return tl::unexpected(earth.error());
@@ -128,7 +129,7 @@ void append_recording_facts(std::vector<std::pair<std::string, std::string>>& fa
   }
   facts.emplace_back(role + ", gyro", gyro);
   facts.emplace_back(role + ", site",
-                     fmt::format("{}; earth rate on the axis {:.6f} deg/h subtracted",
+                     fmt::format("{}; Earth rate on the axis, {:.6f} deg/h, subtracted",
                                  site.empty() ? "not stated" : site, loaded.table.earth_rate_deg_per_h));
 }
 
@@ -154,7 +155,7 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
     const auto temperature = t.column(compensation::kInputTemperature);
     const auto [low, high] = std::minmax_element(temperature.begin(), temperature.end());
     const double hours = static_cast<double>(t.second.back() - t.second.front() + 1) / 3600;
-    table.caption = fmt::format("Blocks of {} s, restarted after every gap longer than {} s.", t.features.length_s,
+    table.caption = fmt::format("Blocks of {} s, restarted after gaps longer than {} s.", t.features.length_s,
                                 t.features.max_gap_s);
     table.rows.push_back({report::text_cell(role), report::text_cell(t.name),
                           report::fixed_cell(static_cast<double>(loaded->recording.second_means.size()), 0),

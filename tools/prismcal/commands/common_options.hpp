@@ -18,43 +18,45 @@ struct CommonOptions {
   recordings::SourceOptions source;
   recordings::SiteOptions site;
   evaluation::Divisor divisor = evaluation::Divisor::kNMinus1;
-  std::optional<double> max_bias_deg_per_h;  ///< instead of the configuration's
-  std::string extrapolation, fallback;       ///< the same; empty: the configuration's
+  std::optional<double> max_bias_deg_per_h;  ///< overrides the configuration
+  std::string extrapolation, fallback;       ///< override the configuration; empty: from the configuration
   std::string out;                           ///< folder for report.html, report.csv, report.json; empty: none
   bool simulated = false;
   bool any_gyro = false;
   bool json = false;
-  bool quiet = false;  ///< do not say where the report stands
+  bool quiet = false;  ///< do not print the path of the report
 };
 
 void add_common_options(CLI::App& command, CommonOptions& options);
 
-/// How prismd would correct: by --max-bias, --extrapolation and --fallback, else by --config, else by the defaults.
+/// Correction settings from --max-bias, --extrapolation and --fallback, else from --config, else the defaults.
 Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& options);
 
-/// Said by --simulated, or by the log: a gyro serial or an instance that begins with "sim".
+/// Returns true with --simulated, or if the gyro serial number or instance name begins with "sim".
 bool is_simulated(const recordings::Recording& recording, const CommonOptions& options);
 
-/// Reads a recording and puts it on the grid of `features`. With a model: refuses another gyro's, unless any gyro will
-/// do.
+/// A recording and its blocks.
 struct Loaded {
   recordings::Recording recording;
   recordings::BlockTable table;
 };
+/// Reads a recording and makes blocks of `features`. Errors with a `model`: the recording is of another gyro, unless
+/// options.any_gyro is set.
 Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,
                            const compensation::ModelInfo* model, const CommonOptions& options);
 
-/// The header facts of a recording: file, SHA-256, serial, site, earth rate, blocks, gaps.
+/// Appends metadata of a recording to the header of a report: files, SHA-256, notes, serial number, site, Earth rate.
 void append_recording_facts(std::vector<std::pair<std::string, std::string>>& facts, const Loaded& loaded,
                             const std::string& role);
 
-/// Says on top of the report that the judgement on this recording is not a test, and why.
+/// Adds a warning to the report that the evaluation on this recording is not a test, and why.
 void add_overlap(report::Report& report, const std::string& recording, const std::string& overlap);
 
-/// The recordings in one table: length, blocks, holes, temperature span.
+/// One table of all recordings: length, blocks, gaps, temperature range.
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);
 
-/// Writes report.html, report.csv and report.json into options.out, if any; prints the path on stderr.
+/// Writes report.html, report.csv, report.json and tables/*.csv to options.out, if any, and prints the path on stderr.
+/// Prints JSON with options.json.
 Result<void> write_report(const report::Report& report, const CommonOptions& options);
 
 }  // namespace prism::commands

@@ -24,28 +24,28 @@ struct CompareChoice {
   CommonOptions common;
 };
 
-/// judged[m][r]: model m on recording r.
+/// evaluations[m][r]: model m on recording r.
 struct Comparison {
   std::vector<compensation::ModelPtr> models;
-  std::vector<Loaded> recordings;  ///< on the grid of the first model; their facts
-  std::vector<std::vector<analysis::ModelEvaluation>> judged;
-  std::vector<std::pair<std::string, std::string>> overlaps;  ///< recording, and what a model shares with it
+  std::vector<Loaded> recordings;  ///< with the blocks of the first model
+  std::vector<std::vector<analysis::ModelEvaluation>> evaluations;
+  std::vector<std::pair<std::string, std::string>> overlaps;  ///< recording, and overlap_text()
 };
 
-Result<Comparison> judge_all(const CompareChoice& choice) {
+Result<Comparison> evaluate_all(const CompareChoice& choice) {
   const auto correction = correction_settings(choice.common);
   if (!correction) return tl::unexpected(correction.error());
   Comparison comparison;
   for (const std::string& path : choice.models) {
     auto model = load_model(path);
     if (!model) return tl::unexpected(model.error());
-    comparison.judged.emplace_back();
+    comparison.evaluations.emplace_back();
     for (const std::string& recording : choice.recordings) {
       auto loaded = load_blocks(recording, (*model)->info().features, &(*model)->info(), choice.common);
       if (!loaded) return tl::unexpected(loaded.error());
-      auto judged = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
-      if (!judged) return tl::unexpected(judged.error());
-      comparison.judged.back().push_back(std::move(*judged));
+      auto evaluated = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
+      if (!evaluated) return tl::unexpected(evaluated.error());
+      comparison.evaluations.back().push_back(std::move(*evaluated));
       std::string overlap =
           recordings::overlap_text((*model)->info().provenance_json, loaded->recording, loaded->table);
       if (!overlap.empty())
@@ -57,16 +57,17 @@ Result<Comparison> judge_all(const CompareChoice& choice) {
   return comparison;
 }
 
-/// One row for each model, some columns for each recording; the lowest sigma is marked, change and against are to the
-/// first model.
+/// One row per model, several columns per recording. Marks the lowest sigma. "change" and "against the first" are
+/// relative to the first model.
 report::Table comparison_table(const Comparison& comparison, evaluation::Divisor divisor) {
   report::Table table{
       "comparison", "Models on recordings", "", {{"model", "", false}, {"kind", "", false}, {"id", "", false}}, {}};
   table.caption = fmt::format(
-      "Bias stability: 1 sigma of the model's means ({} s), divisor {}. Change: of the sigma after, against the first "
-      "model. 95 % of further: the 95 % prediction interval of the improvement of further recordings of the profile; "
-      "against "
-      "the first: the same interval of the difference of the improvements.",
+      "Bias stability: 1 sigma of {} s means, divisor {}. Change: of sigma after compensation, relative to the first "
+      "model. "
+      "95 % of further: 95 % prediction interval of the improvement in another recording of the same profile. Against "
+      "the "
+      "first: the same interval for the difference of the improvements. Off: blocks outside the training range.",
       comparison.models.front()->info().features.length_s, evaluation::divisor_text(divisor));
   for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
     const std::string& name = comparison.recordings[r].table.name;
@@ -85,21 +86,21 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
     std::vector<Cell> cells = {report::text_cell(info.name), report::text_cell(info.kind),
                                report::text_cell(info.id.substr(0, 12))};
     for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
-      const analysis::ModelEvaluation& judged = comparison.judged[m][r];
-      const evaluation::BiasStability& s = judged.stability;
-      const double first = comparison.judged[0][r].stability.after.sd;
-      const bool best = std::all_of(comparison.judged.begin(), comparison.judged.end(),
+      const analysis::ModelEvaluation& evaluated = comparison.evaluations[m][r];
+      const evaluation::BiasStability& s = evaluated.stability;
+      const double first = comparison.evaluations[0][r].stability.after.sd;
+      const bool best = std::all_of(comparison.evaluations.begin(), comparison.evaluations.end(),
                                     [&](const auto& row) { return row[r].stability.after.sd >= s.after.sd; });
       cells.push_back(report::fixed_cell(s.before.sd, 5));
       cells.push_back(report::fixed_cell(s.after.sd, 5, best ? Emphasis::kBest : Emphasis::kNone));
       cells.push_back(
           report::percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? Emphasis::kBad : Emphasis::kNone));
-      cells.push_back(report::text_cell(analysis::interval_text(judged.next)));
+      cells.push_back(report::text_cell(analysis::interval_text(evaluated.improvement_interval)));
       cells.push_back(report::percent_cell(m > 0 && first > 0 ? std::optional(s.after.sd / first - 1) : std::nullopt));
-      cells.push_back(m == 0
-                          ? report::text_cell(report::kNothing)
-                          : analysis::difference_cell(comparison.judged[0][r], judged, comparison.recordings[r].table));
-      cells.push_back(report::fixed_cell(judged.extrapolated_percent(), 1));
+      cells.push_back(
+          m == 0 ? report::text_cell(report::kNothing)
+                 : analysis::difference_cell(comparison.evaluations[0][r], evaluated, comparison.recordings[r].table));
+      cells.push_back(report::fixed_cell(evaluated.extrapolated_percent(), 1));
     }
     table.rows.push_back(std::move(cells));
   }
@@ -107,7 +108,7 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
 }
 
 Result<void> compare(const CompareChoice& choice) {
-  const auto comparison = judge_all(choice);
+  const auto comparison = evaluate_all(choice);
   if (!comparison) return tl::unexpected(comparison.error());
   report::Report report;
   report.title = "Comparison of models";
@@ -132,10 +133,9 @@ Result<void> compare(const CompareChoice& choice) {
 }  // namespace
 
 void add_compare_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("compare", "several models on several recordings, one table");
+  CLI::App* command = app.add_subcommand("compare", "compare models on recordings in one table");
   const auto choice = std::make_shared<CompareChoice>();
-  command->add_option("models", choice->models, "model files; the first is the one that others are measured against")
-      ->required();
+  command->add_option("models", choice->models, "model files; the first is the reference")->required();
   command->add_option("--on", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")
       ->required();
   add_common_options(*command, choice->common);

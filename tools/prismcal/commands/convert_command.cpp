@@ -21,22 +21,21 @@ struct ConvertChoice {
   recordings::SourceOptions source;
 };
 
-Result<wire::FrameDescriptionPtr> one_a_second(const std::string& frames) {
+Result<wire::FrameDescriptionPtr> one_per_second(const std::string& frames) {
   const std::string path = config::find_data_file(frames, "frames", ".");
   const auto text = read_text_file(path, kMaxTableBytes);
   if (!text) return tl::unexpected(text.error());
   auto description = wire::parse_frame_description(*text, path);
-  if (description && !(*description)->carries_gyro()) return make_error(path, "has no gyro, expected one");
+  if (description && !(*description)->carries_gyro()) return make_error(path, "found no gyro, expected one");
   if (description && (*description)->rate_hz != 1) {
-    return make_error(path,
-                      fmt::format("{} frames a second; a recording has one row a second", (*description)->rate_hz));
+    return make_error(path, fmt::format("found {} frames per second, expected 1", (*description)->rate_hz));
   }
   return description;
 }
 
-/// Each row becomes one frame that arrives in the middle of its second's last tenth, so that no rounding of the clock
-/// moves it into the next. Missing seconds let the counter run on, and partial ones are missing: a frame is of a whole
-/// second. A session begins where the recording's did.
+/// Writes one frame per row, at second + 0.95 s, so that clock rounding does not move it to the next second. The
+/// counter skips missing seconds. Partial seconds are omitted, since a frame covers a full second. Sessions begin as in
+/// the recording.
 Result<std::size_t> write_capture(const recordings::Recording& recording, wire::FrameDescriptionPtr frames,
                                   const std::string& out) {
   auto writer = drivers::CaptureWriter::open(out);
@@ -74,11 +73,11 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
 }
 
 Result<std::size_t> convert(const ConvertChoice& choice) {
-  const auto frames = one_a_second(choice.frames);
+  const auto frames = one_per_second(choice.frames);
   if (!frames) return tl::unexpected(frames.error());
   const auto recording = recordings::read_recording(choice.recording, choice.source);
   if (!recording) return tl::unexpected(recording.error());
-  if (recording->second_means.empty()) return make_error(choice.recording, "no row in it");
+  if (recording->second_means.empty()) return make_error(choice.recording, "found no row");
   return write_capture(*recording, *frames, choice.out);
 }
 
@@ -86,12 +85,12 @@ Result<std::size_t> convert(const ConvertChoice& choice) {
 
 void add_convert_command(CLI::App& app, int& code) {
   CLI::App* command =
-      app.add_subcommand("convert", "a recording as a capture: one frame a second, for prismd --replay");
+      app.add_subcommand("convert", "convert a recording to a capture with one frame per second, for prismd --replay");
   const auto choice = std::make_shared<ConvertChoice>();
   command->add_option("recording", choice->recording, "prismd's log (file or folder), a capture, or CSV with --map")
       ->required();
   command->add_option("--out", choice->out, "capture to write")->required();
-  command->add_option("--frames", choice->frames, "frame description of one frame a second: a name or a path")
+  command->add_option("--frames", choice->frames, "frame description with one frame per second, by name or path")
       ->capture_default_str();
   add_source_options(*command, choice->source);
   tools::add_examples(*command, {"prismcal convert logs/ --out record.pcap"});

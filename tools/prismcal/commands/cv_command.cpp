@@ -17,7 +17,8 @@
 namespace prism::commands {
 namespace {
 
-constexpr Eigen::Index kRefined = 2000;  // samples up to which every solve is refined, so that no machine differs
+constexpr Eigen::Index kMaxRefined =
+    2000;  // up to this number of samples, solves are refined, so that all machines give the same result
 
 struct CvChoice {
   std::string file, inputs, target, fold_column;
@@ -100,7 +101,7 @@ Result<int> run(const CvChoice& choice) {
     reweight.weight.parameter = settings->parameter.value_or(training::usual_parameter(reweight.weight.kind));
     if (reweight.limit > 1) reweight.limit = training::kRobustSolves, reweight.tolerance = 0;
     training::ExtendedMatrix extended;
-    if (data.y.size() <= kRefined)
+    if (data.y.size() <= kMaxRefined)
       reweight.extended = &(extended = training::extended_kernel_matrix(data.x, *settings->sigma2));
     const auto robust = training::cross_validate_robust(kernel, data.y, *settings->c, reweight, problem->folds, scale);
     if (!robust) return tl::unexpected<Error>(robust.error());
@@ -120,12 +121,12 @@ Result<int> run(const CvChoice& choice) {
 }  // namespace
 
 void add_cv_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("cv", "held-out errors of an LSSVM on a plain table, fold by fold");
+  CLI::App* command = app.add_subcommand("cv", "cross-validation errors of an LSSVM on a CSV table");
   const auto choice = std::make_shared<CvChoice>();
   choice->method.tune = "shuffled";
   command->add_option("table", choice->file, "CSV with a line of names")->required();
-  command->add_option("--inputs", choice->inputs, "columns, by commas")->required();
-  command->add_option("--target", choice->target, "column")->required();
+  command->add_option("--inputs", choice->inputs, "columns, separated by commas")->required();
+  command->add_option("--target", choice->target, "column to predict")->required();
   command->add_option("--fold-column", choice->fold_column, "column of fold numbers");
   add_method_options(*command, choice->method);
   tools::add_examples(*command, {"prismcal cv table.csv --inputs x1,x2 --target y --c 10 --sigma2 0.5 --weight huber"});

@@ -27,16 +27,16 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
   const compensation::ModelInfo& info = model.info();
   report::Report report;
   const std::string serial = cases.front().loaded.recording.value("gyro_serial");
-  report.title = "Evaluation of gyro " + (serial.empty() ? std::string("without a serial") : serial);
+  report.title = "Evaluation of gyro " + (serial.empty() ? std::string("without a serial number") : serial);
   report.subtitle = fmt::format("Model \"{}\" ({}) on {}", info.name, info.kind, counted(cases.size(), "recording"));
   report.tool = std::string("prismcal ") + kVersion;
   report.simulated =
       std::any_of(cases.begin(), cases.end(), [&](const Case& c) { return is_simulated(c.loaded.recording, options); });
   report.facts = {
-      {"model", fmt::format("{}, kind {}, id {}", info.name, info.kind, info.id)},
+      {"model", fmt::format("{}, type {}, id {}", info.name, info.kind, info.id)},
       {"model, inputs", fmt::format("{}; windows of {} s", fmt::join(info.inputs, ", "), info.features.length_s)},
       {"model, gyro", info.gyro_serial.empty() ? "any" : info.gyro_serial},
-      {"divisor", fmt::format("{} in every standard deviation", evaluation::divisor_text(options.divisor))}};
+      {"divisor", fmt::format("{} in all standard deviations", evaluation::divisor_text(options.divisor))}};
   for (const Case& c : cases) {
     if (!c.overlap.empty()) add_overlap(report, c.loaded.table.name, c.overlap);
   }
@@ -49,9 +49,10 @@ report::Section recording_section(const analysis::EvaluatedRecording& recording,
   report::Section section{
       recording.id, "On " + recording.table->name, {analysis::result_paragraph(recording, overlap)}};
   if (!limits.empty()) {
-    const auto verdicts = analysis::check_limits(limits, analysis::measure_all(recording));
-    kept = kept && std::all_of(verdicts.begin(), verdicts.end(), [](const analysis::LimitCheck& v) { return v.pass; });
-    section.blocks.push_back(analysis::limits_table(verdicts, recording.id, recording.table->name));
+    const auto checks = analysis::check_limits(limits, analysis::measure_all(recording));
+    kept =
+        kept && std::all_of(checks.begin(), checks.end(), [](const analysis::LimitCheck& check) { return check.pass; });
+    section.blocks.push_back(analysis::limits_table(checks, recording.id, recording.table->name));
   }
   section.blocks.push_back(analysis::record_figure(*recording.table, recording.id));
   if (const auto quality = analysis::check_blocks(*recording.table); quality && quality->nothing_to_compensate) {
@@ -61,22 +62,23 @@ report::Section recording_section(const analysis::EvaluatedRecording& recording,
   return section;
 }
 
-/// What the recordings together say of further ones; nothing where they are fewer than three.
+/// Prediction interval from all recordings; nullopt if there are fewer than three.
 std::optional<report::Section> together_section(const std::vector<Case>& cases) {
   std::vector<double> improvements;
   for (const Case& c : cases) {
     if (const auto& improvement = c.evaluation.stability.improvement) improvements.push_back(*improvement);
   }
-  const auto next = evaluation::next_of_several(improvements, "");
-  if (!next) return std::nullopt;
+  const auto interval = evaluation::next_of_several(improvements, "");
+  if (!interval) return std::nullopt;
   const std::string text = fmt::format(
-      "Over {} recordings the bias stability improves by {:.1f} % (geometric mean of what is left). 95 % of further "
-      "recordings like these: {} %; the spread from recording to recording is measured here, not assumed.",
-      improvements.size(), 100 * next->value, analysis::interval_text(*next));
+      "Over {} recordings the bias stability improves by {:.1f} % (geometric mean of the residual shares). 95 % of "
+      "further "
+      "recordings like these: {} %; the variation between recordings is measured, not assumed.",
+      improvements.size(), 100 * interval->value, analysis::interval_text(*interval));
   return report::Section{"together", "All recordings together", {report::Paragraph{text, report::Emphasis::kNone}}};
 }
 
-/// Every table of the report on the terminal.
+/// Prints all tables and paragraphs of the report.
 void print_tables(const report::Report& report) {
   if (!report.warning.empty()) fmt::print("{}\n\n", printable(report.warning));
   for (const report::Section& section : report.sections) {
@@ -89,11 +91,11 @@ void print_tables(const report::Report& report) {
 }
 
 Result<bool> evaluate(const EvaluateChoice& choice) {
-  const auto judgement = evaluate_recordings(choice);
-  if (!judgement) return tl::unexpected(judgement.error());
-  if (!choice.common.json) print_tables(judgement->report);
-  if (const auto done = write_report(judgement->report, choice.common); !done) return tl::unexpected(done.error());
-  return judgement->kept;
+  const auto evaluation = evaluate_recordings(choice);
+  if (!evaluation) return tl::unexpected(evaluation.error());
+  if (!choice.common.json) print_tables(evaluation->report);
+  if (const auto done = write_report(evaluation->report, choice.common); !done) return tl::unexpected(done.error());
+  return evaluation->kept;
 }
 
 }  // namespace
@@ -109,10 +111,10 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   for (const std::string& path : choice.recordings) {
     auto loaded = load_blocks(path, (*model)->info().features, &(*model)->info(), choice.common);
     if (!loaded) return tl::unexpected(loaded.error());
-    auto judged = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
-    if (!judged) return tl::unexpected(judged.error());
+    auto evaluated = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
+    if (!evaluated) return tl::unexpected(evaluated.error());
     std::string overlap = recordings::overlap_text((*model)->info().provenance_json, loaded->recording, loaded->table);
-    cases.push_back({std::move(*loaded), std::move(*judged), std::move(overlap)});
+    cases.push_back({std::move(*loaded), std::move(*evaluated), std::move(overlap)});
   }
   std::optional<Loaded> training;
   if (!choice.training.empty()) {
@@ -128,26 +130,26 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   if (training) all.emplace_back("training", &*training);
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
   if (auto together = together_section(cases)) report.sections.push_back(std::move(*together));
-  Evaluation judgement;
+  Evaluation evaluation;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1), &cases[i].loaded.table,
                                                  &cases[i].evaluation, training ? &training->table : nullptr, nullptr};
-    report.sections.push_back(recording_section(recording, cases[i].overlap, *limits, judgement.kept));
+    report.sections.push_back(recording_section(recording, cases[i].overlap, *limits, evaluation.kept));
   }
-  judgement.report = std::move(report);
-  judgement.cases = std::move(cases);
-  return judgement;
+  evaluation.report = std::move(report);
+  evaluation.cases = std::move(cases);
+  return evaluation;
 }
 
 void add_evaluate_command(CLI::App& app, int& code) {
   CLI::App* command =
-      app.add_subcommand("evaluate", "judge a model on recordings: stability, Allan deviation, limits, report");
+      app.add_subcommand("evaluate", "evaluate a model on recordings: stability, Allan deviation, limits, report");
   const auto choice = std::make_shared<EvaluateChoice>();
   command->add_option("model", choice->model, "model file")->required();
   command->add_option("recordings", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")
       ->required();
   command->add_option("--training", choice->training,
-                      "the recording that the model was trained on, for the domain figure");
+                      "recording used for training, for the figure of the training range");
   command->add_option("--limits", choice->limits,
                       "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL");
   add_common_options(*command, choice->common);

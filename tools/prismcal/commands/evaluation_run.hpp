@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `prismcal evaluate` as a function: a model and recordings in, their judgement and report
-// out.
+// `prismcal evaluate` as a function: evaluates a model on recordings and makes the report.
 #pragma once
 
 #include <string>
@@ -16,20 +15,20 @@ struct EvaluateChoice {
   CommonOptions common;
 };
 
-/// One recording through the model.
+/// Evaluation of the model on one recording.
 struct RecordingEvaluation {
   Loaded loaded;
   analysis::ModelEvaluation evaluation;
-  std::string overlap;  ///< with what the model was trained on; empty: none known
+  std::string overlap;  ///< with the training data (overlap_text()); empty: none known
 };
 
 struct Evaluation {
   std::vector<RecordingEvaluation> cases;  ///< in the order of the recordings
   report::Report report;
-  bool kept = true;  ///< every limit of choice.limits
+  bool kept = true;  ///< false if a limit of choice.limits is violated
 };
 
-/// Refuses what `prismcal evaluate` refuses. Writes nothing: write_report() does.
+/// Errors: those of `prismcal evaluate`. Writes no file; see write_report().
 Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice);
 
 }  // namespace prism::commands

@@ -63,7 +63,7 @@ Result<int> run(const FitChoice& choice) {
     const auto time = table->column(choice.time);
     if (!time) return tl::unexpected<Error>(time.error());
     if (!std::is_sorted(time->begin(), time->end()))
-      return make_error("--time", "the rows are not in order of " + choice.time);
+      return make_error("--time", "found unsorted rows, expected them in order of " + choice.time);
     data.time_s = Eigen::Map<const Eigen::VectorXd>(time->data(), data.target.size());
   }
   if (!choice.fold_column.empty()) {
@@ -106,12 +106,12 @@ Result<int> run(const FitChoice& choice) {
 }  // namespace
 
 void add_fit_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("fit", "train on a plain table: any inputs, any target");
+  CLI::App* command = app.add_subcommand("fit", "train a model on a CSV table with any inputs and target");
   const auto choice = std::make_shared<FitChoice>();
   command->add_option("table", choice->file, "CSV with a line of names")->required();
-  command->add_option("--inputs", choice->inputs, "columns, by commas")->required();
-  command->add_option("--target", choice->target, "column")->required();
-  command->add_option("--fold-column", choice->fold_column, "column of fold numbers to tune by");
+  command->add_option("--inputs", choice->inputs, "columns, separated by commas")->required();
+  command->add_option("--target", choice->target, "column to predict")->required();
+  command->add_option("--fold-column", choice->fold_column, "column of fold numbers, for tuning");
   command->add_option("--time", choice->time, "composite: column of seconds (default: rows 100 s apart)");
   command->add_option("--out", choice->out, "model file to write");
   command->add_option("--diagnostics", choice->diagnostics,

@@ -9,7 +9,7 @@
 namespace prism::commands {
 namespace {
 
-/// T by another name: the axis's own thermometer, whose difference to T would be rounding.
+/// Returns true if a sensor is the thermometer of T itself: their difference would only be rounding.
 bool is_own_thermometer(const recordings::Recording& recording, std::size_t sensor) {
   constexpr double kSame_degc = 0.02;
   return std::all_of(recording.second_means.begin(), recording.second_means.end(),
@@ -19,8 +19,8 @@ bool is_own_thermometer(const recordings::Recording& recording, std::size_t sens
                      });
 }
 
-/// What a recording can give a model: T, dTdt, U, the lags, and of each sensor its difference to T (in degC; else
-/// itself) and its slope. What is not known most of the time is none, nor is T once more.
+/// Candidate inputs of a recording: T, dTdt, U, the lags, and for each sensor its difference to T (if in degC, else its
+/// value) and its slope. Omits quantities known in 90 % of the seconds or less, and sensors that equal T.
 Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
   const auto recording = recordings::read_recording(choice.files.front(), choice.recordings.source);
   if (!recording) return tl::unexpected<Error>(recording.error());
@@ -63,14 +63,14 @@ Result<training::InputSearch> choose_inputs(const TrainChoice& choice) {
 
 std::string search_text(const training::InputSearch& search) {
   std::string text = fmt::format(
-      "inputs, by second-order polynomials on held-out parts: the mean alone leaves {:.5f} deg/h; each by itself\n",
+      "inputs, error of second-order polynomials on held-out parts; without inputs {:.5f} deg/h; each input alone\n",
       search.without_deg_per_h);
   const auto line = [&](const std::string& name, const training::InputSet& set, const char* mark) {
     text += fmt::format("  {:<36} {:.5f} ± {:.5f} deg/h  {:6.1f} %{}\n", name, set.error_deg_per_h,
                         set.standard_error_deg_per_h, gain_percent(search, set), mark);
   };
   for (const training::InputSet& set : search.alone) line(set.inputs.front(), set, "");
-  text += "together, the most helpful first\n";
+  text += "added one by one, the largest improvement first\n";
   for (std::size_t i = 0; i < search.path.size(); ++i) {
     line((i > 0 ? "+ " : "") + search.path[i].inputs.back(), search.path[i],
          i == search.chosen ? "  chosen: the smallest set within one standard error of the best" : "");

@@ -10,7 +10,7 @@
 
 namespace prism::commands {
 
-/// Candidates are those of the first recording. Errors: those of read_training_set and search_inputs.
+/// The candidates are the inputs of the first recording. Errors: those of read_training_set() and search_inputs().
 Result<training::InputSearch> choose_inputs(const TrainChoice& choice);
 
 /// The result as a readable table and as JSON.

@@ -31,7 +31,7 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
       .add_option("--weight", o.weight,
                   training::method_names(training::kWeights) + ": huber, hampel, logistic or myriad (default)")
       ->check(CLI::IsMember({"huber", "hampel", "logistic", "myriad"}));
-  command.add_option("--c", o.c, "regularisation, normalised units; with --sigma2: nothing is tuned")
+  command.add_option("--c", o.c, "regularisation, normalised units; with --sigma2: no tuning")
       ->check(tools::positive());
   command.add_option("--sigma2", o.sigma2, "kernel width squared, normalised units")->check(tools::positive());
   command.add_option("--beta", o.beta, "Huber's parameter")->check(tools::positive());
@@ -46,32 +46,34 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
           "--tune", o.tune,
           training::method_names(training::kTuning) + ": blocked (folds; default), shuffled (folds), loo or reml")
       ->check(CLI::IsMember({"blocked", "shuffled", "loo", "reml"}));
-  command.add_option("--folds", o.folds, "how many")->check(tools::within(2, 1000000))->capture_default_str();
+  command.add_option("--folds", o.folds, "number of folds")->check(tools::within(2, 1000000))->capture_default_str();
   command.add_option("--reweight", o.reweight, "1 (the paper) or converge")
       ->check(CLI::IsMember({"1", "converge"}))
       ->capture_default_str();
-  command.add_option("--scale", o.scale, "of the residuals: mad or iqr")
+  command.add_option("--scale", o.scale, "scale estimate of the residuals: mad or iqr")
       ->check(CLI::IsMember({"mad", "iqr"}))
       ->capture_default_str();
-  command.add_option("--hampel-floor", o.hampel_floor, "Hampel's weight far out; 0 drops the sample")
+  command.add_option("--hampel-floor", o.hampel_floor, "Hampel's weight of far outliers; 0 drops the sample")
       ->check(tools::within(0, 1))
       ->capture_default_str();
   command.add_option("--normalise", o.normalise, "zscore, auto (by column, as LS-SVMlab) or none")
       ->check(CLI::IsMember({"zscore", "auto", "none"}))
       ->capture_default_str();
-  command.add_option("--seed", o.seed, "of everything drawn")->capture_default_str();
-  command.add_option("--threads", o.threads, "at most")->check(tools::within(1, 64))->capture_default_str();
-  command.add_option("--start", o.start, terms + "terms to begin with, or none");
-  command.add_option("--p-enter", o.p_enter, terms + "a term with a smaller p may enter")
+  command.add_option("--seed", o.seed, "seed of the random generator")->capture_default_str();
+  command.add_option("--threads", o.threads, "maximum number of threads")
+      ->check(tools::within(1, 64))
+      ->capture_default_str();
+  command.add_option("--start", o.start, terms + "initial terms, or none");
+  command.add_option("--p-enter", o.p_enter, terms + "p below which a term is added")
       ->check(tools::within(0, 1))
       ->capture_default_str();
-  command.add_option("--p-remove", o.p_remove, terms + "a term with a larger p may leave")
+  command.add_option("--p-remove", o.p_remove, terms + "p above which a term is removed")
       ->check(tools::within(0, 1))
       ->capture_default_str();
-  command.add_option("--memory", o.memory_mb, "MB that training may take")
+  command.add_option("--memory", o.memory_mb, "memory limit of training, MB")
       ->check(tools::positive())
       ->capture_default_str();
-  command.add_flag("--json", o.json, "print JSON, for programs");
+  command.add_flag("--json", o.json, "print JSON");
   command.add_flag("--quiet", o.quiet, "no progress on stderr");
 }
 
@@ -84,8 +86,8 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
   training::TrainingSettings s;
   s.method = *training::parse_method(method_name_of(o));
   if (s.method->has(training::kOwnSearch) && (o.c || o.sigma2 || !o.tune.empty()))
-    return make_error("--method", fmt::format("found {} with --c, --sigma2 or --tune, which belong to {}",
-                                              s.method->name, training::method_names(training::kTuning, " and ")));
+    return make_error("--method", fmt::format("found {} with --c, --sigma2 or --tune, which need {}", s.method->name,
+                                              training::method_names(training::kTuning, " and ")));
   if (s.method->has(training::kWeights)) {
     s.reweight.weight.kind = *training::parse_weight(o.weight.empty() ? "myriad" : o.weight);
   } else if (!o.weight.empty()) {
@@ -93,9 +95,9 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
                                               s.method->name, training::method_names(training::kWeights, " or ")));
   }
   if (o.beta && s.reweight.weight.kind != training::WeightKind::kHuber)
-    return make_error("--beta", "belongs to --weight huber");
+    return make_error("--beta", "found it without --weight huber");
   if (o.delta && s.reweight.weight.kind != training::WeightKind::kMyriad)
-    return make_error("--delta", "belongs to --weight myriad");
+    return make_error("--delta", "found it without --weight myriad");
   s.parameter = o.beta ? o.beta : o.delta;
   s.reweight.weight.hampel_floor = o.hampel_floor;
   s.reweight.scale = o.scale == "mad" ? training::ScaleKind::kMad : training::ScaleKind::kIqr;
@@ -120,8 +122,9 @@ Result<void> set_terms(const MethodOptions& options, const std::vector<std::stri
                        std::vector<std::string> start, training::TrainingSettings& settings) {
   if (settings.method->has(training::kCubic)) {
     if (names.size() != 1)
-      return make_error("--inputs", fmt::format("found {} with --method {}, expected one: it is a cubic of one input",
-                                                names.size(), settings.method->name));
+      return make_error("--inputs",
+                        fmt::format("found {} with --method {}, expected one: the model is a cubic of one input",
+                                    names.size(), settings.method->name));
     settings.terms = training::cubic_terms();
   }
   if (!settings.method->has(training::kTerms)) return {};
@@ -133,7 +136,7 @@ Result<void> set_terms(const MethodOptions& options, const std::vector<std::stri
     const auto at = std::find(known.begin(), known.end(), wanted);
     if (at != known.end()) settings.stepwise.start.push_back(static_cast<int>(at - known.begin()));
     if (at == known.end() && !options.start.empty())
-      return make_error("--start", fmt::format("found \"{}\", expected some of {}", wanted, fmt::join(known, ", ")));
+      return make_error("--start", fmt::format("found \"{}\", expected terms of {}", wanted, fmt::join(known, ", ")));
   }
   return {};
 }

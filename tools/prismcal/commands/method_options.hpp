@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Options that fit, cv and train share: the method and its tuning.
+// Options of fit, cv and train: the method and its tuning.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -27,28 +27,28 @@ struct MethodOptions {
 
 void add_method_options(CLI::App& command, MethodOptions& options);
 
-/// The method that is asked for; without one the composite kernel, or ir-lssvm where c, sigma2 or a tuning is given, as
-/// version 0.1 took it.
+/// The chosen method; without one the composite kernel, or ir-lssvm with c, sigma2 or a tuning, as in version 0.1.
 std::string method_name_of(const MethodOptions& options);
 
-/// Options → settings, polynomial terms apart. Refuses combinations without a meaning.
+/// Options → settings, except polynomial terms. Errors: contradictory options.
 Result<training::TrainingSettings> settings_of(const MethodOptions& options);
 
-/// The terms of a polynomial: a cubic of the only input (ls, eq. 21), or `terms`, begun with those that --start names,
-/// else with those of `start` that there are (stepwise). Refuses several inputs with ls, and a term that there is not.
+/// Sets the terms of a polynomial: a cubic of the only input (ls, eq. 21), or `terms` (stepwise), starting with those
+/// of
+/// --start, else with those of `start` that exist. Errors: several inputs with ls, an unknown term in --start.
 Result<void> set_terms(const MethodOptions& options, const std::vector<std::string>& names, training::TermPowers terms,
                        std::vector<std::string> start, training::TrainingSettings& settings);
 
-/// The result of a training, for --json and for the model's provenance. Numbers exact; unknown ones null.
+/// The result of a training, for --json and for the provenance of the model. Exact numbers; null if unknown.
 nlohmann::ordered_json summary_json(const training::TrainedModel& trained, const training::TrainingSettings& settings,
                                     const std::vector<std::string>& names);
-/// The same without what a model file does not keep: its own id, and the surface of the search.
+/// Removes what the model file does not contain: the model id, and the surface of the grid search.
 nlohmann::ordered_json provenance_json(nlohmann::ordered_json summary);
-/// The same as a few readable lines.
+/// summary_json() as readable lines.
 std::string summary_text(const training::TrainedModel& trained, const training::TrainingSettings& settings,
                          const std::vector<std::string>& names);
 
-/// Draws on stderr where that is a terminal; the best cost so far.
+/// Progress bar with the best cost so far, on stderr if it is a terminal.
 training::TuningProgress progress_bar(bool quiet);
 void end_progress();
 

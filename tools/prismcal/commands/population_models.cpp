@@ -20,20 +20,20 @@ Result<std::vector<compensation::ModelPtr>> read_population_models(const std::st
   }
   if (error) return make_error(folder, fmt::format("{}; expected a folder of models", error.message()));
   std::sort(files.begin(), files.end());
-  std::vector<compensation::ModelPtr> siblings;
+  std::vector<compensation::ModelPtr> models;
   std::size_t own = 0;
   for (const std::string& file : files) {
     auto model = load_model(file);
     if (!model) return tl::unexpected<Error>(model.error());
     const bool is_own = !own_serial.empty() && (*model)->info().gyro_serial == own_serial;
     own += is_own;
-    if (!is_own) siblings.push_back(std::move(*model));
+    if (!is_own) models.push_back(std::move(*model));
   }
-  if (siblings.size() < 2) {
+  if (models.size() < 2) {
     return make_error(folder, fmt::format("found {} models of other gyros ({} of this one), expected at least 2",
-                                          siblings.size(), own));
+                                          models.size(), own));
   }
-  return siblings;
+  return models;
 }
 
 }  // namespace prism::commands

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The models of gyros of the same type, for `prismcal train --prior FOLDER`.
+// Reads models of gyros of the same type for `prismcal train --prior FOLDER`.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace prism::commands {
 
-/// Every .json of the folder, by name, but the models bound to `own_serial` (where that is not empty). Refuses a folder
-/// that cannot be read, one of its files that is no model, and fewer than two that are left.
+/// Reads all *.json of `folder`, sorted by name, except models of gyro `own_serial` (if not empty). Errors: an
+/// unreadable folder, a file that is not a model, fewer than two models left.
 Result<std::vector<compensation::ModelPtr>> read_population_models(const std::string& folder,
                                                                    const std::string& own_serial);
 

@@ -58,10 +58,10 @@ Result<int> run(const PredictChoice& choice) {
 }  // namespace
 
 void add_predict_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("predict", "a model over the rows of a table");
+  CLI::App* command = app.add_subcommand("predict", "apply a model to the rows of a CSV table");
   const auto choice = std::make_shared<PredictChoice>();
   command->add_option("model", choice->model, "model file")->required();
-  command->add_option("table", choice->file, "CSV whose columns bear the names of the model's inputs")->required();
+  command->add_option("table", choice->file, "CSV with columns named as the inputs of the model")->required();
   command->add_option("--out", choice->out, "CSV to write: the table's columns, prediction and sd")->required();
   command->add_option("--extrapolation", choice->policy, "preset, flag, clamp or shrink")
       ->check(CLI::IsMember(

@@ -18,7 +18,7 @@ constexpr int kDone = 0, kFailed = 1, kUsage = 64;
 }  // namespace
 
 int run(int argc, char** argv) {
-  CLI::App app("prismcal: makes, judges and compares bias models of laser gyros");
+  CLI::App app("prismcal: trains, evaluates and compares bias models of laser gyros");
   int code = kDone;
   tools::use_readable_help(app);
   app.set_version_flag("--version", std::string("prismcal ") + kVersion);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// prismcal as its command line asks for it.
+// The command line of prismcal.
 #pragma once
 
 namespace prism::commands {
 
-/// Does what prismcal's command line says. 0: done; 1: failed, or a limit not kept; 64: not understood; 130:
-/// interrupted.
+/// Runs the command line. Returns the exit code: 0 done, 1 failed or a limit violated, 64 wrong usage, 130 interrupted.
 int run(int argc, char** argv);
 
 }  // namespace prism::commands

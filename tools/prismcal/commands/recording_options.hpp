@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How a command asks where its recordings come from: here alone, so that reading a recording needs no command line.
+// Options of commands that read recordings. Separate from recordings/, which does not depend on the command line.
 #pragma once
 
 #include <CLI/App.hpp>

@@ -32,16 +32,16 @@ struct ReportChoice {
   CommonOptions common;
 };
 
-/// One line on stderr that grows; a line for each model if stderr is not a terminal.
-void show_progress(std::size_t done, std::size_t all, const std::string& name) {
+/// Updates one line on stderr; prints one line per model if stderr is not a terminal.
+void show_progress(std::size_t done, std::size_t total, const std::string& name) {
   const std::string next = printable(name);
   constexpr std::size_t kWidth = 30;
-  const std::size_t filled = all > 0 ? kWidth * done / all : kWidth;
+  const std::size_t filled = total > 0 ? kWidth * done / total : kWidth;
   if (isatty(2)) {
     fmt::print(stderr, "\r[{}{}] {}/{} {:<40.40}{}", std::string(filled, '#'), std::string(kWidth - filled, '.'), done,
-               all, next, done == all ? "\n" : "");
+               total, next, done == total ? "\n" : "");
   } else {
-    fmt::print(stderr, "prismcal: {}/{} {}\n", done, all, next);
+    fmt::print(stderr, "prismcal: {}/{} {}\n", done, total, next);
   }
 }
 
@@ -49,14 +49,14 @@ report::Report begin_report(const std::vector<std::pair<std::string, const Loade
                             const ReportChoice& choice, const evaluation::DataQuality& quality) {
   report::Report report;
   const std::string serial = recordings.front().second->recording.value("gyro_serial");
-  report.title = "Bias compensation of gyro " + (serial.empty() ? std::string("without a serial") : serial);
+  report.title = "Bias compensation of gyro " + (serial.empty() ? std::string("without a serial number") : serial);
   report.subtitle =
-      "After Tao et al., Sensors 2019 (LS, stepwise regression, LSSVM, IR-LSSVM), and what an engineer asks beyond";
+      "Models of Tao et al., Sensors 2019 (LS, stepwise regression, LSSVM, IR-LSSVM), with additional tables";
   report.tool = std::string("prismcal ") + kVersion;
   report.facts = {
-      {"divisor", fmt::format("{} in every standard deviation", evaluation::divisor_text(choice.common.divisor))},
+      {"divisor", fmt::format("{} in all standard deviations", evaluation::divisor_text(choice.common.divisor))},
       {"tuning", fmt::format("{} folds, seed {}; re-weighting {}", choice.experiment.folds, choice.experiment.seed,
-                             choice.experiment.reweight_limit == 1 ? "once, as the paper" : "to convergence")}};
+                             choice.experiment.reweight_limit == 1 ? "once, as in the paper" : "to convergence")}};
   for (const auto& [role, loaded] : recordings) {
     append_recording_facts(report.facts, *loaded, role);
     report.simulated = report.simulated || is_simulated(loaded->recording, choice.common);
@@ -81,8 +81,8 @@ bool has_uhfo(const recordings::BlockTable& table) {
 struct AxisReport {
   report::Report report;
   report::Table ladder;
-  std::vector<report::Cell> overview;  ///< as overview_columns()
-  bool kept = true;                    ///< its limits
+  std::vector<report::Cell> overview;  ///< the cells of overview_columns()
+  bool kept = true;                    ///< false if a limit is violated
 };
 
 std::vector<report::Column> overview_columns() {
@@ -94,8 +94,8 @@ std::vector<report::Cell> overview_of(const analysis::Experiment& experiment, co
   const analysis::ExperimentRow& chosen = *analysis::chosen_row(experiment);
   const evaluation::BiasStability& repeat = analysis::on_repeat(chosen);
   std::optional<double> worst;
-  for (std::size_t i = 1; i < chosen.judged.size(); ++i) {
-    const auto improvement = chosen.judged[i].stability.improvement;
+  for (std::size_t i = 1; i < chosen.evaluations.size(); ++i) {
+    const auto improvement = chosen.evaluations[i].stability.improvement;
     if (improvement && (!worst || *improvement < *worst)) worst = improvement;
   }
   return {report::text_cell(axis),
@@ -119,10 +119,10 @@ Result<AxisReport> report_axis(ReportChoice choice, const std::vector<analysis::
   }
   const auto quality = analysis::check_blocks(loaded.front().table);
   if (!quality) return tl::unexpected(quality.error());
-  const std::string refusal = analysis::data_quality_refusal(*quality);
-  if (!choice.force && !refusal.empty()) {
+  const std::string reason = analysis::data_quality_error(*quality);
+  if (!choice.force && !reason.empty()) {
     fmt::print(stderr, "{}", report::plain_text(analysis::data_quality_table(*quality, loaded.front().table.name)));
-    return make_error(choice.training, refusal + " --force trains all the same");
+    return make_error(choice.training, reason + " Use --force to train anyway.");
   }
   std::vector<std::pair<std::string, const Loaded*>> recordings;
   analysis::ExperimentData data{loaded.front().table, {}, *correction};
@@ -134,8 +134,8 @@ Result<AxisReport> report_axis(ReportChoice choice, const std::vector<analysis::
   }
   choice.experiment.gyro_serial = loaded.front().recording.value("gyro_serial");
   const auto specs = choice.models == "paper" ? analysis::paper_models(uhfo) : analysis::ladder_models(uhfo);
-  const auto progress = [&](std::size_t done, std::size_t all, const std::string& next) {
-    show_progress(done, all, choice.common.source.axis.empty() ? next : choice.common.source.axis + ": " + next);
+  const auto progress = [&](std::size_t done, std::size_t total, const std::string& next) {
+    show_progress(done, total, choice.common.source.axis.empty() ? next : choice.common.source.axis + ": " + next);
   };
   const auto experiment =
       analysis::run_experiment(std::move(data), specs, choice.common.divisor,
@@ -168,8 +168,8 @@ Result<bool> report_axes(ReportChoice choice, const std::vector<analysis::Limit>
                          const std::vector<std::string>& axes) {
   report::Table overview{
       "all_axes", "The chosen model of each axis",
-      "Bias stability (1 sigma of 100 s means) on the repeat of the training profile before and after "
-      "the correction; the worst improvement on another profile.",
+      "Bias stability (1 sigma of 100 s means) on the repeat run, before and after the correction, and the worst "
+      "improvement on another profile.",
       overview_columns()};
   std::vector<std::pair<std::string, report::Report>> reports;
   bool kept = true;
@@ -203,28 +203,29 @@ Result<bool> make_report(const ReportChoice& choice) {
 
 void add_report_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand(
-      "report", "the paper's experiment: train all its models, judge them on a repeat and on other profiles");
+      "report", "the paper's experiment: train all its models, evaluate them on a repeat run and other profiles");
   const auto choice = std::make_shared<ReportChoice>();
   command
       ->add_option("training", choice->training,
                    "recording to train on: prismd's log (file or folder), a capture, or CSV with --map")
       ->required();
-  command->add_option("repeat", choice->repeat, "recording of the same profile, to judge by")->required();
+  command->add_option("repeat", choice->repeat, "recording of the same profile, for the test")->required();
   command->add_option("others", choice->others, "recordings of other profiles");
   command
       ->add_option("--models", choice->models,
-                   "paper (all of its tables) or ladder (one of each kind, in a tenth of the time; default paper)")
+                   "paper (all models of its tables; default) or ladder (one model of each type, faster)")
       ->check(CLI::IsMember({"paper", "ladder"}));
   command->add_option("--limits", choice->limits,
                       "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL");
-  command->add_option("--seed", choice->experiment.seed, "of the shuffled folds");
-  command->add_option("--folds", choice->experiment.folds, "of the cross-validation")->check(tools::within(2, 100));
+  command->add_option("--seed", choice->experiment.seed, "seed for shuffling the folds");
+  command->add_option("--folds", choice->experiment.folds, "number of cross-validation folds")
+      ->check(tools::within(2, 100));
   command
       ->add_option("--reweight", choice->experiment.reweight_limit,
-                   "weighted solves at most: 1 is the paper's, 500 (default) converges")
+                   "maximum number of weighted solves: 1 as in the paper, 500 (default) converges")
       ->check(tools::within(1, 10000));
-  command->add_option("--threads", choice->threads, "models trained at a time")->check(tools::within(1, 64));
-  command->add_flag("--force", choice->force, "train although the data-quality check refuses the recording");
+  command->add_option("--threads", choice->threads, "models trained in parallel")->check(tools::within(1, 64));
+  command->add_flag("--force", choice->force, "train even if the data-quality check rejects the recording");
   add_common_options(*command, choice->common);
   tools::add_examples(*command, {"prismcal report cycle1.pcap cycle2.pcap other.pcap --config gyro.json --out report"});
   command->callback([choice, &code] {

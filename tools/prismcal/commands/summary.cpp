@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The result of a training, as JSON and as a few readable lines.
+// The result of a training as JSON and as readable lines.
 #include <fmt/format.h>
 
 #include "compensation/composite_model.hpp"
@@ -14,28 +14,28 @@ using nlohmann::ordered_json;
 ordered_json prior_json(const training::TrainedModel& trained) {
   const auto& prior = *static_cast<const compensation::CompositeModel&>(*trained.model).parameters().prior;
   ordered_json ids = ordered_json::array();
-  for (const compensation::ModelPtr& sibling : prior.models) ids.push_back(sibling->info().id);
+  for (const compensation::ModelPtr& model : prior.models) ids.push_back(model->info().id);
   return {{"scale", prior.scale}, {"explained", *trained.from_siblings}, {"models", std::move(ids)}};
 }
 
-ordered_json spread_json(const std::optional<compensation::BetweenRunError>& spread) {
-  if (!spread) return nullptr;
-  return {{"nuisance_deg_per_h", spread->nuisance_deg_per_h},
-          {"offset_deg_per_h", spread->offset_deg_per_h},
-          {"noise_deg_per_h", spread->noise_deg_per_h},
-          {"factor", spread->factor},
-          {"blocks", spread->blocks},
-          {"samples", spread->samples}};
+ordered_json between_run_json(const std::optional<compensation::BetweenRunError>& error) {
+  if (!error) return nullptr;
+  return {{"nuisance_deg_per_h", error->nuisance_deg_per_h},
+          {"offset_deg_per_h", error->offset_deg_per_h},
+          {"noise_deg_per_h", error->noise_deg_per_h},
+          {"factor", error->factor},
+          {"blocks", error->blocks},
+          {"samples", error->samples}};
 }
 
-std::string spread_text(const std::optional<compensation::BetweenRunError>& spread) {
-  if (!spread) return "  too short a record to say how far another run lies from this model\n";
-  const std::string judged = spread->blocks > 0
-                                 ? fmt::format("{} held-out parts, {} samples", spread->blocks, spread->samples)
-                                 : std::string("its own likelihood");
+std::string between_run_text(const std::optional<compensation::BetweenRunError>& error) {
+  if (!error) return "  record too short to estimate the error in another run\n";
+  const std::string source = error->blocks > 0
+                                 ? fmt::format("{} held-out parts, {} samples", error->blocks, error->samples)
+                                 : std::string("its likelihood");
   return fmt::format(
-      "  another run: nuisance {:.3g}, offset {:.3g}, noise of a mean {:.3g} deg/h, all times {:.2f} (by {})\n",
-      spread->nuisance_deg_per_h, spread->offset_deg_per_h, spread->noise_deg_per_h, spread->factor, judged);
+      "  another run: nuisance {:.3g}, offset {:.3g}, noise of a mean {:.3g} deg/h, all times {:.2f} (from {})\n",
+      error->nuisance_deg_per_h, error->offset_deg_per_h, error->noise_deg_per_h, error->factor, source);
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ ordered_json summary_json(const training::TrainedModel& trained, const training:
     json["seed"] = settings.seed;
   }
   json.update(settings.method->describe(trained, settings, names).json);
-  json["spread"] = spread_json(trained.model->info().spread);
+  json["spread"] = between_run_json(trained.model->info().spread);
   if (trained.from_siblings) json["prior"] = prior_json(trained);
   json["warnings"] = trained.notes;
   json["id"] = trained.model->info().id;
@@ -69,11 +69,12 @@ std::string summary_text(const training::TrainedModel& trained, const training::
   std::string text = fmt::format("{} on {}: {} samples\n", settings.method->name, fmt::join(names, ", "),
                                  trained.samples.fitted.size());
   text += settings.method->describe(trained, settings, names).text;
-  text += spread_text(trained.model->info().spread);
+  text += between_run_text(trained.model->info().spread);
   if (trained.from_siblings) {
     const auto& prior = *static_cast<const compensation::CompositeModel&>(*trained.model).parameters().prior;
-    text += fmt::format("  {} siblings, scale {:.3g}: they explain {:.0f} % of the variance of this record\n",
-                        prior.models.size(), prior.scale, 100 * *trained.from_siblings);
+    text += fmt::format(
+        "  {} models of gyros of the same type, scale {:.3g}: explain {:.0f} % of the variance of this record\n",
+        prior.models.size(), prior.scale, 100 * *trained.from_siblings);
   }
   for (const std::string& note : trained.notes) text += "  note: " + note + "\n";
   return text;

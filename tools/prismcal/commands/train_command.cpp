@@ -15,22 +15,24 @@
 namespace prism::commands {
 namespace {
 
-std::string held_text(const nlohmann::ordered_json& held) {
+std::string held_out_text(const nlohmann::ordered_json& held_out) {
   std::string text;
-  for (const auto& part : held) {
+  for (const auto& part : held_out) {
     const auto number = [&](const char* key) { return part[key].get<double>(); };
     const std::string gain = part["improvement_percent"].is_null()
-                                 ? "nothing to improve"
+                                 ? "improvement undefined"
                                  : fmt::format("improvement {:.1f} %", number("improvement_percent"));
     text += fmt::format(
-        "held out, {} of {}: {} blocks, raw {:.4g}, corrected {:.4g} deg/h (1 sigma, divisor N-1), {}; {:.1f} % off "
-        "the training data\n",
+        "held out, {} of {}: {} blocks, raw {:.4g}, corrected {:.4g} deg/h (1 sigma, divisor N-1), {}; {:.1f} % "
+        "outside "
+        "the training range\n",
         part["part"].get<std::string>(), part["recording"].get<std::string>(), part["blocks"].get<std::size_t>(),
         number("raw_deg_per_h"), number("corrected_deg_per_h"), gain, number("extrapolated_percent"));
   }
   return text +
-         "  A part of the same recording has its switch-on in common with the rest: another recording is the stronger "
-         "test.\n  This model was trained without that part; train again without --hold-out for the one that serves.\n";
+         "  The held-out part shares its switch-on with the rest: another recording is a stronger test.\n  This model "
+         "was "
+         "trained without that part; for prismd, train again without --hold-out.\n";
 }
 
 /// Trains and writes one model; returns the JSON of --json, or prints the text.
@@ -43,7 +45,7 @@ Result<nlohmann::ordered_json> run_one(const TrainChoice& choice) {
   if (auto done = write_text_file(choice.out, run->model_text()); !done) return tl::unexpected<Error>(done.error());
   if (!choice.method.json) {
     fmt::print("{}", summary_text(run->trained, run->settings, run->set.data.names));
-    if (run->summary.contains("held_out")) fmt::print("{}", held_text(run->summary["held_out"]));
+    if (run->summary.contains("held_out")) fmt::print("{}", held_out_text(run->summary["held_out"]));
   }
   return std::move(run->summary);
 }
@@ -54,7 +56,7 @@ std::string path_of_axis(const std::string& out, const std::string& axis) {
   return (path.parent_path() / (path.stem().string() + "-" + axis + path.extension().string())).string();
 }
 
-/// A model for each axis; reports an axis that cannot be trained and continues with the others.
+/// Trains one model per axis; reports an axis that cannot be trained and continues with the others.
 int run_all(const TrainChoice& choice, const std::vector<std::string>& axes) {
   nlohmann::ordered_json json;
   int code = 0;
@@ -92,19 +94,19 @@ Result<int> run(const TrainChoice& choice) {
 }  // namespace
 
 void add_train_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("train", "train a model on recordings, ready for prismd");
+  CLI::App* command = app.add_subcommand("train", "train a model for prismd on recordings");
   const auto choice = std::make_shared<TrainChoice>();
   command->add_option("recordings", choice->files, "prismd's logs (files or folders), captures, or CSV with --map")
       ->required();
-  command->add_option("--out", choice->out, "model file to write; of several axes one each, NAME-AXIS")->required();
+  command->add_option("--out", choice->out, "model file to write; NAME-AXIS.json for each of several axes")->required();
   add_train_options(*command, *choice);
-  constexpr const char* kForeign =
+  constexpr const char* kMapped =
       "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "
       "--no-earth-rate --inputs T,dTdt --out model.json";
   tools::add_examples(*command,
                       {"prismcal train logs/ --inputs T,dTdt,U --out model.json",
                        "prismcal train cycle1.pcap cycle2.pcap --config gyro.json --method stepwise --out model.json",
-                       kForeign, "prismcal train logs/ --hold-out blocks:600 --out model.json",
+                       kMapped, "prismcal train logs/ --hold-out blocks:600 --out model.json",
                        "prismcal train four-hours.csv --prior models/ --out model.json"});
   command->callback([choice, &code] {
     const auto done = run(*choice);

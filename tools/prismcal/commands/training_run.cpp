@@ -24,10 +24,9 @@
 namespace prism::commands {
 namespace {
 
-// The data-quality check over every recording, before a model is made: its answer goes into the facts, and onto the
-// terminal where a recording does not simply pass.
+// Checks the data quality of all recordings. Adds the results to set.facts and prints those that do not pass.
 Result<void> check_recordings(recordings::TrainingSet& set, const TrainChoice& choice) {
-  std::optional<Error> refused;
+  std::optional<Error> rejected;
   for (std::size_t i = 0; i < set.tables.size(); ++i) {
     const recordings::BlockTable& table = set.tables[i];
     const auto quality = analysis::check_blocks(table);
@@ -35,10 +34,10 @@ Result<void> check_recordings(recordings::TrainingSet& set, const TrainChoice& c
     set.facts[i]["data_quality"] = analysis::data_quality_json(*quality);
     if (quality->verdict != evaluation::Verdict::kPass && !choice.method.quiet)
       fmt::print(stderr, "{}\n", report::plain_text(analysis::data_quality_table(*quality, table.name)));
-    const std::string refusal = analysis::data_quality_refusal(*quality);
-    if (!refusal.empty()) refused = Error{choice.files[i], refusal};
+    const std::string reason = analysis::data_quality_error(*quality);
+    if (!reason.empty()) rejected = Error{choice.files[i], reason};
   }
-  if (refused && !choice.force) return make_error(refused->where, refused->what + " --force trains all the same");
+  if (rejected && !choice.force) return make_error(rejected->where, rejected->what + " Use --force to train anyway.");
   return {};
 }
 
@@ -50,22 +49,23 @@ std::string provenance(const recordings::TrainingSet& set, const nlohmann::order
   return json_text(json);
 }
 
-/// The model on what was held out of each recording; what a configuration believes of a bias limits nothing here.
-Result<nlohmann::ordered_json> judge_held(const training::TrainedModel& trained, const recordings::TrainingSet& set) {
+/// Evaluates the model on the held-out part of each recording, without a bias limit.
+Result<nlohmann::ordered_json> evaluate_held_out(const training::TrainedModel& trained,
+                                                 const recordings::TrainingSet& set) {
   analysis::CorrectionSettings correction;
   correction.engine.max_bias_deg_per_h = std::numeric_limits<double>::max();
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const recordings::BlockTable& held : set.held_out) {
-    const auto judged = analysis::evaluate_model(trained.model, held, correction, evaluation::Divisor::kNMinus1);
-    if (!judged) return tl::unexpected<Error>(judged.error());
-    const evaluation::BiasStability& stability = judged->stability;
-    json.push_back({{"recording", held.name},
+  for (const recordings::BlockTable& table : set.held_out) {
+    const auto evaluated = analysis::evaluate_model(trained.model, table, correction, evaluation::Divisor::kNMinus1);
+    if (!evaluated) return tl::unexpected<Error>(evaluated.error());
+    const evaluation::BiasStability& stability = evaluated->stability;
+    json.push_back({{"recording", table.name},
                     {"part", set.hold_out.text()},
-                    {"blocks", held.size()},
+                    {"blocks", table.size()},
                     {"raw_deg_per_h", stability.before.sd},
                     {"corrected_deg_per_h", stability.after.sd},
                     {"improvement_percent", nullptr},
-                    {"extrapolated_percent", judged->extrapolated_percent()}});
+                    {"extrapolated_percent", evaluated->extrapolated_percent()}});
     if (stability.improvement) json.back()["improvement_percent"] = 100 * *stability.improvement;
   }
   return json;
@@ -77,8 +77,8 @@ std::string TrainingRun::model_text() const {
   return compensation::format_model(*trained.model, provenance(set, summary));
 }
 
-Result<TrainingRun> train_on_recordings(const TrainChoice& asked, const std::atomic<bool>* (*stop)()) {
-  TrainChoice choice = asked;
+Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std::atomic<bool>* (*stop)()) {
+  TrainChoice choice = requested;
   std::optional<training::InputSearch> search;
   if (choice.inputs == "auto") {
     auto found = choose_inputs(choice);
@@ -109,9 +109,9 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& asked, const std::ato
   info.gyro_serial = choice.serial.empty() ? set->serial : choice.serial;
   info.features = set->features;
   if (!choice.prior.empty()) {
-    auto siblings = read_population_models(choice.prior, info.gyro_serial);
-    if (!siblings) return tl::unexpected<Error>(siblings.error());
-    settings->siblings = std::move(*siblings);
+    auto models = read_population_models(choice.prior, info.gyro_serial);
+    if (!models) return tl::unexpected<Error>(models.error());
+    settings->siblings = std::move(*models);
   }
   auto trained = training::train(set->data, std::move(info), *settings, progress_bar(choice.method.quiet),
                                  stop ? stop() : nullptr);
@@ -121,9 +121,9 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& asked, const std::ato
   summary["recordings"] = set->facts;
   if (search) summary["input_search"] = search_json(*search);
   if (set->hold_out.wanted()) {
-    auto held = judge_held(*trained, *set);
-    if (!held) return tl::unexpected<Error>(held.error());
-    summary["held_out"] = std::move(*held);
+    auto held_out = evaluate_held_out(*trained, *set);
+    if (!held_out) return tl::unexpected<Error>(held_out.error());
+    summary["held_out"] = std::move(*held_out);
   }
   return TrainingRun{std::move(*trained), std::move(*set), std::move(*settings), std::move(summary)};
 }
@@ -131,14 +131,14 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& asked, const std::ato
 void add_train_options(CLI::App& command, TrainChoice& choice) {
   command
       .add_option("--inputs", choice.inputs,
-                  "T, dTdt, U, lag1, lag2, …; of a sensor NAME, dNAME/dt, lag1:NAME, NAME-T; or auto")
+                  "T, dTdt, U, lag1, lag2, …; for a sensor NAME, dNAME/dt, lag1:NAME, NAME-T; or auto")
       ->capture_default_str();
-  command.add_option("--serial", choice.serial, "of the gyro (default: from the recordings)");
+  command.add_option("--serial", choice.serial, "gyro serial number (default: from the recordings)");
   command.add_option("--name", choice.name, "readable name of the model");
   command.add_option(
       "--prior", choice.prior,
-      training::method_names(training::kSiblings) + ": folder of models of gyros of the same type, at least two");
-  command.add_flag("--force", choice.force, "train although the data-quality check refuses a recording");
+      training::method_names(training::kSiblings) + ": folder with two or more models of gyros of the same type");
+  command.add_flag("--force", choice.force, "train even if the data-quality check rejects a recording");
   add_training_set_options(command, choice.recordings);
   add_method_options(command, choice.method);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `prismcal train` as a function: recordings in, a model and its facts out.
+// `prismcal train` as a function: trains a model on recordings.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -31,11 +31,11 @@ struct TrainingRun {
   std::string model_text() const;
 };
 
-/// All options of train but the recordings and --out.
+/// Adds all options of train except the recordings and --out.
 void add_train_options(CLI::App& command, TrainChoice& choice);
 
-/// Reads the recordings, checks their quality and trains; choice.out is not looked at. Refuses what `prismcal train`
-/// refuses. `stop` is asked for a flag when the training begins, which ends tuning early with the best so far.
+/// Reads the recordings, checks their quality and trains. Ignores choice.out. Errors: those of `prismcal train`. `stop`
+/// is called when training begins; if the flag it returns is set, tuning ends early with the best result so far.
 Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::atomic<bool>* (*stop)() = nullptr);
 
 }  // namespace prism::commands
