@@ -18,7 +18,7 @@ constexpr double kNominal = 0.683;
 struct Noise {
   const char* name;
   std::function<std::vector<double>(std::size_t, std::uint64_t)> make;
-  double deviation;  // at m = 8, true
+  double deviation;  // true value at m = 8
 };
 
 // White: s/√m. Random walk of step s: s √((2m² + 1)/(6m)) (SP 1065 table 4, discrete). Flicker: 0.664 B.
@@ -34,17 +34,17 @@ std::vector<Noise> noises() {
 // instead of 68.
 TEST(AllanCoverage, OfEveryNoiseWithAndWithoutGaps) {
   for (const Noise& noise : noises()) {
-    for (const std::size_t holes : {0, 34}) {
+    for (const std::size_t gaps : {0, 34}) {
       constexpr int kRecords = 1200;
       int inside = 0;
       for (std::uint64_t seed = 0; seed < kRecords; ++seed) {
-        const std::vector<double> rate = test::with_holes(noise.make(3000, 5000 + seed), holes);
+        const std::vector<double> rate = test::with_gaps(noise.make(3000, 5000 + seed), gaps);
         const std::vector<std::size_t> sizes = {1, 2, 4, 8};
         const auto curve = allan_deviation(rate, 1, sizes, AllanEstimator::kOverlapping, "x").value();
         const AllanInterval interval = allan_confidence(curve, rate, kNominal).at(3);
         inside += interval.low <= noise.deviation && noise.deviation <= interval.high;
       }
-      EXPECT_NEAR(inside / double{kRecords}, kNominal, 0.04) << noise.name << ", gaps " << holes;
+      EXPECT_NEAR(inside / double{kRecords}, kNominal, 0.04) << noise.name << ", gaps " << gaps;
     }
   }
 }

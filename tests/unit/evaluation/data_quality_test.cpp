@@ -13,7 +13,7 @@
 namespace prism::evaluation {
 namespace {
 
-/// 924 blocks: temperature −40 to 70 degC, bias 0.02 deg/h with it, noise 0.007 deg/h.
+/// 924 blocks: temperature −40 to 70 degC, bias that follows it (±0.03 deg/h), noise 0.007 deg/h.
 struct Record {
   std::vector<double> temperature_degc, rate_deg_per_h = test::white_noise(924, 0.007, 41);
 
@@ -24,7 +24,7 @@ struct Record {
       rate_deg_per_h[i] += 8.4652 + 0.03 * std::sin(phase);
     }
   }
-  DataQuality judge() const { return check_data_quality(temperature_degc, rate_deg_per_h, {}, {}, "x").value(); }
+  DataQuality check() const { return check_data_quality(temperature_degc, rate_deg_per_h, {}, {}, "x").value(); }
 };
 
 const Finding& named(const DataQuality& report, const std::string& name) {
@@ -35,7 +35,7 @@ const Finding& named(const DataQuality& report, const std::string& name) {
 }
 
 TEST(DataQualityCheck, PassesAGoodRecordAndStatesEveryThreshold) {
-  const DataQuality report = Record().judge();
+  const DataQuality report = Record().check();
   EXPECT_EQ(report.verdict, Verdict::kPass);
   EXPECT_FALSE(report.nothing_to_compensate);
   EXPECT_EQ(report.findings.size(), 6u);
@@ -45,20 +45,20 @@ TEST(DataQualityCheck, PassesAGoodRecordAndStatesEveryThreshold) {
 TEST(DataQualityCheck, RejectsASmallTemperatureSpan) {
   Record record;
   for (double& t : record.temperature_degc) t = 25 + (t - 15) * 0.05;
-  const DataQuality report = record.judge();
+  const DataQuality report = record.check();
   EXPECT_EQ(named(report, "temperature_span").verdict, Verdict::kRefuse);
   EXPECT_EQ(report.verdict, Verdict::kRefuse);
   EXPECT_FALSE(report.nothing_to_compensate);
   for (double& t : record.temperature_degc) t = 25 + (t - 25) * 0.1;
-  const DataQuality still = record.judge();  // the rate changes, but the temperature does not
-  EXPECT_TRUE(still.nothing_to_compensate);
-  EXPECT_EQ(named(still, "explainable").value, 0);
+  const DataQuality constant = record.check();  // the rate changes, but the temperature does not
+  EXPECT_TRUE(constant.nothing_to_compensate);
+  EXPECT_EQ(named(constant, "explainable").value, 0);
 }
 
 TEST(DataQualityCheck, DetectsThatTheGyroWasMoved) {
   Record record;
   for (std::size_t i = 500; i < 924; ++i) record.rate_deg_per_h[i] += 0.2;
-  const DataQuality report = record.judge();
+  const DataQuality report = record.check();
   EXPECT_EQ(named(report, "moved").verdict, Verdict::kRefuse);
   EXPECT_NEAR(named(report, "moved").value, 2, 0.3);
 }
@@ -66,21 +66,21 @@ TEST(DataQualityCheck, DetectsThatTheGyroWasMoved) {
 TEST(DataQualityCheck, DoesNotReportAnOutlierAsAMove) {
   Record record;
   record.rate_deg_per_h[500] += 5;
-  const DataQuality report = record.judge();
+  const DataQuality report = record.check();
   EXPECT_EQ(named(report, "moved").verdict, Verdict::kPass) << named(report, "moved").text;
   EXPECT_EQ(named(report, "disturbed").verdict, Verdict::kPass);
   for (std::size_t i = 100; i < 800; i += 20) record.rate_deg_per_h[i] += 5;
-  EXPECT_EQ(named(record.judge(), "disturbed").verdict, Verdict::kWarn);
+  EXPECT_EQ(named(record.check(), "disturbed").verdict, Verdict::kWarn);
 }
 
 TEST(DataQualityCheck, DetectsChangingAndMissingNoise) {
   Record record;
   const std::vector<double> loud = test::white_noise(924, 0.1, 42);
   for (std::size_t i = 693; i < 924; ++i) record.rate_deg_per_h[i] += loud[i];
-  EXPECT_EQ(named(record.judge(), "noise").verdict, Verdict::kRefuse);
+  EXPECT_EQ(named(record.check(), "noise").verdict, Verdict::kRefuse);
   record.rate_deg_per_h.assign(924, 8.4652);
-  EXPECT_EQ(named(record.judge(), "noise").verdict, Verdict::kRefuse);
-  EXPECT_TRUE(record.judge().nothing_to_compensate);
+  EXPECT_EQ(named(record.check(), "noise").verdict, Verdict::kRefuse);
+  EXPECT_TRUE(record.check().nothing_to_compensate);
 }
 
 // One start-up row made a quarter of a short record 300 times as noisy as the others.
@@ -90,7 +90,7 @@ TEST(DataQualityCheck, DoesNotCountOneBadRowAsNoise) {
     record.temperature_degc.resize(blocks);
     record.rate_deg_per_h.resize(blocks);
     record.rate_deg_per_h[0] += 20;
-    const DataQuality report = record.judge();
+    const DataQuality report = record.check();
     for (const Finding& finding : report.findings) {
       if (finding.name != "noise") continue;
       EXPECT_EQ(finding.verdict, Verdict::kPass) << blocks << ": " << finding.text;
@@ -105,7 +105,7 @@ TEST(DataQualityCheck, IgnoresQuantisationBelowTheNoiseAndRoundingErrors) {
     double& rate = record.rate_deg_per_h[i];
     rate = 0.0004 * std::round(rate / 0.0004) + (i % 2 == 0 ? 2e-15 : 0);
   }
-  const DataQuality report = record.judge();
+  const DataQuality report = record.check();
   EXPECT_EQ(report.findings.size(), 6u) << report.findings.back().text;
   EXPECT_EQ(report.verdict, Verdict::kPass);
 }
@@ -113,12 +113,12 @@ TEST(DataQualityCheck, IgnoresQuantisationBelowTheNoiseAndRoundingErrors) {
 TEST(DataQualityCheck, DetectsAQuantiserAndItsStep) {
   Record record;
   for (double& rate : record.rate_deg_per_h) rate = 0.01 * std::round(rate / 0.01);
-  const DataQuality report = record.judge();
+  const DataQuality report = record.check();
   EXPECT_NEAR(named(report, "quantised").value, 0.01, 1e-9);
   EXPECT_EQ(named(report, "quantised").verdict, Verdict::kWarn);
   EXPECT_EQ(named(report, "noise").verdict, Verdict::kPass) << named(report, "noise").text;
   for (double& rate : record.rate_deg_per_h) rate = 0.1 * std::round(rate / 0.1);  // coarser than all changes
-  EXPECT_EQ(named(record.judge(), "quantised").verdict, Verdict::kRefuse);
+  EXPECT_EQ(named(record.check(), "quantised").verdict, Verdict::kRefuse);
 }
 
 // A chamber that changes by 100 degC in twenty minutes: each block is far from its neighbours' median, but on their
@@ -126,7 +126,7 @@ TEST(DataQualityCheck, DetectsAQuantiserAndItsStep) {
 TEST(DataQualityCheck, DoesNotReportAFastRampAsADisturbance) {
   Record record;
   for (std::size_t i = 0; i < 924; ++i) record.rate_deg_per_h[i] += 10 * std::sin(static_cast<double>(i) / 15);
-  const DataQuality report = record.judge();
+  const DataQuality report = record.check();
   EXPECT_EQ(named(report, "disturbed").verdict, Verdict::kPass) << named(report, "disturbed").text;
   EXPECT_EQ(named(report, "moved").verdict, Verdict::kPass) << named(report, "moved").text;
 }
@@ -134,13 +134,13 @@ TEST(DataQualityCheck, DoesNotReportAFastRampAsADisturbance) {
 TEST(DataQualityCheck, ReportsTheBlock) {
   Record record;
   for (std::size_t i = 500; i < 924; ++i) record.rate_deg_per_h[i] += 0.2;
-  EXPECT_EQ(named(record.judge(), "moved").block, std::optional<std::size_t>(500));
+  EXPECT_EQ(named(record.check(), "moved").block, std::optional<std::size_t>(500));
 }
 
 TEST(DataQualityCheck, FindsNothingToCompensateInWhiteNoise) {
   Record record;
   record.rate_deg_per_h = test::white_noise(924, 0.007, 43);
-  EXPECT_TRUE(record.judge().nothing_to_compensate);
+  EXPECT_TRUE(record.check().nothing_to_compensate);
 }
 
 TEST(DataQualityCheck, RejectsInvalidInput) {

@@ -29,7 +29,7 @@ struct Day {
   std::vector<double> before, after;
 };
 
-/// A profile that repeats itself, stronger or weaker on another day, and the residual of a model.
+/// Bias of a profile, with another strength each day, and the residual of a model.
 Day day(std::mt19937_64& random, double memory) {
   Day made{{}, coloured(924, memory, 0.007, random)};
   const double strength = std::exp(kBetweenDays * std::normal_distribution<double>()(random));
@@ -40,7 +40,7 @@ Day day(std::mt19937_64& random, double memory) {
 
 TEST(ImprovementInterval, ContainsTheImprovementOfTheNextDay) {
   std::mt19937_64 random(11);
-  int held = 0;
+  int covered = 0;
   double width = 0;
   for (int pair = 0; pair < 200; ++pair) {
     const double memory = pair % 2 == 0 ? 0 : 0.9;
@@ -50,24 +50,24 @@ TEST(ImprovementInterval, ContainsTheImprovementOfTheNextDay) {
     ASSERT_TRUE(interval && further);
     EXPECT_LT(interval->low, interval->value);
     EXPECT_LT(interval->value, interval->high);
-    held += *further->improvement >= interval->low && *further->improvement <= interval->high;
+    covered += *further->improvement >= interval->low && *further->improvement <= interval->high;
     width += interval->high - interval->low;
   }
-  EXPECT_GE(held, 180);
-  EXPECT_LE(held, 198);
+  EXPECT_GE(covered, 180);
+  EXPECT_LE(covered, 198);
   EXPECT_LT(width / 200, 0.3);
 }
 
 TEST(ImprovementInterval, TheSameImprovementTwiceIsNotDistinguishable) {
   std::mt19937_64 random(3);
   const Day made = day(random, 0.9);
-  std::vector<double> alike = made.after, worse = made.after;
+  std::vector<double> similar = made.after, worse = made.after;
   const std::vector<double> noise = coloured(924, 0, 0.0005, random), more = coloured(924, 0, 0.012, random);
-  for (std::size_t i = 0; i < alike.size(); ++i) {
-    alike[i] += noise[i];
+  for (std::size_t i = 0; i < similar.size(); ++i) {
+    similar[i] += noise[i];
     worse[i] += more[i];
   }
-  const auto same = next_difference(made.before, made.after, alike, "same");
+  const auto same = next_difference(made.before, made.after, similar, "same");
   const auto apart = next_difference(made.before, made.after, worse, "apart");
   ASSERT_TRUE(same && apart);
   EXPECT_TRUE(same->holds_zero()) << same->low << " to " << same->high;
@@ -88,21 +88,21 @@ TEST(ImprovementInterval, TheBlockLengthFollowsTheAutocorrelation) {
   EXPECT_EQ(bootstrap_block(std::vector<double>(100, 1.0)), 1u);
 }
 
-// Recordings whose ratio scatters by 12 % about 0.5.
+// Recordings with a ratio of 0.5 ± 12 %.
 TEST(ImprovementInterval, OfSeveralRecordingsContainsTheNextOne) {
   std::mt19937_64 random(8);
   std::normal_distribution<double> normal;
   const auto next = [&] { return 1 - 0.5 * std::exp(0.12 * normal(random)); };
-  int held = 0;
+  int covered = 0;
   for (int trial = 0; trial < 400; ++trial) {
     const std::vector<double> seen = {next(), next(), next(), next()};
     const auto interval = next_of_several(seen, "four");
     ASSERT_TRUE(interval);
     const double further = next();
-    held += further >= interval->low && further <= interval->high;
+    covered += further >= interval->low && further <= interval->high;
   }
-  EXPECT_GE(held, 366);  // 380 expected, 1 sigma 4.4
-  EXPECT_LE(held, 394);
+  EXPECT_GE(covered, 366);  // 380 expected, 1 sigma 4.4
+  EXPECT_LE(covered, 394);
   EXPECT_EQ(next_of_several(std::vector{0.5, 0.6}, "two").error().text(),
             "two: found 2 recordings, expected 3 or more to estimate their scatter");
   EXPECT_FALSE(next_of_several(std::vector{0.5, 0.6, 1.0}, "one"));
@@ -110,16 +110,16 @@ TEST(ImprovementInterval, OfSeveralRecordingsContainsTheNextOne) {
 }
 
 TEST(ImprovementInterval, RejectsSeriesWithoutAnInterval) {
-  const std::vector<double> few(19, 1.0), still(30, 1.0);
-  std::vector<double> moving(30), holed(30);
-  for (std::size_t i = 0; i < 30; ++i) moving[i] = holed[i] = std::sin(static_cast<double>(i));
-  holed[7] = std::nan("");
+  const std::vector<double> few(19, 1.0), constant(30, 1.0);
+  std::vector<double> moving(30), gapped(30);
+  for (std::size_t i = 0; i < 30; ++i) moving[i] = gapped[i] = std::sin(static_cast<double>(i));
+  gapped[7] = std::nan("");
   EXPECT_FALSE(next_improvement(few, few, "few"));
   EXPECT_FALSE(next_improvement(moving, few, "lengths"));
-  EXPECT_FALSE(next_improvement(still, moving, "still"));
-  EXPECT_FALSE(next_improvement(moving, still, "still"));
-  EXPECT_FALSE(next_improvement(moving, holed, "holed"));
-  EXPECT_FALSE(next_difference(moving, moving, holed, "holed"));
+  EXPECT_FALSE(next_improvement(constant, moving, "constant"));
+  EXPECT_FALSE(next_improvement(moving, constant, "constant"));
+  EXPECT_FALSE(next_improvement(moving, gapped, "gapped"));
+  EXPECT_FALSE(next_difference(moving, moving, gapped, "gapped"));
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace {
 
 Plot of(Series series, Axis x = {"x"}, Axis y = {"y"}) { return {1, 200, {{"", x, y, {}, {std::move(series)}}}}; }
 
-TEST(ChartJson, IsForWhatAChartShowsTruly) {
+TEST(ChartJson, IsPossibleIfAChartShowsTheSame) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const SeriesStyle form : {SeriesStyle::kLine, SeriesStyle::kPoints, SeriesStyle::kOpenPoints,
                                  SeriesStyle::kLinePoints, SeriesStyle::kBars})
@@ -20,7 +20,7 @@ TEST(ChartJson, IsForWhatAChartShowsTruly) {
   EXPECT_TRUE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kBand, {1, 2}, {3, 4}, {4, 5}})));
   EXPECT_TRUE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kPoints, {2, 1}, {3, 4}}))) << "points have no order";
   EXPECT_TRUE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kLine, {1, 9, 2}, {3, nan, 4}})))
-      << "what is not drawn goes nowhere";
+      << "a point that is not drawn does not decrease x";
 
   EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kLine, {2, 1}, {3, 4}}))) << "a loop";
   EXPECT_FALSE(can_be_charted(of({"", Ink::kRaw, SeriesStyle::kHeat, {1, 2}, {3, 4}, {5, 6}})));
@@ -32,7 +32,7 @@ TEST(ChartJson, IsForWhatAChartShowsTruly) {
   EXPECT_FALSE(can_be_charted(Plot{}));
 }
 
-TEST(ChartJson, HasWhatIsDrawnAndNoNumberThatIsNone) {
+TEST(ChartJson, HasSevenDigitsAndNullForNan) {
   Series line{"after", Ink::kAccent1, SeriesStyle::kLine, {1, 2, 3}, {0.123456789, std::nan(""), HUGE_VAL}};
   line.right_axis = true;
   Plot plot = of(line, {"t, s", true, 0.5}, {"deg/h"});
@@ -48,7 +48,7 @@ TEST(ChartJson, HasWhatIsDrawnAndNoNumberThatIsNone) {
   EXPECT_EQ(chart_json(plot), chart_json(plot));
 }
 
-TEST(ChartJson, OfHostileNamesEndsNoScript) {
+TEST(ChartJson, EscapesHostileNames) {
   const std::string name = "</script><script>alert(1)</script>\xff<!--";
   const std::string json = chart_json(of({name, Ink::kRaw, SeriesStyle::kLine, {1}, {2}}));
   EXPECT_EQ(json.find('<'), std::string::npos);

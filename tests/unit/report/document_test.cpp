@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The three texts of a report carry the same numbers, and none of them ever a NaN.
+// Report formats: HTML, CSV and JSON have the same numbers, and never NaN.
 #include "tools/prismcal/report/document.hpp"
 
 #include <gmock/gmock.h>
@@ -18,7 +18,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-TEST(Cell, PrintsWhatItIsTold) {
+TEST(Cell, PrintsDecimalsDigitsAndPercent) {
   EXPECT_EQ(fixed_cell(0.018504, 5).text, "0.01850");
   EXPECT_EQ(fixed_cell(-0.0000001, 3).text, "0.000");
   EXPECT_EQ(fixed_cell(-0.5, 3).text, "-0.500");
@@ -27,7 +27,7 @@ TEST(Cell, PrintsWhatItIsTold) {
   EXPECT_DOUBLE_EQ(*percent_cell(0.6119).value, 61.19);
 }
 
-TEST(Cell, ShowsADashForWhatDoesNotExist) {
+TEST(Cell, ShowsADashForUnknownNumbers) {
   for (const Cell& cell : {fixed_cell(std::nullopt, 2), fixed_cell(std::numeric_limits<double>::quiet_NaN(), 2),
                            general_cell(std::numeric_limits<double>::infinity(), 3), percent_cell(std::nullopt)}) {
     EXPECT_EQ(cell.text, kNothing);
@@ -51,7 +51,7 @@ Report sample() {
   return report;
 }
 
-TEST(HtmlPage, HoldsEverythingAndEscapesIt) {
+TEST(HtmlPage, ContainsAndEscapesAllTexts) {
   const std::string page = html_page(sample());
   EXPECT_THAT(page, HasSubstr("<h1>Gyro &lt;7&gt; &amp; &quot;friends&quot;</h1>"));
   EXPECT_THAT(page, HasSubstr("<b>Table 1.</b> LS model."));
@@ -62,20 +62,20 @@ TEST(HtmlPage, HoldsEverythingAndEscapesIt) {
   EXPECT_THAT(page, Not(HasSubstr("SIMULATED")));
 }
 
-// The policy keeps the script from the network, whatever stands in it.
+// The Content-Security-Policy also prevents network access by the script.
 TEST(HtmlPage, NeedsNothingFromTheNetwork) {
   const std::string page = html_page(sample());
   EXPECT_THAT(page,
               HasSubstr("content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'sha256-"));
   std::string own = test::without_script(page);
   EXPECT_LT(own.size(), page.size());
-  const std::string language = " xmlns=\"http://www.w3.org/2000/svg\"";  // a name, which no program fetches
+  const std::string language = " xmlns=\"http://www.w3.org/2000/svg\"";  // a namespace, which is not fetched
   own.erase(own.find(language), language.size());
   for (const char* outside : {"src=", "http://", "https://", "@import"}) EXPECT_THAT(own, Not(HasSubstr(outside)));
   EXPECT_THAT(own, Not(testing::ContainsRegex("url\\([^#]")));
 }
 
-TEST(HtmlPage, HasTheScriptOnceAndOnlyForFiguresThatItCanShow) {
+TEST(HtmlPage, HasTheScriptOnceIfAFigureNeedsIt) {
   Report report = sample();
   auto& blocks = report.sections[0].blocks;
   blocks.push_back(blocks[2]);
@@ -93,7 +93,7 @@ TEST(HtmlPage, HasTheScriptOnceAndOnlyForFiguresThatItCanShow) {
   EXPECT_EQ(count("<svg"), 2U);
 }
 
-TEST(HtmlPage, SaysOnTopAndInEveryCaptionThatDataAreSimulated) {
+TEST(HtmlPage, MarksSimulatedDataAtTheTopAndInCaptions) {
   Report report = sample();
   report.simulated = true;
   const std::string page = html_page(report);
@@ -103,13 +103,13 @@ TEST(HtmlPage, SaysOnTopAndInEveryCaptionThatDataAreSimulated) {
   EXPECT_EQ(captions, 2u);
 }
 
-TEST(MachineText, QuotesFieldsAndLeavesUnknownOnesEmpty) {
+TEST(MachineText, QuotesFieldsAndLeavesUnknownNumbersEmpty) {
   EXPECT_EQ(csv_text(sample()),
             "# report,\"Gyro <7> & \"\"friends\"\"\"\n# tool,prismcal 0.1.0\n# fact,files,\"a,b.csv\"\n"
             "\n# table,ls,LS model\nInput,After [deg/h]\nT,0.01194\n\"U, \"\"volts\"\"\",\n");
 }
 
-TEST(MachineText, GivesAllDigitsAndTheSameTextInJson) {
+TEST(MachineText, HasAllDigitsAndTheSameTextInJson) {
   const auto json = nlohmann::json::parse(json_text(sample()));
   const auto& cell = json["tables"]["ls"]["rows"][0][1];
   EXPECT_EQ(cell["text"], "0.01194");
@@ -124,7 +124,7 @@ TEST(PlainText, AlignsColumnsByCharactersNotBytes) {
   EXPECT_EQ(plain_text(table), "Noise\nname     walk\n       deg/√h\ngröße     0.5\nb           —\nCaption.\n");
 }
 
-TEST(Csv, HasATableAFileThatNeedsNoSkippedLine) {
+TEST(Csv, HasOneFilePerTableWithoutCommentLines) {
   const auto files = csv_files(sample());
   ASSERT_EQ(files.size(), 1u);
   EXPECT_EQ(files[0].first, "ls.csv");
@@ -138,7 +138,6 @@ TEST(Json, HasTheCurvesOfEveryFigure) {
   EXPECT_EQ(panel["curves"][0]["y"].dump(), "[0.5,null]");
 }
 
-// What must be known before any number comes before it.
 TEST(Report, BeginsWithItsWarning) {
   Report report = sample();
   report.warning = "Not a test, \"because\".";

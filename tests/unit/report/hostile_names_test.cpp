@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Names come from files of strangers. In no form of a report does a name become an element, a formula, an escape
-// sequence, a link elsewhere or a file name.
+// Names come from untrusted files. In no report format may a name become an element, a formula, an escape sequence, an
+// external link or a file name.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ std::vector<std::string> hostile_names() {
           std::string(1 << 20, '<')};
 }
 
-/// A report with `name` in every place that holds text of a file.
+/// A report with `name` in all texts that can come from a file.
 Report with(const std::string& name) {
   Report report{name, name, true, name, {{name, name}}, {}, name};
   Table table{name, name, name, {{name, name, false}, {name, "deg/h"}}, {{text_cell(name), fixed_cell(-0.5, 3)}}};
@@ -71,7 +71,7 @@ std::vector<std::string> elements(const std::string& text) {
 
 std::string shown(const std::string& name) { return shortened(name, 80); }
 
-TEST(HostileName, MakesNoElementInThePage) {
+TEST(HostileName, AddsNoElementToThePage) {
   const auto expected = elements(html_page(with("name")));
   for (const std::string& name : hostile_names()) {
     const std::string page = html_page(with(name));
@@ -81,7 +81,7 @@ TEST(HostileName, MakesNoElementInThePage) {
   }
 }
 
-TEST(HostileName, MakesNoElementAndNoIdInADrawing) {
+TEST(HostileName, AddsNoElementOrIdToADrawing) {
   const auto plot_of = [](const std::string& name, std::size_t i) {
     return std::get<Figure>(with(name).sections[0].blocks[2 + i]).plot;
   };
@@ -101,7 +101,7 @@ TEST(HostileName, MakesNoElementAndNoIdInADrawing) {
   }
 }
 
-TEST(HostileName, EndsNoScriptElement) {
+TEST(HostileName, DoesNotEndAScriptElement) {
   for (const std::string& name : hostile_names()) {
     const std::string page = html_page(with(name)), begin = "<script type=\"application/json\">";
     const auto at = page.find(begin) + begin.size();
@@ -128,7 +128,7 @@ std::vector<std::string> cells_of(const std::string& text) {
   return cells;
 }
 
-TEST(HostileName, IsTextInEveryCellOfTheCsv) {
+TEST(HostileName, IsTextInAllCellsOfTheCsv) {
   const std::size_t expected = cells_of(csv_text(with("name"))).size();
   for (const std::string& name : hostile_names()) {
     const auto cells = cells_of(csv_text(with(name)));
@@ -140,7 +140,7 @@ TEST(HostileName, IsTextInEveryCellOfTheCsv) {
   }
 }
 
-TEST(HostileName, IsNoFileName) {
+TEST(HostileName, IsNotUsedAsAFileName) {
   for (const std::string& name : hostile_names()) {
     const auto files = csv_files(with(name));
     ASSERT_EQ(files.size(), 1u);
@@ -148,7 +148,7 @@ TEST(HostileName, IsNoFileName) {
   }
 }
 
-TEST(HostileName, LeavesTheJsonAndTheTerminalWhole) {
+TEST(HostileName, IsEscapedInJsonAndOnTheTerminal) {
   for (const std::string& name : hostile_names()) {
     const auto json = nlohmann::json::parse(json_text(with(name)));
     EXPECT_EQ(json["title"], valid_utf8(name)) << shown(name);
@@ -159,7 +159,7 @@ TEST(HostileName, LeavesTheJsonAndTheTerminalWhole) {
   }
 }
 
-TEST(HostileName, OfAnAxisIsInNoId) {
+TEST(HostileName, OfAnAxisIsNotUsedInIds) {
   for (const std::string& name : hostile_names()) {
     Report one;
     one.sections = {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The elements of a page or a drawing, as a strict reader finds them.
+// A strict parser for the elements of a page or drawing.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace prism::test {
 
-/// The length of the name and the quoted attributes at the start of `text`, before ">" or "/>"; npos: malformed.
+/// Returns the length of the tag name and quoted attributes at the start of `text`, up to ">" or "/>"; npos: malformed.
 inline std::size_t tag_length(std::string_view text) {
   char quote = '\0';
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -30,8 +30,8 @@ inline std::size_t tag_length(std::string_view text) {
   return std::string_view::npos;
 }
 
-/// "name attribute=" of every start tag in order; nullopt if tags are malformed or not closed in their order. Scripts
-/// and styles are skipped.
+/// Returns "name attribute=" of each start tag in order, or nullopt if tags are malformed or not properly nested. Skips
+/// the contents of scripts and styles.
 inline std::optional<std::vector<std::string>> elements_of(std::string_view text) {
   static const std::set<std::string> kVoid = {"meta", "!DOCTYPE"};
   std::vector<std::string> found, open;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Several axes in one report: nothing of one is taken for another's.
+// Merging the reports of several axes.
 #include "tools/prismcal/report/merged.hpp"
 
 #include <gmock/gmock.h>
@@ -28,14 +28,14 @@ Report both() {
   return merged({{"x", of_axis("one")}, {"Y", of_axis("two")}}, {"all", "All axes", {Paragraph{"first"}}});
 }
 
-TEST(MergedReport, HasTheOverviewFirstAndEachAxissSectionsUnderItsName) {
+TEST(MergedReport, HasTheOverviewThenTheSectionsOfEachAxis) {
   std::vector<std::string> headings;
   for (const Section& section : both().sections) headings.push_back(section.heading);
   EXPECT_THAT(headings,
               ElementsAre("All axes", "Axis x: Summary", "Axis x: Figures", "Axis Y: Summary", "Axis Y: Figures"));
 }
 
-TEST(MergedReport, SaysWhatIsAlikeOnceAndTheRestWithItsAxis) {
+TEST(MergedReport, ListsCommonFactsOnceAndOthersPerAxis) {
   const Report all = both();
   EXPECT_THAT(all.facts, ElementsAre(Pair("divisor", "N-1")));
   const auto& own = std::get<Table>(all.sections[3].blocks.back());
@@ -43,7 +43,7 @@ TEST(MergedReport, SaysWhatIsAlikeOnceAndTheRestWithItsAxis) {
   EXPECT_EQ(own.rows[0][0].text + " " + own.rows[0][1].text, "chosen model two");
 }
 
-TEST(MergedReport, GivesNoIdTwice) {
+TEST(MergedReport, HasUniqueIds) {
   std::set<std::string> ids;
   for (const Section& section : both().sections) {
     EXPECT_TRUE(ids.insert(section.id).second) << section.id;
@@ -54,7 +54,7 @@ TEST(MergedReport, GivesNoIdTwice) {
     }
   }
   EXPECT_TRUE(ids.contains("axis2_ladder"));
-  EXPECT_EQ(id_of_axis(2, "summary"), "axis2_summary") << "what a link of the overview leads to";
+  EXPECT_EQ(id_of_axis(2, "summary"), "axis2_summary") << "the overview links to it";
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// What of a report is prism's own.
+// The page of a report without library code.
 #pragma once
 
 #include <string>
 
 namespace prism::test {
 
-/// A report's page without the script of its charts: a library's, whose words are its own.
+/// Removes the chart script, which contains a library that tests must not search.
 inline std::string without_script(std::string page) {
   const auto begin = page.find("<script>");
   if (begin == std::string::npos) return page;

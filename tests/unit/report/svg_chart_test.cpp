@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Drawings: pairs of a plot and its SVG in drawings/ (PRISM_REGENERATE=1 writes them), and what holds for every plot.
+// SVG drawings: comparison with drawings/*.svg (PRISM_REGENERATE=1 writes them), and properties of all plots.
 #include "tools/prismcal/report/svg_chart.hpp"
 
 #include <gmock/gmock.h>
@@ -70,14 +70,14 @@ TEST(SvgChart, DrawsBarsAndPoints) {
   expect_drawing("bars", plot);
 }
 
-TEST(SvgChart, DrawsASurfaceAsCellsThatTouch) {
+TEST(SvgChart, DrawsASurfaceAsAdjacentCells) {
   Series heat{"", Ink::kRaw, SeriesStyle::kHeat, {1, 1, 100, 100}, {0, 1, 0, 1}, {1, 1.5, 2, 1}};
   Plot plot{
       1, 220, {{"", {"c", true}, {"sigma2"}, {}, {heat, {"chosen", Ink::kModel, SeriesStyle::kMark, {100}, {1}}}}}};
   expect_drawing("surface", plot);
 }
 
-TEST(SvgChart, IsBalancedAndHasNoNumberThatIsNone) {
+TEST(SvgChart, IsWellFormedAndWithoutNan) {
   for (const SeriesStyle form : kForms) {
     for (const double bad :
          {kNan, HUGE_VAL, -HUGE_VAL, 1e308, -1e308, 0.0, std::numeric_limits<double>::denorm_min()}) {
@@ -95,7 +95,7 @@ TEST(SvgChart, IsBalancedAndHasNoNumberThatIsNone) {
   }
 }
 
-TEST(SvgChart, DrawsPanelsWithoutAPointOrWithOne) {
+TEST(SvgChart, DrawsPanelsWithNoneOrOnePoint) {
   for (const SeriesStyle form : kForms) {
     Plot plot = one_panel(form);
     Series& series = plot.panels[0].series[0];
@@ -109,7 +109,7 @@ TEST(SvgChart, DrawsPanelsWithoutAPointOrWithOne) {
   EXPECT_TRUE(test::elements_of(draw_svg(Plot{})));
 }
 
-TEST(SvgChart, HasTicksThatDifferOnNarrowRanges) {
+TEST(SvgChart, HasFewTicksOnNarrowRanges) {
   for (const double value : {1.0, -1.0, 1e9, 1e-140, 1e140}) {
     for (const double width : {1e-16, 1e-13, 1e-11, 1e-8}) {
       Plot plot = one_panel(SeriesStyle::kLine);
@@ -121,7 +121,7 @@ TEST(SvgChart, HasTicksThatDifferOnNarrowRanges) {
   }
 }
 
-TEST(SvgChart, StaysSmallWithManyPointsAndKeepsTheirExtremes) {
+TEST(SvgChart, IsSmallWithManyPointsAndKeepsTheirExtremes) {
   for (const SeriesStyle form : {SeriesStyle::kLine, SeriesStyle::kPoints, SeriesStyle::kBand, SeriesStyle::kBars}) {
     Plot plot{1, 260, {{"", {"x"}, {"y"}, {}, {{"", Ink::kRaw, form}}}}};
     Series& series = plot.panels[0].series[0];
@@ -139,7 +139,7 @@ TEST(SvgChart, StaysSmallWithManyPointsAndKeepsTheirExtremes) {
   }
 }
 
-TEST(SvgChart, TakesFixedRangesAndClipsToThem) {
+TEST(SvgChart, ClipsToFixedRanges) {
   Plot plot = one_panel(SeriesStyle::kLine);
   plot.panels[0].y.min = 1.5;
   plot.panels[0].y.max = 1.75;
@@ -150,11 +150,13 @@ TEST(SvgChart, TakesFixedRangesAndClipsToThem) {
   EXPECT_THAT(svg, HasSubstr("clip-path=\"url(#plot7-0)\""));
 }
 
-TEST(SvgChart, WrapsItsKeyAndCutsNamesThatAreTooLong) {
+TEST(SvgChart, WrapsTheKeyAndTruncatesLongNames) {
   Plot plot = one_panel(SeriesStyle::kLine);
   const Series series = plot.panels[0].series[0];
-  const auto place = [&] { return draw_svg(plot).find(" y=\"27\" text-anchor=\"start\" fill=\"#1b2733\">(a) one<"); };
-  EXPECT_NE(place(), std::string::npos) << "beside one entry";
+  const auto title_at = [&] {
+    return draw_svg(plot).find(" y=\"27\" text-anchor=\"start\" fill=\"#1b2733\">(a) one<");
+  };
+  EXPECT_NE(title_at(), std::string::npos) << "on the line of the only entry";
   for (int i = 0; i < 20; ++i) {
     plot.panels[0].series.push_back(series);
     plot.panels[0].series.back().name = "a model with a long name";

@@ -65,7 +65,7 @@ bool has_point(const Panel& panel) {
   });
 }
 
-// Seven digits: more than a screen shows.
+// Seven digits: more than the resolution of a screen.
 Json number(double value) {
   if (!std::isfinite(value)) return nullptr;
   return std::stod(fmt::format("{:.7g}", value));

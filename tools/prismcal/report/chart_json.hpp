@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A figure as JSON for an interactive chart, in addition to its SVG.
+// Writes a figure as JSON for an interactive chart, in addition to its SVG.
 #pragma once
 
 #include <string>
@@ -8,18 +8,19 @@
 
 namespace prism::report {
 
-/// Whether a chart shows what the drawing does. Not a surface, nor its mark; not a curve that goes back (a chart's rows
-/// are in the order of x); nothing on a logarithmic axis that is not above zero; no panel without a point.
+/// Returns true if a chart can show the same as the SVG. Not possible: surfaces and marks, curves with decreasing x
+/// (the rows of a chart are sorted by x), values ≤ 0 or bars on a logarithmic axis, panels without a point.
 bool can_be_charted(const Plot& plot);
 
 /// {"columns", "height", "panels": [{"title", "x", "y", "right": {"label", "log", "min", "max"}, "series": [{"name",
-/// "form", "colour", "width", "dash", "right", "x", "y", "high"}]}]}; numbers with seven digits as they are drawn, null
-/// where a curve breaks. It can stand in a page's script element: there is no '<' in it.
+/// "form", "colour", "width", "dash", "right", "x", "y", "high"}]}]}. Numbers have seven digits; a gap is null.
+/// Contains no
+/// '<', so that it can be embedded in a script element.
 std::string chart_json(const Plot& plot);
 
-/// The script that draws the charts: Debian's dygraphs, tools/charts and report/page, joined when prismcal is built.
+/// The script that draws the charts: Debian's dygraphs, tools/charts and report/page, joined at build time.
 extern const char* const kChartScript;
-/// "sha256-…" of it, for the page's policy.
+/// "sha256-…" of kChartScript, for the Content-Security-Policy of the page.
 extern const char* const kChartScriptHash;
 
 }  // namespace prism::report

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The look of an ink, the same in drawings and charts.
+// Colour, width, dash and symbol of an ink, the same in SVG drawings and charts.
 #pragma once
 
 #include "tools/prismcal/report/plot.hpp"
@@ -8,7 +8,7 @@ namespace prism::report {
 
 enum class Symbol { kCircle, kSquare, kTriangle, kTriangleDown, kDiamond, kPlus };
 
-/// Width in pixels; `dash`: lengths of dashes and gaps in pixels with commas between them, "" for a solid line.
+/// `width` in pixels. `dash`: lengths of dashes and gaps in pixels, separated by commas; "": solid line.
 struct CurveStyle {
   const char* colour;
   double width;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A report as data: facts, tables and figures in sections. HTML, CSV and JSON are three ways to write the same struct.
+// A report as data: metadata, tables and figures in sections. Written as HTML, CSV or JSON.
 #pragma once
 
 #include <optional>
@@ -14,21 +14,21 @@ namespace prism::report {
 
 enum class Emphasis { kNone, kGood, kBad, kWarn, kMuted, kBest };
 
-/// One field of a table. `text` is what every form of the report shows; `value` is the number behind it, with all its
-/// digits (JSON only). A number that does not exist is kNothing and no value, never NaN; CSV leaves its field empty.
+/// One field of a table. `text` is shown in all formats; `value` is the same number with all digits (JSON only). An
+/// unknown number has the text kNothing and no value, never NaN; its CSV field is empty.
 inline constexpr const char* kNothing = "\u2014";
 
 struct Cell {
   std::string text;
   std::optional<double> value{};
   Emphasis emphasis = Emphasis::kNone;
-  std::string link{};  ///< where HTML and JSON lead to from it; empty: nowhere
+  std::string link{};  ///< target of a link in HTML and JSON; empty: none
 };
 
 Cell text_cell(std::string text, Emphasis emphasis = Emphasis::kNone);
 /// `value` with `decimals` decimals; an em dash if it is nullopt or not finite.
 Cell fixed_cell(std::optional<double> value, int decimals, Emphasis emphasis = Emphasis::kNone);
-/// `value` with `digits` significant digits, as 1.23e-05 if it is very small or large.
+/// `value` with `digits` significant digits, as 1.23e-05 if very small or large.
 Cell general_cell(std::optional<double> value, int digits, Emphasis emphasis = Emphasis::kNone);
 /// A share in percent with two decimals, for a column whose unit is "%": 0.6119 → 61.19.
 Cell percent_cell(std::optional<double> share, Emphasis emphasis = Emphasis::kNone);
@@ -40,15 +40,15 @@ struct Column {
 };
 
 struct Table {
-  std::string id;       ///< unique, [a-z0-9_], written by the program; the CSV's and JSON's key, and the file's name
-  std::string title;    ///< without a number: sections count them
-  std::string caption;  ///< what an engineer must know to trust it: divisor, length of means, which data
+  std::string id;       ///< unique, [a-z0-9_], fixed in the program; key in CSV and JSON, and file name
+  std::string title;    ///< without a number: the page adds it
+  std::string caption;  ///< basis of the values: divisor, length of means, data
   std::vector<Column> columns;
-  std::vector<std::vector<Cell>> rows{};  ///< each as long as columns
+  std::vector<std::vector<Cell>> rows{};  ///< each with one cell per column
 };
 
 struct Figure {
-  std::string id;  ///< as of a table
+  std::string id;  ///< like Table::id
   std::string title;
   std::string caption;
   Plot plot;
@@ -62,7 +62,7 @@ struct Paragraph {
 using Block = std::variant<Paragraph, Table, Figure>;
 
 struct Section {
-  std::string id;  ///< as of a table
+  std::string id;  ///< like Table::id
   std::string heading;
   std::vector<Block> blocks{};
 };
@@ -70,14 +70,14 @@ struct Section {
 struct Report {
   std::string title;
   std::string subtitle;
-  bool simulated = false;                                  ///< said on top of the page and in every caption
+  bool simulated = false;                                  ///< marked at the top of the page and in all captions
   std::string tool;                                        ///< "prismcal 0.2.0"
-  std::vector<std::pair<std::string, std::string>> facts;  ///< the header table: serial, files, divisor, …
+  std::vector<std::pair<std::string, std::string>> facts;  ///< header table: serial number, files, divisor, …
   std::vector<Section> sections;
-  std::string warning{};  ///< what must be known before any number; empty: none
+  std::string warning{};  ///< shown before all values; empty: none
 };
 
-/// `id` if it is [a-z0-9_-] and not longer than 80 bytes, else "<kind>-<number>": what ids and file names are made of.
+/// Returns `id` if it is [a-z0-9_-] and at most 80 bytes long, else "<kind>-<number>". For HTML ids and file names.
 std::string id_or_number(const std::string& id, const char* kind, int number);
 
 }  // namespace prism::report

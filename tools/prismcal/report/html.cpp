@@ -30,8 +30,8 @@ const char* css_class(Emphasis emphasis) {
   return "";
 }
 
-/// Text alternative of a figure: its title and its curves.
-std::string in_words(const Figure& figure) {
+/// Text alternative of a figure: title, caption and names of curves.
+std::string alternative_text(const Figure& figure) {
   std::string curves;
   for (const Panel& panel : figure.plot.panels) {
     for (const Series& series : panel.series) {
@@ -42,8 +42,8 @@ std::string in_words(const Figure& figure) {
   return fmt::format("{}. {}{}", figure.title, figure.caption, curves);
 }
 
-/// A link within the page or to a file of ours by its relative path; every other character is percent-encoded, so that
-/// no link has a scheme. Empty if `link` begins with a slash or a backslash, which leads to another host.
+/// Encodes a link within the page or to a relative path: percent-encodes all other characters, so that no link has a
+/// scheme. Returns an empty string if `link` begins with a slash or backslash, which could lead to another host.
 std::string relative_link(const std::string& link) {
   if (link.starts_with('/') || link.starts_with('\\')) return {};
   std::string result;
@@ -61,12 +61,12 @@ std::string linked(const Cell& cell) {
   return link.empty() ? text : fmt::format("<a href=\"{}\">{}</a>", link, text);
 }
 
-/// Nothing from anywhere else, and no script but ours.
+/// Content-Security-Policy: no external resources, and only kChartScript.
 std::string policy() {
   return fmt::format("default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src '{}'", kChartScriptHash);
 }
 
-/// Writes the page from top to bottom, counting tables and figures.
+/// Writes the page and numbers tables and figures.
 class Page {
  public:
   explicit Page(const Report& report) : report_(report) {}
@@ -108,7 +108,7 @@ class Page {
     text_ += "</table>\n";
   }
 
-  /// "Table 3. Title. Caption", with the word simulated where it belongs.
+  /// "Table 3. Title. Caption", and "Simulated data." if it is.
   std::string caption(const char* kind, int number, const std::string& title, const std::string& more) const {
     return fmt::format("<b>{} {}.</b> {}.{}{}", kind, number, html_text(title),
                        more.empty() ? "" : " <span class=\"note\">" + html_text(more) + "</span>",
@@ -145,7 +145,7 @@ class Page {
 
   void add(const Figure& figure) {
     std::string svg = draw_svg(figure.plot, ++figures_);
-    svg.insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", html_text(in_words(figure))));
+    svg.insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", html_text(alternative_text(figure))));
     text_ += fmt::format("<figure id=\"{}\">\n{}\n", id_or_number(figure.id, "figure", figures_), svg);
     if (can_be_charted(figure.plot)) {
       text_ += fmt::format("<script type=\"application/json\">{}</script>\n", chart_json(figure.plot));

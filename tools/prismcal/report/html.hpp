@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The report as one HTML page that needs nothing else: styles and figures are in it.
+// Writes the report as one self-contained HTML page.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace prism::report {
 
-/// The look of the page, on screen and on paper.
+/// CSS of the page for screen and print.
 extern const char* const kStyle;
 
-/// Tables and figures are numbered in their order. Every text of `report` is plain text in the page; an id that is not
-/// [a-z0-9_-] becomes "section-3", "table-7" or "figure-2".
+/// Numbers tables and figures in order. Escapes all texts of `report`. Replaces an id that is not [a-z0-9_-] by
+/// "section-3", "table-7" or "figure-2".
 std::string html_page(const Report& report);
 
 }  // namespace prism::report

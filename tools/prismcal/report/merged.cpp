@@ -18,17 +18,17 @@ bool in_all(const std::vector<std::pair<std::string, Report>>& axes, const Fact&
   });
 }
 
-/// A report's facts that all have alike, or the others.
-std::vector<Fact> facts_of(const std::vector<std::pair<std::string, Report>>& axes, const Report& report, bool alike) {
+/// Facts of `report` that are in all reports, or (`common` false) the others.
+std::vector<Fact> facts_of(const std::vector<std::pair<std::string, Report>>& axes, const Report& report, bool common) {
   std::vector<Fact> facts;
   for (const Fact& fact : report.facts) {
-    if (in_all(axes, fact) == alike) facts.push_back(fact);
+    if (in_all(axes, fact) == common) facts.push_back(fact);
   }
   return facts;
 }
 
 Table own_facts_table(const std::vector<Fact>& facts) {
-  Table table{"own_facts", "What it was made of", "", {{"what", {}, false}, {"which", {}, false}}};
+  Table table{"own_facts", "Sources of this axis", "", {{"what", {}, false}, {"which", {}, false}}};
   for (const auto& [name, value] : facts) table.rows.push_back({text_cell(name), text_cell(value)});
   return table;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reports of several axes of one device as one report.
+// Merges the reports of several axes of one device.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +11,13 @@
 
 namespace prism::report {
 
-/// Each axis's name and report, in order; at least one. Title, tool and warning are the first one's; facts that all
-/// have alike stand on top, others at the end of their axis's first section; `overview` stands in front, and then every
-/// axis's sections. Their ids, and those of what is in them, begin with the number of the axis; their titles begin with
-/// its name.
+/// `axes`: name and report of each axis, at least one. Takes title, tool and warning of the first. Facts that all axes
+/// share are in the header, the others in a table at the end of the first section of their axis. `overview` is the
+/// first section, then the sections of all axes follow. Ids are prefixed with the number of the axis, titles with its
+/// name.
 Report merged(std::vector<std::pair<std::string, Report>> axes, Section overview);
 
-/// The id of a section of an axis within the merged report. `number`: of the axis, from 1.
+/// Id of a section of an axis in the merged report. `number`: axis, from 1.
 std::string id_of_axis(std::size_t number, const std::string& id);
 
 }  // namespace prism::report

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A figure as data: panels of series on labelled axes. draw_svg() makes a picture of it, and chart_json() the data of a
-// chart.
+// A figure as data: panels of series on labelled axes. Input of draw_svg() and chart_json().
 #pragma once
 
 #include <optional>
@@ -9,13 +8,13 @@
 
 namespace prism::report {
 
-/// What a series means decides its colour, width and dash, the same in every figure; each differs in lightness and
-/// form too, so that a grey print can be read.
+/// The meaning of a series determines its colour, width and dash in all figures. Inks also differ in lightness and
+/// symbol, so that a grey print is readable.
 enum class Ink {
-  kRaw,        ///< what the gyro said: light, wide
-  kModel,      ///< what a model says: dark, warm
-  kCorrected,  ///< what is left: dark, cold
-  kAccent1,    ///< further series, told apart by dash
+  kRaw,        ///< measured values: light, wide
+  kModel,      ///< predictions of a model: dark, warm
+  kCorrected,  ///< corrected values, residuals: dark, cold
+  kAccent1,    ///< further series, with different dashes
   kAccent2,
   kAccent3,
   kGuide,  ///< limits and reference lines: thin, grey, dashed
@@ -25,7 +24,7 @@ enum class Ink {
 enum class SeriesStyle { kLine, kPoints, kOpenPoints, kLinePoints, kBand, kBars, kHeat, kMark };
 
 struct Series {
-  std::string name;  ///< in the key; empty: not there
+  std::string name;  ///< in the key; empty: not in the key
   Ink ink = Ink::kRaw;
   SeriesStyle form = SeriesStyle::kLine;
   std::vector<double> x{}, y{};
@@ -41,14 +40,14 @@ struct Axis {
 
 struct Panel {
   std::string title;       ///< "(a) …"; empty: none
-  Axis x{}, y{}, right{};  ///< right: drawn where a series uses it
+  Axis x{}, y{}, right{};  ///< right: drawn if a series uses it
   std::vector<Series> series{};
 };
 
-/// Panels fill rows of `columns`. A value that is not finite breaks a line.
+/// Panels are arranged in rows of `columns`. A value that is not finite interrupts a line.
 struct Plot {
   int columns = 1;
-  double panel_height = 260;  ///< pixels of a page 960 wide
+  double panel_height = 260;  ///< pixels, for a width of 960
   std::vector<Panel> panels{};
 };
 

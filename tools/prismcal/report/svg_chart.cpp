@@ -30,7 +30,7 @@ struct KeyEntry {
   double width;
 };
 
-/// The lines above a panel: the key wraps, and the title is above it if both do not fit on one line.
+/// Lines above a panel: the wrapped key, and the title above it if both do not fit on one line.
 struct Heading {
   std::vector<std::vector<KeyEntry>> key;
   bool title_above = false;
@@ -51,8 +51,8 @@ Heading heading_of(const Panel& panel, double width) {
     heading.key.back().push_back({&series, std::move(name), entry});
     used += entry;
   }
-  const bool beside = heading.key.size() <= 1 && used + text_width(fitted(panel.title, width)) + kEntryGap <= width;
-  heading.title_above = !panel.title.empty() && !heading.key.empty() && !beside;
+  const bool same_line = heading.key.size() <= 1 && used + text_width(fitted(panel.title, width)) + kEntryGap <= width;
+  heading.title_above = !panel.title.empty() && !heading.key.empty() && !same_line;
   return heading;
 }
 
@@ -60,7 +60,7 @@ struct Ranges {
   Range x, y, right;
 };
 
-/// Of a grid: the outer borders of its cells, or the values if there are fewer than two.
+/// Adds the outer edges of the cells of a grid, or the values if there are fewer than two.
 void add_cells(Range& range, const std::vector<double>& values, bool logarithmic) {
   std::vector<double> edges = grid_edges(values, logarithmic);
   if (edges.empty()) edges = values;
@@ -91,7 +91,7 @@ Ranges ranges_of(const Panel& panel) {
   return ranges;
 }
 
-/// A panel and its place in the drawing; the pixels of its frame.
+/// A panel, with the pixels of its frame in the drawing.
 class PanelDrawing {
  public:
   PanelDrawing(const Panel& panel, Heading heading, double left, double right, double top, double bottom)
@@ -132,7 +132,7 @@ class PanelDrawing {
     return fmt::format("<path d=\"{}\" stroke=\"#e5e7eb\" stroke-width=\"0.8\"/>\n", path);
   }
 
-  /// The box with the marks of its ticks inside.
+  /// The frame with tick marks.
   std::string frame() const {
     std::string path = box(left_, top_, right_, bottom_);
     const auto add_x = [&](double at, int length) {
@@ -196,7 +196,7 @@ class PanelDrawing {
     return svg;
   }
 
-  /// Bars of colour from the lowest value to the highest, with labels.
+  /// Colour scale from the lowest to the highest value, with labels.
   std::string colour_scale() const {
     constexpr int kSteps = 64;
     const auto heat = std::find_if(panel_.series.begin(), panel_.series.end(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Draws a figure: a plot as the text of an SVG element.
+// Draws a plot as an SVG element.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace prism::report {
 
-/// An SVG element, 960 pixels wide in its own units. Every text of `plot` is plain text in it. Ids begin with
-/// "plot<figure_number>-", so that several drawings can be in one page. Pure.
+/// Returns an SVG element, 960 pixels wide in its own units. Escapes all texts of `plot`. Ids begin with
+/// "plot<figure_number>-", so that a page can contain several drawings.
 std::string draw_svg(const Plot& plot, int figure_number = 1);
 
 }  // namespace prism::report

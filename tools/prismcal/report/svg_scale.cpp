@@ -10,14 +10,14 @@ namespace {
 
 constexpr double kLargest = 1e150, kSmallestSpan = 1e-12, kRounding = 1e-6;
 
-/// 1, 2 or 5 times a power of ten, so that about `count` steps cover `span`.
+/// Returns 1, 2 or 5 times a power of ten, so that about `count` steps cover `span`.
 double nice_step(double span, double count) {
   const double raw = span / std::max(1.0, count), power = std::pow(10, std::floor(std::log10(raw)));
   const double digit = raw / power;
   return power * (digit <= 1 ? 1 : digit <= 2 ? 2 : digit <= 5 ? 5 : 10);
 }
 
-/// The digits that make neighbours differ.
+/// Enough digits to distinguish neighbouring ticks.
 std::string number_label(double value, double step) {
   if (std::abs(value) < kRounding * step) return "0";
   const int digits = static_cast<int>(std::floor(std::log10(std::abs(value))) - std::floor(std::log10(step))) + 1;
@@ -56,7 +56,7 @@ std::string svg_number(double pixels) {
   return text == "-0" ? "0" : text;
 }
 
-Scale::Scale(const Axis& axis, Range data, double low_px, double high_px, double room_px, bool whole_steps)
+Scale::Scale(const Axis& axis, Range data, double low_px, double high_px, double room_px, bool extend)
     : logarithmic_(axis.logarithmic), low_px_(low_px), high_px_(high_px) {
   const bool fixed_low = axis.min && shows(*axis.min), fixed_high = axis.max && shows(*axis.max);
   if (data.low > data.high) data = logarithmic_ ? Range{1, 10} : Range{0, 1};
@@ -64,7 +64,7 @@ Scale::Scale(const Axis& axis, Range data, double low_px, double high_px, double
   if (fixed_high) data.high = *axis.max;
   low_ = logarithmic_ ? std::log10(data.low) : data.low;
   high_ = logarithmic_ ? std::log10(data.high) : data.high;
-  const double smallest = std::max(logarithmic_ ? 1e-9 : 1 / kLargest,  // so that ticks differ
+  const double smallest = std::max(logarithmic_ ? 1e-9 : 1 / kLargest,  // keeps ticks different
                                    kSmallestSpan * std::max(std::abs(low_), std::abs(high_)));
   if (!(high_ - low_ > smallest)) {
     const double room = std::abs(low_) > 1 / kLargest && !logarithmic_ ? 0.05 * std::abs(low_) : 0.5;
@@ -73,9 +73,9 @@ Scale::Scale(const Axis& axis, Range data, double low_px, double high_px, double
   }
   const double count = std::abs(high_px - low_px) / (logarithmic_ ? std::max(20.0, 0.6 * room_px) : room_px);
   const double step = std::max(nice_step(high_ - low_, count), logarithmic_ ? 1.0 : 0.0);
-  whole_steps = whole_steps && (!logarithmic_ || high_ - low_ > 1);
-  if (whole_steps && !fixed_low) low_ = step * std::floor(low_ / step + kRounding);
-  if (whole_steps && !fixed_high) high_ = step * std::ceil(high_ / step - kRounding);
+  extend = extend && (!logarithmic_ || high_ - low_ > 1);
+  if (extend && !fixed_low) low_ = step * std::floor(low_ / step + kRounding);
+  if (extend && !fixed_high) high_ = step * std::ceil(high_ / step - kRounding);
   if (!logarithmic_) {
     add_linear_ticks(low_, high_, step);
   } else if (high_ - low_ < 0.7) {
@@ -93,7 +93,7 @@ void Scale::add_linear_ticks(double low, double high, double step) {
     ticks_.push_back({px(i * step), number_label(i * step, step)});
 }
 
-/// 1, 2 and 5 times the powers of ten, except where labels would touch.
+/// Adds ticks at 1, 2 and 5 times the powers of ten, unless labels would touch.
 void Scale::add_digits(double room_px) {
   for (double power = std::floor(low_); power <= high_ + kRounding; ++power) {
     for (const double digit : {1, 2, 5}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An axis of a drawing: the values that it shows, the pixel of each value, and its ticks.
+// An axis of a drawing: its range, conversion of values to pixels, and ticks.
 #pragma once
 
 #include <cmath>
@@ -15,15 +15,15 @@ struct Range {
   void add(double value);
 };
 
-/// Returns false for values without a position: NaN, infinite or so large that differences overflow; on a logarithmic
-/// axis also values that are not above zero.
+/// Returns false for NaN, infinite values, values so large that differences overflow, and values ≤ 0 on a logarithmic
+/// axis.
 bool is_drawable(double value, bool logarithmic);
 
-/// The borders between the values of a sorted grid, half-way (in log10 if `logarithmic`), and as far out at both ends.
-/// Empty if there are fewer than two different values.
+/// Returns the edges of the cells around grid values: half-way between neighbours (in log10 if `logarithmic`), and as
+/// far outside at both ends. Empty if there are fewer than two different values.
 std::vector<double> grid_edges(std::vector<double> values, bool logarithmic);
 
-/// Up to two decimals, between -20000 and 20000; 0 for NaN.
+/// Prints up to two decimals, limited to ±20000; 0 for NaN.
 std::string svg_number(double pixels);
 
 struct Tick {
@@ -33,19 +33,18 @@ struct Tick {
 
 class Scale {
  public:
-  /// `low_px` and `high_px`: the pixels of both ends. `room_px`: the least distance of two ticks. `whole_steps`: the
-  /// range grows to the next ticks, except at an end that `axis` fixes. An empty `data` gives a range of 0 to 1, or 1
-  /// to 10.
-  Scale(const Axis& axis, Range data, double low_px, double high_px, double room_px, bool whole_steps);
+  /// `low_px`, `high_px`: pixels of both ends. `room_px`: minimum distance of ticks. `extend`: extends the range to the
+  /// next ticks, except at an end that `axis` fixes. If `data` is empty, the range is 0 to 1, or 1 to 10.
+  Scale(const Axis& axis, Range data, double low_px, double high_px, double room_px, bool extend);
 
   bool shows(double value) const { return is_drawable(value, logarithmic_); }
   /// `value` must be drawable.
   double px(double value) const { return at(logarithmic_ ? std::log10(value) : value); }
-  /// Where bars begin: zero, or the lower end of a logarithmic axis.
+  /// Base of bars: zero, or the lower end of a logarithmic axis.
   double base_px() const { return logarithmic_ ? low_px_ : px(0); }
   bool is_logarithmic() const { return logarithmic_; }
   const std::vector<Tick>& ticks() const { return ticks_; }
-  /// Ticks without labels: 2 to 9 times the powers of ten of a logarithmic axis.
+  /// Ticks without labels: 2 to 9 times the powers of ten on a logarithmic axis.
   const std::vector<double>& minor_px() const { return minor_px_; }
 
  private:

@@ -19,7 +19,7 @@ using Run = std::vector<Point>;
 
 std::size_t size_of(const Series& series) { return std::min(series.x.size(), series.y.size()); }
 
-/// Pixels of `values` over the x of `series`, cut where one of its values is not drawable.
+/// Pixels of `values` over the x of `series`, split at values that are not drawable.
 std::vector<Run> runs_of(const Series& series, const std::vector<double>& values, const Scale& x, const Scale& y) {
   const bool band = series.form == SeriesStyle::kBand;
   std::vector<Run> runs(1);
@@ -35,7 +35,7 @@ std::vector<Run> runs_of(const Series& series, const std::vector<double>& values
   return runs;
 }
 
-/// The lowest and the highest of the neighbours in one column of pixels, in their order.
+/// Keeps the lowest and the highest point of each pixel column, in order.
 Run reduced(const Run& run) {
   Run result;
   for (std::size_t begin = 0, end = 0; begin < run.size(); begin = end) {
@@ -52,7 +52,7 @@ Run reduced(const Run& run) {
 
 std::string numbers(double a, double b) { return svg_number(a) + " " + svg_number(b); }
 
-/// "M x y L x y x y …"; a single point is a line without length.
+/// "M x y L x y x y …"; a single point becomes a line of zero length.
 void append_line(std::string& path, const Run& run) {
   for (std::size_t i = 0; i < run.size(); ++i)
     path += (i == 0 ? "M" : i == 1 ? "L" : " ") + numbers(run[i].x, run[i].y);
@@ -72,7 +72,7 @@ std::string line_svg(const std::vector<Run>& runs, const CurveStyle& style) {
                                         style.colour, style.width, dash));
 }
 
-/// The outline around a point, in relative coordinates.
+/// Outline of a symbol, in relative coordinates.
 std::string outline(Symbol symbol, double r) {
   const auto polygon = [r](std::initializer_list<Point> steps) {
     std::string path;
@@ -99,7 +99,8 @@ std::string outline(Symbol symbol, double r) {
 
 std::string points_svg(const std::vector<Run>& runs, const CurveStyle& style, double radius, bool filled) {
   std::set<std::pair<long, long>> covered;
-  const bool dot = filled && style.symbol == Symbol::kCircle;  // a round line without length: the shortest form
+  const bool dot =
+      filled && style.symbol == Symbol::kCircle;  // a line of zero length with round ends: the shortest path
   const std::string symbol = dot ? "h0" : outline(style.symbol, radius);
   std::string path;
   for (const Run& run : runs) {
@@ -155,7 +156,7 @@ std::string mark_svg(const std::vector<Run>& runs, const CurveStyle& style) {
   return path_element(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"2.5\"", style.colour));
 }
 
-/// One rectangle for each point: the cell of the grid around it.
+/// Draws one rectangle per point: its grid cell.
 std::string heat_svg(const Series& series, const Scale& x, const Scale& y) {
   const auto x_edges = grid_edges(series.x, x.is_logarithmic()), y_edges = grid_edges(series.y, y.is_logarithmic());
   if (x_edges.empty() || y_edges.empty()) return {};

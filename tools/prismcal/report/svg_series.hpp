@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One series of a drawing as SVG elements.
+// Draws one series as SVG elements.
 #pragma once
 
 #include <string>
@@ -8,17 +8,17 @@
 
 namespace prism::report {
 
-/// Lines and bands have at most two points for each column of pixels (the lowest and the highest); points that cover
-/// each other are drawn once. A value that is not drawable breaks a line.
+/// Lines and bands have at most two points per pixel column (minimum and maximum); overlapping points are drawn once. A
+/// value that is not drawable interrupts a line.
 std::string series_svg(const Series& series, const Scale& x, const Scale& y);
 
-/// The sample of a key: `width` pixels, its middle `y` pixels from the top.
+/// Sample of a series in the key: `width` pixels wide, centred at `y`.
 std::string key_sample_svg(const Series& series, double left, double width, double y);
 
-/// The values of a surface, for the scale of its colours.
+/// Range of the values of a surface, for the colour scale.
 Range heat_range(const Series& series);
 
-/// "#rrggbb" of a share from 0 to 1 of a surface's range.
+/// "#rrggbb" for a share (0 to 1) of the range of a surface.
 std::string heat_colour(double share);
 
 }  // namespace prism::report

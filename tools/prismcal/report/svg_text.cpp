@@ -9,7 +9,7 @@
 namespace prism::report {
 namespace {
 
-/// Of the character that begins with `byte`, in ems; 0 for a byte that continues one.
+/// Width in em of the character that starts with `byte`; 0 for continuation bytes.
 double width_em(char byte) {
   const auto code = static_cast<unsigned char>(byte);
   if (code >= 0x80) return code < 0xc0 ? 0 : code < 0xe2 ? 0.65 : 1;
@@ -27,10 +27,10 @@ double text_width(std::string_view text) {
 }
 
 std::string fitted(std::string_view text, double width) {
-  constexpr std::size_t kLongest = 2000;  // bytes; more than any width holds
+  constexpr std::size_t kLongest = 2000;  // bytes; more than fit in any width
   std::string clean = valid_utf8(text.substr(0, kLongest));
   if (text_width(clean) <= width) return clean;
-  double used = kFontPx;  // of "…"
+  double used = kFontPx;  // width of "…"
   for (std::size_t i = 0; i < clean.size(); ++i) {
     used += kFontPx * width_em(clean[i]);
     if (used > width) return clean.substr(0, i) + "…";

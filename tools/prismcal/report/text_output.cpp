@@ -68,7 +68,7 @@ Json figure_json(const Figure& figure) {
   return {{"title", figure.title}, {"caption", figure.caption}, {"panels", panels}};
 }
 
-/// Characters of UTF-8: bytes that do not continue one.
+/// Number of UTF-8 characters: bytes that are not continuation bytes.
 std::size_t width_of(const std::string& text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
 }
@@ -120,7 +120,8 @@ std::vector<std::pair<std::string, std::string>> csv_files(const Report& report)
 
 std::string json_text(const Report& report) {
   Json facts = Json::object(), tables = Json::object(), figures = Json::object();
-  for (const auto& [name, value] : report.facts)  // several facts of one name, as the files of a folder, are one member
+  for (const auto& [name, value] :
+       report.facts)  // facts with the same name, e.g. the files of a folder, form one member
     facts[name] = facts.contains(name) ? facts[name].get<std::string>() + "; " + value : value;
   each<Table>(report, [&tables](const Table& table) { tables[table.id] = table_json(table); });
   each<Figure>(report, [&figures](const Figure& figure) { figures[figure.id] = figure_json(figure); });
@@ -138,7 +139,7 @@ std::string json_text(const Report& report) {
 }
 
 std::string plain_text(const Table& table) {
-  std::vector<std::vector<std::string>> lines(2);  // names, units, then the rows
+  std::vector<std::vector<std::string>> lines(2);  // names and units; the rows follow
   for (const Column& column : table.columns) {
     lines[0].push_back(printable(column.name));
     lines[1].push_back(printable(column.unit));

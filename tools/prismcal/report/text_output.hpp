@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The same report without a page: CSV for spreadsheets, JSON for programs, a table for a terminal.
+// Writes the report as CSV and JSON, and a table as text for a terminal.
 #pragma once
 
 #include <string>
@@ -10,21 +10,21 @@
 
 namespace prism::report {
 
-/// All tables, one after the other: a line "# table,ID,TITLE", the column line ("name [unit]"), the rows, an empty
-/// line. The header facts stand in front as "# fact,NAME,VALUE". Fields are quoted where they must be (RFC 4180).
+/// Header facts as "# fact,NAME,VALUE", then for each table a line "# table,ID,TITLE", the column line ("name [unit]"),
+/// the rows and an empty line. Quotes fields if needed (RFC 4180).
 std::string csv_text(const Report& report);
-/// One table alone: the column line and the rows, as pandas.read_csv and Excel take it.
+/// One table: the column line and the rows, for pandas.read_csv and Excel.
 std::string csv_text(const Table& table);
-/// Every table as a file of its own: ID.csv and its text.
+/// One file per table: (ID.csv, text).
 std::vector<std::pair<std::string, std::string>> csv_files(const Report& report);
 
 /// {"title":…,"simulated":…,"facts":{…},"tables":{ID:{"title":…,"columns":[…],"rows":[[{"text":…,"value":…}…]…]}…}}.
 /// "figures" has each curve of each panel:
-/// {ID:{"panels":[{"x":LABEL,"y":LABEL,"curves":[{"name":…,"x":[…],"y":[…]}…]}…]}…}, null where it breaks. A cell's
-/// "value" is the number with all its digits, "text" what HTML and CSV show; no number: no "value".
+/// {ID:{"panels":[{"x":LABEL,"y":LABEL,"curves":[{"name":…,"x":[…],"y":[…]}…]}…]}…}; a gap is null. The "value" of a
+/// cell is the number with all digits, "text" that of HTML and CSV; an unknown number has no "value".
 std::string json_text(const Report& report);
 
-/// Title, columns with units, rows, caption; every line ends with a newline. Widths count characters, not bytes.
+/// Title, columns with units, rows, caption; each line ends with a newline. Column widths count characters, not bytes.
 std::string plain_text(const Table& table);
 
 }  // namespace prism::report
