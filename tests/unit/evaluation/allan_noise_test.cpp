@@ -10,19 +10,19 @@
 namespace prism::evaluation {
 namespace {
 
-struct Judged {
+struct Analysis {
   AllanCurve curve;
   std::vector<AllanInterval> intervals;
   AllanCoefficients coefficients;
 };
 
-Judged judge(const std::vector<double>& rate, double tau0_s, double probability = 0.683) {
+Analysis analyse(const std::vector<double>& rate, double tau0_s, double probability = 0.683) {
   const auto sizes = allan_cluster_sizes(AllanGrid::kOctave, rate.size());
-  Judged judged;
-  judged.curve = allan_deviation(rate, tau0_s, sizes, AllanEstimator::kOverlapping, "test").value();
-  judged.intervals = allan_confidence(judged.curve, rate, probability);
-  judged.coefficients = extract_coefficients(judged.curve, judged.intervals, "test").value();
-  return judged;
+  Analysis analysis;
+  analysis.curve = allan_deviation(rate, tau0_s, sizes, AllanEstimator::kOverlapping, "test").value();
+  analysis.intervals = allan_confidence(analysis.curve, rate, probability);
+  analysis.coefficients = extract_coefficients(analysis.curve, analysis.intervals, "test").value();
+  return analysis;
 }
 
 TEST(AllanConfidence, UsesTheStandardsDegreesOfFreedom) {
@@ -57,11 +57,11 @@ TEST(AllanConfidence, CoversTheTruthWithItsNominalProbability) {
 
 TEST(AllanCoefficients, FindTheAngleRandomWalkOfWhiteNoise) {
   // 1 Hz means with sd s: N = s / 60 in deg/sqrt(h).
-  const Judged judged = judge(test::white_noise(100000, 0.072, 21), 1);
-  ASSERT_TRUE(judged.coefficients.angle_random_walk_deg_per_sqrt_h);
-  EXPECT_NEAR(judged.coefficients.angle_random_walk_deg_per_sqrt_h->value, 0.0012, 0.00002);
-  EXPECT_FALSE(judged.coefficients.bias_instability_deg_per_h);
-  EXPECT_TRUE(judged.coefficients.floor.edge_limited || judged.coefficients.floor.clusters < 20);
+  const Analysis analysis = analyse(test::white_noise(100000, 0.072, 21), 1);
+  ASSERT_TRUE(analysis.coefficients.angle_random_walk_deg_per_sqrt_h);
+  EXPECT_NEAR(analysis.coefficients.angle_random_walk_deg_per_sqrt_h->value, 0.0012, 0.00002);
+  EXPECT_FALSE(analysis.coefficients.bias_instability_deg_per_h);
+  EXPECT_TRUE(analysis.coefficients.floor.edge_limited || analysis.coefficients.floor.clusters < 20);
 }
 
 TEST(AllanCoefficients, FindBothWalksAndNoPlateauBetweenThem) {
@@ -69,19 +69,19 @@ TEST(AllanCoefficients, FindBothWalksAndNoPlateauBetweenThem) {
   std::vector<double> rate = test::white_noise(300000, 0.072, 22);
   const std::vector<double> walk = test::random_walk(300000, 1e-4, 23);
   for (std::size_t i = 0; i < rate.size(); ++i) rate[i] += walk[i];
-  const Judged judged = judge(rate, 1);
-  ASSERT_TRUE(judged.coefficients.rate_random_walk_deg_per_h_sqrt_h);
-  EXPECT_NEAR(judged.coefficients.angle_random_walk_deg_per_sqrt_h->value, 0.0012, 0.00003);
-  EXPECT_NEAR(judged.coefficients.rate_random_walk_deg_per_h_sqrt_h->value, 0.006, 0.0015);
-  EXPECT_FALSE(judged.coefficients.bias_instability_deg_per_h);
+  const Analysis analysis = analyse(rate, 1);
+  ASSERT_TRUE(analysis.coefficients.rate_random_walk_deg_per_h_sqrt_h);
+  EXPECT_NEAR(analysis.coefficients.angle_random_walk_deg_per_sqrt_h->value, 0.0012, 0.00003);
+  EXPECT_NEAR(analysis.coefficients.rate_random_walk_deg_per_h_sqrt_h->value, 0.006, 0.0015);
+  EXPECT_FALSE(analysis.coefficients.bias_instability_deg_per_h);
 }
 
 TEST(AllanCoefficients, FindARamp) {
   std::vector<double> rate = test::white_noise(50000, 0.072, 24);
   for (std::size_t i = 0; i < rate.size(); ++i) rate[i] += 0.5 * static_cast<double>(i) / 3600;  // 0.5 deg/h per h
-  const Judged judged = judge(rate, 1);
-  ASSERT_TRUE(judged.coefficients.rate_ramp_deg_per_h_h);
-  EXPECT_NEAR(judged.coefficients.rate_ramp_deg_per_h_h->value, 0.5, 0.02);
+  const Analysis analysis = analyse(rate, 1);
+  ASSERT_TRUE(analysis.coefficients.rate_ramp_deg_per_h_h);
+  EXPECT_NEAR(analysis.coefficients.rate_ramp_deg_per_h_h->value, 0.5, 0.02);
 }
 
 TEST(AllanCoefficients, FindQuantisation) {
@@ -94,9 +94,9 @@ TEST(AllanCoefficients, FindQuantisation) {
     value = error - before;
     before = error;
   }
-  const Judged judged = judge(rate, 1);
-  ASSERT_TRUE(judged.coefficients.quantisation_arcsec);
-  EXPECT_NEAR(judged.coefficients.quantisation_arcsec->value, 0.3, 0.01);
+  const Analysis analysis = analyse(rate, 1);
+  ASSERT_TRUE(analysis.coefficients.quantisation_arcsec);
+  EXPECT_NEAR(analysis.coefficients.quantisation_arcsec->value, 0.3, 0.01);
 }
 
 TEST(AllanCoefficients, ReportAPlateauAsBiasInstability) {
@@ -108,11 +108,11 @@ TEST(AllanCoefficients, ReportAPlateauAsBiasInstability) {
     double state = 0;
     for (std::size_t i = 0; i < rate.size(); ++i) rate[i] += state = decay * state + drive[i];
   }
-  const Judged judged = judge(rate, 1);
-  ASSERT_TRUE(judged.coefficients.bias_instability_deg_per_h);
+  const Analysis analysis = analyse(rate, 1);
+  ASSERT_TRUE(analysis.coefficients.bias_instability_deg_per_h);
   // Variance v per unit of ln(time constant) gives S(f) = v / f, and so sigma^2 = 2 ln 2 v: here 2 * 0.05^2.
   const double truth = std::sqrt(2.0) * 0.05 / kAllanFlicker;
-  EXPECT_NEAR(judged.coefficients.bias_instability_deg_per_h->value, truth, 0.15 * truth);
+  EXPECT_NEAR(analysis.coefficients.bias_instability_deg_per_h->value, truth, 0.15 * truth);
 }
 
 TEST(AllanCoefficients, RejectAConstantAndAShortCurve) {

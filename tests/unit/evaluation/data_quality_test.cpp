@@ -161,7 +161,7 @@ TEST(DataQualityCheck, ReportsFewerFindingsForAFewBlocks) {
 }
 
 /// Blocks of `length_s` of columns 1 (degC) and 2 (deg/s) of a real record.
-DataQuality judge_real(const std::string& file, double row_s, double length_s, int column) {
+DataQuality check_real(const std::string& file, double row_s, double length_s, int column) {
   std::istringstream lines(test::read_file(test::shared_dir() / "data" / file));
   std::string line;
   std::getline(lines, line);
@@ -182,9 +182,9 @@ DataQuality judge_real(const std::string& file, double row_s, double length_s, i
 TEST(DataQualityCheck, AcceptsARealChamberCycle) {
   PRISM_NEEDS_SHARED("data/mems_chamber_tofupilot.csv");
   for (int column = 2; column <= 4; ++column) {
-    for (const Finding& finding : judge_real("mems_chamber_tofupilot.csv", 0.505, 100, column).findings)
+    for (const Finding& finding : check_real("mems_chamber_tofupilot.csv", 0.505, 100, column).findings)
       EXPECT_NE(finding.verdict, Verdict::kRefuse) << column << " " << finding.name << ": " << finding.text;
-    const DataQuality report = judge_real("mems_chamber_tofupilot.csv", 0.505, 10, column);
+    const DataQuality report = check_real("mems_chamber_tofupilot.csv", 0.505, 10, column);
     for (const Finding& finding : report.findings) {
       EXPECT_NE(finding.verdict, Verdict::kRefuse) << column << " " << finding.name << ": " << finding.text;
     }
@@ -197,7 +197,7 @@ TEST(DataQualityCheck, AcceptsARealChamberCycle) {
 TEST(DataQualityCheck, FindsNothingToCompensateInARealRoom) {
   PRISM_NEEDS_SHARED("data/mpu6050_roomtemp_sunsided.csv");
   for (const auto& [column, length_s] : {std::pair{2, 10}, {3, 10}, {4, 10}, {2, 100}, {3, 100}, {4, 100}}) {
-    const DataQuality report = judge_real("mpu6050_roomtemp_sunsided.csv", 0.5, length_s, column);
+    const DataQuality report = check_real("mpu6050_roomtemp_sunsided.csv", 0.5, length_s, column);
     EXPECT_TRUE(report.nothing_to_compensate);
     EXPECT_EQ(report.verdict, Verdict::kRefuse);
   }

@@ -38,8 +38,8 @@ TEST(SummaryStatistics, RejectsSeriesWithoutADeviation) {
             "rate: a standard deviation needs 2 values or more, found 0");
   const std::vector<double> one = {1};
   EXPECT_FALSE(summarise(one, Divisor::kN, "rate"));
-  const std::vector<double> hole = {1, 2, std::numeric_limits<double>::quiet_NaN()};
-  EXPECT_EQ(summarise(hole, Divisor::kN, "rate").error().text(), "rate: value 2 is not a finite number");
+  const std::vector<double> with_nan = {1, 2, std::numeric_limits<double>::quiet_NaN()};
+  EXPECT_EQ(summarise(with_nan, Divisor::kN, "rate").error().text(), "rate: value 2 is not a finite number");
 }
 
 TEST(CarefulSum, IsMorePreciseThanAPlainSum) {

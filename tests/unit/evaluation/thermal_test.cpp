@@ -52,11 +52,11 @@ TEST(ThermalSegments, MergeAShortInterruptionIntoTheRamp) {
 }
 
 TEST(ThermalSegments, RejectInvalidRecords) {
-  const std::vector<double> one = {1}, two = {1, 2}, back = {2, 1}, hole = {1, std::nan("")};
+  const std::vector<double> one = {1}, two = {1, 2}, back = {2, 1}, with_nan = {1, std::nan("")};
   EXPECT_FALSE(cut_thermal_segments(one, one, {}, "x"));
   EXPECT_FALSE(cut_thermal_segments(two, one, {}, "x"));
   EXPECT_FALSE(cut_thermal_segments(back, two, {}, "x"));
-  EXPECT_FALSE(cut_thermal_segments(two, hole, {}, "x"));
+  EXPECT_FALSE(cut_thermal_segments(two, with_nan, {}, "x"));
 }
 
 TEST(Hysteresis, FindsTheSimulatedLoop) {
@@ -86,11 +86,11 @@ TEST(Hysteresis, OfASoakIsEmptyAndZero) {
 }
 
 TEST(Hysteresis, RejectsInvalidInput) {
-  const std::vector<double> one = {1}, hole = {std::nan("")};
+  const std::vector<double> one = {1}, with_nan = {std::nan("")};
   const std::vector<ThermalKind> kind = {ThermalKind::kHeating}, none;
   EXPECT_FALSE(measure_hysteresis(one, one, kind, 0, "x"));
   EXPECT_FALSE(measure_hysteresis(one, one, none, 5, "x"));
-  EXPECT_FALSE(measure_hysteresis(hole, one, kind, 5, "x"));
+  EXPECT_FALSE(measure_hysteresis(with_nan, one, kind, 5, "x"));
 }
 
 }  // namespace

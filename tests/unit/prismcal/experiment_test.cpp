@@ -151,11 +151,12 @@ TEST(ExperimentTables, IncludeThePaperResults) {
 
 TEST(ExperimentReport, HasTheSameNumbersInAllFormats) {
   const analysis::Experiment experiment = short_experiment();
-  bool kept = true;
+  bool within_limits = true;
   const std::vector<analysis::Limit> limits = {{"bias_stability_deg_per_h", {}, 0.02},
                                                {"improvement_percent", 99.9, {}}};
-  report::Report report{"t", "s", true, "prismcal", {}, analysis::experiment_sections(experiment, limits, kept)};
-  EXPECT_FALSE(kept);  // no model removes 99.9 %
+  report::Report report{"t",        "s", true,
+                        "prismcal", {},  analysis::experiment_sections(experiment, limits, within_limits)};
+  EXPECT_FALSE(within_limits);  // no model removes 99.9 %
   const auto page = test::without_script(report::html_page(report));
   const std::string csv = report::csv_text(report), json = report::json_text(report);
   for (const analysis::ExperimentRow& row : experiment.rows) {

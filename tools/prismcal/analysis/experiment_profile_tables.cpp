@@ -19,8 +19,8 @@ Table ladder_table(const Experiment& experiment) {
   table.caption =
       basis_text(experiment) +
       ". One model of each type on every recording. LS uses the input with the lowest 1 sigma on the repeat run. "
-      "Kernels "
-      "are tuned by likelihood on the training recording. 95 % of further: 95 % prediction interval of the improvement "
+      "Kernels are tuned by likelihood on the training recording. 95 % of further: 95 % prediction interval of the "
+      "improvement "
       "in another recording of the same profile. Against the row above: the same interval for the difference, on the "
       "repeat run.";
   for (const recordings::BlockTable& recording : experiment.data.evaluated) {
@@ -95,7 +95,7 @@ Table tuning_table(const Experiment& experiment) {
       basis_text(experiment) +
       ", all inputs. Shuffled folds and leave-one-out keep a sample's neighbours in the training data, so on a "
       "time series they prefer narrow kernels that fit the noise of the profile. Contiguous blocks and the "
-      "likelihood prefer what repeats.";
+      "likelihood prefer repeatable effects.";
   for (const recordings::BlockTable& recording : experiment.data.evaluated)
     table.columns.push_back({recording.name + ": improvement", "%"});
   std::size_t most = 0;

@@ -143,7 +143,8 @@ const ExperimentRow* chosen_row(const Experiment& experiment) {
   return best;
 }
 
-std::vector<Section> experiment_sections(const Experiment& experiment, const std::vector<Limit>& limits, bool& kept) {
+std::vector<Section> experiment_sections(const Experiment& experiment, const std::vector<Limit>& limits,
+                                         bool& within_limits) {
   std::vector<Section> sections = {
       summary(experiment),
       {"correlation",
@@ -166,7 +167,8 @@ std::vector<Section> experiment_sections(const Experiment& experiment, const std
     Section section{recording.id, fmt::format("{} on {}", method_text(chosen.spec), recording.table->name), {}};
     if (!limits.empty()) {
       const auto checks = check_limits(limits, measure_all(recording));
-      kept = kept && std::all_of(checks.begin(), checks.end(), [](const LimitCheck& check) { return check.pass; });
+      within_limits = within_limits &&
+                      std::all_of(checks.begin(), checks.end(), [](const LimitCheck& check) { return check.pass; });
       section.blocks.push_back(limits_table(checks, recording.id, recording.table->name));
     }
     for (auto& block : recording_blocks(recording)) section.blocks.push_back(std::move(block));

@@ -15,9 +15,9 @@ namespace prism::analysis {
 /// the evaluated recordings. Never null if the experiment has rows.
 const ExperimentRow* chosen_row(const Experiment& experiment);
 
-/// Returns all sections, with one for each evaluated recording. Sets `kept` to false if a limit is violated.
+/// Returns all sections, with one for each evaluated recording. Sets `within_limits` to false if a limit is violated.
 std::vector<report::Section> experiment_sections(const Experiment& experiment, const std::vector<Limit>& limits,
-                                                 bool& kept);
+                                                 bool& within_limits);
 
 // Rows and their names.
 

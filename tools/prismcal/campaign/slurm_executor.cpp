@@ -50,9 +50,10 @@ class SlurmRun {
       if (!wait_for_queue()) return interrupt();
     }
     for (const PlannedTask& task : state().left) {
-      if (auto kept = store_.add_failure(task.id, "left Slurm's queue without a result; see " + store_.file("slurm"));
-          !kept)
-        return tl::unexpected<Error>(kept.error());
+      if (auto recorded =
+              store_.add_failure(task.id, "left Slurm's queue without a result; see " + store_.file("slurm"));
+          !recorded)
+        return tl::unexpected<Error>(recorded.error());
     }
     return end_of(state());
   }

@@ -45,13 +45,13 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
 }
 
 report::Section recording_section(const analysis::EvaluatedRecording& recording, const std::string& overlap,
-                                  const std::vector<analysis::Limit>& limits, bool& kept) {
+                                  const std::vector<analysis::Limit>& limits, bool& within_limits) {
   report::Section section{
       recording.id, "On " + recording.table->name, {analysis::result_paragraph(recording, overlap)}};
   if (!limits.empty()) {
     const auto checks = analysis::check_limits(limits, analysis::measure_all(recording));
-    kept =
-        kept && std::all_of(checks.begin(), checks.end(), [](const analysis::LimitCheck& check) { return check.pass; });
+    within_limits = within_limits && std::all_of(checks.begin(), checks.end(),
+                                                 [](const analysis::LimitCheck& check) { return check.pass; });
     section.blocks.push_back(analysis::limits_table(checks, recording.id, recording.table->name));
   }
   section.blocks.push_back(analysis::record_figure(*recording.table, recording.id));
@@ -95,7 +95,7 @@ Result<bool> evaluate(const EvaluateChoice& choice) {
   if (!evaluation) return tl::unexpected(evaluation.error());
   if (!choice.common.json) print_tables(evaluation->report);
   if (const auto done = write_report(evaluation->report, choice.common); !done) return tl::unexpected(done.error());
-  return evaluation->kept;
+  return evaluation->within_limits;
 }
 
 }  // namespace
@@ -134,7 +134,7 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1), &cases[i].loaded.table,
                                                  &cases[i].evaluation, training ? &training->table : nullptr, nullptr};
-    report.sections.push_back(recording_section(recording, cases[i].overlap, *limits, evaluation.kept));
+    report.sections.push_back(recording_section(recording, cases[i].overlap, *limits, evaluation.within_limits));
   }
   evaluation.report = std::move(report);
   evaluation.cases = std::move(cases);
@@ -156,8 +156,8 @@ void add_evaluate_command(CLI::App& app, int& code) {
   tools::add_examples(*command, {"prismcal evaluate model.json logs/ --config gyro.json --out report",
                                  "prismcal evaluate model.json repeat.csv --limits limits.json"});
   command->callback([choice, &code] {
-    const auto kept = evaluate(*choice);
-    code = !kept ? failed(kept.error()) : *kept ? 0 : 1;
+    const auto within_limits = evaluate(*choice);
+    code = !within_limits ? failed(within_limits.error()) : *within_limits ? 0 : 1;
   });
 }
 

@@ -25,7 +25,7 @@ struct RecordingEvaluation {
 struct Evaluation {
   std::vector<RecordingEvaluation> cases;  ///< in the order of the recordings
   report::Report report;
-  bool kept = true;  ///< false if a limit of choice.limits is violated
+  bool within_limits = true;  ///< false if a limit of choice.limits is violated
 };
 
 /// Errors: those of `prismcal evaluate`. Writes no file; see write_report().

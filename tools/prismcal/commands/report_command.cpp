@@ -82,7 +82,7 @@ struct AxisReport {
   report::Report report;
   report::Table ladder;
   std::vector<report::Cell> overview;  ///< the cells of overview_columns()
-  bool kept = true;                    ///< false if a limit is violated
+  bool within_limits = true;           ///< false if a limit is violated
 };
 
 std::vector<report::Column> overview_columns() {
@@ -145,7 +145,7 @@ Result<AxisReport> report_axis(ReportChoice choice, const std::vector<analysis::
   report::Report report = begin_report(recordings, choice, *quality);
   report.facts.emplace_back("correction", correction->text());
   AxisReport made;
-  auto sections = analysis::experiment_sections(*experiment, limits, made.kept);
+  auto sections = analysis::experiment_sections(*experiment, limits, made.within_limits);
   report.facts.emplace_back("chosen model", fmt::format("{}, id {}", analysis::chosen_row(*experiment)->spec.key(),
                                                         analysis::chosen_row(*experiment)->trained.model->info().id));
   report.sections.insert(report.sections.begin(), std::move(sections.front()));
@@ -158,10 +158,10 @@ Result<AxisReport> report_axis(ReportChoice choice, const std::vector<analysis::
 }
 
 Result<bool> finish_report(const report::Report& report, const report::Table& first, const CommonOptions& common,
-                           bool kept) {
+                           bool within_limits) {
   if (!common.json) fmt::print("{}", report::plain_text(first));
   if (const auto done = write_report(report, common); !done) return tl::unexpected(done.error());
-  return kept;
+  return within_limits;
 }
 
 Result<bool> report_axes(ReportChoice choice, const std::vector<analysis::Limit>& limits,
@@ -172,7 +172,7 @@ Result<bool> report_axes(ReportChoice choice, const std::vector<analysis::Limit>
       "improvement on another profile.",
       overview_columns()};
   std::vector<std::pair<std::string, report::Report>> reports;
-  bool kept = true;
+  bool within_limits = true;
   for (const std::string& axis : axes) {
     choice.common.source.axis = axis;
     auto made = report_axis(choice, limits);
@@ -180,10 +180,10 @@ Result<bool> report_axes(ReportChoice choice, const std::vector<analysis::Limit>
     overview.rows.push_back(std::move(made->overview));
     overview.rows.back().front().link = "#" + report::id_of_axis(overview.rows.size(), "summary");
     reports.emplace_back(axis, std::move(made->report));
-    kept = kept && made->kept;
+    within_limits = within_limits && made->within_limits;
   }
   report::Section first{"all_axes_section", "All axes", {overview}};
-  return finish_report(report::merged(std::move(reports), std::move(first)), overview, choice.common, kept);
+  return finish_report(report::merged(std::move(reports), std::move(first)), overview, choice.common, within_limits);
 }
 
 Result<bool> make_report(const ReportChoice& choice) {
@@ -196,7 +196,7 @@ Result<bool> make_report(const ReportChoice& choice) {
   }
   const auto made = report_axis(choice, *limits);
   if (!made) return tl::unexpected(made.error());
-  return finish_report(made->report, made->ladder, choice.common, made->kept);
+  return finish_report(made->report, made->ladder, choice.common, made->within_limits);
 }
 
 }  // namespace
@@ -230,14 +230,14 @@ void add_report_command(CLI::App& app, int& code) {
   tools::add_examples(*command, {"prismcal report cycle1.pcap cycle2.pcap other.pcap --config gyro.json --out report"});
   command->callback([choice, &code] {
     choice->experiment.stop = stop_on_interrupt();
-    const auto kept = make_report(*choice);
-    const bool stopped = !kept && choice->experiment.stop->load();
+    const auto within_limits = make_report(*choice);
+    const bool stopped = !within_limits && choice->experiment.stop->load();
     if (stopped) {
       fmt::print(stderr, "{}prismcal: interrupted while training: no report was written\n", isatty(2) ? "\n" : "");
-    } else if (!kept) {
-      fmt::print(stderr, "prismcal: {}\n", kept.error().text());
+    } else if (!within_limits) {
+      fmt::print(stderr, "prismcal: {}\n", within_limits.error().text());
     }
-    code = stopped ? kInterrupted : kept && *kept ? 0 : 1;
+    code = stopped ? kInterrupted : within_limits && *within_limits ? 0 : 1;
   });
 }
 
