@@ -6,7 +6,7 @@
 cat "$dir/out"
 # A line of the table ends: RAW CORRECTED IMPROVEMENT % LOW to HIGH %
 expected=$(awk '/^  trained on cycle 1/ {
-    if (!n++) {line = sprintf("| 1 sigma, deg/h | %.5f |", $(NF - 7)); ranges = "| 95 % of further cycles, less | |"}
+    if (!n++) {line = sprintf("| 1 sigma, deg/h | %.5f |", $(NF - 7)); ranges = "| improvement in 95 % of further cycles | |"}
     if (n > 1) {line = line sprintf(" %.5f |", before); ranges = ranges range}
     before = $(NF - 6)
     range = sprintf(" %.0f to %.0f %% |", $(NF - 3), $(NF - 1))
