@@ -65,7 +65,7 @@ class Citations:
         for match in SECTION.finditer(text):
             page = os.path.basename(match.group(1))
             if page in self.headings and without_marks(match.group(2)) not in self.headings[page]:
-                yield match, f'cites "{match.group(2)}", which is no heading of {page}'
+                yield match, f'cites "{match.group(2)}", a heading that {page} does not have'
         for match in IDENTIFIER.finditer(text):
             for word in filter(None, match.groups()):
                 if word not in self.words and not word.startswith(OTHER_LIBRARIES):

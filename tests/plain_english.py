@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Lists the lines that match a pattern of plain_english.txt, and fails if there are more than LINES_MAX. A line that has to
+# Lists the lines that match a pattern of plain_english.txt, and fails if there are any. A line that has to
 # keep its words ends with `plain-ok: reason`.
 import os
 import re
@@ -9,11 +9,10 @@ import sys
 sys.dont_write_bytecode = True
 import house_rules
 
-LINES_MAX = 588  # lower it with each change, never raise it
 EXCEPTIONS_MAX = 100
 EXCEPTION = re.compile(r"plain-ok: \S")
-# recorded data, generated files, and the patterns themselves
-SKIPPED = re.compile(r"^tests/golden/|^tests/plain_english\.txt$|/recordings/|completions|^LICENSE$|\.(pcap|bin|png|svg|csv|gz|hex|pyc)$")
+# recorded data, generated files, the patterns themselves, and a description whose texts are part of the fingerprint in logs
+SKIPPED = re.compile(r"^config/frames/astrix-ns\.json$|^tests/golden/|^tests/plain_english\.txt$|/recordings/|completions|^LICENSE$|\.(pcap|bin|png|svg|csv|gz|hex|pyc)$")
 with open(os.path.join(house_rules.ROOT, "tests/plain_english.txt"), encoding="utf-8") as file:
     PATTERNS = [re.compile(line.rstrip("\n"), re.IGNORECASE) for line in file]
 
@@ -37,8 +36,8 @@ def main(paths):
                 found += not exception
                 if not exception:
                     print(f"{path}:{number}: {words}")
-    print(f"plain English: {found} lines to rewrite (at most {LINES_MAX}), {exceptions} exceptions (at most {EXCEPTIONS_MAX})")
-    return 1 if found > LINES_MAX or exceptions > EXCEPTIONS_MAX else 0
+    print(f"plain English: {found} lines to rewrite, {exceptions} exceptions (at most {EXCEPTIONS_MAX})")
+    return 1 if found > 0 or exceptions > EXCEPTIONS_MAX else 0
 
 
 if __name__ == "__main__":

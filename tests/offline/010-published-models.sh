@@ -16,7 +16,7 @@ for seed in 1 2; do
     if [ "$model" = 1 ]; then within "model 1" "$corrected" 0.011 0.018; else within "model 2" "$corrected" 0.007 0.0125; fi
   done
 done
-# What the daemon took away against the truth that it could not see, second by second.
+# The correction of prismd compared with the simulated truth, each second.
 python3 - "$dir" <<'END' || fail "see above"
 import csv, glob, statistics, sys
 folder = sys.argv[1]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# The table in README.md is what tools/demo prints: same seeds, same commands, same digits. And its
-# folder is served as a page, with a gyro in real time beside it, until Ctrl-C, which leaves nothing.
+# The table in README.md is what tools/demo prints: same seeds, same commands, same digits. The demo then serves its directory
+# as a page, together with a gyro in real time, until Ctrl-C, which leaves no process and no file.
 . "$(dirname "$0")/../system/lib.sh"
 "$PRISM_SOURCE/tools/demo" --table "$dir/demo" >"$dir/out" 2>&1 || { cat "$dir/out"; fail "tools/demo --table: exit code $?"; }
 cat "$dir/out"

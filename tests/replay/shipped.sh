@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
-# Replay goldens of the shipped frame descriptions: frames/NAME.pcap, which prismsim made through the description, gives
-# frames/NAME.expected. Descriptions run in slow motion, at most 10 frames a second, so that a capture of twelve seconds is
-# small; the bytes of a frame are those at full speed. Where real bytes of the device stand beside the project, they give
-# frames/NAME.real.expected, at the described rate.
+# Replay goldens of the shipped frame descriptions: prismsim made frames/NAME.pcap from the description; its replay must equal
+# frames/NAME.expected. The captures have at most 10 frames a second, so that twelve seconds are small; the bytes of a frame
+# are those at full speed. Real bytes of the device, if present, must give frames/NAME.real.expected at the described rate.
 # usage: shipped.sh NAME | shipped.sh NAME FILE-OF-REAL-BYTES (in ../shared/frames, or where PRISM_SHARED says)
 # PRISM_REGENERATE=1 rewrites the expected logs, PRISM_REGENERATE=captures the captures too; read the diff as code.
 . "$(dirname "$0")/../system/lib.sh"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# What version 0.1 left is read as it stands: its configuration, description, capture and models give its log, value for value in
-# every column that it had; its log is evaluated, verified and trained on. The files were made by its own programs (57a4ccf).
+# Files of version 0.1 are read unchanged: its configuration, description, capture and models give its log, equal in every
+# column that it had; its log is evaluated, verified and used for training. The files were made by its own programs (57a4ccf).
 . "$(dirname "$0")/../system/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 old=$PRISM_SOURCE/tests/replay/version-0.1
