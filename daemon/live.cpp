@@ -154,8 +154,15 @@ class Live {
     const auto synced = [this] { asio::post(io_, [this] { row_requests_.synced(); }); };
     return pipeline::make_logs(setup, [&](config::LogSegmentSettings settings, std::string name, std::string metadata) {
       return std::make_unique<log::ThreadedRowWriter>(std::move(settings), std::move(name), std::move(metadata), disk_,
-                                                      disk_teller(), written, counters, synced);
+                                                      disk_teller(), written, counters, synced, segment_policy());
     });
+  }
+
+  // Reports events of the disk thread on the live thread.
+  log::SegmentPolicy segment_policy() {
+    return {[this](Severity severity, const std::string& kind, const std::string& text) {
+      asio::post(io_, [this, severity, kind, text] { tell_(severity, kind, text); });
+    }};
   }
 
   // One directory per line: a capture directory contains one line only.

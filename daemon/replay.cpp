@@ -155,8 +155,8 @@ class Replay {
   std::vector<std::unique_ptr<pipeline::RowWriter>> make_logs(const pipeline::Setup& setup) {
     const auto counters = std::make_shared<pipeline::LogCounters>();
     return pipeline::make_logs(setup, [&](config::LogSegmentSettings settings, std::string name, std::string metadata) {
-      auto rows =
-          std::make_unique<log::DirectRowWriter>(std::move(settings), std::move(name), std::move(metadata), counters);
+      auto rows = std::make_unique<log::DirectRowWriter>(std::move(settings), std::move(name), std::move(metadata),
+                                                         counters, log::SegmentPolicy{events_.teller()});
       logs_.push_back(rows.get());
       return rows;
     });

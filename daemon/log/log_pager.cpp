@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -47,6 +48,7 @@ void keep_few(Map& map) {
 
 }  // namespace
 
+// A page ends before a gap, so that `missing` is always a gap before its first row.
 RowResult LogPager::page(const RowQuery& query, const OpenSegment& open) {
   const std::vector<Part> all = parts(open);
   const std::uint64_t deleted = segments_.deleted_rows();
@@ -55,25 +57,34 @@ RowResult LogPager::page(const RowQuery& query, const OpenSegment& open) {
   RowPage page;
   page.begin = page.after = *begin;
   page.json = fmt::format("{{\"log\":\"{}\",\"segments\":[", segments_.id());
-  std::size_t sent = 0;
+  const std::size_t head_bytes = page.json.size();
+  const auto lose = [&](const Part& part) {
+    page.missing += part.end() - std::min(part.end(), page.after.total);
+    page.after = {segments_.id(), part.segment.number, part.segment.rows, part.end()};
+  };
   for (const Part& part : all) {
     const std::uint64_t behind = part.segment.number == begin->segment ? begin->row : 0;
-    if (part.segment.number < begin->segment || behind >= part.segment.rows || part.segment.path.empty()) continue;
-    const Head* const head = head_of(part.segment);
-    if (page.rows >= query.limit || sent >= kMostBytes || head == nullptr) break;
-    page.missing += part.before + behind - std::min(part.before + behind, page.after.total);
-    page.json +=
-        fmt::format("{}{{\"segment\":{},\"file\":{},\"metadata\":{{{}}},\"columns\":{},\"first\":{},\"rows\":[",
-                    page.rows > 0 ? "," : "", part.segment.number, json_text(json(part.segment.file)), head->metadata,
-                    text_json(head->columns), behind + 1);
-    const std::size_t before = page.json.size();
+    if (part.segment.number < begin->segment || behind >= part.segment.rows) continue;
+    const std::uint64_t gap = part.before + behind - std::min(part.before + behind, page.after.total);
+    const bool removed = part.segment.path.empty();  // by hand
+    const bool full = page.rows >= query.limit || page.json.size() - head_bytes >= kMostBytes;
+    if (full || (page.rows > 0 && (gap > 0 || removed))) break;
+    if (removed) {
+      lose(part);
+      continue;
+    }
     const std::uint64_t most = std::min<std::uint64_t>(query.limit - page.rows, part.segment.rows - behind);
-    const std::uint64_t rows = append_rows(part.segment, *head, behind, most, page.json);
-    sent += page.json.size() - before;
-    page.json += "]}";
-    page.rows += rows;
-    page.after = {segments_.id(), part.segment.number, behind + rows, part.before + behind + rows};
-    if (rows < most) break;
+    const auto found = rows_of(part.segment, behind, most);
+    if (!found && page.rows > 0) break;
+    if (!found) return tl::unexpected(found.error());
+    page.missing += gap;
+    page.json += (page.rows > 0 && found->rows > 0 ? "," : "") + found->json;
+    page.rows += found->rows;
+    page.after = {segments_.id(), part.segment.number, behind + found->rows, part.before + behind + found->rows};
+    if (found->rows == most) continue;
+    if (found->in_file) report_loss(part.segment, *found);
+    if (!found->in_file || page.rows > 0) break;
+    lose(part);
   }
   const std::uint64_t end = all.empty() ? deleted : all.back().end();
   page.json += fmt::format("],\"after\":\"{}\",\"more\":{},\"missing\":{}", page.after.text(), page.after.total < end,
@@ -189,25 +200,54 @@ std::uint64_t LogPager::whole_rows(const NumberedSegment& segment, const Head& h
   return torn_[segment.number] = rows;
 }
 
-std::uint64_t LogPager::append_rows(const NumberedSegment& segment, const Head& head, std::uint64_t behind,
-                                    std::uint64_t most, std::string& text) {
+tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const NumberedSegment& segment, std::uint64_t behind,
+                                                               std::uint64_t most) {
+  const Head* const head = head_of(segment);
+  errno = 0;
+  const auto file = open_input(segment.path);
+  if (!file && errno != ENOENT) return refused(RowRefusal::Why::kUnreadable, "rows: " + file.error().text());
+  if (!file || head == nullptr) return PartRows{{}, 0, 0, {}};
+  PartRows found = read_rows(segment, *head, behind, most);
+  if (found.rows == 0) return found;
+  found.json = fmt::format(
+      "{{\"segment\":{},\"file\":{},\"metadata\":{{{}}},\"columns\":{},\"first\":{},\"rows\":[{}]}}", segment.number,
+      json_text(json(segment.file)), head->metadata, text_json(head->columns), behind + 1, found.json);
+  return found;
+}
+
+LogPager::PartRows LogPager::read_rows(const NumberedSegment& segment, const Head& head, std::uint64_t behind,
+                                       std::uint64_t most) {
+  PartRows found;
   auto in = FileReader::open(segment.path);
-  if (!in) return 0;
+  if (!in) return found;
   Place place = places_.contains(segment.number) ? places_[segment.number] : Place{};
   if (place.row > behind || place.offset == 0) place = {0, head.bytes};
   in->seek(place.offset);
   std::string line;
-  for (; place.row < behind && in->read_line(line); ++place.row) place.offset = in->offset();
-  std::uint64_t rows = 0;
-  const std::size_t begin = text.size();
-  for (; rows < most && text.size() - begin < kMostBytes && in->read_line(line); ++rows) {
-    place.offset = in->offset();
-    if (rows > 0) text += ',';
-    text += text_json(line);
+  const auto next_row = [&] {
+    bool complete = false;
+    do complete = in->read_line(line) && in->line_ended();
+    while (complete && line.starts_with('#'));
+    if (complete) ++place.row, place.offset = in->offset();
+    return complete;
+  };
+  bool more = true;
+  while (more && place.row < behind) more = next_row();
+  while (more && found.rows < most && found.json.size() < kMostBytes) {
+    more = next_row();
+    if (more) found.json += (found.rows++ > 0 ? "," : "") + text_json(line);
   }
-  place.row += rows;
+  if (!more) found.in_file = place.row;
+  if (in->error()) found.why = in->error()->text();
   places_[segment.number] = place;
-  return rows;
+  return found;
+}
+
+void LogPager::report_loss(const NumberedSegment& segment, const PartRows& found) {
+  if (!reported_.insert(segment.number).second) return;
+  segments_.report(pipeline::Severity::kWarning, "log_damaged",
+                   fmt::format("log: {}: found {} of {} rows that were written; the others are missing for clients{}",
+                               segment.file, *found.in_file, segment.rows, found.why.empty() ? "" : "; " + found.why));
 }
 
 }  // namespace prism::log

@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "daemon/log/segments.hpp"
@@ -22,14 +24,15 @@ struct OpenSegment {
 };
 
 /// Used on the disk thread, like the log that it reads. Returns synced rows only. Rows that were written again are
-/// returned from the new segment only.
+/// returned from the new segment only. Rows that the index lists and the file does not have are counted as missing, and
+/// reported once per segment: a file that was cut short stops no client.
 class LogPager {
  public:
   static constexpr std::size_t kMostBytes = 256 << 10;  ///< max. size of the rows of a page
 
   explicit LogPager(Segments& segments) : segments_(segments) {}
 
-  /// Errors: an invalid cursor, a cursor of another log or past the end of this one, an unreadable log.
+  /// Errors: an invalid cursor, a cursor of another log or past the end of this one, a segment that cannot be opened.
   RowResult page(const RowQuery& query, const OpenSegment& open);
 
   /// A segment and the position of its rows in the log.
@@ -57,13 +60,23 @@ class LogPager {
   const Head* head_of(const NumberedSegment& segment);
   void limit_superseded(std::vector<NumberedSegment>& segments);
   std::uint64_t whole_rows(const NumberedSegment& segment, const Head& head);
-  std::uint64_t append_rows(const NumberedSegment& segment, const Head& head, std::uint64_t behind, std::uint64_t most,
-                            std::string& json);
+  /// Rows of one segment in a page.
+  struct PartRows {
+    std::string json;  ///< empty: no rows
+    std::uint64_t rows = 0;
+    std::optional<std::uint64_t> in_file;  ///< set if the file ended before `most` rows: its number of rows
+    std::string why;                       ///< the disk's error that ended it, if any
+  };
+  /// Errors: a file that exists and cannot be opened, which may be temporary.
+  tl::expected<PartRows, RowRefusal> rows_of(const NumberedSegment& segment, std::uint64_t behind, std::uint64_t most);
+  PartRows read_rows(const NumberedSegment& segment, const Head& head, std::uint64_t behind, std::uint64_t most);
+  void report_loss(const NumberedSegment& segment, const PartRows& found);
 
   Segments& segments_;
   std::map<std::uint64_t, Head> heads_;          ///< by number
   std::map<std::uint64_t, std::uint64_t> torn_;  ///< rows of segments without an end line
   std::map<std::uint64_t, Place> places_;        ///< end of the last page, by segment
+  std::set<std::uint64_t> reported_;             ///< segments with lost rows
 };
 
 }  // namespace prism::log

@@ -17,12 +17,12 @@
 namespace prism::log {
 
 RowLog::RowLog(config::LogSegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
-               WriteErrorReporter::Tell tell)
+               WriteErrorReporter::Tell tell, SegmentPolicy policy)
     : metadata_(std::move(metadata)),
       counters_(counters),
       tell_(tell),
       fault_("log", "rows", counters.dropped, tell),
-      segments_(settings, name, ".csv"),
+      segments_(settings, name, ".csv", std::move(policy)),
       followers_(fmt::format("{}/{}.csv.followers", settings.directory, name), settings.keep_for, std::move(tell)) {
   segments_.ask(followers_);
 }
@@ -199,11 +199,11 @@ bool RowLog::write_all(const std::string& text) {
 
 ThreadedRowWriter::ThreadedRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
                                      DiskThread& disk, WriteErrorReporter::Tell tell, Written written,
-                                     std::shared_ptr<LogCounters> counters, Written synced)
+                                     std::shared_ptr<LogCounters> counters, Written synced, SegmentPolicy policy)
     : disk_(disk),
       counters_(std::move(counters)),
       log_(std::make_shared<RowLog>(std::move(settings), std::move(name), std::move(metadata), *counters_,
-                                    std::move(tell))),
+                                    std::move(tell), std::move(policy))),
       written_(std::move(written)),
       synced_(std::move(synced)) {}
 
@@ -258,10 +258,13 @@ void ThreadedRowWriter::read(const RowQuery& query, Pages done) {
 }
 
 DirectRowWriter::DirectRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
-                                 std::shared_ptr<LogCounters> counters)
+                                 std::shared_ptr<LogCounters> counters, SegmentPolicy policy)
     : counters_(std::move(counters)),
-      log_(std::move(settings), std::move(name), std::move(metadata), *counters_, [this](const std::string& what) {
-        if (first_fault_.empty()) first_fault_ = what;
-      }) {}
+      log_(
+          std::move(settings), std::move(name), std::move(metadata), *counters_,
+          [this](const std::string& what) {
+            if (first_fault_.empty()) first_fault_ = what;
+          },
+          std::move(policy)) {}
 
 }  // namespace prism::log

@@ -35,7 +35,7 @@ class RowLog {
   /// `metadata`: lines "# key: value\n" at the top of each segment, before its session. `tell` is called at the start
   /// and at the end of an error, with one line.
   RowLog(config::LogSegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
-         WriteErrorReporter::Tell tell);
+         WriteErrorReporter::Tell tell, SegmentPolicy policy = {});
   ~RowLog();
   RowLog(const RowLog&) = delete;
   RowLog& operator=(const RowLog&) = delete;
@@ -101,7 +101,8 @@ class ThreadedRowWriter : public RowWriter {
   ThreadedRowWriter(
       config::LogSegmentSettings settings, std::string name, std::string metadata, DiskThread& disk,
       WriteErrorReporter::Tell tell, Written written,
-      std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(), Written synced = [] {});
+      std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(), Written synced = [] {},
+      SegmentPolicy policy = {});
   ~ThreadedRowWriter() override;
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override;
@@ -126,7 +127,7 @@ class ThreadedRowWriter : public RowWriter {
 class DirectRowWriter : public RowWriter {
  public:
   DirectRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
-                  std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>());
+                  std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(), SegmentPolicy policy = {});
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override {
     log_.append(row, session_ns);

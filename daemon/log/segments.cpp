@@ -45,10 +45,11 @@ std::uint64_t count_rows(const std::string& path) {
 
 bool disk_is_full(int error) { return error == ENOSPC || error == EDQUOT; }
 
-Segments::Segments(config::LogSegmentSettings settings, std::string name, std::string extension)
+Segments::Segments(config::LogSegmentSettings settings, std::string name, std::string extension, SegmentPolicy policy)
     : settings_(std::move(settings)),
       name_(std::move(name)),
       extension_(std::move(extension)),
+      policy_(std::move(policy)),
       index_(fmt::format("{}/{}{}.index", settings_.directory, name_, extension_)) {}
 
 bool Segments::begins_new(std::int64_t second, std::int64_t bytes) {

@@ -9,6 +9,7 @@
 
 #include "base/result.hpp"
 #include "config/config.hpp"
+#include "daemon/pipeline/notice.hpp"
 #include "daemon/pipeline/segment_index.hpp"
 
 namespace prism::log {
@@ -37,6 +38,11 @@ class SegmentGuard {
   virtual void deleted(std::uint64_t segment, std::uint64_t rows) = 0;
 };
 
+/// How segments are kept.
+struct SegmentPolicy {
+  pipeline::Tell tell = nullptr;  ///< gets events, on the thread that uses the segments; null: no events
+};
+
 /// True for an errno that means a full disk or an exceeded quota.
 bool disk_is_full(int error);
 
@@ -47,7 +53,7 @@ bool disk_is_full(int error);
 class Segments {
  public:
   /// `extension`: with the dot.
-  Segments(config::LogSegmentSettings settings, std::string name, std::string extension);
+  Segments(config::LogSegmentSettings settings, std::string name, std::string extension, SegmentPolicy policy = {});
 
   /// `guard` must outlive this.
   void ask(SegmentGuard& guard) { guard_ = &guard; }
@@ -75,6 +81,11 @@ class Segments {
   const std::string& id() const { return index_.id(); }
   std::uint64_t deleted_rows() const { return index_.deleted_rows(); }
 
+  /// Reports an event about these segments.
+  void report(pipeline::Severity severity, const char* kind, const std::string& text) const {
+    if (policy_.tell) policy_.tell(severity, kind, text);
+  }
+
   /// Returns false if the newest segment, open as `descriptor`, was deleted or moved.
   bool in_place(int descriptor) const;
 
@@ -93,6 +104,7 @@ class Segments {
 
   config::LogSegmentSettings settings_;
   std::string name_, extension_, current_;
+  SegmentPolicy policy_;
   pipeline::SegmentIndex index_;
   SegmentGuard* guard_ = nullptr;
   std::int64_t period_ = INT64_MIN;

@@ -139,7 +139,7 @@ class Follower {
     }
     silent_ = false;
     if (const json& missing = at(*answer, "missing"); missing.is_number() && missing > 0)
-      fmt::print(stderr, "prismctl: {} rows are missing here: deleted before they were fetched\n", json_text(missing));
+      fmt::print(stderr, "prismctl: {} rows are missing here: deleted or damaged before they were fetched\n", json_text(missing));
     printer_.page(*answer);
     cursor_ = text_member(*answer, "after", cursor_);
     if (const auto valid = check_text(TextRule::kText, cursor_, "prismd: after"); !valid) {

@@ -77,7 +77,8 @@ class Gyro:
         self, after: str = "", *, axis: Optional[str] = None, name: Optional[str] = None, follow: bool = False
     ) -> Iterator[LogPage]:
         """Yields pages of log rows after the cursor `after` ("": from the earliest row) to the end; with `follow` without end,
-        also after restarts of prismd. Returns only rows on disk, each once, and counts deleted ones. Store page.cursor
+        also after restarts of prismd. Returns only rows on disk, each once, and counts deleted
+        and damaged ones: if no row follows them, in a page without rows. Store page.cursor
         after you have stored the page. `name`: prismd stores the cursor of the pages taken; the name belongs to its
         user. Raises Refused for a cursor of another log or past its end."""
         cursor = after
@@ -92,7 +93,7 @@ class Gyro:
                 time.sleep(RETRY_S)
                 continue
             cursor = page.cursor
-            if page.rows:
+            if page.rows or page.missing:
                 yield page
             if not follow and not page.more:
                 break

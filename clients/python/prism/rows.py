@@ -78,7 +78,7 @@ class LogPage:
 
     rows: List[Dict[str, Value]]  # by column name, with the segment number "segment" and the row number "row"
     cursor: str  # pass as `after` to continue, at any later time
-    missing: int  # rows deleted before they were fetched, before the first one
+    missing: int  # rows before the first one that were deleted or damaged before they were fetched
     more: bool  # further rows exist
     axis: str
 

@@ -32,8 +32,11 @@ compensation::CompensatedWindow row_of(std::int64_t second) {
 struct LogRowsTest : testing::Test {
   LogRowsTest() { settings.directory = folder.file("log"); }
   std::unique_ptr<RowLog> open() {
-    return std::make_unique<RowLog>(settings, "gyro", "# prism TEST data log, format 2\n# instance: gyro\n", counters,
-                                    [](const std::string&) {});
+    return std::make_unique<RowLog>(
+        settings, "gyro", "# prism TEST data log, format 2\n# instance: gyro\n", counters, [](const std::string&) {},
+        SegmentPolicy{[this](pipeline::Severity, const std::string& kind, const std::string& text) {
+          events.push_back(kind + ": " + text);
+        }});
   }
   /// Returns the seconds of a page's rows and advances the cursor.
   std::vector<std::int64_t> take(RowLog& log, std::string& cursor, std::size_t limit, std::uint64_t& missing) {
@@ -53,6 +56,52 @@ struct LogRowsTest : testing::Test {
   test::TemporaryFolder folder;
   config::LogSegmentSettings settings;
   LogCounters counters;
+  std::vector<std::string> events;
+};
+
+/// Three sessions of ten rows, each a segment; the second one is damaged.
+struct DamagedSegmentTest : LogRowsTest {
+  DamagedSegmentTest() {
+    auto log = open();
+    for (int i = 0; i < 30; ++i) log->append(row_of(i), i / 10);
+    log->close();
+    for (const auto& entry : std::filesystem::directory_iterator(settings.directory))
+      if (entry.path().filename() == "gyro-19700101T000011Z.csv") path = entry.path();
+  }
+  std::string text() const {
+    std::ifstream in(path);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  /// Position of the row of `second` in the file.
+  std::size_t row_at(int second) const { return text().find("1970-01-01T00:00:" + std::to_string(second + 1)); }
+  /// Reads all pages; checks that the cursor moves until the end.
+  std::vector<std::int64_t> all(RowLog& log, std::uint64_t& missing, std::size_t limit) {
+    std::vector<std::int64_t> seconds;
+    std::string cursor = "earliest", before;
+    while (cursor != before) {
+      before = cursor;
+      const auto page = take(log, cursor, limit, missing);
+      seconds.insert(seconds.end(), page.begin(), page.end());
+    }
+    return seconds;
+  }
+  /// Reads everything by pages of several sizes: `rows` in total, the others are missing, with one event.
+  void expect(std::size_t rows, const std::string& event) {
+    for (const std::size_t limit : {1UL, 3UL, 10UL, 1000UL}) {
+      events.clear();
+      const auto log = open();
+      for (int twice = 0; twice < 2; ++twice) {
+        std::uint64_t missing = 0;
+        const auto seconds = all(*log, missing, limit);
+        EXPECT_EQ(seconds.size(), rows) << "limit " << limit;
+        EXPECT_EQ(missing, 30 - rows) << "limit " << limit;
+        EXPECT_EQ(seconds.back(), 29) << "the rows after the damage arrive";
+        EXPECT_FALSE(log->page({"latest", 10})->missing);
+      }
+      EXPECT_THAT(events, testing::ElementsAre(event)) << "limit " << limit;
+    }
+  }
+  std::string path;
 };
 
 TEST(RowCursor, IsReadBackAndNothingElseIs) {
@@ -137,6 +186,67 @@ TEST_F(LogRowsTest, WhatWasWrittenByHandIsTextLikeAnyOther) {
   EXPECT_EQ(answer["segments"][0]["columns"], "time\"utc,\\");
   EXPECT_EQ(answer["segments"][0]["rows"][0], "a\"b\\c\t\xef\xbf\xbd,1");
   EXPECT_EQ(answer["segments"][0]["rows"][1], "2,3");
+}
+
+// Earlier bug: prismd returned an empty page with "more" and the same cursor, for ever.
+TEST_F(DamagedSegmentTest, CutShortItsLostRowsAreMissing) {
+  std::filesystem::resize_file(path, row_at(15));
+  expect(25,
+         "log_damaged: log: gyro-19700101T000011Z.csv: found 5 of 10 rows that were written; the others are missing "
+         "for clients");
+}
+
+TEST_F(DamagedSegmentTest, CutWithinARowThisRowIsMissingToo) {
+  std::filesystem::resize_file(path, row_at(15) + 30);
+  expect(25,
+         "log_damaged: log: gyro-19700101T000011Z.csv: found 5 of 10 rows that were written; the others are missing "
+         "for clients");
+}
+
+TEST_F(DamagedSegmentTest, LostLinesInTheMiddleAreMissingAndTheEndIsNoRow) {
+  std::string cut = text();
+  cut.erase(row_at(12), row_at(15) - row_at(12));
+  std::ofstream(path) << cut;
+  expect(27,
+         "log_damaged: log: gyro-19700101T000011Z.csv: found 7 of 10 rows that were written; the others are missing "
+         "for clients");
+}
+
+TEST_F(DamagedSegmentTest, CutInItsHeaderOrEmptiedAllItsRowsAreMissing) {
+  for (const std::size_t bytes : {40, 0}) {
+    std::filesystem::resize_file(path, bytes);
+    expect(20,
+           "log_damaged: log: gyro-19700101T000011Z.csv: found 0 of 10 rows that were written; the others are missing "
+           "for clients");
+  }
+}
+
+// A page without rows after a gap ends the gap, too: a client without new rows must not ask for ever.
+TEST_F(DamagedSegmentTest, TheLastSegmentCutOrRemovedIsAGapAtTheEnd) {
+  const std::string last = settings.directory + "/gyro-19700101T000021Z.csv";
+  for (const bool remove : {false, true}) {
+    remove ? void(std::filesystem::remove(last)) : std::filesystem::resize_file(last, 10);
+    const auto log = open();
+    std::uint64_t missing = 0;
+    EXPECT_EQ(all(*log, missing, 7).size(), 20u);
+    EXPECT_EQ(missing, 10u);
+    std::string cursor = "earliest";
+    take(*log, cursor, 20, missing);
+    EXPECT_THAT(log->page({cursor, 7})->json, HasSubstr("\"more\":false,\"missing\":10"));
+  }
+}
+
+// A temporary error of the system is an error of the request, not a gap.
+TEST_F(DamagedSegmentTest, AFileThatCannotBeOpenedIsAnError) {
+  std::filesystem::remove(path);
+  std::filesystem::create_directory(path);
+  const auto log = open();
+  std::string cursor = "earliest";
+  std::uint64_t missing = 0;
+  EXPECT_EQ(take(*log, cursor, 30, missing).size(), 10u);
+  const auto page = log->page({cursor, 30});
+  ASSERT_FALSE(page);
+  EXPECT_THAT(page.error().text, HasSubstr("gyro-19700101T000011Z.csv: is a directory, expected a regular file"));
 }
 
 TEST_F(LogRowsTest, AFolderThatWasEmptiedIsAnotherLog) {

@@ -157,6 +157,24 @@ TEST_F(LogTailerTest, ReportsALogWithoutAValidRowUntilARowIsSent) {
   EXPECT_THAT(status_view(status_json({}, state.view()), host_time_s()), testing::HasSubstr("1 rows, up to date"));
 }
 
+// Rows that a damaged segment lost, and no row after them yet: the gap is sent, and the next request is after it.
+TEST_F(LogTailerTest, ContinuesAfterAGapWithoutRows) {
+  tailer->resume("c1");
+  json gap = page("c2", 1);
+  gap["segments"] = json::array();
+  gap["missing"] = 7U;
+  respond(next_request(), gap);
+  EXPECT_EQ(batch_extensions, 1);
+  EXPECT_NE(batch.text(Batch::kGaps).find(",7\n"), std::string::npos);
+  tailer->committed();
+  const json request = next_request();
+  EXPECT_EQ(request["params"]["after"], "c2");
+  respond(request, page("c3", 2));
+  tailer->committed();
+  EXPECT_EQ(state.view().logs.at({"lab/g", "z"}).missing, 7u);
+  EXPECT_EQ(next_request()["params"]["after"], "c3");
+}
+
 // Regression: members of an unexpected type ended the relay.
 TEST_F(LogTailerTest, ReportsAResponseOfAnyTypeAsAnErrorOfTheLog) {
   tailer->resume("c1");
