@@ -16,7 +16,8 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   app.add_option("config", options.config, "configuration file")->capture_default_str();
   auto* check = app.add_flag("--check", options.check, "validate the configuration and exit");
   auto* schema = app.add_flag("--schema", options.schema, "print the SQL of --init and exit");
-  auto* init = app.add_flag("--init", options.init, "create the tables in the configured database and exit");
+  auto* init = app.add_flag("--init", options.init,
+                            "create the tables in the configured database, or those that are missing, and exit");
   auto* status = app.add_flag("--status", options.status, "print the running relay's status; exit 1 if none");
   auto* as_json = app.add_flag("--json", options.json, "with --status: print JSON");
   as_json->needs(status);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tools/prismrelay/schema.hpp"
+#include "tools/prismrelay/schema_init.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -89,33 +90,6 @@ std::string insert_rows() {
   return fmt::format("INSERT INTO prism.rows ({}) SELECT {} FROM in_rows ON CONFLICT DO NOTHING", names, values);
 }
 
-Result<Postgres> open(const PostgresSettings& settings) {
-  std::string password;
-  if (!settings.password_file.empty()) {
-    auto read = read_password(settings.password_file);
-    if (!read) return error_of(read);
-    password = std::move(*read);
-  }
-  return Postgres::open(settings.connection, password, deadline());
-}
-
-// Returns the version of the schema; −1 if it does not exist.
-Result<int> version_of(Postgres& connection) {
-  const auto table = connection.run("SELECT to_regclass('prism.version')", deadline());
-  if (!table) return error_of(table);
-  if (field(*table, 0, 0).empty()) return -1;
-  const auto version = connection.run("SELECT max(version) FROM prism.version", deadline());
-  if (!version) return error_of(version);
-  const std::string text = field(*version, 0, 0);
-  return text.empty() ? 0 : std::atoi(text.c_str());
-}
-
-tl::unexpected<Error> version_error(int found) {
-  return make_error(
-      kWhere, fmt::format("found version {} of the schema prism, expected {}: {}", found, kSchemaVersion,
-                          found > kSchemaVersion ? "created by a later prismrelay" : "created by an earlier one"));
-}
-
 }  // namespace
 
 RowDatabase::RowDatabase(const PostgresSettings& settings, std::string site, std::function<void()> progress)
@@ -128,12 +102,12 @@ Postgres::Deadline RowDatabase::next_deadline() const {
 
 Result<void> RowDatabase::connect() {
   connection_.reset();
-  auto opened = open(settings_);
+  auto opened = open_database(settings_, next_deadline());
   if (!opened) return error_of(opened);
-  const auto version = version_of(*opened);
+  const auto version = schema_version(*opened, next_deadline());
   if (!version) return error_of(version);
   if (*version == -1) return make_error(kWhere, "has no schema prism; create it with prismrelay --init");
-  if (*version != kSchemaVersion) return version_error(*version);
+  if (*version != kSchemaVersion) return schema_version_error(*version);
   if (const auto done = opened->run(session_sql(), next_deadline()); !done) return error_of(done);
   const auto days = opened->run("SELECT day - '1970-01-01'::date FROM prism.days", next_deadline());
   if (!days) return error_of(days);
@@ -228,17 +202,6 @@ Result<std::vector<std::string>> RowDatabase::keep_days() {
                                   field(*old, i, 1), field(*old, i, 2), *settings_.keep_days));
   }
   return dropped;
-}
-
-Result<std::string> init_schema(const PostgresSettings& settings) {
-  auto connection = open(settings);
-  if (!connection) return error_of(connection);
-  const auto version = version_of(*connection);
-  if (!version) return error_of(version);
-  if (*version == kSchemaVersion) return fmt::format("schema prism exists, version {}", *version);
-  if (*version != -1) return version_error(*version);
-  if (const auto done = connection->run(schema_sql(), deadline()); !done) return error_of(done);
-  return fmt::format("created schema prism, version {}", kSchemaVersion);
 }
 
 }  // namespace prism::prismrelay

@@ -58,7 +58,4 @@ class RowDatabase {
   std::set<std::int64_t> days_;            ///< with a partition
 };
 
-/// `prismrelay --init`: creates the schema if it does not exist. Returns a line for the user.
-Result<std::string> init_schema(const PostgresSettings& settings);
-
 }  // namespace prism::prismrelay

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <string_view>
+
 #include "base/text_number.hpp"
 #include "tools/prismrelay/schema_sql.hpp"
 
@@ -15,6 +17,16 @@ std::string day_text(std::int64_t day) { return utc_text(day * 86400).substr(0, 
 }  // namespace
 
 std::string schema_sql() { return kSchemaSql; }
+
+std::string reference_sql() {
+  std::string sql = kSchemaSql;
+  for (const std::string_view line : {"BEGIN;\n", "CREATE SCHEMA IF NOT EXISTS prism;\n", "COMMIT;\n"})
+    sql.erase(sql.find(line), line.size());
+  constexpr std::string_view kPrefix = "prism.", kTemporary = "pg_temp.";
+  for (std::size_t at = 0; (at = sql.find(kPrefix, at)) != std::string::npos; at += kTemporary.size())
+    sql.replace(at, kPrefix.size(), kTemporary);
+  return sql;
+}
 
 std::string partition_name(std::int64_t day) {
   std::string name = day_text(day);

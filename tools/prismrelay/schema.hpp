@@ -9,8 +9,11 @@ namespace prism::prismrelay {
 
 inline constexpr int kSchemaVersion = 1;
 
-/// The SQL of `prismrelay --init`, one transaction.
+/// The SQL of `prismrelay --init`, one transaction. Creates only what is missing.
 std::string schema_sql();
+
+/// The same tables, indexes and views in the session's temporary schema, without BEGIN and COMMIT.
+std::string reference_sql();
 
 /// Name of a day's partition (days since 1970 UTC), e.g. "rows_20261123", and the statement that creates it if it does
 /// not exist.

@@ -1,14 +1,15 @@
 -- SPDX-License-Identifier: MIT
--- The database of prismrelay: each row of each gyro's log once. See docs/fleet.md.
+-- The database of prismrelay: each row of each gyro's log once. See docs/fleet.md. Creates only what is missing.
 BEGIN;
-CREATE SCHEMA prism;
+DO $$ BEGIN PERFORM pg_advisory_xact_lock(hashtext('prism.version')); END $$;  -- one --init at a time
+CREATE SCHEMA IF NOT EXISTS prism;
 
-CREATE TABLE prism.version (version integer PRIMARY KEY);
-INSERT INTO prism.version VALUES (1);
+CREATE TABLE IF NOT EXISTS prism.version (version integer PRIMARY KEY);
+INSERT INTO prism.version SELECT 1 WHERE NOT EXISTS (SELECT FROM prism.version);
 
 -- A row of a log. The key is its position in the log, and the arrival, because the table is partitioned by it.
 -- Each key and join starts with the gyro: with Citus, distribute all tables by that column.
-CREATE TABLE prism.rows (
+CREATE TABLE IF NOT EXISTS prism.rows (
   gyro text NOT NULL,             -- SITE/NAME
   axis text NOT NULL,
   log uuid NOT NULL,              -- the id in the log's index; an emptied directory gets a new one
@@ -36,10 +37,10 @@ CREATE TABLE prism.rows (
   sensors jsonb,                  -- values by column name
   PRIMARY KEY (gyro, axis, log, segment, row_number, arrival)
 ) PARTITION BY RANGE (arrival);
-CREATE INDEX rows_arrival ON prism.rows USING brin (arrival);
+CREATE INDEX IF NOT EXISTS rows_arrival ON prism.rows USING brin (arrival);
 
 -- Metadata of each segment: model id, frame description, site and mounting of the axis.
-CREATE TABLE prism.segments (
+CREATE TABLE IF NOT EXISTS prism.segments (
   gyro text NOT NULL,
   axis text NOT NULL,
   log uuid NOT NULL,
@@ -52,7 +53,7 @@ CREATE TABLE prism.segments (
 );
 
 -- Cursor after the last row of each log, written in the same transaction as the rows.
-CREATE TABLE prism.places (
+CREATE TABLE IF NOT EXISTS prism.places (
   gyro text NOT NULL,
   axis text NOT NULL,
   cursor text NOT NULL,
@@ -66,7 +67,7 @@ CREATE TABLE prism.places (
 );
 
 -- Lost data: rows deleted before they were read, and ends of logs whose directory was emptied.
-CREATE TABLE prism.gaps (
+CREATE TABLE IF NOT EXISTS prism.gaps (
   gyro text NOT NULL,
   axis text NOT NULL,
   noticed timestamptz NOT NULL DEFAULT now(),
@@ -77,7 +78,7 @@ CREATE TABLE prism.gaps (
 );
 
 -- Invalid lines of a log: their first 1000 bytes.
-CREATE TABLE prism.refused_rows (
+CREATE TABLE IF NOT EXISTS prism.refused_rows (
   gyro text NOT NULL,
   axis text NOT NULL,
   log uuid NOT NULL,
@@ -89,7 +90,7 @@ CREATE TABLE prism.refused_rows (
 );
 
 -- Events of prismd.
-CREATE TABLE prism.events (
+CREATE TABLE IF NOT EXISTS prism.events (
   gyro text NOT NULL,
   time timestamptz NOT NULL,
   severity text NOT NULL,
@@ -99,7 +100,7 @@ CREATE TABLE prism.events (
 );
 
 -- The last row of each gyro and axis.
-CREATE VIEW prism.latest AS
+CREATE OR REPLACE VIEW prism.latest AS
 SELECT p.gyro, p.axis, p.rows AS rows_carried, p.updated, r.arrival, r.time, r.rate_deg_per_h, r.bias_deg_per_h, r.sd_deg_per_h,
        r.corrected_deg_per_h, r.corrected_mean_deg_per_h, r.temperature_degc, r.uhfo_v, r.quality, s.model
 FROM prism.places p
@@ -108,7 +109,7 @@ LEFT JOIN prism.rows r ON r.gyro = p.gyro AND r.axis = p.axis AND r.log = p.log 
 LEFT JOIN prism.segments s ON s.gyro = p.gyro AND s.axis = p.axis AND s.log = p.log AND s.segment = p.segment;
 
 -- Means by hour of arrival, without partial seconds.
-CREATE VIEW prism.hourly AS
+CREATE OR REPLACE VIEW prism.hourly AS
 SELECT gyro, axis, date_trunc('hour', arrival) AS hour, count(*) AS seconds, sum(missing) AS missing_frames,
        avg(rate_deg_per_h) AS rate_deg_per_h, avg(corrected_deg_per_h) AS corrected_deg_per_h, avg(bias_deg_per_h) AS bias_deg_per_h,
        avg(temperature_degc) AS temperature_degc, avg(uhfo_v) AS uhfo_v,
@@ -119,7 +120,7 @@ GROUP BY gyro, axis, date_trunc('hour', arrival);
 
 -- Bias stability of a day: standard deviation of 100 s means (Tao et al. 2019), raw and corrected. Each row has the mean of the
 -- 100 s before it, so only one row in 100 s is used.
-CREATE VIEW prism.stability AS
+CREATE OR REPLACE VIEW prism.stability AS
 SELECT gyro, axis, date_trunc('day', arrival) AS day, count(*) AS blocks,
        stddev_samp(mean_rate_deg_per_h) FILTER (WHERE corrected_mean_deg_per_h IS NOT NULL) AS raw_deg_per_h,
        stddev_samp(corrected_mean_deg_per_h) AS corrected_deg_per_h
@@ -128,7 +129,7 @@ WHERE partial IS DISTINCT FROM 1 AND slope_degc_per_s IS NOT NULL AND extract(ep
 GROUP BY gyro, axis, date_trunc('day', arrival);
 
 -- The stored days and the size of each.
-CREATE VIEW prism.days AS
+CREATE OR REPLACE VIEW prism.days AS
 SELECT to_date(right(c.relname, 8), 'YYYYMMDD') AS day, c.reltuples::bigint AS rows_about, pg_total_relation_size(c.oid) AS bytes
 FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid
 WHERE i.inhparent = 'prism.rows'::regclass AND c.relname ~ '^rows_[0-9]{8}$';

@@ -21,6 +21,7 @@
 #include "tools/prismrelay/report.hpp"
 #include "tools/prismrelay/row_database.hpp"
 #include "tools/prismrelay/schema.hpp"
+#include "tools/prismrelay/schema_init.hpp"
 
 namespace prism::prismrelay {
 namespace {

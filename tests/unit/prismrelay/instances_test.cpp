@@ -75,5 +75,12 @@ TEST(Schema, CreatesPartitionsFromMidnightToMidnight) {
             "('2026-11-23 00:00:00+00') TO ('2026-11-24 00:00:00+00')");
 }
 
+TEST(Schema, HasAReferenceInTheTemporarySchema) {
+  const std::string sql = reference_sql();
+  EXPECT_NE(sql.find("CREATE TABLE IF NOT EXISTS pg_temp.places ("), std::string::npos) << sql;
+  EXPECT_EQ(sql.find(" prism."), std::string::npos);
+  for (const char* word : {"CREATE SCHEMA", "COMMIT", "BEGIN;"}) EXPECT_EQ(sql.find(word), std::string::npos) << word;
+}
+
 }  // namespace
 }  // namespace prism::prismrelay
