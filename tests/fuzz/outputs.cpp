@@ -71,7 +71,7 @@ void require_batch(const std::string& folder) {
   require(json.is_object());
   prismrelay::Batch batch;
   require(batch.add_page({"lab/g", "z"}, "earliest", json).has_value());
-  for (std::size_t i = 0; i < prismrelay::Batch::kTables; ++i) require_csv(batch.text(prismrelay::Batch::Table(i)));
+  for (std::size_t i = 0; i < prismrelay::kTables; ++i) require_csv(batch.text(prismrelay::Table(i)));
 }
 
 /// Returns an empty directory; each call empties it.

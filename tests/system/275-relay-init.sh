@@ -36,7 +36,7 @@ sql "INSERT INTO prism.gaps (gyro, axis, kind, behind, missing) VALUES ('lab/g',
 prismrelay --init relay.json >/dev/null
 same "a stored row" "$(sql "SELECT missing FROM prism.gaps")" 3
 
-# differs DAMAGE ERROR UNDO: --init fails with ERROR, changes nothing, and succeeds after UNDO.
+# differs DAMAGE ERROR UNDO: --init fails with ERROR, leaves the objects unchanged, and succeeds after UNDO.
 differs() {
   sql "SET client_min_messages = error; $1"
   objects >before

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
@@ -41,6 +41,7 @@ bool is_segment(const json& segment) {
   const json& rows = member(segment, "rows");
   return number("segment") && number("first") && member(segment, "file").is_string() &&
          member(segment, "columns").is_string() && rows.is_array() &&
+         count_member(segment, "first") + rows.size() <= INT32_MAX &&
          std::all_of(rows.begin(), rows.end(), [](const json& row) { return row.is_string(); });
 }
 
@@ -61,100 +62,150 @@ std::string gyro_and_axis(const LogKey& log) {
 
 }  // namespace
 
+Record& BatchItem::add(Table table, std::size_t begin) {
+  Record record;
+  record.table = table;
+  record.csv = begin;
+  record.csv_bytes = csv.size() - begin;
+  return records.emplace_back(record);
+}
+
+void append_place(CopyTexts& texts, const BatchItem& item, const std::vector<const Record*>& rows) {
+  std::string& places = texts[static_cast<std::size_t>(Table::kPlaces)];
+  places += item.key + ",";
+  append_quoted(places, item.cursor);
+  if (rows.empty()) {
+    places += ",,,,,0\n";
+  } else {
+    const Record& last = *rows.back();
+    places += fmt::format(",{},{},{},{:.6f},{}\n", item.log_id, last.segment, last.row, last.arrival_s, rows.size());
+  }
+}
+
+void append_refused(CopyTexts& texts, const BatchItem& item, const Record& record, const std::string& reason) {
+  std::string& refused = texts[static_cast<std::size_t>(Table::kRefused)];
+  refused += fmt::format("{},{},{},{},", item.key, item.log_id, record.segment, record.row);
+  append_quoted(refused, reason, kMaxFieldBytes);
+  refused += ',';
+  append_quoted(refused, record.table == Table::kRows ? item.line_of(record) : item.csv_of(record), kMaxFieldBytes);
+  refused += '\n';
+}
+
 Result<PageSummary> Batch::add_page(const LogKey& log, const std::string& cursor, const json& page) {
   if (!is_page(page))
     return make_error(log.gyro, "invalid response to rows; expected log, segments, after, more and missing");
-  const std::string key = gyro_and_axis(log), id = text_member(page, "log");
+  BatchItem item{log, gyro_and_axis(log), text_member(page, "log"), text_member(page, "after"), {}, {}, {}};
   PageSummary summary;
-  summary.cursor = text_member(page, "after");
+  summary.cursor = item.cursor;
   summary.more = flag_member(page, "more");
-  summary.missing = count_member(page, "missing");
-  RowPosition last;
-  const std::string prefix = fmt::format("{},{},", key, id);
-  for (const json& segment : member(page, "segments")) add_segment(prefix, segment, summary, last);
+  summary.missing = std::min<std::uint64_t>(count_member(page, "missing"), INT64_MAX);  // the column is a bigint
+  for (const json& segment : member(page, "segments")) add_segment(item, segment, summary);
   if (summary.missing > 0) {
-    std::string& gap = texts_[kGaps];
-    gap += key + ",deleted,";
-    append_quoted(gap, cursor);
-    gap += fmt::format(",{}\n", summary.missing);
+    const std::size_t begin = item.csv.size();
+    item.csv += item.key + ",deleted,";
+    append_quoted(item.csv, cursor);
+    item.csv += fmt::format(",{}\n", summary.missing);
+    item.add(Table::kGaps, begin);
   }
-  cursors_[log] = summary.cursor;
-  std::string& places = texts_[kPlaces];
-  places += key + ",";
-  append_quoted(places, summary.cursor);
-  places += last.row > 0
-                ? fmt::format(",{},{},{},{:.6f},{}\n", id, last.segment, last.row, summary.arrival_s, summary.rows)
-                : fmt::format(",,,,,{}\n", summary.rows);
+  bytes_ += item.csv.size() + item.cursor.size();
+  items_.push_back(std::move(item));
   return summary;
 }
 
-void Batch::add_segment(const std::string& prefix, const json& segment, PageSummary& summary, RowPosition& last) {
+void Batch::add_segment(BatchItem& item, const json& segment, PageSummary& summary) {
+  const std::string prefix = fmt::format("{},{},", item.key, item.log_id);
   RowPosition position{prefix, count_member(segment, "segment"), count_member(segment, "first")};
   const json& metadata = member(segment, "metadata");
-  std::string& segments = texts_[kSegments];
-  segments += fmt::format("{}{},", prefix, position.segment);
-  append_quoted(segments, printable(text_member(segment, "file")), kMaxFieldBytes);
-  segments += ',';
-  if (member(metadata, "model").is_string()) append_quoted(segments, text_member(metadata, "model"), kMaxFieldBytes);
-  segments += ',';
-  append_quoted(segments, metadata.is_object() ? jsonb_text(metadata) : "{}");
-  segments += '\n';
+  std::string& csv = item.csv;
+  std::size_t begin = csv.size();
+  csv += fmt::format("{}{},", prefix, position.segment);
+  append_quoted(csv, printable(text_member(segment, "file")), kMaxFieldBytes);
+  csv += ',';
+  if (member(metadata, "model").is_string()) append_quoted(csv, text_member(metadata, "model"), kMaxFieldBytes);
+  csv += ',';
+  append_quoted(csv, metadata.is_object() ? jsonb_text(metadata) : "{}");
+  csv += '\n';
+  item.add(Table::kSegments, begin).segment = position.segment;
   const std::string columns = text_member(segment, "columns");
   const RowConverter converter(columns);
   for (const json& row : member(segment, "rows")) {
     const std::string& line = row.get_ref<const std::string&>();
-    std::int64_t day = 0;
-    double arrival_s = 0;
-    const std::string error = converter.append(texts_[kRows], position, line, day, arrival_s);
+    Record read;
+    begin = csv.size();
+    const std::string error = converter.append(csv, position, line, read.day, read.arrival_s);
     if (error.empty()) {
       ++summary.rows;
-      days_.insert(day);
-      summary.arrival_s = arrival_s;
-      last.segment = position.segment, last.row = position.row;
+      summary.arrival_s = read.arrival_s;
+      Record& record = item.add(Table::kRows, begin);
+      record.line = item.lines.size(), record.line_bytes = std::min(line.size(), kMaxFieldBytes);
+      record.segment = position.segment, record.row = position.row;
+      record.arrival_s = read.arrival_s, record.day = read.day;
+      item.lines.append(line, 0, kMaxFieldBytes);
     } else {
       ++summary.invalid;
       summary.error = fmt::format("row {} of segment {}: {}", position.row, position.segment, shortened(error, 200));
-      std::string& invalid = texts_[kRefused];
-      invalid += fmt::format("{}{},{},", prefix, position.segment, position.row);
-      append_quoted(invalid, error, kMaxFieldBytes);
-      invalid += ',';
-      append_quoted(invalid, line, kMaxFieldBytes);
-      invalid += '\n';
+      csv += fmt::format("{}{},{},", prefix, position.segment, position.row);
+      append_quoted(csv, error, kMaxFieldBytes);
+      csv += ',';
+      append_quoted(csv, line, kMaxFieldBytes);
+      csv += '\n';
+      item.add(Table::kRefused, begin);
     }
     ++position.row;
   }
 }
 
 void Batch::add_change_of_log(const LogKey& log, const std::string& cursor) {
-  std::string& gap = texts_[kGaps];
-  gap += gyro_and_axis(log) + ",log_changed,";
-  append_quoted(gap, cursor);
-  gap += ",0\n";
+  BatchItem item{log, gyro_and_axis(log), {}, {}, {}, {}, {}};
+  item.csv = item.key + ",log_changed,";
+  append_quoted(item.csv, cursor);
+  item.csv += ",0\n";
+  item.add(Table::kGaps, 0);
+  bytes_ += item.csv.size();
+  items_.push_back(std::move(item));
 }
 
 void Batch::add_event(const std::string& gyro, const json& event) {
   const json& time = member(event, "time_s");
   if (!time.is_number() || !(std::abs(time.get<double>()) < 9.2e9)) return;
-  std::string& csv = texts_[kEvents];
-  append_quoted(csv, gyro);
-  csv += fmt::format(",{:.6f}", time.get<double>());
+  BatchItem item{{gyro, ""}, {}, {}, {}, {}, {}, {}};
+  append_quoted(item.csv, gyro);
+  item.csv += fmt::format(",{:.6f}", time.get<double>());
   const auto add = [&](const char* name, std::size_t max) {
-    csv += ',';
-    append_quoted(csv, text_member(event, name, "-"), max);
+    item.csv += ',';
+    append_quoted(item.csv, text_member(event, name, "-"), max);
   };
   add("severity", kMaxNameBytes);  // kind and text are in a key: PostgreSQL limits an index entry to 2700 bytes
   add("kind", kMaxNameBytes);
   add("text", kMaxFieldBytes);
-  csv += '\n';
+  item.csv += '\n';
+  item.add(Table::kEvents, 0);
+  bytes_ += item.csv.size();
+  items_.push_back(std::move(item));
 }
 
-bool Batch::empty() const {
-  return std::all_of(texts_.begin(), texts_.end(), [](const std::string& text) { return text.empty(); });
+CopyTexts Batch::texts(std::size_t first, std::size_t last) const {
+  CopyTexts texts;
+  for (std::size_t i = first; i < last; ++i) {
+    const BatchItem& item = items_[i];
+    std::vector<const Record*> rows;
+    for (const Record& record : item.records) {
+      texts[static_cast<std::size_t>(record.table)] += item.csv_of(record);
+      if (record.table == Table::kRows) rows.push_back(&record);
+    }
+    if (!item.cursor.empty()) append_place(texts, item, rows);
+  }
+  return texts;
 }
 
-std::size_t Batch::bytes() const {
-  return std::accumulate(texts_.begin(), texts_.end(), std::size_t{0},
-                         [](std::size_t sum, const std::string& text) { return sum + text.size(); });
+std::set<std::int64_t> Batch::days() const {
+  std::set<std::int64_t> days;
+  for (const BatchItem& item : items_) {
+    for (const Record& record : item.records) {
+      if (record.table == Table::kRows) days.insert(record.day);
+    }
+  }
+  return days;
 }
 
 }  // namespace prism::prismrelay

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismrelay/database_loop.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <utility>
@@ -19,7 +21,7 @@ using std::chrono_literals::operator""h;
 
 constexpr const char* kServer = "postgresql";
 constexpr std::size_t kLargeBatch = 4 << 20;  // bytes; committed immediately
-constexpr auto kFirstRetry = 500ms, kLongestRetry = 30'000ms;
+constexpr auto kFirstRetry = 500ms, kLongestRetry = 60'000ms;
 constexpr auto kIdle = 5s;             // then the connection is checked
 constexpr auto kPartitionsEvery = 1h;  // creates partitions in advance and drops old ones
 constexpr int kEvents = 256;           // a prismd stores at most these
@@ -71,8 +73,7 @@ void DatabaseLoop::for_each_log(Action&& action) {
 
 void DatabaseLoop::connect() {
   if (const auto done = database_.connect(); !done) return on_error(done.error());
-  state_.up(kServer);
-  retry_delay_ = kFirstRetry;
+  if (!batch_failed_) state_.up(kServer);
   last_contact_ = steady_clock::now();
   traffic_.database_up = true;
   keep_days();
@@ -121,11 +122,38 @@ void DatabaseLoop::commit() {
   commit_scheduled_ = false;
   commit_timer_.cancel();
   if (batch_.empty() || !traffic_.database_up) return;
-  if (const auto done = database_.commit(batch_); !done) return on_error(done.error());
+  const auto refusals = database_.commit(batch_);
+  if (!refusals) {
+    batch_failed_ = true;
+    return on_error(refusals.error());
+  }
+  const std::map<LogKey, Refusal> by_log = report(*refusals);
   batch_ = {};
+  batch_failed_ = false;
+  retry_delay_ = kFirstRetry;
+  state_.up(kServer);
   state_.committed(kServer);
   last_contact_ = steady_clock::now();
-  for_each_log([](LogTailer& log) { log.committed(); });
+  for_each_log([&](LogTailer& log) {
+    const auto refusal = by_log.find(log.log());
+    log.committed(refusal == by_log.end() ? Refusal() : refusal->second);
+  });
+}
+
+// Returns the refusals of pages, which their tailers report; logs those of events and changes of logs.
+std::map<LogKey, Refusal> DatabaseLoop::report(const std::vector<Refusal>& refusals) {
+  std::map<LogKey, Refusal> by_log;
+  for (std::size_t i = 0; i < refusals.size(); ++i) {
+    const BatchItem& item = batch_.items()[i];
+    if (refusals[i].first.empty() && refusals[i].error.empty()) continue;
+    if (!item.cursor.empty()) {
+      by_log[item.log] = refusals[i];
+    } else {
+      log_line(Level::kWarning,
+               fmt::format("{}: PostgreSQL refused {}; it is not stored", item.log.gyro, refusals[i].first));
+    }
+  }
+  return by_log;
 }
 
 void DatabaseLoop::keep_days() {

@@ -41,6 +41,7 @@ class DatabaseLoop {
   void add_events(const std::string& gyro, const nlohmann::json& message);
   void schedule_commit();
   void commit();
+  std::map<LogKey, Refusal> report(const std::vector<Refusal>& refusals);
   void once_a_second();
   void keep_days();
   template <class Action>
@@ -54,9 +55,10 @@ class DatabaseLoop {
   Batch batch_;
   RowTraffic traffic_;
   std::map<std::string, Source> sources_;
-  std::chrono::milliseconds retry_delay_;
+  std::chrono::milliseconds retry_delay_;  ///< grows until a commit
   std::chrono::steady_clock::time_point last_contact_, partitions_checked_;
   bool commit_scheduled_ = false, requests_scheduled_ = false;
+  bool batch_failed_ = false;  ///< since the last commit: the server is reported as down until the next one
 };
 
 }  // namespace prism::prismrelay

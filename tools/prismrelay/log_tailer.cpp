@@ -7,6 +7,7 @@
 
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
+#include "base/plain_text.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -18,6 +19,7 @@ constexpr int kInvalidCursor = -32002;  // docs/protocol.md
 constexpr double kWait_s = 10;
 constexpr std::chrono::seconds kResponseTimeout{40};
 constexpr std::chrono::seconds kErrorDelay{5};
+constexpr std::chrono::minutes kRefusalsEvery{10};
 constexpr int kLargePage = 2000, kSmallPage = 50;  // rows
 
 }  // namespace
@@ -103,8 +105,15 @@ void LogTailer::fail(const std::string& reason) {
   release_slot();
 }
 
-void LogTailer::committed() {
+void LogTailer::committed(const Refusal& refusal) {
   if (!std::exchange(in_batch_, false)) return;
+  if (!refusal.first.empty()) log_refusal(refusal);
+  if (!refusal.error.empty()) return fail("PostgreSQL refused the cursor: " + refusal.error);
+  if (refusal.rows > 0) {
+    page_.rows -= refusal.rows;
+    page_.invalid += refusal.rows;
+    page_.error = refusal.first;
+  }
   cursor_ = page_.cursor;
   behind_ = page_.more;
   const bool all_invalid = page_.rows == 0 && page_.invalid > 0;
@@ -125,6 +134,21 @@ void LogTailer::committed() {
   if (is_new) log_line(Level::kWarning, fmt::format("{} {}: {}", log_.gyro, log_.axis, error));
   if (!behind_ || !client_->is_open()) release_slot();
   request_page();
+}
+
+// A log may have one such row each second: logs the first, then at most one each kRefusalsEvery with their number.
+void LogTailer::log_refusal(const Refusal& refusal) {
+  const auto now = steady_clock::now();
+  const bool is_first = refusal_logged_at_ == steady_clock::time_point();
+  if (!is_first && now - refusal_logged_at_ < kRefusalsEvery) {
+    unlogged_refusals_ += refusal.rows;
+    return;
+  }
+  refusal_logged_at_ = now;
+  const std::size_t further = std::exchange(unlogged_refusals_, 0) + refusal.rows - (refusal.rows > 0 ? 1 : 0);
+  log_line(Level::kWarning,
+           fmt::format("{} {}: PostgreSQL refused {}{}; see prism.refused_rows", log_.gyro, log_.axis, refusal.first,
+                       further > 0 ? fmt::format(", and {} more", counted(further, "row")) : ""));
 }
 
 void LogTailer::discarded() {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tools/prismrelay/batch.hpp"
+#include "tools/prismrelay/divided_commit.hpp"
 #include "tools/prismrelay/line_client.hpp"
 #include "tools/prismrelay/state.hpp"
 
@@ -36,8 +37,9 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
   void close();
   /// Continues after `cursor`, the one in the database; from the start of the log if it is empty.
   void resume(const std::string& cursor);
-  /// Call after the batch was committed, or discarded because of an error.
-  void committed();
+  /// Call after the batch was committed, or discarded because of an error. `refusal`: the part of the page that the
+  /// server refused.
+  void committed(const Refusal& refusal = {});
   void discarded();
   /// Requests the next page, unless a page is in progress or no request is allowed now.
   void request_page();
@@ -51,6 +53,7 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
   void on_error(const nlohmann::json& error);
   /// Reports why no rows are sent, and requests again later.
   void fail(const std::string& reason);
+  void log_refusal(const Refusal& refusal);
   void release_slot();
 
   RowTraffic& traffic_;
@@ -60,6 +63,8 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
   std::string cursor_;  ///< after the last committed row
   PageSummary page_;    ///< the page in the batch
   std::chrono::steady_clock::time_point requested_at_, retry_at_;
+  std::chrono::steady_clock::time_point refusal_logged_at_;
+  std::size_t unlogged_refusals_ = 0;
   bool requested_ = false, in_batch_ = false, behind_ = true, has_slot_ = false;
 };
 

@@ -83,6 +83,7 @@ Result<Postgres::QueryResult> Postgres::next_result(Deadline until) {
 }
 
 Result<Postgres::QueryResult> Postgres::last_result(Deadline until) {
+  sqlstate_.clear();
   if (auto sent = flush(until); !sent) return tl::unexpected<Error>(sent.error());
   QueryResult last;
   Result<QueryResult> first_error = QueryResult();
@@ -92,8 +93,11 @@ Result<Postgres::QueryResult> Postgres::last_result(Deadline until) {
     if (!*result) break;
     const ExecStatusType state = PQresultStatus(result->get());
     if (state == PGRES_COPY_IN) return result;
-    if (state != PGRES_COMMAND_OK && state != PGRES_TUPLES_OK && first_error)
+    if (state != PGRES_COMMAND_OK && state != PGRES_TUPLES_OK && first_error) {
       first_error = make_error(kPostgres, one_line(PQresultErrorMessage(result->get())));
+      const char* const code = PQresultErrorField(result->get(), PG_DIAG_SQLSTATE);
+      sqlstate_ = code != nullptr ? code : "";
+    }
     last = std::move(*result);
   }
   if (!first_error) return first_error;
@@ -102,6 +106,7 @@ Result<Postgres::QueryResult> Postgres::last_result(Deadline until) {
 }
 
 Result<Postgres::QueryResult> Postgres::run(const std::string& sql, Deadline until) {
+  sqlstate_.clear();
   if (PQsendQuery(connection_.get(), sql.c_str()) == 0) return connection_error();
   return last_result(until);
 }

@@ -32,6 +32,10 @@ class Postgres {
   /// Runs COPY … FROM STDIN with `lines`.
   Result<void> copy(const std::string& sql, std::string_view lines, Deadline until);
 
+  /// SQLSTATE of the last failed operation, e.g. "22003"; empty if the server did not send one, e.g. because the
+  /// connection was lost.
+  const std::string& sqlstate() const { return sqlstate_; }
+
   int socket() const { return PQsocket(connection_.get()); }
 
  private:
@@ -46,6 +50,7 @@ class Postgres {
   tl::unexpected<Error> connection_error(std::string_view fallback = "connection lost") const;
 
   std::unique_ptr<PGconn, Finish> connection_;
+  std::string sqlstate_;
 };
 
 /// Returns a field as text; empty if it is null.

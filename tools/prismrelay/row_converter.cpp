@@ -96,6 +96,13 @@ bool is_sensor(std::string_view name) {
   return allowed && sensor_of_column(name);
 }
 
+// The day of to_timestamp(arrival_s): PostgreSQL rounds to microseconds since 2000, ties to even.
+std::int64_t stored_day(double arrival_s) {
+  constexpr std::int64_t kEpoch_s = 946'684'800, kDay_us = kDay_s * 1'000'000;
+  const auto since_2000_us = static_cast<std::int64_t>(std::rint((arrival_s - kEpoch_s) * 1e6));
+  return (since_2000_us + kEpoch_s * 1'000'000) / kDay_us;
+}
+
 std::string in_quotes(std::string_view text) { return "\"" + shortened(text, 40) + "\""; }
 
 }  // namespace
@@ -152,7 +159,7 @@ std::string RowConverter::append(std::string& csv, const RowPosition& position, 
     // Formats the value again, because JSON does not allow .5.
     fmt::format_to(std::back_inserter(sensors), "{}\"\"{}\"\":{}", sensors.empty() ? "" : ",", sensors_[i], value);
   }
-  day = std::llround(arrival_s * 1e6) / (kDay_s * 1'000'000);  // to_timestamp() rounds to microseconds
+  day = stored_day(arrival_s);
   csv += position.prefix;
   fmt::format_to(std::back_inserter(csv), "{},{},{},{},", position.segment, position.row,
                  at(kArrival).empty() ? at(kTime) : at(kArrival), at(kTime));

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <chrono>
+#include <string>
 #include <utility>
 
 #include "tools/prismrelay/schema.hpp"
@@ -23,8 +24,8 @@ struct StagingTable {
   const char* insert;
 };
 
-// In the order of Batch::Table.
-constexpr std::array<StagingTable, Batch::kTables> kStagingTables = {{
+// In the order of Table.
+constexpr std::array<StagingTable, kTables> kStagingTables = {{
     {"in_rows", nullptr, nullptr, nullptr},
     {"in_segments", "gyro text, axis text, log uuid, segment integer, file text, model text, metadata jsonb",
      "gyro, axis, log, segment, file, model, metadata",
@@ -52,6 +53,15 @@ constexpr std::array<StagingTable, Batch::kTables> kStagingTables = {{
      "SELECT gyro, to_timestamp(time_s), severity, kind, text FROM in_events ON CONFLICT DO NOTHING"},
 }};
 
+constexpr const char* kCheckViolation = "23514";  // also: no partition for the row
+
+// The data are the fault: data exception, integrity constraint violation, program limit exceeded (size of an index
+// entry). Others, e.g. a full disk or an exception of a trigger (P0001), may end without a change of the data.
+bool is_data_error(const std::string& sqlstate) {
+  const std::string kind = sqlstate.substr(0, 2);
+  return kind == "22" || kind == "23" || kind == "54";
+}
+
 Postgres::Deadline deadline() { return std::chrono::steady_clock::now() + RowDatabase::kTimeout; }
 
 std::int64_t today() {
@@ -66,9 +76,11 @@ tl::unexpected<Error> error_of(const Result<T>& result) {
 
 // in_rows has the columns of prism.rows, and the times as numbers.
 std::string session_sql() {
-  // The timeouts end a session whose client is gone: it would keep locks on the rows of prism.places.
+  // COPY sends UTF-8, whatever the encoding of the database is. The timeouts end a session whose client is gone: it
+  // would keep locks on the rows of prism.places.
   std::string sql =
-      "SET idle_in_transaction_session_timeout = '30s'; SET tcp_keepalives_idle = 10; SET tcp_keepalives_interval = 5; "
+      "SET client_encoding = 'UTF8'; SET idle_in_transaction_session_timeout = '30s'; SET tcp_keepalives_idle = 10; "
+      "SET tcp_keepalives_interval = 5; "
       "SET tcp_keepalives_count = 3; SET synchronous_commit = on;"
       "CREATE TEMPORARY TABLE in_rows ON COMMIT DELETE ROWS AS SELECT *, 0::double precision AS arrival_s, "
       "0::double precision AS time_s FROM prism.rows LIMIT 0;";
@@ -109,10 +121,6 @@ Result<void> RowDatabase::connect() {
   if (*version == -1) return make_error(kWhere, "has no schema prism; create it with prismrelay --init");
   if (*version != kSchemaVersion) return schema_version_error(*version);
   if (const auto done = opened->run(session_sql(), next_deadline()); !done) return error_of(done);
-  const auto days = opened->run("SELECT day - '1970-01-01'::date FROM prism.days", next_deadline());
-  if (!days) return error_of(days);
-  days_.clear();
-  for (int i = 0; i < PQntuples(days->get()); ++i) days_.insert(std::stoll(field(*days, i, 0)));
   const auto places =
       opened->run("SELECT gyro, axis, cursor FROM prism.places WHERE starts_with(gyro, $1) FOR UPDATE", {site_ + "/"},
                   next_deadline());  // FOR UPDATE waits for a commit of a previous connection
@@ -121,6 +129,16 @@ Result<void> RowDatabase::connect() {
   for (int i = 0; i < PQntuples(places->get()); ++i)
     cursors_[{field(*places, i, 0), field(*places, i, 1)}] = field(*places, i, 2);
   connection_ = std::move(*opened);
+  const auto days = read_days();
+  if (!days) connection_.reset();
+  return days;
+}
+
+Result<void> RowDatabase::read_days() {
+  const auto days = connection_->run("SELECT day - '1970-01-01'::date FROM prism.days", next_deadline());
+  if (!days) return error_of(days);
+  days_.clear();
+  for (int i = 0; i < PQntuples(days->get()); ++i) days_.insert(std::stoll(field(*days, i, 0)));
   return {};
 }
 
@@ -129,15 +147,36 @@ std::string RowDatabase::stored_cursor(const LogKey& log) const {
   return found == cursors_.end() ? "" : found->second;
 }
 
-Result<void> RowDatabase::commit(const Batch& batch) {
-  auto done = make_partitions(batch.days());
-  if (done) done = transact(batch);
-  if (!done) {
+Result<std::vector<Refusal>> RowDatabase::commit(const Batch& batch) {
+  days_are_new_ = false;
+  const auto partitions = make_partitions(batch.days());
+  auto refusals = partitions ? divided_commit(batch, [&](const CopyTexts& texts) { return try_to_store(batch, texts); })
+                             : Result<std::vector<Refusal>>(error_of(partitions));
+  if (!refusals) {
     connection_.reset();  // ends the transaction; connect() reads what was committed
-    return done;
+    return refusals;
   }
-  for (const auto& [log, cursor] : batch.cursors()) cursors_[log] = cursor;
-  return done;
+  for (std::size_t i = 0; i < refusals->size(); ++i) {
+    const BatchItem& item = batch.items()[i];
+    if (!item.cursor.empty() && (*refusals)[i].error.empty()) cursors_[item.log] = item.cursor;
+  }
+  return refusals;
+}
+
+Result<std::optional<std::string>> RowDatabase::try_to_store(const Batch& batch, const CopyTexts& texts) {
+  auto done = transact(texts);
+  const auto is_refused = [&] { return !done && is_data_error(connection_->sqlstate()); };
+  if (is_refused() && connection_->sqlstate() == kCheckViolation && !std::exchange(days_are_new_, true)) {
+    // Another program may have dropped a partition: that is not a fault of the rows.
+    if (const auto ended = connection_->run("ROLLBACK", next_deadline()); !ended) return error_of(ended);
+    if (const auto read = read_days(); !read) return error_of(read);
+    if (const auto made = make_partitions(batch.days()); !made) return error_of(made);
+    done = transact(texts);
+  }
+  if (done) return std::nullopt;
+  if (!is_refused()) return error_of(done);
+  if (const auto ended = connection_->run("ROLLBACK", next_deadline()); !ended) return error_of(ended);
+  return done.error().what;
 }
 
 Result<void> RowDatabase::ping() {
@@ -156,19 +195,25 @@ Result<void> RowDatabase::make_partitions(const std::set<std::int64_t>& days) {
         "BEGIN; SELECT pg_advisory_xact_lock(hashtext('prism.rows')); " + partition_sql(day) + "; COMMIT",
         next_deadline());
     if (!done) return error_of(done);
+    const auto made = connection_->run("SELECT FROM prism.days WHERE day = '1970-01-01'::date + $1::integer",
+                                       {std::to_string(day)}, next_deadline());
+    if (!made) return error_of(made);
+    if (PQntuples(made->get()) == 0)
+      return make_error(kWhere, fmt::format("prism.{} exists, but is not a partition of prism.rows; rename or drop it",
+                                            partition_name(day)));
     days_.insert(day);
   }
   return {};
 }
 
-Result<void> RowDatabase::transact(const Batch& batch) {
+Result<void> RowDatabase::transact(const CopyTexts& texts) {
   const auto until = next_deadline();
   static const std::string kInsertRows = insert_rows();
   if (const auto done = connection_->run("BEGIN", until); !done) return error_of(done);
-  for (std::size_t i = 0; i < Batch::kTables; ++i) {
-    const std::string& lines = batch.text(static_cast<Batch::Table>(i));
+  for (std::size_t i = 0; i < kTables; ++i) {
+    const std::string& lines = texts[i];
     if (lines.empty()) continue;
-    const bool is_rows = i == Batch::kRows;
+    const bool is_rows = static_cast<Table>(i) == Table::kRows;
     const std::string columns = is_rows ? RowConverter::copy_columns() : kStagingTables[i].columns;
     auto copied = connection_->copy(
         fmt::format("COPY {} ({}) FROM STDIN (FORMAT csv)", kStagingTables[i].table, columns), lines, until);

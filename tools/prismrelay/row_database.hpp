@@ -13,6 +13,7 @@
 
 #include "base/result.hpp"
 #include "tools/prismrelay/batch.hpp"
+#include "tools/prismrelay/divided_commit.hpp"
 #include "tools/prismrelay/postgres.hpp"
 #include "tools/prismrelay/settings.hpp"
 
@@ -33,9 +34,10 @@ class RowDatabase {
   /// The cursor after the last committed row; empty if the database has no row of this log.
   std::string stored_cursor(const LogKey& log) const;
 
-  /// Commits the batch in one transaction. After an error the batch is not stored; if the connection was lost it may
-  /// be, and connect() reads the cursors that are stored.
-  Result<void> commit(const Batch& batch);
+  /// Commits the batch in one transaction, or in several if the server refuses some of its data (divided_commit.hpp).
+  /// Returns the refusal of each item. After an error the batch is not stored, or a part of it; connect() reads the
+  /// cursors that are stored.
+  Result<std::vector<Refusal>> commit(const Batch& batch);
 
   /// Checks the connection.
   Result<void> ping();
@@ -48,7 +50,10 @@ class RowDatabase {
   /// Calls progress and returns now + kTimeout.
   Postgres::Deadline next_deadline() const;
   Result<void> make_partitions(const std::set<std::int64_t>& days);
-  Result<void> transact(const Batch& batch);
+  Result<void> read_days();
+  Result<void> transact(const CopyTexts& texts);
+  /// transact(); the reason if the server refused the data.
+  Result<std::optional<std::string>> try_to_store(const Batch& batch, const CopyTexts& texts);
 
   const PostgresSettings settings_;
   const std::string site_;
@@ -56,6 +61,7 @@ class RowDatabase {
   std::optional<Postgres> connection_;
   std::map<LogKey, std::string> cursors_;  ///< of the site
   std::set<std::int64_t> days_;            ///< with a partition
+  bool days_are_new_ = false;              ///< read since the commit began
 };
 
 }  // namespace prism::prismrelay

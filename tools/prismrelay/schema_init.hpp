@@ -17,7 +17,7 @@ Result<Postgres> open_database(const PostgresSettings& settings, Postgres::Deadl
 Result<int> schema_version(Postgres& connection, Postgres::Deadline until);
 tl::unexpected<Error> schema_version_error(int found);
 
-/// `prismrelay --init`: creates the schema, or the missing objects of one that exists; changes nothing if it is
+/// `prismrelay --init`: creates the schema, or the missing objects of one that exists; has no effect if it is
 /// complete. One transaction; waits while another --init runs. Returns a line for the user. Errors: another version, or
 /// an object that differs from the expected one.
 Result<std::string> init_schema(const PostgresSettings& settings);

@@ -32,7 +32,9 @@ void RelayState::up(const std::string& target) {
   current.error.clear();
   if (std::exchange(current.up, true)) return;
   current.since_s = host_time_s();
-  log_line(Level::kInfo, target + ": connected");
+  const std::uint64_t repeats = std::exchange(current.repeats, 0);
+  log_line(Level::kInfo, target + ": connected" +
+                             (repeats > 0 ? fmt::format("; the last error was repeated {} times", repeats) : ""));
 }
 
 void RelayState::down(const std::string& target, const std::string& reason) {
@@ -42,7 +44,10 @@ void RelayState::down(const std::string& target, const std::string& reason) {
   if (current.up || current.since_s == 0) current.since_s = host_time_s();
   const bool changed = std::exchange(current.up, false) || current.error != printable(reason);
   current.error = printable(reason);
-  if (changed) log_line(Level::kWarning, reason + "; retrying");
+  if (!changed) return void(++current.repeats);
+  const std::uint64_t repeats = std::exchange(current.repeats, 0);
+  log_line(Level::kWarning, reason + "; retrying" +
+                                (repeats > 0 ? fmt::format(" (the error before was repeated {} times)", repeats) : ""));
 }
 
 void RelayState::committed(const std::string& target) {

@@ -23,7 +23,8 @@ struct TargetState {
   double since_s = 0;  ///< host time of the last change of `up`
   std::string error;   ///< of the last failed attempt; empty while up
   std::uint64_t failures = 0, dropped = 0;
-  double committed_s = 0;  ///< host time of the last commit or acknowledged message
+  std::uint64_t repeats = 0;  ///< failures with the same error since it was logged
+  double committed_s = 0;     ///< host time of the last commit or acknowledged message
 };
 
 /// Progress of one axis' log.
@@ -49,7 +50,7 @@ struct InstanceState {
 /// Thread-safe.
 class RelayState {
  public:
-  /// up() and down() log a change once.
+  /// up() and down() log a change once, with the number of failures in between.
   void up(const std::string& target);
   void down(const std::string& target, const std::string& reason);
   void committed(const std::string& target);

@@ -42,24 +42,25 @@ TEST(Batch, ConvertsAPageToRowsSegmentAndCursor) {
   EXPECT_TRUE(summary->more);
   EXPECT_EQ(summary->arrival_s, 86411);
   EXPECT_EQ(batch.days(), (std::set<std::int64_t>{0, 1}));
-  EXPECT_THAT(batch.text(Batch::kRows), HasSubstr("\"lab/g\",\"z\"," + kLog + ",2,5,10,10,"));
-  EXPECT_THAT(batch.text(Batch::kRows), HasSubstr("," + kLog + ",2,7,86411,86411,"));
-  EXPECT_EQ(batch.text(Batch::kRefused),
+  EXPECT_THAT(batch.text(Table::kRows), HasSubstr("\"lab/g\",\"z\"," + kLog + ",2,5,10,10,"));
+  EXPECT_THAT(batch.text(Table::kRows), HasSubstr("," + kLog + ",2,7,86411,86411,"));
+  EXPECT_EQ(batch.text(Table::kRefused),
             "\"lab/g\",\"z\"," + kLog + ",2,6,\"found 1 fields, expected 2\",\"truncated\"\n");
-  EXPECT_EQ(batch.text(Batch::kSegments),
+  EXPECT_EQ(batch.text(Table::kSegments),
             "\"lab/g\",\"z\"," + kLog +
                 ",2,\"gyro1-1.csv\",\"m1\",\"{\"\"model\"\":\"\"m1\"\",\"\"note\"\":\"\"a\xef\xbf\xbd\\\"\"b\"\"}\"\n");
-  EXPECT_EQ(batch.text(Batch::kPlaces), "\"lab/g\",\"z\",\"" + kLog + "-2-7-9\"," + kLog + ",2,7,86411.000000,2\n");
-  EXPECT_EQ(batch.text(Batch::kGaps), "");
-  EXPECT_EQ(batch.cursors().at({"lab/g", "z"}), kLog + "-2-7-9");
+  EXPECT_EQ(batch.text(Table::kPlaces), "\"lab/g\",\"z\",\"" + kLog + "-2-7-9\"," + kLog + ",2,7,86411.000000,2\n");
+  EXPECT_EQ(batch.text(Table::kGaps), "");
+  ASSERT_EQ(batch.items().size(), 1u);
+  EXPECT_EQ(batch.items()[0].cursor, kLog + "-2-7-9");
 }
 
 TEST(Batch, RecordsMissingRowsAsAGap) {
   Batch batch;
   ASSERT_TRUE(batch.add_page({"lab/g", "z"}, "c", page_of(41)));
-  EXPECT_EQ(batch.text(Batch::kGaps), "\"lab/g\",\"z\",deleted,\"c\",41\n");
+  EXPECT_EQ(batch.text(Table::kGaps), "\"lab/g\",\"z\",deleted,\"c\",41\n");
   batch.add_change_of_log({"lab/h", "x"}, "d");
-  EXPECT_THAT(batch.text(Batch::kGaps), HasSubstr("\"lab/h\",\"x\",log_changed,\"d\",0\n"));
+  EXPECT_THAT(batch.text(Table::kGaps), HasSubstr("\"lab/h\",\"x\",log_changed,\"d\",0\n"));
 }
 
 TEST(Batch, IsUnchangedByAnInvalidResponse) {
@@ -94,10 +95,11 @@ TEST(Batch, DoesNotCutACharacterOfAnEvent) {
   Batch batch;
   batch.add_event("lab/g",
                   {{"time_s", 1.5}, {"severity", "info"}, {"kind", "note"}, {"text", std::string(999, 'a') + "µ"}});
-  EXPECT_EQ(batch.text(Batch::kEvents), "\"lab/g\",1.500000,\"info\",\"note\",\"" + std::string(999, 'a') + "\"\n");
+  EXPECT_EQ(batch.text(Table::kEvents), "\"lab/g\",1.500000,\"info\",\"note\",\"" + std::string(999, 'a') + "\"\n");
   batch.add_event("lab/g", {{"time_s", "now"}});
   batch.add_event("lab/g", nullptr);
-  EXPECT_EQ(std::count(batch.text(Batch::kEvents).begin(), batch.text(Batch::kEvents).end(), '\n'), 1);
+  const std::string events = batch.text(Table::kEvents);
+  EXPECT_EQ(std::count(events.begin(), events.end(), '\n'), 1);
 }
 
 /// Parses CSV like PostgreSQL and returns the fields of each record.
@@ -146,18 +148,18 @@ TEST(Batch, IsAcceptedByTheServerForAnyText) {
     ASSERT_TRUE(summary) << summary.error().text();
     EXPECT_EQ(summary->rows, 1u);
     batch.add_event("lab/g", {{"time_s", 1}, {"severity", text}, {"kind", text}, {"text", text}});
-    constexpr std::pair<Batch::Table, std::size_t> kFields[] = {
-        {Batch::kRows, 25}, {Batch::kSegments, 7}, {Batch::kPlaces, 8}, {Batch::kRefused, 7}, {Batch::kEvents, 5}};
+    constexpr std::pair<Table, std::size_t> kFields[] = {
+        {Table::kRows, 25}, {Table::kSegments, 7}, {Table::kPlaces, 8}, {Table::kRefused, 7}, {Table::kEvents, 5}};
     for (const auto& [table, fields] : kFields) {
       const auto records = records_of(batch.text(table));
-      ASSERT_EQ(records.size(), 1u) << "table " << table;
-      EXPECT_EQ(records[0].size(), fields) << "table " << table;
+      ASSERT_EQ(records.size(), 1u) << "table " << static_cast<int>(table);
+      EXPECT_EQ(records[0].size(), fields) << "table " << static_cast<int>(table);
       for (const std::string& field : records[0]) {
         EXPECT_TRUE(utf8::is_valid(field));
         EXPECT_EQ(field.find('\0'), std::string::npos);
       }
     }
-    const json metadata = json::parse(records_of(batch.text(Batch::kSegments))[0][6], nullptr, false);
+    const json metadata = json::parse(records_of(batch.text(Table::kSegments))[0][6], nullptr, false);
     ASSERT_TRUE(metadata.is_object());
     EXPECT_FALSE(has_nul(metadata));
     for (const auto& [key, value] : metadata.items()) EXPECT_FALSE(has_nul(key));

@@ -127,7 +127,7 @@ TEST_F(LogTailerTest, ReadsANewLogFromItsStart) {
                            "\n";
   boost::asio::write(prismd, boost::asio::buffer(line));
   for (int i = 0; i < 100; ++i) context.poll();
-  EXPECT_NE(batch.text(Batch::kGaps).find("log_changed"), std::string::npos);
+  EXPECT_NE(batch.text(Table::kGaps).find("log_changed"), std::string::npos);
   EXPECT_EQ(next_request()["params"]["after"], "earliest");
 }
 
@@ -165,7 +165,7 @@ TEST_F(LogTailerTest, ContinuesAfterAGapWithoutRows) {
   gap["missing"] = 7U;
   respond(next_request(), gap);
   EXPECT_EQ(batch_extensions, 1);
-  EXPECT_NE(batch.text(Batch::kGaps).find(",7\n"), std::string::npos);
+  EXPECT_NE(batch.text(Table::kGaps).find(",7\n"), std::string::npos);
   tailer->committed();
   const json request = next_request();
   EXPECT_EQ(request["params"]["after"], "c2");

@@ -85,6 +85,8 @@ TEST(RowConverter, RejectsValuesThatTheServerWouldReject) {
 TEST(RowConverter, RoundsTheArrivalBeforeItsDay) {
   EXPECT_EQ(convert("time_s,arrival_s", "5,86399.9999999").day, 1);
   EXPECT_EQ(convert("time_s,arrival_s", "5,86399.999999").day, 0);
+  // PostgreSQL subtracts its epoch first: 2505599.9999994994 becomes 1970-01-30 00:00:00.
+  EXPECT_EQ(convert("time_s,arrival_s", "5,2505599.9999994994").day, 29);
 }
 
 TEST(RowConverter, QuotesTextAndReplacesNul) {

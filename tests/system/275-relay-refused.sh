@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+# Rows that PostgreSQL refuses, together with good gyros: the good rows are stored, the bad ones are in refused_rows. Before, the first bad row
+# stopped all gyros of the host, while the status was "up". A batch that is refused for another reason is tried at growing intervals.
+. "$(dirname "$0")/lib.sh"
+. "$(dirname "$0")/servers.sh"
+cd "$dir"
+start_postgres
+relay_config
+prismrelay --init relay.json >/dev/null
+gyro() { start "$1" python3 "$PRISM_SOURCE/tests/system/poisoned_prismd.py" "$dir/$1.sock" "${@:2}"; wait_for 10 test -S "$dir/$1.sock"; }
+rows_of() { sql "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/$1'"; }
+grow() { for gyro in "$@"; do local now; now=$(rows_of "$gyro"); wait_for 15 sql_above "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/$gyro'" $((now + 3)); done; }
+
+# The server refuses some rows of two logs: by a constraint, by a data error of a trigger.
+sql "ALTER TABLE prism.rows ADD CONSTRAINT no_sevens CHECK (gyro <> 'lab/bad' OR samples NOT IN (7, 777, 1500))
+"
+sql "CREATE FUNCTION prism.check_row() RETURNS trigger LANGUAGE plpgsql AS \$\$ BEGIN
+  IF NEW.gyro = 'lab/worse' AND NEW.samples % 10 = 3 THEN RAISE EXCEPTION 'the value is out of range' USING ERRCODE = '22003'; END IF; RETURN NEW; END \$\$;
+CREATE TRIGGER check_row BEFORE INSERT ON prism.rows FOR EACH ROW EXECUTE FUNCTION prism.check_row()"
+gyro good
+gyro other 3000
+gyro bad 2000
+gyro worse 100
+gyro gap 5 missing
+gyro position 5 position
+start_relay
+grow good other bad worse gap
+wait_for 10 sql_is "SELECT string_agg(segment || ' ' || row_number || ' ' || split_part(line, ',', 2), ', ' ORDER BY row_number) FROM prism.refused_rows WHERE gyro = 'lab/bad'" "1 7 7, 1 777 777, 1 1500 1500"
+contains "the reason" "$(sql "SELECT why FROM prism.refused_rows WHERE gyro = 'lab/bad' AND row_number = 7")" 'violates check constraint "no_sevens"'
+wait_for 20 sql_is "SELECT max(row_number) - count(*) FROM prism.rows WHERE gyro = 'lab/bad'" 3
+for gyro in good other; do wait_for 20 sql_is "SELECT max(row_number) - count(*) FROM prism.rows WHERE gyro = 'lab/$gyro'" 0; done
+same "refused rows of other gyros" "$(sql "SELECT count(*) FROM prism.refused_rows WHERE gyro NOT IN ('lab/bad', 'lab/worse')")" 0
+wait_for 10 sql_above "SELECT count(*) FROM prism.refused_rows WHERE gyro = 'lab/worse' AND row_number % 10 = 3 AND why LIKE '%out of range%'" 9
+same "good rows in refused_rows" "$(sql "SELECT count(*) FROM prism.refused_rows WHERE gyro = 'lab/worse' AND row_number % 10 <> 3")" 0
+same "a gap of 2^64-1 rows" "$(sql "SELECT kind || ' ' || missing FROM prism.gaps WHERE gyro = 'lab/gap'")" "deleted 9223372036854775807"
+log_is() { relay_is ".logs[] | select(.gyro == \"lab/$1\") | $2" "$3"; }
+wait_for 5 log_is bad '"\(.refused_rows) \(.error)"' "3 "
+wait_for 5 log_is position '.error | test("invalid response to rows")' true
+same "the server" "$(relay_says '.targets.postgresql | "\(.up) \(.error)"')" "true "
+same "messages about the log \"bad\"" "$(grep -c 'lab/bad z: PostgreSQL refused row [0-9]* of segment 1: .*no_sevens.*; see prism.refused_rows' relay.err)" 1
+same "messages about the log \"worse\"" "$(grep -c 'lab/worse z: PostgreSQL refused row [0-9]* of segment 1: the value is out of range' relay.err)" 1
+
+# A partition that another program drops is created again; its rows are not refused.
+sql "DROP TABLE prism.rows_$(date -u +%Y%m%d)"
+grow good other
+same "refused rows after a dropped partition" "$(sql "SELECT count(*) FROM prism.refused_rows WHERE gyro NOT IN ('lab/bad', 'lab/worse')")" 0
+
+# A trigger refuses every row for a reason that is not in the data: the rows wait, the pause grows, the status has the error all the time.
+sql "CREATE FUNCTION prism.no() RETURNS trigger LANGUAGE plpgsql AS \$\$ BEGIN RAISE EXCEPTION 'closed for today'; END \$\$;
+CREATE TRIGGER no BEFORE INSERT ON prism.rows FOR EACH ROW EXECUTE FUNCTION prism.no()"
+wait_for 10 relay_is '.targets.postgresql | "\(.up) \(.error | test("closed for today"))"' "false true"
+contains "human-readable status" "$(prismrelay --status relay.json)" "DOWN since"
+first=$(relay_says .targets.postgresql.failures)
+for ((i = 0; i < 36; i++)); do
+  same "the status while rows are refused" "$(relay_says '.targets.postgresql | "\(.up) \(.error | test("closed for today"))"')" "false true"
+  sleep 0.25
+done
+attempts=$(($(relay_says .targets.postgresql.failures) - first))
+[ "$attempts" -ge 1 ] && [ "$attempts" -le 5 ] || fail "$attempts attempts within 9 s"
+same "messages about the trigger" "$(grep -c 'closed for today' relay.err)" 1
+same "rows refused by the trigger" "$(sql "SELECT count(*) FROM prism.refused_rows WHERE why LIKE '%closed%'")" 0
+sql "DROP TRIGGER no ON prism.rows"
+wait_for 30 relay_is '.targets.postgresql | "\(.up) \(.error)"' "true "
+grep -q 'postgresql: connected; the last error was repeated [0-9]* times' relay.err || fail "no count of the repeated error: $(tail -3 relay.err)"
+grow good other bad worse gap
+same "rows lost" "$(sql "SELECT max(row_number) - min(row_number) + 1 - count(*) FROM prism.rows WHERE gyro = 'lab/good'")" 0
+kill -TERM "$relay"; wait "$relay" || fail "exit code $?"

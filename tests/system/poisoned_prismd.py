@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: MIT
+# Fake prismd with a log that grows by 5 rows/s; the number of each row is in its column "samples".
+# poisoned_prismd.py SOCKET [ROWS] [missing|position]: begins with ROWS rows. "missing": the first page reports 2^64-1 deleted rows.
+# "position": the numbers of its rows exceed 32 bits.
+import json, os, socketserver, sys, time
+
+ID = "%032x" % abs(hash(sys.argv[1]))
+stored = int(sys.argv[2]) if len(sys.argv) > 2 else 0
+kind = sys.argv[3] if len(sys.argv) > 3 else ""
+start = time.time()
+status = {"state": "receiving", "axis": "z", "quality": "good", "log": {"rows": 5}}
+
+
+def available():
+    return stored + int((time.time() - start) * 5)
+
+
+def page(params):
+    after = params.get("after")
+    begin = 0 if after == "earliest" else int(after.split("-")[1])
+    until = time.time() + min(params.get("wait_s", 0), 1)
+    while available() <= begin and time.time() < until:
+        time.sleep(0.05)
+    end = min(available(), begin + params["limit"])
+    rows = [f"{start - stored + i:.6f},{i},{8.5 + i % 7},good,{start - stored + i:.6f}" for i in range(begin + 1, end + 1)]
+    first = 2**31 - 2 if kind == "position" else begin + 1
+    segment = {"segment": 1, "file": "log.csv", "metadata": {"model": "m"}, "columns": "time_s,samples,rate_deg_per_h,quality,arrival_s",
+               "first": first, "rows": rows}
+    return {"log": ID, "segments": [segment] if rows else [], "after": f"{ID}-{end}", "more": end < available(),
+            "missing": 2**64 - 1 if kind == "missing" and begin == 0 else 0}
+
+
+class Client(socketserver.StreamRequestHandler):
+    def handle(self):
+        for line in self.rfile:
+            request = json.loads(line)
+            results = {"status": lambda: status, "events": lambda: [], "subscribe": lambda: {"axes": ["z"]},
+                       "rows": lambda: page(request["params"])}
+            answer = {"jsonrpc": "2.0", "id": request["id"], "result": results[request["method"]]()}
+            self.wfile.write((json.dumps(answer) + "\n").encode())
+
+
+class Server(socketserver.ThreadingMixIn, socketserver.UnixStreamServer):
+    daemon_threads = True
+
+
+if os.path.exists(sys.argv[1]):
+    os.unlink(sys.argv[1])
+Server(sys.argv[1], Client).serve_forever()
