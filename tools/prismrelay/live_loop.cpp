@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 using std::chrono_literals::operator""s;
 
-constexpr unsigned kStatusEvery_s = 5, kRetryEvery_s = 3;
+constexpr unsigned kStatusEvery_s = 5;
 
 }  // namespace
 
@@ -111,10 +111,21 @@ void LiveLoop::publish_offline(const std::string& name, const std::set<std::stri
   }
 }
 
+// A broker that kept its memory may retain states from before the start of the relay. Those of gyros and axes that do
+// not run now become "gone"; the others were published already.
+void LiveLoop::replace_retained() {
+  for (const auto& [name, axis] : mqtt_->take_retained()) {
+    const auto source = sources_.find(settings_.site + "/" + name);
+    const bool runs =
+        source != sources_.end() && source->second.instance->running() && source->second.axes.count(axis) != 0;
+    if (!runs) publish_offline(name, {axis}, "gone");
+  }
+}
+
 void LiveLoop::once_a_second() {
   state_.progress(kLoop);
   discover();
-  if (mqtt_ && second_ % kRetryEvery_s == 0) mqtt_->retry();
+  if (mqtt_) replace_retained();
   for (auto& [gyro, source] : sources_) {
     if (second_ % kStatusEvery_s != 0 || !source.instance->running()) continue;
     if (std::exchange(source.status_pending, true)) {

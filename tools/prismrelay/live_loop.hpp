@@ -35,6 +35,7 @@ class LiveLoop {
   void on_notification(const std::string& name, const std::set<std::string>& axes, const nlohmann::json& notification);
   void on_status(const std::string& gyro, const std::string& name, nlohmann::json status);
   void publish_offline(const std::string& name, const std::set<std::string>& axes, const std::string& state);
+  void replace_retained();
   void once_a_second();
 
   const Settings& settings_;
