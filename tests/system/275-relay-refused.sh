@@ -23,8 +23,11 @@ gyro bad 2000
 gyro worse 100
 gyro gap 5 missing
 gyro position 5 position
+gyro rounding 5 rounding
+gyro axis 5 axis
+touch "$dir/"$'\xff.sock'
 start_relay
-grow good other bad worse gap
+grow good other bad worse gap rounding
 wait_for 10 sql_is "SELECT string_agg(segment || ' ' || row_number || ' ' || split_part(line, ',', 2), ', ' ORDER BY row_number) FROM prism.refused_rows WHERE gyro = 'lab/bad'" "1 7 7, 1 777 777, 1 1500 1500"
 contains "the reason" "$(sql "SELECT why FROM prism.refused_rows WHERE gyro = 'lab/bad' AND row_number = 7")" 'violates check constraint "no_sevens"'
 wait_for 20 sql_is "SELECT max(row_number) - count(*) FROM prism.rows WHERE gyro = 'lab/bad'" 3
@@ -33,6 +36,9 @@ same "refused rows of other gyros" "$(sql "SELECT count(*) FROM prism.refused_ro
 wait_for 10 sql_above "SELECT count(*) FROM prism.refused_rows WHERE gyro = 'lab/worse' AND row_number % 10 = 3 AND why LIKE '%out of range%'" 9
 same "good rows in refused_rows" "$(sql "SELECT count(*) FROM prism.refused_rows WHERE gyro = 'lab/worse' AND row_number % 10 <> 3")" 0
 same "a gap of 2^64-1 rows" "$(sql "SELECT kind || ' ' || missing FROM prism.gaps WHERE gyro = 'lab/gap'")" "deleted 9223372036854775807"
+same "the day of rounded times" "$(sql "SELECT DISTINCT arrival AT TIME ZONE 'UTC' FROM prism.rows WHERE gyro = 'lab/rounding'")" "1970-01-30 00:00:00"
+same "messages about the axis" "$(grep -c 'lab/axis axis zzz[z.]*: skipped: expected 1 to 16 letters' relay.err)" 1
+same "messages about a name that is not UTF-8" "$(grep -c 'xff.sock: skipped' relay.err)" 1
 log_is() { relay_is ".logs[] | select(.gyro == \"lab/$1\") | $2" "$3"; }
 wait_for 5 log_is bad '"\(.refused_rows) \(.error)"' "3 "
 wait_for 5 log_is position '.error | test("invalid response to rows")' true

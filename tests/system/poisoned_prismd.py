@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: MIT
 # Fake prismd with a log that grows by 5 rows/s; the number of each row is in its column "samples".
-# poisoned_prismd.py SOCKET [ROWS] [missing|position]: begins with ROWS rows. "missing": the first page reports 2^64-1 deleted rows.
-# "position": the numbers of its rows exceed 32 bits.
+# poisoned_prismd.py SOCKET [ROWS] [missing|position|rounding|axis]: begins with ROWS rows. "missing": the first page reports 2^64-1
+# deleted rows. "position": the numbers of its rows exceed 32 bits. "rounding": PostgreSQL rounds the times into the next day. "axis":
+# the name of its axis has 1 MB.
 import json, os, socketserver, sys, time
 
 ID = "%032x" % abs(hash(sys.argv[1]))
 stored = int(sys.argv[2]) if len(sys.argv) > 2 else 0
 kind = sys.argv[3] if len(sys.argv) > 3 else ""
 start = time.time()
-status = {"state": "receiving", "axis": "z", "quality": "good", "log": {"rows": 5}}
+status = {"state": "receiving", "axis": "z" * 2**20 if kind == "axis" else "z", "quality": "good", "log": {"rows": 5}}
 
 
 def available():
@@ -22,7 +23,8 @@ def page(params):
     while available() <= begin and time.time() < until:
         time.sleep(0.05)
     end = min(available(), begin + params["limit"])
-    rows = [f"{start - stored + i:.6f},{i},{8.5 + i % 7},good,{start - stored + i:.6f}" for i in range(begin + 1, end + 1)]
+    time_of = lambda i: "2505599.9999994994" if kind == "rounding" else f"{start - stored + i:.6f}"
+    rows = [f"{time_of(i)},{i},{8.5 + i % 7},good,{time_of(i)}" for i in range(begin + 1, end + 1)]
     first = 2**31 - 2 if kind == "position" else begin + 1
     segment = {"segment": 1, "file": "log.csv", "metadata": {"model": "m"}, "columns": "time_s,samples,rate_deg_per_h,quality,arrival_s",
                "first": first, "rows": rows}

@@ -233,7 +233,12 @@ void DatabaseLoop::once_a_second() {
   for_each_log([](LogTailer& log) { log.request_page(); });
   if (traffic_.database_up && now - last_contact_ > kIdle) {
     last_contact_ = now;
-    if (const auto done = database_.ping(); !done) on_error(done.error());
+    const auto done = database_.ping();
+    if (!done) {
+      on_error(done.error());
+    } else if (batch_.empty() && std::exchange(batch_failed_, false)) {
+      state_.up(kServer);  // the refused rows are no longer offered, e.g. because the gyro stopped
+    }
   }
   if (traffic_.database_up && now - partitions_checked_ > kPartitionsEvery) keep_days();
   second_timer_.expires_after(1s);
