@@ -21,7 +21,7 @@ double parse_decimal(std::string_view text, char point) {
     text = {copy.data(), text.size()};
   }
   double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::general);
   // from_chars accepts "inf" and "nan".
   return error == std::errc{} && end == text.data() + text.size() && std::isfinite(value) ? value : kUnknown;
 }

@@ -6,7 +6,8 @@
 
 namespace prism::wire {
 
-/// Blanks around it, a sign, digits, and `point` before the decimals; kUnknown if the text is anything else.
+/// Blanks around it, a sign, digits, `point` before the decimals, and an exponent (e or E, a sign, digits). Returns
+/// kUnknown if the text is anything else or the number is outside the range of a double.
 double parse_decimal(std::string_view text, char point);
 
 }  // namespace prism::wire

@@ -38,9 +38,23 @@ TEST(PrintedNumber, AcceptsOnlyNumbers) {
   EXPECT_EQ(parse_decimal("  +23.5 ", '.'), 23.5);
   EXPECT_EQ(parse_decimal("-0,25", ','), -0.25);
   EXPECT_EQ(parse_decimal("00000235", '.'), 235);
-  for (const char* wrong : {"", " ", "-", "23,5", "23.5C", "1e3", "nan", "inf", "+-5", "2 3", "0x10"})
+  for (const char* wrong : {"", " ", "-", "23,5", "23.5C", "nan", "inf", "+-5", "2 3", "0x10"})
     EXPECT_TRUE(std::isnan(parse_decimal(wrong, '.'))) << wrong;
   EXPECT_TRUE(std::isnan(parse_decimal("23.5", ','))) << "a thousand's mark, perhaps";
+}
+
+TEST(PrintedNumber, AcceptsExponents) {
+  EXPECT_EQ(parse_decimal("1.25E-03", '.'), 1.25e-3);
+  EXPECT_EQ(parse_decimal("1e3", '.'), 1000);
+  EXPECT_EQ(parse_decimal(" +1.5E+02 ", '.'), 150);
+  EXPECT_EQ(parse_decimal("-1,5e2", ','), -150);
+  for (const char* wrong : {"1e", "1E+", "e3", "1.25E-03C", "1e400", "1e3.5", "1e 3"})
+    EXPECT_TRUE(std::isnan(parse_decimal(wrong, '.'))) << wrong;
+}
+
+TEST(Instruments, ReadColumnsWithExponents) {
+  EXPECT_THAT(values(columns({{{"p", "Pa"}, 0}}), "\n1.25E-03\n1e3\n+1.5E+02\n"),
+              ElementsAre(ElementsAre(1.25e-3), ElementsAre(1000), ElementsAre(150)));
 }
 
 TEST(Instruments, ReadTheConfiguredColumns) {
