@@ -6,11 +6,36 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "drivers/wire/decode/frame_match.hpp"
 
 namespace prism::wire {
 namespace {
+
+const char* name_of_order(bool big_endian) { return big_endian ? "big" : "little"; }
+
+/// The keys that make a failed check fit in the other byte order; empty if no order helps.
+std::string order_hint(const FrameDescription& description, const TestVector& vector) {
+  const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
+                                 [&](const MessageType& k) { return k.name == vector.kind; });
+  FrameView view;
+  if (kind == description.kinds.end() || match_frame(*kind, vector.bytes, kind->after, view).match != Match::kBadCheck)
+    return {};
+  for (std::size_t i = 0; i < kind->checks.size(); ++i) {
+    for (const auto& [flip, flip_words] : {std::pair{true, false}, std::pair{true, true}, std::pair{false, true}}) {
+      MessageType other = *kind;
+      CheckRule& check = other.checks[i];
+      check.big_endian = check.big_endian != flip;
+      check.word_big_endian = check.word_big_endian != flip_words;
+      if (match_frame(other, vector.bytes, other.after, view).match != Match::kYes) continue;
+      std::string keys = fmt::format("\"order\": \"{}\"", name_of_order(check.big_endian));
+      if (check.word > 1) keys += fmt::format(", \"word_order\": \"{}\"", name_of_order(check.word_big_endian));
+      return fmt::format("; the check fails in this byte order, but fits with {}", keys);
+    }
+  }
+  return {};
+}
 
 Result<void> run_vector(const FrameDescription& description, const TestVector& vector) {
   const auto inspected = inspect_frame(description, vector.bytes);
@@ -21,8 +46,9 @@ Result<void> run_vector(const FrameDescription& description, const TestVector& v
                       fmt::format("decodes as message type {}; expected to be rejected", inspected->kind_name));
   }
   if (!whole) {
-    return make_error(vector.where, fmt::format("{} of {} bytes are a frame; expected one frame of message type {}",
-                                                inspected ? inspected->length : 0, vector.bytes.size(), vector.kind));
+    return make_error(vector.where, fmt::format("{} of {} bytes are a frame; expected one frame of message type {}{}",
+                                                inspected ? inspected->length : 0, vector.bytes.size(), vector.kind,
+                                                order_hint(description, vector)));
   }
   if (inspected->kind_name != vector.kind) {
     return make_error(vector.where,
